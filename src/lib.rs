@@ -92,7 +92,7 @@ pub mod body {
         //! Meshes of Gmsh, read and written.
         #[doc(inline)]
         pub use tongue_input::bodies::gmsh::{
-            Concern, Content, File, MshFormat, Unused, read, review, write,
+            Concern, Content, File, MshFormat, Unused, read, read_space, review, write,
         };
     }
 
@@ -157,7 +157,8 @@ pub mod heard {
     //! What is heard of a tongue: formants, how they answer to its nodes, a voice.
     #[doc(inline)]
     pub use tongue_infer::heard::{
-        Airway, AirwayError, Articulation, Formant, Formants, Heard, MeanVowel, Sound, Tract, mean_vowels,
+        Airway, AirwayError, Articulation, Formant, Formants, Heard, MeanVowel, Sound, SpaceAirway, Tract,
+        mean_vowels,
     };
 }
 
@@ -288,12 +289,12 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[doc(inline)]
     pub use tongue_files::report::{
-        AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FormantsRecord,
-        FrameRecord, History, Json, Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd,
-        ReportError, Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord,
-        SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture, Vtu,
-        Wav, animation, animation_of_seen, changes, courses, frame_records, gesture_records, outlines, pairs,
-        panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
+        AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord,
+        History, Json, Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError,
+        Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu,
+        Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
+        animation_of_seen, changes, courses, frame_records, gesture_records, outlines, pairs, panels, ridges,
+        solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]

@@ -55,7 +55,7 @@ pub struct Arguments {
     outside: OutsideName,
     /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
     /// finite width, whose answers do not depend on the mesh, or in `simulate` and `track` the built-in tongue
-    /// in space or a folder with ArtiSynth's [springs, continuum, space, FOLDER]
+    /// in space, a folder with ArtiSynth's, or hexahedra from Gmsh [springs, continuum, space, FOLDER, FILE.msh]
     #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,
     /// Tissue: springs and area terms (as in the thesis), or finite elements of the same E and nu
@@ -91,13 +91,15 @@ pub enum SpaceSource {
     BuiltIn,
     /// Files of ArtiSynth.
     Folder(PathBuf),
+    /// Hexahedra from Gmsh.
+    Mesh(PathBuf),
 }
 
 impl std::fmt::Display for SpaceSource {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::BuiltIn => write!(f, "--body space"),
-            Self::Folder(folder) => write!(f, "{}", folder.display()),
+            Self::Folder(path) | Self::Mesh(path) => write!(f, "{}", path.display()),
         }
     }
 }
@@ -107,16 +109,30 @@ fn body_name(word: &str) -> Result<BodyName, String> {
     match word {
         "springs" => Ok(BodyName::Springs),
         "continuum" => Ok(BodyName::Continuum),
-        "space" => Ok(BodyName::Space(SpaceSource::BuiltIn)),
-        // The reader reports a path that does not exist.
-        _ if Path::new(word).is_dir() || word.contains('/') => {
-            Ok(BodyName::Space(SpaceSource::Folder(PathBuf::from(word))))
-        }
-        _ => Err(format!(
-            "it is not a folder of a body in space either; {}",
-            suggest::hint(word, ["springs", "continuum", "space"])
-        )),
+        _ => space_name(word)
+            .map(BodyName::Space)
+            .map_err(|_| not_a_body(word, &["springs", "continuum", "space"])),
     }
+}
+
+/// Parses the name of a body in space.
+///
+/// # Errors
+/// A word that is neither `space` nor a folder.
+pub fn space_name(word: &str) -> Result<SpaceSource, String> {
+    match word {
+        "space" => Ok(SpaceSource::BuiltIn),
+        // The reader reports a path that does not exist.
+        _ if Path::new(word).extension().is_some_and(|e| e.eq_ignore_ascii_case("msh")) => {
+            Ok(SpaceSource::Mesh(PathBuf::from(word)))
+        }
+        _ if Path::new(word).is_dir() || word.contains('/') => Ok(SpaceSource::Folder(PathBuf::from(word))),
+        _ => Err(not_a_body(word, &["space"])),
+    }
+}
+
+fn not_a_body(word: &str, known: &[&str]) -> String {
+    format!("it is not a folder of a body in space either; {}", suggest::hint(word, known.iter().copied()))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -278,7 +294,7 @@ impl Arguments {
     fn check(&self) -> miette::Result<()> {
         if let BodyName::Space(source) = &self.body {
             return Err(miette!(
-                "{source} is a body in space, which `simulate` and `track` alone answer for; this needs a body in the plane: --body \
+                "{source} is a body in space, which `simulate`, `muscles`, `track` and `sound` answer for; this needs a body in the plane: --body \
                  springs, --body continuum, or --mesh FILE"
             ));
         }

@@ -319,10 +319,14 @@ impl Shown<'_> {
 
     /// What to believe, where no draws say it.
     fn advice(&self) -> String {
-        match (self.posterior, self.verdict) {
+        let advice = match (self.posterior, self.verdict) {
             (None, Ok(_)) => format!("{BELIEVE}\n"),
             (None, Err(_)) => "These tensions ignore errors of anatomy and model\n".to_owned(),
             (Some(_), _) => String::new(),
+        };
+        match self.is_verbose {
+            true => advice + &wrapped(&tongue_study::plane::limit()),
+            false => advice,
         }
     }
 

@@ -9,20 +9,26 @@ use tongue_fit::report::{self, Export, Json, Panel, Rows};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
 
-use super::{Global, Outcome, body, output, table};
+use super::{Global, Outcome, body, output, space, space_muscles, table};
 
 /// Options of `tongue-fit muscles`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit muscles --out results/muscles\n  \
-    tongue-fit muscles --tension 30")]
+    tongue-fit muscles --tension 30\n  \
+    tongue-fit muscles --body space --activation 0.05")]
 pub struct Arguments {
     /// Tension of the active muscle, N per metre of thickness
     #[arg(long, value_name = "N", default_value_t = 15.0, allow_negative_numbers = true)]
     tension: f64,
+    /// Activation of the active muscle of a body in space (--body space), from 0 to 1
+    #[arg(long, value_name = "A", default_value_t = 0.1, allow_negative_numbers = true)]
+    activation: f64,
     #[command(flatten)]
     body: body::Arguments,
+    #[command(flatten)]
+    space: space::ModelArguments,
 }
 
 /// The effect of one muscle on the length of a muscle and on three places of the surface.
@@ -55,6 +61,19 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         return Err(miette!(
             "--tension {tension}: a tension must be finite and above 0 (muscles pull, they do not push)"
         ));
+    }
+    if let Some(source) = arguments.body.space()? {
+        let (body, model) = (arguments.space.body(source)?, arguments.space.model()?);
+        return space_muscles::run(
+            &body,
+            &model,
+            arguments.activation,
+            &global.folder("results/muscles")?,
+            global,
+        );
+    }
+    if let Some(option) = arguments.space.given() {
+        return Err(miette!("{option} needs a body in space: --body space"));
     }
     let body = arguments.body.body()?;
     let model = arguments.body.model();
@@ -136,7 +155,7 @@ fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Res
 }
 
 /// The foremost, the highest and the rearmost node of the surface at rest.
-fn places(mesh: &Mesh<2>) -> [usize; 3] {
+pub fn places(mesh: &Mesh<2>) -> [usize; 3] {
     let surface = mesh.surface_nodes();
     let most = |of: fn(&SVector<f64, 2>) -> f64| {
         let best = surface.iter().max_by(|a, b| of(&mesh.nodes[**a]).total_cmp(&of(&mesh.nodes[**b])));
@@ -146,7 +165,7 @@ fn places(mesh: &Mesh<2>) -> [usize; 3] {
 }
 
 /// `3.1 mm forward, 0.4 up`.
-fn way([forward, up]: [f64; 2]) -> String {
+pub fn way([forward, up]: [f64; 2]) -> String {
     let along = |v: f64, unit: &str, [plus, minus]: [&str; 2]| {
         (v.abs() >= 0.05).then(|| format!("{:.1}{unit} {}", v.abs(), if v < 0.0 { minus } else { plus }))
     };

@@ -4,10 +4,12 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, WrapErr, miette};
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 use serde::Serialize;
-use tongue_fit::body::{AnyBody, Mesh};
-use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu};
+use tongue_fit::body::{AnyBody, Mesh, SpaceBody};
+use tongue_fit::report::{
+    self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, SpaceVtu, Svg, Vtu,
+};
 use tongue_fit::scene::body;
 use tongue_fit::scene::file::SceneBody;
 use tongue_fit::scene::prepare::{Prepared, SceneExtent, prepare};
@@ -145,11 +147,30 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
             })?
         }
         Ready::Solid(p) => {
-            answered(&scene, p, to, |mesh, shape, _| report::solid(mesh, shape, &scene.title))?
+            let space = p.body.space.clone();
+            answered(&scene, p, to, |mesh, shape, activations| match &space {
+                None => report::solid(mesh, shape, &scene.title),
+                Some(body) => {
+                    let (body, shape) = (upright(body), turned(shape));
+                    report::views(&body, &shape, activations, &scene.title)
+                }
+            })?
         }
     };
     output::answer(global, &Json(&result), &by, &written, || scene_table::outcome(&result, &written))?;
     Ok(outcome(&result))
+}
+
+/// Places in the axes of a body in space (y to the right, z upwards) from those of a scene.
+fn turned(places: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    places.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect()
+}
+
+/// A tongue of a scene in its own axes, for pictures.
+fn upright(body: &SpaceBody) -> SpaceBody {
+    let mut body = body.clone();
+    body.mesh.nodes = turned(&body.mesh.nodes);
+    body
 }
 
 /// Runs a prepared scene and writes its files, named after it: returns the outcome, the provenance and the
@@ -173,10 +194,18 @@ fn answered<const D: usize>(
     let picture = draw(mesh, &positions, &result.tensions_n).into_diagnostic()?;
     let stresses = prepared.system.stresses(&positions);
     let vtu = Vtu::new(mesh, &positions, &result.tensions_n).into_diagnostic()?.with_stresses(stresses);
+    let shape: Vec<_> = result
+        .positions_m
+        .iter()
+        .map(|p| Vector3::from_fn(|i, _| p.get(i).copied().unwrap_or(0.0)))
+        .collect();
+    let in_space = prepared.body.space.as_ref();
+    let in_space = in_space.map(|body| SpaceVtu { body, positions: &shape, activations: &result.tensions_n });
+    let vtu: &dyn Export = in_space.as_ref().map_or(&vtu, |v| v);
     let lengths = result.trajectory.as_ref().map(|_| scene_table::lengths_over_time(&result));
     let json = Json(&result);
     let mut files: Vec<(&str, &dyn Export)> =
-        vec![(&names[0], &picture), (&names[1], &json), (&names[2], &vtu)];
+        vec![(&names[0], &picture), (&names[1], &json), (&names[2], vtu)];
     files.extend(lengths.iter().map(|table| (names[3].as_str(), table as &dyn Export)));
     let written = out.export(&files, &by).into_diagnostic()?;
     Ok((result, by, written))

@@ -60,7 +60,11 @@ pub fn plan(plan: &ScenePlan) -> String {
 pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", o.plan.title, o.plan.body, o.plan.method);
     if !o.muscles.is_empty() {
-        let tension = if o.plan.dimension == 2 { "tension N/m" } else { "tension N" };
+        let tension = match o.plan.dimension {
+            2 => "tension N/m",
+            _ if o.plan.effect("hexahedra").is_some() => "activation",
+            _ => "tension N",
+        };
         let interval = o.points.as_ref().map(|_| "95 % interval");
         let columns: Vec<&str> = ["muscle", tension]
             .into_iter()

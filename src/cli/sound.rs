@@ -7,16 +7,18 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::SVector;
 use serde::Serialize;
-use tongue_fit::body::AnyBody;
+use tongue_fit::body::{AnyBody, Mesh};
 use tongue_fit::heard::{Airway, Articulation, Formant, MeanVowel, Tract, mean_vowels};
-use tongue_fit::measured::Vowel;
+use tongue_fit::measured::{ByMuscle, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
 use tongue_fit::scene::file::{Effects, FitTarget, Hyoid, Jaw, Material, SceneBody, SceneTongue, Want};
 use tongue_fit::scene::prepare::{SceneExtent, prepare};
 use tongue_fit::scene::{Scene, body, run, sound};
+use tongue_fit::system::TissueModel;
 use tongue_sound::voice::{self, Voice};
 
-use super::{Global, Outcome, output, table};
+use super::body::SpaceSource;
+use super::{Global, Outcome, output, sound_space, table};
 
 /// The baseline vowel.
 const BASELINE: &str = "ɯ";
@@ -26,11 +28,12 @@ const BASELINE: &str = "ɯ";
 #[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit sound --vowel a\n  \
-    tongue-fit sound --tension GGp=20 --tension SGa=4 --lip-opening 7 --out results/mine")]
+    tongue-fit sound --tension GGp=20 --tension SGa=4 --lip-opening 7 --out results/mine\n  \
+    tongue-fit sound --body space --activation GGP=0.1")]
 pub struct Arguments {
     /// Vowel whose lengths are fitted, with jaw and lips as in the tract's file; for the baseline ɯ the
     /// tongue at rest
-    #[arg(long, value_name = "V", required_unless_present = "tension", conflicts_with = "tension")]
+    #[arg(long, value_name = "V", required_unless_present_any = ["tension", "body"], conflicts_with = "tension")]
     vowel: Option<String>,
     /// Subject whose lengths are fitted
     #[arg(long, value_name = "NAME", default_value = "S2")]
@@ -68,6 +71,8 @@ pub struct Arguments {
     /// Duration of the voice, s
     #[arg(long, value_name = "S", default_value_t = Voice::default().seconds)]
     seconds: f64,
+    #[command(flatten)]
+    space: sound_space::Arguments,
 }
 
 /// Result of the command.
@@ -76,15 +81,52 @@ struct Record {
     subject: Option<String>,
     vowel: Option<String>,
     converged: bool,
-    /// Tensions, N per metre of thickness.
-    tensions_n: BTreeMap<String, f64>,
+    /// Tensions, N per metre of thickness; of a body in the plane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tensions_n: Option<BTreeMap<String, f64>>,
+    /// Activations; of a body in space.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    activations: Option<ByMuscle<f64>>,
     #[serde(flatten)]
     sound: SoundRecord,
     published_hz: Option<[f64; 2]>,
     wall_s: f64,
 }
 
+/// A shape in the midsagittal plane.
+pub struct Shown {
+    /// The section at rest.
+    pub mesh: Mesh<2>,
+    /// Positions of its nodes, m.
+    pub positions: Vec<SVector<f64, 2>>,
+}
+
+/// A tongue that was heard.
+pub struct Heard {
+    pub title: String,
+    pub converged: bool,
+    pub tissue: TissueModel,
+    pub tensions_n: Option<BTreeMap<String, f64>>,
+    pub activations: Option<ByMuscle<f64>>,
+    pub sound: SoundRecord,
+    pub wall_s: f64,
+    pub shown: Shown,
+}
+
 impl Arguments {
+    /// The first given option that only a tongue in the plane understands.
+    fn of_the_plane(&self) -> Option<&'static str> {
+        let given = [
+            ("--jaw", self.jaw.is_some()),
+            ("--hyoid", self.hyoid.is_some()),
+            ("--h", self.h != 5.5),
+            ("--tone", self.tone != 0.0),
+            ("--target", self.target != "stretch"),
+            ("--subject", self.subject != "S2"),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
+    }
+
     fn check(&self) -> miette::Result<()> {
         let within = |key: &str, x: f64, low: f64, high: f64, why: &str| match (low..=high).contains(&x) {
             true => Ok(()),
@@ -100,23 +142,30 @@ impl Arguments {
         }
     }
 
-    fn read_tract(&self) -> miette::Result<Tract> {
-        let Some(path) = &self.tract else { return Airway::drawn().into_diagnostic() };
+    fn read_tract(&self, source: Option<&SpaceSource>) -> miette::Result<Tract> {
+        let Some(path) = &self.tract else {
+            return source.map_or_else(|| Airway::drawn().into_diagnostic(), sound_space::drawn);
+        };
         let text = tongue_fit::files::read_text(path)
             .into_diagnostic()
             .wrap_err_with(|| format!("cannot read the tract \"{}\"; name a TOML file", path.display()))?;
         Airway::read(&text, &path.display().to_string()).into_diagnostic()
     }
 
-    /// The scene with the sound.
-    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Scene> {
+    /// Jaw, hyoid and lips: those of the tract's file for the vowel, where they are not given.
+    fn posture(&self, tract: &Tract, vowel: Option<&Vowel>) -> Articulation {
         let drawn = vowel.and_then(|v| tract.posture.get(v.label())).copied().unwrap_or_default();
-        let posture = Articulation {
+        Articulation {
             jaw_deg: self.jaw.unwrap_or(drawn.jaw_deg),
             hyoid_mm: self.hyoid.as_deref().and_then(|h| h.try_into().ok()).unwrap_or(drawn.hyoid_mm),
             lip_opening_mm: self.lip_opening.unwrap_or(drawn.lip_opening_mm),
             lip_protrusion_mm: self.lip_protrusion.unwrap_or(drawn.lip_protrusion_mm),
-        };
+        }
+    }
+
+    /// The scene with the sound.
+    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Scene> {
+        let posture = self.posture(tract, vowel);
         let mut tensions_n = BTreeMap::new();
         for word in &self.tension {
             let (muscle, n) =
@@ -142,6 +191,7 @@ impl Arguments {
                 target: self.target.clone(),
                 tone_n_per_m: self.tone,
             }),
+            activations: BTreeMap::new(),
             points: None,
             effects: Effects {
                 incompressibility: Some(true),
@@ -158,41 +208,72 @@ impl Arguments {
             }),
         })
     }
+
+    /// The sound of a vowel or of tensions in the plane.
+    fn in_plane(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Heard> {
+        let scene = self.scene(tract, vowel)?;
+        scene.check().into_diagnostic()?;
+        let AnyBody::Flat(body) = body::build(&scene.body).into_diagnostic()? else {
+            return Err(miette!("only a body in the plane has a tract"));
+        };
+        let mut prepared = prepare(&scene, body, SceneExtent::Pruned).into_diagnostic()?;
+        let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
+        let Some(sound) = answer.sound else { return Err(miette!("this scene has no sound")) };
+        Ok(Heard {
+            converged: answer.converged,
+            tissue: prepared.system.tissue(),
+            tensions_n: Some(answer.muscles.iter().map(|m| (m.muscle.clone(), m.tension_n)).collect()),
+            activations: None,
+            sound,
+            wall_s: answer.wall_s,
+            shown: Shown {
+                mesh: prepared.body.mesh,
+                positions: answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect(),
+            },
+            title: scene.title,
+        })
+    }
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
-    let tract = arguments.read_tract()?;
-    let scene = arguments.scene(&tract, vowel.as_ref())?;
-    scene.check().into_diagnostic()?;
-    let out = global.folder("results/sound")?;
-    let AnyBody::Flat(body) = body::build(&scene.body).into_diagnostic()? else {
-        return Err(miette!("only a body in the plane has a tract"));
+    let source = arguments.space.source()?;
+    let tract = arguments.read_tract(source)?;
+    let (out, heard) = match source {
+        Some(source) => {
+            if let Some(option) = arguments.of_the_plane() {
+                return Err(miette!("{option} is for a tongue in the plane; leave it out with --body"));
+            }
+            let heard = arguments.space.heard(source, &tract, &arguments.posture(&tract, None))?;
+            (global.folder("results/sound")?, heard)
+        }
+        None => {
+            arguments.scene(&tract, vowel.as_ref())?.check().into_diagnostic()?;
+            (global.folder("results/sound")?, arguments.in_plane(&tract, vowel.as_ref())?)
+        }
     };
-    let mut prepared = prepare(&scene, body, SceneExtent::Pruned).into_diagnostic()?;
-    let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
-    let Some(heard) = answer.sound else { return Err(miette!("this scene has no sound")) };
+    let Heard { title, converged, tissue, tensions_n, activations, sound, wall_s, shown } = heard;
     let means = mean_vowels().into_diagnostic()?;
     let mean = |v: &Vowel| means.iter().find(|m| m.vowel == v.label()).map(|m| [m.f1_hz, m.f2_hz]);
     let record = Record {
         subject: vowel.as_ref().map(|_| arguments.subject.clone()),
         vowel: vowel.as_ref().map(|v| v.label().to_owned()),
-        converged: answer.converged,
-        tensions_n: answer.muscles.iter().map(|m| (m.muscle.clone(), m.tension_n)).collect(),
+        converged,
+        tensions_n,
+        activations,
         published_hz: vowel.as_ref().and_then(mean),
-        sound: heard,
-        wall_s: answer.wall_s,
+        sound,
+        wall_s,
     };
-    let positions: Vec<_> = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
-    let title = format!("{}: the sound of the vowel", scene.title);
-    let shown: Vec<_> = means.iter().map(|m: &MeanVowel| (m.vowel.clone(), [m.f1_hz, m.f2_hz])).collect();
+    let drawn = format!("{title}: the sound of the vowel");
+    let marks: Vec<_> = means.iter().map(|m: &MeanVowel| (m.vowel.clone(), [m.f1_hz, m.f2_hz])).collect();
     let picture = report::vowel(&VowelPicture {
-        mesh: &prepared.body.mesh,
-        positions: &positions,
+        mesh: &shown.mesh,
+        positions: &shown.positions,
         sound: &record.sound,
-        means: &shown,
-        title: &title,
+        means: &marks,
+        title: &drawn,
     })
     .into_diagnostic()?;
     let formants: Vec<Formant> = (record.sound.formants_hz.iter().zip(&record.sound.bandwidths_hz))
@@ -200,14 +281,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         .collect();
     let spoken = Voice { pitch_hz: arguments.pitch, seconds: arguments.seconds, ..Voice::default() };
     let wav = Wav { samples: voice::samples(&formants, &spoken), rate_hz: spoken.rate_hz };
-    let by = super::provenance().with_tissue(prepared.system.tissue());
+    let by = super::provenance().with_tissue(tissue);
     let stem = vowel.as_ref().map_or("sound", Vowel::label);
     let names = ["json", "wav", "svg", "csv"].map(|extension| format!("{stem}.{extension}"));
     let (json, areas) = (Json(&record), Rows(&record.sound.area_function));
     let files: [(&str, &dyn Export); 4] =
         [(&names[0], &json), (&names[1], &wav), (&names[2], &picture), (&names[3], &areas)];
     let written = out.export(&files, &by).into_diagnostic()?;
-    output::answer(global, &json, &by, &written, || text(&record, &scene.title) + &table::files(&written))?;
+    output::answer(global, &json, &by, &written, || text(&record, &title) + &table::files(&written))?;
     Ok(if record.converged { Outcome::Good } else { Outcome::Untrustworthy })
 }
 

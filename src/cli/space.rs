@@ -5,16 +5,16 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::ValueEnum;
-use miette::{IntoDiagnostic, miette};
+use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::Vector3;
 
-use tongue_fit::body::{SpaceBody, artisynth};
+use tongue_fit::body::{SpaceBody, artisynth, gmsh};
 use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, AlarmRecord, BranchRecord, Export, Json, OutputDir, SpaceRecord, SpaceVtu};
 use tongue_fit::statics::{self, Solution, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
-use super::body::SpaceSource;
+use super::body::{SpaceSource, UnitName};
 use super::{Global, Outcome, output, space_surgery, table};
 
 /// Options of bodies in space.
@@ -48,6 +48,9 @@ pub struct ModelArguments {
     /// Cut every hexahedron in eight
     #[arg(long)]
     refined: bool,
+    /// Unit of the coordinates of a body from Gmsh (--body FILE.msh)
+    #[arg(long, value_name = "UNIT", value_enum, default_value = "m")]
+    body_unit: UnitName,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -78,6 +81,13 @@ impl ModelArguments {
                 let body = artisynth::read(folder).into_diagnostic()?;
                 Ok(if self.refined { body.refined() } else { body })
             }
+            SpaceSource::Mesh(file) => {
+                let origin = file.display().to_string();
+                let bytes = tongue_fit::files::read(file).into_diagnostic();
+                let bytes = bytes.wrap_err_with(|| format!("cannot read the mesh \"{origin}\""))?;
+                let body = gmsh::read_space(&bytes, &origin, self.body_unit.into()).into_diagnostic()?;
+                Ok(if self.refined { body.refined() } else { body })
+            }
         }
     }
 
@@ -101,37 +111,47 @@ impl Arguments {
         let surgery = self.surgery.is_given().then_some("--operate");
         activation.or(surgery).or_else(|| self.model.given())
     }
-    /// Activations of all muscles of the body.
-    fn activations(&self, body: &SpaceBody) -> miette::Result<Vec<f64>> {
-        let mut given = Vec::new();
-        for word in &self.activation {
-            let (name, value) = word
-                .split_once('=')
-                .ok_or_else(|| miette!("--activation {word}: write MUSCLE=A, like GGP=0.1"))?;
-            let value: f64 = value.trim().parse().map_err(|_| {
-                miette!(
-                    "--activation {word}: \"{value}\" is not a number; write one from 0 to 1, like GGP=0.1"
-                )
-            })?;
-            given.push((name.trim().to_owned(), value));
-        }
-        body.activations(&given).map_err(|error| miette!("--activation: {error}"))
+}
+
+/// Activations of all muscles of a body from words such as `GGP=0.1`.
+///
+/// # Errors
+/// Words that are not read, muscles that the body does not have, values out of range.
+pub fn activations(words: &[String], body: &SpaceBody) -> miette::Result<Vec<f64>> {
+    let mut given = Vec::new();
+    for word in words {
+        let (name, value) = word
+            .split_once('=')
+            .ok_or_else(|| miette!("--activation {word}: write MUSCLE=A, like GGP=0.1"))?;
+        let value: f64 = value.trim().parse().map_err(|_| {
+            miette!("--activation {word}: \"{value}\" is not a number; write one from 0 to 1, like GGP=0.1")
+        })?;
+        given.push((name.trim().to_owned(), value));
     }
+    body.activations(&given).map_err(|error| miette!("--activation: {error}"))
 }
 
 /// An equilibrium of a body in space.
-struct Solved {
-    solution: Solution,
+pub struct Solved {
+    pub solution: Solution,
     branch: Option<BranchRecord>,
-    alarms: Vec<Alarm>,
-    positions: Vec<Vector3<f64>>,
-    system: System<3>,
-    wall_s: f64,
+    pub alarms: Vec<Alarm>,
+    pub positions: Vec<Vector3<f64>>,
+    pub system: System<3>,
+    pub wall_s: f64,
 }
 
 /// Solves for the equilibrium; unless `direct`, the equilibria from rest are followed as the activations
 /// grow.
-fn solve(body: &SpaceBody, model: &SpaceModel, activations: &[f64], direct: bool) -> miette::Result<Solved> {
+///
+/// # Errors
+/// A faulty body or law.
+pub fn solve(
+    body: &SpaceBody,
+    model: &SpaceModel,
+    activations: &[f64],
+    direct: bool,
+) -> miette::Result<Solved> {
     // Factors of elements may differ between the sides.
     let half = if model.factors.is_empty() { body.half() } else { None };
     let half = half.and_then(|half| Some((half.activations(activations)?, half)));
@@ -178,7 +198,7 @@ pub fn run(
     global: &Global,
 ) -> miette::Result<Outcome> {
     let whole = arguments.model.body(source)?;
-    let all = arguments.activations(&whole)?;
+    let all = activations(&arguments.activation, &whole)?;
     let model = arguments.model.model()?;
     let operated = match arguments.surgery.is_given() {
         true => Some(arguments.surgery.operate(&whole)?),

@@ -60,7 +60,10 @@ pub fn run(
     }
     let frames = read_nodes(file, 1e-3 * arguments.sd).into_diagnostic()?;
     let body = arguments.model.body(source)?;
-    let system = System::in_space(&body, &arguments.model.model()?).into_diagnostic()?;
+    let model = arguments.model.model()?;
+    let system = System::in_space(&body, &model).into_diagnostic()?;
+    let half = if arguments.sides_apart { None } else { body.half() };
+    let left = half.as_ref().map(|half| System::of_half(half, &model)).transpose().into_diagnostic()?;
     let usual = SpaceSearch::default();
     let settings = FitSettings { starts: arguments.starts, ..usual.settings };
     settings.check().into_diagnostic()?;
@@ -68,7 +71,11 @@ pub fn run(
     let mut record = SpaceTrackRecord::new(&body);
     let mut last = None;
     for frame in &frames {
-        let fit = search.fit(&body, &system, &frame.seen, last.as_ref()).into_diagnostic()?;
+        let fit = match half.as_ref().zip(left.as_ref()).filter(|_| last.is_none()) {
+            Some(alike) => search.fit_alike((&body, &system), alike, &frame.seen),
+            None => search.fit(&body, &system, &frame.seen, last.as_ref()),
+        };
+        let fit = fit.into_diagnostic()?;
         output::step(|| {
             let (status, rms) = (fit.answer.status, 1e3 * fit.rms_m);
             format!("{status:?}: {rms:.2} mm RMS in {} factorisations", fit.factorisations)

@@ -7,13 +7,13 @@ use miette::{IntoDiagnostic, WrapErr};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::heard::{Airway, Articulation};
-use tongue_fit::report::{FormantsRecord, TrackRecord};
+use tongue_fit::report::TrackRecord;
 use tongue_fit::track::{Followed, Frame, listen};
 
 /// Number of formants that are told.
 const FORMANTS: usize = 2;
 /// A traced palate replaces the drawn one where they are nearer to each other than this, mm.
-const PALATE_REACH_MM: f64 = 12.0;
+const REACH_MM: f64 = 12.0;
 
 /// Options of the sound.
 #[derive(Debug, Clone, clap::Args)]
@@ -56,7 +56,7 @@ impl Arguments {
         };
         if let Some(palate) = palate {
             let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
-            tract = tract.under(&palate, PALATE_REACH_MM);
+            tract = tract.under(&palate, REACH_MM);
         }
         let lips = Articulation {
             lip_opening_mm: self.lip_opening,
@@ -76,6 +76,6 @@ impl Sound {
 
     /// Adds to the record what the formants are those of.
     pub fn tell(&self, record: &mut TrackRecord) {
-        record.formants = Some(FormantsRecord::new(self.airway.tract(), &self.lips, &record.frames));
+        record.add_formants(self.airway.tract(), &self.lips);
     }
 }

@@ -39,9 +39,10 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
         text,
         "\n{t}\nmedians over the frames, at a Young's modulus of 6.9 kPa; without data a level is {:.1} ({low:.1} to {high:.1}) N/m.\n\
          An interval from 0 cannot exclude a slack muscle. A course is a level less its mean over the recording; it is\n\
-         known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.",
+         known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}",
         record.prior.median_n,
-        1.2 * record.prior.scale_n
+        1.2 * record.prior.scale_n,
+        tongue_study::plane::limit()
     );
     let resolved = upper_median(record.frames.iter().map(|f| f.resolved as f64)).unwrap_or(0.0);
     let _ = writeln!(

@@ -152,6 +152,54 @@ def cylinder(h):
     gmsh.model.mesh.generate(3)
 
 
+def hexahedra(form):
+    """A block of hexahedra in two volumes, left and right, with a muscle on each side and one in both."""
+    geo = gmsh.model.geo
+    sections = []
+    for y in (-20.0, 0.0, 20.0):
+        corners = [geo.addPoint(x, y, z) for x, z in [(0, 0), (60, 0), (60, 20), (0, 20)]]
+        sections.append((corners, [geo.addLine(corners[i], corners[(i + 1) % 4]) for i in range(4)]))
+    across = [[geo.addLine(a, b) for a, b in zip(sections[k][0], sections[k + 1][0])] for k in range(2)]
+    faces = [geo.addPlaneSurface([geo.addCurveLoop(lines)]) for _, lines in sections]
+    volumes, ends = [], []
+    for k in range(2):
+        (_, low), (_, high) = sections[k], sections[k + 1]
+        around = [
+            geo.addPlaneSurface([geo.addCurveLoop([low[i], across[k][(i + 1) % 4], -high[i], -across[k][i]])])
+            for i in range(4)
+        ]
+        ends.append(around[3])
+        volumes.append(geo.addVolume([geo.addSurfaceLoop([faces[k], faces[k + 1], *around])]))
+    geo.synchronize()
+    for _, lines in sections:
+        for i, line in enumerate(lines):
+            gmsh.model.mesh.setTransfiniteCurve(line, [7, 3, 7, 3][i])
+    for lines in across:
+        for line in lines:
+            gmsh.model.mesh.setTransfiniteCurve(line, 3)
+    for _, surface in gmsh.model.getEntities(2):
+        gmsh.model.mesh.setTransfiniteSurface(surface)
+        gmsh.model.mesh.setRecombine(2, surface)
+    for volume in volumes:
+        gmsh.model.mesh.setTransfiniteVolume(volume)
+    group(3, volumes, "tissue")
+    group(3, volumes[:1], "muscle:A_L 20 kPa")
+    group(3, volumes[1:], "muscle:A_R 20 kPa")
+    group(3, volumes, "muscle:M 4 N")
+    group(1, [sections[1][1][2]], "fibre:M")
+    group(2, ends, "bone:mandible")
+    gmsh.model.mesh.generate(3)
+    path = f"hexahedra_{form}.msh"
+    save(path, form)
+    for side, volume in zip("LR", volumes):
+        tags = gmsh.model.mesh.getElements(3, volume)[1][0]
+        view = gmsh.view.add(f"fibre:A_{side}")
+        tilt = -0.2 if side == "L" else 0.2
+        gmsh.view.addModelData(view, 0, gmsh.model.getCurrent(), "ElementData", tags, [[1.0, tilt, 0.0]] * len(tags))
+        gmsh.option.setNumber("PostProcessing.SaveMesh", 0)
+        gmsh.view.write(view, str(HERE / path), append=True)
+
+
 def main():
     gmsh.initialize()
     start()
@@ -169,6 +217,10 @@ def main():
     for form in ["41", "22_binary"]:
         save(f"cylinder_{form}.msh", form)
     write_said("cylinder.json")
+
+    for form in ["41", "41_binary"]:
+        start()
+        hexahedra(form)
 
     along = [(0.25, 0.5), (0.5, 0.5), (0.75, 0.5)]
     star = along + [(0.5, 0.75)]

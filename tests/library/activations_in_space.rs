@@ -112,6 +112,12 @@ fn artisynths_target_is_met_as_well_as_by_artisynth() {
     let system = System::in_space(&body, &SpaceModel::default()).unwrap();
     let fit = search.fit(&body, &system, &target, None).unwrap();
     told("22 points", &fit);
+    // The same on one half, completed on the whole.
+    let half = body.half().unwrap();
+    let left = System::of_half(&half, &SpaceModel::default()).unwrap();
+    let alike = search.fit_alike((&body, &system), (&half, &left), &target).unwrap();
+    assert!((alike.rms_m - fit.rms_m).abs() < 1e-5, "{} {}", alike.rms_m, fit.rms_m);
+    assert!(alike.activations.iter().zip(&fit.activations).all(|(a, b)| (a - b).abs() < 1e-2));
     // ArtiSynth itself leaves 3.38 mm.
     assert!(fit.rms_m < 3.38e-3, "{}", fit.rms_m);
     assert!(fit.starts.iter().all(|s| (s.misfit / fit.answer.misfit - 1.0).abs() < 0.05), "from every start");

@@ -129,3 +129,22 @@ fn a_finer_mesh_moves_nearly_alike() {
         assert!((coarse - fine).norm() < 0.2 * fine.norm(), "{name}");
     }
 }
+
+/// A sample of what was run with 200 activations, half of them with the sides apart.
+#[test]
+fn random_activations_of_all_muscles_converge_without_an_inverted_element() {
+    let body = SpaceBody::tongue(1).unwrap();
+    let half = body.half().unwrap();
+    let left = System::of_half(&half, &SpaceModel::default()).unwrap();
+    let mut w = Workspace::new(&left);
+    let mut random = fastrand::Rng::with_seed(18);
+    for n in 0..12 {
+        let given: Vec<(String, f64)> = body.groups().into_iter().map(|g| (g, 0.5 * random.f64())).collect();
+        let activations = half.activations(&body.activations(&given).unwrap()).unwrap();
+        w.start_from_rest(&left);
+        let found = statics::solve(&left, &mut w, &activations, &SolveSettings::default());
+        assert_eq!(found.status, SolveStatus::Converged, "{n}: {given:?}");
+        let (least, most) = left.cell_ratios(w.positions());
+        assert!(least > 0.8 && most < 1.2, "{n}: {least} {most}");
+    }
+}

@@ -133,3 +133,14 @@ fn the_plane_misses_a_quarter_of_artisynths_tongue() {
     assert!((of("TRANS").area_change_percent - 10.4).abs() < 1.0);
     assert!((of("GGP").area_change_percent + 6.0).abs() < 1.0);
 }
+
+#[test]
+fn planar_commands_quote_what_the_plane_misses_of_the_built_in_tongue() {
+    let body = SpaceBody::tongue(1).unwrap();
+    let rows = plane::Both::new(&body, &SpaceModel::default()).unwrap().alone(&mut |_| {});
+    let mut errors: Vec<f64> = rows.iter().map(|r| r.error).collect();
+    errors.sort_by(f64::total_cmp);
+    assert_eq!(errors.len(), 11);
+    assert!((errors[5] - plane::MISSED).abs() < 5e-3, "{errors:?}");
+    assert!(plane::limit().contains(&format!("{:.0} %", 100.0 * errors[5])), "{}", plane::limit());
+}

@@ -3,9 +3,10 @@
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
 use tongue_core::statics::Response;
-use tongue_fit::body::Body;
-use tongue_fit::heard::{Airway, Articulation, Heard, mean_vowels};
+use tongue_fit::body::{Body, SpaceBody};
+use tongue_fit::heard::{Airway, Articulation, Heard, SpaceAirway, Tract, mean_vowels};
 use tongue_fit::observe::Observable;
 use tongue_fit::scene::body::build;
 use tongue_fit::scene::prepare::{SceneExtent, prepare};
@@ -152,4 +153,110 @@ fn a_trajectory_with_a_tract_has_formants_over_time() {
     let way = scene::simulate(&Scene::from_toml(text, "t.toml").unwrap()).unwrap().trajectory.unwrap();
     let of = |i: usize| way.moments[i].formants_hz.clone().unwrap();
     assert!((of(0)[0] - of(way.moments.len() - 1)[0]).abs() > 1.0);
+}
+
+/// A box of hexahedra from x = 0 to 60 mm, 40 mm wide, from z = 0 to 20 mm, with faces in the midsagittal plane.
+fn block_in_space() -> SpaceBody {
+    let counts = [12, 80, 2];
+    let size = [60e-3, 40e-3, 20e-3];
+    let node = |i: usize, j: usize, k: usize| (k * (counts[1] + 1) + j) * (counts[0] + 1) + i;
+    let mut body = SpaceBody { what: "a box".to_owned(), ..SpaceBody::default() };
+    for k in 0..=counts[2] {
+        for j in 0..=counts[1] {
+            for i in 0..=counts[0] {
+                let at = |n: usize, axis: usize| size[axis] * n as f64 / counts[axis] as f64;
+                body.mesh.nodes.push(Vector3::new(at(i, 0), at(j, 1) - 0.5 * size[1], at(k, 2)));
+            }
+        }
+    }
+    for k in 0..counts[2] {
+        for j in 0..counts[1] {
+            for i in 0..counts[0] {
+                let layer =
+                    |k: usize| [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
+                let (low, high) = (layer(k), layer(k + 1));
+                body.mesh.hexahedra.push(std::array::from_fn(|c| if c < 4 { low[c] } else { high[c - 4] }));
+            }
+        }
+    }
+    body.mesh.fixed = vec![0];
+    body.mesh.connect();
+    body
+}
+
+/// A straight wall 10 mm above that box, from its back (x = 55 mm) to its front (x = 5 mm).
+fn straight_tract(half_width_mm: f64, arch_mm: f64) -> Tract {
+    let text = format!(
+        "name = \"straight\"\n[[wall]]\nname = \"roof\"\nalpha = [1.0, 1.0]\nbeta = [1.0, 1.0]\n\
+         half_width_mm = [{half_width_mm}, {half_width_mm}]\narch_mm = [{arch_mm}, {arch_mm}]\n\
+         points_mm = [[55.0, 30.0, 55.0, 10.0], [5.0, 30.0, 5.0, 10.0]]\n\
+         [larynx]\nfront_mm = [[80.0, 20.0]]\nfollows_hyoid = 0.5\n[tongue]\nroot_mm = [60.0, 20.0]\ntip_mm = [0.0, 20.0]\n\
+         [jaw]\njoint_mm = [70.0, 85.0]\nfloor_mm = [[-5.0, 20.0]]\n[lips]\nlength_mm = 8.0\nwidth_mm = 20.0\n[grid]\nstep_mm = 5.0\n"
+    );
+    Airway::read(&text, "straight.toml").unwrap()
+}
+
+#[test]
+fn cross_sections_of_a_tongue_in_space_have_the_areas_of_exact_solids() {
+    let body = block_in_space();
+    let areas =
+        |half_width_mm: f64, arch_mm: f64, shape: &dyn Fn(Vector3<f64>) -> Vector3<f64>| -> Vec<f64> {
+            let airway = SpaceAirway::round(&body, straight_tract(half_width_mm, arch_mm)).unwrap();
+            let positions: Vec<_> = body.mesh.nodes.iter().map(|p| shape(*p)).collect();
+            let sound = airway.sound(&positions, &Articulation::default()).unwrap();
+            let of_tongue = sound.profile.sections.len() - 2;
+            sound.profile.sections[..of_tongue].iter().map(|s| 1e6 * s.area_m2).collect()
+        };
+    let meets = |found: &[f64], exact: f64, relative: f64| {
+        assert_eq!(found.len(), 10);
+        for area in found {
+            assert!((area / exact - 1.0).abs() < relative, "{area} mm2 for {exact}");
+        }
+    };
+    let rest = |p: Vector3<f64>| p;
+    meets(&areas(12.0, 0.0, &rest), 2.0 * 12.0 * 10.0, 1e-9);
+    // A parabola above a plane, open up to the side.
+    meets(&areas(12.0, 6.0, &rest), 2.0 * 12.0 * (10.0 - 6.0 / 3.0), 1e-3);
+    // It closes where 20 (y / 16)^2 = 10.
+    let closed = 16.0 * 0.5_f64.sqrt();
+    meets(&areas(16.0, 20.0, &rest), 2.0 * closed * 10.0 * 2.0 / 3.0, 2e-3);
+    // Beside the tongue, which is 40 mm wide, there is no airway.
+    meets(&areas(25.0, 0.0, &rest), 40.0 * 10.0, 1e-9);
+    // A circular cylinder of radius 30 mm along the tract, its top where the box had it.
+    let radius = 30e-3;
+    let round = |p: Vector3<f64>| {
+        let drop = radius - (radius * radius - p.y * p.y).sqrt();
+        Vector3::new(p.x, p.y, p.z - drop * p.z / 20e-3)
+    };
+    let (r, w) = (30.0_f64, 15.0_f64);
+    let segment = w * (r * r - w * w).sqrt() + r * r * (w / r).asin();
+    meets(&areas(w, 0.0, &round), 2.0 * w * (10.0 + r) - segment, 1e-3);
+    // Lifted on one side only.
+    let tilted = |p: Vector3<f64>| Vector3::new(p.x, p.y, p.z + 0.2 * p.y * p.z / 20e-3);
+    meets(&areas(12.0, 0.0, &tilted), 2.0 * 12.0 * 10.0, 1e-9);
+}
+
+#[test]
+fn the_built_in_tongue_in_space_sounds_nearly_as_its_plane_does_at_rest() {
+    let plane = Body::tongue(5.5e-3).unwrap();
+    let tract = Airway::drawn().unwrap();
+    let flat = Airway::round(&plane, tract.clone()).unwrap();
+    let flat = flat.sound(&plane.mesh.nodes, &Articulation::default()).unwrap();
+    let body = SpaceBody::tongue(1).unwrap();
+    let airway = SpaceAirway::round(&body, tract.clone()).unwrap();
+    let sound = airway.sound(&body.mesh.nodes, &Articulation::default()).unwrap();
+    for (i, (space, plane)) in sound.formants.iter().zip(&flat.formants).take(3).enumerate() {
+        eprintln!(
+            "F{}: {:.0} Hz in space, {:.0} in the plane",
+            i + 1,
+            space.frequency_hz,
+            plane.frequency_hz
+        );
+        assert!((space.frequency_hz / plane.frequency_hz - 1.0).abs() < 0.2);
+    }
+    let mut without = tract;
+    without.wall[1].half_width_mm = None;
+    let airway = SpaceAirway::round(&body, without).unwrap();
+    let told = airway.sound(&body.mesh.nodes, &Articulation::default()).unwrap_err().to_string();
+    assert!(told.starts_with("wall `back wall of the pharynx` has no half_width_mm and arch_mm"), "{told}");
 }

@@ -124,3 +124,58 @@ fn what_cannot_be_used_is_refused_in_one_message() {
     }
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "nothing else was written");
 }
+
+#[test]
+fn a_body_of_hexahedra_from_gmsh_contracts() {
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gmsh/hexahedra_41.msh");
+    let found = json(folder.path(), &["simulate", "--body", mesh, "--activation", "A=0.3", "--json"]);
+    assert_eq!(
+        (&found["status"], &found["hexahedra"], &found["half"]),
+        (&"converged".into(), &48.into(), &true.into())
+    );
+    assert!(found["stretches"]["A_L"].as_f64().unwrap() < 0.97, "{}", found["stretches"]);
+    let (status, _, told) = told(folder.path(), &["simulate", "--body", "none.msh"]);
+    assert!(status == Some(1) && told.contains("cannot read the mesh"), "{told}");
+}
+
+#[test]
+fn the_tongue_in_space_sounds_and_its_scenes_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let heard = |more: &[&str]| {
+        let arguments = [&["sound", "--body", "space", "--json", "--out", "s"], more].concat();
+        let found = json(folder.path(), &arguments);
+        [0, 1].map(|i| found["formants_hz"][i].as_f64().unwrap())
+    };
+    let (rest, raised) = (heard(&[]), heard(&["--activation", "GGP=0.05"]));
+    // The tongue comes to the front: the pharynx widens and the front cavity narrows.
+    assert!(raised[0] < rest[0] && raised[1] > rest[1], "{rest:?} {raised:?}");
+    let (status, _, refused) = told(folder.path(), &["sound", "--body", "space", "--jaw", "3"]);
+    assert!(status == Some(1) && refused.contains("--jaw is for a tongue in the plane"), "{refused}");
+    let scene = "title = \"t\"\nwant = \"shape\"\n[body.tongue-in-space]\n[activations]\nGGP = 0.1\n[effects]\ngravity = { posture = \"supine\" }\n";
+    std::fs::write(folder.path().join("s.toml"), scene).unwrap();
+    let (status, printed, errors) = told(folder.path(), &["scene", "run", "s.toml", "--out", "s"]);
+    assert_eq!(status, Some(0), "{errors}");
+    assert!(printed.contains("| activation |") && printed.contains("672 hexahedra"), "{printed}");
+    let vtu = std::fs::read_to_string(folder.path().join("s/s.vtu")).unwrap();
+    assert!(vtu.contains("activation"), "{}", &vtu[..400]);
+}
+
+#[test]
+fn each_muscle_of_the_tongue_in_space_is_shown_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let found =
+        json(folder.path(), &["muscles", "--body", "space", "--activation", "0.05", "--json", "--out", "m"]);
+    let rows = found["muscles"].as_array().unwrap();
+    let of = |name: &str, key: &str| {
+        let row = rows.iter().find(|r| r["pulling"] == name).unwrap();
+        row[key].as_f64().unwrap()
+    };
+    assert_eq!(rows.len(), 11);
+    // Transversus narrows the tongue and raises it; the posterior genioglossus brings its root forward.
+    assert!(of("TRANS", "wider_mm") < -0.5 && of("TRANS", "top_up_mm") > 0.5, "{found}");
+    assert!(of("GGP", "root_forward_mm") > 1.0 && of("GGP", "stretch") < 0.97, "{found}");
+    assert!(std::fs::read_to_string(folder.path().join("m/muscles.svg")).unwrap().contains("TRANS"));
+    let (status, _, told) = told(folder.path(), &["muscles", "--body", "space", "--activation", "2"]);
+    assert!(status == Some(1) && told.contains("it must lie between 0 and 1"), "{told}");
+}

@@ -8,9 +8,11 @@
 //! to the airway. The area of the cross-section is `alpha d^beta` with the width d in cm (Heinz and Stevens
 //! 1965). The lips are a short elliptic tube.
 
+mod space;
 mod tract;
 mod walls;
 
+pub use space::ToTongue;
 pub use tract::{Articulation, Carrier, Grid, Larynx, Lips, Teeth, Tongue, Tract, Wall};
 
 use crate::Section;
@@ -78,6 +80,12 @@ pub struct Across {
 }
 
 impl Across {
+    /// Distance across, m.
+    fn length(&self) -> f64 {
+        let way = minus(self.inner, self.outer);
+        way[0].hypot(way[1])
+    }
+
     /// Midpoint, m.
     pub fn middle(&self) -> Point {
         [0.5 * (self.outer[0] + self.inner[0]), 0.5 * (self.outer[1] + self.inner[1])]
@@ -98,6 +106,7 @@ pub struct Profile {
     pub sections: Vec<Section>,
     /// The lines that bound all sections except those of the lips.
     pub across: Vec<Across>,
+    /// Empty for cross-sections of a tongue in space, which have no derivatives.
     slopes: Vec<Slopes>,
 }
 
@@ -109,8 +118,13 @@ impl Profile {
         let mut sections = Vec::with_capacity(across.len() + 1);
         let mut slopes = Vec::with_capacity(across.len());
         for (i, pair) in across.windows(2).enumerate() {
-            let coefficients = walls.coefficients(i);
-            let (section, slope) = between(&pair[0], &pair[1], coefficients)
+            let [alpha, beta] = walls.coefficients(i);
+            // alpha d^beta with d in cm gives cm^2.
+            let area = |distance: f64| {
+                let value = 1e-4 * alpha * (distance * 1e2).powf(beta);
+                [value, beta * value / distance]
+            };
+            let (section, slope) = between(&pair[0], &pair[1], area)
                 .ok_or_else(|| ProfileError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
             sections.push(section);
             slopes.push(slope);
@@ -155,8 +169,8 @@ fn minus(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// The section between two lines; `None` if they cross.
-fn between(first: &Across, second: &Across, [alpha, beta]: [f64; 2]) -> Option<(Section, Slopes)> {
+/// The section between two lines, with an area and its derivative from the distance across; `None` if the lines cross.
+fn between(first: &Across, second: &Across, area_of: impl Fn(f64) -> [f64; 2]) -> Option<(Section, Slopes)> {
     let way = minus(second.middle(), first.middle());
     let length = way[0].hypot(way[1]);
     // The corners in order; the sign is the direction in which the airway runs.
@@ -174,9 +188,7 @@ fn between(first: &Across, second: &Across, [alpha, beta]: [f64; 2]) -> Option<(
         return None;
     }
     let distance = area / length;
-    // alpha d^beta with d in cm gives cm^2.
-    let value = 1e-4 * alpha * (distance * 1e2).powf(beta);
-    let by_distance = beta * value / distance;
+    let [value, by_distance] = area_of(distance);
     let way = [way[0] / length, way[1] / length];
     let mut slopes = Slopes::default();
     for (end, (line, turn)) in [(first, -1.0), (second, 1.0)].into_iter().enumerate() {

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 
 use super::Continuum;
 use crate::geometry;
@@ -112,7 +112,29 @@ impl<const D: usize> Mesh<D> {
     /// Nodes on the surface of the tissue, ascending: those of edges (in space: faces) that belong to one
     /// cell only.
     pub fn surface_nodes(&self) -> Vec<usize> {
-        self.surface().into_iter().flatten().collect::<BTreeSet<_>>().into_iter().collect()
+        let of_hexahedra = self.outward_quadrilaterals().into_iter().flat_map(|(_, face)| face);
+        let all: BTreeSet<usize> = self.surface().into_iter().flatten().chain(of_hexahedra).collect();
+        all.into_iter().collect()
+    }
+
+    /// The faces that belong to one hexahedron only, with the number of that hexahedron; their corners are
+    /// counter-clockwise as seen from outside.
+    pub fn outward_quadrilaterals(&self) -> Vec<(usize, [usize; 4])> {
+        let all = || self.hexahedra.iter().enumerate();
+        let faces = || all().flat_map(|(e, c)| hexahedron::FACES.map(|face| (e, face.map(|i| c[i]))));
+        let sorted = |mut face: [usize; 4]| {
+            face.sort_unstable();
+            face
+        };
+        let mut count: BTreeMap<[usize; 4], usize> = BTreeMap::new();
+        faces().for_each(|(_, face)| *count.entry(sorted(face)).or_default() += 1);
+        faces().filter(|(_, face)| count[&sorted(*face)] == 1).collect()
+    }
+
+    /// The volume of each hexahedron at rest, m³.
+    pub fn hexahedron_volumes(&self) -> impl Iterator<Item = f64> {
+        let in_space = |n: usize| Vector3::from_fn(|axis, _| self.nodes[n].get(axis).copied().unwrap_or(0.0));
+        self.hexahedra.iter().map(move |corners| hexahedron::volume(&corners.map(in_space)))
     }
 
     /// The edges (in space: faces) that belong to one cell only, the nodes of each ascending.
@@ -201,19 +223,5 @@ impl Mesh<3> {
         let quadrilaterals = self.outward_quadrilaterals().into_iter();
         faces.extend(quadrilaterals.flat_map(|(_, [a, b, c, d])| [[a, b, c], [a, c, d]]));
         faces
-    }
-
-    /// The faces that belong to one hexahedron only, with the number of that hexahedron; their corners are
-    /// counter-clockwise as seen from outside.
-    pub fn outward_quadrilaterals(&self) -> Vec<(usize, [usize; 4])> {
-        let all = || self.hexahedra.iter().enumerate();
-        let faces = || all().flat_map(|(e, c)| hexahedron::FACES.map(|face| (e, face.map(|i| c[i]))));
-        let sorted = |mut face: [usize; 4]| {
-            face.sort_unstable();
-            face
-        };
-        let mut count: BTreeMap<[usize; 4], usize> = BTreeMap::new();
-        faces().for_each(|(_, face)| *count.entry(sorted(face)).or_default() += 1);
-        faces().filter(|(_, face)| count[&sorted(*face)] == 1).collect()
     }
 }

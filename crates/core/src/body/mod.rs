@@ -57,6 +57,8 @@ pub struct Body<const D: usize> {
     pub palate: Option<Vec<Point>>,
     /// For a continuum, the linear mesh that it was made from.
     pub origin: Option<Arc<Origin<D>>>,
+    /// For a tongue of hexahedra, its muscles as regions with directions, in the same axes.
+    pub space: Option<Arc<SpaceBody>>,
 }
 
 /// The linear mesh that a continuum was made from.
@@ -175,7 +177,7 @@ impl<const D: usize> Origin<D> {
             bone.nodes.sort_unstable();
         }
         let (what, palate) = (format!("{what}, a continuum"), palate.clone());
-        Ok(Body { what, mesh: laid.mesh, bones, palate, origin: Some(Arc::new(self)) })
+        Ok(Body { what, mesh: laid.mesh, bones, palate, origin: Some(Arc::new(self)), space: None })
     }
 }
 

@@ -47,6 +47,9 @@ pub fn lumped_masses<const D: usize>(mesh: &Mesh<D>, density: f64) -> Vec<(usize
         let share = density * simplex::measure(&simplex::corners(&mesh.nodes, cell)) / (D + 1) as f64;
         cell.iter().for_each(|&n| mass[n] += share);
     }
+    for (corners, volume) in mesh.hexahedra.iter().zip(mesh.hexahedron_volumes()) {
+        corners.iter().for_each(|&n| mass[n] += density * volume / corners.len() as f64);
+    }
     mass.into_iter().enumerate().filter(|(_, m)| *m > 0.0).collect()
 }
 

@@ -61,7 +61,8 @@ impl Default for Model {
 pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coefficients, SystemError> {
     let total: f64 = mesh.connections.iter().map(|&[a, b]| (mesh.nodes[b] - mesh.nodes[a]).norm()).sum();
     let side = total / mesh.connections.len().max(1) as f64;
-    let measure = mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum();
+    let of_cells = mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c)));
+    let measure = of_cells.chain(mesh.hexahedron_volumes()).sum();
     let in_tissue = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
     Coefficients::new::<D>(&model.constants, model.preset, model.spread, side, measure, in_tissue)
 }

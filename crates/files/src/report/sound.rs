@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-use tongue_infer::heard::Articulation;
+use tongue_infer::heard::{Articulation, Sound, Tract};
+use tongue_sound::{Acoustics, transfer};
 
 /// A section of a vocal tract.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -37,6 +38,9 @@ pub struct SoundRecord {
     pub tract: String,
     /// Posture of jaw, hyoid and lips.
     pub posture: Articulation,
+    /// How the areas were found, where not from the distances across in the midsagittal plane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub areas_from: Option<&'static str>,
     /// Distance from the glottis to the lips along the midline, mm.
     pub tract_length_mm: f64,
     /// Areas from the glottis to the lips.
@@ -45,4 +49,37 @@ pub struct SoundRecord {
     pub across_mm: Vec<[[f64; 2]; 2]>,
     /// The transfer function from glottis to lips: frequency, Hz, and level, dB.
     pub transfer_db: Vec<[f64; 2]>,
+}
+
+/// Step of the reported transfer function, and its largest frequency, Hz.
+const STEP_HZ: f64 = 20.0;
+const HIGHEST_HZ: f64 = 5000.0;
+
+impl SoundRecord {
+    /// A sound in a posture, without derivatives.
+    pub fn new(tract: &Tract, acoustics: &Acoustics, sound: &Sound, posture: Articulation) -> Self {
+        let sections = &sound.profile.sections;
+        let mut from_glottis = 0.0;
+        let area_function = sections.iter().map(|s| {
+            from_glottis += s.length_m;
+            AreaRow {
+                from_glottis_mm: 1e3 * (from_glottis - 0.5 * s.length_m),
+                length_mm: 1e3 * s.length_m,
+                area_cm2: 1e4 * s.area_m2,
+            }
+        });
+        let millimetres = |p: [f64; 2]| p.map(|x| 1e3 * x);
+        Self {
+            formants_hz: sound.formants.iter().map(|f| f.frequency_hz).collect(),
+            bandwidths_hz: sound.formants.iter().map(|f| f.bandwidth_hz).collect(),
+            by_tension: Vec::new(),
+            tract: tract.name.clone(),
+            posture,
+            areas_from: None,
+            tract_length_mm: 1e3 * sound.profile.length_m(),
+            area_function: area_function.collect(),
+            across_mm: sound.profile.across.iter().map(|a| [a.outer, a.inner].map(millimetres)).collect(),
+            transfer_db: transfer::curve(sections, acoustics, STEP_HZ, HIGHEST_HZ),
+        }
+    }
 }

@@ -27,7 +27,7 @@ pub struct FormantsRecord {
 
 impl FormantsRecord {
     /// Of frames with formants.
-    pub fn new(tract: &Tract, lips: &Articulation, frames: &[FrameRecord]) -> Self {
+    fn new(tract: &Tract, lips: &Articulation, frames: &[FrameRecord]) -> Self {
         let told: Vec<_> = frames.iter().filter(|f| !f.formants.is_empty()).collect();
         let count = told.first().map_or(0, |f| f.formants.len());
         let median =
@@ -60,6 +60,11 @@ impl FormantsRecord {
 }
 
 impl TrackRecord {
+    /// Adds what the formants of its frames are those of.
+    pub fn add_formants(&mut self, tract: &Tract, lips: &Articulation) {
+        self.formants = Some(FormantsRecord::new(tract, lips, &self.frames));
+    }
+
     /// A row for each frame and formant.
     pub fn formants_table(&self) -> Table {
         let columns = ["recording", "time_s", "formant", "hz", "sd_hz"].map(str::to_owned).to_vec();

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::SceneError;
-use super::file::{self, Block, Cylinder, Kind};
-use tongue_core::body::{Body, BodyError, ContinuumSettings, solid};
-use tongue_input::bodies::AnyBody;
+use super::file::{self, Block, Cylinder, Kind, SceneSpace};
+use tongue_core::body::{Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, SpaceBody, solid};
+use tongue_input::bodies::{AnyBody, artisynth};
 
 /// Maximum number of cells along an edge of a solid.
 const MOST_LAYERS: f64 = 60.0;
@@ -24,6 +24,7 @@ pub fn build(body: &file::SceneBody) -> Result<AnyBody, SceneError> {
             return Ok(AnyBody::Flat(Body::continuum(tongue.h_mm * 1e-3, &settings)?));
         }
         file::SceneBody::Tongue(tongue) => AnyBody::Flat(Body::tongue(tongue.h_mm * 1e-3)?),
+        file::SceneBody::TongueInSpace(given) => AnyBody::Solid(in_space(given)?),
         file::SceneBody::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
         file::SceneBody::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
         file::SceneBody::Block(b) => AnyBody::Solid(block(b)?),
@@ -39,6 +40,21 @@ pub fn build(body: &file::SceneBody) -> Result<AnyBody, SceneError> {
             AnyBody::Solid(solid.into_continuum(&settings).map_err(BodyError::from)?)
         }
     })
+}
+
+/// A tongue in space. The built-in one has the palate of the reference tongue, as a wall without end to both sides.
+fn in_space(given: &SceneSpace) -> Result<Body<3>, SceneError> {
+    match &given.folder {
+        None => {
+            let body = SpaceBody::tongue(if given.refined { 2 } else { 1 })?;
+            let palate = Body::tongue(DEFAULT_SPACING_M)?.palate;
+            Ok(Body { palate, ..body.in_scene() })
+        }
+        Some(folder) => {
+            let body = artisynth::read(Path::new(folder))?;
+            Ok(if given.refined { body.refined() } else { body }.in_scene())
+        }
+    }
 }
 
 fn cylinder(c: &Cylinder) -> Result<Body<3>, SceneError> {

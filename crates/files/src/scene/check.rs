@@ -26,6 +26,7 @@ impl Scene {
             let why = "a fit finds the tensions; give one or the other";
             return Err(contradiction("[fit]", format!("tensions_n.{muscle}"), why));
         }
+        self.check_space()?;
         self.check_points()?;
         self.check_tract()?;
         match &self.effects.gravity {
@@ -39,6 +40,45 @@ impl Scene {
             }
             _ => Ok(()),
         }
+    }
+
+    /// What a tongue in space does not have in scenes, and what only it has.
+    fn check_space(&self) -> Result<(), SceneError> {
+        let (m, e) = (&self.material, &self.effects);
+        if !matches!(self.body, SceneBody::TongueInSpace(_)) {
+            let given = self.activations.keys().next();
+            let why = "only muscles of [body.tongue-in-space] are activated; give tensions_n";
+            return given.map_or(Ok(()), |muscle| {
+                Err(contradiction(format!("activations.{muscle}"), self.body_key(), why))
+            });
+        }
+        let in_plane =
+            "is of bodies in the plane; `tongue-fit track --body space` finds activations from places";
+        let law = "a tongue in space has the law of Buchaillard, Perrier and Payan (2009); leave it out";
+        let rules = [
+            (
+                !self.tensions_n.is_empty(),
+                "tensions_n",
+                "muscles in space have strengths; give [activations] from 0 to 1",
+            ),
+            (self.fit.is_some(), "[fit]", in_plane),
+            (self.points.is_some(), "[points]", in_plane),
+            (
+                self.want == Want::Trajectory,
+                "want = \"trajectory\"",
+                "motion in space is not computed; want = \"shape\"",
+            ),
+            (self.want == Want::Sound, "want = \"sound\"", "use `tongue-fit sound --body space`"),
+            (m.young_modulus_pa.is_some(), "material.young_modulus_pa", law),
+            (m.poisson_ratio.is_some(), "material.poisson_ratio", law),
+            (m.viscosity_pa_s.is_some(), "material.viscosity_pa_s", law),
+            (m.preset.is_some(), "material.preset", law),
+            (m.spread.is_some(), "material.spread", law),
+            (e.springs == Some(true), "effects.springs = true", law),
+            (e.finite_elements == Some(true), "effects.finite_elements = true", law),
+            (e.incompressibility == Some(true), "effects.incompressibility = true", law),
+        ];
+        first_broken(&rules.map(|(broken, key, why)| (broken, key, "[body.tongue-in-space]", why)))
     }
 
     fn check_points(&self) -> Result<(), SceneError> {
@@ -267,6 +307,7 @@ impl Scene {
     pub(super) fn body_key(&self) -> &'static str {
         match self.body {
             SceneBody::Tongue(_) => "[body.tongue]",
+            SceneBody::TongueInSpace(_) => "[body.tongue-in-space]",
             SceneBody::Mesh(_) => "[body.mesh]",
             SceneBody::Cylinder(_) => "[body.cylinder]",
             SceneBody::Block(_) => "[body.block]",

@@ -32,6 +32,9 @@ pub struct Scene {
     /// Contractile tensions by muscle, N (2D: per metre of thickness). Other muscles are passive tissue.
     #[serde(default)]
     pub tensions_n: BTreeMap<String, f64>,
+    /// Activations by muscle, 0 to 1, of a tongue in space: of both sides (`GGP`) or of one (`GGP_L`).
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub activations: BTreeMap<String, f64>,
     /// Measured lengths to fit, instead of tensions.
     pub fit: Option<FitTarget>,
     /// Points measured on the tongue to fit, instead of tensions.
@@ -65,6 +68,8 @@ pub enum Want {
 pub enum SceneBody {
     /// The reference tongue, in the midsagittal plane.
     Tongue(SceneTongue),
+    /// The tongue in space, of hexahedra: x to the back, y upwards, z to the left of the speaker.
+    TongueInSpace(SceneSpace),
     /// A mesh from a file: Gmsh's (.msh), in the plane or in space, or the JSON of `tongue-fit mesh --json`.
     Mesh(MeshFile),
     /// A solid cylinder of tissue that stands on its fixed base (z = 0), with axial muscle fibres called
@@ -103,6 +108,18 @@ pub struct SceneTongue {
     /// `springs` (or linear finite elements, if effects ask for them) or `continuum`.
     #[serde(default, skip_serializing_if = "Kind::is_default")]
     pub kind: Kind,
+}
+
+/// A tongue in space.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneSpace {
+    /// A folder with the files of ArtiSynth's tongue in place of the built-in one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub folder: Option<String>,
+    /// Whether every hexahedron is cut in eight.
+    #[serde(default)]
+    pub refined: bool,
 }
 
 /// A mesh file.
@@ -156,6 +173,7 @@ impl SceneBody {
             | Self::Mesh(MeshFile { kind, .. })
             | Self::Cylinder(Cylinder { kind, .. })
             | Self::Block(Block { kind, .. }) => *kind,
+            Self::TongueInSpace(_) => Kind::default(),
         }
     }
 }

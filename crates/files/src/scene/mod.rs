@@ -54,6 +54,9 @@ pub enum SceneError {
     /// A number is out of range.
     #[error("{key} is {value}; it must be {must}")]
     Value { key: &'static str, value: f64, must: &'static str },
+    /// An activation cannot be used.
+    #[error("activations: {0}")]
+    Activation(#[from] tongue_core::body::space::BadActivation),
     /// The body cannot be made or read.
     #[error(transparent)]
     Body(#[from] BodyError),

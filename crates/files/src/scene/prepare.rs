@@ -1,5 +1,6 @@
 //! Makes the system of a scene, with only what the scene needs.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use nalgebra::{SVector, Vector2};
@@ -7,11 +8,11 @@ use nalgebra::{SVector, Vector2};
 use super::file::{Kind, Posture, Scene, SceneGravity, Want};
 use super::plan::{self, Decision, EffectRole, ScenePlan};
 use super::{SceneError, points, sound};
-use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain};
+use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh, MuscleChain, SpaceBody, SpaceMuscle};
 use tongue_core::effect::{Contact, Effect, Gravity, lumped_masses};
 use tongue_core::material::{Constants, Spread};
 use tongue_core::system::locking::bending_kept;
-use tongue_core::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
+use tongue_core::system::{self, Additions, Carried, Model, OutsidePath, SpaceModel, System, TissueModel};
 use tongue_infer::heard::Airway;
 use tongue_infer::inverse::{Matched, Premises, Setup, Tone};
 use tongue_infer::track::Frame;
@@ -73,6 +74,7 @@ pub fn prepare<const D: usize>(
     let contracting: Vec<usize> = match (&target, extent) {
         (_, SceneExtent::Full) => all.collect(),
         _ if !tone.is_none() || seen.is_some() => all.collect(),
+        (None, _) if body.space.is_some() => all.filter(|&m| tensions[m] > 0.0).collect(),
         (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
         (Some(target), _) => Matched::new(&body.mesh, target)?.contracting(),
     };
@@ -114,15 +116,42 @@ pub fn prepare<const D: usize>(
         true => Some(System::with(&body.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?),
         false => None,
     };
-    let system = Arc::new(System::with(&body.mesh, &model, &contracting, additions)?);
+    let system = match &body.space {
+        None => System::with(&body.mesh, &model, &contracting, additions)?,
+        Some(space) => of_hexahedra(space, additions)?,
+    };
+    let system = Arc::new(system);
     let names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
     let premises = Premises { tone, ..Premises::default() };
     let setup =
         target.as_ref().map(|_| Setup::in_system(Arc::clone(&system), &names, premises)).transpose()?;
-    let roles = roles(scene, &body, &contracting, target.as_ref());
+    let roles = match &body.space {
+        None => roles(scene, &body, &contracting, target.as_ref()),
+        Some(space) => activated(space, &tensions),
+    };
     let method = method(scene);
     let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
     Ok(Prepared { plan, body, system, setup, start, tensions, wall, target, seen, airway })
+}
+
+/// The system of a tongue in space: `D` is 3 where a body has one.
+fn of_hexahedra<const D: usize>(space: &SpaceBody, additions: Additions<D>) -> Result<System<D>, SceneError> {
+    let wrong =
+        || SceneError::contradiction("a tongue in space", "a body in the plane", "it has three dimensions");
+    let additions: Box<dyn Any> = Box::new(additions);
+    let additions = additions.downcast::<Additions<3>>().map_err(|_| wrong())?;
+    let system: Box<dyn Any> = Box::new(System::in_space_with(space, &SpaceModel::default(), *additions)?);
+    Ok(*system.downcast::<System<D>>().map_err(|_| wrong())?)
+}
+
+/// What the muscles of a tongue in space do.
+fn activated(space: &SpaceBody, activations: &[f64]) -> Vec<EffectRole> {
+    let role = |(muscle, &a): (&SpaceMuscle, &f64)| EffectRole {
+        muscle: muscle.name.clone(),
+        contracting: a > 0.0,
+        why: if a > 0.0 { format!("activated to {a}") } else { "passive: its region is tissue".to_owned() },
+    };
+    space.muscles.iter().zip(activations).map(role).collect()
 }
 
 /// The body and its bones without loads except the wall.
@@ -175,6 +204,10 @@ fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, Scene
 
 /// The tension of every muscle of the mesh; all of one name have the same.
 fn tensions<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Vec<f64>, SceneError> {
+    if let Some(space) = &body.space {
+        let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
+        return Ok(space.activations(&given)?);
+    }
     for name in scene.tensions_n.keys() {
         body.muscle(name).map_err(|missing| {
             SceneError::contradiction(format!("tensions_n.{name}"), scene.body_key(), missing.to_string())
@@ -186,6 +219,21 @@ fn tensions<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Vec<f64>, S
 
 fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Decision> {
     let e = &scene.effects;
+    if body.space.is_some() {
+        let why = "the body is made of hexahedra";
+        return vec![
+            Decision::no("springs", why),
+            Decision::no("finite elements", why),
+            Decision::yes("hexahedra", format!("needed: {why}")),
+            match contracting.len() {
+                0 => Decision::no("fibres", "no muscle is active"),
+                1 => Decision::yes("fibres", "1 muscle is active"),
+                n => Decision::yes("fibres", format!("{n} muscles are active")),
+            },
+            Decision::no("incompressibility", why),
+            Decision::no("straight paths", why),
+        ];
+    }
     if let Some(continuum) = &body.mesh.continuum {
         let why = "the body is a continuum";
         return vec![

@@ -10,15 +10,11 @@ use serde::{Deserialize, Serialize};
 use super::file::{Scene, Want};
 use super::prepare::Prepared;
 use super::{JOINT_MM, SceneError};
-use crate::report::{AreaRow, FormantsByTension, SoundRecord};
+use crate::report::{FormantsByTension, SoundRecord};
 use tongue_core::body::Body;
 use tongue_core::statics::{Response, Workspace};
 use tongue_infer::heard::{Airway, AirwayError, Articulation};
 use tongue_input::files;
-
-/// Step of the reported transfer function, and its largest frequency, Hz.
-const STEP_HZ: f64 = 20.0;
-const HIGHEST_HZ: f64 = 5000.0;
 
 /// The tract around the tongue. `effects.jaw` and `effects.hyoid` move its jaw and larynx.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -94,28 +90,7 @@ pub(super) fn hear<const D: usize>(
     let Some((prepared, workspace)) = plane else { return Ok(None) };
     let Some(airway) = &prepared.airway else { return Ok(None) };
     let sound = airway.sound(workspace.positions(), &posture)?;
-    let sections = &sound.profile.sections;
-    let mut from_glottis = 0.0;
-    let area_function = sections.iter().map(|s| {
-        from_glottis += s.length_m;
-        AreaRow {
-            from_glottis_mm: 1e3 * (from_glottis - 0.5 * s.length_m),
-            length_mm: 1e3 * s.length_m,
-            area_cm2: 1e4 * s.area_m2,
-        }
-    });
-    let millimetres = |p: [f64; 2]| p.map(|x| 1e3 * x);
-    let mut record = SoundRecord {
-        formants_hz: sound.formants.iter().map(|f| f.frequency_hz).collect(),
-        bandwidths_hz: sound.formants.iter().map(|f| f.bandwidth_hz).collect(),
-        by_tension: Vec::new(),
-        tract: airway.tract().name.clone(),
-        posture,
-        tract_length_mm: 1e3 * sound.profile.length_m(),
-        area_function: area_function.collect(),
-        across_mm: sound.profile.across.iter().map(|a| [a.outer, a.inner].map(millimetres)).collect(),
-        transfer_db: airway.transfer(sections, STEP_HZ, HIGHEST_HZ),
-    };
+    let mut record = SoundRecord::new(airway.tract(), &airway.acoustics, &sound, posture);
     let rates = airway.rates(&sound);
     // An equilibrium that is not stable has no derivatives.
     if let Ok(mut response) = Response::new(&prepared.system, workspace) {

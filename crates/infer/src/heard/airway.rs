@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use nalgebra::SVector;
+use tongue_sound::Acoustics;
 use tongue_sound::formants::{self, Formant, FormantError};
 use tongue_sound::profile::{Articulation, Point, Profile, ProfileError, Tract};
-use tongue_sound::{Acoustics, Section, transfer};
 
 use crate::adapt::{by_bones, mark_of};
 use crate::track::Surface;
@@ -17,7 +17,7 @@ const DRAWN: &str = include_str!("../../../../targets/tract.toml");
 /// Distance of neighbouring points of the tongue's wall, m.
 const POINTS_M: f64 = 2e-3;
 /// Number of computed formants: those below 5 kHz, as in Praat's usual settings.
-const FORMANTS: usize = 5;
+pub(super) const FORMANTS: usize = 5;
 
 /// Why the sound of a body cannot be computed.
 #[derive(Debug, thiserror::Error)]
@@ -194,11 +194,6 @@ impl Airway {
             .iter()
             .map(|formant| formant.iter().map(|(node, rate)| rate.dot(&motion[*node])).sum())
             .collect()
-    }
-
-    /// Frequencies, Hz, and levels of the transfer function, dB.
-    pub fn transfer(&self, sections: &[Section], step_hz: f64, highest_hz: f64) -> Vec<[f64; 2]> {
-        transfer::curve(sections, &self.acoustics, step_hz, highest_hz)
     }
 }
 

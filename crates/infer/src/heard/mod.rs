@@ -6,10 +6,12 @@
 
 mod airway;
 mod formant;
+mod in_space;
 mod published;
 
 pub use airway::{Airway, AirwayError, Rates, Sound};
 pub use formant::{Formants, Heard, TRACT_SD};
+pub use in_space::SpaceAirway;
 pub use published::{MeanVowel, mean_vowels};
 pub use tongue_sound::Formant;
 pub use tongue_sound::profile::{Articulation, Tract};

@@ -6,7 +6,7 @@
 use nalgebra::Vector3;
 
 use tongue_core::body::SpaceBody;
-use tongue_core::body::space::Side;
+use tongue_core::body::space::{Half, Side};
 use tongue_core::observe::{NodePosition, Observation};
 use tongue_core::system::System;
 
@@ -134,6 +134,32 @@ fn searched(body: &SpaceBody, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
 }
 
 impl SpaceSearch {
+    /// As [`SpaceSearch::fit`] where both sides are alike: all starts are searched on one half of the body, which costs a third, and the
+    /// best answer is completed on the whole. `left` is the half with its system.
+    ///
+    /// # Errors
+    /// As [`SpaceSearch::fit`].
+    pub fn fit_alike(
+        &self,
+        (body, system): (&SpaceBody, &System<3>),
+        (half, left): (&Half, &System<3>),
+        seen: &[SeenNode],
+    ) -> Result<SpaceFit, FitError> {
+        let image =
+            |s: &SeenNode| half.seen(s.node, &s.place).map(|(node, place)| SeenNode { node, place, ..*s });
+        let Some(images) = seen.iter().map(image).collect::<Option<Vec<_>>>() else {
+            return self.fit(body, system, seen, None);
+        };
+        let found = self.fit(&half.body, left, &images, None)?;
+        let positions = half.whole(&found.answer.positions);
+        let fit = self.fit(body, system, seen, Some(&Answer { positions, ..found.answer }))?;
+        Ok(SpaceFit {
+            factorisations: found.factorisations + fit.factorisations,
+            starts: found.starts,
+            ..fit
+        })
+    }
+
     /// Finds the activations that move nodes to their observed places. `begin` is an answer at which the only start begins (that of the
     /// frame before); without it there are several starts.
     ///

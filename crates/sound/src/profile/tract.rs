@@ -44,6 +44,13 @@ pub struct Wall {
     pub alpha: [f64; 2],
     /// Exponent of the area at its first and last point.
     pub beta: [f64; 2],
+    /// Half of the width of the airway at the first and the last point, mm; cross-sections of a tongue in space need it.
+    #[serde(default)]
+    pub half_width_mm: Option<[f64; 2]>,
+    /// How much nearer to the tongue the wall lies at that distance from the middle than in the middle, mm: the cross-section of the wall
+    /// is a parabola.
+    #[serde(default)]
+    pub arch_mm: Option<[f64; 2]>,
     /// Points of the wall, each with a point towards which sections there are directed:
     /// `[x, y, toward x, toward y]`, mm.
     pub points_mm: Vec<[f64; 4]>,
@@ -143,6 +150,12 @@ impl Tract {
         for wall in &self.wall {
             wall.alpha.iter().try_for_each(|&x| positive(&format!("alpha of wall `{}`", wall.name), x))?;
             wall.beta.iter().try_for_each(|&x| positive(&format!("beta of wall `{}`", wall.name), x))?;
+            for width in wall.half_width_mm.iter().flatten() {
+                positive(&format!("half_width_mm of wall `{}`", wall.name), *width)?;
+            }
+            if wall.arch_mm.iter().flatten().any(|x| !x.is_finite() || *x < 0.0) {
+                return bad(format!("arch_mm of wall `{}`: two numbers of at least 0 are needed", wall.name));
+            }
             if wall.points_mm.is_empty() || wall.points_mm.iter().flatten().any(|x| !x.is_finite()) {
                 return bad(format!(
                     "points_mm of wall `{}`: rows of four finite numbers are needed",

@@ -13,7 +13,8 @@ struct Start {
     wall: usize,
     at: Point,
     toward: Point,
-    coefficients: [f64; 2],
+    /// alpha and beta, half of the width and the arch of the wall, m; the last two are not a number where the tract does not give them.
+    coefficients: [f64; 4],
 }
 
 /// Both walls in a posture.
@@ -72,6 +73,26 @@ impl<'a> Walls<'a> {
         [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
     }
 
+    /// alpha and beta at line `i`.
+    pub(super) fn area(&self, i: usize) -> [f64; 2] {
+        [self.starts[i].coefficients[0], self.starts[i].coefficients[1]]
+    }
+
+    /// Half of the width of the wall at which line `i` begins, and its arch, m.
+    ///
+    /// # Errors
+    /// [`ProfileError::Bad`] if the tract does not give them.
+    pub(super) fn section(&self, i: usize) -> Result<[f64; 2], ProfileError> {
+        let [.., half_width, arch] = self.starts[i].coefficients;
+        match half_width.is_finite() && arch.is_finite() {
+            true => Ok([half_width, arch]),
+            false => Err(ProfileError::Bad(format!(
+                "wall `{}` has no half_width_mm and arch_mm, which cross-sections of a tongue in space need; add both to the tract",
+                self.name(i)
+            ))),
+        }
+    }
+
     /// The line from a place to its first crossing with the inner wall.
     fn line(&self, start: &Start) -> Result<Across, ProfileError> {
         let name = || self.tract.wall.get(start.wall).map_or("wall", |w| &w.name).to_owned();
@@ -125,7 +146,7 @@ impl<'a> Walls<'a> {
 }
 
 /// A row of a wall at rest, its shift, the number of its wall, and its coefficients.
-type Row = ([f64; 4], Point, usize, [f64; 2]);
+type Row = ([f64; 4], Point, usize, [f64; 4]);
 
 /// Places along the outer wall, at distances of at most the grid's step. Their number is the same in every
 /// posture, so that areas are continuous when the larynx moves.
@@ -136,14 +157,17 @@ fn starts(tract: &Tract, larynx: Point) -> Vec<Start> {
         let last = (wall.points_mm.len() - 1).max(1) as f64;
         for (i, row) in wall.points_mm.iter().enumerate() {
             let mix = |[a, b]: [f64; 2]| a + (b - a) * i as f64 / last;
-            rows.push((row.map(|x| x * 1e-3), shift, number, [mix(wall.alpha), mix(wall.beta)]));
+            let metres = |given: Option<[f64; 2]>| given.map_or(f64::NAN, |pair| 1e-3 * mix(pair));
+            let section = [metres(wall.half_width_mm), metres(wall.arch_mm)];
+            let coefficients = [mix(wall.alpha), mix(wall.beta), section[0], section[1]];
+            rows.push((row.map(|x| x * 1e-3), shift, number, coefficients));
         }
     }
     let mut out: Vec<Start> = Vec::new();
     let mut place = |a: &Row, b: &Row, part: f64| {
         let mix = |x: f64, y: f64| x + (y - x) * part;
         let at = |i: usize| mix(a.0[i] + a.1[i % 2], b.0[i] + b.1[i % 2]);
-        let coefficients = [0, 1].map(|i| mix(a.3[i], b.3[i]));
+        let coefficients = [0, 1, 2, 3].map(|i| mix(a.3[i], b.3[i]));
         out.push(Start { wall: a.2, at: [at(0), at(1)], toward: [at(2), at(3)], coefficients });
     };
     for pair in rows.windows(2) {

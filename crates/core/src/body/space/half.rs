@@ -40,6 +40,14 @@ impl Half {
         self.of_node.iter().map(place).collect()
     }
 
+    /// The node of the half that a node of the whole is, or is the image of, and the place there that belongs to a place of the node, m.
+    pub fn seen(&self, node: usize, place: &Vector3<f64>) -> Option<(usize, Vector3<f64>)> {
+        let &(rest, of_half, is_image) = self.of_node.get(node)?;
+        let by = place - rest;
+        let by = if is_image { Vector3::new(by.x, -by.y, by.z) } else { by };
+        Some((of_half, self.body.mesh.nodes[of_half] + by))
+    }
+
     /// Activations of the muscles of the half, if those of the whole are the same on both sides and so are
     /// the muscles that are active.
     pub fn activations(&self, whole: &[f64]) -> Option<Vec<f64>> {

@@ -9,9 +9,12 @@ mod half;
 mod refine;
 mod surgery;
 
-use nalgebra::Vector3;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use super::{Bone, Mesh};
+use nalgebra::{Vector2, Vector3};
+
+use super::{Body, Bone, MANDIBLE, Mesh};
 use crate::geometry::hexahedron;
 use crate::statistics::distinct;
 use crate::suggest;
@@ -231,6 +234,50 @@ impl SpaceBody {
         let (nodes, near) = (&self.mesh.nodes, 1e-6 * self.mesh.extent());
         let in_plane = (0..nodes.len()).filter(|&n| nodes[n].y.abs() <= near);
         in_plane.min_by(|&a, &b| nodes[a].x.total_cmp(&nodes[b].x))
+    }
+
+    /// The body in the axes of scenes: x to the back, y upwards, z to the left of the speaker.
+    pub fn in_scene(mut self) -> Body<3> {
+        let turned = |p: &Vector3<f64>| Vector3::new(p.x, p.z, -p.y);
+        self.mesh.nodes.iter_mut().for_each(|p| *p = turned(p));
+        let directions = self.muscles.iter_mut().flat_map(|m| &mut m.directions).flatten().flatten();
+        directions.for_each(|d| *d = turned(d));
+        let mut bones = self.bones.clone();
+        bones.iter_mut().filter(|b| b.name == "mandible").for_each(|b| b.name = MANDIBLE.to_owned());
+        Body {
+            what: self.what.clone(),
+            mesh: self.mesh.clone(),
+            bones,
+            space: Some(Arc::new(self)),
+            ..Body::default()
+        }
+    }
+
+    /// The faces of hexahedra that lie in the midsagittal plane, each once.
+    pub fn midsagittal(&self) -> Vec<[usize; 4]> {
+        let (nodes, near) = (&self.mesh.nodes, 1e-6 * self.mesh.extent());
+        let faces = self.mesh.hexahedra.iter().flat_map(|c| hexahedron::FACES.map(|f| f.map(|i| c[i])));
+        let in_plane = faces.filter(|f| f.iter().all(|&n| nodes[n].y.abs() <= near));
+        let keyed = in_plane.map(|f| {
+            let mut key = f;
+            key.sort_unstable();
+            (key, f)
+        });
+        keyed.collect::<BTreeMap<_, _>>().into_values().collect()
+    }
+
+    /// Those faces as a mesh of triangles in the plane (x to the back, y upwards), with the numbers of nodes of this body.
+    pub fn midsagittal_mesh(&self) -> Mesh<2> {
+        let nodes: Vec<Vector2<f64>> = self.mesh.nodes.iter().map(|p| Vector2::new(p.x, p.z)).collect();
+        let mut mesh = Mesh { nodes, ..Mesh::default() };
+        for [a, b, c, d] in self.midsagittal() {
+            let (across, other) = (mesh.nodes[c] - mesh.nodes[a], mesh.nodes[d] - mesh.nodes[b]);
+            let [a, b, c, d] = if across.perp(&other) > 0.0 { [a, b, c, d] } else { [d, c, b, a] };
+            mesh.cells.push(&[a, b, c]);
+            mesh.cells.push(&[a, c, d]);
+        }
+        mesh.connect();
+        mesh
     }
 
     /// The volume of each element at rest, m³.

@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use super::chain::{NoChain, chain};
 use super::error::{Found, Located, MshProblem};
-use super::parse::{Element, Raw};
+use super::parse::{Element, Raw, check_simplex};
 use super::{Bent, Content, File, Unit, Unused};
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, Bone, Mesh, MuscleChain};
@@ -129,6 +129,7 @@ fn body<const D: usize>(
     unit: Unit,
 ) -> Found<Content<D>> {
     let cells = cells(groups);
+    cells.iter().try_for_each(|c| check_simplex(c.element))?;
     let chains = chains(groups, known)?;
     let kept: BTreeSet<u64> =
         cells.iter().map(|c| &c.nodes).chain(chains.iter().map(|c| &c.nodes)).flatten().copied().collect();

@@ -1,6 +1,6 @@
 //! Errors of reading Gmsh files: what is wrong, where, and what to do.
 
-use tongue_core::body::MeshFault;
+use tongue_core::body::{MeshFault, SpaceFault};
 
 use crate::bodies::{BodyFileError, FilePlace};
 
@@ -105,6 +105,45 @@ pub enum MshProblem {
         "bone \"{name}\" holds node {node}, which belongs to no triangle, tetrahedron or muscle; take a point of them"
     )]
     BoneHoldsNothing { name: String, node: u64 },
+    #[error(
+        "no hexahedron is in a physical group called \"tissue\" or \"muscle:NAME\"; add Physical Volume(\"tissue\") = {{...}} of a volume that is \
+         meshed with hexahedra (Transfinite Volume, Recombine)"
+    )]
+    NoHexahedra,
+    #[error(
+        "element {element} is no hexahedron; a body in space is made of hexahedra alone: mesh its volumes with Transfinite and Recombine"
+    )]
+    NotHexahedron { element: u64 },
+    #[error(
+        "hexahedron {element} is turned inside out or flat at one of its points; repair the mesh, or reverse the order of its corners"
+    )]
+    InvertedHexahedron { element: u64 },
+    #[error(
+        "\"muscle:{found}\": name the muscle and its strength with a unit, like `muscle:GGP_L 18.5 N` or `muscle:GGP_L 49.8 kPa`"
+    )]
+    Strength { found: String },
+    #[error(
+        "muscle {name} has no other side: no group is called \"muscle:{other} ..\"; add it, or give the muscle a name without a side"
+    )]
+    NoOtherSide { name: String, other: String },
+    #[error(
+        "fibres are given of {name}, but no volume is called \"muscle:{name} ..\"; correct the name, or add the volume"
+    )]
+    NoMuscleOfFibre { name: String },
+    #[error(
+        "muscle {name} has no directions; add a view \"fibre:{name}\" of vectors, or curves called \"fibre:{name}\""
+    )]
+    NoFibres { name: String },
+    #[error(
+        "muscle {name} has a force, but no curves \"fibre:{name}\" whose length makes a stress of it; add them, or give the stress in kPa"
+    )]
+    NoFibreForForce { name: String },
+    #[error(
+        "the view \"fibre:{name}\" has no direction in element {element}, or one of length zero; give every element of the muscle one"
+    )]
+    NoDirection { name: String, element: u64 },
+    #[error("{0}")]
+    Space(#[from] SpaceFault),
     #[error("{0}")]
     Fault(#[from] MeshFault),
 }

@@ -17,8 +17,9 @@
 //! straight: a continuum places its own nodes in their middles. Sides that are curved in the file are
 //! reported ([`Content::bent`]). A continuum is written with elements of the second order.
 //!
-//! The crate `mshio` (0.4.2) reads only format 4.1 and no physical names, so the reader is our own; it needs
-//! simplices only.
+//! Bodies in space of hexahedra are read by [`read_space`], where muscles are volumes.
+//!
+//! The crate `mshio` (0.4.2) reads only format 4.1 and no physical names, so the reader is our own.
 
 mod assemble;
 mod chain;
@@ -26,6 +27,8 @@ mod cursor;
 mod error;
 mod parse;
 mod review;
+mod space;
+mod views;
 mod write;
 
 use schemars::JsonSchema;
@@ -35,6 +38,7 @@ pub use error::MshProblem;
 
 use super::BodyFileError;
 pub use review::{Concern, TONGUE_M, review, unit_suspicion};
+pub use space::read_space;
 use tongue_core::body::Body;
 pub use write::write;
 

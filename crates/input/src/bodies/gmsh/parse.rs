@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use super::MshFormat;
 use super::cursor::Cursor;
 use super::error::{Found, Located, MshProblem};
+use super::views::{View, view};
 
 /// Content of a file. Tags are Gmsh's numbers.
 pub(super) struct Raw {
@@ -15,6 +16,8 @@ pub(super) struct Raw {
     pub nodes: BTreeMap<u64, [f64; 3]>,
     /// Elements in the order of the file; an element in several physical groups is repeated for each.
     pub elements: Vec<Element>,
+    /// Views of vectors.
+    pub views: Vec<View>,
 }
 
 #[derive(Debug, Clone)]
@@ -34,29 +37,47 @@ pub(super) struct Element {
 /// Physical groups by dimension and tag of the entity.
 type Entities = BTreeMap<(i64, i64), Vec<i64>>;
 
-/// Dimension and number of nodes of an element type. Corners come first.
-fn shape(kind: i64, element: u64, at: usize) -> Found<(usize, usize)> {
-    let linear = "only lines, triangles and tetrahedra of the first and the second order are read: \
+/// Dimension, number of corners and number of nodes of an element type. Corners come first.
+fn shape(kind: i64, element: u64, at: usize) -> Found<[usize; 3]> {
+    let linear = "only lines, triangles, tetrahedra and hexahedra of the first and simplices of the second order are read: \
                   set Mesh.ElementOrder = 1 or 2";
-    let simplex = "only triangles and tetrahedra are read: switch off Recombine (Mesh.RecombineAll = 0)";
     let (what, remedy) = match kind {
-        15 => return Ok((0, 1)),
-        1 => return Ok((1, 2)),
-        2 => return Ok((2, 3)),
-        4 => return Ok((3, 4)),
-        8 => return Ok((1, 3)),
-        9 => return Ok((2, 6)),
-        11 => return Ok((3, 10)),
-        3 | 10 | 16 => ("quadrangle".to_owned(), simplex),
-        5 | 12 | 17 => ("hexahedron".to_owned(), simplex),
-        6 | 13 | 18 => ("prism".to_owned(), simplex),
-        7 | 14 | 19 => ("pyramid".to_owned(), simplex),
+        15 => return Ok([0, 1, 1]),
+        1 => return Ok([1, 2, 2]),
+        2 => return Ok([2, 3, 3]),
+        3 => return Ok([2, 4, 4]),
+        4 => return Ok([3, 4, 4]),
+        5 => return Ok([3, 8, 8]),
+        8 => return Ok([1, 2, 3]),
+        9 => return Ok([2, 3, 6]),
+        11 => return Ok([3, 4, 10]),
+        10 | 16 => ("quadrangle of the second order".to_owned(), SIMPLEX),
+        12 | 17 => ("hexahedron of the second order".to_owned(), SIMPLEX),
+        6 | 13 | 18 => ("prism".to_owned(), SIMPLEX),
+        7 | 14 | 19 => ("pyramid".to_owned(), SIMPLEX),
         26..=28 => ("line of a higher order".to_owned(), linear),
         20..=25 => ("triangle of a higher order".to_owned(), linear),
         29..=31 => ("tetrahedron of a higher order".to_owned(), linear),
         other => (format!("cell of Gmsh's type {other}"), linear),
     };
     Err(Located::at(at, MshProblem::Element { element, what, remedy }))
+}
+
+/// What to do about elements that are no simplices.
+const SIMPLEX: &str = "only triangles and tetrahedra are read: switch off Recombine (Mesh.RecombineAll = 0)";
+
+/// Refuses tissue of quadrangles and hexahedra, for bodies of simplices.
+pub(super) fn check_simplex(element: &Element) -> Found<()> {
+    let (what, remedy) = match (element.dimension, element.nodes.len()) {
+        (2, 4) => ("quadrangle", SIMPLEX),
+        (3, 8) => (
+            "hexahedron",
+            "name a body of hexahedra with --body FILE.msh, or switch off Recombine (Mesh.RecombineAll = 0)",
+        ),
+        _ => return Ok(()),
+    };
+    let problem = MshProblem::Element { element: element.tag, what: what.to_owned(), remedy };
+    Err(Located::at(element.at, problem))
 }
 
 /// Reads a file.
@@ -67,6 +88,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
     let format = header(cursor)?;
     let mut names = BTreeMap::new();
     let (mut entities, mut nodes, mut elements) = (None, None, None);
+    let mut views = Vec::new();
     while let Some((section, at)) = cursor.section()? {
         match section {
             "PhysicalNames" => physical_names(cursor, &mut names)?,
@@ -82,6 +104,8 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
                 let read = if format.version == "4.1" { elements_4(cursor)? } else { elements_2(cursor)? };
                 once(&mut elements, "Elements", at, read)?;
             }
+            "NodeData" => views.extend(view(cursor, "NodeData", at)?),
+            "ElementData" => views.extend(view(cursor, "ElementData", at)?),
             other => cursor.skip(other)?,
         }
     }
@@ -96,7 +120,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
             return Err(Located::at(element.at, MshProblem::NoSuchNode { element: element.tag, node }));
         }
     }
-    Ok(Raw { format, names, nodes, elements })
+    Ok(Raw { format, names, nodes, elements, views })
 }
 
 fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> Found<()> {
@@ -216,9 +240,9 @@ fn elements_2(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
                     group = value.saturating_abs();
                 }
             }
-            let (dimension, count) = shape(kind, tag, at)?;
+            let [dimension, corners, count] = shape(kind, tag, at)?;
             let mut nodes = (0..count).map(|_| positive(cursor, "node")).collect::<Found<Vec<_>>>()?;
-            let middles = nodes.split_off(dimension + 1);
+            let middles = nodes.split_off(corners);
             elements.push(Element { tag, dimension, group, nodes, middles, at });
         }
     }
@@ -297,9 +321,9 @@ fn elements_4(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
         for _ in 0..cursor.size("the number of elements of a block")? {
             let at = cursor.at();
             let tag = cursor.size("an element")?;
-            let (dimension, count) = shape(kind, tag, at)?;
+            let [dimension, corners, count] = shape(kind, tag, at)?;
             let mut nodes = (0..count).map(|_| cursor.size("a node")).collect::<Found<Vec<_>>>()?;
-            let middles = nodes.split_off(dimension + 1);
+            let middles = nodes.split_off(corners);
             elements.push(Element { tag, dimension, group: entity, nodes, middles, at });
         }
     }

@@ -1,0 +1,91 @@
+//! `tongue-fit sound --body space`: the sound of a tongue in space.
+
+use miette::{IntoDiagnostic, miette};
+use tongue_fit::heard::{Airway, Articulation, SpaceAirway, Tract};
+use tongue_fit::measured::ByMuscle;
+use tongue_fit::report::SoundRecord;
+use tongue_fit::statics::SolveStatus;
+
+use super::body::{SpaceSource, space_name};
+use super::sound::{Heard, Shown};
+use super::space;
+
+/// Options of the sound of a body in space.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Body in space")]
+pub struct Arguments {
+    /// Tongue in space instead of a vowel: the built-in one, a folder with ArtiSynth's, or hexahedra from Gmsh [space, FOLDER,
+    /// FILE.msh]
+    #[arg(long, value_name = "BODY", value_parser = space_name, conflicts_with_all = ["vowel", "tension"])]
+    body: Option<SpaceSource>,
+    /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given
+    /// several times
+    #[arg(long, value_name = "MUSCLE=A", allow_hyphen_values = true, requires = "body")]
+    activation: Vec<String>,
+    #[command(flatten)]
+    model: space::ModelArguments,
+}
+
+impl Arguments {
+    /// The body in space, if one was given.
+    ///
+    /// # Errors
+    /// Options of a body in space without one.
+    pub fn source(&self) -> miette::Result<Option<&SpaceSource>> {
+        match self.model.given() {
+            Some(option) if self.body.is_none() => {
+                Err(miette!("{option} needs a body in space: --body space"))
+            }
+            _ => Ok(self.body.as_ref()),
+        }
+    }
+
+    /// The sound of the body at its activations.
+    ///
+    /// # Errors
+    /// A faulty body or activation; walls that meet.
+    pub fn heard(
+        &self,
+        source: &SpaceSource,
+        tract: &Tract,
+        posture: &Articulation,
+    ) -> miette::Result<Heard> {
+        let body = self.model.body(source)?;
+        let activations = space::activations(&self.activation, &body)?;
+        let airway = SpaceAirway::round(&body, tract.clone()).into_diagnostic()?;
+        let solved = space::solve(&body, &self.model.model()?, &activations, false)?;
+        let sound = airway.sound(&solved.positions, posture).into_diagnostic()?;
+        let mut sound = SoundRecord::new(airway.tract(), &airway.acoustics, &sound, *posture);
+        sound.areas_from = Some("cross-sections of the tongue between walls of the tract's width");
+        let names = body.muscles.iter().map(|m| m.name.clone());
+        let flat = |x: &[nalgebra::Vector3<f64>]| x.iter().map(|p| [p.x, p.z].into()).collect();
+        Ok(Heard {
+            title: match self.activation.is_empty() {
+                true => format!("{}, at rest", body.what),
+                false => format!("{}, {}", body.what, self.activation.join(", ")),
+            },
+            converged: solved.solution.status == SolveStatus::Converged && solved.alarms.is_empty(),
+            tissue: solved.system.tissue(),
+            tensions_n: None,
+            activations: Some(ByMuscle(names.zip(activations).collect())),
+            sound,
+            wall_s: solved.wall_s,
+            shown: Shown { mesh: body.midsagittal_mesh(), positions: flat(&solved.positions) },
+        })
+    }
+}
+
+/// The drawn tract, which fits the built-in body only.
+///
+/// # Errors
+/// A folder without a tract of its own.
+pub fn drawn(source: &SpaceSource) -> miette::Result<Tract> {
+    match source {
+        SpaceSource::BuiltIn => Airway::drawn().into_diagnostic(),
+        SpaceSource::Folder(folder) | SpaceSource::Mesh(folder) => Err(miette!(
+            "the drawn tract fits the built-in tongue only; give a tract in the frame of {} with --tract",
+            folder.display()
+        )),
+    }
+}

@@ -1,0 +1,148 @@
+//! `tongue-fit muscles --body space`: the effect of each muscle of a body in space alone, both sides.
+
+use miette::{IntoDiagnostic, miette};
+use nalgebra::{Vector2, Vector3};
+use serde::Serialize;
+use tongue_fit::body::{Mesh, SpaceBody};
+use tongue_fit::report::{self, Export, Json, OutputDir, Panel, Rows};
+use tongue_fit::statics::SolveStatus;
+use tongue_fit::system::{SpaceModel, TissueModel};
+
+use super::muscles::{places, way};
+use super::{Global, Outcome, output, space, table};
+
+/// The effect of one muscle on three places of the midsagittal surface and on the width.
+#[derive(Debug, Clone, Serialize)]
+struct Row {
+    pulling: String,
+    activation: f64,
+    status: SolveStatus,
+    stretch: f64,
+    tip_forward_mm: f64,
+    tip_up_mm: f64,
+    top_forward_mm: f64,
+    top_up_mm: f64,
+    root_forward_mm: f64,
+    root_up_mm: f64,
+    wider_mm: f64,
+    alarms: String,
+}
+
+#[derive(Serialize)]
+struct Record {
+    muscles: Vec<Row>,
+}
+
+/// The effect of each muscle at an activation.
+///
+/// # Errors
+/// An activation out of range, a faulty body, files that cannot be written.
+pub fn run(
+    body: &SpaceBody,
+    model: &SpaceModel,
+    activation: f64,
+    out: &OutputDir,
+    global: &Global,
+) -> miette::Result<Outcome> {
+    let section = body.midsagittal_mesh();
+    if section.cells.is_empty() {
+        return Err(miette!(
+            "{} has no elements beside the midsagittal plane y = 0, which is shown",
+            body.what
+        ));
+    }
+    let (mut rows, mut panels) = (Vec::new(), Vec::new());
+    for name in body.groups() {
+        let (row, panel) = alone(body, model, &section, &name, activation)?;
+        rows.push(row);
+        panels.push(panel);
+    }
+    let title = format!("What each muscle of {} does alone, at an activation of {activation}", body.what);
+    let picture = report::panels(&section, &[], &panels, &title).into_diagnostic()?;
+    let by = super::provenance().with_tissue(TissueModel::Hexahedra);
+    let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
+    let written = out.export(&files, &by).into_diagnostic()?;
+    let good = rows.iter().all(|r| r.status == SolveStatus::Converged && r.alarms.is_empty());
+    let text = text(&rows, &title);
+    let json = Json(&Record { muscles: rows });
+    output::answer(global, &json, &by, &written, || text + &table::files(&written))?;
+    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+}
+
+/// The equilibrium to which a muscle leads from rest.
+fn alone(
+    body: &SpaceBody,
+    model: &SpaceModel,
+    section: &Mesh<2>,
+    name: &str,
+    activation: f64,
+) -> miette::Result<(Row, Panel)> {
+    let activations = body.activations(&[(name, activation)]).map_err(|e| miette!("--activation: {e}"))?;
+    let solved = space::solve(body, model, &activations, false)?;
+    let status = solved.solution.status;
+    output::step(|| format!("{name}: {status:?}"));
+    let flat: Vec<Vector2<f64>> = solved.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect();
+    let moved = |node: usize| {
+        let by = flat[node] - section.nodes[node];
+        // Forward is towards smaller x.
+        [-1e3 * by.x, 1e3 * by.y]
+    };
+    let [tip, top, root] = places(section).map(moved);
+    let surface = body.mesh.surface_nodes();
+    let width = |x: &[Vector3<f64>]| {
+        let sides = surface.iter().map(|&n| x[n].y);
+        let ends = sides.fold([0.0_f64; 2], |[low, high], y| [low.min(y), high.max(y)]);
+        1e3 * (ends[1] - ends[0])
+    };
+    let wider_mm = width(&solved.positions) - width(&body.mesh.nodes);
+    let [a, b] = body.mesh.muscles[body.muscles_called(name).into_diagnostic()?[0]].ends();
+    let length = |x: &[Vector3<f64>]| (x[b] - x[a]).norm();
+    let stretch = length(&solved.positions) / length(&body.mesh.nodes);
+    let alarms: Vec<String> = solved.alarms.iter().map(|a| a.text()).collect();
+    let lines = match status {
+        SolveStatus::Converged if !alarms.is_empty() => alarms.clone(),
+        SolveStatus::Converged => vec![format!("tip {}", way(tip)), format!("{wider_mm:+.1} mm wide")],
+        other => vec![format!("not at equilibrium: {other:?}")],
+    };
+    let title = format!("{name} shortens {:.0} %", 100.0 * (1.0 - stretch));
+    let row = Row {
+        pulling: name.to_owned(),
+        activation,
+        status,
+        stretch,
+        tip_forward_mm: tip[0],
+        tip_up_mm: tip[1],
+        top_forward_mm: top[0],
+        top_up_mm: top[1],
+        root_forward_mm: root[0],
+        root_up_mm: root[1],
+        wider_mm,
+        alarms: alarms.join("; "),
+    };
+    Ok((row, Panel { title, lines, positions: flat, tensions: Vec::new() }))
+}
+
+fn text(rows: &[Row], title: &str) -> String {
+    let columns =
+        ["pulling", "its length", "tip forward", "up", "top forward", "up", "root forward", "up", "wider"];
+    let mut t = table::table(&columns);
+    for r in rows {
+        let ways = [
+            r.tip_forward_mm,
+            r.tip_up_mm,
+            r.top_forward_mm,
+            r.top_up_mm,
+            r.root_forward_mm,
+            r.root_up_mm,
+            r.wider_mm,
+        ];
+        let mm = |v: f64| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0);
+        let own = [r.pulling.clone(), format!("{:+.1} %", 100.0 * (r.stretch - 1.0))];
+        t.add_row(own.into_iter().chain(ways.map(mm)));
+    }
+    let doubtful = rows.iter().filter(|r| !r.alarms.is_empty());
+    let doubts: String = doubtful.map(|r| format!("but of {}: {}\n", r.pulling, r.alarms)).collect();
+    format!(
+        "{title}\n\n{t}\n{doubts}\ntip, top and root: the foremost, highest and rearmost point of the midsagittal surface at rest\n\n"
+    )
+}

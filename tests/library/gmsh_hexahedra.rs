@@ -1,0 +1,117 @@
+//! Bodies of hexahedra from files of the real Gmsh (tests/gmsh/make_meshes.py): muscles as overlapping groups of volumes with directions
+//! from views and from curves.
+
+use std::path::Path;
+
+use nalgebra::Vector3;
+use tongue_core::body::largest_distance;
+use tongue_fit::body::gmsh::read_space;
+use tongue_fit::body::space::Side;
+use tongue_fit::body::{SpaceBody, Unit};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
+use tongue_fit::system::{SpaceModel, System};
+use tongue_input::bodies::gmsh;
+
+fn bytes(name: &str) -> Vec<u8> {
+    std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gmsh").join(name)).unwrap()
+}
+
+fn body() -> SpaceBody {
+    read_space(&bytes("hexahedra_41.msh"), "block.msh", Unit::M).unwrap()
+}
+
+#[test]
+fn a_block_of_gmsh_has_its_hexahedra_regions_and_directions() {
+    let body = body();
+    let volume: f64 = body.volumes().iter().sum();
+    assert_eq!((body.mesh.hexahedra.len(), body.mesh.nodes.len(), body.mesh.fixed.len()), (48, 105, 15));
+    assert!((volume / 48e-6 - 1.0).abs() < 1e-9, "{volume}");
+    assert_eq!(body.bones.iter().map(|b| b.name.as_str()).collect::<Vec<_>>(), ["mandible"]);
+    let told: Vec<_> = body.muscles.iter().map(|m| (m.name.as_str(), m.side, m.region.len())).collect();
+    assert_eq!(told, [("A_L", Side::Left, 24), ("A_R", Side::Right, 24), ("M", Side::Middle, 48)]);
+    // A stress as given; a force times the length of its fibre over the volume.
+    for (muscle, stress) in body.muscles.iter().zip([20e3, 20e3, 4.0 * 60e-3 / 48e-6]) {
+        assert!((muscle.stress_pa / stress - 1.0).abs() < 1e-9, "{} {}", muscle.name, muscle.stress_pa);
+    }
+    for (number, y) in [-0.2, 0.2, 0.0].into_iter().enumerate() {
+        let expected = Vector3::new(1.0, y, 0.0).normalize();
+        for &element in &body.muscles[number].region {
+            let middle: Vector3<f64> =
+                body.mesh.hexahedra[element].iter().map(|&n| body.mesh.nodes[n]).sum::<Vector3<f64>>() / 8.0;
+            assert!(number == 2 || middle.y * y > 0.0);
+            for direction in body.directions(number, element) {
+                assert!(direction.unwrap().cross(&expected).norm() < 1e-9, "{direction:?}");
+            }
+        }
+    }
+    let binary = read_space(&bytes("hexahedra_41_binary.msh"), "block.msh", Unit::M).unwrap();
+    let apart = largest_distance(&binary.mesh.nodes, &body.mesh.nodes);
+    assert!(apart < 1e-15, "{apart}");
+    assert_eq!((binary.mesh.hexahedra, binary.bones), (body.mesh.hexahedra, body.bones));
+    for (a, b) in binary.muscles.iter().zip(&body.muscles) {
+        assert_eq!((&a.name, &a.region, &a.directions), (&b.name, &b.region, &b.directions));
+    }
+}
+
+#[test]
+fn a_block_of_gmsh_contracts_alike_on_both_sides() {
+    let body = body();
+    let half = body.half().expect("the same on both sides");
+    let model = SpaceModel::default();
+    let (whole, left) = (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
+    let activations = body.activations(&[("A", 0.3), ("M", 0.2)]).unwrap();
+    let (mut w, mut l) = (Workspace::new(&whole), Workspace::new(&left));
+    let of_half = half.activations(&activations).unwrap();
+    for found in [
+        statics::solve(&whole, &mut w, &activations, &SolveSettings::default()),
+        statics::solve(&left, &mut l, &of_half, &SolveSettings::default()),
+    ] {
+        assert_eq!(found.status, SolveStatus::Converged);
+    }
+    let apart = largest_distance(w.positions(), &half.whole(l.positions()));
+    assert!(apart < 1e-7, "{apart}");
+    let shortened = (0..body.mesh.nodes.len()).map(|n| w.positions()[n].x).fold(0.0, f64::max);
+    assert!(shortened < 0.058, "{shortened}");
+}
+
+#[test]
+fn what_is_wrong_is_told_with_its_line() {
+    let text = String::from_utf8(bytes("hexahedra_41.msh")).unwrap();
+    let says = |from: &str, to: &str| {
+        assert!(text.contains(from), "{from}");
+        read_space(text.replacen(from, to, 1).as_bytes(), "b.msh", Unit::M).unwrap_err().to_string()
+    };
+    let unit = says("A_L 20 kPa", "A_L 20");
+    assert!(
+        unit.starts_with("b.msh:9: \"muscle:A_L 20\": name the muscle and its strength with a unit"),
+        "{unit}"
+    );
+    assert!(says("A_L 20 kPa", "A_L -20 kPa").contains("with a unit"));
+    assert!(
+        says("muscle:A_R 20", "muscle:B_R 20")
+            .contains("muscle A_L has no other side: no group is called \"muscle:A_R")
+    );
+    assert!(
+        says("1 5 \"fibre:M\"", "1 5 \"fibre:X\"").contains("fibres are given of X, but no volume is called")
+    );
+    assert!(
+        says("1 5 \"fibre:M\"", "1 5 \"rim\"").contains("muscle M has a force, but no curves \"fibre:M\"")
+    );
+    assert!(says("\"fibre:A_L\"", "\"other\"").contains("muscle A_L has no directions"));
+    let zero = says(" 1 -0.2 0\n", " 0 0 0\n");
+    assert!(zero.contains("the view \"fibre:A_L\" has no direction in element"), "{zero}");
+    assert!(says("bone:mandible", "teeth").contains("no node is on bone"));
+    // The corners of an element listed from the top downwards.
+    let (_, elements) = text.split_once("$Elements").unwrap();
+    let line = elements.lines().find(|l| l.split(' ').filter(|w| !w.is_empty()).count() == 9).unwrap();
+    let words: Vec<&str> = line.split_whitespace().collect();
+    let turned = [&words[..1], &words[5..], &words[1..5]].concat().join(" ");
+    let inverted = says(line, &turned);
+    assert!(inverted.contains("is turned inside out") && inverted.starts_with("b.msh:"), "{inverted}");
+    // A body of simplices cannot be made of it.
+    let simplices = gmsh::read(text.as_bytes(), "b.msh", Unit::M).unwrap_err().to_string();
+    assert!(
+        simplices.contains("is a hexahedron; name a body of hexahedra with --body FILE.msh"),
+        "{simplices}"
+    );
+}

@@ -1,0 +1,108 @@
+//! Scenes with the tongue in space: weight, palate, jaw and hyoid act on it as on the plane.
+
+use nalgebra::Vector3;
+use tongue_core::body::largest_distance;
+use tongue_fit::body::SpaceBody;
+use tongue_fit::material::Constants;
+use tongue_fit::scene::run::SceneOutcome;
+use tongue_fit::scene::{self, Scene};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
+use tongue_fit::system::{SpaceModel, System};
+
+fn run(rest: &str) -> SceneOutcome {
+    let text = format!("title = \"t\"\nwant = \"shape\"\n[body.tongue-in-space]\n{rest}");
+    let answer = scene::simulate(&Scene::from_toml(&text, "t.toml").unwrap()).unwrap();
+    assert!(answer.converged, "{rest}");
+    answer
+}
+
+fn refused(text: &str) -> String {
+    let scene = Scene::from_toml(&format!("title = \"t\"\nwant = \"shape\"\n{text}"), "t.toml");
+    scene.and_then(|scene| scene::simulate(&scene)).unwrap_err().to_string()
+}
+
+/// Positions in the axes of the body: y to the right, z upwards.
+fn positions(answer: &SceneOutcome) -> Vec<Vector3<f64>> {
+    answer.positions_m.iter().map(|p| Vector3::new(p[0], -p[2], p[1])).collect()
+}
+
+#[test]
+fn a_scene_moves_the_tongue_as_its_muscles_do_alone() {
+    let answer = run("[activations]\nGGP = 0.1\nTRANS_L = 0.05\n");
+    let body = SpaceBody::tongue(1).unwrap();
+    let system = System::in_space(&body, &SpaceModel::default()).unwrap();
+    let mut w = Workspace::new(&system);
+    let activations = body.activations(&[("GGP", 0.1), ("TRANS_L", 0.05)]).unwrap();
+    let found = statics::solve(&system, &mut w, &activations, &SolveSettings::default());
+    assert_eq!(found.status, SolveStatus::Converged);
+    let apart = largest_distance(w.positions(), &positions(&answer));
+    assert!(apart < 1e-7, "{apart}");
+    let active: Vec<&str> =
+        answer.muscles.iter().filter(|m| m.tension_n > 0.0).map(|m| m.muscle.as_str()).collect();
+    assert_eq!(active, ["GGP_L", "GGP_R", "TRANS_L"]);
+}
+
+#[test]
+fn bones_carry_the_weight_of_the_tongue() {
+    let answer = run("[effects]\ngravity = { posture = \"supine\" }\n");
+    let volume: f64 = SpaceBody::tongue(1).unwrap().volumes().iter().sum();
+    let weight = volume * Constants::TONGUE.density * 9.81;
+    let on_bones = answer.on_bones_n.as_ref().unwrap();
+    eprintln!("weight {weight:.4} N, on bones {on_bones:.4?}");
+    assert!((on_bones[0] / weight - 1.0).abs() < 0.01, "{on_bones:?} {weight}");
+    assert!(on_bones[1].abs().max(on_bones[2].abs()) < 1e-6 * weight, "{on_bones:?}");
+    // Lying on the back the tongue sinks to the back, on both sides alike.
+    let (rest, now) = (SpaceBody::tongue(1).unwrap(), positions(&answer));
+    let tip = rest.foremost().unwrap();
+    let way = now[tip] - rest.mesh.nodes[tip];
+    assert!(way.x > 1e-4 && way.y.abs() < 1e-8, "{way}");
+}
+
+#[test]
+fn the_palate_stops_a_tongue_that_would_pass_it() {
+    let muscles = "[activations]\nGGP = 0.15\nTRANS = 0.05\n";
+    let free = run(muscles);
+    let stopped = run(&format!("{muscles}[effects.contact]\n"));
+    let surface = SpaceBody::tongue(1).unwrap().mesh.surface_nodes();
+    let top = |answer: &SceneOutcome| {
+        let places = positions(answer);
+        surface.iter().map(|&n| places[n].z).fold(0.0, f64::max)
+    };
+    let contact = stopped.contact.as_ref().unwrap();
+    eprintln!(
+        "highest {:.2} mm free, {:.2} mm under the palate: {contact:?}",
+        1e3 * top(&free),
+        1e3 * top(&stopped)
+    );
+    assert!(top(&stopped) < top(&free) - 0.5e-3);
+    assert!(contact.touching > 0 && contact.closest_mm > 0.0 && !contact.edge_through_wall, "{contact:?}");
+    assert!(contact.on_wall_n[1] > 0.0, "{contact:?}");
+}
+
+#[test]
+fn jaw_and_hyoid_carry_what_is_attached_to_them() {
+    let answer = run("[effects]\njaw = { opening_deg = 5.0 }\nhyoid = { shift_mm = [-2.0, 1.0] }\n");
+    let body = SpaceBody::tongue(1).unwrap();
+    let now = positions(&answer);
+    let moved = |bone: &str| {
+        let nodes = &body.bones.iter().find(|b| b.name == bone).unwrap().nodes;
+        nodes.iter().map(|&n| (now[n] - body.mesh.nodes[n]) * 1e3).collect::<Vec<_>>()
+    };
+    assert!(moved("hyoid").iter().all(|way| (way - Vector3::new(-2.0, 0.0, 1.0)).norm() < 1e-9));
+    // The mental spine is 110 mm from the joint, so that 5 degrees lower it by 9.6 mm.
+    let spine = moved("mandible").iter().map(Vector3::norm).fold(0.0, f64::max);
+    assert!((spine - 9.6).abs() < 1.5, "{spine}");
+}
+
+#[test]
+fn what_space_does_not_have_is_refused_by_name() {
+    let space = "[body.tongue-in-space]\n";
+    assert!(refused(&format!("{space}[tensions_n]\nGGp = 1.0\n")).contains("give [activations] from 0 to 1"));
+    assert!(refused("[body.tongue]\n[activations]\nGGP = 0.1\n").contains("give tensions_n"));
+    assert!(refused(&format!("{space}[activations]\nGGP = 1.5\n")).contains("it must lie between 0 and 1"));
+    assert!(refused(&format!("{space}[activations]\nGGX = 0.1\n")).contains("there is no muscle \"GGX\""));
+    assert!(
+        refused(&format!("{space}[material]\npoisson_ratio = 0.3\n")).starts_with("material.poisson_ratio")
+    );
+    assert!(refused(&format!("{space}folder = \"no/such\"\n")).contains("no/such: cannot be read"));
+}
