@@ -243,7 +243,8 @@ pub mod measured {
         //! Recordings of moving tongues.
         #[doc(inline)]
         pub use tongue_input::measured::recording::{
-            Fault, FaultKind, Format, Map, Recording, RecordingError, Seen, doubts, palate_doubt, screen,
+            Fault, FaultKind, Format, Map, Mark, Recording, RecordingError, Seen, doubts, is_coil,
+            palate_doubt, screen,
         };
     }
 

@@ -238,11 +238,18 @@ pub fn run(words: Vec<OsString>) -> u8 {
     }
 }
 
-/// `--points FILE` as the first option and without `--posterior` means `track FILE`.
+/// `--points FILE` as the first option means `track FILE`, unless a vowel is fitted.
 fn with_points_tracked(mut words: Vec<OsString>) -> Vec<OsString> {
-    let is_posterior = |w: &OsString| w.to_string_lossy().starts_with("--posterior");
-    if words.get(1).is_some_and(|w| w == "--points") && words.len() > 2 && !words.iter().any(is_posterior) {
+    let text = |w: &OsString| w.to_string_lossy().into_owned();
+    let is_of_a_fit = |w: &OsString| ["--vowel", "--posterior"].iter().any(|o| text(w).starts_with(o));
+    let first = words.get(1).map(text).unwrap_or_default();
+    if words.iter().any(is_of_a_fit) {
+        return words;
+    }
+    if first == "--points" && words.len() > 2 {
         words[1] = "track".into();
+    } else if let Some(file) = first.strip_prefix("--points=") {
+        words.splice(1..2, ["track".into(), file.into()]);
     }
     words
 }

@@ -6,11 +6,12 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::adapt::Landmarks;
 use tongue_fit::body::Body;
 use tongue_fit::files;
+use tongue_fit::geometry::Point;
 use tongue_fit::heard::{Airway, Formants};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::emg::Activity;
 use tongue_fit::measured::muscles::Muscles;
-use tongue_fit::measured::recording::{self, Map, Recording};
+use tongue_fit::measured::recording::{self, Map, Mark, Recording, Seen};
 use tongue_fit::measured::{Target, Vowel};
 use tongue_fit::posterior::{Beside, Density, Ground, Measurements, Mode};
 use tongue_fit::statistics::upper_median;
@@ -48,9 +49,9 @@ pub struct Arguments {
     /// postures say most: they share the error of their place (5 mm), angle (9 degrees) and size (10 %; standard deviations)
     #[arg(long, value_name = "[VOWEL=]FILE", requires = "posterior")]
     contour: Vec<String>,
-    /// With --posterior: coils, or other named points of the tongue, in the same way as --contour, each file with one frame (CSV
-    /// point,x_mm,y_mm). As the first option and without --posterior: finds the tensions of one posture from points alone, short for
-    /// `tongue-fit track FILE`, with its options
+    /// With --posterior: coils by their usual names (T1, TT, TB, TD, ...), in the same way as --contour and with the same placement, each file
+    /// with one frame (CSV point,x_mm,y_mm). As the first option and without --posterior: finds the tensions of one posture from points
+    /// alone, short for `tongue-fit track FILE`, with its options
     #[arg(long, value_name = "[VOWEL=]FILE")]
     points: Vec<String>,
 }
@@ -67,11 +68,10 @@ impl Arguments {
             out.push(formants(hz, ground, targets, posture)?);
         }
         let sampled = Sampled { targets, fitted: posture };
-        if !self.contour.is_empty() {
-            out.push(sampled.points(("--contour", "contour"), &self.contour, body, contour)?);
-        }
-        if !self.points.is_empty() {
-            out.push(sampled.points(("--points", "coils"), &self.points, body, coils)?);
+        let contours = sampled.files("--contour", &self.contour, contour)?;
+        let coils = sampled.files("--points", &self.points, coils)?;
+        if !(contours.is_empty() && coils.is_empty()) {
+            out.push(sampled.points(body, &contours, coils)?);
         }
         Ok(out)
     }
@@ -100,44 +100,76 @@ impl Sampled<'_> {
         if posture.is_none() && vowel != *baseline {
             let sampled: Vec<String> = self.targets.iter().map(|t| format!("/{}/", t.vowel)).collect();
             return Err(miette!(
-                "{option} {text}: /{vowel}/ is not sampled; sampled are {} and the baseline /{baseline}/ (--joint samples all vowels of the subject)",
+                "{option} {text}: there is no file of this name, and /{vowel}/ is not sampled; sampled are {} and the baseline /{baseline}/ \
+                 (--joint samples all vowels of the subject)",
                 sampled.join(", ")
             ));
         }
         Ok((posture, Path::new(path)))
     }
 
-    /// Points of the tongue in files, each of another posture.
-    fn points(
+    /// What is read from files, each of another posture.
+    fn files<T>(
         &self,
-        (option, kind): (&str, &str),
+        option: &str,
         files: &[String],
-        body: &Body<2>,
-        read: impl Fn(&Path) -> miette::Result<recording::Seen>,
-    ) -> miette::Result<Beside> {
-        let mut seen: Vec<(Option<usize>, recording::Seen)> = Vec::new();
+        read: impl Fn(&Path) -> miette::Result<T>,
+    ) -> miette::Result<Vec<(Option<usize>, T)>> {
+        let mut out: Vec<(Option<usize>, T)> = Vec::new();
         for file in files {
             let (posture, path) = self.posture(option, file)?;
-            if seen.iter().any(|(p, _)| *p == posture) {
+            if out.iter().any(|(p, _)| *p == posture) {
                 return Err(miette!(
                     "{option} {file}: there is another file of the same posture; give one of each"
                 ));
             }
-            let own = read(path).wrap_err_with(|| format!("{option} {}", path.display()))?;
-            near_the_body(body, &own).wrap_err_with(|| format!("{option} {}", path.display()))?;
-            seen.push((posture, own));
+            out.push((posture, read(path).wrap_err_with(|| format!("{option} {}", path.display()))?));
         }
-        let seen: Vec<_> = seen.iter().map(|(posture, own)| (*posture, own)).collect();
-        Beside::points(kind, body, &seen).ok_or_else(|| {
-            miette!("{option}: this body has no outline of a tongue; take the built-in one or an adapted one")
+        Ok(out)
+    }
+
+    /// Contours and coils together, because they are in one frame.
+    fn points(
+        &self,
+        body: &Body<2>,
+        contours: &[(Option<usize>, Vec<Point>)],
+        coils: Vec<(Option<usize>, Recording)>,
+    ) -> miette::Result<Beside> {
+        let (of_coils, recordings): (Vec<_>, Vec<_>) = coils.into_iter().unzip();
+        let mut postures: Vec<Option<usize>> = contours.iter().map(|(p, _)| *p).collect();
+        postures.extend(of_coils.iter().filter(|p| !contours.iter().any(|(other, _)| other == *p)));
+        let points = |p: &Option<usize>| {
+            contours.iter().find(|(other, _)| other == p).map_or(&[][..], |(_, points)| points.as_slice())
+        };
+        let mut seen = Seen::of_contours(&postures.iter().map(points).collect::<Vec<_>>());
+        if !recordings.is_empty() {
+            // All files are read as one recording: a coil has one place on the tongue.
+            let all = Recording::of_coils(&recordings).map_err(|e| miette!("--points: {e}"))?;
+            let map = Map::from_toml(OF_THE_BODY, "the axes of the body").into_diagnostic()?;
+            let read = Seen::new(&all, &map).into_diagnostic().wrap_err("--points")?;
+            read.notes.iter().for_each(|note| output::note(&format!("--points: {note}")));
+            for (posture, frame) in of_coils.iter().zip(read.frames) {
+                let own = postures.iter().position(|p| p == posture);
+                own.into_iter().for_each(|own| seen.frames[own].sensors.clone_from(&frame.sensors));
+            }
+            seen = Seen { sensors: read.sensors, measured: read.measured, ..seen };
+        }
+        for (posture, frame) in postures.iter().zip(&seen.frames) {
+            let vowel = posture.map_or(&self.targets[0].baseline, |p| &self.targets[p].vowel);
+            for (option, marks) in [("--contour", &frame.contour), ("--points", &frame.sensors)] {
+                near_the_body(body, marks).wrap_err_with(|| format!("{option}, /{vowel}/"))?;
+            }
+        }
+        Beside::points(body, &seen, &postures).ok_or_else(|| {
+            miette!("this body has no outline of a tongue; take the built-in one or an adapted one")
         })
     }
 }
 
-fn near_the_body(body: &Body<2>, seen: &recording::Seen) -> miette::Result<()> {
+/// Refuses points that are far from the surface of the body at rest.
+fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> miette::Result<()> {
     let Some(surface) = Surface::of(body) else { return Ok(()) };
-    let marks = seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
-    let away = marks.map(|m| surface.distance(m.at, &body.mesh.nodes).abs());
+    let away = marks.iter().flatten().map(|m| surface.distance(m.at, &body.mesh.nodes).abs());
     let away_m = upper_median(away).unwrap_or(0.0);
     if away_m > FARTHEST_M {
         return Err(miette!(
@@ -209,20 +241,24 @@ fn formants(hz: &[f64], ground: &Ground, targets: &[Target], posture: usize) -> 
     Ok(formants.into_diagnostic().wrap_err("--formants")?.measured(posture, hz, FORMANT_SD))
 }
 
-fn contour(path: &Path) -> miette::Result<recording::Seen> {
+fn contour(path: &Path) -> miette::Result<Vec<Point>> {
     let bytes = files::read(path).map_err(|e| miette!("cannot be read: {e}; {}", files::advice(&e)))?;
     let read = Landmarks::from_bytes(&bytes, &path.display().to_string(), &Default::default());
+    let read = read.into_diagnostic()?;
+    if let Some(coil) = read.named.keys().find(|name| recording::is_coil(name)) {
+        return Err(miette!("{coil} is the name of a coil; coils are read with --points"));
+    }
     // The option says that the points are in the frame of the body, so a contour that seems to face the other way is not turned round.
-    let mut read = Landmarks::default().with_contour(read.into_diagnostic()?);
-    let every = read.contour.len().div_ceil(MOST_POINTS).max(1);
-    read.contour = read.contour.into_iter().step_by(every).collect();
-    match read.contour.len() {
+    let points = Landmarks::default().with_contour(read).contour;
+    let every = points.len().div_ceil(MOST_POINTS).max(1);
+    let points: Vec<Point> = points.into_iter().step_by(every).collect();
+    match points.len() {
         count @ 0..3 => Err(miette!("it has {count} points; three are needed")),
-        _ => Ok(recording::Seen::of_contour(&read.contour)),
+        _ => Ok(points),
     }
 }
 
-fn coils(path: &Path) -> miette::Result<recording::Seen> {
+fn coils(path: &Path) -> miette::Result<Recording> {
     let found = Recording::from_path(path, None).into_diagnostic()?;
     let [one] = found.as_slice() else {
         return Err(miette!("it has {} recordings; give a file of one frame for each posture", found.len()));
@@ -230,7 +266,23 @@ fn coils(path: &Path) -> miette::Result<recording::Seen> {
     if one.samples.len() != 1 {
         return Err(miette!("it has {} frames; give the one of this posture", one.samples.len()));
     }
-    let map = Map::from_toml(OF_THE_BODY, "the axes of the body").into_diagnostic()?;
-    let seen = recording::Seen::new(one, &map).into_diagnostic();
-    seen.wrap_err("coils have usual names, such as T1, TT, TB and TD; a contour is read with --contour")
+    let is_there = |name: &&String| {
+        one.channels.iter().position(|c| c == *name).is_some_and(|i| one.samples[0].places[i].is_some())
+    };
+    if !one.channels.iter().filter(is_there).any(|c| recording::is_coil(c)) {
+        return Err(miette!(
+            "it has no coil of a usual name, such as T1, TT, TB or TD (points: {}); a contour is read with --contour",
+            one.channels.join(", ")
+        ));
+    }
+    let unknown: Vec<&str> =
+        one.channels.iter().filter(|c| !recording::is_coil(c)).map(String::as_str).collect();
+    if !unknown.is_empty() {
+        output::note(&format!(
+            "--points {}: {} left out: not a usual name of a coil",
+            path.display(),
+            unknown.join(", ")
+        ));
+    }
+    Ok(one.clone())
 }

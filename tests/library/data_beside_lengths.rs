@@ -1,4 +1,4 @@
-//! Formants, muscle activity and a contour in one posterior with stretches: derivatives, what geometry does to them, what they add, and what
+//! Formants, muscle activity, contours and coils in one posterior with stretches: derivatives, what geometry does to them, what they add, and what
 //! contradicts the rest.
 
 use nalgebra::{DVector, SVector};
@@ -62,26 +62,27 @@ fn points_of(ground: &Ground, positions: &[Point]) -> Vec<Point> {
 
 /// Contours of the posture and, if there is one, of the baseline.
 fn contours(ground: &Ground, posture: &[Point], baseline: Option<&[Point]>) -> Beside {
-    let posture = recording::Seen::of_contour(posture);
-    let baseline = baseline.map(recording::Seen::of_contour);
-    let seen: Vec<_> = [(Some(0), &posture)].into_iter().chain(baseline.iter().map(|b| (None, b))).collect();
-    Beside::points("contour", &ground.body, &seen).unwrap()
+    let all: Vec<&[Point]> = [posture].into_iter().chain(baseline).collect();
+    Beside::points(&ground.body, &recording::Seen::of_contours(&all), &[Some(0), None]).unwrap()
 }
 
-/// Three coils in the posture where they are glued to nodes at `positions`, m.
-fn coils(ground: &Ground, positions: &[Point]) -> Beside {
+/// Coils at three places of the tongue where the nodes are at these positions, m: in the posture and in the baseline.
+fn coils(ground: &Ground, positions: [&[Point]; 2]) -> Beside {
     let surface = Surface::of(&ground.body).unwrap();
-    let behind = [8e-3, 24e-3, 42e-3];
-    let place = |behind: &f64| {
-        let weights = surface.curve.weights(surface.tip - behind);
-        weights.iter().map(|(node, w)| positions[*node] * *w).sum::<Point>()
+    let file = |positions: &[Point]| {
+        let place = |behind: f64| -> Point {
+            let weights = surface.curve.weights(surface.tip - behind);
+            weights.iter().map(|(node, w)| positions[*node] * *w).sum()
+        };
+        let row =
+            |(n, behind): (usize, f64)| format!("T{n},{},{}\n", 1e3 * place(behind).x, 1e3 * place(behind).y);
+        let rows: String = (1..).zip([10e-3, 25e-3, 40e-3]).map(row).collect();
+        let table = format!("point,x_mm,y_mm\n{rows}");
+        Recording::from_bytes(table.as_bytes(), "coils.csv", Some(Format::Tidy)).unwrap().remove(0)
     };
-    let row = |(number, at): (usize, Point)| format!("T{number},{},{}\n", 1e3 * at.x, 1e3 * at.y);
-    let rows: String = (1..).zip(behind.iter().map(place)).map(row).collect();
-    let table = format!("point,x_mm,y_mm\n{rows}");
-    let read = Recording::from_bytes(table.as_bytes(), "coils.csv", Some(Format::Tidy)).unwrap();
-    let seen = recording::Seen::new(&read[0], &Map::default()).unwrap();
-    Beside::points("coils", &ground.body, &[(Some(0), &seen)]).unwrap()
+    let both = Recording::of_coils(&positions.map(file)).unwrap();
+    let seen = recording::Seen::new(&both, &Map::default()).unwrap();
+    Beside::points(&ground.body, &seen, &[Some(0), None]).unwrap()
 }
 
 fn with_all(ground: &Ground) -> Measurements {
@@ -92,7 +93,7 @@ fn with_all(ground: &Ground) -> Measurements {
         formants(ground, &[600.0, 1300.0]),
         emg([0.8, 0.1]),
         contours(ground, &points, Some(&baseline)),
-        coils(ground, rest),
+        coils(ground, [rest, rest]),
     ];
     Measurements { beside, ..stretches() }
 }
@@ -118,7 +119,7 @@ fn the_gradient_is_the_derivative_of_the_density() {
         let here = solved(&mut evaluator, &at, &mode.place);
         let (linear, _) = evaluator.linearise(&at, &here.place).unwrap();
         let rows = density.rows().len() - density.seen.len();
-        assert_eq!(rows, 2 + 4 + 22 + 6, "activity in one posture says nothing");
+        assert_eq!(rows, 2 + 4 + 22 + 12, "activity in one posture says nothing");
         for i in 0..n {
             let mut side = |by: f64| {
                 let mut x = at.clone();
@@ -128,7 +129,14 @@ fn the_gradient_is_the_derivative_of_the_density() {
             let difference = (side(h) - side(-h)) / (2.0 * h);
             for row in 0..rows {
                 let exact = linear.jacobian[(linear.values.len() - rows + row, i)];
-                let scale = linear.values[linear.values.len() - rows + row].abs().max(1e-3);
+                // Hertz for the formants, one for the logarithms of activity, and a millimetre for points.
+                let scale = if row < 2 {
+                    1e3
+                } else if row < 6 {
+                    1.0
+                } else {
+                    1e-3
+                };
                 assert!(
                     (exact - difference[row]).abs() < 1e-4 * scale,
                     "{row} {i}: {exact} {}",
@@ -140,7 +148,7 @@ fn the_gradient_is_the_derivative_of_the_density() {
 }
 
 #[test]
-fn what_geometry_does_to_formants_and_contours_is_what_bodies_that_are_moved_show() {
+fn what_geometry_does_to_other_data_is_what_bodies_that_are_moved_show() {
     for ground in &grounds() {
         let mut density = Density::new(ground, with_all(ground)).unwrap();
         let mode = Mode::find(&mut density).unwrap();
@@ -210,13 +218,13 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     let heard = Beside { measured: heard.of_shapes(|_| &shape), ..heard };
     let baseline = points_of(ground, &alone.mode.place.baseline);
     let drawn = contours(ground, &points_of(ground, &shape), Some(&baseline));
-    let beside = vec![heard, emg([0.9, 0.3]), drawn, coils(ground, &shape)];
+    let beside = vec![heard, emg([0.9, 0.3]), drawn];
     let all = sample(ground, Measurements { beside, ..stretches() }, &settings).unwrap();
     assert_eq!(all.status, Status::Mixed, "{}", all.why);
     assert!(contradictions(&all.density, &all.mode).is_empty());
     let gains = gains(&all, 0, &settings);
     let kinds: Vec<&str> = gains.iter().map(|g| g.kind.as_str()).collect();
-    assert_eq!(kinds, ["formants", "EMG", "contour", "coils"]);
+    assert_eq!(kinds, ["formants", "EMG", "contour"]);
     for gain in &gains {
         let without = gain.sd_without_n.as_ref().unwrap();
         let parts: Vec<f64> = without.0.iter().zip(&gain.sd_with_n.0).map(|((_, a), (_, b))| b / a).collect();
@@ -238,17 +246,20 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
         };
         (0..8).map(|m| variance(m).sqrt()).sum::<f64>() / 8.0
     };
-    let part = |baseline: Option<&[Point]>| {
-        let beside = vec![contours(ground, &points_of(ground, &shape), baseline)];
-        let with = sample(ground, Measurements { beside, ..stretches() }, &settings).unwrap();
+    let part = |beside: Beside| {
+        let with = sample(ground, Measurements { beside: vec![beside], ..stretches() }, &settings).unwrap();
         assert_eq!(with.status, Status::Mixed, "{}", with.why);
         mean_sd(&with.draws) / mean_sd(&alone.draws)
     };
-    let [one, both] = [None, Some(baseline.as_slice())].map(part);
+    let posture = points_of(ground, &shape);
+    let one = part(contours(ground, &posture, None));
+    let both = part(contours(ground, &posture, Some(&baseline)));
+    let glued = part(coils(ground, [&shape, &alone.mode.place.baseline]));
     eprintln!(
-        "sd of F - F0 over that of lengths alone: with the posture's contour {one:.3}, with the baseline's too {both:.3}"
+        "sd of F - F0 over that of lengths alone: contour {one:.3}, contours {both:.3}, coils of both {glued:.3}"
     );
     assert!((0.93..1.0).contains(&one) && (0.85..0.95).contains(&both), "{one} {both}");
+    assert!((0.85..0.98).contains(&glued), "{glued}");
     // A contour that is nowhere near is told as a whole, though its points agree with each other.
     let away: Vec<Point> = points_of(ground, &shape).iter().map(|p| p + Point::new(0.0, 45e-3)).collect();
     let beside = vec![contours(ground, &away, None)];

@@ -198,19 +198,36 @@ fn the_priors_that_are_printed_are_read_back_and_have_a_schema() {
 fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("emg.csv"), "muscle,a,ɯ\nGGa,0.9,0.3\nHG,0.8,0.1\nSGm,1,\n").unwrap();
-    // The contour of the baseline is that of the body at rest, 2 mm away.
+    // The contour of the baseline is that of the body at rest, 2 mm away; one of its points is 9 mm off. The coil lies on it.
     let body = tongue_fit::body::Body::tongue(5.5e-3).unwrap();
-    let curve = tongue_fit::track::Surface::of(&body).unwrap().curve;
-    let point = |i: u32| -> tongue_fit::geometry::Point {
-        curve.weights(0.02 + 5e-3 * f64::from(i)).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
+    let surface = tongue_fit::track::Surface::of(&body).unwrap();
+    let point = |at: f64| -> tongue_fit::geometry::Point {
+        surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
     };
-    let row = |i: u32| format!("{i},{},{}\n", 1e3 * point(i).x + 2.0, 1e3 * point(i).y);
-    let rows: String = (1..=12).map(row).collect();
+    let row = |name: &str, at: tongue_fit::geometry::Point, up: f64| {
+        format!("{name},{},{}\n", 1e3 * at.x + 2.0, 1e3 * at.y + up)
+    };
+    let up = |i: u32| if i == 6 { 9.0 } else { 0.0 };
+    let rows: String =
+        (1..=12).map(|i| row(&i.to_string(), point(0.02 + 5e-3 * f64::from(i)), up(i))).collect();
     std::fs::write(folder.path().join("rest.csv"), format!("point,x_mm,y_mm\n{rows}")).unwrap();
-    let output = run(folder.path(), "--vowel a --posterior 1000 --contour ɯ=rest.csv --json --out out");
+    let coil = row("TT", point(surface.tip - 0.01), 0.0) + &row("TD", point(surface.tip - 0.04), 0.0);
+    std::fs::write(folder.path().join("coils.csv"), format!("point,x_mm,y_mm\n{coil}rim,0,0\n")).unwrap();
+    let line = "--points ɯ=coils.csv --vowel a --posterior 1000 --contour ɯ=rest.csv --json --out out";
+    let output = run(folder.path(), line);
+    assert!(
+        text(&output.stderr).contains("rim left out: not a usual name of a coil"),
+        "{}",
+        text(&output.stderr)
+    );
     let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
     let gain = &fit["posterior"]["gains"][0];
-    assert!(gain["kind"] == "contour" && gain["sd_without_n"]["GGa"].as_f64().unwrap() > 1.0, "{gain}");
+    assert!(
+        gain["kind"] == "contour and coils" && gain["sd_without_n"]["GGa"].as_f64().unwrap() > 1.0,
+        "{gain}"
+    );
+    let told: Vec<&Value> = fit["posterior"]["contradictions"].as_array().unwrap().iter().collect();
+    assert!(told.iter().any(|c| c["name"] == "contour and coils point 6 in the baseline"), "{told:?}");
 
     let line = "--vowel a --posterior 1000 --formants 2500 --emg emg.csv --json --out out";
     let output = run(folder.path(), line);
@@ -222,6 +239,7 @@ fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
     assert!(told["name"] == "formants F1 in /a/" && told["p"].as_f64().unwrap() < 1e-3, "{told}");
 
     std::fs::write(folder.path().join("one.csv"), "muscle,a\nGGa,0.9\n").unwrap();
+    std::fs::write(folder.path().join("far.csv"), "point,x_mm,y_mm\n1,20,160\n2,30,162\n3,40,164\n").unwrap();
     std::fs::write(folder.path().join("two.csv"), "point,x_mm,y_mm\n1,20,60\n2,30,62\n").unwrap();
     for (options, reason) in [
         ("--formants 1200,700", "up to 4 rising frequencies in Hz"),
@@ -231,6 +249,9 @@ fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
         ("--contour i=rest.csv", "/i/ is not sampled; sampled are /a/ and the baseline /ɯ/"),
         ("--contour rest.csv --contour a=rest.csv", "there is another file of the same posture"),
         ("--points two.csv", "a contour is read with --contour"),
+        ("--contour coils.csv", "TD is the name of a coil; coils are read with --points"),
+        ("--contour far.csv", "mm from the surface of the body at rest"),
+        ("--points missing=1.csv", "there is no file of this name, and /missing/ is not sampled"),
     ] {
         let output = run(folder.path(), &format!("--vowel a --posterior 600 {options}"));
         assert_eq!(output.status.code(), Some(1), "{options}");

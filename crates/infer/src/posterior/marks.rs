@@ -2,7 +2,9 @@
 //!
 //! Their errors are those of `track` for one frame. Another part is the same in all postures: the placement of the points in the frame of
 //! the body, the error of a body with a wrong shape, and the places where coils are glued. So the change from one posture to another is
-//! known better than each posture by itself.
+//! known better than each posture by itself. What the placement does to a number is linearised where the body is at rest.
+//!
+//! Every error is that of a residual: the measured number less the computed one.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -11,11 +13,11 @@ use nalgebra::{DMatrix, DVector};
 
 use tongue_core::body::Body;
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::observe::{Contour, Curve, NodePosition, Observable};
+use tongue_core::observe::{Contour, NodePosition, Observable};
 
 use crate::adapt::{FIRST_COIL_SD_M, GAP_SD_M, MEASURED_COIL_SD_M};
 use crate::track::{Along, Errors, SCALE_SD, SHIFT_SD_M, Surface, TURN_SD};
-use tongue_input::measured::recording;
+use tongue_input::measured::recording::{Mark, Seen};
 
 use super::beside::{Beside, Of, Sight, View};
 
@@ -27,15 +29,34 @@ const STEP_M: f64 = 1e-5;
 /// An error that several numbers share.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Shared {
-    /// Number 0 to 3 of the placement: shift to the back, shift upwards, turn, scale.
-    Placement(usize),
+    Back,
+    Up,
+    Turn,
+    Scale,
     /// The place of a coil on the tongue, or its distance from the coil before it.
     Glue(String),
 }
 
+impl Shared {
+    const PLACEMENT: [Self; 4] = [Self::Back, Self::Up, Self::Turn, Self::Scale];
+
+    /// A point whose placement is wrong by `sds` standard deviations.
+    fn displaced(&self, at: Point, centre: Point, sds: f64) -> Point {
+        let about = |scale, turn| centre + Similarity::new(scale, turn, Point::zeros()).place(at - centre);
+        match self {
+            Self::Back => at + Point::x() * (SHIFT_SD_M * sds),
+            Self::Up => at + Point::y() * (SHIFT_SD_M * sds),
+            Self::Turn => about(1.0, TURN_SD * sds),
+            Self::Scale => about((SCALE_SD * sds).exp(), 0.0),
+            Self::Glue(_) => at,
+        }
+    }
+}
+
 /// A measured number.
-struct Mark {
-    posture: Option<usize>,
+struct Number {
+    /// Its frame.
+    frame: usize,
     name: String,
     observable: Arc<dyn Observable<2>>,
     measured: f64,
@@ -45,130 +66,110 @@ struct Mark {
 }
 
 impl Beside {
-    /// Points of a speaker's tongue in the frame of the body, of this kind by name: for each posture (`None`: the baseline) the first frame of
-    /// a recording. A contour gives the distances of its points from the surface, m, and a coil its two coordinates, m. `None` where the body
-    /// has no surface or there are no points.
-    pub fn points(kind: &str, body: &Body<2>, seen: &[(Option<usize>, &recording::Seen)]) -> Option<Self> {
+    /// Points of a speaker's tongue in the frame of the body, each frame of another posture (`None`: the baseline). A contour gives the
+    /// distances of its points from the surface, m, and a coil its two coordinates, m. `None` where the body has no surface or there are no
+    /// points.
+    pub fn points(body: &Body<2>, seen: &Seen, postures: &[Option<usize>]) -> Option<Self> {
         let surface = Surface::of(body)?;
-        let frames = || seen.iter().filter_map(|(_, s)| s.frames.first());
-        let places: Vec<Point> =
-            frames().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten().map(|m| m.at).collect();
-        let centre = places.iter().sum::<Point>() / places.len() as f64;
-        let of_posture = |(posture, seen): &(Option<usize>, &recording::Seen)| {
-            let mut marks = of_contour(&surface.curve, &body.mesh.nodes, centre, (*posture, seen));
-            marks.extend(of_coils(&surface, &body.mesh.nodes, centre, (*posture, seen)));
-            marks
-        };
-        let marks: Vec<Mark> = seen.iter().flat_map(of_posture).collect();
-        if marks.is_empty() {
-            return None;
+        let rest = &body.mesh.nodes;
+        let marks = || seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
+        let centre = marks().map(|m| m.at).sum::<Point>() / marks().count().max(1) as f64;
+        let mut numbers = Vec::new();
+        for frame in 0..seen.frames.len().min(postures.len()) {
+            numbers.extend(of_contour(&surface, rest, centre, (seen, frame)));
+            numbers.extend(of_coils(&surface, rest, centre, (seen, frame)));
         }
-        let views = marks.chunk_by(|a, b| a.posture == b.posture).map(|own| View {
-            posture: own[0].posture,
+        let views = numbers.chunk_by(|a: &Number, b| a.frame == b.frame).map(|own| View {
+            posture: postures[own[0].frame],
             count: own.len(),
-            sight: Arc::new(own.iter().map(|m| m.observable.clone()).collect::<Vec<_>>()) as Arc<dyn Sight>,
+            sight: Arc::new(own.iter().map(|n| n.observable.clone()).collect::<Vec<_>>()) as Arc<dyn Sight>,
         });
-        Some(Self {
-            kind: kind.to_owned(),
+        let kinds: Vec<&str> = [(0, "contour"), (1, "coils")]
+            .into_iter()
+            .filter(|(coils, _)| numbers.iter().any(|n| n.along.channel.min(1) == *coils))
+            .map(|(_, kind)| kind)
+            .collect();
+        (!numbers.is_empty()).then(|| Self {
+            kind: kinds.join(" and "),
             of: Of::Shapes(views.collect()),
-            measured: marks.iter().map(|m| m.measured).collect(),
-            errors: errors(&marks),
-            names: marks.into_iter().map(|m| m.name).collect(),
+            measured: numbers.iter().map(|n| n.measured).collect(),
+            errors: errors(&numbers),
+            names: numbers.iter().map(|n| n.name.clone()).collect(),
         })
     }
 }
 
 /// Covariance of the errors of all numbers, m².
-fn errors(marks: &[Mark]) -> DMatrix<f64> {
+fn errors(numbers: &[Number]) -> DMatrix<f64> {
     let errors = Errors::default();
-    let own = DMatrix::from_fn(marks.len(), marks.len(), |i, j| {
-        let (a, b) = (&marks[i], &marks[j]);
-        1e-6 * errors.of_observations(&a.along, &b.along, (a.posture == b.posture, i == j))
+    let own = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
+        let (a, b) = (&numbers[i], &numbers[j]);
+        1e-6 * errors.of_observations(&a.along, &b.along, (a.frame == b.frame, i == j))
     });
     let mut by_source: BTreeMap<&Shared, DVector<f64>> = BTreeMap::new();
-    for (i, (source, sd)) in marks.iter().enumerate().flat_map(|(i, m)| m.shared.iter().map(move |s| (i, s)))
-    {
-        by_source.entry(source).or_insert_with(|| DVector::zeros(marks.len()))[i] += sd;
+    for (i, number) in numbers.iter().enumerate() {
+        for (source, sd) in &number.shared {
+            by_source.entry(source).or_insert_with(|| DVector::zeros(numbers.len()))[i] += sd;
+        }
     }
     by_source.values().fold(own, |sum, sds| sum + sds * sds.transpose())
 }
 
-/// A point whose shift, turn or scale is wrong by a number of standard deviations.
-fn displaced(at: Point, centre: Point, which: usize, by: f64) -> Point {
-    match which {
-        0 => at + Point::x() * (SHIFT_SD_M * by),
-        1 => at + Point::y() * (SHIFT_SD_M * by),
-        2 => centre + Similarity::new(1.0, TURN_SD * by, Point::zeros()).place(at - centre),
-        _ => centre + Similarity::new((SCALE_SD * by).exp(), 0.0, Point::zeros()).place(at - centre),
-    }
-}
-
-/// What a number changes by with the placement, one standard deviation each.
+/// By how much a measured number at a point changes with its placement.
 fn by_placement(at: Point, centre: Point, value: impl Fn(Point) -> f64) -> Vec<(Shared, f64)> {
-    let rate = |which: usize| {
-        let side = |by: f64| value(displaced(at, centre, which, by));
+    let rate = |source: &Shared| {
+        let side = |sds: f64| value(source.displaced(at, centre, sds));
         (side(STEP) - side(-STEP)) / (2.0 * STEP)
     };
-    (0..4).map(|which| (Shared::Placement(which), rate(which))).collect()
+    Shared::PLACEMENT.iter().map(|source| (source.clone(), rate(source))).collect()
 }
 
 fn of_contour(
-    curve: &Curve,
+    surface: &Surface,
     rest: &[Point],
     centre: Point,
-    (posture, seen): (Option<usize>, &recording::Seen),
-) -> Vec<Mark> {
-    let marks = seen.frames.iter().take(1).flat_map(|f| seen.contour.iter().zip(&f.contour));
-    let marks: Vec<(&String, recording::Mark)> = marks.filter_map(|(n, m)| Some((n, (*m)?))).collect();
+    (seen, frame): (&Seen, usize),
+) -> Vec<Number> {
+    let curve = &surface.curve;
+    let points: Vec<(&String, Mark)> =
+        seen.contour.iter().zip(&seen.frames[frame].contour).filter_map(|(n, m)| Some((n, (*m)?))).collect();
     let mut along = vec![0.0];
-    for pair in marks.windows(2) {
+    for pair in points.windows(2) {
         along.push(along[along.len() - 1] + (pair[1].1.at - pair[0].1.at).norm());
     }
-    // Distances along the contour are counted from where the surface begins, so that those of several contours agree.
-    let feet: Vec<f64> = marks.iter().map(|(_, m)| curve.nearest_place(&m.at, rest)).collect();
+    // Distances along a contour are counted from where the surface begins, so that those of several contours agree.
+    let feet: Vec<f64> = points.iter().map(|(_, m)| curve.nearest_place(&m.at, rest)).collect();
     let forwards = if feet.first() <= feet.last() { 1.0 } else { -1.0 };
-    let offset: f64 = feet.iter().zip(&along).map(|(foot, a)| foot - forwards * a).sum::<f64>();
+    let offset: f64 = feet.iter().zip(&along).map(|(foot, a)| foot - forwards * a).sum();
     let offset = offset / feet.len().max(1) as f64;
-    let mark = |((name, mark), along): ((&String, recording::Mark), f64)| {
+    let number = |((name, mark), along): ((&String, Mark), f64)| {
         let distance = |at: Point| Contour::new(curve.clone(), at).value(rest);
-        Mark {
-            posture,
+        Number {
+            frame,
             name: name.clone(),
             observable: Arc::new(Contour::new(curve.clone(), mark.at)),
             measured: 0.0,
             along: Along { channel: 0, at_mm: 1e3 * (offset + forwards * along), sd_mm: 1e3 * mark.sd },
-            // The distance is a computed number; a measured one would change by the opposite.
+            // The computed number is the distance, and the measured one is zero.
             shared: by_placement(mark.at, centre, |at| -distance(at)),
         }
     };
-    marks.into_iter().zip(along).map(mark).collect()
+    points.into_iter().zip(along).map(number).collect()
 }
 
-fn of_coils(
-    surface: &Surface,
-    rest: &[Point],
-    centre: Point,
-    (posture, seen): (Option<usize>, &recording::Seen),
-) -> Vec<Mark> {
+fn of_coils(surface: &Surface, rest: &[Point], centre: Point, (seen, frame): (&Seen, usize)) -> Vec<Number> {
     let curve = &surface.curve;
     let place = |at: f64| curve.weights(at).iter().map(|&(node, w)| rest[node] * w).sum::<Point>();
-    let marks = seen.frames.iter().take(1).flat_map(|f| f.sensors.iter().enumerate());
+    let points = seen.frames[frame].sensors.iter().enumerate();
     let mut out = Vec::new();
-    for (number, mark) in marks.filter_map(|(n, m)| Some((n, (*m)?))) {
-        let (name, behind) = &seen.sensors[number];
+    for (coil, mark) in points.filter_map(|(c, m)| Some((c, (*m)?))) {
+        let (name, behind) = &seen.sensors[coil];
         let at = (surface.tip - behind).clamp(0.0, curve.length());
         let tangent = (place(at + STEP_M) - place(at - STEP_M)) / (2.0 * STEP_M);
-        // A usual distance from the tip is the sum of usual gaps.
-        let glued: Vec<(&String, f64)> = if seen.measured[number] {
-            vec![(name, MEASURED_COIL_SD_M)]
-        } else {
-            let sd = |n: usize| if n == 0 { FIRST_COIL_SD_M } else { GAP_SD_M };
-            (0..=number).map(|n| (&seen.sensors[n].0, sd(n))).collect()
-        };
         for (axis, (direction, label)) in [(Point::x(), "back"), (Point::y(), "up")].into_iter().enumerate() {
-            let glue = glued.iter().map(|(name, sd)| (Shared::Glue((*name).clone()), tangent[axis] * sd));
-            out.push(Mark {
-                posture,
+            let glue = glue(seen, coil).into_iter().map(|(source, sd)| (source, tangent[axis] * sd));
+            out.push(Number {
+                frame,
                 name: format!("{name} {label}"),
                 observable: Arc::new(NodePosition::on_curve(curve, at, direction)),
                 measured: mark.at[axis],
@@ -178,4 +179,93 @@ fn of_coils(
         }
     }
     out
+}
+
+/// The errors of the place of a coil on the tongue, m: of a measured one, or of the first one and the gaps up to it.
+fn glue(seen: &Seen, coil: usize) -> Vec<(Shared, f64)> {
+    let known = (0..=coil).rev().find(|&c| seen.measured[c]);
+    let sd = |c: usize| match c {
+        c if known == Some(c) => MEASURED_COIL_SD_M,
+        0 => FIRST_COIL_SD_M,
+        _ => GAP_SD_M,
+    };
+    (known.unwrap_or(0)..=coil).map(|c| (Shared::Glue(seen.sensors[c].0.clone()), sd(c))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tongue_core::body::Body;
+    use tongue_input::measured::recording::SeenFrame;
+
+    /// A contour and three coils that lie on the body at rest, in two frames.
+    fn seen(body: &Body<2>) -> Seen {
+        let surface = Surface::of(body).unwrap();
+        let place =
+            |at: f64| surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>();
+        let contour: Vec<Point> = (0..11).map(|i| place(0.02 + 5e-3 * f64::from(i))).collect();
+        let behind = [0.01, 0.026, 0.042];
+        let mark = |at: Point| Some(Mark { at, sd: 0.5e-3 });
+        let one = Seen::of_contours(&[&contour]);
+        let sensors = behind.iter().map(|b| mark(place(surface.tip - b))).collect();
+        let frame = SeenFrame { sensors, ..one.frames[0].clone() };
+        Seen {
+            sensors: (1..).zip(behind).map(|(i, b)| (format!("T{i}"), b)).collect(),
+            measured: vec![false; 3],
+            frames: vec![frame.clone(), frame],
+            ..one
+        }
+    }
+
+    /// By how many standard deviations, squared, the residuals where the points of each frame are moved by so much are away from zero.
+    fn cost(body: &Body<2>, moved: [Point; 2]) -> f64 {
+        let mut seen = seen(body);
+        for (frame, by) in seen.frames.iter_mut().zip(moved) {
+            frame.contour.iter_mut().chain(&mut frame.sensors).flatten().for_each(|m| m.at += by);
+        }
+        let beside = Beside::points(body, &seen, &[Some(0), None]).unwrap();
+        let computed = beside.of_shapes(|_| &body.mesh.nodes);
+        let residuals = DVector::from_vec(beside.measured.clone()) - DVector::from_vec(computed);
+        residuals.dot(&beside.errors.clone().cholesky().unwrap().solve(&residuals))
+    }
+
+    #[test]
+    fn a_common_shift_is_one_standard_deviation_and_a_shift_of_one_posture_is_many() {
+        let body = Body::tongue(5.5e-3).unwrap();
+        let (back, zero) = (Point::new(SHIFT_SD_M, 0.0), Point::zeros());
+        // Contours and coils of both postures move together.
+        let common = cost(&body, [back; 2]);
+        assert!(common < 2.0, "{common}");
+        let apart = cost(&body, [back, zero]);
+        assert!(apart > 8.0 * common.max(1.0), "{apart} {common}");
+    }
+
+    #[test]
+    fn a_coil_behind_a_measured_one_is_as_uncertain_as_the_gap() {
+        let mut seen = seen(&Body::tongue(5.5e-3).unwrap());
+        let sds = |seen: &Seen, coil| glue(seen, coil).iter().map(|(_, sd)| *sd).collect::<Vec<_>>();
+        assert_eq!(sds(&seen, 2), [FIRST_COIL_SD_M, GAP_SD_M, GAP_SD_M]);
+        seen.measured[1] = true;
+        assert_eq!(sds(&seen, 2), [MEASURED_COIL_SD_M, GAP_SD_M]);
+        assert_eq!(sds(&seen, 0), [FIRST_COIL_SD_M]);
+    }
+
+    #[test]
+    fn a_contour_that_was_drawn_the_other_way_has_the_same_errors() {
+        let body = Body::tongue(5.5e-3).unwrap();
+        let only = |reversed: bool| {
+            let mut seen = Seen { sensors: Vec::new(), ..seen(&body) };
+            for frame in &mut seen.frames {
+                frame.sensors.clear();
+                if reversed {
+                    frame.contour.reverse();
+                }
+            }
+            Beside::points(&body, &seen, &[Some(0), None]).unwrap().errors
+        };
+        let (forth, back) = (only(false), only(true));
+        let other = |i: usize| 11 * (i / 11) + 10 - i % 11;
+        let expected = DMatrix::from_fn(22, 22, |i, j| back[(other(i), other(j))]);
+        assert!((&forth - expected).amax() < 1e-9 * forth.amax());
+    }
 }

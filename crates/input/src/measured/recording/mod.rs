@@ -53,6 +53,7 @@ pub use budget::{MOST_CHANNELS, MOST_FRAMES};
 pub use doubts::{Doubt, doubts, palate_doubt};
 pub use labels::{Label, text_grid};
 pub use map::{CONTOUR_SD_M, Map, Role};
+pub use names::is_coil;
 pub use screen::{Fault, FaultKind, Screened, screen};
 pub use seen::{Mark, Seen, SeenFrame};
 
@@ -229,6 +230,39 @@ pub enum RecordingError {
 }
 
 impl Recording {
+    /// The coils of recordings of one frame each as one recording, with a sample of each in their order. Other channels are left out.
+    ///
+    /// # Errors
+    /// In words if the recordings are not of one format and unit, or one has not exactly one frame.
+    pub fn of_coils(frames: &[Self]) -> Result<Self, String> {
+        let Some(first) = frames.first() else { return Err("there is no recording".to_owned()) };
+        if frames.iter().any(|f| (f.format, f.metres) != (first.format, first.metres)) {
+            return Err("the files are of different formats or units".to_owned());
+        }
+        let mut channels: Vec<String> = Vec::new();
+        for channel in frames.iter().flat_map(|f| &f.channels).filter(|c| is_coil(c)) {
+            if !channels.contains(channel) {
+                channels.push(channel.clone());
+            }
+        }
+        let sample = |(number, frame): (usize, &Self)| {
+            let [only] = frame.samples.as_slice() else {
+                return Err(format!("{} has {} frames; give one", frame.name, frame.samples.len()));
+            };
+            let place = |channel: &String| {
+                let own = frame.channels.iter().position(|c| c == channel)?;
+                only.places[own]
+            };
+            Ok(Sample::new(number as f64, channels.iter().map(place).collect()))
+        };
+        let samples = frames.iter().enumerate().map(sample).collect::<Result<_, String>>()?;
+        let sigma = |channel: &String| {
+            frames.iter().find_map(|f| f.sigma[f.channels.iter().position(|c| c == channel)?])
+        };
+        let sigma = channels.iter().map(sigma).collect();
+        Ok(Self { channels, sigma, samples, labels: Vec::new(), ..first.clone() })
+    }
+
     /// Reads all recordings of a file. Its format is found from its content and name unless it is given. A Praat TextGrid of the same
     /// name beside a file of one recording gives its labels.
     ///

@@ -51,6 +51,11 @@ pub(super) fn role(channel: &str) -> Role {
     }
 }
 
+/// Whether this is a usual name of a coil on the tongue.
+pub fn is_coil(channel: &str) -> bool {
+    role(channel) == Role::Coil(None)
+}
+
 /// Whether a coil of this name is in front of all others.
 pub(super) fn is_tip(channel: &str) -> bool {
     TIPS.contains(&plain(channel).as_str())

@@ -57,16 +57,16 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// One frame of a contour in the frame of a body, m; the points are in the order of the contour.
-    pub fn of_contour(points: &[Point]) -> Self {
-        let name = |(i, p): (usize, &Point)| {
-            let mm = (p - points[0]).norm() * 1e3;
-            format!("point {} ({mm:.0} mm from the first)", i + 1)
+    /// Contours in the frame of a body, m, a frame of each; the points are in the order of the contour.
+    pub fn of_contours(contours: &[&[Point]]) -> Self {
+        let most = contours.iter().map(|c| c.len()).max().unwrap_or(0);
+        let frame = |points: &&[Point]| {
+            let mark = |i: usize| points.get(i).map(|&at| Mark { at, sd: CONTOUR_SD_M });
+            SeenFrame { contour: (0..most).map(mark).collect(), ..SeenFrame::default() }
         };
-        let marks = points.iter().map(|&at| Some(Mark { at, sd: CONTOUR_SD_M })).collect();
         Self {
-            contour: points.iter().enumerate().map(name).collect(),
-            frames: vec![SeenFrame { contour: marks, ..SeenFrame::default() }],
+            contour: (1..=most).map(|i| format!("point {i}")).collect(),
+            frames: contours.iter().map(frame).collect(),
             ..Self::default()
         }
     }
