@@ -157,8 +157,7 @@ pub mod heard {
     //! What is heard of a tongue: formants, how they answer to its nodes, a voice.
     #[doc(inline)]
     pub use tongue_infer::heard::{
-        Airway, AirwayError, Articulation, Formant, Formants, Heard, MeanVowel, Sound, SpaceAirway, Tract,
-        mean_vowels,
+        Airway, Articulation, Formant, Formants, Heard, MeanVowel, Sound, SpaceAirway, Tract, mean_vowels,
     };
 }
 
@@ -209,8 +208,7 @@ pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
     #[doc(inline)]
     pub use tongue_input::measured::{
-        ByMuscle, Dataset, Lengths, TableError, Target, TargetKind, TargetOptions, Vowel, read_nodes,
-        reference_muscle,
+        ByMuscle, Dataset, Lengths, Target, TargetKind, TargetOptions, Vowel, read_nodes, reference_muscle,
     };
 
     pub mod emg {
