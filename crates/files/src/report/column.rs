@@ -59,7 +59,7 @@ pub fn lines(out: &mut dyn io::Write, lines: impl IntoIterator<Item = Vec<String
 }
 
 /// What the columns mean, as a table of Markdown.
-#[cfg(test)]
+#[cfg(all(test, feature = "files"))]
 pub fn explained<R>(columns: &[Column<'_, R>]) -> String {
     let line = |c: &Column<'_, R>| format!("| `{}` | {} | {} |\n", c.name, c.unit, c.meaning);
     "| column | unit | meaning |\n|---|---|---|\n".to_owned() + &columns.iter().map(line).collect::<String>()

@@ -128,5 +128,7 @@ pub(super) fn picked<'a>(names: &[&'static str]) -> Vec<Column<'a, OfMuscle<'a>>
         let found = all.iter_mut().find(|c| c.as_ref().is_some_and(|c| c.name == name))?.take()?;
         Some(Column { name: shown.into(), ..found })
     };
-    names.iter().filter_map(pick).collect()
+    let picked: Vec<_> = names.iter().filter_map(pick).collect();
+    debug_assert_eq!(picked.len(), names.len(), "a name is not that of a column, or stands twice: {names:?}");
+    picked
 }

@@ -169,7 +169,7 @@ pub enum FitError {
     System(#[from] SystemError),
     /// The mesh has no chain for a muscle.
     #[error(
-        "the mesh has no muscle {muscle}, which the table has; name a curve of the mesh after it, or leave its column out of the table"
+        "the mesh has no muscle {muscle}, which the table has; add it to the body's anatomy or mesh, or leave its column out of the table"
     )]
     MissingMuscle {
         /// Its name.

@@ -18,7 +18,7 @@ pub(crate) const SAME_POINT_M: f64 = 5e-5;
 /// Points nearer to the outline than this are on it, m. The published lengths are known to 0.1 mm at best.
 pub(crate) const ON_OUTLINE_M: f64 = 5e-4;
 
-/// An outline, eight muscle lines and bones that are consistent with each other.
+/// An outline, muscle lines and bones that are consistent with each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Anatomy {
     outline: ClosedSpline,
