@@ -76,14 +76,11 @@ pub struct PriorArguments {
 impl PriorArguments {
     /// The prior for a number of muscles.
     pub fn prior(&self, muscles: usize) -> miette::Result<Prior> {
-        if !(self.prior.is_finite() && self.prior > 0.0) {
-            return Err(miette!(
-                "--prior is {}; it must be a positive number of newtons per metre",
-                self.prior
-            ));
+        if !(0.1..=1000.0).contains(&self.prior) {
+            return Err(miette!("--prior is {}; it must be from 0.1 to 1000 N/m", self.prior));
         }
-        if !(self.memory.is_finite() && self.memory >= 0.0) {
-            return Err(miette!("--memory is {}; it must be a time in seconds, or 0", self.memory));
+        if !(0.0..=1000.0).contains(&self.memory) {
+            return Err(miette!("--memory is {}; it must be from 0 to 1000 s", self.memory));
         }
         Ok(Prior::half_normal(muscles, self.prior, self.memory))
     }

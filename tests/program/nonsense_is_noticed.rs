@@ -140,6 +140,8 @@ fn a_refused_recording_leaves_no_journal_and_a_good_one_is_not_suspected() {
     refused(at, "track RECORDING --hold-out 99");
     refused(at, "track RECORDING --free-bone jaw");
     refused(at, "track RECORDING --palate nowhere.csv");
+    refused(at, "track RECORDING --prior 1e300");
+    refused(at, "track RECORDING --memory 1e300");
     let output = run(at, "track RECORDING --rest similarity --frames 0 --out good");
     let told = String::from_utf8(output.stderr).unwrap();
     for word in ["upside down", "exchanged", "follow one another", "faster than", "unit", "very same place"] {

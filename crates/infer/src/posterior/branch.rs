@@ -6,13 +6,15 @@
 
 use nalgebra::SVector;
 
-use tongue_core::statics::Connection;
 use tongue_core::statics::lanes::{Group, Load};
+use tongue_core::statics::{Connection, SolveSettings};
 
 use super::density::{Density, Meaning, is_found};
 
 /// Numbers of steps in which the loads grow from zero; a shape is accepted if one of them leads to it.
 const STEPS: [usize; 2] = [5, 25];
+/// Residual force to which the shapes on the way are solved, N: they only lead to the last one.
+const ON_THE_WAY_N: f64 = 1e-4;
 /// Lengths that differ by less than this belong to the same shape, m.
 pub const SAME_M: f64 = 1e-7;
 
@@ -60,13 +62,15 @@ fn follow(
                 Load { start, ..density.ground.load(&m.scaled(part), shape, None) }
             })
             .collect();
-        let answers = group.solve(&loads, density.settings()).to_vec();
+        let last = density.settings();
+        let tolerance = if step < steps { ON_THE_WAY_N } else { last.tolerance };
+        let answers = group.solve(&loads, &SolveSettings { tolerance, ..*last });
         for ((shape, good), answer) in shapes.iter_mut().zip(&mut good).zip(answers) {
             // The solver for lanes does not descend from ridges. A shape that needs this may be on another branch and is followed in more
             // steps.
             let strayed = answer.solution.connection == Connection::Downhill;
-            *good &= is_found(&answer) && (density.ground.is_of_springs() || !strayed);
-            *shape = answer.positions;
+            *good &= is_found(answer) && (density.ground.is_of_springs() || !strayed);
+            shape.clone_from(&answer.positions);
         }
     }
     shapes.iter().zip(good).map(|(shape, good)| good.then(|| system.lengths(shape))).collect()

@@ -121,6 +121,22 @@ pub fn sample<T: Target>(
     sampled.into_iter().flatten().collect()
 }
 
+/// As [`sample`], with the given coordinates kept: there is no second half of the warm-up, and in the first one no point is checked for
+/// being allowed. A chain that is not allowed at its end goes back to its beginning.
+pub(super) fn sample_briefly<T: Target>(
+    make: impl Fn() -> T + Sync,
+    whitened: &Whitened,
+    place: &T::Place,
+    settings: &Settings,
+) -> Vec<Chain<T::Kept>> {
+    let firsts: Vec<usize> = (0..settings.chains).step_by(LANES).collect();
+    let sampled = parallel::map(&firsts, |&first| {
+        let chains = (settings.chains - first).min(LANES);
+        Group::new(make(), whitened, place, settings, first, chains).run_briefly(settings)
+    });
+    sampled.into_iter().flatten().collect()
+}
+
 /// State of a chain.
 struct State<P> {
     z: DVector<f64>,
@@ -235,8 +251,31 @@ impl<'a, T: Target> Group<'a, T> {
 
     /// One trajectory, from which the step is adapted.
     fn warm(&mut self) {
-        let ends = self.trajectory(self.step.trial);
+        let ends = self.trajectory(self.step.trial, true);
+        self.learn_step(&ends);
+    }
+
+    fn learn_step(&mut self, ends: &[End]) {
         self.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
+    }
+
+    /// Runs all chains, with points checked from the end of the warm-up on.
+    fn run_briefly(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
+        let begun = self.states.clone();
+        if begun.len() == self.random.len() {
+            for _ in 0..settings.warm_up {
+                let ends = self.trajectory(self.step.trial, false);
+                self.learn_step(&ends);
+            }
+        }
+        let points: Vec<_> = self.states.iter().map(|s| (&s.x, &s.point)).collect();
+        let allowed = self.target.allowed(&points);
+        for ((state, begun), _) in
+            self.states.iter_mut().zip(begun).zip(allowed).filter(|(_, allowed)| !allowed)
+        {
+            *state = begun;
+        }
+        self.run(&Settings { warm_up: 0, ..*settings })
     }
 
     fn run(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
@@ -250,7 +289,7 @@ impl<'a, T: Target> Group<'a, T> {
             self.warm();
         }
         for draw in 0..settings.draws * settings.thin {
-            let ends = self.trajectory(self.step.found);
+            let ends = self.trajectory(self.step.found, true);
             for ((chain, end), state) in chains.iter_mut().zip(&ends).zip(&self.states) {
                 chain.divergences += usize::from(end.diverged);
                 chain.zero += usize::from(end.zero);
@@ -265,8 +304,8 @@ impl<'a, T: Target> Group<'a, T> {
         chains
     }
 
-    /// One trajectory of every chain.
-    fn trajectory(&mut self, size: f64) -> Vec<End> {
+    /// One trajectory of every chain; if `checked`, one that ends at a point that is not allowed is refused.
+    fn trajectory(&mut self, size: f64, checked: bool) -> Vec<End> {
         let (n, count) = (self.whitened.centre.len(), self.states.len());
         let length = FRAC_PI_2 * (0.7 + 0.6 * self.common.f64());
         let steps = ((length / size).round() as usize).clamp(1, MOST_STEPS);
@@ -312,7 +351,8 @@ impl<'a, T: Target> Group<'a, T> {
         }
         let taken: Vec<usize> = (0..count).filter(|i| ends[*i].taken).collect();
         let points: Vec<_> = taken.iter().map(|&i| (&moved[i].x, &moved[i].point)).collect();
-        for (&i, allowed) in taken.iter().zip(self.target.allowed(&points)) {
+        let allowed = if checked { self.target.allowed(&points) } else { vec![true; taken.len()] };
+        for (&i, allowed) in taken.iter().zip(allowed) {
             ends[i].refused = !allowed;
             if allowed {
                 self.states[i] = moved[i].clone();

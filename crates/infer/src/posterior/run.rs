@@ -23,7 +23,7 @@ const WARM_UP_EACH: usize = 4;
 /// independent.
 const THIN: usize = 4;
 const THIN_EACH: usize = 2;
-/// Draws of each chain of a short run, in each half of its warm-up and after it, and its seed.
+/// Draws of each chain of a short run, in its warm-up and after it, and its seed.
 const SHORT_WARM_UP: usize = 15;
 const SHORT_DRAWS: usize = 30;
 const SHORT_SEED: u64 = 7;
@@ -242,7 +242,8 @@ pub(super) fn short_run(density: &Density<'_>, mode: &Mode) -> Result<Vec<Draw>,
         thin: 1,
         seed: SHORT_SEED,
     };
-    let draws = numbered(hmc::sample(|| Evaluator::new(density), &whitened, &mode.place, &settings));
+    let chains = hmc::sample_briefly(|| Evaluator::new(density), &whitened, &mode.place, &settings);
+    let draws = numbered(chains);
     if draws.is_empty() { Err(PosteriorError::NoMode) } else { Ok(draws) }
 }
 
