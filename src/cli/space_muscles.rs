@@ -57,7 +57,7 @@ pub fn run(
         rows.push(row);
         panels.push(panel);
     }
-    let title = format!("What each muscle of {} does alone, at an activation of {activation}", body.what);
+    let title = format!("What each muscle does alone, at an activation of {activation}: {}", body.what);
     let picture = report::panels(&section, &[], &panels, &title).into_diagnostic()?;
     let by = super::provenance().with_tissue(TissueModel::Hexahedra);
     let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
@@ -101,7 +101,15 @@ fn alone(
     let alarms: Vec<String> = solved.alarms.iter().map(|a| a.text()).collect();
     let lines = match status {
         SolveStatus::Converged if !alarms.is_empty() => alarms.clone(),
-        SolveStatus::Converged => vec![format!("tip {}", way(tip)), format!("{wider_mm:+.1} mm wide")],
+        SolveStatus::Converged => {
+            let width = match wider_mm.abs() < 0.05 {
+                true => "as wide as at rest".to_owned(),
+                false => {
+                    format!("{:.1} mm {}", wider_mm.abs(), if wider_mm < 0.0 { "narrower" } else { "wider" })
+                }
+            };
+            vec![format!("tip {}", way(tip)), width]
+        }
         other => vec![format!("not at equilibrium: {other:?}")],
     };
     let title = format!("{name} shortens {:.0} %", 100.0 * (1.0 - stretch));

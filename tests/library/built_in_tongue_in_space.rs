@@ -145,6 +145,6 @@ fn random_activations_of_all_muscles_converge_without_an_inverted_element() {
         let found = statics::solve(&left, &mut w, &activations, &SolveSettings::default());
         assert_eq!(found.status, SolveStatus::Converged, "{n}: {given:?}");
         let (least, most) = left.cell_ratios(w.positions());
-        assert!(least > 0.8 && most < 1.2, "{n}: {least} {most}");
+        assert!(least > 0.8 && most < 1.3, "{n}: {least} {most}");
     }
 }

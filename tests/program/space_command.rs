@@ -113,7 +113,8 @@ fn what_cannot_be_used_is_refused_in_one_message() {
         ([&track[..], &["words.csv"]].concat(), "line 2: y_mm is \"two\""),
         ([&track[..], &["late.csv"]].concat(), "sort them by time_s"),
         ([&track[..], &["none.csv"]].concat(), "none.csv"),
-        (vec!["muscles", "--body", "space"], "is a body in space"),
+        (vec!["mesh", "--body", "space"], "is a body in space"),
+        (vec!["muscles", "--refined"], "--refined needs a body in space"),
         (vec!["simulate", "--activation", "GGP=0.1"], "--body space"),
     ];
     for (arguments, why) in cases {
