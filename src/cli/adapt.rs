@@ -5,14 +5,13 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
-use tongue_fit::adapt::{Adaptation, How, Landmarks, Speaker};
+use tongue_fit::adapt::{How, Landmarks, Speaker};
 use tongue_fit::body::Body;
-use tongue_fit::body::json::MeshRecord;
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
-use tongue_fit::system;
 
+use super::body_file::BodyFile;
 use super::recordings::{self, Given, PriorArguments, RestName};
 use super::{Global, Outcome, body, output, table};
 
@@ -64,14 +63,6 @@ struct Record {
     /// Why the body is not to be trusted; empty where nothing speaks against it.
     doubts: Vec<String>,
     notes: Vec<String>,
-}
-
-/// A body's file: its mesh and its origin.
-#[derive(Serialize)]
-struct BodyFile {
-    #[serde(flatten)]
-    mesh: MeshRecord,
-    adaptation: Adaptation,
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
@@ -176,12 +167,8 @@ fn write(
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
     let mesh = &speaker.body.mesh;
-    let coefficients = system::coefficients(mesh, &arguments.body.model()).into_diagnostic()?;
-    let stiffness = system::connection_stiffness(mesh, &coefficients);
-    let file = BodyFile {
-        mesh: MeshRecord::new(&speaker.body, &stiffness, coefficients.kappa, coefficients.node_mass),
-        adaptation: speaker.adaptation(&mesh.muscle_names()),
-    };
+    let adaptation = speaker.adaptation(&mesh.muscle_names());
+    let file = BodyFile::new(&speaker.body, &arguments.body.model(), adaptation)?;
     let at_rest = vec![0.0; mesh.muscles.len()];
     let palate = speaker.body.palate.as_deref().unwrap_or_default();
     let mut similar = before.mesh.clone();

@@ -10,7 +10,7 @@ use tongue_fit::material::{Constants, Preset, Spread};
 use tongue_fit::report::PageBody;
 use tongue_fit::simulation;
 use tongue_fit::suggest;
-use tongue_fit::system::{self, Model, OutsidePath, TissueModel};
+use tongue_fit::system::{Model, OutsidePath, TissueModel};
 
 use super::output;
 
@@ -260,10 +260,7 @@ impl Arguments {
         }
         if self.mesh.is_some() {
             let body = flat.body()?;
-            let coefficients = system::coefficients(&body.mesh, &flat.model()).into_diagnostic()?;
-            let stiffness = system::connection_stiffness(&body.mesh, &coefficients);
-            let record = MeshRecord::new(&body, &stiffness, coefficients.kappa, coefficients.node_mass);
-            page.mesh = Some(output::json(&record)?);
+            page.mesh = Some(output::json(&MeshRecord::of(&body, &flat.model()).into_diagnostic()?)?);
         } else if let Some(path) = &self.anatomy {
             page.anatomy = Some(anatomy_text(path)?);
         }

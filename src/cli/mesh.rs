@@ -38,8 +38,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mesh = &body.mesh;
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let coefficients = system::coefficients(mesh, &arguments.body.model()).into_diagnostic()?;
-    let stiffness = system::connection_stiffness(mesh, &coefficients);
-    let record = MeshRecord::new(&body, &stiffness, coefficients.kappa, coefficients.node_mass);
+    let record = MeshRecord::of(&body, &arguments.body.model()).into_diagnostic()?;
     let (by, json) = (super::provenance(), Json(&record));
     let written = match &out {
         Some(out) => {

@@ -4,28 +4,23 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::adapt::{self, Adaptation, Basis, How, Placement, Sight};
+use tongue_fit::adapt::Basis;
 use tongue_fit::body::{Body, HYOID, MANDIBLE};
-use tongue_fit::effect::{Contact, Effect};
-use tongue_fit::geometry::Point;
-use tongue_fit::inverse::FreedBone;
 use tongue_fit::measured::recording::Seen;
-use tongue_fit::report::batch;
-use tongue_fit::report::batch::journal::{Entry, Journal};
+use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::{
-    Json, OutputDir, PriorRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
+    Json, PriorRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
 };
 use tongue_fit::statistics::upper_median;
-use tongue_fit::system::{self, Additions, Model, System};
 use tongue_fit::track::{
-    self, Followed, FrameStatus, HeldOut, Repeatable, Repeats, Settings, Shape, Stage, Surface, Tracked,
-    TrackedRecording,
+    self, FrameStatus, HeldOut, Repeatable, Repeats, Settings, Tracked, TrackedRecording,
 };
 
+use super::body_file::BodyFile;
 use super::recordings::{self, Given, PriorArguments, RestName, Screened};
 use super::track_files::Found;
-use super::track_sound::{self, Sound};
-use super::{Global, Outcome, body, interrupt, output, space_track, track_files, track_table};
+use super::track_run::Run;
+use super::{Global, Outcome, body, output, space_track, track_files, track_sound, track_table};
 
 /// Recordings with more frames are not kept, because their entry would be too large for a journal.
 const MOST_KEPT: usize = 5000;
@@ -77,25 +72,6 @@ pub struct Arguments {
     sound: track_sound::Arguments,
 }
 
-/// Distance from the palate at which it begins to act, m.
-const PALATE_REACH_M: f64 = 1e-3;
-
-/// A body ready for tracking.
-struct Speaker {
-    body: Body<2>,
-    followed: Vec<Followed>,
-    how: Option<How>,
-    /// What is known of where coils placed it.
-    placement: Option<Placement>,
-}
-
-impl Speaker {
-    /// A recording with its coils where the placement has them on the tongue.
-    fn seated(&self, seen: &Seen) -> Seen {
-        self.placement.as_ref().map_or_else(|| seen.clone(), |placement| placement.seated(seen))
-    }
-}
-
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     if let Some(source) = arguments.body.space()? {
@@ -137,7 +113,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut notes = recordings::notes(&recordings, &given.body, &arguments.free_bone);
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
     let basis = Basis { contracting: numbers, palate: wall, ..given.basis(&arguments.body, prior) };
-    let run = Run { arguments, given: &given, basis, names: &names, is_given, palate: wall, settings };
+    let run = Run {
+        rest: arguments.rest,
+        free_bones: &arguments.free_bone,
+        given: &given,
+        basis,
+        names: &names,
+        is_given,
+        palate: wall,
+        settings,
+    };
     let seen: Vec<&Seen> = recordings.iter().map(|r| &r.seen).collect();
     run.check_freed(&seen)?;
 
@@ -153,7 +138,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let speaker = run.speaker(&seen, &hide)?;
     let shape = run.shape(&speaker, &seen)?;
     let sound = arguments.sound.around(&speaker.body, wall)?;
-    // What is shared by all frames is learned from so many at once; the next sitting learns anew.
     for sitting in sittings(&seen) {
         let kept: Option<Vec<TrackedRecording>> = sitting
             .clone()
@@ -201,7 +185,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut record = TrackRecord {
         recordings: seen.iter().map(|s| s.name.clone()).collect(),
         body: speaker.body.what.clone(),
-        rest: speaker.how,
+        rest: speaker.adaptation.as_ref().map(|a| a.rest),
         placement: None,
         prior: PriorRecord::new(&run.settings),
         statuses,
@@ -221,9 +205,18 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     repeats(&seen, &found, names.len()).into_iter().for_each(|found| record.add_repeats(found, &names));
     sound.iter().for_each(|sound| sound.tell(&mut record));
     record.notes.iter().for_each(|n| output::note(n));
+    // Recordings that were tracked together have the same body.
+    let mut bodies: Vec<(String, BodyFile)> = Vec::new();
+    for (nth, one) in found.iter().enumerate() {
+        if nth == 0 || one.body.mesh.nodes != found[nth - 1].body.mesh.nodes {
+            let name = if nth == 0 { "body.json".to_owned() } else { format!("body_{}.json", nth + 1) };
+            bodies.push((name, BodyFile::new(&one.body, &run.model(), speaker.tracked())?));
+        }
+    }
     let written = track_files::write(
         &out,
         &record,
+        &bodies,
         &seen,
         &found,
         wall.unwrap_or_default(),
@@ -239,180 +232,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
-struct Run<'a> {
-    arguments: &'a Arguments,
-    given: &'a Given,
-    basis: Basis<'a>,
-    names: &'a [String],
-    is_given: bool,
-    palate: Option<&'a [Point]>,
-    settings: Settings,
-}
-
-impl Run<'_> {
-    fn model(&self) -> Model {
-        self.basis.model
-    }
-
-    /// The given body, or one adapted to these recordings.
-    fn speaker(&self, seen: &[&Seen], hide: &[String]) -> miette::Result<Speaker> {
-        if self.is_given {
-            return Ok(self.known(self.given.body.clone(), self.given.adaptation.as_ref()));
-        }
-        let bar = output::bar(1, "{bar:40} rest shape, {eta} left")?;
-        let progress = |done: usize, of: usize| {
-            bar.set_length(of as u64);
-            bar.set_position(done as u64);
-        };
-        let made = self.basis.to_recordings(seen, self.arguments.rest.into(), hide, &progress);
-        bar.finish_and_clear();
-        let made = made.into_diagnostic()?;
-        recordings::check_scale(made.similarity.scale())?;
-        output::step(|| {
-            let rms = made.rms_m.map_or_else(String::new, |r| format!(", contours met to {:.2} mm", r * 1e3));
-            format!("{}: scale {:.3}{rms}", made.body.what, made.similarity.scale())
-        });
-        let adaptation = made.adaptation(self.names);
-        Ok(Speaker { placement: made.placement, ..self.known(made.body, Some(&adaptation)) })
-    }
-
-    /// A body with its adaptation.
-    fn known(&self, body: Body<2>, adaptation: Option<&Adaptation>) -> Speaker {
-        let followed = match adaptation {
-            Some(a) => a.followed(&body),
-            None => {
-                let bones: Vec<String> = body.bones.iter().map(|b| b.name.clone()).collect();
-                adapt::followed(&body, &bones)
-            }
-        };
-        Speaker { body, followed, how: adaptation.map(|a| a.rest), placement: None }
-    }
-
-    /// What is not known of the speaker's shape; nothing for bodies that are no tongues.
-    fn shape(&self, speaker: &Speaker, seen: &[&Seen]) -> miette::Result<Option<Shape>> {
-        let body = &speaker.body;
-        if [HYOID, MANDIBLE].iter().any(|bone| body.bone(bone).is_empty()) {
-            output::note(&format!(
-                "{} has no bones \"{MANDIBLE}\" and \"{HYOID}\", so its shape at rest counts as known",
-                body.what
-            ));
-            return Ok(None);
-        }
-        if let Some(placement) = &speaker.placement {
-            return Shape::of_coils(body, &self.model(), &self.basis.contracting, placement)
-                .map(Some)
-                .into_diagnostic();
-        }
-        let sight = Sight::of(seen, &[]);
-        let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
-        Shape::of(body, &self.model(), &self.basis.contracting, at).map(Some).into_diagnostic()
-    }
-
-    fn found(&self, body: Body<2>, recording: TrackedRecording) -> Found {
-        let TrackedRecording { frames, gestures, segments } = recording;
-        Found { body, contracting: self.basis.contracting.clone(), frames, gestures, segments }
-    }
-
-    /// The journal of this run, with the recordings that an earlier run of the same inputs has finished.
-    fn journal(&self, out: &OutputDir, seen: &[&Seen]) -> miette::Result<Journal<TrackedRecording>> {
-        let words = super::words_of_the_result();
-        let (mesh, model) = (&self.given.body.mesh, self.model());
-        let key = batch::sha256(&[
-            tongue_fit::VERSION,
-            &words.join(" "),
-            &format!("{seen:?}"),
-            &format!("{mesh:?} {model:?} {:?}", self.given.adaptation),
-        ]);
-        let path = out.path().join("track.journal");
-        let last_words = format!(
-            "stopped; the finished recordings are kept in \"{}\": the same command resumes after them",
-            path.display()
-        );
-        let journal = Journal::open(path, &key, &words, seen.len()).into_diagnostic()?;
-        journal.notes().iter().for_each(|note| output::note(note));
-        if !journal.is_empty() {
-            output::note(&format!("resuming after {} of {} recordings", journal.len(), seen.len()));
-        }
-        interrupt::set_last_words(Some(last_words));
-        Ok(journal)
-    }
-
-    fn track(
-        &self,
-        speaker: &Speaker,
-        shape: &Option<Shape>,
-        sound: Option<&Sound>,
-        seen: &[&Seen],
-        hide: &[String],
-    ) -> miette::Result<Vec<TrackedRecording>> {
-        let body = &speaker.body;
-        let additions = Additions { effects: self.wall(body)?, ..Additions::default() };
-        let system =
-            System::with(&body.mesh, &self.model(), &self.basis.contracting, additions).into_diagnostic()?;
-        let freed = seen.first().map(|s| self.freed(s)).into_iter().flatten();
-        let freed = freed.map(|name| FreedBone::of(body, &self.model(), &self.basis.contracting, name));
-        let freed = freed.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
-        let surface = Surface::of(body)
-            .ok_or_else(|| miette!("{} has no outline of tissue to compare with", body.what))?;
-        let mut frames: Vec<_> = seen
-            .iter()
-            .map(|s| track::frames(&speaker.seated(s), &surface, &speaker.followed, hide))
-            .collect();
-        frames.iter_mut().for_each(|f| sound.iter().for_each(|s| s.listen(f, &speaker.followed)));
-        let bar = output::bar(1, "{bar:40} {percent:>3} % of the tensions, {eta} left")?;
-        let progress = |done: usize, of: usize| {
-            bar.set_length(of as u64);
-            bar.set_position(done as u64);
-        };
-        let stage =
-            Stage { system: &system, followed: &speaker.followed, freed: &freed, shape: shape.as_ref() };
-        let found = track::track(&stage, frames, &self.settings, &progress);
-        bar.finish_and_clear();
-        found.ok_or_else(|| {
-            miette!(
-                "the covariance of what was seen cannot be factorised; look for numbers that are not finite or very large in the \
-                 recordings"
-            )
-        })
-    }
-
-    /// The bones whose displacement is an unknown in a recording.
-    fn freed<'b>(&'b self, seen: &'b Seen) -> impl Iterator<Item = &'b str> {
-        self.arguments.free_bone.iter().map(|b| b.trim()).filter(|b| !seen.shows_bone(b))
-    }
-
-    /// Refuses free bones without an effect.
-    fn check_freed(&self, seen: &[&Seen]) -> miette::Result<()> {
-        let mut names: Vec<&str> = Vec::new();
-        for name in self.arguments.free_bone.iter().map(|b| b.trim()) {
-            if names.contains(&name) {
-                return Err(miette!("--free-bone {name}: this bone is free already; give each bone once"));
-            }
-            FreedBone::of(&self.given.body, &self.model(), &self.basis.contracting, name)
-                .into_diagnostic()?;
-            if seen.iter().all(|s| s.shows_bone(name)) {
-                return Err(miette!(
-                    "--free-bone {name}: it is seen in every recording, and carried to where it is seen; leave the option out"
-                ));
-            }
-            names.push(name);
-        }
-        Ok(())
-    }
-
-    /// The given palate as a wall; empty if the body at rest would pass through it.
-    fn wall(&self, body: &Body<2>) -> miette::Result<Vec<Box<dyn Effect<2>>>> {
-        let Some(palate) = self.palate else { return Ok(Vec::new()) };
-        let stiffness = system::coefficients(&body.mesh, &self.model()).into_diagnostic()?.tissue_stiffness;
-        let wall = Contact::new(palate.to_vec(), &body.mesh.surface_nodes(), stiffness, PALATE_REACH_M);
-        if wall.penetrated(&body.mesh.nodes, &body.mesh.connections).is_some() {
-            output::note("the body at rest passes through the palate: the tongue is tracked without contact");
-            return Ok(Vec::new());
-        }
-        Ok(vec![Box::new(wall)])
-    }
-}
-
 /// How well the courses repeat where labels do.
 fn repeats(seen: &[&Seen], found: &[Found], muscles: usize) -> Option<Repeats> {
     let times: Vec<Vec<f64>> = found.iter().map(|f| f.frames.iter().map(|t| t.time_s).collect()).collect();
@@ -424,10 +243,9 @@ fn repeats(seen: &[&Seen], found: &[Found], muscles: usize) -> Option<Repeats> {
     track::repeats(&all, muscles)
 }
 
-/// Recordings that are tracked together, about a hundred frames at once: those of one that shows the same bones.
+/// Recordings that are tracked together, up to about a hundred frames: neighbours that show the same bones. Each group has levels and a
+/// shape of its own, and is kept for a run that is resumed.
 fn sittings(seen: &[&Seen]) -> Vec<std::ops::Range<usize>> {
-    // Of several hundred frames the error that all share takes what the shape at rest should: on real recordings contours were missed
-    // by 3.8 mm with 455 frames at once and by 1.7 mm with 91.
     const MOST_FRAMES: usize = 100;
     let bones = |s: &Seen| [HYOID, MANDIBLE].map(|b| s.shows_bone(b));
     let mut out: Vec<std::ops::Range<usize>> = Vec::new();

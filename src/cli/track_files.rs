@@ -13,6 +13,8 @@ use tongue_fit::report::{
 use tongue_fit::system::TissueModel;
 use tongue_fit::track::{FrameStatus, Gesture, Segment, Tracked};
 
+use super::body_file::BodyFile;
+
 /// Result of one recording.
 pub struct Found {
     /// The body with which it was tracked.
@@ -43,6 +45,7 @@ type File<'a> = (String, Box<dyn Export + 'a>);
 pub fn write(
     out: &OutputDir,
     record: &TrackRecord,
+    bodies: &[(String, BodyFile)],
     seen: &[&Seen],
     found: &[Found],
     palate: &[Point],
@@ -56,6 +59,9 @@ pub fn write(
         ("track.json".to_owned(), Box::new(Json(record))),
         ("track.csv".to_owned(), Box::new(record.table())),
     ];
+    for (name, body) in bodies {
+        files.push((name.clone(), Box::new(Json(body))));
+    }
     if !record.segments.is_empty() {
         files.push(("segments.csv".to_owned(), Box::new(record.segments_table())));
     }

@@ -240,8 +240,8 @@ fn a_further_point_of_the_outline_can_be_put_on_bone() {
 #[test]
 fn a_body_is_read_back_from_its_json_with_its_bones() {
     let body = Body::tongue(DEFAULT_SPACING_M).unwrap();
-    let stiffness = vec![2700.0; body.mesh.connections.len()];
-    let text = serde_json::to_string(&json::MeshRecord::new(&body, &stiffness, 1.4, 2e-2)).unwrap();
+    let record = json::MeshRecord::of(&body, &tongue_fit::system::Model::default()).unwrap();
+    let text = serde_json::to_string(&record).unwrap();
     let back = json::read(&text, "my.json").unwrap();
     assert_eq!((&back.mesh, &back.bones), (&body.mesh, &body.bones));
     assert_eq!(back.bone(MANDIBLE).len(), 1);

@@ -124,9 +124,49 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     for name in ["track_1.svg", "track_2.svg", "shapes_1.svg", "shapes_2.svg", "shapes_1_0000.vtu"] {
         roxmltree::Document::parse(&read(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     }
+    // The body is written with the shape at rest that was found, and read back as it is.
+    let body: Value = serde_json::from_str(&read("body.json")).unwrap();
+    let back = json(&run(folder.path(), &["mesh", "--mesh", "results/track/body.json", "--json"]));
+    assert_eq!(back["nodes_m"], body["nodes_m"]);
+    let own = json(&run(folder.path(), &["mesh", "--json"]));
+    assert_ne!(own["nodes_m"], body["nodes_m"]);
+    let on =
+        ["track", RECORDING, "--mesh", "results/track/body.json", "--json", "--frames", "0", "--out", "on"];
+    let on = json(&run(folder.path(), &on));
+    assert_eq!(on["rest"], "joint");
+    assert!(on["median_rms_mm"].as_f64().unwrap() < 1.0, "{}", on["median_rms_mm"]);
     let sto = read("track_2.sto");
     assert!(sto.contains("nRows=45\nnColumns=50\n"), "{}", &sto[..300]);
     assert!(read("shapes_1.pvd").contains("shapes_1_0008.vtu"));
+}
+
+#[test]
+fn a_long_recording_is_met_as_well_as_a_short_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(RECORDING).unwrap();
+    let mut lines = text.lines().map(|l| l.split('\t').collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    let time = head.iter().position(|c| *c == "Time of sample in recording").unwrap();
+    let frames: Vec<Vec<&str>> = lines.take(45).collect();
+    // One recording, said several times over.
+    let met = |times: usize| {
+        let mut text = head.join("\t") + "\n";
+        for nth in 0..times {
+            for frame in &frames {
+                let at = format!("{:.4}", frame[time].parse::<f64>().unwrap() + 0.5625 * nth as f64);
+                let mut frame = frame.clone();
+                frame[time] = &at;
+                text += &(frame.join("\t") + "\n");
+            }
+        }
+        fs::write(folder.path().join("r.tsv"), text).unwrap();
+        let arguments = ["track", "r.tsv", "--json", "--frames", "0", "--draws", "100"];
+        let output = run(folder.path(), &arguments);
+        assert_eq!(output.status.code(), Some(0));
+        json(&output)["median_rms_mm"].as_f64().unwrap()
+    };
+    let (once, often) = (met(1), met(4));
+    assert!(once < 0.8 && often < once + 0.1, "{once} mm, {often} mm over 180 frames");
 }
 
 /// Lower end, median and upper end of a level and of a course.

@@ -9,6 +9,7 @@ use std::time::Duration;
 use fastrand::Rng;
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
+use tongue_fit::system::Model;
 use tongue_study::hard_cases::bodies::lattice;
 
 use crate::inputs::{KINDS, NEXT_FILE};
@@ -51,8 +52,7 @@ fn seeds(kind: &str) -> Vec<Vec<u8>> {
         "scene_toml" => files("targets/scenes", ".toml"),
         "mesh_json" => {
             let body = Body::new("a lattice", lattice(5, 4, 5e-3));
-            let stiffness = vec![2700.0; body.mesh.connections.len()];
-            let record = MeshRecord::new(&body, &stiffness, 1.4, 2e-2);
+            let record = MeshRecord::of(&body, &Model::default()).unwrap();
             vec![serde_json::to_vec(&record).unwrap()]
         }
         "gmsh_msh" => [files("tests/gmsh", ".msh"), files("tests/gmsh/broken", ".msh")].concat(),

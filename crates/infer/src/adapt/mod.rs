@@ -55,7 +55,7 @@ pub fn by_bones(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Option<
 }
 
 /// Data of an adapted body about the recording that it was adapted to; a part of its file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Adaptation {
     /// How the rest shape was found.
     pub rest: How,

@@ -16,10 +16,11 @@ use super::{
 };
 
 /// Method by which the rest shape is found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum How {
     /// Turned, scaled and shifted only.
+    #[default]
     Similarity,
     /// The shape in one frame: of several frames the one for which all frames have the smallest cost.
     Frame,

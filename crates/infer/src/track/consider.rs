@@ -14,11 +14,14 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use tongue_core::parallel;
 use tongue_core::random;
 
-use super::errors::{FrameErrors, Kriging};
+use super::errors::Kriging;
 use super::listen;
 use super::mode::{CHUNK, Course, Eliminated, Mode};
 use super::shape::Shape;
 
+/// The frames count together as at most so many of them: the model differs from a tongue, and more frames do not take that away. With
+/// every frame counted, the step to the most probable shape of some hundred frames is far longer than its linearisation holds.
+const MOST_FRAMES: usize = 120;
 /// Number of draws made at once; the second half of them mirrors the first.
 const BATCH: usize = 50;
 
@@ -35,8 +38,8 @@ pub(super) struct Draws {
 }
 
 /// Derivatives of the observations of a frame and of its hidden points by the shape, mm.
-struct ByShape {
-    seen: DMatrix<f64>,
+pub(super) struct ByShape {
+    pub seen: DMatrix<f64>,
     hidden: DMatrix<f64>,
 }
 
@@ -46,12 +49,8 @@ struct Linear {
     by_shape: Vec<Option<ByShape>>,
 }
 
-/// Draws of all recordings at the mode, and the most probable step of the shape; `None` where the covariances cannot be factorised.
-pub(super) fn draws(
-    mode: &Mode<'_, '_>,
-    courses: &[Course],
-    shape: Option<&Shape>,
-) -> Option<(Vec<Draws>, DVector<f64>)> {
+/// Draws of all recordings at the mode; `None` where the covariances cannot be factorised.
+pub(super) fn draws(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&Shape>) -> Option<Vec<Draws>> {
     let linear = linearised(mode, courses, shape)?;
     let judged = Judged::of(mode, &linear, shape)?;
     let shared = judged.draws(mode)?;
@@ -60,21 +59,14 @@ pub(super) fn draws(
         let heard = listen::rates(mode, course, shape);
         drawn(mode, course, linear, &heard, &shared, number)
     });
-    let draws = draws.collect();
-    Some((draws, judged.step(mode)))
-}
-
-/// The most probable step of the shape, without draws.
-pub(super) fn step(mode: &Mode<'_, '_>, courses: &[Course], shape: &Shape) -> Option<DVector<f64>> {
-    let linear = linearised(mode, courses, Some(shape))?;
-    Some(Judged::of(mode, &linear, Some(shape))?.step(mode))
+    Some(draws.collect())
 }
 
 fn linearised(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&Shape>) -> Option<Vec<Linear>> {
     let columns = shape.map_or(0, Shape::count);
     let one = |course: &Course| {
         let by_shape = by_shape(mode, course, shape);
-        let more = |t: usize, _: &FrameErrors| by_shape[t].as_ref().map(|b| b.seen.clone());
+        let more = |t: usize| by_shape[t].as_ref().map(|b| b.seen.clone());
         let eliminated = mode.eliminate(course, &[], &more, columns)?;
         Some(Linear { eliminated, by_shape })
     };
@@ -82,7 +74,7 @@ fn linearised(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&Shape>) ->
 }
 
 /// Derivatives of all frames by the shape.
-fn by_shape(mode: &Mode<'_, '_>, course: &Course, shape: Option<&Shape>) -> Vec<Option<ByShape>> {
+pub(super) fn by_shape(mode: &Mode<'_, '_>, course: &Course, shape: Option<&Shape>) -> Vec<Option<ByShape>> {
     let Some(shape) = shape else { return course.frames.iter().map(|_| None).collect() };
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
@@ -136,20 +128,16 @@ impl Judged {
             pull.rows_mut(m + k, s).copy_from(&shape.prior.gradient);
         }
         // The static error belongs to the errors, so its prior has the same reduced weight when the shape is estimated.
+        let frames: usize = linear.iter().map(|one| one.by_shape.len()).sum();
         let trust = mode.settings.trust;
+        let of_frames = trust * (MOST_FRAMES as f64 / frames.max(1) as f64).min(1.0);
         let judged = |i: usize| if (m..m + k).contains(&i) { trust } else { 1.0 };
         let weighed = DMatrix::from_fn(all, all, |i, j| prior[(i, j)] * (judged(i) * judged(j)).sqrt());
-        let h = weighed + &curvature * trust;
-        let g = DVector::from_fn(all, |i, _| pull[i] * judged(i)) + &gradient * trust;
+        let h = weighed + &curvature * of_frames;
+        let g = DVector::from_fn(all, |i, _| pull[i] * judged(i)) + &gradient * of_frames;
         let factor = ((&h + h.transpose()) * 0.5).cholesky()?;
         let middle = -factor.solve(&g);
         Some(Self { curvature, gradient, prior, pull, factor, middle })
-    }
-
-    /// The most probable step of the shape.
-    fn step(&self, mode: &Mode<'_, '_>) -> DVector<f64> {
-        let from = mode.sizes.shared();
-        self.middle.rows(from, self.middle.len() - from).into_owned()
     }
 
     /// Draws of the shared unknowns relative to the mode, one column each.

@@ -7,11 +7,13 @@ use nalgebra::DVector;
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
 
+use super::consider::by_shape;
 use super::frame::Solver;
 use super::mode::{CHUNK, Course, Eliminated, Here, Mode};
+use super::shape::Shape;
 
-/// A round is the last if it reduces the cost by less than this part and no frame was held back in it.
-const WON: f64 = 1e-4;
+/// A round is the last if it changes the cost by less than this part and no frame was held back in it, or the round before it did no more.
+const WON: f64 = 5e-4;
 /// Parts of the step that a frame tries.
 const PARTS: [f64; 3] = [1.0, 0.4, 0.1];
 /// A frame's step is too long if its cost exceeds both the previous and the expected cost by this factor plus this amount.
@@ -27,21 +29,28 @@ struct Tried {
     damping: f64,
 }
 
-/// A step of the shared unknowns and of the states of a recording.
-struct Step {
+/// A step of the states of a recording.
+pub(super) struct Step {
     states: Vec<DVector<f64>>,
     /// The cost of each frame if it responded linearly.
     expected: Vec<f64>,
 }
 
-/// Minimises the cost and returns the cost of the states at the end; `progress` is called with the number of every round.
-pub(super) fn descend(mode: &mut Mode<'_, '_>, courses: &mut [Course], progress: &dyn Fn(usize)) -> f64 {
+/// Minimises the cost in at most this number of rounds and returns the cost at the end; `progress` is called with the number of every
+/// round.
+pub(super) fn descend(
+    mode: &mut Mode<'_, '_>,
+    courses: &mut [Course],
+    rounds: usize,
+    progress: &dyn Fn(usize),
+) -> f64 {
     for course in courses.iter_mut() {
         course.here = begun(mode, course);
     }
     let mut damping: Vec<Vec<f64>> = courses.iter().map(|c| vec![DAMPING.0; c.frames.len()]).collect();
-    for round in 0..mode.settings.rounds {
-        let Some((step, steps)) = stepped(mode, courses, &damping) else { break };
+    let mut quiet = 0;
+    for round in 0..rounds {
+        let Some((step, steps)) = stepped(mode, courses, &damping, None) else { break };
         let shared = &mode.shared + step;
         let all = courses.iter().zip(&steps).zip(&damping);
         let tried: Vec<Vec<Tried>> =
@@ -60,12 +69,13 @@ pub(super) fn descend(mode: &mut Mode<'_, '_>, courses: &mut [Course], progress:
             }
         }
         progress(round + 1);
+        quiet = if gain.abs() <= WON * cost { quiet + 1 } else { 0 };
         if gain > 0.0 {
             mode.shared = shared;
             for (course, tried) in courses.iter_mut().zip(tried) {
                 course.here = tried.into_iter().map(|t| t.here).collect();
             }
-            if gain <= WON * cost && !held_back {
+            if quiet > 1 || quiet == 1 && !held_back {
                 break;
             }
         } else {
@@ -86,17 +96,28 @@ fn costs(mode: &Mode<'_, '_>, courses: &[Course]) -> f64 {
     prior(mode, courses, &mode.shared, |nth, t| &courses[nth].here[t].z) + frames.sum::<f64>()
 }
 
-/// The step of the shared unknowns and of every state.
-fn stepped(
+/// The step of the shared unknowns, those of the shape behind the others, and of every state. A shape comes with the weight of its
+/// prior and with its damping in units of that prior's precision.
+pub(super) fn stepped(
     mode: &Mode<'_, '_>,
     courses: &[Course],
     damping: &[Vec<f64>],
+    shape: Option<(&Shape, f64, f64)>,
 ) -> Option<(DVector<f64>, Vec<Step>)> {
-    let mut curvature = mode.shared_precision.clone();
-    let mut gradient = &mode.shared_precision * &mode.shared;
+    let (n, more) = (mode.sizes.shared(), shape.map_or(0, |(s, ..)| s.count()));
+    let mut curvature = mode.shared_precision.clone().resize(n + more, n + more, 0.0);
+    let mut gradient = (&mode.shared_precision * &mode.shared).resize_vertically(n + more, 0.0);
+    if let Some((shape, weight, damping)) = shape {
+        curvature
+            .view_mut((n, n), (more, more))
+            .copy_from(&(&shape.prior.precision * (weight * (1.0 + damping))));
+        gradient.rows_mut(n, more).copy_from(&(&shape.prior.gradient * weight));
+    }
     let mut all = Vec::with_capacity(courses.len());
     for (course, damping) in courses.iter().zip(damping) {
-        let eliminated = mode.eliminate(course, damping, &|_, _| None, 0)?;
+        let by_shape = by_shape(mode, course, shape.map(|(shape, ..)| shape));
+        let of_shape = |t: usize| by_shape[t].as_ref().map(|b| b.seen.clone());
+        let eliminated = mode.eliminate(course, damping, &of_shape, more)?;
         curvature += &eliminated.curvature;
         gradient += &eliminated.gradient;
         all.push(eliminated);
@@ -114,6 +135,14 @@ fn stepped(
     };
     let steps = all.iter().map(of).collect();
     Some((step, steps))
+}
+
+/// Moves the states of recordings by a step to which the unknowns `shared` belong, each frame as far as it can.
+pub(super) fn follow(mode: &Mode<'_, '_>, courses: &mut [Course], shared: &DVector<f64>, steps: &[Step]) {
+    for (course, step) in courses.iter_mut().zip(steps) {
+        let tried = solved(mode, course, shared, step, &vec![0.0; course.frames.len()]);
+        course.here = tried.into_iter().map(|t| t.here).collect();
+    }
 }
 
 /// Cost of states and shared unknowns in the prior.

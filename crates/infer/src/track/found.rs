@@ -166,6 +166,8 @@ impl Tracked {
 /// Results for a recording.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrackedRecording {
+    /// Positions of all nodes of the displayed body at rest, m: the body with its most probable shape.
+    pub rest: Vec<SVector<f64, 2>>,
     /// All frames.
     pub frames: Vec<Tracked>,
     /// Its gestures.

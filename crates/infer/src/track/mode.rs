@@ -64,7 +64,7 @@ pub(super) struct Course {
 pub(super) struct Rows {
     pub residuals: DVector<f64>,
     pub by_state: DMatrix<f64>,
-    /// Derivatives by levels and static error.
+    /// Derivatives by levels, static error and, where they are asked for, the directions of the shape.
     pub by_shared: DMatrix<f64>,
 }
 
@@ -108,6 +108,15 @@ impl<'a, 's> Mode<'a, 's> {
         Self { sizes, settings, knots, solver, shared: DVector::zeros(n), shared_precision: precision }
     }
 
+    /// The same without a static error: what all frames miss in common is left to the shape at rest.
+    pub fn without_static(&self) -> Self {
+        let (m, k) = (self.sizes.muscles, self.sizes.knots);
+        let mut out = self.clone();
+        out.shared.rows_mut(m, k).fill(0.0);
+        out.shared_precision.view_mut((m, m), (k, k)).copy_from(&self.knots.precision(0.0));
+        out
+    }
+
     /// A recording at the start of the search.
     pub fn course(&self, frames: Vec<Frame>) -> Course {
         let Sizes { muscles, bones, knots } = self.sizes;
@@ -122,6 +131,20 @@ impl<'a, 's> Mode<'a, 's> {
         let mut course = Course { frames, chain, errors: Vec::new(), here };
         self.take_errors(&mut course);
         course
+    }
+
+    /// Every n-th frame of recordings, at their present states; the frames of all recordings are counted together.
+    pub fn thinned(&self, courses: &[Course], every: usize) -> Vec<Course> {
+        let mut before = 0;
+        let one = |course: &Course| {
+            let taken: Vec<usize> =
+                (0..course.frames.len()).filter(|t| (before + t) % every == every / 2).collect();
+            before += course.frames.len();
+            let mut out = self.course(taken.iter().map(|&t| course.frames[t].clone()).collect());
+            out.here = taken.iter().map(|&t| course.here[t].clone()).collect();
+            out
+        };
+        courses.iter().map(one).collect()
     }
 
     /// Sets the errors for the observations that the frames of a recording have now.
@@ -182,7 +205,7 @@ impl<'a, 's> Mode<'a, 's> {
         &self,
         course: &Course,
         damping: &[f64],
-        more: &(dyn Fn(usize, &FrameErrors) -> Option<DMatrix<f64>> + Sync),
+        more: &dyn Fn(usize) -> Option<DMatrix<f64>>,
         columns: usize,
     ) -> Option<Eliminated> {
         let (n, p) = (self.sizes.state(), self.sizes.shared() + columns);
@@ -192,20 +215,23 @@ impl<'a, 's> Mode<'a, 's> {
         let mut gradient = DVector::zeros(p);
         let (mut own, mut across, mut steps) = (Vec::new(), Vec::new(), Vec::new());
         let (m, held_by) = (self.sizes.muscles, self.settings.link.course_sd_n.powi(-2));
-        let all: Vec<Option<Rows>> = (0..course.frames.len()).map(|t| self.rows(course, t)).collect();
+        let mut all: Vec<Option<Rows>> = (0..course.frames.len()).map(|t| self.rows(course, t)).collect();
         for (t, held) in held.iter().enumerate() {
-            let Some((rows, errors)) = all[t].as_ref().zip(course.errors[t].as_ref()) else {
+            let Some((rows, errors)) = all[t].as_mut().zip(course.errors[t].as_ref()) else {
                 own.push(DMatrix::zeros(n, n));
                 across.push(DMatrix::zeros(n, p));
                 steps.push(DMatrix::from_column_slice(n, 1, held.as_slice()));
                 continue;
             };
-            let mut shared = rows.by_shared.clone().resize_horizontally(p, 0.0);
-            if let Some(more) = more(t, errors) {
-                shared.columns_mut(p - columns, columns).copy_from(&errors.whitened(more));
+            if columns > 0 {
+                rows.by_shared.resize_horizontally_mut(p, 0.0);
             }
+            if let Some(more) = more(t) {
+                rows.by_shared.columns_mut(p - columns, columns).copy_from(&errors.whitened(more));
+            }
+            let shared = &rows.by_shared;
             let mut by_state = rows.by_state.tr_mul(&rows.by_state);
-            let mut by_both = rows.by_state.tr_mul(&shared);
+            let mut by_both = rows.by_state.tr_mul(shared);
             let damping = damping.get(t).copied().unwrap_or(0.0);
             for i in 0..m {
                 by_state[(i, i)] += damping * held_by;
@@ -216,7 +242,7 @@ impl<'a, 's> Mode<'a, 's> {
             own.push(by_state);
             across.push(by_both);
             steps.push(DMatrix::from_columns(&[rows.by_state.tr_mul(&rows.residuals) + held]));
-            curvature += shared.tr_mul(&shared);
+            curvature += shared.tr_mul(shared);
             gradient += shared.tr_mul(&rows.residuals);
         }
         let factors = course.chain.factorise(&own)?;

@@ -10,7 +10,7 @@ use tongue_core::system::System;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
 use super::consider::{self, Draws};
-use super::descend::descend;
+use super::descend::{descend, follow, stepped};
 use super::errors::Knots;
 use super::found::{Found, Tracked, TrackedRecording, tracked};
 use super::frame::{Followed, Frame, Solver, Tension};
@@ -19,9 +19,19 @@ use super::mode::{CHUNK, Course, FEWEST, Here, Mode, Sizes};
 use super::settings::Settings;
 use super::shape::Shape;
 
-/// Number of steps to the most probable shape, and the factor that shortens a rejected step.
-const SHAPES: usize = 5;
-const SHORTER: f64 = 0.4;
+/// Largest number of frames by which the displayed shape is found.
+const SHAPE_FRAMES: usize = 60;
+/// Largest number of steps to it; the last step is one that reduces the cost by less than this part.
+const SHAPES: usize = 40;
+const SHAPE_WON: f64 = 3e-3;
+/// Rounds in which the tensions follow a new shape.
+const SHAPE_ROUNDS: usize = 4;
+/// First and largest damping of these steps, in units of the precision in the prior, and its factors after a step that reduced the cost
+/// and after one that did not.
+const SHAPE_DAMPING: f64 = 1.0;
+const MOST_DAMPING: f64 = 100.0;
+const LESS: f64 = 0.4;
+const MORE: f64 = 4.0;
 /// A residual is not noise if it is larger than this many standard deviations.
 const MOST_SD: f64 = 4.0;
 
@@ -55,18 +65,16 @@ pub fn track(
     let sizes = Sizes { muscles, bones: 2 * stage.freed.len(), knots: knots.len() };
     let mut mode = Mode::new(sizes, settings, &knots, &solver);
     let mut courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(frames)).collect();
-    let mut cost = descend(&mut mode, &mut courses, &|round| progress(round, passes));
+    descend(&mut mode, &mut courses, settings.rounds, &|round| progress(round, passes));
     let (faults, lost) = without_outliers(&mode, &mut courses);
     if faults.iter().flatten().any(|f| !f.is_empty()) {
-        cost = descend(&mut mode, &mut courses, &|round| progress(round, passes));
+        descend(&mut mode, &mut courses, settings.rounds, &|round| progress(round, passes));
     }
     progress(settings.rounds, passes);
-    let (draws, step) = consider::draws(&mode, &courses, stage.shape)?;
+    let draws = consider::draws(&mode, &courses, stage.shape)?;
     let placed: Vec<Vec<Here>> = courses.iter().map(|c| c.here.clone()).collect();
     let shown = match stage.shape {
-        Some(shape) if !shape.is_placed_by_coils() => {
-            shown(stage, shape, &mut mode, &mut courses, (step, cost))
-        }
+        Some(shape) if !shape.is_placed_by_coils() => shown(stage, shape, &mut mode, &mut courses),
         _ => None,
     };
     let system = shown.as_ref().map_or(stage.system, |s| &s.system);
@@ -81,37 +89,78 @@ pub fn track(
     Some(out)
 }
 
-/// The displayed body, which has the most probable shape, found in a few steps. The linearisation holds only near a shape, so the frames
-/// are solved again on each body, and a step that increases the total cost is shortened.
-fn shown(
-    stage: &Stage<'_>,
-    shape: &Shape,
-    mode: &mut Mode<'_, '_>,
-    courses: &mut [Course],
-    (mut step, cost): (DVector<f64>, f64),
-) -> Option<Shape> {
+/// The displayed body, which has the most probable shape for frames evenly spaced over the recordings: the Gauss-Newton method for shape
+/// and tensions together, with damping (Levenberg 1944). The linearisation holds only near a shape, so the frames are solved again on each
+/// body, and a step that increases the total cost is tried again with more damping.
+///
+/// The static error is left out here. Its prior is paid once, so over many frames it would be used in place of the shape, and contours
+/// would be missed by several millimetres.
+fn shown(stage: &Stage<'_>, shape: &Shape, mode: &mut Mode<'_, '_>, courses: &mut [Course]) -> Option<Shape> {
     let link = Tension::Soft(mode.settings.link);
-    let mut amounts = DVector::zeros(step.len());
-    let mut least = cost * mode.settings.trust;
-    let mut out: Option<Shape> = None;
+    let frames: usize = courses.iter().map(|c| c.frames.len()).sum();
+    let trust = mode.settings.trust;
+    let mut sample = mode.thinned(courses, frames.div_ceil(SHAPE_FRAMES).max(1));
+    let mut at = mode.without_static();
+    let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
+    let mut amounts = DVector::zeros(shape.count());
+    let (mut damping, mut out) = (SHAPE_DAMPING, None::<Shape>);
     for _ in 0..SHAPES {
-        let there = shape.stepped(&amounts, &step);
+        let here = out.as_ref().unwrap_or(shape);
+        let system = out.as_ref().map_or(stage.system, |s| &s.system);
+        let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
+        let from = Mode { solver: &solver, ..at.clone() };
+        let damped: Vec<Vec<f64>> = sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
+        let of_shape = Some((here, 1.0 / trust, damping));
+        let Some((step, steps)) = stepped(&from, &sample, &damped, of_shape) else { break };
+        let n = at.shared.len();
+        let there = shape.stepped(&amounts, &step.rows(n, step.len() - n).into_owned());
         let Some(body) = shape.moved(&there) else { break };
         let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
-        let mut again = Mode { solver: &solver, ..mode.clone() };
-        let before: Vec<Vec<Here>> = courses.iter().map(|c| c.here.clone()).collect();
-        carry(courses, out.as_ref().map_or(stage.system, |s| &s.system).rest(), body.system.rest());
-        let cost = descend(&mut again, courses, &|_| ()) * mode.settings.trust + shape.price(&there);
-        let next = if cost < least { consider::step(&again, courses, &body) } else { None };
-        if let Some(next) = next {
-            mode.shared.copy_from(&again.shared);
-            (amounts, step, least, out) = (there, next, cost, Some(body));
+        let mut again = Mode { solver: &solver, ..at.clone() };
+        let before: Vec<Vec<Here>> = sample.iter().map(|c| c.here.clone()).collect();
+        carry(&mut sample, system.rest(), body.system.rest());
+        follow(&again, &mut sample, &(&at.shared + step.rows(0, n)), &steps);
+        again.shared += step.rows(0, n);
+        let cost = descend(&mut again, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust + shape.price(&there);
+        if cost < least {
+            let is_done = least - cost < SHAPE_WON * cost;
+            at.shared.copy_from(&again.shared);
+            (amounts, least, out) = (there, cost, Some(body));
+            damping *= LESS;
+            if is_done {
+                break;
+            }
         } else {
-            courses.iter_mut().zip(before).for_each(|(course, here)| course.here = here);
-            step *= SHORTER;
+            sample.iter_mut().zip(before).for_each(|(course, here)| course.here = here);
+            damping *= MORE;
+            if damping > MOST_DAMPING {
+                break;
+            }
         }
     }
-    out
+    let body = out?;
+    let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
+    let mut last = Mode { solver: &solver, ..at.clone() };
+    carry(courses, stage.system.rest(), body.system.rest());
+    for (course, sample) in courses.iter_mut().zip(&sample) {
+        begin_beside(course, sample);
+    }
+    descend(&mut last, courses, mode.settings.rounds, &|_| ());
+    mode.shared.copy_from(&last.shared);
+    Some(body)
+}
+
+/// Sets the state of every frame to that of the frame of a sample that is nearest in time.
+fn begin_beside(course: &mut Course, sample: &Course) {
+    let found: Vec<(f64, &Here)> = sample.frames.iter().map(|f| f.time_s).zip(&sample.here).collect();
+    for (frame, here) in course.frames.iter().zip(&mut course.here) {
+        let apart = |(time_s, _): &(f64, &Here)| (time_s - frame.time_s).abs();
+        let known = found.iter().filter(|(_, h)| h.linear.is_some());
+        if let Some((_, nearest)) = known.min_by(|a, b| apart(a).total_cmp(&apart(b))) {
+            here.z.copy_from(&nearest.z);
+            here.positions.clone_from(&nearest.positions);
+        }
+    }
 }
 
 /// Shapes of all frames after a change of the body at rest: every node moves with it, including nodes on bone, which no equilibrium
@@ -214,6 +263,7 @@ fn told(
     let times: Vec<f64> = course.frames.iter().map(|f| f.time_s).collect();
     let labels: Vec<&[usize]> = course.frames.iter().map(|f| f.labels.as_slice()).collect();
     TrackedRecording {
+        rest: (mode.solver)().system.rest().to_vec(),
         frames: parallel::map(&chunks, finish).into_iter().flatten().collect(),
         gestures: gestures(&times, draws, &means),
         segments: segments(&labels, draws, &means),

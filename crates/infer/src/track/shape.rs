@@ -32,7 +32,7 @@ const FAR_END_SD_M: f64 = 8e-3;
 /// Standard deviations of the mental spine and the hyoid about their observed places, m.
 const SPINE_SD_M: f64 = 2.5e-3;
 const HYOID_SD_M: f64 = 5e-3;
-/// Step of a central difference, in units of a direction: 1 mm or one standard deviation.
+/// Step of a difference, in units of a direction: 1 mm or one standard deviation.
 const STEP: f64 = 1e-3;
 /// A node where muscles cross moves along the other muscle; if the sine of their angle is smaller than this it stays.
 const LEAST_SINE: f64 = 0.3;
@@ -199,8 +199,8 @@ pub struct Shape {
     contracting: Vec<usize>,
     /// The body itself.
     pub system: System<2>,
-    /// For every direction, the bodies a small step to each side.
-    changed: Vec<[System<2>; 2]>,
+    /// For every direction, the body a small step along it.
+    changed: Vec<System<2>>,
 }
 
 impl Shape {
@@ -249,8 +249,7 @@ impl Shape {
         };
         let nodes = prior.moved(mesh, amounts);
         let one = |direction: &Vec<Point>| {
-            let side = |by: f64| assembled(nodes.iter().zip(direction).map(|(p, d)| p + d * by).collect());
-            Ok([side(STEP)?, side(-STEP)?])
+            assembled(nodes.iter().zip(direction).map(|(p, d)| p + d * STEP).collect())
         };
         let changed = tongue_core::parallel::map(&prior.directions, one);
         let changed = changed.into_iter().collect::<Result<_, _>>()?;
@@ -319,18 +318,17 @@ impl Shape {
             free
         };
         let mut response = solver.response()?;
-        let mut forces = [vec![SVector::zeros(); positions.len()], vec![SVector::zeros(); positions.len()]];
-        for (k, (direction, sides)) in self.prior.directions.iter().zip(&self.changed).enumerate() {
-            for (side, (system, force)) in sides.iter().zip(&mut forces).enumerate() {
-                // Nodes on bone move with the body at rest.
-                let by = if side == 0 { STEP } else { -STEP };
-                let moved = |(n, p): (usize, &Point)| if free[n] { *p } else { p + direction[n] * by };
-                let there: Vec<Point> = positions.iter().enumerate().map(moved).collect();
-                system.force(Configuration { positions: &there, tensions: &tensions }, force);
-            }
+        let (mut before, mut after) =
+            (vec![SVector::zeros(); positions.len()], vec![SVector::zeros(); positions.len()]);
+        self.system.force(Configuration { positions, tensions: &tensions }, &mut before);
+        for (k, (direction, changed)) in self.prior.directions.iter().zip(&self.changed).enumerate() {
+            // Nodes on bone move with the body at rest.
+            let moved = |(n, p): (usize, &Point)| if free[n] { *p } else { p + direction[n] * STEP };
+            let there: Vec<Point> = positions.iter().enumerate().map(moved).collect();
+            changed.force(Configuration { positions: &there, tensions: &tensions }, &mut after);
             response.to_load(|_, load| {
-                for (l, (a, b)) in load.iter_mut().zip(forces[0].iter().zip(&forces[1])) {
-                    *l += (a - b) * (0.5 / STEP);
+                for (l, (a, b)) in load.iter_mut().zip(after.iter().zip(&before)) {
+                    *l += (a - b) / STEP;
                 }
             });
             for (row, slope) in slopes.iter().enumerate() {

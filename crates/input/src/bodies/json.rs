@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, BodyError, Bone, Cells, Mesh, MuscleChain, Quality};
+use tongue_core::system::{self, Model, SystemError};
 
 /// Values by name, serialised as an object in their order.
 struct ByName<T>(Vec<(String, T)>);
@@ -40,28 +41,32 @@ pub struct MeshRecord {
 }
 
 impl MeshRecord {
-    /// The record of a body whose connections have the spring constants `stiffness` (N/m, one each), whose
-    /// triangles have `kappa_s_j` (J) and whose nodes have `node_mass_kg`, all per metre of thickness.
-    pub fn new(body: &Body<2>, stiffness: &[f64], kappa_s_j: f64, node_mass_kg: f64) -> Self {
+    /// The record of a body of this material, with its spring constants, areal stiffness and masses.
+    ///
+    /// # Errors
+    /// [`SystemError`] for a body or a material of which no coefficients can be computed.
+    pub fn of(body: &Body<2>, model: &Model) -> Result<Self, SystemError> {
         let mesh = &body.mesh;
+        let coefficients = system::coefficients(mesh, model)?;
+        let stiffness = system::connection_stiffness(mesh, &coefficients);
         let connection = |(&nodes, &stiffness_n_per_m): (&[usize; 2], &f64)| Connection {
             nodes,
             rest_length_m: mesh.distance(nodes),
             stiffness_n_per_m,
         };
         let lengths = mesh.muscles.iter().map(|m| (m.name.clone(), mesh.distance(m.ends()) * 1e3));
-        Self {
+        Ok(Self {
             nodes_m: mesh.nodes.iter().map(|p| [p.x, p.y]).collect(),
             triangles: mesh.cells.iter().map(<[usize]>::to_vec).collect(),
-            connections: mesh.connections.iter().zip(stiffness).map(connection).collect(),
+            connections: mesh.connections.iter().zip(&stiffness).map(connection).collect(),
             fixed: mesh.fixed.clone(),
             muscles: ByName(mesh.muscles.iter().map(|m| (m.name.clone(), m.nodes.clone())).collect()),
             bones: ByName(body.bones.iter().map(|b| (b.name.clone(), b.nodes.clone())).collect()),
-            kappa_s_j,
-            node_mass_kg,
+            kappa_s_j: coefficients.kappa,
+            node_mass_kg: coefficients.node_mass,
             rest_lengths_mm: ByName(lengths.collect()),
             quality: Quality::of(mesh),
-        }
+        })
     }
 }
 

@@ -1,13 +1,17 @@
-//! Results of tracking: JSON, tidy CSV, OpenSim's table.
+//! Results of tracking as records, for JSON, tables and pages.
+
+mod premises;
+mod tables;
+
+pub use premises::{PlacementRecord, PriorRecord, RepeatsRecord};
 
 use serde::Serialize;
 
-use super::svg::{self, Svg};
-use super::{BoneRecord, ByMuscle, FormantsRecord, StoTable, Table};
+use super::{BoneRecord, ByMuscle, FormantsRecord};
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
-    Displacement, Foretold, FrameStatus, Gesture, HeldOut, Link, Ranged, Repeated, Repeats, Segment,
-    Settings, Tracked, TrackedFormant,
+    Displacement, Foretold, FrameStatus, Gesture, HeldOut, Link, Ranged, Repeats, Segment, Tracked,
+    TrackedFormant,
 };
 use tongue_input::measured::recording::{Fault, Label, Seen};
 
@@ -125,50 +129,6 @@ pub struct SegmentRecord {
     pub high: ByMuscle<f64>,
 }
 
-/// How well courses repeat where labels do.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RepeatsRecord {
-    /// The tier whose labels repeat.
-    pub tier: String,
-    /// How often each of them does.
-    pub labels: std::collections::BTreeMap<String, usize>,
-    /// Of every muscle.
-    pub muscles: ByMuscle<Repeated>,
-}
-
-impl RepeatsRecord {
-    /// Of muscles with these names.
-    fn new(repeats: Repeats, muscles: &[String]) -> Self {
-        let Repeats { tier, labels, muscles: all } = repeats;
-        Self { tier, labels: labels.into_iter().collect(), muscles: ByMuscle::new(muscles, all) }
-    }
-
-    /// A picture of it.
-    pub fn picture(&self) -> Svg {
-        let row = |(muscle, r): &(String, Repeated)| (muscle.clone(), [r.icc, r.by_chance, r.chance_95]);
-        let rows: Vec<_> = self.muscles.0.iter().map(row).collect();
-        svg::repeats(&format!("What repeats: {}", self.said()), &rows)
-    }
-
-    /// In a sentence.
-    pub fn said(&self) -> String {
-        let labels: Vec<String> = self.labels.iter().map(|(name, n)| format!("{name} {n} times")).collect();
-        format!("repetitions of {}: {}", self.tier, labels.join(", "))
-    }
-
-    /// A row for every muscle.
-    pub fn table(&self) -> Table {
-        let columns = ["muscle", "icc", "by_chance", "chance_95", "tier", "labels", "repetitions"];
-        let (labels, repetitions) = (self.labels.len(), self.labels.values().sum::<usize>());
-        let row = |(muscle, r): &(String, Repeated)| {
-            let numbers = [r.icc, r.by_chance, r.chance_95].map(|v| v.to_string());
-            let rest = [self.tier.clone(), labels.to_string(), repetitions.to_string()];
-            std::iter::once(muscle.clone()).chain(numbers).chain(rest).collect()
-        };
-        Table { columns: columns.map(str::to_owned).to_vec(), rows: self.muscles.0.iter().map(row).collect() }
-    }
-}
-
 /// A course is known whose reliability is above this,
 const RELIABLE: f64 = 0.5;
 /// and whose intervals are narrower than this part of the prior's scale on average: 24 N/m at 20 N/m.
@@ -198,98 +158,6 @@ pub fn courses(names: &[String], frames: &[&Tracked], link: &Link) -> Vec<Course
         }
     };
     names.iter().enumerate().map(course).collect()
-}
-
-/// The prior that the intervals stand under.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PriorRecord {
-    /// Scale of the tensions, N per metre of thickness.
-    pub scale_n: f64,
-    /// Time over which tensions are remembered, s.
-    pub memory_s: f64,
-    /// Standard deviation of a muscle's level before the link, the same in all frames, N per metre of thickness.
-    pub level_sd_n: f64,
-    /// Standard deviation of its course before the link, N per metre of thickness.
-    pub course_sd_n: f64,
-    /// Median of a tension before anything is seen, and the ends of its 95 % interval, N per metre of thickness.
-    pub median_n: f64,
-    /// See `median_n`.
-    pub interval_n: [f64; 2],
-    /// Standard deviation of the error of a contour that lasts from frame to frame for `memory_s`, mm.
-    pub slow_error_mm: f64,
-    /// Standard deviation of the error of a contour that all frames share, mm.
-    pub static_error_mm: f64,
-    /// Seed of the draws, and how many.
-    pub seed: u64,
-    /// See `seed`.
-    pub draws: usize,
-}
-
-impl PriorRecord {
-    /// Of settings.
-    pub fn new(settings: &Settings) -> Self {
-        let link = &settings.link;
-        Self {
-            scale_n: link.scale_n(),
-            memory_s: settings.memory_s,
-            level_sd_n: link.level_sd_n,
-            course_sd_n: link.course_sd_n,
-            median_n: link.prior_quantile(0.0),
-            interval_n: [-TWO_SIDED_95, TWO_SIDED_95].map(|z| link.prior_quantile(z)),
-            slow_error_mm: settings.errors.slow_mm,
-            static_error_mm: settings.errors.static_mm,
-            seed: settings.seed,
-            draws: settings.draws,
-        }
-    }
-}
-
-/// Where coils placed the body; numbers with the ends of their 95 % intervals.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct PlacementRecord {
-    /// Size of the speaker's tongue over that of the body.
-    pub scale: [f64; 3],
-    /// Turn of the body from the axes of the recording, from back towards up, degrees.
-    pub turn_deg: [f64; 3],
-    /// Where the middle of the outline at rest lies in the recording, to the back, mm.
-    pub back_mm: [f64; 3],
-    /// The same upwards.
-    pub up_mm: [f64; 3],
-    /// Distance of every coil behind the tip, along the body at rest, mm.
-    pub coils_mm: std::collections::BTreeMap<String, f64>,
-}
-
-impl PlacementRecord {
-    /// Of a placement.
-    fn new(placement: &Placement) -> Self {
-        let [back, up, turn, scale] = placement.intervals();
-        let mm = |interval: [f64; 3]| interval.map(|m| 1e3 * m);
-        Self {
-            scale,
-            turn_deg: turn.map(f64::to_degrees),
-            back_mm: mm(back),
-            up_mm: mm(up),
-            coils_mm: placement.coils.iter().map(|(name, behind)| (name.clone(), 1e3 * behind)).collect(),
-        }
-    }
-
-    /// In a sentence.
-    pub fn said(&self) -> String {
-        let [scale, turn] = [self.scale, self.turn_deg];
-        let coils: Vec<String> = self.coils_mm.iter().map(|(name, mm)| format!("{name} {mm:.0}")).collect();
-        format!(
-            "placed by coils: scale {:.2} ({:.2} to {:.2}), turned by {:.0}° ({:.0} to {:.0}), known to {:.0} mm; coils behind the tip, \
-             mm: {}",
-            scale[0],
-            scale[1],
-            scale[2],
-            turn[0],
-            turn[1],
-            turn[2],
-            (0.5 * (self.back_mm[2] - self.back_mm[1])).max(0.5 * (self.up_mm[2] - self.up_mm[1])),
-            coils.join(", ")
-        )
-    }
 }
 
 /// A run of `tongue-fit track`.
@@ -437,114 +305,5 @@ impl TrackRecord {
     /// Adds what repeats.
     pub fn add_repeats(&mut self, repeats: Repeats, muscles: &[String]) {
         self.repeats = Some(RepeatsRecord::new(repeats, muscles));
-    }
-
-    /// A row for each recording, frame and muscle.
-    pub fn table(&self) -> Table {
-        let columns = [
-            "recording",
-            "time_s",
-            "muscle",
-            "tension_n_per_m",
-            "low_n_per_m",
-            "high_n_per_m",
-            "course_n_per_m",
-            "course_low_n_per_m",
-            "course_high_n_per_m",
-            "course_known",
-            "status",
-            "resolved",
-            "rms_mm",
-        ];
-        let mut rows = Vec::new();
-        for f in &self.frames {
-            for (i, (muscle, tension)) in f.tensions_n.0.iter().enumerate() {
-                let known = self.courses.iter().any(|c| c.muscle == *muscle && c.known);
-                rows.push(vec![
-                    f.recording.clone(),
-                    f.time_s.to_string(),
-                    muscle.clone(),
-                    tension.to_string(),
-                    f.low.0[i].1.to_string(),
-                    f.high.0[i].1.to_string(),
-                    f.course.0[i].1.to_string(),
-                    f.course_low.0[i].1.to_string(),
-                    f.course_high.0[i].1.to_string(),
-                    known.to_string(),
-                    status_name(f.status),
-                    f.resolved.to_string(),
-                    f.rms_mm.map_or_else(String::new, |r| r.to_string()),
-                ]);
-            }
-        }
-        Table { columns: columns.map(str::to_owned).to_vec(), rows }
-    }
-
-    /// A row for each labelled stretch and muscle.
-    pub fn segments_table(&self) -> Table {
-        let columns = [
-            "recording",
-            "tier",
-            "label",
-            "from_s",
-            "to_s",
-            "frames",
-            "muscle",
-            "course_n_per_m",
-            "low_n_per_m",
-            "high_n_per_m",
-        ];
-        let mut rows = Vec::new();
-        for s in &self.segments {
-            for (i, (muscle, course)) in s.course.0.iter().enumerate() {
-                rows.push(vec![
-                    s.recording.clone(),
-                    s.label.tier.clone(),
-                    s.label.name.clone(),
-                    s.label.from_s.to_string(),
-                    s.label.to_s.to_string(),
-                    s.frames.to_string(),
-                    muscle.clone(),
-                    course.to_string(),
-                    s.low.0[i].1.to_string(),
-                    s.high.0[i].1.to_string(),
-                ]);
-            }
-        }
-        Table { columns: columns.map(str::to_owned).to_vec(), rows }
-    }
-
-    /// One recording for OpenSim: tensions and courses with the ends of their intervals, displacements of freed bones, and the number of resolved
-    /// directions over time.
-    pub fn sto(&self, recording: &str) -> StoTable {
-        let muscles: Vec<&String> =
-            self.frames.first().map(|f| f.tensions_n.0.iter().map(|(m, _)| m).collect()).unwrap_or_default();
-        let of = |what: &str| muscles.iter().map(|m| format!("{m}_{what}")).collect::<Vec<_>>();
-        let freed = self.frames.iter().find(|f| f.recording == recording).map(|f| f.bones.0.iter());
-        let axes = |bone: &String| ["x", "y"].map(|axis| format!("{bone}_shift_{axis}_mm"));
-        let labels = [
-            vec!["time".to_owned()],
-            of("tension_n_per_m"),
-            of("low_n_per_m"),
-            of("high_n_per_m"),
-            of("course_n_per_m"),
-            of("course_low_n_per_m"),
-            of("course_high_n_per_m"),
-            freed.into_iter().flatten().flat_map(|(bone, _)| axes(bone)).collect(),
-            vec!["resolved".to_owned()],
-        ];
-        let row = |f: &FrameRecord| {
-            let values = [&f.tensions_n, &f.low, &f.high, &f.course, &f.course_low, &f.course_high]
-                .into_iter()
-                .flat_map(|b| b.0.iter().map(|(_, v)| *v));
-            let shifts = f.bones.0.iter().flat_map(|(_, b)| b.shift_mm.iter().copied());
-            std::iter::once(f.time_s).chain(values).chain(shifts).chain([f.resolved as f64]).collect()
-        };
-        let rows = self.frames.iter().filter(|f| f.recording == recording).map(row).collect();
-        StoTable {
-            title: format!("tongue-fit: muscle tensions over time, {recording}"),
-            labels: labels.concat(),
-            rows,
-        }
     }
 }
