@@ -149,7 +149,7 @@ pub struct Tracked {
     pub reached_rms_m: Option<f64>,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, 2>>,
-    /// Its lowest formants, if they are wanted ([`listen`](super::listen)); empty where there is no airway or the frame has no data.
+    /// Its lowest formants, if they are wanted ([`listen()`](super::listen())); empty where there is no airway or the frame has no data.
     #[serde(default)]
     pub formants: Vec<TrackedFormant>,
     /// Faults that the fit found in the observations of the frame.

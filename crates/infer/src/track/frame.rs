@@ -89,7 +89,7 @@ pub struct Frame {
     pub along: Vec<Along>,
     /// Held-out contour points and coordinates of coils; the fit predicts their distances from the simulated places.
     pub hidden: Vec<Hidden>,
-    /// Formants that are told with the results ([`listen`](super::listen)).
+    /// Formants that are told with the results ([`listen()`](super::listen())).
     pub heard: Vec<Heard>,
     /// For every followed bone, its shift from rest, m.
     pub shifts: Vec<SVector<f64, 2>>,
