@@ -338,9 +338,9 @@ pub mod scene {
     pub mod file {
         //! What stands in a scene file.
         #[doc(inline)]
-        pub use tongue_files::scene::file::{
-            Effects, FitTarget, Hyoid, Jaw, Kind, Material, SceneBody, SceneTongue, Want,
-        };
+        pub use tongue_files::scene::effects::{Effects, Hyoid, Jaw};
+        #[doc(inline)]
+        pub use tongue_files::scene::file::{FitTarget, Kind, Material, SceneBody, SceneTongue, Want};
     }
 
     pub mod prepare {

@@ -107,19 +107,21 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
         }
         assert!(ab / (aa * bb).sqrt() > 0.8, "{muscle}: {}", ab / (aa * bb).sqrt());
     }
-    // Every file is there, and is what it says.
     // Formants of most frames; the others touch the drawn palate.
     let heard: Vec<&Value> = frames.iter().filter_map(|f| f.get("formants")).collect();
     assert_eq!(found["formants"]["frames"], heard.len());
     assert!(heard.len() > 45, "{}", found["formants"]);
+    let told = heard.len();
     for formants in heard {
         let [f1, f2] = [0, 1].map(|i| ["hz", "sd_hz"].map(|key| formants[i][key].as_f64().unwrap()));
         assert!(f1[0] > 200.0 && f1[0] < f2[0] && f2[0] < 3500.0, "{formants}");
         assert!([f1, f2].iter().all(|[hz, sd]| *sd > 0.0 && sd < hz), "{formants}");
     }
+    // Every file is there, and is what it says.
     let out = folder.path().join("results/track");
     let read = |name: &str| fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert_eq!(read("track.csv").lines().count(), 1 + 90 * 8);
+    assert_eq!(read("formants.csv").lines().count(), 1 + 2 * told);
     assert!(read("track.html").contains("Without data a tension is 8.2"));
     for name in ["track_1.svg", "track_2.svg", "shapes_1.svg", "shapes_2.svg", "shapes_1_0000.vtu"] {
         roxmltree::Document::parse(&read(name)).unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -10,7 +10,7 @@ use tongue_input::measured::muscles::Muscles;
 
 use super::export::Provenance;
 use super::record::FitRecord;
-use crate::scene::file::CONTACT_REACH_MM;
+use crate::scene::effects::CONTACT_REACH_MM;
 
 impl FitRecord {
     /// Fits a target by its derivatives under the usual premises ([`Premises::of`]), and says what to doubt:

@@ -6,7 +6,9 @@
 
 pub mod body;
 mod check;
+pub mod effects;
 pub mod file;
+mod loads;
 pub mod plan;
 pub mod points;
 pub mod prepare;
