@@ -11,7 +11,7 @@ use std::path::Path;
 
 use tongue_fit::geometry::Point;
 use tongue_fit::prelude::*;
-use tongue_fit::track::Surface;
+use tongue_fit::track::TongueSurface;
 
 /// Frames per second, and number of frames of each of the two recordings.
 const RATE_HZ: f64 = 80.0;
@@ -65,7 +65,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let body = Body::tongue(5.5 * MM)?;
     let names = body.mesh.muscle_names();
     let model = Model::default().assemble(&body, &names)?;
-    let surface = Surface::of(&body).ok_or("the tongue has no outline")?;
+    let surface = TongueSurface::of(&body).ok_or("the tongue has no outline")?;
     // Eleven keypoints from above the vallecula to the tip, denser towards the tip as DeepLabCut's are.
     let places: Vec<f64> = (0..11)
         .map(|i| f64::from(i) / 10.0)

@@ -69,8 +69,14 @@ pub mod cli;
 
 #[doc(inline)]
 pub use tongue_files::VERSION;
-#[doc(inline)]
-pub use tongue_infer::{adapt, track};
+
+pub mod adapt {
+    //! Bodies of speakers, made from recordings or landmarks.
+    #[doc(inline)]
+    pub use tongue_infer::adapt::{
+        Adaptation, Basis, How, Landmarks, Placement, Sight, Speaker, followed, mark_of,
+    };
+}
 
 pub mod body {
     //! Bodies: meshes with named muscles and bones, from an anatomy, from a file, or of your own.
@@ -398,6 +404,16 @@ pub mod system {
     pub use tongue_core::system::{
         Additions, Carried, Model, MusclesAs, OutsidePath, SpaceModel, System, SystemError, TissueModel,
         coefficients, connection_stiffness,
+    };
+}
+
+pub mod track {
+    //! Tensions over time from recordings of a tongue.
+    #[doc(inline)]
+    pub use tongue_infer::track::{
+        CoursePrior, FEWEST, Followed, Frame, FrameStatus, Gesture, HeldOut, LabelMean, Repeatable, Repeats,
+        RestShape, Stage, TongueSurface, TrackSettings, Tracked, TrackedRecording, frames, listen, opponents,
+        repeats, track,
     };
 }
 

@@ -15,7 +15,7 @@ use tongue_fit::measured::recording::{self, Map, Mark, Recording, Seen};
 use tongue_fit::measured::{Target, Vowel};
 use tongue_fit::posterior::{Beside, Density, Ground, Measurements, Mode};
 use tongue_fit::statistics::upper_median;
-use tongue_fit::track::Surface;
+use tongue_fit::track::TongueSurface;
 
 use super::output;
 
@@ -168,7 +168,7 @@ impl Sampled<'_> {
 
 /// Refuses points that are far from the surface of the body at rest.
 fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> miette::Result<()> {
-    let Some(surface) = Surface::of(body) else { return Ok(()) };
+    let Some(surface) = TongueSurface::of(body) else { return Ok(()) };
     let away = marks.iter().flatten().map(|m| surface.distance(m.at, &body.mesh.nodes).abs());
     let away_m = upper_median(away).unwrap_or(0.0);
     if away_m > FARTHEST_M {

@@ -12,7 +12,7 @@ use tongue_fit::measured::recording::{
 };
 use tongue_fit::report::FrameRecord;
 use tongue_fit::statistics::upper_median;
-use tongue_fit::track::{Followed, FrameStatus, Prior, Surface};
+use tongue_fit::track::{CoursePrior, Followed, FrameStatus, TongueSurface};
 
 use super::{body, output};
 
@@ -75,14 +75,14 @@ pub struct PriorArguments {
 
 impl PriorArguments {
     /// The prior for a number of muscles.
-    pub fn prior(&self, muscles: usize) -> miette::Result<Prior> {
+    pub fn prior(&self, muscles: usize) -> miette::Result<CoursePrior> {
         if !(0.1..=1000.0).contains(&self.prior) {
             return Err(miette!("--prior is {}; it must be from 0.1 to 1000 N/m", self.prior));
         }
         if !(0.0..=1000.0).contains(&self.memory) {
             return Err(miette!("--memory is {}; it must be from 0 to 1000 s", self.memory));
         }
-        Ok(Prior::half_normal(muscles, self.prior, self.memory))
+        Ok(CoursePrior::half_normal(muscles, self.prior, self.memory))
     }
 }
 
@@ -264,7 +264,7 @@ pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Re
 
 /// Refuses maps with points that the body lacks: unknown bones, places behind the end of its surface.
 pub fn check_points(recordings: &[Screened], body: &Body<2>) -> miette::Result<()> {
-    let along = Surface::of(body).map(|s| s.tip);
+    let along = TongueSurface::of(body).map(|s| s.tip);
     for Screened { seen, .. } in recordings {
         if let Some(bone) = seen.bones.iter().find(|b| body.bone(b).is_empty()) {
             let known: Vec<&str> = body.bones.iter().map(|b| b.name.as_str()).collect();
@@ -402,7 +402,7 @@ impl Given {
     }
 
     /// The basis of its adaptation.
-    pub fn basis(&self, arguments: &body::Arguments, prior: Prior) -> Basis<'_> {
+    pub fn basis(&self, arguments: &body::Arguments, prior: CoursePrior) -> Basis<'_> {
         Basis {
             body: &self.body,
             anatomy: self.anatomy.as_ref(),

@@ -13,7 +13,7 @@ use tongue_fit::report::{
 };
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{
-    self, FrameStatus, HeldOut, Repeatable, Repeats, Settings, Tracked, TrackedRecording,
+    self, FrameStatus, HeldOut, Repeatable, Repeats, TrackSettings, Tracked, TrackedRecording,
 };
 
 use super::body_file::BodyFile;
@@ -105,10 +105,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         names.iter().map(|n| given.body.muscle(n).into_diagnostic()).collect::<miette::Result<Vec<_>>>()?;
     let hide = hidden(arguments, &recordings)?;
     let prior = arguments.prior.prior(names.len())?;
-    let settings = Settings {
+    let settings = TrackSettings {
         draws: arguments.draws as usize,
         seed: arguments.seed,
-        ..Settings::new(prior.scale_n, prior.memory_s)
+        ..TrackSettings::new(prior.scale_n, prior.memory_s)
     };
     let mut notes = recordings::notes(&recordings, &given.body, &arguments.free_bone);
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());

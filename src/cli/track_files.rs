@@ -11,7 +11,7 @@ use tongue_fit::report::{
     animation_of_seen, timelines,
 };
 use tongue_fit::system::TissueModel;
-use tongue_fit::track::{FrameStatus, Gesture, Segment, Tracked};
+use tongue_fit::track::{FrameStatus, Gesture, LabelMean, Tracked};
 
 use super::body_file::BodyFile;
 
@@ -25,7 +25,7 @@ pub struct Found {
     /// Its gestures.
     pub gestures: Vec<Gesture>,
     /// Its labelled stretches.
-    pub segments: Vec<Segment>,
+    pub segments: Vec<LabelMean>,
 }
 
 /// Options of the files beside the tables.

@@ -11,7 +11,7 @@ use tongue_fit::report::OutputDir;
 use tongue_fit::report::batch;
 use tongue_fit::report::batch::journal::Journal;
 use tongue_fit::system::{self, Additions, Model, System};
-use tongue_fit::track::{self, Followed, Settings, Shape, Stage, Surface, TrackedRecording};
+use tongue_fit::track::{self, Followed, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording};
 
 use super::recordings::{self, Given, RestName};
 use super::track_files::Found;
@@ -60,7 +60,7 @@ pub struct Run<'a> {
     /// Whether the body is used where it is.
     pub is_given: bool,
     pub palate: Option<&'a [Point]>,
-    pub settings: Settings,
+    pub settings: TrackSettings,
 }
 
 impl Run<'_> {
@@ -103,7 +103,7 @@ impl Run<'_> {
     }
 
     /// What is not known of the speaker's shape; nothing for bodies that are no tongues.
-    pub fn shape(&self, speaker: &Speaker, seen: &[&Seen]) -> miette::Result<Option<Shape>> {
+    pub fn shape(&self, speaker: &Speaker, seen: &[&Seen]) -> miette::Result<Option<RestShape>> {
         let body = &speaker.body;
         if [HYOID, MANDIBLE].iter().any(|bone| body.bone(bone).is_empty()) {
             output::note(&format!(
@@ -113,13 +113,13 @@ impl Run<'_> {
             return Ok(None);
         }
         if let Some(placement) = &speaker.placement {
-            return Shape::of_coils(body, &self.model(), &self.basis.contracting, placement)
+            return RestShape::of_coils(body, &self.model(), &self.basis.contracting, placement)
                 .map(Some)
                 .into_diagnostic();
         }
         let sight = Sight::of(seen, &[]);
         let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
-        Shape::of(body, &self.model(), &self.basis.contracting, at).map(Some).into_diagnostic()
+        RestShape::of(body, &self.model(), &self.basis.contracting, at).map(Some).into_diagnostic()
     }
 
     pub fn found(&self, mut body: Body<2>, recording: TrackedRecording) -> Found {
@@ -155,7 +155,7 @@ impl Run<'_> {
     pub fn track(
         &self,
         speaker: &Speaker,
-        shape: &Option<Shape>,
+        shape: &Option<RestShape>,
         sound: Option<&Sound>,
         seen: &[&Seen],
         hide: &[String],
@@ -167,7 +167,7 @@ impl Run<'_> {
         let freed = seen.first().map(|s| self.freed(s)).into_iter().flatten();
         let freed = freed.map(|name| FreedBone::of(body, &self.model(), &self.basis.contracting, name));
         let freed = freed.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
-        let surface = Surface::of(body)
+        let surface = TongueSurface::of(body)
             .ok_or_else(|| miette!("{} has no outline of tissue to compare with", body.what))?;
         let mut frames: Vec<_> = seen
             .iter()

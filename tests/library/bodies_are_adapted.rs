@@ -4,12 +4,12 @@
 use std::collections::BTreeMap;
 
 use nalgebra::DVector;
-use tongue_fit::adapt::{Basis, How, Landmarks, Rest, mark_of};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::{Point, Similarity};
 use tongue_fit::measured::recording::Map;
 use tongue_fit::system::Model;
-use tongue_fit::track::{Prior, scores};
+use tongue_infer::adapt::{Basis, How, Landmarks, Rest, mark_of};
+use tongue_infer::track::{CoursePrior, scores};
 
 use crate::synthetic::{Kind, Speaker, drawn_scores};
 
@@ -19,7 +19,7 @@ fn basis<'a>(body: &'a Body<2>, anatomy: &'a Anatomy) -> Basis<'a> {
         anatomy: Some(anatomy),
         model: Model::default(),
         contracting: (0..8).collect(),
-        prior: Prior::half_normal(8, 20.0, 0.1),
+        prior: CoursePrior::half_normal(8, 20.0, 0.1),
         palate: None,
     }
 }
@@ -30,7 +30,7 @@ fn landmarks(body: &Body<2>, place: impl Fn(Point) -> Point) -> Landmarks {
 }
 
 /// Tensions of all frames drawn from the half-normal prior with its correlation in time.
-fn drawn(prior: &Prior, times: &[f64], rng: &mut fastrand::Rng) -> Vec<Vec<f64>> {
+fn drawn(prior: &CoursePrior, times: &[f64], rng: &mut fastrand::Rng) -> Vec<Vec<f64>> {
     let all = drawn_scores(prior.mean.len(), prior.memory_s, times, rng);
     all.iter().map(|x| x.iter().map(|g| prior.scale_n * scores::tension(*g).0).collect()).collect()
 }
@@ -172,7 +172,7 @@ fn many_frames_tell_the_rest_shape_of_another_speaker() {
         .into_iter()
         .for_each(|(i, d)| change[i] = d);
     let speaker = Speaker::of(rest.body(&change));
-    let prior = Prior::half_normal(8, 20.0, 0.1);
+    let prior = CoursePrior::half_normal(8, 20.0, 0.1);
     let mut rng = fastrand::Rng::with_seed(5);
     let times: Vec<f64> = (0..24).map(|i| 0.1 * f64::from(i)).collect();
     let mut shapes = Vec::new();
@@ -193,7 +193,7 @@ fn many_frames_tell_the_rest_shape_of_another_speaker() {
         let place = |at: f64| -> Point {
             curve.weights(at).iter().map(|(n, w)| speaker.body.mesh.nodes[*n] * *w).sum()
         };
-        let surface = tongue_fit::track::Surface::of(b).unwrap();
+        let surface = tongue_fit::track::TongueSurface::of(b).unwrap();
         let squares = (2..20)
             .map(|i| surface.distance(place(curve.length() * f64::from(i) / 28.0), &b.mesh.nodes).powi(2));
         (squares.sum::<f64>() / 18.0).sqrt()

@@ -11,7 +11,7 @@ use tongue_fit::inverse::Matched;
 use tongue_fit::measured::recording::{self, Format, Map, Recording};
 use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::system::{Model, System, TissueModel};
-use tongue_fit::track::Surface;
+use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
     Beside, Density, Draw, Evaluator, Ground, Measurements, Mode, Priors, Sampling, Sight as _, Status,
     contradictions, gains, sample,
@@ -55,7 +55,7 @@ fn emg(active: [f64; 2]) -> Beside {
 
 /// Points of the surface where the nodes are at `positions`, m.
 fn points_of(ground: &Ground, positions: &[Point]) -> Vec<Point> {
-    let curve = Surface::of(&ground.body).unwrap().curve;
+    let curve = TongueSurface::of(&ground.body).unwrap().curve;
     let place = |i: usize| curve.weights(curve.length() * (0.2 + 0.06 * f64::from(i as u32)));
     (0..11).map(|i| place(i).iter().map(|(node, w)| positions[*node] * *w).sum()).collect()
 }
@@ -68,7 +68,7 @@ fn contours(ground: &Ground, posture: &[Point], baseline: Option<&[Point]>) -> B
 
 /// Coils at three places of the tongue where the nodes are at these positions, m: in the posture and in the baseline.
 fn coils(ground: &Ground, positions: [&[Point]; 2]) -> Beside {
-    let surface = Surface::of(&ground.body).unwrap();
+    let surface = TongueSurface::of(&ground.body).unwrap();
     let file = |positions: &[Point]| {
         let place = |behind: f64| -> Point {
             let weights = surface.curve.weights(surface.tip - behind);

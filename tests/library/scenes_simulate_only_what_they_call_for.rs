@@ -12,7 +12,7 @@ use tongue_fit::scene::run::{SceneOutcome, run};
 use tongue_fit::scene::{self, Scene, simulate};
 use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Workspace, solve};
 use tongue_fit::system::{Model, System};
-use tongue_fit::track::Surface;
+use tongue_fit::track::TongueSurface;
 
 const TONGUE: &str = "title = \"t\"\nwant = \"shape\"\n[body.tongue]\nh_mm = 5.5\n";
 const CYLINDER: &str =
@@ -456,7 +456,7 @@ fn points_of_a_scene_with_weight_and_a_shifted_hyoid_determine_its_tensions() {
     let truth = simulate(&Scene::from_toml(&format!("{body}[tensions_n]\n{given}{effects}"), "t").unwrap());
     let truth = truth.unwrap();
     let tongue = Body::tongue(5.5e-3).unwrap();
-    let surface = Surface::of(&tongue).unwrap();
+    let surface = TongueSurface::of(&tongue).unwrap();
     let points: Vec<String> = (1..40)
         .map(|i| {
             let at = surface.curve.length() * f64::from(i) / 40.0;

@@ -11,8 +11,8 @@ use tongue_fit::inverse::FreedBone;
 use tongue_fit::measured::recording::{FaultKind, Seen, screen};
 use tongue_fit::parallel;
 use tongue_fit::system::Model;
-use tongue_fit::track::{
-    Errors, FrameStatus, Ranged, Settings, Shape, Stage, Tracked, frames, listen, track,
+use tongue_infer::track::{
+    Errors, FrameStatus, Ranged, RestShape, Stage, TrackSettings, Tracked, frames, listen, track,
 };
 
 use crate::synthetic::{Kind, Speaker};
@@ -43,7 +43,7 @@ fn tracked(speaker: &Speaker, seen: &Seen) -> Vec<Tracked> {
         speaker,
         seen,
         &[],
-        &Settings { errors: Errors::INDEPENDENT, ..Settings::new(20.0, 0.1) },
+        &TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) },
         None,
     )
 }
@@ -52,8 +52,8 @@ fn tracked_with(
     speaker: &Speaker,
     seen: &Seen,
     freed: &[FreedBone<2>],
-    settings: &Settings,
-    shape: Option<&Shape>,
+    settings: &TrackSettings,
+    shape: Option<&RestShape>,
 ) -> Vec<Tracked> {
     let followed = &followed(&speaker.body, &seen.bones);
     let ready = vec![frames(seen, &speaker.surface, followed, &[])];
@@ -92,7 +92,7 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     let mut ready = frames(&seen, &speaker.surface, followed, &[]);
     let airway = Arc::new(Airway::round(&speaker.body, Airway::drawn().unwrap()).unwrap());
     listen(&mut ready, &airway, followed, &Articulation::default(), 2);
-    let settings = Settings { errors: Errors::INDEPENDENT, ..Settings::new(20.0, 0.1) };
+    let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
     let stage = Stage { system: &speaker.system, followed, freed: &[], shape: None };
     let found = track(&stage, vec![ready], &settings, &|_, _| {}).unwrap().pop().unwrap().frames;
     let mut squares = [Vec::new(), Vec::new()];
@@ -140,7 +140,7 @@ fn a_bone_that_was_not_seen_is_found_where_it_is() {
     seen.frames.iter_mut().for_each(|f| f.bones[0] = None);
     let all: Vec<usize> = (0..8).collect();
     let freed = [FreedBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap()];
-    let settings = Settings { errors: Errors::INDEPENDENT, ..Settings::new(20.0, 0.1) };
+    let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
     let found = tracked_with(&speaker, &seen, &freed, &settings, None);
     let held = tracked_with(&speaker, &seen, &[], &settings, None);
     for (frame, held) in found.iter().zip(&held) {
@@ -161,9 +161,9 @@ fn threads_do_not_change_a_bit() {
     let speaker = speaker();
     let seen = recorded(&speaker, 70, 0.9e-3);
     let all: Vec<usize> = (0..8).collect();
-    let shape = Shape::of(&speaker.body, &Model::default(), &all, |_| None).unwrap();
+    let shape = RestShape::of(&speaker.body, &Model::default(), &all, |_| None).unwrap();
     let bits = |threads: usize, seed: u64| {
-        let settings = Settings { seed, ..Settings::new(20.0, 0.1) };
+        let settings = TrackSettings { seed, ..TrackSettings::new(20.0, 0.1) };
         let work = || tracked_with(&speaker, &seen, &[], &settings, Some(&shape));
         let found = parallel::with_threads(threads, work).unwrap();
         let numbers = |r: &Ranged| [r.low, r.median, r.high];

@@ -200,7 +200,7 @@ fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
     std::fs::write(folder.path().join("emg.csv"), "muscle,a,ɯ\nGGa,0.9,0.3\nHG,0.8,0.1\nSGm,1,\n").unwrap();
     // The contour of the baseline is that of the body at rest, 2 mm away; one of its points is 9 mm off. The coil lies on it.
     let body = tongue_fit::body::Body::tongue(5.5e-3).unwrap();
-    let surface = tongue_fit::track::Surface::of(&body).unwrap();
+    let surface = tongue_fit::track::TongueSurface::of(&body).unwrap();
     let point = |at: f64| -> tongue_fit::geometry::Point {
         surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
     };

@@ -30,7 +30,10 @@ fn the_facade_offers_at_most_370_items_by_name() {
     let names = offered();
     assert!(names.len() > 200, "only {} names were found: is the facade still lists of names?", names.len());
     assert!(names.len() <= 370, "{} items: leave out what no user of the library needs", names.len());
-    let whole: Vec<_> = names.iter().filter(|n| n.ends_with('*')).collect();
+    // A module of a crate would hide what it offers, as a star does.
+    let is_whole =
+        |n: &&String| n.ends_with('*') || (n.matches("::").count() == 1 && !n.ends_with("VERSION"));
+    let whole: Vec<_> = names.iter().filter(is_whole).collect();
     assert!(whole.is_empty(), "name what is meant in place of {whole:?}");
 }
 

@@ -8,14 +8,16 @@ use tongue_fit::measured::recording::Seen;
 use tongue_fit::parallel;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{Model, System};
-use tongue_fit::track::{Prior, Settings, Shape, Stage, Surface, TrackedRecording, frames, track};
+use tongue_fit::track::{
+    CoursePrior, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames, track,
+};
 
 use crate::cases;
 use crate::speakers::{Recorded, Seeing, recorded};
 use crate::tracked_intervals_cover_the_truth::Held;
 
 fn basis<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> Basis<'a> {
-    let prior = Prior::half_normal(8, 20.0, 0.1);
+    let prior = CoursePrior::half_normal(8, 20.0, 0.1);
     Basis { body, anatomy: None, model: Model::default(), contracting: (0..8).collect(), prior, palate }
 }
 
@@ -82,12 +84,12 @@ fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let placement = made.placement.unwrap();
     let contracting: Vec<usize> = (0..8).collect();
     let system = System::new(&made.body.mesh, &Model::default(), &contracting).unwrap();
-    let shape = Shape::of_coils(&made.body, &Model::default(), &contracting, &placement).unwrap();
-    let surface = Surface::of(&made.body).unwrap();
+    let shape = RestShape::of_coils(&made.body, &Model::default(), &contracting, &placement).unwrap();
+    let surface = TongueSurface::of(&made.body).unwrap();
     let seated = speaker.seen.iter().map(|s| placement.seated(s));
     let ready = seated.map(|s| frames(&s, &surface, &made.followed, &[])).collect();
     let stage = Stage { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
-    let settings = Settings { branch: false, ..Settings::new(20.0, 0.1) };
+    let settings = TrackSettings { branch: false, ..TrackSettings::new(20.0, 0.1) };
     track(&stage, ready, &settings, &|_, _| {}).unwrap()
 }
 

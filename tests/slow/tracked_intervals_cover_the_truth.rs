@@ -12,10 +12,11 @@ use tongue_fit::inverse::FreedBone;
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::parallel;
 use tongue_fit::system::{Model, System};
-use tongue_fit::track::{
-    Errors, Link, Prior, Settings, Shape, Stage, Surface, TrackedRecording, frames, track,
-};
 use tongue_infer::inverse::BONE_SD_M;
+use tongue_infer::track::{
+    CoursePrior, Errors, Link, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames,
+    track,
+};
 
 use crate::cases;
 use crate::speakers::{Recorded, Seeing, recorded};
@@ -52,7 +53,7 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, recordings: usize) -> Co
     let all: Vec<usize> = (0..8).collect();
     let freed = FreedBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap();
     let freed = if unseen { std::slice::from_ref(&freed) } else { &[] };
-    let settings = Settings { errors: Errors::INDEPENDENT, ..Settings::new(20.0, 0.1) };
+    let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
     let bones = followed(&speaker.body, &["hyoid".to_owned(), "mental_spine".to_owned()]);
     let times: Vec<f64> = (0..FRAMES).map(|i| 0.0125 * i as f64).collect();
     let seeds: Vec<u64> = (0..recordings as u64).collect();
@@ -76,7 +77,7 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, recordings: usize) -> Co
         if unseen {
             seen.frames.iter_mut().for_each(|f| f.bones[0] = None);
         }
-        let settings = Settings { seed: *seed, ..settings.clone() };
+        let settings = TrackSettings { seed: *seed, ..settings.clone() };
         let ready = vec![frames(&seen, &speaker.surface, &bones, &[])];
         let stage = Stage { system: &speaker.system, followed: &bones, freed, shape: None };
         let found = track(&stage, ready, &settings, &|_, _| {}).unwrap().pop().unwrap().frames;
@@ -133,18 +134,18 @@ fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let seen: Vec<&Seen> = speaker.seen.iter().collect();
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
     let contracting: Vec<usize> = (0..8).collect();
-    let prior = Prior::half_normal(8, 20.0, 0.1);
+    let prior = CoursePrior::half_normal(8, 20.0, 0.1);
     let basis =
         Basis { body: &body, anatomy: None, model, contracting: contracting.clone(), prior, palate: None };
     let placed = basis.to_recordings(&seen, How::Similarity, &[], &|_, _| {}).unwrap();
     let system = System::new(&placed.body.mesh, &model, &contracting).unwrap();
     let sight = Sight::of(&seen, &[]);
     let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
-    let shape = Shape::of(&placed.body, &model, &contracting, at).unwrap();
-    let surface = Surface::of(&placed.body).unwrap();
+    let shape = RestShape::of(&placed.body, &model, &contracting, at).unwrap();
+    let surface = TongueSurface::of(&placed.body).unwrap();
     let ready = seen.iter().map(|s| frames(s, &surface, &placed.followed, &[])).collect();
     let stage = Stage { system: &system, followed: &placed.followed, freed: &[], shape: Some(&shape) };
-    let settings = Settings { branch: false, ..Settings::new(20.0, 0.1) };
+    let settings = TrackSettings { branch: false, ..TrackSettings::new(20.0, 0.1) };
     track(&stage, ready, &settings, &|_, _| {}).unwrap()
 }
 

@@ -9,7 +9,7 @@ use super::SceneError;
 use super::file::{Points, Scene};
 use tongue_core::body::Body;
 use tongue_core::system::System;
-use tongue_infer::track::{self, Errors, Frame, FrameStatus, Settings, Stage, Surface};
+use tongue_infer::track::{self, Errors, Frame, FrameStatus, Stage, TongueSurface, TrackSettings};
 use tongue_input::measured::recording::{Mark, Seen, SeenFrame};
 
 /// Result of a fit to points.
@@ -32,7 +32,7 @@ pub struct PointsFit {
 pub(super) fn frame<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Frame>, SceneError> {
     let Some(points) = &scene.points else { return Ok(None) };
     let flat = (body as &dyn Any).downcast_ref::<Body<2>>();
-    let surface = flat.and_then(Surface::of).ok_or_else(|| {
+    let surface = flat.and_then(TongueSurface::of).ok_or_else(|| {
         let why = "points are seen in the midsagittal plane, on the outline of a body; take the reference tongue or a mesh in the plane";
         SceneError::contradiction("[points]", scene.body_key(), why)
     })?;
@@ -71,7 +71,8 @@ pub(super) fn fit<const D: usize>(
     system: &System<D>,
 ) -> Option<(Vec<f64>, PointsFit)> {
     let system = (system as &dyn Any).downcast_ref::<System<2>>()?;
-    let settings = Settings { errors: Errors::INDEPENDENT, ..Settings::new(points.prior_n_per_m, 0.0) };
+    let settings =
+        TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(points.prior_n_per_m, 0.0) };
     // A scene says what its body is, so its shape is known.
     let stage = Stage { system, followed: &[], freed: &[], shape: None };
     let found =

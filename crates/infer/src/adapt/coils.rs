@@ -12,7 +12,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::track::Surface;
+use crate::track::TongueSurface;
 use tongue_core::body::Body;
 use tongue_core::geometry::{NaturalSpline, Point, Similarity};
 use tongue_core::statistics::median;
@@ -165,7 +165,7 @@ fn whitener(
 /// Places a body by the observed coils and, if there is one, a palate trace.
 pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<Placement, RestError> {
     let failed = |what: &str| RestError::Body(what.to_owned());
-    let surface = Surface::of(body).ok_or_else(|| failed("it has no outline"))?;
+    let surface = TongueSurface::of(body).ok_or_else(|| failed("it has no outline"))?;
     let outline = body.mesh.surface_nodes();
     let centre = outline.iter().map(|&n| body.mesh.nodes[n]).sum::<Point>() / outline.len().max(1) as f64;
     let places: Vec<Point> = coils.iter().map(|c| c.at).collect();

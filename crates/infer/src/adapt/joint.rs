@@ -3,7 +3,9 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::track::{ARRIVED, Followed, Frame, Prior, Solver, Surface, Tension, frames, residuals, slopes};
+use crate::track::{
+    ARRIVED, CoursePrior, Followed, Frame, Solver, Tension, TongueSurface, frames, residuals, slopes,
+};
 use tongue_core::body::Body;
 use tongue_core::effect::Configuration;
 use tongue_core::parallel;
@@ -17,7 +19,7 @@ use super::rest::{Rest, RestError, STEP_M, price_slope};
 #[derive(Debug, Clone)]
 pub struct JointSettings {
     /// Prior of the tensions.
-    pub prior: Prior,
+    pub prior: CoursePrior,
     /// Largest number of rounds.
     pub rounds: usize,
     /// The material.
@@ -63,7 +65,7 @@ struct Reduced {
 /// The body at some displacements, with the data that depend on them alone.
 struct Stand {
     system: System<2>,
-    surface: Surface,
+    surface: TongueSurface,
     followed: Vec<Followed>,
 }
 
@@ -83,7 +85,8 @@ impl Problem<'_> {
         let wrong = |e: SystemError| RestError::Body(e.to_string());
         let system =
             System::new(&body.mesh, &self.settings.model, &self.settings.contracting).map_err(wrong)?;
-        let surface = Surface::of(&body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))?;
+        let surface =
+            TongueSurface::of(&body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))?;
         Ok((body, Stand { system, surface, followed: self.followed.to_vec() }))
     }
 

@@ -114,14 +114,14 @@ impl Adaptation {
     }
 
     /// The learned prior of these muscles; `None` if it was learned for other muscles.
-    pub fn prior(&self, muscles: &[String], memory_s: f64) -> Option<crate::track::Prior> {
+    pub fn prior(&self, muscles: &[String], memory_s: f64) -> Option<crate::track::CoursePrior> {
         let n = muscles.len();
         let covariance = nalgebra::DMatrix::from_fn(n, n, |i, j| {
             *self.covariance.get(i).and_then(|row| row.get(j)).unwrap_or(&f64::NAN)
         });
         let good = self.muscles == muscles && n > 0 && covariance.clone().cholesky().is_some();
         let mean = nalgebra::DVector::from_vec(self.mean.clone());
-        good.then(|| crate::track::Prior {
+        good.then(|| crate::track::CoursePrior {
             scale_n: self.scale_n.unwrap_or(20.0),
             mean,
             covariance,

@@ -9,7 +9,7 @@
 
 use nalgebra::DVector;
 
-use crate::track::Surface;
+use crate::track::TongueSurface;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_input::measured::recording::Seen;
@@ -181,11 +181,11 @@ fn exact(found: Similarity, bones: &[(Point, Point, f64)], rms_m: f64) -> Simila
     if same && !bones.is_empty() && rms_m <= SAME_M { Similarity::IDENTITY } else { found }
 }
 
-fn outline(body: &Body<2>) -> Result<Surface, RestError> {
-    Surface::of(body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))
+fn outline(body: &Body<2>) -> Result<TongueSurface, RestError> {
+    TongueSurface::of(body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))
 }
 
-fn middle_of(surface: &Surface, body: &Body<2>) -> Point {
+fn middle_of(surface: &TongueSurface, body: &Body<2>) -> Point {
     let at = |i: usize| SEEN_FROM_M + (surface.tip - SEEN_FROM_M) * i as f64 / (POINTS - 1) as f64;
     let point = |i| surface.curve.weights(at(i)).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>();
     (0..POINTS).map(point).sum::<Point>() / POINTS as f64
@@ -224,7 +224,7 @@ mod tests {
     }
 
     fn on_surface(body: &Body<2>, behind: f64) -> Point {
-        let surface = Surface::of(body).unwrap();
+        let surface = TongueSurface::of(body).unwrap();
         let at = surface.tip - behind;
         surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
     }

@@ -2,14 +2,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::track::Prior;
+use crate::track::CoursePrior;
 
 /// Weight of the previous prior, in frames, because few frames carry little information.
 const DRAWN_BY: f64 = 4.0;
 
 /// The prior of tensions learned from frames: mean and covariance of the scores, including the posterior covariance of each frame, shrunk
 /// towards `before` with the weight of four frames.
-pub fn learned(before: &Prior, scores: &[DVector<f64>], covariances: &[DMatrix<f64>]) -> Prior {
+pub fn learned(before: &CoursePrior, scores: &[DVector<f64>], covariances: &[DMatrix<f64>]) -> CoursePrior {
     let weight = scores.len() as f64 + DRAWN_BY;
     let mean = (scores.iter().sum::<DVector<f64>>() + &before.mean * DRAWN_BY) / weight;
     let mut covariance = &before.covariance * DRAWN_BY;
@@ -19,5 +19,5 @@ pub fn learned(before: &Prior, scores: &[DVector<f64>], covariances: &[DMatrix<f
     }
     let away = &before.mean - &mean;
     covariance += &away * away.transpose() * DRAWN_BY;
-    Prior { mean, covariance: covariance / weight, ..before.clone() }
+    CoursePrior { mean, covariance: covariance / weight, ..before.clone() }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::track::Surface;
+use crate::track::TongueSurface;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity, ThinPlate};
 use tongue_core::observe::{Contour, Observable};
@@ -211,7 +211,7 @@ fn straighten(body: &mut Body<2>, before: &[Point]) {
 pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Result<DVector<f64>, RestError> {
     let residuals = |d: &DVector<f64>| {
         let body = rest.body(d);
-        let surface = Surface::of(&body)?;
+        let surface = TongueSurface::of(&body)?;
         let away = |m: &Mark| Contour::new(surface.curve.clone(), m.at).value(&body.mesh.nodes) / m.sd;
         let bone = |(name, seen): &(&str, Mark)| Some((mark_of(&body, name)? - seen.at) / seen.sd);
         let bones = bones.iter().filter_map(bone).flat_map(|away| [away.x, away.y]);

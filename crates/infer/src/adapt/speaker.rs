@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::track::{self, Followed, Prior, Surface};
+use crate::track::{self, CoursePrior, Followed, TongueSurface};
 use tongue_core::body::{Anatomy, Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::parallel;
@@ -49,7 +49,7 @@ pub struct Speaker {
     /// The bones that follow their observed places.
     pub followed: Vec<Followed>,
     /// The prior of tensions, learned from the frames if there were any.
-    pub prior: Prior,
+    pub prior: CoursePrior,
     /// How the rest shape was found.
     pub how: How,
     /// The placement of the body before its shape was changed.
@@ -112,7 +112,7 @@ pub struct Basis<'a> {
     /// Numbers of the muscles that contract.
     pub contracting: Vec<usize>,
     /// The prior of their tensions.
-    pub prior: Prior,
+    pub prior: CoursePrior,
     /// A trace of the palate in the frame of the recordings, m, used in a placement by coils.
     pub palate: Option<&'a [Point]>,
 }
@@ -243,7 +243,7 @@ impl Basis<'_> {
             },
         };
         let body = rest.body(&displacements);
-        let rms_m = Surface::of(&body).filter(|_| !marks.is_empty()).map(|surface| {
+        let rms_m = TongueSurface::of(&body).filter(|_| !marks.is_empty()).map(|surface| {
             let squares = marks.iter().map(|m| surface.distance(m.at, &body.mesh.nodes).powi(2)).sum::<f64>();
             (squares / marks.len() as f64).sqrt()
         });
@@ -264,7 +264,7 @@ impl Basis<'_> {
         rest: &Rest<'_>,
         displacements: &nalgebra::DVector<f64>,
         followed: Vec<Followed>,
-        prior: Prior,
+        prior: CoursePrior,
         how: How,
         rms_m: Option<f64>,
     ) -> Speaker {
@@ -326,7 +326,7 @@ impl Basis<'_> {
         hide: &[String],
     ) -> Option<f64> {
         let system = System::new(&body.mesh, &self.model, &self.contracting).ok()?;
-        let surface = Surface::of(body)?;
+        let surface = TongueSurface::of(body)?;
         let precision = self.prior.precision();
         let mut solver = track::Solver::new(&system, followed, track::Tension::Scores(self.prior.scale_n));
         let mut sum = 0.0;

@@ -8,7 +8,7 @@ use tongue_sound::formants::{self, Formant, FormantError};
 use tongue_sound::profile::{Articulation, Point, Profile, ProfileError, Tract};
 
 use crate::adapt::{by_bones, mark_of};
-use crate::track::Surface;
+use crate::track::TongueSurface;
 use tongue_core::body::{Body, DEFAULT_SPACING_M};
 use tongue_core::statics::Response;
 
@@ -133,7 +133,7 @@ impl Airway {
     /// # Errors
     /// [`AirwayError::NoSurface`], [`AirwayError::NoWall`].
     pub fn round(body: &Body<2>, tract: Tract) -> Result<Self, AirwayError> {
-        let curve = Surface::of(body).ok_or(AirwayError::NoSurface)?.curve;
+        let curve = TongueSurface::of(body).ok_or(AirwayError::NoSurface)?.curve;
         let count = (curve.length() / (0.1 * POINTS_M)).ceil().max(1.0) as usize;
         let place = |i: usize| curve.length() * i as f64 / count as f64;
         let rest = |at: f64| mean(&curve.weights(at), &body.mesh.nodes);

@@ -16,7 +16,7 @@ use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::{Contour, NodePosition, Observable};
 
 use crate::adapt::{FIRST_COIL_SD_M, GAP_SD_M, MEASURED_COIL_SD_M};
-use crate::track::{Along, Errors, SCALE_SD, SHIFT_SD_M, Surface, TURN_SD};
+use crate::track::{Along, Errors, SCALE_SD, SHIFT_SD_M, TURN_SD, TongueSurface};
 use tongue_input::measured::recording::{Mark, Seen};
 
 use super::beside::{Beside, Of, Sight, View};
@@ -70,7 +70,7 @@ impl Beside {
     /// distances of its points from the surface, m, and a coil its two coordinates, m. `None` where the body has no surface or there are no
     /// points.
     pub fn points(body: &Body<2>, seen: &Seen, postures: &[Option<usize>]) -> Option<Self> {
-        let surface = Surface::of(body)?;
+        let surface = TongueSurface::of(body)?;
         let rest = &body.mesh.nodes;
         let marks = || seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
         let centre = marks().map(|m| m.at).sum::<Point>() / marks().count().max(1) as f64;
@@ -125,7 +125,7 @@ fn by_placement(at: Point, centre: Point, value: impl Fn(Point) -> f64) -> Vec<(
 }
 
 fn of_contour(
-    surface: &Surface,
+    surface: &TongueSurface,
     rest: &[Point],
     centre: Point,
     (seen, frame): (&Seen, usize),
@@ -157,7 +157,12 @@ fn of_contour(
     points.into_iter().zip(along).map(number).collect()
 }
 
-fn of_coils(surface: &Surface, rest: &[Point], centre: Point, (seen, frame): (&Seen, usize)) -> Vec<Number> {
+fn of_coils(
+    surface: &TongueSurface,
+    rest: &[Point],
+    centre: Point,
+    (seen, frame): (&Seen, usize),
+) -> Vec<Number> {
     let curve = &surface.curve;
     let place = |at: f64| curve.weights(at).iter().map(|&(node, w)| rest[node] * w).sum::<Point>();
     let points = seen.frames[frame].sensors.iter().enumerate();
@@ -200,7 +205,7 @@ mod tests {
 
     /// A contour and three coils that lie on the body at rest, in two frames.
     fn seen(body: &Body<2>) -> Seen {
-        let surface = Surface::of(body).unwrap();
+        let surface = TongueSurface::of(body).unwrap();
         let place =
             |at: f64| surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>();
         let contour: Vec<Point> = (0..11).map(|i| place(0.02 + 5e-3 * f64::from(i))).collect();

@@ -1,6 +1,6 @@
 //! Block tridiagonal systems for all frames at once, with a prior that couples successive frames.
 //!
-//! Prior: a stationary process of Ornstein and Uhlenbeck about zero with precision `P` and memory `tau`,
+//! CoursePrior: a stationary process of Ornstein and Uhlenbeck about zero with precision `P` and memory `tau`,
 //! `z_(t+1) = rho z_t + e`, `e ~ N(0, (1 - rho²) P^-1)`, `rho = exp(-dt / tau)`. Its precision `Q` couples neighbours only, so
 //! `Q + G` with a block `G` a frame is factorised frame by frame (Rauch, Tung and Striebel 1965 in the form of information).
 

@@ -17,7 +17,7 @@ use tongue_core::random;
 use super::errors::Kriging;
 use super::listen;
 use super::mode::{CHUNK, Course, Eliminated, Mode};
-use super::shape::Shape;
+use super::shape::RestShape;
 
 /// The frames count together as at most so many of them: the model differs from a tongue, and more frames do not take that away. With
 /// every frame counted, the step to the most probable shape of some hundred frames is far longer than its linearisation holds.
@@ -50,7 +50,11 @@ struct Linear {
 }
 
 /// Draws of all recordings at the mode; `None` where the covariances cannot be factorised.
-pub(super) fn draws(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&Shape>) -> Option<Vec<Draws>> {
+pub(super) fn draws(
+    mode: &Mode<'_, '_>,
+    courses: &[Course],
+    shape: Option<&RestShape>,
+) -> Option<Vec<Draws>> {
     let linear = linearised(mode, courses, shape)?;
     let judged = Judged::of(mode, &linear, shape)?;
     let shared = judged.draws(mode)?;
@@ -62,8 +66,8 @@ pub(super) fn draws(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&Shap
     Some(draws.collect())
 }
 
-fn linearised(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&Shape>) -> Option<Vec<Linear>> {
-    let columns = shape.map_or(0, Shape::count);
+fn linearised(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&RestShape>) -> Option<Vec<Linear>> {
+    let columns = shape.map_or(0, RestShape::count);
     let one = |course: &Course| {
         let by_shape = by_shape(mode, course, shape);
         let more = |t: usize| by_shape[t].as_ref().map(|b| b.seen.clone());
@@ -74,7 +78,11 @@ fn linearised(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&Shape>) ->
 }
 
 /// Derivatives of all frames by the shape.
-pub(super) fn by_shape(mode: &Mode<'_, '_>, course: &Course, shape: Option<&Shape>) -> Vec<Option<ByShape>> {
+pub(super) fn by_shape(
+    mode: &Mode<'_, '_>,
+    course: &Course,
+    shape: Option<&RestShape>,
+) -> Vec<Option<ByShape>> {
     let Some(shape) = shape else { return course.frames.iter().map(|_| None).collect() };
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
@@ -110,8 +118,8 @@ struct Judged {
 }
 
 impl Judged {
-    fn of(mode: &Mode<'_, '_>, linear: &[Linear], shape: Option<&Shape>) -> Option<Self> {
-        let (m, k, s) = (mode.sizes.muscles, mode.sizes.knots, shape.map_or(0, Shape::count));
+    fn of(mode: &Mode<'_, '_>, linear: &[Linear], shape: Option<&RestShape>) -> Option<Self> {
+        let (m, k, s) = (mode.sizes.muscles, mode.sizes.knots, shape.map_or(0, RestShape::count));
         let all = m + k + s;
         let mut curvature = DMatrix::zeros(all, all);
         let mut gradient = DVector::zeros(all);

@@ -10,7 +10,7 @@ use tongue_core::parallel;
 use super::consider::by_shape;
 use super::frame::Solver;
 use super::mode::{CHUNK, Course, Eliminated, Here, Mode};
-use super::shape::Shape;
+use super::shape::RestShape;
 
 /// A round is the last if it changes the cost by less than this part and no frame was held back in it, or the round before it did no more.
 const WON: f64 = 5e-4;
@@ -102,7 +102,7 @@ pub(super) fn stepped(
     mode: &Mode<'_, '_>,
     courses: &[Course],
     damping: &[Vec<f64>],
-    shape: Option<(&Shape, f64, f64)>,
+    shape: Option<(&RestShape, f64, f64)>,
 ) -> Option<(DVector<f64>, Vec<Step>)> {
     let (n, more) = (mode.sizes.shared(), shape.map_or(0, |(s, ..)| s.count()));
     let mut curvature = mode.shared_precision.clone().resize(n + more, n + more, 0.0);

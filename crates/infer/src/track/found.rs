@@ -9,10 +9,10 @@ use tongue_input::measured::recording::Fault;
 use super::branch::{Posture, Reached};
 use super::consider::Draws;
 use super::frame::{self, Frame, Linear, Solver};
-use super::gesture::{Gesture, Segment};
+use super::gesture::{Gesture, LabelMean};
 use super::link::Link;
 use super::listen::{self, TrackedFormant};
-use super::settings::Settings;
+use super::settings::TrackSettings;
 
 /// A frame is out of reach if the root mean square distance of its points from the surface is larger than this, in standard deviations.
 const REACH_SD: f64 = 3.0;
@@ -173,7 +173,7 @@ pub struct TrackedRecording {
     /// Its gestures.
     pub gestures: Vec<Gesture>,
     /// The intervals of its labels.
-    pub segments: Vec<Segment>,
+    pub segments: Vec<LabelMean>,
 }
 
 /// A frame after the search, with all that its results need.
@@ -204,7 +204,7 @@ pub(super) fn tracked(
     relaxed: &mut Option<Vec<SVector<f64, 2>>>,
     found: &Found<'_>,
     draws: &Draws,
-    settings: &Settings,
+    settings: &TrackSettings,
     faults: Vec<Fault>,
 ) -> Tracked {
     let &Found { frame, x, linear, placed, lost, means, number, .. } = found;

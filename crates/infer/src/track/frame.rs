@@ -23,14 +23,14 @@ pub const BONE_WINDOW: usize = 7;
 
 /// The visible surface of a body, from the hyoid over root, dorsum and tip to the mental spine, and the place of the tip on it.
 #[derive(Debug, Clone)]
-pub struct Surface {
+pub struct TongueSurface {
     /// The curve, tissue to its left.
     pub curve: Curve,
     /// Distance along the curve of the foremost point at rest, m.
     pub tip: f64,
 }
 
-impl Surface {
+impl TongueSurface {
     /// The surface of a body; the whole outline if the bones are not on it. `None` for a body without an outline.
     pub fn of(body: &Body<2>) -> Option<Self> {
         let mesh = &body.mesh;
@@ -58,7 +58,7 @@ impl Surface {
     }
 }
 
-impl Surface {
+impl TongueSurface {
     /// Signed distance of a point from the surface, m: positive outside.
     pub fn distance(&self, point: Point, positions: &[Point]) -> f64 {
         Contour::new(self.curve.clone(), point).value(positions)
@@ -118,7 +118,7 @@ impl Hidden {
 }
 
 /// The frames of a recording for a body. `hide` are names of contour points and coils that are not fitted.
-pub fn frames(seen: &Seen, surface: &Surface, followed: &[Followed], hide: &[String]) -> Vec<Frame> {
+pub fn frames(seen: &Seen, surface: &TongueSurface, followed: &[Followed], hide: &[String]) -> Vec<Frame> {
     let means: Vec<Vec<Option<Point>>> = followed
         .iter()
         .map(|f| {
@@ -156,7 +156,7 @@ fn along_the_mean(seen: &Seen) -> Vec<f64> {
 fn one(
     seen: &Seen,
     frame: &SeenFrame,
-    surface: &Surface,
+    surface: &TongueSurface,
     shifts: Vec<SVector<f64, 2>>,
     hide: &[String],
     along: &[f64],

@@ -21,7 +21,7 @@ pub struct Gesture {
 
 /// Means of all tensions over the interval of a label, less those over the recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Segment {
+pub struct LabelMean {
     /// Number of the label in its recording.
     pub label: usize,
     /// Number of frames in the interval.
@@ -42,12 +42,12 @@ fn changes(frames: &[usize], draws: &Draws, means: &[Vec<f64>]) -> Vec<Ranged> {
 }
 
 /// The segments of a recording; `labels` are the numbers of the labels of every frame.
-pub(super) fn segments(labels: &[&[usize]], draws: &Draws, means: &[Vec<f64>]) -> Vec<Segment> {
+pub(super) fn segments(labels: &[&[usize]], draws: &Draws, means: &[Vec<f64>]) -> Vec<LabelMean> {
     let count = labels.iter().copied().flatten().max().map_or(0, |most| most + 1);
     let one = |label: usize| {
         let frames: Vec<usize> = (0..labels.len()).filter(|&t| labels[t].contains(&label)).collect();
         let changes = || changes(&frames, draws, means);
-        (!frames.is_empty()).then(|| Segment { label, frames: frames.len(), changes: changes() })
+        (!frames.is_empty()).then(|| LabelMean { label, frames: frames.len(), changes: changes() })
     };
     (0..count).filter_map(one).collect()
 }

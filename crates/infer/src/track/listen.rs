@@ -17,7 +17,7 @@ use tongue_core::parallel;
 use super::errors::Along;
 use super::frame::{Followed, Frame, Hidden};
 use super::mode::{CHUNK, Course, Mode};
-use super::shape::Shape;
+use super::shape::RestShape;
 use crate::heard::{Airway, Articulation, Heard};
 
 /// A formant of a frame.
@@ -63,7 +63,7 @@ fn opened_deg(mark: Point, shift: Point) -> f64 {
 pub(super) fn rates(
     mode: &Mode<'_, '_>,
     course: &Course,
-    shape: Option<&Shape>,
+    shape: Option<&RestShape>,
 ) -> Vec<Option<DMatrix<f64>>> {
     if course.frames.iter().all(|f| f.heard.is_empty()) {
         return vec![None; course.frames.len()];

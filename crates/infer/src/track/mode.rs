@@ -10,7 +10,7 @@ use tongue_core::geometry::Point;
 use super::chain::{Chain, Factors};
 use super::errors::{FrameErrors, Knots};
 use super::frame::{Frame, Linear, Solver};
-use super::settings::Settings;
+use super::settings::TrackSettings;
 
 /// Number of frames in a chunk: each is solved from the one before, and the first from rest. Chunks do not depend on threads, so the
 /// results do not either.
@@ -85,7 +85,7 @@ pub(super) struct Eliminated {
 #[derive(Clone)]
 pub(super) struct Mode<'a, 's> {
     pub sizes: Sizes,
-    pub settings: &'a Settings,
+    pub settings: &'a TrackSettings,
     pub knots: &'a Knots,
     pub solver: &'a (dyn Fn() -> Solver<'s> + Sync),
     /// Levels (N/m) and static error (mm).
@@ -97,7 +97,7 @@ pub(super) struct Mode<'a, 's> {
 impl<'a, 's> Mode<'a, 's> {
     pub fn new(
         sizes: Sizes,
-        settings: &'a Settings,
+        settings: &'a TrackSettings,
         knots: &'a Knots,
         solver: &'a (dyn Fn() -> Solver<'s> + Sync),
     ) -> Self {

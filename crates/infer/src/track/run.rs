@@ -16,8 +16,8 @@ use super::found::{Found, Tracked, TrackedRecording, tracked};
 use super::frame::{Followed, Frame, Solver, Tension};
 use super::gesture::{gestures, segments};
 use super::mode::{CHUNK, Course, FEWEST, Here, Mode, Sizes};
-use super::settings::Settings;
-use super::shape::Shape;
+use super::settings::TrackSettings;
+use super::shape::RestShape;
 
 /// Largest number of frames by which the displayed shape is found.
 const SHAPE_FRAMES: usize = 60;
@@ -45,7 +45,7 @@ pub struct Stage<'a> {
     /// Bones whose displacement is unknown ([`BONE_SD_M`](crate::inverse::BONE_SD_M), remembered like tensions).
     pub freed: &'a [FreedBone<2>],
     /// Uncertainty of its shape; `None` if the shape is known.
-    pub shape: Option<&'a Shape>,
+    pub shape: Option<&'a RestShape>,
 }
 
 /// Finds the tensions in all frames of recordings of one speaker. `progress` is called with the finished part of the whole. `None` where
@@ -53,7 +53,7 @@ pub struct Stage<'a> {
 pub fn track(
     stage: &Stage<'_>,
     recordings: Vec<Vec<Frame>>,
-    settings: &Settings,
+    settings: &TrackSettings,
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Vec<TrackedRecording>> {
     let passes = settings.rounds + 3;
@@ -95,7 +95,12 @@ pub fn track(
 ///
 /// The static error is left out here. Its prior is paid once, so over many frames it would be used in place of the shape, and contours
 /// would be missed by several millimetres.
-fn shown(stage: &Stage<'_>, shape: &Shape, mode: &mut Mode<'_, '_>, courses: &mut [Course]) -> Option<Shape> {
+fn shown(
+    stage: &Stage<'_>,
+    shape: &RestShape,
+    mode: &mut Mode<'_, '_>,
+    courses: &mut [Course],
+) -> Option<RestShape> {
     let link = Tension::Soft(mode.settings.link);
     let frames: usize = courses.iter().map(|c| c.frames.len()).sum();
     let trust = mode.settings.trust;
@@ -103,7 +108,7 @@ fn shown(stage: &Stage<'_>, shape: &Shape, mode: &mut Mode<'_, '_>, courses: &mu
     let mut at = mode.without_static();
     let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
     let mut amounts = DVector::zeros(shape.count());
-    let (mut damping, mut out) = (SHAPE_DAMPING, None::<Shape>);
+    let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
     for _ in 0..SHAPES {
         let here = out.as_ref().unwrap_or(shape);
         let system = out.as_ref().map_or(stage.system, |s| &s.system);

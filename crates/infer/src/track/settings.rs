@@ -5,7 +5,7 @@ use super::link::Link;
 
 /// Settings for finding the tensions of recordings.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Settings {
+pub struct TrackSettings {
     /// Prior of the tensions, and their link to the unknowns of the search.
     pub link: Link,
     /// Time over which tensions and slow errors are remembered, s; 0: frames are independent.
@@ -29,7 +29,7 @@ pub struct Settings {
 /// Tensions above this multiple of the scale are reported as at the bound.
 const BOUND: f64 = 5.4;
 
-impl Settings {
+impl TrackSettings {
     /// Settings for tensions of this scale (default: 20 N per metre of thickness) and this memory (default: 0.1 s).
     pub fn new(scale_n: f64, memory_s: f64) -> Self {
         Self {

@@ -13,7 +13,7 @@ pub(crate) const ARRIVED: f64 = 1e-2;
 
 /// Prior of the scores of all muscles.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Prior {
+pub struct CoursePrior {
     /// Scale of the half-normal tensions, N per metre of thickness.
     pub scale_n: f64,
     /// Mean of the scores.
@@ -24,7 +24,7 @@ pub struct Prior {
     pub memory_s: f64,
 }
 
-impl Prior {
+impl CoursePrior {
     /// Independent half-normal tensions of one scale.
     pub fn half_normal(muscles: usize, scale_n: f64, memory_s: f64) -> Self {
         Self {
@@ -50,7 +50,7 @@ impl Solver<'_> {
         frame: &Frame,
         x: &DVector<f64>,
         from: Option<&[SVector<f64, 2>]>,
-        prior: &Prior,
+        prior: &CoursePrior,
         precision: &DMatrix<f64>,
         (steps, arrived): (usize, f64),
     ) -> Option<(DVector<f64>, Linear, f64)> {

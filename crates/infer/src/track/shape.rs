@@ -16,7 +16,7 @@ use tongue_core::geometry::{Point, ThinPlate};
 use tongue_core::system::{Model, System};
 
 use super::frame::{Solver, slopes};
-use super::{Frame, Surface};
+use super::{Frame, TongueSurface};
 
 /// What placing leaves open: shift, m, turn, rad, and scale.
 pub(crate) const SHIFT_SD_M: f64 = 5e-3;
@@ -121,7 +121,7 @@ impl ShapePrior {
 
     /// The prior with the uncertainty of a placement by coils instead of the default, and with directions that move the coils along the
     /// surface.
-    fn placed(mut self, mesh: &Mesh<2>, surface: &Surface, by: &Placement) -> Self {
+    fn placed(mut self, mesh: &Mesh<2>, surface: &TongueSurface, by: &Placement) -> Self {
         let (first, all) = (self.placing.start, self.directions.len());
         let units = [SHIFT_SD_M, SHIFT_SD_M, TURN_SD, SCALE_SD];
         let place = |i: usize| if i < 4 { (first + i, units[i]) } else { (all + i - 4, COIL_UNIT_M) };
@@ -191,7 +191,7 @@ impl ShapePrior {
 }
 
 /// The uncertainty of a body's shape, with slightly changed bodies.
-pub struct Shape {
+pub struct RestShape {
     /// Directions with their prior.
     pub prior: ShapePrior,
     mesh: Mesh<2>,
@@ -203,7 +203,7 @@ pub struct Shape {
     changed: Vec<System<2>>,
 }
 
-impl Shape {
+impl RestShape {
     /// The shape of a body in the frame of its recordings, as [`ShapePrior::of`].
     ///
     /// # Errors
@@ -222,7 +222,7 @@ impl Shape {
     /// The same for a body that was placed by coils.
     ///
     /// # Errors
-    /// As [`Shape::of`].
+    /// As [`RestShape::of`].
     pub fn of_coils(
         body: &Body<2>,
         model: &Model,
@@ -230,7 +230,7 @@ impl Shape {
         by: &Placement,
     ) -> Result<Self, RestError> {
         let missing = || RestError::Body("it has no outline".to_owned());
-        let surface = Surface::of(body).ok_or_else(missing)?;
+        let surface = TongueSurface::of(body).ok_or_else(missing)?;
         let prior = ShapePrior::of(body, |_| None)?.placed(&body.mesh, &surface, by);
         let start = DVector::zeros(prior.directions.len());
         Self::about(prior, &body.mesh, &start, model, contracting)

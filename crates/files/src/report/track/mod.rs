@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::{BoneRecord, ByMuscle, FormantsRecord};
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
-    Displacement, Foretold, FrameStatus, Gesture, HeldOut, Link, Ranged, Repeats, Segment, Tracked,
+    Displacement, Foretold, FrameStatus, Gesture, HeldOut, LabelMean, Link, Ranged, Repeats, Tracked,
     TrackedFormant,
 };
 use tongue_input::measured::recording::{Fault, Label, Seen};
@@ -271,8 +271,8 @@ pub fn gesture_records(recording: &str, gestures: &[Gesture], muscles: &[String]
 }
 
 /// The labelled stretches of a recording as records.
-fn segment_records(seen: &Seen, segments: &[Segment], muscles: &[String]) -> Vec<SegmentRecord> {
-    let record = |s: &Segment| {
+fn segment_records(seen: &Seen, segments: &[LabelMean], muscles: &[String]) -> Vec<SegmentRecord> {
+    let record = |s: &LabelMean| {
         let by = |end: fn(&Ranged) -> f64| ByMuscle::new(muscles, s.changes.iter().map(end));
         Some(SegmentRecord {
             recording: seen.name.clone(),
@@ -298,7 +298,7 @@ impl TrackRecord {
     }
 
     /// Adds the labelled stretches of a recording.
-    pub fn add_segments(&mut self, seen: &Seen, segments: &[Segment], muscles: &[String]) {
+    pub fn add_segments(&mut self, seen: &Seen, segments: &[LabelMean], muscles: &[String]) {
         self.segments.extend(segment_records(seen, segments, muscles));
     }
 

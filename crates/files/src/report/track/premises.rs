@@ -6,7 +6,7 @@ use super::TWO_SIDED_95;
 use crate::report::svg::{self, Svg};
 use crate::report::{ByMuscle, Table};
 use tongue_infer::adapt::Placement;
-use tongue_infer::track::{Repeated, Repeats, Settings};
+use tongue_infer::track::{Repeated, Repeats, TrackSettings};
 
 /// The prior that the intervals stand under.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -35,7 +35,7 @@ pub struct PriorRecord {
 
 impl PriorRecord {
     /// Of settings.
-    pub fn new(settings: &Settings) -> Self {
+    pub fn new(settings: &TrackSettings) -> Self {
         let link = &settings.link;
         Self {
             scale_n: link.scale_n(),
