@@ -2,7 +2,7 @@
 //!
 //! [`mod@file`] is the scene file, [`body`] its body, [`plan`] what is simulated and what is left out and
 //! why, [`prepare`] the system for it, [`points`] tensions from measured points, [`run`] the result,
-//! [`compare`] the cost of simulating everything, [`sound`] the sound.
+//! [`sound`] the sound.
 
 pub mod body;
 mod check;
