@@ -35,7 +35,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     for muscle in &outcome.muscles {
         println!(
             "{} {:4.1} N per metre, {:.3} of its length",
-            muscle.muscle, muscle.tension_n, muscle.stretch
+            muscle.muscle,
+            muscle.pull.value(),
+            muscle.stretch
         );
     }
     if let Some(palate) = &outcome.contact {

@@ -54,8 +54,8 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "straight")]
     outside: OutsideName,
     /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
-    /// finite width, whose answers do not depend on the mesh, or in `simulate` and `track` the built-in tongue
-    /// in space, a folder with ArtiSynth's, or hexahedra from Gmsh [springs, continuum, space, FOLDER, FILE.msh]
+    /// finite width, whose answers do not depend on the mesh, or in `simulate`, `muscles` and `track` the built-in
+    /// tongue in space, a folder with ArtiSynth's, or hexahedra from Gmsh [springs, continuum, space, FOLDER, FILE.msh]
     #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,
     /// Tissue: springs and area terms (as in the thesis), or finite elements of the same E and nu
@@ -118,7 +118,7 @@ fn body_name(word: &str) -> Result<BodyName, String> {
 /// Parses the name of a body in space.
 ///
 /// # Errors
-/// A word that is neither `space` nor a folder.
+/// A word that is neither `space` nor a folder nor a file .msh.
 pub fn space_name(word: &str) -> Result<SpaceSource, String> {
     match word {
         "space" => Ok(SpaceSource::BuiltIn),
@@ -132,7 +132,10 @@ pub fn space_name(word: &str) -> Result<SpaceSource, String> {
 }
 
 fn not_a_body(word: &str, known: &[&str]) -> String {
-    format!("it is not a folder of a body in space either; {}", suggest::hint(word, known.iter().copied()))
+    format!(
+        "it is not a folder or a .msh of a body in space either; {}",
+        suggest::hint(word, known.iter().copied())
+    )
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -142,7 +145,7 @@ enum TissueName {
 }
 
 /// Names of [`Unit`] on the command line.
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, ValueEnum, PartialEq, Eq)]
 pub enum UnitName {
     /// Metres
     M,

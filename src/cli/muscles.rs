@@ -19,12 +19,12 @@ use super::{Global, Outcome, body, output, space, space_muscles, table};
     tongue-fit muscles --tension 30\n  \
     tongue-fit muscles --body space --activation 0.05")]
 pub struct Arguments {
-    /// Tension of the active muscle, N per metre of thickness
-    #[arg(long, value_name = "N", default_value_t = 15.0, allow_negative_numbers = true)]
-    tension: f64,
-    /// Activation of the active muscle of a body in space (--body space), from 0 to 1
-    #[arg(long, value_name = "A", default_value_t = 0.1, allow_negative_numbers = true)]
-    activation: f64,
+    /// Tension of the active muscle of a body in the plane, N per metre of thickness [default: 15]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    tension: Option<f64>,
+    /// Activation of the active muscle of a body in space (--body space), from 0 to 1 [default: 0.1]
+    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    activation: Option<f64>,
     #[command(flatten)]
     body: body::Arguments,
     #[command(flatten)]
@@ -56,24 +56,30 @@ struct Record {
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let tension = arguments.tension;
+    let tension = arguments.tension.unwrap_or(15.0);
     if !(tension.is_finite() && tension > 0.0) {
         return Err(miette!(
             "--tension {tension}: a tension must be finite and above 0 (muscles pull, they do not push)"
         ));
     }
     if let Some(source) = arguments.body.space()? {
+        if arguments.tension.is_some() {
+            return Err(miette!("--tension is of bodies in the plane; muscles in space take --activation"));
+        }
         let (body, model) = (arguments.space.body(source)?, arguments.space.model()?);
         return space_muscles::run(
             &body,
             &model,
-            arguments.activation,
+            arguments.activation.unwrap_or(0.1),
             &global.folder("results/muscles")?,
             global,
         );
     }
     if let Some(option) = arguments.space.given() {
         return Err(miette!("{option} needs a body in space: --body space"));
+    }
+    if arguments.activation.is_some() {
+        return Err(miette!("--activation needs a body in space: --body space; in the plane give --tension"));
     }
     let body = arguments.body.body()?;
     let model = arguments.body.model();

@@ -191,16 +191,17 @@ fn answered<const D: usize>(
     let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
     refuse_to_overwrite(scene, out, &names)?;
     let mesh = &prepared.body.mesh;
-    let picture = draw(mesh, &positions, &result.tensions_n).into_diagnostic()?;
+    let picture = draw(mesh, &positions, result.pulls.values()).into_diagnostic()?;
     let stresses = prepared.system.stresses(&positions);
-    let vtu = Vtu::new(mesh, &positions, &result.tensions_n).into_diagnostic()?.with_stresses(stresses);
+    let vtu = Vtu::new(mesh, &positions, result.pulls.values()).into_diagnostic()?.with_stresses(stresses);
     let shape: Vec<_> = result
         .positions_m
         .iter()
         .map(|p| Vector3::from_fn(|i, _| p.get(i).copied().unwrap_or(0.0)))
         .collect();
     let in_space = prepared.body.space.as_ref();
-    let in_space = in_space.map(|body| SpaceVtu { body, positions: &shape, activations: &result.tensions_n });
+    let in_space =
+        in_space.map(|body| SpaceVtu { body, positions: &shape, activations: result.pulls.values() });
     let vtu: &dyn Export = in_space.as_ref().map_or(&vtu, |v| v);
     let lengths = result.trajectory.as_ref().map(|_| scene_table::lengths_over_time(&result));
     let json = Json(&result);

@@ -74,11 +74,13 @@ pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
         let mut t = table(&columns);
         for m in &o.muscles {
             let interval = m.interval_n.map(|[low, high]| format!("{low:.2} to {high:.2}"));
-            t.add_row([m.muscle.clone(), format!("{:.2}", m.tension_n)].into_iter().chain(interval).chain([
-                format!("{:.2}", m.rest_mm),
-                format!("{:.2}", m.length_mm),
-                format!("{:.3}", m.stretch),
-            ]));
+            t.add_row(
+                [m.muscle.clone(), format!("{:.2}", m.pull.value())].into_iter().chain(interval).chain([
+                    format!("{:.2}", m.rest_mm),
+                    format!("{:.2}", m.length_mm),
+                    format!("{:.3}", m.stretch),
+                ]),
+            );
         }
         let _ = writeln!(text, "{t}\n");
     }

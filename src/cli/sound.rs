@@ -222,7 +222,7 @@ impl Arguments {
         Ok(Heard {
             converged: answer.converged,
             tissue: prepared.system.tissue(),
-            tensions_n: Some(answer.muscles.iter().map(|m| (m.muscle.clone(), m.tension_n)).collect()),
+            tensions_n: Some(answer.muscles.iter().map(|m| (m.muscle.clone(), m.pull.value())).collect()),
             activations: None,
             sound,
             wall_s: answer.wall_s,

@@ -66,12 +66,16 @@ impl ModelArguments {
             ("--muscles-as", self.muscles_as != MusclesName::Stress),
             ("--stiffening", self.stiffening != 0.0),
             ("--refined", self.refined),
+            ("--body-unit", self.body_unit != UnitName::M),
         ];
         all.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
     }
 
     /// The body.
     pub fn body(&self, source: &SpaceSource) -> miette::Result<SpaceBody> {
+        if self.body_unit != UnitName::M && !matches!(source, SpaceSource::Mesh(_)) {
+            return Err(miette!("--body-unit is the unit of a body from Gmsh: --body FILE.msh"));
+        }
         match source {
             SpaceSource::BuiltIn if self.muscles_as == MusclesName::Lines => Err(miette!(
                 "--muscles-as lines needs fibres from node to node, which the built-in body does not have"

@@ -75,6 +75,11 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     if let Some(source) = arguments.body.space()? {
+        if arguments.sound.is_given() {
+            return Err(miette!(
+                "--formants is of bodies in the plane; `tongue-fit sound --body space` has them in space"
+            ));
+        }
         return match &arguments.recordings.files[..] {
             [file] => space_track::run(source, file, &arguments.space, global),
             _ => Err(miette!(
@@ -83,7 +88,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         };
     }
     if let Some(option) = arguments.space.given() {
-        return Err(miette!("{option} needs a body in space: --body space or --body FOLDER"));
+        return Err(miette!(
+            "{option} needs a body in space: --body space, --body FOLDER or --body FILE.msh"
+        ));
     }
     if let Some(written) = arguments.recordings.write_template()? {
         match global.json {
@@ -132,12 +139,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             run.basis.place(&seen, &hide).into_diagnostic()?;
         }
     }
+    let sound = arguments.sound.read()?;
     let out = global.folder("results/track")?;
-    let mut journal = run.journal(&out, &seen)?;
+    let mut journal = run.journal(&out, &seen, &format!("{sound:?}"))?;
     let mut found: Vec<Found> = Vec::with_capacity(seen.len());
     let speaker = run.speaker(&seen, &hide)?;
     let shape = run.shape(&speaker, &seen)?;
-    let sound = arguments.sound.around(&speaker.body, wall)?;
+    let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
     for sitting in sittings(&seen) {
         let kept: Option<Vec<TrackedRecording>> = sitting
             .clone()
@@ -210,7 +218,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     for (nth, one) in found.iter().enumerate() {
         if nth == 0 || one.body.mesh.nodes != found[nth - 1].body.mesh.nodes {
             let name = if nth == 0 { "body.json".to_owned() } else { format!("body_{}.json", nth + 1) };
-            bodies.push((name, BodyFile::new(&one.body, &run.model(), speaker.tracked())?));
+            bodies.push((name, BodyFile::new(&one.body, &run.model(), speaker.tracked(&one.body))?));
         }
     }
     let written = track_files::write(

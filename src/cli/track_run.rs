@@ -33,12 +33,18 @@ pub struct Speaker {
 }
 
 impl Speaker {
-    /// The adaptation of the body after its shape at rest was found in tracking.
-    pub fn tracked(&self) -> Adaptation {
+    /// The adaptation of a displayed body, whose shape at rest may have been found in tracking.
+    pub fn tracked(&self, displayed: &Body<2>) -> Adaptation {
         let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
         let own = Adaptation { marks_m: marks.collect(), ..Adaptation::default() };
-        let rest = if self.placement.is_some() { How::Similarity } else { How::Joint };
-        Adaptation { rest, ..self.adaptation.clone().unwrap_or(own) }
+        let before = self.adaptation.clone().unwrap_or(own);
+        let is_found = displayed.mesh.nodes != self.body.mesh.nodes;
+        let rest = match is_found {
+            true if self.placement.is_some() => How::Similarity,
+            true => How::Joint,
+            false => before.rest,
+        };
+        Adaptation { rest, ..before }
     }
 
     /// A recording with its coils where the placement has them on the tongue.
@@ -128,8 +134,13 @@ impl Run<'_> {
         Found { body, contracting: self.basis.contracting.clone(), frames, gestures, segments }
     }
 
-    /// The journal of this run, with the recordings that an earlier run of the same inputs has finished.
-    pub fn journal(&self, out: &OutputDir, seen: &[&Seen]) -> miette::Result<Journal<TrackedRecording>> {
+    /// The journal of this run, with the recordings that an earlier run of the same inputs has finished; `sound` is the tract that was read.
+    pub fn journal(
+        &self,
+        out: &OutputDir,
+        seen: &[&Seen],
+        sound: &str,
+    ) -> miette::Result<Journal<TrackedRecording>> {
         let words = super::words_of_the_result();
         let (mesh, model) = (&self.given.body.mesh, self.model());
         let key = batch::sha256(&[
@@ -137,6 +148,7 @@ impl Run<'_> {
             &words.join(" "),
             &format!("{seen:?}"),
             &format!("{mesh:?} {model:?} {:?}", self.given.adaptation),
+            sound,
         ]);
         let path = out.path().join("track.journal");
         let last_words = format!(

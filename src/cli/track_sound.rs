@@ -6,7 +6,7 @@ use std::sync::Arc;
 use miette::{IntoDiagnostic, WrapErr};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::heard::{Airway, Articulation};
+use tongue_fit::heard::{Airway, Articulation, Tract};
 use tongue_fit::report::TrackRecord;
 use tongue_fit::track::{Followed, Frame, listen};
 
@@ -41,30 +41,55 @@ pub struct Sound {
 }
 
 impl Arguments {
-    /// The tract around a body, with the traced palate of the recordings; `None` if no formants are wanted.
-    pub fn around(&self, body: &Body<2>, palate: Option<&[Point]>) -> miette::Result<Option<Sound>> {
+    /// Whether formants are wanted.
+    pub fn is_given(&self) -> bool {
+        self.formants
+    }
+
+    /// The given tract, or the drawn one before it is placed, with the lips checked; `None` if no formants are wanted.
+    pub fn read(&self) -> miette::Result<Option<Read>> {
         if !self.formants {
             return Ok(None);
         }
-        let mut tract = match &self.tract {
-            None => Airway::drawn_for(body).into_diagnostic()?,
+        let given = match &self.tract {
+            None => None,
             Some(path) => {
                 let text = tongue_fit::files::read_text(path).into_diagnostic();
                 let text = text.wrap_err_with(|| format!("cannot read the tract \"{}\"", path.display()))?;
-                Airway::read(&text, &path.display().to_string()).into_diagnostic()?
+                Some(Airway::read(&text, &path.display().to_string()).into_diagnostic()?)
             }
         };
-        if let Some(palate) = palate {
-            let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
-            tract = tract.under(&palate, REACH_MM);
-        }
         let lips = Articulation {
             lip_opening_mm: self.lip_opening,
             lip_protrusion_mm: self.lip_protrusion,
             ..Articulation::default()
         };
-        tract.check_lips(&lips).into_diagnostic()?;
-        Ok(Some(Sound { airway: Arc::new(Airway::round(body, tract).into_diagnostic()?), lips }))
+        let drawn = Airway::drawn().into_diagnostic()?;
+        given.as_ref().unwrap_or(&drawn).check_lips(&lips).into_diagnostic()?;
+        Ok(Some(Read { given, lips }))
+    }
+}
+
+/// What was read for the sound, before there is a body.
+#[derive(Debug)]
+pub struct Read {
+    given: Option<Tract>,
+    lips: Articulation,
+}
+
+impl Read {
+    /// The tract around a body, with the traced palate of the recordings.
+    pub fn around(self, body: &Body<2>, palate: Option<&[Point]>) -> miette::Result<Sound> {
+        let Self { given, lips } = self;
+        let mut tract = match given {
+            Some(tract) => tract,
+            None => Airway::drawn_for(body).into_diagnostic()?,
+        };
+        if let Some(palate) = palate {
+            let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
+            tract = tract.under(&palate, REACH_MM);
+        }
+        Ok(Sound { airway: Arc::new(Airway::round(body, tract).into_diagnostic()?), lips })
     }
 }
 

@@ -123,6 +123,21 @@ fn both_sides_alike_is_solved_on_one_half_with_the_same_answer() {
     }
     let one_side = body.activations(&[("A_L", 0.2)]).unwrap();
     assert_eq!(half.activations(&one_side), None);
+    let muscle = |name: &str| body.muscles.iter().position(|m| m.name == name).unwrap();
+    // A muscle in the middle that lies on one side only.
+    let mut one_sided = body.clone();
+    let is_left =
+        |e: &usize| body.mesh.hexahedra[*e].iter().map(|&n| body.mesh.nodes[n].y).sum::<f64>() < 0.0;
+    one_sided.muscles[muscle("m")].region.retain(is_left);
+    one_sided.muscles[muscle("m")].directions.clear();
+    assert_eq!(one_sided.half(), None);
+    // Sides with fibres of other directions.
+    let mut turned = body.clone();
+    for (name, direction) in [("A_L", Vector3::x()), ("A_R", Vector3::z())] {
+        let own = &mut turned.muscles[muscle(name)];
+        own.directions = own.region.iter().map(|_| [Some(direction); 8]).collect();
+    }
+    assert_eq!(turned.half(), None);
     let mut bent = body;
     bent.mesh.nodes[2].y -= SIDE / 50.0;
     assert_eq!(bent.half(), None);

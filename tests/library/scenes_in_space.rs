@@ -38,7 +38,7 @@ fn a_scene_moves_the_tongue_as_its_muscles_do_alone() {
     let apart = largest_distance(w.positions(), &positions(&answer));
     assert!(apart < 1e-7, "{apart}");
     let active: Vec<&str> =
-        answer.muscles.iter().filter(|m| m.tension_n > 0.0).map(|m| m.muscle.as_str()).collect();
+        answer.muscles.iter().filter(|m| m.pull.value() > 0.0).map(|m| m.muscle.as_str()).collect();
     assert_eq!(active, ["GGP_L", "GGP_R", "TRANS_L"]);
 }
 

@@ -17,8 +17,8 @@ pub(crate) fn map_mut<T: Send, R: Send>(items: &mut [T], work: impl Fn(usize, &m
     results(places)
 }
 
-/// Calls `work` with each number below `count`. It has no parameter of type, so that rayon's machinery is
-/// compiled once and not for every kind of work.
+/// Calls `work` with each number below `count`. It has no type parameters, so that what it calls of
+/// rayon is compiled once and not for every kind of work.
 fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
     {

@@ -72,7 +72,7 @@ impl Supernodal {
     }
 
     /// As [`Self::new`], with the lower and the upper triangle as column starts and rows. What calls faer has
-    /// no parameter of type, so that faer is compiled in this crate alone.
+    /// no type parameters, so that faer is compiled only in this crate.
     fn on((start, row): (Vec<usize>, Vec<usize>), upper: (Vec<usize>, Vec<usize>)) -> Option<Self> {
         let n = start.len() - 1;
         let upper = SymbolicSparseColMat::new_checked(n, n, upper.0, None, upper.1);

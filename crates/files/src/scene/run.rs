@@ -25,13 +25,52 @@ const SAMPLES: usize = 121;
 /// Number of repetitions of each evaluation when effects are timed.
 const REPETITIONS: u32 = 50;
 
+/// How hard a muscle pulls.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pull {
+    /// Its tension, N (2D: per metre of thickness).
+    TensionN(f64),
+    /// Its activation, 0 to 1, in a tongue in space.
+    Activation(f64),
+}
+
+impl Pull {
+    /// The number.
+    pub fn value(self) -> f64 {
+        match self {
+            Self::TensionN(value) | Self::Activation(value) => value,
+        }
+    }
+}
+
+/// How hard every muscle chain of the mesh pulls.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pulls {
+    /// Tensions, N (2D: per metre of thickness).
+    TensionsN(Vec<f64>),
+    /// Activations, 0 to 1, in a tongue in space.
+    Activations(Vec<f64>),
+}
+
+impl Pulls {
+    /// The numbers.
+    pub fn values(&self) -> &[f64] {
+        match self {
+            Self::TensionsN(values) | Self::Activations(values) => values,
+        }
+    }
+}
+
 /// Length of a muscle; for muscles of one name the mean.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MuscleLength {
     /// Its name.
     pub muscle: String,
-    /// Its tension, N (2D: per metre of thickness).
-    pub tension_n: f64,
+    /// How hard it pulls.
+    #[serde(flatten)]
+    pub pull: Pull,
     /// Its 95 % interval, if points were fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval_n: Option<[f64; 2]>,
@@ -108,8 +147,9 @@ pub struct SceneOutcome {
     pub plan: ScenePlan,
     /// Whether everything converged.
     pub converged: bool,
-    /// Tension of every muscle chain of the mesh, N (2D: per metre of thickness).
-    pub tensions_n: Vec<f64>,
+    /// How hard every muscle chain of the mesh pulls.
+    #[serde(flatten)]
+    pub pulls: Pulls,
     /// Muscles, each name once.
     pub muscles: Vec<MuscleLength>,
     /// Smallest ratio of a cell's area or volume to that at rest.
@@ -210,7 +250,10 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         && min_cell_ratio > 0.0;
     Ok(SceneOutcome {
         converged,
-        tensions_n: prepared.tensions.clone(),
+        pulls: match prepared.body.space.is_some() {
+            true => Pulls::Activations(prepared.tensions.clone()),
+            false => Pulls::TensionsN(prepared.tensions.clone()),
+        },
         muscles: muscles(prepared, &positions, points.as_ref()),
         min_cell_ratio,
         max_cell_ratio,
@@ -302,7 +345,10 @@ fn muscles<const D: usize>(
         out.push(MuscleLength {
             muscle: role.muscle.clone(),
             interval_n: points.zip(same.first()).map(|(p, &m)| [p.low_n[m], p.high_n[m]]),
-            tension_n: same.first().map_or(0.0, |&m| prepared.tensions[m]),
+            pull: {
+                let value = same.first().map_or(0.0, |&m| prepared.tensions[m]);
+                if prepared.body.space.is_some() { Pull::Activation(value) } else { Pull::TensionN(value) }
+            },
             rest_mm: 1e3 * rest,
             length_mm: 1e3 * length,
             stretch: length / baseline,

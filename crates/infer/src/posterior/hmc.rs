@@ -121,8 +121,8 @@ pub fn sample<T: Target>(
     sampled.into_iter().flatten().collect()
 }
 
-/// As [`sample`], with the given coordinates kept: there is no second half of the warm-up, and in the first one no point is checked for
-/// being allowed. A chain that is not allowed at its end goes back to its beginning.
+/// As [`sample`], with the given coordinates kept: there is no second half of the warm-up, and points are not checked for being
+/// allowed during the first one. A chain that is not allowed at its end goes back to its beginning.
 pub(super) fn sample_briefly<T: Target>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,

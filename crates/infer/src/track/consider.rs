@@ -19,7 +19,8 @@ use super::listen;
 use super::mode::{CHUNK, Course, Eliminated, Mode};
 use super::shape::RestShape;
 
-/// The frames count together as at most so many of them: the model differs from a tongue, and more frames do not take that away. With
+/// For what they share (levels and shape) the frames count together as at most so many of them: the model differs from a tongue, and more
+/// frames do not take that away. With
 /// every frame counted, the step to the most probable shape of some hundred frames is far longer than its linearisation holds.
 const MOST_FRAMES: usize = 120;
 /// Number of draws made at once; the second half of them mirrors the first.
@@ -56,7 +57,8 @@ pub(super) fn draws(
     shape: Option<&RestShape>,
 ) -> Option<Vec<Draws>> {
     let linear = linearised(mode, courses, shape)?;
-    let judged = Judged::of(mode, &linear, shape)?;
+    let frames = courses.iter().map(Course::count).sum();
+    let judged = Judged::of(mode, (&linear, frames), shape)?;
     let shared = judged.draws(mode)?;
     let each = courses.iter().zip(&linear).enumerate();
     let draws = each.map(|(number, (course, linear))| {
@@ -118,7 +120,12 @@ struct Judged {
 }
 
 impl Judged {
-    fn of(mode: &Mode<'_, '_>, linear: &[Linear], shape: Option<&RestShape>) -> Option<Self> {
+    /// From linearised recordings with data in so many frames.
+    fn of(
+        mode: &Mode<'_, '_>,
+        (linear, frames): (&[Linear], usize),
+        shape: Option<&RestShape>,
+    ) -> Option<Self> {
         let (m, k, s) = (mode.sizes.muscles, mode.sizes.knots, shape.map_or(0, RestShape::count));
         let all = m + k + s;
         let mut curvature = DMatrix::zeros(all, all);
@@ -136,7 +143,6 @@ impl Judged {
             pull.rows_mut(m + k, s).copy_from(&shape.prior.gradient);
         }
         // The static error belongs to the errors, so its prior has the same reduced weight when the shape is estimated.
-        let frames: usize = linear.iter().map(|one| one.by_shape.len()).sum();
         let trust = mode.settings.trust;
         let of_frames = trust * (MOST_FRAMES as f64 / frames.max(1) as f64).min(1.0);
         let judged = |i: usize| if (m..m + k).contains(&i) { trust } else { 1.0 };

@@ -12,7 +12,8 @@ use super::frame::Solver;
 use super::mode::{CHUNK, Course, Eliminated, Here, Mode};
 use super::shape::RestShape;
 
-/// A round is the last if it changes the cost by less than this part and no frame was held back in it, or the round before it did no more.
+/// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
+/// after two quiet rounds in any case.
 const WON: f64 = 5e-4;
 /// Parts of the step that a frame tries.
 const PARTS: [f64; 3] = [1.0, 0.4, 0.1];

@@ -60,6 +60,13 @@ pub(super) struct Course {
     pub here: Vec<Here>,
 }
 
+impl Course {
+    /// Number of frames with data.
+    pub fn count(&self) -> usize {
+        self.errors.iter().flatten().count()
+    }
+}
+
 /// The whitened residuals of a frame and their derivatives.
 pub(super) struct Rows {
     pub residuals: DVector<f64>,
@@ -133,13 +140,14 @@ impl<'a, 's> Mode<'a, 's> {
         course
     }
 
-    /// Every n-th frame of recordings, at their present states; the frames of all recordings are counted together.
+    /// Every n-th frame with data of recordings, at their present states; the frames of all recordings are counted together.
     pub fn thinned(&self, courses: &[Course], every: usize) -> Vec<Course> {
         let mut before = 0;
         let one = |course: &Course| {
+            let seen = (0..course.frames.len()).filter(|&t| course.errors[t].is_some());
             let taken: Vec<usize> =
-                (0..course.frames.len()).filter(|t| (before + t) % every == every / 2).collect();
-            before += course.frames.len();
+                seen.enumerate().filter(|(n, _)| (before + n) % every == every / 2).map(|(_, t)| t).collect();
+            before += course.count();
             let mut out = self.course(taken.iter().map(|&t| course.frames[t].clone()).collect());
             out.here = taken.iter().map(|&t| course.here[t].clone()).collect();
             out

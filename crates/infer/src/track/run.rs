@@ -102,7 +102,7 @@ fn shown(
     courses: &mut [Course],
 ) -> Option<RestShape> {
     let link = Tension::Soft(mode.settings.link);
-    let frames: usize = courses.iter().map(|c| c.frames.len()).sum();
+    let frames: usize = courses.iter().map(Course::count).sum();
     let trust = mode.settings.trust;
     let mut sample = mode.thinned(courses, frames.div_ceil(SHAPE_FRAMES).max(1));
     let mut at = mode.without_static();

@@ -165,7 +165,8 @@ fn starts(tract: &Tract, larynx: Point) -> Vec<Start> {
     }
     let mut out: Vec<Start> = Vec::new();
     let mut place = |a: &Row, b: &Row, part: f64| {
-        let mix = |x: f64, y: f64| x + (y - x) * part;
+        // At a wall's own point the next wall, which may lack a coefficient, has no part.
+        let mix = |x: f64, y: f64| if part == 0.0 { x } else { x + (y - x) * part };
         let at = |i: usize| mix(a.0[i] + a.1[i % 2], b.0[i] + b.1[i % 2]);
         let coefficients = [0, 1, 2, 3].map(|i| mix(a.3[i], b.3[i]));
         out.push(Start { wall: a.2, at: [at(0), at(1)], toward: [at(2), at(3)], coefficients });

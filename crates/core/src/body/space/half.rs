@@ -1,14 +1,19 @@
 //! One half of a body that is the same on both sides.
 
-use nalgebra::Vector3;
+use std::collections::BTreeMap;
 
-use super::{Side, SpaceBody};
+use nalgebra::{Matrix3, Vector3};
+
+use super::{Directions, Side, SpaceBody};
 
 /// Nodes of the two sides are each other's image to this part of the body's size: meshes that were made by
 /// hand are not so to the last digit (ArtiSynth's to 4 µm, its styloid processes to 90 µm).
 const SAME: f64 = 1e-3;
 /// A muscle that ends at a node whose image is farther off than this part is not the same on both sides.
 const EVEN: f64 = 1e-4;
+
+/// Directions of fibres are the same if the products of their coordinates differ by less than this: by about 15 degrees.
+const ALIKE: f64 = 0.35;
 
 /// The left half of a symmetric body, and how the whole follows from it.
 #[derive(Debug, Clone, PartialEq)]
@@ -106,6 +111,19 @@ impl SpaceBody {
         {
             return None;
         }
+        let by_corners: BTreeMap<Vec<usize>, usize> = (0..self.mesh.hexahedra.len())
+            .map(|e| (sorted(self.mesh.hexahedra[e].iter().copied()), e))
+            .collect();
+        let image_of = |e: usize| by_corners.get(&sorted(self.mesh.hexahedra[e].iter().map(|&n| image[n])));
+        // Whether a muscle is the image of another, or of itself: the elements of its region and their directions.
+        let mirrors = |muscle: usize, other: usize| {
+            let (own, region) = (&self.muscles[muscle].region, &self.muscles[other].region);
+            own.len() == region.len()
+                && own.iter().all(|&e| {
+                    let image = image_of(e).filter(|i| region.binary_search(i).is_ok());
+                    image.is_some_and(|&i| are_alike(&self.directions(muscle, e), &self.directions(other, i)))
+                })
+        };
         let is_fixed = |n: &usize| self.mesh.fixed.binary_search(n).is_ok();
         if !self.mesh.fixed.iter().all(|&n| is_fixed(&image[n])) {
             return None;
@@ -119,6 +137,9 @@ impl SpaceBody {
         for (m, muscle) in self.muscles.iter().enumerate() {
             let other = match muscle.side {
                 Side::Left | Side::Middle => {
+                    if muscle.side == Side::Middle && !mirrors(m, m) {
+                        return None;
+                    }
                     stands_for.push(muscles.len());
                     muscles.push(m);
                     continue;
@@ -129,9 +150,8 @@ impl SpaceBody {
             };
             let (left, right) = (&self.muscles[other], muscle);
             let near = |a: f64, b: f64| (a - b).abs() <= 1e-3 * a.abs().max(b.abs());
-            let as_many =
-                left.segments.len() == right.segments.len() && left.region.len() == right.region.len();
-            if !as_many || !near(left.stress_pa, right.stress_pa) {
+            let as_many = left.segments.len() == right.segments.len();
+            if !as_many || !near(left.stress_pa, right.stress_pa) || !mirrors(m, other) {
                 return None;
             }
             stands_for.push(muscles.iter().position(|&l| l == other)?);
@@ -165,6 +185,16 @@ impl SpaceBody {
         body.mesh.connect();
         Some(Half { body, plane, of_node, nodes: kept_nodes, muscles, stands_for, uneven })
     }
+}
+
+/// Whether the mean direction of fibres is the image of another, up to its sign; elements without fibres are alike.
+fn are_alike(own: &Directions, other: &Directions) -> bool {
+    // Fibres have no sign, so the means are of the products of their coordinates.
+    let mean = |all: &Directions, y: f64| -> Matrix3<f64> {
+        let mirrored = |d: &Vector3<f64>| Vector3::new(d.x, y * d.y, d.z);
+        all.iter().flatten().map(mirrored).map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / all.len() as f64
+    };
+    (mean(own, -1.0) - mean(other, 1.0)).norm() < ALIKE
 }
 
 fn sorted(nodes: impl Iterator<Item = usize>) -> Vec<usize> {

@@ -130,6 +130,8 @@ pub enum MshProblem {
         "fibres are given of {name}, but no volume is called \"muscle:{name} ..\"; correct the name, or add the volume"
     )]
     NoMuscleOfFibre { name: String },
+    #[error("muscle {name} has no hexahedron; give its name to the volumes where its fibres are")]
+    MuscleWithoutHexahedra { name: String },
     #[error(
         "muscle {name} has no directions; add a view \"fibre:{name}\" of vectors, or curves called \"fibre:{name}\""
     )]

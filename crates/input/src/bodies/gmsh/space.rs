@@ -172,6 +172,9 @@ impl<'a> Assembly<'a> {
         let keys: BTreeSet<Vec<u64>> = given.region.iter().map(|nodes| sorted(nodes)).collect();
         let region: Vec<usize> =
             (0..self.cells.len()).filter(|&c| keys.contains(&sorted(&self.cells[c].nodes))).collect();
+        if region.is_empty() {
+            return Err(located(MshProblem::MuscleWithoutHexahedra { name: name() }));
+        }
         let volume: f64 = region
             .iter()
             .map(|&e| hexahedron::volume(&hexahedron::corners(&mesh.nodes, &mesh.hexahedra[e])))
@@ -239,15 +242,25 @@ impl<'a> Assembly<'a> {
                 .collect(),
             false => BTreeMap::new(),
         };
-        let same = |nodes: &[u64]| {
-            let key = sorted(nodes);
-            let elements = self.raw.elements.iter().filter(|e| e.dimension == 3 && sorted(&e.nodes) == key);
-            elements.filter_map(|e| view.vectors.get(&e.tag)).next().map(|v| Vector3::from(*v))
+        // An element may be in the file once for each of its groups, and the view may name any of them.
+        let of_elements: BTreeMap<Vec<u64>, Vector3<f64>> = match view.of_nodes {
+            true => BTreeMap::new(),
+            false => self
+                .raw
+                .elements
+                .iter()
+                .rev()
+                .filter(|e| e.dimension == 3)
+                .filter_map(|e| Some((sorted(&e.nodes), Vector3::from(*view.vectors.get(&e.tag)?))))
+                .collect(),
         };
         let mut out = Vec::with_capacity(region.len());
         for &element in region {
             let directions: Directions = match view.of_nodes {
-                false => [same(&self.cells[element].nodes).and_then(unit); hexahedron::POINTS],
+                false => {
+                    let own = of_elements.get(&sorted(&self.cells[element].nodes)).copied();
+                    [own.and_then(unit); hexahedron::POINTS]
+                }
                 true => hexahedron::points().map(|at| {
                     let shares = hexahedron::values(at);
                     let corners = mesh.hexahedra[element].iter().zip(shares);
