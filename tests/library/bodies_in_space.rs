@@ -128,8 +128,8 @@ fn both_sides_alike_is_solved_on_one_half_with_the_same_answer() {
     let mut one_sided = body.clone();
     let is_left =
         |e: &usize| body.mesh.hexahedra[*e].iter().map(|&n| body.mesh.nodes[n].y).sum::<f64>() < 0.0;
-    one_sided.muscles[muscle("m")].region.retain(is_left);
-    one_sided.muscles[muscle("m")].directions.clear();
+    one_sided.muscles[muscle("M")].region.retain(is_left);
+    one_sided.muscles[muscle("M")].directions.clear();
     assert_eq!(one_sided.half(), None);
     // Sides with fibres of other directions.
     let mut turned = body.clone();
