@@ -439,6 +439,8 @@ function open() {
   for (const beside of [worker, thinker]) beside(request);
   body = made;
   shape = null;
+  // What was asked of the body before is not taken for this one.
+  checked++;
   if (state.tensions.length !== body.muscles.length) state.tensions = body.muscles.map(() => 0);
   draw = makeMouth(byId("mouth"), body);
   byId("sound").hidden = !body.tract;
