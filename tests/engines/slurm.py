@@ -64,8 +64,8 @@ class Slurm:
         (folder / "slurm.conf").write_text(text)
         # What takes SLURM_CONF out of the environment of jobs, as Snakemake does, finds it here.
         SYSTEM_CONF.parent.mkdir(exist_ok=True)
-        if SYSTEM_CONF.is_symlink() and not SYSTEM_CONF.exists():
-            SYSTEM_CONF.unlink()  # of a run that was killed
+        if SYSTEM_CONF.is_symlink():
+            SYSTEM_CONF.unlink()  # of a run that was killed; an installation has a file here
         SYSTEM_CONF.symlink_to(folder / "slurm.conf")
         munge = [f"--{name}={folder}/munge.{end}" for name, end in
                  [("key-file", "key"), ("socket", "socket"), ("pid-file", "pid"), ("seed-file", "seed"), ("log-file", "log")]]
