@@ -389,7 +389,7 @@ pub mod statics {
 pub mod statistics {
     //! Statistics.
     #[doc(inline)]
-    pub use tongue_core::statistics::upper_median;
+    pub use tongue_core::statistics::{distinct, upper_median};
 }
 
 pub mod suggest {

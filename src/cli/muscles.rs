@@ -124,12 +124,7 @@ fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Res
     let alarms: Vec<String> =
         alarms::of_equilibrium(&found.solution, found.critical).iter().map(Alarm::text).collect();
     output::step(|| format!("{name}: {status:?}"));
-    let moved = |node: usize| {
-        let way = positions[node] - mesh.nodes[node];
-        // Forward is towards smaller x.
-        [-1e3 * way.x, 1e3 * way.y]
-    };
-    let [tip, top, root] = places(mesh).map(moved);
+    let [tip, top, root] = moved_mm(mesh, positions);
     let row = |number: usize| {
         let [rest, length] = [system.rest(), positions].map(|x| system.length(x, number));
         Row {
@@ -160,14 +155,18 @@ fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Res
     Ok((rows, Panel { title, lines, positions: positions.to_vec(), tensions }))
 }
 
-/// The foremost, the highest and the rearmost node of the surface at rest.
-pub fn places(mesh: &Mesh<2>) -> [usize; 3] {
+/// By how much the foremost, the highest and the rearmost node of the surface at rest have moved forward and up, mm.
+pub fn moved_mm(mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> [[f64; 2]; 3] {
     let surface = mesh.surface_nodes();
     let most = |of: fn(&SVector<f64, 2>) -> f64| {
         let best = surface.iter().max_by(|a, b| of(&mesh.nodes[**a]).total_cmp(&of(&mesh.nodes[**b])));
         best.copied().unwrap_or_default()
     };
-    [most(|p| -p.x), most(|p| p.y), most(|p| p.x)]
+    [most(|p| -p.x), most(|p| p.y), most(|p| p.x)].map(|node| {
+        let way = positions[node] - mesh.nodes[node];
+        // Forward is towards smaller x.
+        [-1e3 * way.x, 1e3 * way.y]
+    })
 }
 
 /// `3.1 mm forward, 0.4 up`.

@@ -14,7 +14,7 @@ use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::recording::{self, Map, Mark, Recording, Seen};
 use tongue_fit::measured::{Target, Vowel};
 use tongue_fit::posterior::{Beside, Density, Ground, Measurements, Mode};
-use tongue_fit::statistics::upper_median;
+use tongue_fit::statistics::{distinct, upper_median};
 use tongue_fit::track::TongueSurface;
 
 use super::output;
@@ -61,13 +61,13 @@ impl Arguments {
     pub fn read(&self, ground: &Ground, targets: &[Target], posture: usize) -> miette::Result<Vec<Beside>> {
         let body = &ground.body;
         let mut out = Vec::new();
+        let sampled = Sampled { targets, fitted: posture };
         if let Some(path) = &self.emg {
-            out.push(emg(path, ground, targets, posture)?);
+            out.push(emg(path, ground, &sampled)?);
         }
         if let Some(hz) = &self.formants {
-            out.push(formants(hz, ground, targets, posture)?);
+            out.push(formants(hz, ground, &sampled)?);
         }
-        let sampled = Sampled { targets, fitted: posture };
         let contours = sampled.files("--contour", &self.contour, contour)?;
         let coils = sampled.files("--points", &self.points, coils)?;
         if !(contours.is_empty() && coils.is_empty()) {
@@ -95,17 +95,29 @@ impl Sampled<'_> {
             return Ok((Some(self.fitted), Path::new(text)));
         };
         let vowel = Vowel::new(name).into_diagnostic().wrap_err_with(|| format!("{option} {text}"))?;
-        let baseline = &self.targets[0].baseline;
-        let posture = self.targets.iter().position(|t| t.vowel == vowel);
-        if posture.is_none() && vowel != *baseline {
+        let posture = self.of_vowel(&vowel).ok_or_else(|| {
             let sampled: Vec<String> = self.targets.iter().map(|t| format!("/{}/", t.vowel)).collect();
-            return Err(miette!(
-                "{option} {text}: there is no file of this name, and /{vowel}/ is not sampled; sampled are {} and the baseline /{baseline}/ \
+            miette!(
+                "{option} {text}: there is no file of this name, and /{vowel}/ is not sampled; sampled are {} and the baseline /{}/ \
                  (--joint samples all vowels of the subject)",
-                sampled.join(", ")
-            ));
-        }
+                sampled.join(", "),
+                self.vowel(None)
+            )
+        })?;
         Ok((posture, Path::new(path)))
+    }
+
+    /// The vowel of a posture (`None`: the baseline).
+    fn vowel(&self, posture: Option<usize>) -> &Vowel {
+        posture.map_or(&self.targets[0].baseline, |p| &self.targets[p].vowel)
+    }
+
+    /// The posture of a vowel (`Some(None)`: the baseline); `None` where it is not sampled.
+    fn of_vowel(&self, vowel: &Vowel) -> Option<Option<usize>> {
+        match vowel {
+            v if v == self.vowel(None) => Some(None),
+            v => self.targets.iter().position(|t| t.vowel == *v).map(Some),
+        }
     }
 
     /// What is read from files, each of another posture.
@@ -136,8 +148,7 @@ impl Sampled<'_> {
         coils: Vec<(Option<usize>, Recording)>,
     ) -> miette::Result<Beside> {
         let (of_coils, recordings): (Vec<_>, Vec<_>) = coils.into_iter().unzip();
-        let mut postures: Vec<Option<usize>> = contours.iter().map(|(p, _)| *p).collect();
-        postures.extend(of_coils.iter().filter(|p| !contours.iter().any(|(other, _)| other == *p)));
+        let postures = distinct(contours.iter().map(|(p, _)| *p).chain(of_coils.iter().copied()));
         let points = |p: &Option<usize>| {
             contours.iter().find(|(other, _)| other == p).map_or(&[][..], |(_, points)| points.as_slice())
         };
@@ -155,7 +166,7 @@ impl Sampled<'_> {
             seen = Seen { sensors: read.sensors, measured: read.measured, ..seen };
         }
         for (posture, frame) in postures.iter().zip(&seen.frames) {
-            let vowel = posture.map_or(&self.targets[0].baseline, |p| &self.targets[p].vowel);
+            let vowel = self.vowel(*posture);
             for (option, marks) in [("--contour", &frame.contour), ("--points", &frame.sensors)] {
                 near_the_body(body, marks).wrap_err_with(|| format!("{option}, /{vowel}/"))?;
             }
@@ -181,20 +192,16 @@ fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> miette::Result<()> {
     Ok(())
 }
 
-fn emg(path: &Path, ground: &Ground, targets: &[Target], fitted: usize) -> miette::Result<Beside> {
+fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Beside> {
     let origin = path.display().to_string();
     let text = files::read_text(path).into_diagnostic().wrap_err_with(|| format!("--emg {origin}"))?;
     let table = Activity::read(&text, &origin).into_diagnostic()?;
     let measured = table.relative(&ground.muscles, &Muscles::built_in()).into_diagnostic()?;
-    let baseline = &targets[0].baseline;
-    let posture = |vowel: &Vowel| match vowel {
-        v if v == baseline => Some(None),
-        v => targets.iter().position(|t| t.vowel == *v).map(Some),
-    };
     let electrodes: Vec<_> = measured
         .into_iter()
         .map(|row| {
-            let each = row.by_vowel.iter().filter_map(|(v, activity)| Some((posture(v)?, *activity)));
+            let each =
+                row.by_vowel.iter().filter_map(|(v, activity)| Some((sampled.of_vowel(v)?, *activity)));
             // A tension that the priors fix says nothing of an electrode's gain.
             let fixed = |p: Option<usize>, m: &usize| {
                 let (priors, name) = (&ground.priors, &ground.muscles[*m]);
@@ -205,13 +212,13 @@ fn emg(path: &Path, ground: &Ground, targets: &[Target], fitted: usize) -> miett
         })
         .collect();
     let alone: Vec<&str> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.as_str()).collect();
-    let label = |posture: Option<usize>| format!("in /{}/", posture.map_or(baseline, |p| &targets[p].vowel));
-    let beside = Beside::emg(&electrodes, label);
+    let beside = Beside::emg(&electrodes, |posture| format!("in /{}/", sampled.vowel(posture)));
     if beside.is_empty() {
         return Err(miette!(
-            "--emg {origin}: no muscle has activity in both /{}/ and /{baseline}/; the gain of an electrode is unknown, so give columns for two \
+            "--emg {origin}: no muscle has activity in both /{}/ and /{}/; the gain of an electrode is unknown, so give columns for two \
              of the postures that are sampled (--joint samples all vowels of the subject)",
-            targets[fitted].vowel
+            sampled.vowel(Some(sampled.fitted)),
+            sampled.vowel(None)
         ));
     }
     if !alone.is_empty() {
@@ -223,7 +230,8 @@ fn emg(path: &Path, ground: &Ground, targets: &[Target], fitted: usize) -> miett
     Ok(beside)
 }
 
-fn formants(hz: &[f64], ground: &Ground, targets: &[Target], posture: usize) -> miette::Result<Beside> {
+fn formants(hz: &[f64], ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Beside> {
+    let target = &sampled.targets[sampled.fitted];
     let rises = hz.windows(2).all(|pair| pair[0] < pair[1]);
     if hz.len() > MOST_FORMANTS || !rises || !hz.iter().all(|f| (100.0..=5000.0).contains(f)) {
         return Err(miette!(
@@ -231,14 +239,14 @@ fn formants(hz: &[f64], ground: &Ground, targets: &[Target], posture: usize) -> 
         ));
     }
     let tract = Airway::drawn().into_diagnostic()?;
-    let articulation = tract.posture.get(targets[posture].vowel.label()).copied().unwrap_or_default();
+    let articulation = tract.posture.get(target.vowel.label()).copied().unwrap_or_default();
     let airway = Airway::round(&ground.body, tract).into_diagnostic().wrap_err("--formants")?;
     // Formants are linear about the shape that the lengths lead to.
-    let matched = Matched::new(&ground.body.mesh, &targets[posture]).into_diagnostic()?;
+    let matched = Matched::new(&ground.body.mesh, target).into_diagnostic()?;
     let mut density = Density::new(ground, Measurements::of(&matched)).into_diagnostic()?;
     let shape = Mode::find(&mut density).into_diagnostic()?.place.postures.swap_remove(0);
     let formants = Formants::about(&airway, &articulation, hz.len(), &shape);
-    Ok(formants.into_diagnostic().wrap_err("--formants")?.measured(posture, hz, FORMANT_SD))
+    Ok(formants.into_diagnostic().wrap_err("--formants")?.measured(sampled.fitted, hz, FORMANT_SD))
 }
 
 fn contour(path: &Path) -> miette::Result<Vec<Point>> {

@@ -8,7 +8,7 @@ use tongue_fit::report::{self, Export, Json, OutputDir, Panel, Rows};
 use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{SpaceModel, TissueModel};
 
-use super::muscles::{places, way};
+use super::muscles::{moved_mm, way};
 use super::{Global, Outcome, output, space, table};
 
 /// The effect of one muscle on three places of the midsagittal surface and on the width.
@@ -82,12 +82,7 @@ fn alone(
     let status = solved.solution.status;
     output::step(|| format!("{name}: {status:?}"));
     let flat: Vec<Vector2<f64>> = solved.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect();
-    let moved = |node: usize| {
-        let by = flat[node] - section.nodes[node];
-        // Forward is towards smaller x.
-        [-1e3 * by.x, 1e3 * by.y]
-    };
-    let [tip, top, root] = places(section).map(moved);
+    let [tip, top, root] = moved_mm(section, &flat);
     let surface = body.mesh.surface_nodes();
     let width = |x: &[Vector3<f64>]| {
         let sides = surface.iter().map(|&n| x[n].y);

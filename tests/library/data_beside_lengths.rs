@@ -4,6 +4,7 @@
 use nalgebra::{DVector, SVector};
 use tongue_core::random::normals;
 use tongue_core::statics::lanes::Equilibrium;
+use tongue_core::statistics::mean_and_variance;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::heard::{Airway, Articulation, Formants};
@@ -240,12 +241,8 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     assert!(ratio(1, 0) < 0.9 && of_hyoglossus < 1.0, "{} {of_hyoglossus}", ratio(1, 0));
     // A contour of the baseline too tells more: the errors of the placement and of the body are those of both.
     let mean_sd = |draws: &[Draw]| {
-        let variance = |m: usize| {
-            let changes = || draws.iter().map(|d| d.change(0, m));
-            let mean = changes().sum::<f64>() / draws.len() as f64;
-            changes().map(|c| (c - mean).powi(2)).sum::<f64>() / draws.len() as f64
-        };
-        (0..8).map(|m| variance(m).sqrt()).sum::<f64>() / 8.0
+        let sd = |m: usize| mean_and_variance(draws.iter().map(|d| d.change(0, m))).1.sqrt();
+        (0..8).map(sd).sum::<f64>() / 8.0
     };
     let part = |beside: Beside| {
         let with = sample(ground, Measurements { beside: vec![beside], ..stretches() }, &settings).unwrap();

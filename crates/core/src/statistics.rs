@@ -15,6 +15,13 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     Some(if all.len() % 2 == 1 { upper } else { 0.5 * (all[all.len() / 2 - 1] + upper) })
 }
 
+/// The mean, and the mean square difference from it; not a number without values.
+pub fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let count = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / count;
+    (mean, values.map(|v| (v - mean).powi(2)).sum::<f64>() / count)
+}
+
 /// Each item once, in the order in which they come first.
 pub fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut all = Vec::new();

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use crate::track::scores;
+use tongue_core::statistics::mean_and_variance;
 use tongue_input::measured::ByMuscle;
 
 use super::density::Density;
@@ -42,12 +43,7 @@ pub fn gains(posterior: &Posterior<'_>, posture: usize, settings: &Sampling) -> 
 
 fn sd_of_changes(posterior: &Posterior<'_>, posture: usize) -> ByMuscle<f64> {
     let muscles = &posterior.density.ground.muscles;
-    let sd = |m: usize| {
-        let changes = || posterior.draws.iter().map(|d| d.change(posture, m));
-        let count = posterior.draws.len().max(1) as f64;
-        let mean = changes().sum::<f64>() / count;
-        (changes().map(|c| (c - mean).powi(2)).sum::<f64>() / count).sqrt()
-    };
+    let sd = |m: usize| mean_and_variance(posterior.draws.iter().map(|d| d.change(posture, m))).1.sqrt();
     ByMuscle::new(muscles, (0..muscles.len()).map(sd))
 }
 

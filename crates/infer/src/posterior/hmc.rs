@@ -109,11 +109,7 @@ pub fn sample<T: Target>(
     place: &T::Place,
     settings: &Settings,
 ) -> Vec<Chain<T::Kept>> {
-    let firsts: Vec<usize> = (0..settings.chains).step_by(LANES).collect();
-    let groups = parallel::map(&firsts, |&first| {
-        let chains = (settings.chains - first).min(LANES);
-        Group::new(make(), whitened, place, settings, first, chains).warmed_up(settings.warm_up)
-    });
+    let groups = in_groups(&make, whitened, place, settings, |group| group.warmed_up(settings.warm_up));
     let Some(learned) = whitened.learned(&groups) else {
         return vec![Chain::EMPTY; settings.chains];
     };
@@ -129,12 +125,23 @@ pub(super) fn sample_briefly<T: Target>(
     place: &T::Place,
     settings: &Settings,
 ) -> Vec<Chain<T::Kept>> {
-    let firsts: Vec<usize> = (0..settings.chains).step_by(LANES).collect();
-    let sampled = parallel::map(&firsts, |&first| {
-        let chains = (settings.chains - first).min(LANES);
-        Group::new(make(), whitened, place, settings, first, chains).run_briefly(settings)
-    });
+    let sampled = in_groups(&make, whitened, place, settings, |group| group.run_briefly(settings));
     sampled.into_iter().flatten().collect()
+}
+
+/// What `work` makes of the chains, in groups of as many as there are lanes.
+fn in_groups<'w, T: Target, R: Send>(
+    make: &(impl Fn() -> T + Sync),
+    whitened: &'w Whitened,
+    place: &T::Place,
+    settings: &Settings,
+    work: impl Fn(Group<'w, T>) -> R + Sync,
+) -> Vec<R> {
+    let firsts: Vec<usize> = (0..settings.chains).step_by(LANES).collect();
+    parallel::map(&firsts, |&first| {
+        let chains = (settings.chains - first).min(LANES);
+        work(Group::new(make(), whitened, place, settings, first, chains))
+    })
 }
 
 /// State of a chain.
@@ -238,7 +245,7 @@ impl<'a, T: Target> Group<'a, T> {
         let mut seen = Vec::new();
         if self.states.len() == self.random.len() {
             for draw in 0..warm_up {
-                self.warm();
+                self.warm(true);
                 // The first third may still be far from the bulk of the density.
                 if draw >= warm_up / 3 {
                     seen.extend(self.states.iter().map(|s| s.x.clone()));
@@ -249,13 +256,9 @@ impl<'a, T: Target> Group<'a, T> {
         Warm { states, random, common, evaluations, seen }
     }
 
-    /// One trajectory, from which the step is adapted.
-    fn warm(&mut self) {
-        let ends = self.trajectory(self.step.trial, true);
-        self.learn_step(&ends);
-    }
-
-    fn learn_step(&mut self, ends: &[End]) {
+    /// One trajectory, from which the step is adapted; its end is checked for being allowed or not.
+    fn warm(&mut self, checked: bool) {
+        let ends = self.trajectory(self.step.trial, checked);
         self.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
     }
 
@@ -264,8 +267,7 @@ impl<'a, T: Target> Group<'a, T> {
         let begun = self.states.clone();
         if begun.len() == self.random.len() {
             for _ in 0..settings.warm_up {
-                let ends = self.trajectory(self.step.trial, false);
-                self.learn_step(&ends);
+                self.warm(false);
             }
         }
         let points: Vec<_> = self.states.iter().map(|s| (&s.x, &s.point)).collect();
@@ -286,7 +288,7 @@ impl<'a, T: Target> Group<'a, T> {
             return chains;
         }
         for _ in 0..settings.warm_up {
-            self.warm();
+            self.warm(true);
         }
         for draw in 0..settings.draws * settings.thin {
             let ends = self.trajectory(self.step.found, true);

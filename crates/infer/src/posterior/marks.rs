@@ -72,25 +72,25 @@ impl Beside {
     pub fn points(body: &Body<2>, seen: &Seen, postures: &[Option<usize>]) -> Option<Self> {
         let surface = TongueSurface::of(body)?;
         let rest = &body.mesh.nodes;
-        let marks = || seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
-        let centre = marks().map(|m| m.at).sum::<Point>() / marks().count().max(1) as f64;
-        let mut numbers = Vec::new();
-        for frame in 0..seen.frames.len().min(postures.len()) {
-            numbers.extend(of_contour(&surface, rest, centre, (seen, frame)));
-            numbers.extend(of_coils(&surface, rest, centre, (seen, frame)));
-        }
-        let views = numbers.chunk_by(|a: &Number, b| a.frame == b.frame).map(|own| View {
+        let points = || seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
+        let centre = points().map(|m| m.at).sum::<Point>() / points().count().max(1) as f64;
+        let marks = Marks { surface: &surface, rest, centre, seen };
+        let frames = 0..seen.frames.len().min(postures.len());
+        let numbers: Vec<Number> =
+            frames.flat_map(|f| marks.of_contour(f).into_iter().chain(marks.of_coils(f))).collect();
+        let views = numbers.chunk_by(|a, b| a.frame == b.frame).map(|own| View {
             posture: postures[own[0].frame],
             count: own.len(),
             sight: Arc::new(own.iter().map(|n| n.observable.clone()).collect::<Vec<_>>()) as Arc<dyn Sight>,
         });
-        let kinds: Vec<&str> = [(0, "contour"), (1, "coils")]
-            .into_iter()
-            .filter(|(coils, _)| numbers.iter().any(|n| n.along.channel.min(1) == *coils))
-            .map(|(_, kind)| kind)
-            .collect();
+        let has = |is: fn(usize) -> bool| numbers.iter().any(|n| is(n.along.channel));
+        let kind = match (has(|channel| channel == 0), has(|channel| channel > 0)) {
+            (true, true) => "contour and coils",
+            (true, false) => "contour",
+            _ => "coils",
+        };
         (!numbers.is_empty()).then(|| Self {
-            kind: kinds.join(" and "),
+            kind: kind.to_owned(),
             of: Of::Shapes(views.collect()),
             measured: numbers.iter().map(|n| n.measured).collect(),
             errors: errors(&numbers),
@@ -115,75 +115,85 @@ fn errors(numbers: &[Number]) -> DMatrix<f64> {
     by_source.values().fold(own, |sum, sds| sum + sds * sds.transpose())
 }
 
-/// By how much a measured number at a point changes with its placement.
-fn by_placement(at: Point, centre: Point, value: impl Fn(Point) -> f64) -> Vec<(Shared, f64)> {
-    let rate = |source: &Shared| {
-        let side = |sds: f64| value(source.displaced(at, centre, sds));
-        (side(STEP) - side(-STEP)) / (2.0 * STEP)
-    };
-    Shared::PLACEMENT.iter().map(|source| (source.clone(), rate(source))).collect()
+/// The points of all frames on a body.
+struct Marks<'a> {
+    surface: &'a TongueSurface,
+    /// Positions of all nodes at rest, m.
+    rest: &'a [Point],
+    /// About this place the points may be turned and scaled.
+    centre: Point,
+    seen: &'a Seen,
 }
 
-fn of_contour(
-    surface: &TongueSurface,
-    rest: &[Point],
-    centre: Point,
-    (seen, frame): (&Seen, usize),
-) -> Vec<Number> {
-    let curve = &surface.curve;
-    let points: Vec<(&String, Mark)> =
-        seen.contour.iter().zip(&seen.frames[frame].contour).filter_map(|(n, m)| Some((n, (*m)?))).collect();
-    let mut along = vec![0.0];
-    for pair in points.windows(2) {
-        along.push(along[along.len() - 1] + (pair[1].1.at - pair[0].1.at).norm());
+impl Marks<'_> {
+    /// By how much a measured number at a point changes with its placement.
+    fn by_placement(&self, at: Point, value: impl Fn(Point) -> f64) -> Vec<(Shared, f64)> {
+        let rate = |source: &Shared| {
+            let side = |sds: f64| value(source.displaced(at, self.centre, sds));
+            (side(STEP) - side(-STEP)) / (2.0 * STEP)
+        };
+        Shared::PLACEMENT.iter().map(|source| (source.clone(), rate(source))).collect()
     }
-    // Distances along a contour are counted from where the surface begins, so that those of several contours agree.
-    let feet: Vec<f64> = points.iter().map(|(_, m)| curve.nearest_place(&m.at, rest)).collect();
-    let forwards = if feet.first() <= feet.last() { 1.0 } else { -1.0 };
-    let offset: f64 = feet.iter().zip(&along).map(|(foot, a)| foot - forwards * a).sum();
-    let offset = offset / feet.len().max(1) as f64;
-    let number = |((name, mark), along): ((&String, Mark), f64)| {
-        let distance = |at: Point| Contour::new(curve.clone(), at).value(rest);
-        Number {
-            frame,
-            name: name.clone(),
-            observable: Arc::new(Contour::new(curve.clone(), mark.at)),
-            measured: 0.0,
-            along: Along { channel: 0, at_mm: 1e3 * (offset + forwards * along), sd_mm: 1e3 * mark.sd },
-            // The computed number is the distance, and the measured one is zero.
-            shared: by_placement(mark.at, centre, |at| -distance(at)),
-        }
-    };
-    points.into_iter().zip(along).map(number).collect()
-}
 
-fn of_coils(
-    surface: &TongueSurface,
-    rest: &[Point],
-    centre: Point,
-    (seen, frame): (&Seen, usize),
-) -> Vec<Number> {
-    let curve = &surface.curve;
-    let place = |at: f64| curve.weights(at).iter().map(|&(node, w)| rest[node] * w).sum::<Point>();
-    let points = seen.frames[frame].sensors.iter().enumerate();
-    let mut out = Vec::new();
-    for (coil, mark) in points.filter_map(|(c, m)| Some((c, (*m)?))) {
-        let (name, behind) = &seen.sensors[coil];
-        let at = (surface.tip - behind).clamp(0.0, curve.length());
-        let tangent = (place(at + STEP_M) - place(at - STEP_M)) / (2.0 * STEP_M);
-        for (axis, (direction, label)) in [(Point::x(), "back"), (Point::y(), "up")].into_iter().enumerate() {
-            let glue = glue(seen, coil).into_iter().map(|(source, sd)| (source, tangent[axis] * sd));
-            out.push(Number {
+    fn of_contour(&self, frame: usize) -> Vec<Number> {
+        let Self { rest, seen, .. } = *self;
+        let curve = &self.surface.curve;
+        let points: Vec<(&String, Mark)> = seen
+            .contour
+            .iter()
+            .zip(&seen.frames[frame].contour)
+            .filter_map(|(n, m)| Some((n, (*m)?)))
+            .collect();
+        let mut along = vec![0.0];
+        for pair in points.windows(2) {
+            along.push(along[along.len() - 1] + (pair[1].1.at - pair[0].1.at).norm());
+        }
+        // Distances along a contour are counted from where the surface begins, so that those of several contours agree.
+        let feet: Vec<f64> = points.iter().map(|(_, m)| curve.nearest_place(&m.at, rest)).collect();
+        let forwards = if feet.first() <= feet.last() { 1.0 } else { -1.0 };
+        let offset: f64 = feet.iter().zip(&along).map(|(foot, a)| foot - forwards * a).sum();
+        let offset = offset / feet.len().max(1) as f64;
+        let number = |((name, mark), along): ((&String, Mark), f64)| {
+            let distance = |at: Point| Contour::new(curve.clone(), at).value(rest);
+            Number {
                 frame,
-                name: format!("{name} {label}"),
-                observable: Arc::new(NodePosition::on_curve(curve, at, direction)),
-                measured: mark.at[axis],
-                along: Along { channel: 1 + axis, at_mm: -1e3 * behind, sd_mm: 1e3 * mark.sd },
-                shared: by_placement(mark.at, centre, |at| at[axis]).into_iter().chain(glue).collect(),
-            });
-        }
+                name: name.clone(),
+                observable: Arc::new(Contour::new(curve.clone(), mark.at)),
+                measured: 0.0,
+                along: Along { channel: 0, at_mm: 1e3 * (offset + forwards * along), sd_mm: 1e3 * mark.sd },
+                // The computed number is the distance, and the measured one is zero.
+                shared: self.by_placement(mark.at, |at| -distance(at)),
+            }
+        };
+        points.into_iter().zip(along).map(number).collect()
     }
-    out
+
+    fn of_coils(&self, frame: usize) -> Vec<Number> {
+        let Self { rest, seen, .. } = *self;
+        let curve = &self.surface.curve;
+        let place = |at: f64| curve.weights(at).iter().map(|&(node, w)| rest[node] * w).sum::<Point>();
+        let points = seen.frames[frame].sensors.iter().enumerate();
+        let mut out = Vec::new();
+        for (coil, mark) in points.filter_map(|(c, m)| Some((c, (*m)?))) {
+            let (name, behind) = &seen.sensors[coil];
+            let at = (self.surface.tip - behind).clamp(0.0, curve.length());
+            let tangent = (place(at + STEP_M) - place(at - STEP_M)) / (2.0 * STEP_M);
+            for (axis, (direction, label)) in
+                [(Point::x(), "back"), (Point::y(), "up")].into_iter().enumerate()
+            {
+                let glue = glue(seen, coil).into_iter().map(|(source, sd)| (source, tangent[axis] * sd));
+                out.push(Number {
+                    frame,
+                    name: format!("{name} {label}"),
+                    observable: Arc::new(NodePosition::on_curve(curve, at, direction)),
+                    measured: mark.at[axis],
+                    along: Along { channel: 1 + axis, at_mm: -1e3 * behind, sd_mm: 1e3 * mark.sd },
+                    shared: self.by_placement(mark.at, |at| at[axis]).into_iter().chain(glue).collect(),
+                });
+            }
+        }
+        out
+    }
 }
 
 /// The errors of the place of a coil on the tongue, m: of a measured one, or of the first one and the gaps up to it.

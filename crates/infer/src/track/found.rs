@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
 
 use crate::inverse::BONE_SD_M;
+use tongue_core::statistics::mean_and_variance;
 use tongue_input::measured::recording::Fault;
 
 use super::branch::{Posture, Reached};
@@ -77,8 +78,7 @@ impl Ranged {
         let mut all: Vec<f64> = draws.collect();
         all.sort_by(f64::total_cmp);
         let count = all.len() as f64;
-        let mean = all.iter().sum::<f64>() / count;
-        let variance = all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / count;
+        let (_, variance) = mean_and_variance(all.iter().copied());
         let quantile = |part: f64| {
             let at = (part * count - 0.5).clamp(0.0, (count - 1.0).max(0.0));
             let below = at as usize;

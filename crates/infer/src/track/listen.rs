@@ -13,6 +13,7 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::observe::{Observable, Observation};
 use tongue_core::parallel;
+use tongue_core::statistics::mean_and_variance;
 
 use super::errors::Along;
 use super::frame::{Followed, Frame, Hidden};
@@ -107,10 +108,8 @@ pub(super) fn rates(
 pub(super) fn told(frame: &Frame, positions: &[Point], draws: &[Vec<f32>]) -> Vec<TrackedFormant> {
     let one = |(heard, draws): (&Heard, &Vec<f32>)| {
         let hz = heard.value(positions);
-        let count = draws.len() as f64;
-        let mean = draws.iter().map(|d| f64::from(*d)).sum::<f64>() / count;
-        let variance = draws.iter().map(|d| (f64::from(*d) - mean).powi(2)).sum::<f64>() / count;
-        (hz.is_finite() && count > 0.0).then(|| TrackedFormant { hz, sd_hz: variance.sqrt() })
+        let (_, variance) = mean_and_variance(draws.iter().map(|d| f64::from(*d)));
+        (hz.is_finite() && !draws.is_empty()).then(|| TrackedFormant { hz, sd_hz: variance.sqrt() })
     };
     frame.heard.iter().zip(draws).map(one).collect::<Option<_>>().unwrap_or_default()
 }

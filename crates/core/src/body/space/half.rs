@@ -96,25 +96,21 @@ impl SpaceBody {
         // Elements: those with a corner off the plane on the left; every other must be the image of one of
         // them.
         let mut element_number = vec![None; self.mesh.hexahedra.len()];
-        let mut kept = std::collections::BTreeSet::new();
         for (e, corners) in self.mesh.hexahedra.iter().enumerate() {
             if let Some(all) = corners.iter().map(|&n| renumbered(n)).collect::<Option<Vec<_>>>() {
                 element_number[e] = Some(body.mesh.hexahedra.len());
                 body.mesh.hexahedra.push(<[usize; 8]>::try_from(all).ok()?);
-                kept.insert(sorted(corners.iter().copied()));
             }
-        }
-        let is_image = |corners: &[usize; 8]| kept.contains(&sorted(corners.iter().map(|&n| image[n])));
-        let mut right = self.mesh.hexahedra.iter().zip(&element_number).filter(|(_, n)| n.is_none());
-        if !right.all(|(corners, _)| is_image(corners))
-            || self.mesh.hexahedra.len() != 2 * body.mesh.hexahedra.len()
-        {
-            return None;
         }
         let by_corners: BTreeMap<Vec<usize>, usize> = (0..self.mesh.hexahedra.len())
             .map(|e| (sorted(self.mesh.hexahedra[e].iter().copied()), e))
             .collect();
         let image_of = |e: usize| by_corners.get(&sorted(self.mesh.hexahedra[e].iter().map(|&n| image[n])));
+        let is_image = |e: usize| image_of(e).is_some_and(|&i| element_number[i].is_some());
+        let mut right = (0..element_number.len()).filter(|&e| element_number[e].is_none());
+        if !right.all(is_image) || self.mesh.hexahedra.len() != 2 * body.mesh.hexahedra.len() {
+            return None;
+        }
         // Whether a muscle is the image of another, or of itself: the elements of its region and their directions.
         let mirrors = |muscle: usize, other: usize| {
             let (own, region) = (&self.muscles[muscle].region, &self.muscles[other].region);

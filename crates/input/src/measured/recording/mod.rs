@@ -44,6 +44,7 @@ mod txy;
 use std::path::Path;
 
 use serde::Serialize;
+use tongue_core::statistics::distinct;
 
 use super::lengths::Malformed;
 use super::lengths::error::Place;
@@ -239,12 +240,7 @@ impl Recording {
         if frames.iter().any(|f| (f.format, f.metres) != (first.format, first.metres)) {
             return Err("the files are of different formats or units".to_owned());
         }
-        let mut channels: Vec<String> = Vec::new();
-        for channel in frames.iter().flat_map(|f| &f.channels).filter(|c| is_coil(c)) {
-            if !channels.contains(channel) {
-                channels.push(channel.clone());
-            }
-        }
+        let channels = distinct(frames.iter().flat_map(|f| &f.channels).filter(|c| is_coil(c)).cloned());
         let sample = |(number, frame): (usize, &Self)| {
             let [only] = frame.samples.as_slice() else {
                 return Err(format!("{} has {} frames; give one", frame.name, frame.samples.len()));
