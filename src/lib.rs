@@ -192,9 +192,9 @@ pub mod inverse {
     }
 
     pub mod in_space {
-        //! Activations of a body in space from places of its nodes.
+        //! Activations of a body in space from what was seen of it.
         #[doc(inline)]
-        pub use tongue_infer::inverse::in_space::{SeenNode, SpaceSearch};
+        pub use tongue_infer::inverse::in_space::SpaceSearch;
     }
 
     pub mod valley {
@@ -214,7 +214,8 @@ pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
     #[doc(inline)]
     pub use tongue_input::measured::{
-        ByMuscle, Dataset, Lengths, Target, TargetKind, TargetOptions, Vowel, read_nodes, reference_muscle,
+        ByMuscle, Dataset, LengthMeasure, Lengths, Marked, SpaceFrame, SpaceMark, Target, TargetKind,
+        TargetOptions, Vowel, read_space_marks, reference_muscle,
     };
 
     pub mod emg {
@@ -269,8 +270,8 @@ pub mod observe {
     //! What can be observed of a body: its value, its gradient, how sure it is.
     #[doc(inline)]
     pub use tongue_core::observe::{
-        Certainty, Contour, Curve, Length, NodePosition, Observable, Observation, Ratio, Sense, Stretch,
-        Surface,
+        Certainty, Contour, Curve, Length, Midsagittal, NodePosition, Observable, Observation, Ratio, Sense,
+        Stretch, Surface,
     };
 }
 

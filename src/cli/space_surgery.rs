@@ -8,8 +8,8 @@ use nalgebra::Vector3;
 
 use tongue_fit::body::SpaceBody;
 use tongue_fit::body::space::{Filling, Operated, Region, Side};
-use tongue_fit::inverse::in_space::{SeenNode, SpaceSearch};
-use tongue_fit::measured::ByMuscle;
+use tongue_fit::inverse::in_space::SpaceSearch;
+use tongue_fit::measured::{ByMuscle, SpaceMark};
 use tongue_fit::report::OperationRecord;
 use tongue_fit::system::System;
 
@@ -93,8 +93,7 @@ impl Arguments {
             let rest = &body.mesh.nodes;
             let Some(tip) = body.foremost() else { return Ok(record) };
             let near = (0..rest.len()).filter(free).filter(|&n| (rest[n] - rest[tip]).norm() < TIP_M);
-            let seen: Vec<SeenNode> =
-                near.map(|node| SeenNode { node, place: before[node], sd_m: 5e-4 }).collect();
+            let seen: Vec<SpaceMark> = near.map(|node| SpaceMark::node(node, before[node], 5e-4)).collect();
             let search = SpaceSearch { sides_apart: true, ..SpaceSearch::default() };
             let fit = search.fit(&operated.body, system, &seen, None).into_diagnostic()?;
             record.made_up_by = Some(ByMuscle::new(&fit.names, fit.found()));

@@ -1,15 +1,14 @@
-//! `tongue-fit track FILE --body FOLDER`: activations that bring nodes of a body in space to where they
-//! were seen.
+//! `tongue-fit track FILES --body space` or a folder: activations that bring a body in space to where it was seen.
 
 use std::fmt::Write as _;
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
 
 use tongue_fit::inverse::in_space::SpaceSearch;
 use tongue_fit::inverse::{FitSettings, FitStatus};
-use tongue_fit::measured::read_nodes;
+use tongue_fit::measured::read_space_marks;
 use tongue_fit::report::{self, Export, Json, SpaceTrackRecord, SpaceVtu};
 use tongue_fit::system::System;
 
@@ -31,7 +30,7 @@ pub struct Arguments {
     /// Number of starting points of the search in space; every further frame begins at the one before
     #[arg(long, value_name = "N", default_value_t = FitSettings::default().starts)]
     starts: usize,
-    /// Standard deviation of each coordinate of a node, mm, where the table has no column sd_mm
+    /// Standard deviation of each coordinate, distance or length, mm, where a table has no column sd_mm
     #[arg(long, value_name = "MM", default_value_t = 0.5, allow_negative_numbers = true)]
     sd: f64,
     #[command(flatten)]
@@ -50,7 +49,7 @@ impl Arguments {
 /// Finds the activations of every frame of a table.
 pub fn run(
     source: &SpaceSource,
-    file: &Path,
+    files: &[PathBuf],
     arguments: &Arguments,
     global: &Global,
 ) -> miette::Result<Outcome> {
@@ -58,7 +57,12 @@ pub fn run(
     if !(arguments.sd.is_finite() && arguments.sd > 0.0) {
         return Err(miette!("--sd is {}; it must be a positive number of millimetres", arguments.sd));
     }
-    let frames = read_nodes(file, 1e-3 * arguments.sd).into_diagnostic()?;
+    if files.is_empty() {
+        return Err(miette!(
+            "name the tables of what was seen of the body, such as one with the columns node,x_mm,y_mm,z_mm"
+        ));
+    }
+    let frames = read_space_marks(files, 1e-3 * arguments.sd).into_diagnostic()?;
     let body = arguments.model.body(source)?;
     let model = arguments.model.model()?;
     let system = System::in_space(&body, &model).into_diagnostic()?;
@@ -72,8 +76,8 @@ pub fn run(
     let mut last = None;
     for frame in &frames {
         let fit = match half.as_ref().zip(left.as_ref()).filter(|_| last.is_none()) {
-            Some(alike) => search.fit_alike((&body, &system), alike, &frame.seen),
-            None => search.fit(&body, &system, &frame.seen, last.as_ref()),
+            Some(alike) => search.fit_alike((&body, &system), alike, &frame.marks),
+            None => search.fit(&body, &system, &frame.marks, last.as_ref()),
         };
         let fit = fit.into_diagnostic()?;
         output::step(|| {
@@ -85,7 +89,7 @@ pub fn run(
     }
     record.wall_s = clock.elapsed().as_secs_f64();
     let out = global.folder("results/space-track")?;
-    let Some(answer) = last else { return Err(miette!("{}: no frame was found", file.display())) };
+    let Some(answer) = last else { return Err(miette!("no frame was found")) };
     let title = "Tongue in space: at rest (light) and as it was seen";
     let picture = report::views(&body, &answer.positions, &answer.tensions, title);
     let (picture, json) = (picture.into_diagnostic()?, Json(&record));
@@ -116,7 +120,7 @@ fn text(record: &SpaceTrackRecord) -> String {
         }
         let _ = writeln!(
             text,
-            "{t}\n{:?}: nodes met to {:.2} mm (RMS), {:.2} mm at most; {} factorisations from {} starts",
+            "{t}\n{:?}: met to {:.2} mm (RMS), {:.2} mm at most; {} factorisations from {} starts",
             frame.status,
             frame.rms_mm,
             frame.distances_mm.iter().copied().fold(0.0, f64::max),

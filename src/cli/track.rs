@@ -32,7 +32,8 @@ const MOST_KEPT: usize = 5000;
     tongue-fit track speaker.tsv --out results/speaker\n  \
     tongue-fit track speaker.tsv --mesh results/speaker/body.json\n  \
     tongue-fit track speaker.tsv --hold-out 2,5,8\n  \
-    tongue-fit track nodes.csv --body path/to/tongue3d")]
+    tongue-fit track nodes.csv --body path/to/tongue3d\n  \
+    tongue-fit track contour.csv lengths.csv --body space")]
 pub struct Arguments {
     #[command(flatten)]
     recordings: recordings::Arguments,
@@ -80,12 +81,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 "--formants is of bodies in the plane; `tongue-fit sound --body space` has them in space"
             ));
         }
-        return match &arguments.recordings.files[..] {
-            [file] => space_track::run(source, file, &arguments.space, global),
-            _ => Err(miette!(
-                "a body in space is brought to one table of nodes (node,x_mm,y_mm,z_mm): name one file"
-            )),
-        };
+        return space_track::run(source, &arguments.recordings.files, &arguments.space, global);
     }
     if let Some(option) = arguments.space.given() {
         return Err(miette!(

@@ -2,8 +2,9 @@
 
 use nalgebra::Vector3;
 use tongue_fit::body::{SpaceBody, artisynth};
-use tongue_fit::inverse::in_space::{SeenNode, SpaceSearch};
+use tongue_fit::inverse::in_space::SpaceSearch;
 use tongue_fit::inverse::{FitSettings, FitStatus};
+use tongue_fit::measured::SpaceMark;
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;
@@ -12,12 +13,12 @@ use crate::fixtures::space_block::space_block;
 use crate::tongue_in_space::{RECORDED, folder, recording};
 
 /// Where these nodes are at activations by name, known to 0.5 mm.
-fn seen(body: &SpaceBody, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SeenNode> {
+fn seen(body: &SpaceBody, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SpaceMark> {
     let mut w = Workspace::new(system);
     let solution =
         statics::solve(system, &mut w, &body.activations(given).unwrap(), &statics::SolveSettings::default());
     assert_eq!(solution.status, statics::SolveStatus::Converged);
-    nodes.iter().map(|&node| SeenNode { node, place: w.positions()[node], sd_m: 5e-4 }).collect()
+    nodes.iter().map(|&node| SpaceMark::node(node, w.positions()[node], 5e-4)).collect()
 }
 
 fn told(what: &str, fit: &SpaceFit) {
@@ -86,7 +87,7 @@ fn places_that_make_no_sense_are_refused() {
     let body = space_block(1e-2);
     let system = System::in_space(&body, &SpaceModel::default()).unwrap();
     let refused = |node, x, sd_m| {
-        let seen = [SeenNode { node, place: Vector3::new(x, 0.0, 0.0), sd_m }];
+        let seen = [SpaceMark::node(node, Vector3::new(x, 0.0, 0.0), sd_m)];
         SpaceSearch::default().fit(&body, &system, &seen, None).unwrap_err().to_string()
     };
     assert!(refused(99, 0.0, 1e-3).contains("node 100 was seen, but the body has 18 nodes"));
@@ -102,11 +103,8 @@ fn artisynths_target_is_met_as_well_as_by_artisynth() {
     // The turning point: the tip is wanted 10 mm to the front, the sides at rest.
     let row = &wanted[wanted.len() / 2].1;
     let place = |i: usize| Vector3::from_column_slice(&row[3 * i..3 * i + 3]);
-    let target: Vec<SeenNode> = RECORDED
-        .iter()
-        .enumerate()
-        .map(|(i, &node)| SeenNode { node, place: place(i), sd_m: 5e-4 })
-        .collect();
+    let target: Vec<SpaceMark> =
+        RECORDED.iter().enumerate().map(|(i, &node)| SpaceMark::node(node, place(i), 5e-4)).collect();
     let usual = SpaceSearch::default();
     let search = SpaceSearch { settings: FitSettings { starts: 3, ..usual.settings }, ..usual };
     let system = System::in_space(&body, &SpaceModel::default()).unwrap();
@@ -125,8 +123,8 @@ fn artisynths_target_is_met_as_well_as_by_artisynth() {
 
     // The tip alone, 8.5 mm to the front.
     let by = Vector3::new(-8.5e-3, 0.0, 0.0);
-    let of_tip = |&node: &usize| SeenNode { node, place: body.mesh.nodes[node] + by, sd_m: 5e-4 };
-    let tip: Vec<SeenNode> = RECORDED[..14].iter().map(of_tip).collect();
+    let of_tip = |&node: &usize| SpaceMark::node(node, body.mesh.nodes[node] + by, 5e-4);
+    let tip: Vec<SpaceMark> = RECORDED[..14].iter().map(of_tip).collect();
     let search = SpaceSearch { settings: FitSettings { starts: 1, ..search.settings }, ..search };
     let fit = search.fit(&body, &system, &tip, None).unwrap();
     told("14 points of the tip", &fit);

@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
 use tongue_core::geometry::hexahedron;
 use tongue_fit::body::{Anatomy, SpaceBody};
-use tongue_fit::inverse::in_space::{SeenNode, SpaceSearch};
+use tongue_fit::inverse::in_space::SpaceSearch;
+use tongue_fit::measured::SpaceMark;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 
@@ -98,9 +99,9 @@ fn activations_come_back_from_its_own_surface() {
     );
     let on_surface: std::collections::BTreeSet<usize> =
         body.mesh.outward_quadrilaterals().into_iter().flat_map(|(_, face)| face).collect();
-    let place = |node: usize| SeenNode { node, place: w.positions()[node], sd_m: 5e-4 };
+    let place = |node: usize| SpaceMark::node(node, w.positions()[node], 5e-4);
     let free = on_surface.into_iter().filter(|n| body.mesh.fixed.binary_search(n).is_err());
-    let seen: Vec<SeenNode> = free.map(place).collect();
+    let seen: Vec<SpaceMark> = free.map(place).collect();
     let mut search = SpaceSearch { sides_apart: true, prior_sd: 100.0, ..SpaceSearch::default() };
     search.settings.starts = 1;
     let fit = search.fit(&body, &system, &seen, None).unwrap();

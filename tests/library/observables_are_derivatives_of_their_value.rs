@@ -3,7 +3,8 @@
 
 use nalgebra::{SVector, Vector2, Vector3};
 use tongue_fit::observe::{
-    Contour, Curve, Length, NodePosition, Observable, Observation, Ratio, Sense, Stretch, Surface,
+    Contour, Curve, Length, Midsagittal, NodePosition, Observable, Observation, Ratio, Sense, Stretch,
+    Surface,
 };
 
 use crate::fixtures::{block, lattice, shaken};
@@ -55,6 +56,15 @@ fn check<const D: usize>(observables: &Named<D>, positions: &[SVector<f64, D>]) 
             (0..positions.len()).map(|i| SVector::from_fn(|d, _| ((i * D + d) as f64 * 1.3).sin())).collect();
         let along: f64 = gradient.iter().zip(&motion).map(|(g, m)| g.dot(m)).sum();
         assert!((observable.rate(positions, &motion) - along).abs() < 1e-12 * along.abs().max(1.0), "{name}");
+        let mut twice = [f64::NAN; 2];
+        let half: Vec<SVector<f64, D>> = motion.iter().map(|m| m * 0.5).collect();
+        observable.rates(positions, &[motion, half], &mut twice);
+        assert!(
+            twice
+                .iter()
+                .zip([1.0, 0.5])
+                .all(|(rate, part)| (rate - part * along).abs() < 1e-12 * along.abs().max(1.0))
+        );
     }
 }
 
@@ -103,6 +113,11 @@ fn in_space() {
     ] {
         all.push((name, Box::new(Surface::new(faces.clone(), Vector3::from(point)))));
     }
+    // The upper edge of the front of the block as a curve of x and z.
+    let edge: Vec<usize> = vec![20, 19, 18];
+    let flat: Vec<Vector2<f64>> = edge.iter().map(|&n| mesh.nodes[n].xz()).collect();
+    let contour = Contour::new(Curve::through(vec![0, 1, 2], &flat).unwrap(), Vector2::new(0.008, 0.023));
+    all.push(("contour in the midsagittal plane", Box::new(Midsagittal::new(edge.into(), contour))));
     check(&all, &shaken(&mesh, 5e-4));
 }
 
@@ -145,7 +160,7 @@ fn places_on_a_curve_are_where_their_arc_length_says_and_its_nodes_are_on_it() {
 #[test]
 fn an_inequality_counts_only_if_it_is_violated() {
     let positions = [Vector2::zeros(), Vector2::new(0.02, 0.0)];
-    let motion = [Vector2::zeros(), Vector2::x()];
+    let motion = vec![Vector2::zeros(), Vector2::x()];
     let seen = |sense, measured| Observation { sense, ..Observation::new(Length::new([0, 1]), measured) };
     for (sense, measured, residual, rate) in [
         (Sense::AtLeast, 0.019, 0.0, 0.0),
@@ -155,7 +170,9 @@ fn an_inequality_counts_only_if_it_is_violated() {
         (Sense::Equal, 0.021, -0.001, 1.0),
     ] {
         let o = seen(sense, measured);
-        assert!((o.residual(&positions) - residual).abs() < 1e-15 && o.rate(&positions, &motion) == rate);
+        let mut found = [f64::NAN];
+        o.rates(&positions, std::slice::from_ref(&motion), &mut found);
+        assert!((o.residual(&positions) - residual).abs() < 1e-15 && found == [rate]);
     }
     let sure = Observation::new(Length::new([0, 1]), 0.019).with_standard_deviation(0.0005);
     assert!((sure.residual(&positions) - 2.0).abs() < 1e-12);

@@ -66,6 +66,29 @@ fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn()
         assert!((a.as_f64().unwrap() - truth).abs() < 0.01, "{muscle} {a}");
     }
     assert!(frame["factorisations"].as_u64().unwrap() > 0);
+
+    // The same from the midsagittal contour and the stretches, in two tables.
+    let mut table = "x_mm,z_mm,sd_mm\n".to_owned();
+    for node in (0..8).flat_map(|j| [0, 12].map(|i| i + 13 * j)).chain((1..12).map(|i| i + 13 * 7)) {
+        let at = &made["positions_m"][4 * 13 * 8 + node];
+        writeln!(table, "{},{},0.2", 1e3 * at[0].as_f64().unwrap(), 1e3 * at[2].as_f64().unwrap()).unwrap();
+    }
+    std::fs::write(folder.path().join("contour.csv"), table).unwrap();
+    let mut table = "muscle,stretch,sd_mm\n".to_owned();
+    for (muscle, stretch) in made["stretches"].as_object().unwrap() {
+        writeln!(table, "{muscle},{stretch},0.1").unwrap();
+    }
+    std::fs::write(folder.path().join("stretches.csv"), table).unwrap();
+    let tables = ["track", "contour.csv", "stretches.csv", "--body", "space", "--starts", "1", "--json"];
+    let found = json(folder.path(), &tables);
+    let frame = &found["frames"][0];
+    assert_eq!(frame["distances_mm"].as_array().unwrap().len(), 27 + 21);
+    assert!(frame["rms_mm"].as_f64().unwrap() < 0.05, "{frame}");
+    for (muscle, a) in frame["activations"].as_object().unwrap() {
+        let truth =
+            [("GGP", 0.1), ("TRANS", 0.05)].iter().find(|(m, _)| m == muscle).map_or(0.0, |(_, a)| *a);
+        assert!((a.as_f64().unwrap() - truth).abs() < 0.02, "{muscle} {a}");
+    }
 }
 
 #[test]
@@ -97,6 +120,9 @@ fn what_cannot_be_used_is_refused_in_one_message() {
     std::fs::write(folder.path().join("words.csv"), "node,x_mm,y_mm,z_mm\n5,1,two,3\n").unwrap();
     std::fs::write(folder.path().join("late.csv"), "node,x_mm,y_mm,z_mm,time_s\n5,1,2,3,1\n5,1,2,3,0\n")
         .unwrap();
+    std::fs::write(folder.path().join("timed.csv"), "x_mm,z_mm,time_s\n1,2,0\n").unwrap();
+    std::fs::write(folder.path().join("doubled.csv"), "muscle,length_mm,stretch\nGGP,40,1\n").unwrap();
+    std::fs::write(folder.path().join("flat.csv"), "muscle,stretch\nGGP,0\n").unwrap();
     let simulate = ["simulate", "--body", "space"];
     let track = ["track", "--body", "space"];
     let operate = |region| [&simulate[..], &["--operate", region, "--filling", "removed"]].concat();
@@ -113,6 +139,10 @@ fn what_cannot_be_used_is_refused_in_one_message() {
         ([&track[..], &["words.csv"]].concat(), "line 2: y_mm is \"two\""),
         ([&track[..], &["late.csv"]].concat(), "sort them by time_s"),
         ([&track[..], &["none.csv"]].concat(), "none.csv"),
+        (track.to_vec(), "name the tables"),
+        ([&track[..], &["far.csv", "timed.csv"]].concat(), "in all tables of a recording or in none"),
+        ([&track[..], &["doubled.csv"]].concat(), "length_mm and stretch"),
+        ([&track[..], &["flat.csv"]].concat(), "line 2: stretch must be positive"),
         (vec!["mesh", "--body", "space"], "is a body in space"),
         (vec!["muscles", "--refined"], "--refined needs a body in space"),
         (vec!["simulate", "--activation", "GGP=0.1"], "--body space"),
@@ -123,7 +153,7 @@ fn what_cannot_be_used_is_refused_in_one_message() {
         let plain = complaint.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
         assert!(plain.contains(why) && out.is_empty(), "{arguments:?}: {plain}");
     }
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 4, "nothing else was written");
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 7, "nothing else was written");
 }
 
 #[test]

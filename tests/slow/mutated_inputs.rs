@@ -82,8 +82,10 @@ fn seeds(kind: &str) -> Vec<Vec<u8>> {
             br#"{"markups":[{"type":"Fiducial","coordinateSystem":"LPS","coordinateUnits":"mm","controlPoints":[{"label":"hyoid","position":[0.0,37.6,-3.1],"positionStatus":"defined"}]},{"type":"Curve","coordinateSystem":"RAS","controlPoints":[{"label":"","position":[0,-46,10]}]}]}"#.to_vec(),
             br#"{"adaptation":{"rest":"joint","marks_m":{"hyoid":[0.03,0.0]},"scale_n":20,"muscles":["GGa"],"mean":[0.1],"covariance":[[0.5]]}}"#.to_vec(),
         ],
-        "nodes_csv" => vec![
+        "space_marks" => vec![
             b"node,x_mm,y_mm,z_mm\n1,0,1,2\n2,3.5,4,5e0\n".to_vec(),
+            b"muscle,ratio,over,sd_mm\nGGP,1.2,GGA,1\n".to_vec(),
+            b"surface_mm,x_mm,z_mm\n8,-3,30\n".to_vec(),
             b"# two frames\ntime_s,node,x_mm,y_mm,z_mm,sd_mm\n0,1,1,2,3,0.5\n0,7,1,2,3,0.5\n0.1,1,1,2,3,1\n".to_vec(),
         ],
         "artisynth" => {

@@ -14,7 +14,8 @@ use tongue_core::effect::{Effect, Mirror};
 use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_core::statistics::upper_median;
 use tongue_core::system::{Additions, SpaceModel, System};
-use tongue_infer::inverse::in_space::{SeenNode, SpaceSearch};
+use tongue_infer::inverse::in_space::SpaceSearch;
+use tongue_input::measured::SpaceMark;
 
 use super::StudyError;
 use super::table::markdown;
@@ -199,8 +200,8 @@ impl<'a> Both<'a> {
             tell(&format!("{posture}: made in space, inverted in the plane"));
             let Ok(truth) = body.activations(given) else { continue };
             let Some(s) = shape(space, &truth) else { continue };
-            let seen: Vec<SeenNode> =
-                section.contour.iter().map(|&node| SeenNode { node, place: s[node], sd_m: SD_M }).collect();
+            let seen: Vec<SpaceMark> =
+                section.contour.iter().map(|&node| SpaceMark::node(node, s[node], SD_M)).collect();
             let fit = SpaceSearch::default().fit(body, plane, &seen, None)?;
             for (name, found_in_plane) in fit.names.iter().zip(fit.found()) {
                 let true_activation = given.iter().find(|(m, _)| m == name).map_or(0.0, |(_, a)| *a);

@@ -39,6 +39,11 @@ impl Curve {
         (nodes.len() >= 3).then(|| Self { nodes: nodes.into(), knots: knots.into() })
     }
 
+    /// Its nodes in their order.
+    pub fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
     /// Length along the chain at rest, m.
     pub fn length(&self) -> f64 {
         self.knots[self.knots.len() - 1]

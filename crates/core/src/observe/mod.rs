@@ -8,12 +8,14 @@
 //! | [`NodePosition`] | a coordinate of a material point: a node, or a place on the surface | m |
 //! | [`Contour`] | signed distance of a measured point from the surface curve (in the plane) | m |
 //! | [`Surface`] | signed distance of a measured point from the surface (in space) | m |
+//! | [`Midsagittal`] | one of the above in the midsagittal plane of a body in space | its unit |
 //!
 //! Each gives its value and its gradient in the positions; a test compares all of them with differences, in
 //! both dimensions.
 
 mod contour;
 mod length;
+mod midsagittal;
 mod observation;
 mod point;
 mod ratio;
@@ -26,6 +28,7 @@ use nalgebra::SVector;
 
 pub use contour::{Contour, Curve};
 pub use length::Length;
+pub use midsagittal::Midsagittal;
 pub use observation::{Certainty, Observation, Sense};
 pub use point::NodePosition;
 pub use ratio::Ratio;
@@ -47,4 +50,21 @@ pub trait Observable<const D: usize>: Debug + Send + Sync {
         self.gradient(positions, &mut |node, slope| rate += slope.dot(&motion[node]));
         rate
     }
+
+    /// The same for several motions, into `rates`. An observable whose gradient is found by a search is searched once for all.
+    fn rates(&self, positions: &[SVector<f64, D>], motions: &[Vec<SVector<f64, D>>], rates: &mut [f64]) {
+        rates.iter_mut().zip(motions).for_each(|(rate, motion)| *rate = self.rate(positions, motion));
+    }
+}
+
+/// [`Observable::rates`] from one gradient.
+fn rates_of_gradient<const D: usize>(
+    observable: &impl Observable<D>,
+    (positions, motions): (&[SVector<f64, D>], &[Vec<SVector<f64, D>>]),
+    rates: &mut [f64],
+) {
+    rates.fill(0.0);
+    observable.gradient(positions, &mut |node, slope| {
+        rates.iter_mut().zip(motions).for_each(|(rate, motion)| *rate += slope.dot(&motion[node]));
+    });
 }

@@ -83,12 +83,16 @@ impl<const D: usize> Observation<D> {
             }
     }
 
-    /// Rate of the residual when every node moves with `motion`.
-    pub fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
+    /// Rates of the residual for several motions of all nodes, into `rates`.
+    pub fn rates(&self, positions: &[SVector<f64, D>], motions: &[Vec<SVector<f64, D>>], rates: &mut [f64]) {
         let holds = match self.sense {
             Sense::Equal => false,
             _ => self.residual(positions) == 0.0,
         };
-        if holds { 0.0 } else { self.weight * self.observable.rate(positions, motion) }
+        if holds {
+            return rates.fill(0.0);
+        }
+        self.observable.rates(positions, motions, rates);
+        rates.iter_mut().for_each(|rate| *rate *= self.weight);
     }
 }

@@ -1,4 +1,4 @@
-//! Activations that bring a body in space to where its nodes were seen: the record.
+//! Activations that bring a body in space to where it was seen: the record.
 
 use serde::Serialize;
 use tongue_core::body::SpaceBody;
@@ -9,7 +9,7 @@ use tongue_input::measured::ByMuscle;
 use super::by_muscle::by;
 use super::record::AlarmRecord;
 
-/// `tongue-fit track FILE --body FOLDER --json`.
+/// `tongue-fit track FILES --body space --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpaceTrackRecord {
     /// What the body is.
@@ -39,19 +39,19 @@ pub struct SpaceFitRecord {
     pub time_s: Option<f64>,
     /// How the search ended.
     pub status: FitStatus,
-    /// Root of the mean squared distance of the nodes from where they were seen, mm.
+    /// Root of the mean squared distance from what was seen, mm; stretches and ratios count times the length at rest.
     pub rms_mm: f64,
-    /// Distance of each, mm.
+    /// Distance of each row of the tables, mm.
     pub distances_mm: Vec<f64>,
     /// Activations, 0 to 1: of muscles, or of both sides by their common name.
     pub activations: ByMuscle<f64>,
     /// Standard deviation of each activation, its prior included; null where the stiffness is singular.
     pub sd: ByMuscle<Option<f64>>,
-    /// Combinations of activations that the places leave open, each with the standard deviation along it.
+    /// Combinations of activations that the data leave open, each with the standard deviation along it.
     pub open: Vec<OpenRecord>,
     /// Where each start ended.
     pub starts: Vec<StartRecord>,
-    /// Starts that ended elsewhere and meet the places as well (misfit at most a twentieth larger).
+    /// Starts that ended elsewhere and meet the data as well (misfit at most a twentieth larger).
     pub others_as_good: Vec<ByMuscle<f64>>,
     /// Factorisations of the stiffness, over all starts.
     pub factorisations: usize,
@@ -59,12 +59,12 @@ pub struct SpaceFitRecord {
     pub alarms: Vec<AlarmRecord>,
 }
 
-/// A combination that the places leave open.
+/// A combination that the data leave open.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OpenRecord {
     /// Its share of each activation.
     pub direction: ByMuscle<f64>,
-    /// Standard deviation along it, from the places alone; null where no place answers to it.
+    /// Standard deviation along it, from the data alone; null where nothing that was seen depends on it.
     pub sd: Option<f64>,
 }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
+use tongue_core::observe::Observation;
 use tongue_core::parallel;
 use tongue_core::statics::{self, Critical, Solution, SolveStatus, Workspace};
 use tongue_core::system::{System, SystemError, TissueModel};
@@ -62,6 +63,8 @@ pub struct Forward<'a, const D: usize> {
     /// The candidate whose equilibrium is in the workspace.
     last: Option<Vec<f64>>,
     counts: SearchCounts,
+    /// Motion of all nodes for each unknown, m.
+    motions: Vec<Vec<SVector<f64, D>>>,
 }
 
 impl<'a, const D: usize> Forward<'a, D> {
@@ -78,6 +81,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             begin: if settings.warm_start { Begin::Neighbour } else { Begin::Rest },
             last: None,
             counts: SearchCounts::default(),
+            motions: Vec::new(),
         }
     }
 
@@ -223,6 +227,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.counts.factorisations += 1;
         let inverse = self.inverse;
         let system = self.own.as_ref().unwrap_or(inverse.system);
+        self.motions.resize(inverse.unknowns.len(), vec![SVector::zeros(); self.workspace.positions().len()]);
         let mut response = statics::Response::new(system, &mut self.workspace).ok()?;
         for (column, unknown) in inverse.unknowns.iter().enumerate() {
             match unknown.quantity {
@@ -242,13 +247,15 @@ impl<'a, const D: usize> Forward<'a, D> {
                 }
             }
             response.scale(unknown.unit);
-            for (row, observation) in inverse.seen().enumerate() {
-                jacobian[(row, column)] = observation.rate(response.positions(), response.motion());
-            }
-            for (row, observation) in inverse.others.iter().enumerate() {
-                others[(row, column)] = observation.rate(response.positions(), response.motion());
-            }
+            self.motions[column].copy_from_slice(response.motion());
         }
+        let mut rates = vec![0.0; inverse.unknowns.len()];
+        let mut fill = |observation: &Observation<D>, row: usize, matrix: &mut DMatrix<f64>| {
+            observation.rates(response.positions(), &self.motions, &mut rates);
+            rates.iter().enumerate().for_each(|(column, rate)| matrix[(row, column)] = *rate);
+        };
+        inverse.seen().enumerate().for_each(|(row, o)| fill(o, row, jacobian));
+        inverse.others.iter().enumerate().for_each(|(row, o)| fill(o, row, others));
         Some(())
     }
 }

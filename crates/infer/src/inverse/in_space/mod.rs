@@ -1,21 +1,23 @@
-//! Activations of a body in space from observed places of its nodes, by the same search as for every other inverse problem.
+//! Activations of a body in space from what was seen of it (places of nodes and coils, points of its surface and midsagittal contour,
+//! lengths of muscles), by the same search as for every other inverse problem.
 //!
-//! Residuals are in standard deviations of the places, activations in hundredths. A weak prior (mean 0) determines the combinations of
-//! activations that the places leave open; the answer lists these ([`Combination`]).
+//! Residuals are in standard deviations of what was seen, activations in hundredths. A weak prior (mean 0) determines the combinations of
+//! activations that the data leave open; the answer lists these ([`Combination`]).
 
-use nalgebra::Vector3;
+mod marks;
 
 use tongue_core::body::SpaceBody;
 use tongue_core::body::space::{Half, Side};
-use tongue_core::observe::{NodePosition, Observation};
+use tongue_core::observe::Observation;
 use tongue_core::system::System;
 
+use self::marks::{Observed, on_half};
 use super::directions::decompose;
 use super::forward::Forward;
 use super::problem::Problem;
 use super::statement::Inverse;
 use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
-pub use tongue_input::measured::SeenNode;
+use tongue_input::measured::SpaceMark;
 
 /// Settings of the search for activations.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,12 +46,12 @@ impl Default for SpaceSearch {
     }
 }
 
-/// A combination of activations, and its uncertainty from the places alone.
+/// A combination of activations, and its uncertainty from the data alone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Combination {
     /// Unit vector over the activations searched for, in their order; its largest entry is positive.
     pub direction: Vec<f64>,
-    /// Standard deviation along it; infinite if no place depends on it.
+    /// Standard deviation along it; infinite if nothing that was seen depends on it.
     pub sd: f64,
 }
 
@@ -58,7 +60,7 @@ pub struct Combination {
 pub struct Ended {
     /// Activations of the unknowns.
     pub activations: Vec<f64>,
-    /// Root of the mean squared distance from the places, in standard deviations of a coordinate.
+    /// Root of the mean squared residual, in standard deviations.
     pub misfit: f64,
     /// Number of factorisations of a stiffness.
     pub factorisations: usize,
@@ -73,9 +75,10 @@ pub struct SpaceFit {
     pub names: Vec<String>,
     /// Activations of all muscles of the body.
     pub activations: Vec<f64>,
-    /// Root of the mean squared distance of the nodes from their places, m.
+    /// Root of the mean squared distance from what was seen, m.
     pub rms_m: f64,
-    /// Distance of each node from its place, m.
+    /// For each mark the distance from its place, from the surface or contour, or from its length, m. Differences of stretches and ratios
+    /// are multiplied by the length at rest that they are counted in.
     pub distances_m: Vec<f64>,
     /// Standard deviation of the prior of every activation.
     pub prior_sd: f64,
@@ -100,7 +103,7 @@ impl SpaceFit {
         activations_of(&self.answer.x)
     }
 
-    /// Standard deviation of the activation of each unknown, from the places and the prior; `None` where the stiffness is singular.
+    /// Standard deviation of the activation of each unknown, from the data and the prior; `None` where the stiffness is singular.
     pub fn sds(&self) -> Vec<Option<f64>> {
         let prior = self.prior_sd.powi(-2);
         let variance = |i: usize| {
@@ -143,10 +146,9 @@ impl SpaceSearch {
         &self,
         (body, system): (&SpaceBody, &System<3>),
         (half, left): (&Half, &System<3>),
-        seen: &[SeenNode],
+        seen: &[SpaceMark],
     ) -> Result<SpaceFit, FitError> {
-        let image =
-            |s: &SeenNode| half.seen(s.node, &s.place).map(|(node, place)| SeenNode { node, place, ..*s });
+        let image = |mark: &SpaceMark| on_half(half, body, mark);
         let Some(images) = seen.iter().map(image).collect::<Option<Vec<_>>>() else {
             return self.fit(body, system, seen, None);
         };
@@ -160,8 +162,8 @@ impl SpaceSearch {
         })
     }
 
-    /// Finds the activations that move nodes to their observed places. `begin` is an answer at which the only start begins (that of the
-    /// frame before); without it there are several starts.
+    /// Finds the activations that bring a body to where it was seen. `begin` is an answer at which the only start begins (that of the
+    /// frame before); without it there are several starts, the first at rest.
     ///
     /// # Errors
     /// [`FitError`] if the search cannot begin; later failures are a status of the answer.
@@ -169,41 +171,26 @@ impl SpaceSearch {
         &self,
         body: &SpaceBody,
         system: &System<3>,
-        seen: &[SeenNode],
+        seen: &[SpaceMark],
         begin: Option<&Answer<3>>,
     ) -> Result<SpaceFit, FitError> {
         let groups = searched(body, self.sides_apart);
         let wrong = |what: String| Err(FitError::Unknown { what });
-        let count = body.mesh.nodes.len();
-        for s in seen {
-            if s.node >= count {
-                return wrong(format!("node {} was seen, but the body has {count} nodes", s.node + 1));
-            }
-            if !(s.place.iter().all(|c| c.is_finite()) && s.sd_m.is_finite() && s.sd_m > 0.0) {
-                return wrong(format!(
-                    "the place of node {} or its standard deviation is no number",
-                    s.node + 1
-                ));
-            }
-        }
+        let mut observed = Observed::new(body);
+        let of_marks = seen.iter().map(|mark| observed.of(mark)).collect::<Result<Vec<_>, _>>()?;
         if !(self.prior_sd.is_finite() && self.prior_sd > 0.0) {
             return wrong(format!("the prior of activations has the standard deviation {}", self.prior_sd));
         }
-        let observations = seen.iter().flat_map(|s| {
-            (0..3).map(|axis| {
-                let coordinate = NodePosition::node(s.node, Vector3::ith(axis, 1.0));
-                Observation::new(coordinate, s.place[axis]).with_standard_deviation(s.sd_m)
-            })
-        });
         let unknown = |(_, muscles): &(String, Vec<usize>)| {
             let unknown = Unknown::activation(muscles[0]);
             unknown.with_prior(0.0, unknown.unit / self.prior_sd)
         };
         let tied = groups.iter().flat_map(|(_, m)| m[1..].iter().map(|&other| [m[0], other])).collect();
         let unknowns = groups.iter().map(unknown).collect();
-        let begin_at = begin.map(|b| (b.x.as_slice(), b.positions.as_slice()));
+        let rest = vec![0.0; groups.len()];
+        let begin_at = begin.map_or((&rest[..], system.rest()), |b| (&b.x[..], &b.positions[..]));
         let inverse =
-            Inverse { tied, begin: begin_at, ..Inverse::new(system, observations.collect(), unknowns) };
+            Inverse { tied, begin: Some(begin_at), ..Inverse::new(system, of_marks.concat(), unknowns) };
         let starts = if begin.is_some() { 1 } else { self.settings.starts };
         let settings = FitSettings { starts, ..self.settings };
         let answer = solve(&inverse, &settings)?;
@@ -219,8 +206,11 @@ impl SpaceSearch {
             };
             values.into_iter().zip(directions).map(combination).collect()
         });
-        let distances_m: Vec<f64> =
-            seen.iter().map(|s| (answer.positions[s.node] - s.place).norm()).collect();
+        let distance = |(mark, own): (&SpaceMark, &Vec<Observation<3>>)| {
+            let squares: f64 = own.iter().map(|o| o.residual(&answer.positions).powi(2)).sum();
+            mark.sd_m * squares.sqrt()
+        };
+        let distances_m: Vec<f64> = seen.iter().zip(&of_marks).map(distance).collect();
         let squares: f64 = distances_m.iter().map(|d| d * d).sum();
         let prior = |x: &[f64]| activations_of(x).iter().map(|a| (a / self.prior_sd).powi(2)).sum::<f64>();
         let starts = answer.starts.iter().map(|s| Ended {

@@ -1,0 +1,209 @@
+//! Observations of a body in space from what was seen of it.
+
+use std::sync::Arc;
+
+use nalgebra::{Vector2, Vector3};
+
+use tongue_core::body::space::{Half, Side};
+use tongue_core::body::{Body, MANDIBLE, Mesh, SpaceBody};
+use tongue_core::observe::{
+    Contour, Curve, Length, Midsagittal, NodePosition, Observable, Observation, Ratio, Stretch, Surface,
+};
+use tongue_input::measured::{LengthMeasure, Marked, SpaceMark};
+
+use crate::inverse::FitError;
+use crate::track::TongueSurface;
+
+/// A body of which marks are turned into observations. What only some marks need is made for the first of these.
+pub(super) struct Observed<'a> {
+    body: &'a SpaceBody,
+    surface: Option<Vec<[usize; 3]>>,
+    midline: Option<Midline>,
+}
+
+/// The midsagittal surface curve of a body.
+struct Midline {
+    /// Nodes of the body along the curve.
+    nodes: Arc<[usize]>,
+    /// The curve through them, with the numbers of that list.
+    curve: Curve,
+    /// Distance along the curve of the tip at rest, m.
+    tip: f64,
+}
+
+/// The observations of a mark: their sum of squares times the square of its standard deviation is the squared distance, m², that remains.
+type OfMark = Vec<Observation<3>>;
+
+fn wrong<T>(what: impl Into<String>) -> Result<T, FitError> {
+    Err(FitError::Unknown { what: what.into() })
+}
+
+impl<'a> Observed<'a> {
+    pub(super) fn new(body: &'a SpaceBody) -> Self {
+        Self { body, surface: None, midline: None }
+    }
+
+    /// The observations of a mark.
+    pub(super) fn of(&mut self, mark: &SpaceMark) -> Result<OfMark, FitError> {
+        let SpaceMark { what, sd_m } = mark;
+        let sd_m = *sd_m;
+        if !(sd_m.is_finite() && sd_m > 0.0 && is_finite(what)) {
+            return wrong(format!("{} or its standard deviation is no number", told(what)));
+        }
+        match what {
+            Marked::Node { node, place } => {
+                let count = self.body.mesh.nodes.len();
+                if *node >= count {
+                    return wrong(format!("node {} was seen, but the body has {count} nodes", node + 1));
+                }
+                Ok(coordinates(|axis| NodePosition::node(*node, axis), &[0, 1, 2], place, sd_m))
+            }
+            Marked::Surface(place) => Ok(vec![seen(Surface::new(self.surface(), *place), 0.0, sd_m)]),
+            Marked::Contour(place) => {
+                let midline = self.midline()?;
+                let contour = Contour::new(midline.curve.clone(), *place);
+                Ok(vec![seen(Midsagittal::new(midline.nodes.clone(), contour), 0.0, sd_m)])
+            }
+            Marked::Coil { behind_tip_m, place } => {
+                let Midline { nodes, curve, tip } = self.midline()?;
+                if behind_tip_m > tip {
+                    return wrong(format!(
+                        "a coil lies {:.0} mm behind the tip, but the surface is {:.0} mm long from there to the hyoid",
+                        1e3 * behind_tip_m,
+                        1e3 * *tip
+                    ));
+                }
+                let weights: Vec<(usize, f64)> =
+                    curve.weights(tip - behind_tip_m).into_iter().map(|(i, w)| (nodes[i], w)).collect();
+                let place = Vector3::new(place.x, 0.0, place.y);
+                Ok(coordinates(|axis| NodePosition::mean(weights.clone(), axis), &[0, 2], &place, sd_m))
+            }
+            Marked::Muscle { muscle, measure } => {
+                let sides = self.measured(muscle)?;
+                // Of a pair each side has the measured length, and both together count as one measurement.
+                let sd_m = sd_m * (sides.len() as f64).sqrt();
+                let over = match measure {
+                    LengthMeasure::Ratio(_, over) => self.measured(over)?,
+                    _ => Vec::new(),
+                };
+                let of_side = |(number, &(length, rest)): (usize, &(Length, f64))| match measure {
+                    LengthMeasure::Length(m) => Ok(seen(length, *m, sd_m)),
+                    LengthMeasure::Stretch(stretch) => {
+                        Ok(seen(Stretch::new(length, rest), *stretch, sd_m / rest))
+                    }
+                    LengthMeasure::Ratio(ratio, other) => match over.get(number.min(over.len() - 1)) {
+                        Some(&(other, rest)) => Ok(seen(Ratio::new(length, other), *ratio, sd_m / rest)),
+                        None => wrong(format!("{other} has no length")),
+                    },
+                };
+                sides.iter().enumerate().map(of_side).collect()
+            }
+        }
+    }
+
+    /// The measuring fibres that a muscle's name stands for, and their lengths at rest, m.
+    fn measured(&self, name: &str) -> Result<Vec<(Length, f64)>, FitError> {
+        let mesh = &self.body.mesh;
+        let numbers = self.body.muscles_called(name).or_else(|error| wrong(error.to_string()))?;
+        let ends = numbers.into_iter().map(|m| mesh.muscles[m].ends());
+        Ok(ends.map(|ends| (Length::new(ends), mesh.distance(ends))).collect())
+    }
+
+    /// The triangles of the surface; of a half without its cut.
+    fn surface(&mut self) -> Vec<[usize; 3]> {
+        let Mesh { nodes, .. } = &self.body.mesh;
+        let near = 1e-6 * self.body.mesh.extent();
+        let is_cut = |t: &[usize; 3]| t.iter().all(|&n| nodes[n].y.abs() <= near);
+        let made = || self.body.mesh.outward_faces().into_iter().filter(|t| !is_cut(t)).collect();
+        self.surface.get_or_insert_with(made).clone()
+    }
+
+    fn midline(&mut self) -> Result<&Midline, FitError> {
+        if self.midline.is_none() {
+            self.midline = Midline::of(self.body);
+        }
+        match &self.midline {
+            Some(midline) => Ok(midline),
+            None => {
+                wrong("the body has no faces in its midsagittal plane (y = 0), so it has no contour there")
+            }
+        }
+    }
+}
+
+impl Midline {
+    fn of(body: &SpaceBody) -> Option<Self> {
+        let mesh = Mesh { fixed: body.mesh.fixed.clone(), ..body.midsagittal_mesh() };
+        let mut bones = body.bones.clone();
+        bones.iter_mut().filter(|b| b.name == "mandible").for_each(|b| b.name = MANDIBLE.to_owned());
+        let section = Body { mesh, bones, ..Body::default() };
+        let TongueSurface { curve, tip } = TongueSurface::of(&section)?;
+        let nodes = curve.nodes().to_vec();
+        let rest: Vec<Vector2<f64>> = nodes.iter().map(|&n| section.mesh.nodes[n]).collect();
+        Some(Self { curve: Curve::through((0..nodes.len()).collect(), &rest)?, nodes: nodes.into(), tip })
+    }
+}
+
+fn seen(observable: impl Observable<3> + 'static, measured: f64, sd: f64) -> Observation<3> {
+    Observation::new(observable, measured).with_standard_deviation(sd)
+}
+
+/// The coordinates of a point along some axes.
+fn coordinates(
+    point: impl Fn(Vector3<f64>) -> NodePosition<3>,
+    axes: &[usize],
+    place: &Vector3<f64>,
+    sd_m: f64,
+) -> OfMark {
+    axes.iter().map(|&axis| seen(point(Vector3::ith(axis, 1.0)), place[axis], sd_m)).collect()
+}
+
+fn is_finite(what: &Marked) -> bool {
+    match what {
+        Marked::Node { place, .. } | Marked::Surface(place) => place.iter().all(|c| c.is_finite()),
+        Marked::Contour(place) => place.iter().all(|c| c.is_finite()),
+        Marked::Coil { behind_tip_m, place } => {
+            behind_tip_m.is_finite() && place.iter().all(|c| c.is_finite())
+        }
+        Marked::Muscle { measure, .. } => match measure {
+            LengthMeasure::Length(v) | LengthMeasure::Stretch(v) | LengthMeasure::Ratio(v, _) => {
+                v.is_finite()
+            }
+        },
+    }
+}
+
+/// A mark in words.
+fn told(what: &Marked) -> String {
+    match what {
+        Marked::Node { node, .. } => format!("the place of node {}", node + 1),
+        Marked::Surface(_) => "a point of the surface".to_owned(),
+        Marked::Contour(_) => "a point of the contour".to_owned(),
+        Marked::Coil { .. } => "the place of a coil".to_owned(),
+        Marked::Muscle { muscle, .. } => format!("the length of {muscle}"),
+    }
+}
+
+/// What was seen of the whole as it is seen of its left half; `None` where a node has no image.
+pub(super) fn on_half(half: &Half, whole: &SpaceBody, mark: &SpaceMark) -> Option<SpaceMark> {
+    let name = |name: &str| {
+        let right = whole.muscles.iter().find(|m| m.side == Side::Right && m.name.eq_ignore_ascii_case(name));
+        right.map_or_else(|| name.to_owned(), |right| right.group.clone())
+    };
+    let what = match &mark.what {
+        Marked::Node { node, place } => {
+            let (node, place) = half.seen(*node, place)?;
+            Marked::Node { node, place }
+        }
+        Marked::Surface(place) => Marked::Surface(Vector3::new(place.x, -place.y.abs(), place.z)),
+        Marked::Muscle { muscle, measure } => {
+            let measure = match measure {
+                LengthMeasure::Ratio(ratio, over) => LengthMeasure::Ratio(*ratio, name(over)),
+                other => other.clone(),
+            };
+            Marked::Muscle { muscle: name(muscle), measure }
+        }
+        other => other.clone(),
+    };
+    Some(SpaceMark { what, ..*mark })
+}

@@ -1,0 +1,293 @@
+//! What was seen of a body in space, over time where there are several frames: CSV tables.
+//!
+//! The columns of a table say what its rows are:
+//!
+//! | columns | a row is |
+//! |---|---|
+//! | `node,x_mm,y_mm,z_mm` | the place of a node, numbered from 1 in the order of the body |
+//! | `x_mm,y_mm,z_mm` | a point somewhere on the surface |
+//! | `x_mm,z_mm` | a point somewhere on the midsagittal contour |
+//! | `surface_mm,x_mm,z_mm` | the place of a coil, so far behind the tip along the midsagittal surface at rest |
+//! | `muscle,length_mm` | the length of a muscle's measuring fibre |
+//! | `muscle,stretch` | that length over its length at rest |
+//! | `muscle,ratio` | that length over the length of another muscle, which the column `over` may name (GGA) |
+//!
+//! Each may have the columns `sd_mm` (of each coordinate, distance or length) and `time_s`, by which rows form frames.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use csv::StringRecord;
+use nalgebra::{Vector2, Vector3};
+
+use super::TableError;
+use crate::files;
+
+/// The muscle over whose length ratios are if no other is named (Kato 2014, 4.3.1).
+const OVER: &str = "GGA";
+
+/// What was seen, in the frame of the body (x to the back, y to the right, z upwards), and how surely.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceMark {
+    /// What it is.
+    pub what: Marked,
+    /// Standard deviation of each coordinate, of the distance, or of the length, m.
+    pub sd_m: f64,
+}
+
+/// What can be seen of a body in space.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Marked {
+    /// The place of a node.
+    Node {
+        /// Its number in the body.
+        node: usize,
+        /// Its place, m.
+        place: Vector3<f64>,
+    },
+    /// A place somewhere on the surface, m.
+    Surface(Vector3<f64>),
+    /// A place somewhere on the midsagittal contour: x and z, m.
+    Contour(Vector2<f64>),
+    /// The place of a point that is fixed to the midsagittal surface.
+    Coil {
+        /// Its distance behind the tip along that surface at rest, m.
+        behind_tip_m: f64,
+        /// Its place: x and z, m.
+        place: Vector2<f64>,
+    },
+    /// The length of a muscle; of both sides where the name has none.
+    Muscle {
+        /// Its name.
+        muscle: String,
+        /// The length, or what it is compared with.
+        measure: LengthMeasure,
+    },
+}
+
+/// A measured length of a muscle.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LengthMeasure {
+    /// The length, m.
+    Length(f64),
+    /// Over its length at rest.
+    Stretch(f64),
+    /// Over the length of another muscle in the same shape.
+    Ratio(f64, String),
+}
+
+impl SpaceMark {
+    /// The place of a node, m.
+    pub fn node(node: usize, place: Vector3<f64>, sd_m: f64) -> Self {
+        Self { what: Marked::Node { node, place }, sd_m }
+    }
+}
+
+/// What was seen at one time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpaceFrame {
+    /// The time, s, where the table has times.
+    pub time_s: Option<f64>,
+    /// What was seen.
+    pub marks: Vec<SpaceMark>,
+}
+
+/// Reads tables as one recording: frames of the same time are one. `usual_sd_m` is the standard deviation where a table gives none.
+///
+/// # Errors
+/// [`TableError`], with the file and the line.
+pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Vec<SpaceFrame>, TableError> {
+    let mut all: Vec<SpaceFrame> = Vec::new();
+    for path in paths {
+        let origin = path.as_ref().display().to_string();
+        let bytes = files::read(path.as_ref()).map_err(|e| {
+            let columns = Kind::Node.columns().join(",");
+            let problem =
+                format!("cannot be read: {e}; name a CSV table, such as one with the columns {columns}");
+            TableError::malformed(&origin, None, problem)
+        })?;
+        let frames = space_marks_from(&bytes, &origin, usual_sd_m)?;
+        if all.iter().chain(&frames).map(|f| f.time_s.is_some()).collect::<BTreeSet<_>>().len() > 1 {
+            let problem = "give time_s in all tables of a recording or in none of them";
+            return Err(TableError::malformed(&origin, None, problem.to_owned()));
+        }
+        for frame in frames {
+            match all.iter_mut().find(|f| f.time_s == frame.time_s) {
+                Some(same) => same.marks.extend(frame.marks),
+                None => all.push(frame),
+            }
+        }
+    }
+    all.sort_by(|a, b| a.time_s.partial_cmp(&b.time_s).unwrap_or(std::cmp::Ordering::Equal));
+    Ok(all)
+}
+
+/// What the rows of a table are.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Node,
+    Surface,
+    Contour,
+    Coil,
+    Muscle(&'static str),
+}
+
+/// Columns of lengths, of which a table has one.
+const MEASURES: [&str; 3] = ["length_mm", "stretch", "ratio"];
+
+impl Kind {
+    fn of(header: &StringRecord) -> Result<Self, String> {
+        let has = |name: &str| header.iter().any(|h| h == name);
+        let measures: Vec<&'static str> = MEASURES.into_iter().filter(|m| has(m)).collect();
+        let kind = match &measures[..] {
+            [_, _, ..] => {
+                return Err(format!(
+                    "has the columns {}; give one of them in a table",
+                    measures.join(" and ")
+                ));
+            }
+            _ if has("node") => Self::Node,
+            [measure] => Self::Muscle(measure),
+            [] if has("muscle") => Self::Muscle(MEASURES[0]),
+            [] if has("surface_mm") => Self::Coil,
+            [] if has("x_mm") && has("z_mm") && !has("y_mm") => Self::Contour,
+            [] if has("x_mm") || has("y_mm") || has("z_mm") => Self::Surface,
+            [] => Self::Node,
+        };
+        match kind.columns().iter().find(|c| !has(c)) {
+            None => Ok(kind),
+            Some(missing) => {
+                let all = [Self::Node, Self::Surface, Self::Contour, Self::Coil, Self::Muscle("length_mm")];
+                let all = all.map(|kind| kind.columns().join(",")).join("; ");
+                Err(format!(
+                    "has no column {missing}; a table of a body in space has one of these headers: {all}"
+                ))
+            }
+        }
+    }
+
+    /// The columns that its table must have.
+    fn columns(self) -> Vec<&'static str> {
+        match self {
+            Self::Node => vec!["node", "x_mm", "y_mm", "z_mm"],
+            Self::Surface => vec!["x_mm", "y_mm", "z_mm"],
+            Self::Contour => vec!["x_mm", "z_mm"],
+            Self::Coil => vec!["surface_mm", "x_mm", "z_mm"],
+            Self::Muscle(measure) => vec!["muscle", measure],
+        }
+    }
+}
+
+/// A row of a table.
+struct Row<'a> {
+    header: &'a StringRecord,
+    record: StringRecord,
+}
+
+impl Row<'_> {
+    fn text(&self, name: &str) -> Option<&str> {
+        self.record.get(self.header.iter().position(|h| h == name)?)
+    }
+
+    fn number(&self, name: &str) -> Result<Option<f64>, String> {
+        let Some(text) = self.text(name) else { return Ok(None) };
+        let value = text.parse::<f64>().ok().filter(|v| v.is_finite());
+        value.map(Some).ok_or_else(|| format!("{name} is \"{text}\"; give a finite number"))
+    }
+
+    /// A number of a column that is there, scaled.
+    fn needed(&self, name: &str, unit: f64) -> Result<f64, String> {
+        Ok(unit * self.number(name)?.unwrap_or_default())
+    }
+
+    fn mark(&self, kind: Kind, usual_sd_m: f64) -> Result<SpaceMark, String> {
+        let mm = |name: &str| self.needed(name, 1e-3);
+        let what = match kind {
+            Kind::Node => {
+                let node = self.needed("node", 1.0)?;
+                if node < 1.0 || node.fract() != 0.0 {
+                    return Err(format!("node is {node}; nodes are numbered from 1"));
+                }
+                let place = Vector3::new(mm("x_mm")?, mm("y_mm")?, mm("z_mm")?);
+                Marked::Node { node: node as usize - 1, place }
+            }
+            Kind::Surface => Marked::Surface(Vector3::new(mm("x_mm")?, mm("y_mm")?, mm("z_mm")?)),
+            Kind::Contour => Marked::Contour(Vector2::new(mm("x_mm")?, mm("z_mm")?)),
+            Kind::Coil => {
+                let behind_tip_m = mm("surface_mm")?;
+                if behind_tip_m < 0.0 {
+                    return Err("surface_mm is negative; it is the distance behind the tip".to_owned());
+                }
+                Marked::Coil { behind_tip_m, place: Vector2::new(mm("x_mm")?, mm("z_mm")?) }
+            }
+            Kind::Muscle(measure) => {
+                let value = self.needed(measure, if measure == "length_mm" { 1e-3 } else { 1.0 })?;
+                if value <= 0.0 {
+                    return Err(format!("{measure} must be positive"));
+                }
+                let over = || self.text("over").filter(|o| !o.is_empty()).unwrap_or(OVER).to_owned();
+                let measure = match measure {
+                    "stretch" => LengthMeasure::Stretch(value),
+                    "ratio" => LengthMeasure::Ratio(value, over()),
+                    _ => LengthMeasure::Length(value),
+                };
+                Marked::Muscle { muscle: self.text("muscle").unwrap_or_default().to_owned(), measure }
+            }
+        };
+        let sd_m = self.number("sd_mm")?.map_or(usual_sd_m, |sd| 1e-3 * sd);
+        if sd_m <= 0.0 {
+            return Err("sd_mm must be positive".to_owned());
+        }
+        Ok(SpaceMark { what, sd_m })
+    }
+}
+
+/// As [`read_space_marks`], from the bytes of one table; `origin` is its name in messages.
+///
+/// # Errors
+/// [`TableError`], with the line.
+pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<Vec<SpaceFrame>, TableError> {
+    let text = String::from_utf8_lossy(bytes);
+    let wrong = |line: u64, problem: String| TableError::malformed(origin, Some(line), problem);
+    let mut reader =
+        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let broken =
+        |e: csv::Error| wrong(e.position().map_or(1, csv::Position::line), format!("is no table: {e}"));
+    let header = reader.headers().map_err(broken)?.clone();
+    let kind = Kind::of(&header).map_err(|problem| wrong(1, problem))?;
+    let mut frames: Vec<SpaceFrame> = Vec::new();
+    // Nodes and muscles that came in the frame.
+    let mut of_frame: BTreeSet<String> = BTreeSet::new();
+    for record in reader.records() {
+        let record = record.map_err(broken)?;
+        let line = record.position().map_or(1, csv::Position::line);
+        let row = Row { header: &header, record };
+        let mark = row.mark(kind, usual_sd_m).map_err(|problem| wrong(line, problem))?;
+        let time_s = row.number("time_s").map_err(|problem| wrong(line, problem))?;
+        let name = match &mark.what {
+            Marked::Node { node, .. } => Some(format!("node {}", node + 1)),
+            Marked::Muscle { muscle, .. } => Some(format!("muscle {muscle}")),
+            _ => None,
+        };
+        let is_earlier = frames.last().is_some_and(|f| f.time_s > time_s);
+        if frames.last().is_none_or(|f| f.time_s != time_s) {
+            if is_earlier {
+                let problem = "its time comes before that of the rows above; sort them by time_s";
+                return Err(wrong(line, problem.to_owned()));
+            }
+            of_frame.clear();
+            frames.push(SpaceFrame { time_s, marks: Vec::new() });
+        }
+        if let Some(name) = name
+            && !of_frame.insert(name.clone())
+        {
+            return Err(wrong(line, format!("{name} comes twice in a frame; give it once")));
+        }
+        frames.iter_mut().last().into_iter().for_each(|f| f.marks.push(mark.clone()));
+    }
+    if frames.is_empty() {
+        let problem = "has no row below its header; give at least one".to_owned();
+        return Err(TableError::malformed(origin, None, problem));
+    }
+    Ok(frames)
+}

@@ -1,0 +1,158 @@
+//! Activations of the built-in tongue in space from what can be seen of it: its surface, its midsagittal contour, coils, and lengths.
+
+use nalgebra::{Vector2, Vector3};
+use tongue_core::body::space::Half;
+use tongue_fit::body::SpaceBody;
+use tongue_fit::inverse::in_space::SpaceSearch;
+use tongue_fit::inverse::{FitSettings, FitStatus};
+use tongue_fit::measured::{LengthMeasure, Marked, SpaceMark};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
+use tongue_fit::system::{SpaceModel, System};
+use tongue_infer::inverse::in_space::SpaceFit;
+
+const SD_M: f64 = 5e-4;
+
+/// The built-in tongue, both sides alike, where activations brought it.
+struct Moved {
+    body: SpaceBody,
+    system: System<3>,
+    half: Half,
+    left: System<3>,
+    positions: Vec<Vector3<f64>>,
+}
+
+impl Moved {
+    fn to(given: &[(&str, f64)]) -> Self {
+        let body = SpaceBody::tongue(1).unwrap();
+        let (half, model) = (body.half().unwrap(), SpaceModel::default());
+        let (system, left) =
+            (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
+        let activations = half.activations(&body.activations(given).unwrap()).unwrap();
+        let mut w = Workspace::new(&left);
+        let found = statics::solve(&left, &mut w, &activations, &SolveSettings::default());
+        assert_eq!(found.status, SolveStatus::Converged);
+        let positions = half.whole(w.positions());
+        Self { body, system, half, left, positions }
+    }
+
+    /// The middles of the faces of the surface that can move.
+    fn surface(&self) -> Vec<SpaceMark> {
+        let fixed = &self.body.mesh.fixed;
+        let faces = self.body.mesh.outward_faces().into_iter();
+        let free = faces.filter(|t| t.iter().any(|n| fixed.binary_search(n).is_err()));
+        let middle = |t: [usize; 3]| t.map(|n| self.positions[n]).iter().sum::<Vector3<f64>>() / 3.0;
+        free.map(|t| mark(Marked::Surface(middle(t)))).collect()
+    }
+
+    /// The nodes of the midsagittal contour that can move, as places somewhere on it.
+    fn contour(&self) -> Vec<SpaceMark> {
+        let outline = self.body.midsagittal_mesh().outlines().remove(0);
+        let free = outline.into_iter().filter(|n| self.body.mesh.fixed.binary_search(n).is_err());
+        free.filter(|&n| self.body.mesh.nodes[n].z > 0.0)
+            .map(|n| mark(Marked::Contour(self.positions[n].xz())))
+            .collect()
+    }
+
+    fn length(&self, muscle: &str, positions: &[Vector3<f64>]) -> f64 {
+        let number = self.body.muscles_called(muscle).unwrap()[0];
+        let [a, b] = self.body.mesh.muscles[number].ends();
+        (positions[a] - positions[b]).norm()
+    }
+
+    /// The lengths of all muscles, as lengths, stretches and ratios in turn.
+    fn lengths(&self) -> Vec<SpaceMark> {
+        let of = |(i, muscle): (usize, String)| {
+            let (rest, now) =
+                (self.length(&muscle, &self.body.mesh.nodes), self.length(&muscle, &self.positions));
+            let measure = match i % 3 {
+                0 => LengthMeasure::Length(now),
+                1 => LengthMeasure::Stretch(now / rest),
+                _ => LengthMeasure::Ratio(now / self.length("GGA", &self.positions), "gga".into()),
+            };
+            mark(Marked::Muscle { muscle, measure })
+        };
+        self.body.groups().into_iter().filter(|g| g != "GGA").enumerate().map(of).collect()
+    }
+
+    fn search(&self, seen: &[SpaceMark], prior_sd: f64, starts: usize) -> SpaceFit {
+        let usual = SpaceSearch::default();
+        let search = SpaceSearch { prior_sd, settings: FitSettings { starts, ..usual.settings }, ..usual };
+        let fit = search.fit_alike((&self.body, &self.system), (&self.half, &self.left), seen).unwrap();
+        let found: Vec<String> =
+            fit.names.iter().zip(fit.found()).map(|(n, a)| format!("{n} {a:.4}")).collect();
+        let open = fit.combinations.iter().filter(|c| c.sd > search.open_above).count();
+        eprintln!(
+            "{} marks: {:.4} mm RMS, {:?}, {} factorisations, {open} open; {}",
+            seen.len(),
+            1e3 * fit.rms_m,
+            fit.answer.status,
+            fit.factorisations,
+            found.join(", ")
+        );
+        fit
+    }
+}
+
+fn mark(what: Marked) -> SpaceMark {
+    SpaceMark { what, sd_m: SD_M }
+}
+
+const TRUTH: [(&str, f64); 4] = [("GGP", 0.08), ("TRANS", 0.05), ("HG", 0.03), ("SL", 0.04)];
+
+fn truth(name: &str) -> f64 {
+    TRUTH.iter().find(|(known, _)| *known == name).map_or(0.0, |(_, a)| *a)
+}
+
+#[test]
+fn points_anywhere_on_its_surface_give_its_activations_back() {
+    let moved = Moved::to(&TRUTH);
+    let fit = moved.search(&moved.surface(), 100.0, 1);
+    assert_eq!(fit.answer.status, FitStatus::Converged);
+    for (name, found) in fit.names.iter().zip(fit.found()) {
+        assert!((found - truth(name)).abs() < 1e-3, "{name} {found}");
+    }
+}
+
+#[test]
+fn a_contour_with_lengths_leaves_less_open_than_either() {
+    let moved = Moved::to(&TRUTH);
+    let (contour, lengths) = (moved.contour(), moved.lengths());
+    let [seen, heard, both] = [contour.clone(), lengths.clone(), [contour, lengths].concat()]
+        .map(|marks| moved.search(&marks, 0.5, 1));
+    let open = |fit: &SpaceFit| fit.combinations.iter().filter(|c| c.sd > 0.1).count();
+    assert!(open(&both) < open(&seen) && open(&both) <= open(&heard));
+    for fit in [&seen, &heard, &both] {
+        assert_eq!(fit.answer.status, FitStatus::Converged);
+        assert!(fit.rms_m < 1e-4, "{}", fit.rms_m);
+        // The truth lies in the interval that is told of each activation.
+        for ((name, found), sd) in fit.names.iter().zip(fit.found()).zip(fit.sds()) {
+            assert!((found - truth(name)).abs() < 2.0 * sd.unwrap(), "{name} {found} {sd:?}");
+        }
+    }
+}
+
+#[test]
+fn coils_are_fixed_to_the_surface_and_marks_that_make_no_sense_are_refused() {
+    let moved = Moved::to(&[]);
+    let refused = |what: Marked| {
+        let fit = SpaceSearch::default().fit(&moved.body, &moved.system, &[mark(what)], None);
+        fit.unwrap_err().to_string()
+    };
+    let length = |muscle: &str, measure| Marked::Muscle { muscle: muscle.into(), measure };
+    let ratio = LengthMeasure::Ratio(1.0, "XY".into());
+    for (what, why) in [
+        (Marked::Coil { behind_tip_m: 0.3, place: Vector2::zeros() }, "300 mm behind the tip"),
+        (Marked::Contour(Vector2::new(f64::NAN, 0.0)), "a point of the contour"),
+        (Marked::Surface(Vector3::repeat(f64::INFINITY)), "a point of the surface"),
+        (length("GGX", LengthMeasure::Length(0.03)), "no muscle \"GGX\""),
+        (length("GGP", ratio), "no muscle \"XY\""),
+    ] {
+        let said = refused(what);
+        assert!(said.contains(why), "{said}");
+    }
+    // At rest a coil at the tip is at the foremost node, and the answer is rest.
+    let tip = moved.body.mesh.nodes[moved.body.foremost().unwrap()].xz();
+    let fit = moved.search(&[mark(Marked::Coil { behind_tip_m: 0.0, place: tip })], 0.5, 1);
+    assert!(fit.rms_m < 1e-6 && fit.found().iter().all(|a| *a < 1e-4));
+    assert!(fit.combinations.iter().any(|c| c.sd > 0.1), "one coil leaves much open");
+}
