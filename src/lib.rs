@@ -286,8 +286,8 @@ pub mod posterior {
     #[doc(inline)]
     pub use tongue_infer::posterior::{
         Beside, Contradiction, Contrast, Density, Draw, Gain, Ground, Measurements, Mode, Posterior,
-        PosteriorError, Priors, Quantiles, Report, Sampling, Shares, Status, StretchSummary, Summary,
-        Verdict, VerdictFrom, contradictions, gains, sample,
+        PosteriorError, Priors, Quantiles, Report, Sampling, Shares, ShortRun, Status, StretchSummary,
+        Summary, Verdict, VerdictFrom, contradictions, gains, sample,
     };
 }
 

@@ -85,8 +85,18 @@ impl Given {
 /// The points of the argument `what`, of shape (`count`, 2), or with the columns x and y.
 ///
 /// # Errors
-/// Another shape or other columns, values that are not numbers.
+/// Another shape or other columns, values that are not finite numbers.
 pub fn points(what: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<SVector<f64, 2>>> {
+    let points = read_points(what, given, count)?;
+    match points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
+        Some(node) => {
+            Err(wrong(format!("{what}: {:?} at node {node} (from 0) is not finite", points[node].as_slice())))
+        }
+        None => Ok(points),
+    }
+}
+
+fn read_points(what: &str, given: &Bound<'_, PyAny>, count: usize) -> PyResult<Vec<SVector<f64, 2>>> {
     if let Some(array) = plain_array::<PyArray2<f64>>(given)
         && array.shape() == [count, 2]
     {

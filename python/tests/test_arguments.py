@@ -4,8 +4,10 @@ error that names the argument or the value."""
 from __future__ import annotations
 
 import inspect
+from collections import UserDict
 from collections.abc import Callable
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,6 +22,7 @@ BODY = tf.Body.tongue(8e-3)
 DATA = tf.Dataset.reference()
 MODEL = tf.Model().assemble(BODY, ["GGa", "HGa"])
 SHAPE = MODEL.solver().equilibrium([1.0, 2.0])
+POINTS = np.round(SHAPE.positions * 1024) / 1024  # exact in float32
 LENGTH = MODEL.length("GGa")
 SEEN = [tf.Observation(LENGTH, 0.041), tf.Observation(MODEL.length("HGa"), 0.0275)]
 FRAME = pd.DataFrame({"subject": "X", "vowel": ["ɯ", "a"], "GGa_mm": [46, 38], "SGm_mm": [25, 21], "HGa_mm": [36, 33]})
@@ -75,8 +78,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         {"young_modulus": 6900.0, "poisson_ratio": 0.49, "preset": "consistent", "spread": "assembled", "outside": "chain", "tissue": "fe"},
     ),
     "Model.assemble": (tf.Model().assemble, {"body": BODY, "muscles": ["GGa"]}),
-    "Observable.gradient": (LENGTH.gradient, {"positions": SHAPE.positions}),
-    "Observable.value": (LENGTH.value, {"positions": SHAPE.positions}),
+    "Observable.gradient": (LENGTH.gradient, {"positions": POINTS}),
+    "Observable.value": (LENGTH.value, {"positions": POINTS}),
     "Observation": (tf.Observation, {"observable": LENGTH, "measured": 0.04, "standard_deviation": 1e-3}),
     "Posterior.frame": (lambda **given: tf.scene("supine").frame(**given), {"name": "none.csv"}),
     "Posterior.save": (lambda **given: tf.Run({}, {}, "", True).save(**given), {"folder": "."}),
@@ -91,7 +94,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Solver.follow_from_rest": (MODEL.solver().follow_from_rest, {"tensions": [1.0, 2.0]}),
     "Solver.jacobian": (MODEL.solver().jacobian, {"shape": SHAPE}),
     "Solver.shift_bone": (MODEL.solver().shift_bone, {"bone": "hyoid", "shift": (0.001, 0.0)}),
-    "Solver.vjp": (MODEL.solver().vjp, {"shape": SHAPE, "cotangent": SHAPE.positions}),
+    "Solver.vjp": (MODEL.solver().vjp, {"shape": SHAPE, "cotangent": POINTS}),
     "Trajectory.lengths": (MODEL.trajectory([1.0, 2.0], 0.01, samples=3).lengths, {"muscle": "GGa"}),
     "batch": (
         tf.batch,
@@ -221,3 +224,57 @@ def test_numbers_and_texts_of_numpy_are_the_same(call: str, tmp_path: Path, monk
             as_numpy[name] = np.str_(value)
     if as_numpy:
         assert told(function(**{**right, **as_numpy})) == told(function(**right))
+
+
+def read_only(values: Any) -> np.ndarray:
+    array = np.array(values)
+    array.flags.writeable = False
+    return array
+
+
+def forms(name: str, right: Any) -> dict[str, Any]:
+    """The same numbers or names in everything else that Python has for them; nothing for an argument that is a single value."""
+    if isinstance(right, dict):
+        return {"Series": pd.Series(right), "UserDict": UserDict(right), "MappingProxyType": MappingProxyType(right)}
+    if not isinstance(right, (list, tuple, np.ndarray)) or len(right) == 0 or isinstance(right[0], (tf.Batch, tf.Observation)):
+        return {}
+    array, nested = np.array(right), np.array(right).tolist()
+    found: dict[str, Any] = {"list": nested, "tuple": tuple(nested), "array": array, "read-only": read_only(right)}
+    found["strided"] = np.repeat(array, 2, axis=0)[::2]
+    if array.dtype.kind == "f":
+        single = array.astype(np.float32)
+        found |= {"float32": single} if (single == array).all() else {}
+        found["columns first"] = np.asfortranarray(array)
+    if array.ndim == 2:
+        return found | {"tuples": tuple(map(tuple, nested)), "frame, y first": pd.DataFrame(array, columns=["x", "y"])[["y", "x"]]}
+    if array.dtype.kind == "f":
+        by_name = dict(zip(["GGa", "HGa"] if name == "tensions" else ["x", "y"], nested, strict=True))
+        turned = dict(reversed(by_name.items()))
+        return found | {"dict in another order": turned, "Series in another order": pd.Series(turned)}
+    return found | {"Series": pd.Series(nested), "Index": pd.Index(nested)}
+
+
+def test_the_same_value_in_any_form_gives_the_same_bits_and_a_spoilt_one_is_refused_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    tried = 0
+    for call, name in cases():
+        function, right = CALLS[call]
+        given = forms(name, right[name])
+        expected = told(function(**right)) if given else None
+        for kind, value in given.items():
+            assert told(function(**{**right, name: value})) == expected, (call, name, kind)
+            tried += 1
+        if "strided" not in given or given["array"].dtype.kind != "f":
+            continue
+        array = given["array"]
+        spoilt: dict[str, Any] = {"too long": np.concatenate([array, array[:1]]), "too short": array[:-1]}
+        for fault in (np.nan, None):
+            spoilt[f"{fault} in it"] = array.astype(object)
+            spoilt[f"{fault} in it"].flat[1] = fault
+        for kind, value in spoilt.items():
+            with pytest.raises(tf.Error) as caught:
+                function(**{**right, name: value})
+            text = str(caught.value)
+            assert name in text or "tension of HGa is NaN" in text, (call, kind, text)
+            tried += 1
+    assert tried > 150

@@ -6,6 +6,11 @@ const make = (name, attributes = {}, ...children) => {
   node.append(...children);
   return node;
 };
+// Sets an attribute that may be the same as in the last frame: browsers lay out anew even for the same value.
+const set = (node, name, value) => {
+  const kept = (node.kept ??= {}), text = String(value);
+  if (kept[name] !== text) node.setAttribute(name, kept[name] = text);
+};
 const put = (p) => `${p[0].toFixed(2)} ${(-p[1]).toFixed(2)}`;
 const line = (points) => "M" + points.map(put).join("L");
 // A smooth curve through all points (Catmull and Rom), closed or open.
@@ -72,55 +77,58 @@ function makeMouth(svg, body) {
     svg.setAttribute("viewBox", [left - room, -high - room, right - left + 2 * room, high - low + 2 * room].join(" "));
   } else svg.setAttribute("viewBox", "-47 -91 141 121");
 
+  // For which places of the bones the setting is drawn.
+  let carried = null;
   return function draw(at, tensions, bones, shown) {
     const points = rest.map((_, n) => [1e3 * at[2 * n], 1e3 * at[2 * n + 1]]);
     const turn = bones[0] * Math.PI / 180, [sin, cos] = [Math.sin(turn), Math.cos(turn)];
     const jaw = ([x, y]) => [joint[0] + cos * (x - joint[0]) - sin * (y - joint[1]), joint[1] + sin * (x - joint[0]) + cos * (y - joint[1])];
     const lift = ([x, y]) => [x + bones[1], y + bones[2]];
-    if (!own) {
+    if (!own && carried !== String(bones)) {
+      carried = String(bones);
       const chin = DRAWN.chin.map(jaw), inside = DRAWN.lowerLipInside.map(jaw), floor = [jaw([-12, 15]), jaw([-2, 1]), lift([38, -4])];
-      soft.setAttribute("d", smooth([...DRAWN.face, ...DRAWN.upperLipInside, ...inside.slice().reverse(), ...chin], false)
+      set(soft, "d", smooth([...DRAWN.face, ...DRAWN.upperLipInside, ...inside.slice().reverse(), ...chin], false)
         + "L" + [...DRAWN.throat.map((p, i) => i === 0 ? jaw(p) : i < 3 ? lift(p) : p)].map(put).join("L") + "L110 50L110 -110L-25 -110Z");
       // The mouth's air: lips, palate, soft palate, pharynx, and the floor of the mouth.
-      cavity.setAttribute("d", line([[-24.5, 29.6], ...DRAWN.upperLipInside, [-12, 42], [-3, 47], [16, 54], [30, 56], [40, 54], [50, 53], [58, 47], [60, 40], [63, 46], [62.6, 30], [62, 12], [61.6, -8], [60, -40], [52, -40], [51, -24], lift([49, -12]), lift([47, -8]), floor[2], floor[1], floor[0], ...inside, jaw([-24.5, 28.6])]) + "Z");
-      wall.setAttribute("d", smooth(DRAWN.back, false));
-      ghost.setAttribute("d", smooth(DRAWN.ramus.map(jaw)));
-      symphysis.setAttribute("d", smooth(DRAWN.symphysis.map(jaw)));
-      lowerTooth.setAttribute("d", smooth(DRAWN.lowerTooth.map(jaw)));
-      hyoid.setAttribute("d", smooth(DRAWN.hyoidBone.map(lift)));
-      epiglottis.setAttribute("d", smooth(DRAWN.epiglottis.map(lift)));
+      set(cavity, "d", line([[-24.5, 29.6], ...DRAWN.upperLipInside, [-12, 42], [-3, 47], [16, 54], [30, 56], [40, 54], [50, 53], [58, 47], [60, 40], [63, 46], [62.6, 30], [62, 12], [61.6, -8], [60, -40], [52, -40], [51, -24], lift([49, -12]), lift([47, -8]), floor[2], floor[1], floor[0], ...inside, jaw([-24.5, 28.6])]) + "Z");
+      set(wall, "d", smooth(DRAWN.back, false));
+      set(ghost, "d", smooth(DRAWN.ramus.map(jaw)));
+      set(symphysis, "d", smooth(DRAWN.symphysis.map(jaw)));
+      set(lowerTooth, "d", smooth(DRAWN.lowerTooth.map(jaw)));
+      set(hyoid, "d", smooth(DRAWN.hyoidBone.map(lift)));
+      set(epiglottis, "d", smooth(DRAWN.epiglottis.map(lift)));
       for (const p of places) {
         const [x, y] = p.moves === "jaw" ? jaw(p.at) : p.moves === "hyoid" ? lift(p.at) : p.at;
-        p.text.setAttribute("x", x); p.text.setAttribute("y", -y);
+        set(p.text, "transform", `translate(${put([x, y])})`);
       }
     }
-    tissue.setAttribute("d", outline(points));
-    web.setAttribute("d", shown.mesh ? edgesOf(points) : "");
-    palate.setAttribute("class", shown.palate ? "palate on" : "palate");
+    set(tissue, "d", outline(points));
+    set(web, "d", shown.mesh ? edgesOf(points) : "");
+    set(palate, "class", shown.palate ? "palate on" : "palate");
     muscles.forEach((m, i) => {
       const d = line(m.nodes.map((n) => points[n])), pulls = tensions[i] > 0.05;
       const width = pulls ? 1.1 + 1.5 * Math.sqrt(Math.min(tensions[i], 100) / 100) : 0.8;
-      for (const [node, wide] of [[m.edge, width + (pulls ? 0.7 : 0.45)], [m.line, width]]) {
-        node.setAttribute("d", d);
-        node.style.strokeWidth = wide;
-        node.classList.toggle("slack", !pulls);
+      for (const [kind, wide] of [["edge", width + (pulls ? 0.7 : 0.45)], ["line", width]]) {
+        const node = m[kind];
+        set(node, "d", d);
+        set(node, "stroke-width", wide);
+        set(node, "class", `${kind}${pulls ? "" : " slack"}`);
       }
       const [a, b] = [points[m.nodes[0]], points[m.nodes.at(-1)]];
       const [t, beside] = NAMES[m.name] ?? [0.5 + 0.08 * (i % 4), 3.5];
       const way = [b[0] - a[0], b[1] - a[1]], long = Math.hypot(...way) || 1;
-      m.text.setAttribute("x", (a[0] + t * way[0] - beside * way[1] / long).toFixed(2));
-      m.text.setAttribute("y", (-(a[1] + t * way[1] + beside * way[0] / long)).toFixed(2));
-      m.text.setAttribute("class", pulls ? "strong" : "");
+      set(m.text, "transform", `translate(${put([a[0] + t * way[0] - beside * way[1] / long, a[1] + t * way[1] + beside * way[0] / long])})`);
+      set(m.text, "class", pulls ? "strong" : "");
     });
-    body.fixed.forEach((n, i) => { pins[i].setAttribute("cx", points[n][0].toFixed(2)); pins[i].setAttribute("cy", (-points[n][1]).toFixed(2)); });
+    body.fixed.forEach((n, i) => { set(pins[i], "cx", points[n][0].toFixed(2)); set(pins[i], "cy", (-points[n][1]).toFixed(2)); });
     const way = { upright: [0, -1], supine: [1, 0], prone: [-1, 0] }[shown.gravity];
     down.toggleAttribute("hidden", !way);
     down.style.display = way ? "" : "none";
     if (way) {
       const c = [82, 8], [u, v] = way, tip = [c[0] + 8 * u, c[1] + 8 * v];
-      arrow.setAttribute("d", `${line([[c[0] - 6 * u, c[1] - 6 * v], tip])}${line([tip, [tip[0] - 3 * u - 1.6 * v, tip[1] - 3 * v + 1.6 * u], [tip[0] - 3 * u + 1.6 * v, tip[1] - 3 * v - 1.6 * u]])}Z`);
-      down.lastChild.setAttribute("x", c[0]);
-      down.lastChild.setAttribute("y", -(c[1] - (u ? 5 : 12)));
+      set(arrow, "d", `${line([[c[0] - 6 * u, c[1] - 6 * v], tip])}${line([tip, [tip[0] - 3 * u - 1.6 * v, tip[1] - 3 * v + 1.6 * u], [tip[0] - 3 * u + 1.6 * v, tip[1] - 3 * v - 1.6 * u]])}Z`);
+      set(down.lastChild, "x", c[0]);
+      set(down.lastChild, "y", -(c[1] - (u ? 5 : 12)));
     }
   };
 }

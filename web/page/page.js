@@ -13,7 +13,7 @@ const element = (name, properties = {}, ...children) => {
 
 // What is shown; the link holds all of it.
 const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: true, mesh: true, subject: "", vowel: "", baseline: "", target: "stretch", along: null, lips: [8, 0] };
-let body, live, worker, thinker, draw, path, sound, fit = null, rises = null, shape = null, table = null;
+let body, live, worker, thinkers, draw, path, sound, fit = null, rises = null, shape = null, table = null;
 // The link as it was opened; what is shown becomes the link only after it has been taken up.
 const opening = location.hash;
 let ready = false;
@@ -26,12 +26,12 @@ async function unpacked() {
 
 // Long work is done beside the page where the browser lets it; else in it, except for verdicts, which would stop the sliders for
 // seconds. A fit or a verdict that nobody waits for any more is ended.
-const LONG = ["fit", "verdict"];
+const LONG = ["fit", "draws", "verdict"];
 function makeWorker(module) {
   const source = `${makeEngine}\nlet engine; onmessage = ({ data }) => { if (data.module) engine = makeEngine(data.module); else postMessage(engine.ask(data)); };`;
   const waiting = [];
   let beside = null, opened = null, read = null;
-  const answer = (request) => request.ask === "verdict" ? { error: "this browser does no work beside a page" } : live.ask(request);
+  const answer = (request) => request.ask === "draws" ? { error: "this browser does no work beside a page" } : live.ask(request);
   const here = (request) => new Promise((done) => setTimeout(() => done(answer(request)), 0));
   const post = (request) => new Promise((done) => { waiting.push({ done, request }); beside.postMessage(request); });
   const start = () => {
@@ -88,7 +88,7 @@ function verdict(text, doubts = []) {
 }
 
 // -- Frames -------------------------------------------------------------------------------------------------------------------------
-let asked = false, idle = 0, checked = 0, tween = null;
+let asked = false, idle = 0, checked = 0, told = 0, tween = null;
 const times = [], frames = [];
 function move() {
   if (!asked) { asked = true; requestAnimationFrame(step); }
@@ -110,11 +110,10 @@ function step(now) {
   while (frames.length > 60 || now - frames[0] > 1000) frames.shift();
   if (next.error) { complain("frame", next.error); return; }
   shape = next;
-  show();
-  showChanged();
+  show(now - told > 100);
   clearTimeout(idle);
   idle = 0;
-  if (tween) move(); else idle = setTimeout(check, 180);
+  if (tween) move(); else idle = setTimeout(() => { tell(); check(); }, 180);
 }
 
 // When nothing moves: the same posture from rest, and whether it is on the branch that begins there.
@@ -158,7 +157,7 @@ function measured(name) {
   if (!fit) return undefined;
   return (fit.target_kind === "ratio" ? fit.target_ratios : fit.target_stretches)[name];
 }
-function show() {
+function show(inWords = true) {
   if (!shape) return;
   draw(shape.at, state.tensions, state.bones, state);
   if (body.tract) sound.hear(shape);
@@ -166,13 +165,25 @@ function show() {
   const scale = (x) => Math.max(0, Math.min(200, ratio ? x * 100 : 100 + 2.5 * percent(x)));
   body.muscles.forEach((m, i) => {
     const row = rows[i], [zero, at] = [ratio ? 0 : 100, scale(values[i])], seen = measured(m.name);
-    const bar = (rect, to) => { rect.setAttribute("x", Math.min(zero, to)); rect.setAttribute("width", Math.abs(to - zero)); };
+    const bar = (rect, to) => { set(rect, "x", Math.min(zero, to)); set(rect, "width", Math.abs(to - zero)); };
     bar(row.sim, at);
-    row.mea.style.display = seen === undefined ? "none" : "";
+    set(row.mea, "display", seen === undefined ? "none" : "inline");
     if (seen !== undefined) bar(row.mea, scale(seen));
-    row.zero.setAttribute("x1", zero); row.zero.setAttribute("x2", zero);
-    const said = (x) => ratio ? round(x, 3) : `${x >= 1 ? "+" : ""}${round(percent(x))} %`;
-    row.name.textContent = `${m.name} ${said(values[i])}${seen === undefined ? "" : `, measured ${said(seen)}`}`;
+    set(row.zero, "x1", zero); set(row.zero, "x2", zero);
+  });
+  if (inWords) tell();
+}
+// What is said of a shape in words: while it moves ten times a second, because a browser lays the page out anew for each word.
+function tell() {
+  told = performance.now();
+  showChanged();
+  if (!shape) return;
+  if (body.tract) sound.tell();
+  const ratio = fit?.target_kind === "ratio", values = simulated();
+  const said = (x) => ratio ? round(x, 3) : `${x >= 1 ? "+" : ""}${round(percent(x))} %`;
+  body.muscles.forEach((m, i) => {
+    const seen = measured(m.name);
+    rows[i].name.textContent = `${m.name} ${said(values[i])}${seen === undefined ? "" : `, measured ${said(seen)}`}`;
   });
   byId("what").textContent = ratio ? `length over that of ${fit.reference}, 0 to 2` : fit ? `length against /${fit.baseline}/, −40 to +40 %` : "length against rest, −40 to +40 %";
   const ms = times.slice().sort((a, b) => a - b)[times.length >> 1] ?? 0;
@@ -231,18 +242,20 @@ async function typed(i, text) {
   complain("typed", said.error);
   if (said.error) showControls(); else pull(i, said.tensions_n[i]);
 }
+// Sets a value or a text; where it is the same already, nothing is laid out anew.
+const renew = (node, key, value) => { if (node[key] !== value) node[key] = value; };
 function showControls() {
   body.muscles.forEach((_, i) => {
-    rows[i].slider.value = state.tensions[i];
-    rows[i].number.value = round(state.tensions[i]);
+    renew(rows[i].slider, "value", String(state.tensions[i]));
+    renew(rows[i].number, "value", round(state.tensions[i]));
   });
   ["jaw", "back", "up"].forEach((id, i) => {
-    byId(id).value = state.bones[i];
-    byId(`${id}-out`).textContent = `${round(state.bones[i])} ${i === 0 ? "°" : "mm"}`;
+    renew(byId(id), "value", String(state.bones[i]));
+    renew(byId(`${id}-out`), "textContent", `${round(state.bones[i])} ${i === 0 ? "°" : "mm"}`);
   });
   ["lips", "round"].forEach((id, i) => {
-    byId(id).value = state.lips[i];
-    byId(`${id}-out`).textContent = `${round(state.lips[i])} mm`;
+    renew(byId(id), "value", String(state.lips[i]));
+    renew(byId(`${id}-out`), "textContent", `${round(state.lips[i])} mm`);
   });
   byId("as-spoken").disabled = !body.tract?.posture?.[state.vowel];
   byId("body").value = state.continuum ? "continuum" : "springs";
@@ -300,7 +313,12 @@ function showRises(why = "") {
 async function think(mine, subject, vowel) {
   const clock = performance.now();
   showRises("How sure it is which muscles pull harder is being computed …");
-  const said = await thinker({ ask: "verdict", subject, vowel, baseline: state.baseline });
+  // The two groups of chains are run beside each other.
+  const row = { subject, vowel, baseline: state.baseline };
+  const parts = await Promise.all(thinkers.map((thinker, group) => thinker({ ask: "draws", ...row, group })));
+  if (mine !== fitting || parts.some((p) => p.ended)) return;
+  const wrong = parts.find((p) => p.error);
+  const said = wrong ?? await thinkers[0]({ ask: "verdict", ...row, draws: parts.flatMap((p) => p.draws) });
   if (mine !== fitting || said.ended) return;
   rises = said.error ? null : { ...said, baseline: state.baseline, seconds: (performance.now() - clock) / 1000 };
   showRises(said.error && `No verdict of which muscles pull harder: ${said.error}.`);
@@ -345,7 +363,7 @@ async function choose(vowel, keep = false) {
   verdict(`${subject} /${vowel}/ against /${fit.baseline}/${body.palate_m === null ? "" : walls ? ", stopped by palate and teeth" : ", palate and teeth left out"}: ${fit.status.replaceAll("_", " ")}, missed by ${fit.misfit.toExponential(1)}; ${took}.${count ? ` Not unique: ${count} direction${count > 1 ? "s are" : " is"} open.` : ""}`, fit.alarms.map((a) => a.text));
   byId("valley").hidden = !fit.valley;
   if (fit.valley) drawPath();
-  if (keep) { showControls(); show(); showChanged(); } else back();
+  if (keep) { showControls(); show(); } else back();
 }
 const fitted = () => ({ tensions: body.muscles.map((m) => fit.tensions_n[m.name] ?? 0), bones: [0, ...(fit.hyoid_mm ?? [0, 0])] });
 const back = () => plain(fitted().tensions, fitted().bones);
@@ -436,7 +454,7 @@ function open() {
   const made = live.ask(request);
   complain("open", made.error);
   if (made.error) return false;
-  for (const beside of [worker, thinker]) beside(request);
+  for (const beside of [worker, ...thinkers]) beside(request);
   body = made;
   shape = null;
   // What was asked of the body before is not taken for this one.
@@ -458,7 +476,7 @@ async function readTable(given = null) {
   const said = live.ask(request);
   complain("table", said.error);
   if (said.error) return false;
-  thinker(request);
+  for (const thinker of thinkers) thinker(request);
   await worker(request);
   let decoded = text;
   if (file_bytes) try { decoded = new TextDecoder("utf-8", { fatal: true }).decode(file_bytes); } catch { decoded = null; }
@@ -650,7 +668,6 @@ function listen() {
     verdict("Choose a vowel.");
     showControls();
     show();
-    showChanged();
   });
   byId("save-svg").addEventListener("click", () => save(new Blob([pictureText(byId("mouth"), made(), caption())], { type: "image/svg+xml" }), fileName("svg")));
   byId("save-png").addEventListener("click", async () => save(await png(), fileName("png")));
@@ -673,7 +690,8 @@ const testing = opening === "#self-test";
 async function begin() {
   const module = await WebAssembly.compile(await unpacked());
   live = makeEngine(module);
-  [worker, thinker] = [makeWorker(module), makeWorker(module)];
+  worker = makeWorker(module);
+  thinkers = [makeWorker(module), makeWorker(module)];
   if (!open() || !await readTable()) return;
   byId("made").textContent = `tongue-fit ${body.version}${own.command ? ` · ${own.command}` : ""} · ${body.what}`;
   if (body.palate_m === null) byId("palate").closest("label").hidden = true;

@@ -55,15 +55,18 @@ function makeSound(means) {
     // What a frame says is heard; nothing where the airway is closed.
     hear(frame) {
       last = frame?.formants?.[0] > 0 ? frame : null;
-      here.style.display = last ? "" : "none";
-      const told = last ? `F1 ${Math.round(last.formants[0])}, F2 ${Math.round(last.formants[1])}, F3 ${Math.round(last.formants[2])} Hz` : "The airway is closed: nothing is heard.";
-      byId("formants").textContent = told;
-      byId("chart-text").textContent = `${told}. Letters: published means of Japanese men.`;
+      set(here, "display", last ? "inline" : "none");
       if (last) {
-        here.setAttribute("cx", x(last.formants[1])); here.setAttribute("cy", y(last.formants[0]));
+        set(here, "cx", x(last.formants[1])); set(here, "cy", y(last.formants[0]));
         if (audio) tune(true); else if (playing) begin();
       }
       level();
+    },
+    // The same in words.
+    tell() {
+      const told = last ? `F1 ${Math.round(last.formants[0])}, F2 ${Math.round(last.formants[1])}, F3 ${Math.round(last.formants[2])} Hz` : "The airway is closed: nothing is heard.";
+      byId("formants").textContent = told;
+      byId("chart-text").textContent = `${told}. Letters: published means of Japanese men.`;
     },
   };
 }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
-use tongue_fit::posterior::Verdict;
+use tongue_fit::posterior::{Draw, ShortRun};
 use tongue_fit::report::{FitRecord, Provenance};
 
 use crate::engine::Engine;
@@ -73,13 +73,35 @@ pub fn fit(
         .map_err(|e| e.to_string())
 }
 
-/// The verdict of `tongue-fit --vowel ..`, with its sentences.
+/// The draws of one group of chains for a verdict.
 ///
 /// # Errors
 /// As the program's, or why there is no verdict.
-pub fn verdict(engine: &Engine, subject: &str, vowel: &str, baseline: Option<&str>) -> Result<Value, String> {
+pub fn draws(
+    engine: &Engine,
+    subject: &str,
+    vowel: &str,
+    baseline: Option<&str>,
+    group: usize,
+) -> Result<Vec<Draw>, String> {
     let target = target(engine, subject, vowel, baseline, TargetKind::Stretch)?;
-    let verdict = Verdict::of_target(&engine.body, &engine.model, &target)?;
+    ShortRun::new(&engine.body, &engine.model, &target)?.draws(group).map_err(|e| e.to_string())
+}
+
+/// The verdict of `tongue-fit --vowel ..` from the draws of both groups, with its sentences.
+///
+/// # Errors
+/// As the program's, or why there is no verdict.
+pub fn verdict(
+    engine: &Engine,
+    subject: &str,
+    vowel: &str,
+    baseline: Option<&str>,
+    draws: &[Draw],
+) -> Result<Value, String> {
+    let target = target(engine, subject, vowel, baseline, TargetKind::Stretch)?;
+    let run = ShortRun::new(&engine.body, &engine.model, &target)?;
+    let verdict = run.verdict(draws).map_err(|e| e.to_string())?;
     let sentences = verdict.sentences(target.baseline.label());
     Ok(json!({"muscles": verdict.muscles, "sentences": sentences}))
 }

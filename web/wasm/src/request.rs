@@ -3,6 +3,7 @@
 use serde::Deserialize;
 use serde_json::{Value, json};
 use tongue_fit::measured::TargetKind;
+use tongue_fit::posterior::Draw;
 use tongue_fit::scene::Scene;
 
 use crate::engine::{BodyText, Engine};
@@ -38,8 +39,10 @@ enum Request {
         #[serde(default)]
         walls: bool,
     },
-    /// Which muscles pull harder than in the baseline, and how sure that is.
-    Verdict { subject: String, vowel: String, baseline: Option<String> },
+    /// Draws of the posterior of a row by one of two groups of chains.
+    Draws { subject: String, vowel: String, baseline: Option<String>, group: usize },
+    /// Which muscles pull harder than in the baseline, and how sure that is, from the draws of both groups.
+    Verdict { subject: String, vowel: String, baseline: Option<String>, draws: Vec<Draw> },
 }
 
 /// The answer to a request, as JSON. Behind the request and a zero byte, the bytes of a file may stand.
@@ -73,8 +76,12 @@ pub fn answer(request: &[u8], engine: &mut Option<Engine>) -> Result<String, Str
             let kind: TargetKind = target.parse().map_err(|e| format!("{e}"))?;
             to_value(fits::fit(engine, &subject, &vowel, baseline.as_deref(), kind, walls)?)
         }
-        (Request::Verdict { subject, vowel, baseline }, Some(engine)) => {
-            fits::verdict(engine, &subject, &vowel, baseline.as_deref())
+        (Request::Draws { subject, vowel, baseline, group }, Some(engine)) => {
+            let draws = fits::draws(engine, &subject, &vowel, baseline.as_deref(), group)?;
+            to_value(draws).map(|draws| json!({"draws": draws}))
+        }
+        (Request::Verdict { subject, vowel, baseline, draws }, Some(engine)) => {
+            fits::verdict(engine, &subject, &vowel, baseline.as_deref(), &draws)
         }
     };
     value.map(|v| v.to_string())

@@ -12,6 +12,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector};
+use serde::{Deserialize, Serialize};
 
 use crate::track::scores;
 use tongue_core::statics::lanes::{Equilibrium, Lanes};
@@ -35,7 +36,7 @@ pub enum Parameter {
 }
 
 /// Tensions and displacement of the hyoid in one posture.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Posture {
     /// Tensions of all muscles of the body, N per metre of thickness.
     pub tensions: Vec<f64>,
@@ -44,7 +45,7 @@ pub struct Posture {
 }
 
 /// Physical quantities at a point in the space of scores.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Meaning {
     /// The postures.
     pub postures: Vec<Posture>,

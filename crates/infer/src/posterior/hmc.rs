@@ -109,7 +109,7 @@ pub fn sample<T: Target>(
     place: &T::Place,
     settings: &Settings,
 ) -> Vec<Chain<T::Kept>> {
-    let groups = in_groups(&make, whitened, place, settings, |group| group.warmed_up(settings.warm_up));
+    let groups = in_groups(&make, whitened, place, settings, None, |g| g.warmed_up(settings.warm_up));
     let Some(learned) = whitened.learned(&groups) else {
         return vec![Chain::EMPTY; settings.chains];
     };
@@ -118,26 +118,30 @@ pub fn sample<T: Target>(
 }
 
 /// As [`sample`], with the given coordinates kept: there is no second half of the warm-up, and points are not checked for being
-/// allowed during the first one. A chain that is not allowed at its end goes back to its beginning.
+/// allowed during the first one. A chain that is not allowed at its end goes back to its beginning. With `only`, the chains of one
+/// group.
 pub(super) fn sample_briefly<T: Target>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
     place: &T::Place,
     settings: &Settings,
+    only: Option<usize>,
 ) -> Vec<Chain<T::Kept>> {
-    let sampled = in_groups(&make, whitened, place, settings, |group| group.run_briefly(settings));
+    let sampled = in_groups(&make, whitened, place, settings, only, |group| group.run_briefly(settings));
     sampled.into_iter().flatten().collect()
 }
 
-/// What `work` makes of the chains, in groups of as many as there are lanes.
+/// What `work` makes of the chains, in groups of as many as there are lanes; with `only`, of one group.
 fn in_groups<'w, T: Target, R: Send>(
     make: &(impl Fn() -> T + Sync),
     whitened: &'w Whitened,
     place: &T::Place,
     settings: &Settings,
+    only: Option<usize>,
     work: impl Fn(Group<'w, T>) -> R + Sync,
 ) -> Vec<R> {
-    let firsts: Vec<usize> = (0..settings.chains).step_by(LANES).collect();
+    let mut firsts: Vec<usize> = (0..settings.chains).step_by(LANES).collect();
+    firsts.retain(|first| only.is_none_or(|group| *first == group * LANES));
     parallel::map(&firsts, |&first| {
         let chains = (settings.chains - first).min(LANES);
         work(Group::new(make(), whitened, place, settings, first, chains))

@@ -60,7 +60,7 @@ pub use sensitivity::{SENSITIVE, Sensitivity};
 pub use share::Shares;
 pub use spread::Quantiles;
 pub use summary::{Change, Direction, Effective, Report, StretchSummary, Summary, Tension, VarianceShare};
-pub use verdict::{PROBABLE, Said, Verdict, VerdictFrom, Word};
+pub use verdict::{PROBABLE, Said, ShortRun, Verdict, VerdictFrom, Word};
 
 use tongue_core::system::SystemError;
 

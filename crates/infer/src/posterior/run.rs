@@ -1,7 +1,7 @@
 //! Sampling of a posterior, from measurements to draws.
 
 use nalgebra::SVector;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::PosteriorError;
 use super::branch::SAME_M;
@@ -65,7 +65,7 @@ pub enum Status {
 }
 
 /// A draw. Its lists of lengths contain all muscles of the body in the first posture, then in the second one, and so on.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Draw {
     /// Number of its chain.
     pub chain: usize,
@@ -232,8 +232,13 @@ pub(super) fn chains(
     hmc::sample(|| Evaluator::with(density, errors), whitened, place, &settings)
 }
 
-/// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed.
-pub(super) fn short_run(density: &Density<'_>, mode: &Mode) -> Result<Vec<Draw>, PosteriorError> {
+/// Draws of a short run about a mode: enough for probabilities to about 0.05, too few to tell whether the chains have mixed. With `only`,
+/// those of one group of chains; none if it could not begin.
+pub(super) fn short_run(
+    density: &Density<'_>,
+    mode: &Mode,
+    only: Option<usize>,
+) -> Result<Vec<Draw>, PosteriorError> {
     let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
     let settings = hmc::Settings {
         chains: CHAINS,
@@ -242,9 +247,7 @@ pub(super) fn short_run(density: &Density<'_>, mode: &Mode) -> Result<Vec<Draw>,
         thin: 1,
         seed: SHORT_SEED,
     };
-    let chains = hmc::sample_briefly(|| Evaluator::new(density), &whitened, &mode.place, &settings);
-    let draws = numbered(chains);
-    if draws.is_empty() { Err(PosteriorError::NoMode) } else { Ok(draws) }
+    Ok(numbered(hmc::sample_briefly(|| Evaluator::new(density), &whitened, &mode.place, &settings, only)))
 }
 
 /// The draws of chains, each with the number of its chain and its number in the chain.

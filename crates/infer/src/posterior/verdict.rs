@@ -11,7 +11,7 @@ use super::density::Density;
 use super::ground::Ground;
 use super::map::Mode;
 use super::priors::Priors;
-use super::run::short_run;
+use super::run::{Draw, short_run};
 use super::seen::Measurements;
 use super::sensitivity::Scaled;
 use super::spread::{Quantiles, part_above_zero};
@@ -106,12 +106,19 @@ pub struct Verdict {
     pub muscles: Vec<Said>,
 }
 
-impl Verdict {
-    /// The verdict on a fit without draws, from a short run under the default priors.
+/// The short run of a verdict, under the default priors. Its groups of chains may be run in different places, with the same bits.
+#[derive(Debug)]
+pub struct ShortRun {
+    ground: Ground,
+    seen: Measurements,
+}
+
+impl ShortRun {
+    /// The run for a fit.
     ///
     /// # Errors
-    /// A sentence with the reason: the body takes too long, or no chain can begin.
-    pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
+    /// A sentence with the reason: the body takes too long, or it does not fit the target.
+    pub fn new(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
         if !Ground::is_for_springs(body, model) {
             return Err("this body takes longer than a verdict may: --posterior 2000 gives one".to_owned());
         }
@@ -119,7 +126,36 @@ impl Verdict {
         let mut priors = Priors::default();
         priors.hyoid.off = body.bone(HYOID).is_empty();
         let ground = Ground::new(body, model, &priors).map_err(|e| e.to_string())?;
-        Self::quick(&ground, Measurements::of(&matched)).map_err(|e| e.to_string())
+        Ok(Self { ground, seen: Measurements::of(&matched) })
+    }
+
+    /// The draws of group 0 or 1 of the chains; none if it cannot begin.
+    ///
+    /// # Errors
+    /// [`PosteriorError`] where sampling cannot begin.
+    pub fn draws(&self, group: usize) -> Result<Vec<Draw>, PosteriorError> {
+        let mut density = Density::new(&self.ground, self.seen.clone())?;
+        let mode = Mode::find(&mut density)?;
+        short_run(&density, &mode, Some(group))
+    }
+
+    /// The verdict from the draws of all groups, in their order.
+    ///
+    /// # Errors
+    /// [`PosteriorError::NoMode`] without draws.
+    pub fn verdict(&self, draws: &[Draw]) -> Result<Verdict, PosteriorError> {
+        Verdict::of_short_run(&Density::new(&self.ground, self.seen.clone())?, draws)
+    }
+}
+
+impl Verdict {
+    /// The verdict on a fit without draws, from a short run under the default priors.
+    ///
+    /// # Errors
+    /// A sentence with the reason: the body takes too long, or no chain can begin.
+    pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
+        let run = ShortRun::new(body, model, target)?;
+        Self::quick(&run.ground, run.seen).map_err(|e| e.to_string())
     }
 
     /// The verdict on measurements of a single posture, from a short run.
@@ -129,8 +165,14 @@ impl Verdict {
     pub fn quick(ground: &Ground, seen: Measurements) -> Result<Self, PosteriorError> {
         let mut density = Density::new(ground, seen)?;
         let mode = Mode::find(&mut density)?;
-        let draws = short_run(&density, &mode)?;
-        let scaled = Scaled::new(&density, &draws);
+        Self::of_short_run(&density, &short_run(&density, &mode, None)?)
+    }
+
+    fn of_short_run(density: &Density<'_>, draws: &[Draw]) -> Result<Self, PosteriorError> {
+        if draws.is_empty() {
+            return Err(PosteriorError::NoMode);
+        }
+        let (ground, scaled) = (density.ground, Scaled::new(density, draws));
         let said = ground.muscles.iter().enumerate().map(|(m, muscle)| {
             let tensions: Vec<f64> = draws.iter().map(|d| d.tension(0, m)).collect();
             let interval = Quantiles::of(tensions.iter().copied()).interval_95;
