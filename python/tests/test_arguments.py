@@ -203,6 +203,8 @@ def told(answer: Any) -> Any:
         return {key: value for key, value in answer.items() if key not in ("wall_s", "command", "time_by_effect", "file")}.__repr__()
     if isinstance(answer, dict):
         return plain(answer)
+    if isinstance(answer, tf.Batch):
+        return [plain(fit) for fit in answer.fits]
     for attribute in ("positions", "lengths_mm"):
         answer = getattr(answer, attribute, answer)
     return answer.tobytes() if isinstance(answer, np.ndarray) else answer
