@@ -284,6 +284,17 @@ fn hidden_points_are_told_beside_the_opponents() {
         assert!((0.2..3.0).contains(&median), "{opponent}");
     }
     assert!(found["frames"][0]["held_out_rms_mm"].as_f64().unwrap() > 0.0);
+    // In this recording the mechanics say more than an interpolation, and the intervals hold the hidden points.
+    let median = |n: usize| held["opponents"][n]["median_mm"].as_f64().unwrap();
+    assert!(median(0) < median(1), "{held}");
+    let frames = found["frames"].as_array().unwrap();
+    let hidden: Vec<_> = frames.iter().flat_map(|f| f["held_out"].as_array().unwrap()).collect();
+    let is_held = |h: &&&Value| {
+        let [low, high] = [0, 1].map(|end| h["interval_mm"][end].as_f64().unwrap());
+        (low..=high).contains(&h["missed_mm"].as_f64().unwrap())
+    };
+    let part = hidden.iter().filter(is_held).count() as f64 / hidden.len() as f64;
+    assert!((0.9..0.99).contains(&part), "{part} of {}", hidden.len());
     let told = refused(folder.path(), &["track", RECORDING, "--hold-out", "12"]);
     assert!(told.contains("--hold-out 12: there is no such contour point"), "{told}");
 }

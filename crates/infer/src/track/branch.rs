@@ -1,22 +1,21 @@
 //! Checks how a speaker can reach the shape of a frame: along the branch of equilibria that begins at rest, or in another way.
 //!
 //! Two shapes can be equilibria at the same tensions. Increasing all tensions together leads from rest to one of them. The other may be
-//! reached from the posture before, or if some muscles pull before the others. Such a shape is a valid result.
+//! reached from the posture before or after it, or if some muscles pull before the others. Such a shape is a valid result.
 
-use nalgebra::{DVector, SVector};
+use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::body::largest_distance;
+use tongue_core::parallel;
 use tongue_core::statics::{self, Connection, SolveStatus};
 
 use super::frame::{Frame, Solver};
+use super::mode::{CHUNK, Course, Mode};
 
 /// Shapes nearer to each other than this are the same, m.
 const SAME_SHAPE_M: f64 = 1e-8;
 /// Parts of the path from one posture to another at which the body is solved.
 const PARTS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
-
-/// A frame with its unknowns and the positions of all nodes, m.
-pub(super) type Posture<'a> = (&'a Frame, &'a DVector<f64>, &'a [SVector<f64, 2>]);
 
 /// How the shape of a frame can be reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,6 +24,48 @@ pub(super) enum Reached {
     FromRest,
     /// From the posture of a neighbouring frame, or with some muscles pulling before the others.
     OtherWay,
+}
+
+/// Steps to the nearest shape on the branch.
+const STEPS_BESIDE: usize = 8;
+
+/// What the branch from rest says about the shape of a frame.
+pub(super) enum Way {
+    /// The shape itself can be reached.
+    Own(Reached),
+    /// It cannot. This shape can: that of tensions nearby at which it comes nearest to the observations, m.
+    Beside(Vec<SVector<f64, 2>>),
+}
+
+/// For every frame with an equilibrium, how its shape can be reached. `unknowns` are those of its equilibrium.
+pub(super) fn ways(mode: &Mode<'_, '_>, course: &Course, unknowns: &[DVector<f64>]) -> Vec<Option<Way>> {
+    let numbers: Vec<usize> = (0..course.frames.len()).collect();
+    let positions = |t: usize| course.here[t].linear.as_ref().map(|l| l.positions.as_slice());
+    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+    let alone = |chunk: &&[usize]| -> Vec<Option<Reached>> {
+        let (mut solver, mut relaxed) = ((mode.solver)(), None);
+        let one = |&t: &usize| solver.reached((&course.frames[t], &unknowns[t]), positions(t)?, &mut relaxed);
+        chunk.iter().map(one).collect()
+    };
+    let mut reached: Vec<Option<Reached>> = parallel::map(&chunks, alone).into_iter().flatten().collect();
+    let mut solver = (mode.solver)();
+    let mut follow = |from: usize, to: usize, reached: &mut [Option<Reached>]| {
+        let Some((start, end)) = positions(from).zip(positions(to)) else { return };
+        if reached[from].is_some() && reached[to].is_none() {
+            let posture = |t: usize| (&course.frames[t], &unknowns[t]);
+            if solver.leads((posture(from), start), (posture(to), end)) {
+                reached[to] = Some(Reached::OtherWay);
+            }
+        }
+    };
+    (1..numbers.len()).for_each(|t| follow(t - 1, t, &mut reached));
+    (1..numbers.len()).rev().for_each(|t| follow(t, t - 1, &mut reached));
+    let beside = |(t, reached): (usize, Option<Reached>)| {
+        let (frame, _) = (&course.frames[t], positions(t)?);
+        let course_sd = mode.settings.link.course_sd_n;
+        Some(reached.map_or_else(|| Way::Beside(solver.beside(frame, &unknowns[t], course_sd)), Way::Own))
+    };
+    reached.into_iter().enumerate().map(beside).collect()
 }
 
 impl Solver<'_> {
@@ -71,41 +112,27 @@ impl Solver<'_> {
         trace.critical.is_none() && apart(self.workspace.positions()) <= SAME_SHAPE_M
     }
 
-    /// How the equilibrium of a frame can be reached; `neighbours` are the frames before and after it, with their unknowns and positions.
-    /// `None` where no way was found; the workspace then has the shape to which growing all tensions together leads.
-    pub(super) fn reached(
+    /// How the equilibrium of a frame can be reached from rest; `None` where no way was found.
+    fn reached(
         &mut self,
         (frame, x): (&Frame, &DVector<f64>),
         positions: &[SVector<f64, 2>],
-        neighbours: &[Posture<'_>],
         relaxed: &mut Option<Vec<SVector<f64, 2>>>,
     ) -> Option<Reached> {
         if self.is_on_branch(frame, x, positions, relaxed) {
             return Some(Reached::FromRest);
         }
-        let mut by_neighbour = || {
-            neighbours.iter().any(|(other, from, there)| {
-                self.is_on_branch(other, from, there, &mut None) && {
-                    self.carry(other, from);
-                    self.workspace.start_from(there);
-                    self.leads((other, from), (frame, x), positions)
-                }
-            })
-        };
-        if by_neighbour() || self.pulled_in_turn(frame, x, positions) {
-            return Some(Reached::OtherWay);
-        }
-        self.solve(frame, x, None);
-        None
+        self.pulled_in_turn(frame, x, positions).then_some(Reached::OtherWay)
     }
 
-    /// Whether equilibria lead from one posture, where the workspace is, to the positions at another without a descent from a ridge.
+    /// Whether equilibria lead from the shape of one posture to that of another without a descent from a ridge.
     fn leads(
         &mut self,
-        (from, x): (&Frame, &DVector<f64>),
-        (to, y): (&Frame, &DVector<f64>),
-        positions: &[SVector<f64, 2>],
+        ((from, x), start): ((&Frame, &DVector<f64>), &[SVector<f64, 2>]),
+        ((to, y), end): ((&Frame, &DVector<f64>), &[SVector<f64, 2>]),
     ) -> bool {
+        self.carry(from, x);
+        self.workspace.start_from(start);
         let (before, after) = (self.tensions_of(x), self.tensions_of(y));
         let mut between = to.clone();
         let arrives = PARTS.iter().all(|&part| {
@@ -116,7 +143,36 @@ impl Solver<'_> {
             self.tensions = before.iter().zip(&after).map(|(a, b)| a + (b - a) * part).collect();
             self.is_led()
         });
-        arrives && largest_distance(self.workspace.positions(), positions) <= SAME_SHAPE_M
+        arrives && largest_distance(self.workspace.positions(), end) <= SAME_SHAPE_M
+    }
+
+    /// The shape on the branch that is nearest to the observations of a frame, by the Gauss-Newton method for that frame alone, from the
+    /// shape to which growing the tensions `x` together leads. Tensions are held to `x` with the standard deviation of a course; other
+    /// unknowns with 1. The shape at `x` itself if the steps leave the branch.
+    fn beside(&mut self, frame: &Frame, x: &DVector<f64>, course_sd: f64) -> Vec<SVector<f64, 2>> {
+        let first = self.solve(frame, x, None).map(<[_]>::to_vec).unwrap_or_default();
+        let muscles = self.system.contracting().len();
+        let held = DVector::from_fn(x.len(), |i, _| if i < muscles { course_sd.powi(-2) } else { 1.0 });
+        let priced = |residuals: &DVector<f64>, at: &DVector<f64>| {
+            residuals.norm_squared() + (at - x).component_mul(&held).dot(&(at - x))
+        };
+        let Some(mut here) = self.linearise(frame, x, Some(&first)) else { return first };
+        let (mut at, mut damping) = (x.clone(), 0.0);
+        for _ in 0..STEPS_BESIDE {
+            let curvature =
+                here.jacobian.tr_mul(&here.jacobian) + DMatrix::from_diagonal(&held) * (1.0 + damping);
+            let pull = here.jacobian.tr_mul(&here.residuals) + (&at - x).component_mul(&held);
+            let Some(factors) = curvature.cholesky() else { break };
+            let next = &at - factors.solve(&pull);
+            match self.linearise(frame, &next, Some(&here.positions)) {
+                Some(there) if priced(&there.residuals, &next) < priced(&here.residuals, &at) => {
+                    (at, here) = (next, there);
+                    damping *= 0.3;
+                }
+                _ => damping = (damping * 4.0).max(1.0),
+            }
+        }
+        if self.is_on_branch(frame, &at, &here.positions, &mut None) { here.positions } else { first }
     }
 
     /// Whether the positions are reached from rest if one muscle, or all but one, pulls before the others.
@@ -146,5 +202,77 @@ impl Solver<'_> {
     fn is_led(&mut self) -> bool {
         let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
         done.status == SolveStatus::Converged && done.connection == Connection::Direct
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::track::Link;
+    use crate::track::frame::Tension;
+    use tongue_core::body::{Body, DEFAULT_SPACING_M};
+    use tongue_core::system::{Model, System};
+
+    /// A frame without observations.
+    fn unseen() -> Frame {
+        Frame {
+            time_s: 0.0,
+            observations: Vec::new(),
+            names: Vec::new(),
+            along: Vec::new(),
+            hidden: Vec::new(),
+            shifts: Vec::new(),
+            labels: Vec::new(),
+            heard: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn a_shape_that_one_muscle_before_the_others_leads_to_is_reached_in_another_way() {
+        let body = Body::tongue(DEFAULT_SPACING_M).unwrap();
+        let muscles: Vec<usize> = (0..body.mesh.muscles.len()).collect();
+        let system = System::new(&body.mesh, &Model::default(), &muscles).unwrap();
+        let mut solver = Solver::new(&system, &[], Tension::Soft(Link::default()));
+        let frame = unseen();
+        let mut random = fastrand::Rng::with_seed(1);
+        // Tensions at which the tongue has two shapes.
+        let mut found = None;
+        for _ in 0..300 {
+            let x = DVector::from_fn(muscles.len(), |_, _| 90.0 * random.f64());
+            let Some(together) = solver.solve(&frame, &x, None).map(<[_]>::to_vec) else { continue };
+            if !solver.is_on_branch(&frame, &x, &together, &mut None) {
+                continue;
+            }
+            let whole = solver.tensions_of(&x);
+            let other = muscles.iter().find_map(|&first| {
+                solver.workspace.start_from_rest(&system);
+                let alone: Vec<f64> =
+                    whole.iter().enumerate().map(|(m, f)| if m == first { *f } else { 0.0 }).collect();
+                for (before, after) in [(vec![0.0; whole.len()], &alone), (alone.clone(), &whole)] {
+                    for part in PARTS {
+                        let between = before.iter().zip(after).map(|(a, b): (&f64, &f64)| a + (b - a) * part);
+                        solver.tensions = between.collect();
+                        if !solver.is_led() {
+                            return None;
+                        }
+                    }
+                }
+                let there = solver.workspace.positions().to_vec();
+                (largest_distance(&there, &together) > 1e-3).then_some(there)
+            });
+            if let Some(other) = other {
+                found = Some((x, together, other));
+                break;
+            }
+        }
+        let (x, together, other) = found.expect("tensions with two shapes");
+        let reached = |solver: &mut Solver<'_>, positions: &[SVector<f64, 2>]| {
+            solver.reached((&frame, &x), positions, &mut None)
+        };
+        assert_eq!(reached(&mut solver, &together), Some(Reached::FromRest));
+        assert_eq!(reached(&mut solver, &other), Some(Reached::OtherWay));
+        // Positions that are no equilibrium are not reached.
+        let nowhere: Vec<_> = other.iter().map(|p| p * 1.1).collect();
+        assert_eq!(reached(&mut solver, &nowhere), None);
     }
 }

@@ -7,7 +7,7 @@ use crate::inverse::BONE_SD_M;
 use tongue_core::statistics::mean_and_variance;
 use tongue_input::measured::recording::Fault;
 
-use super::branch::{Posture, Reached};
+use super::branch::{Reached, Way};
 use super::consider::Draws;
 use super::frame::{self, Frame, Linear, Solver};
 use super::gesture::{Gesture, LabelMean};
@@ -187,8 +187,10 @@ pub(super) struct Found<'a> {
     pub positions: Option<&'a [SVector<f64, 2>]>,
     /// Positions of all nodes of the body as it was placed, m; hidden points are predicted with them.
     pub placed: Option<&'a [SVector<f64, 2>]>,
-    /// The frames before and after it, with their unknowns and positions.
-    pub neighbours: Vec<Posture<'a>>,
+    /// How its shape can be reached, if that is known.
+    pub way: Option<&'a Way>,
+    /// Predictions of its hidden contour points, if there are enough points for them.
+    pub foretold: &'a [Foretold],
     /// Whether its observations cannot be right.
     pub lost: bool,
     /// Means over the recording of every muscle's tension, one number for each draw.
@@ -197,11 +199,9 @@ pub(super) struct Found<'a> {
     pub number: usize,
 }
 
-/// Results for a frame. `relaxed` is the rest shape with the bones of the previous frame; afterwards it is the rest shape with those of
-/// this one.
+/// Results for a frame.
 pub(super) fn tracked(
     solver: &mut Solver<'_>,
-    relaxed: &mut Option<Vec<SVector<f64, 2>>>,
     found: &Found<'_>,
     draws: &Draws,
     settings: &TrackSettings,
@@ -237,27 +237,19 @@ pub(super) fn tracked(
     let squares: f64 = far.map(|((r, o), a)| (1e3 * r / o.weight / settings.errors.sd(a)).powi(2)).sum();
     let rms_sd = (squares / residuals.len().max(1) as f64).sqrt();
     let resolved = resolved(tensions, settings.link.prior_sd_n());
-    let (mut other_way, mut reached_rms_m) = (false, None);
-    let mut is_off_branch = || {
-        let reached = solver.reached((frame, x), &positions, &found.neighbours, relaxed);
-        other_way = reached == Some(Reached::OtherWay);
-        if reached.is_some() {
-            return false;
-        }
-        let there = solver.workspace.positions();
-        let missed = rms(&frame::residuals(frame, there));
-        reached_rms_m = Some(missed);
-        let as_well = rms_m.is_some_and(|own| missed <= own + AS_WELL_M);
-        if as_well {
-            positions = there.to_vec();
-        }
-        !as_well
+    let reached_rms_m = match found.way {
+        Some(Way::Beside(there)) => Some(rms(&frame::residuals(frame, there))),
+        _ => None,
     };
+    let as_well = reached_rms_m.zip(rms_m).is_none_or(|(there, own)| there <= own + AS_WELL_M);
+    if let Some(Way::Beside(there)) = found.way.filter(|_| as_well) {
+        positions.clone_from(there);
+    }
     let status = if lost || !is_solved || !is_near || rms_sd > REACH_SD {
         FrameStatus::OutOfReach
     } else if linear.is_none() {
         FrameStatus::Gap
-    } else if settings.branch && is_off_branch() {
+    } else if !as_well {
         FrameStatus::OffBranch
     } else if levels.iter().any(|l| l.median >= settings.upper_n) {
         FrameStatus::AtBound
@@ -267,6 +259,9 @@ pub(super) fn tracked(
         FrameStatus::Converged
     };
     let foretold = |(i, hidden): (usize, &frame::Hidden)| {
+        if let Some(beside) = found.foretold.iter().find(|f| f.point == hidden.name) {
+            return beside.clone();
+        }
         let expected = of(&draws.hidden[number][i]);
         let seen = 1e3 * placed.map_or(f64::NAN, |placed| hidden.observation.residual(placed));
         Foretold {
@@ -281,7 +276,7 @@ pub(super) fn tracked(
         courses,
         bones: shifts.chunks_exact(2).map(displacement).collect(),
         rms_m: if status == FrameStatus::OffBranch { rms_m } else { reached_rms_m.or(rms_m) },
-        other_way,
+        other_way: matches!(found.way, Some(Way::Own(Reached::OtherWay))),
         reached_rms_m,
         hidden: frame.hidden.iter().enumerate().map(foretold).collect(),
         resolved,

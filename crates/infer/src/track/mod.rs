@@ -12,6 +12,7 @@ mod chain;
 mod consider;
 mod descend;
 mod errors;
+mod foretell;
 mod found;
 mod frame;
 mod gesture;
@@ -25,6 +26,7 @@ pub mod scores;
 mod settings;
 mod settle;
 mod shape;
+mod shown;
 
 pub use errors::{Along, Errors};
 pub use found::{Displacement, Foretold, FrameStatus, Ranged, Tracked, TrackedRecording};

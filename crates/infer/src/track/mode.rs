@@ -115,15 +115,6 @@ impl<'a, 's> Mode<'a, 's> {
         Self { sizes, settings, knots, solver, shared: DVector::zeros(n), shared_precision: precision }
     }
 
-    /// The same without a static error: what all frames miss in common is left to the shape at rest.
-    pub fn without_static(&self) -> Self {
-        let (m, k) = (self.sizes.muscles, self.sizes.knots);
-        let mut out = self.clone();
-        out.shared.rows_mut(m, k).fill(0.0);
-        out.shared_precision.view_mut((m, m), (k, k)).copy_from(&self.knots.precision(0.0));
-        out
-    }
-
     /// A recording at the start of the search.
     pub fn course(&self, frames: Vec<Frame>) -> Course {
         let Sizes { muscles, bones, knots } = self.sizes;

@@ -1,37 +1,24 @@
 //! All recordings of a speaker: the most probable tensions, rejected observations, draws, and results.
 
-use nalgebra::DVector;
-
 use crate::inverse::FreedBone;
-use tongue_core::geometry::Point;
 use tongue_core::parallel;
 use tongue_core::statistics::upper_median;
 use tongue_core::system::System;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
+use super::branch::ways;
 use super::consider::{self, Draws};
-use super::descend::{descend, follow, stepped};
+use super::descend::descend;
 use super::errors::Knots;
-use super::found::{Found, Tracked, TrackedRecording, tracked};
+use super::foretell::foretell;
+use super::found::{Foretold, Found, Tracked, TrackedRecording, tracked};
 use super::frame::{Followed, Frame, Solver, Tension};
 use super::gesture::{gestures, segments};
 use super::mode::{CHUNK, Course, FEWEST, Here, Mode, Sizes};
 use super::settings::TrackSettings;
 use super::shape::RestShape;
+use super::shown::shown;
 
-/// Largest number of frames by which the displayed shape is found.
-const SHAPE_FRAMES: usize = 60;
-/// Largest number of steps to it; the last step is one that reduces the cost by less than this part.
-const SHAPES: usize = 40;
-const SHAPE_WON: f64 = 3e-3;
-/// Rounds in which the tensions follow a new shape.
-const SHAPE_ROUNDS: usize = 4;
-/// First and largest damping of these steps, in units of the precision in the prior, and its factors after a step that reduced the cost
-/// and after one that did not.
-const SHAPE_DAMPING: f64 = 1.0;
-const MOST_DAMPING: f64 = 100.0;
-const LESS: f64 = 0.4;
-const MORE: f64 = 4.0;
 /// A residual is not noise if it is larger than this many standard deviations.
 const MOST_SD: f64 = 4.0;
 
@@ -72,109 +59,24 @@ pub fn track(
     }
     progress(settings.rounds, passes);
     let draws = consider::draws(&mode, &courses, stage.shape)?;
-    let placed: Vec<Vec<Here>> = courses.iter().map(|c| c.here.clone()).collect();
-    let shown = match stage.shape {
-        Some(shape) if !shape.is_placed_by_coils() => shown(stage, shape, &mut mode, &mut courses),
-        _ => None,
+    let foretold = foretell(&mode, &courses);
+    let shape = stage.shape.filter(|shape| !shape.is_placed_by_coils());
+    let shown = shape.and_then(|shape| shown(stage, shape, &mode, &courses));
+    let (system, found, shared) = match &shown {
+        Some(shown) => (&shown.body.system, &shown.courses, &shown.levels),
+        None => (stage.system, &courses, &mode.shared),
     };
-    let system = shown.as_ref().map_or(stage.system, |s| &s.system);
     let shaped = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
-    let again = Mode { solver: &shaped, ..mode };
+    let again = Mode { solver: &shaped, shared: shared.clone(), ..mode.clone() };
     progress(settings.rounds + 1, passes);
-    let all = courses.iter().zip(&placed).zip(&draws).zip(faults.iter().zip(&lost));
+    let all = found.iter().zip(&courses).zip(draws.iter().zip(&foretold)).zip(faults.iter().zip(&lost));
     let out = all
-        .map(|(((course, placed), draws), (faults, lost))| told(&again, course, placed, draws, faults, lost))
+        .map(|(((course, placed), (draws, foretold)), (faults, lost))| {
+            told(&again, course, &placed.here, (draws, foretold), (faults, lost))
+        })
         .collect();
     progress(passes, passes);
     Some(out)
-}
-
-/// The displayed body, which has the most probable shape for frames evenly spaced over the recordings: the Gauss-Newton method for shape
-/// and tensions together, with damping (Levenberg 1944). The linearisation holds only near a shape, so the frames are solved again on each
-/// body, and a step that increases the total cost is tried again with more damping.
-///
-/// The static error is left out here. Its prior is paid once, so over many frames it would be used in place of the shape, and contours
-/// would be missed by several millimetres.
-fn shown(
-    stage: &Stage<'_>,
-    shape: &RestShape,
-    mode: &mut Mode<'_, '_>,
-    courses: &mut [Course],
-) -> Option<RestShape> {
-    let link = Tension::Soft(mode.settings.link);
-    let frames: usize = courses.iter().map(Course::count).sum();
-    let trust = mode.settings.trust;
-    let mut sample = mode.thinned(courses, frames.div_ceil(SHAPE_FRAMES).max(1));
-    let mut at = mode.without_static();
-    let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
-    let mut amounts = DVector::zeros(shape.count());
-    let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
-    for _ in 0..SHAPES {
-        let here = out.as_ref().unwrap_or(shape);
-        let system = out.as_ref().map_or(stage.system, |s| &s.system);
-        let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
-        let from = Mode { solver: &solver, ..at.clone() };
-        let damped: Vec<Vec<f64>> = sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
-        let of_shape = Some((here, 1.0 / trust, damping));
-        let Some((step, steps)) = stepped(&from, &sample, &damped, of_shape) else { break };
-        let n = at.shared.len();
-        let there = shape.stepped(&amounts, &step.rows(n, step.len() - n).into_owned());
-        let Some(body) = shape.moved(&there) else { break };
-        let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
-        let mut again = Mode { solver: &solver, ..at.clone() };
-        let before: Vec<Vec<Here>> = sample.iter().map(|c| c.here.clone()).collect();
-        carry(&mut sample, system.rest(), body.system.rest());
-        follow(&again, &mut sample, &(&at.shared + step.rows(0, n)), &steps);
-        again.shared += step.rows(0, n);
-        let cost = descend(&mut again, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust + shape.price(&there);
-        if cost < least {
-            let is_done = least - cost < SHAPE_WON * cost;
-            at.shared.copy_from(&again.shared);
-            (amounts, least, out) = (there, cost, Some(body));
-            damping *= LESS;
-            if is_done {
-                break;
-            }
-        } else {
-            sample.iter_mut().zip(before).for_each(|(course, here)| course.here = here);
-            damping *= MORE;
-            if damping > MOST_DAMPING {
-                break;
-            }
-        }
-    }
-    let body = out?;
-    let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
-    let mut last = Mode { solver: &solver, ..at.clone() };
-    carry(courses, stage.system.rest(), body.system.rest());
-    for (course, sample) in courses.iter_mut().zip(&sample) {
-        begin_beside(course, sample);
-    }
-    descend(&mut last, courses, mode.settings.rounds, &|_| ());
-    mode.shared.copy_from(&last.shared);
-    Some(body)
-}
-
-/// Sets the state of every frame to that of the frame of a sample that is nearest in time.
-fn begin_beside(course: &mut Course, sample: &Course) {
-    let found: Vec<(f64, &Here)> = sample.frames.iter().map(|f| f.time_s).zip(&sample.here).collect();
-    for (frame, here) in course.frames.iter().zip(&mut course.here) {
-        let apart = |(time_s, _): &(f64, &Here)| (time_s - frame.time_s).abs();
-        let known = found.iter().filter(|(_, h)| h.linear.is_some());
-        if let Some((_, nearest)) = known.min_by(|a, b| apart(a).total_cmp(&apart(b))) {
-            here.z.copy_from(&nearest.z);
-            here.positions.clone_from(&nearest.positions);
-        }
-    }
-}
-
-/// Shapes of all frames after a change of the body at rest: every node moves with it, including nodes on bone, which no equilibrium
-/// moves.
-fn carry(courses: &mut [Course], before: &[Point], rest: &[Point]) {
-    let positions = courses.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());
-    for positions in positions {
-        positions.iter_mut().zip(before.iter().zip(rest)).for_each(|(p, (a, b))| *p += b - a);
-    }
 }
 
 /// Removes observations that are much farther from the surface than their error and than all others, because they are not points of this
@@ -226,9 +128,8 @@ fn told(
     mode: &Mode<'_, '_>,
     course: &Course,
     placed: &[Here],
-    draws: &Draws,
-    faults: &[Vec<Fault>],
-    lost: &[bool],
+    (draws, foretold): (&Draws, &[Vec<Foretold>]),
+    (faults, lost): (&[Vec<Fault>], &[bool]),
 ) -> TrackedRecording {
     let frames = course.frames.len();
     let means: Vec<Vec<f64>> = (0..mode.sizes.muscles)
@@ -240,28 +141,25 @@ fn told(
         })
         .collect();
     let unknowns: Vec<_> = course.here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
+    let ways = if mode.settings.branch { ways(mode, course, &unknowns) } else { Vec::new() };
     let numbers: Vec<usize> = (0..frames).collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
     let finish = |chunk: &&[usize]| -> Vec<Tracked> {
-        let (mut solver, mut relaxed) = ((mode.solver)(), None);
-        let neighbour = |t: usize| {
-            let there = course.here.get(t).filter(|h| h.linear.is_some())?;
-            Some((&course.frames[t], &unknowns[t], there.positions.as_deref()?))
-        };
+        let mut solver = (mode.solver)();
         let one = |&t: &usize| {
-            let beside = [t.checked_sub(1), Some(t + 1)];
             let found = Found {
-                neighbours: beside.into_iter().flatten().filter_map(neighbour).collect(),
+                way: ways.get(t).and_then(Option::as_ref),
                 frame: &course.frames[t],
                 x: &unknowns[t],
                 linear: course.here[t].linear.as_ref(),
                 positions: course.here[t].positions.as_deref(),
                 placed: placed[t].positions.as_deref(),
+                foretold: &foretold[t],
                 lost: lost[t],
                 means: &means,
                 number: t,
             };
-            tracked(&mut solver, &mut relaxed, &found, draws, mode.settings, faults[t].clone())
+            tracked(&mut solver, &found, draws, mode.settings, faults[t].clone())
         };
         chunk.iter().map(one).collect()
     };

@@ -1,0 +1,137 @@
+//! The displayed body: the speaker's most probable shape at rest, with the frames on it.
+
+use nalgebra::DVector;
+
+use tongue_core::geometry::Point;
+
+use super::descend::{descend, follow, stepped};
+use super::errors::{Errors, Knots};
+use super::frame::{Solver, Tension};
+use super::mode::{Course, Here, Mode, Sizes};
+use super::run::Stage;
+use super::settings::TrackSettings;
+use super::shape::RestShape;
+
+/// Largest number of frames by which the displayed shape is found.
+const SHAPE_FRAMES: usize = 60;
+/// Largest number of steps to it; the last step is one that reduces the cost by less than this part.
+const SHAPES: usize = 40;
+const SHAPE_WON: f64 = 3e-3;
+/// Rounds in which the tensions follow a new shape.
+const SHAPE_ROUNDS: usize = 4;
+/// First and largest damping of these steps, in units of the precision in the prior, and its factors after a step that reduced the cost
+/// and after one that did not.
+const SHAPE_DAMPING: f64 = 1.0;
+const MOST_DAMPING: f64 = 100.0;
+const LESS: f64 = 0.4;
+const MORE: f64 = 4.0;
+
+/// The displayed body and the frames on it.
+pub(super) struct Shown {
+    pub body: RestShape,
+    pub courses: Vec<Course>,
+    /// Levels of the muscles on it.
+    pub levels: DVector<f64>,
+}
+
+/// The displayed body, which has the most probable shape for frames evenly spaced over the recordings: the Gauss-Newton method for shape
+/// and tensions together, with damping (Levenberg 1944). The linearisation holds only near a shape, so the frames are solved again on each
+/// body, and a step that increases the total cost is tried again with more damping.
+///
+/// The static and the slow error are left out here. They are those of a body whose shape is not the speaker's. The prior of the static
+/// error is paid once, so over many frames it would be used in place of the shape.
+pub(super) fn shown(
+    stage: &Stage<'_>,
+    shape: &RestShape,
+    mode: &Mode<'_, '_>,
+    courses: &[Course],
+) -> Option<Shown> {
+    let link = Tension::Soft(mode.settings.link);
+    let errors = Errors { slow_mm: 0.0, static_mm: 0.0, ..mode.settings.errors };
+    let settings = TrackSettings { errors, ..mode.settings.clone() };
+    let (knots, sizes) = (Knots::new(errors, &[]), Sizes { knots: 0, ..mode.sizes });
+    let solver = || Solver::new(stage.system, stage.followed, link).with_freed(stage.freed);
+    let mut at = Mode::new(sizes, &settings, &knots, &solver);
+    at.shared.copy_from(&mode.shared.rows(0, sizes.muscles));
+    let plain = |course: &Course| {
+        let mut out = at.course(course.frames.clone());
+        for (here, before) in out.here.iter_mut().zip(&course.here) {
+            here.z.copy_from(&before.z.rows(0, sizes.state()));
+            here.positions.clone_from(&before.positions);
+        }
+        out
+    };
+    let mut courses: Vec<Course> = courses.iter().map(plain).collect();
+    let frames: usize = courses.iter().map(Course::count).sum();
+    let trust = mode.settings.trust;
+    let mut sample = at.thinned(&courses, frames.div_ceil(SHAPE_FRAMES).max(1));
+    let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
+    let mut amounts = DVector::zeros(shape.count());
+    let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
+    for _ in 0..SHAPES {
+        let here = out.as_ref().unwrap_or(shape);
+        let system = out.as_ref().map_or(stage.system, |s| &s.system);
+        let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
+        let from = Mode { solver: &solver, ..at.clone() };
+        let damped: Vec<Vec<f64>> = sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
+        let of_shape = Some((here, 1.0 / trust, damping));
+        let Some((step, steps)) = stepped(&from, &sample, &damped, of_shape) else { break };
+        let n = at.shared.len();
+        let there = shape.stepped(&amounts, &step.rows(n, step.len() - n).into_owned());
+        let Some(body) = shape.moved(&there) else { break };
+        let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
+        let mut again = Mode { solver: &solver, ..at.clone() };
+        let before: Vec<Vec<Here>> = sample.iter().map(|c| c.here.clone()).collect();
+        carry(&mut sample, system.rest(), body.system.rest());
+        follow(&again, &mut sample, &(&at.shared + step.rows(0, n)), &steps);
+        again.shared += step.rows(0, n);
+        let cost = descend(&mut again, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust + shape.price(&there);
+        if cost < least {
+            let is_done = least - cost < SHAPE_WON * cost;
+            at.shared.copy_from(&again.shared);
+            (amounts, least, out) = (there, cost, Some(body));
+            damping *= LESS;
+            if is_done {
+                break;
+            }
+        } else {
+            sample.iter_mut().zip(before).for_each(|(course, here)| course.here = here);
+            damping *= MORE;
+            if damping > MOST_DAMPING {
+                break;
+            }
+        }
+    }
+    let body = out?;
+    let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
+    let mut last = Mode { solver: &solver, ..at.clone() };
+    carry(&mut courses, stage.system.rest(), body.system.rest());
+    for (course, sample) in courses.iter_mut().zip(&sample) {
+        begin_beside(course, sample);
+    }
+    descend(&mut last, &mut courses, mode.settings.rounds, &|_| ());
+    let levels = last.shared;
+    Some(Shown { body, courses, levels })
+}
+
+/// Sets the state of every frame to that of the frame of a sample that is nearest in time.
+fn begin_beside(course: &mut Course, sample: &Course) {
+    let found: Vec<(f64, &Here)> = sample.frames.iter().map(|f| f.time_s).zip(&sample.here).collect();
+    for (frame, here) in course.frames.iter().zip(&mut course.here) {
+        let apart = |(time_s, _): &(f64, &Here)| (time_s - frame.time_s).abs();
+        let known = found.iter().filter(|(_, h)| h.linear.is_some());
+        if let Some((_, nearest)) = known.min_by(|a, b| apart(a).total_cmp(&apart(b))) {
+            here.z.copy_from(&nearest.z);
+            here.positions.clone_from(&nearest.positions);
+        }
+    }
+}
+
+/// Shapes of all frames after a change of the body at rest: every node moves with it, including nodes on bone, which no equilibrium
+/// moves.
+fn carry(courses: &mut [Course], before: &[Point], rest: &[Point]) {
+    let positions = courses.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());
+    for positions in positions {
+        positions.iter_mut().zip(before.iter().zip(rest)).for_each(|(p, (a, b))| *p += b - a);
+    }
+}
