@@ -194,7 +194,7 @@ pub mod inverse {
     pub mod in_space {
         //! Activations of a body in space from what was seen of it.
         #[doc(inline)]
-        pub use tongue_infer::inverse::in_space::SpaceSearch;
+        pub use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
     }
 
     pub mod valley {

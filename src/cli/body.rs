@@ -271,22 +271,10 @@ impl Arguments {
     }
 
     /// The body in space, if one was given.
-    pub fn space(&self) -> miette::Result<Option<&SpaceSource>> {
-        let BodyName::Space(source) = &self.body else { return Ok(None) };
-        let of_the_plane = [
-            ("--h", self.h.is_some()),
-            ("--anatomy", self.anatomy.is_some()),
-            ("--mesh", self.mesh.is_some()),
-            ("--poisson-ratio", self.poisson_ratio != Constants::TONGUE.poisson_ratio),
-            ("--tissue fe", self.tissue == TissueName::Fe),
-            ("--preset", !matches!(self.preset, PresetName::Consistent)),
-            ("--outside chain", matches!(self.outside, OutsideName::Chain)),
-        ];
-        match of_the_plane.iter().find(|(_, given)| *given) {
-            Some((option, _)) => Err(miette!(
-                "{option} is about bodies in the plane; the body in space ({source}) has its own mesh and law: leave one of the two out"
-            )),
-            None => Ok(Some(source)),
+    pub fn space(&self) -> Option<&SpaceSource> {
+        match &self.body {
+            BodyName::Space(source) => Some(source),
+            _ => None,
         }
     }
 

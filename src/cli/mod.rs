@@ -6,6 +6,7 @@ mod batch;
 mod body;
 mod body_file;
 mod clean;
+mod dimension;
 mod fit;
 mod fit_table;
 mod help;
@@ -206,7 +207,8 @@ pub fn run(words: Vec<OsString>) -> u8 {
     output::begin(cli.global.volume());
     interrupt::tidy_up_when_told_to_stop();
     interrupt::report_files_that_become_too_large();
-    let result = set_threads(cli.global.threads).and_then(|()| match &cli.command {
+    let checked = dimension::check(&Cli::command(), &matches);
+    let result = checked.and_then(|()| set_threads(cli.global.threads)).and_then(|()| match &cli.command {
         None => fit::run(&cli.fit, &cli.global),
         Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
         Some(Command::Merge(arguments)) => merge::run(arguments, &cli.global),

@@ -62,10 +62,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             "--tension {tension}: a tension must be finite and above 0 (muscles pull, they do not push)"
         ));
     }
-    if let Some(source) = arguments.body.space()? {
-        if arguments.tension.is_some() {
-            return Err(miette!("--tension is of bodies in the plane; muscles in space take --activation"));
-        }
+    if let Some(source) = arguments.body.space() {
         let (body, model) = (arguments.space.body(source)?, arguments.space.model()?);
         return space_muscles::run(
             &body,
@@ -74,12 +71,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             &global.folder("results/muscles")?,
             global,
         );
-    }
-    if let Some(option) = arguments.space.given() {
-        return Err(miette!("{option} needs a body in space: --body space"));
-    }
-    if arguments.activation.is_some() {
-        return Err(miette!("--activation needs a body in space: --body space; in the plane give --tension"));
     }
     let body = arguments.body.body()?;
     let model = arguments.body.model();

@@ -31,11 +31,6 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Whether any tension is given.
-    pub fn is_given(&self) -> bool {
-        !self.tension.is_empty() || self.emg.is_some()
-    }
-
     /// Muscles of the body with their tensions, N per metre of thickness.
     pub fn tensions<const D: usize>(&self, body: &Body<D>) -> miette::Result<Vec<(usize, f64)>> {
         let (Some(file), Some(vowel), Some(full)) = (&self.emg, &self.vowel, self.full) else {

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, miette};
+use miette::IntoDiagnostic;
 
 use tongue_fit::inverse::alarms;
 use tongue_fit::report::{
@@ -43,23 +43,8 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    if let Some(source) = arguments.body.space()? {
-        let of_the_plane = [
-            ("--tension or --emg", arguments.pulls.is_given()),
-            ("--trajectory", arguments.trajectory.is_given()),
-            ("--colour-stretch", arguments.colour_stretch),
-        ];
-        if let Some((option, _)) = of_the_plane.iter().find(|(_, given)| *given) {
-            return Err(miette!(
-                "{option} is for bodies in the plane; muscles in space have strengths, so give activations: --activation GGP=0.1"
-            ));
-        }
+    if let Some(source) = arguments.body.space() {
         return space::run(source, &arguments.space, arguments.direct, global);
-    }
-    if let Some(option) = arguments.space.given() {
-        return Err(miette!(
-            "{option} needs a body in space: --body space, or --body FOLDER with the files of ArtiSynth's tongue"
-        ));
     }
     if arguments.trajectory.is_given() {
         return trajectory::run(&arguments.trajectory, &arguments.pulls, &arguments.body, global);

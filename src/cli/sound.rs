@@ -114,19 +114,6 @@ pub struct Heard {
 }
 
 impl Arguments {
-    /// The first given option that only a tongue in the plane understands.
-    fn of_the_plane(&self) -> Option<&'static str> {
-        let given = [
-            ("--jaw", self.jaw.is_some()),
-            ("--hyoid", self.hyoid.is_some()),
-            ("--h", self.h != 5.5),
-            ("--tone", self.tone != 0.0),
-            ("--target", self.target != "stretch"),
-            ("--subject", self.subject != "S2"),
-        ];
-        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
-    }
-
     fn check(&self) -> miette::Result<()> {
         let within = |key: &str, x: f64, low: f64, high: f64, why: &str| match (low..=high).contains(&x) {
             true => Ok(()),
@@ -238,13 +225,10 @@ impl Arguments {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
-    let source = arguments.space.source()?;
+    let source = arguments.space.source();
     let tract = arguments.read_tract(source)?;
     let (out, heard) = match source {
         Some(source) => {
-            if let Some(option) = arguments.of_the_plane() {
-                return Err(miette!("{option} is for a tongue in the plane; leave it out with --body"));
-            }
             let heard = arguments.space.heard(source, &tract, &arguments.posture(&tract, None))?;
             (global.folder("results/sound")?, heard)
         }
@@ -266,7 +250,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         sound,
         wall_s,
     };
-    let drawn = format!("{title}: the sound of the vowel");
+    let drawn = format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
     let marks: Vec<_> = means.iter().map(|m: &MeanVowel| (m.vowel.clone(), [m.f1_hz, m.f2_hz])).collect();
     let picture = report::vowel(&VowelPicture {
         mesh: &shown.mesh,

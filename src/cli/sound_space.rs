@@ -29,16 +29,8 @@ pub struct Arguments {
 
 impl Arguments {
     /// The body in space, if one was given.
-    ///
-    /// # Errors
-    /// Options of a body in space without one.
-    pub fn source(&self) -> miette::Result<Option<&SpaceSource>> {
-        match self.model.given() {
-            Some(option) if self.body.is_none() => {
-                Err(miette!("{option} needs a body in space: --body space"))
-            }
-            _ => Ok(self.body.as_ref()),
-        }
+    pub fn source(&self) -> Option<&SpaceSource> {
+        self.body.as_ref()
     }
 
     /// The sound of the body at its activations.

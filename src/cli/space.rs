@@ -60,17 +60,6 @@ enum MusclesName {
 }
 
 impl ModelArguments {
-    /// The first given option that needs a body in space.
-    pub fn given(&self) -> Option<&'static str> {
-        let all = [
-            ("--muscles-as", self.muscles_as != MusclesName::Stress),
-            ("--stiffening", self.stiffening != 0.0),
-            ("--refined", self.refined),
-            ("--body-unit", self.body_unit != UnitName::M),
-        ];
-        all.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
-    }
-
     /// The body.
     pub fn body(&self, source: &SpaceSource) -> miette::Result<SpaceBody> {
         if self.body_unit != UnitName::M && !matches!(source, SpaceSource::Mesh(_)) {
@@ -105,15 +94,6 @@ impl ModelArguments {
             MusclesName::Lines => MusclesAs::Lines,
         };
         Ok(SpaceModel { muscles, stiffening: self.stiffening, ..SpaceModel::default() })
-    }
-}
-
-impl Arguments {
-    /// What was given that only a body in space understands.
-    pub fn given(&self) -> Option<&'static str> {
-        let activation = (!self.activation.is_empty()).then_some("--activation");
-        let surgery = self.surgery.is_given().then_some("--operate");
-        activation.or(surgery).or_else(|| self.model.given())
     }
 }
 

@@ -1,20 +1,23 @@
-//! `tongue-fit track FILES --body space` or a folder: activations that bring a body in space to where it was seen.
+//! `tongue-fit track FILES --body space` or a folder: activations that bring a body in space to where it was seen, in tables of its own
+//! or in recordings.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, miette};
+use miette::{IntoDiagnostic, WrapErr, miette};
 
-use tongue_fit::inverse::in_space::SpaceSearch;
+use tongue_fit::body::{Body, DEFAULT_SPACING_M, SpaceBody};
+use tongue_fit::inverse::in_space::{Recorded, SpaceSearch};
 use tongue_fit::inverse::{FitSettings, FitStatus};
-use tongue_fit::measured::read_space_marks;
+use tongue_fit::measured::recording::Seen;
+use tongue_fit::measured::{SpaceFrame, read_space_marks};
 use tongue_fit::report::{self, Export, Json, SpaceTrackRecord, SpaceVtu};
 use tongue_fit::system::System;
 
 use super::body::SpaceSource;
 use super::space::ModelArguments;
-use super::{Global, Outcome, output, table};
+use super::{Global, Outcome, output, recordings, table};
 
 /// A share of a combination below this is not worth a word.
 const SHARE: f64 = 0.2;
@@ -37,19 +40,10 @@ pub struct Arguments {
     model: ModelArguments,
 }
 
-impl Arguments {
-    /// What was given that only a body in space understands.
-    pub fn given(&self) -> Option<&'static str> {
-        let apart = self.sides_apart.then_some("--sides-apart");
-        let starts = (self.starts != FitSettings::default().starts).then_some("--starts");
-        apart.or(starts).or((self.sd != 0.5).then_some("--sd")).or_else(|| self.model.given())
-    }
-}
-
 /// Finds the activations of every frame of a table.
 pub fn run(
     source: &SpaceSource,
-    files: &[PathBuf],
+    (recordings, as_is): (&recordings::Arguments, bool),
     arguments: &Arguments,
     global: &Global,
 ) -> miette::Result<Outcome> {
@@ -57,13 +51,14 @@ pub fn run(
     if !(arguments.sd.is_finite() && arguments.sd > 0.0) {
         return Err(miette!("--sd is {}; it must be a positive number of millimetres", arguments.sd));
     }
-    if files.is_empty() {
-        return Err(miette!(
-            "name the tables of what was seen of the body, such as one with the columns node,x_mm,y_mm,z_mm"
-        ));
-    }
-    let frames = read_space_marks(files, 1e-3 * arguments.sd).into_diagnostic()?;
     let body = arguments.model.body(source)?;
+    let (frames, notes) = match are_tables(&recordings.files)? && !recordings.example {
+        true => {
+            let frames = read_space_marks(&recordings.files, 1e-3 * arguments.sd).into_diagnostic()?;
+            (frames.into_iter().map(|frame| (None, frame)).collect(), Vec::new())
+        }
+        false => recorded(source, &body, recordings, as_is)?,
+    };
     let model = arguments.model.model()?;
     let system = System::in_space(&body, &model).into_diagnostic()?;
     let half = if arguments.sides_apart { None } else { body.half() };
@@ -72,11 +67,12 @@ pub fn run(
     let settings = FitSettings { starts: arguments.starts, ..usual.settings };
     settings.check().into_diagnostic()?;
     let search = SpaceSearch { sides_apart: arguments.sides_apart, settings, ..usual };
-    let mut record = SpaceTrackRecord::new(&body);
+    let mut record = SpaceTrackRecord::new(&body, notes);
+    record.notes.iter().for_each(|note| output::note(note));
     let mut last = None;
-    for frame in &frames {
-        let fit = match half.as_ref().zip(left.as_ref()).filter(|_| last.is_none()) {
-            Some(alike) => search.fit_alike((&body, &system), alike, &frame.marks),
+    for (recording, frame) in &frames {
+        let fit = match half.as_ref().zip(left.as_ref()) {
+            Some(alike) => search.fit_alike((&body, &system), alike, &frame.marks, last.as_ref()),
             None => search.fit(&body, &system, &frame.marks, last.as_ref()),
         };
         let fit = fit.into_diagnostic()?;
@@ -84,7 +80,7 @@ pub fn run(
             let (status, rms) = (fit.answer.status, 1e3 * fit.rms_m);
             format!("{status:?}: {rms:.2} mm RMS in {} factorisations", fit.factorisations)
         });
-        record.push(frame.time_s, &fit, search.open_above);
+        record.push((recording.as_deref(), frame.time_s), &fit, search.open_above);
         last = Some(fit.answer);
     }
     record.wall_s = clock.elapsed().as_secs_f64();
@@ -103,12 +99,63 @@ pub fn run(
     Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
 }
 
+/// Frames with the names of their recordings.
+type Frames = Vec<(Option<String>, SpaceFrame)>;
+
+/// Whether files are tables of bodies in space rather than recordings, by the columns of the first of them.
+fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
+    let Some(first) = files.first() else { return Ok(false) };
+    let bytes = tongue_fit::files::read(first).into_diagnostic();
+    let bytes = bytes
+        .wrap_err_with(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))?;
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]);
+    let header = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
+    let columns: Vec<&str> = header.split(',').map(str::trim).collect();
+    Ok(!columns.contains(&"point") && ["node", "muscle", "z_mm"].iter().any(|c| columns.contains(c)))
+}
+
+/// The frames of recordings of the midsagittal plane, and what to tell of them.
+fn recorded(
+    source: &SpaceSource,
+    body: &SpaceBody,
+    recordings: &recordings::Arguments,
+    as_is: bool,
+) -> miette::Result<(Frames, Vec<String>)> {
+    let screened = recordings.read(None)?;
+    let seen: Vec<&Seen> = screened.iter().map(|r| &r.seen).collect();
+    let is_placed = as_is || recordings.map()?.placement().is_some();
+    // The built-in body has the outline of the tongue in the plane, whose bones are marked where recordings mark them.
+    let section = match source {
+        _ if is_placed => None,
+        SpaceSource::BuiltIn => Some(Body::tongue(DEFAULT_SPACING_M).into_diagnostic()?),
+        _ => Some(body.section()),
+    };
+    let palate = screened.iter().find_map(|r| r.palate.as_deref());
+    let found = Recorded::new(&seen, section.as_ref(), palate).into_diagnostic()?;
+    let mut notes = vec![
+        "bones stay where the body has them, and every frame is a best estimate with the width that its own data leave: no intervals over \
+         time, as `track` has them in the plane"
+            .to_owned(),
+    ];
+    if let Some(placed) = &found.placed {
+        recordings::check_scale(placed.similarity.scale())?;
+        notes.push(format!(
+            "the body was placed by what was seen: {:.3} times as large, turned by {:.1} degrees; that is uncertain by about a tenth and 9 \
+             degrees, which the widths of activations do not include",
+            placed.similarity.scale(),
+            placed.similarity.angle().to_degrees()
+        ));
+    }
+    Ok((found.frames.into_iter().map(|(name, frame)| (Some(name), frame)).collect(), notes))
+}
+
 /// The record for a terminal.
 fn text(record: &SpaceTrackRecord) -> String {
     let mut text = String::new();
     for frame in &record.frames {
         if let Some(time) = frame.time_s {
-            let _ = writeln!(text, "at {time} s");
+            let name = frame.recording.as_ref().map_or_else(String::new, |name| format!("{name}, "));
+            let _ = writeln!(text, "{name}at {time} s");
         }
         let mut t = table::table(&["muscle", "activation", "sd"]);
         for ((name, a), (_, sd)) in frame.activations.0.iter().zip(&frame.sd.0) {

@@ -75,19 +75,6 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
-    if let Some(source) = arguments.body.space()? {
-        if arguments.sound.is_given() {
-            return Err(miette!(
-                "--formants is of bodies in the plane; `tongue-fit sound --body space` has them in space"
-            ));
-        }
-        return space_track::run(source, &arguments.recordings.files, &arguments.space, global);
-    }
-    if let Some(option) = arguments.space.given() {
-        return Err(miette!(
-            "{option} needs a body in space: --body space, --body FOLDER or --body FILE.msh"
-        ));
-    }
     if let Some(written) = arguments.recordings.write_template()? {
         match global.json {
             true => output::print(&format!("{}\n", serde_json::json!({ "map": written })))?,
@@ -96,6 +83,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             }
         }
         return Ok(Outcome::Good);
+    }
+    if let Some(source) = arguments.body.space() {
+        return space_track::run(source, (&arguments.recordings, arguments.as_is), &arguments.space, global);
     }
     let given = Given::read(&arguments.body)?;
     let is_placed = arguments.recordings.map()?.placement().is_some();

@@ -41,11 +41,6 @@ pub struct Sound {
 }
 
 impl Arguments {
-    /// Whether formants are wanted.
-    pub fn is_given(&self) -> bool {
-        self.formants
-    }
-
     /// The given tract, or the drawn one before it is placed, with the lips checked; `None` if no formants are wanted.
     pub fn read(&self) -> miette::Result<Option<Read>> {
         if !self.formants {

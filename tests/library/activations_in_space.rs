@@ -113,7 +113,7 @@ fn artisynths_target_is_met_as_well_as_by_artisynth() {
     // The same on one half, completed on the whole.
     let half = body.half().unwrap();
     let left = System::of_half(&half, &SpaceModel::default()).unwrap();
-    let alike = search.fit_alike((&body, &system), (&half, &left), &target).unwrap();
+    let alike = search.fit_alike((&body, &system), (&half, &left), &target, None).unwrap();
     assert!((alike.rms_m - fit.rms_m).abs() < 1e-5, "{} {}", alike.rms_m, fit.rms_m);
     assert!(alike.activations.iter().zip(&fit.activations).all(|(a, b)| (a - b).abs() < 1e-2));
     // ArtiSynth itself leaves 3.38 mm.

@@ -77,7 +77,7 @@ impl Moved {
     fn search(&self, seen: &[SpaceMark], prior_sd: f64, starts: usize) -> SpaceFit {
         let usual = SpaceSearch::default();
         let search = SpaceSearch { prior_sd, settings: FitSettings { starts, ..usual.settings }, ..usual };
-        let fit = search.fit_alike((&self.body, &self.system), (&self.half, &self.left), seen).unwrap();
+        let fit = search.fit_alike((&self.body, &self.system), (&self.half, &self.left), seen, None).unwrap();
         let found: Vec<String> =
             fit.names.iter().zip(fit.found()).map(|(n, a)| format!("{n} {a:.4}")).collect();
         let open = fit.combinations.iter().filter(|c| c.sd > search.open_above).count();

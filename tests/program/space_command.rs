@@ -89,6 +89,26 @@ fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn()
             [("GGP", 0.1), ("TRANS", 0.05)].iter().find(|(m, _)| m == muscle).map_or(0.0, |(_, a)| *a);
         assert!((a.as_f64().unwrap() - truth).abs() < 0.02, "{muscle} {a}");
     }
+
+    // A recording in the frame of the body: two frames of three coils, at rest and raised.
+    let coils = "recording,time_s,point,x_mm,y_mm\nr,0,T1,-8,35\nr,0,T2,5,44\nr,0,T3,20,48.5\nr,0.1,T1,-9,36\nr,0.1,T2,4,46\nr,0.1,T3,19,50\n";
+    std::fs::write(folder.path().join("coils.csv"), coils).unwrap();
+    std::fs::write(
+        folder.path().join("map.toml"),
+        "back = \"x\"\nup = \"y\"\n[points]\nT1 = { surface_mm = 7.0 }\nT2 = { surface_mm = 22.0 }\nT3 = { surface_mm = 38.0 }\n",
+    )
+    .unwrap();
+    let track =
+        ["track", "coils.csv", "--map", "map.toml", "--as-is", "--body", "space", "--starts", "1", "--json"];
+    let (_, out, complaints) = told(folder.path(), &track);
+    let found: Value = serde_json::from_str(&out).expect(&complaints);
+    let frames = found["frames"].as_array().unwrap();
+    assert_eq!((frames.len(), &frames[1]["recording"], &frames[1]["time_s"]), (2, &"r".into(), &0.1.into()));
+    for frame in frames {
+        assert!(frame["rms_mm"].as_f64().unwrap() < 1.5, "{frame}");
+        assert!(!frame["open"].as_array().unwrap().is_empty(), "three coils leave much open");
+    }
+    assert!(found["notes"][0].as_str().unwrap().contains("no intervals over time"), "{found}");
 }
 
 #[test]
@@ -139,13 +159,17 @@ fn what_cannot_be_used_is_refused_in_one_message() {
         ([&track[..], &["words.csv"]].concat(), "line 2: y_mm is \"two\""),
         ([&track[..], &["late.csv"]].concat(), "sort them by time_s"),
         ([&track[..], &["none.csv"]].concat(), "none.csv"),
-        (track.to_vec(), "name the tables"),
+        (track.to_vec(), "name at least one recording"),
         ([&track[..], &["far.csv", "timed.csv"]].concat(), "in all tables of a recording or in none"),
         ([&track[..], &["doubled.csv"]].concat(), "length_mm and stretch"),
         ([&track[..], &["flat.csv"]].concat(), "line 2: stretch must be positive"),
         (vec!["mesh", "--body", "space"], "is a body in space"),
         (vec!["muscles", "--refined"], "--refined needs a body in space"),
         (vec!["simulate", "--activation", "GGP=0.1"], "--body space"),
+        ([&simulate[..], &["--preset", "consistent"]].concat(), "--preset is for bodies in the plane"),
+        ([&track[..], &["far.csv", "--draws", "1000"]].concat(), "--draws is for bodies in the plane"),
+        (vec!["sound", "--body", "space", "--subject", "S2"], "--subject is for bodies in the plane"),
+        (vec!["track", "far.csv", "--sd", "0.5"], "--sd needs a body in space"),
     ];
     for (arguments, why) in cases {
         let (status, out, complaint) = told(folder.path(), &arguments);
@@ -182,7 +206,7 @@ fn the_tongue_in_space_sounds_and_its_scenes_run() {
     // The tongue comes to the front: the pharynx widens and the front cavity narrows.
     assert!(raised[0] < rest[0] && raised[1] > rest[1], "{rest:?} {raised:?}");
     let (status, _, refused) = told(folder.path(), &["sound", "--body", "space", "--jaw", "3"]);
-    assert!(status == Some(1) && refused.contains("--jaw is for a tongue in the plane"), "{refused}");
+    assert!(status == Some(1) && refused.contains("--jaw is for bodies in the plane"), "{refused}");
     let scene = "title = \"t\"\nwant = \"shape\"\n[body.tongue-in-space]\n[activations]\nGGP = 0.1\n[effects]\ngravity = { posture = \"supine\" }\n";
     std::fs::write(folder.path().join("s.toml"), scene).unwrap();
     let (status, printed, errors) = told(folder.path(), &["scene", "run", "s.toml", "--out", "s"]);

@@ -19,11 +19,21 @@ pub struct SolveSettings {
     /// that reaches the whole load takes about two for each of its steps, and finding where one ends about
     /// 120 more.
     pub most_solves: usize,
+    /// Whether a [`trace()`](super::trace()) that reaches the whole load also asks if the body stays elsewhere when it is loaded twice
+    /// as far and let back. Default true; a search needs to know only where the branch leads.
+    pub beyond: bool,
 }
 
 impl Default for SolveSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-9, max_iterations: 200, load_steps: 60, certify: false, most_solves: 600 }
+        Self {
+            tolerance: 1e-9,
+            max_iterations: 200,
+            load_steps: 60,
+            certify: false,
+            most_solves: 600,
+            beyond: true,
+        }
     }
 }
 

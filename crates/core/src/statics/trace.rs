@@ -47,6 +47,8 @@ pub struct Trace {
     /// Whether a direct solve and the branch from rest both converged, and in one shape; not asked by
     /// [`trace`] alone.
     pub same: bool,
+    /// Number of factorisations of a stiffness that following the branch took; of [`solve_and_trace`] the direct solve's too.
+    pub factorisations: usize,
     /// Part of the tensions up to which the branch was followed when [`SolveSettings::most_solves`] were used up,
     /// so that the solution may lie on another one; `None` when the branch was followed to its end or to the
     /// whole load.
@@ -116,7 +118,8 @@ pub(crate) fn trace_here<const D: usize>(
         && let Some((solution, another)) = path.there_and_back(&shape, steps)
     {
         let solution = Solution { connection: Connection::Traced, ..solution.with_cost(&path.spent) };
-        return Trace { solution, critical: None, another, same: false, stopped: None };
+        let factorisations = path.spent.factorisations;
+        return Trace { solution, critical: None, another, same: false, factorisations, stopped: None };
     }
     let longest = 1.0 / steps as f64;
     let (mut reached, mut step) = (0.0, longest);
@@ -144,15 +147,16 @@ pub(crate) fn trace_here<const D: usize>(
         // Branches meet at the critical load. Whether another one still exists at the whole load shows when
         // the body is brought there from a larger load and stays in another shape.
         Some(c) => c.kind == CriticalKind::Bifurcation || path.stays_elsewhere(&end, 0.0),
-        None => stopped.is_none() && path.stays_elsewhere(&end, 2.0),
+        None => settings.beyond && stopped.is_none() && path.stays_elsewhere(&end, 2.0),
     };
     path.w.positions.copy_from_slice(&end);
     path.w.forget_factor();
     path.w.tensions.copy_from_slice(tensions);
+    let factorisations = path.spent.factorisations;
     let connected = critical.is_none() && stopped.is_none() && solution.status == SolveStatus::Converged;
     let connection = if connected { Connection::Traced } else { solution.connection };
     let solution = Solution { connection, ..solution.with_cost(&path.spent) };
-    Trace { solution, critical, another, same: false, stopped }
+    Trace { solution, critical, another, same: false, factorisations, stopped }
 }
 
 /// Shapes whose nodes differ by less than this are the same, m.
@@ -187,7 +191,9 @@ pub(crate) fn solve_and_trace_here<const D: usize>(
         [&direct, &found.solution].map(|s| s.status == SolveStatus::Converged);
     let apart = largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE_M;
     let both = direct_converged && converged;
-    let found = Trace { another: found.another || (apart && both), same: both && !apart, ..found };
+    let factorisations = direct.factorisations + found.factorisations;
+    let found =
+        Trace { another: found.another || (apart && both), same: both && !apart, factorisations, ..found };
     let replaces = converged && if found.stopped.is_some() { !direct_converged } else { apart || !both };
     if replaces {
         std::mem::swap(workspace, &mut other);
@@ -266,12 +272,13 @@ impl<const D: usize> Path<'_, D> {
             shapes.push(self.w.positions.clone());
         }
         let (end, force) = (&shapes[steps], self.w.force.clone());
-        let over = is_simple(&self.go_on(end, 2.0, &up)) && {
+        let asked = self.settings.beyond;
+        let over = asked && is_simple(&self.go_on(end, 2.0, &up)) && {
             let there = self.w.positions.clone();
             is_simple(&self.go_on(&there, 1.0, &back)) && self.is_same(end)
         };
-        let stays_elsewhere = !over && self.stays_elsewhere(end, 2.0);
-        if !over {
+        let stays_elsewhere = asked && !over && self.stays_elsewhere(end, 2.0);
+        if asked && !over {
             self.w.forget_factor();
         }
         for step in (0..steps).rev() {

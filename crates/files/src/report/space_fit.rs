@@ -16,25 +16,29 @@ pub struct SpaceTrackRecord {
     pub body: String,
     /// One for each time.
     pub frames: Vec<SpaceFitRecord>,
+    /// What to know of all frames.
+    pub notes: Vec<String>,
     /// Time of all searches, s.
     pub wall_s: f64,
 }
 
 impl SpaceTrackRecord {
     /// The record of a body without frames.
-    pub fn new(body: &SpaceBody) -> Self {
-        Self { body: body.what.clone(), frames: Vec::new(), wall_s: 0.0 }
+    pub fn new(body: &SpaceBody, notes: Vec<String>) -> Self {
+        Self { body: body.what.clone(), frames: Vec::new(), notes, wall_s: 0.0 }
     }
 
-    /// Adds a frame, whose combinations count as open above a standard deviation.
-    pub fn push(&mut self, time_s: Option<f64>, fit: &SpaceFit, open_above: f64) {
-        self.frames.push(SpaceFitRecord::new(time_s, fit, open_above));
+    /// Adds a frame of a recording at a time; its combinations count as open above a standard deviation.
+    pub fn push(&mut self, of: (Option<&str>, Option<f64>), fit: &SpaceFit, open_above: f64) {
+        self.frames.push(SpaceFitRecord::new(of, fit, open_above));
     }
 }
 
 /// One frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpaceFitRecord {
+    /// The name of its recording, where it is of one.
+    pub recording: Option<String>,
     /// Its time, s, where it has one.
     pub time_s: Option<f64>,
     /// How the search ended.
@@ -85,13 +89,14 @@ pub struct StartRecord {
 const AS_GOOD: f64 = 0.05;
 
 impl SpaceFitRecord {
-    fn new(time_s: Option<f64>, fit: &SpaceFit, open_above: f64) -> Self {
+    fn new((recording, time_s): (Option<&str>, Option<f64>), fit: &SpaceFit, open_above: f64) -> Self {
         let replay = &fit.answer.replay;
         let open = |c: &Combination| OpenRecord {
             direction: by(&fit.names, &c.direction),
             sd: Some(c.sd).filter(|sd| sd.is_finite()),
         };
         Self {
+            recording: recording.map(str::to_owned),
             time_s,
             status: fit.answer.status,
             rms_mm: 1e3 * fit.rms_m,

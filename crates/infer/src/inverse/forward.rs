@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::observe::Observation;
 use tongue_core::parallel;
-use tongue_core::statics::{self, Critical, Solution, SolveStatus, Workspace};
+use tongue_core::statics::{self, Critical, Solution, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::{System, SystemError, TissueModel};
 
 use super::FitSettings;
@@ -22,6 +22,8 @@ const TRACE_STEPS: usize = 10;
 pub struct Shape<const D: usize> {
     /// Result of the solver.
     pub solution: Solution,
+    /// Number of factorisations that it took to solve it directly and to follow it from rest.
+    pub factorisations: usize,
     /// End of the branch from rest, if it ends before the candidate.
     pub critical: Option<Critical>,
     /// Whether solving directly gives the same shape.
@@ -132,6 +134,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         let mut own = Forward::new(self.inverse, self.settings);
         let mut shape = Shape {
             solution: Solution::NONE,
+            factorisations: 0,
             critical: None,
             same: false,
             lengths: Vec::new(),
@@ -140,11 +143,12 @@ impl<'a, const D: usize> Forward<'a, D> {
         };
         if own.set(x).is_ok() {
             let system = own.own.as_ref().unwrap_or(self.inverse.system);
-            let settings = &self.settings.equilibrium;
+            let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
             own.workspace.start_from_rest(system);
             let found =
                 statics::solve_and_trace(system, &mut own.workspace, &own.tensions, settings, TRACE_STEPS);
             (shape.solution, shape.critical, shape.same) = (found.solution, found.critical, found.same);
+            shape.factorisations = found.factorisations;
         }
         shape.lengths = own.lengths();
         shape.cell_ratios = own.system().cell_ratios(own.positions());

@@ -53,6 +53,8 @@ pub struct Answer<const D: usize> {
     pub misfit: f64,
     /// Number of equilibria solved during the search.
     pub evaluations: usize,
+    /// Number of factorisations of a stiffness, over all starts and the assessment of the answer.
+    pub factorisations: usize,
     /// The end of each start, in order.
     pub starts: Vec<Start>,
     /// Directions of the tensions that the data determine, and those that they leave undetermined.
@@ -134,16 +136,21 @@ fn solve_here<const D: usize>(
         }
     }
     let mut spent = starts.iter().map(|s| s.evaluations).sum::<usize>();
+    let mut factorised = starts.iter().map(|s| s.factorisations).sum::<usize>();
     let mut shape = forward.follow_from_rest(&x);
+    factorised += shape.factorisations;
     if !shape.same {
         // The tensions do not lead from rest to the search's shape, so the search goes on among shapes on the
         // branch from rest.
         let mut traced = Forward::new(inverse, settings).traced();
         if let Some(other) = search_on_branch(&mut traced, settings, &starts, &x) {
-            spent += std::mem::replace(&mut forward, traced).counts().evaluations;
+            let before = std::mem::replace(&mut forward, traced).counts();
+            spent += before.evaluations;
+            factorised += before.factorisations;
             x = other;
             followed = None;
             shape = forward.follow_from_rest(&x);
+            factorised += shape.factorisations;
         }
     }
     let residuals = forward.residuals(&x);
@@ -155,6 +162,7 @@ fn solve_here<const D: usize>(
     let followed = followed.filter(|_| forward.is_dear());
     let identifiability = identifiability::analyse_on(&mut forward, settings, &x, followed);
     let evaluations = spent + forward.counts().evaluations;
+    let factorisations = factorised + forward.counts().factorisations;
 
     let (min_area_ratio, max_area_ratio) = shape.cell_ratios;
     let (solution, critical) = (shape.solution, shape.critical);
@@ -180,6 +188,7 @@ fn solve_here<const D: usize>(
         lengths: again.lengths,
         misfit,
         evaluations,
+        factorisations,
         identifiability,
         replay,
         positions: again.positions,

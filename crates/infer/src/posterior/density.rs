@@ -101,8 +101,14 @@ pub struct Density<'a> {
 
 /// Settings of each equilibrium: forces balance as closely as in any fit. There are no load steps: where a direct solve fails the density
 /// is zero.
-const SOLVE: SolveSettings =
-    SolveSettings { tolerance: 1e-9, max_iterations: 60, load_steps: 0, certify: false, most_solves: 1 };
+const SOLVE: SolveSettings = SolveSettings {
+    tolerance: 1e-9,
+    max_iterations: 60,
+    load_steps: 0,
+    certify: false,
+    most_solves: 1,
+    beyond: false,
+};
 
 /// The values that the priors fix, and the unknowns to sample.
 fn parameters(ground: &Ground, postures: usize) -> (Meaning, Vec<Parameter>) {

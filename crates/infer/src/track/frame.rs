@@ -153,6 +153,14 @@ fn along_the_mean(seen: &Seen) -> Vec<f64> {
     (0..seen.contour.len()).map(place).collect()
 }
 
+/// By what the standard deviations of `shown` contour points grow that lie closer to each other than independent ones.
+pub(crate) fn crowding(contour: impl Iterator<Item = Point>, shown: usize) -> f64 {
+    let mut last = None;
+    let length: f64 =
+        contour.map(|at| last.replace(at).map_or(0.0, |before: Point| (at - before).norm())).sum();
+    (shown as f64 * INDEPENDENT_M / length.max(INDEPENDENT_M)).max(1.0).sqrt()
+}
+
 fn one(
     seen: &Seen,
     frame: &SeenFrame,
@@ -179,8 +187,7 @@ fn one(
         .filter_map(|((n, m), at)| Some((n, (*m)?, *at)))
         .collect();
     let shown = marks.iter().filter(|(n, ..)| !hide.contains(n)).count();
-    let length: f64 = marks.windows(2).map(|w| (w[1].1.at - w[0].1.at).norm()).sum();
-    let crowded = (shown as f64 * INDEPENDENT_M / length.max(INDEPENDENT_M)).max(1.0).sqrt();
+    let crowded = crowding(marks.iter().map(|(_, mark, _)| mark.at), shown);
     for (name, mark, at_mm) in marks {
         let contour = Contour::new(surface.curve.clone(), mark.at);
         let along = Along { channel: 0, at_mm, sd_mm: mark.sd * 1e3 };

@@ -31,7 +31,7 @@ mod shown;
 pub use errors::{Along, Errors};
 pub use found::{Displacement, Foretold, FrameStatus, Ranged, Tracked, TrackedRecording};
 pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, TongueSurface, frames};
-pub(crate) use frame::{Solver, Tension, residuals, slopes};
+pub(crate) use frame::{Solver, Tension, crowding, residuals, slopes};
 pub use gesture::{GESTURE_S, Gesture, LabelMean};
 pub use hold_out::{HeldOut, Opponent, opponents};
 pub use link::Link;

@@ -7,8 +7,14 @@ use tongue_core::statics::{self, Solution, SolveSettings, SolveStatus, Workspace
 use tongue_input::measured::{TargetKind, reference_muscle};
 
 /// Settings of the reference: Newton's method until rounding stops it.
-const TO_THE_END: SolveSettings =
-    SolveSettings { tolerance: 0.0, max_iterations: 100, load_steps: 0, certify: false, most_solves: 0 };
+const TO_THE_END: SolveSettings = SolveSettings {
+    tolerance: 0.0,
+    max_iterations: 100,
+    load_steps: 0,
+    certify: false,
+    most_solves: 0,
+    beyond: true,
+};
 
 impl Pulled {
     /// The equilibrium of Newton's method when only rounding stops it, and its residual force, N.

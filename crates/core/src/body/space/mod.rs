@@ -242,8 +242,7 @@ impl SpaceBody {
         self.mesh.nodes.iter_mut().for_each(|p| *p = turned(p));
         let directions = self.muscles.iter_mut().flat_map(|m| &mut m.directions).flatten().flatten();
         directions.for_each(|d| *d = turned(d));
-        let mut bones = self.bones.clone();
-        bones.iter_mut().filter(|b| b.name == "mandible").for_each(|b| b.name = MANDIBLE.to_owned());
+        let bones = self.bones_of_the_plane();
         Body {
             what: self.what.clone(),
             mesh: self.mesh.clone(),
@@ -278,6 +277,22 @@ impl SpaceBody {
         }
         mesh.connect();
         mesh
+    }
+
+    /// The midsagittal section as a body in the plane, with the bones that lie in it under their names there.
+    pub fn section(&self) -> Body<2> {
+        let mesh = Mesh { fixed: self.mesh.fixed.clone(), ..self.midsagittal_mesh() };
+        let near = 1e-6 * self.mesh.extent();
+        let mut bones = self.bones_of_the_plane();
+        bones.iter_mut().for_each(|b| b.nodes.retain(|&n| self.mesh.nodes[n].y.abs() <= near));
+        bones.retain(|b| !b.nodes.is_empty());
+        Body { what: self.what.clone(), mesh, bones, ..Body::default() }
+    }
+
+    fn bones_of_the_plane(&self) -> Vec<Bone> {
+        let mut bones = self.bones.clone();
+        bones.iter_mut().filter(|b| b.name == "mandible").for_each(|b| b.name = MANDIBLE.to_owned());
+        bones
     }
 
     /// The volume of each element at rest, m³.

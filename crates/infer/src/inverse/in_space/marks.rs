@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Vector2, Vector3};
 
 use tongue_core::body::space::{Half, Side};
-use tongue_core::body::{Body, MANDIBLE, Mesh, SpaceBody};
+use tongue_core::body::{Mesh, SpaceBody};
 use tongue_core::observe::{
     Contour, Curve, Length, Midsagittal, NodePosition, Observable, Observation, Ratio, Stretch, Surface,
 };
@@ -133,10 +133,7 @@ impl<'a> Observed<'a> {
 
 impl Midline {
     fn of(body: &SpaceBody) -> Option<Self> {
-        let mesh = Mesh { fixed: body.mesh.fixed.clone(), ..body.midsagittal_mesh() };
-        let mut bones = body.bones.clone();
-        bones.iter_mut().filter(|b| b.name == "mandible").for_each(|b| b.name = MANDIBLE.to_owned());
-        let section = Body { mesh, bones, ..Body::default() };
+        let section = body.section();
         let TongueSurface { curve, tip } = TongueSurface::of(&section)?;
         let nodes = curve.nodes().to_vec();
         let rest: Vec<Vector2<f64>> = nodes.iter().map(|&n| section.mesh.nodes[n]).collect();

@@ -5,6 +5,7 @@
 //! activations that the data leave open; the answer lists these ([`Combination`]).
 
 mod marks;
+mod recorded;
 
 use tongue_core::body::SpaceBody;
 use tongue_core::body::space::{Half, Side};
@@ -12,6 +13,7 @@ use tongue_core::observe::Observation;
 use tongue_core::system::System;
 
 use self::marks::{Observed, on_half};
+pub use self::recorded::Recorded;
 use super::directions::decompose;
 use super::forward::Forward;
 use super::problem::Problem;
@@ -86,7 +88,7 @@ pub struct SpaceFit {
     pub combinations: Vec<Combination>,
     /// The end of each start.
     pub starts: Vec<Ended>,
-    /// Number of factorisations of a stiffness, over all starts and the answer.
+    /// Number of factorisations of a stiffness, over all starts and the assessment of the answer.
     pub factorisations: usize,
     /// The answer in the form of every inverse problem, with its unknowns in hundredths.
     pub answer: Answer<3>,
@@ -123,6 +125,17 @@ impl SpaceFit {
     }
 }
 
+/// Where the search of an answer begins.
+#[derive(Clone, Copy)]
+enum Begin<'a> {
+    /// At rest, and at further starts.
+    Rest,
+    /// At the answer of the frame before.
+    Before(&'a Answer<3>),
+    /// It is over: the answer was found on one half, and its positions on the whole are nearly these.
+    Found(&'a Answer<3>),
+}
+
 /// The muscles of a body that share an activation: their common name and their numbers.
 fn searched(body: &SpaceBody, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
@@ -147,14 +160,19 @@ impl SpaceSearch {
         (body, system): (&SpaceBody, &System<3>),
         (half, left): (&Half, &System<3>),
         seen: &[SpaceMark],
+        begin: Option<&Answer<3>>,
     ) -> Result<SpaceFit, FitError> {
-        let image = |mark: &SpaceMark| on_half(half, body, mark);
-        let Some(images) = seen.iter().map(image).collect::<Option<Vec<_>>>() else {
-            return self.fit(body, system, seen, None);
+        let images = seen.iter().map(|mark| on_half(half, body, mark)).collect::<Option<Vec<_>>>();
+        let Some(images) = images.filter(|_| !self.sides_apart) else {
+            return self.fit(body, system, seen, begin);
         };
-        let found = self.fit(&half.body, left, &images, None)?;
-        let positions = half.whole(&found.answer.positions);
-        let fit = self.fit(body, system, seen, Some(&Answer { positions, ..found.answer }))?;
+        let begin = begin.map(|b| {
+            let positions = half.nodes.iter().map(|&n| b.positions[n]).collect();
+            Answer { positions, ..b.clone() }
+        });
+        let found = self.fit(&half.body, left, &images, begin.as_ref())?;
+        let on_whole = Answer { positions: half.whole(&found.answer.positions), ..found.answer };
+        let fit = self.answered(body, system, seen, Begin::Found(&on_whole))?;
         Ok(SpaceFit {
             factorisations: found.factorisations + fit.factorisations,
             starts: found.starts,
@@ -174,6 +192,16 @@ impl SpaceSearch {
         seen: &[SpaceMark],
         begin: Option<&Answer<3>>,
     ) -> Result<SpaceFit, FitError> {
+        self.answered(body, system, seen, begin.map_or(Begin::Rest, Begin::Before))
+    }
+
+    fn answered(
+        &self,
+        body: &SpaceBody,
+        system: &System<3>,
+        seen: &[SpaceMark],
+        begin: Begin<'_>,
+    ) -> Result<SpaceFit, FitError> {
         let groups = searched(body, self.sides_apart);
         let wrong = |what: String| Err(FitError::Unknown { what });
         let mut observed = Observed::new(body);
@@ -187,16 +215,38 @@ impl SpaceSearch {
         };
         let tied = groups.iter().flat_map(|(_, m)| m[1..].iter().map(|&other| [m[0], other])).collect();
         let unknowns = groups.iter().map(unknown).collect();
-        let rest = vec![0.0; groups.len()];
-        let begin_at = begin.map_or((&rest[..], system.rest()), |b| (&b.x[..], &b.positions[..]));
-        let inverse =
-            Inverse { tied, begin: Some(begin_at), ..Inverse::new(system, of_marks.concat(), unknowns) };
-        let starts = if begin.is_some() { 1 } else { self.settings.starts };
+        let none = vec![0.0; groups.len()];
+        let (begin_at, starts) = match begin {
+            Begin::Rest => ((&none[..], system.rest()), self.settings.starts),
+            Begin::Before(b) | Begin::Found(b) => ((&b.x[..], &b.positions[..]), 1),
+        };
+        let stated = Inverse::new(system, of_marks.concat(), unknowns);
+        let inverse = Inverse { tied, begin: Some(begin_at), ..stated };
         let settings = FitSettings { starts, ..self.settings };
-        let answer = solve(&inverse, &settings)?;
         let mut forward = Forward::new(&inverse, &settings);
-        forward.begin_at(&answer.x, &answer.positions);
-        let linear = forward.linearise(&answer.x);
+        let (answer, linear, searched) = match begin {
+            Begin::Found(found) => {
+                forward.begin_at(&found.x, &found.positions);
+                let Some(linear) = forward.linearise(&found.x) else {
+                    return self.answered(body, system, seen, Begin::Before(found));
+                };
+                let answer = Answer {
+                    tensions: forward.tensions_of(&found.x),
+                    lengths: forward.lengths(),
+                    misfit: forward.misfit(Some(&linear.residuals)),
+                    positions: forward.positions().to_vec(),
+                    ..found.clone()
+                };
+                (answer, Some(linear), 0)
+            }
+            Begin::Rest | Begin::Before(_) => {
+                let answer = solve(&inverse, &settings)?;
+                forward.begin_at(&answer.x, &answer.positions);
+                let linear = forward.linearise(&answer.x);
+                let searched = answer.factorisations;
+                (answer, linear, searched)
+            }
+        };
         let rows = inverse.observations.len();
         let combinations = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
         let combinations = combinations.map_or_else(Vec::new, |(values, directions)| {
@@ -220,7 +270,6 @@ impl SpaceSearch {
             converged: s.converged && s.solved,
         });
         let starts: Vec<Ended> = starts.collect();
-        let spent = answer.replay.solution.factorisations + forward.counts().factorisations;
         Ok(SpaceFit {
             names: groups.into_iter().map(|(name, _)| name).collect(),
             activations: answer.tensions.clone(),
@@ -228,7 +277,7 @@ impl SpaceSearch {
             distances_m,
             prior_sd: self.prior_sd,
             combinations,
-            factorisations: starts.iter().map(|s| s.factorisations).sum::<usize>() + spent,
+            factorisations: searched + forward.counts().factorisations,
             starts,
             answer,
         })

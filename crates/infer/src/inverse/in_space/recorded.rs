@@ -1,0 +1,63 @@
+//! Recordings of the midsagittal plane as frames of a body in space.
+
+use tongue_core::body::Body;
+use tongue_core::geometry::{Point, Similarity};
+use tongue_input::measured::recording::{Mark, Seen, SeenFrame};
+use tongue_input::measured::{Marked, SpaceFrame, SpaceMark};
+
+use crate::adapt::{Placed, RestError, Sight};
+use crate::track::crowding;
+
+/// Recordings of one speaker in the frame of a body in space.
+#[derive(Debug, Clone)]
+pub struct Recorded {
+    /// For each frame the name of its recording, and what was seen.
+    pub frames: Vec<(String, SpaceFrame)>,
+    /// Where the body was placed; `None` where the recordings are in its frame.
+    pub placed: Option<Placed>,
+}
+
+impl Recorded {
+    /// Contours and coils of recordings. They are brought into the frame of the body by placing `section`, its midsagittal section,
+    /// beside them ([`Sight`]), under the palate of the recordings if there is one; without a section they are in that frame already.
+    /// Bones are not followed: they stay where the body has them at rest.
+    ///
+    /// # Errors
+    /// [`RestError`] for recordings that contain too little to place a body.
+    pub fn new(
+        seen: &[&Seen],
+        section: Option<&Body<2>>,
+        palate: Option<&[Point]>,
+    ) -> Result<Self, RestError> {
+        let place = |section| Sight::of(seen, &[]).under(palate).place(section);
+        let placed = section.map(place).transpose()?;
+        let similarity = placed.as_ref().map_or(Similarity::IDENTITY, |p| p.similarity);
+        let mut frames = Vec::new();
+        for one in seen {
+            let by_coils = placed.as_ref().and_then(|p| p.by_coils.as_ref());
+            let seated = by_coils.map_or_else(|| (*one).clone(), |placement| placement.seated(one));
+            let of_frame = |frame: &SeenFrame| SpaceFrame {
+                time_s: Some(frame.time_s),
+                marks: marks(&seated, frame, &similarity),
+            };
+            frames.extend(one.frames.iter().map(|frame| (one.name.clone(), of_frame(frame))));
+        }
+        Ok(Self { frames: frames.into_iter().filter(|(_, f)| !f.marks.is_empty()).collect(), placed })
+    }
+}
+
+/// What was seen in a frame of a recording to which the body was brought by a similarity.
+fn marks(seen: &Seen, frame: &SeenFrame, similarity: &Similarity) -> Vec<SpaceMark> {
+    let scale = similarity.scale();
+    let contour: Vec<&Mark> = frame.contour.iter().flatten().collect();
+    let crowded = crowding(contour.iter().map(|m| m.at), contour.len());
+    let on_contour = contour
+        .into_iter()
+        .map(|m| SpaceMark { what: Marked::Contour(similarity.back(m.at)), sd_m: m.sd * crowded / scale });
+    let coils = seen.sensors.iter().zip(&frame.sensors).filter_map(|((_, behind), mark)| {
+        let Mark { at, sd } = (*mark)?;
+        let what = Marked::Coil { behind_tip_m: behind.max(0.0) / scale, place: similarity.back(at) };
+        Some(SpaceMark { what, sd_m: sd / scale })
+    });
+    on_contour.chain(coils).collect()
+}
