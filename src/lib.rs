@@ -117,7 +117,7 @@ pub mod body {
     pub mod space {
         //! Muscles of bodies in space.
         #[doc(inline)]
-        pub use tongue_core::body::space::{Filling, Operated, Region, Segment, Side};
+        pub use tongue_core::body::space::{Filling, Half, Operated, Region, Segment, Side};
     }
 }
 

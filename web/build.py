@@ -20,7 +20,7 @@ def main():
     wasm = (target / TARGET / "web" / "tongue_fit_web.wasm").read_bytes()
     parts = WEB / "page"
     style = (ROOT / "crates" / "files" / "src" / "report" / "page.css").read_text() + (parts / "page.css").read_text()
-    script = "\n".join((parts / name).read_text() for name in ("engine.js", "mouth.js", "sound.js", "page.js"))
+    script = "\n".join((parts / name).read_text() for name in ("engine.js", "mouth.js", "space.js", "sound.js", "page.js"))
     page = (parts / "page.html").read_text()
     for name, text in [("style", style), ("script", script), ("wasm", base64.b64encode(gzip.compress(wasm, 9, mtime=0)).decode())]:
         assert page.count("{{" + name + "}}") == 1, name

@@ -156,6 +156,14 @@ impl Browser {
         }
     }
 
+    /// Processor time of the page's thread since the first call, s.
+    pub fn thread_seconds(&mut self, page: &Page) -> f64 {
+        self.call(Some(page), "Performance.enable", json!({"timeDomain": "threadTicks"}));
+        let told = self.call(Some(page), "Performance.getMetrics", json!({}));
+        let metrics = told["metrics"].as_array().unwrap();
+        metrics.iter().find(|m| m["name"] == "TaskDuration").unwrap()["value"].as_f64().unwrap()
+    }
+
     /// Roles of controls of a page without an accessible name, and the number of controls.
     pub fn nameless_controls(&mut self, page: &Page) -> (Vec<String>, usize) {
         let tree = self.call(Some(page), "Accessibility.getFullAXTree", json!({}));

@@ -25,6 +25,7 @@ mod muscles_of_any_name;
 mod nonsense_is_noticed;
 mod other_peoples_names;
 mod outputs_read_back;
+mod page_in_space;
 mod page_moves;
 mod posterior_command;
 mod readme_is_true;

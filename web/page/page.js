@@ -12,8 +12,8 @@ const element = (name, properties = {}, ...children) => {
 };
 
 // What is shown; the link holds all of it.
-const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: true, mesh: true, subject: "", vowel: "", baseline: "", target: "stretch", along: null, lips: [8, 0] };
-let body, live, worker, thinkers, draw, path, sound, fit = null, rises = null, shape = null, table = null;
+const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: true, mesh: true, subject: "", vowel: "", baseline: "", target: "stretch", along: null, lips: [8, 0], space: false, activations: [], view: [40, 15], cut: false };
+let body, live, solid = null, worker, thinkers, draw, path, sound, fit = null, rises = null, shape = null, table = null;
 // The link as it was opened; what is shown becomes the link only after it has been taken up.
 const opening = location.hash;
 let ready = false;
@@ -118,7 +118,7 @@ function step(now) {
 
 // When nothing moves: the same posture from rest, and whether it is on the branch that begins there.
 let checking = false, again = false;
-const settled = () => !asked && !idle && !checking;
+const settled = () => !asked && !idle && !checking && !pulling && !resting;
 async function check() {
   idle = 0;
   remember();
@@ -258,10 +258,12 @@ function showControls() {
     renew(byId(`${id}-out`), "textContent", `${round(state.lips[i])} mm`);
   });
   byId("as-spoken").disabled = !body.tract?.posture?.[state.vowel];
-  byId("body").value = state.continuum ? "continuum" : "springs";
+  byId("body").value = state.space ? "space" : state.continuum ? "continuum" : "springs";
   byId("gravity").value = state.gravity;
   byId("palate").checked = state.palate;
   byId("mesh").checked = state.mesh;
+  document.body.classList.toggle("in-space", state.space);
+  if (state.space) showSolidControls();
   document.querySelector(`[name="target"][value="${state.target}"]`).checked = true;
   for (const b of byId("vowel").querySelectorAll("button")) b.setAttribute("aria-pressed", b.dataset.vowel === state.vowel);
   showAlong();
@@ -510,6 +512,11 @@ function link() {
   if (state.gravity) q.set("gravity", state.gravity);
   q.set("palate", state.palate ? "1" : "0");
   if (state.lips[0] !== 8 || state.lips[1] !== 0) q.set("lips", state.lips.join(","));
+  if (state.space) {
+    q.set("body", "space");
+    if (activated().length) q.set("a", activated().join(","));
+    q.set("view", [...state.view.map(Math.round), state.cut ? 1 : 0].join(","));
+  }
   if (!state.mesh) q.set("mesh", "0");
   if (state.along !== null) q.set("along", state.along);
   return "#" + q.toString().replaceAll("%2C", ",").replaceAll("%3D", "=");
@@ -518,7 +525,7 @@ function remember() {
   if (ready && !testing) try { history.replaceState(null, "", link()); } catch { /* a page without an address has no link */ }
 }
 // Takes up what a link says, and says what of it cannot be taken up; what is wrong with a tension the program says.
-const IN_LINKS = ["body", "file", "table", "s", "b", "v", "k", "t", "bones", "gravity", "palate", "lips", "mesh", "along"];
+const IN_LINKS = ["body", "file", "table", "s", "b", "v", "k", "t", "bones", "gravity", "palate", "lips", "mesh", "along", "a", "view"];
 async function takeUp(fragment) {
   const q = new URLSearchParams(fragment.replace(/^#/, "")), wrong = [];
   const one = (key, known, usual) => {
@@ -528,7 +535,8 @@ async function takeUp(fragment) {
     return usual;
   };
   for (const key of q.keys()) if (!IN_LINKS.includes(key)) wrong.push(`${key} means nothing in a link.`);
-  const continuum = one("body", ["springs", "continuum"], own.continuum ? "continuum" : "springs") === "continuum";
+  const bodyName = one("body", ["springs", "continuum", ...own.body ? [] : ["space"]], own.continuum ? "continuum" : "springs");
+  const continuum = bodyName === "continuum";
   if (continuum !== state.continuum) {
     state.continuum = continuum;
     if (!open()) return;
@@ -571,13 +579,28 @@ async function takeUp(fragment) {
     showControls();
     showChanged();
   }
+  if (bodyName === "space") await takeUpSpace(q, numbers, wrong); else state.space = false;
+  showControls();
   complain("link", wrong.join(" "));
+}
+async function takeUpSpace(q, numbers, wrong) {
+  const [turn, tilt, cut] = numbers("view", [40, 15, 0], [-180, -90, 0], [180, 90, 1]);
+  [state.view, state.cut] = [[turn, tilt], cut > 0];
+  if (!await enterSpace()) return;
+  state.activations.fill(0);
+  for (const word of q.get("a")?.split(",").filter((w) => w !== "") ?? []) {
+    const [name, value] = word.split("="), i = solid.body.muscles.indexOf(name), x = Number(value);
+    if (i >= 0 && value !== "" && x >= 0 && x <= 1) state.activations[i] = x;
+    else wrong.push(`a=${word} is no activation from 0 to 1 of one of ${solid.body.muscles.join(", ")}.`);
+  }
+  pullInSpace();
 }
 
 // -- Files --------------------------------------------------------------------------------------------------------------------------
 const made = () => `tongue-fit ${body.version}, tongue.html${link()}`;
 // What stands above and below a picture that is kept.
 function caption() {
+  if (state.space) return { title: "A tongue in space whose muscles pull as given", lines: [`Activations, both sides: ${activated().join(", ") || "none"}.`, `${solid.body.what}. ${byId("found").textContent}`] };
   const changed = byId("changed").hidden ? "" : ", changed by hand";
   const title = fit ? `${fit.subject} /${fit.vowel}/ against /${fit.baseline}/, fitted by ${fit.target_kind === "ratio" ? "length ratios" : "stretches"}${changed}` : "A tongue whose muscles pull as given";
   const pulled = body.muscles.flatMap((m, i) => state.tensions[i] > 0.05 ? [`${m.name} ${round(state.tensions[i])}`] : []);
@@ -589,6 +612,16 @@ function caption() {
     ...fit && rises && !changed ? [rises.sentences.join(" ")] : [],
   ] };
 }
+// The picture that is shown, as a text of SVG; styles are those that the page gives it.
+function picture() {
+  if (!state.space) return pictureText(byId("mouth"), made(), caption());
+  const svg = solid.picture(state);
+  const aside = element("div", { hidden: true }, svg);
+  byId("stage").append(aside);
+  const text = pictureText(svg, made(), caption());
+  aside.remove();
+  return text;
+}
 const fileName = (ending) => `tongue${state.vowel ? `-${state.subject}-${state.vowel}` : ""}.${ending}`.replace(/[^\p{L}\p{N}.-]+/gu, "-");
 function save(blob, name) {
   const address = URL.createObjectURL(blob);
@@ -596,11 +629,11 @@ function save(blob, name) {
   setTimeout(() => URL.revokeObjectURL(address), 1000);
 }
 async function png() {
-  const picture = new Image();
-  picture.src = `data:image/svg+xml,${encodeURIComponent(pictureText(byId("mouth"), made(), caption()))}`;
-  await picture.decode();
-  const canvas = element("canvas", { width: 2 * picture.naturalWidth, height: 2 * picture.naturalHeight });
-  canvas.getContext("2d").drawImage(picture, 0, 0, canvas.width, canvas.height);
+  const image = new Image();
+  image.src = `data:image/svg+xml,${encodeURIComponent(picture())}`;
+  await image.decode();
+  const canvas = element("canvas", { width: 2 * image.naturalWidth, height: 2 * image.naturalHeight });
+  canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
   return new Promise((done) => canvas.toBlob(done, "image/png"));
 }
 
@@ -629,6 +662,7 @@ function guardSwipes() {
 // -- All together -------------------------------------------------------------------------------------------------------------------
 function listen() {
   guardSwipes();
+  listenInSpace();
   byId("subject").addEventListener("change", () => { [state.subject, state.baseline] = [byId("subject").value, ""]; makeVowels(); if (state.vowel) choose(state.vowel); });
   byId("baseline").addEventListener("change", () => { state.baseline = byId("baseline").value; makeVowels(); showControls(); if (state.vowel) choose(state.vowel); });
   byId("changed").querySelector("button").addEventListener("click", back);
@@ -650,6 +684,8 @@ function listen() {
     if (e.key === "p" && !typing && !e.ctrlKey && !e.metaKey && !e.altKey && !e.repeat && body.tract) { e.preventDefault(); sound.toggle(); }
   });
   byId("body").addEventListener("change", () => {
+    if (byId("body").value === "space") { enterSpace().then((entered) => { if (!entered) showControls(); }); return; }
+    state.space = false;
     state.continuum = byId("body").value === "continuum";
     verdict("");
     if (open()) { act(); showControls(); if (state.vowel) choose(state.vowel); }
@@ -669,7 +705,7 @@ function listen() {
     showControls();
     show();
   });
-  byId("save-svg").addEventListener("click", () => save(new Blob([pictureText(byId("mouth"), made(), caption())], { type: "image/svg+xml" }), fileName("svg")));
+  byId("save-svg").addEventListener("click", () => save(new Blob([picture()], { type: "image/svg+xml" }), fileName("svg")));
   byId("save-png").addEventListener("click", async () => save(await png(), fileName("png")));
   byId("copy-link").addEventListener("click", async () => {
     const address = location.href.split("#")[0] + link();
@@ -683,7 +719,7 @@ function listen() {
     const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;
     root.dataset.theme = dark ? "light" : "dark";
   });
-  window.addEventListener("resize", () => { if (fit?.valley) drawPath(); });
+  window.addEventListener("resize", () => { if (fit?.valley) drawPath(); if (state.space) paint(); });
   window.addEventListener("hashchange", () => takeUp(location.hash));
 }
 const testing = opening === "#self-test";
@@ -695,7 +731,7 @@ async function begin() {
   if (!open() || !await readTable()) return;
   byId("made").textContent = `tongue-fit ${body.version}${own.command ? ` · ${own.command}` : ""} · ${body.what}`;
   if (body.palate_m === null) byId("palate").closest("label").hidden = true;
-  if (!body.bones.some((b) => b.name === "hyoid") || !body.bones.some((b) => b.name === "mental_spine")) document.querySelector(".bones").hidden = true;
+  if (!body.bones.some((b) => b.name === "hyoid") || !body.bones.some((b) => b.name === "mental_spine")) document.querySelector(".bones.plane").hidden = true;
   listen();
   showControls();
   move();

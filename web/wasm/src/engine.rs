@@ -20,6 +20,8 @@ use tongue_fit::simulation::read_tensions;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, TRACE_STEPS, Workspace};
 use tongue_fit::system::{Carried, Model, System, TissueModel};
 
+use crate::space::Space;
+
 /// Origin of a body.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -89,6 +91,8 @@ pub struct Engine {
     airway: Option<Airway>,
     /// Whether the next posture can start from this one.
     settled: bool,
+    /// The tongue in space, once it has been asked for.
+    space: Option<Space>,
 }
 
 impl Engine {
@@ -116,7 +120,32 @@ impl Engine {
         let surface: Vec<usize> =
             body.mesh.surface_nodes().into_iter().filter(|node| !held.contains(node)).collect();
         let wall = body.palate.as_ref().map(|outline| Contact::new(outline.clone(), &[], 0.0, 1e-3));
-        Ok(Self { body, model, thesis, data, scene, system, workspace, wall, surface, airway, settled: true })
+        Ok(Self {
+            body,
+            model,
+            thesis,
+            data,
+            scene,
+            system,
+            workspace,
+            wall,
+            surface,
+            airway,
+            settled: true,
+            space: None,
+        })
+    }
+
+    /// The built-in tongue in space.
+    ///
+    /// # Errors
+    /// As the program's.
+    pub fn space(&mut self) -> Result<&mut Space, String> {
+        let space = match self.space.take() {
+            Some(space) => space,
+            None => Space::new()?,
+        };
+        Ok(self.space.insert(space))
     }
 
     /// Data for a picture: positions in m, and node numbers.

@@ -9,6 +9,7 @@
 mod engine;
 mod fits;
 mod request;
+mod space;
 
 use std::cell::RefCell;
 

@@ -39,6 +39,12 @@ enum Request {
         #[serde(default)]
         walls: bool,
     },
+    /// The built-in tongue in space, at rest.
+    OpenSpace,
+    /// A few iterations towards the equilibrium of the tongue in space.
+    MoveInSpace { activations: Vec<f64>, iterations: usize },
+    /// One equilibrium of the tongue in space, followed from rest.
+    SettleInSpace { activations: Vec<f64> },
     /// Draws of the posterior of a row by one of two groups of chains.
     Draws { subject: String, vowel: String, baseline: Option<String>, group: usize },
     /// Which muscles pull harder than in the baseline, and how sure that is, from the draws of both groups.
@@ -75,6 +81,13 @@ pub fn answer(request: &[u8], engine: &mut Option<Engine>) -> Result<String, Str
         (Request::Fit { subject, vowel, baseline, target, walls }, Some(engine)) => {
             let kind: TargetKind = target.parse().map_err(|e| format!("{e}"))?;
             to_value(fits::fit(engine, &subject, &vowel, baseline.as_deref(), kind, walls)?)
+        }
+        (Request::OpenSpace, Some(engine)) => engine.space().map(|space| space.describe()),
+        (Request::MoveInSpace { activations, iterations }, Some(engine)) => {
+            engine.space()?.frame(&activations, iterations)
+        }
+        (Request::SettleInSpace { activations }, Some(engine)) => {
+            to_value(engine.space()?.settle(&activations)?)
         }
         (Request::Draws { subject, vowel, baseline, group }, Some(engine)) => {
             let draws = fits::draws(engine, &subject, &vowel, baseline.as_deref(), group)?;

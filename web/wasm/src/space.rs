@@ -1,0 +1,123 @@
+//! The built-in tongue in space, activated on both sides alike: one half is solved, from the last shape.
+
+use serde_json::{Value, json};
+use tongue_fit::body::space::Half;
+use tongue_fit::body::{Mesh, SpaceBody};
+use tongue_fit::inverse::alarms;
+use tongue_fit::report::{AlarmRecord, BranchRecord, SpaceRecord};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, TRACE_STEPS, Workspace};
+use tongue_fit::system::{SpaceModel, System};
+
+/// Largest number of Newton iterations of a frame.
+const MOST_ITERATIONS: usize = 60;
+
+/// A body in space, its left half, and its shape.
+pub struct Space {
+    body: SpaceBody,
+    half: Half,
+    system: System<3>,
+    workspace: Workspace<3>,
+}
+
+impl Space {
+    /// The built-in body at rest.
+    ///
+    /// # Errors
+    /// As the program's.
+    pub fn new() -> Result<Self, String> {
+        let body = SpaceBody::tongue(1).map_err(|e| e.to_string())?;
+        let half = body.half().ok_or("the two sides of the body differ")?;
+        let system = System::of_half(&half, &SpaceModel::default()).map_err(|e| e.to_string())?;
+        let workspace = Workspace::new(&system);
+        Ok(Self { body, half, system, workspace })
+    }
+
+    /// Data for a picture: positions in micrometres, one coordinate after the other; muscles of both sides; the faces of the surface,
+    /// and of that of the right half, each with its nodes and the muscles that run through its element.
+    pub fn describe(&self) -> Value {
+        let groups = self.body.groups();
+        let mesh = &self.body.mesh;
+        let mut through = vec![Vec::new(); mesh.hexahedra.len()];
+        for muscle in &self.body.muscles {
+            let group = groups.iter().position(|g| *g == muscle.group);
+            muscle.region.iter().for_each(|&e| through[e].extend(group));
+        }
+        let faces = |of: &[usize]| -> Vec<Value> {
+            let hexahedra = of.iter().map(|&e| mesh.hexahedra[e]).collect();
+            let faces = Mesh::<3> { hexahedra, ..Mesh::default() }.outward_quadrilaterals();
+            faces.into_iter().map(|(e, f)| json!({"nodes": f, "muscles": through[of[e]]})).collect()
+        };
+        let all: Vec<usize> = (0..mesh.hexahedra.len()).collect();
+        let is_right = |&e: &usize| mesh.hexahedra[e].iter().map(|&n| mesh.nodes[n].y).sum::<f64>() > 0.0;
+        let right: Vec<usize> = all.iter().copied().filter(is_right).collect();
+        json!({
+            "version": tongue_fit::VERSION,
+            "what": self.body.what,
+            "muscles": groups,
+            "rest_um": micrometres(&mesh.nodes),
+            "faces": faces(&all),
+            "cut_faces": faces(&right),
+        })
+    }
+
+    /// At most so many Newton iterations from the last shape towards the equilibrium of these activations of the muscles, both sides.
+    ///
+    /// # Errors
+    /// As the program's.
+    pub fn frame(&mut self, activations: &[f64], iterations: usize) -> Result<Value, String> {
+        let (_, own) = self.activations(activations)?;
+        let settings = SolveSettings {
+            max_iterations: iterations.clamp(1, MOST_ITERATIONS),
+            load_steps: 0,
+            ..SolveSettings::default()
+        };
+        let solution = statics::solve(&self.system, &mut self.workspace, &own, &settings);
+        let positions = micrometres(&self.half.whole(self.workspace.positions()));
+        if !matches!(solution.status, SolveStatus::Converged | SolveStatus::IterationLimit) {
+            self.workspace.start_from_rest(&self.system);
+        }
+        Ok(
+            json!({"status": solution.status, "positions_um": positions, "residual_n": solution.max_residual_force}),
+        )
+    }
+
+    /// The result of `tongue-fit simulate --body space` for these activations of the muscles, both sides; further frames begin there.
+    ///
+    /// # Errors
+    /// As the program's.
+    pub fn settle(&mut self, activations: &[f64]) -> Result<SpaceRecord, String> {
+        let (whole, own) = self.activations(activations)?;
+        self.workspace.start_from_rest(&self.system);
+        let settings = SolveSettings::default();
+        let found = statics::solve_and_trace(&self.system, &mut self.workspace, &own, &settings, TRACE_STEPS);
+        let alarms = alarms::of_equilibrium(&found.solution, found.critical);
+        let positions = self.half.whole(self.workspace.positions());
+        let record = SpaceRecord::new(&self.body, (&self.system, &found.solution), &whole, &positions, 0.0);
+        Ok(SpaceRecord {
+            branch: Some(BranchRecord::new(&found)),
+            alarms: alarms.iter().map(AlarmRecord::from).collect(),
+            ..record
+        })
+    }
+
+    /// Activations of all muscles of the body and of its half, from those of the muscles of both sides.
+    fn activations(&self, of_groups: &[f64]) -> Result<(Vec<f64>, Vec<f64>), String> {
+        let groups = self.body.groups();
+        if of_groups.len() != groups.len() {
+            return Err(format!(
+                "{} activations are given; there are {} muscles",
+                of_groups.len(),
+                groups.len()
+            ));
+        }
+        let given: Vec<_> = groups.iter().zip(of_groups.iter().copied()).collect();
+        let whole = self.body.activations(&given).map_err(|e| e.to_string())?;
+        let own = self.half.activations(&whole).ok_or("the two sides of the body differ")?;
+        Ok((whole, own))
+    }
+}
+
+/// Coordinates of all points, one after the other, rounded to micrometres.
+fn micrometres(points: &[nalgebra::Vector3<f64>]) -> Vec<i32> {
+    points.iter().flat_map(|p| p.iter().map(|x| (1e6 * x).round() as i32)).collect()
+}
