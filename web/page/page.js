@@ -535,7 +535,7 @@ async function takeUp(fragment) {
     return usual;
   };
   for (const key of q.keys()) if (!IN_LINKS.includes(key)) wrong.push(`${key} means nothing in a link.`);
-  const bodyName = one("body", ["springs", "continuum", ...own.body ? [] : ["space"]], own.continuum ? "continuum" : "springs");
+  const bodyName = one("body", ["springs", "continuum", ...hasOwnBody() ? [] : ["space"]], own.continuum ? "continuum" : "springs");
   const continuum = bodyName === "continuum";
   if (continuum !== state.continuum) {
     state.continuum = continuum;

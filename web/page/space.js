@@ -83,6 +83,8 @@ function makeSolid(canvas, body) {
 const FEW = 2, PATIENT = 40;
 let pulling = false, resting = false, pulled = 0, repaint = false;
 const solidRows = [], paints = [];
+// The user's own body has no form in space.
+const hasOwnBody = () => Boolean(own.body?.anatomy ?? own.body?.mesh);
 async function enterSpace() {
   if (!solid) {
     const made = await worker({ ask: "open_space" });
@@ -200,5 +202,5 @@ function listenInSpace() {
   for (const button of byId("views").children) button.addEventListener("click", () => turnTo(...button.dataset.view.split(",").map(Number)));
   byId("cut").addEventListener("change", () => { state.cut = byId("cut").checked; paint(); remember(); });
   byId("solid-slack").addEventListener("click", () => { state.activations.fill(0); showSolidControls(); pullInSpace(); });
-  if (own.body) byId("body").querySelector("[value=space]").remove();
+  if (hasOwnBody()) byId("body").querySelector("[value=space]").remove();
 }
