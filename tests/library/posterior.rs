@@ -12,8 +12,8 @@ use tongue_fit::statics::{self, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
 use tongue_infer::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_infer::posterior::{
-    Contrast, Density, Evaluator, Ground, Linear, Measurements, Mode, Place, Priors, Report, Sampling,
-    Verdict, sample, without_each,
+    Contrast, Density, Draw, Evaluator, Ground, Linear, Measurements, Mode, Place, Priors, Report, Sampling,
+    ShortRun, Verdict, sample, without_each,
 };
 
 fn ground(priors: &Priors) -> Ground {
@@ -288,7 +288,7 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
         let row = density.rows()[position];
         // The conditional mean moves with the residuals by what geometry has in common, as it does in the run for all.
         let (gain, _) = tongue_infer::posterior::about(&density, &own.density, position);
-        let mean = |d: &tongue_infer::posterior::Draw| {
+        let mean = |d: &Draw| {
             d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.baseline_lengths, &d.beside))
         };
         let exact = own.draws.iter().map(mean).sum::<f64>() / own.draws.len() as f64;
@@ -342,6 +342,19 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do() {
         }
     }
     assert!(same >= 20, "{same} of 24 words are the same");
+}
+
+#[test]
+fn groups_of_chains_that_run_apart_have_the_verdict_of_one_run() {
+    let (body, model) = (Body::tongue(5.5 * MM).unwrap(), Model::default());
+    let target = Dataset::reference().unwrap().stretches("S2", "a").unwrap();
+    let run = ShortRun::new(&body, &model, &target).unwrap();
+    let draws: Vec<Draw> = [0, 1].into_iter().flat_map(|group| run.draws(group).unwrap()).collect();
+    assert_eq!(draws.len(), 240);
+    // As the page hands them from one worker to another.
+    let sent: Vec<Draw> = serde_json::from_str(&serde_json::to_string(&draws).unwrap()).unwrap();
+    assert_eq!(run.verdict(&sent).unwrap(), Verdict::of_target(&body, &model, &target).unwrap());
+    assert!(run.verdict(&[]).is_err());
 }
 
 /// A target whose answer is known.
