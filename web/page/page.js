@@ -681,7 +681,7 @@ function listen() {
   byId("volume").addEventListener("input", () => sound.level());
   window.addEventListener("keydown", (e) => {
     const typing = e.target.closest?.("select, textarea, input:not([type=range]):not([type=checkbox]):not([type=radio])");
-    if (e.key === "p" && !typing && !e.ctrlKey && !e.metaKey && !e.altKey && !e.repeat && body.tract) { e.preventDefault(); sound.toggle(); }
+    if (e.key === "p" && !typing && !e.ctrlKey && !e.metaKey && !e.altKey && !e.repeat && body.tract && !state.space) { e.preventDefault(); sound.toggle(); }
   });
   byId("body").addEventListener("change", () => {
     if (byId("body").value === "space") { enterSpace().then((entered) => { if (!entered) showControls(); }); return; }

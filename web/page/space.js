@@ -97,6 +97,8 @@ async function enterSpace() {
     makeSolidRows();
   }
   state.space = true;
+  // The voice is of the tongue in the plane, and so are its controls.
+  if (sound.playing()) sound.toggle();
   for (const id of ["found", "speed"]) byId(id).textContent = "";
   showControls();
   pullInSpace();
