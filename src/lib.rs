@@ -214,8 +214,7 @@ pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
     #[doc(inline)]
     pub use tongue_input::measured::{
-        ByMuscle, Dataset, LengthMeasure, Lengths, Marked, SpaceFrame, SpaceMark, Target, TargetKind,
-        TargetOptions, Vowel, read_space_marks, reference_muscle,
+        ByMuscle, Dataset, Lengths, Target, TargetKind, TargetOptions, Vowel, reference_muscle,
     };
 
     pub mod emg {
@@ -270,8 +269,8 @@ pub mod observe {
     //! What can be observed of a body: its value, its gradient, how sure it is.
     #[doc(inline)]
     pub use tongue_core::observe::{
-        Certainty, Contour, Curve, Length, Midsagittal, NodePosition, Observable, Observation, Ratio, Sense,
-        Stretch, Surface,
+        Certainty, Contour, Curve, Length, NodePosition, Observable, Observation, Ratio, Sense, Stretch,
+        Surface,
     };
 }
 
@@ -397,6 +396,12 @@ pub mod suggest {
     //! "Did you mean".
     #[doc(inline)]
     pub use tongue_core::suggest::hint;
+}
+
+pub mod surgery {
+    //! Surgery of a tongue in space, in words.
+    #[doc(inline)]
+    pub use tongue_files::surgery::{FillingKind, Surgery};
 }
 
 pub mod system {

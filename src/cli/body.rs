@@ -282,7 +282,7 @@ impl Arguments {
     fn check(&self) -> miette::Result<()> {
         if let BodyName::Space(source) = &self.body {
             return Err(miette!(
-                "{source} is a body in space, which `simulate`, `muscles`, `track` and `sound` answer for; this needs a body in the plane: --body \
+                "{source} is a body in space, which `tongue-fit --vowel`, `simulate`, `muscles`, `track` and `sound` answer for; this needs a body in the plane: --body \
                  springs, --body continuum, or --mesh FILE"
             ));
         }

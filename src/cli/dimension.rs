@@ -13,6 +13,7 @@ const OF_SPACE: [&str; 2] = ["Body in space", "Surgery"];
 /// [`clap`]; `None` for a command without bodies in space.
 fn known(command: &str) -> Option<(&'static [&'static str], &'static [&'static str])> {
     match command {
+        "" => Some((&["vowel", "subject", "target", "baseline", "lengths", "error_mm", "starts"], &[])),
         "simulate" => Some((&["direct"], &[])),
         "muscles" => Some((&[], &["activation"])),
         "sound" => Some((&["tract", "lip_opening", "lip_protrusion", "pitch", "seconds"], &[])),
@@ -28,10 +29,12 @@ fn known(command: &str) -> Option<(&'static [&'static str], &'static [&'static s
 /// # Errors
 /// The first such option.
 pub fn check(command: &Command, matches: &ArgMatches) -> miette::Result<()> {
-    let Some((name, own)) = matches.subcommand() else { return Ok(()) };
-    let Some(((shared, of_space), command)) = known(name).zip(command.find_subcommand(name)) else {
-        return Ok(());
+    let (name, own, command) = match matches.subcommand() {
+        Some((name, own)) => (name, own, command.find_subcommand(name)),
+        // The fit of a vowel.
+        None => ("", matches, Some(command)),
     };
+    let Some(((shared, of_space), command)) = known(name).zip(command) else { return Ok(()) };
     let body = own.try_get_raw("body").ok().flatten().and_then(|mut words| words.next());
     let body = body.map(|word| word.to_string_lossy().into_owned());
     let body = body.filter(|word| space_name(word).is_ok());

@@ -17,7 +17,7 @@ use tongue_fit::system::Model;
 
 use super::fit_table::Shown;
 use super::published::{self, Published};
-use super::{Global, Outcome, body, others, output, posterior, premises};
+use super::{Global, Outcome, body, others, output, posterior, premises, space_track};
 
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
@@ -196,6 +196,10 @@ impl Arguments {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
+    if let Some(source) = arguments.body.space() {
+        let target = arguments.target(arguments.target.parse().into_diagnostic()?)?;
+        return space_track::fit(source, &target, arguments.starts, global);
+    }
     let settings = FitSettings {
         method: arguments.method.into(),
         starts: arguments.starts,

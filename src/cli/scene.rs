@@ -118,7 +118,7 @@ enum Ready {
 
 fn prepared(scene: &Scene) -> miette::Result<Ready> {
     scene.check().into_diagnostic()?;
-    Ok(match body::build(&scene.body).into_diagnostic()? {
+    Ok(match body::build(scene).into_diagnostic()? {
         AnyBody::Flat(b) => Ready::Flat(prepare(scene, b, SceneExtent::Pruned).into_diagnostic()?),
         AnyBody::Solid(b) => Ready::Solid(prepare(scene, b, SceneExtent::Pruned).into_diagnostic()?),
     })

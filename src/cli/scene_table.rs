@@ -116,6 +116,7 @@ pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
     if o.min_cell_ratio <= 0.0 {
         text += "A CELL IS INVERTED: springs alone do not prevent that; ask for effects.incompressibility = true\n";
     }
+    text += &o.operation.as_ref().map_or_else(String::new, table::operation);
     if let Some(c) = &o.contact {
         let _ = writeln!(
             text,

@@ -179,6 +179,7 @@ impl Arguments {
                 tone_n_per_m: self.tone,
             }),
             activations: BTreeMap::new(),
+            surgery: None,
             points: None,
             effects: Effects {
                 incompressibility: Some(true),
@@ -200,7 +201,7 @@ impl Arguments {
     fn in_plane(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Heard> {
         let scene = self.scene(tract, vowel)?;
         scene.check().into_diagnostic()?;
-        let AnyBody::Flat(body) = body::build(&scene.body).into_diagnostic()? else {
+        let AnyBody::Flat(body) = body::build(&scene).into_diagnostic()? else {
             return Err(miette!("only a body in the plane has a tract"));
         };
         let mut prepared = prepare(&scene, body, SceneExtent::Pruned).into_diagnostic()?;

@@ -53,6 +53,13 @@ pub struct ModelArguments {
     body_unit: UnitName,
 }
 
+impl Default for ModelArguments {
+    fn default() -> Self {
+        let (muscles_as, body_unit) = (MusclesName::Stress, UnitName::M);
+        Self { muscles_as, stiffening: 0.0, refined: false, body_unit }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum MusclesName {
     Stress,
@@ -136,9 +143,7 @@ pub fn solve(
     activations: &[f64],
     direct: bool,
 ) -> miette::Result<Solved> {
-    // Factors of elements may differ between the sides.
-    let half = if model.factors.is_empty() { body.half() } else { None };
-    let half = half.and_then(|half| Some((half.activations(activations)?, half)));
+    let half = body.half().and_then(|half| Some((half.activations(activations)?, half)));
     let clock = Instant::now();
     let system = match &half {
         Some((_, half)) => System::of_half(half, model),
@@ -184,23 +189,19 @@ pub fn run(
     let whole = arguments.model.body(source)?;
     let all = activations(&arguments.activation, &whole)?;
     let model = arguments.model.model()?;
-    let operated = match arguments.surgery.is_given() {
-        true => Some(arguments.surgery.operate(&whole)?),
-        false => None,
-    };
+    let surgery = arguments.surgery.surgery();
+    let operated = surgery.as_ref().map(|s| s.operate(&whole)).transpose().into_diagnostic()?;
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
     let mut found = solve(&whole, &model, &all, direct)?;
     let (mut body, mut activations, mut operation) = (&whole, all.clone(), None);
-    if let Some(operated) = &operated {
+    if let Some((surgery, operated)) = surgery.as_ref().zip(operated.as_ref()) {
         let before = found.positions;
-        let model = SpaceModel { factors: operated.factors.clone(), ..model };
         (body, activations) = (&operated.body, operated.muscles.iter().map(|&m| all[m]).collect());
         found = solve(body, &model, &activations, direct)?;
-        operation = Some(arguments.surgery.compare(
-            &whole,
-            (operated, &found.system),
-            [&before, &found.positions],
-        )?);
+        let mut record = surgery.record(&whole, operated, [&before, &found.positions]);
+        let tip = whole.foremost();
+        surgery.make_up(&mut record, tip, (body, &found.system), &before).into_diagnostic()?;
+        operation = Some(record);
     }
     let Solved { solution, branch, alarms, positions, system, wall_s } = found;
     let mut record = SpaceRecord::new(body, (&system, &solution), &activations, &positions, wall_s);
@@ -252,27 +253,7 @@ fn text(record: &SpaceRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
         100.0 * record.min_volume_ratio,
         100.0 * record.max_volume_ratio
     );
-    if let Some(o) = &record.operation {
-        let way = |[x, y, z]: [f64; 3]| format!("{x:.2} {y:.2} {z:.2}");
-        let _ = writeln!(
-            text,
-            "surgery: {} elements, {:.2} cm³, {}; the tip moved {} mm (back, right, up) before and {} after: it reaches {:.2} mm less to the \
-             front and deviates {:.2} mm to the {}",
-            o.elements,
-            o.volume_cm3,
-            o.filling.as_deref().unwrap_or_default(),
-            way(o.tip_before_mm),
-            way(o.tip_after_mm),
-            o.reach_lost_mm,
-            o.deviation_mm.abs(),
-            if o.deviation_mm < 0.0 { "left" } else { "right" }
-        );
-        if let (Some(by), Some(to)) = (&o.made_up_by, o.made_up_to_mm) {
-            let active = by.0.iter().filter(|(_, a)| *a >= 0.005);
-            let active: Vec<String> = active.map(|(name, a)| format!("{name} {a:.2}")).collect();
-            let _ = writeln!(text, "the tip comes back to {to:.2} mm (RMS) with {}", active.join(", "));
-        }
-    }
+    text += &record.operation.as_ref().map_or_else(String::new, table::operation);
     text += &table::way(record.branch.as_ref(), record.connection);
     text + &table::alarms(alarms.iter().cloned()) + &table::files(written)
 }

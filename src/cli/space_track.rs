@@ -10,8 +10,8 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::body::{Body, DEFAULT_SPACING_M, SpaceBody};
 use tongue_fit::inverse::in_space::{Recorded, SpaceSearch};
 use tongue_fit::inverse::{FitSettings, FitStatus};
+use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::Seen;
-use tongue_fit::measured::{SpaceFrame, read_space_marks};
 use tongue_fit::report::{self, Export, Json, SpaceTrackRecord, SpaceVtu};
 use tongue_fit::system::System;
 
@@ -40,67 +40,86 @@ pub struct Arguments {
     model: ModelArguments,
 }
 
-/// Finds the activations of every frame of a table.
+/// Finds the activations of every frame of tables or recordings.
 pub fn run(
     source: &SpaceSource,
     (recordings, as_is): (&recordings::Arguments, bool),
     arguments: &Arguments,
     global: &Global,
 ) -> miette::Result<Outcome> {
-    let clock = Instant::now();
     if !(arguments.sd.is_finite() && arguments.sd > 0.0) {
         return Err(miette!("--sd is {}; it must be a positive number of millimetres", arguments.sd));
     }
     let body = arguments.model.body(source)?;
-    let (frames, notes) = match are_tables(&recordings.files)? && !recordings.example {
-        true => {
-            let frames = read_space_marks(&recordings.files, 1e-3 * arguments.sd).into_diagnostic()?;
-            (frames.into_iter().map(|frame| (None, frame)).collect(), Vec::new())
-        }
+    let (recorded, notes) = match are_tables(&recordings.files)? && !recordings.example {
+        true => (Recorded::of_tables(&recordings.files, 1e-3 * arguments.sd).into_diagnostic()?, Vec::new()),
         false => recorded(source, &body, recordings, as_is)?,
     };
-    let model = arguments.model.model()?;
-    let system = System::in_space(&body, &model).into_diagnostic()?;
-    let half = if arguments.sides_apart { None } else { body.half() };
-    let left = half.as_ref().map(|half| System::of_half(half, &model)).transpose().into_diagnostic()?;
-    let usual = SpaceSearch::default();
-    let settings = FitSettings { starts: arguments.starts, ..usual.settings };
-    settings.check().into_diagnostic()?;
-    let search = SpaceSearch { sides_apart: arguments.sides_apart, settings, ..usual };
-    let mut record = SpaceTrackRecord::new(&body, notes);
-    record.notes.iter().for_each(|note| output::note(note));
-    let mut last = None;
-    for (recording, frame) in &frames {
-        let fit = match half.as_ref().zip(left.as_ref()) {
-            Some(alike) => search.fit_alike((&body, &system), alike, &frame.marks, last.as_ref()),
-            None => search.fit(&body, &system, &frame.marks, last.as_ref()),
-        };
-        let fit = fit.into_diagnostic()?;
-        output::step(|| {
-            let (status, rms) = (fit.answer.status, 1e3 * fit.rms_m);
-            format!("{status:?}: {rms:.2} mm RMS in {} factorisations", fit.factorisations)
-        });
-        record.push((recording.as_deref(), frame.time_s), &fit, search.open_above);
-        last = Some(fit.answer);
-    }
-    record.wall_s = clock.elapsed().as_secs_f64();
-    let out = global.folder("results/space-track")?;
-    let Some(answer) = last else { return Err(miette!("no frame was found")) };
-    let title = "Tongue in space: at rest (light) and as it was seen";
-    let picture = report::views(&body, &answer.positions, &answer.tensions, title);
-    let (picture, json) = (picture.into_diagnostic()?, Json(&record));
-    let vtu = SpaceVtu { body: &body, positions: &answer.positions, activations: &answer.tensions };
-    let by = super::provenance().with_tissue(system.tissue());
-    let files: [(&str, &dyn Export); 3] =
-        [("track.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
-    let written = out.export(&files, &by).into_diagnostic()?;
-    output::answer(global, &json, &by, &written, || text(&record) + &table::files(&written))?;
-    let good = record.frames.iter().all(|f| f.status == FitStatus::Converged && f.alarms.is_empty());
-    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+    arguments.answer(&body, &recorded, notes, "results/space-track", global)
 }
 
-/// Frames with the names of their recordings.
-type Frames = Vec<(Option<String>, SpaceFrame)>;
+/// Finds the activations of one vowel from its lengths: every measured muscle is an observation, and every muscle of the body may pull.
+pub fn fit(source: &SpaceSource, target: &Target, starts: usize, global: &Global) -> miette::Result<Outcome> {
+    let arguments = Arguments { sides_apart: false, starts, sd: 0.0, model: ModelArguments::default() };
+    let body = arguments.model.body(source)?;
+    let note = format!(
+        "{} /{}/ against /{}/, {}, in {}: the lines between the same points as in the plane; rest is /{}/ without tone",
+        target.subject, target.vowel, target.baseline, target.kind, body.what, target.baseline
+    );
+    arguments.answer(&body, &Recorded::of_lengths(target), vec![note], "results/space", global)
+}
+
+impl Arguments {
+    /// Searches frame after frame, and writes and prints what was found.
+    fn answer(
+        &self,
+        body: &SpaceBody,
+        recorded: &Recorded,
+        notes: Vec<String>,
+        folder: &str,
+        global: &Global,
+    ) -> miette::Result<Outcome> {
+        let clock = Instant::now();
+        let model = self.model.model()?;
+        let system = System::in_space(body, &model).into_diagnostic()?;
+        let half = if self.sides_apart { None } else { body.half() };
+        let left = half.as_ref().map(|half| System::of_half(half, &model)).transpose().into_diagnostic()?;
+        let usual = SpaceSearch::default();
+        let settings = FitSettings { starts: self.starts, ..usual.settings };
+        settings.check().into_diagnostic()?;
+        let search = SpaceSearch { sides_apart: self.sides_apart, settings, ..usual };
+        let mut record = SpaceTrackRecord::new(body, notes);
+        record.notes.iter().for_each(|note| output::note(note));
+        let mut last = None;
+        for (recording, frame) in &recorded.frames {
+            let fit = match half.as_ref().zip(left.as_ref()) {
+                Some(alike) => search.fit_alike((body, &system), alike, &frame.marks, last.as_ref()),
+                None => search.fit(body, &system, &frame.marks, last.as_ref()),
+            };
+            let fit = fit.into_diagnostic()?;
+            output::step(|| {
+                let (status, rms) = (fit.answer.status, 1e3 * fit.rms_m);
+                format!("{status:?}: {rms:.2} mm RMS in {} factorisations", fit.factorisations)
+            });
+            record.push((recording.as_deref(), frame.time_s), &fit, search.open_above);
+            last = Some(fit.answer);
+        }
+        record.wall_s = clock.elapsed().as_secs_f64();
+        let out = global.folder(folder)?;
+        let Some(answer) = last else { return Err(miette!("no frame was found")) };
+        let title = "Tongue in space: at rest (light) and as it was seen";
+        let picture = report::views(body, &answer.positions, &answer.tensions, title);
+        let (picture, json) = (picture.into_diagnostic()?, Json(&record));
+        let vtu = SpaceVtu { body, positions: &answer.positions, activations: &answer.tensions };
+        let by = super::provenance().with_tissue(system.tissue());
+        let files: [(&str, &dyn Export); 3] =
+            [("track.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
+        let written = out.export(&files, &by).into_diagnostic()?;
+        output::answer(global, &json, &by, &written, || text(&record) + &table::files(&written))?;
+        let good = record.frames.iter().all(|f| f.status == FitStatus::Converged && f.alarms.is_empty());
+        Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+    }
+}
 
 /// Whether files are tables of bodies in space rather than recordings, by the columns of the first of them.
 fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
@@ -120,7 +139,7 @@ fn recorded(
     body: &SpaceBody,
     recordings: &recordings::Arguments,
     as_is: bool,
-) -> miette::Result<(Frames, Vec<String>)> {
+) -> miette::Result<(Recorded, Vec<String>)> {
     let screened = recordings.read(None)?;
     let seen: Vec<&Seen> = screened.iter().map(|r| &r.seen).collect();
     let is_placed = as_is || recordings.map()?.placement().is_some();
@@ -131,7 +150,7 @@ fn recorded(
         _ => Some(body.section()),
     };
     let palate = screened.iter().find_map(|r| r.palate.as_deref());
-    let found = Recorded::new(&seen, section.as_ref(), palate).into_diagnostic()?;
+    let found = Recorded::of_recordings(&seen, section.as_ref(), palate).into_diagnostic()?;
     let mut notes = vec![
         "bones stay where the body has them, and every frame is a best estimate with the width that its own data leave: no intervals over \
          time, as `track` has them in the plane"
@@ -146,7 +165,7 @@ fn recorded(
             placed.similarity.angle().to_degrees()
         ));
     }
-    Ok((found.frames.into_iter().map(|(name, frame)| (Some(name), frame)).collect(), notes))
+    Ok((found, notes))
 }
 
 /// The record for a terminal.

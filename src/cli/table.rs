@@ -10,8 +10,9 @@ use tongue_fit::report::batch::BatchJournal;
 use tongue_fit::report::batch::contrasts::SubjectContrast;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
-use tongue_fit::report::{BranchRecord, SimulationRecord, TrajectoryRecord};
+use tongue_fit::report::{BranchRecord, OperationRecord, SimulationRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
+use tongue_fit::surgery::FillingKind;
 use tongue_study::validate::{ValidationStudy, WithoutMuscle};
 
 pub(super) fn table(header: &[&str]) -> Table {
@@ -359,4 +360,27 @@ fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
 fn wrapped(parts: impl Iterator<Item = String>) -> String {
     let parts: Vec<String> = parts.collect();
     parts.chunks(2).map(|pair| pair.join(", ")).collect::<Vec<_>>().join("\n")
+}
+
+/// What surgery changed, in words.
+pub fn operation(o: &OperationRecord) -> String {
+    let way = |[x, y, z]: [f64; 3]| format!("{x:.2} {y:.2} {z:.2}");
+    let mut text = format!(
+        "surgery: {} elements, {:.2} cm³, {}; the tip moved {} mm (back, right, up) before and {} after: it reaches {:.2} mm less to the \
+         front and deviates {:.2} mm to the {}\n",
+        o.elements,
+        o.volume_cm3,
+        o.filling.map_or("", FillingKind::word),
+        way(o.tip_before_mm),
+        way(o.tip_after_mm),
+        o.reach_lost_mm,
+        o.deviation_mm.abs(),
+        if o.deviation_mm < 0.0 { "left" } else { "right" }
+    );
+    if let (Some(by), Some(to)) = (&o.made_up_by, o.made_up_to_mm) {
+        let active = by.0.iter().filter(|(_, a)| *a >= 0.005);
+        let active: Vec<String> = active.map(|(name, a)| format!("{name} {a:.2}")).collect();
+        let _ = writeln!(text, "the tip comes back to {to:.2} mm (RMS) with {}", active.join(", "));
+    }
+    text
 }

@@ -4,10 +4,10 @@ use nalgebra::Vector3;
 use tongue_fit::body::{SpaceBody, artisynth};
 use tongue_fit::inverse::in_space::SpaceSearch;
 use tongue_fit::inverse::{FitSettings, FitStatus};
-use tongue_fit::measured::SpaceMark;
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;
+use tongue_input::measured::SpaceMark;
 
 use crate::fixtures::space_block::space_block;
 use crate::tongue_in_space::{RECORDED, folder, recording};

@@ -5,9 +5,9 @@ use tongue_core::body::largest_distance;
 use tongue_core::geometry::hexahedron;
 use tongue_fit::body::{Anatomy, SpaceBody};
 use tongue_fit::inverse::in_space::SpaceSearch;
-use tongue_fit::measured::SpaceMark;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
+use tongue_input::measured::SpaceMark;
 
 /// The foremost node of the middle.
 fn tip(body: &SpaceBody) -> usize {

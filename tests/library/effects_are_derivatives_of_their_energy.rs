@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, SVector, Vector2};
 use tongue_core::effect::Mirror;
 use tongue_core::effect::lumped_masses;
 use tongue_core::sparse::BlockMatrix;
-use tongue_fit::body::Mesh;
+use tongue_fit::body::{Mesh, SpaceBody};
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, Tangent};
 use tongue_fit::system::{Additions, Model, MusclesAs, SpaceModel, System, TissueModel};
 
@@ -262,10 +262,10 @@ fn all_effects_in_the_plane_and_in_space() {
 fn hexahedra_and_their_muscles() {
     let (side, mut seen) = (5.5e-3, BTreeSet::new());
     let body = fixtures::space_block::space_block(side);
+    let body = SpaceBody { factors: vec![1.0, 10.0, 0.5, 1.0], ..body };
     for muscles in [MusclesAs::Lines, MusclesAs::Stress] {
         for (stiffening, far) in [(0.0, 0.12), (9.0, 0.12), (9.0, 0.25)] {
-            let factors = vec![1.0, 10.0, 0.5, 1.0];
-            let model = SpaceModel { muscles, stiffening, factors, ..SpaceModel::default() };
+            let model = SpaceModel { muscles, stiffening, ..SpaceModel::default() };
             let system = System::in_space(&body, &model).unwrap();
             let x = fixtures::shaken(&body.mesh, far * side);
             seen.extend(check_system(&system, &x, side, &[0.3, 0.2, 0.1], 0.2));

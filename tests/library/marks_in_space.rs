@@ -2,13 +2,14 @@
 
 use nalgebra::{Vector2, Vector3};
 use tongue_core::body::space::Half;
-use tongue_fit::body::SpaceBody;
+use tongue_fit::body::{Anatomy, SpaceBody};
 use tongue_fit::inverse::in_space::SpaceSearch;
 use tongue_fit::inverse::{FitSettings, FitStatus};
-use tongue_fit::measured::{LengthMeasure, Marked, SpaceMark};
+use tongue_fit::observe::Observable;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;
+use tongue_input::measured::{LengthMeasure, Marked, SpaceMark};
 
 const SD_M: f64 = 5e-4;
 
@@ -67,7 +68,7 @@ impl Moved {
             let measure = match i % 3 {
                 0 => LengthMeasure::Length(now),
                 1 => LengthMeasure::Stretch(now / rest),
-                _ => LengthMeasure::Ratio(now / self.length("GGA", &self.positions), "gga".into()),
+                _ => LengthMeasure::Ratio(now / self.length("GGA", &self.positions), Some("gga".into())),
             };
             mark(Marked::Muscle { muscle, measure })
         };
@@ -132,6 +133,30 @@ fn a_contour_with_lengths_leaves_less_open_than_either() {
 }
 
 #[test]
+fn lines_of_the_plane_have_their_lengths_in_space_and_give_activations() {
+    let moved = Moved::to(&[("GGP", 0.1), ("HG", 0.02)]);
+    let anatomy = Anatomy::reference().unwrap();
+    assert_eq!(moved.body.lines.len(), 8);
+    let mut seen = Vec::new();
+    for ((name, line), of_plane) in moved.body.lines.iter().zip(anatomy.muscles()) {
+        let (rest, now) = (line.value(&moved.body.mesh.nodes), line.value(&moved.positions));
+        let length = (of_plane.ends[1] - of_plane.ends[0]).norm();
+        assert!(*name == of_plane.name && (rest - length).abs() < 1e-6, "{name} {rest} {length}");
+        let measure = LengthMeasure::Stretch(now / rest);
+        seen.push(mark(Marked::Muscle { muscle: name.clone(), measure }));
+    }
+    // On bone outside the tissue: the styloid process and the lower part of the hyoid.
+    let on_bone = |name: &str| {
+        let (_, line) = moved.body.lines.iter().find(|(n, _)| n == name).unwrap();
+        line.ends.iter().filter(|e| e.weights.is_empty()).count()
+    };
+    assert_eq!(["SGp", "HGp", "GGa"].map(on_bone), [1, 1, 0]);
+    let fit = moved.search(&seen, 0.5, 1);
+    assert!(fit.answer.status == FitStatus::Converged && fit.rms_m < 1e-4);
+    assert!(fit.combinations.iter().any(|c| c.sd > 0.1), "eight lengths leave three of eleven open");
+}
+
+#[test]
 fn coils_are_fixed_to_the_surface_and_marks_that_make_no_sense_are_refused() {
     let moved = Moved::to(&[]);
     let refused = |what: Marked| {
@@ -139,7 +164,7 @@ fn coils_are_fixed_to_the_surface_and_marks_that_make_no_sense_are_refused() {
         fit.unwrap_err().to_string()
     };
     let length = |muscle: &str, measure| Marked::Muscle { muscle: muscle.into(), measure };
-    let ratio = LengthMeasure::Ratio(1.0, "XY".into());
+    let ratio = LengthMeasure::Ratio(1.0, Some("XY".into()));
     for (what, why) in [
         (Marked::Coil { behind_tip_m: 0.3, place: Vector2::zeros() }, "300 mm behind the tip"),
         (Marked::Contour(Vector2::new(f64::NAN, 0.0)), "a point of the contour"),

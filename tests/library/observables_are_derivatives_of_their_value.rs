@@ -2,9 +2,9 @@
 //! the gradient along a motion.
 
 use nalgebra::{SVector, Vector2, Vector3};
+use tongue_core::observe::{Line, LineEnd, Midsagittal};
 use tongue_fit::observe::{
-    Contour, Curve, Length, Midsagittal, NodePosition, Observable, Observation, Ratio, Sense, Stretch,
-    Surface,
+    Contour, Curve, Length, NodePosition, Observable, Observation, Ratio, Sense, Stretch, Surface,
 };
 
 use crate::fixtures::{block, lattice, shaken};
@@ -14,11 +14,19 @@ type Named<const D: usize> = Vec<(&'static str, Box<dyn Observable<D>>)>;
 
 fn common<const D: usize>(direction: SVector<f64, D>) -> Named<D> {
     let (a, b) = (Length::new([3, 17]), Length::new([5, 12]));
+    let between = LineEnd { weights: vec![(1, 0.4), (6, 0.6)], fixed: SVector::zeros() };
+    let line = Line { ends: [between, LineEnd { weights: Vec::new(), fixed: direction * 0.1 }] };
     vec![
         ("length", Box::new(a)),
         ("ratio", Box::new(Ratio::new(a, b))),
         ("ratio of lengths that share an end", Box::new(Ratio::new(a, Length::new([17, 9])))),
         ("stretch", Box::new(Stretch::new(a, 0.013))),
+        ("line", Box::new(line.clone())),
+        (
+            "ratio of lines",
+            Box::new(Ratio::new(line.clone(), Line { ends: [LineEnd::node(2), LineEnd::node(11)] })),
+        ),
+        ("stretch of a line", Box::new(Stretch::new(line, 0.02))),
         ("node", Box::new(NodePosition::node(7, direction))),
         ("mean of nodes", Box::new(NodePosition::mean(vec![(3, 0.2), (4, 0.5), (9, 0.3)], direction))),
     ]

@@ -21,6 +21,71 @@ fn refused(text: &str) -> String {
     scene.and_then(|scene| scene::simulate(&scene)).unwrap_err().to_string()
 }
 
+#[test]
+fn surgery_in_a_scene_is_that_of_simulate_with_the_loads_of_the_scene() {
+    let surgery = "[surgery]\noperate = [\"left:box:-20,20,-40,40,15,60\"]\nfilling = \"flap\"\n";
+    let activations = "[activations]\nGGP = 0.15\nTRANS = 0.1\n";
+    let plain = run(&format!("{activations}{surgery}")).operation.unwrap();
+    let body = SpaceBody::tongue(1).unwrap();
+    let text = format!("title = \"t\"\nwant = \"shape\"\n[body.tongue-in-space]\n{surgery}");
+    let wanted = Scene::from_toml(&text, "t.toml").unwrap().surgery.unwrap();
+    let operated = wanted.operate(&body).unwrap();
+    let system = System::in_space(&operated.body, &SpaceModel::default()).unwrap();
+    let mut w = Workspace::new(&system);
+    let all = body.activations(&[("GGP", 0.15), ("TRANS", 0.1)]).unwrap();
+    let left: Vec<f64> = operated.muscles.iter().map(|&m| all[m]).collect();
+    let found = statics::solve(&system, &mut w, &left, &SolveSettings::default());
+    assert_eq!(found.status, SolveStatus::Converged);
+    let tip = body.foremost().unwrap();
+    let moved = (w.positions()[tip] - body.mesh.nodes[tip]) * 1e3;
+    let after = Vector3::from(plain.tip_after_mm);
+    assert!((moved - after).norm() < 1e-3, "{moved} {after}");
+    assert!(plain.tip_before_mm[1].abs() < 1e-4 && plain.deviation_mm.abs() > 0.2, "{plain:?}");
+
+    // On the back, with the tip brought back as far as muscles can.
+    let loaded =
+        format!("{activations}{surgery}make_up = true\n[effects]\ngravity = {{ posture = \"supine\" }}\n");
+    let loaded = run(&loaded).operation.unwrap();
+    assert!((Vector3::from(loaded.tip_after_mm) - after).norm() > 0.1, "weight moves it: {loaded:?}");
+    assert!(
+        loaded.made_up_to_mm.unwrap()
+            < (Vector3::from(loaded.tip_after_mm) - Vector3::from(loaded.tip_before_mm)).norm()
+    );
+    assert!(loaded.made_up_by.unwrap().0.iter().any(|(name, a)| name.ends_with("_L") && *a > 0.0));
+
+    let space = "[body.tongue-in-space]\n";
+    for (text, why) in [
+        (format!("[body.tongue]\n{surgery}"), "only [body.tongue-in-space] is operated"),
+        (
+            format!("{space}[surgery]\noperate = [\"ball:0,0,0,12\"]\nfilling = \"removed\"\n"),
+            "may not remove a bone",
+        ),
+        (format!("{space}[surgery]\noperate = [\"GGP_L\"]\n"), "missing field `filling`"),
+        (format!("{space}[surgery]\noperate = []\nfilling = \"flap\"\n"), "no region is given"),
+        (
+            format!("{space}[surgery]\noperate = [\"ball:1,2\"]\nfilling = \"flap\"\n"),
+            "a ball has four numbers",
+        ),
+        (format!("{space}[surgery]\noperate = [\"GGP_L\"]\nfilling = \"scar\"\nscar = 0.0\n"), "scar is 0"),
+        (format!("{space}file = \"none.msh\"\n"), "cannot read \"none.msh\""),
+        (format!("{space}file = \"a.msh\"\nfolder = \"b\"\n"), "each is a body"),
+    ] {
+        let said = refused(&text);
+        assert!(said.contains(why), "{said}");
+    }
+}
+
+#[test]
+fn hexahedra_from_gmsh_are_a_body_of_scenes() {
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gmsh/hexahedra_41.msh");
+    let text = format!(
+        "title = \"t\"\nwant = \"shape\"\n[body.tongue-in-space]\nfile = \"{mesh}\"\n[activations]\nA = 0.3\n"
+    );
+    let found = scene::simulate(&Scene::from_toml(&text, "t.toml").unwrap()).unwrap();
+    assert!(found.converged && found.plan.body.contains("hexahedra_41"), "{}", found.plan.body);
+    assert!(found.muscles.iter().any(|m| m.muscle == "A_L" && m.stretch < 0.97));
+}
+
 /// Positions in the axes of the body: y to the right, z upwards.
 fn positions(answer: &SceneOutcome) -> Vec<Vector3<f64>> {
     answer.positions_m.iter().map(|p| Vector3::new(p[0], -p[2], p[1])).collect()

@@ -19,7 +19,7 @@ const CYLINDER: &str =
     "title = \"t\"\nwant = \"shape\"\n[body.cylinder]\nradius_mm = 10.0\nlength_mm = 30.0\nh_mm = 10.0\n";
 
 fn flat(scene: &Scene) -> Body<2> {
-    match body::build(&scene.body).unwrap() {
+    match body::build(scene).unwrap() {
         AnyBody::Flat(built) => built,
         AnyBody::Solid(_) => panic!("{} is solid", scene.title),
     }
@@ -77,7 +77,7 @@ fn compare_with_everything<const D: usize>(name: &str, scene: &Scene, body: &Bod
 fn the_parts_left_out_of_shipped_scenes_do_not_change_their_answers() {
     for name in scene::names() {
         let scene = scene::shipped(name).unwrap();
-        match body::build(&scene.body).unwrap() {
+        match body::build(&scene).unwrap() {
             AnyBody::Flat(built) => compare_with_everything(name, &scene, &built),
             AnyBody::Solid(built) => compare_with_everything(name, &scene, &built),
         }
@@ -216,7 +216,7 @@ fn the_jaw_takes_the_genioglossus_along_and_the_hyoid_its_muscles() {
 #[test]
 fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
     let scene = scene::shipped("cylinder-3d").unwrap();
-    let AnyBody::Solid(built) = body::build(&scene.body).unwrap() else { panic!("a cylinder is solid") };
+    let AnyBody::Solid(built) = body::build(&scene).unwrap() else { panic!("a cylinder is solid") };
     let rest = built.mesh.nodes.clone();
     let result = run(&scene, &mut prepare(&scene, built, SceneExtent::Pruned).unwrap()).unwrap();
     assert!(result.converged);
@@ -268,7 +268,7 @@ fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
 fn solids_of_ten_node_tetrahedra_contract_and_sag() {
     for name in ["cylinder-3d", "block-3d"] {
         let scene = Scene::from_toml(&as_continuum(name), "test").unwrap();
-        let AnyBody::Solid(built) = body::build(&scene.body).unwrap() else { panic!("a solid") };
+        let AnyBody::Solid(built) = body::build(&scene).unwrap() else { panic!("a solid") };
         let done = run(&scene, &mut prepare(&scene, built, SceneExtent::Pruned).unwrap()).unwrap();
         assert!(done.converged && done.min_cell_ratio > 0.5, "{name}: {:?}", done.solution);
     }
@@ -431,7 +431,7 @@ fn contradictions_are_named() {
         let scene = Scene::from_toml(&text, "test").unwrap_or_else(|e| panic!("{e} in\n{text}"));
         let error = scene
             .check()
-            .and_then(|()| match body::build(&scene.body)? {
+            .and_then(|()| match body::build(&scene)? {
                 AnyBody::Flat(built) => prepare(&scene, built, SceneExtent::Pruned).map(drop),
                 AnyBody::Solid(built) => prepare(&scene, built, SceneExtent::Pruned).map(drop),
             })

@@ -33,8 +33,7 @@ fn way_after(
     (node, given): (usize, &[(&str, f64)]),
 ) -> Vector3<f64> {
     let operated = body.operated(elements, filling).unwrap();
-    let model = SpaceModel { factors: operated.factors.clone(), ..model.clone() };
-    way(&operated.body, &model, node, given)
+    way(&operated.body, model, node, given)
 }
 
 #[test]
@@ -111,8 +110,9 @@ fn one_side_of_artisynths_tongue_operated() {
             ("removed", Filling::Removed, [-8.56, 4.36, -10.02]),
         ] {
             let found = way_after(&body, model, &elements, filling, given);
-            near(&format!("{kind}: {what}, {} elements", elements.len()), found, other);
-            // The exact region of the other program is not known, so only the side is compared.
+            // The exact region of the other program is not known.
+            let apart = near(&format!("{kind}: {what}, {} elements", elements.len()), found, other);
+            assert!(apart < 0.15, "{kind}, {what}: {found}");
             assert_eq!(found.y.signum(), other[1].signum(), "{what} {found}");
         }
     }

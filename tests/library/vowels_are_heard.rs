@@ -125,7 +125,7 @@ fn the_vowels_of_s2_lie_to_each_other_as_vowels_do() {
 fn no_acoustics_are_computed_unless_a_scene_asks_for_them() {
     let made = |text: &str| {
         let scene = Scene::from_toml(text, "t.toml").unwrap();
-        let tongue_fit::body::AnyBody::Flat(body) = build(&scene.body).unwrap() else { panic!() };
+        let tongue_fit::body::AnyBody::Flat(body) = build(&scene).unwrap() else { panic!() };
         prepare(&scene, body, SceneExtent::Pruned)
     };
     let of = |want: &str, more: &str| {

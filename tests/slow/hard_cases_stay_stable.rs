@@ -183,7 +183,7 @@ fn a_scene_of_springs_alone_whose_cells_turn_over_does_not_count_as_converged() 
     let text =
         "title = \"SGa alone\"\nwant = \"shape\"\n[body.tongue]\nh_mm = 5.5\n[tensions_n]\nSGa = 10.0\n";
     let scene = Scene::from_toml(text, "found.toml").unwrap();
-    let AnyBody::Flat(built) = build(&scene.body).unwrap() else { panic!("a tongue is flat") };
+    let AnyBody::Flat(built) = build(&scene).unwrap() else { panic!("a tongue is flat") };
     let outcome = scene::run::run(&scene, &mut prepare(&scene, built, Simulated::Pruned).unwrap()).unwrap();
     assert!(outcome.min_cell_ratio < 0.0 && !outcome.converged, "{:?}", outcome.solution);
 }

@@ -1,9 +1,10 @@
 //! Outputs and runs of tongue-fit: records, tables, pictures and pages ([`report`]), the library by names of
-//! muscles and bones ([`simulation`]), and scenes from files ([`scene`]).
+//! muscles and bones ([`simulation`]), surgery in words ([`surgery`]), and scenes from files ([`scene`]).
 
 pub mod report;
 pub mod scene;
 pub mod simulation;
+pub mod surgery;
 
 /// The version of the package and, if it was built in a git checkout, the commit, with `-modified` if its
 /// sources differed from the commit: `0.1.0 (5e2005e12a)`. Every output contains it.

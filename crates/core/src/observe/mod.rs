@@ -3,6 +3,7 @@
 //! | observable | value | unit |
 //! |---|---|---|
 //! | [`Length`] | straight distance between a muscle's ends | m |
+//! | [`Line`] | straight distance between two points of the body or of bones | m |
 //! | [`Ratio`] | a muscle's length over another's in the same shape (Kato 2014, 4.3.1) | 1 |
 //! | [`Stretch`] | a muscle's length over its length in a reference shape (4.3.2) | 1 |
 //! | [`NodePosition`] | a coordinate of a material point: a node, or a place on the surface | m |
@@ -15,6 +16,7 @@
 
 mod contour;
 mod length;
+mod line;
 mod midsagittal;
 mod observation;
 mod point;
@@ -28,6 +30,7 @@ use nalgebra::SVector;
 
 pub use contour::{Contour, Curve};
 pub use length::Length;
+pub use line::{Line, LineEnd};
 pub use midsagittal::Midsagittal;
 pub use observation::{Certainty, Observation, Sense};
 pub use point::NodePosition;

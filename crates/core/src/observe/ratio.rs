@@ -7,19 +7,19 @@ use super::{Length, Observable};
 /// A length over another in the same shape, which does not depend on scale (Kato 2014, 4.3.1 and 4.4.1: over
 /// the length of GGa).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Ratio {
-    length: Length,
-    over: Length,
+pub struct Ratio<L = Length> {
+    length: L,
+    over: L,
 }
 
-impl Ratio {
+impl<L> Ratio<L> {
     /// `length` over `over`.
-    pub fn new(length: Length, over: Length) -> Self {
+    pub fn new(length: L, over: L) -> Self {
         Self { length, over }
     }
 }
 
-impl<const D: usize> Observable<D> for Ratio {
+impl<const D: usize, L: Observable<D>> Observable<D> for Ratio<L> {
     fn value(&self, positions: &[SVector<f64, D>]) -> f64 {
         self.length.value(positions) / self.over.value(positions)
     }

@@ -7,19 +7,19 @@ use super::{Length, Observable};
 /// A length over the same length in a reference shape, most often at rest: free of each muscle's own length
 /// (Kato 2014, 4.3.2).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stretch {
-    length: Length,
+pub struct Stretch<L = Length> {
+    length: L,
     reference_length: f64,
 }
 
-impl Stretch {
+impl<L> Stretch<L> {
     /// `length` over `reference_length`, m.
-    pub fn new(length: Length, reference_length: f64) -> Self {
+    pub fn new(length: L, reference_length: f64) -> Self {
         Self { length, reference_length }
     }
 }
 
-impl<const D: usize> Observable<D> for Stretch {
+impl<const D: usize, L: Observable<D>> Observable<D> for Stretch<L> {
     fn value(&self, positions: &[SVector<f64, D>]) -> f64 {
         self.length.value(positions) / self.reference_length
     }

@@ -1,5 +1,7 @@
 //! A measured point beside the surface of a body in space.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use super::Observable;
@@ -8,7 +10,8 @@ use super::Observable;
 /// place is an edge or a corner, the sign is that of the nearest triangle's side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
-    triangles: Vec<[usize; 3]>,
+    // Shared, because every point has its own handle to them.
+    triangles: Arc<[[usize; 3]]>,
     point: SVector<f64, 3>,
 }
 
@@ -22,13 +25,13 @@ struct Foot {
 
 impl Surface {
     /// Of `point`, m, from triangles whose corners run counter-clockwise seen from outside; at least one.
-    pub fn new(triangles: Vec<[usize; 3]>, point: SVector<f64, 3>) -> Self {
-        Self { triangles, point }
+    pub fn new(triangles: impl Into<Arc<[[usize; 3]]>>, point: SVector<f64, 3>) -> Self {
+        Self { triangles: triangles.into(), point }
     }
 
     fn foot(&self, positions: &[SVector<f64, 3>]) -> Option<Foot> {
         let mut best: Option<Foot> = None;
-        for &triangle in &self.triangles {
+        for &triangle in self.triangles.iter() {
             let x = triangle.map(|n| positions[n]);
             let weights = nearest(&x, &self.point);
             let away = self.point - (x[0] * weights[0] + x[1] * weights[1] + x[2] * weights[2]);

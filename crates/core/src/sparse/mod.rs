@@ -6,6 +6,7 @@
 //! factorisation is faster and is used.
 
 pub mod cholesky;
+mod dissection;
 pub(crate) mod flat;
 pub mod ordering;
 pub mod pattern;

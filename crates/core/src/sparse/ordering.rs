@@ -6,6 +6,8 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::amd;
 
+use super::dissection::nested_dissection;
+
 /// Number of unknowns, and of neighbours of each, above which the order is approximate, since exact degrees
 /// take longer than they save.
 const MANY: usize = 300;
@@ -14,20 +16,22 @@ const MANY_NEIGHBOURS: usize = 20;
 const VERY_MANY: usize = 20_000;
 
 /// The order and the rows below the diagonal, as from [`minimum_degree`], by the method for the size: exact
-/// degrees for bodies in the plane and small ones, faer's approximate minimum degree (Amestoy, Davis and Duff
-/// 1996) for large bodies in space.
+/// degrees for bodies in the plane and small ones; for large bodies in space faer's approximate minimum degree
+/// (Amestoy, Davis and Duff 1996) or nested dissection, whichever leaves less work.
 pub fn order(neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32>>) {
     let n = neighbours.len();
     let couplings: usize = neighbours.iter().map(Vec::len).sum();
     let is_large = n > VERY_MANY || (n > MANY && couplings > MANY_NEIGHBOURS * n);
-    let approximate = is_large.then(|| approximate_minimum_degree(&neighbours)).flatten();
-    match approximate {
-        Some(order) => {
-            let fronts = fronts(&neighbours, &order);
-            (order, fronts)
-        }
-        None => minimum_degree(neighbours),
+    if !is_large {
+        return minimum_degree(neighbours);
     }
+    let candidates =
+        approximate_minimum_degree(&neighbours).into_iter().chain([nested_dissection(&neighbours)]);
+    let with_fronts = candidates.map(|order| (fronts(&neighbours, &order), order));
+    // The work of a factorisation grows with the squares of the fronts.
+    let work = |fronts: &[Vec<u32>]| fronts.iter().map(|f| f.len() * f.len()).sum::<usize>();
+    let best = with_fronts.min_by_key(|(fronts, _)| work(fronts));
+    best.map_or_else(|| minimum_degree(neighbours), |(fronts, order)| (order, fronts))
 }
 
 /// faer's approximate minimum degree; `None` where there is no memory for it.
@@ -144,11 +148,40 @@ mod tests {
         let mut found = fronts(&grid, &order);
         found.iter_mut().for_each(|f| f.sort_unstable());
         assert_eq!(found, exact);
-        let mut approximate = approximate_minimum_degree(&grid).unwrap();
         let fill = |order: &[usize]| fronts(&grid, order).iter().map(Vec::len).sum::<usize>();
-        assert!(fill(&approximate) < fill(&order) * 5 / 4);
-        approximate.sort_unstable();
-        assert_eq!(approximate, (0..grid.len()).collect::<Vec<_>>());
+        for mut other in [approximate_minimum_degree(&grid).unwrap(), nested_dissection(&grid)] {
+            assert!(fill(&other) < fill(&order) * 5 / 4);
+            other.sort_unstable();
+            assert_eq!(other, (0..grid.len()).collect::<Vec<_>>());
+        }
+    }
+
+    #[test]
+    fn a_block_in_space_fills_in_less_by_nested_dissection() {
+        // Two blocks of 16 by 12 by 10 that do not touch, each node joined to its 26 neighbours.
+        let sides = [16i32, 12, 10];
+        let count = sides.iter().product::<i32>();
+        let of = |n: i32| {
+            let (block, i) = (n / count, n % count);
+            let at = [i % sides[0], i / sides[0] % sides[1], i / (sides[0] * sides[1])];
+            let mut near = Vec::new();
+            for by in (0..27).map(|k| [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1]).filter(|by| *by != [0; 3]) {
+                let to: [i32; 3] = std::array::from_fn(|d| at[d] + by[d]);
+                if (0..3).all(|d| (0..sides[d]).contains(&to[d])) {
+                    near.push((block * count + to[0] + sides[0] * (to[1] + sides[1] * to[2])) as u32);
+                }
+            }
+            near.sort_unstable();
+            near
+        };
+        let grid: Vec<Vec<u32>> = (0..2 * count).map(of).collect();
+        let work = |order: &[usize]| fronts(&grid, order).iter().map(|f| f.len().pow(2)).sum::<usize>();
+        let mut dissected = nested_dissection(&grid);
+        let (by_degree, by_halves) = (work(&approximate_minimum_degree(&grid).unwrap()), work(&dissected));
+        assert!(by_halves < by_degree, "{by_halves} {by_degree}");
+        assert_eq!(work(&order(grid.clone()).0), by_halves);
+        dissected.sort_unstable();
+        assert!(dissected.into_iter().eq(0..grid.len()));
     }
 
     #[test]

@@ -30,18 +30,11 @@ pub struct SpaceModel {
     /// Additional stiffness of a muscle's tissue at full activation, as a multiple of its passive stiffness;
     /// 0 for none. ArtiSynth: 9.
     pub stiffening: f64,
-    /// Factor of the constants of each element (a scar); empty for none.
-    pub factors: Vec<f64>,
 }
 
 impl Default for SpaceModel {
     fn default() -> Self {
-        Self {
-            law: MooneyRivlin::TONGUE,
-            muscles: MusclesAs::default(),
-            stiffening: 0.0,
-            factors: Vec::new(),
-        }
+        Self { law: MooneyRivlin::TONGUE, muscles: MusclesAs::default(), stiffening: 0.0 }
     }
 }
 
@@ -94,8 +87,8 @@ impl System<3> {
         let Some(mut tissue) = Hexahedra::new(law, &mesh.hexahedra, &mesh.nodes) else {
             return Err(SystemError::Law { c10: law.c10, c20: law.c20, bulk: law.bulk });
         };
-        if !model.factors.is_empty() {
-            tissue = tissue.with_factors(&model.factors);
+        if !body.factors.is_empty() {
+            tissue = tissue.with_factors(&body.factors);
         }
         if model.stiffening > 0.0 {
             let mut muscles = vec![Vec::new(); mesh.hexahedra.len()];

@@ -14,6 +14,7 @@ use super::by_muscle::{by, mm};
 use super::export::{Export, Provenance};
 use super::record::{AlarmRecord, BranchRecord};
 use super::vtu::{END_OF_GRID, array, begin, grid, point};
+use crate::surgery::FillingKind;
 use tongue_input::measured::ByMuscle;
 
 /// One equilibrium in space: `tongue-fit simulate --body FOLDER --json`.
@@ -124,7 +125,7 @@ pub struct OperationRecord {
     /// Where, as it was asked for.
     pub regions: Vec<String>,
     /// What is left there: removed, scar, flap or silent.
-    pub filling: Option<String>,
+    pub filling: Option<FillingKind>,
     /// Elements operated.
     pub elements: usize,
     /// Their volume at rest, cm³.

@@ -57,7 +57,7 @@ pub struct SpaceFitRecord {
     pub starts: Vec<StartRecord>,
     /// Starts that ended elsewhere and meet the data as well (misfit at most a twentieth larger).
     pub others_as_good: Vec<ByMuscle<f64>>,
-    /// Factorisations of the stiffness, over all starts.
+    /// Factorisations of the stiffness, over all starts and the assessment of the answer.
     pub factorisations: usize,
     /// What speaks against the answer.
     pub alarms: Vec<AlarmRecord>,

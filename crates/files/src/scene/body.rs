@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use super::SceneError;
-use super::file::{self, Block, Cylinder, Kind, SceneSpace};
+use super::file::{self, Block, Cylinder, Kind, Scene, SceneSpace};
+use super::{SceneError, contradiction, operated};
 use tongue_core::body::{Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, SpaceBody, solid};
-use tongue_input::bodies::{AnyBody, artisynth};
+use tongue_input::bodies::{AnyBody, artisynth, gmsh};
+use tongue_input::files;
 
 /// Maximum number of cells along an edge of a solid.
 const MOST_LAYERS: f64 = 60.0;
@@ -17,14 +18,15 @@ const MOST_NODES: usize = 12_000;
 /// # Errors
 /// Sizes out of range, and a mesh file that cannot be read, is inconsistent or cannot be a continuum if one
 /// is asked for.
-pub fn build(body: &file::SceneBody) -> Result<AnyBody, SceneError> {
+pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
+    let body = &scene.body;
     let settings = ContinuumSettings::default();
     let made = match body {
         file::SceneBody::Tongue(tongue) if tongue.kind == Kind::Continuum => {
             return Ok(AnyBody::Flat(Body::continuum(tongue.h_mm * 1e-3, &settings)?));
         }
         file::SceneBody::Tongue(tongue) => AnyBody::Flat(Body::tongue(tongue.h_mm * 1e-3)?),
-        file::SceneBody::TongueInSpace(given) => AnyBody::Solid(in_space(given)?),
+        file::SceneBody::TongueInSpace(given) => AnyBody::Solid(in_space(scene, given)?),
         file::SceneBody::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
         file::SceneBody::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
         file::SceneBody::Block(b) => AnyBody::Solid(block(b)?),
@@ -42,19 +44,29 @@ pub fn build(body: &file::SceneBody) -> Result<AnyBody, SceneError> {
     })
 }
 
-/// A tongue in space. The built-in one has the palate of the reference tongue, as a wall without end to both sides.
-fn in_space(given: &SceneSpace) -> Result<Body<3>, SceneError> {
-    match &given.folder {
-        None => {
-            let body = SpaceBody::tongue(if given.refined { 2 } else { 1 })?;
-            let palate = Body::tongue(DEFAULT_SPACING_M)?.palate;
-            Ok(Body { palate, ..body.in_scene() })
+/// A tongue in space in the axes of scenes. The built-in one has the palate of the reference tongue, as a wall without end to both sides.
+fn in_space(scene: &Scene, given: &SceneSpace) -> Result<Body<3>, SceneError> {
+    let is_built_in = given.folder.is_none() && given.file.is_none();
+    let palate = if is_built_in { Body::tongue(DEFAULT_SPACING_M)?.palate } else { None };
+    Ok(Body { palate, ..operated::tongue(scene, given)?.in_scene() })
+}
+
+/// A tongue in space in its own axes, before any surgery.
+pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SceneError> {
+    let body = match (&given.folder, &given.file) {
+        (Some(_), Some(_)) => {
+            let why = "each is a body; give one of them";
+            return Err(contradiction("body.tongue-in-space.folder", "body.tongue-in-space.file", why));
         }
-        Some(folder) => {
-            let body = artisynth::read(Path::new(folder))?;
-            Ok(if given.refined { body.refined() } else { body }.in_scene())
+        (None, None) => return Ok(SpaceBody::tongue(if given.refined { 2 } else { 1 })?),
+        (Some(folder), None) => artisynth::read(Path::new(folder))?,
+        (None, Some(file)) => {
+            let bytes = files::read(Path::new(file))
+                .map_err(|source| SceneError::MeshFile { path: file.clone(), source })?;
+            gmsh::read_space(&bytes, file, given.unit)?
         }
-    }
+    };
+    Ok(if given.refined { body.refined() } else { body })
 }
 
 fn cylinder(c: &Cylinder) -> Result<Body<3>, SceneError> {

@@ -46,6 +46,10 @@ impl Scene {
     fn check_space(&self) -> Result<(), SceneError> {
         let (m, e) = (&self.material, &self.effects);
         if !matches!(self.body, SceneBody::TongueInSpace(_)) {
+            if self.surgery.is_some() {
+                let why = "only [body.tongue-in-space] is operated";
+                return Err(contradiction("[surgery]", self.body_key(), why));
+            }
             let given = self.activations.keys().next();
             let why = "only muscles of [body.tongue-in-space] are activated; give tensions_n";
             return given.map_or(Ok(()), |muscle| {

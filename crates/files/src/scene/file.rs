@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::SceneError;
 use super::effects::Effects;
 use super::sound::SceneTract;
+use crate::surgery::Surgery;
 use tongue_core::material::{Preset, Spread};
 use tongue_core::suggest;
 use tongue_input::bodies::Unit;
@@ -43,6 +44,8 @@ pub struct Scene {
     /// Effects on the body.
     #[serde(default)]
     pub effects: Effects,
+    /// Surgery of a tongue in space: the result is after it, and is compared with the one before.
+    pub surgery: Option<Surgery>,
     /// Duration of the motion; for `want = "trajectory"`.
     pub trajectory: Option<SceneTrajectory>,
     /// The tract around the tongue; for `want = "sound"`, and for a trajectory with formants.
@@ -118,6 +121,12 @@ pub struct SceneSpace {
     /// A folder with the files of ArtiSynth's tongue in place of the built-in one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folder: Option<String>,
+    /// A mesh of hexahedra from Gmsh (.msh) in its place: x to the back, y to the right, z upwards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Unit of the coordinates in that file: `m` or `mm`.
+    #[serde(default)]
+    pub unit: Unit,
     /// Whether every hexahedron is cut in eight.
     #[serde(default)]
     pub refined: bool,

@@ -9,6 +9,8 @@ mod check;
 pub mod effects;
 pub mod file;
 mod loads;
+mod operated;
+mod outcome;
 pub mod plan;
 pub mod points;
 pub mod prepare;
@@ -25,6 +27,7 @@ use tongue_infer::heard::AirwayError;
 use tongue_infer::inverse::FitError;
 use tongue_input::measured;
 
+use check::contradiction;
 pub use file::Scene;
 pub use plan::ScenePlan;
 pub use run::simulate;
@@ -59,6 +62,9 @@ pub enum SceneError {
     /// An activation cannot be used.
     #[error("activations: {0}")]
     Activation(#[from] tongue_core::body::space::BadActivation),
+    /// The surgery cannot be made.
+    #[error("[surgery]: {0}")]
+    Surgery(#[from] crate::surgery::SurgeryError),
     /// The body cannot be made or read.
     #[error(transparent)]
     Body(#[from] BodyError),
@@ -92,6 +98,9 @@ pub enum SceneError {
     /// The tract cannot be read, or its walls meet.
     #[error("[tract]: {0}")]
     Airway(#[from] AirwayError),
+    /// The file of a mesh cannot be read.
+    #[error("body.tongue-in-space.file: cannot read \"{path}\": {source}")]
+    MeshFile { path: String, source: std::io::Error },
     /// The file of a tract cannot be read.
     #[error("tract.file: cannot read \"{path}\": {source}")]
     TractFile { path: String, source: std::io::Error },

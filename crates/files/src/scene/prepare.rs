@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::file::{Kind, Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
 use super::plan::{self, Decision, EffectRole, ScenePlan};
-use super::{SceneError, points, sound};
+use super::{SceneError, operated, points, sound};
 use tongue_core::body::{Body, MuscleChain, SpaceBody, SpaceMuscle};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::material::{Constants, Spread};
@@ -204,8 +204,7 @@ fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, Scene
 /// The tension of every muscle of the mesh; all of one name have the same.
 fn tensions<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Vec<f64>, SceneError> {
     if let Some(space) = &body.space {
-        let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
-        return Ok(space.activations(&given)?);
+        return operated::activations(scene, space);
     }
     for name in scene.tensions_n.keys() {
         body.muscle(name).map_err(|missing| {

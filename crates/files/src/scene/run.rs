@@ -2,16 +2,13 @@
 
 use std::time::Instant;
 
-use nalgebra::SVector;
-use serde::Serialize;
-
 use super::file::{Scene, Want};
-use super::plan::ScenePlan;
+pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, Pulls, SceneOutcome, Way};
 use super::points::PointsFit;
 use super::prepare::{Prepared, SceneExtent, prepare};
-use super::{SceneError, body, sound};
-use crate::report::SoundRecord;
-use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Observer, StepCounts, Tensions};
+use super::{SceneError, body, operated, sound};
+use nalgebra::SVector;
+use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Observer, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
@@ -25,171 +22,13 @@ const SAMPLES: usize = 121;
 /// Number of repetitions of each evaluation when effects are timed.
 const REPETITIONS: u32 = 50;
 
-/// How hard a muscle pulls.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Pull {
-    /// Its tension, N (2D: per metre of thickness).
-    TensionN(f64),
-    /// Its activation, 0 to 1, in a tongue in space.
-    Activation(f64),
-}
-
-impl Pull {
-    /// The number.
-    pub fn value(self) -> f64 {
-        match self {
-            Self::TensionN(value) | Self::Activation(value) => value,
-        }
-    }
-}
-
-/// How hard every muscle chain of the mesh pulls.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Pulls {
-    /// Tensions, N (2D: per metre of thickness).
-    TensionsN(Vec<f64>),
-    /// Activations, 0 to 1, in a tongue in space.
-    Activations(Vec<f64>),
-}
-
-impl Pulls {
-    /// The numbers.
-    pub fn values(&self) -> &[f64] {
-        match self {
-            Self::TensionsN(values) | Self::Activations(values) => values,
-        }
-    }
-}
-
-/// Length of a muscle; for muscles of one name the mean.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct MuscleLength {
-    /// Its name.
-    pub muscle: String,
-    /// How hard it pulls.
-    #[serde(flatten)]
-    pub pull: Pull,
-    /// Its 95 % interval, if points were fitted.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub interval_n: Option<[f64; 2]>,
-    /// Length at rest, mm.
-    pub rest_mm: f64,
-    /// Length, mm.
-    pub length_mm: f64,
-    /// Length over that in the baseline, which is rest unless a fit has a tone.
-    pub stretch: f64,
-}
-
-/// Force on a wall.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ContactForce {
-    /// Force of the body on the wall, N (2D: per metre of thickness).
-    pub on_wall_n: Vec<f64>,
-    /// Largest force of a node on the wall, N.
-    pub largest_n: f64,
-    /// Number of nodes on which the wall acts.
-    pub touching: usize,
-    /// Smallest distance of a node from the wall, mm.
-    pub closest_mm: f64,
-    /// Whether a corner of the wall is between two nodes: the wall acts on nodes, not on the lines between
-    /// them.
-    pub edge_through_wall: bool,
-}
-
-/// Time of an effect in the solve: the measured time of each evaluation times their number.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct EffectTime {
-    /// The effect.
-    pub effect: &'static str,
-    /// One evaluation of the energy, microseconds.
-    pub energy_us: f64,
-    /// One evaluation of the force, microseconds.
-    pub force_us: f64,
-    /// One evaluation of the stiffness, microseconds.
-    pub stiffness_us: f64,
-    /// All evaluations of the solve, microseconds.
-    pub total_us: f64,
-}
-
-/// The body at one time of a trajectory.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Moment {
-    /// Time, s.
-    pub time_s: f64,
-    /// Length of every muscle, mm; for muscles of one name the mean.
-    pub lengths_mm: Vec<f64>,
-    /// Formants, Hz, if the scene has a tract; null if its walls meet.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub formants_hz: Option<Vec<f64>>,
-}
-
-/// A trajectory.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Way {
-    /// How it ended.
-    pub status: dynamics::MotionStatus,
-    /// Time reached, s.
-    pub time_s: f64,
-    /// Part of the way to its equilibrium that the body has moved; null if there is no such way.
-    pub part_of_way_to_equilibrium: Option<f64>,
-    /// Cost.
-    pub counts: StepCounts,
-    /// The body at equidistant times.
-    pub moments: Vec<Moment>,
-}
-
-/// The result of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SceneOutcome {
-    /// The plan.
-    pub plan: ScenePlan,
-    /// Whether everything converged.
-    pub converged: bool,
-    /// How hard every muscle chain of the mesh pulls.
-    #[serde(flatten)]
-    pub pulls: Pulls,
-    /// Muscles, each name once.
-    pub muscles: Vec<MuscleLength>,
-    /// Smallest ratio of a cell's area or volume to that at rest.
-    pub min_cell_ratio: f64,
-    /// Largest such ratio.
-    pub max_cell_ratio: f64,
-    /// Total area, m², or volume, m³, over that at rest.
-    pub measure_ratio: f64,
-    /// Force on the wall.
-    pub contact: Option<ContactForce>,
-    /// Force of the body on the bones, N, by dimension; null at the end of a trajectory, where dampers and
-    /// masses act on them too.
-    pub on_bones_n: Option<Vec<f64>>,
-    /// The last equilibrium, if one was wanted.
-    pub solution: Option<Solution>,
-    /// How the fit ended, if there was one.
-    pub fit: Option<inverse::FitStatus>,
-    /// Result of the fit to points, if points were given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub points: Option<PointsFit>,
-    /// The sound, if it was wanted.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sound: Option<SoundRecord>,
-    /// The trajectory, if it was wanted.
-    pub trajectory: Option<Way>,
-    /// Duration of the solve, fit or trajectory, s.
-    pub wall_s: f64,
-    /// Time by effect, for a trajectory or the last equilibrium; the rest is mostly linear algebra.
-    pub time_by_effect: Vec<EffectTime>,
-    /// Positions of all nodes, m.
-    pub positions_m: Vec<Vec<f64>>,
-}
-
 /// Runs a scene: its body, its plan, its result.
 ///
 /// # Errors
 /// [`SceneError`] if the run cannot begin; later failures are in the outcome.
 pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SceneError> {
     scene.check()?;
-    match body::build(&scene.body)? {
+    match body::build(scene)? {
         AnyBody::Flat(body) => run(scene, &mut prepare(scene, body, SceneExtent::Pruned)?),
         AnyBody::Solid(body) => run(scene, &mut prepare(scene, body, SceneExtent::Pruned)?),
     }
@@ -264,6 +103,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         fit: fitted,
         points,
         sound: heard,
+        operation: operated::compared(scene, prepared, &positions)?,
         trajectory,
         wall_s,
         time_by_effect: time_by_effect(prepared, at, evaluations),

@@ -8,7 +8,7 @@
 //! | `x_mm,y_mm,z_mm` | a point somewhere on the surface |
 //! | `x_mm,z_mm` | a point somewhere on the midsagittal contour |
 //! | `surface_mm,x_mm,z_mm` | the place of a coil, so far behind the tip along the midsagittal surface at rest |
-//! | `muscle,length_mm` | the length of a muscle's measuring fibre |
+//! | `muscle,length_mm` | the length of a muscle's measuring fibre, or of a line of tables of lengths (GGa, HGp, ..) |
 //! | `muscle,stretch` | that length over its length at rest |
 //! | `muscle,ratio` | that length over the length of another muscle, which the column `over` may name (GGA) |
 //!
@@ -22,9 +22,6 @@ use nalgebra::{Vector2, Vector3};
 
 use super::TableError;
 use crate::files;
-
-/// The muscle over whose length ratios are if no other is named (Kato 2014, 4.3.1).
-const OVER: &str = "GGA";
 
 /// What was seen, in the frame of the body (x to the back, y to the right, z upwards), and how surely.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,8 +69,8 @@ pub enum LengthMeasure {
     Length(f64),
     /// Over its length at rest.
     Stretch(f64),
-    /// Over the length of another muscle in the same shape.
-    Ratio(f64, String),
+    /// Over the length of another muscle in the same shape: that of the name, or else the anterior genioglossus.
+    Ratio(f64, Option<String>),
 }
 
 impl SpaceMark {
@@ -225,7 +222,7 @@ impl Row<'_> {
                 if value <= 0.0 {
                     return Err(format!("{measure} must be positive"));
                 }
-                let over = || self.text("over").filter(|o| !o.is_empty()).unwrap_or(OVER).to_owned();
+                let over = || self.text("over").filter(|o| !o.is_empty()).map(str::to_owned);
                 let measure = match measure {
                     "stretch" => LengthMeasure::Stretch(value),
                     "ratio" => LengthMeasure::Ratio(value, over()),

@@ -5,7 +5,8 @@ use serde::Deserialize;
 
 use super::{Directions, Segment, Side, SpaceBody, SpaceMuscle};
 use crate::body::{Anatomy, BodyError, Bone, Mesh, MuscleChain};
-use crate::geometry::{ClosedSpline, Point, hexahedron};
+use crate::geometry::{ClosedSpline, Point, hexahedron, simplex};
+use crate::observe::{Line, LineEnd};
 
 /// Widths, bones and muscles, as text.
 const REFERENCE: &str = include_str!("../../../../../targets/tongue_in_space.toml");
@@ -179,9 +180,34 @@ impl SpaceBody {
         mesh.fixed.dedup();
         mesh.connect();
         let what = format!("the built-in tongue in space, {} hexahedra", mesh.hexahedra.len());
-        let body = Self { what, mesh, bones, muscles };
+        let mut body = Self { what, mesh, bones, muscles, ..Self::default() };
+        body.lines = anatomy.muscles().iter().map(|line| (line.name.clone(), body.line(line.ends))).collect();
         body.check().map_err(|fault| wrong(fault.to_string()))?;
         Ok(body)
+    }
+}
+
+/// A point whose triangle is farther away than about this part of its size does not move with the tissue.
+const BESIDE: f64 = -0.5;
+
+impl SpaceBody {
+    /// The line between two places of the midsagittal plane, m: each moves with the tissue around it, or is on bone outside of it.
+    fn line(&self, ends: [Point; 2]) -> Line<3> {
+        let section = self.midsagittal_mesh();
+        let end = |at: Point| {
+            let of = |cell: &[usize]| {
+                let shares = simplex::barycentric(&simplex::corners(&section.nodes, cell), &at);
+                (shares[..3].iter().copied().fold(f64::INFINITY, f64::min), cell.to_vec(), shares)
+            };
+            let nearest = section.cells.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+            match nearest.filter(|(least, ..)| *least > BESIDE) {
+                Some((_, nodes, shares)) => {
+                    LineEnd { weights: nodes.into_iter().zip(shares).collect(), fixed: Vector3::zeros() }
+                }
+                None => LineEnd { weights: Vec::new(), fixed: Vector3::new(at.x, 0.0, at.y) },
+            }
+        };
+        Line { ends: ends.map(end) }
     }
 }
 

@@ -68,6 +68,10 @@ impl SpaceBody {
     /// The left half, if the body is the same on both sides: nodes, elements, bones, and muscles with their
     /// strengths. `None` where they differ.
     pub fn half(&self) -> Option<Half> {
+        // The tissue of the sides may differ.
+        if !self.factors.is_empty() {
+            return None;
+        }
         let nodes = &self.mesh.nodes;
         let size = self.mesh.extent();
         let image = images(nodes, SAME * size)?;
@@ -177,6 +181,12 @@ impl SpaceBody {
             let nodes: Vec<usize> = chain.nodes.iter().filter_map(own).collect();
             body.mesh.muscles.push(super::super::MuscleChain { nodes, ..chain });
             body.muscles.push(muscle);
+        }
+        body.lines = self.lines.clone();
+        for end in body.lines.iter_mut().flat_map(|(_, line)| &mut line.ends) {
+            for (node, _) in &mut end.weights {
+                *node = number[*node]?;
+            }
         }
         body.mesh.connect();
         Some(Half { body, plane, of_node, nodes: kept_nodes, muscles, stands_for, uneven })

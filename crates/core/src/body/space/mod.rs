@@ -16,6 +16,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::{Body, Bone, MANDIBLE, Mesh};
 use crate::geometry::hexahedron;
+use crate::observe::Line;
 use crate::statistics::distinct;
 use crate::suggest;
 
@@ -78,6 +79,10 @@ pub struct SpaceBody {
     pub bones: Vec<Bone>,
     /// The muscles, in the order of those of the mesh.
     pub muscles: Vec<SpaceMuscle>,
+    /// By what the constants of the tissue are multiplied in each element (scars); empty where nowhere.
+    pub factors: Vec<f64>,
+    /// Lines of muscles in the midsagittal plane by the names that tables of lengths have, where the body has them.
+    pub lines: Vec<(String, Line<3>)>,
 }
 
 /// Why a body in space cannot be used.
@@ -236,8 +241,9 @@ impl SpaceBody {
         in_plane.min_by(|&a, &b| nodes[a].x.total_cmp(&nodes[b].x))
     }
 
-    /// The body in the axes of scenes: x to the back, y upwards, z to the left of the speaker.
+    /// The body in the axes of scenes: x to the back, y upwards, z to the left of the speaker; without lines.
     pub fn in_scene(mut self) -> Body<3> {
+        self.lines.clear();
         let turned = |p: &Vector3<f64>| Vector3::new(p.x, p.z, -p.y);
         self.mesh.nodes.iter_mut().for_each(|p| *p = turned(p));
         let directions = self.muscles.iter_mut().flat_map(|m| &mut m.directions).flatten().flatten();

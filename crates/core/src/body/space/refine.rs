@@ -46,6 +46,7 @@ impl SpaceBody {
             }
         }
         body.mesh.hexahedra = cut;
+        body.factors = self.factors.iter().flat_map(|&factor| [factor; 8]).collect();
         let parts = |m: &SpaceMuscle| m.region.iter().flat_map(|e| 8 * e..8 * e + 8).collect();
         for muscle in &mut body.muscles {
             muscle.region = parts(muscle);

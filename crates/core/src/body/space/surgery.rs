@@ -62,8 +62,6 @@ pub enum SurgeryFault {
 pub struct Operated {
     /// The body.
     pub body: SpaceBody,
-    /// By what the constants of each of its elements are multiplied.
-    pub factors: Vec<f64>,
     /// Numbers in the body before of its muscles; those that lost all of their tissue are gone.
     pub muscles: Vec<usize>,
     /// How many elements were operated.
@@ -133,7 +131,8 @@ impl SpaceBody {
         // Nodes that only operated elements have.
         let lost: BTreeSet<usize> = nodes_of(true).difference(&nodes_of(false)).copied().collect();
         let mut number: Vec<Option<usize>> = (0..self.mesh.hexahedra.len()).map(Some).collect();
-        let mut factors = vec![1.0; self.mesh.hexahedra.len()];
+        let count = self.mesh.hexahedra.len();
+        let factor_of = |e: usize| self.factors.get(e).copied().unwrap_or(1.0);
         match filling {
             Filling::Removed => {
                 for bone in &self.bones {
@@ -149,12 +148,16 @@ impl SpaceBody {
                     .zip(&self.mesh.hexahedra)
                     .filter_map(|(n, corners)| n.map(|_| *corners))
                     .collect();
-                factors.truncate(body.mesh.hexahedra.len());
+                if !self.factors.is_empty() {
+                    body.factors = (0..count).filter(|&e| !is_cut(e)).map(factor_of).collect();
+                }
                 body.mesh.fixed.extend(&lost);
                 body.mesh.fixed.sort_unstable();
                 body.mesh.connect();
             }
-            Filling::Scar(factor) => elements.iter().for_each(|&e| factors[e] = factor),
+            Filling::Scar(factor) => {
+                body.factors = (0..count).map(|e| if is_cut(e) { factor } else { factor_of(e) }).collect();
+            }
             Filling::Flap | Filling::Silent => {}
         }
         let mut muscles = Vec::new();
@@ -185,6 +188,6 @@ impl SpaceBody {
         }
         body.what = format!("{}, operated", self.what);
         let volume_m3 = elements.iter().map(|&e| volumes[e]).sum();
-        Ok(Operated { body, factors, muscles, elements: elements.len(), volume_m3 })
+        Ok(Operated { body, muscles, elements: elements.len(), volume_m3 })
     }
 }

@@ -7,17 +7,22 @@ use nalgebra::{Vector2, Vector3};
 use tongue_core::body::space::{Half, Side};
 use tongue_core::body::{Mesh, SpaceBody};
 use tongue_core::observe::{
-    Contour, Curve, Length, Midsagittal, NodePosition, Observable, Observation, Ratio, Stretch, Surface,
+    Contour, Curve, Line, LineEnd, Midsagittal, NodePosition, Observable, Observation, Ratio, Stretch,
+    Surface,
 };
 use tongue_input::measured::{LengthMeasure, Marked, SpaceMark};
 
 use crate::inverse::FitError;
 use crate::track::TongueSurface;
 
+/// The muscle over whose length ratios are if no other is named, and the line that lines are compared with (Kato 2014, 4.3.1).
+const OVER: &str = "GGA";
+const OVER_LINE: &str = "GGa";
+
 /// A body of which marks are turned into observations. What only some marks need is made for the first of these.
 pub(super) struct Observed<'a> {
     body: &'a SpaceBody,
-    surface: Option<Vec<[usize; 3]>>,
+    surface: Option<Arc<[[usize; 3]]>>,
     midline: Option<Midline>,
 }
 
@@ -83,34 +88,55 @@ impl<'a> Observed<'a> {
                 // Of a pair each side has the measured length, and both together count as one measurement.
                 let sd_m = sd_m * (sides.len() as f64).sqrt();
                 let over = match measure {
-                    LengthMeasure::Ratio(_, over) => self.measured(over)?,
+                    LengthMeasure::Ratio(_, Some(over)) => self.measured(over)?,
+                    LengthMeasure::Ratio(_, None) if self.line(muscle).is_some() => {
+                        self.measured(OVER_LINE)?
+                    }
+                    LengthMeasure::Ratio(_, None) => self.measured(OVER)?,
                     _ => Vec::new(),
                 };
-                let of_side = |(number, &(length, rest)): (usize, &(Length, f64))| match measure {
+                let of_side = |(number, (length, rest)): (usize, (Line<3>, f64))| match measure {
                     LengthMeasure::Length(m) => Ok(seen(length, *m, sd_m)),
                     LengthMeasure::Stretch(stretch) => {
                         Ok(seen(Stretch::new(length, rest), *stretch, sd_m / rest))
                     }
-                    LengthMeasure::Ratio(ratio, other) => match over.get(number.min(over.len() - 1)) {
-                        Some(&(other, rest)) => Ok(seen(Ratio::new(length, other), *ratio, sd_m / rest)),
-                        None => wrong(format!("{other} has no length")),
+                    LengthMeasure::Ratio(ratio, _) => match over.get(number).or(over.first()) {
+                        Some((other, rest)) => {
+                            Ok(seen(Ratio::new(length, other.clone()), *ratio, sd_m / rest))
+                        }
+                        None => {
+                            wrong(format!("nothing is known of the length that {muscle} is compared with"))
+                        }
                     },
                 };
-                sides.iter().enumerate().map(of_side).collect()
+                sides.into_iter().enumerate().map(of_side).collect()
             }
         }
     }
 
-    /// The measuring fibres that a muscle's name stands for, and their lengths at rest, m.
-    fn measured(&self, name: &str) -> Result<Vec<(Length, f64)>, FitError> {
-        let mesh = &self.body.mesh;
+    /// The line of this name in the midsagittal plane.
+    fn line(&self, name: &str) -> Option<&Line<3>> {
+        let is_muscle = self.body.muscles.iter().any(|m| m.name == name || m.group == name);
+        self.body.lines.iter().find(|(known, _)| known == name && !is_muscle).map(|(_, line)| line)
+    }
+
+    /// The measuring fibres that a muscle's name stands for, or the line of this name, and their lengths at rest, m.
+    fn measured(&self, name: &str) -> Result<Vec<(Line<3>, f64)>, FitError> {
+        let Mesh { nodes, muscles, .. } = &self.body.mesh;
+        let with_rest = |line: Line<3>| {
+            let rest = line.value(nodes);
+            (line, rest)
+        };
+        if let Some(line) = self.line(name) {
+            return Ok(vec![with_rest(line.clone())]);
+        }
         let numbers = self.body.muscles_called(name).or_else(|error| wrong(error.to_string()))?;
-        let ends = numbers.into_iter().map(|m| mesh.muscles[m].ends());
-        Ok(ends.map(|ends| (Length::new(ends), mesh.distance(ends))).collect())
+        let fibre = |m: usize| with_rest(Line { ends: muscles[m].ends().map(LineEnd::node) });
+        Ok(numbers.into_iter().map(fibre).collect())
     }
 
     /// The triangles of the surface; of a half without its cut.
-    fn surface(&mut self) -> Vec<[usize; 3]> {
+    fn surface(&mut self) -> Arc<[[usize; 3]]> {
         let Mesh { nodes, .. } = &self.body.mesh;
         let near = 1e-6 * self.body.mesh.extent();
         let is_cut = |t: &[usize; 3]| t.iter().all(|&n| nodes[n].y.abs() <= near);
@@ -195,7 +221,7 @@ pub(super) fn on_half(half: &Half, whole: &SpaceBody, mark: &SpaceMark) -> Optio
         Marked::Surface(place) => Marked::Surface(Vector3::new(place.x, -place.y.abs(), place.z)),
         Marked::Muscle { muscle, measure } => {
             let measure = match measure {
-                LengthMeasure::Ratio(ratio, over) => LengthMeasure::Ratio(*ratio, name(over)),
+                LengthMeasure::Ratio(ratio, over) => LengthMeasure::Ratio(*ratio, over.as_deref().map(name)),
                 other => other.clone(),
             };
             Marked::Muscle { muscle: name(muscle), measure }

@@ -1,30 +1,65 @@
-//! Recordings of the midsagittal plane as frames of a body in space.
+//! What was seen of a body in space, frame by frame: tables of its own, recordings of the midsagittal plane, lengths of a vowel.
+
+use std::path::Path;
 
 use tongue_core::body::Body;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_input::measured::recording::{Mark, Seen, SeenFrame};
-use tongue_input::measured::{Marked, SpaceFrame, SpaceMark};
+use tongue_input::measured::{
+    LengthMeasure, Marked, SpaceFrame, SpaceMark, TableError, Target, TargetKind, read_space_marks,
+};
 
 use crate::adapt::{Placed, RestError, Sight};
 use crate::track::crowding;
 
-/// Recordings of one speaker in the frame of a body in space.
+/// Standard deviation of a stretch from the errors of the model, as in the posterior.
+const STRETCH_SD: f64 = 0.03;
+
+/// What was seen of one speaker, in the frame of a body in space.
 #[derive(Debug, Clone)]
 pub struct Recorded {
-    /// For each frame the name of its recording, and what was seen.
-    pub frames: Vec<(String, SpaceFrame)>,
+    /// For each frame the name of its recording, where it is of one, and what was seen.
+    pub frames: Vec<(Option<String>, SpaceFrame)>,
     /// Where the body was placed; `None` where the recordings are in its frame.
     pub placed: Option<Placed>,
 }
 
 impl Recorded {
+    /// What tables of bodies in space show ([`read_space_marks`]); `usual_sd_m` is the standard deviation where a table gives none.
+    ///
+    /// # Errors
+    /// [`TableError`], with the file and the line.
+    pub fn of_tables(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Self, TableError> {
+        let frames = read_space_marks(paths, usual_sd_m)?;
+        Ok(Self { frames: frames.into_iter().map(|frame| (None, frame)).collect(), placed: None })
+    }
+
+    /// The lengths of a vowel, of the lines that tables of lengths name: every measured muscle, known to its rounding and to the
+    /// errors of the model.
+    pub fn of_lengths(target: &Target) -> Self {
+        let mark = |m: usize| {
+            let measure = match target.kind {
+                TargetKind::Stretch => LengthMeasure::Stretch(target.values[m]),
+                TargetKind::Ratio => {
+                    let over = target.muscles[target.reference].clone();
+                    LengthMeasure::Ratio(target.values[m], Some(over))
+                }
+            };
+            let rounding = target.half_width_mm[m].hypot(target.baseline_half_width_mm[m]) / 3f64.sqrt();
+            let sd_m = 1e-3 * rounding.hypot(STRETCH_SD * target.baseline_mm[m]);
+            SpaceMark { what: Marked::Muscle { muscle: target.muscles[m].clone(), measure }, sd_m }
+        };
+        let frame = SpaceFrame { time_s: None, marks: target.compared().map(mark).collect() };
+        Self { frames: vec![(None, frame)], placed: None }
+    }
+
     /// Contours and coils of recordings. They are brought into the frame of the body by placing `section`, its midsagittal section,
     /// beside them ([`Sight`]), under the palate of the recordings if there is one; without a section they are in that frame already.
     /// Bones are not followed: they stay where the body has them at rest.
     ///
     /// # Errors
     /// [`RestError`] for recordings that contain too little to place a body.
-    pub fn new(
+    pub fn of_recordings(
         seen: &[&Seen],
         section: Option<&Body<2>>,
         palate: Option<&[Point]>,
@@ -40,7 +75,7 @@ impl Recorded {
                 time_s: Some(frame.time_s),
                 marks: marks(&seated, frame, &similarity),
             };
-            frames.extend(one.frames.iter().map(|frame| (one.name.clone(), of_frame(frame))));
+            frames.extend(one.frames.iter().map(|frame| (Some(one.name.clone()), of_frame(frame))));
         }
         Ok(Self { frames: frames.into_iter().filter(|(_, f)| !f.marks.is_empty()).collect(), placed })
     }

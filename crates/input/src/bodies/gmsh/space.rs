@@ -124,7 +124,13 @@ impl<'a> Assembly<'a> {
             muscles.push(muscle);
         }
         mesh.connect();
-        let body = SpaceBody { what: format!("the mesh of \"{origin}\""), mesh, bones, muscles };
+        let body = SpaceBody {
+            what: format!("the mesh of \"{origin}\""),
+            mesh,
+            bones,
+            muscles,
+            ..SpaceBody::default()
+        };
         body.check().map_err(|fault| Located::whole(MshProblem::Space(fault)))?;
         Ok(body)
     }

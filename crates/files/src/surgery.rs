@@ -1,0 +1,186 @@
+//! Surgery of a body in space: what was asked for, in words, and what it changed.
+
+use std::collections::BTreeSet;
+
+use nalgebra::Vector3;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::report::OperationRecord;
+use tongue_core::body::SpaceBody;
+use tongue_core::body::space::{Filling, Operated, Region, Side, SurgeryFault};
+use tongue_core::system::System;
+use tongue_infer::inverse::FitError;
+use tongue_infer::inverse::in_space::SpaceSearch;
+use tongue_input::measured::{ByMuscle, SpaceMark};
+
+/// Nodes nearer to the foremost one than this belong to the tip, m.
+const TIP_M: f64 = 8e-3;
+/// Standard deviation of the places to which the tip is brought back, m.
+const SD_M: f64 = 5e-4;
+
+/// Surgery of a tongue in space.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Surgery {
+    /// Regions: elements whose middle lies in a box, `box:X0,X1,Y0,Y1,Z0,Z1`, or in a ball, `ball:X,Y,Z,R` (mm; x to the back, y to the
+    /// right, z upwards), or through which a muscle runs, `GGP_L`; with `left:` or `right:` in front on one side only.
+    pub operate: Vec<String>,
+    /// What is left there. It decides to which side the tongue deviates.
+    pub filling: FillingKind,
+    /// How many times as stiff as tongue a scar is.
+    #[serde(default = "ten")]
+    pub scar: f64,
+    /// Whether activations are searched for, with the sides apart, that bring the tip back to where it was before.
+    #[serde(default)]
+    pub make_up: bool,
+}
+
+/// What surgery leaves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FillingKind {
+    /// Nothing: what remains moves freely.
+    Removed,
+    /// A scar: stiff, without muscle.
+    Scar,
+    /// A flap: as stiff as tongue, without muscle.
+    Flap,
+    /// Tissue whose nerve is cut: its muscles are silent, which mechanically is a flap.
+    Silent,
+}
+
+impl FillingKind {
+    /// The word for it.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Removed => "removed",
+            Self::Scar => "scar",
+            Self::Flap => "flap",
+            Self::Silent => "silent",
+        }
+    }
+}
+
+fn ten() -> f64 {
+    10.0
+}
+
+/// Why surgery is refused.
+#[derive(Debug, thiserror::Error)]
+pub enum SurgeryError {
+    /// A region that is not read, or has no elements.
+    #[error("{word}: {problem}")]
+    Region {
+        /// The region as it was given.
+        word: String,
+        /// What is wrong.
+        problem: String,
+    },
+    /// No region.
+    #[error("no region is given; name at least one, such as left:box:-20,20,-40,40,15,60")]
+    Nowhere,
+    /// A stiffness that is none.
+    #[error("scar is {0}; it must lie above 0 and be at most 1e6")]
+    Scar(f64),
+    /// The body cannot be operated there.
+    #[error(transparent)]
+    Fault(#[from] SurgeryFault),
+    /// Activations that make up for it cannot be searched for.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+}
+
+impl Surgery {
+    /// The body after surgery.
+    ///
+    /// # Errors
+    /// [`SurgeryError`]: a region without elements or at a bone, a scar of no stiffness.
+    pub fn operate(&self, body: &SpaceBody) -> Result<Operated, SurgeryError> {
+        let filling = match self.filling {
+            FillingKind::Scar if !(self.scar.is_finite() && self.scar > 0.0 && self.scar <= 1e6) => {
+                return Err(SurgeryError::Scar(self.scar));
+            }
+            FillingKind::Scar => Filling::Scar(self.scar),
+            FillingKind::Flap => Filling::Flap,
+            FillingKind::Silent => Filling::Silent,
+            FillingKind::Removed => Filling::Removed,
+        };
+        let mut elements = BTreeSet::new();
+        for word in &self.operate {
+            let wrong = |problem: String| SurgeryError::Region { word: word.clone(), problem };
+            let (region, side) = region(word).map_err(wrong)?;
+            elements.extend(body.elements_in(&region, side).map_err(|fault| wrong(fault.to_string()))?);
+        }
+        if elements.is_empty() {
+            return Err(SurgeryError::Nowhere);
+        }
+        Ok(body.operated(&elements, filling)?)
+    }
+
+    /// What surgery changed of a body: positions of all nodes before and after, m, in its axes.
+    pub fn record(
+        &self,
+        whole: &SpaceBody,
+        operated: &Operated,
+        positions: [&[Vector3<f64>]; 2],
+    ) -> OperationRecord {
+        let mut record = OperationRecord::new(whole, operated, positions);
+        record.regions.clone_from(&self.operate);
+        record.filling = Some(self.filling);
+        record
+    }
+
+    /// Adds the activations that bring the tip, which is around a node, back to where it was before surgery, if these are asked for. The
+    /// operated body, its system and the positions before, m, are in any one frame.
+    ///
+    /// # Errors
+    /// [`SurgeryError::Fit`] if the search cannot begin.
+    pub fn make_up(
+        &self,
+        record: &mut OperationRecord,
+        tip: Option<usize>,
+        (operated, system): (&SpaceBody, &System<3>),
+        before: &[Vector3<f64>],
+    ) -> Result<(), SurgeryError> {
+        let Some(tip) = tip.filter(|_| self.make_up) else { return Ok(()) };
+        let rest = &operated.mesh.nodes;
+        let free = |n: &usize| operated.mesh.fixed.binary_search(n).is_err();
+        let near = (0..rest.len()).filter(free).filter(|&n| (rest[n] - rest[tip]).norm() < TIP_M);
+        let seen: Vec<SpaceMark> = near.map(|node| SpaceMark::node(node, before[node], SD_M)).collect();
+        let search = SpaceSearch { sides_apart: true, ..SpaceSearch::default() };
+        let fit = search.fit(operated, system, &seen, None)?;
+        record.made_up_by = Some(ByMuscle::new(&fit.names, fit.found()));
+        record.made_up_to_mm = Some(1e3 * fit.rms_m);
+        Ok(())
+    }
+}
+
+/// Reads a region and its side.
+fn region(word: &str) -> Result<(Region, Option<Side>), String> {
+    let (side, word) = match (word.strip_prefix("left:"), word.strip_prefix("right:")) {
+        (Some(rest), _) => (Some(Side::Left), rest),
+        (_, Some(rest)) => (Some(Side::Right), rest),
+        _ => (None, word),
+    };
+    let numbers = |text: &str| -> Result<Vec<f64>, String> {
+        let number = |t: &str| {
+            t.trim().parse::<f64>().map(|mm| 1e-3 * mm).map_err(|_| format!("\"{t}\" is not a number"))
+        };
+        text.split(',').map(number).collect()
+    };
+    let region = if let Some(text) = word.strip_prefix("box:") {
+        match numbers(text)?[..] {
+            [x0, x1, y0, y1, z0, z1] => Region::Box([Vector3::new(x0, y0, z0), Vector3::new(x1, y1, z1)]),
+            _ => return Err("a box has six numbers: box:X0,X1,Y0,Y1,Z0,Z1 in mm".to_owned()),
+        }
+    } else if let Some(text) = word.strip_prefix("ball:") {
+        match numbers(text)?[..] {
+            [x, y, z, r] => Region::Ball(Vector3::new(x, y, z), r),
+            _ => return Err("a ball has four numbers: ball:X,Y,Z,R in mm".to_owned()),
+        }
+    } else {
+        Region::Muscle(word.to_owned())
+    };
+    Ok((region, side))
+}
