@@ -1,8 +1,8 @@
 //! Checks that shapes are those to which their tensions lead from rest as all tensions grow together. Every shape is followed again from
 //! rest, several at once in lanes. A body may snap on the way, which only [`tongue_core::statics::trace()`] would detect.
 //!
-//! Tensions and displacements of bones grow in a few steps, each solved from the shape to which the two shapes before it point; if these
-//! do not lead to the shape, in more steps. With a single step, 1 of 200 draws of S1 /i/ ended on another branch.
+//! Tensions and displacements of bones grow in a few steps, each solved from the shape before; if these do not lead to the shape, in more
+//! steps. With a single step, 1 of 200 draws of S1 /i/ ended on another branch.
 
 use nalgebra::SVector;
 
@@ -51,13 +51,12 @@ fn follow(
 ) -> Vec<Option<Vec<f64>>> {
     let system = &density.ground.system;
     let mut shapes: Vec<Vec<SVector<f64, 2>>> = vec![system.rest().to_vec(); meanings.len()];
-    let mut starts = shapes.clone();
     let mut good = vec![true; meanings.len()];
     for step in 1..=steps {
         let part = step as f64 / steps as f64;
         let loads: Vec<Load<'_, 2>> = meanings
             .iter()
-            .zip(&starts)
+            .zip(&shapes)
             .map(|(m, positions)| {
                 let start = (step > 1).then_some(positions.as_slice());
                 Load { start, ..density.ground.load(&m.scaled(part), shape, None) }
@@ -66,14 +65,11 @@ fn follow(
         let last = density.settings();
         let tolerance = if step < steps { ON_THE_WAY_N } else { last.tolerance };
         let answers = group.solve(&loads, &SolveSettings { tolerance, ..*last });
-        for (((shape, start), good), answer) in shapes.iter_mut().zip(&mut starts).zip(&mut good).zip(answers)
-        {
+        for ((shape, good), answer) in shapes.iter_mut().zip(&mut good).zip(answers) {
             // The solver for lanes does not descend from ridges. A shape that needs this may be on another branch and is followed in more
             // steps.
             let strayed = answer.solution.connection == Connection::Downhill;
             *good &= is_found(answer) && (density.ground.is_of_springs() || !strayed);
-            let pairs = shape.iter().zip(&answer.positions);
-            *start = pairs.map(|(before, here)| here * 2.0 - before).collect();
             shape.clone_from(&answer.positions);
         }
     }
