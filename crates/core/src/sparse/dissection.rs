@@ -10,7 +10,9 @@ use super::ordering::minimum_degree;
 /// Parts of at most as many unknowns are ordered by minimum degree.
 const LEAF: usize = 100;
 /// How often the number is averaged.
-const AVERAGED: usize = 60;
+const AVERAGED: usize = 30;
+/// Directions across which a part is cut, of which the best is taken.
+const DIRECTIONS: usize = 3;
 /// Splits that are tried, as parts of the unknowns in per cent.
 const SPLITS: std::ops::RangeInclusive<usize> = 34..=66;
 
@@ -75,10 +77,6 @@ impl Graph<'_> {
 
     /// Splits a part, whose unknowns ascend.
     fn separated(&self, part: &[usize]) -> Separated {
-        let ascending = |mut unknowns: Vec<usize>| {
-            unknowns.sort_unstable();
-            unknowns
-        };
         let (reached, _) = self.distances(part[0]);
         if reached.len() < part.len() {
             // It does not hang together, so nothing has to separate it.
@@ -86,10 +84,28 @@ impl Graph<'_> {
             let rest = part.iter().copied().filter(|v| reached.binary_search(v).is_err()).collect();
             return Separated { separator: Vec::new(), halves: [reached, rest] };
         }
-        let (from_end, end_away) = self.distances(reached[reached.len() - 1]);
-        let (_, other_away) = self.distances(from_end[from_end.len() - 1]);
+        let mut best: Option<(f64, Separated)> = None;
+        let mut from = reached[reached.len() - 1];
+        let mut least = vec![u32::MAX; self.neighbours.len()];
+        for _ in 0..DIRECTIONS {
+            let (from_end, end_away) = self.distances(from);
+            let (_, other_away) = self.distances(from_end[from_end.len() - 1]);
+            // The next direction begins far from the ends of those before.
+            part.iter().for_each(|&v| least[v] = least[v].min(end_away[v]).min(other_away[v]));
+            from = part.iter().copied().max_by_key(|&v| least[v]).unwrap_or(from);
+            let (cost, separated) = self.cut(part, |v| f64::from(end_away[v]) - f64::from(other_away[v]));
+            if best.as_ref().is_none_or(|(other, _)| cost < *other) {
+                best = Some((cost, separated));
+            }
+        }
+        let all = || Separated { separator: part.to_vec(), halves: [Vec::new(), Vec::new()] };
+        best.map_or_else(all, |(_, separated)| separated)
+    }
+
+    /// The best cut across a direction, which a number for each unknown gives, and what it costs.
+    fn cut(&self, part: &[usize], along: impl Fn(usize) -> f64) -> (f64, Separated) {
         let mut at: Vec<f64> = vec![0.0; self.neighbours.len()];
-        part.iter().for_each(|&v| at[v] = f64::from(end_away[v]) - f64::from(other_away[v]));
+        part.iter().for_each(|&v| at[v] = along(v));
         let mut averaged = vec![0.0; part.len()];
         for _ in 0..AVERAGED {
             for (mean, &v) in averaged.iter_mut().zip(part) {
@@ -107,18 +123,23 @@ impl Graph<'_> {
         let mut rank = vec![usize::MAX; self.neighbours.len()];
         sorted.iter().enumerate().for_each(|(n, &v)| rank[v] = n);
         // Those before a cut that touch one behind it.
-        let touching = |cut: usize| -> Vec<usize> {
-            let beyond = |w: &u32| self.inside[*w as usize] && rank[*w as usize] >= cut;
-            sorted[..cut].iter().copied().filter(|&v| self.neighbours[v].iter().any(beyond)).collect()
+        let touches = |v: usize, cut: usize| {
+            self.neighbours[v].iter().any(|&w| self.inside[w as usize] && rank[w as usize] >= cut)
         };
-        let uneven = |cut: usize| (cut as f64 / part.len() as f64 - 0.5).abs();
         let cuts = SPLITS.step_by(2).map(|percent| (part.len() * percent / 100).max(1));
-        let cost = |cut: usize| touching(cut).len() as f64 * (1.0 + uneven(cut));
-        let cut =
-            cuts.map(|cut| (cost(cut), cut)).min_by(|a, b| a.0.total_cmp(&b.0)).map_or(1, |(_, cut)| cut);
-        let separator = touching(cut);
-        let below = sorted[..cut].iter().copied().filter(|v| !separator.contains(v)).collect();
+        let cost = |cut: usize| {
+            let separator = sorted[..cut].iter().filter(|&&v| touches(v, cut)).count();
+            separator as f64 * (1.0 + (cut as f64 / part.len() as f64 - 0.5).abs())
+        };
+        let priced = cuts.map(|cut| (cost(cut), cut)).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (cost, cut) = priced.unwrap_or((f64::INFINITY, 1));
+        let (separator, below) = sorted[..cut].iter().partition(|&&v| touches(v, cut));
         let halves = [ascending(below), ascending(sorted[cut..].to_vec())];
-        Separated { separator, halves }
+        (cost, Separated { separator, halves })
     }
+}
+
+fn ascending(mut unknowns: Vec<usize>) -> Vec<usize> {
+    unknowns.sort_unstable();
+    unknowns
 }
