@@ -130,7 +130,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut journal = run.journal(&out, &seen, &format!("{sound:?}"))?;
     let mut found: Vec<Found> = Vec::with_capacity(seen.len());
     let speaker = run.speaker(&seen, &hide)?;
-    let shape = run.shape(&speaker, &seen)?;
+    let contact = run.wall(&speaker.body)?;
+    let shape = run.shape(&speaker, contact.as_ref(), &seen)?;
     let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
     for sitting in sittings(&seen) {
         let kept: Option<Vec<TrackedRecording>> = sitting
@@ -142,7 +143,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             continue;
         }
         let clock = Instant::now();
-        let tracked = run.track(&speaker, &shape, sound.as_ref(), &seen[sitting.clone()], &hide)?;
+        let tracked =
+            run.track(&speaker, (&shape, &contact), sound.as_ref(), &seen[sitting.clone()], &hide)?;
         for (nth, recording) in sitting.zip(tracked) {
             let is_kept = journal.read(nth).into_diagnostic()?.is_some();
             if recording.frames.len() <= MOST_KEPT && !is_kept {

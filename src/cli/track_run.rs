@@ -109,7 +109,12 @@ impl Run<'_> {
     }
 
     /// What is not known of the speaker's shape; nothing for bodies that are no tongues.
-    pub fn shape(&self, speaker: &Speaker, seen: &[&Seen]) -> miette::Result<Option<RestShape>> {
+    pub fn shape(
+        &self,
+        speaker: &Speaker,
+        wall: Option<&Contact>,
+        seen: &[&Seen],
+    ) -> miette::Result<Option<RestShape>> {
         let body = &speaker.body;
         if [HYOID, MANDIBLE].iter().any(|bone| body.bone(bone).is_empty()) {
             output::note(&format!(
@@ -118,14 +123,20 @@ impl Run<'_> {
             ));
             return Ok(None);
         }
-        if let Some(placement) = &speaker.placement {
-            return RestShape::of_coils(body, &self.model(), &self.basis.contracting, placement)
-                .map(Some)
-                .into_diagnostic();
-        }
-        let sight = Sight::of(seen, &[]);
-        let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
-        RestShape::of(body, &self.model(), &self.basis.contracting, at).map(Some).into_diagnostic()
+        let (model, contracting) = (self.model(), &self.basis.contracting);
+        let shape = match &speaker.placement {
+            Some(placement) => RestShape::of_coils(body, &model, contracting, placement),
+            None => {
+                let sight = Sight::of(seen, &[]);
+                let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
+                RestShape::of(body, &model, contracting, at)
+            }
+        };
+        let touching = |shape: RestShape| match wall {
+            Some(wall) => shape.under(wall.clone()),
+            None => Ok(shape),
+        };
+        shape.and_then(touching).map(Some).into_diagnostic()
     }
 
     pub fn found(&self, mut body: Body<2>, recording: TrackedRecording) -> Found {
@@ -167,13 +178,14 @@ impl Run<'_> {
     pub fn track(
         &self,
         speaker: &Speaker,
-        shape: &Option<RestShape>,
+        (shape, wall): (&Option<RestShape>, &Option<Contact>),
         sound: Option<&Sound>,
         seen: &[&Seen],
         hide: &[String],
     ) -> miette::Result<Vec<TrackedRecording>> {
         let body = &speaker.body;
-        let additions = Additions { effects: self.wall(body)?, ..Additions::default() };
+        let effects = wall.iter().map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).collect();
+        let additions = Additions { effects, ..Additions::default() };
         let system =
             System::with(&body.mesh, &self.model(), &self.basis.contracting, additions).into_diagnostic()?;
         let freed = seen.first().map(|s| self.freed(s)).into_iter().flatten();
@@ -227,15 +239,15 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// The given palate as a wall; empty if the body at rest would pass through it.
-    fn wall(&self, body: &Body<2>) -> miette::Result<Vec<Box<dyn Effect<2>>>> {
-        let Some(palate) = self.palate else { return Ok(Vec::new()) };
+    /// The given palate as a wall; `None` if the body at rest would pass through it.
+    pub fn wall(&self, body: &Body<2>) -> miette::Result<Option<Contact>> {
+        let Some(palate) = self.palate else { return Ok(None) };
         let stiffness = system::coefficients(&body.mesh, &self.model()).into_diagnostic()?.tissue_stiffness;
         let wall = Contact::new(palate.to_vec(), &body.mesh.surface_nodes(), stiffness, PALATE_REACH_M);
         if wall.penetrated(&body.mesh.nodes, &body.mesh.connections).is_some() {
             output::note("the body at rest passes through the palate: the tongue is tracked without contact");
-            return Ok(Vec::new());
+            return Ok(None);
         }
-        Ok(vec![Box::new(wall)])
+        Ok(Some(wall))
     }
 }

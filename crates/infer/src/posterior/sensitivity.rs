@@ -5,6 +5,8 @@
 
 use serde::Serialize;
 
+use tongue_core::statistics::mean_and_variance;
+
 use super::density::{Density, Parameter};
 use super::run::Draw;
 
@@ -20,9 +22,9 @@ pub struct Sensitivity {
     pub prior: f64,
     /// Power of the likelihood.
     pub likelihood: f64,
-    /// Change of the probability that the quantity is above zero when the prior's scale doubles, to first order.
+    /// Change of the probability that the quantity is above zero when the prior's scale doubles, to first order, and its standard error.
     #[serde(skip)]
-    pub probability_by_scale: f64,
+    pub probability_by_scale: [f64; 2],
 }
 
 impl Sensitivity {
@@ -34,6 +36,8 @@ impl Sensitivity {
 
 /// Weights of all draws for a smaller and a larger power of the prior and of the likelihood.
 pub struct Scaled {
+    /// The logarithm of the prior less its mean.
+    prior_log: Vec<f64>,
     prior: [Vec<f64>; 2],
     likelihood: [Vec<f64>; 2],
 }
@@ -55,7 +59,10 @@ impl Scaled {
             let logs: Vec<f64> = draws.iter().map(log).collect();
             [(1.0 + STEP).recip(), 1.0 + STEP].map(|power| weights(&logs, power - 1.0))
         };
-        Self { prior: both(&prior), likelihood: both(&|d| d.log_likelihood) }
+        let mut prior_log: Vec<f64> = draws.iter().map(prior).collect();
+        let (mean, _) = mean_and_variance(prior_log.iter().copied());
+        prior_log.iter_mut().for_each(|l| *l -= mean);
+        Self { prior_log, prior: both(&prior), likelihood: both(&|d| d.log_likelihood) }
     }
 
     /// The sensitivity of a quantity with these values in all draws.
@@ -63,13 +70,14 @@ impl Scaled {
         let octave = (1.0 + STEP).log2();
         let moved =
             |sides: &[Vec<f64>; 2]| sides.iter().map(|w| distance(values, w)).sum::<f64>() / (2.0 * octave);
-        let above =
-            |w: &Vec<f64>| values.iter().zip(w).filter(|(v, _)| **v > 0.0).map(|(_, w)| w).sum::<f64>();
-        let [less, more] = &self.prior;
         // A half-normal prior raised to the power a has its scale divided by the square root of a: twice the scale is a quarter of the
-        // power.
-        let by_octave = (above(more) - above(less)) / (2.0 * octave);
-        let probability_by_scale = -2.0 * by_octave;
+        // power, and the probability changes by the covariance with the prior's logarithm for each unit of ln a.
+        let by_scale = -2.0 * std::f64::consts::LN_2;
+        let above = values.iter().filter(|v| **v > 0.0).count() as f64 / values.len() as f64;
+        let rises = |v: &f64| if *v > 0.0 { 1.0 - above } else { -above };
+        let each = values.iter().zip(&self.prior_log).map(|(v, log)| by_scale * rises(v) * log);
+        let (mean, variance) = mean_and_variance(each);
+        let probability_by_scale = [mean, (variance / values.len() as f64).sqrt()];
         Sensitivity { prior: moved(&self.prior), likelihood: moved(&self.likelihood), probability_by_scale }
     }
 }

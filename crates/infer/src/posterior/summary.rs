@@ -258,13 +258,13 @@ impl Change {
         let sensitivity = scaled.of(values);
         let rises = part_above_zero(values);
         let surer = rises.max(1.0 - rises);
-        let moved = sensitivity.probability_by_scale.abs();
+        let [moved, uncertain] = sensitivity.probability_by_scale;
         Self {
             spread: Quantiles::of(values.iter().copied()),
             probability_rises: rises,
             sensitivity,
             depends_on_prior: sensitivity.is_of_prior(),
-            sign_depends_on_prior: surer >= TOLD_SIGN && surer - moved < LEAST_SIGN,
+            sign_depends_on_prior: surer >= TOLD_SIGN && surer - moved.abs() - uncertain < LEAST_SIGN,
         }
     }
 }

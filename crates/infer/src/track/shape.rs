@@ -11,9 +11,9 @@ use crate::adapt::{
     ControlPoints, LEAST_AREA_RATIO, Placement, RestError, area_ratios, area_residuals, mark_of,
 };
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
-use tongue_core::effect::Configuration;
+use tongue_core::effect::{Configuration, Contact, Effect};
 use tongue_core::geometry::{Point, ThinPlate};
-use tongue_core::system::{Model, System};
+use tongue_core::system::{Additions, Model, System};
 
 use super::frame::{Solver, slopes};
 use super::{Frame, TongueSurface};
@@ -197,6 +197,8 @@ pub struct RestShape {
     mesh: Mesh<2>,
     model: Model,
     contracting: Vec<usize>,
+    /// A wall that the tongue does not pass, such as its palate.
+    wall: Option<Contact>,
     /// The body itself.
     pub system: System<2>,
     /// For every direction, the body a small step along it.
@@ -216,7 +218,7 @@ impl RestShape {
     ) -> Result<Self, RestError> {
         let prior = ShapePrior::of(body, seen)?;
         let start = DVector::zeros(prior.directions.len());
-        Self::about(prior, &body.mesh, &start, model, contracting)
+        Self::about(prior, &body.mesh, &start, (model, contracting), None)
     }
 
     /// The same for a body that was placed by coils.
@@ -233,19 +235,21 @@ impl RestShape {
         let surface = TongueSurface::of(body).ok_or_else(missing)?;
         let prior = ShapePrior::of(body, |_| None)?.placed(&body.mesh, &surface, by);
         let start = DVector::zeros(prior.directions.len());
-        Self::about(prior, &body.mesh, &start, model, contracting)
+        Self::about(prior, &body.mesh, &start, (model, contracting), None)
     }
 
     fn about(
         prior: ShapePrior,
         mesh: &Mesh<2>,
         amounts: &DVector<f64>,
-        model: &Model,
-        contracting: &[usize],
+        (model, contracting): (&Model, &[usize]),
+        wall: Option<Contact>,
     ) -> Result<Self, RestError> {
         let assembled = |nodes: Vec<Point>| {
             let mesh = Mesh { nodes, ..mesh.clone() };
-            System::new(&mesh, model, contracting).map_err(|e| RestError::Body(e.to_string()))
+            let effects = wall.iter().map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).collect();
+            let additions = Additions { effects, ..Additions::default() };
+            System::with(&mesh, model, contracting, additions).map_err(|e| RestError::Body(e.to_string()))
         };
         let nodes = prior.moved(mesh, amounts);
         let one = |direction: &Vec<Point>| {
@@ -255,13 +259,27 @@ impl RestShape {
         let changed = changed.into_iter().collect::<Result<_, _>>()?;
         let system = assembled(nodes)?;
         let (mesh, contracting) = (mesh.clone(), contracting.to_vec());
-        Ok(Self { prior, mesh, model: *model, contracting, system, changed })
+        Ok(Self { prior, mesh, model: *model, contracting, wall, system, changed })
     }
 
-    /// The same directions about a body displaced by these amounts.
+    /// The same body in contact with a wall.
+    ///
+    /// # Errors
+    /// [`RestError::Body`]: a body that cannot be assembled.
+    pub fn under(self, wall: Contact) -> Result<Self, RestError> {
+        let start = DVector::zeros(self.prior.directions.len());
+        Self::about(self.prior, &self.mesh, &start, (&self.model, &self.contracting), Some(wall))
+    }
+
+    /// The same directions about a body displaced by these amounts; `None` if it passes the wall.
     pub(super) fn moved(&self, amounts: &DVector<f64>) -> Option<Self> {
+        let nodes = self.prior.moved(&self.mesh, amounts);
+        if self.wall.as_ref().is_some_and(|w| w.penetrated(&nodes, &self.mesh.connections).is_some()) {
+            return None;
+        }
         let prior = self.prior.clone().at(&self.mesh, amounts);
-        Self::about(prior, &self.mesh, amounts, &self.model, &self.contracting).ok()
+        let premises = (&self.model, self.contracting.as_slice());
+        Self::about(prior, &self.mesh, amounts, premises, self.wall.clone()).ok()
     }
 
     /// Cost of these amounts relative to that of zero amounts.

@@ -78,7 +78,13 @@ pub(super) fn shown(
         let Some((step, steps)) = stepped(&from, &sample, &damped, of_shape) else { break };
         let n = at.shared.len();
         let there = shape.stepped(&amounts, &step.rows(n, step.len() - n).into_owned());
-        let Some(body) = shape.moved(&there) else { break };
+        let Some(body) = shape.moved(&there) else {
+            damping *= MORE;
+            if damping > MOST_DAMPING {
+                break;
+            }
+            continue;
+        };
         let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
         let mut again = Mode { solver: &solver, ..at.clone() };
         let before: Vec<Vec<Here>> = sample.iter().map(|c| c.here.clone()).collect();
