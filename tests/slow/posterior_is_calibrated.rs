@@ -10,11 +10,13 @@ use tongue_fit::body::Body;
 use tongue_fit::inverse::batch::{Known, Thoroughness, assess};
 use tongue_fit::inverse::{FitSettings, Matched, Method};
 use tongue_fit::material::Constants;
-use tongue_fit::measured::TargetKind;
+use tongue_fit::measured::{Dataset, TargetKind};
 use tongue_fit::parallel;
 use tongue_fit::statics::{self, SolveStatus};
 use tongue_fit::system::{Model, System};
-use tongue_infer::posterior::{Density, Draw, Ground, Meaning, Measurements, Priors, Sampling, sample};
+use tongue_infer::posterior::{
+    Density, Draw, Ground, Meaning, Measurements, Priors, Report, Sampling, sample,
+};
 
 use crate::cases;
 use crate::fixtures::{target, tongue};
@@ -301,4 +303,38 @@ fn with_everything_but_rounding_off_intervals_are_as_wide_as_those_of_the_bootst
         // variance.
         assert!((ratio - 1.03).abs() < 0.04, "{}: {ratio}", target.muscles[muscle]);
     }
+}
+
+/// A sign that is told with a probability of .9 keeps .85 where the scale of the tensions' prior is half or twice as large, or is marked.
+#[test]
+fn a_sign_that_is_sure_and_not_marked_is_sure_under_half_and_twice_the_prior() {
+    let scaled = |factor: f64| {
+        let scale = 20.0 * factor;
+        ground(&format!("[tension]\nscale_n_per_m = {scale}\n[baseline]\nscale_n_per_m = {scale}"))
+    };
+    let grounds = [1.0, 0.5, 2.0].map(scaled);
+    let mut compared = 0;
+    for (subject, vowel) in [("S2", "e"), ("S3", "o")] {
+        let target = Dataset::reference().unwrap().stretches(subject, vowel).unwrap();
+        let matched = Matched::new(&tongue(), &target).unwrap();
+        let summaries = grounds.each_ref().map(|ground| {
+            let seen = Measurements::of(&matched);
+            let posterior = sample(ground, seen, &Sampling { draws: 1000, seed: 1 }).unwrap();
+            Report::of_each(&posterior, false, 1).unwrap().remove(0).summary
+        });
+        let [usual, others @ ..] = summaries;
+        for (muscle, change) in &usual.unwrap().changes_n.0 {
+            let rises = change.probability_rises > 0.5;
+            let sure = |p: f64| if rises { p } else { 1.0 - p };
+            if sure(change.probability_rises) < 0.9 || change.sign_depends_on_prior {
+                continue;
+            }
+            for other in others.iter().flatten() {
+                let p = other.changes_n.0.iter().find(|(m, _)| m == muscle).unwrap().1.probability_rises;
+                assert!(sure(p) >= 0.85, "{subject} {vowel} {muscle}: {p}");
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared >= 6, "{compared}");
 }
