@@ -90,7 +90,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = Given::read(&arguments.body)?;
     let is_placed = arguments.recordings.map()?.placement().is_some();
     let is_given = arguments.body.is_given() || arguments.as_is || is_placed;
-    let palate = given.body.palate.as_deref().filter(|_| is_given);
+    // The palate of a drawn body is where the speaker's is only if the body is used as it is.
+    let is_drawn = arguments.body.is_given() || arguments.as_is;
+    let palate = given.body.palate.as_deref().filter(|_| is_drawn);
     let recordings = arguments.recordings.read(palate)?;
     recordings::check_points(&recordings, &given.body)?;
     let names = contracting(arguments, &given.body)?;
@@ -127,11 +129,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let sound = arguments.sound.read()?;
     let out = global.folder("results/track")?;
-    let mut journal = run.journal(&out, &seen, &format!("{sound:?}"))?;
-    let mut found: Vec<Found> = Vec::with_capacity(seen.len());
     let speaker = run.speaker(&seen, &hide)?;
     let contact = run.wall(&speaker.body)?;
     let shape = run.shape(&speaker, contact.as_ref(), &seen)?;
+    let mut journal = run.journal(&out, &seen, &format!("{sound:?}"))?;
+    let mut found: Vec<Found> = Vec::with_capacity(seen.len());
     let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
     for sitting in sittings(&seen) {
         let kept: Option<Vec<TrackedRecording>> = sitting

@@ -66,8 +66,8 @@ pub struct Speaker {
 
 /// Limits of a trustworthy body: smallest part of its area that a cell keeps, largest factor by which a muscle becomes longer or shorter,
 /// and largest root mean square distance of a contour, m.
-const TRUSTED_AREA: f64 = 0.5;
-const TRUSTED_STRETCH: f64 = 1.35;
+pub(crate) const TRUSTED_AREA: f64 = 0.5;
+pub(crate) const TRUSTED_STRETCH: f64 = 1.35;
 const TRUSTED_RMS_M: f64 = 1.5e-3;
 
 impl Speaker {

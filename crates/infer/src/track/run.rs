@@ -17,7 +17,7 @@ use super::gesture::{gestures, segments};
 use super::mode::{CHUNK, Course, FEWEST, Here, Mode, Sizes};
 use super::settings::TrackSettings;
 use super::shape::RestShape;
-use super::shown::shown;
+use super::shown::{Shown, shown};
 
 /// A residual is not noise if it is larger than this many standard deviations.
 const MOST_SD: f64 = 4.0;
@@ -60,10 +60,11 @@ pub fn track(
     progress(settings.rounds, passes);
     let draws = consider::draws(&mode, &courses, stage.shape)?;
     let foretold = foretell(&mode, &courses);
-    let shape = stage.shape.filter(|shape| !shape.is_placed_by_coils());
-    let shown = shape.and_then(|shape| shown(stage, shape, &mode, &courses));
+    let shown = stage.shape.map(|shape| shown(stage, shape, &mode, &courses));
     let (system, found, shared) = match &shown {
-        Some(shown) => (&shown.body.system, &shown.courses, &shown.levels),
+        Some(Shown { body, courses, levels }) => {
+            (body.as_ref().map_or(stage.system, |body| &body.system), courses, levels)
+        }
         None => (stage.system, &courses, &mode.shared),
     };
     let shaped = || Solver::new(system, stage.followed, link).with_freed(stage.freed);

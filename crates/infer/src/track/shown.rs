@@ -28,7 +28,8 @@ const MORE: f64 = 4.0;
 
 /// The displayed body and the frames on it.
 pub(super) struct Shown {
-    pub body: RestShape,
+    /// `None` for the placed body.
+    pub body: Option<RestShape>,
     pub courses: Vec<Course>,
     /// Levels of the muscles on it.
     pub levels: DVector<f64>,
@@ -40,12 +41,9 @@ pub(super) struct Shown {
 ///
 /// The static and the slow error are left out here. They are those of a body whose shape is not the speaker's. The prior of the static
 /// error is paid once, so over many frames it would be used in place of the shape.
-pub(super) fn shown(
-    stage: &Stage<'_>,
-    shape: &RestShape,
-    mode: &Mode<'_, '_>,
-    courses: &[Course],
-) -> Option<Shown> {
+///
+/// Coils show too little of a shape: the frames are found on the body that they placed.
+pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, courses: &[Course]) -> Shown {
     let link = Tension::Soft(mode.settings.link);
     let errors = Errors { slow_mm: 0.0, static_mm: 0.0, ..mode.settings.errors };
     let settings = TrackSettings { errors, ..mode.settings.clone() };
@@ -68,7 +66,8 @@ pub(super) fn shown(
     let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
     let mut amounts = DVector::zeros(shape.count());
     let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
-    for _ in 0..SHAPES {
+    let steps = if shape.is_placed_by_coils() { 0 } else { SHAPES };
+    for _ in 0..steps {
         let here = out.as_ref().unwrap_or(shape);
         let system = out.as_ref().map_or(stage.system, |s| &s.system);
         let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
@@ -108,16 +107,16 @@ pub(super) fn shown(
             }
         }
     }
-    let body = out?;
-    let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
+    let system = out.as_ref().map_or(stage.system, |body| &body.system);
+    let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
     let mut last = Mode { solver: &solver, ..at.clone() };
-    carry(&mut courses, stage.system.rest(), body.system.rest());
+    carry(&mut courses, stage.system.rest(), system.rest());
     for (course, sample) in courses.iter_mut().zip(&sample) {
         begin_beside(course, sample);
     }
     descend(&mut last, &mut courses, mode.settings.rounds, &|_| ());
     let levels = last.shared;
-    Some(Shown { body, courses, levels })
+    Shown { body: out, courses, levels }
 }
 
 /// Sets the state of every frame to that of the frame of a sample that is nearest in time.

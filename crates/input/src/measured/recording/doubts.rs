@@ -297,6 +297,7 @@ fn of_courses(seen: &Seen) -> Vec<Doubt> {
     let mut stuck = Vec::new();
     let mut disorder = Vec::new();
     let mut speeds = Vec::new();
+    let mut still = 0;
     for c in 0..count {
         let course = course(c);
         if course.len() < FEW {
@@ -304,6 +305,7 @@ fn of_courses(seen: &Seen) -> Vec<Doubt> {
         }
         let steps: Vec<Vector2<f64>> = course.windows(2).map(|w| w[1].1.at - w[0].1.at).collect();
         let same = steps.iter().filter(|s| s.norm() == 0.0).count();
+        still += usize::from(same == steps.len());
         if same as f64 > STUCK * steps.len() as f64 {
             stuck.push(c);
             continue;
@@ -324,9 +326,13 @@ fn of_courses(seen: &Seen) -> Vec<Doubt> {
         }
     }
     let moving = (0..count).filter(|&c| course(c).len() >= FEW).count();
-    if moving > 0 && stuck.len() == moving {
+    if moving > 0 && still == moving {
         out.push(Doubt::told(
             "nothing moves: every frame has the same places; export the recording anew, or give one frame alone".to_owned(),
+        ));
+    } else if moving > 0 && stuck.len() == moving {
+        out.push(Doubt::told(
+            "most frames repeat the one before; export the recording at the rate of its video, or take the repeated frames out".to_owned(),
         ));
     } else if !stuck.is_empty() {
         let names: Vec<&str> = stuck.iter().map(|&c| name(c).as_str()).collect();
