@@ -12,7 +12,6 @@ use tongue_core::parallel;
 use tongue_core::system::{Model, System, SystemError};
 use tongue_input::measured::recording::Seen;
 
-use super::areas::LEAST_AREA_RATIO;
 use super::rest::{Rest, RestError, STEP_M, price_slope};
 
 /// Settings of the search for a joint rest shape.
@@ -150,7 +149,7 @@ pub fn joint(
             };
             let step = factors.solve(&right);
             let next = &d + &step;
-            if rest.least_area_ratio(&next) >= LEAST_AREA_RATIO
+            if rest.is_believable(&next)
                 && let Ok((_, there)) = problem.stand(&next)
             {
                 let there_list = problem.frames(&there);

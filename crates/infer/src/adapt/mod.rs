@@ -15,7 +15,7 @@ mod prior;
 mod rest;
 mod speaker;
 
-pub(crate) use areas::{area_ratios, area_residuals};
+pub(crate) use areas::{area_ratios, area_residuals, is_believable};
 pub use coils::{Coil, FEWEST_COILS, Placement};
 pub(crate) use coils::{FIRST_COIL_SD_M, GAP_SD_M, MEASURED_COIL_SD_M};
 pub use joint::{JointFit, JointSettings, joint};
@@ -24,7 +24,6 @@ pub use place::{Placed, Sight};
 pub use prior::learned;
 pub use rest::{ControlPoints, Rest, RestError, resting};
 pub use speaker::{Basis, How, Speaker};
-pub(crate) use speaker::{TRUSTED_AREA, TRUSTED_STRETCH};
 
 use serde::{Deserialize, Serialize};
 

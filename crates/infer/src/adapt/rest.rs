@@ -8,7 +8,7 @@ use tongue_core::geometry::{Point, Similarity, ThinPlate};
 use tongue_core::observe::{Contour, Observable};
 use tongue_input::measured::recording::Mark;
 
-use super::areas::{LEAST_AREA_RATIO, area_ratios, area_residuals};
+use super::areas::{LEAST_AREA_RATIO, area_ratios, area_residuals, is_believable};
 use super::least_squares::{by_differences, minimise};
 use super::mark_of;
 
@@ -132,6 +132,11 @@ impl<'a> Rest<'a> {
     /// The nodes after the displacements and before the similarity, m.
     fn changed(&self, displacements: &DVector<f64>) -> Vec<Point> {
         self.body.mesh.nodes.iter().zip(&self.weights).map(|(p, w)| moved(*p, w, displacements)).collect()
+    }
+
+    /// Whether a speaker's tongue could have these displacements.
+    pub fn is_believable(&self, displacements: &DVector<f64>) -> bool {
+        is_believable(&self.body.mesh, &self.changed(displacements))
     }
 
     /// The changed and placed body; displacements in m.

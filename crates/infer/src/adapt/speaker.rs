@@ -10,6 +10,7 @@ use tongue_core::statistics;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::recording::{Mark, Seen};
 
+use super::areas::{TRUSTED_AREA, TRUSTED_STRETCH};
 use super::{
     Adaptation, JointFit, JointSettings, Landmarks, Placed, Placement, Rest, RestError, Sight, by_bones,
     followed, joint, learned, resting,
@@ -64,10 +65,7 @@ pub struct Speaker {
     pub notes: Vec<String>,
 }
 
-/// Limits of a trustworthy body: smallest part of its area that a cell keeps, largest factor by which a muscle becomes longer or shorter,
-/// and largest root mean square distance of a contour, m.
-pub(crate) const TRUSTED_AREA: f64 = 0.5;
-pub(crate) const TRUSTED_STRETCH: f64 = 1.35;
+/// Largest root mean square distance of a contour from a body that is trusted, m.
 const TRUSTED_RMS_M: f64 = 1.5e-3;
 
 impl Speaker {

@@ -8,7 +8,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector, SVector};
 
 use crate::adapt::{
-    ControlPoints, Placement, RestError, TRUSTED_AREA, TRUSTED_STRETCH, area_ratios, area_residuals, mark_of,
+    ControlPoints, Placement, RestError, area_ratios, area_residuals, is_believable, mark_of,
 };
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Configuration, Contact, Effect};
@@ -289,15 +289,6 @@ impl RestShape {
         amounts.dot(&(precision * amounts)) + 2.0 * gradient.dot(amounts) + areas
     }
 
-    /// Whether cells keep their areas and muscles their lengths as far as in a speaker's tongue.
-    fn is_believable(&self, nodes: &[Point]) -> bool {
-        let length = |nodes: &[Point], [a, b]: [usize; 2]| (nodes[a] - nodes[b]).norm();
-        let ends = || self.mesh.muscles.iter().map(|m| m.ends());
-        let mut stretches = ends().map(|e| length(nodes, e) / length(&self.mesh.nodes, e));
-        area_ratios(&self.mesh, nodes).all(|r| r > TRUSTED_AREA)
-            && stretches.all(|s| s.ln().abs() < TRUSTED_STRETCH.ln())
-    }
-
     /// Amounts after a step, or after the part of it in which all cells keep enough of their areas and muscles of their lengths.
     pub(super) fn stepped(&self, amounts: &DVector<f64>, step: &DVector<f64>) -> DVector<f64> {
         let mut step = step.clone();
@@ -306,7 +297,7 @@ impl RestShape {
             let (placed, unplaced) =
                 (self.prior.moved(&self.mesh, &there), self.prior.unplaced(&self.mesh, &there));
             let stands = area_ratios(&self.mesh, &placed).all(|r| r > 0.0);
-            if stands && self.is_believable(&unplaced) {
+            if stands && is_believable(&self.mesh, &unplaced) {
                 return there;
             }
             step *= 0.7;
