@@ -197,7 +197,7 @@ fn text(record: &Record) -> String {
         ]);
     }
     let how = match record.rest {
-        How::Similarity => "turned, scaled and shifted to the speaker's bones",
+        How::Similarity => "turned, scaled and shifted to what was seen of the speaker",
         How::Frame => "the shape of one frame",
         How::Joint => "the shape that explains many frames at once",
         How::Contour => "the shape of the contour at rest",

@@ -361,6 +361,17 @@ pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<S
         tell(FaultKind::OutOfOrder, "points of the contour are exchanged; they are left out");
         tell(FaultKind::BeyondPalate, "points lie beyond the palate; they are left out");
         tell(FaultKind::BoneMissing, "a bone was not seen; it stays where the nearest frames show it");
+        for (nth, name) in seen.contour.iter().enumerate() {
+            let shown =
+                seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count();
+            if shown < seen.frames.len() / 2 {
+                out.push(format!(
+                    "{}: {name} was seen in {shown} of {} frames",
+                    seen.name,
+                    seen.frames.len()
+                ));
+            }
+        }
         for bone in [tongue_fit::body::MANDIBLE, tongue_fit::body::HYOID] {
             if seen.shows_bone(bone) || body.bone(bone).is_empty() {
                 continue;

@@ -11,7 +11,12 @@ use super::table;
 
 /// A run of `tongue-fit track`.
 pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
-    let mut text = format!("{} frames of {} recordings", record.frames.len(), record.recordings.len());
+    let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let mut text = format!(
+        "{} of {}",
+        counted(record.frames.len(), "frame"),
+        counted(record.recordings.len(), "recording")
+    );
     let ended: Vec<String> =
         record.statuses.iter().map(|(s, n)| format!("{n} {}", s.replace('_', " "))).collect();
     let _ = writeln!(text, ": {}", ended.join(", "));
@@ -113,16 +118,29 @@ fn ways(record: &TrackRecord) -> String {
             "{other} shapes are reached from the posture before or after them, or one muscle before the others"
         );
     }
-    let missed = |f: &&FrameRecord| f.reached_rms_mm.is_some();
-    for f in record.frames.iter().filter(missed).take(10) {
-        let told = if f.status == FrameStatus::OffBranch { "no way to it was found" } else { "as well" };
+    let (off, as_well): (Vec<&FrameRecord>, Vec<_>) = record
+        .frames
+        .iter()
+        .filter(|f| f.reached_rms_mm.is_some())
+        .partition(|f| f.status == FrameStatus::OffBranch);
+    if !as_well.is_empty() {
         let _ = writeln!(
             text,
-            "{}, {:.3} s: the shape that is reached at these tensions meets it to {:.2} mm ({told})",
+            "{} shapes cannot be reached and are replaced by near ones that can, which meet the points as well",
+            as_well.len()
+        );
+    }
+    for f in off.iter().take(10) {
+        let _ = writeln!(
+            text,
+            "{}, {:.3} s: no way to its shape was found; the nearest that is reached meets the points to {:.2} mm",
             f.recording,
             f.time_s,
             f.reached_rms_mm.unwrap_or(f64::NAN)
         );
+    }
+    if off.len() > 10 {
+        let _ = writeln!(text, "... and {} more; the status of every frame is in track.csv", off.len() - 10);
     }
     text
 }

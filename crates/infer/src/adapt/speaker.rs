@@ -13,7 +13,7 @@ use tongue_input::measured::recording::{Mark, Seen};
 use super::areas::{TRUSTED_AREA, TRUSTED_STRETCH};
 use super::{
     Adaptation, JointFit, JointSettings, Landmarks, Placed, Placement, Rest, RestError, Sight, by_bones,
-    followed, joint, learned, resting,
+    followed, joint, learned, mark_of, resting,
 };
 
 /// Method by which the rest shape is found.
@@ -61,12 +61,16 @@ pub struct Speaker {
     pub rms_m: Option<f64>,
     /// The uncertainty of the placement, if coils placed the body.
     pub placement: Option<Placement>,
+    /// A landmark that is far from where the body has it, with the distance, m.
+    pub misplaced: Option<(String, f64)>,
     /// Notes for the user: rejected changes and missing data.
     pub notes: Vec<String>,
 }
 
 /// Largest root mean square distance of a contour from a body that is trusted, m.
 const TRUSTED_RMS_M: f64 = 1.5e-3;
+/// Largest distance of a landmark from its place in a body that is trusted, m: twice the standard deviation of the hyoid's.
+const TRUSTED_LANDMARK_M: f64 = 10e-3;
 
 impl Speaker {
     /// Reasons not to trust this body; empty if there are none. `before` is the body from which it was made.
@@ -93,6 +97,12 @@ impl Speaker {
         }
         if let Some(rms) = self.rms_m.filter(|r| *r > TRUSTED_RMS_M) {
             out.push(format!("the contour is missed by {:.1} mm (RMS)", rms * 1e3));
+        }
+        if let Some((landmark, off_m)) = &self.misplaced {
+            out.push(format!(
+                "the landmark \"{landmark}\" is {:.0} mm from its place in the body",
+                off_m * 1e3
+            ));
         }
         out
     }
@@ -253,6 +263,9 @@ impl Basis<'_> {
             ));
         }
         let mut out = self.speaker(&rest, &displacements, followed, self.prior.clone(), how, rms_m);
+        let off = |bone: &str| Some((bone.to_owned(), (mark_of(&out.body, bone)? - at(bone)?).norm()));
+        let most = [MANDIBLE, HYOID].into_iter().filter_map(off).max_by(|a, b| a.1.total_cmp(&b.1));
+        out.misplaced = most.filter(|(_, off_m)| *off_m > TRUSTED_LANDMARK_M);
         out.notes.extend(notes);
         Ok(out)
     }
@@ -284,6 +297,7 @@ impl Basis<'_> {
             similarity: rest.similarity,
             rms_m,
             placement: None,
+            misplaced: None,
             notes: Vec::new(),
         }
     }

@@ -165,7 +165,8 @@ pub fn courses(names: &[String], frames: &[&Tracked], link: &Link) -> Vec<Course
 pub struct TrackRecord {
     /// Names of the recordings.
     pub recordings: Vec<String>,
-    /// The body.
+    /// The body that was placed.
+    #[serde(rename = "tongue")]
     pub body: String,
     /// Origin of its rest shape; null for a given body.
     pub rest: Option<tongue_infer::adapt::How>,

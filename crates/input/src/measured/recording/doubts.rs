@@ -142,7 +142,11 @@ fn middle(points: impl Iterator<Item = Point>) -> Option<Point> {
 
 /// A time in milliseconds or seconds, for messages.
 fn span(s: f64) -> String {
-    if s < 1.0 { format!("{:.3e} ms", s * 1e3).replace("e0 ", " ") } else { format!("{s:.1} s") }
+    match s {
+        ..1e-5 => format!("{:.1e} ms", s * 1e3),
+        ..1.0 => format!("{:.3} ms", s * 1e3).replace(".000", ""),
+        _ => format!("{s:.1} s"),
+    }
 }
 
 fn of_times(seen: &Seen) -> Option<Doubt> {

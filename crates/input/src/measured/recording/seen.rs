@@ -137,7 +137,8 @@ impl Seen {
             bone(tongue_core::body::MANDIBLE).zip(bone(tongue_core::body::HYOID)).and_then(medians);
         let of_contour = || contour.last().copied().zip(contour.first().copied()).and_then(medians);
         let of_coils = || ends(&sensors, &roles, &recording.channels, &frames);
-        let apart = of_bones.or_else(of_contour).or_else(of_coils);
+        let by_contour = of_bones.is_none().then(of_contour).flatten();
+        let apart = of_bones.or(by_contour).or_else(of_coils);
         if guessed && apart.is_none() && sensors.len() > 1 && contour.is_empty() {
             return Err(wrong(
                 "which axis leads to the back of the head is not known: no coil is called a tip and no bone was seen; give back = \
@@ -146,6 +147,14 @@ impl Seen {
             ));
         }
         let mirrored = guessed && apart.is_some_and(|(front, rear)| front > rear);
+        let taken_for_root = by_contour.filter(|_| guessed).map(|_| {
+            format!(
+                "no two bones were seen: the first point of the contour is taken for the root and its last for the tip, so the back of the \
+                 head is at {0}x; if the contour runs the other way, give back = \"{1}x\" in a map",
+                if mirrored { "-" } else { "" },
+                if mirrored { "" } else { "-" }
+            )
+        });
         if mirrored {
             frames.iter_mut().flatten().flatten().for_each(|p| p.x = -p.x);
         }
@@ -183,7 +192,7 @@ impl Seen {
             bones: bone_names.collect(),
             ignored: names(&of(|r| *r == Role::Ignored)),
             mirrored: mirrored != (back.1 < 0.0),
-            notes: note.into_iter().collect(),
+            notes: note.into_iter().chain(taken_for_root).collect(),
             labels: recording.labels.clone(),
             frames: frames.collect(),
         })

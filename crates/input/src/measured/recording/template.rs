@@ -47,9 +47,10 @@ impl Map {
             }
             Times::Frames => writeln!(text, "rate_hz = 60.0  # frames a second: WRITE YOURS"),
         };
-        text += "# back = \"x\"  # the axis that grows to the back of the head (x, y, z, -x, -y, -z), where it is not found\n\
-                 # up = \"y\"  # the axis that grows upwards\n\
-                 # noise_mm = 0.5  # standard deviation of a point\n\
+        let (_, up) = map.axes(recording.format, false);
+        text += "# back = \"x\"  # the axis that grows to the back of the head (x, y, z, -x, -y, -z), where it is not found\n";
+        let _ = writeln!(text, "# up = \"{}\"  # the axis that grows upwards", ["x", "y", "z"][up.0]);
+        text += "# noise_mm = 0.5  # standard deviation of a point\n\
                  # scale = 1.0  # these three bring the recording into the body's frame: multiplied,\n\
                  # turn_deg = 0.0  # turned (from the axis to the back towards the one upwards),\n\
                  # shift_mm = [0.0, 0.0]  # and shifted (to the back, upwards); without them the body is placed by itself\n\n\
