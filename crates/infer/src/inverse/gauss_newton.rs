@@ -6,7 +6,7 @@
 //! vanishes and the method is that of Levenberg (1944) and Marquardt (1963). If ratios leave a direction
 //! undetermined, only `S` determines where along the valley the sum of the tensions is smallest; it is then
 //! approximated from the changes of `J` by the secant of Dennis, Gay and Welsch (1981, eqs. 2.8-2.10).
-//! Each step is the minimum of the damped model within the bounds.
+//! Tensions that the gradient pushes against a bound stay on it (Bertsekas 1982).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -153,8 +153,8 @@ fn descend(
     false
 }
 
-/// The minimum of the damped model within the bounds, by the method of active sets (Nocedal and Wright 2006, 16.5) from no step at all;
-/// `None` if the damped second derivative is not positive definite.
+/// The damped step on the free values, cut at the bounds; `None` if the damped second derivative is not
+/// positive definite.
 fn bounded_step(
     here: &Point,
     curvature: &DMatrix<f64>,
@@ -162,40 +162,31 @@ fn bounded_step(
     unknowns: &[Unknown],
 ) -> Option<DVector<f64>> {
     let n = here.x.len();
-    let damped = curvature + DMatrix::from_diagonal_element(n, n, damping);
-    let lower = |i: usize| unknowns[i].lower - here.x[i];
-    let upper = |i: usize| unknowns[i].upper - here.x[i];
-    let mut step = DVector::<f64>::zeros(n);
     let mut free: Vec<usize> = (0..n).filter(|&i| here.is_free(i, &unknowns[i])).collect();
-    // Every change of the set lowers the model, so that this many are more than enough for ten unknowns.
-    for _ in 0..10 * n {
-        let slope = &damped * &step + &here.gradient;
-        let matrix = damped.select_rows(&free).select_columns(&free);
-        let way = matrix.cholesky()?.solve(&-slope.select_rows(&free));
-        // How far the way is free, and the value that stops it.
-        let stop = |(k, &i): (usize, &usize)| {
-            let room = if way[k] < 0.0 { lower(i) - step[i] } else { upper(i) - step[i] };
-            (if way[k] == 0.0 { f64::INFINITY } else { room / way[k] }, k)
-        };
-        let first = free.iter().enumerate().map(stop).min_by(|a, b| a.0.total_cmp(&b.0));
-        let (part, blocked) =
-            first.filter(|(part, _)| *part < 1.0).map_or((1.0, None), |(p, k)| (p, Some(k)));
-        free.iter()
-            .zip(way.iter())
-            .for_each(|(&i, w)| step[i] = (step[i] + part * w).clamp(lower(i), upper(i)));
-        if let Some(k) = blocked {
-            let i = free.remove(k);
-            step[i] = if way[k] < 0.0 { lower(i) } else { upper(i) };
-            continue;
+    let mut step = DVector::zeros(n);
+    // Values that the step would move beyond a bound are set to it, and the others are solved again.
+    while !free.is_empty() {
+        let mut matrix = curvature.select_rows(&free).select_columns(&free);
+        for i in 0..free.len() {
+            matrix[(i, i)] += damping;
         }
-        // At the minimum of the set: a bound that the model pushes away from is left.
-        let slope = &damped * &step + &here.gradient;
-        let push = |i: usize| if step[i] <= lower(i) { slope[i] } else { -slope[i] };
-        let held = (0..n).filter(|i| !free.contains(i));
-        match held.min_by(|&a, &b| push(a).total_cmp(&push(b))).filter(|&i| push(i) < 0.0) {
-            Some(i) => free.push(i),
-            None => break,
+        let pull = curvature * &step + &here.gradient;
+        let solved = matrix.cholesky()?.solve(&-pull.select_rows(&free));
+        let mut cut = false;
+        for (k, &i) in free.iter().enumerate() {
+            let (lower, upper) = (unknowns[i].lower, unknowns[i].upper);
+            step[i] = (here.x[i] + solved[k]).clamp(lower, upper) - here.x[i];
+            cut |= step[i] != solved[k] && (here.x[i] + solved[k] < lower || here.x[i] + solved[k] > upper);
         }
+        if !cut {
+            break;
+        }
+        let inside =
+            |i: usize, s: f64| here.x[i] + s >= unknowns[i].lower && here.x[i] + s <= unknowns[i].upper;
+        let still: Vec<usize> =
+            free.iter().zip(solved.iter()).filter(|(i, s)| inside(**i, **s)).map(|(i, _)| *i).collect();
+        still.iter().for_each(|&i| step[i] = 0.0);
+        free = still;
     }
     Some(step)
 }
