@@ -50,6 +50,13 @@ pub struct Arguments {
     format: Option<Format>,
 }
 
+impl Arguments {
+    /// Whether an option says how a recording is read.
+    pub fn is_interpreted(&self) -> bool {
+        self.map.is_some() || self.palate.is_some() || self.speaker.is_some() || self.format.is_some()
+    }
+}
+
 /// The format of this name.
 fn format(name: &str) -> Result<Format, String> {
     let found = Format::NAMES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name));

@@ -200,7 +200,14 @@ pub fn run(
         found = solve(body, &model, &activations, direct)?;
         let mut record = surgery.record(&whole, operated, [&before, &found.positions]);
         let tip = whole.foremost();
-        surgery.make_up(&mut record, tip, (body, &found.system), &before).into_diagnostic()?;
+        if surgery.make_up {
+            // Both sides are searched, also where one half was enough for the equilibrium.
+            let system = System::in_space(body, &model).into_diagnostic()?;
+            surgery.make_up(&mut record, tip, (body, &system), &before).into_diagnostic()?;
+            if record.made_up_by.is_none() {
+                output::note("the tip itself is removed, so nothing is searched that would make up for it");
+            }
+        }
         operation = Some(record);
     }
     let Solved { solution, branch, alarms, positions, system, wall_s } = found;

@@ -52,6 +52,11 @@ pub fn run(
     }
     let body = arguments.model.body(source)?;
     let (recorded, notes) = match are_tables(&recordings.files)? && !recordings.example {
+        true if as_is || recordings.is_interpreted() => {
+            return Err(miette!(
+                "--map, --palate, --speaker, --format and --as-is are for recordings; leave them out with a table of a body in space"
+            ));
+        }
         true => (Recorded::of_tables(&recordings.files, 1e-3 * arguments.sd).into_diagnostic()?, Vec::new()),
         false => recorded(source, &body, recordings, as_is)?,
     };
@@ -66,7 +71,7 @@ pub fn fit(source: &SpaceSource, target: &Target, starts: usize, global: &Global
         "{} /{}/ against /{}/, {}, in {}: the lines between the same points as in the plane; rest is /{}/ without tone",
         target.subject, target.vowel, target.baseline, target.kind, body.what, target.baseline
     );
-    arguments.answer(&body, &Recorded::of_lengths(target), vec![note], "results/space", global)
+    arguments.answer(&body, &Recorded::of_lengths(target, &body), vec![note], "results/space", global)
 }
 
 impl Arguments {
@@ -128,8 +133,9 @@ fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
     let bytes = bytes
         .wrap_err_with(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))?;
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]);
-    let header = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
-    let columns: Vec<&str> = header.split(',').map(str::trim).collect();
+    let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
+    let header = lines.find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or_default();
+    let columns: Vec<&str> = header.split(',').map(|c| c.trim().trim_matches('"')).collect();
     Ok(!columns.contains(&"point") && ["node", "muscle", "z_mm"].iter().any(|c| columns.contains(c)))
 }
 

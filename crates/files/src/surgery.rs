@@ -148,6 +148,10 @@ impl Surgery {
         let free = |n: &usize| operated.mesh.fixed.binary_search(n).is_err();
         let near = (0..rest.len()).filter(free).filter(|&n| (rest[n] - rest[tip]).norm() < TIP_M);
         let seen: Vec<SpaceMark> = near.map(|node| SpaceMark::node(node, before[node], SD_M)).collect();
+        // The tip itself is removed.
+        if seen.is_empty() {
+            return Ok(());
+        }
         let search = SpaceSearch { sides_apart: true, ..SpaceSearch::default() };
         let fit = search.fit(operated, system, &seen, None)?;
         record.made_up_by = Some(ByMuscle::new(&fit.names, fit.found()));

@@ -12,6 +12,8 @@ use super::run::Draw;
 
 /// Difference of the power from one.
 const STEP: f64 = 0.01;
+/// Part of the draws that count as independent.
+const EFFECTIVE: f64 = 0.4;
 /// A quantity is called sensitive from this distance on (Kallioinen and others 2024, section 3.4).
 pub const SENSITIVE: f64 = 0.05;
 
@@ -77,7 +79,7 @@ impl Scaled {
         let rises = |v: &f64| if *v > 0.0 { 1.0 - above } else { -above };
         let each = values.iter().zip(&self.prior_log).map(|(v, log)| by_scale * rises(v) * log);
         let (mean, variance) = mean_and_variance(each);
-        let probability_by_scale = [mean, (variance / values.len() as f64).sqrt()];
+        let probability_by_scale = [mean, (variance / (EFFECTIVE * values.len() as f64)).sqrt()];
         Sensitivity { prior: moved(&self.prior), likelihood: moved(&self.likelihood), probability_by_scale }
     }
 }

@@ -35,6 +35,8 @@ pub(super) enum Way {
     Own(Reached),
     /// It cannot. This shape can: that of tensions nearby at which it comes nearest to the observations, m.
     Beside(Vec<SVector<f64, 2>>),
+    /// No equilibrium is found from rest.
+    Lost,
 }
 
 /// For every frame with an equilibrium, how its shape can be reached. `unknowns` are those of its equilibrium.
@@ -60,12 +62,17 @@ pub(super) fn ways(mode: &Mode<'_, '_>, course: &Course, unknowns: &[DVector<f64
     };
     (1..numbers.len()).for_each(|t| follow(t - 1, t, &mut reached));
     (1..numbers.len()).rev().for_each(|t| follow(t, t - 1, &mut reached));
-    let beside = |(t, reached): (usize, Option<Reached>)| {
-        let (frame, _) = (&course.frames[t], positions(t)?);
-        let course_sd = mode.settings.link.course_sd_n;
-        Some(reached.map_or_else(|| Way::Beside(solver.beside(frame, &unknowns[t], course_sd)), Way::Own))
+    let beside = |chunk: &&[usize]| -> Vec<Option<Way>> {
+        let mut solver = (mode.solver)();
+        let one = |&t: &usize| {
+            positions(t)?;
+            let course_sd = mode.settings.link.course_sd_n;
+            let mut near = || solver.beside(&course.frames[t], &unknowns[t], course_sd);
+            Some(reached[t].map_or_else(|| near().map_or(Way::Lost, Way::Beside), Way::Own))
+        };
+        chunk.iter().map(one).collect()
     };
-    reached.into_iter().enumerate().map(beside).collect()
+    parallel::map(&chunks, beside).into_iter().flatten().collect()
 }
 
 impl Solver<'_> {
@@ -148,15 +155,15 @@ impl Solver<'_> {
 
     /// The shape on the branch that is nearest to the observations of a frame, by the Gauss-Newton method for that frame alone, from the
     /// shape to which growing the tensions `x` together leads. Tensions are held to `x` with the standard deviation of a course; other
-    /// unknowns with 1. The shape at `x` itself if the steps leave the branch.
-    fn beside(&mut self, frame: &Frame, x: &DVector<f64>, course_sd: f64) -> Vec<SVector<f64, 2>> {
-        let first = self.solve(frame, x, None).map(<[_]>::to_vec).unwrap_or_default();
+    /// unknowns with 1. The shape at `x` itself if the steps leave the branch; `None` without an equilibrium from rest.
+    fn beside(&mut self, frame: &Frame, x: &DVector<f64>, course_sd: f64) -> Option<Vec<SVector<f64, 2>>> {
+        let first = self.solve(frame, x, None)?.to_vec();
         let muscles = self.system.contracting().len();
         let held = DVector::from_fn(x.len(), |i, _| if i < muscles { course_sd.powi(-2) } else { 1.0 });
         let priced = |residuals: &DVector<f64>, at: &DVector<f64>| {
             residuals.norm_squared() + (at - x).component_mul(&held).dot(&(at - x))
         };
-        let Some(mut here) = self.linearise(frame, x, Some(&first)) else { return first };
+        let Some(mut here) = self.linearise(frame, x, Some(&first)) else { return Some(first) };
         let (mut at, mut damping) = (x.clone(), 0.0);
         for _ in 0..STEPS_BESIDE {
             let curvature =
@@ -172,7 +179,8 @@ impl Solver<'_> {
                 _ => damping = (damping * 4.0).max(1.0),
             }
         }
-        if self.is_on_branch(frame, &at, &here.positions, &mut None) { here.positions } else { first }
+        let is_reached = self.is_on_branch(frame, &at, &here.positions, &mut None);
+        Some(if is_reached { here.positions } else { first })
     }
 
     /// Whether the positions are reached from rest if one muscle, or all but one, pulls before the others.

@@ -143,8 +143,8 @@ pub struct Tracked {
     /// Whether the shape is reached in another way than by growing all tensions together.
     #[serde(default)]
     pub other_way: bool,
-    /// For a frame whose own shape cannot be reached: root mean square distance of the fitted observations from the shape that is reached
-    /// at the same tensions, m.
+    /// For a frame whose own shape cannot be reached: root mean square distance of the fitted observations from the nearest shape that is
+    /// reached, m. If that meets them as well, the positions and formants are of it; its tensions differ a little from the levels.
     #[serde(default)]
     pub reached_rms_m: Option<f64>,
     /// Positions of all nodes, m.
@@ -241,7 +241,8 @@ pub(super) fn tracked(
         Some(Way::Beside(there)) => Some(rms(&frame::residuals(frame, there))),
         _ => None,
     };
-    let as_well = reached_rms_m.zip(rms_m).is_none_or(|(there, own)| there <= own + AS_WELL_M);
+    let is_lost = matches!(found.way, Some(Way::Lost));
+    let as_well = !is_lost && reached_rms_m.zip(rms_m).is_none_or(|(there, own)| there <= own + AS_WELL_M);
     if let Some(Way::Beside(there)) = found.way.filter(|_| as_well) {
         positions.clone_from(there);
     }

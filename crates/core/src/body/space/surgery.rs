@@ -158,6 +158,9 @@ impl SpaceBody {
             Filling::Scar(factor) => {
                 body.factors = (0..count).map(|e| if is_cut(e) { factor } else { factor_of(e) }).collect();
             }
+            Filling::Flap if !self.factors.is_empty() => {
+                body.factors = (0..count).map(|e| if is_cut(e) { 1.0 } else { factor_of(e) }).collect();
+            }
             Filling::Flap | Filling::Silent => {}
         }
         let mut muscles = Vec::new();

@@ -55,7 +55,7 @@ pub struct FrameRecord {
     /// Whether the shape is reached in another way than by pulling all muscles harder together: from the posture before or after it, or
     /// one muscle before the others.
     pub other_way: bool,
-    /// Of a shape that no way was found to: the root mean square distance from the shape that is reached at the same tensions, mm.
+    /// Of a shape that no way was found to: the root mean square distance from the nearest shape that is reached, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reached_rms_mm: Option<f64>,
     /// Its lowest formants, if they are wanted.

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use tongue_core::body::Body;
+use tongue_core::body::space::SpaceBody;
 use tongue_core::geometry::{Point, Similarity};
+use tongue_core::observe::Observable;
 use tongue_input::measured::recording::{Mark, Seen, SeenFrame};
 use tongue_input::measured::{
     LengthMeasure, Marked, SpaceFrame, SpaceMark, TableError, Target, TargetKind, read_space_marks,
@@ -36,8 +38,19 @@ impl Recorded {
 
     /// The lengths of a vowel, of the lines that tables of lengths name: every measured muscle, known to its rounding and to the
     /// errors of the model.
-    pub fn of_lengths(target: &Target) -> Self {
+    pub fn of_lengths(target: &Target, body: &SpaceBody) -> Self {
+        let rest = |m: usize| {
+            let line = body.lines.iter().find(|(name, _)| *name == target.muscles[m]);
+            line.map_or(1e-3 * target.baseline_mm[m], |(_, line)| line.value(&body.mesh.nodes))
+        };
+        let rounding = |half_width_mm: f64, of: usize| half_width_mm / target.baseline_mm[of] / 3f64.sqrt();
         let mark = |m: usize| {
+            let (over, half_width_over_mm) = match target.kind {
+                TargetKind::Stretch => (m, target.baseline_half_width_mm[m]),
+                TargetKind::Ratio => (target.reference, target.half_width_mm[target.reference]),
+            };
+            let own = rounding(target.half_width_mm[m], over);
+            let other = target.values[m] * rounding(half_width_over_mm, over);
             let measure = match target.kind {
                 TargetKind::Stretch => LengthMeasure::Stretch(target.values[m]),
                 TargetKind::Ratio => {
@@ -45,8 +58,8 @@ impl Recorded {
                     LengthMeasure::Ratio(target.values[m], Some(over))
                 }
             };
-            let rounding = target.half_width_mm[m].hypot(target.baseline_half_width_mm[m]) / 3f64.sqrt();
-            let sd_m = 1e-3 * rounding.hypot(STRETCH_SD * target.baseline_mm[m]);
+            // Of the stretch or ratio, as a length at rest.
+            let sd_m = rest(over) * own.hypot(other).hypot(STRETCH_SD);
             SpaceMark { what: Marked::Muscle { muscle: target.muscles[m].clone(), measure }, sd_m }
         };
         let frame = SpaceFrame { time_s: None, marks: target.compared().map(mark).collect() };
