@@ -119,7 +119,8 @@ fn descend(
     while *iterations < settings.max_iterations && damping < MOST_DAMPING * diagonal(here) {
         *iterations += 1;
         let curvature = (here.linear.jacobian.tr_mul(&here.linear.jacobian) + &secant) * 2.0;
-        let Some(step) = bounded_step(here, &curvature, damping, &unknowns) else {
+        let stepped = if settings.best_steps { best_step } else { bounded_step };
+        let Some(step) = stepped(here, &curvature, damping, &unknowns) else {
             // Not a descent direction: the second derivative is indefinite on the free values.
             damping *= growth;
             growth *= 2.0;
@@ -153,7 +154,8 @@ fn descend(
     false
 }
 
-/// The damped step on the free values, cut at the bounds; `None` if the damped second derivative is not
+/// The damped step on the free values, cut at the bounds. It is not always the best one within them ([`best_step`]), but searches with it
+/// in the plane have found the published numbers; `None` if the damped second derivative is not
 /// positive definite.
 fn bounded_step(
     here: &Point,
@@ -187,6 +189,53 @@ fn bounded_step(
             free.iter().zip(solved.iter()).filter(|(i, s)| inside(**i, **s)).map(|(i, _)| *i).collect();
         still.iter().for_each(|&i| step[i] = 0.0);
         free = still;
+    }
+    Some(step)
+}
+
+/// The minimum of the damped model within the bounds, by the method of active sets (Nocedal and Wright 2006, 16.5) from no step at all;
+/// `None` if the damped second derivative is not positive definite.
+fn best_step(
+    here: &Point,
+    curvature: &DMatrix<f64>,
+    damping: f64,
+    unknowns: &[Unknown],
+) -> Option<DVector<f64>> {
+    let n = here.x.len();
+    let damped = curvature + DMatrix::from_diagonal_element(n, n, damping);
+    let lower = |i: usize| unknowns[i].lower - here.x[i];
+    let upper = |i: usize| unknowns[i].upper - here.x[i];
+    let mut step = DVector::<f64>::zeros(n);
+    let mut free: Vec<usize> = (0..n).filter(|&i| here.is_free(i, &unknowns[i])).collect();
+    // Every change of the set lowers the model, so that this many are more than enough for ten unknowns.
+    for _ in 0..10 * n {
+        let slope = &damped * &step + &here.gradient;
+        let matrix = damped.select_rows(&free).select_columns(&free);
+        let way = matrix.cholesky()?.solve(&-slope.select_rows(&free));
+        // How far the way is free, and the value that stops it.
+        let stop = |(k, &i): (usize, &usize)| {
+            let room = if way[k] < 0.0 { lower(i) - step[i] } else { upper(i) - step[i] };
+            (if way[k] == 0.0 { f64::INFINITY } else { room / way[k] }, k)
+        };
+        let first = free.iter().enumerate().map(stop).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (part, blocked) =
+            first.filter(|(part, _)| *part < 1.0).map_or((1.0, None), |(p, k)| (p, Some(k)));
+        free.iter()
+            .zip(way.iter())
+            .for_each(|(&i, w)| step[i] = (step[i] + part * w).clamp(lower(i), upper(i)));
+        if let Some(k) = blocked {
+            let i = free.remove(k);
+            step[i] = if way[k] < 0.0 { lower(i) } else { upper(i) };
+            continue;
+        }
+        // At the minimum of the set: a bound that the model pushes away from is left.
+        let slope = &damped * &step + &here.gradient;
+        let push = |i: usize| if step[i] <= lower(i) { slope[i] } else { -slope[i] };
+        let held = (0..n).filter(|i| !free.contains(i));
+        match held.min_by(|&a, &b| push(a).total_cmp(&push(b))).filter(|&i| push(i) < 0.0) {
+            Some(i) => free.push(i),
+            None => break,
+        }
     }
     Some(step)
 }

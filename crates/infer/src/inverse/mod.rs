@@ -105,6 +105,9 @@ pub struct FitSettings {
     pub among: Among,
     /// Whether a candidate is solved from the nearest solved one instead of from rest. Default: yes.
     pub warm_start: bool,
+    /// Whether a Gauss-Newton step is the minimum of its model within the bounds, rather than one that is cut at them: fewer steps where
+    /// many unknowns are on a bound. Default: no.
+    pub best_steps: bool,
     /// Settings of each equilibrium.
     pub equilibrium: statics::SolveSettings,
 }
@@ -122,6 +125,7 @@ impl Default for FitSettings {
             misfit_tolerance: 1e-3,
             among: Among::default(),
             warm_start: true,
+            best_steps: false,
             equilibrium: statics::SolveSettings::default(),
         }
     }

@@ -37,6 +37,7 @@ pub struct SpaceSearch {
 impl Default for SpaceSearch {
     fn default() -> Self {
         let settings = FitSettings {
+            best_steps: true,
             method: Method::GaussNewton,
             misfit_tolerance: 1.0,
             tension_tolerance: 1e-2,
