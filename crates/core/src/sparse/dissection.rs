@@ -19,7 +19,7 @@ const SPLITS: std::ops::RangeInclusive<usize> = 34..=66;
 /// The order of elimination; `neighbours[i]` lists the unknowns coupled to `i`, without `i` itself.
 pub(super) fn nested_dissection(neighbours: &[Vec<u32>]) -> Vec<usize> {
     let mut graph = Graph { neighbours, inside: vec![false; neighbours.len()] };
-    // From the last to be eliminated on.
+    // The order from the last unknown that is eliminated to the first.
     let mut backwards = Vec::with_capacity(neighbours.len());
     let mut parts: Vec<Vec<usize>> = vec![(0..neighbours.len()).collect()];
     while let Some(part) = parts.pop() {
@@ -79,7 +79,7 @@ impl Graph<'_> {
     fn separated(&self, part: &[usize]) -> Separated {
         let (reached, _) = self.distances(part[0]);
         if reached.len() < part.len() {
-            // It does not hang together, so nothing has to separate it.
+            // The part consists of pieces that are not coupled, so it needs no separator.
             let reached = ascending(reached);
             let rest = part.iter().copied().filter(|v| reached.binary_search(v).is_err()).collect();
             return Separated { separator: Vec::new(), halves: [reached, rest] };
@@ -102,7 +102,7 @@ impl Graph<'_> {
         best.map_or_else(all, |(_, separated)| separated)
     }
 
-    /// The best cut across a direction, which a number for each unknown gives, and what it costs.
+    /// Tries several splits of a part, sorted by the number `along` of each unknown, and returns the cost of the best one with its separator.
     fn cut(&self, part: &[usize], along: impl Fn(usize) -> f64) -> (f64, Separated) {
         let mut at: Vec<f64> = vec![0.0; self.neighbours.len()];
         part.iter().for_each(|&v| at[v] = along(v));
@@ -113,7 +113,7 @@ impl Graph<'_> {
                 let (sum, count) = near.fold((at[v], 1.0), |(s, n), w| (s + at[w], n + 1.0));
                 *mean = sum / count;
             }
-            // It shrinks towards its mean, and is stretched again.
+            // Averaging shrinks the numbers towards their mean; they are scaled back to the range from -1 to 1.
             let middle = averaged.iter().sum::<f64>() / part.len() as f64;
             let widest = averaged.iter().map(|a| (a - middle).abs()).fold(f64::MIN_POSITIVE, f64::max);
             part.iter().zip(&averaged).for_each(|(&v, a)| at[v] = (a - middle) / widest);
@@ -122,7 +122,7 @@ impl Graph<'_> {
         sorted.sort_by(|&a, &b| at[a].total_cmp(&at[b]).then(a.cmp(&b)));
         let mut rank = vec![usize::MAX; self.neighbours.len()];
         sorted.iter().enumerate().for_each(|(n, &v)| rank[v] = n);
-        // Those before a cut that touch one behind it.
+        // Whether an unknown before a cut is coupled to one behind it.
         let touches = |v: usize, cut: usize| {
             self.neighbours[v].iter().any(|&w| self.inside[w as usize] && rank[w as usize] >= cut)
         };

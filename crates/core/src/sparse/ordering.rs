@@ -25,13 +25,16 @@ pub fn order(neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32>>) {
     if !is_large {
         return minimum_degree(neighbours);
     }
-    let candidates =
-        approximate_minimum_degree(&neighbours).into_iter().chain([nested_dissection(&neighbours)]);
-    let with_fronts = candidates.map(|order| (fronts(&neighbours, &order), order));
+    let with_fronts = |order: Vec<usize>| {
+        let fronts = fronts(&neighbours, &order);
+        (order, fronts)
+    };
     // The work of a factorisation grows with the squares of the fronts.
-    let work = |fronts: &[Vec<u32>]| fronts.iter().map(|f| f.len() * f.len()).sum::<usize>();
-    let best = with_fronts.min_by_key(|(fronts, _)| work(fronts));
-    best.map_or_else(|| minimum_degree(neighbours), |(fronts, order)| (order, fronts))
+    let work =
+        |(_, fronts): &(Vec<usize>, Vec<Vec<u32>>)| -> usize { fronts.iter().map(|f| f.len().pow(2)).sum() };
+    let dissected = with_fronts(nested_dissection(&neighbours));
+    let by_degree = approximate_minimum_degree(&neighbours).map(with_fronts);
+    by_degree.filter(|other| work(other) <= work(&dissected)).unwrap_or(dissected)
 }
 
 /// faer's approximate minimum degree; `None` where there is no memory for it.

@@ -19,8 +19,9 @@ pub struct SolveSettings {
     /// that reaches the whole load takes about two for each of its steps, and finding where one ends about
     /// 120 more.
     pub most_solves: usize,
-    /// Whether a [`trace()`](super::trace()) that reaches the whole load also asks if the body stays elsewhere when it is loaded twice
-    /// as far and let back. Default true; a search needs to know only where the branch leads.
+    /// Whether a [`trace()`](super::trace()) that reaches the whole load also looks for a second stable shape there: the load is doubled
+    /// and reduced again, and the shapes before and after are compared. Default true. A search needs only the shape that is reached
+    /// from rest, and leaves it out.
     pub beyond: bool,
 }
 

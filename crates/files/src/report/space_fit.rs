@@ -68,7 +68,7 @@ pub struct SpaceFitRecord {
 pub struct OpenRecord {
     /// Its share of each activation.
     pub direction: ByMuscle<f64>,
-    /// Standard deviation along it, from the data alone; null where nothing that was seen depends on it.
+    /// Standard deviation of its amount, from the data alone; null where no observation depends on it.
     pub sd: Option<f64>,
 }
 

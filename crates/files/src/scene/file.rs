@@ -118,10 +118,10 @@ pub struct SceneTongue {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SceneSpace {
-    /// A folder with the files of ArtiSynth's tongue in place of the built-in one.
+    /// A folder with the files of ArtiSynth's tongue, used instead of the built-in tongue.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub folder: Option<String>,
-    /// A mesh of hexahedra from Gmsh (.msh) in its place: x to the back, y to the right, z upwards.
+    /// A mesh of hexahedra from Gmsh (.msh), used instead of the built-in tongue: x to the back, y to the right, z upwards.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Unit of the coordinates in that file: `m` or `mm`.

@@ -6,7 +6,7 @@ use tongue_core::geometry::{Point, simplex};
 /// Standard deviation of the logarithm of a cell's area (a factor of e^0.4), and the weight of all cells together.
 const AREA_LOG: f64 = 0.4;
 const AREA_WEIGHT: f64 = 40.0;
-/// Below this part of its area a cell resists further changes more, by this factor.
+/// A cell that keeps less than the first number of its area resists further compression by the second number times as much.
 const SQUEEZED: (f64, f64) = (0.7, 4.0);
 /// A cell that keeps less than this part of its area counts as folded.
 pub(crate) const LEAST_AREA_RATIO: f64 = 0.15;

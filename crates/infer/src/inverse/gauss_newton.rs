@@ -154,9 +154,8 @@ fn descend(
     false
 }
 
-/// The damped step on the free values, cut at the bounds. It is not always the best one within them ([`best_step`]), but searches with it
-/// in the plane have found the published numbers; `None` if the damped second derivative is not
-/// positive definite.
+/// The damped step on the free values, cut at the bounds; `None` if the damped second derivative is not positive definite. [`best_step`]
+/// decreases the model more, but in a nearly incompressible body it leads to other minima than those of the published numbers.
 fn bounded_step(
     here: &Point,
     curvature: &DMatrix<f64>,

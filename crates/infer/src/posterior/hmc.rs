@@ -260,7 +260,8 @@ impl<'a, T: Target> Group<'a, T> {
         Warm { states, random, common, evaluations, seen }
     }
 
-    /// One trajectory, from which the step is adapted; its end is checked for being allowed or not.
+    /// Runs one trajectory and adapts the step size to the probability with which its end is accepted. With `checked`, an end that is not
+    /// allowed is refused.
     fn warm(&mut self, checked: bool) {
         let ends = self.trajectory(self.step.trial, checked);
         self.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);

@@ -57,14 +57,13 @@ impl Scaled {
             });
             -0.5 * each.sum::<f64>()
         };
-        let both = |log: &dyn Fn(&Draw) -> f64| {
-            let logs: Vec<f64> = draws.iter().map(log).collect();
-            [(1.0 + STEP).recip(), 1.0 + STEP].map(|power| weights(&logs, power - 1.0))
-        };
+        let both = |logs: &[f64]| [(1.0 + STEP).recip(), 1.0 + STEP].map(|power| weights(logs, power - 1.0));
         let mut prior_log: Vec<f64> = draws.iter().map(prior).collect();
+        let likelihood_log: Vec<f64> = draws.iter().map(|d| d.log_likelihood).collect();
+        let (prior, likelihood) = (both(&prior_log), both(&likelihood_log));
         let (mean, _) = mean_and_variance(prior_log.iter().copied());
         prior_log.iter_mut().for_each(|l| *l -= mean);
-        Self { prior_log, prior: both(&prior), likelihood: both(&|d| d.log_likelihood) }
+        Self { prior_log, prior, likelihood }
     }
 
     /// The sensitivity of a quantity with these values in all draws.

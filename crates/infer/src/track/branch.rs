@@ -33,7 +33,7 @@ const STEPS_BESIDE: usize = 8;
 pub(super) enum Way {
     /// The shape itself can be reached.
     Own(Reached),
-    /// It cannot. This shape can: that of tensions nearby at which it comes nearest to the observations, m.
+    /// The shape itself cannot be reached, but this one can, m: of those at similar tensions it is the nearest to the observations.
     Beside(Vec<SVector<f64, 2>>),
     /// No equilibrium is found from rest.
     Lost,

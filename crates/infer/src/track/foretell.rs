@@ -11,6 +11,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use tongue_core::geometry::Point;
 use tongue_core::observe::Observation;
 
 use super::descend::descend;
@@ -61,11 +62,13 @@ pub(super) fn foretell(mode: &Mode<'_, '_>, courses: &[Course]) -> Vec<Vec<Vec<F
     if !courses.iter().flat_map(|c| &c.frames).any(contours) {
         return none();
     }
-    let Some((process, reach)) = judged(mode, courses) else { return none() };
+    let solver = (mode.solver)();
+    let rest = solver.system.rest();
+    let Some((process, reach)) = judged(mode, courses, rest) else { return none() };
     let one = |course: &Course| {
         let told = |t: usize| {
             let names = course.frames[t].hidden.iter().filter(|h| h.along.channel == 0).map(|h| &h.name);
-            let Some(errors) = split(mode, course, t).and_then(|s| process.errors(&s)) else {
+            let Some(errors) = split(rest, course, t).and_then(|s| process.errors(&s)) else {
                 return Vec::new();
             };
             let foretold = |(name, (missed, variance)): (&String, (f64, f64))| {
@@ -80,7 +83,7 @@ pub(super) fn foretell(mode: &Mode<'_, '_>, courses: &[Course]) -> Vec<Vec<Vec<F
 }
 
 /// The best candidate, and the half width of its intervals in units of the standard deviation of a process with `s = 1 mm`.
-fn judged(mode: &Mode<'_, '_>, courses: &[Course]) -> Option<(Process, f64)> {
+fn judged(mode: &Mode<'_, '_>, courses: &[Course], rest: &[Point]) -> Option<(Process, f64)> {
     let mut names: Vec<(&str, f64)> = Vec::new();
     for frame in courses.iter().flat_map(|c| &c.frames) {
         let seen = frame.names.iter().zip(&frame.along).filter(|(_, a)| a.channel == 0);
@@ -104,7 +107,7 @@ fn judged(mode: &Mode<'_, '_>, courses: &[Course]) -> Option<(Process, f64)> {
         let mut again = mode.clone();
         descend(&mut again, &mut sample, mode.settings.rounds, &|_| ());
         for course in &sample {
-            splits.extend((0..course.frames.len()).filter_map(|t| split(&again, course, t)));
+            splits.extend((0..course.frames.len()).filter_map(|t| split(rest, course, t)));
         }
     }
     let candidates = WEIGHTS.iter().flat_map(|&weight| {
@@ -141,12 +144,10 @@ fn without(frame: &mut Frame, hide: &[&str]) {
     (frame.observations, frame.names, frame.along) = (observations, names, along);
 }
 
-/// The contour points of a frame; `None` where there is no equilibrium.
-fn split(mode: &Mode<'_, '_>, course: &Course, t: usize) -> Option<Split> {
+/// The contour points of a frame, of a body with the nodes `rest` at rest, m; `None` where there is no equilibrium.
+fn split(rest: &[Point], course: &Course, t: usize) -> Option<Split> {
     let frame = &course.frames[t];
     let pulled = &course.here[t].linear.as_ref()?.positions;
-    let solver = (mode.solver)();
-    let rest = solver.system.rest();
     let (mut seen, mut hidden) = (Line::default(), Line::default());
     let all = frame.observations.iter().zip(&frame.along).map(|(o, a)| (o, a, true));
     let all = all.chain(frame.hidden.iter().map(|h| (&h.observation, &h.along, false)));

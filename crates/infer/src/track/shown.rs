@@ -68,6 +68,9 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
     let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
     let steps = if shape.is_placed_by_coils() { 0 } else { SHAPES };
     for _ in 0..steps {
+        if damping > MOST_DAMPING {
+            break;
+        }
         let here = out.as_ref().unwrap_or(shape);
         let system = out.as_ref().map_or(stage.system, |s| &s.system);
         let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
@@ -79,9 +82,6 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
         let there = shape.stepped(&amounts, &step.rows(n, step.len() - n).into_owned());
         let Some(body) = shape.moved(&there) else {
             damping *= MORE;
-            if damping > MOST_DAMPING {
-                break;
-            }
             continue;
         };
         let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
@@ -102,9 +102,6 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
         } else {
             sample.iter_mut().zip(before).for_each(|(course, here)| course.here = here);
             damping *= MORE;
-            if damping > MOST_DAMPING {
-                break;
-            }
         }
     }
     let system = out.as_ref().map_or(stage.system, |body| &body.system);

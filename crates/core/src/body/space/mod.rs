@@ -79,7 +79,7 @@ pub struct SpaceBody {
     pub bones: Vec<Bone>,
     /// The muscles, in the order of those of the mesh.
     pub muscles: Vec<SpaceMuscle>,
-    /// By what the constants of the tissue are multiplied in each element (scars); empty where nowhere.
+    /// Factors of the constants of the tissue in each element (scars); empty if all are 1.
     pub factors: Vec<f64>,
     /// Lines of muscles in the midsagittal plane by the names that tables of lengths have, where the body has them.
     pub lines: Vec<(String, Line<3>)>,

@@ -54,7 +54,7 @@ impl Default for SpaceSearch {
 pub struct Combination {
     /// Unit vector over the activations searched for, in their order; its largest entry is positive.
     pub direction: Vec<f64>,
-    /// Standard deviation along it; infinite if nothing that was seen depends on it.
+    /// Standard deviation of its amount; infinite if no observation depends on it.
     pub sd: f64,
 }
 
@@ -133,7 +133,7 @@ enum Begin<'a> {
     Rest,
     /// At the answer of the frame before.
     Before(&'a Answer<3>),
-    /// It is over: the answer was found on one half, and its positions on the whole are nearly these.
+    /// The search is finished: the answer was found on one half, and its positions on the whole are nearly these.
     Found(&'a Answer<3>),
 }
 
