@@ -417,9 +417,9 @@ pub mod track {
     //! Tensions over time from recordings of a tongue.
     #[doc(inline)]
     pub use tongue_infer::track::{
-        CoursePrior, FEWEST, Followed, Frame, FrameStatus, Gesture, HeldOut, LabelMean, Repeatable, Repeats,
-        RestShape, Stage, TongueSurface, TrackSettings, Tracked, TrackedRecording, frames, listen, opponents,
-        repeats, track,
+        FEWEST, Followed, Frame, FrameStatus, Gesture, HeldOut, LabelMean, Repeatable, Repeats, RestShape,
+        Stage, TongueSurface, TrackSettings, Tracked, TrackedRecording, frames, listen, opponents, repeats,
+        track,
     };
 }
 

@@ -67,8 +67,7 @@ struct Record {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = Given::read(&arguments.body)?;
-    let prior = arguments.prior.prior(given.body.mesh.muscles.len())?;
-    let basis = given.basis(&arguments.body, prior);
+    let basis = given.basis(&arguments.body, arguments.prior.settings()?);
     let (speaker, seen) = match &arguments.landmarks {
         Some(path) => {
             let map = arguments.recordings.map()?;
@@ -167,7 +166,7 @@ fn write(
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
     let mesh = &speaker.body.mesh;
-    let adaptation = speaker.adaptation(&mesh.muscle_names());
+    let adaptation = speaker.adaptation();
     let file = BodyFile::new(&speaker.body, &arguments.body.model(), adaptation)?;
     let at_rest = vec![0.0; mesh.muscles.len()];
     let palate = speaker.body.palate.as_deref().unwrap_or_default();
@@ -198,7 +197,6 @@ fn text(record: &Record) -> String {
     }
     let how = match record.rest {
         How::Similarity => "turned, scaled and shifted to what was seen of the speaker",
-        How::Frame => "the shape of one frame",
         How::Joint => "the shape that explains many frames at once",
         How::Contour => "the shape of the contour at rest",
     };

@@ -12,7 +12,7 @@ use tongue_fit::measured::recording::{
 };
 use tongue_fit::report::FrameRecord;
 use tongue_fit::statistics::upper_median;
-use tongue_fit::track::{CoursePrior, Followed, FrameStatus, TongueSurface};
+use tongue_fit::track::{Followed, FrameStatus, TongueSurface, TrackSettings};
 
 use super::{body, output};
 
@@ -81,15 +81,15 @@ pub struct PriorArguments {
 }
 
 impl PriorArguments {
-    /// The prior for a number of muscles.
-    pub fn prior(&self, muscles: usize) -> miette::Result<CoursePrior> {
+    /// Settings of tracking with this prior.
+    pub fn settings(&self) -> miette::Result<TrackSettings> {
         if !(0.1..=1000.0).contains(&self.prior) {
             return Err(miette!("--prior is {}; it must be from 0.1 to 1000 N/m", self.prior));
         }
         if !(0.0..=1000.0).contains(&self.memory) {
             return Err(miette!("--memory is {}; it must be from 0 to 1000 s", self.memory));
         }
-        Ok(CoursePrior::half_normal(muscles, self.prior, self.memory))
+        Ok(TrackSettings::new(self.prior, self.memory))
     }
 }
 
@@ -98,8 +98,6 @@ impl PriorArguments {
 pub enum RestName {
     /// The shape that explains many frames at once
     Joint,
-    /// The shape of one frame: that with the least cost of all frames
-    Frame,
     /// The body only turned, scaled and shifted to the speaker's bones
     Similarity,
 }
@@ -108,7 +106,6 @@ impl From<RestName> for How {
     fn from(name: RestName) -> Self {
         match name {
             RestName::Joint => Self::Joint,
-            RestName::Frame => Self::Frame,
             RestName::Similarity => Self::Similarity,
         }
     }
@@ -420,13 +417,13 @@ impl Given {
     }
 
     /// The basis of its adaptation.
-    pub fn basis(&self, arguments: &body::Arguments, prior: CoursePrior) -> Basis<'_> {
+    pub fn basis(&self, arguments: &body::Arguments, settings: TrackSettings) -> Basis<'_> {
         Basis {
             body: &self.body,
             anatomy: self.anatomy.as_ref(),
             model: arguments.model(),
             contracting: (0..self.body.mesh.muscles.len()).collect(),
-            prior,
+            settings,
             palate: None,
         }
     }

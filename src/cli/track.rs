@@ -38,7 +38,7 @@ pub struct Arguments {
     #[command(flatten)]
     recordings: recordings::Arguments,
     /// Method for the rest shape if no body is given. The intervals include what placing (similarity) leaves
-    /// unknown of it; a fitted shape (joint, frame) is closer to the contours
+    /// unknown of it, and the shape is then fitted for display; joint fits it first
     #[arg(long, value_name = "HOW", value_enum, default_value = "similarity")]
     rest: RestName,
     /// Use the body unchanged: the recordings are in its frame
@@ -99,24 +99,21 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let numbers =
         names.iter().map(|n| given.body.muscle(n).into_diagnostic()).collect::<miette::Result<Vec<_>>>()?;
     let hide = hidden(arguments, &recordings)?;
-    let prior = arguments.prior.prior(names.len())?;
     let settings = TrackSettings {
         draws: arguments.draws as usize,
         seed: arguments.seed,
-        ..TrackSettings::new(prior.scale_n, prior.memory_s)
+        ..arguments.prior.settings()?
     };
     let mut notes = recordings::notes(&recordings, &given.body, &arguments.free_bone);
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
-    let basis = Basis { contracting: numbers, palate: wall, ..given.basis(&arguments.body, prior) };
+    let basis = Basis { contracting: numbers, palate: wall, ..given.basis(&arguments.body, settings) };
     let run = Run {
         rest: arguments.rest,
         free_bones: &arguments.free_bone,
         given: &given,
         basis,
-        names: &names,
         is_given,
         palate: wall,
-        settings,
     };
     let seen: Vec<&Seen> = recordings.iter().map(|r| &r.seen).collect();
     run.check_freed(&seen)?;
@@ -158,7 +155,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         }
     }
     let all: Vec<&Tracked> = found.iter().flat_map(|f| &f.frames).collect();
-    let courses = courses(&names, &all, &run.settings.link);
+    let courses = courses(&names, &all, &run.basis.settings.link);
     let mut gestures = Vec::new();
     let mut frames = Vec::new();
     for (r, f) in recordings.iter().zip(&found) {
@@ -185,7 +182,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         body: speaker.body.what.clone(),
         rest: speaker.adaptation.as_ref().map(|a| a.rest),
         placement: None,
-        prior: PriorRecord::new(&run.settings),
+        prior: PriorRecord::new(&run.basis.settings),
         statuses,
         median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_mm)),
         courses,

@@ -11,7 +11,7 @@ use tongue_fit::report::OutputDir;
 use tongue_fit::report::batch;
 use tongue_fit::report::batch::journal::Journal;
 use tongue_fit::system::{self, Additions, Model, System};
-use tongue_fit::track::{self, Followed, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording};
+use tongue_fit::track::{self, Followed, RestShape, Stage, TongueSurface, TrackedRecording};
 
 use super::recordings::{self, Given, RestName};
 use super::track_files::Found;
@@ -61,12 +61,9 @@ pub struct Run<'a> {
     pub free_bones: &'a [String],
     pub given: &'a Given,
     pub basis: Basis<'a>,
-    /// Names of the contracting muscles.
-    pub names: &'a [String],
     /// Whether the body is used where it is.
     pub is_given: bool,
     pub palate: Option<&'a [Point]>,
-    pub settings: TrackSettings,
 }
 
 impl Run<'_> {
@@ -92,7 +89,7 @@ impl Run<'_> {
             let rms = made.rms_m.map_or_else(String::new, |r| format!(", contours met to {:.2} mm", r * 1e3));
             format!("{}: scale {:.3}{rms}", made.body.what, made.similarity.scale())
         });
-        let adaptation = made.adaptation(self.names);
+        let adaptation = made.adaptation();
         Ok(Speaker { placement: made.placement, ..self.known(made.body, Some(&adaptation)) })
     }
 
@@ -136,7 +133,9 @@ impl Run<'_> {
             Some(wall) => shape.under(wall.clone()),
             None => Ok(shape),
         };
-        shape.and_then(touching).map(Some).into_diagnostic()
+        let shape = shape.and_then(touching).into_diagnostic()?;
+        let is_found = speaker.adaptation.as_ref().is_some_and(|a| a.rest == How::Joint);
+        Ok(Some(if is_found { shape.as_found() } else { shape }))
     }
 
     pub fn found(&self, mut body: Body<2>, recording: TrackedRecording) -> Found {
@@ -205,7 +204,7 @@ impl Run<'_> {
         };
         let stage =
             Stage { system: &system, followed: &speaker.followed, freed: &freed, shape: shape.as_ref() };
-        let found = track::track(&stage, frames, &self.settings, &progress);
+        let found = track::track(&stage, frames, &self.basis.settings, &progress);
         bar.finish_and_clear();
         found.ok_or_else(|| {
             miette!(

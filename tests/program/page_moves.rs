@@ -359,6 +359,11 @@ fn a_shape_beyond_palate_or_teeth_is_told() {
         let expected =
             said.as_str().unwrap().ends_with(" mm through palate or teeth, which are set not to stop it.");
         assert_eq!((expected, said == ""), (goes_through, !goes_through), "palate={palate}: {said}");
+        // Where the shape from rest replaces the one on the screen, what is said is of the new one.
+        let other = "(shape = { ...shape, at: shape.at.map((x) => x + 1e-3), beyond: 2e-3 - shape.beyond }, check(), 0)";
+        browser.run(&page, other);
+        browser.wait(&page, "settled()");
+        assert_eq!(browser.run(&page, told), said, "palate={palate}");
     }
     assert_eq!(browser.complaints(), [""; 0]);
 }

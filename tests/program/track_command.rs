@@ -477,7 +477,7 @@ fn a_bone_that_was_never_seen_can_be_an_unknown() {
     lines.iter_mut().skip(1).for_each(|l| (26..28).for_each(|c| l[c] = "*"));
     let unseen: String = lines.iter().map(|l| l.join("\t") + "\n").collect();
     fs::write(at.join("unseen.tsv"), unseen).unwrap();
-    run(at, &["adapt", RECORDING, "--rest", "frame", "--out", "speaker"]);
+    run(at, &["adapt", RECORDING, "--out", "speaker"]);
     let body = ["--mesh", "speaker/body.json"];
     let track = |more: &[&str]| {
         let given = ["track", "unseen.tsv", body[0], body[1], "--frames", "0", "--json", "--out", "o"];

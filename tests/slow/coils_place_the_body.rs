@@ -8,17 +8,15 @@ use tongue_fit::measured::recording::Seen;
 use tongue_fit::parallel;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{Model, System};
-use tongue_fit::track::{
-    CoursePrior, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames, track,
-};
+use tongue_fit::track::{RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames, track};
 
 use crate::cases;
 use crate::speakers::{Recorded, Seeing, recorded};
 use crate::tracked_intervals_cover_the_truth::Held;
 
 fn basis<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> Basis<'a> {
-    let prior = CoursePrior::half_normal(8, 20.0, 0.1);
-    Basis { body, anatomy: None, model: Model::default(), contracting: (0..8).collect(), prior, palate }
+    let settings = TrackSettings::new(20.0, 0.1);
+    Basis { body, anatomy: None, model: Model::default(), contracting: (0..8).collect(), settings, palate }
 }
 
 /// Place of the middle, m, turn and scale: the truth, and each with its interval.

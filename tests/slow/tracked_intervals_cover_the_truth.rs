@@ -14,8 +14,7 @@ use tongue_fit::parallel;
 use tongue_fit::system::{Model, System};
 use tongue_infer::inverse::BONE_SD_M;
 use tongue_infer::track::{
-    CoursePrior, Errors, Link, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames,
-    track,
+    Errors, Link, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames, track,
 };
 
 use crate::cases;
@@ -134,9 +133,9 @@ fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let seen: Vec<&Seen> = speaker.seen.iter().collect();
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
     let contracting: Vec<usize> = (0..8).collect();
-    let prior = CoursePrior::half_normal(8, 20.0, 0.1);
+    let settings = TrackSettings::new(20.0, 0.1);
     let basis =
-        Basis { body: &body, anatomy: None, model, contracting: contracting.clone(), prior, palate: None };
+        Basis { body: &body, anatomy: None, model, contracting: contracting.clone(), settings, palate: None };
     let placed = basis.to_recordings(&seen, How::Similarity, &[], &|_, _| {}).unwrap();
     let system = System::new(&placed.body.mesh, &model, &contracting).unwrap();
     let sight = Sight::of(&seen, &[]);

@@ -134,7 +134,11 @@ async function check() {
   const apart = Math.max(...found.positions_m.map((p, n) => Math.hypot(p[0] - shape.at[2 * n], p[1] - shape.at[2 * n + 1])));
   if (apart > 1e-7 && found.status === "converged") {
     live.ask({ ask: "place", positions_m: found.positions_m });
-    shape = { ...shape, at: Float64Array.from(found.positions_m.flat()), lengths: Float64Array.from(body.muscles, (m) => found.lengths_mm[m.name] / 1e3) };
+    // Solved again from there, since formants and the depth beyond the palate belong to the shape too.
+    const next = live.frame([...state.bones, ...state.lips], state.tensions, body.nodes_m.length);
+    complain("frame", next.error);
+    if (next.error) return;
+    shape = next;
     show();
   }
   const doubts = found.alarms.map((a) => a.text);

@@ -5,5 +5,6 @@
 pub mod adapt;
 pub mod heard;
 pub mod inverse;
+mod least_squares;
 pub mod posterior;
 pub mod track;

@@ -19,7 +19,7 @@ use tongue_core::statistics::median;
 use tongue_input::measured::recording::Seen;
 
 use super::RestError;
-use super::least_squares::{by_differences, minimise};
+use crate::least_squares::{by_differences, minimise};
 
 /// Smallest number of coils that place a body.
 pub const FEWEST_COILS: usize = 3;

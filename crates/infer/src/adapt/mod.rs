@@ -7,21 +7,17 @@
 
 mod areas;
 mod coils;
-mod joint;
 mod landmarks;
-mod least_squares;
 mod place;
-mod prior;
 mod rest;
 mod speaker;
 
-pub(crate) use areas::{area_ratios, area_residuals, is_believable};
+pub(crate) use areas::{area_residuals, is_believable};
 pub use coils::{Coil, FEWEST_COILS, Placement};
 pub(crate) use coils::{FIRST_COIL_SD_M, GAP_SD_M, MEASURED_COIL_SD_M};
-pub use joint::{JointFit, JointSettings, joint};
 pub use landmarks::Landmarks;
 pub use place::{Placed, Sight};
-pub use prior::learned;
+pub(crate) use rest::straighten;
 pub use rest::{ControlPoints, Rest, RestError, resting};
 pub use speaker::{Basis, How, Speaker};
 
@@ -61,18 +57,6 @@ pub struct Adaptation {
     pub rest: How,
     /// Place where the mark of each bone is seen when the bone is at its rest position, m.
     pub marks_m: std::collections::BTreeMap<String, [f64; 2]>,
-    /// Scale of the prior of tensions, N per metre of thickness.
-    #[serde(default)]
-    pub scale_n: Option<f64>,
-    /// Names of the muscles of the learned prior.
-    #[serde(default)]
-    pub muscles: Vec<String>,
-    /// Its mean scores.
-    #[serde(default)]
-    pub mean: Vec<f64>,
-    /// Its covariance of scores, one row for each muscle.
-    #[serde(default)]
-    pub covariance: Vec<Vec<f64>>,
 }
 
 impl Adaptation {
@@ -88,17 +72,8 @@ impl Adaptation {
         }
         let found = serde_json::from_str::<File>(text).map_err(|e| e.to_string())?.adaptation;
         let Some(found) = found else { return Ok(None) };
-        let n = found.muscles.len();
-        let square = found.covariance.len() == n && found.covariance.iter().all(|row| row.len() == n);
-        let numbers = found
-            .mean
-            .iter()
-            .chain(found.covariance.iter().flatten())
-            .chain(found.marks_m.values().flatten());
-        if found.mean.len() != n || !square || !numbers.copied().all(f64::is_finite) {
-            return Err(
-                "its adaptation needs a finite mean and covariance for each of its muscles".to_owned()
-            );
+        if !found.marks_m.values().flatten().all(|m| m.is_finite()) {
+            return Err("the places of its bones (adaptation.marks_m) must be finite numbers".to_owned());
         }
         Ok(Some(found))
     }
@@ -111,21 +86,5 @@ impl Adaptation {
             mark: Point::from(*mark),
         });
         bones.filter(|b| !b.nodes.is_empty()).collect()
-    }
-
-    /// The learned prior of these muscles; `None` if it was learned for other muscles.
-    pub fn prior(&self, muscles: &[String], memory_s: f64) -> Option<crate::track::CoursePrior> {
-        let n = muscles.len();
-        let covariance = nalgebra::DMatrix::from_fn(n, n, |i, j| {
-            *self.covariance.get(i).and_then(|row| row.get(j)).unwrap_or(&f64::NAN)
-        });
-        let good = self.muscles == muscles && n > 0 && covariance.clone().cholesky().is_some();
-        let mean = nalgebra::DVector::from_vec(self.mean.clone());
-        good.then(|| crate::track::CoursePrior {
-            scale_n: self.scale_n.unwrap_or(20.0),
-            mean,
-            covariance,
-            memory_s,
-        })
     }
 }

@@ -15,8 +15,8 @@ use tongue_core::geometry::{Point, Similarity};
 use tongue_input::measured::recording::Seen;
 
 use super::coils::{self, Coil, FEWEST_COILS, Placement};
-use super::least_squares::minimise;
 use super::{RestError, mark_of};
+use crate::least_squares::minimise;
 
 /// Number of points to which a mean contour is resampled at equal distances, so that its weight does not depend on the sampling.
 const POINTS: usize = 11;

@@ -3,14 +3,14 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::track::TongueSurface;
-use tongue_core::body::{Body, HYOID, MANDIBLE};
+use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::geometry::{Point, Similarity, ThinPlate};
 use tongue_core::observe::{Contour, Observable};
 use tongue_input::measured::recording::Mark;
 
-use super::areas::{LEAST_AREA_RATIO, area_ratios, area_residuals, is_believable};
-use super::least_squares::{by_differences, minimise};
+use super::areas::{LEAST_AREA_RATIO, area_ratios, area_residuals};
 use super::mark_of;
+use crate::least_squares::minimise;
 
 /// Control points of the built-in tongue, mm: around its outline, and one in its middle.
 const CONTROLS_MM: [[f64; 2]; 13] = [
@@ -134,11 +134,6 @@ impl<'a> Rest<'a> {
         self.body.mesh.nodes.iter().zip(&self.weights).map(|(p, w)| moved(*p, w, displacements)).collect()
     }
 
-    /// Whether a speaker's tongue could have these displacements.
-    pub fn is_believable(&self, displacements: &DVector<f64>) -> bool {
-        is_believable(&self.body.mesh, &self.changed(displacements))
-    }
-
     /// The changed and placed body; displacements in m.
     pub fn body(&self, displacements: &DVector<f64>) -> Body<2> {
         let mut body = self.body.clone();
@@ -149,7 +144,7 @@ impl<'a> Rest<'a> {
                 body.mesh.nodes[n] += by;
             }
         }
-        straighten(&mut body, &self.body.mesh.nodes);
+        straighten(&self.body.mesh, &mut body.mesh.nodes);
         body.palate = None;
         body
     }
@@ -187,23 +182,22 @@ fn moved(p: Point, weights: &[f64], displacements: &DVector<f64>) -> Point {
     if d == Point::zeros() { p } else { p + d }
 }
 
-/// Puts the nodes of muscles outside the tissue back on straight lines, with the same spacing as before.
-fn straighten(body: &mut Body<2>, before: &[Point]) {
-    let inside = body.mesh.in_tissue();
-    let fixed = body.mesh.fixed.clone();
-    let free = |n: usize| !inside[n] && fixed.binary_search(&n).is_err();
-    for muscle in body.mesh.muscles.clone() {
+/// Puts the displaced nodes of muscles outside the tissue of a mesh back on straight lines, with the same spacing as in the mesh.
+pub(crate) fn straighten(mesh: &Mesh<2>, nodes: &mut [Point]) {
+    let (inside, before) = (mesh.in_tissue(), &mesh.nodes);
+    let free = |n: usize| !inside[n] && mesh.fixed.binary_search(&n).is_err();
+    for muscle in &mesh.muscles {
         let stops: Vec<usize> = (0..muscle.nodes.len()).filter(|&i| !free(muscle.nodes[i])).collect();
         for stop in stops.windows(2).filter(|s| s[1] - s[0] > 1) {
             let ends = [muscle.nodes[stop[0]], muscle.nodes[stop[1]]];
             let whole = (before[ends[1]] - before[ends[0]]).norm();
-            let (from, to) = (body.mesh.nodes[ends[0]], body.mesh.nodes[ends[1]]);
+            let (from, to) = (nodes[ends[0]], nodes[ends[1]]);
             if from == before[ends[0]] && to == before[ends[1]] {
                 continue;
             }
             for &node in &muscle.nodes[stop[0] + 1..stop[1]] {
                 let part = (before[node] - before[ends[0]]).norm() / whole;
-                body.mesh.nodes[node] = from + (to - from) * part;
+                nodes[node] = from + (to - from) * part;
             }
         }
     }
@@ -233,8 +227,3 @@ pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Res
 
 /// Step of a central difference in displacements, m.
 pub(super) const STEP_M: f64 = 1e-6;
-
-/// The derivative of [`Rest::price`].
-pub(super) fn price_slope(rest: &Rest<'_>, d: &DVector<f64>) -> Option<DMatrix<f64>> {
-    by_differences(d, &|d| Some(rest.price(d)), STEP_M)
-}

@@ -2,18 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::track::{self, CoursePrior, Followed, TongueSurface};
+use crate::track::{self, Followed, RestShape, Stage, TongueSurface, TrackSettings};
 use tongue_core::body::{Anatomy, Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::parallel;
 use tongue_core::statistics;
-use tongue_core::system::{Model, System};
+use tongue_core::system::Model;
 use tongue_input::measured::recording::{Mark, Seen};
 
-use super::areas::{TRUSTED_AREA, TRUSTED_STRETCH};
+use super::areas::{TRUSTED_AREA, TRUSTED_STRETCH, area_ratios};
 use super::{
-    Adaptation, JointFit, JointSettings, Landmarks, Placed, Placement, Rest, RestError, Sight, by_bones,
-    followed, joint, learned, mark_of, resting,
+    Adaptation, Landmarks, Placed, Placement, Rest, RestError, Sight, by_bones, followed, mark_of, resting,
 };
 
 /// Method by which the rest shape is found.
@@ -23,22 +21,13 @@ pub enum How {
     /// Turned, scaled and shifted only.
     #[default]
     Similarity,
-    /// The shape in one frame: of several frames the one for which all frames have the smallest cost.
-    Frame,
     /// The shape that explains many frames at once.
+    #[serde(alias = "frame")]
     Joint,
     /// The shape of a contour that was drawn in a rest posture.
     Contour,
 }
 
-/// Number of frames for the joint rest shape.
-const JOINT_FRAMES: usize = 20;
-/// Number of frames that are tried as the single rest frame.
-const REST_FRAMES: usize = 8;
-/// Largest number of rounds of a joint fit.
-const ROUNDS: usize = 14;
-/// A frame counts as complete with this part of its points.
-const WHOLE: f64 = 0.8;
 /// Contour points nearer to the outline than this carry no information, m.
 const ON_OUTLINE_M: f64 = 1e-6;
 
@@ -49,8 +38,6 @@ pub struct Speaker {
     pub body: Body<2>,
     /// The bones that follow their observed places.
     pub followed: Vec<Followed>,
-    /// The prior of tensions, learned from the frames if there were any.
-    pub prior: CoursePrior,
     /// How the rest shape was found.
     pub how: How,
     /// The placement of the body before its shape was changed.
@@ -119,8 +106,8 @@ pub struct Basis<'a> {
     pub model: Model,
     /// Numbers of the muscles that contract.
     pub contracting: Vec<usize>,
-    /// The prior of their tensions.
-    pub prior: CoursePrior,
+    /// Prior of their tensions and errors of the recordings.
+    pub settings: TrackSettings,
     /// A trace of the palate in the frame of the recordings, m, used in a placement by coils.
     pub palate: Option<&'a [Point]>,
 }
@@ -152,54 +139,35 @@ impl Basis<'_> {
         progress: &dyn Fn(usize, usize),
     ) -> Result<Speaker, RestError> {
         let Placed { similarity, by_coils, .. } = self.place(seen, hide)?;
-        // A few coils carry no information about the shape at rest.
-        let how = if by_coils.is_some() { How::Similarity } else { how };
+        let sight = Sight::of(seen, &[]);
         let rest = Rest::new(self.body, similarity)?;
-        let none = nalgebra::DVector::zeros(rest.unknowns());
-        let similar = rest.body(&none);
+        let mut body = rest.body(&nalgebra::DVector::zeros(rest.unknowns()));
         let mut bones: Vec<String> = seen.iter().flat_map(|s| s.bones.iter().cloned()).collect();
         bones.sort();
         bones.dedup();
-        let mut followed = followed(&similar, &bones);
+        let mut followed = followed(&body, &bones);
         // A small error of a bone's placement must not count as a displacement of the bone from rest.
         for bone in &mut followed {
             bone.mark = median(seen, &bone.name).unwrap_or(bone.mark);
         }
-        let settings = JointSettings {
-            prior: self.prior.clone(),
-            rounds: ROUNDS,
-            model: self.model,
-            contracting: self.contracting.clone(),
-            start: None,
-        };
-        let fit = match how {
-            How::Similarity | How::Contour => None,
-            How::Joint => {
-                // First with the given prior, then with the prior learned from these frames.
-                let taken = chosen(seen, hide, JOINT_FRAMES);
-                let first =
-                    joint(&rest, &taken, &followed, hide, &settings, &|round| progress(round, 2 * ROUNDS))?;
-                let settings = JointSettings {
-                    prior: learned(&self.prior, &first.scores, &first.covariances),
-                    start: Some(first.displacements),
-                    ..settings
-                };
-                Some(joint(&rest, &taken, &followed, hide, &settings, &|round| {
-                    progress(ROUNDS + round, 2 * ROUNDS);
-                })?)
-            }
-            How::Frame => Some(self.best_frame(&rest, seen, &followed, hide, &settings, progress)?),
-        };
-        let displacements = fit.as_ref().map_or(none, |f| f.displacements.clone());
-        let prior = fit.as_ref().map_or_else(
-            || self.prior.clone(),
-            |f| match how {
-                How::Joint => learned(&self.prior, &f.scores, &f.covariances),
-                _ => self.prior.clone(),
-            },
-        );
-        let speaker = self.speaker(&rest, &displacements, followed, prior, how, fit.map(|f| f.rms_m));
-        Ok(Speaker { placement: by_coils, ..speaker })
+        // A few coils carry no information about the shape at rest.
+        if how != How::Joint || by_coils.is_some() {
+            let speaker = self.speaker(&rest, body, followed, How::Similarity, None);
+            return Ok(Speaker { placement: by_coils, ..speaker });
+        }
+        let refused = |why: &str| RestError::Body(why.to_owned());
+        let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
+        let shape = RestShape::of(&body, &self.model, &self.contracting, at)?;
+        let surface = TongueSurface::of(&body).ok_or_else(|| refused("it has no outline"))?;
+        let frames = seen.iter().map(|s| track::frames(s, &surface, &followed, hide)).collect();
+        let stage = Stage { system: &shape.system, followed: &followed, freed: &[], shape: None };
+        let found = track::rest_shape(&stage, &shape, frames, &self.settings, progress)
+            .ok_or_else(|| refused("no frame has an equilibrium with enough points"))?;
+        body.mesh.nodes = found.nodes;
+        // The search may have turned, scaled and shifted the body, too.
+        let similarity = Similarity::between(&self.body.mesh.nodes, &body.mesh.nodes).unwrap_or(similarity);
+        let rest = Rest::new(self.body, similarity)?;
+        Ok(self.speaker(&rest, body, followed, How::Joint, Some(found.rms_m)))
     }
 
     /// Adapts the body to landmarks of one posture at rest, and to its contour.
@@ -262,7 +230,7 @@ impl Basis<'_> {
                 unused.join(", ")
             ));
         }
-        let mut out = self.speaker(&rest, &displacements, followed, self.prior.clone(), how, rms_m);
+        let mut out = self.speaker(&rest, body, followed, how, rms_m);
         let off = |bone: &str| Some((bone.to_owned(), (mark_of(&out.body, bone)? - at(bone)?).norm()));
         let most = [MANDIBLE, HYOID].into_iter().filter_map(off).max_by(|a, b| a.1.total_cmp(&b.1));
         out.misplaced = most.filter(|(_, off_m)| *off_m > TRUSTED_LANDMARK_M);
@@ -270,29 +238,27 @@ impl Basis<'_> {
         Ok(out)
     }
 
+    /// The speaker with this body at rest, which was made from the placed one.
     fn speaker(
         &self,
         rest: &Rest<'_>,
-        displacements: &nalgebra::DVector<f64>,
+        mut body: Body<2>,
         followed: Vec<Followed>,
-        prior: CoursePrior,
         how: How,
         rms_m: Option<f64>,
     ) -> Speaker {
-        let mut body = rest.body(displacements);
-        let same = rest.similarity == Similarity::IDENTITY
-            && rest.far.is_empty()
-            && displacements.iter().all(|d| *d == 0.0);
+        let placed = rest.body(&nalgebra::DVector::zeros(rest.unknowns())).mesh;
+        let same =
+            rest.similarity == Similarity::IDENTITY && rest.far.is_empty() && body.mesh.nodes == placed.nodes;
         body.what =
             if same { self.body.what.clone() } else { format!("{}, adapted to a speaker", self.body.what) };
         if same {
             body.palate.clone_from(&self.body.palate);
         }
         Speaker {
-            least_area_ratio: rest.least_area_ratio(displacements),
+            least_area_ratio: area_ratios(&placed, &body.mesh.nodes).fold(f64::INFINITY, f64::min),
             body,
             followed,
-            prior,
             how,
             similarity: rest.similarity,
             rms_m,
@@ -300,65 +266,6 @@ impl Basis<'_> {
             misplaced: None,
             notes: Vec::new(),
         }
-    }
-
-    /// The rest shape of one frame: of several candidates the one for which all frames have the smallest cost.
-    fn best_frame(
-        &self,
-        rest: &Rest<'_>,
-        seen: &[&Seen],
-        followed: &[Followed],
-        hide: &[String],
-        settings: &JointSettings,
-        progress: &dyn Fn(usize, usize),
-    ) -> Result<JointFit, RestError> {
-        let tried: Vec<(Seen, Vec<usize>)> = chosen(seen, hide, REST_FRAMES)
-            .into_iter()
-            .flat_map(|(s, frames)| frames.into_iter().map(move |f| (s.clone(), vec![f])))
-            .collect();
-        let judged = chosen(seen, hide, JOINT_FRAMES);
-        let one = |candidate: &(Seen, Vec<usize>)| {
-            let fit = joint(rest, std::slice::from_ref(candidate), followed, hide, settings, &|_| {}).ok()?;
-            let cost = self.cost(&rest.body(&fit.displacements), &judged, followed, hide)?;
-            Some((cost, fit))
-        };
-        let found = parallel::map(&tried, one);
-        progress(1, 1);
-        let best = found.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
-        best.map(|(_, fit)| fit)
-            .ok_or_else(|| RestError::Body("no frame of the recordings can be its rest shape".to_owned()))
-    }
-
-    /// Total cost of frames on a body.
-    fn cost(
-        &self,
-        body: &Body<2>,
-        judged: &[(Seen, Vec<usize>)],
-        followed: &[Followed],
-        hide: &[String],
-    ) -> Option<f64> {
-        let system = System::new(&body.mesh, &self.model, &self.contracting).ok()?;
-        let surface = TongueSurface::of(body)?;
-        let precision = self.prior.precision();
-        let mut solver = track::Solver::new(&system, followed, track::Tension::Scores(self.prior.scale_n));
-        let mut sum = 0.0;
-        for (seen, taken) in judged {
-            let frames = track::frames(seen, &surface, followed, hide);
-            for &t in taken {
-                // Cost of a frame without an equilibrium, larger than any other.
-                const UNREACHED: f64 = 1e4;
-                let found = solver.settle(
-                    frames.get(t)?,
-                    &self.prior.mean,
-                    None,
-                    &self.prior,
-                    &precision,
-                    (8, track::ARRIVED),
-                );
-                sum += found.map_or(UNREACHED, |(_, _, cost)| cost);
-            }
-        }
-        Some(sum)
     }
 }
 
@@ -378,52 +285,10 @@ pub(super) fn median(seen: &[&Seen], bone: &str) -> Option<Point> {
     Some(Point::new(middle(0)?, middle(1)?))
 }
 
-/// About `most` complete frames of all recordings together, evenly spaced.
-fn chosen(seen: &[&Seen], hide: &[String], most: usize) -> Vec<(Seen, Vec<usize>)> {
-    let shown = |s: &Seen| s.contour.iter().filter(|n| !hide.contains(n)).count() + s.sensors.len();
-    let whole: Vec<Vec<usize>> = seen
-        .iter()
-        .map(|s| {
-            let wanted = WHOLE * shown(s) as f64;
-            let count = |t: &usize| {
-                let f = &s.frames[*t];
-                let contour = f
-                    .contour
-                    .iter()
-                    .zip(&s.contour)
-                    .filter(|(m, n)| m.is_some() && !hide.contains(n))
-                    .count();
-                (contour + f.sensors.iter().flatten().count()) as f64 >= wanted
-            };
-            (0..s.frames.len()).filter(count).collect()
-        })
-        .collect();
-    let all: usize = whole.iter().map(Vec::len).sum();
-    let every = all.div_ceil(most).max(1);
-    let mut number = 0;
-    seen.iter()
-        .zip(whole)
-        .map(|(s, frames)| {
-            let taken = frames.into_iter().filter(|_| {
-                number += 1;
-                (number - 1) % every == every / 2
-            });
-            ((*s).clone(), taken.collect())
-        })
-        .collect()
-}
-
 impl Speaker {
     /// Data about the adaptation for the file of the body.
-    pub fn adaptation(&self, muscles: &[String]) -> Adaptation {
-        let n = self.prior.mean.len();
-        Adaptation {
-            rest: self.how,
-            marks_m: self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y])).collect(),
-            scale_n: Some(self.prior.scale_n),
-            muscles: muscles.to_vec(),
-            mean: self.prior.mean.iter().copied().collect(),
-            covariance: (0..n).map(|i| self.prior.covariance.row(i).iter().copied().collect()).collect(),
-        }
+    pub fn adaptation(&self) -> Adaptation {
+        let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
+        Adaptation { rest: self.how, marks_m: marks.collect() }
     }
 }

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector};
 use serde::{Deserialize, Serialize};
 
-use crate::track::scores;
+use super::half_normal;
 use tongue_core::statics::lanes::{Equilibrium, Lanes};
 use tongue_core::statics::{SolveSettings, SolveStatus};
 
@@ -264,7 +264,7 @@ impl<'a> Density<'a> {
         let priors = &self.ground.priors;
         let mut meaning = self.fixed.clone();
         let half_normal = |scale: f64, g: f64| {
-            let (value, slope) = scores::tension(g);
+            let (value, slope) = half_normal::tension(g);
             (scale * value, scale * slope)
         };
         let each = self.parameters.iter().zip(scores.iter()).map(|(p, &g)| match *p {

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use crate::track::scores;
+use super::half_normal;
 use tongue_core::statistics::mean_and_variance;
 use tongue_input::measured::ByMuscle;
 
@@ -103,7 +103,7 @@ fn beyond(value: f64, freedom: usize) -> f64 {
     let half = 0.5 * value.max(0.0);
     let (mut tail, mut term) = if freedom % 2 == 1 {
         (
-            2.0 * scores::upper_tail((2.0 * half).sqrt()),
+            2.0 * half_normal::upper_tail((2.0 * half).sqrt()),
             2.0 * (half / std::f64::consts::PI).sqrt() * (-half).exp(),
         )
     } else {

@@ -6,6 +6,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::least_squares::{Rule, descend};
 use tongue_core::parallel;
 use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
@@ -68,12 +69,8 @@ pub struct Mode {
     pub evaluations: usize,
 }
 
-/// Largest number of steps from one point.
-const MOST_STEPS: usize = 40;
-/// The search has converged when a step is shorter than this, in scores.
-const ARRIVED: f64 = 1e-4;
-/// Length of the longest step, in scores: the linear response of the tensions holds only so far.
-const LONGEST: f64 = 2.0;
+/// The search from one point, in scores: the linear response of the tensions holds for 2 of them.
+const CLIMB: Rule = Rule { steps: 40, longest: 2.0, arrived: 1e-4, less: 0.2, more: (4.0, 0.5), most: 1e8 };
 /// Number of times that the covariance of geometry is averaged and the mode searched again.
 const ROUNDS: usize = 2;
 /// Number of draws for the average, in pairs mirrored about the mode.
@@ -171,47 +168,27 @@ impl Mode {
 
     /// Moves to the mode for the present covariance.
     fn climb(&mut self, density: &Density<'_>) {
+        let Self { scores, linear, geometry, place, mut evaluations, .. } = self.clone();
+        // The density there with the present covariance.
+        let begin = Self::at(density, scores, linear, geometry, place, evaluations);
         let mut evaluator = Evaluator::new(density);
-        let again = |linear, scores: &DVector<f64>, place, evaluations| {
-            Self::at(density, scores.clone(), linear, self.geometry.clone(), place, evaluations)
-        };
-        let mut scores = self.scores.clone();
-        let mut here = again(self.linear.clone(), &scores, self.place.clone(), self.evaluations);
-        let mut damping = 0.0;
-        for _ in 0..MOST_STEPS {
+        let normal = |here: &Self, damping: f64| {
             let jacobian = here.linear.jacobian.select_rows(density.rows());
             let Place { lengths, baseline_lengths, beside, .. } = &here.place;
             let residuals = density.residuals(lengths, baseline_lengths, beside);
-            let gradient = jacobian.tr_mul(&density.factor().solve(&residuals)) - &scores;
+            let gradient = &here.scores - jacobian.tr_mul(&density.factor().solve(&residuals));
             let mut matrix = here.precision.clone();
-            (0..scores.len()).for_each(|i| matrix[(i, i)] += damping);
-            let Some(factor) = matrix.cholesky() else { break };
-            let mut step = factor.solve(&gradient);
-            let longest = step.amax();
-            if longest > LONGEST {
-                step *= LONGEST / longest;
-            }
-            if step.amax() < ARRIVED {
-                break;
-            }
-            let next = &scores + &step;
-            let found = evaluator.linearise_all(&[(&next, &here.place)], false).pop().flatten();
-            here.evaluations += 1;
-            let found = found.map(|(linear, place)| again(linear, &next, place, here.evaluations));
-            match found {
-                Some(there) if there.log > here.log => {
-                    (scores, here) = (next, there);
-                    damping *= 0.2;
-                }
-                _ => {
-                    damping = (4.0 * damping).max(0.5);
-                    if damping > 1e8 {
-                        break;
-                    }
-                }
-            }
-        }
-        *self = here;
+            (0..here.scores.len()).for_each(|i| matrix[(i, i)] += damping);
+            Some((matrix, gradient))
+        };
+        let moved = |here: &Self, step: &DVector<f64>| {
+            let next = &here.scores + step;
+            evaluations += 1;
+            let (linear, place) = evaluator.linearise_all(&[(&next, &here.place)], false).pop().flatten()?;
+            Some(Self::at(density, next, linear, here.geometry.clone(), place, evaluations))
+        };
+        *self = descend(begin, &CLIMB, |mode| -mode.log, normal, moved);
+        self.evaluations = evaluations;
     }
 
     /// Logarithm of the marginal density of the measurements, by Laplace's approximation.

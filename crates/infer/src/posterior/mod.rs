@@ -28,6 +28,7 @@ mod differences;
 mod evaluator;
 mod gain;
 mod ground;
+pub mod half_normal;
 pub mod hmc;
 mod leave_out;
 mod map;

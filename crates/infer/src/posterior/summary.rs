@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
-use crate::track::scores;
+use super::half_normal;
 use tongue_core::random::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
@@ -245,7 +245,7 @@ struct All<'a> {
 /// Scores of the tension of a muscle in all draws.
 fn scores_of(posterior: &Posterior<'_>, posture: usize, muscle: usize) -> Vec<f64> {
     let scale = posterior.density.ground.priors.tension.scale_n_per_m;
-    posterior.draws.iter().map(|d| scores::score(d.tension(posture, muscle) / scale)).collect()
+    posterior.draws.iter().map(|d| half_normal::score(d.tension(posture, muscle) / scale)).collect()
 }
 
 /// Probability from which a sign is reported, and the probability that it must keep under another prior.

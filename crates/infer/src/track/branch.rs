@@ -9,7 +9,9 @@ use tongue_core::body::largest_distance;
 use tongue_core::parallel;
 use tongue_core::statics::{self, Connection, SolveStatus};
 
-use super::frame::{Frame, Solver};
+use crate::least_squares::{Rule, descend};
+
+use super::frame::{Frame, Linear, Solver};
 use super::mode::{CHUNK, Course, Mode};
 
 /// Shapes nearer to each other than this are the same, m.
@@ -26,8 +28,9 @@ pub(super) enum Reached {
     OtherWay,
 }
 
-/// Steps to the nearest shape on the branch.
-const STEPS_BESIDE: usize = 8;
+/// The search for the nearest shape on the branch.
+const BESIDE: Rule =
+    Rule { steps: 8, longest: f64::INFINITY, arrived: 0.0, less: 0.3, more: (4.0, 1.0), most: f64::INFINITY };
 
 /// What the branch from rest says about the shape of a frame.
 pub(super) enum Way {
@@ -160,25 +163,20 @@ impl Solver<'_> {
         let first = self.solve(frame, x, None)?.to_vec();
         let muscles = self.system.contracting().len();
         let held = DVector::from_fn(x.len(), |i, _| if i < muscles { course_sd.powi(-2) } else { 1.0 });
-        let priced = |residuals: &DVector<f64>, at: &DVector<f64>| {
-            residuals.norm_squared() + (at - x).component_mul(&held).dot(&(at - x))
+        let Some(begin) = self.linearise(frame, x, Some(&first)) else { return Some(first) };
+        let cost = |(at, here): &(DVector<f64>, Linear)| {
+            here.residuals.norm_squared() + (at - x).component_mul(&held).dot(&(at - x))
         };
-        let Some(mut here) = self.linearise(frame, x, Some(&first)) else { return Some(first) };
-        let (mut at, mut damping) = (x.clone(), 0.0);
-        for _ in 0..STEPS_BESIDE {
+        let normal = |(at, here): &(DVector<f64>, Linear), damping: f64| {
             let curvature =
                 here.jacobian.tr_mul(&here.jacobian) + DMatrix::from_diagonal(&held) * (1.0 + damping);
-            let pull = here.jacobian.tr_mul(&here.residuals) + (&at - x).component_mul(&held);
-            let Some(factors) = curvature.cholesky() else { break };
-            let next = &at - factors.solve(&pull);
-            match self.linearise(frame, &next, Some(&here.positions)) {
-                Some(there) if priced(&there.residuals, &next) < priced(&here.residuals, &at) => {
-                    (at, here) = (next, there);
-                    damping *= 0.3;
-                }
-                _ => damping = (damping * 4.0).max(1.0),
-            }
-        }
+            Some((curvature, here.jacobian.tr_mul(&here.residuals) + (at - x).component_mul(&held)))
+        };
+        let moved = |(at, here): &(DVector<f64>, Linear), step: &DVector<f64>| {
+            let next = at + step;
+            self.linearise(frame, &next, Some(&here.positions)).map(|there| (next, there))
+        };
+        let (at, here) = descend((x.clone(), begin), &BESIDE, cost, normal, moved);
         let is_reached = self.is_on_branch(frame, &at, &here.positions, &mut None);
         Some(if is_reached { here.positions } else { first })
     }
@@ -217,7 +215,6 @@ impl Solver<'_> {
 mod tests {
     use super::*;
     use crate::track::Link;
-    use crate::track::frame::Tension;
     use tongue_core::body::{Body, DEFAULT_SPACING_M};
     use tongue_core::system::{Model, System};
 
@@ -240,7 +237,7 @@ mod tests {
         let body = Body::tongue(DEFAULT_SPACING_M).unwrap();
         let muscles: Vec<usize> = (0..body.mesh.muscles.len()).collect();
         let system = System::new(&body.mesh, &Model::default(), &muscles).unwrap();
-        let mut solver = Solver::new(&system, &[], Tension::Soft(Link::default()));
+        let mut solver = Solver::new(&system, &[], Link::default());
         let frame = unseen();
         let mut random = fastrand::Rng::with_seed(1);
         // Tensions at which the tongue has two shapes.

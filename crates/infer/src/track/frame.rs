@@ -13,7 +13,6 @@ use tongue_input::measured::recording::{Seen, SeenFrame};
 
 use super::errors::Along;
 use super::link::Link;
-use super::scores;
 
 /// Contour points nearer to each other than this are not independent, m: a contour drawn through many pixels carries no more information
 /// than one with points this far apart.
@@ -232,41 +231,19 @@ pub struct Linear {
     pub hidden_jacobian: DMatrix<f64>,
 }
 
-/// How tensions follow from the unknowns of the search.
-#[derive(Debug, Clone, Copy)]
-pub enum Tension {
-    /// Half-normal of this scale, N per metre of thickness ([`scores`]).
-    Scores(f64),
-    /// [`Link`].
-    Soft(Link),
-}
-
-impl Tension {
-    /// The tension, N per metre of thickness, and its derivative.
-    fn of(&self, x: f64) -> (f64, f64) {
-        match self {
-            Self::Scores(scale) => {
-                let (tension, slope) = scores::tension(x);
-                (scale * tension, scale * slope)
-            }
-            Self::Soft(link) => link.tension(x),
-        }
-    }
-}
-
 /// Solves frames of one body, one after another.
 pub struct Solver<'a> {
     pub system: &'a System<2>,
     pub followed: &'a [Followed],
     freed: &'a [FreedBone<2>],
-    link: Tension,
+    link: Link,
     pub settings: SolveSettings,
     pub(super) workspace: Workspace<2>,
     pub(super) tensions: Vec<f64>,
 }
 
 impl<'a> Solver<'a> {
-    pub fn new(system: &'a System<2>, followed: &'a [Followed], link: Tension) -> Self {
+    pub fn new(system: &'a System<2>, followed: &'a [Followed], link: Link) -> Self {
         let workspace = Workspace::new(system);
         let tensions = vec![0.0; system.muscle_count()];
         let settings = SolveSettings::default();
@@ -283,7 +260,7 @@ impl<'a> Solver<'a> {
     pub fn tensions_of(&self, x: &DVector<f64>) -> Vec<f64> {
         let mut all = vec![0.0; self.system.muscle_count()];
         for (&muscle, g) in self.system.contracting().iter().zip(x.iter()) {
-            all[muscle] = self.link.of(*g).0;
+            all[muscle] = self.link.tension(*g).0;
         }
         all
     }
@@ -362,7 +339,7 @@ impl<'a> Solver<'a> {
         for column in 0..x.len() {
             let by_score = if let Some(&muscle) = muscles.get(column) {
                 response.to_tension(muscle);
-                self.link.of(x[column]).1
+                self.link.tension(x[column]).1
             } else {
                 let (number, axis) = ((column - muscles.len()) / 2, (column - muscles.len()) % 2);
                 let bone = &self.freed[number];

@@ -1,6 +1,7 @@
 //! All recordings of a speaker: the most probable tensions, rejected observations, draws, and results.
 
 use crate::inverse::FreedBone;
+use tongue_core::geometry::Point;
 use tongue_core::parallel;
 use tongue_core::statistics::upper_median;
 use tongue_core::system::System;
@@ -12,12 +13,12 @@ use super::descend::descend;
 use super::errors::Knots;
 use super::foretell::foretell;
 use super::found::{Foretold, Found, Tracked, TrackedRecording, tracked};
-use super::frame::{Followed, Frame, Solver, Tension};
+use super::frame::{Followed, Frame, Solver};
 use super::gesture::{gestures, segments};
 use super::mode::{CHUNK, Course, FEWEST, Here, Mode, Sizes};
 use super::settings::TrackSettings;
 use super::shape::RestShape;
-use super::shown::{Shown, shown};
+use super::shown::{Shown, sampled, shown};
 
 /// A residual is not noise if it is larger than this many standard deviations.
 const MOST_SD: f64 = 4.0;
@@ -35,6 +36,14 @@ pub struct Stage<'a> {
     pub shape: Option<&'a RestShape>,
 }
 
+impl Stage<'_> {
+    /// Numbers of the unknowns.
+    fn sizes(&self, knots: &Knots) -> Sizes {
+        let muscles = self.system.contracting().len();
+        Sizes { muscles, bones: 2 * self.freed.len(), knots: knots.len() }
+    }
+}
+
 /// Finds the tensions in all frames of recordings of one speaker. `progress` is called with the finished part of the whole. `None` where
 /// covariances cannot be factorised, which has not been observed for finite recordings.
 pub fn track(
@@ -44,19 +53,11 @@ pub fn track(
     progress: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Vec<TrackedRecording>> {
     let passes = settings.rounds + 3;
-    let link = Tension::Soft(settings.link);
-    let solver = || Solver::new(stage.system, stage.followed, link).with_freed(stage.freed);
-    let along: Vec<_> = recordings.iter().flatten().map(|f| f.along.as_slice()).collect();
-    let knots = Knots::new(settings.errors, &along);
-    let muscles = stage.system.contracting().len();
-    let sizes = Sizes { muscles, bones: 2 * stage.freed.len(), knots: knots.len() };
-    let mut mode = Mode::new(sizes, settings, &knots, &solver);
+    let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
+    let knots = knots(&recordings, settings);
+    let mut mode = Mode::new(stage.sizes(&knots), settings, &knots, &solver);
     let mut courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(frames)).collect();
-    descend(&mut mode, &mut courses, settings.rounds, &|round| progress(round, passes));
-    let (faults, lost) = without_outliers(&mode, &mut courses);
-    if faults.iter().flatten().any(|f| !f.is_empty()) {
-        descend(&mut mode, &mut courses, settings.rounds, &|round| progress(round, passes));
-    }
+    let (faults, lost) = placed(&mut mode, &mut courses, &|round| progress(round, passes));
     progress(settings.rounds, passes);
     let draws = consider::draws(&mode, &courses, stage.shape)?;
     let foretold = foretell(&mode, &courses);
@@ -67,7 +68,7 @@ pub fn track(
         }
         None => (stage.system, &courses, &mode.shared),
     };
-    let shaped = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
+    let shaped = || Solver::new(system, stage.followed, settings.link).with_freed(stage.freed);
     let again = Mode { solver: &shaped, shared: shared.clone(), ..mode.clone() };
     progress(settings.rounds + 1, passes);
     let all = found.iter().zip(&courses).zip(draws.iter().zip(&foretold)).zip(faults.iter().zip(&lost));
@@ -78,6 +79,69 @@ pub fn track(
         .collect();
     progress(passes, passes);
     Some(out)
+}
+
+/// A speaker's shape at rest.
+#[derive(Debug, Clone)]
+pub struct RestFound {
+    /// The nodes, m.
+    pub nodes: Vec<Point>,
+    /// Root mean square distance of the observations from the tongue that is fitted to each frame, m.
+    pub rms_m: f64,
+}
+
+/// The shape at rest with which a speaker's recordings are displayed, found from up to 60 of their frames, spread evenly. `progress` is
+/// called with the finished part of the whole. `None` where no frame has an equilibrium with enough points.
+pub fn rest_shape(
+    stage: &Stage<'_>,
+    shape: &RestShape,
+    recordings: Vec<Vec<Frame>>,
+    settings: &TrackSettings,
+    progress: &dyn Fn(usize, usize),
+) -> Option<RestFound> {
+    let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
+    let knots = knots(&recordings, settings);
+    let mut mode = Mode::new(stage.sizes(&knots), settings, &knots, &solver);
+    let courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(frames)).collect();
+    let mut courses = sampled(&mode, &courses);
+    placed(&mut mode, &mut courses, &|round| progress(round, settings.rounds));
+    let Shown { body, courses, .. } = shown(stage, shape, &mode, &courses);
+    let frames = courses.iter().flat_map(|course| course.frames.iter().zip(&course.here));
+    let (mut squares, mut count) = (0.0, 0);
+    for (frame, linear) in frames.filter_map(|(frame, here)| Some((frame, here.linear.as_ref()?))) {
+        let distances = linear.residuals.iter().zip(&frame.observations).map(|(r, o)| r / o.weight);
+        squares += distances.map(|d| d * d).sum::<f64>();
+        count += frame.observations.len();
+    }
+    if count == 0 {
+        return None;
+    }
+    let rms_m = (squares / count as f64).sqrt();
+    let nodes = body.as_ref().map_or(stage.system, |body| &body.system).rest().to_vec();
+    Some(RestFound { nodes, rms_m })
+}
+
+/// Knots of the errors, over all that the recordings show of the contour.
+fn knots(recordings: &[Vec<Frame>], settings: &TrackSettings) -> Knots {
+    let along: Vec<_> = recordings.iter().flatten().map(|f| f.along.as_slice()).collect();
+    Knots::new(settings.errors, &along)
+}
+
+/// Finds the most probable tensions on the placed body, without observations that are not points of this tongue. Returns the faults of
+/// every frame, and whether the frame is lost.
+#[allow(clippy::type_complexity, reason = "two lists of a frame each")]
+fn placed(
+    mode: &mut Mode<'_, '_>,
+    courses: &mut [Course],
+    progress: &dyn Fn(usize),
+) -> (Vec<Vec<Vec<Fault>>>, Vec<Vec<bool>>) {
+    let rounds = mode.settings.rounds;
+    descend(mode, courses, rounds, progress);
+    let (faults, lost) = without_outliers(mode, courses);
+    if faults.iter().flatten().any(|f| !f.is_empty()) {
+        descend(mode, courses, rounds, progress);
+    }
+    (faults, lost)
 }
 
 /// Removes observations that are much farther from the surface than their error and than all others, because they are not points of this

@@ -7,12 +7,10 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use crate::adapt::{
-    ControlPoints, Placement, RestError, area_ratios, area_residuals, is_believable, mark_of,
-};
+use crate::adapt::{ControlPoints, Placement, RestError, area_residuals, is_believable, mark_of, straighten};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Configuration, Contact, Effect};
-use tongue_core::geometry::{Point, ThinPlate};
+use tongue_core::geometry::{Point, Similarity, ThinPlate};
 use tongue_core::system::{Additions, Model, System};
 
 use super::frame::{Solver, slopes};
@@ -203,6 +201,7 @@ pub struct RestShape {
     pub system: System<2>,
     /// For every direction, the body a small step along it.
     changed: Vec<System<2>>,
+    is_kept: bool,
 }
 
 impl RestShape {
@@ -217,8 +216,8 @@ impl RestShape {
         seen: impl Fn(&str) -> Option<Point>,
     ) -> Result<Self, RestError> {
         let prior = ShapePrior::of(body, seen)?;
-        let start = DVector::zeros(prior.directions.len());
-        Self::about(prior, &body.mesh, &start, (model, contracting), None)
+        let nodes = body.mesh.nodes.clone();
+        Self::about(prior, &body.mesh, nodes, (model, contracting), None)
     }
 
     /// The same for a body that was placed by coils.
@@ -234,14 +233,14 @@ impl RestShape {
         let missing = || RestError::Body("it has no outline".to_owned());
         let surface = TongueSurface::of(body).ok_or_else(missing)?;
         let prior = ShapePrior::of(body, |_| None)?.placed(&body.mesh, &surface, by);
-        let start = DVector::zeros(prior.directions.len());
-        Self::about(prior, &body.mesh, &start, (model, contracting), None)
+        let nodes = body.mesh.nodes.clone();
+        Self::about(prior, &body.mesh, nodes, (model, contracting), None)
     }
 
     fn about(
         prior: ShapePrior,
         mesh: &Mesh<2>,
-        amounts: &DVector<f64>,
+        nodes: Vec<Point>,
         (model, contracting): (&Model, &[usize]),
         wall: Option<Contact>,
     ) -> Result<Self, RestError> {
@@ -251,7 +250,6 @@ impl RestShape {
             let additions = Additions { effects, ..Additions::default() };
             System::with(&mesh, model, contracting, additions).map_err(|e| RestError::Body(e.to_string()))
         };
-        let nodes = prior.moved(mesh, amounts);
         let one = |direction: &Vec<Point>| {
             assembled(nodes.iter().zip(direction).map(|(p, d)| p + d * STEP).collect())
         };
@@ -259,7 +257,7 @@ impl RestShape {
         let changed = changed.into_iter().collect::<Result<_, _>>()?;
         let system = assembled(nodes)?;
         let (mesh, contracting) = (mesh.clone(), contracting.to_vec());
-        Ok(Self { prior, mesh, model: *model, contracting, wall, system, changed })
+        Ok(Self { prior, mesh, model: *model, contracting, wall, system, changed, is_kept: false })
     }
 
     /// The same body in contact with a wall.
@@ -267,19 +265,20 @@ impl RestShape {
     /// # Errors
     /// [`RestError::Body`]: a body that cannot be assembled.
     pub fn under(self, wall: Contact) -> Result<Self, RestError> {
-        let start = DVector::zeros(self.prior.directions.len());
-        Self::about(self.prior, &self.mesh, &start, (&self.model, &self.contracting), Some(wall))
+        let nodes = self.mesh.nodes.clone();
+        Self::about(self.prior, &self.mesh, nodes, (&self.model, &self.contracting), Some(wall))
     }
 
     /// The same directions about a body displaced by these amounts; `None` if it passes the wall.
     pub(super) fn moved(&self, amounts: &DVector<f64>) -> Option<Self> {
-        let nodes = self.prior.moved(&self.mesh, amounts);
+        let mut nodes = self.prior.moved(&self.mesh, amounts);
+        straighten(&self.mesh, &mut nodes);
         if self.wall.as_ref().is_some_and(|w| w.penetrated(&nodes, &self.mesh.connections).is_some()) {
             return None;
         }
         let prior = self.prior.clone().at(&self.mesh, amounts);
         let premises = (&self.model, self.contracting.as_slice());
-        Self::about(prior, &self.mesh, amounts, premises, self.wall.clone()).ok()
+        Self::about(prior, &self.mesh, nodes, premises, self.wall.clone()).ok()
     }
 
     /// Cost of these amounts relative to that of zero amounts.
@@ -294,21 +293,27 @@ impl RestShape {
         let mut step = step.clone();
         for _ in 0..10 {
             let there = amounts + &step;
-            let (placed, unplaced) =
-                (self.prior.moved(&self.mesh, &there), self.prior.unplaced(&self.mesh, &there));
-            let stands = area_ratios(&self.mesh, &placed).all(|r| r > 0.0);
-            if stands && is_believable(&self.mesh, &unplaced) {
-                return there;
+            let mut nodes = self.prior.moved(&self.mesh, &there);
+            if let Some(placed) = Similarity::between(&self.mesh.nodes, &nodes) {
+                nodes.iter_mut().for_each(|p| *p = placed.back(*p));
+                if is_believable(&self.mesh, &nodes) {
+                    return there;
+                }
             }
             step *= 0.7;
         }
         amounts.clone()
     }
 
-    /// Whether coils placed the body. They show so little of its shape that the shape of the placed body is kept as the most probable
-    /// one.
-    pub(super) fn is_placed_by_coils(&self) -> bool {
-        !self.prior.coils.is_empty()
+    /// The same, with the shape of the body as the most probable one, because it was found in recordings of the speaker.
+    pub fn as_found(self) -> Self {
+        Self { is_kept: true, ..self }
+    }
+
+    /// Whether the shape of the body is kept as the most probable one: it was found before, or coils placed the body, which show little
+    /// of its shape.
+    pub(super) fn is_kept(&self) -> bool {
+        self.is_kept || !self.prior.coils.is_empty()
     }
 
     /// Number of directions.

@@ -6,7 +6,7 @@ use tongue_core::geometry::Point;
 
 use super::descend::{descend, follow, stepped};
 use super::errors::{Errors, Knots};
-use super::frame::{Solver, Tension};
+use super::frame::Solver;
 use super::mode::{Course, Here, Mode, Sizes};
 use super::run::Stage;
 use super::settings::TrackSettings;
@@ -42,9 +42,9 @@ pub(super) struct Shown {
 /// The static and the slow error are left out here. They are those of a body whose shape is not the speaker's. The prior of the static
 /// error is paid once, so over many frames it would be used in place of the shape.
 ///
-/// Coils show too little of a shape: the frames are found on the body that they placed.
+/// Where the shape is kept ([`RestShape::as_found`], or a body placed by coils), the frames are found on the body itself.
 pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, courses: &[Course]) -> Shown {
-    let link = Tension::Soft(mode.settings.link);
+    let link = mode.settings.link;
     let errors = Errors { slow_mm: 0.0, static_mm: 0.0, ..mode.settings.errors };
     let settings = TrackSettings { errors, ..mode.settings.clone() };
     let (knots, sizes) = (Knots::new(errors, &[]), Sizes { knots: 0, ..mode.sizes });
@@ -60,13 +60,12 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
         out
     };
     let mut courses: Vec<Course> = courses.iter().map(plain).collect();
-    let frames: usize = courses.iter().map(Course::count).sum();
     let trust = mode.settings.trust;
-    let mut sample = at.thinned(&courses, frames.div_ceil(SHAPE_FRAMES).max(1));
+    let mut sample = sampled(&at, &courses);
     let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
     let mut amounts = DVector::zeros(shape.count());
     let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
-    let steps = if shape.is_placed_by_coils() { 0 } else { SHAPES };
+    let steps = if shape.is_kept() { 0 } else { SHAPES };
     for _ in 0..steps {
         if damping > MOST_DAMPING {
             break;
@@ -114,6 +113,12 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
     descend(&mut last, &mut courses, mode.settings.rounds, &|_| ());
     let levels = last.shared;
     Shown { body: out, courses, levels }
+}
+
+/// Frames evenly spread over recordings, by which the displayed shape is found.
+pub(super) fn sampled(mode: &Mode<'_, '_>, courses: &[Course]) -> Vec<Course> {
+    let frames: usize = courses.iter().map(Course::count).sum();
+    mode.thinned(courses, frames.div_ceil(SHAPE_FRAMES).max(1))
 }
 
 /// Sets the state of every frame to that of the frame of a sample that is nearest in time.

@@ -62,12 +62,6 @@ pub fn tension(score: f64) -> (f64, f64) {
     (z, density(g) / (2.0 * density(z)))
 }
 
-/// The value for a frame's score, over its scale, and the derivative: a tension ([`tension`]), or a displacement of a bone, which is
-/// normal itself.
-pub fn value(score: f64, of_tension: bool) -> (f64, f64) {
-    if of_tension { tension(score) } else { (score, 1.0) }
-}
-
 /// The `x` with `Phi(x) - 1/2 = p`, `p` at most 1/4.
 fn of_middle(p: f64) -> f64 {
     let mut x = p / density(0.0);
