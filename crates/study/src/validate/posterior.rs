@@ -88,7 +88,7 @@ enum Way {
     Joint,
     /// All rows of the speaker; the hyoid may tilt.
     JointTilt,
-    /// Each row with rows of other speakers, as if they were of one; the hyoid may tilt.
+    /// Each row with one row of every other speaker, as if they were of one; the hyoid may tilt.
     OtherSpeakers,
 }
 
@@ -102,14 +102,16 @@ impl Way {
         match self {
             Self::Row => (0..all.len()).map(|i| vec![i]).collect(),
             Self::Joint | Self::JointTilt => speakers,
-            // The first row of one speaker, the second of the next one, and so on.
-            Self::OtherSpeakers => (0..speakers.len())
-                .map(|first| {
-                    let most = speakers.iter().map(Vec::len).max().unwrap_or(0);
-                    let row = |j: usize| speakers[(first + j) % speakers.len()].get(j).copied();
-                    (0..most).filter_map(row).collect()
-                })
-                .collect(),
+            // One row of every speaker: the first row of one, the second row of the next one, and so on.
+            Self::OtherSpeakers => {
+                let most = speakers.iter().map(Vec::len).max().unwrap_or(0);
+                let group = |first: usize| {
+                    let row =
+                        |(speaker, own): (usize, &Vec<usize>)| own.get((first + speaker) % most).copied();
+                    speakers.iter().enumerate().filter_map(row).collect()
+                };
+                (0..most).map(group).collect()
+            }
         }
     }
 }
@@ -284,4 +286,28 @@ fn discrepancies(judge: &Judge, all: &[Case]) -> Result<Vec<Evidence>, StudyErro
     let sum = |i: usize| logs.iter().map(|case| case[i]).sum();
     let each = DISCREPANCIES.into_iter().enumerate();
     Ok(each.map(|(i, sd)| Evidence { sd, log_evidence: sum(i) }).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_control_takes_each_row_once_and_never_two_rows_of_a_speaker() {
+        let body = Body::tongue(8e-3).unwrap();
+        // Three speakers of four vowels, and with /i/ as baseline a fourth one of three.
+        for (baseline, groups_of) in [("ɯ", 3), ("i", 4)] {
+            let all = cases(&Dataset::reference().unwrap(), &body.mesh, &baseline.parse().unwrap());
+            let groups = Way::OtherSpeakers.groups(&all);
+            let mut taken: Vec<usize> = groups.concat();
+            taken.sort_unstable();
+            assert_eq!(taken, (0..all.len()).collect::<Vec<_>>());
+            for group in &groups {
+                let of_speakers = distinct(group.iter().map(|&i| all[i].subject.as_str())).len();
+                let of_vowels = distinct(group.iter().map(|&i| all[i].vowel.clone())).len();
+                assert_eq!(of_speakers, group.len());
+                assert!((groups_of - 1..=groups_of).contains(&of_speakers) && of_vowels > 1, "{group:?}");
+            }
+        }
+    }
 }
