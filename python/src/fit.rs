@@ -93,7 +93,8 @@ fn picture(body: &body::Body<2>, fit: &inverse::Fit) -> PyResult<Svg> {
     // The grey shape is the one that changes are counted from.
     let grey = Mesh { nodes: fit.baseline_positions.clone(), ..body.mesh.clone() };
     let palate = body.palate.as_deref().unwrap_or_default();
-    let section = SectionPicture::new(&grey, &fit.positions, &fit.body_tensions, palate, &title);
+    let tensions = fit.shown_tensions();
+    let section = SectionPicture::new(&grey, &fit.positions, &tensions, palate, &title);
     let grey = if fit.tone.is_none() { "rest" } else { "baseline" };
     report::tongue(&SectionPicture { grey, ..section }).map_err(refused)
 }

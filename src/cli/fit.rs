@@ -331,10 +331,11 @@ fn pictures(
     let title = format!("{what}: {} (grey) and at the tensions found", fit.tone.posture());
     // The grey shape is the one that changes are counted from.
     let grey = Mesh { nodes: fit.baseline_positions.clone(), ..mesh.clone() };
+    let tensions = fit.shown_tensions();
     let section = SectionPicture {
         mesh: &grey,
         positions: &fit.positions,
-        tensions: &fit.body_tensions,
+        tensions: &tensions,
         palate,
         seen: &[],
         contact: false,

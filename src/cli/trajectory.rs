@@ -225,7 +225,7 @@ pub fn run(
         arguments.t_end,
         (outcome, motion.part_of_way(system.rest(), &state)),
         ByMuscle::new(&names, system.lengths(&state.positions).into_iter().map(|l| l * 1e3)),
-        (system.cell_ratios(&state.positions), system.guarded(at_the_end)),
+        (system.tissue_ratios(&state.positions), system.guarded(at_the_end)),
         clock.elapsed().as_secs_f64(),
     );
     let by = super::provenance().with_tissue(system.tissue());

@@ -401,6 +401,26 @@ fn bodies_that_cannot_be_a_continuum_are_refused_with_the_reason() {
     assert!(error.contains("--body continuum"), "{error}");
 }
 
+#[test]
+fn ratios_of_area_are_those_of_the_tissue_within_its_elements() {
+    let body = Body::continuum(8e-3, &ContinuumSettings::default()).unwrap();
+    let scene = Pulled::new(&body.mesh, &model(), &PUBLISHED_A).unwrap();
+    let stretched: Vec<_> =
+        scene.system.rest().iter().map(|x| SVector::from([1.2 * x[0] + 0.1 * x[1], 0.9 * x[1]])).collect();
+    let (low, high) = scene.system.tissue_ratios(&stretched);
+    assert!((low - 1.08).abs() < 1e-12 && (high - 1.08).abs() < 1e-12, "{low} {high}");
+    let mut workspace = Workspace::new(&scene.system);
+    statics::solve(&scene.system, &mut workspace, &scene.tensions, &SolveSettings::default());
+    // The cells, whose sides are straight, change by more than the tissue does anywhere.
+    let [(low, high), (of_cells, to_cells)] =
+        [scene.system.tissue_ratios(workspace.positions()), scene.system.cell_ratios(workspace.positions())];
+    assert!(
+        of_cells < low && low < 1.0 && 1.0 < high && high < to_cells,
+        "{low} {high} {of_cells} {to_cells}"
+    );
+    assert!(high - low < 0.5 * (to_cells - of_cells), "{low} {high} {of_cells} {to_cells}");
+}
+
 /// The reference tongue on nested meshes of 11, 5.5, 2.75 and so on mm, whose outline is that of the anatomy.
 fn nested(levels: usize) -> Vec<Body<2>> {
     let anatomy = Anatomy::reference().unwrap();

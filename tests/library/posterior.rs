@@ -417,6 +417,20 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
 }
 
 #[test]
+fn where_nothing_is_known_a_rise_is_as_probable_as_a_fall() {
+    // Stretches of 1 whose errors are far larger than what tensions do.
+    let ground = ground(&Priors::from_toml("discrepancy.sd = 0.5", "test").unwrap());
+    let mut seen = seen("S2", "a");
+    seen.stretches.fill(1.0);
+    let posterior = sample(&ground, seen, &Sampling { draws: 2000, seed: 1 }).unwrap();
+    let summary = Report::of_each(&posterior, false, 1).unwrap().remove(0).summary.unwrap();
+    for (muscle, change) in &summary.changes_n.0 {
+        let p = change.probability_rises;
+        assert!((p - 0.5).abs() < 0.06, "{muscle}: {p}");
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
     let ground = ground(&Priors::default());
     let run = |threads: usize| {

@@ -107,6 +107,9 @@ fn tables_and_pictures_say_from_which_posture_changes_are_counted() {
     assert!(text.contains("| in the baseline (tone)") && text.contains("\nhyoid moves "), "{text}");
     let picture = std::fs::read_to_string(folder.path().join("results/tongue.svg")).unwrap();
     assert!(picture.contains(posture) && picture.contains(">baseline<") && !picture.contains(">rest<"));
+    // Muscles that keep their tone of 8 N/m are not drawn as contracting.
+    assert!(picture.contains("Contracting muscles: GGa, SGm, HGa."), "{picture}");
+    assert!(!picture.contains("HGp 8.0"), "{picture}");
 }
 
 #[test]

@@ -172,6 +172,29 @@ impl<const D: usize> System<D> {
         })
     }
 
+    /// Smallest and largest ratio of the tissue's area, in space its volume, to that at rest. In a continuum it is that of the tissue in
+    /// the middle of the parts of each element: the cells there have straight sides, while the elements bend. Otherwise it is that of the
+    /// cells.
+    pub fn tissue_ratios(&self, positions: &[SVector<f64, D>]) -> (f64, f64) {
+        if self.tissue() != TissueModel::Continuum {
+            return self.cell_ratios(positions);
+        }
+        // The determinant of FᵀF = I + 2E, as the measure of the simplex of its columns.
+        let unit = if D == 2 { 2.0 } else { 6.0 };
+        let squares = self.stresses(positions).into_iter().map(|s| {
+            let mut corners = [SVector::zeros(); simplex::MAX_CORNERS];
+            for axis in 0..D {
+                corners[axis + 1] = s.strain.column(axis) * 2.0;
+                corners[axis + 1][axis] += 1.0;
+            }
+            unit * simplex::measure(&corners)
+        });
+        squares.fold((f64::INFINITY, 0.0), |(lo, hi): (f64, f64), square| {
+            let ratio = square.max(0.0).sqrt();
+            (lo.min(ratio), hi.max(ratio))
+        })
+    }
+
     /// Nodes of all cells, one cell after another.
     pub(crate) fn cell_nodes(&self) -> impl Iterator<Item = usize> + '_ {
         self.cells.iter().flat_map(|(cell, _)| cell.iter().copied())

@@ -70,7 +70,7 @@ pub struct SimulationRecord {
     pub iterations: usize,
     /// Factorisations of the stiffness matrix.
     pub factorisations: usize,
-    /// Smallest ratio of a triangle's area to that at rest.
+    /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element.
     pub min_area_ratio: f64,
     /// Largest such ratio.
     pub max_area_ratio: f64,
@@ -92,7 +92,7 @@ impl SimulationRecord {
     ) -> Self {
         let (lengths, rest) = (system.lengths(positions), system.lengths(system.rest()));
         let reference = reference_muscle(muscles);
-        let area_ratios = system.cell_ratios(positions);
+        let area_ratios = system.tissue_ratios(positions);
         Self {
             status: solution.status,
             tensions_n: by(muscles, tensions),
@@ -244,7 +244,7 @@ pub struct FitRecord {
     /// Largest distance of a node between the search's answer and the shape to which its tensions lead from
     /// rest, m.
     pub replay_difference_m: f64,
-    /// Smallest ratio of a triangle's area to that at rest.
+    /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element.
     pub min_area_ratio: f64,
     /// Largest such ratio.
     pub max_area_ratio: f64,

@@ -30,7 +30,7 @@ pub struct TrajectoryRecord {
     pub counts: StepCounts,
     /// Lengths at the time reached, mm.
     pub lengths_mm: ByMuscle<f64>,
-    /// Smallest ratio of a triangle's area to that at rest, at the end.
+    /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element, at the end.
     pub min_area_ratio: f64,
     /// Largest such ratio.
     pub max_area_ratio: f64,

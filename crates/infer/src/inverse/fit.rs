@@ -241,6 +241,15 @@ impl<const D: usize> Fit<D> {
         self.tone.of(&self.muscles[m]) - self.tensions[m] >= AT_BOUND
     }
 
+    /// The tensions of all chains of the body, in its order, for pictures: zero for muscles that do not contract, which keep their tone
+    /// or relax.
+    pub fn shown_tensions(&self) -> Vec<f64> {
+        let mut shown = vec![0.0; self.body_tensions.len()];
+        let contracting = (0..self.muscles.len()).filter(|m| self.contracts(*m)).map(|m| self.numbers[m]);
+        contracting.for_each(|number| shown[number] = self.body_tensions[number]);
+        shown
+    }
+
     /// Muscles of the table or of the body that were not measured in both rows.
     pub fn not_measured(&self) -> Vec<String> {
         let mut names = self.target.not_measured.clone();

@@ -151,7 +151,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             shape.factorisations = found.factorisations;
         }
         shape.lengths = own.lengths();
-        shape.cell_ratios = own.system().cell_ratios(own.positions());
+        shape.cell_ratios = own.system().tissue_ratios(own.positions());
         shape.positions = own.positions().to_vec();
         shape
     }
