@@ -10,59 +10,103 @@
 use nalgebra::{DMatrix, SVector};
 
 use tongue_core::effect::Part;
-use tongue_core::geometry::simplex;
+use tongue_core::geometry::simplex::{self, Corners};
 use tongue_core::statics::lanes::Adjoint;
 use tongue_core::system::System;
 
 use super::differences::{self, Answers, Solid};
 use super::ground::{Field, Ground};
 
-/// Derivatives, dimensionless, of a length by the rest position of every node, from its adjoint, at an equilibrium with these positions,
-/// m.
-fn slope(ground: &Ground, positions: &[SVector<f64, 2>], adjoint: &Adjoint<2>) -> Vec<SVector<f64, 2>> {
-    let system: &System<2> = &ground.system;
-    let rest = system.rest();
-    let free = |n: usize| match system.pattern().unknown(n) {
-        Some(_) => adjoint.by_node[n],
-        None => SVector::zeros(),
-    };
-    let mut by_node = vec![SVector::zeros(); rest.len()];
-    let mut by_ln_kappa = 0.0;
-    for effect in system.effects() {
-        effect.parts(&mut |part| match part {
-            Part::Line { spring, .. } => {
-                let [a, b] = spring.nodes;
-                let along = (positions[b] - positions[a]).normalize();
-                let by_rest_length = -spring.stiffness * along.dot(&(free(a) - free(b)));
-                let direction = (rest[b] - rest[a]).normalize();
-                by_node[b] += direction * by_rest_length;
-                by_node[a] -= direction * by_rest_length;
+/// What the elements of a body contribute to the derivatives of all lengths of one shape.
+enum Element {
+    /// A spring: its nodes, its stiffness, N/m, and its direction in the shape and at rest.
+    Line { nodes: [usize; 2], stiffness: f64, along: SVector<f64, 2>, at_rest: SVector<f64, 2> },
+    /// A cell: its nodes, the derivatives of its area by these in the shape and at rest, m, and what the work of a motion on the former
+    /// is multiplied by for the derivative by its area at rest and by the logarithm of kappa.
+    Cell { nodes: [usize; 3], gradient: Corners<2>, at_rest: Corners<2>, by_area: f64, by_ln_kappa: f64 },
+}
+
+/// A shape of a body, for the derivatives of its lengths by the rest positions of the nodes.
+struct Linear<'a> {
+    ground: &'a Ground,
+    elements: Vec<Element>,
+    /// Every connection with its direction at rest.
+    connections: Vec<([usize; 2], SVector<f64, 2>)>,
+    /// Total length of the connections at rest, m.
+    total: f64,
+    held: Vec<usize>,
+}
+
+impl<'a> Linear<'a> {
+    /// At an equilibrium with these positions, m.
+    fn new(ground: &'a Ground, positions: &[SVector<f64, 2>]) -> Self {
+        let system: &System<2> = &ground.system;
+        let rest = system.rest();
+        let direction = |x: &[SVector<f64, 2>], [a, b]: [usize; 2]| (x[b] - x[a]).normalize();
+        let mut elements = Vec::new();
+        for effect in system.effects() {
+            effect.parts(&mut |part| match part {
+                Part::Line { spring, .. } => elements.push(Element::Line {
+                    nodes: spring.nodes,
+                    stiffness: spring.stiffness,
+                    along: direction(positions, spring.nodes),
+                    at_rest: direction(rest, spring.nodes),
+                }),
+                Part::Cell { nodes, rest: area, kappa } => {
+                    let here = simplex::corners(positions, nodes);
+                    let strain = (simplex::measure(&here) - area) / area;
+                    elements.push(Element::Cell {
+                        nodes: [nodes[0], nodes[1], nodes[2]],
+                        gradient: simplex::gradient(&here),
+                        at_rest: simplex::gradient(&simplex::corners(rest, nodes)),
+                        by_area: kappa * (1.0 + 2.0 * strain) / (area * area),
+                        by_ln_kappa: kappa * strain / area,
+                    });
+                }
+            });
+        }
+        let mesh = &ground.body.mesh;
+        let connections = mesh.connections.iter().map(|&c| (c, direction(rest, c))).collect();
+        let total = mesh.connections.iter().map(|c| mesh.distance(*c)).sum();
+        Self { ground, elements, connections, total, held: system.held() }
+    }
+
+    /// Derivatives, dimensionless, of a length by the rest position of every node, from its adjoint.
+    fn slope(&self, adjoint: &Adjoint<2>) -> Vec<SVector<f64, 2>> {
+        let system = &self.ground.system;
+        let free = |n: usize| match system.pattern().unknown(n) {
+            Some(_) => adjoint.by_node[n],
+            None => SVector::zeros(),
+        };
+        let mut by_node = vec![SVector::zeros(); system.rest().len()];
+        let mut by_ln_kappa = 0.0;
+        for element in &self.elements {
+            match element {
+                Element::Line { nodes: [a, b], stiffness, along, at_rest } => {
+                    let by_rest_length = -stiffness * along.dot(&(free(*a) - free(*b)));
+                    by_node[*b] += at_rest * by_rest_length;
+                    by_node[*a] -= at_rest * by_rest_length;
+                }
+                Element::Cell { nodes, gradient, at_rest, by_area, by_ln_kappa: by_ln } => {
+                    let work: f64 = nodes.iter().zip(gradient).map(|(&n, g)| g.dot(&free(n))).sum();
+                    by_ln_kappa -= by_ln * work;
+                    let by_area = by_area * work;
+                    nodes.iter().zip(at_rest).for_each(|(&n, g)| by_node[n] += g * by_area);
+                }
             }
-            Part::Cell { nodes, rest: area, kappa } => {
-                let here = simplex::corners(positions, nodes);
-                let gradient = simplex::gradient(&here);
-                let work: f64 = nodes.iter().zip(&gradient).map(|(&n, g)| g.dot(&free(n))).sum();
-                let strain = (simplex::measure(&here) - area) / area;
-                let by_area = kappa * (1.0 + 2.0 * strain) / (area * area) * work;
-                by_ln_kappa -= kappa * strain / area * work;
-                let at_rest = simplex::gradient(&simplex::corners(rest, nodes));
-                nodes.iter().zip(&at_rest).for_each(|(&n, g)| by_node[n] += g * by_area);
-            }
-        });
+        }
+        // Kappa is proportional to the square of the mean length of a connection.
+        for &([a, b], direction) in &self.connections {
+            let by_length = direction * (2.0 * by_ln_kappa / self.total);
+            by_node[b] += by_length;
+            by_node[a] -= by_length;
+        }
+        // Bones are displaced from their places at rest.
+        for &node in &self.held {
+            by_node[node] += adjoint.by_node[node];
+        }
+        by_node
     }
-    // Kappa is proportional to the square of the mean length of a connection.
-    let mesh = &ground.body.mesh;
-    let total: f64 = mesh.connections.iter().map(|c| mesh.distance(*c)).sum();
-    for &[a, b] in &mesh.connections {
-        let direction = (rest[b] - rest[a]).normalize() * (2.0 * by_ln_kappa / total);
-        by_node[b] += direction;
-        by_node[a] -= direction;
-    }
-    // Bones are displaced from their places at rest.
-    for node in system.held() {
-        by_node[node] += adjoint.by_node[node];
-    }
-    by_node
 }
 
 /// Responses of all measurements at a solved point; `None` where another kappa leads to no equilibrium.
@@ -70,30 +114,36 @@ pub(super) fn of_springs(ground: &Ground, point: &Solid<'_>) -> Option<Answers> 
     let place = point.place;
     let count = ground.muscles.len();
     let of_muscles = place.lengths.len();
+    let base = of_muscles / count;
+    let shapes: Vec<Linear<'_>> = (0..=base).map(|s| Linear::new(ground, place.shape(s).0)).collect();
     let slopes: Vec<Vec<_>> = point
         .rates
         .lengths
         .iter()
-        .enumerate()
-        .map(|(s, all)| all.iter().map(|a| slope(ground, place.shape(s).0, a)).collect())
+        .zip(&shapes)
+        .map(|(all, s)| all.iter().map(|a| s.slope(a)).collect())
         .collect();
-    let base = of_muscles / count;
-    let of_sight = |(shape, adjoint): &(usize, Adjoint<2>)| slope(ground, place.shape(*shape).0, adjoint);
-    let beside: Vec<Option<Vec<_>>> =
-        point.rates.sights.iter().map(|sight| sight.as_ref().map(of_sight)).collect();
+    let beside: Vec<Option<Vec<_>>> = point
+        .rates
+        .sights
+        .iter()
+        .map(|sight| sight.as_ref().map(|(shape, adjoint)| shapes[*shape].slope(adjoint)))
+        .collect();
     let rows = of_muscles + beside.len();
     // d(L/L0) = dL/L0 - s dL0/L0.
     let of_fields = |fields: &[Field]| {
+        let by = |slope: &Vec<SVector<f64, 2>>, f: usize| -> f64 {
+            slope.iter().zip(&fields[f].displacement).map(|(s, d)| s.dot(d)).sum()
+        };
+        // For every shape, muscle and field the derivative of the length.
+        let of_shape = |all: &Vec<Vec<_>>| DMatrix::from_fn(count, fields.len(), |m, f| by(&all[m], f));
+        let lengths: Vec<DMatrix<f64>> = slopes.iter().map(of_shape).collect();
         DMatrix::from_fn(rows, fields.len(), |row, f| {
-            let by = |slope: &Vec<SVector<f64, 2>>| -> f64 {
-                slope.iter().zip(&fields[f].displacement).map(|(s, d)| s.dot(d)).sum()
-            };
             if row >= of_muscles {
-                return beside[row - of_muscles].as_ref().map_or(0.0, by);
+                return beside[row - of_muscles].as_ref().map_or(0.0, |slope| by(slope, f));
             }
-            let over = place.baseline_lengths[row % count];
-            let (own, base) = (by(&slopes[row / count][row % count]), by(&slopes[base][row % count]));
-            (own - place.lengths[row] / over * base) / over
+            let (over, m) = (place.baseline_lengths[row % count], row % count);
+            (lengths[row / count][(m, f)] - place.lengths[row] / over * lengths[base][(m, f)]) / over
         })
     };
     Some(Answers {
