@@ -8,7 +8,9 @@ mod coils_place_the_body;
 mod hard_cases_stay_stable;
 mod intervals_cover_the_truth;
 mod mutated_inputs;
+mod posterior_covers_the_truth;
 mod posterior_is_calibrated;
+mod synthetic_speakers;
 mod tracked_intervals_cover_the_truth;
 mod validation_of_takano;
 

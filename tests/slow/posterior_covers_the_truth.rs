@@ -1,0 +1,191 @@
+//! Intervals of a posterior contain the truth in as many cases as they say, where the body that was measured is
+//! another one than the body of the fit: other ends of muscles, outline and compressibility, in a continuum other
+//! widths of muscles and patches of bones, and another mesh where a test says so.
+
+use tongue_core::random::{normal, normals, seed_of};
+use tongue_fit::MM;
+use tongue_fit::body::{Body, ContinuumSettings};
+use tongue_fit::material::Constants;
+use tongue_fit::parallel;
+use tongue_fit::system::{Model, System, TissueModel};
+use tongue_infer::posterior::{Ground, Meaning, Priors, Quantiles, Sampling, sample};
+
+use crate::cases;
+use crate::synthetic_speakers::{Number, ground, ground_at, p_of_uniform, seen, stretches, unknowns, unseen};
+
+/// Of one number in all cases: whether its 95 % interval contained the truth, the sum of the interval's widths, and the
+/// rank of the truth among the draws as a number from 0 to 1.
+#[derive(Debug, Default)]
+struct Counted {
+    kind: &'static str,
+    name: String,
+    held: usize,
+    width: f64,
+    ranks: Vec<f64>,
+}
+
+/// All numbers of the cases that were told.
+struct Coverage(Vec<Counted>);
+
+impl Coverage {
+    fn of_kind(&self, kind: &str) -> impl Iterator<Item = &Counted> + Clone {
+        self.0.iter().filter(move |number| number.kind == kind)
+    }
+
+    /// Part of the intervals of a kind that contain the truth.
+    fn held(&self, kind: &str) -> f64 {
+        let intervals: usize = self.of_kind(kind).map(|n| n.ranks.len()).sum();
+        self.of_kind(kind).map(|n| n.held).sum::<usize>() as f64 / intervals as f64
+    }
+
+    /// Their mean width, N/m for tensions.
+    fn width(&self, kind: &str) -> f64 {
+        let intervals: usize = self.of_kind(kind).map(|n| n.ranks.len()).sum();
+        self.of_kind(kind).map(|n| n.width).sum::<f64>() / intervals as f64
+    }
+
+    /// The number whose ranks are furthest from uniform, and how probable that is by chance.
+    fn least_uniform(&self) -> (f64, &str) {
+        let each = self.0.iter().map(|n| (p_of_uniform(n.ranks.clone()), n.name.as_str()));
+        each.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap()
+    }
+
+    /// Prints what was found, and returns the parts held of tensions, changes and contrasts where there are any.
+    fn told(&self, what: &str) -> Vec<f64> {
+        let cases = self.0[0].ranks.len();
+        let (p, name) = self.least_uniform();
+        let kinds = ["F", "F - F0", "contrast"].map(|kind| (kind, self.of_kind(kind).count()));
+        let kinds: Vec<&str> = kinds.iter().filter(|(_, count)| *count > 0).map(|(kind, _)| *kind).collect();
+        for &kind in kinds.iter().chain(&["F0"]) {
+            let (part, width) = (100.0 * self.held(kind), self.width(kind));
+            eprintln!("{what}, {cases} cases: {kind} {part:.1} % held, {width:.1} N/m wide");
+        }
+        eprintln!("{what}: least uniform ranks of {}: {name}, p = {p:.4}", self.0.len());
+        kinds.into_iter().map(|kind| self.held(kind)).collect()
+    }
+}
+
+/// Four standard errors of a binomial of this number of independent intervals about 95 %.
+fn room(intervals: usize) -> f64 {
+    4.0 * (0.95f64 * 0.05 / intervals as f64).sqrt()
+}
+
+/// The body of a speaker: ground of another width of muscles and radius of patches.
+fn of_other_widths(usual: &Ground, random: &mut fastrand::Rng) -> Ground {
+    let mut priors = usual.priors.clone();
+    let (width, patch) = (priors.sd_ln_width() * normal(random), priors.sd_ln_patch() * normal(random));
+    priors.bundle_width.fixed_mm = Some(priors.bundle_width.median_mm * width.exp());
+    priors.bone_patch.fixed_mm = Some(priors.bone_patch.median_mm * patch.exp());
+    Ground::new(&usual.body, &usual.model, &priors).unwrap()
+}
+
+/// The system of a body with ends, outline and kappa drawn from the priors; `None` where a cell would fold.
+fn displaced(truth: &Ground, random: &mut fastrand::Rng) -> Option<System<2>> {
+    let all: Vec<usize> = (0..truth.muscles.len()).collect();
+    let ends = normals(truth.ends.len(), random);
+    let outline = normals(truth.outline.len(), random);
+    let body = truth.displaced(ends.as_slice(), outline.as_slice())?;
+    let kappa = (truth.priors.compressibility.sd_ln_kappa * normal(random)).exp();
+    let (lambda, mu) = truth.model.constants.lame();
+    // In springs kappa goes with lambda minus mu, in other tissue with lambda; mu stays.
+    let lambda = if truth.is_of_springs() { mu + (lambda - mu) * kappa } else { lambda * kappa };
+    let poisson_ratio = lambda / (2.0 * (lambda + mu));
+    let young_modulus = 2.0 * mu * (1.0 + poisson_ratio);
+    let constants = Constants { poisson_ratio, young_modulus, ..truth.model.constants };
+    System::new(&body.mesh, &Model { constants, ..truth.model }, &all).ok()
+}
+
+/// Counts how often intervals contain the truth. The speakers' bodies are those of `truths` in turn, with the
+/// uncertainties of the priors.
+fn coverage(truths: &[Ground], fitted: &Ground, postures: usize, count: usize, draws: usize) -> Coverage {
+    let numbers: Vec<usize> = (0..count).collect();
+    let unknowns = unknowns(fitted, postures);
+    let cases = parallel::map(&numbers, |&number| {
+        let mut random = fastrand::Rng::with_seed(seed_of(17, number));
+        let usual = &truths[number % truths.len()];
+        let own = (!usual.is_of_springs())
+            .then(|| of_other_widths(usual, &mut fastrand::Rng::with_seed(seed_of(19, number))));
+        let truth = own.as_ref().unwrap_or(usual);
+        let density = unseen(truth, postures);
+        let (meaning, measured) = loop {
+            let (meaning, _) = density.meaning(&normals(density.parameters.len(), &mut random));
+            let Some(system) = displaced(truth, &mut random) else { continue };
+            if let Some(s) = stretches(&density, &meaning, &system) {
+                break (meaning, s);
+            }
+        };
+        let seen = seen(truth, postures, &measured, &mut random);
+        let posterior = sample(fitted, seen, &Sampling { draws, seed: number as u64 }).unwrap();
+        let count = posterior.draws.len() as f64;
+        // Without draws the most probable point is not where its tensions lead from rest: not mixed, and nothing is told.
+        (count > 0.0).then(|| {
+            let of = |value: &dyn Fn(&Meaning) -> f64| {
+                let values: Vec<f64> = posterior.draws.iter().map(|d| value(&d.meaning)).collect();
+                let truth = value(&meaning);
+                let below = values.iter().filter(|v| **v < truth).count() as f64;
+                let [low, high] = Quantiles::of(values).interval_95;
+                ((low..=high).contains(&truth), high - low, below)
+            };
+            let each: Vec<_> = unknowns.iter().map(|n| of(n.value.as_ref())).collect();
+            let held = each.iter().filter(|found| found.0).count();
+            eprintln!("case {number}: {held} of {} intervals contain the truth", each.len());
+            let rank = |(held, width, below)| (held, width, (below + random.f64()) / (count + 1.0));
+            each.into_iter().map(rank).collect::<Vec<_>>()
+        })
+    });
+    let told: Vec<Vec<(bool, f64, f64)>> = cases.into_iter().flatten().collect();
+    assert!(told.len() * 50 >= count * 49, "{} of {count} are told", told.len());
+    let number = |(i, number): (usize, &Number)| Counted {
+        kind: number.kind,
+        name: number.name.clone(),
+        held: told.iter().filter(|case| case[i].0).count(),
+        width: told.iter().map(|case| case[i].1).sum(),
+        ranks: told.iter().map(|case| case[i].2).collect(),
+    };
+    Coverage(unknowns.iter().enumerate().map(number).collect())
+}
+
+#[test]
+fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
+    let usual = [ground("")];
+    let count = cases(12);
+    let found = coverage(&usual, &usual[0], 1, count, 400).told("under the stated priors");
+    assert!(found.iter().all(|part| (part - 0.95).abs() < room(8 * count)), "{found:?}");
+    // A wrong scale of the tensions is not seen by the intervals: that is why it is told beside them.
+    if count > 100 {
+        for (name, wrong) in
+            [("F ~ HN30", "tension.scale_n_per_m = 30.0"), ("F ~ HN10", "tension.scale_n_per_m = 10.0")]
+        {
+            coverage(&[ground(wrong)], &usual[0], 1, count, 400).told(name);
+        }
+    }
+}
+
+/// `TONGUE_FIT_CASES=60` and more ask for the published 93 to 97 %.
+#[test]
+fn intervals_of_speakers_of_three_vowels_cover_the_truth_and_so_do_contrasts() {
+    let truths = [5.0, 5.5, 6.0].map(|mm| ground_at(mm * MM, ""));
+    let count = cases(6);
+    let coverage = coverage(&truths, &truths[1], 3, count, 400);
+    let found = coverage.told("speakers of three vowels");
+    let room = if count < 60 { room(8 * count) } else { 0.02 };
+    assert!(found.iter().all(|part| (part - 0.95).abs() < room), "{found:?}");
+    // The least uniform of so many numbers by chance, once in a hundred runs.
+    let (p, name) = coverage.least_uniform();
+    assert!(p > 0.01 / coverage.0.len() as f64, "{name}: {p}");
+}
+
+/// `TONGUE_FIT_CASES=60` and more ask for 90 to 98 %.
+#[test]
+fn intervals_of_a_continuum_cover_the_truth_of_continua_of_other_widths_and_meshes() {
+    let continuum = |mm: f64| {
+        let body = Body::continuum(mm * MM, &ContinuumSettings::default()).unwrap();
+        let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
+        Ground::new(&body, &model, &Priors::default()).unwrap()
+    };
+    let count = cases(3);
+    let found =
+        coverage(&[continuum(8.0), continuum(9.0)], &continuum(12.0), 1, count, 120).told("continuum");
+    let (low, high) = if count < 60 { (0.95 - room(8 * count), 1.0) } else { (0.9, 0.98) };
+    assert!(found.iter().all(|part| (low..=high).contains(part)), "{found:?}");
+}
