@@ -248,7 +248,7 @@ pub mod measured {
         #[doc(inline)]
         pub use tongue_input::measured::recording::{
             Fault, FaultKind, Format, Map, Mark, Recording, RecordingError, Seen, doubts, is_coil,
-            palate_doubt, screen,
+            other_size, palate_doubt, screen,
         };
     }
 

@@ -68,6 +68,7 @@ struct Record {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = Given::read(&arguments.body)?;
     let basis = given.basis(&arguments.body, arguments.prior.settings()?);
+    let mut notes = Vec::new();
     let (speaker, seen) = match &arguments.landmarks {
         Some(path) => {
             let map = arguments.recordings.map()?;
@@ -93,8 +94,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             }
             let recordings = arguments.recordings.read(None)?;
             recordings::check_points(&recordings, &given.body)?;
-            recordings::notes(&recordings, &given.body, &[]).iter().for_each(|n| output::note(n));
+            notes = recordings::notes(&recordings, &given.body, &[]);
             let seen: Vec<_> = recordings.iter().map(|r| &r.seen).collect();
+            notes.extend(basis.place(&seen, &[]).into_diagnostic()?.doubt());
+            notes.iter().for_each(|n| output::note(n));
             let bar = output::bar(1, "{bar:40} rest shape, {eta} left")?;
             let progress = |done: usize, of: usize| {
                 bar.set_length(of as u64);
@@ -108,18 +111,19 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     recordings::check_scale(speaker.similarity.scale())?;
     let out = global.folder("results/speaker")?;
     let doubts = speaker.doubts(&given.body);
-    let record = Record { doubts: doubts.clone(), ..record(&speaker, &given.body) };
+    let mut record = Record { doubts: doubts.clone(), ..record(&speaker, &given.body) };
+    let said = text(&record);
+    record.notes.extend(notes);
     let written = write(&out, &speaker, &given.body, &seen, &record, arguments)?;
-    let text = || text(&record) + &table::files(&written);
+    let text = || said + &table::files(&written);
     output::answer(global, &Json(&record), &super::provenance(), &written, text)?;
     if doubts.is_empty() {
         return Ok(Outcome::Good);
     }
-    output::note(&format!(
+    Ok(Outcome::Untrustworthy(format!(
         "this body is not to be trusted: {}; look at rest.svg, and at the unit, the places and the names of the landmarks",
         doubts.join("; ")
-    ));
-    Ok(Outcome::Untrustworthy)
+    )))
 }
 
 /// What was seen in some frames of recordings, evenly chosen.

@@ -7,7 +7,7 @@ use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::{Body, Mesh};
 use tongue_fit::geometry::Point;
-use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
+use tongue_fit::inverse::alarms::{self, Alarm, DEFAULT_THICKNESS_M};
 use tongue_fit::inverse::{self, Among, Fit, FitSettings, Method};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
@@ -17,7 +17,7 @@ use tongue_fit::system::Model;
 
 use super::fit_table::Shown;
 use super::published::{self, Published};
-use super::{Global, Outcome, body, others, output, posterior, premises, space_track};
+use super::{Global, Outcome, body, others, output, posterior, premises, space_track, word};
 
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
@@ -305,11 +305,26 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         output::summary(&shown.text(), &written)?;
     }
     // With --posterior the posterior decides the status; the fit is printed beside it.
-    let good = match &sampled {
-        Some(sampled) => sampled.reports[posture].summary.is_some(),
-        None => fit.is_trustworthy(),
-    };
-    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+    Ok(match &sampled {
+        Some(sampled) => Outcome::judged(sampled.reports[posture].summary.is_some(), || {
+            "the chains of the posterior have not mixed".to_owned()
+        }),
+        None => Outcome::judged(fit.is_trustworthy(), || {
+            let decides = |a: &&Alarm| {
+                matches!(
+                    a,
+                    Alarm::TargetNotMet { .. }
+                        | Alarm::AtUpperBound { .. }
+                        | Alarm::BarrierActs { .. }
+                        | Alarm::NotOnBranch { .. }
+                        | Alarm::EquilibriumNotCertain { .. }
+                )
+            };
+            let causes: Vec<String> = alarms.iter().filter(decides).map(Alarm::text).collect();
+            let why = if causes.is_empty() { word(&fit.status) } else { causes.join("; ") };
+            format!("the fit cannot be trusted: {why}")
+        }),
+    })
 }
 
 /// The same row fitted by stretches, which determine all tensions; `None` if that is not possible.

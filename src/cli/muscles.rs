@@ -92,12 +92,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let by = super::provenance().with_tissue(model.tissue);
     let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
     let written = out.export(&files, &by).into_diagnostic()?;
-    let good = rows.iter().all(|r| r.status == SolveStatus::Converged && r.alarms.is_empty());
+    let doubtful = rows.iter().filter(|r| r.status != SolveStatus::Converged || !r.alarms.is_empty());
+    let outcome = Outcome::of_muscles(doubtful.map(|r| r.pulling.as_str()));
     let record = Record { muscles: rows };
     output::answer(global, &Json(&record), &by, &written, || {
         text(&record.muscles, &title) + &table::files(&written)
     })?;
-    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+    Ok(outcome)
 }
 
 /// The equilibrium to which the tension of the muscle `name` leads from rest.

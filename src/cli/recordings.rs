@@ -8,7 +8,7 @@ use tongue_fit::adapt::{Adaptation, Basis, How};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
-    Fault, FaultKind, Format, Map, Recording, Seen, doubts, palate_doubt, screen,
+    Fault, FaultKind, Format, Map, Recording, Seen, doubts, other_size, palate_doubt, screen,
 };
 use tongue_fit::report::FrameRecord;
 use tongue_fit::statistics::upper_median;
@@ -191,14 +191,10 @@ impl Arguments {
                     p.iter().map(|p| placed(Point::new(side * p.x, p.y))).collect::<Vec<_>>()
                 });
                 let name = || format!("{}, {}", file.display(), seen.name);
-                let (refused, told): (Vec<_>, Vec<_>) = doubts(&seen).into_iter().partition(|d| d.refused);
-                if let Some(doubt) = refused.first() {
+                let mut told = doubts(&seen);
+                told.extend(own.as_deref().and_then(|p| palate_doubt(&seen, p)));
+                if let Some(doubt) = told.iter().find(|d| d.refused) {
                     return Err(miette!("{}: {}", name(), doubt.said));
-                }
-                if let (Some(problem), Some(path)) =
-                    (own.as_deref().and_then(|p| palate_doubt(&seen, p)), &self.palate)
-                {
-                    return Err(miette!("{} over {}: {problem}", path.display(), name()));
                 }
                 seen.notes.extend(told.into_iter().map(|d| d.said));
                 let faults = screen(&mut seen, own.as_deref().or(palate));
@@ -237,6 +233,10 @@ impl Arguments {
                 speakers.len(),
                 speakers.join(", ")
             ));
+        }
+        let seen: Vec<&Seen> = all.iter().map(|s| &s.seen).collect();
+        if let Some((number, doubt)) = other_size(&seen) {
+            all[number].seen.notes.push(doubt.said);
         }
         Ok(all)
     }
@@ -365,16 +365,14 @@ pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<S
         tell(FaultKind::OutOfOrder, "points of the contour are exchanged; they are left out");
         tell(FaultKind::BeyondPalate, "points lie beyond the palate; they are left out");
         tell(FaultKind::BoneMissing, "a bone was not seen; it stays where the nearest frames show it");
-        for (nth, name) in seen.contour.iter().enumerate() {
-            let shown =
-                seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count();
-            if shown < seen.frames.len() / 2 {
-                out.push(format!(
-                    "{}: {name} was seen in {shown} of {} frames",
-                    seen.name,
-                    seen.frames.len()
-                ));
-            }
+        let count = seen.frames.len();
+        let shown = |nth: usize| {
+            seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count()
+        };
+        // Lines of a fan that the tongue never meets are usual.
+        let rare = (0..seen.contour.len()).map(|nth| (&seen.contour[nth], shown(nth)));
+        for (name, shown) in rare.filter(|(_, shown)| (1..count / 2).contains(shown)) {
+            out.push(format!("{}: {name} was seen in {shown} of {count} frames", seen.name));
         }
         for bone in [tongue_fit::body::MANDIBLE, tongue_fit::body::HYOID] {
             if seen.shows_bone(bone) || body.bone(bone).is_empty() {

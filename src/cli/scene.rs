@@ -15,7 +15,7 @@ use tongue_fit::scene::file::SceneBody;
 use tongue_fit::scene::prepare::{Prepared, SceneExtent, prepare};
 use tongue_fit::scene::run::{self, SceneOutcome as Answer};
 use tongue_fit::scene::{self, Scene, ScenePlan};
-use tongue_fit::statics::{Connection, Solution};
+use tongue_fit::statics::Connection;
 
 use super::{Global, Outcome, output, scene_table};
 
@@ -234,10 +234,14 @@ fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miet
 }
 
 fn outcome(result: &Answer) -> Outcome {
-    let doubtful = |s: &Solution| s.guarded > 0 || s.connection == Connection::Downhill;
-    if result.converged && !result.solution.as_ref().is_some_and(doubtful) {
-        Outcome::Good
-    } else {
-        Outcome::Untrustworthy
-    }
+    let solution = result.solution.as_ref();
+    let why = match () {
+        () if !result.converged => "it did not converge",
+        () if solution.is_some_and(|s| s.guarded > 0) => "the barrier acts instead of the published law",
+        () if solution.is_some_and(|s| s.connection == Connection::Downhill) => {
+            "its shape may not be the one to which the tensions lead"
+        }
+        () => return Outcome::Good,
+    };
+    Outcome::judged(false, || why.to_owned())
 }

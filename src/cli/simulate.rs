@@ -8,7 +8,7 @@ use tongue_fit::inverse::alarms;
 use tongue_fit::report::{
     self, AlarmRecord, BranchRecord, Export, Json, Msh, OutputDir, SectionPicture, SimulationRecord, Vtu,
 };
-use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
+use tongue_fit::statics::{self, SolveSettings, Workspace};
 use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, pulls, space, table, trajectory};
@@ -96,6 +96,5 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         written = out.export(&files, &by).into_diagnostic()?;
     }
     output::answer(global, &json, &by, &written, || table::simulation(&record, &alarms, &written))?;
-    let good = solution.status == SolveStatus::Converged && alarms.is_empty();
-    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+    Ok(Outcome::of_equilibrium(solution.status, &alarms))
 }

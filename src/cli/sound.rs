@@ -274,7 +274,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         [(&names[0], &json), (&names[1], &wav), (&names[2], &picture), (&names[3], &areas)];
     let written = out.export(&files, &by).into_diagnostic()?;
     output::answer(global, &json, &by, &written, || text(&record, &title) + &table::files(&written))?;
-    Ok(if record.converged { Outcome::Good } else { Outcome::Untrustworthy })
+    Ok(Outcome::judged(record.converged, || "the shape of the tongue did not converge".to_owned()))
 }
 
 fn text(record: &Record, title: &str) -> String {

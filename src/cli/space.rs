@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 use tongue_fit::body::{SpaceBody, artisynth, gmsh};
 use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, AlarmRecord, BranchRecord, Export, Json, OutputDir, SpaceRecord, SpaceVtu};
-use tongue_fit::statics::{self, Solution, SolveSettings, SolveStatus, Workspace};
+use tongue_fit::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use super::body::{SpaceSource, UnitName};
@@ -226,8 +226,7 @@ pub fn run(
         written = out.export(&files, &by).into_diagnostic()?;
     }
     output::answer(global, &json, &by, &written, || text(&record, &alarms, &written))?;
-    let good = solution.status == SolveStatus::Converged && alarms.is_empty();
-    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+    Ok(Outcome::of_equilibrium(solution.status, &alarms))
 }
 
 /// The record as text for a terminal.

@@ -1,6 +1,7 @@
 //! `tongue-fit track FILES --body space` or a folder: activations that bring a body in space to where it was seen, in tables of its own
 //! or in recordings.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -17,7 +18,7 @@ use tongue_fit::system::System;
 
 use super::body::SpaceSource;
 use super::space::ModelArguments;
-use super::{Global, Outcome, output, recordings, table};
+use super::{Global, Outcome, output, recordings, table, word};
 
 /// A share of a combination below this is not worth a word.
 const SHARE: f64 = 0.2;
@@ -121,8 +122,13 @@ impl Arguments {
             [("track.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
         let written = out.export(&files, &by).into_diagnostic()?;
         output::answer(global, &json, &by, &written, || text(&record) + &table::files(&written))?;
-        let good = record.frames.iter().all(|f| f.status == FitStatus::Converged && f.alarms.is_empty());
-        Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+        let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
+        for frame in &record.frames {
+            let is_doubtful = frame.status == FitStatus::Converged && !frame.alarms.is_empty();
+            let status = if is_doubtful { "with alarms".to_owned() } else { word(&frame.status) };
+            *statuses.entry(status).or_default() += 1;
+        }
+        Ok(Outcome::counted(&statuses, &["converged"], "frames"))
     }
 }
 

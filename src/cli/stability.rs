@@ -52,5 +52,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         }
         output::summary(&(text + &table::files(&written)), &written)?;
     }
-    Ok(if rows.iter().all(|r| r.kept) { Outcome::Good } else { Outcome::Untrustworthy })
+    let broken = rows.iter().filter(|r| !r.kept).count();
+    Ok(Outcome::judged(broken == 0, || format!("the promise is broken in {broken} of {} rows", rows.len())))
 }

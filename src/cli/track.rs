@@ -121,7 +121,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     match is_given {
         true => recordings::check_frame(&recordings, &run.speaker(&seen, &[])?.followed)?,
         false => {
-            run.basis.place(&seen, &hide).into_diagnostic()?;
+            let placed = run.basis.place(&seen, &hide).into_diagnostic()?;
+            notes.extend(placed.doubt());
         }
     }
     let sound = arguments.sound.read()?;
@@ -163,6 +164,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         gestures.extend(gesture_records(&r.seen.name, &f.gestures, &names));
     }
     if let Err(reason) = recordings::check_reach(&frames) {
+        // Why they cannot be reached may be in a note.
+        notes.iter().for_each(|n| output::note(n));
         journal.remove().into_diagnostic()?;
         return Err(reason);
     }
@@ -221,9 +224,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let by = super::provenance().with_tissue(run.model().tissue);
     output::answer(global, &Json(&record), &by, &written, || track_table::track(&record, &written))?;
     // The intervals of an unresolved frame are wide, and can be trusted.
-    let is_good = |s| matches!(s, FrameStatus::Converged | FrameStatus::Unresolved);
-    let good = record.frames.iter().all(|f| is_good(f.status));
-    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+    let good = [FrameStatus::Converged, FrameStatus::Unresolved].map(status_name);
+    Ok(Outcome::counted(&record.statuses, &good.each_ref().map(String::as_str), "frames"))
 }
 
 /// How well the courses repeat where labels do.

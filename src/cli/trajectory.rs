@@ -20,7 +20,7 @@ use tongue_fit::report::{
 };
 use tongue_fit::system::System;
 
-use super::{Global, Outcome, body, output, pulls, table};
+use super::{Global, Outcome, body, output, pulls, table, word};
 
 /// Default step of explicit methods, as a part of the stability limit.
 const PART_OF_LIMIT: f64 = 0.9;
@@ -231,8 +231,12 @@ pub fn run(
     let by = super::provenance().with_tissue(system.tissue());
     let written = write(&out, &record, &by, (&mesh, &palate), &motion, watch)?;
     output::answer(global, &Json(&record), &by, &written, || table::trajectory(&record, &written))?;
-    let good = outcome.status == MotionStatus::Completed && record.guarded == 0;
-    Ok(if good { Outcome::Good } else { Outcome::Untrustworthy })
+    Ok(match outcome.status {
+        MotionStatus::Completed => Outcome::judged(record.guarded == 0, || {
+            format!("in {} elements the barrier acts instead of the published law", record.guarded)
+        }),
+        other => Outcome::judged(false, || format!("the motion stopped early ({})", word(&other))),
+    })
 }
 
 /// Writes all files and returns those of interest to a reader.

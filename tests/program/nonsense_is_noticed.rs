@@ -149,3 +149,35 @@ fn a_refused_recording_leaves_no_journal_and_a_good_one_is_not_suspected() {
     }
     assert!(!at.join("good/track.journal").exists());
 }
+
+#[test]
+fn faults_that_leave_an_answer_are_told_once_on_terminal_json_and_page_and_status_3_says_why() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // A point of every contour is 12 mm too high.
+    let raised = |line: &str| match line.rsplit_once(',') {
+        Some((row, y)) if line.contains(",tongue_4,") => {
+            format!("{row},{}\n", y.parse::<f64>().unwrap() + 12.0)
+        }
+        _ => format!("{line}\n"),
+    };
+    let spike: String = tidy(|_, x, y| [x, y]).lines().map(raised).collect();
+    fs::write(at.join("spike.csv"), spike).unwrap();
+    let output = run(at, "track spike.csv --frames 0 --draws 100 --prior 1000 --out spike");
+    let told = String::from_utf8(output.stderr).unwrap();
+    let name = "synthetic one: tongue_4 stands out of the contour by 1";
+    assert_eq!(told.matches(name).count(), 1, "{told}");
+    for file in ["track.json", "track.html"] {
+        assert_eq!(
+            fs::read_to_string(at.join("spike").join(file)).unwrap().matches(name).count(),
+            1,
+            "{file}"
+        );
+    }
+    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert!(told.contains(" of the 90 frames cannot be trusted (") && told.contains(" off branch"), "{told}");
+    let output = run(at, "adapt spike.csv --rest similarity --out body");
+    let told = String::from_utf8(output.stderr).unwrap();
+    let json = fs::read_to_string(at.join("body/adapt.json")).unwrap();
+    assert_eq!((told.matches(name).count(), json.matches(name).count()), (1, 1), "{told} {json}");
+}

@@ -209,10 +209,15 @@ impl Prepared {
         journal.remove().into_diagnostic()?;
         Ok(if summary.not_fitted + summary.unreadable_rows > 0 {
             Outcome::SomeRowsRefused
-        } else if summary.statuses.keys().any(|s| s != "converged") || summary.posteriors_untold > 0 {
-            Outcome::Untrustworthy
         } else {
-            Outcome::Good
+            let fits = Outcome::counted(&summary.statuses, &["converged"], "fits");
+            let untold = summary.posteriors_untold;
+            match fits {
+                Outcome::Good => {
+                    Outcome::judged(untold == 0, || format!("{untold} posteriors cannot be reported"))
+                }
+                other => other,
+            }
         })
     }
 

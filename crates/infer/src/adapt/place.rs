@@ -32,6 +32,9 @@ const TURN_SD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 const LN_SCALE_SD: f64 = 0.15;
 /// Turns from which the search begins, rad.
 const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
+/// Sum of the squares above which the observations do not belong to one tongue: 29 of a real speaker, whose hyoid and spine are 7 and 5 mm
+/// off, and less than 20 of most.
+const MOST_COST: f64 = 45.0;
 /// Unit of shifts in the search, m.
 const SHIFT_M: f64 = 10e-3;
 /// Distance along the surface at which a contour begins, and its distance from the tip at the end, m; used only at the start of the
@@ -60,8 +63,27 @@ pub struct Placed {
     pub similarity: Similarity,
     /// Root mean square distance of the mean contour from the body at rest, m.
     pub rms_m: f64,
+    /// How far the mental spine and the hyoid were seen from where the placed body has them, m.
+    pub bones_m: Vec<(&'static str, f64)>,
+    /// Sum of the squares that were minimised.
+    pub cost: f64,
     /// The placement by coils with its uncertainty, if coils were used.
     pub by_coils: Option<Placement>,
+}
+
+impl Placed {
+    /// The doubt about observations that no place of the body explains together.
+    pub fn doubt(&self) -> Option<String> {
+        (self.cost > MOST_COST && !self.bones_m.is_empty()).then(|| {
+            let bones = self.bones_m.iter().map(|(b, m)| format!("{} by {:.0}", b.replace('_', " "), m * 1e3));
+            format!(
+                "the contour and the bones do not fit one tongue (the contour is missed by {:.0} mm, the {} mm): correct their names, or give \
+                 them in one frame",
+                self.rms_m * 1e3,
+                bones.collect::<Vec<_>>().join(" mm, the ")
+            )
+        })
+    }
 }
 
 impl Sight {
@@ -109,7 +131,9 @@ impl Sight {
         // A bone that is recorded together with coils is a coil on the jaw, which is not at the mental spine.
         if self.contour.is_empty() && self.hyoid.is_none() && self.coils.len() >= FEWEST_COILS {
             let placement = coils::place(body, &self.coils, &self.palate)?;
-            return Ok(Placed { similarity: placement.similarity, rms_m: 0.0, by_coils: Some(placement) });
+            let similarity = placement.similarity;
+            let by_coils = Some(placement);
+            return Ok(Placed { similarity, rms_m: 0.0, bones_m: Vec::new(), cost: 0.0, by_coils });
         }
         if self.contour.is_empty() && (self.spine.is_none() || self.hyoid.is_none()) {
             return Err(RestError::Body(
@@ -118,10 +142,10 @@ impl Sight {
             ));
         }
         let surface = outline(body)?;
-        let bones: Vec<(Point, Point, f64)> =
+        let bones: Vec<(&'static str, Point, Point, f64)> =
             [(MANDIBLE, self.spine, SPINE_SD_M), (HYOID, self.hyoid, HYOID_SD_M)]
                 .into_iter()
-                .filter_map(|(bone, seen, sd)| Some((mark_of(body, bone)?, seen?, sd)))
+                .filter_map(|(bone, seen, sd)| Some((bone, mark_of(body, bone)?, seen?, sd)))
                 .collect();
         let distances = |similarity: &Similarity| -> Vec<f64> {
             let scale = similarity.scale();
@@ -131,7 +155,7 @@ impl Sight {
         let residuals = |x: &DVector<f64>| {
             let similarity = similarity(x);
             let mut out: Vec<f64> = distances(&similarity).iter().map(|d| d / CONTOUR_SD_M).collect();
-            for (mark, seen, sd) in &bones {
+            for (_, mark, seen, sd) in &bones {
                 let away = (similarity.place(*mark) - seen) / *sd;
                 out.extend([away.x, away.y]);
             }
@@ -140,7 +164,7 @@ impl Sight {
         };
         // At the start, one observation lies on its place in the body: the spine, or else the middle of the contour.
         let anchor = match (bones.first(), mean(self.contour.iter().copied())) {
-            (Some((mark, seen, _)), _) => (*mark, *seen),
+            (Some((_, mark, seen, _)), _) => (*mark, *seen),
             (None, Some(middle)) => (middle_of(&surface, body), middle),
             (None, None) => (Point::zeros(), Point::zeros()),
         };
@@ -156,7 +180,11 @@ impl Sight {
         let similarity = similarity(&best.x);
         let squares: f64 = distances(&similarity).iter().map(|d| d * d).sum();
         let rms_m = (squares / self.contour.len().max(1) as f64).sqrt();
-        Ok(Placed { similarity: exact(similarity, &bones, rms_m), rms_m, by_coils: None })
+        let similarity = exact(similarity, &bones, rms_m);
+        let bones_m =
+            bones.iter().map(|(bone, mark, seen, _)| (*bone, (similarity.place(*mark) - seen).norm()));
+        let bones_m = bones_m.collect();
+        Ok(Placed { similarity, rms_m, bones_m, cost: best.residuals.norm_squared(), by_coils: None })
     }
 }
 
@@ -175,9 +203,9 @@ fn started(turn: f64, (mark, seen): (Point, Point)) -> DVector<f64> {
 }
 
 /// The identity for a recording that is already in the frame of the body, so that rounding does not change the body.
-fn exact(found: Similarity, bones: &[(Point, Point, f64)], rms_m: f64) -> Similarity {
+fn exact(found: Similarity, bones: &[(&str, Point, Point, f64)], rms_m: f64) -> Similarity {
     const SAME_M: f64 = 1e-9;
-    let same = bones.iter().all(|(mark, seen, _)| (mark - seen).norm() <= SAME_M);
+    let same = bones.iter().all(|(_, mark, seen, _)| (mark - seen).norm() <= SAME_M);
     if same && !bones.is_empty() && rms_m <= SAME_M { Similarity::IDENTITY } else { found }
 }
 

@@ -120,6 +120,7 @@ impl Basis<'_> {
     /// [`RestError::Body`] for recordings that contain too little.
     pub fn place(&self, seen: &[&Seen], hide: &[String]) -> Result<Placed, RestError> {
         Sight::of(seen, hide).under(self.palate).place(self.body).map_err(|why| {
+            let RestError::Body(why) = why else { return why };
             RestError::Body(format!(
                 "{why}; name their channels in a map (--map; --map-template writes one), or give a body that fits the speaker (--mesh, \
                  --anatomy, or --as-is for the built-in one)"

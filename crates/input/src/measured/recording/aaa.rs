@@ -245,6 +245,7 @@ impl Rows {
             let words: Vec<&str> = key.iter().map(String::as_str).filter(|w| !w.is_empty()).collect();
             out.push(Recording {
                 labels,
+                notes: Vec::new(),
                 speaker: key.first().filter(|s| self.has_speaker && !s.is_empty()).cloned(),
                 name: if words.is_empty() { Recording::stem(start.origin) } else { words.join(", ") },
                 sigma: vec![None; self.channels.len()],

@@ -101,6 +101,7 @@ fn recording(
     });
     Ok(Recording {
         labels: Vec::new(),
+        notes: Vec::new(),
         name: Recording::stem(start.origin),
         speaker: None,
         channels: (1..=sensors).map(|n| format!("sensor_{n}")).collect(),

@@ -84,6 +84,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     Ok(Recording {
         labels: Vec::new(),
+        notes: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         channels: parts.iter().map(|p| p.name.clone()).collect(),

@@ -3,13 +3,13 @@
 //! Faults that make an answer worthless are refused with advice; all others are reported and left to the
 //! user.
 
-use nalgebra::Vector2;
-
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
-use super::{Mark, Seen};
+use super::Seen;
+use super::coils::of_coils;
+use super::courses::{FEW, of_courses};
 
 /// An implausible property of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,11 +21,11 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    fn told(said: String) -> Self {
+    pub(super) fn told(said: String) -> Self {
         Self { said, refused: false }
     }
 
-    fn refused(said: String) -> Self {
+    pub(super) fn refused(said: String) -> Self {
         Self { said, refused: true }
     }
 }
@@ -40,72 +40,106 @@ const CONTOUR_M: [f64; 2] = [10e-3, 200e-3];
 const GAP_M: [f64; 2] = [4e-3, 50e-3];
 /// A point farther than this from the middle of the others is not on the head, m.
 const FAR_M: f64 = 0.15;
-/// Minimum number of frames for judging a course.
-const FEW: usize = 20;
-/// Limit of the mean square of steps over twice the variance: 1 for frames in random order, far less for a
-/// tongue.
-const DISORDER: f64 = 0.6;
-/// A course is judged if it moves by this many standard deviations of its noise.
-const MOVES_SD: f64 = 2.5;
-/// A channel with the same position as before in this part of its frames is stuck.
-const STUCK: f64 = 0.5;
 /// A contour longer than this factor times the path from neighbour to neighbour is out of order.
 const LONGER: f64 = 1.6;
-/// Fastest plausible motion of a tongue, m/s (tips reach 0.5).
-const FASTEST_M_S: f64 = 1.5;
 
 /// All doubts about a recording.
 pub fn doubts(seen: &Seen) -> Vec<Doubt> {
     let middles = Middles::of(seen);
     let mut out = Vec::new();
     out.extend(of_times(seen));
+    let usual_step = out.is_empty();
+    out.extend(of_labels(seen));
     out.extend(few_points(seen));
     out.extend(of_size(seen, &middles));
     out.extend(far_points(seen, &middles));
     // A shape of the wrong size is not judged further.
     if out.iter().all(|d| !d.refused) {
         out.extend(of_order(seen, &middles));
-        out.extend(of_courses(seen));
+        out.extend(of_coils(seen, &middles.sensors));
+        out.extend(spike(seen, &middles));
+        out.extend(of_courses(seen, usual_step));
     }
     out
 }
 
 /// The doubt about a palate (m, in the frame of the recording) for this recording.
-pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<String> {
-    /// A palate whose middle is this far below its ends is upside down, m.
+pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<Doubt> {
+    /// A palate that is on average this far below the line of its ends is upside down, m.
     const SAG_M: f64 = 2e-3;
-    /// Largest plausible height of a palate above the highest points, m.
+    /// Largest plausible height of a palate above the highest points, m: of a posture, and of speech, which
+    /// touches it.
     const HIGHEST_M: f64 = 60e-3;
+    const NEAREST_M: f64 = 20e-3;
     /// Largest plausible part of the points beyond it.
     const BEYOND: f64 = 0.2;
     let (first, last) = (palate.first()?, palate.last()?);
-    let middle = palate.get(palate.len() / 2)?;
-    let sag = first.y.min(last.y) - middle.y;
+    let along = if first.x <= last.x { last - first } else { first - last };
+    let below = palate.iter().map(|p| along.perp(&(first - p)) / along.norm());
+    let sag = below.sum::<f64>() / palate.len() as f64;
     if palate.len() >= 3 && sag > SAG_M {
         let mm = sag * 1e3;
-        return Some(format!(
-            "the palate sags by {mm:.0} mm in its middle: it is upside down; change the sign of its y_mm"
-        ));
+        return Some(Doubt::refused(format!(
+            "the palate sags by {mm:.0} mm below the line of its ends: it is upside down; change the sign of its y_mm"
+        )));
     }
     let points = || seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors).flatten());
     let below: Vec<f64> = points().filter_map(|m| super::screen::above(palate, m.at)).collect();
     if below.is_empty() && points().next().is_some() {
         let help = "give it in the frame and the unit of the recording (millimetres)";
-        return Some(format!("no point of the tongue lies under the palate; {help}"));
+        return Some(Doubt::refused(format!("no point of the tongue lies under the palate; {help}")));
     }
     let beyond = below.iter().filter(|by| **by > 3e-3).count();
     if beyond as f64 > BEYOND * below.len() as f64 {
         let percent = 100.0 * beyond as f64 / below.len() as f64;
-        return Some(format!(
+        return Some(Doubt::refused(format!(
             "{percent:.0} % of the points lie beyond the palate; give it in the frame and the unit of the recording, from front to back"
-        ));
+        )));
     }
     let nearest = below.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b));
-    (nearest < -HIGHEST_M).then(|| {
-        format!(
+    let limit = if seen.frames.len() < FEW { HIGHEST_M } else { NEAREST_M };
+    (nearest < -limit).then(|| Doubt {
+        said: format!(
             "the palate lies {:.0} mm above the highest point of the tongue; give it in the frame and the unit of the recording",
             -nearest * 1e3
-        )
+        ),
+        refused: nearest < -HIGHEST_M,
+    })
+}
+
+/// The first of these recordings whose tongue is of another size than that of the first, with the doubt whether
+/// it is of the same speaker.
+pub fn other_size(seen: &[&Seen]) -> Option<(usize, Doubt)> {
+    /// Smallest ratio of sizes that is reported: distances of bones and coils vary by a tenth in speech.
+    const RATIO: f64 = 1.18;
+    // The lengths of the contour and between the bones, or of the chain of coils.
+    let sizes = |one: &Seen| -> Option<[f64; 2]> {
+        let middles = Middles::of(one);
+        let length = |points: &[Option<Point>]| -> Option<f64> {
+            let all = points.iter().copied().collect::<Option<Vec<Point>>>()?;
+            Some(all.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>()).filter(|m| *m > 0.0)
+        };
+        let bones = middles.bone(one, MANDIBLE).zip(middles.bone(one, HYOID));
+        match length(&middles.contour) {
+            Some(contour) => Some([contour, bones.map(|(a, b)| (a - b).norm())?]),
+            None => length(&middles.sensors).map(|m| [m, m]),
+        }
+    };
+    let (first, others) = seen.split_first()?;
+    let [of_first, bones] = sizes(first)?;
+    others.iter().enumerate().find_map(|(n, other)| {
+        let alike = first.contour == other.contour && first.sensors.len() == other.sensors.len();
+        let [contour, apart] = sizes(other).filter(|_| alike)?;
+        let (a, b) = (contour / of_first, apart / bones);
+        (a.min(b) > RATIO || a.max(b) < 1.0 / RATIO).then(|| {
+            let said = format!(
+                "its tongue is {:.2} times as large as that of {}, as if it were of another speaker; each speaker needs a body of his or \
+                 her own, so track them apart",
+                (a * b).sqrt(),
+                first.name
+            );
+            (n + 1, Doubt::told(said))
+        })
     })
 }
 
@@ -159,6 +193,20 @@ fn of_times(seen: &Seen) -> Option<Doubt> {
     }
     let usual = (USUAL_STEP_S[0]..=USUAL_STEP_S[1]).contains(&step);
     (!usual).then(|| Doubt::told(format!("{what}, where 2 to 200 ms are usual; if that is wrong, {help}")))
+}
+
+/// Labels of which none lies within the recording.
+fn of_labels(seen: &Seen) -> Option<Doubt> {
+    let (first, last) = (seen.frames.first()?.time_s, seen.frames.last()?.time_s);
+    let (label, others) = seen.labels.split_first()?;
+    let ends = others.iter().fold([label.from_s, label.to_s], |[a, b], l| [a.min(l.from_s), b.max(l.to_s)]);
+    let apart = seen.labels.iter().all(|l| l.to_s < first || l.from_s > last);
+    apart.then(|| {
+        Doubt::told(format!(
+            "its labels lie at {:.3} to {:.3} s and its frames at {first:.3} to {last:.3} s, so none is used; give both the same clock",
+            ends[0], ends[1]
+        ))
+    })
 }
 
 fn few_points(seen: &Seen) -> Option<Doubt> {
@@ -268,6 +316,31 @@ fn of_order(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
     out
 }
 
+/// A point that stands out of the contour in most frames.
+fn spike(seen: &Seen, middles: &Middles) -> Option<Doubt> {
+    /// The way over a point is longer than the straight one by less than a tenth on a tongue.
+    const DETOUR: f64 = 1.45;
+    const OUT_M: f64 = 6e-3;
+    let points =
+        seen.contour.iter().zip(&middles.contour).filter_map(|(name, p)| Some((name.as_str(), (*p)?)));
+    let points: Vec<(&str, Point)> = points.collect();
+    if points.len() < 5 {
+        return None;
+    }
+    let out = |i: usize| {
+        let (before, here, after) = (points[i - 1].1, points[i].1, points[i + 1].1);
+        let straight = (after - before).norm();
+        let detour = ((here - before).norm() + (after - here).norm()) / straight;
+        let away = (after - before).perp(&(here - before)).abs() / straight;
+        (detour > DETOUR && away > OUT_M).then_some((away, points[i].0))
+    };
+    let (away, name) = (1..points.len() - 1).filter_map(out).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Doubt::told(format!(
+        "{name} stands out of the contour by {:.0} mm; correct it, or write \"{name}\" = \"ignore\" into a map",
+        away * 1e3
+    )))
+}
+
 /// The points in a greedy path: from the one farthest from their middle to the nearest remaining one, and so
 /// on.
 fn from_neighbour_to_neighbour(points: &[Point]) -> Vec<Point> {
@@ -282,81 +355,6 @@ fn from_neighbour_to_neighbour(points: &[Point]) -> Vec<Point> {
     while let Some(point) = next {
         out.push(point);
         next = nearest(&|p| (p - point).norm());
-    }
-    out
-}
-
-/// Checks that successive frames are continuous.
-fn of_courses(seen: &Seen) -> Vec<Doubt> {
-    let mut out = Vec::new();
-    let count = seen.contour.len() + seen.sensors.len();
-    let name = |c: usize| seen.contour.get(c).unwrap_or_else(|| &seen.sensors[c - seen.contour.len()].0);
-    let course = |c: usize| -> Vec<(f64, Mark)> {
-        let mark = |f: &super::SeenFrame| match f.contour.get(c) {
-            Some(mark) => *mark,
-            None => f.sensors.get(c - f.contour.len()).copied().flatten(),
-        };
-        seen.frames.iter().filter_map(|f| Some((f.time_s, mark(f)?))).collect()
-    };
-    let mut stuck = Vec::new();
-    let mut disorder = Vec::new();
-    let mut speeds = Vec::new();
-    let mut still = 0;
-    for c in 0..count {
-        let course = course(c);
-        if course.len() < FEW {
-            continue;
-        }
-        let steps: Vec<Vector2<f64>> = course.windows(2).map(|w| w[1].1.at - w[0].1.at).collect();
-        let same = steps.iter().filter(|s| s.norm() == 0.0).count();
-        still += usize::from(same == steps.len());
-        if same as f64 > STUCK * steps.len() as f64 {
-            stuck.push(c);
-            continue;
-        }
-        let mean = course.iter().map(|(_, m)| m.at).sum::<Point>() / course.len() as f64;
-        let variance =
-            course.iter().map(|(_, m)| (m.at - mean).norm_squared()).sum::<f64>() / course.len() as f64;
-        let sd = course[0].1.sd;
-        let step = steps.iter().map(|s| s.norm_squared()).sum::<f64>() / steps.len() as f64;
-        let apart = upper_median(course.windows(2).map(|w| w[1].0 - w[0].0)).unwrap_or(0.0);
-        // Noise has two axes. Frames far apart in time need not be close in space.
-        if variance > 2.0 * (MOVES_SD * sd).powi(2) && apart < 0.05 {
-            disorder.push(step / (2.0 * variance));
-            let fast = course.windows(2).filter(|w| (w[1].1.at - w[0].1.at).norm() > 6.0 * sd);
-            let fast =
-                fast.filter(|w| (w[1].1.at - w[0].1.at).norm() > FASTEST_M_S * (w[1].0 - w[0].0)).count();
-            speeds.push(fast as f64 / steps.len() as f64);
-        }
-    }
-    let moving = (0..count).filter(|&c| course(c).len() >= FEW).count();
-    if moving > 0 && still == moving {
-        out.push(Doubt::told(
-            "nothing moves: every frame has the same places; export the recording anew, or give one frame alone".to_owned(),
-        ));
-    } else if moving > 0 && stuck.len() == moving {
-        out.push(Doubt::told(
-            "most frames repeat the one before; export the recording at the rate of its video, or take the repeated frames out".to_owned(),
-        ));
-    } else if !stuck.is_empty() {
-        let names: Vec<&str> = stuck.iter().map(|&c| name(c).as_str()).collect();
-        out.push(Doubt::told(format!(
-            "{} stays in the very same place in most frames while others move; write \"{}\" = \"ignore\" into a map",
-            names.join(", "),
-            names[0]
-        )));
-    }
-    if upper_median(disorder.iter().copied()).is_some_and(|d| d > DISORDER) {
-        out.push(Doubt::told(
-            "its frames do not follow one another: points are as far from where they were in the frame before as from anywhere; \
-             sort them by time"
-                .to_owned(),
-        ));
-    } else if upper_median(speeds.iter().copied()).is_some_and(|s| s > 0.1) {
-        out.push(Doubt::told(format!(
-            "points move faster than {FASTEST_M_S} m/s in more than a tenth of the frames, which no tongue does; correct the rate or \
-             the times"
-        )));
     }
     out
 }

@@ -40,13 +40,18 @@ fn fastrand(seed: u64) -> impl FnMut() -> f64 {
 
 type Frames = Vec<(f64, Vec<(String, [f64; 2])>)>;
 
-fn seen_with(frames: &Frames, map: &str) -> Seen {
+fn table(frames: &Frames) -> String {
     let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
     for (time, points) in frames {
         for (name, [x, y]) in points {
             text += &format!("{time},{name},{x},{y}\n");
         }
     }
+    text
+}
+
+fn seen_with(frames: &Frames, map: &str) -> Seen {
+    let text = table(frames);
     let recording = Recording::from_bytes(text.as_bytes(), "t.csv", None).unwrap().remove(0);
     Seen::new(&recording, &Map::from_toml(map, "m").unwrap()).unwrap()
 }
@@ -118,6 +123,92 @@ fn wrong_rates_are_reported() {
         points.iter_mut().for_each(|(_, p)| p[1] += 7.0 * (0.9 * f as f64).sin());
     });
     noticed(&fast, "", "faster", false);
+    // A tongue that rises and sinks 4.5 times a second, and one of whose times every unit is four.
+    let speech = |factor: f64| {
+        changed(|f, time, points| {
+            *time *= factor;
+            points.iter_mut().for_each(|(_, p)| p[1] += 6.0 * (0.35 * f as f64).sin());
+        })
+    };
+    assert_eq!(said(&speech(1.0), ""), (String::new(), false));
+    noticed(&speech(0.25), "", "rate_hz", false);
+    noticed(&changed(|_, time, _| *time *= 4.0), "", "rate_hz", false);
+}
+
+#[test]
+fn a_tongue_that_is_shifted_at_once_and_a_point_that_stands_out_are_reported() {
+    for shift in [12.0, -15.0] {
+        let slipped = changed(|f, _, points| {
+            points.iter_mut().take(11 * (f / 40)).for_each(|(_, p)| p[1] += shift);
+        });
+        noticed(&slipped, "", "slipped", false);
+    }
+    for (point, by) in [(1, [-14.0, 0.0]), (4, [0.0, 12.0]), (8, [0.0, -20.0])] {
+        let spike = changed(|_, _, points| (0..2).for_each(|axis| points[point].1[axis] += by[axis]));
+        noticed(&spike, "", &format!("tongue_{point} stands out"), false);
+    }
+}
+
+/// The recording with three coils on the tongue alone, of these names from the tip.
+fn coils(names: [&str; 3], change: impl Fn([f64; 2]) -> [f64; 2]) -> Frames {
+    changed(|_, _, points| {
+        points.retain(|(n, _)| ["tongue_4", "tongue_7", "tongue_10"].contains(&n.as_str()));
+        for (point, name) in points.iter_mut().rev().zip(names) {
+            *point = (name.to_owned(), change(point.1));
+        }
+    })
+}
+
+#[test]
+fn coils_of_other_names_sizes_and_axes_are_reported() {
+    let same = |p: [f64; 2]| p;
+    let good = coils(["T1", "T2", "T3"], same);
+    assert_eq!(said(&good, ""), (String::new(), false));
+    noticed(&coils(["T2", "T1", "T3"], same), "", "order T2, T1, T3", false);
+    noticed(&coils(["TT", "TD", "TB"], same), "", "order TT, TD, TB", false);
+    let numbered = "[points]\na = { coil = 1 }\nb = { coil = 2 }\nc = { coil = 3 }";
+    assert_eq!(said(&coils(["a", "b", "c"], same), numbered), (String::new(), false));
+    noticed(&coils(["a", "c", "b"], same), numbered, "along the tongue in this order", true);
+    noticed(&good, "back = \"-x\"", "lies behind the others", true);
+    noticed(&coils(["T1", "T2", "T3"], |[x, y]| [x, -y]), "", "upside down", false);
+    for factor in [0.4, 1.8] {
+        noticed(&coils(["T1", "T2", "T3"], |p| p.map(|v| v * factor)), "", "unit_mm", false);
+    }
+    // Where the tip is taken to be is said of a face to the right, in a table whose axes nobody has told.
+    assert!(seen_with(&good, "").notes.is_empty());
+    let exchanged = seen_with(&coils(["T3", "T2", "T1"], same), "");
+    assert!(exchanged.notes[0].contains("looks to the right"), "{:?}", exchanged.notes);
+    // Lips tell which way is up, and to the front.
+    let told = |at: [[f64; 2]; 2], names: [&str; 3]| {
+        let mut frames = coils(names, same);
+        for (_, points) in &mut frames {
+            points.extend(["UL", "LL"].into_iter().zip(at).map(|(n, p)| (n.to_owned(), p)));
+        }
+        let recording = Recording::from_bytes(table(&frames).as_bytes(), "t.csv", None).unwrap().remove(0);
+        Seen::new(&recording, &Map::default()).map_err(|e| e.to_string())
+    };
+    assert!(told([[-25.0, 40.0], [-25.0, 20.0]], ["T1", "T2", "T3"]).is_ok());
+    assert!(told([[-25.0, 20.0], [-25.0, 40.0]], ["T1", "T2", "T3"]).unwrap_err().contains("upside down"));
+    assert!(told([[-25.0, 40.0], [-25.0, 20.0]], ["T3", "T2", "T1"]).unwrap_err().contains("exchanged"));
+}
+
+#[test]
+fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
+    let of = |factor: f64| {
+        seen_with(
+            &changed(|_, _, points| points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor))),
+            "",
+        )
+    };
+    let (one, other) = (of(1.0), of(0.8));
+    assert_eq!(other_size(&[&one, &of(1.1), &one]), None);
+    let (number, doubt) = other_size(&[&one, &one, &other]).unwrap();
+    assert!(number == 2 && doubt.said.contains("0.80 times") && !doubt.refused, "{doubt:?}");
+    let label =
+        |from_s: f64| super::super::Label { tier: "a".into(), name: "x".into(), from_s, to_s: from_s + 0.3 };
+    let with = |labels| doubts(&Seen { labels, ..one.clone() });
+    assert_eq!(with(vec![label(0.9), label(50.0)]), []);
+    assert!(with(vec![label(50.0)])[0].said.contains("so none is used"));
 }
 
 #[test]
@@ -183,7 +274,24 @@ fn palates_are_compared_with_the_recording() {
             .collect()
     };
     assert_eq!(palate_doubt(&seen, &vault(45.0, 0.0, 1.0)), None);
-    let told = |palate: &[Point]| palate_doubt(&seen, palate).unwrap();
+    let told = |palate: &[Point]| palate_doubt(&seen, palate).unwrap().said;
+    let high = palate_doubt(&seen, &vault(75.0, 0.0, 1.0)).unwrap();
+    assert!(high.said.contains("above the highest") && !high.refused, "{high:?}");
+    // With the incisors, steep at the front.
+    let incisors = |sign: f64| -> Vec<Point> {
+        let shape = [
+            [-16.0, 31.0],
+            [-14.5, 36.0],
+            [-8.5, 43.0],
+            [3.0, 49.0],
+            [16.0, 53.0],
+            [30.0, 55.0],
+            [40.0, 53.0],
+        ];
+        shape.iter().map(|[x, y]| Point::new(x + 10.0, 50.0 + sign * (y - 50.0)) * 1e-3).collect()
+    };
+    assert_eq!(palate_doubt(&seen, &incisors(1.0)), None);
+    assert!(told(&incisors(-1.0)).contains("upside down"));
     assert!(told(&vault(60.0, 0.0, -1.0)).contains("upside down"));
     assert!(told(&vault(45.0, 500.0, 1.0)).contains("no point"));
     assert!(told(&vault(545.0, 0.0, 1.0)).contains("above the highest"));
@@ -199,12 +307,7 @@ fn palates_are_compared_with_the_recording() {
 
 #[test]
 fn a_coil_of_the_tongue_is_not_a_reference() {
-    let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
-    for (time, points) in tongue(90) {
-        for (name, [x, y]) in points {
-            text += &format!("{time},{name},{x},{y}\n");
-        }
-    }
+    let text = table(&tongue(90));
     let recording = Recording::from_bytes(text.as_bytes(), "t.csv", None).unwrap().remove(0);
     let with = |name: &str| {
         let map = Map::from_toml(&format!("[points]\n{name} = \"reference\""), "m").unwrap();

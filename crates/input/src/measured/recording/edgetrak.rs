@@ -48,6 +48,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     };
     Ok(Recording {
         labels: Vec::new(),
+        notes: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         channels: (0..rows.len()).map(|n| format!("tongue_{n}")).collect(),

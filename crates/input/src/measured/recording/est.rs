@@ -66,6 +66,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     Ok(Recording {
         labels: Vec::new(),
+        notes: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         sigma: vec![None; axes.len()],

@@ -35,13 +35,19 @@ impl Label {
 
 /// Takes the labels of `NAME.TextGrid` beside `NAME.tsv` where the file has one recording.
 pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), RecordingError> {
-    let [recording] = recordings else { return Ok(()) };
     let Some(path) =
         ["TextGrid", "textgrid"].map(|e| path.with_extension(e)).into_iter().find(|p| p.is_file())
     else {
         return Ok(());
     };
     let origin = path.display().to_string();
+    let count = recordings.len();
+    let [recording] = recordings else {
+        let what = format!("{origin} is not used, since the file has {count} recordings");
+        let note = format!("{what}; give each recording a file of its own");
+        recordings.first_mut().iter_mut().for_each(|first| first.notes.push(note.clone()));
+        return Ok(());
+    };
     match crate::files::read_up_to(budget::LARGEST, &path) {
         Ok(bytes) => recording.labels.extend(text_grid(&bytes, &origin)?),
         Err(source) => return Err(RecordingError::Unreadable { origin, source }),

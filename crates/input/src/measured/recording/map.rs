@@ -188,6 +188,11 @@ impl Map {
         ))
     }
 
+    /// Whether it names a channel.
+    pub(super) fn names(&self, channel: &str) -> bool {
+        self.entries.contains_key(channel)
+    }
+
     /// The role of a channel, by the map or by its name.
     pub(super) fn role(&self, channel: &str) -> Role {
         self.entries.get(channel).map_or_else(|| names::role(channel), |e| e.role.clone())

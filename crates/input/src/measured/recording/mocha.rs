@@ -47,6 +47,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     Ok(Recording {
         labels: Vec::new(),
+        notes: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         channels: SENSORS.iter().map(|(name, ..)| (*name).to_owned()).collect(),

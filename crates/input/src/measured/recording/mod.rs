@@ -22,6 +22,8 @@
 mod aaa;
 mod ag50x;
 mod budget;
+mod coils;
+mod courses;
 mod deeplabcut;
 mod doubts;
 mod edgetrak;
@@ -51,7 +53,7 @@ use super::lengths::error::Place;
 
 use budget::Budget;
 pub use budget::{MOST_CHANNELS, MOST_FRAMES};
-pub use doubts::{Doubt, doubts, palate_doubt};
+pub use doubts::{Doubt, doubts, other_size, palate_doubt};
 pub use labels::{Label, text_grid};
 pub use map::{CONTOUR_SD_M, Map, Role};
 pub use names::is_coil;
@@ -178,6 +180,8 @@ pub struct Recording {
     pub sigma: Vec<Option<f64>>,
     /// Labelled stretches of time.
     pub labels: Vec<Label>,
+    /// What is doubtful about the file.
+    pub notes: Vec<String>,
     /// Frames sorted by time.
     pub samples: Vec<Sample>,
     /// Metres in a unit of the file, if the format defines it.
@@ -281,7 +285,8 @@ impl Recording {
     /// # Errors
     /// [`Malformed`] with line and column; in binary data the column is the byte.
     pub fn from_bytes(bytes: &[u8], origin: &str, format: Option<Format>) -> Result<Vec<Self>, Malformed> {
-        let found = match format.unwrap_or_else(|| Format::of(bytes, origin)) {
+        let format = format.unwrap_or_else(|| Format::of(bytes, origin));
+        let mut found = match format {
             Format::Aaa => aaa::read(bytes, origin),
             Format::Tidy => tidy::read(bytes, origin),
             Format::Ag50x => ag50x::read(bytes, origin).map(|r| vec![r]),
@@ -293,6 +298,10 @@ impl Recording {
             Format::DeepLabCut => deeplabcut::read(bytes, origin).map(|r| vec![r]),
             Format::Pts => pts::read(bytes, origin).map(|r| vec![r]),
         }?;
+        // MATLAB, Carstens and Edinburgh state their sizes.
+        if !matches!(format, Format::Mview | Format::Ag50x) && !bytes.starts_with(b"EST_File") {
+            found.last_mut().iter_mut().for_each(|last| last.notes.extend(numbers::cut(bytes)));
+        }
         match found.iter().any(|r| !r.samples.is_empty()) {
             true => Ok(found),
             false => Err(Place { origin, line: 1, column: 1 }

@@ -61,6 +61,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         });
         found.push(Recording {
             labels: Vec::new(),
+            notes: Vec::new(),
             name: if name.is_empty() { Recording::stem(origin) } else { name.clone() },
             speaker: None,
             channels: channels.iter().map(|c| c.name.to_owned()).collect(),

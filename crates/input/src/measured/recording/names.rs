@@ -51,6 +51,29 @@ pub(super) fn role(channel: &str) -> Role {
     }
 }
 
+/// The place of a coil among those on a tongue, counted from the tip, by its usual name.
+pub(super) fn rank(channel: &str) -> Option<u32> {
+    let name = plain(channel);
+    match name.strip_prefix('t').and_then(|n| n.parse().ok()) {
+        Some(number) => Some(number),
+        None if is_tip(channel) => Some(1),
+        None if ["tb", "tm", "tongueblade", "tonguebody", "tonguemid", "tbody"].contains(&name.as_str()) => {
+            Some(2)
+        }
+        None => COILS.contains(&name.as_str()).then_some(3),
+    }
+}
+
+/// Whether a channel of this name is a lip, and if so whether it is the upper one.
+pub(super) fn lip(channel: &str) -> Option<bool> {
+    let name = plain(channel);
+    match name.as_str() {
+        "ul" | "upperlip" | "ulip" | "lipupper" => Some(true),
+        "ll" | "lowerlip" | "llip" | "liplower" => Some(false),
+        _ => None,
+    }
+}
+
 /// Whether this is a usual name of a coil on the tongue.
 pub fn is_coil(channel: &str) -> bool {
     role(channel) == Role::Coil(None)

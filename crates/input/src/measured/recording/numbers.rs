@@ -4,6 +4,41 @@ use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::budget::{self, Budget};
 
+/// The doubt about the end of a text file: it has no line end, and its last number has fewer digits than those
+/// above it in the same column.
+pub(super) fn cut(bytes: &[u8]) -> Option<String> {
+    const TAIL: usize = 1 << 16;
+    const FEWEST_LINES: usize = 5;
+    // NUL bytes are those of UTF-16.
+    let tail: Vec<u8> =
+        bytes[bytes.len().saturating_sub(TAIL)..].iter().copied().filter(|b| *b != 0).collect();
+    let text = String::from_utf8_lossy(&tail);
+    let (above, last) = text.rsplit_once('\n')?;
+    let between = ['\t', ';', ','].into_iter().find(|c| last.contains(*c)).unwrap_or(' ');
+    let number = |line: &str| -> Option<(f64, usize)> {
+        let cell = line.rsplit(between).next()?.trim().replace(',', ".");
+        Some((cell.parse().ok()?, cell.split_once('.').map_or(0, |(_, decimals)| decimals.len())))
+    };
+    let (value, decimals) = number(last)?;
+    let count = |line: &str| line.matches(between).count();
+    let others: Vec<(f64, usize)> =
+        above.lines().filter(|l| count(l) == count(last)).filter_map(number).collect();
+    if others.len() < FEWEST_LINES {
+        return None;
+    }
+    let most = others.iter().map(|o| o.1).max()?;
+    let usual = (0..=most).max_by_key(|n| others.iter().filter(|o| o.1 == *n).count())?;
+    let fewest = others.iter().map(|o| o.1).min()?;
+    let is_cut = match usual {
+        0 => value != 0.0 && others.iter().all(|o| o.0.abs() > 5.0 * value.abs()),
+        _ => decimals < fewest || decimals + 2 <= usual,
+    };
+    is_cut.then(|| {
+        let last = last.rsplit(between).next().unwrap_or_default().trim();
+        format!("the file ends without a line end in a number, {last}, that is shorter than those above it: it may be cut off; export it anew")
+    })
+}
+
 /// A table with the same number of values in every line.
 pub(super) struct Numbers {
     /// Number of values in a line.
@@ -64,5 +99,43 @@ impl Numbers {
     /// The rows with their line numbers in the file.
     pub fn rows(&self) -> impl Iterator<Item = (u64, &[f64])> {
         self.lines.iter().copied().zip(self.values.chunks_exact(self.width.max(1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Recording;
+
+    #[test]
+    fn files_that_are_cut_in_their_last_number_are_doubted_and_whole_ones_are_not() {
+        let rows = |row: &dyn Fn(i32) -> String| (10..40).map(row).collect::<String>();
+        let txy = rows(&|f| format!("{}{}\n", 6866 * f, "\t-20431\t15017".repeat(8)));
+        let mocha = rows(&|f| format!("0.{f} 1{}\n", " -2043.5 1501.25".repeat(10)));
+        let con = rows(&|f| format!("3{f}.125\t41.500\t3{f}.250\t40.875\n"));
+        let tidy = rows(&|f| format!("{f},tongue_1,3{f}.1234567,2{f}.765432\n"));
+        let tidy = format!("time_s,point,x_mm,y_mm\n{tidy}");
+        let dlc = rows(&|f| format!("{f},1{f}.25,80.5,0.987654321\n"));
+        let dlc = format!("scorer,net,net,net\nbodyparts,hyoid,hyoid,hyoid\ncoords,x,y,likelihood\n{dlc}");
+        let aaa = rows(&|f| format!("1,{f}\t3{f},1234\t4{f},567\n"));
+        let aaa = format!("Time of sample in recording\tX0 DLC_Tongue\tY0 DLC_Tongue\n{aaa}");
+        for (name, text, cut) in [
+            ("a.txy", txy, 3),
+            ("a.ema", mocha, 2),
+            ("a.con", con, 2),
+            ("a.csv", tidy, 3),
+            ("a.csv", dlc, 5),
+            ("a.txt", aaa, 2),
+        ] {
+            let read = |end: usize| Recording::from_bytes(&text.as_bytes()[..end], name, None);
+            for whole in [text.len(), text.len() - 1] {
+                assert_eq!(read(whole).unwrap()[0].notes, [""; 0], "{name}");
+            }
+            match read(text.len() - cut) {
+                Ok(found) => {
+                    assert!(found[0].notes[0].contains("may be cut off"), "{name}: {:?}", found[0].notes)
+                }
+                Err(told) => assert!(told.to_string().contains("cut off"), "{told}"),
+            }
+        }
     }
 }

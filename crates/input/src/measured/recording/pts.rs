@@ -66,6 +66,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     Ok(Recording {
         labels: Vec::new(),
+        notes: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         channels: (0..places.len()).map(|n| format!("tongue_{n}")).collect(),

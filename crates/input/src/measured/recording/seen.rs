@@ -162,6 +162,20 @@ impl Seen {
             frames.iter_mut().flatten().flatten().for_each(|p| *p = placement.place(*p));
         }
         let behind = places_of_coils(&mut sensors, &roles, &frames);
+        let by_coils = of_bones.is_none() && contour.is_empty();
+        if let Some(problem) = wrong_by_lips(&sensors, &recording.channels, map, &frames).filter(|_| by_coils)
+        {
+            return Err(wrong(problem));
+        }
+        let faces_right =
+            sensors.first().filter(|_| mirrored && by_coils && recording.format == Format::Tidy);
+        let faces_right = faces_right.map(|&tip| {
+            format!(
+                "{} is taken for the coil at the tip and lies at larger x than the others, so the face looks to the right; if it looks to \
+                 the left, the coils are exchanged: correct their names, or number them in a map",
+                recording.channels[tip]
+            )
+        });
         let marks = |places: &[Option<Point>], likelihood: &[f32], of: &[usize]| -> Vec<Option<Mark>> {
             let mark = |&c: &usize| {
                 let sd = map.sd(&recording.channels[c], &roles[c], recording.sigma[c].map(|s| s * metres));
@@ -192,7 +206,14 @@ impl Seen {
             bones: bone_names.collect(),
             ignored: names(&of(|r| *r == Role::Ignored)),
             mirrored: mirrored != (back.1 < 0.0),
-            notes: note.into_iter().chain(taken_for_root).collect(),
+            notes: recording
+                .notes
+                .iter()
+                .cloned()
+                .chain(note)
+                .chain(taken_for_root)
+                .chain(faces_right)
+                .collect(),
             labels: recording.labels.clone(),
             frames: frames.collect(),
         })
@@ -254,6 +275,37 @@ fn ends(
     Some((x, rear))
 }
 
+/// The problem of coils that lie in front of the lips, or of lips that are upside down; lips that the map names
+/// are not judged.
+fn wrong_by_lips(
+    sensors: &[usize],
+    channels: &[String],
+    map: &Map,
+    frames: &[Vec<Option<Point>>],
+) -> Option<String> {
+    const APART_M: f64 = 5e-3;
+    let place = |c: usize| Some(Point::new(median_x(frames, c)?, median_y(frames, c)?));
+    let lips: Vec<(bool, &String, Point)> = (0..channels.len())
+        .filter(|&c| !map.names(&channels[c]))
+        .filter_map(|c| Some((names::lip(&channels[c])?, &channels[c], place(c)?)))
+        .collect();
+    let lip = |upper: bool| lips.iter().find(|(is_upper, ..)| *is_upper == upper);
+    if let Some(((_, upper, a), (_, lower, b))) = lip(true).zip(lip(false))
+        && a.y < b.y - APART_M
+    {
+        let what = format!("{upper} lies below {lower}: the recording is upside down");
+        return Some(format!("{what}; give the axis that grows upwards in a map, such as up = \"-y\""));
+    }
+    let (tip, rear) = (median_x(frames, *sensors.first()?)?, median_x(frames, *sensors.last()?)?);
+    let (_, name, at) = lips.first()?;
+    (sensors.len() > 1 && (at.x - tip).abs() > (at.x - rear).abs() + APART_M).then(|| {
+        format!(
+            "{name} is nearer to the rear coil than to the one at the tip: the coils are exchanged, or the axis is; correct their names, or \
+             back in a map"
+        )
+    })
+}
+
 /// Sorts coils from the tip backwards and returns the distance of each behind the tip, m: as measured, or the
 /// usual value.
 fn places_of_coils(sensors: &mut [usize], roles: &[Role], frames: &[Vec<Option<Point>>]) -> Vec<f64> {
@@ -295,6 +347,10 @@ fn flat(p: [f64; 3], back: Axis, up: Axis) -> Point {
 
 fn median_x(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
     upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.x))
+}
+
+fn median_y(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
+    upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.y))
 }
 
 /// Whether the median motion of a channel in a tenth of a second is larger than a head's.

@@ -59,6 +59,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             budget.recording();
             found.push(Recording {
                 labels: Vec::new(),
+                notes: Vec::new(),
                 name: name.clone(),
                 speaker: None,
                 channels: Vec::new(),

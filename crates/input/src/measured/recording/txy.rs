@@ -32,6 +32,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     Ok(Recording {
         labels: Vec::new(),
+        notes: Vec::new(),
         name: Recording::stem(origin),
         speaker: None,
         channels: PELLETS.map(str::to_owned).to_vec(),
