@@ -16,7 +16,7 @@ use crate::track::TongueSurface;
 use tongue_core::body::Body;
 use tongue_core::geometry::{NaturalSpline, Point, Similarity};
 use tongue_core::statistics::median;
-use tongue_input::measured::recording::Seen;
+use tongue_input::measured::recording::{FIRST_COIL_M, LONGER_THAN_CHORD, Seen};
 
 use super::RestError;
 use crate::least_squares::{by_differences, minimise};
@@ -28,11 +28,9 @@ const TURN_SD: f64 = 15.0 * std::f64::consts::PI / 180.0;
 const LN_SCALE_SD: f64 = 0.10;
 /// Standard deviation of the prior of the shift, m; so large that the prior has no effect.
 const SHIFT_SD_M: f64 = 0.1;
-/// Distance of the first coil behind the tip, and its standard deviation, m.
-const FIRST_COIL_M: f64 = 8e-3;
+/// Standard deviation of the distance of the first coil behind the tip, m.
 pub(crate) const FIRST_COIL_SD_M: f64 = 4e-3;
-/// Ratio of the distance of neighbouring coils along the tongue to their straight distance, and standard deviation of the former, m.
-const LONGER: f64 = 1.03;
+/// Standard deviation of the distance of neighbouring coils along the tongue, m.
 pub(crate) const GAP_SD_M: f64 = 2e-3;
 /// Standard deviation of a measured distance, m.
 pub(crate) const MEASURED_COIL_SD_M: f64 = 1e-3;
@@ -203,7 +201,7 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
                 (None, None) => (behind(i) - FIRST_COIL_M) / FIRST_COIL_SD_M,
                 (None, Some(before)) => {
                     let chord = (places[i] - places[before]).norm();
-                    (behind(i) - behind(before) - LONGER * chord) / GAP_SD_M
+                    (behind(i) - behind(before) - LONGER_THAN_CHORD * chord) / GAP_SD_M
                 }
             });
         }
@@ -223,7 +221,8 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let mut along = 0.0;
     let usual: Vec<f64> = (0..coils.len())
         .map(|i| {
-            along += i.checked_sub(1).map_or(FIRST_COIL_M, |b| LONGER * (places[i] - places[b]).norm());
+            along +=
+                i.checked_sub(1).map_or(FIRST_COIL_M, |b| LONGER_THAN_CHORD * (places[i] - places[b]).norm());
             coils[i].behind.unwrap_or(along)
         })
         .collect();

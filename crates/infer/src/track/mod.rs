@@ -11,6 +11,7 @@ mod branch;
 mod chain;
 mod consider;
 mod descend;
+mod ends;
 mod errors;
 mod foretell;
 mod found;

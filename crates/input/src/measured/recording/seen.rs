@@ -249,9 +249,9 @@ impl Seen {
 }
 
 /// Usual distance of the first coil behind the tip, m.
-const FIRST_COIL_M: f64 = 10e-3;
-/// Usual ratio of the distance of coils along the surface to the straight distance.
-const LONGER: f64 = 1.03;
+pub const FIRST_COIL_M: f64 = 8e-3;
+/// Usual ratio of the distance of neighbouring coils along the surface to their straight distance.
+pub const LONGER_THAN_CHORD: f64 = 1.03;
 
 /// The median x of the coil at the tip and of the coil farthest from it.
 fn ends(
@@ -323,7 +323,7 @@ fn places_of_coils(sensors: &mut [usize], roles: &[Role], frames: &[Vec<Option<P
             None => FIRST_COIL_M,
             Some(before) => {
                 let gaps = frames.iter().filter_map(|f| Some((f[sensors[before]]? - f[c]?).norm()));
-                out[before] + LONGER * upper_median(gaps).unwrap_or(FIRST_COIL_M)
+                out[before] + LONGER_THAN_CHORD * upper_median(gaps).unwrap_or(FIRST_COIL_M)
             }
         };
         let at = match roles[c] {
