@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::file::{self, Block, Cylinder, Kind, Scene, SceneSpace};
-use super::{SceneError, contradiction, operated};
-use tongue_core::body::{Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, SpaceBody, solid};
-use tongue_input::bodies::{AnyBody, artisynth, gmsh};
-use tongue_input::files;
+use super::SceneError;
+use super::file::{self, Block, Cylinder, Kind, Scene};
+use super::tongue_in_space::{Operation, in_space, space_body};
+use tongue_core::body::{Body, BodyError, ContinuumSettings, solid};
+use tongue_input::bodies::AnyBody;
 
 /// Maximum number of cells along an edge of a solid.
 const MOST_LAYERS: f64 = 60.0;
@@ -26,7 +26,10 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
             return Ok(AnyBody::Flat(Body::continuum(tongue.h_mm * 1e-3, &settings)?));
         }
         file::SceneBody::Tongue(tongue) => AnyBody::Flat(Body::tongue(tongue.h_mm * 1e-3)?),
-        file::SceneBody::TongueInSpace(given) => AnyBody::Solid(in_space(scene, given)?),
+        file::SceneBody::TongueInSpace(given) => {
+            let left = Operation::of(scene)?.map(Operation::into_left);
+            AnyBody::Solid(in_space(given, left.map_or_else(|| space_body(given), Ok)?)?)
+        }
         file::SceneBody::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
         file::SceneBody::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
         file::SceneBody::Block(b) => AnyBody::Solid(block(b)?),
@@ -42,31 +45,6 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
             AnyBody::Solid(solid.into_continuum(&settings).map_err(BodyError::from)?)
         }
     })
-}
-
-/// A tongue in space in the axes of scenes. The built-in one has the palate of the reference tongue, as a wall without end to both sides.
-fn in_space(scene: &Scene, given: &SceneSpace) -> Result<Body<3>, SceneError> {
-    let is_built_in = given.folder.is_none() && given.file.is_none();
-    let palate = if is_built_in { Body::tongue(DEFAULT_SPACING_M)?.palate } else { None };
-    Ok(Body { palate, ..operated::tongue(scene, given)?.in_scene() })
-}
-
-/// A tongue in space in its own axes, before any surgery.
-pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SceneError> {
-    let body = match (&given.folder, &given.file) {
-        (Some(_), Some(_)) => {
-            let why = "each is a body; give one of them";
-            return Err(contradiction("body.tongue-in-space.folder", "body.tongue-in-space.file", why));
-        }
-        (None, None) => return Ok(SpaceBody::tongue(if given.refined { 2 } else { 1 })?),
-        (Some(folder), None) => artisynth::read(Path::new(folder))?,
-        (None, Some(file)) => {
-            let bytes = files::read(Path::new(file))
-                .map_err(|source| SceneError::MeshFile { path: file.clone(), source })?;
-            gmsh::read_space(&bytes, file, given.unit)?
-        }
-    };
-    Ok(if given.refined { body.refined() } else { body })
 }
 
 fn cylinder(c: &Cylinder) -> Result<Body<3>, SceneError> {

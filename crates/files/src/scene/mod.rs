@@ -9,7 +9,6 @@ mod check;
 pub mod effects;
 pub mod file;
 mod loads;
-mod operated;
 mod outcome;
 pub mod plan;
 pub mod points;
@@ -17,6 +16,7 @@ pub mod prepare;
 pub mod run;
 mod shipped;
 pub mod sound;
+mod tongue_in_space;
 
 use tongue_core::body::BodyError;
 use tongue_core::dynamics::MotionError;

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use super::file::{Kind, Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
 use super::plan::{self, Decision, EffectRole, ScenePlan};
-use super::{SceneError, operated, points, sound};
+use super::tongue_in_space::{Operation, activations};
+use super::{SceneError, points, sound};
 use tongue_core::body::{Body, MuscleChain, SpaceBody, SpaceMuscle};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::material::{Constants, Spread};
@@ -24,6 +25,8 @@ pub struct Prepared<const D: usize> {
     pub plan: ScenePlan,
     /// The body.
     pub body: Body<D>,
+    /// The surgery that left this body, if there was any.
+    pub(super) operation: Option<Operation>,
     /// The system.
     pub system: Arc<System<D>>,
     /// For a fit, the body in its baseline.
@@ -65,7 +68,8 @@ pub fn prepare<const D: usize>(
     scene.check()?;
     let model = scene.model::<D>();
     let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
-    let tensions = tensions(scene, &body)?;
+    let operation = Operation::of(scene)?;
+    let tensions = tensions(scene, operation.as_ref(), &body)?;
     let seen = points::frame(scene, &body)?;
     let airway = sound::airway(scene, &body)?;
     let all = 0..body.mesh.muscles.len();
@@ -130,7 +134,7 @@ pub fn prepare<const D: usize>(
     };
     let method = method(scene);
     let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
-    Ok(Prepared { plan, body, system, setup, start, tensions, wall, target, seen, airway })
+    Ok(Prepared { plan, body, operation, system, setup, start, tensions, wall, target, seen, airway })
 }
 
 /// The system of a tongue in space: `D` is 3 where a body has one.
@@ -202,9 +206,13 @@ fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, Scene
 }
 
 /// The tension of every muscle of the mesh; all of one name have the same.
-fn tensions<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Vec<f64>, SceneError> {
+fn tensions<const D: usize>(
+    scene: &Scene,
+    operation: Option<&Operation>,
+    body: &Body<D>,
+) -> Result<Vec<f64>, SceneError> {
     if let Some(space) = &body.space {
-        return operated::activations(scene, space);
+        return activations(scene, operation, space);
     }
     for name in scene.tensions_n.keys() {
         body.muscle(name).map_err(|missing| {

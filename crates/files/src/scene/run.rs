@@ -1,17 +1,21 @@
 //! Runs a scene: the shape or trajectory, its cost, and the forces on walls and bones.
 
+use std::any::Any;
 use std::time::Instant;
 
-use super::file::{Scene, Want};
+use super::file::{Scene, SceneBody, Want};
 pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, Pulls, SceneOutcome, Way};
 use super::points::PointsFit;
 use super::prepare::{Prepared, SceneExtent, prepare};
-use super::{SceneError, body, operated, sound};
-use nalgebra::SVector;
+use super::tongue_in_space::{Operation, in_space};
+use super::{SceneError, body, contradiction, sound};
+use crate::report::OperationRecord;
+use nalgebra::{SVector, Vector3};
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Observer, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
+use tongue_core::system::System;
 use tongue_infer::heard::Articulation;
 use tongue_infer::inverse;
 use tongue_infer::track::FrameStatus;
@@ -103,7 +107,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         fit: fitted,
         points,
         sound: heard,
-        operation: operated::compared(scene, prepared, &positions)?,
+        operation: compared(scene, prepared, &positions)?,
         trajectory,
         wall_s,
         time_by_effect: time_by_effect(prepared, at, evaluations),
@@ -253,4 +257,39 @@ fn time_by_effect<const D: usize>(
         EffectTime { effect: name, energy_us, force_us, stiffness_us, total_us }
     });
     times.collect()
+}
+
+/// What surgery changed: the same scene without it is run too. `after` are the positions of all nodes, m, in the axes of the scene.
+fn compared<const D: usize>(
+    scene: &Scene,
+    prepared: &Prepared<D>,
+    after: &[SVector<f64, D>],
+) -> Result<Option<OperationRecord>, SceneError> {
+    let Some(surgery) = &scene.surgery else { return Ok(None) };
+    let system: &dyn Any = &*prepared.system;
+    let (Some(system), Some(body)) = (system.downcast_ref::<System<3>>(), &prepared.body.space) else {
+        return Ok(None);
+    };
+    let (Some(Operation { whole, operated }), SceneBody::TongueInSpace(given)) =
+        (&prepared.operation, &scene.body)
+    else {
+        return Ok(None);
+    };
+    let unoperated = Scene { surgery: None, ..scene.clone() };
+    let mut ready = prepare(&unoperated, in_space(given, whole.clone())?, SceneExtent::Pruned)?;
+    let before = run(&unoperated, &mut ready)?;
+    if !before.converged {
+        return Err(contradiction(
+            "[surgery]",
+            "the scene before it",
+            "that did not converge, so there is nothing to compare with; make its activations or loads smaller",
+        ));
+    }
+    let before: Vec<Vector3<f64>> =
+        before.positions_m.iter().map(|p| Vector3::from_column_slice(p)).collect();
+    let own = |x: &[Vector3<f64>]| x.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect::<Vec<_>>();
+    let after: Vec<Vector3<f64>> = after.iter().map(|p| Vector3::from_fn(|axis, _| p[axis])).collect();
+    let mut record = surgery.record(whole, operated, [&own(&before), &own(&after)]);
+    surgery.make_up(&mut record, whole.foremost(), (body, system), &before)?;
+    Ok(Some(record))
 }

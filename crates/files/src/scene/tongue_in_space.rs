@@ -1,0 +1,72 @@
+//! The tongue in space of a scene, before and after surgery.
+
+use std::path::Path;
+
+use super::file::{Scene, SceneBody, SceneSpace};
+use super::{SceneError, contradiction};
+use tongue_core::body::space::Operated;
+use tongue_core::body::{Body, DEFAULT_SPACING_M, SpaceBody};
+use tongue_input::bodies::{artisynth, gmsh};
+use tongue_input::files;
+
+/// A tongue in space in the axes of scenes. The built-in one has the palate of the reference tongue, as a wall without end to both sides.
+pub(super) fn in_space(given: &SceneSpace, tongue: SpaceBody) -> Result<Body<3>, SceneError> {
+    let is_built_in = given.folder.is_none() && given.file.is_none();
+    let palate = if is_built_in { Body::tongue(DEFAULT_SPACING_M)?.palate } else { None };
+    Ok(Body { palate, ..tongue.in_scene() })
+}
+
+/// A tongue in space in its own axes, before any surgery.
+pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SceneError> {
+    let body = match (&given.folder, &given.file) {
+        (Some(_), Some(_)) => {
+            let why = "each is a body; give one of them";
+            return Err(contradiction("body.tongue-in-space.folder", "body.tongue-in-space.file", why));
+        }
+        (None, None) => return Ok(SpaceBody::tongue(if given.refined { 2 } else { 1 })?),
+        (Some(folder), None) => artisynth::read(Path::new(folder))?,
+        (None, Some(file)) => {
+            let bytes = files::read(Path::new(file))
+                .map_err(|source| SceneError::MeshFile { path: file.clone(), source })?;
+            gmsh::read_space(&bytes, file, given.unit)?
+        }
+    };
+    Ok(if given.refined { body.refined() } else { body })
+}
+
+/// A tongue before and after its surgery, in its own axes.
+#[derive(Debug)]
+pub struct Operation {
+    pub(super) whole: SpaceBody,
+    pub(super) operated: Operated,
+}
+
+impl Operation {
+    /// The surgery of a scene; `None` for a scene without any.
+    pub(super) fn of(scene: &Scene) -> Result<Option<Self>, SceneError> {
+        let Some(surgery) = &scene.surgery else { return Ok(None) };
+        let SceneBody::TongueInSpace(given) = &scene.body else {
+            return Err(contradiction("[surgery]", scene.body_key(), "only a tongue in space is operated"));
+        };
+        let whole = space_body(given)?;
+        let operated = surgery.operate(&whole)?;
+        Ok(Some(Self { whole, operated }))
+    }
+
+    /// The tongue after surgery.
+    pub(super) fn into_left(self) -> SpaceBody {
+        self.operated.body
+    }
+}
+
+/// Activations of the muscles of a tongue, `left` by surgery if there was any.
+pub(super) fn activations(
+    scene: &Scene,
+    operation: Option<&Operation>,
+    left: &SpaceBody,
+) -> Result<Vec<f64>, SceneError> {
+    let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
+    let Some(Operation { whole, operated }) = operation else { return Ok(left.activations(&given)?) };
+    let all = whole.activations(&given)?;
+    Ok(operated.muscles.iter().map(|&m| all[m]).collect())
+}
