@@ -21,6 +21,10 @@ pub struct Curve {
     nodes: Arc<[usize]>,
     /// Parameter of every node, m.
     knots: Arc<[f64]>,
+    /// Weights of the nodes before, at and after every knot in the slope there, 1/m.
+    slopes: Arc<[[f64; 3]]>,
+    /// Weights of the nodes around every piece in the places from which the nearest is chosen as a start.
+    trials: Arc<[[[f64; 4]; TRIALS + 1]]>,
 }
 
 impl Curve {
@@ -36,7 +40,15 @@ impl Curve {
             }
             knots.push(knots.last()? + length);
         }
-        (nodes.len() >= 3).then(|| Self { nodes: nodes.into(), knots: knots.into() })
+        if nodes.len() < 3 {
+            return None;
+        }
+        let slopes = (0..knots.len()).map(|knot| slope(&knots, knot)).collect();
+        let mut out = Self { nodes: nodes.into(), knots: knots.into(), slopes, trials: Arc::new([]) };
+        let trials =
+            |piece| std::array::from_fn(|trial| out.weights_on(piece, trial as f64 / TRIALS as f64)[0]);
+        out.trials = (0..out.nodes.len() - 1).map(trials).collect();
+        Some(out)
     }
 
     /// Its nodes in their order.
@@ -83,7 +95,7 @@ impl Curve {
             [6.0 * t * (t - 1.0), 6.0 * t * (1.0 - t), (1.0 - t) * (1.0 - 3.0 * t), t * (3.0 * t - 2.0)],
             [12.0 * t - 6.0, 6.0 - 12.0 * t, 6.0 * t - 4.0, 6.0 * t - 2.0],
         ];
-        let (start, end) = (self.slope(piece), self.slope(piece + 1));
+        let (start, end) = (self.slopes[piece], self.slopes[piece + 1]);
         hermite.map(|[a, b, da, db]| {
             let mut out = [0.0, a, b, 0.0];
             for i in 0..3 {
@@ -92,21 +104,6 @@ impl Curve {
             }
             out
         })
-    }
-
-    /// Weights of the nodes before, at and after `knot` in the slope there, 1/m; at the ends of the curve
-    /// the straight one.
-    fn slope(&self, knot: usize) -> [f64; 3] {
-        let k = &self.knots;
-        match (knot.checked_sub(1), k.get(knot + 1)) {
-            (Some(before), Some(after)) => {
-                let (h0, h1) = (k[knot] - k[before], after - k[knot]);
-                [-h1 / (h0 * (h0 + h1)), (h1 - h0) / (h0 * h1), h0 / (h1 * (h0 + h1))]
-            }
-            (None, Some(after)) => [0.0, -1.0 / (after - k[knot]), 1.0 / (after - k[knot])],
-            (Some(before), None) => [-1.0 / (k[knot] - k[before]), 1.0 / (k[knot] - k[before]), 0.0],
-            (None, None) => [0.0; 3],
-        }
     }
 
     /// Mean of the nodes around a piece with the given weights.
@@ -122,9 +119,6 @@ impl Curve {
 
     /// The piece and the part of it that are nearest to `point`.
     fn nearest(&self, point: &SVector<f64, 2>, positions: &[SVector<f64, 2>]) -> (usize, f64) {
-        let squared = |piece: usize, part: f64| {
-            (self.mean(piece, &self.weights_on(piece, part)[0], positions) - point).norm_squared()
-        };
         // A piece bulges from its chord by less than its length, so pieces that are that much farther than
         // the nearest node are skipped.
         let far: Vec<f64> = self.nodes.iter().map(|&n| (positions[n] - point).norm()).collect();
@@ -135,18 +129,19 @@ impl Curve {
             if far[piece].min(far[piece + 1]) > nearest + 2.0 * chord {
                 continue;
             }
-            for trial in 0..=TRIALS {
-                let part = trial as f64 / TRIALS as f64;
-                let distance = squared(piece, part);
+            for (trial, weights) in self.trials[piece].iter().enumerate() {
+                let distance = (self.mean(piece, weights, positions) - point).norm_squared();
                 if distance < best.2 {
-                    best = (piece, part, distance);
+                    best = (piece, trial as f64 / TRIALS as f64, distance);
                 }
             }
         }
         let (mut piece, mut part, mut distance) = best;
+        let from = |weights: &[[f64; 4]; 3], piece| self.mean(piece, &weights[0], positions) - point;
+        let mut weights = self.weights_on(piece, part);
+        let mut away = from(&weights, piece);
         for _ in 0..MOST_STEPS {
-            let [place, first, second] = self.weights_on(piece, part);
-            let away = self.mean(piece, &place, positions) - point;
+            let [_, first, second] = weights;
             let (d, dd) = (self.mean(piece, &first, positions), self.mean(piece, &second, positions));
             let (slope, bend) = (away.dot(&d), d.norm_squared() + away.dot(&dd));
             let step = -slope / if bend > 0.0 { bend } else { d.norm_squared() };
@@ -158,13 +153,32 @@ impl Curve {
                 next = (piece - 1, 1.0);
             }
             next.1 = next.1.clamp(0.0, 1.0);
-            let there = squared(next.0, next.1);
-            if next == (piece, part) || there > distance * (1.0 + 1e-12) {
+            if next == (piece, part) {
+                break;
+            }
+            weights = self.weights_on(next.0, next.1);
+            away = from(&weights, next.0);
+            let there = away.norm_squared();
+            if there > distance * (1.0 + 1e-12) {
                 break;
             }
             (piece, part, distance) = (next.0, next.1, there);
         }
         (piece, part)
+    }
+}
+
+/// Weights of the nodes before, at and after a knot in the slope there, 1/m; at the ends of the curve the
+/// straight one.
+fn slope(k: &[f64], knot: usize) -> [f64; 3] {
+    match (knot.checked_sub(1), k.get(knot + 1)) {
+        (Some(before), Some(after)) => {
+            let (h0, h1) = (k[knot] - k[before], after - k[knot]);
+            [-h1 / (h0 * (h0 + h1)), (h1 - h0) / (h0 * h1), h0 / (h1 * (h0 + h1))]
+        }
+        (None, Some(after)) => [0.0, -1.0 / (after - k[knot]), 1.0 / (after - k[knot])],
+        (Some(before), None) => [-1.0 / (k[knot] - k[before]), 1.0 / (k[knot] - k[before]), 0.0],
+        (None, None) => [0.0; 3],
     }
 }
 

@@ -76,7 +76,7 @@ impl Ranged {
     /// The summary of draws; all values are NaN if there are none.
     pub fn of(draws: impl Iterator<Item = f64>) -> Self {
         let mut all: Vec<f64> = draws.collect();
-        all.sort_by(f64::total_cmp);
+        all.sort_unstable_by(f64::total_cmp);
         let count = all.len() as f64;
         let (_, variance) = mean_and_variance(all.iter().copied());
         let quantile = |part: f64| {

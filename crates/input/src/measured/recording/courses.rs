@@ -23,7 +23,7 @@ const FASTEST_M_S: f64 = 1.5;
 /// Shortest time over which speeds are measured, s, and their largest plausible median, m/s: pellets on the
 /// tongue move at 0.06 to 0.13 m/s on average in speech (Tasko and Westbury 2002).
 const SPEED_OVER_S: f64 = 8e-3;
-const MEDIAN_M_S: f64 = 0.2;
+const MEDIAN_M_S: f64 = 0.16;
 /// In speech, whose syllables follow one another 2 to 7 times a second, a tongue makes half of its motion in
 /// 0.03 to 0.15 s: the time in which the mean square of its displacement becomes its variance.
 const HALF_MOTION_S: f64 = 0.25;
