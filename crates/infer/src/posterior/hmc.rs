@@ -7,11 +7,14 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use tongue_core::parallel;
 use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
+
+use super::warm_up::DualAveraging;
+pub use super::warm_up::Whitened;
 
 /// A density to sample, of which up to [`LANES`] points are evaluated at once.
 pub trait Target {
@@ -84,22 +87,8 @@ impl<K> Chain<K> {
 
 /// Energy error beyond which a trajectory counts as diverged (as in Stan).
 pub const DIVERGED: f64 = 1000.0;
-/// Probability of acceptance that the step is adapted to.
-const WANTED: f64 = 0.8;
-/// First step, and the longest useful step, in whitened coordinates.
-const FIRST_STEP: f64 = 0.5;
-const LONGEST_STEP: f64 = 1.6;
 /// Largest number of steps of a trajectory.
 const MOST_STEPS: usize = 100;
-
-/// Coordinates in which the density is nearly standard normal: `x = centre + spread z`.
-#[derive(Debug, Clone)]
-pub struct Whitened {
-    /// The centre of the density.
-    pub centre: DVector<f64>,
-    /// A square root of the covariance.
-    pub spread: DMatrix<f64>,
-}
 
 /// Runs the chains. Every chain begins at a draw from the whitened normal distribution, solved from `place`; chains that find no such
 /// draw with a density above zero begin at the centre.
@@ -110,7 +99,9 @@ pub fn sample<T: Target>(
     settings: &Settings,
 ) -> Vec<Chain<T::Kept>> {
     let groups = in_groups(&make, whitened, place, settings, None, |g| g.warmed_up(settings.warm_up));
-    let Some(learned) = whitened.learned(&groups) else {
+    let begun = groups.iter().all(|g| g.states.len() == g.random.len());
+    let seen: Vec<&DVector<f64>> = groups.iter().flat_map(|g| &g.seen).collect();
+    let Some(learned) = begun.then(|| whitened.learned(&seen)).flatten() else {
         return vec![Chain::EMPTY; settings.chains];
     };
     let sampled = parallel::map(&groups, |group| group.go_on(make(), &learned).run(settings));
@@ -383,77 +374,5 @@ impl<P> State<P> {
     fn new(whitened: &Whitened, z: DVector<f64>, x: DVector<f64>, point: Point<P>) -> Self {
         let slope = whitened.spread.tr_mul(&point.gradient);
         Self { z, x, point, slope }
-    }
-}
-
-impl Whitened {
-    /// The point of coordinates.
-    pub(super) fn at(&self, z: &DVector<f64>) -> DVector<f64> {
-        &self.centre + &self.spread * z
-    }
-
-    /// The coordinates of a point.
-    fn scores_of(&self, x: &DVector<f64>) -> DVector<f64> {
-        let away = x - &self.centre;
-        self.spread.clone().lu().solve(&away).unwrap_or_else(|| DVector::zeros(x.len()))
-    }
-
-    /// Coordinates from the mean and the covariance of the visited points, shrunk towards the present ones with the weight of as many
-    /// draws as there are coordinates. `None` where a chain could not begin.
-    fn learned<P>(&self, groups: &[Warm<P>]) -> Option<Self> {
-        if groups.iter().any(|g| g.states.len() < g.random.len()) {
-            return None;
-        }
-        let seen: Vec<&DVector<f64>> = groups.iter().flat_map(|g| &g.seen).collect();
-        let n = self.centre.len();
-        if seen.len() < 10 * n {
-            return Some(self.clone());
-        }
-        let (count, own) = (seen.len() as f64, n as f64);
-        let centre = seen.iter().copied().sum::<DVector<f64>>() / count;
-        let mut covariance = &self.spread * self.spread.transpose() * own;
-        for x in seen {
-            let away = x - &centre;
-            covariance += &away * away.transpose();
-        }
-        let spread = (covariance / (count + own)).cholesky()?.l();
-        Some(Self { centre, spread })
-    }
-
-    /// Coordinates from the centre and the inverse of the covariance; `None` where this is not positive definite.
-    pub fn new(centre: DVector<f64>, precision: DMatrix<f64>) -> Option<Self> {
-        let n = centre.len();
-        let factor = precision.cholesky()?.unpack();
-        let spread = factor.transpose().solve_upper_triangular(&DMatrix::identity(n, n))?;
-        Some(Self { centre, spread })
-    }
-}
-
-/// Adapts the step to a wanted acceptance, after Hoffman and Gelman (2014), with their constants.
-struct DualAveraging {
-    trial: f64,
-    found: f64,
-    count: f64,
-    error: f64,
-    mean_ln: f64,
-}
-
-impl DualAveraging {
-    fn new() -> Self {
-        Self { trial: FIRST_STEP, found: FIRST_STEP, count: 0.0, error: 0.0, mean_ln: FIRST_STEP.ln() }
-    }
-
-    fn learn(&mut self, acceptance: f64) {
-        const GAMMA: f64 = 0.05;
-        const DELAY: f64 = 10.0;
-        const KAPPA: f64 = 0.75;
-        self.count += 1.0;
-        let weight = 1.0 / (self.count + DELAY);
-        self.error = (1.0 - weight) * self.error + weight * (WANTED - acceptance);
-        let ln = ((10.0 * FIRST_STEP).ln() - self.error * self.count.sqrt() / GAMMA)
-            .clamp((1e-3_f64).ln(), LONGEST_STEP.ln());
-        let part = self.count.powf(-KAPPA);
-        self.mean_ln = part * ln + (1.0 - part) * self.mean_ln;
-        (self.trial, self.found) = (ln.exp(), self.mean_ln.exp());
     }
 }

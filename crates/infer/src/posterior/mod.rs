@@ -43,6 +43,7 @@ mod share;
 mod spread;
 mod summary;
 mod verdict;
+mod warm_up;
 
 pub use beside::{Active, Beside, Electrode, Of, Sight, View};
 pub use contrast::{Contrast, DECIDED};

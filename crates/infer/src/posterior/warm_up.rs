@@ -1,0 +1,89 @@
+//! What the warm-up of the sampler learns: coordinates, and the step of the trajectories.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Probability of acceptance that the step is adapted to.
+const WANTED: f64 = 0.8;
+/// First step, and the longest useful step, in whitened coordinates.
+const FIRST_STEP: f64 = 0.5;
+const LONGEST_STEP: f64 = 1.6;
+
+/// Coordinates in which the density is nearly standard normal: `x = centre + spread z`.
+#[derive(Debug, Clone)]
+pub struct Whitened {
+    /// The centre of the density.
+    pub centre: DVector<f64>,
+    /// A square root of the covariance.
+    pub spread: DMatrix<f64>,
+}
+
+impl Whitened {
+    /// The point of coordinates.
+    pub(super) fn at(&self, z: &DVector<f64>) -> DVector<f64> {
+        &self.centre + &self.spread * z
+    }
+
+    /// The coordinates of a point.
+    pub(super) fn scores_of(&self, x: &DVector<f64>) -> DVector<f64> {
+        let away = x - &self.centre;
+        self.spread.clone().lu().solve(&away).unwrap_or_else(|| DVector::zeros(x.len()))
+    }
+
+    /// Coordinates from the mean and the covariance of the visited points, shrunk towards the present ones with the weight of as many
+    /// draws as there are coordinates. `None` where the covariance is not positive definite.
+    pub(super) fn learned(&self, seen: &[&DVector<f64>]) -> Option<Self> {
+        let n = self.centre.len();
+        if seen.len() < 10 * n {
+            return Some(self.clone());
+        }
+        let (count, own) = (seen.len() as f64, n as f64);
+        let centre = seen.iter().copied().sum::<DVector<f64>>() / count;
+        let mut covariance = &self.spread * self.spread.transpose() * own;
+        for &x in seen {
+            let away = x - &centre;
+            covariance += &away * away.transpose();
+        }
+        let spread = (covariance / (count + own)).cholesky()?.l();
+        Some(Self { centre, spread })
+    }
+
+    /// Coordinates from the centre and the inverse of the covariance; `None` where this is not positive definite.
+    pub fn new(centre: DVector<f64>, precision: DMatrix<f64>) -> Option<Self> {
+        let n = centre.len();
+        let factor = precision.cholesky()?.unpack();
+        let spread = factor.transpose().solve_upper_triangular(&DMatrix::identity(n, n))?;
+        Some(Self { centre, spread })
+    }
+}
+
+/// Adapts the step to a wanted acceptance, after Hoffman and Gelman (2014), with their constants.
+pub(super) struct DualAveraging {
+    /// The step that is tried next.
+    pub trial: f64,
+    /// The step that was found.
+    pub found: f64,
+    count: f64,
+    error: f64,
+    mean_ln: f64,
+}
+
+impl DualAveraging {
+    pub fn new() -> Self {
+        Self { trial: FIRST_STEP, found: FIRST_STEP, count: 0.0, error: 0.0, mean_ln: FIRST_STEP.ln() }
+    }
+
+    /// Learns from the probability with which a trajectory of this step was accepted.
+    pub fn learn(&mut self, acceptance: f64) {
+        const GAMMA: f64 = 0.05;
+        const DELAY: f64 = 10.0;
+        const KAPPA: f64 = 0.75;
+        self.count += 1.0;
+        let weight = 1.0 / (self.count + DELAY);
+        self.error = (1.0 - weight) * self.error + weight * (WANTED - acceptance);
+        let ln = ((10.0 * FIRST_STEP).ln() - self.error * self.count.sqrt() / GAMMA)
+            .clamp((1e-3_f64).ln(), LONGEST_STEP.ln());
+        let part = self.count.powf(-KAPPA);
+        self.mean_ln = part * ln + (1.0 - part) * self.mean_ln;
+        (self.trial, self.found) = (ln.exp(), self.mean_ln.exp());
+    }
+}
