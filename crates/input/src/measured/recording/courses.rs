@@ -103,7 +103,8 @@ pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
         )));
     }
     let help = "correct rate_hz in the map, or the times, which are in seconds";
-    let middle = |of: &[f64]| upper_median(of.iter().copied());
+    // A point that jumps among others that rest says nothing of the recording.
+    let middle = |of: &[f64]| upper_median(of.iter().copied()).filter(|_| 2 * of.len() >= moving);
     if middle(&disorder).is_some_and(|d| d > DISORDER) {
         out.push(Doubt::told(
             "its frames do not follow one another: points are as far from where they were in the frame before as from anywhere; \

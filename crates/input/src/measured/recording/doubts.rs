@@ -43,6 +43,9 @@ const FAR_M: f64 = 0.15;
 /// A contour longer than this factor times the path from neighbour to neighbour is out of order.
 const LONGER: f64 = 1.6;
 
+/// A contour that is on average this far below the line of its ends is upside down, m.
+const HOLLOW_M: f64 = 5e-3;
+
 /// All doubts about a recording.
 pub fn doubts(seen: &Seen) -> Vec<Doubt> {
     let middles = Middles::of(seen);
@@ -63,6 +66,14 @@ pub fn doubts(seen: &Seen) -> Vec<Doubt> {
     out
 }
 
+/// How far a line is on average below that of its ends, m; `None` for fewer than two points.
+fn sag(line: &[Point]) -> Option<f64> {
+    let (first, last) = (line.first()?, line.last()?);
+    let along = if first.x <= last.x { last - first } else { first - last };
+    let below = line.iter().map(|p| along.perp(&(first - p)) / along.norm());
+    Some(below.sum::<f64>() / line.len() as f64).filter(|m| m.is_finite())
+}
+
 /// The doubt about a palate (m, in the frame of the recording) for this recording.
 pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<Doubt> {
     /// A palate that is on average this far below the line of its ends is upside down, m.
@@ -73,10 +84,7 @@ pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<Doubt> {
     const NEAREST_M: f64 = 20e-3;
     /// Largest plausible part of the points beyond it.
     const BEYOND: f64 = 0.2;
-    let (first, last) = (palate.first()?, palate.last()?);
-    let along = if first.x <= last.x { last - first } else { first - last };
-    let below = palate.iter().map(|p| along.perp(&(first - p)) / along.norm());
-    let sag = below.sum::<f64>() / palate.len() as f64;
+    let sag = sag(palate)?;
     if palate.len() >= 3 && sag > SAG_M {
         let mm = sag * 1e3;
         return Some(Doubt::refused(format!(
@@ -310,6 +318,12 @@ fn of_order(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
         if length(&contour) > LONGER * length(&from_neighbour_to_neighbour(&contour)) {
             out.push(Doubt::refused(
                 "the points of the contour are not in their order along the tongue; number them from the root to the tip".to_owned(),
+            ));
+        } else if sag(&contour).is_some_and(|m| m > HOLLOW_M) {
+            out.push(Doubt::refused(
+                "the contour hangs below the line of its ends, where a tongue is arched upwards: the recording is upside down; give the axis \
+                 that grows upwards in a map, such as up = \"-y\""
+                    .to_owned(),
             ));
         }
     }

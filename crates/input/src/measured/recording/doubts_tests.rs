@@ -242,6 +242,19 @@ fn frames_and_points_out_of_order_are_reported() {
 }
 
 #[test]
+fn a_point_that_jumps_in_a_tongue_that_rests_says_nothing_of_the_order_of_frames() {
+    let mut rng = fastrand(5);
+    let mut frames = tongue(24);
+    let first = frames[0].1.clone();
+    for (f, (_, points)) in frames.iter_mut().enumerate() {
+        points.clone_from(&first);
+        points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v + 0.3 * rng()));
+        points[9].1[1] += if f == 12 { 30.0 } else { 0.0 };
+    }
+    assert_eq!(said(&frames, ""), (String::new(), false));
+}
+
+#[test]
 fn exchanged_bones_and_axes_are_reported() {
     let exchanged = changed(|_, _, points| {
         points[11].0 = "mental_spine".to_owned();
@@ -250,6 +263,9 @@ fn exchanged_bones_and_axes_are_reported() {
     noticed(&exchanged, "", "exchanged", true);
     noticed(&tongue(90), "back = \"-x\"", "behind the hyoid", true);
     noticed(&tongue(90), "up = \"-y\"", "upside down", true);
+    let contour = changed(|_, _, points| points.truncate(11));
+    assert_eq!(said(&contour, ""), (String::new(), false));
+    noticed(&contour, "up = \"-y\"", "upside down", true);
 }
 
 #[test]

@@ -74,6 +74,12 @@ pub(super) fn lip(channel: &str) -> Option<bool> {
     }
 }
 
+/// Whether a channel of this name is in front of the tongue: a lip, an incisor or the jaw.
+pub(super) fn is_in_front(channel: &str) -> bool {
+    lip(channel).is_some()
+        || ["ui", "li", "jaw", "mani", "upperincisor", "lowerincisor"].contains(&plain(channel).as_str())
+}
+
 /// Whether this is a usual name of a coil on the tongue.
 pub fn is_coil(channel: &str) -> bool {
     role(channel) == Role::Coil(None)

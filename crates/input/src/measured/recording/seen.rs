@@ -275,8 +275,8 @@ fn ends(
     Some((x, rear))
 }
 
-/// The problem of coils that lie in front of the lips, or of lips that are upside down; lips that the map names
-/// are not judged.
+/// The problem of coils that lie in front of lips, incisors and jaw, or of lips that are upside down; those that
+/// the map names are not judged.
 fn wrong_by_lips(
     sensors: &[usize],
     channels: &[String],
@@ -285,19 +285,20 @@ fn wrong_by_lips(
 ) -> Option<String> {
     const APART_M: f64 = 5e-3;
     let place = |c: usize| Some(Point::new(median_x(frames, c)?, median_y(frames, c)?));
-    let lips: Vec<(bool, &String, Point)> = (0..channels.len())
-        .filter(|&c| !map.names(&channels[c]))
-        .filter_map(|c| Some((names::lip(&channels[c])?, &channels[c], place(c)?)))
-        .collect();
-    let lip = |upper: bool| lips.iter().find(|(is_upper, ..)| *is_upper == upper);
-    if let Some(((_, upper, a), (_, lower, b))) = lip(true).zip(lip(false))
+    let named: Vec<usize> = (0..channels.len()).filter(|&c| !map.names(&channels[c])).collect();
+    let lip = |upper: bool| {
+        let found = named.iter().find(|&&c| names::lip(&channels[c]) == Some(upper));
+        found.and_then(|&c| Some((&channels[c], place(c)?)))
+    };
+    if let Some(((upper, a), (lower, b))) = lip(true).zip(lip(false))
         && a.y < b.y - APART_M
     {
         let what = format!("{upper} lies below {lower}: the recording is upside down");
         return Some(format!("{what}; give the axis that grows upwards in a map, such as up = \"-y\""));
     }
     let (tip, rear) = (median_x(frames, *sensors.first()?)?, median_x(frames, *sensors.last()?)?);
-    let (_, name, at) = lips.first()?;
+    let front = named.iter().filter(|&&c| names::is_in_front(&channels[c]));
+    let (name, at) = front.filter_map(|&c| Some((&channels[c], place(c)?))).next()?;
     (sensors.len() > 1 && (at.x - tip).abs() > (at.x - rear).abs() + APART_M).then(|| {
         format!(
             "{name} is nearer to the rear coil than to the one at the tip: the coils are exchanged, or the axis is; correct their names, or \
