@@ -33,9 +33,9 @@ fn the_microbeam_counts_microseconds_and_thousandths_of_a_millimetre() {
     let names: Vec<&str> = seen.sensors.iter().map(|(n, _)| n.as_str()).collect();
     assert_eq!(names, ["T1", "T2", "T3", "T4"]);
     assert!(near(seen.frames[1].sensors[0].map(|m| m.at), [0.0199, 0.0051]), "{:?}", seen.frames[1]);
-    // The usual places: a centimetre behind the tip, then slightly more than the distance of the coils.
+    // The usual places: 8 mm behind the tip, then slightly more than the distance of the coils.
     let places: Vec<f64> = seen.sensors.iter().map(|(_, at)| at * 1e3).collect();
-    assert!((places[0] - 10.0).abs() < 1e-9 && (places[1] - 20.3).abs() < 1e-6, "{places:?}");
+    assert!((places[0] - 8.0).abs() < 1e-9 && (places[1] - 18.3).abs() < 1e-6, "{places:?}");
     assert_eq!(seen.measured, [false; 4]);
     assert!(refused(b"0\t1\t2\n", "a.txy").contains("17"));
     let back = txy(1) + &txy(1);
