@@ -84,7 +84,7 @@ pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<Doubt> {
     const NEAREST_M: f64 = 20e-3;
     /// Largest plausible part of the points beyond it.
     const BEYOND: f64 = 0.2;
-    let sag = sag(palate)?;
+    let sag = sag(palate).unwrap_or(0.0);
     if palate.len() >= 3 && sag > SAG_M {
         let mm = sag * 1e3;
         return Some(Doubt::refused(format!(
