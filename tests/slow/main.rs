@@ -1,6 +1,5 @@
 //! Tests that take tens of seconds: killed runs, hard cases, whole studies.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
-
 #![allow(clippy::print_stderr, reason = "tests say what they measured")]
 
 mod accuracy_study;

@@ -24,6 +24,17 @@ struct Counted {
     ranks: Vec<f64>,
 }
 
+/// Kinds of numbers that are N/m.
+const KINDS: [&str; 4] = ["F", "F - F0", "contrast", "F0"];
+
+/// How many intervals of a kind contain the truth of a case, and their mean width.
+fn of_kind(unknowns: &[Number], found: &[(bool, f64, f64)], kind: &str) -> String {
+    let own = || unknowns.iter().zip(found).filter(|(number, _)| number.kind == kind).map(|(_, found)| found);
+    let (count, held) = (own().count(), own().filter(|found| found.0).count());
+    let width = own().map(|found| found.1).sum::<f64>() / count.max(1) as f64;
+    format!("{kind} {held} of {count}, {width:.1} wide")
+}
+
 /// All numbers of the cases that were told.
 struct Coverage(Vec<Counted>);
 
@@ -54,9 +65,8 @@ impl Coverage {
     fn told(&self, what: &str) -> Vec<f64> {
         let cases = self.0[0].ranks.len();
         let (p, name) = self.least_uniform();
-        let kinds = ["F", "F - F0", "contrast"].map(|kind| (kind, self.of_kind(kind).count()));
-        let kinds: Vec<&str> = kinds.iter().filter(|(_, count)| *count > 0).map(|(kind, _)| *kind).collect();
-        for &kind in kinds.iter().chain(&["F0"]) {
+        let kinds: Vec<&str> = KINDS.into_iter().filter(|kind| self.of_kind(kind).next().is_some()).collect();
+        for &kind in &kinds {
             let (part, width) = (100.0 * self.held(kind), self.width(kind));
             eprintln!("{what}, {cases} cases: {kind} {part:.1} % held, {width:.1} N/m wide");
         }
@@ -70,7 +80,7 @@ fn room(intervals: usize) -> f64 {
     4.0 * (0.95f64 * 0.05 / intervals as f64).sqrt()
 }
 
-/// The body of a speaker: ground of another width of muscles and radius of patches.
+/// The body of a speaker with another width of muscles and another radius of patches.
 fn of_other_widths(usual: &Ground, random: &mut fastrand::Rng) -> Ground {
     let mut priors = usual.priors.clone();
     let (width, patch) = (priors.sd_ln_width() * normal(random), priors.sd_ln_patch() * normal(random));
@@ -127,8 +137,8 @@ fn coverage(truths: &[Ground], fitted: &Ground, postures: usize, count: usize, d
                 ((low..=high).contains(&truth), high - low, below)
             };
             let each: Vec<_> = unknowns.iter().map(|n| of(n.value.as_ref())).collect();
-            let held = each.iter().filter(|found| found.0).count();
-            eprintln!("case {number}: {held} of {} intervals contain the truth", each.len());
+            let found: Vec<String> = KINDS.iter().map(|kind| of_kind(&unknowns, &each, kind)).collect();
+            eprintln!("case {number}: {}", found.join(", "));
             let rank = |(held, width, below)| (held, width, (below + random.f64()) / (count + 1.0));
             each.into_iter().map(rank).collect::<Vec<_>>()
         })
@@ -148,7 +158,7 @@ fn coverage(truths: &[Ground], fitted: &Ground, postures: usize, count: usize, d
 #[test]
 fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
     let usual = [ground("")];
-    let count = cases(12);
+    let count = cases(8);
     let found = coverage(&usual, &usual[0], 1, count, 400).told("under the stated priors");
     assert!(found.iter().all(|part| (part - 0.95).abs() < room(8 * count)), "{found:?}");
     // A wrong scale of the tensions is not seen by the intervals: that is why it is told beside them.
@@ -165,7 +175,7 @@ fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
 #[test]
 fn intervals_of_speakers_of_three_vowels_cover_the_truth_and_so_do_contrasts() {
     let truths = [5.0, 5.5, 6.0].map(|mm| ground_at(mm * MM, ""));
-    let count = cases(6);
+    let count = cases(5);
     let coverage = coverage(&truths, &truths[1], 3, count, 400);
     let found = coverage.told("speakers of three vowels");
     let room = if count < 60 { room(8 * count) } else { 0.02 };
