@@ -65,7 +65,7 @@ pub struct Placed {
     pub rms_m: f64,
     /// How far the mental spine and the hyoid were seen from where the placed body has them, m.
     pub bones_m: Vec<(&'static str, f64)>,
-    /// Sum of the squares that were minimised.
+    /// Sum of the squares of the distances in their standard deviations, for a speaker of the size of the body or smaller.
     pub cost: f64,
     /// The placement by coils with its uncertainty, if coils were used.
     pub by_coils: Option<Placement>,
@@ -184,7 +184,10 @@ impl Sight {
         let bones_m =
             bones.iter().map(|(bone, mark, seen, _)| (*bone, (similarity.place(*mark) - seen).norm()));
         let bones_m = bones_m.collect();
-        Ok(Placed { similarity, rms_m, bones_m, cost: best.residuals.norm_squared(), by_coils: None })
+        // Without the prior of turn and scale; a larger speaker may differ by more.
+        let prior = best.x[2].powi(2) + best.x[3].powi(2);
+        let cost = (best.residuals.norm_squared() - prior) / similarity.scale().max(1.0).powi(2);
+        Ok(Placed { similarity, rms_m, bones_m, cost, by_coils: None })
     }
 }
 

@@ -79,7 +79,7 @@ impl Speaker {
         let most = changes.max_by(|a, b| a.1.ln().abs().total_cmp(&b.1.ln().abs()));
         if let Some((muscle, ratio)) = most.filter(|(_, r)| r.ln().abs() > TRUSTED_STRETCH.ln()) {
             out.push(format!(
-                "{muscle} becomes {ratio:.2} times as long as in the body turned and scaled only"
+                "{muscle} becomes {ratio:.2} times as long as in the body turned and scaled only, where a factor of {TRUSTED_STRETCH} is the most"
             ));
         }
         if let Some(rms) = self.rms_m.filter(|r| *r > TRUSTED_RMS_M) {

@@ -290,6 +290,7 @@ impl RestShape {
         for _ in 0..10 {
             let there = amounts + &step;
             let mut nodes = self.prior.moved(&self.mesh, &there);
+            straighten(&self.mesh, &mut nodes);
             if let Some(placed) = Similarity::between(&self.mesh.nodes, &nodes) {
                 nodes.iter_mut().for_each(|p| *p = placed.back(*p));
                 if is_believable(&self.mesh, &nodes) {

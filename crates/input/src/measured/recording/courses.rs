@@ -67,9 +67,8 @@ pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
         // Noise has two axes. Frames far apart in time need not be close in space.
         let moves = apart > 0.0 && variance > 2.0 * (MOVES_SD * sd).powi(2);
         let lag = (HALF_MOTION_S / apart) as usize;
-        if moves && lag > 1 && course.len() / 4 > lag {
-            let over = course.iter().zip(&course[lag..]).map(|(a, b)| (b.1.at - a.1.at).norm_squared());
-            late.push(over.sum::<f64>() / (course.len() - lag) as f64 / variance);
+        if moves && lag > 1 {
+            late.extend(part_of_variance(course, lag));
         }
         if moves && apart < 0.05 {
             disorder.push(step / (2.0 * variance));
@@ -129,6 +128,21 @@ pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
     }
     out.extend(slip(seen));
     out
+}
+
+/// The mean square of the displacement over so many frames, in units of the variance, without the rest before and after speech, which
+/// says nothing of its rate. `None` for a motion of less than four times as many frames.
+fn part_of_variance(course: &[(f64, Mark)], lag: usize) -> Option<f64> {
+    let moved = |m: &Mark, from: &Mark| (m.at - from.at).norm() > 2.0 * MOVES_SD * m.sd;
+    let (first, last) = (&course.first()?.1, &course.last()?.1);
+    let begin = course.iter().position(|(_, m)| moved(m, first))?;
+    let end = course.iter().rposition(|(_, m)| moved(m, last))?;
+    let spoken = course.get(begin..=end).filter(|spoken| spoken.len() / 4 > lag)?;
+    let count = spoken.len() as f64;
+    let mean = spoken.iter().map(|(_, m)| m.at).sum::<Point>() / count;
+    let variance = spoken.iter().map(|(_, m)| (m.at - mean).norm_squared()).sum::<f64>() / count;
+    let over = spoken.iter().zip(&spoken[lag..]).map(|(a, b)| (b.1.at - a.1.at).norm_squared());
+    Some(over.sum::<f64>() / (spoken.len() - lag) as f64 / variance)
 }
 
 /// A frame in which all points of the tongue are shifted alike at once, more than a tongue can be, and stay

@@ -6,7 +6,7 @@ use super::Role;
 
 /// Names of coils on the tongue in MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and the usual
 /// protocols of NDI and Carstens.
-const COILS: [&str; 21] = [
+const COILS: [&str; 25] = [
     "t1",
     "t2",
     "t3",
@@ -28,9 +28,13 @@ const COILS: [&str; 21] = [
     "ttip",
     "tbody",
     "tdorsum",
+    "ta",
+    "tc",
+    "tmid",
+    "tback",
 ];
 /// Names of coils that are always foremost.
-const TIPS: [&str; 4] = ["t1", "tt", "tonguetip", "ttip"];
+const TIPS: [&str; 5] = ["t1", "tt", "ta", "tonguetip", "ttip"];
 
 /// A name in lower case without punctuation.
 fn plain(channel: &str) -> String {
@@ -57,7 +61,9 @@ pub(super) fn rank(channel: &str) -> Option<u32> {
     match name.strip_prefix('t').and_then(|n| n.parse().ok()) {
         Some(number) => Some(number),
         None if is_tip(channel) => Some(1),
-        None if ["tb", "tm", "tongueblade", "tonguebody", "tonguemid", "tbody"].contains(&name.as_str()) => {
+        None if ["tb", "tm", "tmid", "tongueblade", "tonguebody", "tonguemid", "tbody"]
+            .contains(&name.as_str()) =>
+        {
             Some(2)
         }
         None => COILS.contains(&name.as_str()).then_some(3),

@@ -167,8 +167,10 @@ impl Seen {
         {
             return Err(wrong(problem));
         }
-        let faces_right =
-            sensors.first().filter(|_| mirrored && by_coils && recording.format == Format::Tidy);
+        let shows_front = recording.channels.iter().any(|c| names::is_in_front(c));
+        let faces_right = sensors
+            .first()
+            .filter(|_| mirrored && by_coils && recording.format == Format::Tidy && !shows_front);
         let faces_right = faces_right.map(|&tip| {
             format!(
                 "{} is taken for the coil at the tip and lies at larger x than the others, so the face looks to the right; if it looks to \
