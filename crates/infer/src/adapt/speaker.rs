@@ -131,7 +131,7 @@ impl Basis<'_> {
     /// Adapts the body to recordings; `hide` are points that are not used.
     ///
     /// # Errors
-    /// [`RestError`] for recordings without the mental spine and the hyoid, and as [`joint`].
+    /// [`RestError`] for recordings by which the body cannot be placed, and where no frame has an equilibrium with enough points.
     pub fn to_recordings(
         &self,
         seen: &[&Seen],
