@@ -310,17 +310,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             "the chains of the posterior have not mixed".to_owned()
         }),
         None => Outcome::judged(fit.is_trustworthy(), || {
-            let decides = |a: &&Alarm| {
-                matches!(
-                    a,
-                    Alarm::TargetNotMet { .. }
-                        | Alarm::AtUpperBound { .. }
-                        | Alarm::BarrierActs { .. }
-                        | Alarm::NotOnBranch { .. }
-                        | Alarm::EquilibriumNotCertain { .. }
-                )
-            };
-            let causes: Vec<String> = alarms.iter().filter(decides).map(Alarm::text).collect();
+            let causes: Vec<String> = alarms.iter().filter(|a| a.forbids_trust()).map(Alarm::text).collect();
             let why = if causes.is_empty() { word(&fit.status) } else { causes.join("; ") };
             format!("the fit cannot be trusted: {why}")
         }),

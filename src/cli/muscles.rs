@@ -92,8 +92,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let by = super::provenance().with_tissue(model.tissue);
     let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
     let written = out.export(&files, &by).into_diagnostic()?;
-    let doubtful = rows.iter().filter(|r| r.status != SolveStatus::Converged || !r.alarms.is_empty());
-    let outcome = Outcome::of_muscles(doubtful.map(|r| r.pulling.as_str()));
+    let outcome = Outcome::of_muscles(rows.iter().map(|r| (r.pulling.as_str(), r.status, r.alarms.len())));
     let record = Record { muscles: rows };
     output::answer(global, &Json(&record), &by, &written, || {
         text(&record.muscles, &title) + &table::files(&written)

@@ -44,9 +44,10 @@ impl Outcome {
         })
     }
 
-    /// The outcome for muscles that pull alone, of whom some have no equilibrium that can be trusted.
-    pub fn of_muscles<'a>(doubtful: impl Iterator<Item = &'a str>) -> Self {
-        let mut names: Vec<&str> = doubtful.collect();
+    /// The outcome for muscles that pull alone: their names, the status of each solve, and its number of alarms.
+    pub fn of_muscles<'a>(solved: impl Iterator<Item = (&'a str, SolveStatus, usize)>) -> Self {
+        let doubtful = solved.filter(|(_, status, alarms)| *status != SolveStatus::Converged || *alarms > 0);
+        let mut names: Vec<&str> = doubtful.map(|(name, ..)| name).collect();
         names.dedup();
         Self::judged(names.is_empty(), || {
             format!("no equilibrium that can be trusted where these pull alone: {}", names.join(", "))

@@ -235,13 +235,14 @@ fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miet
 
 fn outcome(result: &Answer) -> Outcome {
     let solution = result.solution.as_ref();
-    let why = match () {
-        () if !result.converged => "it did not converge",
-        () if solution.is_some_and(|s| s.guarded > 0) => "the barrier acts instead of the published law",
-        () if solution.is_some_and(|s| s.connection == Connection::Downhill) => {
-            "its shape may not be the one to which the tensions lead"
-        }
-        () => return Outcome::Good,
+    let why = if !result.converged {
+        "it did not converge"
+    } else if solution.is_some_and(|s| s.guarded > 0) {
+        "the barrier acts instead of the published law"
+    } else if solution.is_some_and(|s| s.connection == Connection::Downhill) {
+        "its shape may not be the one to which the tensions lead"
+    } else {
+        return Outcome::Good;
     };
     Outcome::judged(false, || why.to_owned())
 }

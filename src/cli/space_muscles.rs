@@ -62,8 +62,7 @@ pub fn run(
     let by = super::provenance().with_tissue(TissueModel::Hexahedra);
     let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
     let written = out.export(&files, &by).into_diagnostic()?;
-    let doubtful = rows.iter().filter(|r| r.status != SolveStatus::Converged || !r.alarms.is_empty());
-    let outcome = Outcome::of_muscles(doubtful.map(|r| r.pulling.as_str()));
+    let outcome = Outcome::of_muscles(rows.iter().map(|r| (r.pulling.as_str(), r.status, r.alarms.len())));
     let text = text(&rows, &title);
     let json = Json(&Record { muscles: rows });
     output::answer(global, &json, &by, &written, || text + &table::files(&written))?;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::adapt::{Basis, How};
+use tongue_fit::adapt::Basis;
 use tongue_fit::body::{Body, HYOID, MANDIBLE};
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::batch::journal::Entry;
@@ -130,7 +130,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let speaker = run.speaker(&seen, &hide)?;
     let contact = run.wall(&speaker.body)?;
     let shape = run.shape(&speaker, contact.as_ref(), &seen)?;
-    if speaker.adaptation.as_ref().is_some_and(|a| a.rest == How::Joint) {
+    if speaker.is_fitted() {
         notes.push(
             "the shape at rest was fitted to recordings: take levels from a run without it (neither --mesh nor --rest joint), since              bodies that fit alike can differ in them"
                 .to_owned(),

@@ -33,6 +33,11 @@ pub struct Speaker {
 }
 
 impl Speaker {
+    /// Whether its shape at rest was fitted to recordings.
+    pub fn is_fitted(&self) -> bool {
+        self.adaptation.as_ref().is_some_and(|a| a.rest == How::Joint)
+    }
+
     /// The adaptation of a displayed body, whose shape at rest may have been found in tracking.
     pub fn tracked(&self, displayed: &Body<2>) -> Adaptation {
         let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
@@ -134,8 +139,7 @@ impl Run<'_> {
             None => Ok(shape),
         };
         let shape = shape.and_then(touching).into_diagnostic()?;
-        let is_found = speaker.adaptation.as_ref().is_some_and(|a| a.rest == How::Joint);
-        Ok(Some(if is_found { shape.as_found() } else { shape }))
+        Ok(Some(if speaker.is_fitted() { shape.as_found() } else { shape }))
     }
 
     pub fn found(&self, mut body: Body<2>, recording: TrackedRecording) -> Found {

@@ -93,6 +93,8 @@ const times = [], frames = [];
 function move() {
   if (!asked) { asked = true; requestAnimationFrame(step); }
 }
+// The shape at the present tensions, solved from the one before.
+const solved = () => live.frame([...state.bones, ...state.lips], state.tensions, body.nodes_m.length);
 function step(now) {
   asked = false;
   if (tween) {
@@ -103,7 +105,7 @@ function step(now) {
     showControls();
   }
   const clock = performance.now();
-  const next = live.frame([...state.bones, ...state.lips], state.tensions, body.nodes_m.length);
+  const next = solved();
   times.push(performance.now() - clock);
   if (times.length > 60) times.shift();
   frames.push(now);
@@ -135,7 +137,7 @@ async function check() {
   if (apart > 1e-7 && found.status === "converged") {
     live.ask({ ask: "place", positions_m: found.positions_m });
     // Solved again from there, since formants and the depth beyond the palate belong to the shape too.
-    const next = live.frame([...state.bones, ...state.lips], state.tensions, body.nodes_m.length);
+    const next = solved();
     complain("frame", next.error);
     if (next.error) return;
     shape = next;

@@ -14,7 +14,7 @@ pub(crate) struct Rule {
     pub less: f64,
     /// Factor of the damping after a step that did not, and the damping after the first such step.
     pub more: (f64, f64),
-    /// The search ends with a damping beyond this, because its steps have become negligible.
+    /// The search ends when the damping exceeds this: the steps are then negligible.
     pub most: f64,
 }
 

@@ -122,7 +122,7 @@ impl Graph<'_> {
         sorted.sort_by(|&a, &b| at[a].total_cmp(&at[b]).then(a.cmp(&b)));
         let mut rank = vec![usize::MAX; self.neighbours.len()];
         sorted.iter().enumerate().for_each(|(n, &v)| rank[v] = n);
-        // Whether an unknown before a cut is coupled to one behind it.
+        // Whether an unknown that is sorted before the cut has a neighbour in the part that is sorted after it.
         let touches = |v: usize, cut: usize| {
             self.neighbours[v].iter().any(|&w| self.inside[w as usize] && rank[w as usize] >= cut)
         };

@@ -65,7 +65,8 @@ pub struct Placed {
     pub rms_m: f64,
     /// How far the mental spine and the hyoid were seen from where the placed body has them, m.
     pub bones_m: Vec<(&'static str, f64)>,
-    /// Sum of the squares of the distances in their standard deviations, for a speaker of the size of the body or smaller.
+    /// Sum of the squared distances of contour and bones, in standard deviations. Where the speaker is larger than the body, distances
+    /// are first divided by the scale.
     pub cost: f64,
     /// The placement by coils with its uncertainty, if coils were used.
     pub by_coils: Option<Placement>,

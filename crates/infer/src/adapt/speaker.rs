@@ -239,7 +239,7 @@ impl Basis<'_> {
         Ok(out)
     }
 
-    /// The speaker with this body at rest, which was made from the placed one.
+    /// The result for a body at rest that was made from the placed one; it is compared with that one for its smallest ratio of areas.
     fn speaker(
         &self,
         rest: &Rest<'_>,

@@ -69,6 +69,18 @@ pub enum Alarm {
 }
 
 impl Alarm {
+    /// Whether it is a reason why a fit is not trustworthy ([`Fit::is_trustworthy`]); other alarms say how to read its tensions.
+    pub fn forbids_trust(&self) -> bool {
+        matches!(
+            self,
+            Self::TargetNotMet { .. }
+                | Self::AtUpperBound { .. }
+                | Self::BarrierActs { .. }
+                | Self::NotOnBranch { .. }
+                | Self::EquilibriumNotCertain { .. }
+        )
+    }
+
     /// A sentence for readers.
     pub fn text(&self) -> String {
         match self {

@@ -40,6 +40,13 @@ fn course(seen: &Seen, c: usize) -> Vec<(f64, Mark)> {
     seen.frames.iter().filter_map(|f| Some((f.time_s, mark(f)?))).collect()
 }
 
+/// The mean square distance of a point from its mean place, m².
+fn variance(course: &[(f64, Mark)]) -> f64 {
+    let count = course.len() as f64;
+    let mean = course.iter().map(|(_, m)| m.at).sum::<Point>() / count;
+    course.iter().map(|(_, m)| (m.at - mean).norm_squared()).sum::<f64>() / count
+}
+
 /// Checks that successive frames are continuous; `usual_step`: whether the time between them is.
 pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
     let mut out = Vec::new();
@@ -58,9 +65,7 @@ pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
             stuck.push(c);
             continue;
         }
-        let mean = course.iter().map(|(_, m)| m.at).sum::<Point>() / course.len() as f64;
-        let variance =
-            course.iter().map(|(_, m)| (m.at - mean).norm_squared()).sum::<f64>() / course.len() as f64;
+        let variance = variance(course);
         let sd = course[0].1.sd;
         let step = steps.iter().map(|s| s.norm_squared()).sum::<f64>() / steps.len() as f64;
         let apart = upper_median(course.windows(2).map(|w| w[1].0 - w[0].0)).unwrap_or(0.0);
@@ -138,18 +143,16 @@ fn part_of_variance(course: &[(f64, Mark)], lag: usize) -> Option<f64> {
     let begin = course.iter().position(|(_, m)| moved(m, first))?;
     let end = course.iter().rposition(|(_, m)| moved(m, last))?;
     let spoken = course.get(begin..=end).filter(|spoken| spoken.len() / 4 > lag)?;
-    let count = spoken.len() as f64;
-    let mean = spoken.iter().map(|(_, m)| m.at).sum::<Point>() / count;
-    let variance = spoken.iter().map(|(_, m)| (m.at - mean).norm_squared()).sum::<f64>() / count;
     let over = spoken.iter().zip(&spoken[lag..]).map(|(a, b)| (b.1.at - a.1.at).norm_squared());
-    Some(over.sum::<f64>() / (spoken.len() - lag) as f64 / variance)
+    Some(over.sum::<f64>() / (spoken.len() - lag) as f64 / variance(spoken))
 }
 
 /// A frame in which all points of the tongue are shifted alike at once, more than a tongue can be, and stay
 /// there: the head or the probe has slipped.
 fn slip(seen: &Seen) -> Option<Doubt> {
     let points = |f: usize| seen.frames[f].contour.iter().chain(&seen.frames[f].sensors);
-    // The shift from a frame to the next one, how unlike the points' own shifts are, and the time between.
+    // From a frame to the next one: the median shift of the points, the largest difference of a point's shift from it, the largest
+    // standard deviation of a point, and the time.
     let shift = |f: usize| {
         let pairs = points(f)
             .zip(points(f + 1))

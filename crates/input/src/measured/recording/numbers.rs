@@ -4,8 +4,8 @@ use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::budget::{self, Budget};
 
-/// The doubt about the end of a text file: it has no line end, and its last number has fewer digits than those
-/// above it in the same column.
+/// A doubt if a text file seems to be cut off: it ends without a line end, and its last number has fewer digits
+/// than those above it in the same column.
 pub(super) fn cut(bytes: &[u8]) -> Option<String> {
     const TAIL: usize = 1 << 16;
     const FEWEST_LINES: usize = 5;
