@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
-use tongue_fit::adapt::{How, Landmarks, Speaker};
+use tongue_fit::adapt::{Basis, How, Landmarks, Speaker};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::Seen;
@@ -68,7 +68,7 @@ struct Record {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = Given::read(&arguments.body)?;
     let basis = given.basis(&arguments.body, arguments.prior.settings()?);
-    let mut notes = Vec::new();
+    let (mut notes, mut is_whole) = (Vec::new(), true);
     let (speaker, seen) = match &arguments.landmarks {
         Some(path) => {
             let map = arguments.recordings.map()?;
@@ -92,9 +92,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             if arguments.recordings.files.is_empty() && !arguments.recordings.example {
                 return Err(miette!("name recordings of the speaker, or --landmarks of one posture at rest"));
             }
-            let recordings = arguments.recordings.read(None)?;
+            let (recordings, left_out) = arguments.recordings.read(None)?;
             recordings::check_points(&recordings, &given.body)?;
-            notes = recordings::notes(&recordings, &given.body, &[]);
+            is_whole = left_out.is_empty();
+            notes = left_out;
+            notes.extend(recordings::notes(&recordings, &given.body, &[]));
+            let palate = recordings.iter().find_map(|r| r.palate.as_deref());
+            let basis = Basis { palate, ..basis };
             let seen: Vec<_> = recordings.iter().map(|r| &r.seen).collect();
             notes.extend(basis.place(&seen, &[]).into_diagnostic()?.doubt());
             notes.iter().for_each(|n| output::note(n));
@@ -118,7 +122,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let text = || said + &table::files(&written);
     output::answer(global, &Json(&record), &super::provenance(), &written, text)?;
     if doubts.is_empty() {
-        return Ok(Outcome::Good);
+        return Ok(if is_whole { Outcome::Good } else { Outcome::SomeRowsRefused });
     }
     Ok(Outcome::Untrustworthy(format!(
         "this body is not to be trusted: {}; look at rest.svg, and at the unit, the places and the names of the landmarks",

@@ -307,7 +307,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     // With --posterior the posterior decides the status; the fit is printed beside it.
     Ok(match &sampled {
         Some(sampled) => Outcome::judged(sampled.reports[posture].summary.is_some(), || {
-            "the chains of the posterior have not mixed".to_owned()
+            format!("the chains of the posterior have not mixed: {}", sampled.reports[posture].why)
         }),
         None => Outcome::judged(fit.is_trustworthy(), || {
             let causes: Vec<String> = alarms.iter().filter(|a| a.forbids_trust()).map(Alarm::text).collect();

@@ -18,10 +18,21 @@ pub enum Outcome {
     SomeRowsRefused,
 }
 
+/// The end of the reason for an exit status of 3.
+const SEE: &str = "; see the results";
+
 impl Outcome {
     /// Good, or untrustworthy for a reason.
     pub fn judged(good: bool, why: impl FnOnce() -> String) -> Self {
-        if good { Self::Good } else { Self::Untrustworthy(format!("{}; see the results", why())) }
+        if good { Self::Good } else { Self::Untrustworthy(format!("{}{SEE}", why())) }
+    }
+
+    /// Why results cannot be trusted.
+    pub fn why(&self) -> Option<String> {
+        match self {
+            Self::Untrustworthy(why) => Some(why.trim_end_matches(SEE).to_owned()),
+            _ => None,
+        }
     }
 
     /// The outcome of many results by the names of their statuses; those of `good` can be trusted.

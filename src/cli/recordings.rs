@@ -164,10 +164,14 @@ impl Arguments {
         Ok(Some(path.clone()))
     }
 
-    /// All recordings, screened.
-    pub fn read(&self, palate: Option<&[Point]>) -> miette::Result<Vec<Screened>> {
+    /// All recordings, screened, and a sentence for each that is left out because nothing can be read from it.
+    ///
+    /// # Errors
+    /// The first of these sentences if no recording is left.
+    pub fn read(&self, palate: Option<&[Point]>) -> miette::Result<(Vec<Screened>, Vec<String>)> {
         let (map, own) = (self.map()?, self.palate()?);
         let mut all: Vec<Screened> = Vec::new();
+        let mut left_out: Vec<String> = Vec::new();
         let format = self.format;
         let mut sources: Vec<(PathBuf, Vec<Recording>)> = Vec::new();
         if self.example {
@@ -194,7 +198,8 @@ impl Arguments {
                 let mut told = doubts(&seen);
                 told.extend(own.as_deref().and_then(|p| palate_doubt(&seen, p)));
                 if let Some(doubt) = told.iter().find(|d| d.refused) {
-                    return Err(miette!("{}: {}", name(), doubt.said));
+                    left_out.push(format!("{}: {}", name(), doubt.said));
+                    continue;
                 }
                 seen.notes.extend(told.into_iter().map(|d| d.said));
                 let faults = screen(&mut seen, own.as_deref().or(palate));
@@ -216,6 +221,10 @@ impl Arguments {
                 all.push(Screened { seen, faults, palate: own });
             }
         }
+        if let Some(why) = left_out.first().filter(|_| all.is_empty()) {
+            return Err(miette!("{why}"));
+        }
+        left_out.iter_mut().for_each(|why| *why = format!("left out: {why}"));
         match (&self.speaker, all.is_empty()) {
             (None, true) => return Err(miette!("name at least one recording")),
             (Some(speaker), true) => {
@@ -234,11 +243,10 @@ impl Arguments {
                 speakers.join(", ")
             ));
         }
-        let seen: Vec<&Seen> = all.iter().map(|s| &s.seen).collect();
-        if let Some((number, doubt)) = other_size(&seen) {
-            all[number].seen.notes.push(doubt.said);
+        while let Some((number, doubt)) = other_size(&all.iter().map(|s| &s.seen).collect::<Vec<_>>()) {
+            left_out.push(format!("left out: {}: {}", all.remove(number).seen.name, doubt.said));
         }
-        Ok(all)
+        Ok((all, left_out))
     }
 }
 
@@ -311,19 +319,24 @@ pub fn check_scale(scale: f64) -> miette::Result<()> {
     }
 }
 
-/// Refuses an answer in which most frames cannot be reached.
-pub fn check_reach(frames: &[FrameRecord]) -> miette::Result<()> {
+/// Why the tensions of a recording say nothing: most of its frames cannot be reached, or are met badly.
+pub fn out_of_reach(frames: &[FrameRecord]) -> Option<String> {
+    /// Largest median of the root mean square distance, mm: real speakers are met to 0.1 to 1.5 mm.
+    const MOST_RMS_MM: f64 = 2.5;
     let out = frames.iter().filter(|f| f.status == FrameStatus::OutOfReach).count();
-    if 2 * out <= frames.len() {
-        return Ok(());
-    }
     let rms = upper_median(frames.iter().filter_map(|f| f.rms_mm));
-    let met = rms.map_or_else(String::new, |mm| format!(" (met to {mm:.1} mm)"));
-    Err(miette!(
-        "{out} of {} frames cannot be reached by this body{met}, so no tensions are reported; check the unit, the axes and the \
-         places of coils in the map, or adapt a body to the speaker (tongue-fit adapt)",
-        frames.len()
-    ))
+    let is_met = rms.is_none_or(|mm| mm <= MOST_RMS_MM);
+    (2 * out > frames.len() || !is_met).then(|| {
+        let met = rms.map_or_else(String::new, |mm| format!(" (met to {mm:.1} mm)"));
+        let what = match is_met || 2 * out > frames.len() {
+            true => format!("{out} of {} frames cannot be reached by this body{met}", frames.len()),
+            false => format!("its points are met badly by this body{met}"),
+        };
+        format!(
+            "{what}, so no tensions are reported; check the unit, the axes and the places of coils in the map (turn_deg turns a recording \
+             whose axes are not those of the head), or adapt a body to the speaker (tongue-fit adapt)"
+        )
+    })
 }
 
 /// Points that are left out in most frames of a recording, in sentences.
@@ -349,43 +362,53 @@ pub fn left_out(recordings: &[Screened], frames: &[FrameRecord]) -> Vec<String> 
 /// Largest plausible motion of a bone in speech, m.
 const FARTHEST_BONE_M: f64 = 20e-3;
 
-/// Faults of recordings, in sentences.
+/// Faults of recordings, in sentences; what is said of several recordings is said once, with their names.
 pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<String> {
-    let mut out = Vec::new();
-    for Screened { seen, faults, .. } in recordings {
-        out.extend(seen.notes.iter().map(|note| format!("{}: {note}", seen.name)));
-        let count = |kind: FaultKind| faults.iter().flatten().filter(|f| f.kind == kind).count();
-        let mut tell = |kind: FaultKind, what: &str| {
-            let n = count(kind);
-            if n > 0 {
-                out.push(format!("{}: in {n} of {} frames {what}", seen.name, seen.frames.len()));
+    let mut all: Vec<(String, Vec<&str>)> = Vec::new();
+    for one in recordings {
+        for note in notes_of(one, body, freed) {
+            match all.iter_mut().find(|(said, _)| *said == note) {
+                Some((_, names)) => names.push(&one.seen.name),
+                None => all.push((note, vec![&one.seen.name])),
             }
-        };
-        tell(FaultKind::Jumped, "points jump; they are left out");
-        tell(FaultKind::OutOfOrder, "points of the contour are exchanged; they are left out");
-        tell(FaultKind::BeyondPalate, "points lie beyond the palate; they are left out");
-        tell(FaultKind::BoneMissing, "a bone was not seen; it stays where the nearest frames show it");
-        let count = seen.frames.len();
-        let shown = |nth: usize| {
-            seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count()
-        };
-        // Lines of a fan that the tongue never meets are usual.
-        let rare = (0..seen.contour.len()).map(|nth| (&seen.contour[nth], shown(nth)));
-        for (name, shown) in rare.filter(|(_, shown)| (1..count / 2).contains(shown)) {
-            out.push(format!("{}: {name} was seen in {shown} of {count} frames", seen.name));
         }
-        for bone in [tongue_fit::body::MANDIBLE, tongue_fit::body::HYOID] {
-            if seen.shows_bone(bone) || body.bone(bone).is_empty() {
-                continue;
-            }
-            let what = match freed.iter().any(|f| f.trim() == bone) {
-                true => "its displacement is an unknown".to_owned(),
-                false => format!(
-                    "it stays where it is at rest; track --free-bone {bone} makes its displacement an unknown"
-                ),
-            };
-            out.push(format!("{}: the {} was never seen; {what}", seen.name, bone.replace('_', " ")));
+    }
+    let named = |(said, names): (String, Vec<&str>)| format!("{}: {said}", names.join("; "));
+    all.into_iter().map(named).collect()
+}
+
+/// Faults of a recording.
+fn notes_of(Screened { seen, faults, .. }: &Screened, body: &Body<2>, freed: &[String]) -> Vec<String> {
+    let mut out = seen.notes.clone();
+    let count = seen.frames.len();
+    let mut tell = |kind: FaultKind, what: &str| {
+        let n = faults.iter().flatten().filter(|f| f.kind == kind).count();
+        if n > 0 {
+            out.push(format!("in {n} of {count} frames {what}"));
         }
+    };
+    tell(FaultKind::Jumped, "points jump; they are left out");
+    tell(FaultKind::OutOfOrder, "points of the contour are exchanged; they are left out");
+    tell(FaultKind::BeyondPalate, "points lie beyond the palate; they are left out");
+    tell(FaultKind::BoneMissing, "a bone was not seen; it stays where the nearest frames show it");
+    let shown =
+        |nth: usize| seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count();
+    // Lines of a fan that the tongue never meets are usual.
+    let rare = (0..seen.contour.len()).map(|nth| (&seen.contour[nth], shown(nth)));
+    for (name, shown) in rare.filter(|(_, shown)| (1..count / 2).contains(shown)) {
+        out.push(format!("{name} was seen in {shown} of {count} frames"));
+    }
+    for bone in [tongue_fit::body::MANDIBLE, tongue_fit::body::HYOID] {
+        if seen.shows_bone(bone) || body.bone(bone).is_empty() {
+            continue;
+        }
+        let what = match freed.iter().any(|f| f.trim() == bone) {
+            true => "its displacement is an unknown".to_owned(),
+            false => format!(
+                "it stays where it is at rest; track --free-bone {bone} makes its displacement an unknown"
+            ),
+        };
+        out.push(format!("the {} was never seen; {what}", bone.replace('_', " ")));
     }
     out
 }

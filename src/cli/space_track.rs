@@ -152,9 +152,9 @@ fn recorded(
     recordings: &recordings::Arguments,
     as_is: bool,
 ) -> miette::Result<(Recorded, Vec<String>)> {
-    let screened = recordings.read(None)?;
+    let (screened, left_out) = recordings.read(None)?;
     let seen: Vec<&Seen> = screened.iter().map(|r| &r.seen).collect();
-    let is_placed = as_is || recordings.map()?.placement().is_some();
+    let is_placed = as_is || recordings.map()?.is_in_frame();
     // The built-in body has the outline of the tongue in the plane, whose bones are marked where recordings mark them.
     let section = match source {
         _ if is_placed => None,
@@ -177,6 +177,7 @@ fn recorded(
             placed.similarity.angle().to_degrees()
         ));
     }
+    notes.extend(left_out);
     Ok((found, notes))
 }
 

@@ -88,12 +88,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         return space_track::run(source, (&arguments.recordings, arguments.as_is), &arguments.space, global);
     }
     let given = Given::read(&arguments.body)?;
-    let is_placed = arguments.recordings.map()?.placement().is_some();
+    let is_placed = arguments.recordings.map()?.is_in_frame();
     let is_given = arguments.body.is_given() || arguments.as_is || is_placed;
     // The palate of a drawn body is where the speaker's is only if the body is used as it is.
     let is_drawn = arguments.body.is_given() || arguments.as_is;
     let palate = given.body.palate.as_deref().filter(|_| is_drawn);
-    let recordings = arguments.recordings.read(palate)?;
+    let (recordings, mut left_out) = arguments.recordings.read(palate)?;
     recordings::check_points(&recordings, &given.body)?;
     let names = contracting(arguments, &given.body)?;
     let numbers =
@@ -161,23 +161,37 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             found.push(run.found(speaker.body.clone(), recording));
         }
     }
-    let all: Vec<&Tracked> = found.iter().flat_map(|f| &f.frames).collect();
-    let courses = courses(&names, &all, &run.basis.settings.link);
-    let mut gestures = Vec::new();
-    let mut frames = Vec::new();
-    for (r, f) in recordings.iter().zip(&found) {
-        frames.extend(frame_records(&r.seen, &r.faults, &f.frames, &names, run.freed(&r.seen)));
-        gestures.extend(gesture_records(&r.seen.name, &f.gestures, &names));
+    // Recordings that the body cannot reach are left out.
+    let (mut frames, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
+    for (r, f) in recordings.iter().zip(found) {
+        let of_one = frame_records(&r.seen, &r.faults, &f.frames, &names, run.freed(&r.seen));
+        match recordings::out_of_reach(&of_one) {
+            Some(why) => unmet.push(format!("{}: {why}", r.seen.name)),
+            None => {
+                frames.extend(of_one);
+                met.push((&r.seen, f));
+            }
+        }
     }
-    if let Err(reason) = recordings::check_reach(&frames) {
+    if let Some(why) = unmet.first().filter(|_| met.is_empty()) {
         // Why they cannot be reached may be in a note.
         notes.iter().for_each(|n| output::note(n));
         journal.remove().into_diagnostic()?;
-        return Err(reason);
+        return Err(miette!("{why}"));
     }
+    left_out.extend(unmet.into_iter().map(|why| format!("left out: {why}")));
+    notes.splice(0..0, left_out.iter().cloned());
+    let (seen, found): (Vec<&Seen>, Vec<Found>) = met.into_iter().unzip();
+    let all: Vec<&Tracked> = found.iter().flat_map(|f| &f.frames).collect();
+    let courses = courses(&names, &all, &run.basis.settings.link);
+    let gestures = seen.iter().zip(&found);
+    let gestures = gestures.flat_map(|(s, f)| gesture_records(&s.name, &f.gestures, &names)).collect();
     notes.extend(recordings::left_out(&recordings, &frames));
     let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
     frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
+    // The intervals of an unresolved frame and of one without data are wide, and can be trusted.
+    let good = [FrameStatus::Converged, FrameStatus::Unresolved, FrameStatus::Gap].map(status_name);
+    let outcome = Outcome::counted(&statuses, &good.each_ref().map(String::as_str), "frames");
     let held_out = (!hide.is_empty()).then(|| {
         let tracked: Vec<Vec<Tracked>> = found.iter().map(|f| f.frames.clone()).collect();
         HeldOut {
@@ -193,6 +207,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         placement: None,
         prior: PriorRecord::new(&run.basis.settings),
         statuses,
+        untrusted: outcome.why(),
         median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_mm)),
         courses,
         gestures,
@@ -229,9 +244,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     journal.remove().into_diagnostic()?;
     let by = super::provenance().with_tissue(run.model().tissue);
     output::answer(global, &Json(&record), &by, &written, || track_table::track(&record, &written))?;
-    // The intervals of an unresolved frame are wide, and can be trusted.
-    let good = [FrameStatus::Converged, FrameStatus::Unresolved].map(status_name);
-    Ok(Outcome::counted(&record.statuses, &good.each_ref().map(String::as_str), "frames"))
+    // Some recordings were not used.
+    Ok(if left_out.is_empty() || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused })
 }
 
 /// How well the courses repeat where labels do.

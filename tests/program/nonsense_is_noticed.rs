@@ -176,8 +176,70 @@ fn faults_that_leave_an_answer_are_told_once_on_terminal_json_and_page_and_statu
     }
     assert_eq!(output.status.code(), Some(3), "{told}");
     assert!(told.contains(" of the 90 frames cannot be trusted (") && told.contains(" off branch"), "{told}");
+    let json = fs::read_to_string(at.join("spike/track.json")).unwrap();
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(json["untrusted"].as_str().unwrap().contains("cannot be trusted"), "{}", json["untrusted"]);
     let output = run(at, "adapt spike.csv --rest similarity --out body");
     let told = String::from_utf8(output.stderr).unwrap();
     let json = fs::read_to_string(at.join("body/adapt.json")).unwrap();
     assert_eq!((told.matches(name).count(), json.matches(name).count()), (1, 1), "{told} {json}");
+}
+
+#[test]
+fn a_recording_whose_tensions_mean_nothing_is_left_out_everywhere_and_a_gap_can_be_trusted() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // The tongue of the second recording is shifted at once, and the first is not seen for ten frames.
+    let text: String = tidy(|nth, x, y| [x, if nth > 70 { y + 14.0 } else { y }])
+        .lines()
+        .filter(|line| {
+            let time = line.split(',').nth(1).and_then(|t| t.parse::<f64>().ok()).unwrap_or(0.0);
+            !(line.starts_with("synthetic one") && line.contains("tongue") && (0.2..0.32).contains(&time))
+        })
+        .map(|line| format!("{line}\n"))
+        .collect();
+    fs::write(at.join("slip.csv"), text).unwrap();
+    let output = run(at, "track slip.csv --frames 0 --draws 100 --out slip");
+    let told = String::from_utf8(output.stderr).unwrap();
+    let name = "left out: slip.csv, synthetic two: all points of the tongue are shifted";
+    assert_eq!((output.status.code(), told.matches(name).count()), (Some(1), 1), "{told}");
+    let read = |file: &str| fs::read_to_string(at.join("slip").join(file)).unwrap();
+    assert!(read("track.json").contains(name) && read("track.html").contains(name));
+    assert!(read("track.csv").contains("synthetic one,") && !read("track.csv").contains("synthetic two,"));
+    assert!(read("track.csv").contains(",gap,") && !read("track.json").contains("untrusted"));
+    // Of one of two sizes the first is kept, and of two that are alike both are, with their common note told once.
+    let coils = |factor: f64| {
+        tidy(|nth, x, y| if nth < 45 { [x, y] } else { [factor * x, factor * y] })
+            .lines()
+            .filter(|l| ["time_s", "tongue_3,", "tongue_6,", "tongue_9,"].iter().any(|n| l.contains(n)))
+            .map(|l| l.replace("tongue_9", "T1").replace("tongue_6", "T2").replace("tongue_3", "T3") + "\n")
+            .collect::<String>()
+    };
+    fs::write(at.join("sizes.csv"), coils(0.75)).unwrap();
+    let output = run(at, "track sizes.csv --frames 0 --draws 100 --out sizes");
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.code() == Some(1) && told.contains("its tongue is 0.7"), "{told}");
+    // Coils in axes that are turned are out of reach; turned back they are not.
+    let turned: String = coils(1.0)
+        .lines()
+        .map(|line| match line.split(',').collect::<Vec<_>>()[..] {
+            [name, time, point, x, y] if time != "time_s" => {
+                let ([x, y], (sin, cos)) =
+                    ([x, y].map(|v| v.parse::<f64>().unwrap()), (50_f64.to_radians()).sin_cos());
+                format!("{name},{time},{point},{},{}\n", cos * x - sin * y, sin * x + cos * y)
+            }
+            _ => format!("{line}\n"),
+        })
+        .collect();
+    fs::write(at.join("turned.csv"), turned).unwrap();
+    fs::write(at.join("back.toml"), "turn_deg = 50\n").unwrap();
+    let told = refused(at, "track turned.csv");
+    assert!(told.contains("turn_deg"), "{told}");
+    let output = run(at, "track turned.csv --map back.toml --frames 0 --draws 100 --out turned");
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    fs::write(at.join("alike.csv"), coils(1.0)).unwrap();
+    let output = run(at, "track alike.csv --frames 0 --draws 100 --out alike");
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{told}");
+    assert!(told.contains("synthetic one; synthetic two: the hyoid was never seen"), "{told}");
 }

@@ -115,9 +115,10 @@ fn intervals_of_speakers_seen_by_coils_hold_the_truth() {
 
 #[test]
 fn recordings_of_synthetic_speakers_raise_no_doubt() {
-    for seed in 0..20 {
-        for seeing in [Seeing::Contour, Seeing::Coils(3, 1), Seeing::Coils(4, 1)] {
-            assert_eq!(recorded(seed, seeing).doubts(), [""; 0], "{seed}, {seeing:?}");
-        }
-    }
+    let all = (0..40).flat_map(|seed| {
+        [Seeing::Contour, Seeing::Coils(3, 1), Seeing::Coils(4, 1)].map(|seeing| (seed, seeing))
+    });
+    let told: Vec<_> = all.map(|(seed, seeing)| (seed, seeing, recorded(seed, seeing).doubts())).collect();
+    let told: Vec<_> = told.iter().filter(|(.., doubts)| !doubts.is_empty()).collect();
+    assert!(told.is_empty(), "{told:#?}");
 }

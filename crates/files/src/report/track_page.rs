@@ -103,7 +103,7 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
                 " N/m, with a correlation time of " (record.prior.memory_s) " s. "
                 "A contour or a few coils do not determine eight tensions: the rest comes from the prior. Intervals of courses that are not known are hatched; unreliable frames are shaded."
             }
-            @for note in &record.notes { p.alarms { (note) } }
+            @for note in record.untrusted.iter().chain(&record.notes) { p.alarms { (note) } }
         }
     }
 }

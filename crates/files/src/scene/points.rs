@@ -45,21 +45,16 @@ fn seen(points: &Points) -> Seen {
     let behind = points.sensors.iter().map(|s| s.surface_mm * 1e-3);
     Seen {
         name: "points".to_owned(),
-        speaker: None,
         contour: named("contour", points.contour_mm.len()),
         sensors: named("sensor", points.sensors.len()).into_iter().zip(behind).collect(),
-        bones: Vec::new(),
-        labels: Vec::new(),
-        ignored: Vec::new(),
         measured: vec![true; points.sensors.len()],
-        notes: Vec::new(),
-        mirrored: false,
         frames: vec![SeenFrame {
             time_s: 0.0,
             contour: points.contour_mm.iter().map(mark).collect(),
             sensors: points.sensors.iter().map(|s| mark(&s.at_mm)).collect(),
             bones: Vec::new(),
         }],
+        ..Seen::default()
     }
 }
 

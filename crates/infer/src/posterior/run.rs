@@ -193,7 +193,9 @@ pub fn sample_at<'a>(
         () if fewest.is_nan() || fewest < FEWEST_EFFECTIVE => {
             format!("there are {fewest:.0} effective draws, fewer than {FEWEST_EFFECTIVE}; ask for more")
         }
-        () if divergences > thin * count / 100 => format!("{divergences} trajectories diverged"),
+        () if divergences > thin * count / 100 => {
+            format!("{divergences} trajectories diverged; ask for more draws")
+        }
         () => String::new(),
     };
     let mean = |of: fn(&hmc::Chain<Draw>) -> f64| chains.iter().map(of).sum::<f64>() / chains.len() as f64;

@@ -177,6 +177,9 @@ pub struct TrackRecord {
     pub prior: PriorRecord,
     /// Number of frames by status.
     pub statuses: std::collections::BTreeMap<String, usize>,
+    /// Why frames cannot be trusted: the reason for an exit status of 3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub untrusted: Option<String>,
     /// Median over the frames of the root mean square distance, mm.
     pub median_rms_mm: Option<f64>,
     /// What is known of each muscle.

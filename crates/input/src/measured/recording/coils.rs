@@ -3,15 +3,17 @@
 use tongue_core::geometry::Point;
 
 use super::courses::FEW;
-use super::doubts::Doubt;
+use super::doubts::{Doubt, exchanged_axes};
 use super::{Seen, names};
 
 /// Range of the mean distance of neighbouring coils that is usual, m, and largest usual distance of the last
 /// one behind the first along the tongue, m: coils are glued 10 to 20 mm apart on its front 60 mm.
 const USUAL_GAP_M: [f64; 2] = [9e-3, 28e-3];
 const USUAL_LENGTH_M: f64 = 58e-3;
-/// A middle coil that is this far below the line of its neighbours and below the first one is reported, m.
+/// A middle coil that is this far below the line of its neighbours and below the first one is reported, m, if it is
+/// so in this part of the frames: a retroflex hollows a tongue, but not in all of speech.
 const HOLLOW_M: f64 = 2e-3;
+const HOLLOW_PART: f64 = 0.8;
 /// A coil that is this far in front of the one at the tip is reported, m.
 const IN_FRONT_M: f64 = 3e-3;
 
@@ -24,12 +26,17 @@ pub(super) fn of_coils(seen: &Seen, middles: &[Option<Point>]) -> Vec<Doubt> {
     if coils.len() < 2 {
         return Vec::new();
     }
+    // The two that are farthest from each other, since those on exchanged axes are out of order.
+    let pairs = coils.iter().flat_map(|a| coils.iter().map(|b| b.2 - a.2));
+    let widest = pairs.max_by(|a, b| a.norm().total_cmp(&b.norm())).unwrap_or_default();
+    let axes = exchanged_axes(seen, widest);
     let listed = |of: &[(&str, f64, Point)]| of.iter().map(|c| c.0).collect::<Vec<_>>().join(", ");
     let help = "correct their names or numbers in a map";
     let turns = |w: &[(&str, f64, Point)]| (w[1].2 - w[0].2).dot(&(w[2].2 - w[1].2)) < 0.0;
     if let Some(w) = coils.windows(3).find(|w| turns(w)) {
         let what = format!("the coils {} do not lie along the tongue in this order", listed(w));
-        return vec![Doubt::refused(format!("{what}: two of them seem to be exchanged; {help}"))];
+        let names = || Doubt::refused(format!("{what}: two of them seem to be exchanged; {help}"));
+        return vec![axes.unwrap_or_else(names)];
     }
     let ranks: Vec<u32> = coils.iter().filter_map(|c| names::rank(c.0)).collect();
     let named = ranks.len() == coils.len();
@@ -39,32 +46,50 @@ pub(super) fn of_coils(seen: &Seen, middles: &[Option<Point>]) -> Vec<Doubt> {
     }
     let mut out = Vec::new();
     if named && ranks.windows(2).any(|w| w[0] > w[1]) {
-        out.push(Doubt::told(format!(
-            "from the tip backwards the coils lie in the order {}: their names seem to be exchanged; they are taken as they lie",
-            listed(&coils)
-        )));
+        let order = listed(&coils);
+        let names = || {
+            Doubt::told(format!(
+                "from the tip backwards the coils lie in the order {order}: their names seem to be exchanged; they are taken as they lie"
+            ))
+        };
+        out.push(axes.unwrap_or_else(names));
     }
     let gaps: Vec<f64> = coils.windows(2).map(|w| (w[1].2 - w[0].2).norm()).collect();
     let length = gaps.iter().sum::<f64>();
     let gap = length / gaps.len() as f64;
-    if coils.len() > 2 && (!(USUAL_GAP_M[0]..=USUAL_GAP_M[1]).contains(&gap) || length > USUAL_LENGTH_M) {
-        out.push(Doubt::told(format!(
+    if coils.len() > 2
+        && !seen.stated.unit
+        && (!(USUAL_GAP_M[0]..=USUAL_GAP_M[1]).contains(&gap) || length > USUAL_LENGTH_M)
+    {
+        out.push(Doubt::refused(format!(
             "its coils lie {:.1} mm apart, {:.0} mm from the first to the last, where 10 to 20 mm on the front 60 mm of a tongue are usual; \
-             if that is wrong, correct unit_mm in a map",
+             give unit_mm in a map: the right one, or the same (1 for millimetres) if the coils do lie so",
             gap * 1e3,
             length * 1e3
         )));
     }
-    let judged = if seen.frames.len() < FEW { &[] } else { &coils[1..coils.len() - 1] };
-    let hollow = judged.iter().map(|(name, _, p)| {
-        let along = last.2 - first.2;
-        (along.perp(&(first.2 - p)) / along.norm(), first.2.y - p.y, name)
+    let judged = if seen.frames.len() < FEW || seen.stated.axes { &[] } else { &coils[1..coils.len() - 1] };
+    let depth = |[first, p, last]: [Point; 3]| {
+        let along = last - first;
+        (along.perp(&(first - p)) / along.norm()).min(first.y - p.y)
+    };
+    let number = |name: &str| seen.sensors.iter().position(|(n, _)| n == name);
+    let hollow = judged.iter().filter_map(|(name, _, p)| {
+        let numbers = [number(first.0)?, number(name)?, number(last.0)?];
+        let at = |f: &super::SeenFrame| {
+            let [a, b, c] = numbers.map(|n| f.sensors[n].map(|m| m.at));
+            Some([a?, b?, c?])
+        };
+        let depths: Vec<f64> = seen.frames.iter().filter_map(at).map(depth).collect();
+        let deep = depths.iter().filter(|d| **d > 0.0).count();
+        let is_hollow = deep as f64 > HOLLOW_PART * depths.len() as f64;
+        is_hollow.then_some((depth([first.2, *p, last.2]), name))
     });
     let deepest = hollow.max_by(|a, b| a.0.total_cmp(&b.0));
-    if let Some((depth, _, name)) = deepest.filter(|(depth, below, _)| depth.min(*below) > HOLLOW_M) {
-        out.push(Doubt::told(format!(
-            "{name} lies {:.0} mm below the line from {} to {}, where a tongue is arched upwards: the recording may be upside down; if so, \
-             give the axis that grows upwards in a map, such as up = \"-y\"",
+    if let Some((depth, name)) = deepest.filter(|(depth, _)| *depth > HOLLOW_M) {
+        out.push(Doubt::refused(format!(
+            "{name} lies {:.0} mm below the line from {} to {} throughout, where a tongue is arched upwards: either the recording is upside \
+             down, or the tongue is held hollow, as in a retroflex; say which by up = \"-y\" or up = \"y\" in a map",
             depth * 1e3,
             first.0,
             last.0

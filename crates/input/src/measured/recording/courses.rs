@@ -16,14 +16,15 @@ pub(super) const FEW: usize = 20;
 const DISORDER: f64 = 0.6;
 /// A course is judged if it moves by this many standard deviations of its noise.
 const MOVES_SD: f64 = 2.5;
-/// A channel with the same position as before in this part of its frames is stuck.
+/// A channel with the same position as before in this part of its frames is stuck, if others move.
 const STUCK: f64 = 0.5;
 /// Fastest plausible motion of a tongue, m/s (tips reach 0.5).
 const FASTEST_M_S: f64 = 1.5;
-/// Shortest time over which speeds are measured, s, and their largest plausible median, m/s: pellets on the
-/// tongue move at 0.06 to 0.13 m/s on average in speech (Tasko and Westbury 2002).
-const SPEED_OVER_S: f64 = 8e-3;
-const MEDIAN_M_S: f64 = 0.16;
+/// Shortest time over which speeds are measured, s, and the largest plausible speed of the fastest tenth of it,
+/// m/s: pellets on the tongue move at 0.06 to 0.13 m/s on average in speech (Tasko and Westbury 2002), and tips at
+/// 0.4 m/s in the fastest gestures.
+const SPEED_OVER_S: f64 = 20e-3;
+const FAST_M_S: f64 = 0.32;
 /// In speech, whose syllables follow one another 2 to 7 times a second, a tongue makes half of its motion in
 /// 0.03 to 0.15 s: the time in which the mean square of its displacement becomes its variance.
 const HALF_MOTION_S: f64 = 0.25;
@@ -56,49 +57,53 @@ pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
     let mut stuck = Vec::new();
     let (mut disorder, mut jumps) = (Vec::new(), Vec::new());
     let (mut speeds, mut late) = (Vec::new(), Vec::new());
-    let mut still = 0;
+    let (mut still, mut moving) = (0, 0);
     for (c, course) in courses.iter().enumerate().filter(|(_, course)| course.len() >= FEW) {
         let steps: Vec<Vector2<f64>> = course.windows(2).map(|w| w[1].1.at - w[0].1.at).collect();
         let same = steps.iter().filter(|s| s.norm() == 0.0).count();
         still += usize::from(same == steps.len());
+        let variance = variance(course);
+        let sd = course[0].1.sd;
+        let apart = upper_median(course.windows(2).map(|w| w[1].0 - w[0].0)).unwrap_or(0.0);
+        // Noise has two axes. Frames far apart in time need not be close in space.
+        let moves = apart > 0.0 && variance > 2.0 * (MOVES_SD * sd).powi(2);
+        moving += usize::from(moves);
         if same as f64 > STUCK * steps.len() as f64 {
             stuck.push(c);
             continue;
         }
-        let variance = variance(course);
-        let sd = course[0].1.sd;
-        let step = steps.iter().map(|s| s.norm_squared()).sum::<f64>() / steps.len() as f64;
-        let apart = upper_median(course.windows(2).map(|w| w[1].0 - w[0].0)).unwrap_or(0.0);
-        // Noise has two axes. Frames far apart in time need not be close in space.
-        let moves = apart > 0.0 && variance > 2.0 * (MOVES_SD * sd).powi(2);
         let lag = (HALF_MOTION_S / apart) as usize;
-        if moves && lag > 1 {
-            late.extend(part_of_variance(course, lag));
+        if moves && lag > 0 {
+            late.extend(
+                part_of_variance(course, lag).map(|part| part * HALF_MOTION_S / (lag as f64 * apart)),
+            );
         }
         if moves && apart < 0.05 {
-            disorder.push(step / (2.0 * variance));
+            disorder.push(disorder_of(course, variance));
             let fast = course.windows(2).filter(|w| (w[1].1.at - w[0].1.at).norm() > 6.0 * sd);
             let fast =
                 fast.filter(|w| (w[1].1.at - w[0].1.at).norm() > FASTEST_M_S * (w[1].0 - w[0].0)).count();
             jumps.push(fast as f64 / steps.len() as f64);
             let lag = ((SPEED_OVER_S / apart).ceil() as usize).clamp(1, course.len());
-            let moved = course.iter().zip(&course[lag..]).map(|(a, b)| (b.1.at - a.1.at).norm());
-            // The median distance between two places of a point that rests.
-            let noise = 1.665 * sd;
-            let moved = upper_median(moved).unwrap_or(0.0);
-            speeds.push((moved.powi(2) - noise.powi(2)).max(0.0).sqrt() / (lag as f64 * apart));
+            let mut moved: Vec<f64> =
+                course.iter().zip(&course[lag..]).map(|(a, b)| (b.1.at - a.1.at).norm()).collect();
+            moved.sort_unstable_by(f64::total_cmp);
+            // Nine of ten distances between two places of a point that rests are shorter.
+            let noise = 3.035 * sd;
+            let fast = moved.get(moved.len() * 9 / 10).copied().unwrap_or(0.0);
+            speeds.push((fast.powi(2) - noise.powi(2)).max(0.0).sqrt() / (lag as f64 * apart));
         }
     }
-    let moving = courses.iter().filter(|course| course.len() >= FEW).count();
-    if moving > 0 && still == moving {
+    let judged = courses.iter().filter(|course| course.len() >= FEW).count();
+    if judged > 0 && still == judged {
         out.push(Doubt::told(
             "nothing moves: every frame has the same places; export the recording anew, or give one frame alone".to_owned(),
         ));
-    } else if moving > 0 && stuck.len() == moving {
+    } else if moving > 0 && stuck.len() == judged {
         out.push(Doubt::told(
             "most frames repeat the one before; export the recording at the rate of its video, or take the repeated frames out".to_owned(),
         ));
-    } else if !stuck.is_empty() {
+    } else if moving > 0 && !stuck.is_empty() {
         let names: Vec<&str> = stuck.iter().map(|&c| name(c).as_str()).collect();
         out.push(Doubt::told(format!(
             "{} stays in the very same place in most frames while others move; write \"{}\" = \"ignore\" into a map",
@@ -108,9 +113,9 @@ pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
     }
     let help = "correct rate_hz in the map, or the times, which are in seconds";
     // A point that jumps among others that rest says nothing of the recording.
-    let middle = |of: &[f64]| upper_median(of.iter().copied()).filter(|_| 2 * of.len() >= moving);
+    let middle = |of: &[f64]| upper_median(of.iter().copied()).filter(|_| 2 * of.len() >= judged);
     if middle(&disorder).is_some_and(|d| d > DISORDER) {
-        out.push(Doubt::told(
+        out.push(Doubt::refused(
             "its frames do not follow one another: points are as far from where they were in the frame before as from anywhere; \
              sort them by time"
                 .to_owned(),
@@ -120,9 +125,9 @@ pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
             "points move faster than {FASTEST_M_S} m/s in more than a tenth of the frames, which no tongue does; correct the rate or \
              the times"
         )));
-    } else if let Some(m_s) = middle(&speeds).filter(|s| *s > MEDIAN_M_S && usual_step) {
+    } else if let Some(m_s) = middle(&speeds).filter(|s| *s > FAST_M_S && usual_step) {
         out.push(Doubt::told(format!(
-            "half of the time the tongue moves faster than {:.0} mm/s, where 60 to 130 are usual in speech; if that is wrong, {help}",
+            "a tenth of the time the tongue moves faster than {:.0} mm/s, where 80 to 200 are usual in speech; if that is wrong, {help}",
             m_s * 1e3
         )));
     } else if usual_step && middle(&late).is_some_and(|d| d < 1.0) {
@@ -133,6 +138,18 @@ pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
     }
     out.extend(slip(seen));
     out
+}
+
+/// The square of steps over twice the variance, about 1 for frames in random order: of the mean, which a point that jumps makes too large,
+/// or of the median, which rest makes too large; the smaller.
+fn disorder_of(course: &[(f64, Mark)], variance: f64) -> f64 {
+    let squares = |lag: usize| {
+        course.iter().zip(course.iter().cycle().skip(lag)).map(|(a, b)| (b.1.at - a.1.at).norm_squared())
+    };
+    let steps = course.len() - 1;
+    let mean = squares(1).take(steps).sum::<f64>() / steps as f64 / (2.0 * variance);
+    let medians = upper_median(squares(1).take(steps)).zip(upper_median(squares(course.len() / 2)));
+    medians.map_or(mean, |(near, far)| mean.min(near / far))
 }
 
 /// The mean square of the displacement over so many frames, in units of the variance, without the rest before and after speech, which
@@ -185,7 +202,7 @@ fn slip(seen: &Seen) -> Option<Doubt> {
     let (by, ..) = shifts[first]?;
     let times =
         if frames.len() == 1 { String::new() } else { format!(" (and {} times more)", frames.len() - 1) };
-    Some(Doubt::told(format!(
+    Some(Doubt::refused(format!(
         "all points of the tongue are shifted by {:.0} mm at once at {:.3} s{times}: the head or the probe has slipped; name points of the \
          head as \"reference\" in a map, or give the parts as recordings of their own",
         by.norm() * 1e3,

@@ -46,6 +46,26 @@ const LONGER: f64 = 1.6;
 /// A contour that is on average this far below the line of its ends is upside down, m.
 const HOLLOW_M: f64 = 5e-3;
 
+/// The mental spine and the hyoid lie one behind the other within this angle, rad, and coils that are not out of
+/// order.
+const STEEPEST: f64 = 60.0 * std::f64::consts::PI / 180.0;
+/// A contour reaches no farther above the line from the mental spine to the hyoid than the first number times their
+/// distance and than the second one times its own length: 1.1 to 1.5 and 0.50 to 0.57 in most bodies. A hyoid near
+/// the jaw raises the first alone, a root that is not seen the second alone.
+const HIGHEST: [f64; 2] = [1.7, 0.66];
+
+/// The doubt about points that should lie one behind the other and are apart by this, m, mostly upwards.
+pub(super) fn exchanged_axes(seen: &Seen, apart: Point) -> Option<Doubt> {
+    let steep = apart.y.abs() > STEEPEST.tan() * apart.x.abs();
+    (steep && !seen.stated.axes).then(|| {
+        Doubt::refused(
+            "coils or bones that lie one behind the other are recorded one above the other: x and y seem to be exchanged; give back = \
+             \"y\" and up = \"x\" in a map, with a minus before an axis that grows the other way"
+                .to_owned(),
+        )
+    })
+}
+
 /// All doubts about a recording.
 pub fn doubts(seen: &Seen) -> Vec<Doubt> {
     let middles = Middles::of(seen);
@@ -222,6 +242,9 @@ fn few_points(seen: &Seen) -> Option<Doubt> {
     let one = if seen.contour.is_empty() { "coil" } else { "point" };
     match most {
         0 => Some(Doubt::refused("no point of the tongue is seen in any frame; correct the map".to_owned())),
+        2 if seen.sensors.is_empty() => {
+            Some(Doubt::refused("only two points of the contour are seen; give three or more".to_owned()))
+        }
         1 => Some(Doubt::refused(format!(
             "only one {one} is seen, which does not determine the shape of a tongue; give three or more (two at least)"
         ))),
@@ -284,6 +307,9 @@ fn of_order(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
     let ends = contour.first().zip(contour.last()).filter(|_| contour.len() >= 4);
     let bones = middles.bone(seen, MANDIBLE).zip(middles.bone(seen, HYOID));
     if let Some((spine, hyoid)) = bones {
+        if let Some(doubt) = exchanged_axes(seen, hyoid - spine) {
+            return vec![doubt];
+        }
         let rear = contour.iter().chain(middles.sensors.iter().flatten()).map(|p| p.y);
         if rear.clone().count() > 0 && upper_median(rear).unwrap_or(0.0) < spine.y.min(hyoid.y) {
             let what = "the tongue lies below the hyoid and the mental spine: the recording is upside down";
@@ -311,6 +337,19 @@ fn of_order(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
                     "the contour runs from the tip to the root; number it from the root to the tip".to_owned(),
                 )),
             }
+        }
+    }
+    if let Some((spine, hyoid)) = bones.filter(|_| contour.len() >= 5) {
+        let apart = hyoid - spine;
+        let heights = contour.iter().map(|p| apart.perp(&(p - spine)) / apart.norm());
+        let height = heights.fold(f64::NEG_INFINITY, f64::max);
+        let length = contour.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>();
+        if height > HIGHEST[0] * apart.norm() && height > HIGHEST[1] * length {
+            let times = height / apart.norm();
+            out.push(Doubt::told(format!(
+                "the contour reaches {times:.1} times as far above the line from the mental spine to the hyoid as these are apart, where 1.1 \
+                 to 1.5 are usual: the contour is too high for the bones; correct these, or give both in one frame"
+            )));
         }
     }
     if contour.len() >= 5 {

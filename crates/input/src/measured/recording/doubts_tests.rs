@@ -132,6 +132,8 @@ fn wrong_rates_are_reported() {
     };
     assert_eq!(said(&speech(1.0), ""), (String::new(), false));
     noticed(&speech(0.25), "", "rate_hz", false);
+    noticed(&speech(1.0 / 3.0), "", "rate_hz", false);
+    noticed(&speech(10.0), "", "rate_hz", false);
     noticed(&changed(|_, time, _| *time *= 4.0), "", "rate_hz", false);
 }
 
@@ -141,7 +143,7 @@ fn a_tongue_that_is_shifted_at_once_and_a_point_that_stands_out_are_reported() {
         let slipped = changed(|f, _, points| {
             points.iter_mut().take(11 * (f / 40)).for_each(|(_, p)| p[1] += shift);
         });
-        noticed(&slipped, "", "slipped", false);
+        noticed(&slipped, "", "slipped", true);
     }
     for (point, by) in [(1, [-14.0, 0.0]), (4, [0.0, 12.0]), (8, [0.0, -20.0])] {
         let spike = changed(|_, _, points| (0..2).for_each(|axis| points[point].1[axis] += by[axis]));
@@ -170,10 +172,26 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
     assert_eq!(said(&coils(["a", "b", "c"], same), numbered), (String::new(), false));
     noticed(&coils(["a", "c", "b"], same), numbered, "along the tongue in this order", true);
     noticed(&good, "back = \"-x\"", "lies behind the others", true);
-    noticed(&coils(["T1", "T2", "T3"], |[x, y]| [x, -y]), "", "upside down", false);
+    let below = coils(["T1", "T2", "T3"], |[x, y]| [x, -y]);
+    noticed(&below, "", "either the recording is upside down, or the tongue is held hollow", true);
+    // A map that states the axis or the unit is believed.
+    assert_eq!(said(&below, "up = \"y\""), (String::new(), false));
     for factor in [0.4, 1.8] {
-        noticed(&coils(["T1", "T2", "T3"], |p| p.map(|v| v * factor)), "", "unit_mm", false);
+        let other = coils(["T1", "T2", "T3"], |p| p.map(|v| v * factor));
+        noticed(&other, "", "unit_mm", true);
+        assert_eq!(said(&other, "unit_mm = 1"), (String::new(), false));
     }
+    for exchanged in [coils(["T1", "T2", "T3"], |[x, y]| [y, x]), coils(["T1", "T2", "T3"], |[x, y]| [y, -x])]
+    {
+        noticed(&exchanged, "", "x and y seem to be exchanged", true);
+    }
+    // A retroflex in a third of the frames hollows the tongue there.
+    let mut retroflex = coils(["T1", "T2", "T3"], same);
+    for (f, (_, points)) in retroflex.iter_mut().enumerate() {
+        let part = (0.07 * f as f64).sin().max(0.0);
+        points.iter_mut().filter(|(n, _)| n == "T2").for_each(|(_, p)| p[1] -= 14.0 * part);
+    }
+    assert_eq!(said(&retroflex, ""), (String::new(), false));
     // Where the tip is taken to be is said of a face to the right, in a table whose axes nobody has told.
     assert!(seen_with(&good, "").notes.is_empty());
     let exchanged = seen_with(&coils(["T3", "T2", "T1"], same), "");
@@ -219,6 +237,15 @@ fn distant_and_stuck_points_are_reported() {
     noticed(&frozen, "", "nothing moves", false);
     let stuck = changed(|_, _, points| points[4].1 = [30.0, 44.0]);
     noticed(&stuck, "", "tongue_4 stays", false);
+    // A tongue at rest, rounded to a tenth of a millimetre.
+    let mut rng = fastrand(9);
+    let mut rest = tongue(90);
+    let first = rest[0].1.clone();
+    for (_, points) in &mut rest {
+        points.clone_from(&first);
+        points.iter_mut().flat_map(|(_, p)| p).for_each(|v| *v = (10.0 * (*v + 0.04 * rng())).round() / 10.0);
+    }
+    assert_eq!(said(&rest, ""), (String::new(), false));
 }
 
 #[test]
@@ -228,7 +255,7 @@ fn frames_and_points_out_of_order_are_reported() {
     order.sort_by_cached_key(|_| (rng() * 1e9) as i64);
     let good = tongue(90);
     let shuffled: Frames = order.iter().zip(&good).map(|(n, (t, _))| (*t, good[*n].1.clone())).collect();
-    noticed(&shuffled, "", "do not follow one another", false);
+    noticed(&shuffled, "", "do not follow one another", true);
     let renamed = changed(|_, _, points| {
         for (i, n) in [7, 2, 9, 0, 5, 10, 3, 8, 1, 6, 4].into_iter().enumerate() {
             points[i].0 = format!("tongue_{n}");
@@ -266,6 +293,10 @@ fn exchanged_bones_and_axes_are_reported() {
     let contour = changed(|_, _, points| points.truncate(11));
     assert_eq!(said(&contour, ""), (String::new(), false));
     noticed(&contour, "up = \"-y\"", "upside down", true);
+    let turned = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p.swap(0, 1)));
+    noticed(&turned, "", "x and y seem to be exchanged", true);
+    let high = changed(|_, _, points| points.iter_mut().take(11).for_each(|(_, p)| p[1] += 22.0));
+    noticed(&high, "", "too high for the bones", false);
 }
 
 #[test]

@@ -8,7 +8,7 @@
 //! noise_mm = 0.5      # standard deviation of a point
 //! scale = 1.05        # brings the recording into the body's frame: multiplied by this,
 //! turn_deg = -12.0    # turned by this (from the axis to the back towards the one upwards),
-//! shift_mm = [4, -2]  # and shifted by this, to the back and upwards
+//! shift_mm = [4, -2]  # and shifted by this, to the back and upwards; without a shift the body is placed
 //!
 //! [points]
 //! T1 = { coil = 1 }                          # a sensor on the tongue: the first from the tip
@@ -27,7 +27,7 @@ use serde::Deserialize;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::suggest;
 
-use super::{Format, Recording, RecordingError, Times, names};
+use super::{Format, Recording, RecordingError, Stated, Times, names};
 
 /// Standard deviation of a contour point, m: DeepLabCut keypoints on ultrasound (AAA's models: 0.93 mm from
 /// human labels).
@@ -167,8 +167,8 @@ impl Map {
         Ok(Self { file, entries, origin: origin.to_owned() })
     }
 
-    /// The transformation from the recording (m, in the axes of the body) to the body's frame; `None` if the
-    /// map has none.
+    /// The transformation of the recording (m, in the axes of the body), to the body's frame if it has a shift;
+    /// `None` if the map has none.
     pub fn placement(&self) -> Option<Similarity> {
         let File { scale, turn_deg, shift_mm, .. } = &self.file;
         if scale.is_none() && turn_deg.is_none() && shift_mm.is_none() {
@@ -176,6 +176,16 @@ impl Map {
         }
         let shift = Point::from(shift_mm.unwrap_or_default()) * 1e-3;
         Some(Similarity::new(scale.unwrap_or(1.0), turn_deg.unwrap_or(0.0).to_radians(), shift))
+    }
+
+    /// Whether the recording is then in the body's frame: one that is only turned or multiplied is not.
+    pub fn is_in_frame(&self) -> bool {
+        self.file.shift_mm.is_some()
+    }
+
+    /// What it states of a recording.
+    pub(super) fn stated(&self) -> Stated {
+        Stated { unit: self.file.unit_mm.is_some(), axes: self.file.up.is_some() }
     }
 
     /// The error for a name in the map that is not a channel of the recording.

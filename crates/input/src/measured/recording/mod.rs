@@ -58,7 +58,7 @@ pub use labels::{Label, text_grid};
 pub use map::{CONTOUR_SD_M, Map, Role};
 pub use names::is_coil;
 pub use screen::{Fault, FaultKind, Screened, screen};
-pub use seen::{FIRST_COIL_M, LONGER_THAN_CHORD, Mark, Seen, SeenFrame};
+pub use seen::{FIRST_COIL_M, LONGER_THAN_CHORD, Mark, Seen, SeenFrame, Stated};
 
 /// Limit of coordinates, in the unit of the file.
 const FARTHEST: f64 = 1e9;

@@ -28,6 +28,15 @@ pub struct SeenFrame {
     pub bones: Vec<Option<Point>>,
 }
 
+/// Whether a map states the unit, and the axis upwards.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Stated {
+    /// It states `unit_mm`.
+    pub unit: bool,
+    /// It states `up`.
+    pub axes: bool,
+}
+
 /// A recording in the frame of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Seen {
@@ -50,6 +59,8 @@ pub struct Seen {
     pub mirrored: bool,
     /// Assumptions to report to the user.
     pub notes: Vec<String>,
+    /// What its map states, so that it is not doubted.
+    pub stated: Stated,
     /// Labelled stretches of time.
     pub labels: Vec<Label>,
     /// Frames in the order of time.
@@ -216,6 +227,7 @@ impl Seen {
                 .chain(taken_for_root)
                 .chain(faces_right)
                 .collect(),
+            stated: map.stated(),
             labels: recording.labels.clone(),
             frames: frames.collect(),
         })
