@@ -223,7 +223,7 @@ fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
     std::fs::write(folder.path().join("rest.csv"), format!("point,x_mm,y_mm\n{rows}")).unwrap();
     let coil = row("TT", point(surface.tip - 0.01), 0.0) + &row("TD", point(surface.tip - 0.04), 0.0);
     std::fs::write(folder.path().join("coils.csv"), format!("point,x_mm,y_mm\n{coil}rim,0,0\n")).unwrap();
-    let line = "--points ɯ=coils.csv --vowel a --posterior 1600 --contour ɯ=rest.csv --json --out out";
+    let line = "--points ɯ=coils.csv --vowel a --posterior 1000 --contour ɯ=rest.csv --json --out out";
     let output = run(folder.path(), line);
     assert!(
         text(&output.stderr).contains("rim left out: not a usual name of a coil"),

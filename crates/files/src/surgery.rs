@@ -10,8 +10,8 @@ use crate::report::OperationRecord;
 use tongue_core::body::SpaceBody;
 use tongue_core::body::space::{Filling, Operated, Region, Side, SurgeryFault};
 use tongue_core::system::System;
-use tongue_infer::inverse::FitError;
 use tongue_infer::inverse::in_space::SpaceSearch;
+use tongue_infer::inverse::{FitError, FitSettings};
 use tongue_input::measured::{ByMuscle, SpaceMark};
 
 /// Nodes nearer to the foremost one than this belong to the tip, m.
@@ -152,7 +152,10 @@ impl Surgery {
         if seen.is_empty() {
             return Ok(());
         }
-        let search = SpaceSearch { sides_apart: true, ..SpaceSearch::default() };
+        let usual = SpaceSearch::default();
+        // Further starts ended at the same answer in all operations that were tried.
+        let settings = FitSettings { starts: 2, ..usual.settings };
+        let search = SpaceSearch { sides_apart: true, settings, ..usual };
         let fit = search.fit(operated, system, &seen, None)?;
         record.made_up_by = Some(ByMuscle::new(&fit.names, fit.found()));
         record.made_up_to_mm = Some(1e3 * fit.rms_m);

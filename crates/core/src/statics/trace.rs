@@ -103,8 +103,8 @@ pub(crate) fn trace_here<const D: usize>(
     let mut path =
         Path { system, w: workspace, tensions, settings: &settings, solves: 0, spent: Solution::NONE };
     let mut shape = system.rest().to_vec();
-    if !path.w.carried.is_empty() {
-        // With displaced bones the branch begins at the equilibrium without tensions.
+    if !path.w.carried.is_empty() || is_loaded(system, settings.tolerance) {
+        // With displaced bones, or under a load such as weight, the branch begins at the equilibrium without tensions.
         path.at(&shape, 0.0);
         shape.copy_from_slice(&path.w.positions);
     }
@@ -157,6 +157,15 @@ pub(crate) fn trace_here<const D: usize>(
     let connection = if connected { Connection::Traced } else { solution.connection };
     let solution = Solution { connection, ..solution.with_cost(&path.spent) };
     Trace { solution, critical, another, same: false, factorisations, stopped }
+}
+
+/// Whether a force larger than `tolerance`, N, acts on the body at rest without tensions.
+fn is_loaded<const D: usize>(system: &System<D>, tolerance: f64) -> bool {
+    let rest = system.rest();
+    let mut force = vec![SVector::zeros(); rest.len()];
+    let tensions = vec![0.0; system.muscle_count()];
+    system.force(Configuration { positions: rest, tensions: &tensions }, &mut force);
+    force.iter().any(|f| f.norm() > tolerance)
 }
 
 /// Shapes whose nodes differ by less than this are the same, m.

@@ -14,7 +14,7 @@ use nalgebra::{SVector, Vector3};
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Observer, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
-use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
+use tongue_core::statics::{self, Connection, Solution, SolveSettings, Workspace};
 use tongue_core::system::System;
 use tongue_infer::heard::Articulation;
 use tongue_infer::inverse;
@@ -62,8 +62,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     }
     let (mut solution, mut trajectory, mut heard) = (None, None, None);
     let positions = if let Some(workspace) = &mut workspace {
-        let settings = SolveSettings::default();
-        solution = Some(statics::solve(&prepared.system, workspace, &prepared.tensions, &settings));
+        solution = Some(equilibrium(&prepared.system, workspace, &prepared.tensions));
         if scene.want == Want::Sound {
             heard = sound::hear(prepared, sound::posture(scene), workspace)?;
         }
@@ -114,6 +113,22 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
         plan: prepared.plan.clone(),
     })
+}
+
+/// Solves for the equilibrium. Where Newton's method leaves an unstable equilibrium on its way, the tensions are raised in steps from
+/// rest instead, so that the answer is the shape to which they lead.
+fn equilibrium<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+) -> Solution {
+    let settings = SolveSettings::default();
+    let direct = statics::solve(system, workspace, tensions, &settings);
+    if direct.connection != Connection::Downhill {
+        return direct;
+    }
+    workspace.start_from_rest(system);
+    statics::solve_and_trace(system, workspace, tensions, &settings, statics::TRACE_STEPS).solution
 }
 
 struct Lengths<'a, const D: usize> {
