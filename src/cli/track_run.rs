@@ -54,7 +54,11 @@ impl Speaker {
 
     /// A recording with its coils where the placement has them on the tongue.
     fn seated(&self, seen: &Seen) -> Seen {
-        self.placement.as_ref().map_or_else(|| seen.clone(), |placement| placement.seated(seen))
+        match (&self.placement, &self.adaptation) {
+            (Some(placement), _) => placement.seated(seen),
+            (None, Some(adaptation)) => adaptation.seated(seen),
+            (None, None) => seen.clone(),
+        }
     }
 }
 
@@ -139,7 +143,9 @@ impl Run<'_> {
             None => Ok(shape),
         };
         let shape = shape.and_then(touching).into_diagnostic()?;
-        Ok(Some(if speaker.is_fitted() { shape.as_found() } else { shape }))
+        let is_kept =
+            speaker.is_fitted() || speaker.adaptation.as_ref().is_some_and(|a| !a.coils_m.is_empty());
+        Ok(Some(if is_kept { shape.as_found() } else { shape }))
     }
 
     pub fn found(&self, mut body: Body<2>, recording: TrackedRecording) -> Found {

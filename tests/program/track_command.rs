@@ -334,6 +334,12 @@ fn coils_place_the_body_and_one_that_is_hidden_is_predicted() {
     }
     // The contour of the same recording places the body with bones: the tongue is not larger than 1.2 times.
     assert!(interval("scale")[1] < 1.1 && interval("scale")[2] > 0.95, "{placement}");
+    // The body that `adapt` writes has the same coils in the same places.
+    run(at, &["adapt", "coils.csv", "--out", "body"]);
+    let again =
+        json(&run(at, &["track", "coils.csv", "--mesh", "body/body.json", "--json", "--frames", "0"]));
+    let rms = [&found, &again].map(|f| f["median_rms_mm"].as_f64().unwrap());
+    assert!((rms[0] - rms[1]).abs() < 0.1, "{rms:?}");
     let hidden = json(&run(at, &["track", "coils.csv", "--hold-out", "T3", "--json", "--frames", "0"]));
     let opponents = hidden["held_out"]["opponents"].as_array().unwrap();
     let median = |name: &str| {

@@ -74,6 +74,26 @@ fn placements_of_coils_hold_where_the_tongue_is() {
     assert!(missed(2) <= 6f64.to_radians(), "{}", missed(2));
 }
 
+#[test]
+#[allow(clippy::print_stdout, reason = "for --nocapture")]
+fn a_palate_brings_the_placement_by_a_contour_nearer() {
+    let body = Body::tongue(5.5e-3).unwrap();
+    let outline: Vec<Point> = body.mesh.surface_nodes().iter().map(|&n| body.mesh.nodes[n]).collect();
+    let seeds: Vec<u64> = (0..cases(60) as u64).collect();
+    let all = parallel::map(&seeds, |&seed| {
+        let speaker = recorded(seed, Seeing::Contour);
+        let seen: Vec<&Seen> = speaker.seen.iter().collect();
+        [None, Some(speaker.palate.as_slice())].map(|palate| {
+            let found = basis(&body, palate).place(&seen, &[]).unwrap().similarity;
+            let squares = outline.iter().map(|p| (found.place(*p) - speaker.placed.place(*p)).norm_squared());
+            (squares.sum::<f64>() / outline.len() as f64).sqrt()
+        })
+    });
+    let [without, with] = [0, 1].map(|i| upper_median(all.iter().map(|a| a[i])).unwrap());
+    println!("outline off by {without:.5} m without a palate, {with:.5} m with one (medians)");
+    assert!(with < 0.9 * without, "{with} {without}");
+}
+
 /// Tracks a speaker by coils on the built-in tongue, as `tongue-fit track` does.
 fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let body = Body::tongue(5.5e-3).unwrap();

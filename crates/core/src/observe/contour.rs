@@ -216,6 +216,14 @@ impl Observable<2> for Contour {
     }
 
     fn gradient(&self, positions: &[SVector<f64, 2>], part: &mut dyn FnMut(usize, SVector<f64, 2>)) {
+        self.value_and_gradient(positions, part);
+    }
+
+    fn value_and_gradient(
+        &self,
+        positions: &[SVector<f64, 2>],
+        part: &mut dyn FnMut(usize, SVector<f64, 2>),
+    ) -> f64 {
         let (piece, [place, first, _], normal, foot) = self.foot(positions);
         let along = self.curve.mean(piece, &first, positions);
         // At the foot of the perpendicular only the place counts; beyond an end the normal turns too.
@@ -225,5 +233,6 @@ impl Observable<2> for Contour {
                 part(node, -normal * (place[i] + beside * first[i]));
             }
         }
+        (self.point - foot).dot(&normal)
     }
 }

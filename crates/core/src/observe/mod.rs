@@ -47,6 +47,16 @@ pub trait Observable<const D: usize>: Debug + Send + Sync {
     /// the value per m.
     fn gradient(&self, positions: &[SVector<f64, D>], part: &mut dyn FnMut(usize, SVector<f64, D>));
 
+    /// The number, and its gradient as [`Observable::gradient`] gives it. An observable that needs a search is searched once for both.
+    fn value_and_gradient(
+        &self,
+        positions: &[SVector<f64, D>],
+        part: &mut dyn FnMut(usize, SVector<f64, D>),
+    ) -> f64 {
+        self.gradient(positions, part);
+        self.value(positions)
+    }
+
     /// Derivative of the number when every node moves with `motion` (m for a unit of what moves them).
     fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
         let mut rate = 0.0;

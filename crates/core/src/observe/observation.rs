@@ -74,7 +74,19 @@ impl<const D: usize> Observation<D> {
     /// Weighted residual at a shape (positions of all nodes, m): simulated less measured; zero where an
     /// inequality holds.
     pub fn residual(&self, positions: &[SVector<f64, D>]) -> f64 {
-        let difference = self.observable.value(positions) - self.measured;
+        self.weighted(self.observable.value(positions))
+    }
+
+    /// The same, and for every node on which the observable depends the weighted derivative by its position.
+    pub fn residual_and_slope(&self, positions: &[SVector<f64, D>]) -> (f64, Vec<(usize, SVector<f64, D>)>) {
+        let mut slope = Vec::with_capacity(4);
+        let mut part = |node, s: SVector<f64, D>| slope.push((node, s * self.weight));
+        let value = self.observable.value_and_gradient(positions, &mut part);
+        (self.weighted(value), slope)
+    }
+
+    fn weighted(&self, value: f64) -> f64 {
+        let difference = value - self.measured;
         self.weight
             * match self.sense {
                 Sense::Equal => difference,

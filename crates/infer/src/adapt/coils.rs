@@ -160,6 +160,30 @@ fn whitener(
     covariance.cholesky()
 }
 
+/// The hard palate of a speaker against that of a body.
+pub(super) struct Vault {
+    line: Line,
+    trace: Vec<Point>,
+    factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
+}
+
+impl Vault {
+    /// `None` if one of the two has no vault.
+    pub fn of(body: &Body<2>, palate: &[Point]) -> Option<Self> {
+        let trace = vault(palate);
+        let line = Line::through(&vault(body.palate.as_deref()?)).filter(|_| trace.len() > 2)?;
+        Some(Self { line, factor: whitener(&trace, PALATE_M, TILT_SD)?, trace })
+    }
+
+    /// Distances of the trace from the vault of a placed body, in independent standard deviations.
+    pub fn residuals(&self, to: &Similarity) -> DVector<f64> {
+        let away = self.trace.iter().map(|p| to.scale() * self.line.distance(to.back(*p)));
+        let mut away = DVector::from_iterator(self.trace.len(), away);
+        self.factor.l_dirty().solve_lower_triangular_mut(&mut away);
+        away
+    }
+}
+
 /// Places a body by the observed coils and, if there is one, a palate trace.
 pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<Placement, RestError> {
     let failed = |what: &str| RestError::Body(what.to_owned());
@@ -169,9 +193,7 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let places: Vec<Point> = coils.iter().map(|c| c.at).collect();
     let coincide = || failed("coils lie in the same place");
     let posture = whitener(&places, POSTURE_M, 0.0).ok_or_else(coincide)?;
-    let trace = vault(palate);
-    let own = body.palate.as_deref().map(vault).and_then(|v| Line::through(&v)).filter(|_| trace.len() > 2);
-    let of_palate = own.zip(whitener(&trace, PALATE_M, TILT_SD));
+    let of_palate = Vault::of(body, palate);
     // Unknowns: shift of the centre, turn and logarithm of the scale in units of the search, and for every coil its distance behind the
     // tip before scaling.
     let similarity = |x: &DVector<f64>| {
@@ -205,12 +227,7 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
                 }
             });
         }
-        if let Some((line, factor)) = &of_palate {
-            let away = trace.iter().map(|p| scale * line.distance(to.back(*p)));
-            let mut away = DVector::from_iterator(trace.len(), away);
-            factor.l_dirty().solve_lower_triangular_mut(&mut away);
-            out.extend(away.iter());
-        }
+        of_palate.iter().for_each(|vault| out.extend(vault.residuals(&to).iter()));
         Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
     };
     let residuals = |x: &DVector<f64>| {

@@ -26,6 +26,7 @@ use serde::{Deserialize, Serialize};
 use crate::track::Followed;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
+use tongue_input::measured::recording::Seen;
 
 /// The point of a bone that recordings mark: the foremost of its nodes, m. For the hyoid the anterior hyoglossus begins there.
 pub fn mark_of(body: &Body<2>, bone: &str) -> Option<Point> {
@@ -57,6 +58,9 @@ pub struct Adaptation {
     pub rest: How,
     /// Place where the mark of each bone is seen when the bone is at its rest position, m.
     pub marks_m: std::collections::BTreeMap<String, [f64; 2]>,
+    /// Distance of each coil behind the tip along the surface at rest, m, if coils placed the body.
+    #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
+    pub coils_m: std::collections::BTreeMap<String, f64>,
 }
 
 impl Adaptation {
@@ -72,10 +76,24 @@ impl Adaptation {
         }
         let found = serde_json::from_str::<File>(text).map_err(|e| e.to_string())?.adaptation;
         let Some(found) = found else { return Ok(None) };
-        if !found.marks_m.values().flatten().all(|m| m.is_finite()) {
-            return Err("the places of its bones (adaptation.marks_m) must be finite numbers".to_owned());
+        if !found.marks_m.values().flatten().chain(found.coils_m.values()).all(|m| m.is_finite()) {
+            return Err(
+                "the places of its bones (adaptation.marks_m) and coils (coils_m) must be finite numbers"
+                    .to_owned(),
+            );
         }
         Ok(Some(found))
+    }
+
+    /// A recording with its coils where the adaptation has them on the tongue; those whose places were measured stay.
+    #[must_use]
+    pub fn seated(&self, seen: &Seen) -> Seen {
+        let mut seen = seen.clone();
+        for ((name, at), _) in seen.sensors.iter_mut().zip(&seen.measured).filter(|(_, measured)| !**measured)
+        {
+            *at = self.coils_m.get(name).copied().unwrap_or(*at);
+        }
+        seen
     }
 
     /// The bones of the body that follow their observed places.

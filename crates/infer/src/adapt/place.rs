@@ -1,7 +1,7 @@
 //! Places a body in the frame of a recording: shift, turn and scale by least squares on all observations.
 //!
 //! ```text
-//! minimise  sum (d_i / 3 mm)² + (spine / 2.5 mm)² + (hyoid / 5 mm)² + (turn / 20°)² + (ln scale / 0.15)²
+//! minimise  sum (d_i / 3 mm)² + (spine / 2.5 mm)² + (hyoid / 5 mm)² + (turn / 20°)² + (ln scale / 0.15)² + |M^-1 (trace - vault)|²
 //! ```
 //! with `d_i` the distances of the mean contour from the surface at rest. The muscles can pull almost any body to a contour, so a good
 //! fit of the frames afterwards says nothing about the placement. The turn is uncertain by about 9°, the shift by 5 mm and the scale by a
@@ -14,7 +14,7 @@ use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_input::measured::recording::Seen;
 
-use super::coils::{self, Coil, FEWEST_COILS, Placement};
+use super::coils::{self, Coil, FEWEST_COILS, Placement, Vault};
 use super::{RestError, mark_of};
 use crate::least_squares::minimise;
 
@@ -52,7 +52,7 @@ pub struct Sight {
     pub hyoid: Option<Point>,
     /// Coils on the tongue, which are used if no contour was observed.
     pub coils: Vec<Coil>,
-    /// A trace of the palate, for coils.
+    /// A trace of the palate.
     pub palate: Vec<Point>,
 }
 
@@ -153,6 +153,7 @@ impl Sight {
             let one = |p: &Point| scale * surface.distance(similarity.back(*p), &body.mesh.nodes);
             self.contour.iter().map(one).collect()
         };
+        let vault = Vault::of(body, &self.palate);
         let residuals = |x: &DVector<f64>| {
             let similarity = similarity(x);
             let mut out: Vec<f64> = distances(&similarity).iter().map(|d| d / CONTOUR_SD_M).collect();
@@ -161,6 +162,7 @@ impl Sight {
                 out.extend([away.x, away.y]);
             }
             out.extend([x[2], x[3]]);
+            vault.iter().for_each(|vault| out.extend(vault.residuals(&similarity).iter()));
             Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
         };
         // At the start, one observation lies on its place in the body: the spine, or else the middle of the contour.
@@ -185,9 +187,10 @@ impl Sight {
         let bones_m =
             bones.iter().map(|(bone, mark, seen, _)| (*bone, (similarity.place(*mark) - seen).norm()));
         let bones_m = bones_m.collect();
-        // Without the prior of turn and scale; a larger speaker may differ by more.
-        let prior = best.x[2].powi(2) + best.x[3].powi(2);
-        let cost = (best.residuals.norm_squared() - prior) / similarity.scale().max(1.0).powi(2);
+        // Without the prior of turn and scale, and the palate; a larger speaker may differ by more.
+        let of_palate = vault.map_or(0.0, |vault| vault.residuals(&similarity).norm_squared());
+        let others = best.x[2].powi(2) + best.x[3].powi(2) + of_palate;
+        let cost = (best.residuals.norm_squared() - others) / similarity.scale().max(1.0).powi(2);
         Ok(Placed { similarity, rms_m, bones_m, cost, by_coils: None })
     }
 }

@@ -290,6 +290,7 @@ impl Speaker {
     /// Data about the adaptation for the file of the body.
     pub fn adaptation(&self) -> Adaptation {
         let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
-        Adaptation { rest: self.how, marks_m: marks.collect() }
+        let coils = self.placement.iter().flat_map(|placement| placement.coils.iter().cloned());
+        Adaptation { rest: self.how, marks_m: marks.collect(), coils_m: coils.collect() }
     }
 }

@@ -15,6 +15,8 @@ use super::shape::RestShape;
 /// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
 /// after two quiet rounds in any case.
 const WON: f64 = 5e-4;
+/// Longer recordings are judged by so many frames: a few that are held back, of which there are always some, do not go on for all.
+const MANY_FRAMES: usize = 150;
 /// Parts of the step that a frame tries.
 const PARTS: [f64; 3] = [1.0, 0.4, 0.1];
 /// A frame's step is too long if its cost exceeds both the previous and the expected cost by this factor plus this amount.
@@ -49,6 +51,8 @@ pub(super) fn descend(
         course.here = begun(mode, course);
     }
     let mut damping: Vec<Vec<f64>> = courses.iter().map(|c| vec![DAMPING.0; c.frames.len()]).collect();
+    let frames: usize = courses.iter().map(|c| c.frames.len()).sum();
+    let won = WON * (frames as f64 / MANY_FRAMES as f64).clamp(1.0, 4.0);
     let mut quiet = 0;
     for round in 0..rounds {
         let Some((step, steps)) = stepped(mode, courses, &damping, None) else { break };
@@ -58,25 +62,25 @@ pub(super) fn descend(
             all.map(|((course, step), damping)| solved(mode, course, &shared, step, damping)).collect();
         let before = prior(mode, courses, &mode.shared, |nth, t| &courses[nth].here[t].z);
         let after = prior(mode, courses, &shared, |nth, t| &tried[nth][t].here.z);
-        let (mut cost, mut gain, mut held_back) = (before, before - after, false);
+        let (mut cost, mut gain, mut held_back) = (before, before - after, 0);
         for (course, (tried, damping)) in courses.iter().zip(tried.iter().zip(&mut damping)) {
             for (t, (tried, damping)) in tried.iter().zip(damping).enumerate() {
                 let was = own_cost(mode, course, t, &course.here[t], &mode.shared);
                 cost += was.unwrap_or(0.0);
                 // A frame that had no equilibrium before has no earlier cost to compare with.
                 gain += was.map_or(0.0, |was| was - tried.cost);
-                held_back |= tried.damping > *damping && *damping < DAMPING.2;
+                held_back += usize::from(tried.damping > *damping && *damping < DAMPING.2);
                 *damping = tried.damping;
             }
         }
         progress(round + 1);
-        quiet = if gain.abs() <= WON * cost { quiet + 1 } else { 0 };
+        quiet = if gain.abs() <= won * cost { quiet + 1 } else { 0 };
         if gain > 0.0 {
             mode.shared = shared;
             for (course, tried) in courses.iter_mut().zip(tried) {
                 course.here = tried.into_iter().map(|t| t.here).collect();
             }
-            if quiet > 1 || quiet == 1 && !held_back {
+            if quiet > 1 || quiet == 1 && held_back * MANY_FRAMES < frames.max(MANY_FRAMES) {
                 break;
             }
         } else {

@@ -309,28 +309,20 @@ impl<'a> Solver<'a> {
         pairs.into_iter()
     }
 
-    /// Weighted residuals and positions at these scores.
-    pub fn residuals(
-        &mut self,
-        frame: &Frame,
-        x: &DVector<f64>,
-        from: Option<&[SVector<f64, 2>]>,
-    ) -> Option<(DVector<f64>, Vec<SVector<f64, 2>>)> {
-        let positions = self.solve(frame, x, from)?;
-        let residuals = residuals(frame, positions);
-        let positions = positions.to_vec();
-        residuals.iter().all(|r| r.is_finite()).then_some((residuals, positions))
-    }
-
-    /// The same with the derivative by the scores; needs one factorisation.
+    /// Weighted residuals and positions at these scores, with the derivative by the scores; needs one factorisation.
     pub fn linearise(
         &mut self,
         frame: &Frame,
         x: &DVector<f64>,
         from: Option<&[SVector<f64, 2>]>,
     ) -> Option<Linear> {
-        let (residuals, positions) = self.residuals(frame, x, from)?;
-        let slopes = slopes(frame, &positions);
+        let positions = self.solve(frame, x, from)?.to_vec();
+        let found = frame.observations.iter().map(|o| o.residual_and_slope(&positions));
+        let (residuals, slopes): (Vec<f64>, Vec<_>) = found.unzip();
+        let residuals = DVector::from_vec(residuals);
+        if !residuals.iter().all(|r| r.is_finite()) {
+            return None;
+        }
         let hidden: Vec<_> = frame.hidden.iter().map(|h| h.slope(&positions)).collect();
         let mut jacobian = DMatrix::zeros(residuals.len(), x.len());
         let mut hidden_jacobian = DMatrix::zeros(hidden.len(), x.len());
@@ -373,10 +365,5 @@ pub fn residuals(frame: &Frame, positions: &[SVector<f64, 2>]) -> DVector<f64> {
 
 /// For every weighted residual, the nodes on which it depends, and the derivative by their positions.
 pub fn slopes(frame: &Frame, positions: &[SVector<f64, 2>]) -> Vec<Vec<(usize, SVector<f64, 2>)>> {
-    let of = |o: &Observation<2>| {
-        let mut slope = Vec::with_capacity(4);
-        o.observable.gradient(positions, &mut |node, s| slope.push((node, s * o.weight)));
-        slope
-    };
-    frame.observations.iter().map(of).collect()
+    frame.observations.iter().map(|o| o.residual_and_slope(positions).1).collect()
 }
