@@ -325,7 +325,7 @@ pub mod report {
         pub mod journal {
             //! Finished jobs, kept.
             #[doc(inline)]
-            pub use tongue_files::report::batch::journal::{Entry, Journal, Kept, NAME, arguments};
+            pub use tongue_files::report::batch::journal::{Entry, Journal, NAME, arguments};
         }
     }
 }
@@ -392,6 +392,12 @@ pub mod statistics {
     pub use tongue_core::statistics::{distinct, upper_median};
 }
 
+pub mod choice {
+    //! Choices by their names.
+    #[doc(inline)]
+    pub use tongue_core::choice::{name_of, named, names};
+}
+
 pub mod suggest {
     //! "Did you mean".
     #[doc(inline)]
@@ -409,7 +415,7 @@ pub mod system {
     #[doc(inline)]
     pub use tongue_core::system::{
         Additions, Carried, Model, MusclesAs, OutsidePath, SpaceModel, System, SystemError, TissueModel,
-        coefficients, connection_stiffness,
+        coefficients,
     };
 }
 

@@ -7,15 +7,17 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use tongue_fit::body::{self, Anatomy, AnyBody, BodyError, ContinuumSettings, Unit};
-use tongue_fit::material::{Constants, Preset, Spread};
+use serde::Deserialize;
+use tongue_fit::body::{self, Anatomy, AnyBody, BodyError, ContinuumSettings};
+use tongue_fit::choice::name_of;
+use tongue_fit::material::Constants;
 use tongue_fit::report::{Export, Provenance};
 use tongue_fit::simulation::Assemble;
-use tongue_fit::system::{self, OutsidePath, TissueModel};
+use tongue_fit::system::{self, TissueModel};
 
 use super::answer::{Pickled, numbers, points, table};
 use super::assembly::Assembly;
-use super::errors::{named, refused, wrong};
+use super::errors::{chosen, refused, wrong};
 use super::given;
 use super::work::aside;
 
@@ -54,15 +56,12 @@ impl Source {
                     let text = std::str::from_utf8(bytes).map_err(refused)?;
                     return body::json::read(text, path).map_err(refused);
                 }
-                let any = AnyBody::from_msh(bytes, path, named("unit", unit, &UNITS)?).map_err(refused)?;
+                let any = AnyBody::from_msh(bytes, path, chosen("unit", unit)?).map_err(refused)?;
                 any.flat().map_err(refused)
             }
         }
     }
 }
-
-/// Units of a file's coordinates.
-const UNITS: [(&str, Unit); 2] = [("m", Unit::M), ("mm", Unit::Mm)];
 
 fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
@@ -121,7 +120,7 @@ impl Body {
     #[staticmethod]
     #[pyo3(signature = (path, unit = "m"))]
     fn read(py: Python<'_>, path: PathBuf, unit: &str) -> PyResult<Self> {
-        let (unit, word) = (named("unit", unit, &UNITS)?, unit.to_owned());
+        let (unit, word) = (chosen("unit", unit)?, unit.to_owned());
         aside(py, move || {
             let body = AnyBody::read(&path, unit).and_then(|body| Ok(body.flat()?)).map_err(refused)?;
             let bytes = tongue_fit::files::read(&path).map_err(refused)?;
@@ -260,16 +259,17 @@ impl Body {
 #[derive(Clone, Copy, PartialEq)]
 pub struct Model(pub system::Model);
 
-const PRESETS: [(&str, Preset); 2] = [("consistent", Preset::Consistent), ("as-printed", Preset::AsPrinted)];
-const SPREADS: [(&str, Spread); 2] =
-    [("per-connection", Spread::PerConnection), ("assembled", Spread::Assembled)];
-const PATHS: [(&str, OutsidePath); 2] = [("straight", OutsidePath::Straight), ("chain", OutsidePath::Chain)];
-const TISSUES: [(&str, TissueModel); 2] =
-    [("springs", TissueModel::MassSpring), ("fe", TissueModel::FiniteElement)];
+/// Elements of the tissue.
+#[derive(Clone, Copy, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Tissue {
+    Springs,
+    Fe,
+}
 
-/// The name of one of several values.
-fn word<T: PartialEq>(value: &T, known: &[(&'static str, T)]) -> &'static str {
-    known.iter().find(|(_, one)| one == value).map_or("", |(name, _)| name)
+/// The word for the elements of a model.
+fn tissue_of(model: &system::Model) -> &'static str {
+    name_of(&if model.tissue == TissueModel::MassSpring { Tissue::Springs } else { Tissue::Fe })
 }
 
 #[pymethods]
@@ -293,10 +293,13 @@ impl Model {
         constants.check().map_err(refused)?;
         Ok(Self(system::Model {
             constants,
-            preset: named("preset", preset, &PRESETS)?,
-            spread: named("spread", spread, &SPREADS)?,
-            outside: named("outside", outside, &PATHS)?,
-            tissue: named("tissue", tissue, &TISSUES)?,
+            preset: chosen("preset", preset)?,
+            spread: chosen("spread", spread)?,
+            outside: chosen("outside", outside)?,
+            tissue: match chosen("tissue", tissue)? {
+                Tissue::Springs => TissueModel::MassSpring,
+                Tissue::Fe => TissueModel::FiniteElement,
+            },
         }))
     }
 
@@ -310,12 +313,8 @@ impl Model {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (f64, f64, [&'static str; 4])> {
         let model = &slf.get().0;
-        let words = [
-            word(&model.preset, &PRESETS),
-            word(&model.spread, &SPREADS),
-            word(&model.outside, &PATHS),
-            word(&model.tissue, &TISSUES),
-        ];
+        let words =
+            [name_of(&model.preset), name_of(&model.spread), name_of(&model.outside), tissue_of(model)];
         let state = (model.constants.young_modulus, model.constants.poisson_ratio, words);
         Ok((slf.py().get_type::<Self>().getattr("_restored")?, state))
     }
@@ -346,10 +345,10 @@ impl Model {
             "Model(young_modulus={:?}, poisson_ratio={:?}, preset='{}', spread='{}', outside='{}', tissue='{}')",
             c.young_modulus,
             c.poisson_ratio,
-            word(&model.preset, &PRESETS),
-            word(&model.spread, &SPREADS),
-            word(&model.outside, &PATHS),
-            word(&model.tissue, &TISSUES)
+            name_of(&model.preset),
+            name_of(&model.spread),
+            name_of(&model.outside),
+            tissue_of(model)
         )
     }
 }

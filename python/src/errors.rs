@@ -2,6 +2,8 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::{PyErr, create_exception};
+use serde::de::DeserializeOwned;
+use tongue_fit::choice;
 
 create_exception!(
     tongue_fit,
@@ -30,14 +32,13 @@ pub fn wrong(text: impl Into<String>) -> PyErr {
     Error::new_err(text.into())
 }
 
-/// The value with this name.
+/// The choice of this name, for the argument `what`.
 ///
 /// # Errors
 /// [`Error`] with the possible names, in the format of the program's options.
-pub fn named<T: Copy>(what: &str, name: &str, known: &[(&str, T)]) -> Result<T, PyErr> {
-    let found = known.iter().find(|(n, _)| *n == name).map(|(_, value)| *value);
-    found.ok_or_else(|| {
-        let names: Vec<&str> = known.iter().map(|(n, _)| *n).collect();
-        wrong(format!("invalid value '{name}' for '{what}' [possible values: {}]", names.join(", ")))
+pub fn chosen<T: DeserializeOwned>(what: &str, name: &str) -> Result<T, PyErr> {
+    choice::named(name).ok_or_else(|| {
+        let known = choice::names::<T>().join(", ");
+        wrong(format!("invalid value '{name}' for '{what}' [possible values: {known}]"))
     })
 }

@@ -10,7 +10,7 @@ use pyo3::types::PyDict;
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
 use tongue_fit::inverse::batch::{self, Known, Selection, Thoroughness};
-use tongue_fit::inverse::{self, Among, FitSettings, HyoidMotion, Premises, Said, Setup, Tone};
+use tongue_fit::inverse::{self, FitSettings, HyoidMotion, Premises, Said, Setup, Tone};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{TargetKind, Vowel};
@@ -22,10 +22,9 @@ use tongue_fit::{body, parallel};
 
 use super::answer::loads;
 use super::body::{Body, Model};
-use super::errors::{named, refused, wrong};
+use super::errors::{chosen, refused, wrong};
 use super::given::{self, Given};
 use super::measured::{Dataset, target};
-use super::problem::METHODS;
 use super::work::{aside_on, defect, give_up, next, pool};
 
 /// The tone argument: one number for all muscles, or one for each.
@@ -60,12 +59,10 @@ impl Premised {
         hyoid: Option<&str>,
         free_bones: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let motions =
-            [("free", HyoidMotion::Free), ("forward", HyoidMotion::Forward), ("fixed", HyoidMotion::Fixed)];
         let tone = tone.map(|tone| tone.0);
         let free_bones = free_bones.map(|bones| given::names("free_bones", bones)).transpose()?;
         let free_bones = free_bones.unwrap_or_default();
-        let hyoid = hyoid.map(|name| named("hyoid", name, &motions)).transpose()?;
+        let hyoid = hyoid.map(|name| chosen("hyoid", name)).transpose()?;
         Ok(Self { thesis, tone, hyoid, free_bones })
     }
 
@@ -127,8 +124,8 @@ pub fn fit_row<'py>(
     threads: Option<usize>,
 ) -> PyResult<(Bound<'py, PyDict>, String)> {
     let clock = std::time::Instant::now();
-    let among = named("among", among, &[("others", Among::Others), ("least-total", Among::LeastTotal)])?;
-    let method = named("method", method, &METHODS)?;
+    let among = chosen("among", among)?;
+    let method = chosen("method", method)?;
     let settings = FitSettings { method, starts, upper_bound, among, ..FitSettings::default() };
     settings.check().map_err(refused)?;
     let kind: TargetKind = target.parse().map_err(refused)?;
@@ -198,7 +195,7 @@ pub fn fit_rows<'py>(
         baseline: baseline.map(|v| parse(&v.to_owned())).transpose()?,
         baseline_of: baseline_of.collect::<PyResult<_>>()?,
     };
-    let method = named("method", method, &METHODS)?;
+    let method = chosen("method", method)?;
     let settings = FitSettings { method, starts, upper_bound, ..FitSettings::default() };
     settings.check().map_err(refused)?;
     let how = Thoroughness { settings, draws, seed, subset_changes: subsets, ..Thoroughness::default() };

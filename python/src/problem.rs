@@ -5,20 +5,16 @@ use std::sync::Arc;
 use numpy::{PyArray1, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tongue_fit::inverse::{FitSettings, Method};
+use tongue_fit::inverse::FitSettings;
 use tongue_fit::report::Provenance;
 use tongue_fit::simulation;
 
 use super::answer::{record, word};
 use super::assembly::Assembly;
-use super::errors::{named, refused, wrong};
+use super::errors::{chosen, refused, wrong};
 use super::observe::Observation;
 use super::solver::Shape;
 use super::work::{aside_on, pool};
-
-/// Names of the search methods.
-pub const METHODS: [(&str, Method); 2] =
-    [("nelder-mead", Method::NelderMead), ("gauss-newton", Method::GaussNewton)];
 
 /// The observations of a body and its unknowns: at first the tension of every contracting muscle. Every
 /// `with_` and `free_` returns a new problem.
@@ -58,7 +54,7 @@ impl InverseProblem {
             return Err(wrong(format!("an observation is of a body of {given} nodes, the body has {nodes}")));
         }
         let seen: Vec<_> = observations.into_iter().map(|o| o.seen).collect();
-        let method = named("method", method, &METHODS)?;
+        let method = chosen("method", method)?;
         let settings = FitSettings { method, starts, upper_bound, ..FitSettings::default() };
         settings.check().map_err(refused)?;
         let problem = simulation::InverseProblem::new(&assembly.0, seen).with_settings(settings);

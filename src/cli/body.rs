@@ -12,6 +12,7 @@ use tongue_fit::simulation;
 use tongue_fit::suggest;
 use tongue_fit::system::{Model, OutsidePath, TissueModel};
 
+use super::choice::choice;
 use super::output;
 
 /// Default mesh spacing of a continuum, m.
@@ -41,8 +42,8 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["h", "anatomy"])]
     mesh: Option<PathBuf>,
     /// Unit of the coordinates in that file
-    #[arg(long, value_name = "UNIT", value_enum, default_value = "m", requires = "mesh")]
-    mesh_unit: UnitName,
+    #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", requires = "mesh")]
+    mesh_unit: Unit,
     /// Coefficients: identified from E, nu, rho, eta, or table 4.2 of the thesis as printed; `thesis` also
     /// makes its assumptions in a fit: a baseline without tone, and fixed bones
     #[arg(long, value_enum, default_value = "consistent")]
@@ -51,8 +52,8 @@ pub struct Arguments {
     #[arg(long, value_name = "NU", default_value_t = Constants::TONGUE.poisson_ratio)]
     poisson_ratio: f64,
     /// Muscle parts outside the tissue: straight, as in a sheath, or a chain that can fold
-    #[arg(long, value_enum, default_value = "straight")]
-    outside: OutsideName,
+    #[arg(long, value_parser = choice::<OutsidePath>(), default_value = "straight")]
+    outside: OutsidePath,
     /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
     /// finite width, whose answers do not depend on the mesh, or in `simulate`, `muscles` and `track` the built-in
     /// tongue in space, a folder with ArtiSynth's, or hexahedra from Gmsh [springs, continuum, space, FOLDER, FILE.msh]
@@ -68,12 +69,6 @@ enum PresetName {
     Consistent,
     Thesis,
     AsPrinted,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum OutsideName {
-    Straight,
-    Chain,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -144,24 +139,6 @@ enum TissueName {
     Fe,
 }
 
-/// Names of [`Unit`] on the command line.
-#[derive(Debug, Clone, Copy, ValueEnum, PartialEq, Eq)]
-pub enum UnitName {
-    /// Metres
-    M,
-    /// Millimetres
-    Mm,
-}
-
-impl From<UnitName> for Unit {
-    fn from(name: UnitName) -> Self {
-        match name {
-            UnitName::M => Self::M,
-            UnitName::Mm => Self::Mm,
-        }
-    }
-}
-
 impl Arguments {
     /// Whether a body other than the built-in one was given.
     pub fn is_given(&self) -> bool {
@@ -195,7 +172,7 @@ impl Arguments {
         let body = match (&self.mesh, &self.anatomy) {
             (Some(path), _) => {
                 let mut tell = |concern| output::note(&format!("{}: {concern}", path.display()));
-                let body = AnyBody::read_telling(path, self.mesh_unit.into(), &mut tell)
+                let body = AnyBody::read_telling(path, self.mesh_unit, &mut tell)
                     .and_then(|body| Ok(body.flat()?))
                     .into_diagnostic()?;
                 match continuum {
@@ -289,7 +266,7 @@ impl Arguments {
         let of_springs = [
             ("--tissue fe", self.tissue == TissueName::Fe),
             ("--preset as-printed", matches!(self.preset, PresetName::AsPrinted)),
-            ("--outside chain", matches!(self.outside, OutsideName::Chain)),
+            ("--outside chain", self.outside == OutsidePath::Chain),
         ];
         match of_springs.iter().find(|(_, given)| self.body == BodyName::Continuum && *given) {
             Some((option, _)) => Err(miette!(
@@ -313,10 +290,7 @@ impl Arguments {
                 PresetName::AsPrinted => Preset::AsPrinted,
             },
             spread: Spread::PerConnection,
-            outside: match self.outside {
-                OutsideName::Straight => OutsidePath::Straight,
-                OutsideName::Chain => OutsidePath::Chain,
-            },
+            outside: self.outside,
             tissue: match self.tissue {
                 _ if self.body == BodyName::Continuum => TissueModel::Continuum,
                 TissueName::Springs => TissueModel::MassSpring,

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::{Body, Mesh};
+use tongue_fit::choice::name_of;
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::alarms::{self, Alarm, DEFAULT_THICKNESS_M};
 use tongue_fit::inverse::{self, Among, Fit, FitSettings, Method};
@@ -15,6 +15,7 @@ use tongue_fit::posterior::Verdict;
 use tongue_fit::report::{self, Export, FitRecord, SectionPicture, Series, Svg};
 use tongue_fit::system::Model;
 
+use super::choice::choice;
 use super::fit_table::Shown;
 use super::published::{self, Published};
 use super::{Global, Outcome, body, others, output, posterior, premises, space_track, word};
@@ -47,8 +48,8 @@ pub struct Arguments {
     lengths: Option<PathBuf>,
     /// Search method: the simplex of the thesis, or the derivatives of the equilibrium, which find the same
     /// tensions ten times faster (and are the default of batch)
-    #[arg(long, value_enum, default_value = "nelder-mead")]
-    method: MethodName,
+    #[arg(long, value_parser = choice::<Method>(), default_value = "nelder-mead")]
+    method: Method,
     /// Number of starting points of the search
     #[arg(long, value_name = "N", default_value_t = FitSettings::default().starts)]
     starts: usize,
@@ -57,8 +58,8 @@ pub struct Arguments {
     upper_bound: f64,
     /// Among tensions that meet the target equally well: those nearest to the other measured muscles, or
     /// those of the smallest sum
-    #[arg(long, value_enum, default_value = "others")]
-    among: AmongName,
+    #[arg(long, value_parser = choice::<Among>(), default_value = "others")]
+    among: Among,
     /// Thickness over which tensions act, mm: also prints them in newtons, and compares these with published
     /// forces [default for the comparison: 40]
     #[arg(long, value_name = "MM")]
@@ -77,22 +78,6 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-/// Names of [`Among`] on the command line.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-pub enum AmongName {
-    Others,
-    LeastTotal,
-}
-
-impl From<AmongName> for Among {
-    fn from(name: AmongName) -> Self {
-        match name {
-            AmongName::Others => Self::Others,
-            AmongName::LeastTotal => Self::LeastTotal,
-        }
-    }
-}
-
 /// The given thickness, m.
 pub fn thickness_m(mm: Option<f64>) -> miette::Result<Option<f64>> {
     match mm {
@@ -100,29 +85,6 @@ pub fn thickness_m(mm: Option<f64>) -> miette::Result<Option<f64>> {
             Err(miette!("--thickness is {mm} mm; it must be positive and finite"))
         }
         mm => Ok(mm.map(|mm| 1e-3 * mm)),
-    }
-}
-
-/// Names of [`Method`] on the command line.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-pub enum MethodName {
-    NelderMead,
-    GaussNewton,
-}
-
-impl std::fmt::Display for MethodName {
-    /// The name as it is typed.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.to_possible_value().as_ref().map_or("", |v| v.get_name()))
-    }
-}
-
-impl From<MethodName> for Method {
-    fn from(name: MethodName) -> Self {
-        match name {
-            MethodName::NelderMead => Self::NelderMead,
-            MethodName::GaussNewton => Self::GaussNewton,
-        }
     }
 }
 
@@ -201,10 +163,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         return space_track::fit(source, &target, arguments.starts, global);
     }
     let settings = FitSettings {
-        method: arguments.method.into(),
+        method: arguments.method,
         starts: arguments.starts,
         upper_bound: arguments.upper_bound,
-        among: arguments.among.into(),
+        among: arguments.among,
         ..FitSettings::default()
     };
     settings.check().into_diagnostic()?;
@@ -225,7 +187,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     output::step(|| {
         format!(
             "{} from {} starts for {} /{}/, {}; contracting: {}",
-            arguments.method,
+            name_of(&arguments.method),
             settings.starts,
             target.subject,
             target.vowel,

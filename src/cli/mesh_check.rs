@@ -6,10 +6,10 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
 use tongue_fit::body::gmsh::{self, Concern, Content, File, MshFormat, Unused};
-use tongue_fit::body::{Quality, SolidQuality};
+use tongue_fit::body::{Quality, SolidQuality, Unit};
 use tongue_fit::system::{Model, System, SystemError};
 
-use super::body::UnitName;
+use super::choice::choice;
 use super::{Global, Outcome, output};
 
 /// Options of `tongue-fit mesh check`.
@@ -24,8 +24,8 @@ pub struct Arguments {
     #[arg(value_name = "FILE")]
     file: PathBuf,
     /// Unit of the coordinates in the file
-    #[arg(long, value_name = "UNIT", value_enum, default_value = "m")]
-    mesh_unit: UnitName,
+    #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m")]
+    mesh_unit: Unit,
 }
 
 #[derive(Serialize)]
@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let bytes = tongue_fit::files::read(&arguments.file)
         .into_diagnostic()
         .wrap_err_with(|| format!("cannot read the mesh file \"{path}\"; name a Gmsh mesh (.msh)"))?;
-    let record = match gmsh::read(&bytes, &path, arguments.mesh_unit.into()).into_diagnostic()? {
+    let record = match gmsh::read(&bytes, &path, arguments.mesh_unit).into_diagnostic()? {
         File::Flat(content) => {
             let quality = Quality::of(&content.body.mesh);
             record(path, &content, quality.smallest_angle_deg, AnyQuality::Flat(quality))

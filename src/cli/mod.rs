@@ -5,6 +5,7 @@ mod adapt;
 mod batch;
 mod body;
 mod body_file;
+mod choice;
 mod clean;
 mod dimension;
 mod fit;

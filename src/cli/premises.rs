@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::{Body, HYOID};
 use tongue_fit::inverse::{HyoidMotion, Premises, Said, Setup, Tone};
 use tongue_fit::measured::{TargetKind, tone};
 use tongue_fit::system::Model;
 
+use super::choice::choice;
 use super::output;
 
 /// Premises of a fit.
@@ -23,30 +23,12 @@ pub struct Arguments {
     tone: Option<String>,
     /// Whether the hyoid may be displaced in the vowel, near its place (5 mm): anywhere, forward and back, or
     /// not [default: free for fits of stretches, fixed for fits of ratios]
-    #[arg(long, value_enum)]
-    hyoid: Option<HyoidName>,
+    #[arg(long, value_parser = choice::<HyoidMotion>())]
+    hyoid: Option<HyoidMotion>,
     /// Another bone of the body that may be displaced in the same way, such as mental_spine; may be given
     /// several times
     #[arg(long, value_name = "NAME")]
     free_bone: Vec<String>,
-}
-
-/// Motion of the hyoid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum HyoidName {
-    Free,
-    Forward,
-    Fixed,
-}
-
-impl From<HyoidName> for HyoidMotion {
-    fn from(name: HyoidName) -> Self {
-        match name {
-            HyoidName::Free => Self::Free,
-            HyoidName::Forward => Self::Forward,
-            HyoidName::Fixed => Self::Fixed,
-        }
-    }
 }
 
 impl Arguments {
@@ -58,8 +40,8 @@ impl Arguments {
         if active && self.hyoid.is_none() && !named && !body.bones.is_empty() {
             output::note("this body names no bone \"hyoid\": it stays where it is in every fit");
         }
-        let hyoid = self.hyoid.map(HyoidMotion::from);
-        Premises::of(kind, body, &Said { thesis, tone, hyoid, free_bones: &self.free_bone }).into_diagnostic()
+        Premises::of(kind, body, &Said { thesis, tone, hyoid: self.hyoid, free_bones: &self.free_bone })
+            .into_diagnostic()
     }
 
     /// The body under its premises; `None` if these are the thesis's.

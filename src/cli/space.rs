@@ -4,17 +4,17 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::Vector3;
 
-use tongue_fit::body::{SpaceBody, artisynth, gmsh};
+use tongue_fit::body::{SpaceBody, Unit, artisynth, gmsh};
 use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, AlarmRecord, BranchRecord, Export, Json, OutputDir, SpaceRecord, SpaceVtu};
 use tongue_fit::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
-use super::body::{SpaceSource, UnitName};
+use super::body::SpaceSource;
+use super::choice::choice;
 use super::{Global, Outcome, output, space_surgery, table};
 
 /// Options of bodies in space.
@@ -39,8 +39,8 @@ pub struct Arguments {
 pub struct ModelArguments {
     /// Muscles: stress along fibres, whose answers hold on finer meshes, or lines from node to node, as in
     /// ArtiSynth
-    #[arg(long, value_name = "KIND", value_enum, default_value = "stress")]
-    muscles_as: MusclesName,
+    #[arg(long, value_name = "KIND", value_parser = choice::<MusclesAs>(), default_value = "stress")]
+    muscles_as: MusclesAs,
     /// Stiffening of a muscle's tissue by full activation, as a multiple of its passive stiffness (ArtiSynth:
     /// 9)
     #[arg(long, value_name = "GAIN", default_value_t = 0.0, allow_hyphen_values = true)]
@@ -49,31 +49,25 @@ pub struct ModelArguments {
     #[arg(long)]
     refined: bool,
     /// Unit of the coordinates of a body from Gmsh (--body FILE.msh)
-    #[arg(long, value_name = "UNIT", value_enum, default_value = "m")]
-    body_unit: UnitName,
+    #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m")]
+    body_unit: Unit,
 }
 
 impl Default for ModelArguments {
     fn default() -> Self {
-        let (muscles_as, body_unit) = (MusclesName::Stress, UnitName::M);
+        let (muscles_as, body_unit) = (MusclesAs::Stress, Unit::M);
         Self { muscles_as, stiffening: 0.0, refined: false, body_unit }
     }
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum MusclesName {
-    Stress,
-    Lines,
 }
 
 impl ModelArguments {
     /// The body.
     pub fn body(&self, source: &SpaceSource) -> miette::Result<SpaceBody> {
-        if self.body_unit != UnitName::M && !matches!(source, SpaceSource::Mesh(_)) {
+        if self.body_unit != Unit::M && !matches!(source, SpaceSource::Mesh(_)) {
             return Err(miette!("--body-unit is the unit of a body from Gmsh: --body FILE.msh"));
         }
         match source {
-            SpaceSource::BuiltIn if self.muscles_as == MusclesName::Lines => Err(miette!(
+            SpaceSource::BuiltIn if self.muscles_as == MusclesAs::Lines => Err(miette!(
                 "--muscles-as lines needs fibres from node to node, which the built-in body does not have"
             )),
             SpaceSource::BuiltIn => SpaceBody::tongue(if self.refined { 2 } else { 1 }).into_diagnostic(),
@@ -85,7 +79,7 @@ impl ModelArguments {
                 let origin = file.display().to_string();
                 let bytes = tongue_fit::files::read(file).into_diagnostic();
                 let bytes = bytes.wrap_err_with(|| format!("cannot read the mesh \"{origin}\""))?;
-                let body = gmsh::read_space(&bytes, &origin, self.body_unit.into()).into_diagnostic()?;
+                let body = gmsh::read_space(&bytes, &origin, self.body_unit).into_diagnostic()?;
                 Ok(if self.refined { body.refined() } else { body })
             }
         }
@@ -96,11 +90,7 @@ impl ModelArguments {
         if !(0.0..=1000.0).contains(&self.stiffening) {
             return Err(miette!("--stiffening {}: it must lie between 0 and 1000", self.stiffening));
         }
-        let muscles = match self.muscles_as {
-            MusclesName::Stress => MusclesAs::Stress,
-            MusclesName::Lines => MusclesAs::Lines,
-        };
-        Ok(SpaceModel { muscles, stiffening: self.stiffening, ..SpaceModel::default() })
+        Ok(SpaceModel { muscles: self.muscles_as, stiffening: self.stiffening, ..SpaceModel::default() })
     }
 }
 

@@ -1,7 +1,8 @@
 //! `tongue-fit simulate --body space --operate REGION --filling KIND`: options of surgery.
 
-use clap::ValueEnum;
 use tongue_fit::surgery::{FillingKind, Surgery};
+
+use super::choice::choice;
 
 /// Options of surgery.
 #[derive(Debug, Clone, clap::Args)]
@@ -15,8 +16,8 @@ pub struct Arguments {
     /// What is left there, which decides to which side the tongue deviates: nothing (removed: what
     /// remains moves freely), a scar (stiff, without muscle), a flap (as stiff as tongue, without
     /// muscle), or tissue whose nerve is cut (silent)
-    #[arg(long, value_name = "KIND", value_enum, requires = "operate")]
-    filling: Option<FillingName>,
+    #[arg(long, value_name = "KIND", value_parser = choice::<FillingKind>(), requires = "operate")]
+    filling: Option<FillingKind>,
     /// How many times as stiff as tongue a scar is
     #[arg(
         long,
@@ -31,31 +32,12 @@ pub struct Arguments {
     make_up: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum FillingName {
-    Removed,
-    Scar,
-    Flap,
-    Silent,
-}
-
-impl From<FillingName> for FillingKind {
-    fn from(name: FillingName) -> Self {
-        match name {
-            FillingName::Removed => Self::Removed,
-            FillingName::Scar => Self::Scar,
-            FillingName::Flap => Self::Flap,
-            FillingName::Silent => Self::Silent,
-        }
-    }
-}
-
 impl Arguments {
     /// What is asked for, if anything is.
     pub fn surgery(&self) -> Option<Surgery> {
         Some(Surgery {
             operate: self.operate.clone(),
-            filling: self.filling.filter(|_| !self.operate.is_empty())?.into(),
+            filling: self.filling.filter(|_| !self.operate.is_empty())?,
             scar: self.scar,
             make_up: self.make_up,
         })

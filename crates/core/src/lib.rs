@@ -2,6 +2,7 @@
 //! effects, equilibria, motion, and observables. SI units everywhere. This crate reads and writes no files.
 
 pub mod body;
+pub mod choice;
 #[doc(hidden)]
 pub mod compiled;
 pub mod dynamics;

@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
 use rayon::prelude::*;
+use tongue_fit::choice::name_of;
 use tongue_fit::inverse::alarms::DEFAULT_THICKNESS_M;
 use tongue_fit::inverse::batch::{Job, Selection, Thoroughness};
 use tongue_fit::inverse::{FitSettings, Method};
@@ -17,7 +18,7 @@ use tongue_fit::report::ReportError;
 use tongue_fit::report::batch::journal::{Entry, NAME};
 use tongue_fit::report::batch::{BatchJournal, Fitted, Shard};
 
-use super::fit::MethodName;
+use super::choice::choice;
 use super::{Global, Outcome, body, interrupt, output, posterior, premises};
 
 pub use self::prepared::Prepared;
@@ -63,8 +64,8 @@ pub struct Arguments {
     thickness: f64,
     /// Search method: by the derivatives of the equilibrium, or by the simplex of the thesis, which finds the
     /// same tensions ten times slower (and is the default for the fit of one vowel, as in the thesis)
-    #[arg(long, value_enum, default_value = "gauss-newton")]
-    method: MethodName,
+    #[arg(long, value_parser = choice::<Method>(), default_value = "gauss-newton")]
+    method: Method,
     /// Number of starting points of each search
     #[arg(long, value_name = "N", default_value_t = 8)]
     starts: usize,
@@ -128,7 +129,7 @@ impl Arguments {
             return Err(miette!("--thickness is {} mm; it must be positive and finite", self.thickness));
         }
         let settings = FitSettings {
-            method: Method::from(self.method),
+            method: self.method,
             starts: self.starts,
             upper_bound: self.upper_bound,
             ..FitSettings::default()
@@ -167,7 +168,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         format!(
             "{} fits; {} from {} starts, {} draws with seed {}, inputs {}",
             mine.len(),
-            arguments.method,
+            name_of(&arguments.method),
             prepared.how.settings.starts,
             prepared.how.draws,
             prepared.how.seed,

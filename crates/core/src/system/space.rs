@@ -1,5 +1,7 @@
 //! Systems of bodies in space: hexahedra, and muscles as stress along fibres or as lines from node to node.
 
+use serde::Deserialize;
+
 use crate::body::space::Half;
 use crate::body::{SpaceBody, SpaceMuscle, Strand};
 use crate::effect::{Effect, Fibres, Hexahedra, Mirror, Stiffening};
@@ -9,7 +11,8 @@ use crate::material::{Coefficients, Constants, MooneyRivlin, Preset, Spread};
 use super::{Additions, System, SystemError, TissueModel};
 
 /// Model of the muscles of a body in space.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum MusclesAs {
     /// Stress along the fibres at the points of every element that a muscle runs through, and lines outside
     /// the tissue. Its answers hold when the mesh is refined.

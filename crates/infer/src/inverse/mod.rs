@@ -36,7 +36,7 @@ pub mod uncertainty;
 mod unknown;
 pub mod valley;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use tongue_core::statics;
 use tongue_core::system::SystemError;
@@ -57,7 +57,7 @@ pub use statement::Inverse;
 pub use unknown::{Constant, Prior, Quantity, Unknown};
 
 /// Search method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// The simplex of Nelder and Mead (1965), as in the thesis; it uses costs only.
@@ -68,7 +68,7 @@ pub enum Method {
 }
 
 /// Selection among the answers that meet an undetermined target equally well.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Among {
     /// The answer nearest to the other measurements.

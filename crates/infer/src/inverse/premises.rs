@@ -15,7 +15,7 @@
 use std::sync::Arc;
 
 use nalgebra::{DMatrix, SVector};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use tongue_core::body::{Body, HYOID};
 use tongue_core::statics::{self, Workspace};
@@ -83,7 +83,8 @@ pub struct LooseBone {
 }
 
 /// Motion of the hyoid in a fit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum HyoidMotion {
     /// Anywhere in the plane, near its place.
     Free,

@@ -1,0 +1,63 @@
+//! Choices: enumerations without fields, by the names under which files have them. The command line and Python take the same names.
+
+use serde::de::value::Error;
+use serde::de::{DeserializeOwned, Deserializer, Error as _, IntoDeserializer, Visitor};
+
+/// The names of the variants of an enumeration, in their order.
+pub fn names<T: DeserializeOwned>() -> &'static [&'static str] {
+    let mut names: &'static [&'static str] = &[];
+    // Always an error: nothing is read, the names of the variants are noted.
+    let _ = T::deserialize(Variants(&mut names));
+    names
+}
+
+/// The variant of this name; `None` if there is none.
+pub fn named<T: DeserializeOwned>(name: &str) -> Option<T> {
+    T::deserialize(IntoDeserializer::<Error>::into_deserializer(name)).ok()
+}
+
+/// The name of a variant.
+pub fn name_of<T: DeserializeOwned + PartialEq>(variant: &T) -> &'static str {
+    names::<T>().iter().find(|name| named::<T>(name).as_ref() == Some(variant)).copied().unwrap_or_default()
+}
+
+/// Asks an enumeration for the names of its variants.
+struct Variants<'a>(&'a mut &'static [&'static str]);
+
+impl<'de> Deserializer<'de> for Variants<'_> {
+    type Error = Error;
+
+    fn deserialize_any<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Error> {
+        Err(Error::custom("only an enumeration has names of variants"))
+    }
+
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        variants: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        *self.0 = variants;
+        self.deserialize_any(visitor)
+    }
+
+    serde::forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 u8 u16 u32 u64 f32 f64 char str string bytes byte_buf option unit unit_struct
+        newtype_struct seq tuple tuple_struct map struct identifier ignored_any
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{name_of, named, names};
+    use crate::system::OutsidePath;
+
+    #[test]
+    fn a_choice_has_the_names_of_its_variants() {
+        assert_eq!(names::<OutsidePath>(), ["straight", "chain"]);
+        assert_eq!(named("chain"), Some(OutsidePath::Chain));
+        assert_eq!(named::<OutsidePath>("Chain"), None);
+        assert_eq!(name_of(&OutsidePath::Chain), "chain");
+        assert!(names::<f64>().is_empty());
+    }
+}
