@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = Given::read(&arguments.body)?;
     let basis = given.basis(&arguments.body, arguments.prior.settings()?);
     let (mut notes, mut is_whole) = (Vec::new(), true);
-    let (speaker, seen) = match &arguments.landmarks {
+    let (mut speaker, seen) = match &arguments.landmarks {
         Some(path) => {
             let map = arguments.recordings.map()?;
             let read = |path: &Path| -> miette::Result<Landmarks> {
@@ -112,7 +112,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             (speaker.into_diagnostic()?, drawn(&seen))
         }
     };
-    recordings::check_scale(speaker.similarity.scale())?;
+    speaker.notes.extend(recordings::check_scale(speaker.similarity.scale())?);
     let out = global.folder("results/speaker")?;
     let doubts = speaker.doubts(&given.body);
     let mut record = Record { doubts: doubts.clone(), ..record(&speaker, &given.body) };

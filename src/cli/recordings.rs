@@ -306,17 +306,20 @@ pub fn check_points(recordings: &[Screened], body: &Body<2>) -> miette::Result<(
 /// Range of a speaker's size over that of the body that is adapted.
 const SCALES: std::ops::RangeInclusive<f64> = 0.6..=1.6;
 
-/// Refuses a body of an implausible size.
-pub fn check_scale(scale: f64) -> miette::Result<()> {
-    match SCALES.contains(&scale) {
-        true => Ok(()),
-        false => Err(miette!(
-            "the speaker would need a body {scale:.3} times as large as the one given, where {} to {} are possible; correct the unit \
-             (unit_mm in a map), or the names of the bones",
-            SCALES.start(),
-            SCALES.end()
-        )),
+/// The same of nearly all speakers, children among them.
+const USUAL_SCALES: std::ops::RangeInclusive<f64> = 0.7..=1.45;
+
+/// Refuses a body of an implausible size, and returns a note about one of an unusual size.
+pub fn check_scale(scale: f64) -> miette::Result<Option<String>> {
+    let what = format!("the speaker would need a body {scale:.3} times as large as the one given");
+    let help = "correct the unit (unit_mm in a map), or the names of the bones";
+    if !SCALES.contains(&scale) {
+        let (least, most) = (SCALES.start(), SCALES.end());
+        return Err(miette!("{what}, where {least} to {most} are possible; {help}"));
     }
+    let (least, most) = (USUAL_SCALES.start(), USUAL_SCALES.end());
+    let is_usual = USUAL_SCALES.contains(&scale);
+    Ok((!is_usual).then(|| format!("{what}, where {least} to {most} are usual; if that is wrong, {help}")))
 }
 
 /// Why the tensions of a recording say nothing: most of its frames cannot be reached, or are met badly.

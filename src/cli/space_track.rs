@@ -169,7 +169,7 @@ fn recorded(
             .to_owned(),
     ];
     if let Some(placed) = &found.placed {
-        recordings::check_scale(placed.similarity.scale())?;
+        notes.extend(recordings::check_scale(placed.similarity.scale())?);
         notes.push(format!(
             "the body was placed by what was seen: {:.3} times as large, turned by {:.1} degrees; that is uncertain by about a tenth and 9 \
              degrees, which the widths of activations do not include",

@@ -123,6 +123,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         false => {
             let placed = run.basis.place(&seen, &hide).into_diagnostic()?;
             notes.extend(placed.doubt());
+            notes.extend(recordings::check_scale(placed.similarity.scale())?);
         }
     }
     let sound = arguments.sound.read()?;

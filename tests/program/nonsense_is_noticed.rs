@@ -219,6 +219,10 @@ fn a_recording_whose_tensions_mean_nothing_is_left_out_everywhere_and_a_gap_can_
     let output = run(at, "track sizes.csv --frames 0 --draws 100 --out sizes");
     let told = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.code() == Some(1) && told.contains("its tongue is 0.7"), "{told}");
+    fs::write(at.join("small.csv"), tidy(|_, x, y| [0.61 * x, 0.61 * y])).unwrap();
+    let output = run(at, "adapt small.csv --rest similarity --out small");
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.code() == Some(0) && told.contains("where 0.7 to 1.45 are usual"), "{told}");
     // Coils in axes that are turned are out of reach; turned back they are not.
     let turned: String = coils(1.0)
         .lines()
