@@ -449,6 +449,7 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
     let ground = ground(&Priors::default());
     let posterior = sample(&ground, seen("S1", "i"), &Sampling { draws: 400, seed: 1 }).unwrap();
     let settings = statics::SolveSettings::default();
+    let mut snapped = 0;
     for draw in posterior.draws.iter().step_by(4) {
         let mut w = Workspace::new(&ground.system);
         let own = &draw.meaning.postures[0];
@@ -458,12 +459,15 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
         let found = statics::trace(&ground.system, &mut w, &own.tensions, &settings, 20);
         let lengths = ground.system.lengths(w.positions());
         let away = lengths.iter().zip(&draw.lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // Behind a snap-through the shape depends on the steps in which the load grows.
+        snapped += usize::from(found.critical.is_some() && away >= 1e-7);
         assert!(
-            found.solution.status == SolveStatus::Converged && away < 1e-7,
+            found.solution.status == SolveStatus::Converged && (away < 1e-7 || found.critical.is_some()),
             "{away}: {:?}",
             found.critical
         );
     }
+    assert!(snapped <= 2, "{snapped} of 100");
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
-use tongue_infer::posterior::diagnostics::mixing;
+use tongue_infer::posterior::diagnostics::{Mixing, mixing};
 use tongue_infer::posterior::{Said, Verdict, VerdictFrom};
 
 fn run(folder: &Path, arguments: &str) -> Output {
@@ -60,15 +60,22 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
     for (i, row) in rows.iter().enumerate() {
         assert_eq!((&row[chain], &row[draw]), (&*(i / length).to_string(), &*(i % length).to_string()));
     }
-    // R-hat is that of the draws in the file, the largest of all quantities that are sampled or told.
-    let r_hat = |at: usize| {
+    // Effective draws are those of the file, the fewest of all quantities that are sampled or told. R-hat is of twice as many points.
+    let of_column = |at: usize| {
         let chain =
             |of: &[csv::StringRecord]| of.iter().map(|r| r[at].parse().unwrap()).collect::<Vec<f64>>();
-        mixing(&rows.chunks(length).map(chain).collect::<Vec<_>>()).r_hat
+        let kept: Vec<Vec<f64>> = rows.chunks(length).map(chain).collect();
+        mixing(&kept, &kept)
     };
-    let largest = (column("log_density")..column("stretch_GGa")).map(r_hat).fold(1.0, f64::max);
-    let told = posterior["r_hat"].as_f64().unwrap();
-    assert!((largest - told).abs() < 1e-6, "{largest} {told}");
+    let all: Vec<_> = (column("log_density")..column("stretch_GGa")).map(of_column).collect();
+    let fewest = |of: fn(&Mixing) -> f64| all.iter().map(of).fold(f64::INFINITY, f64::min);
+    for (size, found) in [("bulk", fewest(|m| m.bulk)), ("tail", fewest(|m| m.tail))] {
+        let told = posterior["ess"][size].as_f64().unwrap();
+        assert!((found / told - 1.0).abs() < 1e-6, "{size}: {found} {told}");
+    }
+    let (largest, told) =
+        (all.iter().map(|m| m.r_hat).fold(1.0, f64::max), posterior["r_hat"].as_f64().unwrap());
+    assert!((largest - told).abs() < 0.01, "{largest} {told}");
     let mean = rows.iter().map(|r| r[gga].parse::<f64>().unwrap()).sum::<f64>() / rows.len() as f64;
     let told = summary["changes_n"]["GGa"]["mean"].as_f64().unwrap();
     assert!((mean - told).abs() < 1.0, "{mean} {told}");

@@ -302,6 +302,15 @@ impl Target for Evaluator<'_> {
         out
     }
 
+    /// The shapes after another step like the last one, to first order.
+    fn ahead(here: &Place, before: &Place) -> Place {
+        let further = |here: &[SVector<f64, 2>], before: &[SVector<f64, 2>]| {
+            Arc::new(here.iter().zip(before).map(|(x, y)| x + (x - y)).collect())
+        };
+        let postures = here.postures.iter().zip(&before.postures).map(|(x, y)| further(x, y)).collect();
+        Place { postures, baseline: further(&here.baseline, &before.baseline), ..here.clone() }
+    }
+
     /// Whether the tensions of each point lead from rest to its shapes, in all postures and in the baseline.
     fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Place>)]) -> Vec<bool> {
         let density = self.density;

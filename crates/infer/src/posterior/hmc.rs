@@ -6,6 +6,7 @@
 //! the step is found by dual averaging (Hoffman and Gelman 2014, section 3.2). Afterwards matrix and step are kept.
 
 use std::f64::consts::FRAC_PI_2;
+use std::ops::Range;
 
 use nalgebra::DVector;
 
@@ -27,7 +28,12 @@ pub trait Target {
     /// zero.
     fn evaluate(&mut self, points: &[(&DVector<f64>, &Self::Place)]) -> Vec<Option<Point<Self::Place>>>;
 
-    /// Whether each point, at which the density is not zero, is allowed as the end of a trajectory; other trajectories are refused.
+    /// A place from which the next point of a trajectory is solved, after steps that led from `before` to `here`.
+    fn ahead(here: &Self::Place, _before: &Self::Place) -> Self::Place {
+        here.clone()
+    }
+
+    /// Whether each point, at which the density is not zero, is allowed as a draw; trajectories to other points are refused.
     fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Self::Place>)]) -> Vec<bool> {
         vec![true; points.len()]
     }
@@ -67,11 +73,13 @@ pub struct Settings {
 pub struct Chain<K> {
     /// Records of the draws.
     pub draws: Vec<K>,
+    /// Records of the points between them that were checked too: one before each draw if the draws are thinned, otherwise none.
+    pub between: Vec<K>,
     /// Trajectories after the warm-up whose energy error was larger than [`DIVERGED`].
     pub divergences: usize,
     /// Trajectories, after the warm-up, that ended where the density is zero.
     pub zero: usize,
-    /// Trajectories after the warm-up that ended at a point that is not allowed.
+    /// How often, after the warm-up, trajectories ended at a point that is not allowed, and were refused.
     pub refused: usize,
     /// Mean probability of acceptance after the warm-up.
     pub acceptance: f64,
@@ -81,12 +89,21 @@ pub struct Chain<K> {
 
 impl<K> Chain<K> {
     /// A chain without draws.
-    const EMPTY: Self =
-        Self { draws: Vec::new(), divergences: 0, zero: 0, refused: 0, acceptance: 0.0, evaluations: 0 };
+    const EMPTY: Self = Self {
+        draws: Vec::new(),
+        between: Vec::new(),
+        divergences: 0,
+        zero: 0,
+        refused: 0,
+        acceptance: 0.0,
+        evaluations: 0,
+    };
 }
 
 /// Energy error beyond which a trajectory counts as diverged (as in Stan).
 pub const DIVERGED: f64 = 1000.0;
+/// Trajectories that are checked together: so many in the warm-up, and at least so many between two kept draws.
+const CHECKED: usize = 2;
 /// Largest number of steps of a trajectory.
 const MOST_STEPS: usize = 100;
 
@@ -100,7 +117,7 @@ pub fn sample<T: Target>(
 ) -> Vec<Chain<T::Kept>> {
     let groups = in_groups(&make, whitened, place, settings, None, |g| g.warmed_up(settings.warm_up));
     let begun = groups.iter().all(|g| g.states.len() == g.random.len());
-    let seen: Vec<&DVector<f64>> = groups.iter().flat_map(|g| &g.seen).collect();
+    let seen: Vec<_> = groups.iter().flat_map(|g| &g.seen).collect();
     let Some(learned) = begun.then(|| whitened.learned(&seen)).flatten() else {
         return vec![Chain::EMPTY; settings.chains];
     };
@@ -174,8 +191,8 @@ struct Warm<P> {
     random: Vec<fastrand::Rng>,
     common: fastrand::Rng,
     evaluations: usize,
-    /// Points that the chains have visited.
-    seen: Vec<DVector<f64>>,
+    /// Points that the chains have visited, and the derivatives of the logarithm of the density there.
+    seen: Vec<(DVector<f64>, DVector<f64>)>,
 }
 
 impl<P: Clone> Warm<P> {
@@ -239,39 +256,50 @@ impl<'a, T: Target> Group<'a, T> {
     fn warmed_up(mut self, warm_up: usize) -> Warm<T::Place> {
         let mut seen = Vec::new();
         if self.states.len() == self.random.len() {
-            for draw in 0..warm_up {
-                self.warm(true);
-                // The first third may still be far from the bulk of the density.
-                if draw >= warm_up / 3 {
-                    seen.extend(self.states.iter().map(|s| s.x.clone()));
-                }
+            for block in blocks(warm_up, CHECKED) {
+                self.checked(|group| {
+                    for draw in block {
+                        group.warm();
+                        // The first third may still be far from the bulk of the density.
+                        if draw >= warm_up / 3 {
+                            let visited = group.states.iter();
+                            seen.extend(visited.map(|s| (s.x.clone(), s.point.gradient.clone())));
+                        }
+                    }
+                });
             }
         }
         let Self { states, random, common, evaluations, .. } = self;
         Warm { states, random, common, evaluations, seen }
     }
 
-    /// Runs one trajectory and adapts the step size to the probability with which its end is accepted. With `checked`, an end that is not
-    /// allowed is refused.
-    fn warm(&mut self, checked: bool) {
-        let ends = self.trajectory(self.step.trial, checked);
+    /// Runs one trajectory and adapts the step size to the probability with which its end is accepted.
+    fn warm(&mut self) {
+        let ends = self.trajectory(self.step.trial);
         self.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
+    }
+
+    /// Runs trajectories, and takes each chain that they led to a point that is not allowed back to where it was before them. Which
+    /// chains that were. A trajectory is as probable as its reverse, and so are several in a row; so what is drawn is the density where
+    /// points are allowed, as if each trajectory were checked by itself.
+    fn checked(&mut self, run: impl FnOnce(&mut Self)) -> Vec<bool> {
+        let begun = self.states.clone();
+        run(self);
+        let moved: Vec<usize> = (0..begun.len()).filter(|i| self.states[*i].x != begun[*i].x).collect();
+        let points: Vec<_> = moved.iter().map(|&i| (&self.states[i].x, &self.states[i].point)).collect();
+        let allowed = self.target.allowed(&points);
+        let mut refused = vec![false; begun.len()];
+        moved.iter().zip(allowed).for_each(|(&i, allowed)| refused[i] = !allowed);
+        for ((state, begun), _) in self.states.iter_mut().zip(begun).zip(&refused).filter(|(_, r)| **r) {
+            *state = begun;
+        }
+        refused
     }
 
     /// Runs all chains, with points checked from the end of the warm-up on.
     fn run_briefly(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
-        let begun = self.states.clone();
-        if begun.len() == self.random.len() {
-            for _ in 0..settings.warm_up {
-                self.warm(false);
-            }
-        }
-        let points: Vec<_> = self.states.iter().map(|s| (&s.x, &s.point)).collect();
-        let allowed = self.target.allowed(&points);
-        for ((state, begun), _) in
-            self.states.iter_mut().zip(begun).zip(allowed).filter(|(_, allowed)| !allowed)
-        {
-            *state = begun;
+        if self.states.len() == self.random.len() {
+            self.checked(|group| (0..settings.warm_up).for_each(|_| group.warm()));
         }
         self.run(&Settings { warm_up: 0, ..*settings })
     }
@@ -283,18 +311,26 @@ impl<'a, T: Target> Group<'a, T> {
             // The density is zero even at the centre.
             return chains;
         }
-        for _ in 0..settings.warm_up {
-            self.warm(true);
+        for block in blocks(settings.warm_up, CHECKED) {
+            self.checked(|group| block.for_each(|_| group.warm()));
         }
-        for draw in 0..settings.draws * settings.thin {
-            let ends = self.trajectory(self.step.found, true);
-            for ((chain, end), state) in chains.iter_mut().zip(&ends).zip(&self.states) {
-                chain.divergences += usize::from(end.diverged);
-                chain.zero += usize::from(end.zero);
-                chain.refused += usize::from(end.refused);
-                chain.acceptance += end.probability / (settings.draws * settings.thin) as f64;
-                if draw % settings.thin == settings.thin - 1 {
-                    chain.draws.push(self.target.keep(&state.x, &state.point));
+        // Two checks for each draw refuse hardly more than one for each trajectory would.
+        let together = settings.thin.div_ceil(2).max(CHECKED);
+        for _ in 0..settings.draws {
+            for block in blocks(settings.thin, together) {
+                let is_last = block.end == settings.thin;
+                let refused = self.checked(|group| {
+                    for (chain, end) in block.flat_map(|_| group.trajectory(group.step.found)).enumerate() {
+                        let chain = &mut chains[chain % count];
+                        chain.divergences += usize::from(end.diverged);
+                        chain.zero += usize::from(end.zero);
+                        chain.acceptance += end.probability / (settings.draws * settings.thin) as f64;
+                    }
+                });
+                for ((chain, refused), state) in chains.iter_mut().zip(refused).zip(&self.states) {
+                    chain.refused += usize::from(refused);
+                    let records = if is_last { &mut chain.draws } else { &mut chain.between };
+                    records.push(self.target.keep(&state.x, &state.point));
                 }
             }
         }
@@ -302,8 +338,8 @@ impl<'a, T: Target> Group<'a, T> {
         chains
     }
 
-    /// One trajectory of every chain; if `checked`, one that ends at a point that is not allowed is refused.
-    fn trajectory(&mut self, size: f64, checked: bool) -> Vec<End> {
+    /// One trajectory of every chain.
+    fn trajectory(&mut self, size: f64) -> Vec<End> {
         let (n, count) = (self.whitened.centre.len(), self.states.len());
         let length = FRAC_PI_2 * (0.7 + 0.6 * self.common.f64());
         let steps = ((length / size).round() as usize).clamp(1, MOST_STEPS);
@@ -311,6 +347,7 @@ impl<'a, T: Target> Group<'a, T> {
         let energy = |state: &State<T::Place>, p: &DVector<f64>| 0.5 * p.norm_squared() - state.point.log;
         let before: Vec<f64> = self.states.iter().zip(&momenta).map(|(s, p)| energy(s, p)).collect();
         let mut moved = self.states.clone();
+        let mut before_last: Vec<Option<T::Place>> = vec![None; count];
         let mut alive = vec![true; count];
         for _ in 0..steps {
             for (p, s) in momenta.iter_mut().zip(&moved) {
@@ -321,13 +358,23 @@ impl<'a, T: Target> Group<'a, T> {
                 .map(|i| if alive[i] { &moved[i].z + &momenta[i] * size } else { moved[i].z.clone() })
                 .collect();
             let x: Vec<DVector<f64>> = z.iter().map(|z| self.whitened.at(z)).collect();
-            let points: Vec<_> = x.iter().zip(&moved).map(|(x, s)| (x, &s.point.place)).collect();
+            let starts: Vec<T::Place> = moved
+                .iter()
+                .zip(&before_last)
+                .map(|(s, before)| match before {
+                    Some(before) => T::ahead(&s.point.place, before),
+                    None => s.point.place.clone(),
+                })
+                .collect();
+            let points: Vec<_> = x.iter().zip(&starts).collect();
             let found = self.target.evaluate(&points);
             self.evaluations += count;
             for (i, (point, (z, x))) in found.into_iter().zip(z.into_iter().zip(&x)).enumerate() {
                 match point {
                     Some(point) if alive[i] => {
-                        moved[i] = State::new(self.whitened, z, x.clone(), point);
+                        let last =
+                            std::mem::replace(&mut moved[i], State::new(self.whitened, z, x.clone(), point));
+                        before_last[i] = Some(last.point.place);
                         let push = &moved[i].slope * (0.5 * size);
                         momenta[i] += push;
                     }
@@ -345,16 +392,10 @@ impl<'a, T: Target> Group<'a, T> {
             let probability = if alive[i] && gain.is_finite() { gain.min(0.0).exp() } else { 0.0 };
             // The number is drawn in any case, so that a chain does not depend on the other chains.
             let taken = self.random[i].f64() < probability;
-            ends.push(End { probability, diverged, zero: !alive[i], taken, refused: false });
-        }
-        let taken: Vec<usize> = (0..count).filter(|i| ends[*i].taken).collect();
-        let points: Vec<_> = taken.iter().map(|&i| (&moved[i].x, &moved[i].point)).collect();
-        let allowed = if checked { self.target.allowed(&points) } else { vec![true; taken.len()] };
-        for (&i, allowed) in taken.iter().zip(allowed) {
-            ends[i].refused = !allowed;
-            if allowed {
-                self.states[i] = moved[i].clone();
+            if taken {
+                self.states[i] = after.clone();
             }
+            ends.push(End { probability, diverged, zero: !alive[i] });
         }
         ends
     }
@@ -365,9 +406,11 @@ struct End {
     probability: f64,
     diverged: bool,
     zero: bool,
-    /// Whether it would be accepted if its end is allowed.
-    taken: bool,
-    refused: bool,
+}
+
+/// Runs of up to `each` of `count` trajectories.
+fn blocks(count: usize, each: usize) -> impl Iterator<Item = Range<usize>> {
+    (0..count).step_by(each).map(move |first| first..count.min(first + each))
 }
 
 impl<P> State<P> {

@@ -25,11 +25,12 @@ use super::run::{Draw, Posterior, Sampling, chains, numbered, sample_at};
 use super::score::{How, LeftOut, Part, about, left_out};
 use super::spread::Quantiles;
 
-/// Draws of the mixture for each stretch, and draws of a posterior that is sampled separately.
+/// Draws of the mixture for each stretch of one posture, and draws of a posterior that is sampled separately. Postures that are sampled
+/// together have as many draws as one: leaving one of many stretches out changes little, so that nearly all draws count for each.
 const DRAWS_EACH: usize = 200;
 const OWN_DRAWS: usize = 800;
-/// Smallest effective share of a stretch's own draws of the mixture; below it that posterior is sampled separately.
-const LEAST_EFFECTIVE: f64 = 0.25;
+/// Smallest effective number of draws of the mixture for a stretch; below it that posterior is sampled separately.
+const LEAST_EFFECTIVE: f64 = 50.0;
 /// Seed of both, the same in a fit, a batch and a validation, so that these report the same predictions.
 const SEED: u64 = 5;
 
@@ -95,8 +96,9 @@ pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, 
     let n = centre.len();
     let precision = modes().fold(DMatrix::zeros(n, n), |sum, m| sum + &m.precision) / count;
     let whitened = Whitened::new(centre, precision).ok_or(PosteriorError::Covariance)?;
-    let settings = Sampling { draws: DRAWS_EACH * positions.len(), seed: SEED };
-    let draws = numbered(chains(density, &mixture, &whitened, &mode.place, &settings, 1));
+    let postures = density.postures();
+    let settings = Sampling { draws: DRAWS_EACH * positions.len() / postures, seed: SEED };
+    let draws = numbered(chains(density, &mixture, &whitened, &mode.place, &settings, postures.min(2)));
     let weights: Vec<Vec<f64>> = draws
         .iter()
         .map(|d| {
@@ -112,7 +114,7 @@ pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, 
         })
         .collect();
     let alone = |(found, (position, without)): (LeftOut, (usize, Without<'_>))| {
-        if found.effective >= LEAST_EFFECTIVE * DRAWS_EACH as f64 {
+        if found.effective >= LEAST_EFFECTIVE {
             return Ok(found);
         }
         let settings = Sampling { draws: OWN_DRAWS, seed: SEED };

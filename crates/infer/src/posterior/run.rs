@@ -18,7 +18,7 @@ const CHAINS: usize = 8;
 /// Draws of each chain in each half of the warm-up: a minimum, and a number for each sampled unknown, so that the chains together learn
 /// its covariance.
 const WARM_UP: usize = 80;
-const WARM_UP_EACH: usize = 4;
+const WARM_UP_EACH: usize = 2;
 /// Thinning: the number of trajectories for each kept draw, and the additional number for each posture, so that kept draws are nearly
 /// independent.
 const THIN: usize = 4;
@@ -123,7 +123,7 @@ pub struct Posterior<'a> {
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium.
     pub folds: usize,
-    /// Trajectories that ended in a shape to which the tensions do not lead from rest, and were refused.
+    /// How often trajectories ended in a shape to which the tensions do not lead from rest, and were refused.
     pub off_branch: usize,
     /// Mean probability of acceptance.
     pub acceptance: f64,
@@ -260,12 +260,18 @@ pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
     chains.into_iter().enumerate().flat_map(of_chain).collect()
 }
 
-/// Convergence diagnostics of every sampled or reported quantity, from the kept draws.
+/// Convergence diagnostics of every sampled or reported quantity: effective sample sizes of the kept draws, and R-hat of these and the
+/// points between them, because that of few draws is noisy.
 fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<(String, Mixing)> {
     let muscles = &density.ground.muscles;
     let of = |value: &dyn Fn(&Draw) -> f64| -> Mixing {
-        let each = |c: &hmc::Chain<Draw>| c.draws.iter().map(value).collect();
-        mixing(&chains.iter().map(each).collect::<Vec<Vec<f64>>>())
+        let values = |draws: &[Draw]| draws.iter().map(value).collect::<Vec<f64>>();
+        let kept: Vec<Vec<f64>> = chains.iter().map(|c| values(&c.draws)).collect();
+        let whole = |(chain, kept): (&hmc::Chain<Draw>, &Vec<f64>)| match chain.between.is_empty() {
+            true => kept.clone(),
+            false => values(&chain.between).into_iter().zip(kept).flat_map(|(a, b)| [a, *b]).collect(),
+        };
+        mixing(&kept, &chains.iter().zip(&kept).map(whole).collect::<Vec<_>>())
     };
     let mut out = Vec::new();
     for (m, name) in muscles.iter().enumerate() {

@@ -142,7 +142,7 @@ pub struct Report {
     pub shrinkage: ByMuscle<f64>,
     /// Sources of the variance, and how much knowing a source would gain.
     pub variance_share: Option<VarianceShare>,
-    /// Largest rank-normalised split R-hat of all reported quantities, from the kept draws.
+    /// Largest rank-normalised split R-hat of all reported quantities, from the kept draws and the points checked between them.
     pub r_hat: f64,
     /// Effective draws.
     pub ess: Effective,
@@ -150,7 +150,7 @@ pub struct Report {
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium: there the density is zero.
     pub folds: usize,
-    /// Trajectories that ended in a shape to which the tensions do not lead from rest: there the density is zero too.
+    /// How often trajectories ended in a shape to which the tensions do not lead from rest: there the density is zero too.
     pub off_branch: usize,
     /// Number of equilibria solved.
     pub equilibria: usize,

@@ -29,21 +29,38 @@ impl Whitened {
         self.spread.clone().lu().solve(&away).unwrap_or_else(|| DVector::zeros(x.len()))
     }
 
-    /// Coordinates from the mean and the covariance of the visited points, shrunk towards the present ones with the weight of as many
-    /// draws as there are coordinates. `None` where the covariance is not positive definite.
-    pub(super) fn learned(&self, seen: &[&DVector<f64>]) -> Option<Self> {
+    /// Coordinates learned from visited points and the derivatives of the logarithm of the density there. In the present coordinates the
+    /// covariance is estimated as the matrix `M` with `M B M = A`, `A` the covariance of the points and `B` that of the derivatives, which
+    /// is exact for a normal density with few points (Seyboldt, Carlson and Carpenter 2026). Both are shrunk towards one with
+    /// the weight of as many draws as there are coordinates. `None` where they are not positive definite.
+    pub(super) fn learned(&self, seen: &[&(DVector<f64>, DVector<f64>)]) -> Option<Self> {
         let n = self.centre.len();
         if seen.len() < 10 * n {
             return Some(self.clone());
         }
-        let (count, own) = (seen.len() as f64, n as f64);
-        let centre = seen.iter().copied().sum::<DVector<f64>>() / count;
-        let mut covariance = &self.spread * self.spread.transpose() * own;
-        for &x in seen {
-            let away = x - &centre;
-            covariance += &away * away.transpose();
+        let count = seen.len() as f64;
+        let centre = seen.iter().map(|(x, _)| x).sum::<DVector<f64>>() / count;
+        let slope = seen.iter().map(|(_, g)| g).sum::<DVector<f64>>() / count;
+        let inverse = self.spread.clone().try_inverse()?;
+        let (mut points, mut slopes) =
+            (DMatrix::identity(n, n) * n as f64, DMatrix::identity(n, n) * n as f64);
+        for (x, g) in seen {
+            let (z, by_z) = (&inverse * (x - &centre), self.spread.tr_mul(&(g - &slope)));
+            points.syger(1.0, &z, &z, 1.0);
+            slopes.syger(1.0, &by_z, &by_z, 1.0);
         }
-        let spread = (covariance / (count + own)).cholesky()?.l();
+        let whole = |mut m: DMatrix<f64>| {
+            m.fill_upper_triangle_with_lower_triangle();
+            m / (count + n as f64)
+        };
+        // With B = C C', M = C'^-1 (C' A C)^(1/2) C^-1.
+        let root = whole(slopes).cholesky()?.unpack();
+        let eigen = (root.transpose() * whole(points) * &root).symmetric_eigen();
+        let middle = DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
+        let middle = &eigen.eigenvectors * middle * eigen.eigenvectors.transpose();
+        let left = root.transpose().solve_upper_triangular(&middle)?;
+        let learned = root.transpose().solve_upper_triangular(&left.transpose())?;
+        let spread = &self.spread * ((&learned + learned.transpose()) * 0.5).cholesky()?.unpack();
         Some(Self { centre, spread })
     }
 
