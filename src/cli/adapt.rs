@@ -13,7 +13,7 @@ use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
 
 use super::body_file::BodyFile;
 use super::recordings::{self, Given, PriorArguments, RestName};
-use super::{Global, Outcome, body, output, table};
+use super::{Global, Outcome, body, output, recording_checks, table};
 
 /// Most frames of recordings in the picture.
 const DRAWN_FRAMES: usize = 20;
@@ -93,10 +93,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 return Err(miette!("name recordings of the speaker, or --landmarks of one posture at rest"));
             }
             let (recordings, left_out) = arguments.recordings.read(None)?;
-            recordings::check_points(&recordings, &given.body)?;
+            recording_checks::check_points(&recordings, &given.body)?;
             is_whole = left_out.is_empty();
             notes = left_out;
-            notes.extend(recordings::notes(&recordings, &given.body, &[]));
+            notes.extend(recording_checks::notes(&recordings, &given.body, &[]));
             let palate = recordings.iter().find_map(|r| r.palate.as_deref());
             let basis = Basis { palate, ..basis };
             let seen: Vec<_> = recordings.iter().map(|r| &r.seen).collect();
@@ -112,7 +112,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             (speaker.into_diagnostic()?, drawn(&seen))
         }
     };
-    speaker.notes.extend(recordings::check_scale(speaker.similarity.scale())?);
+    speaker.notes.extend(recording_checks::check_scale(speaker.similarity.scale())?);
     let out = global.folder("results/speaker")?;
     let doubts = speaker.doubts(&given.body);
     let mut record = Record { doubts: doubts.clone(), ..record(&speaker, &given.body) };

@@ -26,6 +26,7 @@ mod posterior;
 mod premises;
 mod published;
 mod pulls;
+mod recording_checks;
 mod recordings;
 mod scene;
 mod scene_table;

@@ -18,7 +18,7 @@ use tongue_fit::system::System;
 
 use super::body::SpaceSource;
 use super::space::ModelArguments;
-use super::{Global, Outcome, output, recordings, table, word};
+use super::{Global, Outcome, output, recording_checks, recordings, table, word};
 
 /// A share of a combination below this is not worth a word.
 const SHARE: f64 = 0.2;
@@ -169,7 +169,7 @@ fn recorded(
             .to_owned(),
     ];
     if let Some(placed) = &found.placed {
-        notes.extend(recordings::check_scale(placed.similarity.scale())?);
+        notes.extend(recording_checks::check_scale(placed.similarity.scale())?);
         notes.push(format!(
             "the body was placed by what was seen: {:.3} times as large, turned by {:.1} degrees; that is uncertain by about a tenth and 9 \
              degrees, which the widths of activations do not include",

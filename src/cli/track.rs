@@ -20,7 +20,9 @@ use super::body_file::BodyFile;
 use super::recordings::{self, Given, PriorArguments, RestName, Screened};
 use super::track_files::Found;
 use super::track_run::Run;
-use super::{Global, Outcome, body, output, space_track, track_files, track_sound, track_table};
+use super::{
+    Global, Outcome, body, output, recording_checks, space_track, track_files, track_sound, track_table,
+};
 
 /// Recordings with more frames are not kept, because their entry would be too large for a journal.
 const MOST_KEPT: usize = 5000;
@@ -94,7 +96,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let is_drawn = arguments.body.is_given() || arguments.as_is;
     let palate = given.body.palate.as_deref().filter(|_| is_drawn);
     let (recordings, mut left_out) = arguments.recordings.read(palate)?;
-    recordings::check_points(&recordings, &given.body)?;
+    recording_checks::check_points(&recordings, &given.body)?;
     let names = contracting(arguments, &given.body)?;
     let numbers =
         names.iter().map(|n| given.body.muscle(n).into_diagnostic()).collect::<miette::Result<Vec<_>>>()?;
@@ -104,7 +106,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         seed: arguments.seed,
         ..arguments.prior.settings()?
     };
-    let mut notes = recordings::notes(&recordings, &given.body, &arguments.free_bone);
+    let mut notes = recording_checks::notes(&recordings, &given.body, &arguments.free_bone);
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
     let basis = Basis { contracting: numbers, palate: wall, ..given.basis(&arguments.body, settings) };
     let run = Run {
@@ -119,11 +121,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     run.check_freed(&seen)?;
 
     match is_given {
-        true => recordings::check_frame(&recordings, &run.speaker(&seen, &[])?.followed)?,
+        true => recording_checks::check_frame(&recordings, &run.speaker(&seen, &[])?.followed)?,
         false => {
             let placed = run.basis.place(&seen, &hide).into_diagnostic()?;
             notes.extend(placed.doubt());
-            notes.extend(recordings::check_scale(placed.similarity.scale())?);
+            notes.extend(recording_checks::check_scale(placed.similarity.scale())?);
         }
     }
     let sound = arguments.sound.read()?;
@@ -166,7 +168,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let (mut frames, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
     for (r, f) in recordings.iter().zip(found) {
         let of_one = frame_records(&r.seen, &r.faults, &f.frames, &names, run.freed(&r.seen));
-        match recordings::out_of_reach(&of_one) {
+        match recording_checks::out_of_reach(&of_one) {
             Some(why) => unmet.push(format!("{}: {why}", r.seen.name)),
             None => {
                 frames.extend(of_one);
@@ -187,7 +189,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let courses = courses(&names, &all, &run.basis.settings.link);
     let gestures = seen.iter().zip(&found);
     let gestures = gestures.flat_map(|(s, f)| gesture_records(&s.name, &f.gestures, &names)).collect();
-    notes.extend(recordings::left_out(&recordings, &frames));
+    notes.extend(recording_checks::left_out(&recordings, &frames));
     let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
     frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
     // The intervals of an unresolved frame and of one without data are wide, and can be trusted.

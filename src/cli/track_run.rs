@@ -13,10 +13,10 @@ use tongue_fit::report::batch::journal::Journal;
 use tongue_fit::system::{self, Additions, Model, System};
 use tongue_fit::track::{self, Followed, RestShape, Stage, TongueSurface, TrackedRecording};
 
-use super::recordings::{self, Given, RestName};
+use super::recordings::{Given, RestName};
 use super::track_files::Found;
 use super::track_sound::Sound;
-use super::{interrupt, output};
+use super::{interrupt, output, recording_checks};
 
 /// Distance from the palate at which it begins to act, m.
 const PALATE_REACH_M: f64 = 1e-3;
@@ -93,7 +93,7 @@ impl Run<'_> {
         let made = self.basis.to_recordings(seen, self.rest.into(), hide, &progress);
         bar.finish_and_clear();
         let made = made.into_diagnostic()?;
-        recordings::check_scale(made.similarity.scale())?;
+        recording_checks::check_scale(made.similarity.scale())?;
         output::step(|| {
             let rms = made.rms_m.map_or_else(String::new, |r| format!(", contours met to {:.2} mm", r * 1e3));
             format!("{}: scale {:.3}{rms}", made.body.what, made.similarity.scale())

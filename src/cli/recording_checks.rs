@@ -1,0 +1,172 @@
+//! What cannot be right in recordings, and in what was found for them: refused, left out or told.
+
+use miette::miette;
+use tongue_fit::body::Body;
+use tongue_fit::measured::recording::FaultKind;
+use tongue_fit::report::FrameRecord;
+use tongue_fit::statistics::upper_median;
+use tongue_fit::track::{Followed, FrameStatus, TongueSurface};
+
+use super::recordings::Screened;
+
+/// Refuses recordings whose bones are too far from those of a body to be in its frame.
+pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Result<()> {
+    for Screened { seen, .. } in recordings {
+        for bone in followed {
+            let Some(number) = seen.bone(&bone.name) else { continue };
+            let away = seen.frames.iter().filter_map(|f| f.bones[number]).map(|p| (p - bone.mark).norm());
+            if let Some(median) = upper_median(away).filter(|d| *d > FARTHEST_BONE_M) {
+                return Err(miette!(
+                    "{}: the {} is seen {:.0} mm from where the body has it, so the recording is not in the body's frame; adapt a \
+                     body to the speaker (tongue-fit adapt), or give a map with the axes",
+                    seen.name,
+                    bone.name.replace('_', " "),
+                    median * 1e3
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses maps with points that the body lacks: unknown bones, places behind the end of its surface.
+pub fn check_points(recordings: &[Screened], body: &Body<2>) -> miette::Result<()> {
+    let along = TongueSurface::of(body).map(|s| s.tip);
+    for Screened { seen, .. } in recordings {
+        if let Some(bone) = seen.bones.iter().find(|b| body.bone(b).is_empty()) {
+            let known: Vec<&str> = body.bones.iter().map(|b| b.name.as_str()).collect();
+            return Err(miette!(
+                "{}: the map names the bone {bone:?}, which {} does not have; {}",
+                seen.name,
+                body.what,
+                tongue_fit::suggest::hint(bone, known)
+            ));
+        }
+        let places = seen.sensors.iter().zip(&seen.measured).filter(|(_, measured)| **measured);
+        let beyond = places.map(|(sensor, _)| sensor).find(|(_, at)| along.is_some_and(|along| *at > along));
+        if let Some((sensor, at)) = beyond {
+            return Err(miette!(
+                "{}: surface_mm of {sensor} is {:.0}, but the surface of {} is {:.0} mm long from the tip to the root; correct it, or \
+                 write \"coil\"",
+                seen.name,
+                at * 1e3,
+                body.what,
+                along.unwrap_or(0.0) * 1e3
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Range of a speaker's size over that of the body that is adapted.
+const SCALES: std::ops::RangeInclusive<f64> = 0.6..=1.6;
+
+/// The same of nearly all speakers, children among them.
+const USUAL_SCALES: std::ops::RangeInclusive<f64> = 0.7..=1.45;
+
+/// Refuses a body of an implausible size, and returns a note about one of an unusual size.
+pub fn check_scale(scale: f64) -> miette::Result<Option<String>> {
+    let what = format!("the speaker would need a body {scale:.3} times as large as the one given");
+    let help = "correct the unit (unit_mm in a map), or the names of the bones";
+    if !SCALES.contains(&scale) {
+        let (least, most) = (SCALES.start(), SCALES.end());
+        return Err(miette!("{what}, where {least} to {most} are possible; {help}"));
+    }
+    let (least, most) = (USUAL_SCALES.start(), USUAL_SCALES.end());
+    let is_usual = USUAL_SCALES.contains(&scale);
+    Ok((!is_usual).then(|| format!("{what}, where {least} to {most} are usual; if that is wrong, {help}")))
+}
+
+/// Why the tensions of a recording say nothing: most of its frames cannot be reached, or are met badly.
+pub fn out_of_reach(frames: &[FrameRecord]) -> Option<String> {
+    /// Largest median of the root mean square distance, mm: real speakers are met to 0.1 to 1.5 mm.
+    const MOST_RMS_MM: f64 = 2.5;
+    let out = frames.iter().filter(|f| f.status == FrameStatus::OutOfReach).count();
+    let rms = upper_median(frames.iter().filter_map(|f| f.rms_mm));
+    let is_met = rms.is_none_or(|mm| mm <= MOST_RMS_MM);
+    (2 * out > frames.len() || !is_met).then(|| {
+        let met = rms.map_or_else(String::new, |mm| format!(" (met to {mm:.1} mm)"));
+        let what = match is_met || 2 * out > frames.len() {
+            true => format!("{out} of {} frames cannot be reached by this body{met}", frames.len()),
+            false => format!("its points are met badly by this body{met}"),
+        };
+        format!(
+            "{what}, so no tensions are reported; check the unit, the axes and the places of coils in the map (turn_deg turns a recording \
+             whose axes are not those of the head), or adapt a body to the speaker (tongue-fit adapt)"
+        )
+    })
+}
+
+/// Points that are left out in most frames of a recording, in sentences.
+pub fn left_out(recordings: &[Screened], frames: &[FrameRecord]) -> Vec<String> {
+    let mut out = Vec::new();
+    for Screened { seen, .. } in recordings {
+        let own: Vec<&FrameRecord> = frames.iter().filter(|f| f.recording == seen.name).collect();
+        for name in seen.contour.iter().chain(seen.sensors.iter().map(|(n, _)| n)) {
+            let has = |f: &&&FrameRecord| f.faults.iter().any(|fault| fault.points.contains(name));
+            let count = own.iter().filter(has).count();
+            if own.len() > 1 && 2 * count > own.len() {
+                out.push(format!(
+                    "{}: {name} is left out in {count} of {} frames; correct it, or write \"{name}\" = \"ignore\" into a map",
+                    seen.name,
+                    own.len()
+                ));
+            }
+        }
+    }
+    out
+}
+
+/// Largest plausible motion of a bone in speech, m.
+const FARTHEST_BONE_M: f64 = 20e-3;
+
+/// Faults of recordings, in sentences; what is said of several recordings is said once, with their names.
+pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<String> {
+    let mut all: Vec<(String, Vec<&str>)> = Vec::new();
+    for one in recordings {
+        for note in notes_of(one, body, freed) {
+            match all.iter_mut().find(|(said, _)| *said == note) {
+                Some((_, names)) => names.push(&one.seen.name),
+                None => all.push((note, vec![&one.seen.name])),
+            }
+        }
+    }
+    let named = |(said, names): (String, Vec<&str>)| format!("{}: {said}", names.join("; "));
+    all.into_iter().map(named).collect()
+}
+
+/// Faults of a recording.
+fn notes_of(Screened { seen, faults, .. }: &Screened, body: &Body<2>, freed: &[String]) -> Vec<String> {
+    let mut out = seen.notes.clone();
+    let count = seen.frames.len();
+    let mut tell = |kind: FaultKind, what: &str| {
+        let n = faults.iter().flatten().filter(|f| f.kind == kind).count();
+        if n > 0 {
+            out.push(format!("in {n} of {count} frames {what}"));
+        }
+    };
+    tell(FaultKind::Jumped, "points jump; they are left out");
+    tell(FaultKind::OutOfOrder, "points of the contour are exchanged; they are left out");
+    tell(FaultKind::BeyondPalate, "points lie beyond the palate; they are left out");
+    tell(FaultKind::BoneMissing, "a bone was not seen; it stays where the nearest frames show it");
+    let shown =
+        |nth: usize| seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count();
+    // Lines of a fan that the tongue never meets are usual.
+    let rare = (0..seen.contour.len()).map(|nth| (&seen.contour[nth], shown(nth)));
+    for (name, shown) in rare.filter(|(_, shown)| (1..count / 2).contains(shown)) {
+        out.push(format!("{name} was seen in {shown} of {count} frames"));
+    }
+    for bone in [tongue_fit::body::MANDIBLE, tongue_fit::body::HYOID] {
+        if seen.shows_bone(bone) || body.bone(bone).is_empty() {
+            continue;
+        }
+        let what = match freed.iter().any(|f| f.trim() == bone) {
+            true => "its displacement is an unknown".to_owned(),
+            false => format!(
+                "it stays where it is at rest; track --free-bone {bone} makes its displacement an unknown"
+            ),
+        };
+        out.push(format!("the {} was never seen; {what}", bone.replace('_', " ")));
+    }
+    out
+}
