@@ -14,37 +14,24 @@ pub struct Mixing {
     pub tail: f64,
 }
 
-/// The diagnostics of chains of equal length with at least four draws each: effective sample sizes of the `kept` draws, and R-hat of the
-/// `whole` chains.
-pub fn mixing(kept: &[Vec<f64>], whole: &[Vec<f64>]) -> Mixing {
-    let split = halves(kept);
-    let all = sorted(&split);
+/// The diagnostics of chains of equal length with at least four draws each.
+pub fn mixing(chains: &[Vec<f64>]) -> Mixing {
+    let split = halves(chains);
+    let ranked = rank_normalised(&split);
+    let mut all: Vec<f64> = split.iter().flatten().copied().collect();
+    all.sort_by(f64::total_cmp);
+    let at = |p: f64| all[((all.len() - 1) as f64 * p).round() as usize];
+    let median = at(0.5);
+    let folded: Vec<Vec<f64>> =
+        split.iter().map(|c| c.iter().map(|x| (x - median).abs()).collect()).collect();
     let below = |limit: f64| -> Vec<Vec<f64>> {
         split.iter().map(|c| c.iter().map(|x| f64::from(u8::from(*x <= limit))).collect()).collect()
     };
     Mixing {
-        r_hat: rank_r_hat(&halves(whole)),
-        bulk: effective(&rank_normalised(&split)),
-        tail: effective(&below(quantile(&all, 0.05))).min(effective(&below(quantile(&all, 0.95)))),
+        r_hat: r_hat(&ranked).max(r_hat(&rank_normalised(&folded))),
+        bulk: effective(&ranked),
+        tail: effective(&below(at(0.05))).min(effective(&below(at(0.95)))),
     }
-}
-
-/// The larger R-hat of the values and of their distances from the median, both rank-normalised.
-fn rank_r_hat(split: &[Vec<f64>]) -> f64 {
-    let median = quantile(&sorted(split), 0.5);
-    let folded: Vec<Vec<f64>> =
-        split.iter().map(|c| c.iter().map(|x| (x - median).abs()).collect()).collect();
-    r_hat(&rank_normalised(split)).max(r_hat(&rank_normalised(&folded)))
-}
-
-fn sorted(chains: &[Vec<f64>]) -> Vec<f64> {
-    let mut all: Vec<f64> = chains.iter().flatten().copied().collect();
-    all.sort_by(f64::total_cmp);
-    all
-}
-
-fn quantile(sorted: &[f64], p: f64) -> f64 {
-    sorted[((sorted.len() - 1) as f64 * p).round() as usize]
 }
 
 fn halves(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
@@ -127,10 +114,6 @@ mod tests {
     use super::*;
     use tongue_core::random::normal;
 
-    fn of(chains: &[Vec<f64>]) -> Mixing {
-        mixing(chains, chains)
-    }
-
     fn autoregressive(chains: usize, n: usize, rho: f64, shift: f64) -> Vec<Vec<f64>> {
         let mut random = fastrand::Rng::with_seed(4);
         let mut chain = |c: usize| {
@@ -147,23 +130,23 @@ mod tests {
 
     #[test]
     fn independent_draws_count_fully_and_correlated_ones_by_their_time() {
-        let m = of(&autoregressive(4, 5000, 0.0, 0.0));
+        let m = mixing(&autoregressive(4, 5000, 0.0, 0.0));
         assert!(m.r_hat < 1.003 && (m.bulk / 20_000.0 - 1.0).abs() < 0.1, "{m:?}");
         // The integrated autocorrelation time of a first-order process is (1 + rho)/(1 - rho).
-        let m = of(&autoregressive(4, 50_000, 0.8, 0.0));
+        let m = mixing(&autoregressive(4, 50_000, 0.8, 0.0));
         assert!((m.bulk / (200_000.0 / 9.0) - 1.0).abs() < 0.1, "{m:?}");
-        let anti = of(&autoregressive(4, 50_000, -0.5, 0.0));
+        let anti = mixing(&autoregressive(4, 50_000, -0.5, 0.0));
         assert!((anti.bulk / (200_000.0 * 3.0) - 1.0).abs() < 0.15, "{anti:?}");
         assert!(anti.tail < anti.bulk);
     }
 
     #[test]
     fn chains_elsewhere_or_of_another_width_have_not_mixed() {
-        let apart = of(&autoregressive(4, 1000, 0.0, 0.5));
+        let apart = mixing(&autoregressive(4, 1000, 0.0, 0.5));
         assert!(apart.r_hat > 1.05 && apart.bulk < 100.0, "{apart:?}");
         let mut wide = autoregressive(4, 1000, 0.0, 0.0);
         wide[0].iter_mut().for_each(|x| *x *= 3.0);
-        let wide = of(&wide);
+        let wide = mixing(&wide);
         assert!(wide.r_hat > 1.05, "the distances from the median tell: {wide:?}");
     }
 }

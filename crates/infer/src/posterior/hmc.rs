@@ -73,8 +73,6 @@ pub struct Settings {
 pub struct Chain<K> {
     /// Records of the draws.
     pub draws: Vec<K>,
-    /// Records of the points between them that were checked too: one before each draw if the draws are thinned, otherwise none.
-    pub between: Vec<K>,
     /// Trajectories after the warm-up whose energy error was larger than [`DIVERGED`].
     pub divergences: usize,
     /// Trajectories, after the warm-up, that ended where the density is zero.
@@ -89,15 +87,8 @@ pub struct Chain<K> {
 
 impl<K> Chain<K> {
     /// A chain without draws.
-    const EMPTY: Self = Self {
-        draws: Vec::new(),
-        between: Vec::new(),
-        divergences: 0,
-        zero: 0,
-        refused: 0,
-        acceptance: 0.0,
-        evaluations: 0,
-    };
+    const EMPTY: Self =
+        Self { draws: Vec::new(), divergences: 0, zero: 0, refused: 0, acceptance: 0.0, evaluations: 0 };
 }
 
 /// Energy error beyond which a trajectory counts as diverged (as in Stan).
@@ -329,8 +320,9 @@ impl<'a, T: Target> Group<'a, T> {
                 });
                 for ((chain, refused), state) in chains.iter_mut().zip(refused).zip(&self.states) {
                     chain.refused += usize::from(refused);
-                    let records = if is_last { &mut chain.draws } else { &mut chain.between };
-                    records.push(self.target.keep(&state.x, &state.point));
+                    if is_last {
+                        chain.draws.push(self.target.keep(&state.x, &state.point));
+                    }
                 }
             }
         }

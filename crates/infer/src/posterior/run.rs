@@ -260,18 +260,12 @@ pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
     chains.into_iter().enumerate().flat_map(of_chain).collect()
 }
 
-/// Convergence diagnostics of every sampled or reported quantity: effective sample sizes of the kept draws, and R-hat of these and the
-/// points between them, because that of few draws is noisy.
+/// Convergence diagnostics of every sampled or reported quantity, from the kept draws.
 fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<(String, Mixing)> {
     let muscles = &density.ground.muscles;
     let of = |value: &dyn Fn(&Draw) -> f64| -> Mixing {
-        let values = |draws: &[Draw]| draws.iter().map(value).collect::<Vec<f64>>();
-        let kept: Vec<Vec<f64>> = chains.iter().map(|c| values(&c.draws)).collect();
-        let whole = |(chain, kept): (&hmc::Chain<Draw>, &Vec<f64>)| match chain.between.is_empty() {
-            true => kept.clone(),
-            false => values(&chain.between).into_iter().zip(kept).flat_map(|(a, b)| [a, *b]).collect(),
-        };
-        mixing(&kept, &chains.iter().zip(&kept).map(whole).collect::<Vec<_>>())
+        let each = |c: &hmc::Chain<Draw>| c.draws.iter().map(value).collect();
+        mixing(&chains.iter().map(each).collect::<Vec<Vec<f64>>>())
     };
     let mut out = Vec::new();
     for (m, name) in muscles.iter().enumerate() {

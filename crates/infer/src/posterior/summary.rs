@@ -142,7 +142,7 @@ pub struct Report {
     pub shrinkage: ByMuscle<f64>,
     /// Sources of the variance, and how much knowing a source would gain.
     pub variance_share: Option<VarianceShare>,
-    /// Largest rank-normalised split R-hat of all reported quantities, from the kept draws and the points checked between them.
+    /// Largest rank-normalised split R-hat of all reported quantities, from the kept draws.
     pub r_hat: f64,
     /// Effective draws.
     pub ess: Effective,
