@@ -34,6 +34,17 @@ pub fn mixing(chains: &[Vec<f64>]) -> Mixing {
     }
 }
 
+/// The largest R-hat of `quantities` of `chains` that have mixed, with so many draws each: 1.01 (Vehtari and others 2021), or for fewer
+/// draws what independent ones exceed in one run of a hundred. The variance of the means of half chains of `n` independent draws is
+/// `chi²/(f n)` times that within, with `f` degrees of freedom (quantile of chi² by Wilson and Hilferty 1931), for each quantity and for its
+/// distances from the median.
+pub fn most_r_hat(chains: usize, draws: usize, quantities: usize) -> f64 {
+    let z = normal_quantile(1.0 - 0.01 / (2.0 * quantities as f64));
+    let part = 2.0 / (9.0 * (2 * chains - 1) as f64);
+    let ratio = (1.0 - part + z * part.sqrt()).powi(3);
+    (1.0 + (ratio - 1.0) / (draws / 2) as f64).sqrt().max(1.01)
+}
+
 fn halves(chains: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let half = chains.iter().map(Vec::len).min().unwrap_or(0) / 2;
     chains.iter().flat_map(|c| [c[..half].to_vec(), c[c.len() - half..].to_vec()]).collect()
@@ -138,6 +149,22 @@ mod tests {
         let anti = mixing(&autoregressive(4, 50_000, -0.5, 0.0));
         assert!((anti.bulk / (200_000.0 * 3.0) - 1.0).abs() < 0.15, "{anti:?}");
         assert!(anti.tail < anti.bulk);
+    }
+
+    #[test]
+    fn independent_draws_of_many_quantities_exceed_the_largest_r_hat_once_in_a_hundred_runs() {
+        let mut random = fastrand::Rng::with_seed(7);
+        let (runs, quantities, draws) = (300, 30, 125);
+        let most = most_r_hat(8, draws, quantities);
+        assert!((1.012..1.02).contains(&most) && most_r_hat(8, 1000, 30) == 1.01, "{most}");
+        let mut quantity = || -> f64 {
+            let chain = |_| (0..draws).map(|_| normal(&mut random)).collect();
+            mixing(&(0..8).map(chain).collect::<Vec<Vec<f64>>>()).r_hat
+        };
+        let exceeded = (0..runs).filter(|_| (0..quantities).any(|_| quantity() >= most)).count();
+        // Binomial with 300 runs of 1 %; 9 and more come up once in 280 times.
+        assert!(exceeded <= 8, "{exceeded} of {runs}");
+        assert!(mixing(&autoregressive(8, draws, 0.0, 0.5)).r_hat > most, "one chain in eight is elsewhere");
     }
 
     #[test]

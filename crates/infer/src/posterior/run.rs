@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::PosteriorError;
 use super::branch::SAME_M;
 use super::density::{Density, Meaning, Place};
-use super::diagnostics::{Mixing, mixing};
+use super::diagnostics::{Mixing, mixing, most_r_hat};
 use super::evaluator::{Errors, Evaluator};
 use super::ground::Ground;
 use super::hmc::{self, Whitened};
@@ -30,8 +30,7 @@ const SHORT_SEED: u64 = 7;
 /// Smallest and largest number of draws.
 const FEWEST: usize = 100;
 const MOST: usize = 1_000_000;
-/// Rank-normalised R-hat below which chains have mixed, and the effective draws required (Vehtari and others 2021).
-const MOST_R_HAT: f64 = 1.01;
+/// The effective draws required (Vehtari and others 2021).
 const FEWEST_EFFECTIVE: f64 = 400.0;
 
 /// Size and seed of a run.
@@ -185,10 +184,11 @@ pub fn sample_at<'a>(
     );
     let divergences: usize = chains.iter().map(|c| c.divergences).sum();
     let fewest = worst.bulk.min(worst.tail);
+    let most = most_r_hat(CHAINS, count / CHAINS, by_quantity.len().max(1));
     let why = match () {
         () if count == 0 => "no chain could begin".to_owned(),
-        () if worst.r_hat.is_nan() || worst.r_hat >= MOST_R_HAT => {
-            format!("the chains differ (R-hat {:.4}, at most {MOST_R_HAT}); ask for more draws", worst.r_hat)
+        () if worst.r_hat.is_nan() || worst.r_hat >= most => {
+            format!("the chains differ (R-hat {:.4}, at most {most:.4}); ask for more draws", worst.r_hat)
         }
         () if fewest.is_nan() || fewest < FEWEST_EFFECTIVE => {
             format!("there are {fewest:.0} effective draws, fewer than {FEWEST_EFFECTIVE}; ask for more")
