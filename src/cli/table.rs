@@ -276,7 +276,7 @@ pub fn batch(
     if s.posteriors_untold > 0 {
         let _ = writeln!(
             text,
-            "{} cannot be told: the alarms of their fits say why",
+            "{} cannot be told; mostly more draws help, and the alarms of their fits in batch.json say why",
             counted(s.posteriors_untold, "posterior")
         );
     }

@@ -135,7 +135,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let shape = run.shape(&speaker, contact.as_ref(), &seen)?;
     if speaker.is_fitted() {
         notes.push(
-            "the shape at rest was fitted to recordings: take levels from a run without it (neither --mesh nor --rest joint), since              bodies that fit alike can differ in them"
+            "the shape at rest was fitted to recordings: take levels from a run without it (neither --mesh nor --rest joint), \
+             since bodies that fit alike can differ in them"
                 .to_owned(),
         );
     }

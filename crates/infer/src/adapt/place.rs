@@ -70,11 +70,20 @@ pub struct Placed {
     pub cost: f64,
     /// The placement by coils with its uncertainty, if coils were used.
     pub by_coils: Option<Placement>,
+    /// Whether a palate was traced that fits no place at which contour and bones fit, so that it was not used.
+    pub without_palate: bool,
 }
 
 impl Placed {
     /// The doubt about observations that no place of the body explains together.
     pub fn doubt(&self) -> Option<String> {
+        if self.without_palate {
+            return Some(
+                "the palate does not fit the contour and the bones, so the body was placed without it: check the frame and the unit of \
+                 the palate"
+                    .to_owned(),
+            );
+        }
         (self.cost > MOST_COST && !self.bones_m.is_empty()).then(|| {
             let bones = self.bones_m.iter().map(|(b, m)| format!("{} by {:.0}", b.replace('_', " "), m * 1e3));
             format!(
@@ -134,7 +143,14 @@ impl Sight {
             let placement = coils::place(body, &self.coils, &self.palate)?;
             let similarity = placement.similarity;
             let by_coils = Some(placement);
-            return Ok(Placed { similarity, rms_m: 0.0, bones_m: Vec::new(), cost: 0.0, by_coils });
+            return Ok(Placed {
+                similarity,
+                rms_m: 0.0,
+                bones_m: Vec::new(),
+                cost: 0.0,
+                by_coils,
+                without_palate: false,
+            });
         }
         if self.contour.is_empty() && (self.spine.is_none() || self.hyoid.is_none()) {
             return Err(RestError::Body(
@@ -191,7 +207,13 @@ impl Sight {
         let of_palate = vault.map_or(0.0, |vault| vault.residuals(&similarity).norm_squared());
         let others = best.x[2].powi(2) + best.x[3].powi(2) + of_palate;
         let cost = (best.residuals.norm_squared() - others) / similarity.scale().max(1.0).powi(2);
-        Ok(Placed { similarity, rms_m, bones_m, cost, by_coils: None })
+        if !self.palate.is_empty() && cost > MOST_COST {
+            let without = Self { palate: Vec::new(), ..self.clone() }.place(body)?;
+            if without.cost <= MOST_COST {
+                return Ok(Placed { without_palate: true, ..without });
+            }
+        }
+        Ok(Placed { similarity, rms_m, bones_m, cost, by_coils: None, without_palate: false })
     }
 }
 
@@ -303,6 +325,21 @@ mod tests {
         assert!((found.similarity.scale() - 1.0).abs() < 0.06);
         let by_two = super::super::by_bones(&body, |b| Some(if b == HYOID { low } else { spine })).unwrap();
         assert!(by_two.angle().abs() > 0.25);
+    }
+
+    #[test]
+    fn a_palate_of_another_frame_is_left_out_and_named() {
+        let body = body();
+        let palate = body.palate.clone().unwrap();
+        let seen = |bone: &str| mark_of(&body, bone);
+        let drawn = Sight::drawn(&contour(&body, 11), seen(MANDIBLE), seen(HYOID));
+        let right = drawn.clone().under(Some(&palate)).place(&body).unwrap();
+        assert!(!right.without_palate && right.doubt().is_none(), "{right:?}");
+        let elsewhere: Vec<Point> = palate.iter().map(|p| p + Point::new(40e-3, -40e-3)).collect();
+        let wrong = drawn.clone().under(Some(&elsewhere)).place(&body).unwrap();
+        assert!(wrong.without_palate, "{wrong:?}");
+        assert_eq!(wrong.similarity, drawn.place(&body).unwrap().similarity);
+        assert!(wrong.doubt().unwrap().contains("the palate does not fit"));
     }
 
     #[test]
