@@ -198,8 +198,8 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     let settings = Sampling { draws: 1000, seed: 1 };
     let alone = sample(ground, stretches(), &settings).unwrap();
     assert_eq!(alone.status, Status::Mixed, "{}", alone.why);
-    // Formants that are linear about the mode are as near to the exact ones over the draws as the 7 % that are counted as their error say.
-    // The root mean square is larger, by the few shapes that nearly touch the palate.
+    // The 95 % interval of the 7 % that are counted as the error of formants linear about the mode holds 93 to 97 % of the exact ones over
+    // the draws. Their root mean square is 9 %, by the few shapes that nearly touch the palate.
     let airway = airway(ground);
     let about = Formants::about(&airway, &LIPS, 2, &alone.mode.place.postures[0]).unwrap();
     let (mut near, mut count) = (0.0, 0.0);
@@ -213,7 +213,7 @@ fn each_kind_adds_to_what_is_known_and_a_contradiction_is_told_by_name() {
     }
     let part: f64 = near / count;
     eprintln!("of {count} linear formants {:.1} % are within 1.96 times 7 % of the exact ones", 100.0 * part);
-    assert!(count > 400.0 && part > 0.95, "{part}");
+    assert!(count > 400.0 && (0.93..=0.97).contains(&part), "{part}");
     // What was seen beside the stretches fits the posterior's own mean.
     let shape: Vec<SVector<f64, 2>> = alone.mode.place.postures[0].to_vec();
     let heard = formants(ground, &[600.0, 1300.0]);
