@@ -115,21 +115,20 @@ function step(now) {
   show(now - told > 100);
   clearTimeout(idle);
   idle = 0;
-  if (tween) move(); else idle = setTimeout(() => { tell(); check(); }, 180);
+  if (tween) move(); else idle = setTimeout(() => { idle = 0; tell(); check(); }, 180);
 }
 
 // When nothing moves: the same posture from rest, and whether it is on the branch that begins there.
 let checking = false, again = false;
 const settled = () => !asked && !idle && !checking && !pulling && !resting;
 async function check() {
-  idle = 0;
   remember();
   if (checking) { again = true; return; }
   checking = true;
   const [of, tensions] = [++checked, state.tensions.slice()];
   const found = await worker({ ask: "simulate", tensions: words(tensions), scene: scene(state.bones) });
   checking = false;
-  if (again || of !== checked || tensions.some((t, i) => t !== state.tensions[i])) { again = false; if (!asked && !tween) check(); return; }
+  if (again || of !== checked || tensions.some((t, i) => t !== state.tensions[i])) { again = false; if (!asked && !tween && !idle) check(); return; }
   if (found.ended) { check(); return; }
   complain("frame", found.error);
   if (found.error) return;
