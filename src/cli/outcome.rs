@@ -18,32 +18,20 @@ pub enum Outcome {
     SomeRowsRefused,
 }
 
-/// The end of the reason for an exit status of 3.
-const SEE: &str = "; see the results";
-
 impl Outcome {
     /// Good, or untrustworthy for a reason.
     pub fn judged(good: bool, why: impl FnOnce() -> String) -> Self {
-        if good { Self::Good } else { Self::Untrustworthy(format!("{}{SEE}", why())) }
+        Self::of_reason((!good).then(why))
     }
 
-    /// Why results cannot be trusted.
-    pub fn why(&self) -> Option<String> {
-        match self {
-            Self::Untrustworthy(why) => Some(why.trim_end_matches(SEE).to_owned()),
-            _ => None,
-        }
+    /// Untrustworthy if there is a reason, else good.
+    pub fn of_reason(why: Option<String>) -> Self {
+        why.map_or(Self::Good, |why| Self::Untrustworthy(format!("{why}; see the results")))
     }
 
     /// The outcome of many results by the names of their statuses; those of `good` can be trusted.
     pub fn counted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> Self {
-        let all: usize = statuses.values().sum();
-        let bad: Vec<_> = statuses.iter().filter(|(status, _)| !good.contains(&status.as_str())).collect();
-        let count: usize = bad.iter().map(|(_, n)| **n).sum();
-        let kinds: Vec<String> = bad.iter().map(|(s, n)| format!("{n} {}", s.replace('_', " "))).collect();
-        Self::judged(bad.is_empty(), || {
-            format!("{count} of the {all} {what} cannot be trusted ({})", kinds.join(", "))
-        })
+        Self::of_reason(untrusted(statuses, good, what))
     }
 
     /// The outcome of a search for an equilibrium.
@@ -64,6 +52,15 @@ impl Outcome {
             format!("no equilibrium that can be trusted where these pull alone: {}", names.join(", "))
         })
     }
+}
+
+/// How many of the results have a status that is not one of `good`; `None` if all can be trusted.
+pub fn untrusted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> Option<String> {
+    let all: usize = statuses.values().sum();
+    let bad: Vec<_> = statuses.iter().filter(|(status, _)| !good.contains(&status.as_str())).collect();
+    let count: usize = bad.iter().map(|(_, n)| **n).sum();
+    let kinds: Vec<String> = bad.iter().map(|(s, n)| format!("{n} {}", s.replace('_', " "))).collect();
+    (!bad.is_empty()).then(|| format!("{count} of the {all} {what} cannot be trusted ({})", kinds.join(", ")))
 }
 
 /// The name of a status in words.

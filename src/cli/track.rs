@@ -22,6 +22,7 @@ use super::track_files::Found;
 use super::track_run::Run;
 use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_sound, track_table,
+    untrusted,
 };
 
 /// Recordings with more frames are not kept, because their entry would be too large for a journal.
@@ -195,7 +196,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
     // The intervals of an unresolved frame and of one without data are wide, and can be trusted.
     let good = [FrameStatus::Converged, FrameStatus::Unresolved, FrameStatus::Gap].map(status_name);
-    let outcome = Outcome::counted(&statuses, &good.each_ref().map(String::as_str), "frames");
+    let untrusted = untrusted(&statuses, &good.each_ref().map(String::as_str), "frames");
+    let outcome = Outcome::of_reason(untrusted.clone());
     let held_out = (!hide.is_empty()).then(|| {
         let tracked: Vec<Vec<Tracked>> = found.iter().map(|f| f.frames.clone()).collect();
         HeldOut {
@@ -211,7 +213,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         placement: None,
         prior: PriorRecord::new(&run.basis.settings),
         statuses,
-        untrusted: outcome.why(),
+        untrusted,
         median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_mm)),
         courses,
         gestures,

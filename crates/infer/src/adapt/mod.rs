@@ -58,7 +58,7 @@ pub struct Adaptation {
     pub rest: How,
     /// Place where the mark of each bone is seen when the bone is at its rest position, m.
     pub marks_m: std::collections::BTreeMap<String, [f64; 2]>,
-    /// Distance of each coil behind the tip along the surface at rest, m, if coils placed the body.
+    /// Distance of each coil behind the tip along the surface at rest, m; empty where the body was not placed by coils.
     #[serde(default, skip_serializing_if = "std::collections::BTreeMap::is_empty")]
     pub coils_m: std::collections::BTreeMap<String, f64>,
 }

@@ -131,7 +131,7 @@ impl Basis<'_> {
     /// Adapts the body to recordings; `hide` are points that are not used.
     ///
     /// # Errors
-    /// [`RestError`] for recordings by which the body cannot be placed, and where no frame has an equilibrium with enough points.
+    /// [`RestError`] if the recordings do not show where the body lies, or if no frame with enough points has an equilibrium.
     pub fn to_recordings(
         &self,
         seen: &[&Seen],

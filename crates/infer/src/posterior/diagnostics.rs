@@ -162,7 +162,7 @@ mod tests {
             mixing(&(0..8).map(chain).collect::<Vec<Vec<f64>>>()).r_hat
         };
         let exceeded = (0..runs).filter(|_| (0..quantities).any(|_| quantity() >= most)).count();
-        // Binomial with 300 runs of 1 %; 9 and more come up once in 280 times.
+        // Of 300 runs one in 100 is expected to be above; 9 or more of them are above with a probability of 1 / 280.
         assert!(exceeded <= 8, "{exceeded} of {runs}");
         assert!(mixing(&autoregressive(8, draws, 0.0, 0.5)).r_hat > most, "one chain in eight is elsewhere");
     }

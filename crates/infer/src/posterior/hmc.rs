@@ -77,7 +77,7 @@ pub struct Chain<K> {
     pub divergences: usize,
     /// Trajectories, after the warm-up, that ended where the density is zero.
     pub zero: usize,
-    /// How often, after the warm-up, trajectories ended at a point that is not allowed, and were refused.
+    /// How often, after the warm-up, the chain was sent back from a point that is not allowed.
     pub refused: usize,
     /// Mean probability of acceptance after the warm-up.
     pub acceptance: f64,
@@ -270,9 +270,9 @@ impl<'a, T: Target> Group<'a, T> {
         self.step.learn(ends.iter().map(|e| e.probability).sum::<f64>() / ends.len() as f64);
     }
 
-    /// Runs trajectories, and takes each chain that they led to a point that is not allowed back to where it was before them. Which
-    /// chains that were. A trajectory is as probable as its reverse, and so are several in a row; so what is drawn is the density where
-    /// points are allowed, as if each trajectory were checked by itself.
+    /// Runs trajectories and checks where they end. A chain that ends at a point that is not allowed returns to where it was before them.
+    /// Several trajectories in a row are as probable as their reverse, as one is; so the chains draw from the density where points are
+    /// allowed. Returns, for each chain, whether it was sent back.
     fn checked(&mut self, run: impl FnOnce(&mut Self)) -> Vec<bool> {
         let begun = self.states.clone();
         run(self);
@@ -309,7 +309,6 @@ impl<'a, T: Target> Group<'a, T> {
         let together = settings.thin.div_ceil(2).max(CHECKED);
         for _ in 0..settings.draws {
             for block in blocks(settings.thin, together) {
-                let is_last = block.end == settings.thin;
                 let refused = self.checked(|group| {
                     for (chain, end) in block.flat_map(|_| group.trajectory(group.step.found)).enumerate() {
                         let chain = &mut chains[chain % count];
@@ -318,12 +317,10 @@ impl<'a, T: Target> Group<'a, T> {
                         chain.acceptance += end.probability / (settings.draws * settings.thin) as f64;
                     }
                 });
-                for ((chain, refused), state) in chains.iter_mut().zip(refused).zip(&self.states) {
-                    chain.refused += usize::from(refused);
-                    if is_last {
-                        chain.draws.push(self.target.keep(&state.x, &state.point));
-                    }
-                }
+                chains.iter_mut().zip(refused).for_each(|(c, refused)| c.refused += usize::from(refused));
+            }
+            for (chain, state) in chains.iter_mut().zip(&self.states) {
+                chain.draws.push(self.target.keep(&state.x, &state.point));
             }
         }
         chains.iter_mut().for_each(|c| c.evaluations = self.evaluations / count);

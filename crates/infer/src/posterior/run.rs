@@ -122,7 +122,7 @@ pub struct Posterior<'a> {
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium.
     pub folds: usize,
-    /// How often trajectories ended in a shape to which the tensions do not lead from rest, and were refused.
+    /// How often a chain came to a shape to which the tensions do not lead from rest, and was sent back.
     pub off_branch: usize,
     /// Mean probability of acceptance.
     pub acceptance: f64,

@@ -15,7 +15,7 @@ use super::shape::RestShape;
 /// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
 /// after two quiet rounds in any case.
 const WON: f64 = 5e-4;
-/// Longer recordings are judged by so many frames: a few that are held back, of which there are always some, do not go on for all.
+/// In recordings with more frames than this, a few frames may be held back in a quiet round; some always are.
 const MANY_FRAMES: usize = 150;
 /// Parts of the step that a frame tries.
 const PARTS: [f64; 3] = [1.0, 0.4, 0.1];

@@ -3,16 +3,16 @@
 use tongue_core::geometry::Point;
 
 use super::courses::FEW;
-use super::doubts::{Doubt, exchanged_axes};
+use super::doubt::{Doubt, exchanged_axes};
 use super::{Seen, names};
 
 /// Range of the mean distance of neighbouring coils that is usual, m, and largest usual distance of the last
 /// one behind the first along the tongue, m: coils are glued 10 to 20 mm apart on its front 60 mm.
 const USUAL_GAP_M: [f64; 2] = [9e-3, 28e-3];
 const USUAL_LENGTH_M: f64 = 58e-3;
-/// A middle coil that is this far below the line of its neighbours and below the first one is reported, m, if it is
-/// so in this part of the frames: a retroflex hollows a tongue, but not in all of speech.
+/// A middle coil is low if it lies this far below the line of its neighbours and below the first coil, m.
 const HOLLOW_M: f64 = 2e-3;
+/// A coil that is low in this part of the frames is reported. A retroflex makes one low, but only for a short time.
 const HOLLOW_PART: f64 = 0.8;
 /// A coil that is this far in front of the one at the tip is reported, m.
 const IN_FRONT_M: f64 = 3e-3;

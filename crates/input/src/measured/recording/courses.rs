@@ -6,7 +6,7 @@ use nalgebra::Vector2;
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
-use super::doubts::Doubt;
+use super::doubt::Doubt;
 use super::{Mark, Seen};
 
 /// Minimum number of frames for judging a course.
@@ -140,8 +140,8 @@ pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
     out
 }
 
-/// The square of steps over twice the variance, about 1 for frames in random order: of the mean, which a point that jumps makes too large,
-/// or of the median, which rest makes too large; the smaller.
+/// The squared step from frame to frame over twice the variance, which is about 1 for frames in random order. The mean of the squared
+/// steps is too large where a point jumps, and their median where the tongue often rests; so the smaller of the two results is returned.
 fn disorder_of(course: &[(f64, Mark)], variance: f64) -> f64 {
     let squares = |lag: usize| {
         course.iter().zip(course.iter().cycle().skip(lag)).map(|(a, b)| (b.1.at - a.1.at).norm_squared())

@@ -10,25 +10,7 @@ use tongue_core::statistics::upper_median;
 use super::Seen;
 use super::coils::of_coils;
 use super::courses::{FEW, of_courses};
-
-/// An implausible property of a recording.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Doubt {
-    /// What is wrong and what to do.
-    pub said: String,
-    /// Whether it makes every answer worthless.
-    pub refused: bool,
-}
-
-impl Doubt {
-    pub(super) fn told(said: String) -> Self {
-        Self { said, refused: false }
-    }
-
-    pub(super) fn refused(said: String) -> Self {
-        Self { said, refused: true }
-    }
-}
+use super::doubt::{Doubt, exchanged_axes};
 
 /// Usual range of the time between frames, s. Times outside it are reported; far outside they are refused.
 const USUAL_STEP_S: [f64; 2] = [1.99e-3, 0.2];
@@ -46,25 +28,10 @@ const LONGER: f64 = 1.6;
 /// A contour that is on average this far below the line of its ends is upside down, m.
 const HOLLOW_M: f64 = 5e-3;
 
-/// The mental spine and the hyoid lie one behind the other within this angle, rad, and coils that are not out of
-/// order.
-const STEEPEST: f64 = 60.0 * std::f64::consts::PI / 180.0;
 /// A contour reaches no farther above the line from the mental spine to the hyoid than the first number times their
 /// distance and than the second one times its own length: 1.1 to 1.5 and 0.50 to 0.57 in most bodies. A hyoid near
 /// the jaw raises the first alone, a root that is not seen the second alone.
 const HIGHEST: [f64; 2] = [1.7, 0.66];
-
-/// The doubt about points that should lie one behind the other and are apart by this, m, mostly upwards.
-pub(super) fn exchanged_axes(seen: &Seen, apart: Point) -> Option<Doubt> {
-    let steep = apart.y.abs() > STEEPEST.tan() * apart.x.abs();
-    (steep && !seen.stated.axes).then(|| {
-        Doubt::refused(
-            "coils or bones that lie one behind the other are recorded one above the other: x and y seem to be exchanged; give back = \
-             \"y\" and up = \"x\" in a map, with a minus before an axis that grows the other way"
-                .to_owned(),
-        )
-    })
-}
 
 /// All doubts about a recording.
 pub fn doubts(seen: &Seen) -> Vec<Doubt> {

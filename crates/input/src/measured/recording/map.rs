@@ -8,7 +8,7 @@
 //! noise_mm = 0.5      # standard deviation of a point
 //! scale = 1.05        # brings the recording into the body's frame: multiplied by this,
 //! turn_deg = -12.0    # turned by this (from the axis to the back towards the one upwards),
-//! shift_mm = [4, -2]  # and shifted by this, to the back and upwards; without a shift the body is placed
+//! shift_mm = [4, -2]  # and shifted by this, to the back and upwards; without shift_mm the program places the body itself
 //!
 //! [points]
 //! T1 = { coil = 1 }                          # a sensor on the tongue: the first from the tip

@@ -25,6 +25,7 @@ mod budget;
 mod coils;
 mod courses;
 mod deeplabcut;
+mod doubt;
 mod doubts;
 mod edgetrak;
 mod est;
@@ -53,7 +54,8 @@ use super::lengths::error::Place;
 
 use budget::Budget;
 pub use budget::{MOST_CHANNELS, MOST_FRAMES};
-pub use doubts::{Doubt, doubts, other_size, palate_doubt};
+pub use doubt::Doubt;
+pub use doubts::{doubts, other_size, palate_doubt};
 pub use labels::{Label, text_grid};
 pub use map::{CONTOUR_SD_M, Map, Role};
 pub use names::is_coil;

@@ -53,7 +53,7 @@ impl Map {
         text += "# noise_mm = 0.5  # standard deviation of a point\n\
                  # scale = 1.0  # these three bring the recording into the body's frame: multiplied,\n\
                  # turn_deg = 0.0  # turned (from the axis to the back towards the one upwards),\n\
-                 # shift_mm = [0.0, 0.0]  # and shifted (to the back, upwards); without a shift the body is placed\n\n\
+                 # shift_mm = [0.0, 0.0]  # and shifted (to the back, upwards); without shift_mm the program places the body\n\n\
                  # A point can be:\n\
                  #   \"coil\"                  a sensor glued to the tongue; { coil = 1 } for the first from the tip, 2 for the next\n\
                  #   { surface_mm = 10.0 }   a sensor so far behind the tip, measured along the tongue at rest\n\
