@@ -5,6 +5,7 @@ use crate::fixtures;
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
 use tongue_core::geometry::simplex;
 use tongue_core::sparse::{BlockMatrix, Pattern};
+use tongue_core::system::locking::bending_kept;
 use tongue_fit::body::{Cells, Mesh};
 use tongue_fit::dynamics::{self, Control, IntegrationMethod, Motion, Tensions};
 use tongue_fit::effect::{Configuration, Effect, FiniteElements, Tangent};
@@ -236,4 +237,22 @@ fn a_patch_under_homogeneous_strain_has_one_stress() {
     assert!(with < mesh.cells.len() && system.stresses(&moved).len() == fibres.len());
     let springs = System::new(&mesh, &Model { spread: Spread::Assembled, ..Model::default() }, &[0]).unwrap();
     assert!(springs.stresses(&moved).is_empty());
+}
+
+#[test]
+fn linear_elements_keep_less_the_nearer_they_are_to_keeping_their_volume() {
+    let kept = |tissue, poisson_ratio| {
+        let constants = Constants { poisson_ratio, ..Constants::TONGUE };
+        bending_kept(&Model { constants, tissue, ..Model::default() }, 1e-2).unwrap()
+    };
+    assert_eq!(kept(TissueModel::FiniteElement, 0.45), None);
+    assert_eq!(kept(TissueModel::Hexahedra, 0.49), None);
+    let found = [0.46, 0.49, 0.499, 0.4999].map(|nu| kept(TissueModel::FiniteElement, nu).unwrap());
+    assert!(found.is_sorted_by(|a, b| a > b), "{found:?}");
+    // Six tetrahedra have constant strains, of which most change their volume: beyond 0.49 the part
+    // that is kept is proportional to the distance from 0.5.
+    let [_, _, near, nearer] = found;
+    assert!((near / nearer - 10.0).abs() < 0.5, "{found:?}");
+    assert!(found[1] < 0.3, "{found:?}");
+    assert!(kept(TissueModel::MassSpring, 0.49).is_some_and(|k| k > 0.0));
 }
