@@ -1,13 +1,15 @@
 //! Results of a batch about a fit beside its tensions: alarms, other subsets, intervals by seed.
 
 use crate::fixtures::{target, tongue};
+use tongue_core::observe::Certainty;
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::{Alarm, alarms};
 use tongue_fit::inverse::batch::{Known, Thoroughness, assess};
-use tongue_fit::inverse::{Among, FitSettings, Method};
+use tongue_fit::inverse::{Among, FitSettings, Matched, Method};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::measured::muscles::Muscles;
-use tongue_fit::system::Model;
+use tongue_fit::system::{Model, System};
+use tongue_infer::inverse::{Forward, Problem, Setup};
 
 fn how() -> Thoroughness {
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
@@ -124,4 +126,39 @@ fn one_constant_from_the_other_subjects_predicts_passive_stretches_better_than_n
     assert!((rms(&|_| 1.0) - 0.114).abs() < 5e-4);
     assert!((rms(&constant) - 0.083).abs() < 5e-4, "{}", rms(&constant));
     assert!((0..3).all(|s| (1.06..1.10).contains(&constant(s))));
+}
+
+#[test]
+fn segments_end_where_a_target_leaves_its_rounding_or_a_tension_its_bounds() {
+    let mesh = tongue();
+    let settings = how().settings;
+    for kind in TargetKind::ALL {
+        let found = assessed(&mesh, "S2", kind, &how());
+        let matched = Matched::new(&mesh, &found.fit.target).unwrap();
+        let setup = Setup::at_rest(System::new(&mesh, &Model::default(), &matched.contracting()).unwrap());
+        let inverse = matched.inverse(&setup, &settings);
+        let mut forward = Forward::new(&inverse, &settings);
+        // How far a fitted value is outside its range, as a part of half the range.
+        let mut outside_by = |tensions: &[f64]| {
+            forward.residuals(tensions).unwrap();
+            let each = inverse.observations.iter().filter_map(|o| match o.certainty {
+                Certainty::Between(low, high) => {
+                    let half = 0.5 * (high - low);
+                    Some(((o.observable.value(forward.positions()) - 0.5 * (low + high)).abs() - half) / half)
+                }
+                _ => None,
+            });
+            each.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let all = found.segments.unwrap();
+        assert_eq!(all.len(), 3);
+        for (end, sign, direction) in
+            all.iter().flat_map(|s| [(&s.from_n, -1.0, &s.direction), (&s.to_n, 1.0, &s.direction)])
+        {
+            let by = outside_by(end);
+            let beyond: Vec<f64> = end.iter().zip(direction).map(|(t, d)| t + sign * 1e-6 * d).collect();
+            let at_bound = beyond.iter().any(|t| *t < 0.0 || *t > settings.upper_bound);
+            assert!(by <= 0.0 && (by > -0.02 || at_bound), "{kind}: {by} at {end:?}");
+        }
+    }
 }

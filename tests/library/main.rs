@@ -6,6 +6,7 @@
 mod activations_in_space;
 mod batch_findings;
 mod bodies_are_adapted;
+mod bodies_are_placed;
 mod bodies_in_space;
 mod built_in_tongue_in_space;
 mod continuum;
@@ -27,6 +28,7 @@ mod mesh_meets_the_published_numbers;
 mod observables_are_derivatives_of_their_value;
 mod patch_tests;
 mod posterior;
+mod posterior_geometry;
 mod properties_of_random_bodies;
 mod recordings_are_read;
 mod scenes_in_space;

@@ -312,38 +312,3 @@ fn slopes_of(ground: &Ground, [low, high]: [&Side; 2], shape: &Shape<'_>) -> Opt
     let slopes: Vec<f64> = adjoints.enumerate().map(slope).collect();
     slopes.iter().all(|s| s.is_finite()).then(|| DVector::from_vec(slopes))
 }
-
-#[cfg(test)]
-mod tests {
-    use nalgebra::DVector;
-
-    use super::*;
-    use crate::posterior::{Density, Evaluator, Measurements, Mode, Priors};
-
-    #[test]
-    fn bodies_of_springs_get_what_their_formulas_say() {
-        let body = Body::tongue(8e-3).unwrap();
-        let mut ground = Ground::new(&body, &Model::default(), &Priors::default()).unwrap();
-        let at = |ground: &Ground| {
-            let mut density = Density::new(ground, Measurements::nothing()).unwrap();
-            let mode = Mode::find(&mut density).unwrap();
-            let n = density.parameters.len();
-            let scores = DVector::from_fn(n, |i, _| 0.3 * (i as f64).sin());
-            Evaluator::new(&density).linearise(&scores, &mode.place).unwrap().0.geometry
-        };
-        let by_formulas = at(&ground);
-        ground.sides = Some(Sides::new(&ground).unwrap());
-        let by_differences = at(&ground);
-        for (formulas, differences) in
-            [(&by_formulas.ends, &by_differences.ends), (&by_formulas.outline, &by_differences.outline)]
-        {
-            let error = (formulas - differences).amax();
-            assert_eq!(formulas.shape(), differences.shape());
-            assert!(
-                formulas.amax() > 1e-3 && error < 1e-5 * formulas.amax(),
-                "{error} of {}",
-                formulas.amax()
-            );
-        }
-    }
-}

@@ -1,0 +1,82 @@
+//! A body is placed in the frame of a recording by its contour, bones and palate.
+
+use tongue_fit::body::{Body, HYOID, MANDIBLE};
+use tongue_fit::geometry::{Point, Similarity};
+use tongue_fit::track::TongueSurface;
+use tongue_infer::adapt::{Sight, by_bones, mark_of};
+
+fn body() -> Body<2> {
+    Body::tongue(5.5e-3).unwrap()
+}
+
+fn on_surface(body: &Body<2>, behind: f64) -> Point {
+    let surface = TongueSurface::of(body).unwrap();
+    let at = surface.tip - behind;
+    surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
+}
+
+fn contour(body: &Body<2>, count: usize) -> Vec<Point> {
+    (0..count).map(|i| on_surface(body, 95e-3 - 92e-3 * i as f64 / (count - 1) as f64)).collect()
+}
+
+/// Largest distance between the places of a node of the outline.
+fn apart(a: &Similarity, b: &Similarity, body: &Body<2>) -> f64 {
+    let surface = body.mesh.surface_nodes().into_iter().map(|n| body.mesh.nodes[n]);
+    surface.map(|p| (a.place(p) - b.place(p)).norm()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_body_that_was_turned_scaled_and_shifted_is_found_again() {
+    let body = body();
+    // Far from the start of the search: a face that looks up by 25 degrees in an image's frame.
+    let truth = Similarity::new(1.08, -0.43, Point::new(0.09, -0.05));
+    let seen = |bone: &str| Some(truth.place(mark_of(&body, bone).unwrap()));
+    for count in [11, 100] {
+        let drawn: Vec<Point> = contour(&body, count).iter().map(|p| truth.place(*p)).collect();
+        let found = Sight::drawn(&drawn, seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
+        // The priors of turn and scale shrink the result a little.
+        assert!(apart(&found.similarity, &truth, &body) < 1.5e-3, "{found:?}");
+        assert!(found.rms_m < 0.5e-3);
+        let alone = Sight::drawn(&drawn, None, None).place(&body).unwrap();
+        let far = apart(&alone.similarity, &truth, &body);
+        assert!(far < 12e-3, "{far} {alone:?}");
+    }
+}
+
+#[test]
+fn a_hyoid_that_is_elsewhere_does_not_turn_the_tongue() {
+    let body = body();
+    let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
+    // A different neck: the hyoid 12 mm lower. Two landmarks alone would turn the body by 17 degrees.
+    let low = hyoid - Point::new(0.0, 12e-3);
+    let found = Sight::drawn(&contour(&body, 11), Some(spine), Some(low)).place(&body).unwrap();
+    assert!(found.similarity.angle().abs() < 0.1, "{}", found.similarity.angle());
+    assert!((found.similarity.scale() - 1.0).abs() < 0.06);
+    let by_two = by_bones(&body, |b| Some(if b == HYOID { low } else { spine })).unwrap();
+    assert!(by_two.angle().abs() > 0.25);
+}
+
+#[test]
+fn a_palate_of_another_frame_is_left_out_and_named() {
+    let body = body();
+    let palate = body.palate.clone().unwrap();
+    let seen = |bone: &str| mark_of(&body, bone);
+    let drawn = Sight::drawn(&contour(&body, 11), seen(MANDIBLE), seen(HYOID));
+    let right = drawn.clone().under(Some(&palate)).place(&body).unwrap();
+    assert!(!right.without_palate && right.doubt().is_none(), "{right:?}");
+    let elsewhere: Vec<Point> = palate.iter().map(|p| p + Point::new(40e-3, -40e-3)).collect();
+    let wrong = drawn.clone().under(Some(&elsewhere)).place(&body).unwrap();
+    assert!(wrong.without_palate, "{wrong:?}");
+    assert_eq!(wrong.similarity, drawn.place(&body).unwrap().similarity);
+    assert!(wrong.doubt().unwrap().contains("the palate does not fit"));
+}
+
+#[test]
+fn a_recording_in_the_frame_of_the_body_leaves_it_there() {
+    let body = body();
+    let seen = |bone: &str| mark_of(&body, bone);
+    let found = Sight::drawn(&contour(&body, 300), seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
+    assert!(apart(&found.similarity, &Similarity::IDENTITY, &body) < 0.1e-3);
+    let told = Sight::default().place(&body).unwrap_err().to_string();
+    assert!(told.contains("mental spine and the hyoid"), "{told}");
+}

@@ -1,0 +1,159 @@
+//! What the errors of a body's geometry do to the stretches is what bodies that are moved show.
+
+use nalgebra::{DMatrix, DVector};
+use tongue_core::random::normals;
+use tongue_core::statics::lanes::{Lanes, Load};
+use tongue_fit::MM;
+use tongue_fit::body::{Body, ContinuumSettings};
+use tongue_fit::parallel;
+use tongue_fit::statics::SolveStatus;
+use tongue_fit::system::{Model, System};
+use tongue_infer::posterior::{Density, Ground, Mode, Priors};
+
+use crate::posterior::{at_mode, ground, grounds_without_lanes, seen};
+
+#[test]
+fn stretches_answer_to_the_shape_at_rest_as_bodies_that_are_moved_do() {
+    answers_to_the_shape_are_right(&ground(&Priors::default()));
+    grounds_without_lanes().iter().for_each(answers_to_the_shape_are_right);
+}
+
+fn answers_to_the_shape_are_right(ground: &Ground) {
+    let mut density = Density::new(ground, seen("S2", "a")).unwrap();
+    let mode = Mode::find(&mut density).unwrap();
+    let (meaning, _) = density.meaning(&mode.scores);
+    let all: Vec<usize> = (0..ground.muscles.len()).collect();
+    let stretches = |system: &System<2>| -> DVector<f64> {
+        let lanes = density.lanes();
+        let loads = [
+            density.ground.load(&meaning, 0, Some(&mode.place.postures[0])).in_body(system),
+            density.ground.load(&meaning, density.postures(), Some(&mode.place.baseline)).in_body(system),
+        ];
+        let [vowel, base] =
+            [0, 1].map(|i| lanes.solve(&loads[i..=i], density.settings()).remove(0).positions);
+        DVector::from_fn(all.len(), |m, _| system.length(&vowel, m) / system.length(&base, m))
+    };
+    let zeros = |fields: &[tongue_infer::posterior::Field]| vec![0.0; fields.len()];
+    let h = 1e-3;
+    let mut largest = 0.0_f64;
+    let answers = at_mode(&density, &mode).geometry;
+    for (which, derivative) in [(0, &answers.ends), (1, &answers.outline)] {
+        for f in (0..derivative.ncols()).step_by(3) {
+            let side = |by: f64| {
+                let (mut ends, mut outline) = (zeros(&ground.ends), zeros(&ground.outline));
+                [&mut ends, &mut outline][which][f] = by;
+                let body = ground.displaced(&ends, &outline).unwrap();
+                stretches(&System::new(&body.mesh, &ground.model, &all).unwrap())
+            };
+            let difference = (side(h) - side(-h)) / (2.0 * h);
+            let error = (derivative.column(f) - &difference).amax();
+            largest = largest.max(difference.amax());
+            assert!(error < 1e-6, "{which} {f}: {error} of {}", difference.amax());
+        }
+    }
+    assert!(largest > 5e-3, "they do matter: {largest}");
+    // Kappa by Poisson's ratio, with a modulus that leaves the springs as they are.
+    let with = |ln_kappa: f64| {
+        let (lambda, mu) = ground.model.constants.lame();
+        let lambda = match ground.is_of_springs() {
+            true => mu + (lambda - mu) * f64::exp(ln_kappa),
+            false => lambda * f64::exp(ln_kappa),
+        };
+        let poisson_ratio = lambda / (2.0 * (lambda + mu));
+        let young_modulus = 2.0 * mu * (1.0 + poisson_ratio);
+        let constants =
+            tongue_fit::material::Constants { poisson_ratio, young_modulus, ..ground.model.constants };
+        let system = System::new(&ground.body.mesh, &Model { constants, ..ground.model }, &all).unwrap();
+        stretches(&system)
+    };
+    let sd = ground.priors.compressibility.sd_ln_kappa;
+    let difference = (with(sd) - with(-sd)) * 0.5;
+    let error = (answers.kappa.column(0) - &difference).amax();
+    assert!(error < 1e-6 && difference.amax() > 1e-3, "{error}: {difference}");
+}
+
+#[test]
+fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
+    let continuum = Body::continuum(8.0 * MM, &ContinuumSettings::default()).unwrap();
+    // The hyoid's nodes are others in a body of other patches: it moves without tilting here.
+    let priors = Priors::from_toml("hyoid_tilt.off = true", "test").unwrap();
+    let ground = Ground::new(&continuum, &Model::default(), &priors).unwrap();
+    let mut density = Density::new(&ground, seen("S2", "a")).unwrap();
+    let mode = Mode::find(&mut density).unwrap();
+    let (meaning, _) = density.meaning(&mode.scores);
+    let all: Vec<usize> = (0..ground.muscles.len()).collect();
+    let stretches = |settings: &ContinuumSettings| -> DVector<f64> {
+        let body = ground.body.with_continuum(settings).unwrap().unwrap();
+        let system = System::new(&body.mesh, &ground.model, &all).unwrap();
+        let solved = |load: Load<'_, 2>| {
+            let found = Lanes::new(&system).solve(&[load], density.settings()).remove(0);
+            assert_eq!(found.solution.status, SolveStatus::Converged);
+            system.lengths(&found.positions)
+        };
+        let own = &meaning.postures[0];
+        let vowel = Load::new(own.tensions.clone()).with_bone(body.bone("hyoid"), own.hyoid);
+        let (vowel, base) = (solved(vowel), solved(Load::new(meaning.tones.clone())));
+        DVector::from_fn(all.len(), |m, _| vowel[m] / base[m])
+    };
+    let own = ground.body.mesh.continuum.as_ref().unwrap().settings;
+    let (width, patch) = (ground.priors.bundle_width.sd_ln, ground.priors.bone_patch.sd_ln);
+    let wider =
+        |by: f64| ContinuumSettings { bundle_width_m: own.bundle_width_m * (by * width).exp(), ..own };
+    let farther =
+        |by: f64| ContinuumSettings { patch_radius_m: own.patch_radius_m * (by * patch).exp(), ..own };
+    type Side<'a> = (&'a DMatrix<f64>, &'a dyn Fn(f64) -> ContinuumSettings);
+    let answers = at_mode(&density, &mode).geometry;
+    let sides: [Side<'_>; 2] = [(&answers.width, &wider), (&answers.patch, &farther)];
+    for (derivative, settings) in sides {
+        // Of a step as long as that of the derivative: a secant of what has no derivatives of higher order.
+        let difference = stretches(&settings(0.5)) - stretches(&settings(-0.5));
+        let error = (derivative.column(0) - &difference).amax();
+        assert!(error < 0.03 * difference.amax() && difference.amax() > 1e-3, "{error}: {difference}");
+    }
+}
+
+/// Scores of draws of the posterior's normal approximation at a mode, without those of which there is no
+/// equilibrium.
+fn about(mode: &Mode, count: usize, seed: u64) -> Vec<DVector<f64>> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let root = mode.precision.clone().cholesky().unwrap().inverse().cholesky().unwrap().unpack();
+    (0..count).map(|_| &mode.scores + &root * normals(root.nrows(), &mut random)).collect()
+}
+
+#[test]
+fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterior() {
+    let ground = ground(&Priors::default());
+    let mut density = Density::new(&ground, seen("S2", "a")).unwrap();
+    let mode = Mode::find(&mut density).unwrap();
+    let all: Vec<usize> = (0..ground.muscles.len()).collect();
+    let draws: Vec<(u64, DVector<f64>)> = (0..).zip(about(&mode, 200, 2)).collect();
+    let moved: Vec<Option<DVector<f64>>> = parallel::map(&draws, |(number, scores)| {
+        let mut random = fastrand::Rng::with_seed(1000 + number);
+        let (meaning, _) = density.meaning(scores);
+        let by = |fields: &[tongue_infer::posterior::Field], random: &mut fastrand::Rng| {
+            normals(fields.len(), random)
+        };
+        let (ends, outline) = (by(&ground.ends, &mut random), by(&ground.outline, &mut random));
+        let body = ground.displaced(ends.as_slice(), outline.as_slice())?;
+        let system = System::new(&body.mesh, &ground.model, &all).ok()?;
+        let lengths = |load: Load<'_, 2>, system: &System<2>| {
+            let shape = density.lanes().solve(&[load], density.settings()).remove(0);
+            (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
+        };
+        let stretches = |system: &System<2>| {
+            let posture = lengths(density.ground.load(&meaning, 0, None).in_body(system), system)?;
+            let base =
+                lengths(density.ground.load(&meaning, density.postures(), None).in_body(system), system)?;
+            Some(DVector::from_fn(all.len(), |m, _| posture[m] / base[m]))
+        };
+        Some(stretches(&system)? - stretches(&ground.system)?)
+    });
+    let moved: Vec<_> = moved.into_iter().flatten().collect();
+    assert!(moved.len() > 120, "{}", moved.len());
+    let found = moved.iter().map(|d| d.norm_squared()).sum::<f64>() / moved.len() as f64;
+    let linear = mode.geometry.ends.trace() + mode.geometry.outline.trace();
+    let answers = at_mode(&density, &mode).geometry;
+    let at_mode = answers.ends.norm_squared() + answers.outline.norm_squared();
+    assert!((linear / found - 1.0).abs() < 0.25, "{linear} {found}");
+    eprintln!("of {}: moved {found:.5}, linear {linear:.5}, linear at the mode {at_mode:.5}", moved.len());
+}
