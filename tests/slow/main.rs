@@ -8,6 +8,7 @@ mod batch_survives;
 mod coils_place_the_body;
 mod hard_cases_stay_stable;
 mod intervals_cover_the_truth;
+mod left_out_muscles;
 mod mutated_inputs;
 mod posterior_covers_the_truth;
 mod posterior_is_calibrated;

@@ -1,0 +1,40 @@
+//! What a posterior without a muscle predicts of it, from one run for all muscles and from a run for each.
+
+use tongue_fit::inverse::Matched;
+use tongue_fit::measured::TargetKind;
+use tongue_infer::posterior::{Density, Draw, Measurements, Mode, Sampling, about, sample, without_each};
+
+use crate::fixtures::{target, tongue};
+use crate::synthetic_speakers::ground;
+
+#[test]
+fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
+    let ground = ground("");
+    let matched = Matched::new(&tongue(), &target("S3", "e", TargetKind::Stretch)).unwrap();
+    let mut density = Density::new(&ground, Measurements::of(&matched)).unwrap();
+    let mode = Mode::find(&mut density).unwrap();
+    let found = without_each(&density, &mode).unwrap();
+    assert_eq!(found.len(), 8);
+    assert!(found.iter().all(|f| f.effective > 50.0), "{found:?}");
+    let mut leaning = Vec::new();
+    for (position, found) in found.iter().enumerate() {
+        let settings = Sampling { draws: 800, seed: 11 };
+        let own = sample(&ground, density.seen.without(position), &settings).unwrap();
+        let row = density.rows()[position];
+        // The conditional mean moves with the residuals by what geometry has in common, as it does in the run for all.
+        let (gain, _) = about(&density, &own.density, position);
+        let mean = |d: &Draw| {
+            d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.baseline_lengths, &d.beside))
+        };
+        let exact = own.draws.iter().map(mean).sum::<f64>() / own.draws.len() as f64;
+        let sd = 0.25 * (found.spread.interval_95[1] - found.spread.interval_95[0]);
+        eprintln!("{}: {:.4}, exact {exact:.4}, sd {sd:.4}", density.seen.names[position], found.spread.mean);
+        assert!((found.spread.mean - exact).abs() < 0.35 * sd, "{position}: {} {exact}", found.spread.mean);
+        leaning.push((density.seen.stretches[position] - exact, found.spread.mean - exact));
+    }
+    let slope =
+        leaning.iter().map(|(x, y)| x * y).sum::<f64>() / leaning.iter().map(|(x, _)| x * x).sum::<f64>();
+    eprintln!("leaning to the measured stretches: {slope:.3}");
+    // Three standard errors of as many draws; weighed draws of the whole posterior lean by 0.22.
+    assert!(slope.abs() < 0.12, "{slope}");
+}
