@@ -4,7 +4,7 @@
 use crate::fixtures::{block, tongue};
 use nalgebra::SVector;
 use tongue_core::body::largest_distance;
-use tongue_core::statics::lanes::{Equilibrium, Lanes, Load};
+use tongue_core::statics::lanes::{Change, Equilibrium, Lanes, Load};
 use tongue_core::statics::length_sensitivities;
 use tongue_fit::body::{self, Anatomy, Mesh};
 use tongue_fit::material::Constants;
@@ -227,5 +227,62 @@ fn adjoints_are_the_derivatives_by_tensions_forces_and_bones() {
     for (to_p, to_q) in to_p.iter().zip(&to_q) {
         let (a, b) = (to_p.as_ref().unwrap().by_node[q].x, to_q.as_ref().unwrap().by_node[p].x);
         assert!(a != 0.0 && (a - b).abs() < 1e-10 * a.abs(), "{a:e} {b:e}");
+    }
+}
+
+#[test]
+fn motions_are_the_derivatives_of_the_shape_by_tensions_bones_and_the_shape_at_rest() {
+    let mesh = tongue();
+    let system = all_can_pull();
+    let bone = [*mesh.fixed.last().unwrap(), mesh.fixed[0]];
+    let lanes = Lanes::new(&system);
+    // Every node at rest moves with a smooth field, nodes of bones too.
+    let field: Vec<SVector<f64, 2>> =
+        mesh.nodes.iter().map(|x| SVector::from([0.1 * x.y, 0.2 * x.x - 0.05 * x.y])).collect();
+    let changed = |part: f64| {
+        let mut moved = mesh.clone();
+        moved.nodes.iter_mut().zip(&field).for_each(|(x, d)| *x += d * part);
+        System::new(&moved, &Model::default(), &ALL).unwrap()
+    };
+    let reshaped = lanes.reshaped(&changed(1e-5), field.clone(), 1e-5).expect("a plain body");
+    let loads = [0.0, 0.5, 1.0, 300.0].map(|part| Load::new(PUBLISHED.map(|t| t * part).to_vec()));
+    let mut group = lanes.group();
+    let shapes = group.solve(&loads, &SHARP).to_vec();
+    assert!(shapes[3].solution.guarded > 0, "a case with the barrier");
+    let changes =
+        [Change::Tension(4), Change::Bone(&bone, 0), Change::Bone(&bone, 1), Change::Rest(&reshaped)];
+    for change in changes {
+        let motions = group.motions(change);
+        assert!(motions[3].is_none(), "lanes have no stiffness of the barrier");
+        for ((load, shape), motion) in loads.iter().zip(&shapes).zip(&motions).take(3) {
+            let motion = motion.as_ref().expect("stable");
+            let at = |part: f64| {
+                let mut load = load.clone().starting_at(&shape.positions);
+                match change {
+                    Change::Tension(muscle) => load.tensions[muscle] += part,
+                    Change::Bone(nodes, axis) => {
+                        let mut shift = SVector::zeros();
+                        shift[axis] = 1e-3 * part;
+                        load = load.with_bone(nodes, shift);
+                    }
+                    Change::Rest(_) => {
+                        let body = changed(part);
+                        return one_at_a_time(&body, &load, &SHARP).1.positions().to_vec();
+                    }
+                }
+                one_at_a_time(&system, &load, &SHARP).1.positions().to_vec()
+            };
+            let unit = if matches!(change, Change::Bone(..)) { 1e-3 } else { 1.0 };
+            let (there, back) = (at(1e-3), at(-1e-3));
+            let largest = motion.iter().map(SVector::amax).fold(0.0, f64::max);
+            // Inner nodes of straight paths are placed after a solve, from the ends of the path.
+            let is_inner =
+                |node: &usize| system.pattern().unknown(*node).is_none() && !mesh.fixed.contains(node);
+            for node in (0..motion.len()).filter(|node| !is_inner(node)) {
+                let difference = (there[node] - back[node]) / (2e-3 * unit);
+                let off = (motion[node] - difference).amax();
+                assert!(off < 1e-4 * largest, "node {node}: {:?} {difference:?}, {change:?}", motion[node]);
+            }
+        }
     }
 }

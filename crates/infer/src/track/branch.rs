@@ -7,11 +7,12 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::body::largest_distance;
 use tongue_core::parallel;
-use tongue_core::statics::{self, Connection, SolveStatus};
+use tongue_core::statics::{self, Connection, SolveSettings, SolveStatus};
 
 use crate::least_squares::{Rule, descend};
 
-use super::frame::{Frame, Linear, Solver};
+use super::frame::{Frame, Solver};
+use super::linearise::Linear;
 use super::mode::{CHUNK, Course, Mode};
 
 /// Shapes nearer to each other than this are the same, m.
@@ -118,7 +119,9 @@ impl Solver<'_> {
         }
         let tensions = self.tensions_of(x);
         self.workspace.start_from_rest(self.system);
-        let trace = statics::trace(self.system, &mut self.workspace, &tensions, &self.settings, STEPS);
+        // Whether there is another shape at these tensions does not matter here.
+        let settings = SolveSettings { beyond: false, ..self.settings };
+        let trace = statics::trace(self.system, &mut self.workspace, &tensions, &settings, STEPS);
         trace.critical.is_none() && apart(self.workspace.positions()) <= SAME_SHAPE_M
     }
 

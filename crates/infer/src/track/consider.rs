@@ -14,9 +14,10 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use tongue_core::parallel;
 use tongue_core::random;
 
+use super::by_shape::{ByShape, by_shape};
 use super::errors::Kriging;
 use super::listen;
-use super::mode::{CHUNK, Course, Eliminated, Mode};
+use super::mode::{Course, Eliminated, Mode};
 use super::shape::RestShape;
 
 /// For what they share (levels and shape) the frames count together as at most so many of them: the model differs from a tongue, and more
@@ -36,12 +37,6 @@ pub(super) struct Draws {
     pub hidden: Vec<Vec<Vec<f32>>>,
     /// For every frame and formant that is told, its change from the most probable one, Hz.
     pub heard: Vec<Vec<Vec<f32>>>,
-}
-
-/// Derivatives of the observations of a frame and of its hidden points by the shape, mm.
-pub(super) struct ByShape {
-    pub seen: DMatrix<f64>,
-    hidden: DMatrix<f64>,
 }
 
 /// A linearised recording.
@@ -77,32 +72,6 @@ fn linearised(mode: &Mode<'_, '_>, courses: &[Course], shape: Option<&RestShape>
         Some(Linear { eliminated, by_shape })
     };
     courses.iter().map(one).collect()
-}
-
-/// Derivatives of all frames by the shape.
-pub(super) fn by_shape(
-    mode: &Mode<'_, '_>,
-    course: &Course,
-    shape: Option<&RestShape>,
-) -> Vec<Option<ByShape>> {
-    let Some(shape) = shape else { return course.frames.iter().map(|_| None).collect() };
-    let numbers: Vec<usize> = (0..course.frames.len()).collect();
-    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let work = |chunk: &&[usize]| -> Vec<Option<ByShape>> {
-        let mut solver = (mode.solver)();
-        let one = |&t: &usize| {
-            let (frame, here) = (&course.frames[t], &course.here[t]);
-            let linear = here.linear.as_ref()?;
-            let x = mode.unknowns(&here.z, &mode.shared);
-            let positions = solver.solve(frame, &x, Some(&linear.positions))?.to_vec();
-            let all = shape.rates(&mut solver, frame, &x, &positions)?;
-            let seen = frame.observations.len();
-            let hidden = all.rows(seen, all.nrows() - seen).into_owned();
-            Some(ByShape { seen: all.rows(0, seen).into_owned(), hidden })
-        };
-        chunk.iter().map(one).collect()
-    };
-    parallel::map(&chunks, work).into_iter().flatten().collect()
 }
 
 /// Information about the shared unknowns (levels, static error, shape) from the frames and the prior.
@@ -222,29 +191,21 @@ fn drawn(
             })
             .collect();
         linear.eliminated.factors.colour(&mut noise);
-        let theta = shared.columns(batch * BATCH, BATCH);
+        let theta = shared.columns(batch * BATCH, BATCH).into_owned();
         let mut tensions = Vec::with_capacity(frames);
         let (mut moved, mut foretold) = (Vec::with_capacity(frames), Vec::with_capacity(frames));
         let mut sounds = Vec::with_capacity(frames);
         for (t, noise) in noise.into_iter().enumerate() {
             let step = &linear.eliminated.steps[t];
-            let mut by = noise - &linear.eliminated.answers[t] * theta;
+            let mut by = noise - &linear.eliminated.answers[t] * &theta;
             by.column_iter_mut().for_each(|mut c| c -= step.column(0));
             let x = mode.unknowns(&course.here[t].z, &mode.shared);
             let value = |i: usize, d: usize| (link.tension(x[i] + theta[(i, d)] + by[(i, d)]).0) as f32;
             tensions.push((0..m).map(|i| (0..BATCH).map(|d| value(i, d)).collect()).collect());
             let bone = |i: usize| (0..BATCH).map(|d| (x[m + i] + by[(m + i, d)]) as f32).collect();
             moved.push((0..bones).map(bone).collect());
-            sounds.push(sound(mode, heard[t].as_ref(), &by, &theta.into_owned()));
-            foretold.push(hidden(
-                mode,
-                course,
-                linear,
-                t,
-                &kriged[t],
-                (&by, &theta.into_owned()),
-                &mut random,
-            ));
+            sounds.push(sound(mode, heard[t].as_ref(), &by, &theta));
+            foretold.push(hidden(mode, course, linear, t, &kriged[t], (&by, &theta), &mut random));
         }
         [tensions, moved, foretold, sounds]
     };

@@ -2,13 +2,15 @@
 //! 1944, Marquardt 1963). A frame that responds nonlinearly takes a part of its step or none; this does not shorten the steps of other
 //! frames.
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 
-use tongue_core::geometry::Point;
 use tongue_core::parallel;
 
-use super::consider::by_shape;
+use super::by_shape::by_shape;
 use super::frame::Solver;
+use super::linearise::Linear;
 use super::mode::{CHUNK, Course, Eliminated, Here, Mode};
 use super::shape::RestShape;
 
@@ -25,9 +27,18 @@ const TOO_FAR: (f64, f64) = (1.1, 1.0);
 /// of the precision of a course.
 const DAMPING: (f64, f64, f64) = (0.3, 0.3, 1e4);
 
+/// Factor of the damping of a frame that responded as expected.
+const LESS: f64 = 0.2;
+/// A frame keeps its linearisation until an unknown is farther from where it was made than this, in standard deviations of a course.
+const NEAR: f64 = 0.08;
+/// Largest difference of unknowns that are the same but for rounding.
+const SAME: f64 = 1e-9;
+
 /// A frame after a step.
 struct Tried {
     here: Here,
+    /// The cost of its errors before the step, if there was an equilibrium, and after it.
+    was: Option<f64>,
     cost: f64,
     damping: f64,
 }
@@ -63,12 +74,11 @@ pub(super) fn descend(
         let before = prior(mode, courses, &mode.shared, |nth, t| &courses[nth].here[t].z);
         let after = prior(mode, courses, &shared, |nth, t| &tried[nth][t].here.z);
         let (mut cost, mut gain, mut held_back) = (before, before - after, 0);
-        for (course, (tried, damping)) in courses.iter().zip(tried.iter().zip(&mut damping)) {
-            for (t, (tried, damping)) in tried.iter().zip(damping).enumerate() {
-                let was = own_cost(mode, course, t, &course.here[t], &mode.shared);
-                cost += was.unwrap_or(0.0);
+        for (tried, damping) in tried.iter().zip(&mut damping) {
+            for (tried, damping) in tried.iter().zip(damping) {
+                cost += tried.was.unwrap_or(0.0);
                 // A frame that had no equilibrium before has no earlier cost to compare with.
-                gain += was.map_or(0.0, |was| was - tried.cost);
+                gain += tried.was.map_or(0.0, |was| was - tried.cost);
                 held_back += usize::from(tried.damping > *damping && *damping < DAMPING.2);
                 *damping = tried.damping;
             }
@@ -89,6 +99,9 @@ pub(super) fn descend(
                 break;
             }
         }
+    }
+    for course in courses.iter_mut() {
+        course.here = settled(mode, course);
     }
     costs(mode, courses)
 }
@@ -133,7 +146,7 @@ pub(super) fn stepped(
             e.answers.iter().zip(&e.steps).map(|(a, s)| -(a * &step) - s.column(0)).collect();
         let expected = e.rows.iter().zip(&states).map(|(rows, state)| {
             let rows = rows.as_ref()?;
-            Some((&rows.residuals + &rows.by_state * state + &rows.by_shared * &step).norm_squared())
+            Some(mode.expected(rows, state, &step).norm_squared())
         });
         let expected = expected.map(|e| e.unwrap_or(f64::INFINITY)).collect();
         Step { states, expected }
@@ -142,11 +155,19 @@ pub(super) fn stepped(
     Some((step, steps))
 }
 
-/// Moves the states of recordings by a step to which the unknowns `shared` belong, each frame as far as it can.
+/// Moves the states of recordings by a step to which the unknowns `shared` belong, each frame as far as it can, on a body that is not the
+/// one of their linearisations.
 pub(super) fn follow(mode: &Mode<'_, '_>, courses: &mut [Course], shared: &DVector<f64>, steps: &[Step]) {
     for (course, step) in courses.iter_mut().zip(steps) {
-        let tried = solved(mode, course, shared, step, &vec![0.0; course.frames.len()]);
-        course.here = tried.into_iter().map(|t| t.here).collect();
+        let damping = vec![0.0; course.frames.len()];
+        let after: Vec<Here> =
+            solved(mode, course, shared, step, &damping).into_iter().map(|t| t.here).collect();
+        for (here, after) in course.here.iter_mut().zip(after) {
+            let is_old =
+                here.linear.as_ref().zip(after.linear.as_ref()).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
+            let linear = after.linear.clone().filter(|_| !is_old);
+            *here = Here { linear, ..after };
+        }
     }
 }
 
@@ -178,34 +199,64 @@ fn own_cost(
     Some(whitened.norm_squared())
 }
 
-/// Results for all frames of a recording; the frames of a chunk are computed one after another.
+/// Results for all frames of a recording, chunk by chunk; `work` gets the numbers of the frames of a chunk.
 fn in_chunks<T: Send>(
     mode: &Mode<'_, '_>,
     course: &Course,
-    work: impl Fn(&mut Solver<'_>, &mut Option<Vec<Point>>, usize) -> T + Sync,
+    work: impl Fn(&mut Solver<'_>, &[usize]) -> Vec<T> + Sync,
 ) -> Vec<T> {
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let one = |chunk: &&[usize]| -> Vec<T> {
-        let (mut solver, mut last) = ((mode.solver)(), None);
-        chunk.iter().map(|&t| work(&mut solver, &mut last, t)).collect()
-    };
+    let one = |chunk: &&[usize]| work(&mut (mode.solver)(), chunk);
     parallel::map(&chunks, one).into_iter().flatten().collect()
 }
 
-/// The frames of a recording at the states where the search begins.
+/// The frames of a recording at the states where the search begins. Frames that have not been solved yet start from the first one of
+/// their chunk, and that one from rest.
 fn begun(mode: &Mode<'_, '_>, course: &Course) -> Vec<Here> {
-    in_chunks(mode, course, |solver, last, t| {
-        let here = &course.here[t];
-        if course.errors[t].is_none() {
-            return Here { linear: None, ..here.clone() };
+    in_chunks(mode, course, |solver, chunk| {
+        let unknowns = |t: usize| mode.unknowns(&course.here[t].z, &mode.shared);
+        let x: Vec<DVector<f64>> = chunk.iter().map(|&t| unknowns(t)).collect();
+        let is_open =
+            |i: &usize| course.errors[chunk[*i]].is_some() && course.here[chunk[*i]].linear.is_none();
+        let open: Vec<usize> = (0..chunk.len()).filter(is_open).collect();
+        let positions = |i: usize| course.here[chunk[i]].positions.as_deref();
+        let unsolved = open.iter().find(|i| positions(**i).is_none());
+        let solved = (0..chunk.len()).find_map(positions).map(<[_]>::to_vec);
+        let beside = unsolved.and_then(|&i| {
+            solved.or_else(|| solver.solve(&course.frames[chunk[i]], &x[i], None).map(<[_]>::to_vec))
+        });
+        let from = |i: usize| positions(i).or(beside.as_deref());
+        let postures: Vec<_> = open.iter().map(|&i| (&course.frames[chunk[i]], &x[i], from(i))).collect();
+        let mut here: Vec<Here> = chunk.iter().map(|&t| course.here[t].clone()).collect();
+        for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
+            here[i].take(linear);
         }
-        let x = mode.unknowns(&here.z, &mode.shared);
-        let from = here.positions.as_ref().or(last.as_ref());
-        let linear = solver.linearise(&course.frames[t], &x, from.map(Vec::as_slice));
-        let positions = linear.as_ref().map(|l| l.positions.clone()).or_else(|| here.positions.clone());
-        *last = positions.clone().or_else(|| last.take());
-        Here { z: here.z.clone(), linear, positions }
+        here
+    })
+}
+
+/// The frames of a recording at the end of the search, each with a linearisation at its own state. A frame without an equilibrium there
+/// goes back to the state of its last one.
+fn settled(mode: &Mode<'_, '_>, course: &Course) -> Vec<Here> {
+    in_chunks(mode, course, |solver, chunk| {
+        let mut here: Vec<Here> = chunk.iter().map(|&t| course.here[t].clone()).collect();
+        let x: Vec<DVector<f64>> = here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
+        let is_open = |i: &usize| here[*i].linear.as_ref().is_some_and(|l| (&l.x - &x[*i]).amax() > SAME);
+        let open: Vec<usize> = (0..chunk.len()).filter(is_open).collect();
+        let posture =
+            |&i: &usize| (&course.frames[chunk[i]], &x[i], course.here[chunk[i]].positions.as_deref());
+        let postures: Vec<_> = open.iter().map(posture).collect();
+        for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
+            match (linear, here[i].linear.clone()) {
+                (None, Some(last)) => {
+                    let mut state = here[i].z.rows_mut(0, x[i].len());
+                    state += &last.x - &x[i];
+                }
+                (linear, _) => here[i].take(linear),
+            }
+        }
+        here
     })
 }
 
@@ -217,46 +268,129 @@ fn solved(
     step: &Step,
     damping: &[f64],
 ) -> Vec<Tried> {
-    in_chunks(mode, course, |solver, last, t| {
-        let (before, damping) = (&course.here[t], damping[t]);
-        let z = &before.z + &step.states[t];
-        if course.errors[t].is_none() {
-            let here = Here { z, linear: None, positions: before.positions.clone() };
-            return Tried { here, cost: 0.0, damping };
-        }
-        let (was, whole) = (mode.unknowns(&before.z, &mode.shared), mode.unknowns(&z, shared));
-        let from = before.positions.as_ref().or(last.as_ref()).map(Vec::as_slice);
-        let cost = own_cost(mode, course, t, before, &mode.shared);
-        let most = cost.map_or(f64::INFINITY, |c| c.max(step.expected[t]) * TOO_FAR.0 + TOO_FAR.1);
-        // A shorter step applies to tensions and displacements only, because the residuals are linear in the errors.
-        let state = |part: f64| {
-            let mut z = z.clone();
-            let mut x = z.rows_mut(0, was.len());
-            x -= (&whole - &was) * (1.0 - part);
-            z
+    in_chunks(mode, course, |solver, chunk| {
+        let of = |&t: &usize| {
+            Trial::new(mode, course, shared, (&step.states[t], step.expected[t]), (t, damping[t]))
         };
-        let tried = PARTS.iter().find_map(|&part| {
-            let x = &was + (&whole - &was) * part;
-            let linear = solver.linearise(&course.frames[t], &x, from)?;
-            let positions = Some(linear.positions.clone());
-            let here = Here { z: state(part), linear: Some(linear), positions };
-            let there = own_cost(mode, course, t, &here, shared)?;
-            let off = (there - step.expected[t]).abs();
-            let expected = cost.map_or(0.0, |c| (c - step.expected[t]).abs());
-            let damping = match part {
-                1.0 if off <= 0.25 * expected + 0.01 => damping * 0.2,
-                1.0 if off <= 0.75 * expected + 0.1 => damping,
-                _ => (damping * 4.0).max(DAMPING.1),
-            };
-            (there <= most).then_some(Tried { here, cost: there, damping })
-        });
-        let tried = tried.unwrap_or_else(|| {
-            let (linear, positions) = (before.linear.clone(), before.positions.clone());
-            let here = Here { z: state(0.0), linear, positions };
-            let cost = own_cost(mode, course, t, &here, shared).unwrap_or(0.0);
-            Tried { here, cost, damping: (damping * 10.0).max(DAMPING.1) }
-        });
-        *last = tried.here.positions.clone().or_else(|| last.take());
-        tried
+        let trials: Vec<Trial> = chunk.iter().map(of).collect();
+        let near = |trial: &Trial| if mode.keeps { trial.near(mode, course, shared) } else { None };
+        let known = |trial: &Trial| trial.unseen(course).or_else(|| near(trial));
+        let mut tried: Vec<Option<Tried>> = trials.iter().map(known).collect();
+        for part in PARTS {
+            let open: Vec<usize> = (0..trials.len()).filter(|&i| tried[i].is_none()).collect();
+            let x: Vec<DVector<f64>> = open.iter().map(|&i| trials[i].unknowns(part)).collect();
+            let postures: Vec<_> = open
+                .iter()
+                .zip(&x)
+                .map(|(&i, x)| {
+                    (&course.frames[trials[i].t], x, course.here[trials[i].t].positions.as_deref())
+                })
+                .collect();
+            for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
+                tried[i] = linear.and_then(|linear| trials[i].judged(mode, course, shared, (part, linear)));
+            }
+        }
+        let stays = |(tried, trial): (Option<Tried>, &Trial)| {
+            tried.unwrap_or_else(|| trial.stayed(mode, course, shared))
+        };
+        tried.into_iter().zip(&trials).map(stays).collect()
     })
+}
+
+/// A frame that is to take a step.
+struct Trial {
+    /// Its number.
+    t: usize,
+    /// Its state after the whole step.
+    z: DVector<f64>,
+    /// The unknowns of its equilibrium before and after it.
+    was: DVector<f64>,
+    whole: DVector<f64>,
+    /// The cost before, if there is an equilibrium, and the cost after the whole step if the frame responded linearly.
+    cost: Option<f64>,
+    expected: f64,
+    damping: f64,
+}
+
+impl Trial {
+    fn new(
+        mode: &Mode<'_, '_>,
+        course: &Course,
+        shared: &DVector<f64>,
+        (step, expected): (&DVector<f64>, f64),
+        (t, damping): (usize, f64),
+    ) -> Self {
+        let before = &course.here[t];
+        let z = &before.z + step;
+        let (was, whole) = (mode.unknowns(&before.z, &mode.shared), mode.unknowns(&z, shared));
+        let cost = own_cost(mode, course, t, before, &mode.shared);
+        Self { t, z, was, whole, cost, expected, damping }
+    }
+
+    /// The result for a frame without data.
+    fn unseen(&self, course: &Course) -> Option<Tried> {
+        let positions = || course.here[self.t].positions.clone();
+        let here = || Here { z: self.z.clone(), linear: None, positions: positions() };
+        let is_seen = course.errors[self.t].is_some();
+        (!is_seen).then(|| Tried { here: here(), was: None, cost: 0.0, damping: self.damping })
+    }
+
+    /// The frame after a step so short that the linearisation at hand holds, which is kept.
+    fn near(&self, mode: &Mode<'_, '_>, course: &Course, shared: &DVector<f64>) -> Option<Tried> {
+        let before = &course.here[self.t];
+        let moved = &self.whole - &before.linear.as_ref()?.x;
+        let (muscles, sd) = (mode.sizes.muscles, mode.settings.link.course_sd_n);
+        let is_near = |(i, by): (usize, &f64)| by.abs() < NEAR * if i < muscles { sd } else { 1.0 };
+        if !moved.iter().enumerate().all(is_near) {
+            return None;
+        }
+        let here = Here { z: self.z.clone(), ..before.clone() };
+        let cost = own_cost(mode, course, self.t, &here, shared)?;
+        Some(Tried { here, was: self.cost, cost, damping: self.damping * LESS })
+    }
+
+    /// The unknowns of the equilibrium after a part of the step.
+    fn unknowns(&self, part: f64) -> DVector<f64> {
+        &self.was + (&self.whole - &self.was) * part
+    }
+
+    /// The state after a part of the step. A shorter step applies to tensions and displacements only, because the residuals are linear in
+    /// the errors.
+    fn state(&self, part: f64) -> DVector<f64> {
+        let mut z = self.z.clone();
+        let mut x = z.rows_mut(0, self.was.len());
+        x -= (&self.whole - &self.was) * (1.0 - part);
+        z
+    }
+
+    /// The frame after a part of the step; `None` if that is too long.
+    fn judged(
+        &self,
+        mode: &Mode<'_, '_>,
+        course: &Course,
+        shared: &DVector<f64>,
+        (part, linear): (f64, Linear),
+    ) -> Option<Tried> {
+        let positions = Some(linear.positions.clone());
+        let here = Here { z: self.state(part), linear: Some(Arc::new(linear)), positions };
+        let there = own_cost(mode, course, self.t, &here, shared)?;
+        let most = self.cost.map_or(f64::INFINITY, |c| c.max(self.expected) * TOO_FAR.0 + TOO_FAR.1);
+        let off = (there - self.expected).abs();
+        let expected = self.cost.map_or(0.0, |c| (c - self.expected).abs());
+        let damping = match part {
+            1.0 if off <= 0.25 * expected + 0.01 => self.damping * LESS,
+            1.0 if off <= 0.75 * expected + 0.1 => self.damping,
+            _ => (self.damping * 4.0).max(DAMPING.1),
+        };
+        (there <= most).then_some(Tried { here, was: self.cost, cost: there, damping })
+    }
+
+    /// The frame where it was, after a step of which no part is short enough.
+    fn stayed(&self, mode: &Mode<'_, '_>, course: &Course, shared: &DVector<f64>) -> Tried {
+        let before = &course.here[self.t];
+        let (linear, positions) = (before.linear.clone(), before.positions.clone());
+        let here = Here { z: self.state(0.0), linear, positions };
+        let cost = own_cost(mode, course, self.t, &here, shared).unwrap_or(0.0);
+        Tried { here, was: self.cost, cost, damping: (self.damping * 10.0).max(DAMPING.1) }
+    }
 }

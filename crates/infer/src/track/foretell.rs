@@ -102,6 +102,7 @@ fn judged(mode: &Mode<'_, '_>, courses: &[Course], rest: &[Point]) -> Option<(Pr
         let mut sample = mode.thinned(courses, frames.div_ceil(JUDGES).max(1));
         for course in &mut sample {
             course.frames.iter_mut().for_each(|f| without(f, &hide));
+            course.here.iter_mut().for_each(|h| h.linear = None);
             mode.take_errors(course);
         }
         let mut again = mode.clone();

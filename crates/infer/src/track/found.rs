@@ -9,8 +9,9 @@ use tongue_input::measured::recording::Fault;
 
 use super::branch::{Reached, Way};
 use super::consider::Draws;
-use super::frame::{self, Frame, Linear, Solver};
+use super::frame::{self, Frame, Solver};
 use super::gesture::{Gesture, LabelMean};
+use super::linearise::Linear;
 use super::link::Link;
 use super::listen::{self, TrackedFormant};
 use super::settings::TrackSettings;
@@ -76,16 +77,24 @@ impl Ranged {
     /// The summary of draws; all values are NaN if there are none.
     pub fn of(draws: impl Iterator<Item = f64>) -> Self {
         let mut all: Vec<f64> = draws.collect();
-        all.sort_unstable_by(f64::total_cmp);
         let count = all.len() as f64;
         let (_, variance) = mean_and_variance(all.iter().copied());
-        let quantile = |part: f64| {
+        let mut quantiles = [f64::NAN; 3];
+        // Draws below `done` are in their final order, which is all that the next quantile needs.
+        let mut done = 0;
+        for (quantile, part) in quantiles.iter_mut().zip(TAILS) {
             let at = (part * count - 0.5).clamp(0.0, (count - 1.0).max(0.0));
             let below = at as usize;
+            for place in [below, (below + 1).min(all.len().saturating_sub(1))] {
+                if place >= done && place < all.len() {
+                    all[done..].select_nth_unstable_by(place - done, |a, b| a.total_cmp(b));
+                    done = place + 1;
+                }
+            }
             let (a, b) = (all.get(below), all.get(below + 1).or(all.get(below)));
-            a.zip(b).map_or(f64::NAN, |(a, b)| a + (at - below as f64) * (b - a))
-        };
-        let [low, median, high] = TAILS.map(quantile);
+            *quantile = a.zip(b).map_or(f64::NAN, |(a, b)| a + (at - below as f64) * (b - a));
+        }
+        let [low, median, high] = quantiles;
         Self { median, low, high, variance }
     }
 

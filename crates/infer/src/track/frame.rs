@@ -1,17 +1,19 @@
 //! One frame: its observations of a body, and their derivatives by the scores of the tensions.
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DVector, SVector};
 
 use crate::heard::Heard;
 use crate::inverse::{BONE_SD_M, FreedBone};
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::observe::{Contour, Curve, NodePosition as Place, Observable, Observation};
+use tongue_core::statics::lanes::{Group, Lanes, Load};
 use tongue_core::statics::{self, Response, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::System;
 use tongue_input::measured::recording::{Seen, SeenFrame};
 
 use super::errors::Along;
+use super::linearise::Posture;
 use super::link::Link;
 
 /// Contour points nearer to each other than this are not independent, m: a contour drawn through many pixels carries no more information
@@ -218,26 +220,15 @@ fn one(
     out
 }
 
-/// The linearisation of a frame at given scores.
-#[derive(Debug, Clone)]
-pub struct Linear {
-    /// Simulated less measured values, in standard deviations.
-    pub residuals: DVector<f64>,
-    /// Derivative of the residuals by the scores.
-    pub jacobian: DMatrix<f64>,
-    /// Positions of all nodes, m.
-    pub positions: Vec<SVector<f64, 2>>,
-    /// Derivative by the scores of the distances of the hidden points from the surface, mm, positive outside.
-    pub hidden_jacobian: DMatrix<f64>,
-}
-
 /// Solves frames of one body, one after another.
 pub struct Solver<'a> {
     pub system: &'a System<2>,
     pub followed: &'a [Followed],
-    freed: &'a [FreedBone<2>],
-    link: Link,
+    pub(super) freed: &'a [FreedBone<2>],
+    pub(super) link: Link,
     pub settings: SolveSettings,
+    /// For several frames at once, from the first time that it is used.
+    group: Option<Group<'a, 2>>,
     pub(super) workspace: Workspace<2>,
     pub(super) tensions: Vec<f64>,
 }
@@ -247,7 +238,7 @@ impl<'a> Solver<'a> {
         let workspace = Workspace::new(system);
         let tensions = vec![0.0; system.muscle_count()];
         let settings = SolveSettings::default();
-        Self { system, followed, freed: &[], link, settings, workspace, tensions }
+        Self { system, followed, freed: &[], link, settings, group: None, workspace, tensions }
     }
 
     /// Adds bones with unknown displacements: two more scores for each bone, after those of the tensions.
@@ -301,55 +292,29 @@ impl<'a> Solver<'a> {
         }
     }
 
+    /// A group of lanes; `None` where lanes cannot take the body.
+    pub(super) fn group(&mut self) -> Option<&mut Group<'a, 2>> {
+        let lanes = Lanes::new(self.system);
+        lanes.are_used().then(|| self.group.get_or_insert_with(|| lanes.group()))
+    }
+
+    /// The load of a frame at these scores, from given positions or from rest.
+    pub(super) fn load<'l>(&self, (frame, x, start): Posture<'l>) -> Load<'l, 2>
+    where
+        'a: 'l,
+    {
+        let followed = self.followed.iter().zip(&frame.shifts).map(|(f, shift)| (f.nodes.as_slice(), *shift));
+        let freed = self.freed.iter().zip(self.displacements(x)).map(|(f, shift)| (f.nodes(), shift));
+        let bones = followed.chain(freed).collect();
+        Load { bones, start, ..Load::new(self.tensions_of(x)) }
+    }
+
     /// Displacements of the freed bones at these scores, m.
     fn displacements(&self, x: &DVector<f64>) -> impl Iterator<Item = SVector<f64, 2>> + use<> {
         let of_bones = x.as_slice().get(self.system.contracting().len()..).unwrap_or_default();
         let pairs: Vec<_> =
             of_bones.chunks_exact(2).map(|c| SVector::from([c[0], c[1]]) * BONE_SD_M).collect();
         pairs.into_iter()
-    }
-
-    /// Weighted residuals and positions at these scores, with the derivative by the scores; needs one factorisation.
-    pub fn linearise(
-        &mut self,
-        frame: &Frame,
-        x: &DVector<f64>,
-        from: Option<&[SVector<f64, 2>]>,
-    ) -> Option<Linear> {
-        let positions = self.solve(frame, x, from)?.to_vec();
-        let found = frame.observations.iter().map(|o| o.residual_and_slope(&positions));
-        let (residuals, slopes): (Vec<f64>, Vec<_>) = found.unzip();
-        let residuals = DVector::from_vec(residuals);
-        if !residuals.iter().all(|r| r.is_finite()) {
-            return None;
-        }
-        let hidden: Vec<_> = frame.hidden.iter().map(|h| h.slope(&positions)).collect();
-        let mut jacobian = DMatrix::zeros(residuals.len(), x.len());
-        let mut hidden_jacobian = DMatrix::zeros(hidden.len(), x.len());
-        let mut response = Response::new(self.system, &mut self.workspace).ok()?;
-        let muscles = self.system.contracting();
-        for column in 0..x.len() {
-            let by_score = if let Some(&muscle) = muscles.get(column) {
-                response.to_tension(muscle);
-                self.link.tension(x[column]).1
-            } else {
-                let (number, axis) = ((column - muscles.len()) / 2, (column - muscles.len()) % 2);
-                let bone = &self.freed[number];
-                response.to_load(|at, load| bone.add_force(at, axis, None, load));
-                response.carry(bone.nodes(), axis);
-                BONE_SD_M
-            };
-            for (row, slope) in slopes.iter().enumerate() {
-                let rate: f64 = slope.iter().map(|(node, s)| s.dot(&response.motion()[*node])).sum();
-                jacobian[(row, column)] = rate * by_score;
-            }
-            for (row, slope) in hidden.iter().enumerate() {
-                let rate: f64 = slope.iter().map(|(node, s)| s.dot(&response.motion()[*node])).sum();
-                hidden_jacobian[(row, column)] = 1e3 * rate * by_score;
-            }
-        }
-        let good = jacobian.iter().all(|v| v.is_finite());
-        good.then_some(Linear { residuals, jacobian, positions, hidden_jacobian })
     }
 
     /// The factorised response at the last solved equilibrium.

@@ -91,7 +91,7 @@ pub(super) fn rates(
             let linear = solver.linearise(&frame, &x, Some(positions))?;
             let mut all = linear.hidden_jacobian * 1e-3;
             if let Some(shape) = shape {
-                let by_shape = shape.rates(&mut solver, &frame, &x, &linear.positions)?;
+                let by_shape = shape.rates(&mut solver, &[(&frame, &x, Some(&linear.positions))]).pop()??;
                 let (seen, own) = (frame.observations.len(), all.ncols());
                 all = all.resize_horizontally(own + shape.count(), 0.0);
                 let told = by_shape.rows(seen, by_shape.nrows() - seen) * 1e-3;

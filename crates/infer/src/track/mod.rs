@@ -8,6 +8,7 @@
 //! are too long for speech.
 
 mod branch;
+mod by_shape;
 mod chain;
 mod consider;
 mod descend;
@@ -18,6 +19,7 @@ mod found;
 mod frame;
 mod gesture;
 mod hold_out;
+mod linearise;
 mod link;
 mod listen;
 mod mode;

@@ -3,13 +3,17 @@
 //! The unknowns of a frame (its state) are the course of each muscle, displacements of bones that were not observed, and the slow error
 //! at a few knots of the contour. Shared by all frames are the level of each muscle and the static error. The shape at rest is fixed.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use tongue_core::geometry::Point;
+use tongue_core::parallel;
 
 use super::chain::{Chain, Factors};
 use super::errors::{FrameErrors, Knots};
-use super::frame::{Frame, Linear, Solver};
+use super::frame::{Frame, Solver};
+use super::linearise::Linear;
 use super::settings::TrackSettings;
 
 /// Number of frames in a chunk: each is solved from the one before, and the first from rest. Chunks do not depend on threads, so the
@@ -46,9 +50,19 @@ impl Sizes {
 pub(super) struct Here {
     /// Its state.
     pub z: DVector<f64>,
-    /// `None` where there is no equilibrium, or no data.
-    pub linear: Option<Linear>,
+    /// `None` where there is no equilibrium, or no data. During the search it may be that of a state nearby.
+    pub linear: Option<Arc<Linear>>,
     pub positions: Option<Vec<Point>>,
+}
+
+impl Here {
+    /// Takes a linearisation at its state; the last positions stay where there is none.
+    pub fn take(&mut self, linear: Option<Linear>) {
+        if let Some(linear) = &linear {
+            self.positions = Some(linear.positions.clone());
+        }
+        self.linear = linear.map(Arc::new);
+    }
 }
 
 /// A recording during the search.
@@ -67,12 +81,35 @@ impl Course {
     }
 }
 
-/// The whitened residuals of a frame and their derivatives.
+/// The whitened residuals of a frame and their derivatives. Levels and static error have the same derivatives as courses and slow error.
 pub(super) struct Rows {
     pub residuals: DVector<f64>,
     pub by_state: DMatrix<f64>,
-    /// Derivatives by levels, static error and, where they are asked for, the directions of the shape.
-    pub by_shared: DMatrix<f64>,
+    /// Derivatives by the directions of the shape, where they are asked for.
+    pub by_shape: Option<DMatrix<f64>>,
+}
+
+/// What a frame contributes to the curvature and the gradient.
+struct Contribution {
+    /// Of the state.
+    own: DMatrix<f64>,
+    gradient: DVector<f64>,
+    /// Between the state and the shape; of the shape.
+    across: Option<(DMatrix<f64>, DMatrix<f64>, DVector<f64>)>,
+}
+
+impl Rows {
+    fn contribution(&self) -> Contribution {
+        let Self { residuals, by_state, by_shape } = self;
+        let across = |by_shape: &DMatrix<f64>| {
+            (by_state.tr_mul(by_shape), by_shape.tr_mul(by_shape), by_shape.tr_mul(residuals))
+        };
+        Contribution {
+            own: by_state.tr_mul(by_state),
+            gradient: by_state.tr_mul(residuals),
+            across: by_shape.as_ref().map(across),
+        }
+    }
 }
 
 /// A recording whose states are eliminated.
@@ -99,6 +136,8 @@ pub(super) struct Mode<'a, 's> {
     pub shared: DVector<f64>,
     /// Precision of the shared unknowns in the prior.
     pub shared_precision: DMatrix<f64>,
+    /// Whether frames keep their linearisation during the search while they are near it.
+    pub keeps: bool,
 }
 
 impl<'a, 's> Mode<'a, 's> {
@@ -112,7 +151,8 @@ impl<'a, 's> Mode<'a, 's> {
         let mut precision = DMatrix::identity(n, n) / settings.link.level_sd_n.powi(2);
         let (m, k) = (sizes.muscles, sizes.knots);
         precision.view_mut((m, m), (k, k)).copy_from(&knots.precision(settings.errors.static_mm));
-        Self { sizes, settings, knots, solver, shared: DVector::zeros(n), shared_precision: precision }
+        let shared = DVector::zeros(n);
+        Self { sizes, settings, knots, solver, shared, shared_precision: precision, keeps: true }
     }
 
     /// A recording at the start of the search.
@@ -171,66 +211,101 @@ impl<'a, 's> Mode<'a, 's> {
         let linear = here.linear.as_ref()?;
         let Sizes { muscles, bones, knots } = self.sizes;
         let known = here.z.rows(muscles + bones, knots) + shared.rows(muscles, knots);
-        let mut residuals = linear.residuals.clone();
+        let moved = self.unknowns(&here.z, shared) - &linear.x;
+        let mut residuals = &linear.residuals + &linear.jacobian * moved;
         residuals.iter_mut().zip(&course.frames[t].observations).for_each(|(r, o)| *r *= 1e3 / o.weight);
         Some(residuals - &errors.basis * known)
     }
 
-    /// The rows of a frame; `None` where it has no observations or no equilibrium.
-    pub fn rows(&self, course: &Course, t: usize) -> Option<Rows> {
+    /// The rows of a frame; `None` where it has no observations or no equilibrium. `by_shape` are its derivatives by the shape, mm.
+    fn rows(&self, course: &Course, t: usize, by_shape: Option<DMatrix<f64>>) -> Option<Rows> {
         let residuals = self.residuals_mm(course, t, &course.here[t], &self.shared)?;
         let (linear, errors) = (course.here[t].linear.as_ref()?, course.errors[t].as_ref()?);
         let Sizes { muscles, bones, knots } = self.sizes;
-        let count = residuals.len();
-        let mut jacobian = linear.jacobian.clone();
+        let mut all = DMatrix::zeros(residuals.len(), 1 + self.sizes.state());
+        all.column_mut(0).copy_from(&residuals);
+        let mut jacobian = all.columns_mut(1, muscles + bones);
+        jacobian.copy_from(&linear.jacobian);
         for (mut row, o) in jacobian.row_iter_mut().zip(&course.frames[t].observations) {
             row *= 1e3 / o.weight;
         }
-        let mut all = DMatrix::zeros(count, 1 + self.sizes.state());
-        all.column_mut(0).copy_from(&residuals);
-        all.columns_mut(1, muscles + bones).copy_from(&jacobian);
         all.columns_mut(1 + muscles + bones, knots).copy_from(&-&errors.basis);
         let all = errors.whitened(all);
         let by_state = all.columns(1, self.sizes.state()).into_owned();
-        let mut by_shared = DMatrix::zeros(count, self.sizes.shared());
-        by_shared.columns_mut(0, muscles).copy_from(&by_state.columns(0, muscles));
-        by_shared.columns_mut(muscles, knots).copy_from(&by_state.columns(muscles + bones, knots));
-        Some(Rows { residuals: all.column(0).into_owned(), by_state, by_shared })
+        let by_shape = by_shape.map(|by_shape| errors.whitened(by_shape));
+        Some(Rows { residuals: all.column(0).into_owned(), by_state, by_shape })
     }
 
-    /// Eliminates the states of a recording; `more` gives further columns of shared unknowns. `damping` holds the tensions and
-    /// displacements of each frame, in units of their precision in the prior.
+    /// The unknown of a frame that responds as an unknown shared by all frames does: the course as its level, the slow as the static error.
+    fn beside(&self, shared: usize) -> usize {
+        if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
+    }
+
+    /// Residuals of a frame after a step of its state and of the unknowns that all frames share, if it responds linearly.
+    pub fn expected(&self, rows: &Rows, state: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
+        let mut step = state.clone();
+        (0..self.sizes.shared()).for_each(|i| step[self.beside(i)] += shared[i]);
+        let mut out = &rows.residuals + &rows.by_state * step;
+        if let Some(by_shape) = &rows.by_shape {
+            out += by_shape * shared.rows(self.sizes.shared(), by_shape.ncols());
+        }
+        out
+    }
+
+    /// Eliminates the states of a recording; `more` gives derivatives by so many directions of the shape, mm. `damping` holds the tensions
+    /// and displacements of each frame, in units of their precision in the prior.
     pub fn eliminate(
         &self,
         course: &Course,
         damping: &[f64],
-        more: &dyn Fn(usize) -> Option<DMatrix<f64>>,
+        more: &(dyn Fn(usize) -> Option<DMatrix<f64>> + Sync),
         columns: usize,
     ) -> Option<Eliminated> {
-        let (n, p) = (self.sizes.state(), self.sizes.shared() + columns);
+        let (n, s) = (self.sizes.state(), self.sizes.shared());
+        let p = s + columns;
         let z: Vec<DVector<f64>> = course.here.iter().map(|h| h.z.clone()).collect();
         let held = course.chain.image(&z);
         let mut curvature = DMatrix::zeros(p, p);
         let mut gradient = DVector::zeros(p);
         let (mut own, mut across, mut steps) = (Vec::new(), Vec::new(), Vec::new());
         let (m, held_by) = (self.sizes.muscles, self.settings.link.course_sd_n.powi(-2));
-        let mut all: Vec<Option<Rows>> = (0..course.frames.len()).map(|t| self.rows(course, t)).collect();
-        for (t, held) in held.iter().enumerate() {
-            let Some((rows, errors)) = all[t].as_mut().zip(course.errors[t].as_ref()) else {
+        let numbers: Vec<usize> = (0..course.frames.len()).collect();
+        let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+        let contributed = |&t: &usize| {
+            let rows = self.rows(course, t, more(t))?;
+            Some((rows.contribution(), rows))
+        };
+        let found = parallel::map(&chunks, |chunk| chunk.iter().map(contributed).collect::<Vec<_>>());
+        let mut all: Vec<Option<Rows>> = Vec::with_capacity(numbers.len());
+        for ((t, held), found) in held.iter().enumerate().zip(found.into_iter().flatten()) {
+            let Some((found, rows)) = found else {
+                all.push(None);
                 own.push(DMatrix::zeros(n, n));
                 across.push(DMatrix::zeros(n, p));
                 steps.push(DMatrix::from_column_slice(n, 1, held.as_slice()));
                 continue;
             };
-            if columns > 0 {
-                rows.by_shared.resize_horizontally_mut(p, 0.0);
+            all.push(Some(rows));
+            let mut by_state = found.own;
+            let mut by_both = DMatrix::zeros(n, p);
+            for i in 0..s {
+                by_both.column_mut(i).copy_from(&by_state.column(self.beside(i)));
+                gradient[i] += found.gradient[self.beside(i)];
+                (0..s).for_each(|j| curvature[(i, j)] += by_state[(self.beside(i), self.beside(j))]);
             }
-            if let Some(more) = more(t) {
-                rows.by_shared.columns_mut(p - columns, columns).copy_from(&errors.whitened(more));
+            if let Some((with_state, own, pull)) = found.across {
+                by_both.columns_mut(s, columns).copy_from(&with_state);
+                for i in 0..s {
+                    for k in 0..columns {
+                        curvature[(i, s + k)] += with_state[(self.beside(i), k)];
+                        curvature[(s + k, i)] += with_state[(self.beside(i), k)];
+                    }
+                }
+                let mut of_shape = curvature.view_mut((s, s), (columns, columns));
+                of_shape += own;
+                let mut of_shape = gradient.rows_mut(s, columns);
+                of_shape += pull;
             }
-            let shared = &rows.by_shared;
-            let mut by_state = rows.by_state.tr_mul(&rows.by_state);
-            let mut by_both = rows.by_state.tr_mul(shared);
             let damping = damping.get(t).copied().unwrap_or(0.0);
             for i in 0..m {
                 by_state[(i, i)] += damping * held_by;
@@ -240,9 +315,7 @@ impl<'a, 's> Mode<'a, 's> {
             (m..m + self.sizes.bones).for_each(|i| by_state[(i, i)] += damping);
             own.push(by_state);
             across.push(by_both);
-            steps.push(DMatrix::from_columns(&[rows.by_state.tr_mul(&rows.residuals) + held]));
-            curvature += shared.tr_mul(shared);
-            gradient += shared.tr_mul(&rows.residuals);
+            steps.push(DMatrix::from_columns(&[found.gradient + held]));
         }
         let factors = course.chain.factorise(&own)?;
         let mut answers = across.clone();

@@ -175,6 +175,7 @@ fn without_outliers(mode: &Mode<'_, '_>, courses: &mut [Course]) -> (Vec<Vec<Vec
                 frame.observations = kept.iter().map(|&i| frame.observations[i].clone()).collect();
                 frame.along = kept.iter().map(|&i| frame.along[i]).collect();
                 frame.names = kept.iter().map(|&i| frame.names[i].clone()).collect();
+                course.here[t].linear = None;
                 faults.push(Fault { kind: FaultKind::FarFromFit, points });
                 lost |= all;
             }
@@ -216,7 +217,7 @@ fn told(
                 way: ways.get(t).and_then(Option::as_ref),
                 frame: &course.frames[t],
                 x: &unknowns[t],
-                linear: course.here[t].linear.as_ref(),
+                linear: course.here[t].linear.as_deref(),
                 positions: course.here[t].positions.as_deref(),
                 placed: placed[t].positions.as_deref(),
                 foretold: &foretold[t],

@@ -1,21 +1,21 @@
-//! The uncertainty of a body's shape at rest: how far its parts may be displaced, and how the surface in a frame responds to that.
+//! The uncertainty of a body's shape at rest: how far its parts may be displaced.
 //!
 //! The outline moves with the control points of [`ControlPoints`], and cells resist changes of their areas. In addition the whole body
 //! may be shifted, turned, scaled and sheared, and the ends of muscles may move on the outline or in the tissue.
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, DVector, SVector};
+use nalgebra::{DMatrix, DVector};
 
 use crate::adapt::{ControlPoints, Placement, RestError, area_residuals, is_believable, mark_of, straighten};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
-use tongue_core::effect::{Configuration, Contact, Effect};
+use tongue_core::effect::{Contact, Effect};
 use tongue_core::geometry::{Point, Similarity, ThinPlate};
+use tongue_core::statics::lanes::{Lanes, Reshaped};
 use tongue_core::system::{Additions, Model, System};
 
+use super::TongueSurface;
 use super::ends::ends;
-use super::frame::{Solver, slopes};
-use super::{Frame, TongueSurface};
 
 /// What placing leaves open: shift, m, turn, rad, and scale.
 pub(crate) const SHIFT_SD_M: f64 = 5e-3;
@@ -29,15 +29,15 @@ const SHEAR_SD: f64 = 0.08;
 const SPINE_SD_M: f64 = 2.5e-3;
 const HYOID_SD_M: f64 = 5e-3;
 /// Step of a difference, in units of a direction: 1 mm or one standard deviation.
-const STEP: f64 = 1e-3;
+pub(super) const STEP: f64 = 1e-3;
 
 /// Directions in which a body may differ, with their prior: normal, mean zero.
 #[derive(Debug, Clone)]
 pub struct ShapePrior {
     /// For every direction, the displacements of the nodes for one unit, m.
-    directions: Vec<Vec<Point>>,
+    pub(super) directions: Vec<Vec<Point>>,
     /// Coils that may be elsewhere along the surface; the last directions move them. For each, the weights of the nodes in its motion.
-    coils: Vec<(String, Vec<(usize, f64)>)>,
+    pub(super) coils: Vec<(String, Vec<(usize, f64)>)>,
     /// The directions that shift, turn and scale.
     placing: Range<usize>,
     /// The precision of the amounts, and the gradient of the cost at zero (bones that were not placed where they are observed), without
@@ -196,7 +196,9 @@ pub struct RestShape {
     /// The body itself.
     pub system: System<2>,
     /// For every direction, the body a small step along it.
-    changed: Vec<System<2>>,
+    pub(super) changed: Vec<System<2>>,
+    /// The directions for lanes; `None` if lanes cannot take the body.
+    pub(super) in_lanes: Option<Vec<Reshaped<2>>>,
     is_kept: bool,
 }
 
@@ -250,10 +252,13 @@ impl RestShape {
             assembled(nodes.iter().zip(direction).map(|(p, d)| p + d * STEP).collect())
         };
         let changed = tongue_core::parallel::map(&prior.directions, one);
-        let changed = changed.into_iter().collect::<Result<_, _>>()?;
+        let changed = changed.into_iter().collect::<Result<Vec<_>, _>>()?;
         let system = assembled(nodes)?;
+        let lanes = Lanes::new(&system);
+        let directions = prior.directions.iter().zip(&changed);
+        let in_lanes = directions.map(|(d, changed)| lanes.reshaped(changed, d.clone(), STEP)).collect();
         let (mesh, contracting) = (mesh.clone(), contracting.to_vec());
-        Ok(Self { prior, mesh, model: *model, contracting, wall, system, changed, is_kept: false })
+        Ok(Self { prior, mesh, model: *model, contracting, wall, system, changed, in_lanes, is_kept: false })
     }
 
     /// The same body in contact with a wall.
@@ -316,58 +321,5 @@ impl RestShape {
     /// Number of directions.
     pub fn count(&self) -> usize {
         self.prior.directions.len()
-    }
-
-    /// Responses of the residuals of a frame, mm, to each direction, at an equilibrium that the solver has just linearised: the forces of
-    /// the changed body at the same positions, through the factorised stiffness.
-    pub(super) fn rates(
-        &self,
-        solver: &mut Solver<'_>,
-        frame: &Frame,
-        x: &DVector<f64>,
-        positions: &[Point],
-    ) -> Option<DMatrix<f64>> {
-        let tensions = solver.tensions_of(x);
-        let mut slopes = slopes(frame, positions);
-        let fitted = slopes.len();
-        slopes.extend(frame.hidden.iter().map(|h| h.slope(positions)));
-        let mut out = DMatrix::zeros(slopes.len(), self.prior.directions.len());
-        let free: Vec<bool> = {
-            let mut free = vec![false; positions.len()];
-            solver.system.pattern().nodes().iter().for_each(|&n| free[n] = true);
-            free
-        };
-        let mut response = solver.response()?;
-        let (mut before, mut after) =
-            (vec![SVector::zeros(); positions.len()], vec![SVector::zeros(); positions.len()]);
-        self.system.force(Configuration { positions, tensions: &tensions }, &mut before);
-        for (k, (direction, changed)) in self.prior.directions.iter().zip(&self.changed).enumerate() {
-            // Nodes on bone move with the body at rest.
-            let moved = |(n, p): (usize, &Point)| if free[n] { *p } else { p + direction[n] * STEP };
-            let there: Vec<Point> = positions.iter().enumerate().map(moved).collect();
-            changed.force(Configuration { positions: &there, tensions: &tensions }, &mut after);
-            response.to_load(|_, load| {
-                for (l, (a, b)) in load.iter_mut().zip(after.iter().zip(&before)) {
-                    *l += (a - b) / STEP;
-                }
-            });
-            for (row, slope) in slopes.iter().enumerate() {
-                let unit =
-                    frame.observations.get(row).filter(|_| row < fitted).map_or(1e3, |o| 1e3 / o.weight);
-                let motion = |n: usize| if free[n] { response.motion()[n] } else { direction[n] };
-                let rate: f64 = slope.iter().map(|(n, s)| s.dot(&motion(*n))).sum();
-                out[(row, k)] = rate * unit;
-            }
-        }
-        let first = out.ncols() - self.prior.coils.len();
-        let hidden = frame.hidden.iter().map(|h| (&h.name, &h.along));
-        let rows: Vec<_> = frame.names.iter().zip(&frame.along).chain(hidden).collect();
-        for (k, (coil, weights)) in self.prior.coils.iter().enumerate() {
-            let motion: Point = weights.iter().map(|(n, w)| positions[*n] * *w).sum();
-            for (row, (_, along)) in rows.iter().enumerate().filter(|(_, (name, _))| *name == coil) {
-                out[(row, first + k)] = along.channel.checked_sub(1).map_or(0.0, |axis| 1e3 * motion[axis]);
-            }
-        }
-        out.iter().all(|v| v.is_finite()).then_some(out)
     }
 }

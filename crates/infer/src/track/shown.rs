@@ -51,6 +51,8 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
     let solver = || Solver::new(stage.system, stage.followed, link).with_freed(stage.freed);
     let mut at = Mode::new(sizes, &settings, &knots, &solver);
     at.shared.copy_from(&mode.shared.rows(0, sizes.muscles));
+    // Costs of two bodies differ by less than what a linearisation nearby leaves out.
+    at.keeps = false;
     let plain = |course: &Course| {
         let mut out = at.course(course.frames.clone());
         for (here, before) in out.here.iter_mut().zip(&course.here) {
@@ -105,7 +107,7 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
     }
     let system = out.as_ref().map_or(stage.system, |body| &body.system);
     let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
-    let mut last = Mode { solver: &solver, ..at.clone() };
+    let mut last = Mode { solver: &solver, keeps: true, ..at.clone() };
     carry(&mut courses, stage.system.rest(), system.rest());
     for (course, sample) in courses.iter_mut().zip(&sample) {
         begin_beside(course, sample);

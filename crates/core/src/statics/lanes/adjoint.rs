@@ -110,7 +110,7 @@ impl<const D: usize> Group<'_, D> {
     }
 
     /// Factorises at the equilibrium of every lane. Returns the lanes in which that succeeded.
-    fn factorise(&mut self) -> [bool; LANES] {
+    pub(super) fn factorise(&mut self) -> [bool; LANES] {
         if let Some(done) = self.factorised {
             return done;
         }

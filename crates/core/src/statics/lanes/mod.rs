@@ -68,6 +68,7 @@
 
 mod adjoint;
 mod alone;
+mod motion;
 
 use std::sync::Arc;
 
@@ -82,6 +83,7 @@ use crate::system::elements::Elements;
 pub use crate::sparse::wide::LANES;
 pub use adjoint::{Adjoint, length_gradient};
 use alone::{Alone, solve_alone};
+pub use motion::{Change, Reshaped};
 
 /// Loads that one thread solves one group after another, each group with starts beginning with the factor of
 /// the one before.
@@ -162,7 +164,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
 
     /// A group that solves up to [`LANES`] loads at once, repeatedly: one for each thread, for example for
     /// chains that run side by side.
-    pub fn group(&self) -> Group<'_, D> {
+    pub fn group(&self) -> Group<'s, D> {
         let work = self.elements.map(|elements| (elements, Work::new(elements)));
         let (answers, tensions) = (Vec::new(), Vec::new());
         let is_own = [false; LANES];

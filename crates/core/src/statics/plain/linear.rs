@@ -4,8 +4,7 @@
 //! indefinite stiffness. If the energy is higher there than at rest, or a cell is inverted, the solve
 //! begins at rest.
 
-use crate::sparse::flat::Solve;
-use crate::sparse::wide::{Pair, Wide, way};
+use crate::sparse::wide::Wide;
 use crate::system::System;
 use crate::system::elements::{AtRest, Elements};
 
@@ -29,7 +28,7 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
         let is_stable = work.factorise_exactly(elements)[0];
         let energy = work.evaluate(elements).energy.0[0];
         let response = |&muscle: &usize| {
-            let motion = work.response(elements, muscle);
+            let motion = work.motion_by_tension(elements, muscle);
             (muscle, motion.iter().map(|u| [u[0].0[0], u[1].0[0]]).collect())
         };
         is_stable.then(|| AtRest { energy, responses: system.contracting().iter().map(response).collect() })
@@ -37,27 +36,6 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
 }
 
 impl<const L: usize> Work<L> {
-    /// Response of the unknowns to a unit of tension in a muscle, m/N, with the present factor.
-    fn response(&self, elements: &Elements, muscle: usize) -> Vec<Pair<L>> {
-        let mut u = vec![[Wide::ZERO; 2]; elements.unknowns];
-        for &(edge, _) in elements.pulls.iter().filter(|(_, m)| *m as usize == muscle) {
-            let [a, b] = elements.edges[edge as usize].nodes.map(|n| n as usize);
-            let d = way(self.positions[a], self.positions[b]);
-            let inverse = (d[0] * d[0] + d[1] * d[1]).sqrt().inverse();
-            for axis in 0..2 {
-                let pull = d[axis] * inverse;
-                if let Some(u) = u.get_mut(a) {
-                    u[axis] += pull;
-                }
-                if let Some(u) = u.get_mut(b) {
-                    u[axis] -= pull;
-                }
-            }
-        }
-        self.arch.dispatch(Solve { symbolic: &elements.factor, factor: &self.factor, b: &mut u });
-        u
-    }
-
     /// Moves a lane from rest to its start.
     pub fn begin_linearly(&mut self, lane: usize, at_rest: &AtRest, tensions: &[f64]) {
         self.lanes[lane].energy_at_rest = Some(at_rest.energy);

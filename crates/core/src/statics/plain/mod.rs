@@ -5,20 +5,24 @@
 mod compiled;
 mod linear;
 mod newton;
+mod rates;
 mod single;
 
 use nalgebra::SVector;
 
 use crate::geometry::simplex;
-use crate::sparse::flat::{Block, Factor, Lower, Solve};
-use crate::sparse::wide::{Pair, Wide, way};
+use crate::sparse::flat::{Block, Factor, Lower};
+use crate::sparse::wide::{Pair, Wide};
 use crate::statics::carry::{FOLLOWED, MOST_PARTS};
 use crate::statics::{Solution, SolveSettings, SolveStatus};
 use crate::system::System;
 use crate::system::elements::{Elements, Numbers};
 
-pub(super) use compiled::{adjoint_of_group, factorise_group, solve_group};
+pub(super) use compiled::{
+    adjoint_of_group, bone_of_group, factorise_group, neighbour_of_group, solve_group, tension_of_group,
+};
 pub(super) use linear::at_rest;
+pub(super) use rates::Neighbour;
 pub(super) use single::{Single, solve_single};
 
 /// Shortest part of a bone's way that is still tried.
@@ -276,33 +280,6 @@ impl<const L: usize> Work<L> {
         self.factor_ready = false;
         self.lanes[lane].phase = Phase::Running;
         part == 1.0
-    }
-
-    /// The derivatives of [`super::lanes::Adjoint`] for a function whose derivatives by the positions of all
-    /// nodes are `gradient`, with the present factor. `gradient` becomes the derivatives by forces on
-    /// unknowns and by the places of the other nodes. Returns the derivatives by tensions, one for each of
-    /// the elements' pulls.
-    pub fn adjoint(&self, elements: &Elements, gradient: &mut [Pair<L>]) -> Vec<Wide<L>> {
-        let (free, held) = gradient.split_at_mut(elements.unknowns);
-        self.arch.dispatch(Solve { symbolic: &elements.factor, factor: &self.factor, b: free });
-        for (edge, k) in elements.edges.iter().zip(&self.blocks) {
-            let [a, b] = edge.nodes.map(|n| n as usize);
-            if let Some(bone) = a.checked_sub(elements.unknowns)
-                && b < elements.unknowns
-            {
-                let u = free[b];
-                held[bone][0] -= k[0] * u[0] + k[1] * u[1];
-                held[bone][1] -= k[2] * u[0] + k[3] * u[1];
-            }
-        }
-        let motion = |n: u32| free.get(n as usize).copied().unwrap_or([Wide::ZERO; 2]);
-        let by_tension = elements.pulls.iter().map(|&(edge, _)| {
-            let [a, b] = elements.edges[edge as usize].nodes;
-            let d = way(self.positions[a as usize], self.positions[b as usize]);
-            let nearer = way(motion(b), motion(a));
-            (d[0] * nearer[0] + d[1] * nearer[1]) * (d[0] * d[0] + d[1] * d[1]).sqrt().inverse()
-        });
-        by_tension.collect()
     }
 }
 
