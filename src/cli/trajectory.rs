@@ -55,7 +55,7 @@ pub struct Arguments {
     t_end: f64,
     /// Integrator: tr-bdf2, backward-euler, verlet, rk4 or symplectic-euler
     #[arg(long, value_name = "NAME", default_value = IntegrationMethod::TrBdf2.name(), requires = "trajectory")]
-    method: String,
+    method: IntegrationMethod,
     /// Fixed step, s [default: error control; 1 ms for backward-euler; 0.9 of the stability limit for
     /// explicit methods]
     #[arg(
@@ -121,7 +121,7 @@ impl Arguments {
         if !(2..=MOST_FRAMES).contains(&self.frames) {
             return Err(miette!("--frames is {}; take 2 to {MOST_FRAMES}", self.frames));
         }
-        self.method.parse().into_diagnostic()
+        Ok(self.method)
     }
 
     fn control(&self, method: IntegrationMethod, motion: &Motion<'_, 2>) -> Control {

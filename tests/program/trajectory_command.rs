@@ -67,7 +67,7 @@ fn invalid_runs_are_refused_with_one_message_and_leave_nothing() {
     let file = curves.path().join("curves.csv");
     std::fs::write(&file, "time_s,GGa\n0,0\n0.2,5\n0.1,6\n").unwrap();
     let file = file.to_str().unwrap();
-    let cases: [(&[&str], &str); 13] = [
+    let cases: [(&[&str], &str); 12] = [
         (&["--t-end", "0"], "--t-end is 0"),
         (&["--t-end", "nan"], "--t-end is NaN"),
         (&["--dt", "-1"], "--dt is -1"),
@@ -76,7 +76,6 @@ fn invalid_runs_are_refused_with_one_message_and_leave_nothing() {
         (&["--t-end", "1e-320"], "--t-end is 1e-320"),
         (&["--ramp", "1e-320"], "--ramp is 1e-320"),
         (&["--frames", "1"], "--frames is 1"),
-        (&["--method", "verlett"], "did you mean \"verlet\"?"),
         (&["--method", "verlet", "--dt", "1e-3"], "beyond the stability limit of verlet, 1.1"),
         (&["--method", "rk4", "--tolerance", "1e-3"], "rk4 has no error control"),
         (&["--method", "verlet", "--t-end", "1e4"], "take --method tr-bdf2"),
@@ -91,6 +90,18 @@ fn invalid_runs_are_refused_with_one_message_and_leave_nothing() {
         assert_eq!(message.matches("error:").count(), 1, "{message}");
         assert!(output.stdout.is_empty());
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{arguments:?}");
+    }
+}
+
+#[test]
+fn a_method_of_a_wrong_name_is_told_with_and_without_a_trajectory() {
+    for arguments in
+        [&["simulate", "--method", "verlett"][..], &["simulate", "--trajectory", "--method", "verlett"]]
+    {
+        let output = Command::new(cargo_bin("tongue-fit")).args(arguments).output().unwrap();
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(message.contains("did you mean \"verlet\"?"), "{message}");
     }
 }
 
