@@ -9,8 +9,7 @@ use tongue_core::parallel;
 use tongue_core::statics::SolveStatus;
 use tongue_core::statics::lanes::{Change, Equilibrium, LANES, Load};
 
-use super::frame::{Frame, Solver, slopes};
-use super::linearise::Posture;
+use super::frame::{Frame, Posture, Solver, slopes};
 use super::mode::{CHUNK, Course, Mode};
 use super::shape::{RestShape, STEP};
 

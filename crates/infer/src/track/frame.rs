@@ -13,7 +13,6 @@ use tongue_core::system::System;
 use tongue_input::measured::recording::{Seen, SeenFrame};
 
 use super::errors::Along;
-use super::linearise::Posture;
 use super::link::Link;
 
 /// Contour points nearer to each other than this are not independent, m: a contour drawn through many pixels carries no more information
@@ -219,6 +218,10 @@ fn one(
     }
     out
 }
+
+/// A frame with its unknowns, before the link and in standard deviations of the bones, and the positions from which it is solved, if there
+/// are any.
+pub(super) type Posture<'a> = (&'a Frame, &'a DVector<f64>, Option<&'a [Point]>);
 
 /// Solves frames of one body, one after another.
 pub struct Solver<'a> {

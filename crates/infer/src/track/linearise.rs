@@ -7,11 +7,7 @@ use tongue_core::geometry::Point;
 use tongue_core::statics::lanes::{Change, Equilibrium, LANES, Load};
 use tongue_core::statics::{Response, SolveStatus};
 
-use super::frame::{Frame, Solver};
-
-/// A frame with its unknowns, before the link and in standard deviations of the bones, and the positions from which it is solved, if there
-/// are any.
-pub(super) type Posture<'a> = (&'a Frame, &'a DVector<f64>, Option<&'a [Point]>);
+use super::frame::{Frame, Posture, Solver};
 
 /// The linearisation of a frame at given unknowns.
 #[derive(Debug, Clone)]
