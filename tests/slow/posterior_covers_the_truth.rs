@@ -146,7 +146,7 @@ fn coverage(truths: &[Ground], fitted: &Ground, postures: usize, count: usize, d
         let seen = seen(truth, postures, &measured, &mut random);
         let posterior = sample(fitted, seen, &Sampling { draws, seed: number as u64 }).unwrap();
         let count = posterior.draws.len() as f64;
-        // Without draws the most probable point is not where its tensions lead from rest: not mixed, and nothing is told.
+        // A posterior has no draws where no chain found a start from which its tensions lead from rest; nothing is told of it.
         (count > 0.0).then(|| {
             let of = |value: &dyn Fn(&Meaning) -> f64| {
                 let values: Vec<f64> = posterior.draws.iter().map(|d| value(&d.meaning)).collect();
@@ -163,8 +163,7 @@ fn coverage(truths: &[Ground], fitted: &Ground, postures: usize, count: usize, d
         })
     });
     let told: Vec<Vec<(bool, f64, f64)>> = cases.into_iter().flatten().collect();
-    // Of 200 speakers of three vowels five are not told.
-    assert!(told.len() * 100 >= count * 97, "{} of {count} are told", told.len());
+    assert!(told.len() * 50 >= count * 49, "{} of {count} are told", told.len());
     let number = |(i, number): (usize, &Number)| Counted {
         kind: number.kind,
         name: number.name.clone(),

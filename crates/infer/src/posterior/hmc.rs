@@ -95,11 +95,15 @@ impl<K> Chain<K> {
 pub const DIVERGED: f64 = 1000.0;
 /// Trajectories that are checked together: so many in the warm-up, and at least so many between two kept draws.
 const CHECKED: usize = 2;
+/// Draws that are tried as the start of a chain, each nearer to the centre than the one before, and then the centre itself.
+const TOWARDS_CENTRE: i32 = 11;
+/// Draws that are tried as the start of a chain in all.
+const MOST_STARTS: i32 = 32;
 /// Largest number of steps of a trajectory.
 const MOST_STEPS: usize = 100;
 
-/// Runs the chains. Every chain begins at a draw from the whitened normal distribution, solved from `place`; chains that find no such
-/// draw with a density above zero begin at the centre.
+/// Runs the chains. Every chain begins at a draw from the whitened normal distribution, solved from `place`. Where the density there is
+/// zero the draws are moved towards the centre, and where it is zero at the centre too others are tried.
 pub fn sample<T: Target>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
@@ -219,12 +223,17 @@ impl<'a, T: Target> Group<'a, T> {
         let common = fastrand::Rng::with_seed(seed_of(settings.seed, (1 << 20) + first));
         let mut states: Vec<Option<State<T::Place>>> = (0..chains).map(|_| None).collect();
         let mut evaluations = 0;
-        // Draws are moved towards the centre until all have a density above zero.
-        for attempt in 0..12 {
+        // Draws are moved towards the centre until all chains have a start with a density above zero. Where it is zero at the centre too,
+        // whole draws are tried.
+        for attempt in 0..MOST_STARTS {
             if states.iter().all(Option::is_some) {
                 break;
             }
-            let part = if attempt == 11 { 0.0 } else { 0.8f64.powi(attempt) };
+            let part = match attempt {
+                0..TOWARDS_CENTRE => 0.8f64.powi(attempt),
+                TOWARDS_CENTRE => 0.0,
+                _ => 1.0,
+            };
             let z: Vec<DVector<f64>> = random.iter_mut().map(|r| normals(n, r) * part).collect();
             let x: Vec<DVector<f64>> = z.iter().map(|z| whitened.at(z)).collect();
             let points: Vec<_> = x.iter().map(|x| (x, place)).collect();
