@@ -100,7 +100,7 @@ impl Arguments {
     }
 
     /// Checks all numbers before anything is computed.
-    fn check(&self) -> miette::Result<IntegrationMethod> {
+    fn check(&self) -> miette::Result<()> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
         if !is_time(self.t_end) {
             let must = format!("it must be a time in seconds, like 3, and at least {SHORTEST_S:e}");
@@ -121,7 +121,7 @@ impl Arguments {
         if !(2..=MOST_FRAMES).contains(&self.frames) {
             return Err(miette!("--frames is {}; take 2 to {MOST_FRAMES}", self.frames));
         }
-        Ok(self.method)
+        Ok(())
     }
 
     fn control(&self, method: IntegrationMethod, motion: &Motion<'_, 2>) -> Control {
@@ -183,7 +183,8 @@ pub fn run(
     body: &body::Arguments,
     global: &Global,
 ) -> miette::Result<Outcome> {
-    let method = arguments.check()?;
+    arguments.check()?;
+    let method = arguments.method;
     let tongue = body.body()?;
     let given = pulls.tensions(&tongue)?;
     let (mesh, palate) = (tongue.mesh, tongue.palate.unwrap_or_default());

@@ -122,7 +122,7 @@ pub struct Posterior<'a> {
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium.
     pub folds: usize,
-    /// How often a chain came to a shape to which the tensions do not lead from rest, and was sent back.
+    /// How often a chain was sent back from a shape to which its tensions do not lead from rest.
     pub off_branch: usize,
     /// Mean probability of acceptance.
     pub acceptance: f64,

@@ -150,7 +150,7 @@ pub struct Report {
     pub divergences: usize,
     /// Trajectories that ended where there is no stable equilibrium: there the density is zero.
     pub folds: usize,
-    /// How often a chain came to a shape to which the tensions do not lead from rest, where the density is zero too, and was sent back.
+    /// How often a chain was sent back from a shape to which its tensions do not lead from rest; the density is zero there too.
     pub off_branch: usize,
     /// Number of equilibria solved.
     pub equilibria: usize,

@@ -92,7 +92,7 @@ impl RestShape {
         rates.into_iter().zip(postures).zip(shapes).map(done).collect()
     }
 
-    /// The same by the solver for any body: the forces of the changed body at the same positions, through the factorised stiffness.
+    /// As [`RestShape::rates`] for one frame of any body: the factorised stiffness turns the forces of each changed body into motion.
     fn rates_alone(&self, solver: &mut Solver<'_>, (frame, x, from): Posture<'_>) -> Option<DMatrix<f64>> {
         let positions = solver.solve(frame, x, from)?.to_vec();
         let tensions = solver.tensions_of(x);

@@ -335,7 +335,7 @@ impl Trial {
         (!is_seen).then(|| Tried { here: here(), was: None, cost: 0.0, damping: self.damping })
     }
 
-    /// The frame after a step so short that the linearisation at hand holds, which is kept.
+    /// The frame after a step, with the linearisation that it has; `None` if the step is too long for that to hold.
     fn near(&self, mode: &Mode<'_, '_>, course: &Course, shared: &DVector<f64>) -> Option<Tried> {
         let before = &course.here[self.t];
         let moved = &self.whole - &before.linear.as_ref()?.x;

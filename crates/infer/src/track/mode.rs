@@ -50,7 +50,7 @@ impl Sizes {
 pub(super) struct Here {
     /// Its state.
     pub z: DVector<f64>,
-    /// `None` where there is no equilibrium, or no data. During the search it may be that of a state nearby.
+    /// Its linearisation, which during the search may be that at a state nearby; `None` without an equilibrium or data.
     pub linear: Option<Arc<Linear>>,
     pub positions: Option<Vec<Point>>,
 }

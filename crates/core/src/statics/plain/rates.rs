@@ -2,15 +2,14 @@
 //! factor of the stiffness at hand.
 
 use crate::sparse::flat::Solve;
-use crate::sparse::wide::LANES;
-use crate::sparse::wide::{Pair, Wide, way};
+use crate::sparse::wide::{LANES, Pair, Wide, way};
 use crate::system::System;
 use crate::system::elements::local::Evaluate;
 use crate::system::elements::{Elements, Numbers};
 
 use super::Work;
 
-/// A body a small part of a unit along a change of its shape at rest.
+/// A body whose shape at rest has changed by a small part of a unit of a change.
 #[derive(Debug)]
 pub(in crate::statics) struct Neighbour {
     /// Its numbers, the same in all lanes.
