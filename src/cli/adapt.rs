@@ -12,7 +12,8 @@ use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
 
 use super::body_file::BodyFile;
-use super::recordings::{self, Given, PriorArguments, RestName};
+use super::choice::choice_among;
+use super::recordings::{self, Given, PriorArguments};
 use super::{Global, Outcome, body, output, recording_checks, table};
 
 /// Most frames of recordings in the picture.
@@ -28,9 +29,10 @@ const DRAWN_FRAMES: usize = 20;
 pub struct Arguments {
     #[command(flatten)]
     recordings: recordings::Arguments,
-    /// Method for the rest shape from recordings
-    #[arg(long, value_name = "HOW", value_enum, default_value = "joint")]
-    rest: RestName,
+    /// Method for the rest shape from recordings: joint, the shape that explains many frames at once, or
+    /// similarity, the body only turned, scaled and shifted to the speaker's bones
+    #[arg(long, value_name = "HOW", value_parser = choice_among::<How>(&recordings::REST), default_value = "joint")]
+    rest: How,
     /// Landmarks of one posture at rest instead of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm,
     /// 3D Slicer's .mrk.json, or .pts with a map)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "example", "rest"])]
@@ -107,7 +109,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 bar.set_length(of as u64);
                 bar.set_position(done as u64);
             };
-            let speaker = basis.to_recordings(&seen, arguments.rest.into(), &[], &progress);
+            let speaker = basis.to_recordings(&seen, arguments.rest, &[], &progress);
             bar.finish_and_clear();
             (speaker.into_diagnostic()?, drawn(&seen))
         }

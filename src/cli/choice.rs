@@ -6,5 +6,12 @@ use tongue_fit::choice::{named, names};
 
 /// A parser of the names of a choice.
 pub fn choice<T: DeserializeOwned + Clone + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
-    PossibleValuesParser::new(names::<T>()).try_map(|name| named(&name).ok_or("not one of them"))
+    choice_among(names::<T>())
+}
+
+/// A parser of some of the names of a choice.
+pub fn choice_among<T: DeserializeOwned + Clone + Send + Sync + 'static>(
+    names: &'static [&'static str],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names).try_map(|name| named(&name).ok_or("not one of them"))
 }

@@ -10,6 +10,7 @@ use tongue_fit::inverse::{Among, Fit, FitStatus, Tone};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::posterior::Verdict;
 
+use super::fit_muscles::muscles;
 use super::posterior::Sampled;
 use super::published::Published;
 use super::table::{counted, newtons, table};
@@ -62,7 +63,7 @@ impl Shown<'_> {
         text += &self.uniqueness();
         text += &self.advice();
         if self.is_verbose {
-            text += &self.muscles();
+            text += &muscles(self.fit, self.published);
         }
         let more = if self.is_verbose { "" } else { "; -v shows every muscle" };
         let took = format!("{} equilibria in {:.0} ms{more}", self.fit.evaluations, 1e3 * self.wall_s);
@@ -197,72 +198,6 @@ impl Shown<'_> {
         Some([all(&valley.points.first()?.x), all(&valley.points.last()?.x)])
     }
 
-    /// Every muscle beside what was measured of it, for `-v`.
-    fn muscles(&self) -> String {
-        let (fit, target) = (self.fit, &self.fit.target);
-        let quantity = target.kind.name();
-        let [measured, simulated] = ["measured", "simulated"].map(|what| format!("{quantity},\n{what}"));
-        let shortening = ["shortening,\nmeasured", "shortening,\nsimulated"];
-        let mut header = vec!["muscle", shortening[0], shortening[1], &measured, &simulated, "residual"];
-        if self.published.is_some() {
-            header.extend(["published", "table 4.8"]);
-        }
-        let mut t = table(&header);
-        for (i, muscle) in target.muscles.iter().enumerate() {
-            let mark = match () {
-                () if fit.contracts(i) => "*",
-                () if fit.relaxes(i) => "~",
-                () => "",
-            };
-            let doubt = if target.activation[i].uncertain { "?" } else { "" };
-            let shortening = |now: f64, then: f64| percent(1.0 - now / then);
-            let mut row = vec![
-                format!("{muscle}{mark}{doubt}"),
-                shortening(target.measured_mm[i], target.baseline_mm[i]),
-                shortening(fit.lengths[i], fit.baseline_lengths[i]),
-                format!("{:.3}", target.values[i]),
-                format!("{:.3}", fit.simulated[i]),
-                residual(fit.residuals[i]),
-            ];
-            if let Some(p) = self.published {
-                let (here, there) = p.of(target.kind);
-                row.push(format!("{:.3}", here[i]));
-                row.push(format!("{:.2}", there[i]));
-            }
-            t.add_row(row);
-        }
-        let over = match fit.tone.is_none() {
-            true => format!("of the length in /{}/ (measured) or at rest (simulated)", target.baseline),
-            false => format!("of the length in /{}/, measured and simulated", target.baseline),
-        };
-        let mut text =
-            format!("\n{t}\n* contracting: more tension than in the baseline; shortening: {over}\n");
-        if (0..target.muscles.len()).any(|m| fit.relaxes(m)) {
-            text += "~ relaxing: less tension than in the baseline\n";
-        }
-        if self.published.is_some() {
-            let _ = writeln!(
-                text,
-                "published: {quantity} simulated here with the published tensions; table 4.8: there"
-            );
-        }
-        if target.activation.iter().any(|a| a.uncertain) {
-            text += "? changed by no more than the rounding of two lengths: may be the other way\n";
-        }
-        if let Some(p) = self.published {
-            let squares: f64 =
-                target.fitted.iter().map(|&m| (p.of(target.kind).0[m] - target.values[m]).powi(2)).sum();
-            let _ = writeln!(
-                text,
-                "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over {} ratios",
-                (squares / target.fitted.len() as f64).sqrt(),
-                p.rms,
-                target.muscles.len() - 1
-            );
-        }
-        text + "\n"
-    }
-
     /// Muscles of which nothing is known.
     fn not_measured(&self) -> String {
         let names = self.fit.not_measured().join(", ");
@@ -371,16 +306,6 @@ impl Shown<'_> {
         }
         text
     }
-}
-
-/// Three digits with a sign, but none for a zero.
-fn residual(value: f64) -> String {
-    if value.abs() < 5e-4 { "0.000".into() } else { format!("{value:+.3}") }
-}
-
-fn percent(part: f64) -> String {
-    let text = format!("{:.1} %", 100.0 * part);
-    if text.starts_with("-0.0 ") { "0.0 %".into() } else { text }
 }
 
 /// A sentence in lines of the terminal's width, broken between words.

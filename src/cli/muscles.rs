@@ -1,15 +1,15 @@
 //! `tongue-fit muscles`: the effect of each muscle alone.
 
 use miette::{IntoDiagnostic, miette};
-use nalgebra::SVector;
 use serde::Serialize;
-use tongue_fit::body::{Body, Mesh};
+use tongue_fit::body::Body;
 use tongue_fit::inverse::alarms::{self, Alarm};
-use tongue_fit::report::{self, Export, Json, Panel, Rows};
+use tongue_fit::report::{self, Panel};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
 
-use super::{Global, Outcome, body, output, space, space_muscles, table};
+use super::muscle_effects::{Effect, answer, moved_mm, text, way};
+use super::{Global, Outcome, body, output, space, space_muscles};
 
 /// Options of `tongue-fit muscles`.
 #[derive(Debug, Clone, clap::Args)]
@@ -50,11 +50,6 @@ struct Row {
     alarms: String,
 }
 
-#[derive(Serialize)]
-struct Record {
-    muscles: Vec<Row>,
-}
-
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let tension = arguments.tension.unwrap_or(15.0);
     if !(tension.is_finite() && tension > 0.0) {
@@ -90,13 +85,22 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let palate = body.palate.as_deref().unwrap_or_default();
     let picture = report::panels(&body.mesh, palate, &panels, &title).into_diagnostic()?;
     let by = super::provenance().with_tissue(model.tissue);
-    let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
-    let written = out.export(&files, &by).into_diagnostic()?;
+    let effects = rows.iter().filter(|r| r.pulling == r.muscle).map(|r| Effect {
+        pulling: &r.pulling,
+        stretch: r.stretch,
+        ways_mm: vec![
+            r.tip_forward_mm,
+            r.tip_up_mm,
+            r.top_forward_mm,
+            r.top_up_mm,
+            r.root_forward_mm,
+            r.root_up_mm,
+        ],
+        alarms: &r.alarms,
+    });
+    let text = text(&title, &effects.collect::<Vec<_>>(), "surface");
     let outcome = Outcome::of_muscles(rows.iter().map(|r| (r.pulling.as_str(), r.status, r.alarms.len())));
-    let record = Record { muscles: rows };
-    output::answer(global, &Json(&record), &by, &written, || {
-        text(&record.muscles, &title) + &table::files(&written)
-    })?;
+    answer(&rows, &picture, text, &by, (&out, global))?;
     Ok(outcome)
 }
 
@@ -144,65 +148,4 @@ fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Res
         other => vec![format!("not at equilibrium: {other:?}")],
     };
     Ok((rows, Panel { title, lines, positions: positions.to_vec(), tensions }))
-}
-
-/// By how much the foremost, the highest and the rearmost node of the surface at rest have moved forward and up, mm.
-pub fn moved_mm(mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> [[f64; 2]; 3] {
-    let surface = mesh.surface_nodes();
-    let most = |of: fn(&SVector<f64, 2>) -> f64| {
-        let best = surface.iter().max_by(|a, b| of(&mesh.nodes[**a]).total_cmp(&of(&mesh.nodes[**b])));
-        best.copied().unwrap_or_default()
-    };
-    [most(|p| -p.x), most(|p| p.y), most(|p| p.x)].map(|node| {
-        let way = positions[node] - mesh.nodes[node];
-        // Forward is towards smaller x.
-        [-1e3 * way.x, 1e3 * way.y]
-    })
-}
-
-/// `3.1 mm forward, 0.4 up`.
-pub fn way([forward, up]: [f64; 2]) -> String {
-    let along = |v: f64, unit: &str, [plus, minus]: [&str; 2]| {
-        (v.abs() >= 0.05).then(|| format!("{:.1}{unit} {}", v.abs(), if v < 0.0 { minus } else { plus }))
-    };
-    match (along(forward, " mm", ["forward", "back"]), along(up, "", ["up", "down"])) {
-        (Some(forward), Some(up)) => format!("{forward}, {up}"),
-        (Some(forward), None) => forward,
-        (None, Some(_)) => along(up, " mm", ["up", "down"]).unwrap_or_default(),
-        (None, None) => "stays".to_owned(),
-    }
-}
-
-fn text(rows: &[Row], title: &str) -> String {
-    let mut t = table::table(&[
-        "pulling",
-        "its length",
-        "tip forward",
-        "up",
-        "top forward",
-        "up",
-        "root forward",
-        "up",
-    ]);
-    for r in rows.iter().filter(|r| r.pulling == r.muscle) {
-        let mm = |v: f64| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0);
-        t.add_row(vec![
-            r.pulling.clone(),
-            format!("{:+.1} %", 100.0 * (r.stretch - 1.0)),
-            mm(r.tip_forward_mm),
-            mm(r.tip_up_mm),
-            mm(r.top_forward_mm),
-            mm(r.top_up_mm),
-            mm(r.root_forward_mm),
-            mm(r.root_up_mm),
-        ]);
-    }
-    let doubts: String = rows
-        .iter()
-        .filter(|r| r.pulling == r.muscle && !r.alarms.is_empty())
-        .map(|r| format!("but of {}: {}\n", r.pulling, r.alarms))
-        .collect();
-    format!(
-        "{title}\n\n{t}\n{doubts}\ntip, top and root: the foremost, highest and rearmost point of the surface at rest\n\n"
-    )
 }

@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
-use tongue_fit::adapt::{Adaptation, Basis, How};
+use tongue_fit::adapt::{Adaptation, Basis};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
@@ -91,23 +90,8 @@ impl PriorArguments {
     }
 }
 
-/// Methods for a rest shape.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum RestName {
-    /// The shape that explains many frames at once
-    Joint,
-    /// The body only turned, scaled and shifted to the speaker's bones
-    Similarity,
-}
-
-impl From<RestName> for How {
-    fn from(name: RestName) -> Self {
-        match name {
-            RestName::Joint => Self::Joint,
-            RestName::Similarity => Self::Similarity,
-        }
-    }
-}
+/// The methods for a rest shape from recordings; another one is for contours alone.
+pub const REST: [&str; 2] = ["joint", "similarity"];
 
 /// A screened recording.
 pub struct Screened {

@@ -4,12 +4,12 @@ use miette::{IntoDiagnostic, miette};
 use nalgebra::{Vector2, Vector3};
 use serde::Serialize;
 use tongue_fit::body::{Mesh, SpaceBody};
-use tongue_fit::report::{self, Export, Json, OutputDir, Panel, Rows};
+use tongue_fit::report::{self, OutputDir, Panel};
 use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{SpaceModel, TissueModel};
 
-use super::muscles::{moved_mm, way};
-use super::{Global, Outcome, output, space, table};
+use super::muscle_effects::{Effect, answer, moved_mm, text, way};
+use super::{Global, Outcome, output, space};
 
 /// The effect of one muscle on three places of the midsagittal surface and on the width.
 #[derive(Debug, Clone, Serialize)]
@@ -26,11 +26,6 @@ struct Row {
     root_up_mm: f64,
     wider_mm: f64,
     alarms: String,
-}
-
-#[derive(Serialize)]
-struct Record {
-    muscles: Vec<Row>,
 }
 
 /// The effect of each muscle at an activation.
@@ -60,12 +55,23 @@ pub fn run(
     let title = format!("What each muscle does alone, at an activation of {activation}: {}", body.what);
     let picture = report::panels(&section, &[], &panels, &title).into_diagnostic()?;
     let by = super::provenance().with_tissue(TissueModel::Hexahedra);
-    let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
-    let written = out.export(&files, &by).into_diagnostic()?;
+    let effects = rows.iter().map(|r| Effect {
+        pulling: &r.pulling,
+        stretch: r.stretch,
+        ways_mm: vec![
+            r.tip_forward_mm,
+            r.tip_up_mm,
+            r.top_forward_mm,
+            r.top_up_mm,
+            r.root_forward_mm,
+            r.root_up_mm,
+            r.wider_mm,
+        ],
+        alarms: &r.alarms,
+    });
+    let text = text(&title, &effects.collect::<Vec<_>>(), "midsagittal surface");
     let outcome = Outcome::of_muscles(rows.iter().map(|r| (r.pulling.as_str(), r.status, r.alarms.len())));
-    let text = text(&rows, &title);
-    let json = Json(&Record { muscles: rows });
-    output::answer(global, &json, &by, &written, || text + &table::files(&written))?;
+    answer(&rows, &picture, text, &by, (out, global))?;
     Ok(outcome)
 }
 
@@ -123,29 +129,4 @@ fn alone(
         alarms: alarms.join("; "),
     };
     Ok((row, Panel { title, lines, positions: flat, tensions: Vec::new() }))
-}
-
-fn text(rows: &[Row], title: &str) -> String {
-    let columns =
-        ["pulling", "its length", "tip forward", "up", "top forward", "up", "root forward", "up", "wider"];
-    let mut t = table::table(&columns);
-    for r in rows {
-        let ways = [
-            r.tip_forward_mm,
-            r.tip_up_mm,
-            r.top_forward_mm,
-            r.top_up_mm,
-            r.root_forward_mm,
-            r.root_up_mm,
-            r.wider_mm,
-        ];
-        let mm = |v: f64| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0);
-        let own = [r.pulling.clone(), format!("{:+.1} %", 100.0 * (r.stretch - 1.0))];
-        t.add_row(own.into_iter().chain(ways.map(mm)));
-    }
-    let doubtful = rows.iter().filter(|r| !r.alarms.is_empty());
-    let doubts: String = doubtful.map(|r| format!("but of {}: {}\n", r.pulling, r.alarms)).collect();
-    format!(
-        "{title}\n\n{t}\n{doubts}\ntip, top and root: the foremost, highest and rearmost point of the midsagittal surface at rest\n\n"
-    )
 }

@@ -135,14 +135,9 @@ impl Arguments {
 /// Whether files are tables of bodies in space rather than recordings, by the columns of the first of them.
 fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
     let Some(first) = files.first() else { return Ok(false) };
-    let bytes = tongue_fit::files::read(first).into_diagnostic();
-    let bytes = bytes
-        .wrap_err_with(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))?;
-    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]);
-    let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim);
-    let header = lines.find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or_default();
-    let columns: Vec<&str> = header.split(',').map(|c| c.trim().trim_matches('"')).collect();
-    Ok(!columns.contains(&"point") && ["node", "muscle", "z_mm"].iter().any(|c| columns.contains(c)))
+    Recorded::is_table(first)
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))
 }
 
 /// The frames of recordings of the midsagittal plane, and what to tell of them.

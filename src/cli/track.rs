@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::adapt::Basis;
+use tongue_fit::adapt::{Basis, How};
 use tongue_fit::body::{Body, HYOID, MANDIBLE};
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::batch::journal::Entry;
@@ -17,7 +17,8 @@ use tongue_fit::track::{
 };
 
 use super::body_file::BodyFile;
-use super::recordings::{self, Given, PriorArguments, RestName, Screened};
+use super::choice::choice_among;
+use super::recordings::{self, Given, PriorArguments, Screened};
 use super::track_files::Found;
 use super::track_run::Run;
 use super::{
@@ -42,8 +43,8 @@ pub struct Arguments {
     recordings: recordings::Arguments,
     /// Method for the rest shape if no body is given. The intervals include what placing (similarity) leaves
     /// unknown of it, and the shape is then fitted for display; joint fits it first
-    #[arg(long, value_name = "HOW", value_enum, default_value = "similarity")]
-    rest: RestName,
+    #[arg(long, value_name = "HOW", value_parser = choice_among::<How>(&recordings::REST), default_value = "similarity")]
+    rest: How,
     /// Use the body unchanged: the recordings are in its frame
     #[arg(long, conflicts_with = "rest")]
     as_is: bool,

@@ -13,7 +13,7 @@ use tongue_fit::report::batch::journal::Journal;
 use tongue_fit::system::{self, Additions, Model, System};
 use tongue_fit::track::{self, Followed, RestShape, Stage, TongueSurface, TrackedRecording};
 
-use super::recordings::{Given, RestName};
+use super::recordings::Given;
 use super::track_files::Found;
 use super::track_sound::Sound;
 use super::{interrupt, output, recording_checks};
@@ -65,7 +65,7 @@ impl Speaker {
 /// A run of `tongue-fit track`: what it was given.
 pub struct Run<'a> {
     /// Method for the rest shape if no body is given.
-    pub rest: RestName,
+    pub rest: How,
     /// Names of the bones that may be displaced where they were not seen.
     pub free_bones: &'a [String],
     pub given: &'a Given,
@@ -90,7 +90,7 @@ impl Run<'_> {
             bar.set_length(of as u64);
             bar.set_position(done as u64);
         };
-        let made = self.basis.to_recordings(seen, self.rest.into(), hide, &progress);
+        let made = self.basis.to_recordings(seen, self.rest, hide, &progress);
         bar.finish_and_clear();
         let made = made.into_diagnostic()?;
         recording_checks::check_scale(made.similarity.scale())?;

@@ -17,3 +17,4 @@ pub mod statics;
 pub mod statistics;
 pub mod suggest;
 pub mod system;
+pub mod toml_text;

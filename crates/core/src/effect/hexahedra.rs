@@ -11,12 +11,11 @@ use crate::material::MooneyRivlin;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::cell::LARGEST_LOSS;
+use super::hexahedron_point::{Corners, Moduli, Point};
 use super::{Configuration, Effect, Tangent};
 
 /// Pairs of corners, each corner with itself among them.
 const PAIRS: usize = CORNERS * (CORNERS + 1) / 2;
-
-type Corners = hexahedron::Of<Vector3<f64>>;
 
 /// How a muscle that contracts stiffens the tissue that it runs through: all constants of an element are
 /// multiplied by `1 + gain min(1, sum of the activations of its muscles)`.
@@ -53,83 +52,6 @@ struct Element {
     /// By how much the material was made stiffer or softer than the law (scars); 1 as a rule.
     factor: f64,
     slots: [Slot; PAIRS],
-}
-
-/// The tissue at one point of an element.
-#[derive(Clone, Copy)]
-struct Point {
-    /// `F`.
-    f: Matrix3<f64>,
-    /// `J - 1`.
-    growth: f64,
-    /// `Ī1 - 3`.
-    distortion: f64,
-    /// `J^(-2/3)`.
-    q: f64,
-    /// `tr FᵀF`.
-    i1: f64,
-}
-
-impl Point {
-    #[inline(always)]
-    fn new(shape: &Corners, moved: &Corners) -> Self {
-        let mut h = Matrix3::zeros();
-        for (u, g) in moved.iter().zip(shape) {
-            h += u * g.transpose();
-        }
-        let minor = |i: usize, j: usize| h[(i, i)] * h[(j, j)] - h[(i, j)] * h[(j, i)];
-        let growth = h.trace() + minor(0, 1) + minor(0, 2) + minor(1, 2) + h.determinant();
-        let less = (-2.0 / 3.0 * growth.ln_1p()).exp_m1();
-        let beyond = 2.0 * h.trace() + h.norm_squared();
-        let q = 1.0 + less;
-        // Without the cancellation that q tr FᵀF - 3 has where the tissue has hardly moved.
-        let distortion = 3.0 * less + q * beyond;
-        Self { f: Matrix3::identity() + h, growth, distortion, q, i1: 3.0 + beyond }
-    }
-
-    /// Whether the tissue is upright here; where it is not a number it is not.
-    #[inline(always)]
-    fn is_upright(&self) -> bool {
-        self.growth > -1.0 && self.growth.is_finite()
-    }
-
-    /// `det F F⁻ᵀ`.
-    #[inline(always)]
-    fn cofactors(&self) -> Matrix3<f64> {
-        let f = &self.f;
-        let [a, b, c] = [0, 1, 2].map(|d| f.column(d).into_owned());
-        Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
-    }
-}
-
-/// `x yᵀ` with coefficients that the second derivative of the energy is made of: with `f = F G` and `g = F⁻ᵀ
-/// G` the block of corners a, b is `ff fa fbᵀ + fg (fa gbᵀ + ga fbᵀ) + gg ga gbᵀ + cross gb gaᵀ + unit
-/// (Ga·Gb) I`.
-#[derive(Clone, Copy)]
-struct Moduli {
-    ff: f64,
-    fg: f64,
-    gg: f64,
-    cross: f64,
-    unit: f64,
-}
-
-impl Moduli {
-    /// At a point under the element's pressure `p = K (V/V0 - 1)`, Pa.
-    #[inline(always)]
-    fn new(law: &MooneyRivlin, point: &Point, pressure: f64) -> Self {
-        let Point { growth, distortion, q, i1, .. } = *point;
-        let slope = 2.0 * q * (law.c10 + 2.0 * law.c20 * distortion);
-        let curvature = 8.0 * law.c20 * q * q;
-        let swelling = pressure * (1.0 + growth);
-        Self {
-            ff: curvature,
-            fg: -curvature * i1 / 3.0 - 2.0 / 3.0 * slope,
-            gg: curvature * i1 * i1 / 9.0 + 2.0 / 9.0 * slope * i1 + swelling,
-            cross: slope * i1 / 3.0 - swelling,
-            unit: slope,
-        }
-    }
 }
 
 impl Hexahedra {

@@ -41,6 +41,6 @@ pub use solve::solve;
 pub(crate) use solve::solve_here;
 pub use stability::smallest_eigenvalue;
 pub(crate) use stability::smallest_eigenvalue_here;
-pub use trace::{Critical, CriticalKind, TRACE_STEPS, Trace, solve_and_trace, trace};
+pub use trace::{Critical, CriticalKind, TRACE_STEPS, Trace, solve_and_trace, trace, trace_beside};
 pub(crate) use trace::{solve_and_trace_here, trace_here};
 pub use workspace::Workspace;

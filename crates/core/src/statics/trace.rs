@@ -194,10 +194,21 @@ pub(crate) fn solve_and_trace_here<const D: usize>(
     steps: usize,
 ) -> Trace {
     let direct = solve(system, workspace, tensions, settings);
+    trace_beside(system, workspace, &direct, tensions, settings, steps)
+}
+
+/// The part of [`solve_and_trace`] that follows the direct solve: `direct` is its result, and its positions are in the workspace.
+pub fn trace_beside<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    direct: &Solution,
+    tensions: &[f64],
+    settings: &SolveSettings,
+    steps: usize,
+) -> Trace {
     let mut other = workspace.another(system);
     let found = trace(system, &mut other, tensions, settings, steps);
-    let [direct_converged, converged] =
-        [&direct, &found.solution].map(|s| s.status == SolveStatus::Converged);
+    let [direct_converged, converged] = [direct, &found.solution].map(|s| s.status == SolveStatus::Converged);
     let apart = largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE_M;
     let both = direct_converged && converged;
     let factorisations = direct.factorisations + found.factorisations;
@@ -210,7 +221,7 @@ pub(crate) fn solve_and_trace_here<const D: usize>(
     }
     let connection =
         if both && found.stopped.is_none() { found.solution.connection } else { direct.connection };
-    Trace { solution: Solution { connection, ..direct }, ..found }
+    Trace { solution: Solution { connection, ..*direct }, ..found }
 }
 
 struct Path<'a, const D: usize> {

@@ -7,7 +7,7 @@
 pub mod batch;
 mod by_muscle;
 mod cells;
-mod column;
+pub mod column;
 mod csv;
 mod draws;
 mod error;
@@ -42,7 +42,6 @@ mod valley_record;
 mod vtu;
 mod wav;
 
-pub use column::Column;
 pub use csv::{Rows, Table};
 pub use draws::Draws;
 pub use error::ReportError;

@@ -12,6 +12,7 @@ use super::sound::SceneTract;
 use crate::surgery::Surgery;
 use tongue_core::material::{Preset, Spread};
 use tongue_core::suggest;
+use tongue_core::toml_text::{self, Misread};
 use tongue_input::bodies::Unit;
 use tongue_input::measured::recording::CONTOUR_SD_M;
 
@@ -303,15 +304,11 @@ impl Scene {
     /// [`SceneError::Syntax`] with line and column, and for an unknown key or word with the nearest known
     /// one.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, SceneError> {
-        toml::from_str(text).map_err(|error| {
-            let start = error.span().map_or(0, |s| s.start);
-            let before = text.get(..start).unwrap_or(text);
-            SceneError::Syntax {
-                origin: origin.to_owned(),
-                line: before.matches('\n').count() + 1,
-                column: before.rsplit('\n').next().unwrap_or("").chars().count() + 1,
-                problem: with_nearest(error.message()),
-            }
+        toml_text::read(text).map_err(|Misread { line, column, problem }| SceneError::Syntax {
+            origin: origin.to_owned(),
+            line,
+            column,
+            problem: with_nearest(&problem),
         })
     }
 

@@ -127,8 +127,7 @@ fn equilibrium<const D: usize>(
     if direct.connection != Connection::Downhill {
         return direct;
     }
-    workspace.start_from_rest(system);
-    statics::solve_and_trace(system, workspace, tensions, &settings, statics::TRACE_STEPS).solution
+    statics::trace_beside(system, workspace, &direct, tensions, &settings, statics::TRACE_STEPS).solution
 }
 
 struct Lengths<'a, const D: usize> {

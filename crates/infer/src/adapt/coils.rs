@@ -293,11 +293,7 @@ impl Placement {
     /// The recording with the places of its coils on the tongue from this placement.
     #[must_use]
     pub fn seated(&self, seen: &Seen) -> Seen {
-        let mut seen = seen.clone();
-        for (name, behind) in &self.coils {
-            seen.sensors.iter_mut().filter(|(n, _)| n == name).for_each(|(_, at)| *at = *behind);
-        }
-        seen
+        seen.with_coils(|name, _| self.coils.iter().find(|(n, _)| n == name).map(|(_, behind)| *behind))
     }
 
     /// The place of the centre along both axes (m), the turn (rad) and the scale, each with the ends of its 95 % interval.

@@ -88,12 +88,7 @@ impl Adaptation {
     /// A recording with its coils where the adaptation has them on the tongue; those whose places were measured stay.
     #[must_use]
     pub fn seated(&self, seen: &Seen) -> Seen {
-        let mut seen = seen.clone();
-        for ((name, at), _) in seen.sensors.iter_mut().zip(&seen.measured).filter(|(_, measured)| !**measured)
-        {
-            *at = self.coils_m.get(name).copied().unwrap_or(*at);
-        }
-        seen
+        seen.with_coils(|name, measured| self.coils_m.get(name).copied().filter(|_| !measured))
     }
 
     /// The bones of the body that follow their observed places.

@@ -11,6 +11,7 @@ use crate::adapt::{by_bones, mark_of};
 use crate::track::TongueSurface;
 use tongue_core::body::{Body, DEFAULT_SPACING_M};
 use tongue_core::statics::Response;
+use tongue_core::toml_text::{self, Misread};
 
 /// The tract of the reference tongue.
 const DRAWN: &str = include_str!("../../../../targets/tract.toml");
@@ -94,14 +95,8 @@ impl Airway {
     /// # Errors
     /// [`AirwayError::Syntax`], [`AirwayError::Profile`].
     pub fn read(text: &str, origin: &str) -> Result<Tract, AirwayError> {
-        let tract: Tract = toml::from_str(text).map_err(|e| {
-            let before = e.span().and_then(|s| text.get(..s.start)).unwrap_or("");
-            AirwayError::Syntax {
-                origin: origin.to_owned(),
-                line: before.matches('\n').count() + 1,
-                column: before.rsplit('\n').next().unwrap_or("").chars().count() + 1,
-                problem: e.message().to_owned(),
-            }
+        let tract: Tract = toml_text::read(text).map_err(|Misread { line, column, problem }| {
+            AirwayError::Syntax { origin: origin.to_owned(), line, column, problem }
         })?;
         tract.check()?;
         Ok(tract)

@@ -4,9 +4,9 @@ use tongue_core::body::Mesh;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::Target;
 
-use super::fit::Matched;
 use super::forward::Forward;
 use super::gauss_newton::refit;
+use super::matched::Matched;
 use super::problem::Problem;
 use super::{Fit, FitError, FitSettings, Setup};
 

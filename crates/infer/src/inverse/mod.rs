@@ -24,6 +24,7 @@ mod gauss_newton;
 pub mod identifiability;
 pub mod in_space;
 mod known;
+mod matched;
 mod nelder_mead;
 mod on_target;
 mod premises;
@@ -42,11 +43,12 @@ use tongue_core::statics;
 use tongue_core::system::SystemError;
 
 pub use constants::TissueUnknown;
-pub use fit::{Fit, Matched, fit, fit_in, fit_under};
+pub use fit::{Fit, fit, fit_in, fit_under};
 pub use forward::Forward;
 pub use freed::FreedBone;
 pub use gauss_newton::refit;
 pub use identifiability::Identifiability;
+pub use matched::Matched;
 pub use premises::{
     BONE_SD_M, HyoidMotion, LooseBone, MovedBone, Premises, STRETCH_SD, Said, Setup, TONE, Tone,
 };

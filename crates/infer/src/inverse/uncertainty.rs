@@ -13,9 +13,9 @@ use serde::Serialize;
 
 use tongue_input::measured::{Target, TargetKind};
 
-use super::fit::Matched;
 use super::forward::Forward;
 use super::gauss_newton::refit;
+use super::matched::Matched;
 use super::on_target::{nearest_to_others, onto_target};
 use super::problem::Problem;
 use super::{Among, Fit, FitSettings, Setup};

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::PosteriorError;
 use tongue_core::body::ContinuumSettings;
+use tongue_core::toml_text;
 
 /// The name that stands for every muscle without an entry of its own.
 const EVERY: &str = "*";
@@ -185,10 +186,8 @@ impl Priors {
     /// # Errors
     /// [`PosteriorError::Priors`] with the line where the text is not of this form, and as [`Priors::check`].
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, PosteriorError> {
-        let priors: Self = toml::from_str(text).map_err(|e| {
-            let line = e.span().map_or(1, |s| text.get(..s.start).unwrap_or("").matches('\n').count() + 1);
-            PosteriorError::Priors(format!("{origin}:{line}: {}", e.message()))
-        })?;
+        let priors: Self = toml_text::read(text)
+            .map_err(|e| PosteriorError::Priors(format!("{origin}:{}: {}", e.line, e.problem)))?;
         priors.check().map_err(|e| PosteriorError::Priors(format!("{origin}: {e}")))?;
         Ok(priors)
     }

@@ -330,8 +330,3 @@ impl<'a> Solver<'a> {
 pub fn residuals(frame: &Frame, positions: &[SVector<f64, 2>]) -> DVector<f64> {
     DVector::from_iterator(frame.observations.len(), frame.observations.iter().map(|o| o.residual(positions)))
 }
-
-/// For every weighted residual, the nodes on which it depends, and the derivative by their positions.
-pub fn slopes(frame: &Frame, positions: &[SVector<f64, 2>]) -> Vec<Vec<(usize, SVector<f64, 2>)>> {
-    frame.observations.iter().map(|o| o.residual_and_slope(positions).1).collect()
-}

@@ -92,10 +92,9 @@ pub(super) fn rates(
             let mut all = linear.hidden_jacobian * 1e-3;
             if let Some(shape) = shape {
                 let by_shape = shape.rates(&mut solver, &[(&frame, &x, Some(&linear.positions))]).pop()??;
-                let (seen, own) = (frame.observations.len(), all.ncols());
+                let own = all.ncols();
                 all = all.resize_horizontally(own + shape.count(), 0.0);
-                let told = by_shape.rows(seen, by_shape.nrows() - seen) * 1e-3;
-                all.columns_mut(own, shape.count()).copy_from(&told);
+                all.columns_mut(own, shape.count()).copy_from(&(by_shape.hidden * 1e-3));
             }
             Some(all)
         };

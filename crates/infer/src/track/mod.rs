@@ -23,6 +23,7 @@ mod linearise;
 mod link;
 mod listen;
 mod mode;
+mod rates;
 mod repeats;
 mod run;
 mod settings;

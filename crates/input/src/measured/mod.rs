@@ -26,5 +26,7 @@ pub use error::TableError;
 pub use kind::{TargetKind, UnknownTargetKind, reference_muscle};
 pub use lengths::{Dataset, Lengths, Vowel};
 pub use recording::Recording;
-pub use space_marks::{LengthMeasure, Marked, SpaceFrame, SpaceMark, read_space_marks, space_marks_from};
+pub use space_marks::{
+    LengthMeasure, Marked, SpaceFrame, SpaceMark, is_space_table, read_space_marks, space_marks_from,
+};
 pub use target::{Target, TargetOptions};

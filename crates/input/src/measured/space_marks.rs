@@ -119,6 +119,23 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
     Ok(all)
 }
 
+/// Whether a file is such a table rather than a recording, by its columns.
+///
+/// # Errors
+/// As [`files::read`].
+pub fn is_space_table(path: &Path) -> std::io::Result<bool> {
+    let bytes = files::read(path)?;
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_HEADER)]);
+    let mut reader = reader(&text);
+    let Ok(header) = reader.headers() else { return Ok(false) };
+    let has = |name: &str| header.iter().any(|h| h == name);
+    Ok(!has("point") && (has("node") || has("muscle") || has("z_mm")))
+}
+
+fn reader(text: &str) -> csv::Reader<&[u8]> {
+    csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes())
+}
+
 /// What the rows of a table are.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -129,6 +146,8 @@ enum Kind {
     Muscle(&'static str),
 }
 
+/// Bytes in which the header of a table ends.
+const LONGEST_HEADER: usize = 4096;
 /// Columns of lengths, of which a table has one.
 const MEASURES: [&str; 3] = ["length_mm", "stretch", "ratio"];
 
@@ -246,8 +265,7 @@ impl Row<'_> {
 pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<Vec<SpaceFrame>, TableError> {
     let text = String::from_utf8_lossy(bytes);
     let wrong = |line: u64, problem: String| TableError::malformed(origin, Some(line), problem);
-    let mut reader =
-        csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let mut reader = reader(&text);
     let broken =
         |e: csv::Error| wrong(e.position().map_or(1, csv::Position::line), format!("is no table: {e}"));
     let header = reader.headers().map_err(broken)?.clone();

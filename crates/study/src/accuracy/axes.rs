@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use tongue_files::report::column::{self, Column};
+
 use crate::StudyError;
 use crate::table::{duration, markdown, number};
 
@@ -100,19 +102,13 @@ fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), StudyError> {
     );
     let of_scene = runs.iter().filter(|r| r.scene == SCENES[0].0);
     *p += &markdown(of_scene, &["scene", "triangles", "difference_from_finest_fe", "force_s", "factor_s"])?;
-    let _ = write!(
-        p,
-        "Observed order in h of the changes, by scene:\n\n| tissue | {} |\n|---|{}\n",
-        SCENES.map(|s| s.0).join(" | "),
-        "--:|".repeat(SCENES.len())
-    );
-    for tissue in TISSUES {
-        let orders = SCENES.map(|(scene, _)| {
-            order(runs, scene, tissue).map_or_else(|| "–".to_owned(), |o| format!("{o:.2}"))
-        });
-        let _ = writeln!(p, "| {tissue} | {} |", orders.join(" | "));
-    }
-    p.push('\n');
+    let mut columns = vec![Column::new("tissue", "", "tissue", |tissue: &&str| (*tissue).into())];
+    columns.extend(SCENES.map(|(scene, _)| {
+        let order = move |tissue: &&str| order(runs, scene, tissue).into();
+        Column::new(scene, "", "observed order in h of the changes", order).decimals(2)
+    }));
+    let orders = column::markdown(&columns, &TISSUES);
+    let _ = writeln!(p, "Observed order in h of the changes, by scene:\n\n{orders}");
     Ok(())
 }
 

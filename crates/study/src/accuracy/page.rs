@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use tongue_files::report::column::{Column, markdown};
+
 use crate::StudyError;
 use crate::table::{duration, number};
 use tongue_core::dynamics;
@@ -126,12 +128,24 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
     p.push('\n');
 }
 
+/// What was aimed at.
+struct Goal {
+    what: &'static str,
+    measured: String,
+    /// `None` where it was not measured.
+    met: Option<bool>,
+}
+
 fn goals(p: &mut String, study: &AccuracyStudy) {
-    let _ = writeln!(p, "## The goals, and what was measured\n\n| goal | measured | met |\n|---|---|---|");
-    let mut goal = |what: &str, measured: String, met: Option<bool>| {
-        let met = met.map_or("not measured", |met| if met { "yes" } else { "**no**" });
-        let _ = writeln!(p, "| {what} | {measured} | {met} |");
-    };
+    type Of = Column<'static, Goal>;
+    let met = |goal: &Goal| goal.met.map_or("not measured", |met| if met { "yes" } else { "**no**" });
+    let columns = [
+        Of::new("goal", "", "what was aimed at", |goal| goal.what.into()),
+        Of::new("measured", "", "what was measured", |goal| goal.measured.as_str().into()),
+        Of::new("met", "", "whether it was reached", move |goal| met(goal).into()),
+    ];
+    let mut goals = Vec::new();
+    let mut goal = |what, measured, met| goals.push(Goal { what, measured, met });
     let time = |run: Option<&Run>| run.and_then(|r| r.seconds);
     let say = |t: Option<f64>| t.map_or_else(|| "not reached".to_owned(), duration);
     let newton = time(fastest_within(of(&study.equilibrium, &[NEWTON]), 1e-9));
@@ -177,5 +191,5 @@ fn goals(p: &mut String, study: &AccuracyStudy) {
             Some(gn.error_n + nm.error_n < 1e-3),
         );
     }
-    p.push('\n');
+    let _ = writeln!(p, "## The goals, and what was measured\n\n{}", markdown(&columns, &goals));
 }

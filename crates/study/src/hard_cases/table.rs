@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use serde_json::Value;
+use tongue_files::report::column::{self, Column};
+
 use super::HardCase;
 use crate::table;
 
@@ -43,26 +46,9 @@ pub fn markdown(rows: &[HardCase], command: &str) -> Result<String, csv::Error> 
         "Answers are found directly; in cases 2 and 11 (there up to 100 N) the equilibria were also followed from rest, there and back, as the load grows, and \
          an\nanswer counts as on that branch when it reaches the whole load and ends within 1e-9 m of the answer.\n\n",
     );
-    out.push_str("| case | | rows | converged | promise kept | with the barrier active | on the branch from rest | longest, s |\n|--|--|--|--|--|--|--|--|\n");
     let mut cases: BTreeMap<u8, Vec<&HardCase>> = BTreeMap::new();
     rows.iter().for_each(|r| cases.entry(r.case).or_default().push(r));
-    for (case, rows) in &cases {
-        let count = |f: fn(&&&HardCase) -> bool| rows.iter().filter(f).count();
-        let longest = rows.iter().map(|r| r.wall_s).fold(0.0, f64::max);
-        let _ = writeln!(
-            out,
-            "| {case} | {} | {} | {} | {} | {} | {} | {longest:.3} |",
-            title(*case),
-            rows.len(),
-            count(|r| r.converged),
-            count(|r| r.kept),
-            count(|r| r.guarded > 0),
-            match count(|r| r.branch_ends_at.is_some()) {
-                0 => String::new(),
-                followed => format!("{} of {followed}", count(|r| r.is_on_branch())),
-            },
-        );
-    }
+    out += &column::markdown(&summary(), &cases.iter().collect::<Vec<_>>());
     for (case, rows) in &cases {
         let _ = writeln!(out, "\n## {case}. {}\n", title(*case));
         out.push_str(&branches(rows));
@@ -85,6 +71,57 @@ pub fn markdown(rows: &[HardCase], command: &str) -> Result<String, csv::Error> 
     Ok(out)
 }
 
+/// Number of rows for which something holds.
+fn count(rows: &[&HardCase], holds: impl Fn(&HardCase) -> bool) -> usize {
+    rows.iter().filter(|r| holds(r)).count()
+}
+
+/// The columns of the summary: a row for each case.
+fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
+    type Of<'a> = Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>;
+    let on_branch = |rows: &[&HardCase]| match count(rows, |r| r.branch_ends_at.is_some()) {
+        0 => String::new(),
+        followed => format!("{} of {followed}", count(rows, HardCase::is_on_branch)),
+    };
+    let longest = |rows: &[&HardCase]| rows.iter().map(|r| r.wall_s).fold(0.0, f64::max);
+    vec![
+        Of::new("case", "", "number of the case", |(case, _)| (**case).into()),
+        Of::new("title", "", "what it is", |(case, _)| title(**case).into()).headed(""),
+        Of::new("rows", "", "number of rows", |(_, rows)| rows.len().into()),
+        Of::new("converged", "", "rows that converged", |(_, rows)| count(rows, |r| r.converged).into()),
+        Of::new("promise kept", "", "rows that kept the promise", |(_, rows)| count(rows, |r| r.kept).into()),
+        Of::new("with the barrier active", "", "rows with the barrier active", |(_, rows)| {
+            count(rows, |r| r.guarded > 0).into()
+        }),
+        Of::new("on the branch from rest", "", "rows on the branch from rest", |_| Value::Null)
+            .shown_as_text(move |(_, rows)| on_branch(rows)),
+        Of::new("longest, s", "s", "longest time of a row", move |(_, rows)| longest(rows).into())
+            .decimals(3),
+    ]
+}
+
+/// The columns of the branches: a row for each load.
+fn by_load<'a>() -> Vec<Column<'a, (&'a str, Vec<&'a HardCase>)>> {
+    type Of<'a> = Column<'a, (&'a str, Vec<&'a HardCase>)>;
+    let on = |rows: &[&HardCase]| count(rows, HardCase::is_on_branch);
+    let falls =
+        |rows: &[&HardCase]| count(rows, |r| r.branch_ends_at < Some(1.0) && r.is_where_branch_leads());
+    vec![
+        Of::new("load", "", "load", |(load, _)| (*load).into()),
+        Of::new("rows", "", "number of rows", |(_, rows)| rows.len().into()),
+        Of::new("on_branch", "", "answers on the branch from rest", move |(_, rows)| on(rows).into())
+            .headed("the branch from rest reaches it, and the answer lies there"),
+        Of::new("falls", "", "answers to which the branch leads beyond its end", move |(_, rows)| {
+            falls(rows).into()
+        })
+        .headed("it ends before, and the answer is where the body then falls"),
+        Of::new("elsewhere", "", "all other answers", move |(_, rows)| {
+            (rows.len() - on(rows) - falls(rows)).into()
+        })
+        .headed("the answer lies elsewhere"),
+    ]
+}
+
 /// Number of answers on the branch from rest, by load; empty if no branch was followed.
 fn branches(rows: &[&HardCase]) -> String {
     let mut loads: Vec<(&str, Vec<&HardCase>)> = Vec::new();
@@ -98,15 +135,5 @@ fn branches(rows: &[&HardCase]) -> String {
     if loads.is_empty() {
         return String::new();
     }
-    let mut out = String::from(
-        "| load | rows | the branch from rest reaches it, and the answer lies there | it ends before, and the answer is where \
-         the body then falls | the answer lies elsewhere |\n|--|--|--|--|--|\n",
-    );
-    for (load, rows) in loads {
-        let on = rows.iter().filter(|r| r.is_on_branch()).count();
-        let falls = rows.iter().filter(|r| r.branch_ends_at < Some(1.0) && r.is_where_branch_leads()).count();
-        let _ = writeln!(out, "| {load} | {} | {on} | {falls} | {} |", rows.len(), rows.len() - on - falls);
-    }
-    out.push('\n');
-    out
+    column::markdown(&by_load(), &loads) + "\n"
 }

@@ -8,6 +8,7 @@
 
 mod by_muscle;
 mod cases;
+mod columns;
 mod levers;
 mod page;
 mod posterior;

@@ -3,11 +3,12 @@
 use std::fmt::Write as _;
 
 use tongue_core::statistics::distinct;
-use tongue_files::report::{Export, Rows, Scatter, Table, scatter};
+use tongue_files::report::column::{markdown, table};
+use tongue_files::report::{Export, Rows, Scatter, scatter};
 
 use crate::StudyError;
 
-use super::{OtherBaseline, PosteriorStudy, Scored, ScoredOpponent, ValidationStudy, WithoutMuscle};
+use super::{OtherBaseline, PosteriorStudy, ScoredOpponent, ValidationStudy, WithoutMuscle, columns};
 
 /// Names and contents of files.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
@@ -21,78 +22,16 @@ const DRAWN: [&str; 6] =
 /// # Errors
 /// None at present: for pictures that can fail.
 pub fn files(study: &ValidationStudy) -> Result<Files<'_>, StudyError> {
-    let names: Vec<String> = study.opponents.iter().map(|o| o.name.clone()).collect();
-    let columns = ["subject", "vowel", "muscle", "measured"].map(str::to_owned);
-    let row = |p: &super::Prediction| {
-        let first = [p.subject.clone(), p.vowel.to_string(), p.muscle.clone(), p.measured.to_string()];
-        first.into_iter().chain(p.predicted.0.iter().map(|(_, value)| value.to_string())).collect()
-    };
-    let predictions = Table {
-        columns: columns.into_iter().chain(names).collect(),
-        rows: study.predictions.iter().map(row).collect(),
-    };
-    let tones: Vec<Tone<'_>> = study
-        .tone_by_muscle_n_per_m
-        .0
-        .iter()
-        .map(|(muscle, tone)| Tone { muscle, tone_n_per_m: (tone * 10.0).round() / 10.0 })
-        .collect();
-    let text = |o: &ScoredOpponent| OpponentRow {
-        name: o.name.clone(),
-        tuned_parameters: o.tuned_parameters,
-        unknowns_a_fit: o.unknowns_a_fit,
-        rms: o.rms,
-        low: o.low,
-        high: o.high,
-        worse_than_no_change: o.worse_than_no_change,
-        better_than_constant: o.better_than_constant,
-        correlation: o.correlation,
-        chosen: o.chosen.join("; "),
-    };
-    let posterior = study.posterior.as_ref().map(|p| p.predictions.clone());
-    let posterior = posterior.map(|rows| -> (&'static str, Box<dyn Export>) {
-        ("posterior_predictions.csv", Box::new(Owned(rows)))
-    });
-    let files: Files<'_> = vec![
-        ("opponents.csv", Box::new(Owned(study.opponents.iter().map(text).collect()))),
-        ("predictions.csv", Box::new(predictions)),
-        ("tone.csv", Box::new(Owned(tones))),
+    let mut files: Files<'_> = vec![
+        ("opponents.csv", Box::new(table(&columns::opponents(study), &study.opponents))),
+        ("predictions.csv", Box::new(table(&columns::predictions(study), &study.predictions))),
+        ("tone.csv", Box::new(table(&columns::tones(), &study.tone_by_muscle_n_per_m.0))),
         ("predicted.svg", Box::new(picture(study))),
     ];
-    Ok(files.into_iter().chain(posterior).collect())
-}
-
-#[derive(serde::Serialize)]
-struct Tone<'a> {
-    muscle: &'a str,
-    tone_n_per_m: f64,
-}
-
-#[derive(serde::Serialize)]
-struct OpponentRow {
-    name: String,
-    tuned_parameters: usize,
-    unknowns_a_fit: usize,
-    rms: f64,
-    low: f64,
-    high: f64,
-    worse_than_no_change: usize,
-    better_than_constant: f64,
-    correlation: Option<f64>,
-    chosen: String,
-}
-
-/// Rows that the file owns.
-struct Owned<T>(Vec<T>);
-
-impl<T: serde::Serialize> Export for Owned<T> {
-    fn write(
-        &self,
-        out: &mut dyn std::io::Write,
-        by: &tongue_files::report::Provenance,
-    ) -> std::io::Result<()> {
-        Rows(&self.0).write(out, by)
+    if let Some(posterior) = &study.posterior {
+        files.push(("posterior_predictions.csv", Box::new(Rows(&posterior.predictions))));
     }
+    Ok(files)
 }
 
 fn picture(study: &ValidationStudy) -> tongue_files::report::Svg {
@@ -145,25 +84,7 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
 }
 
 fn opponents(p: &mut String, study: &ValidationStudy) {
-    *p += "| opponent | tuned | unknowns a fit | RMS | 95 % of bootstraps | worse than no change | better than the constant | r |\n\
-           |---|--:|--:|--:|---|--:|--:|--:|\n";
-    for o in &study.opponents {
-        let _ = writeln!(
-            p,
-            "| `{}` {} | {} | {} | **{:.3}** | {:.3}–{:.3} | {} of {} | {:.1} % | {} |",
-            o.name,
-            o.what,
-            o.tuned_parameters,
-            o.unknowns_a_fit,
-            o.rms,
-            o.low,
-            o.high,
-            o.worse_than_no_change,
-            study.fits,
-            100.0 * o.better_than_constant,
-            o.correlation.map_or("–".to_owned(), |r| format!("{r:.2}")),
-        );
-    }
+    *p += &markdown(&columns::opponents(study), &study.opponents);
     *p += "\nTuned: numbers learned from the other subjects. Bootstraps draw fits with repetition, so they say nothing of subjects that were \
            not measured. What was chosen:\n\n";
     for o in study.opponents.iter().filter(|o| !o.chosen.is_empty()) {
@@ -192,22 +113,12 @@ fn doubts(p: &mut String, study: &ValidationStudy) {
 }
 
 fn baselines(p: &mut String, all: &[OtherBaseline]) {
-    let Some(first) = all.first() else { return };
+    if all.is_empty() {
+        return;
+    }
     *p += "## Other baselines\n\nEvery vowel as the baseline of all subjects that have it, then of each; nothing is tuned anew: a tone of 8 N/m, the \
-           hyoid with its prior.\n\n| baseline | subjects | fits |";
-    for score in &first.scores {
-        let _ = write!(p, " {} |", score.name.replace('_', " "));
-    }
-    let _ = writeln!(p, "\n|---|---|--:|{}", "--:|".repeat(first.scores.len()));
-    for row in all {
-        let least = row.scores.iter().map(|s| s.rms).fold(f64::INFINITY, f64::min);
-        let _ = write!(p, "| /{}/ | {} | {} |", row.baseline, row.subjects.join(", "), row.fits);
-        for score in &row.scores {
-            let mark = if score.rms <= least { "**" } else { "" };
-            let _ = write!(p, " {mark}{:.3}{mark} |", score.rms);
-        }
-        *p += "\n";
-    }
+           hyoid with its prior.\n\n";
+    *p += &markdown(&columns::other_baselines(all), all);
     *p += "\nThe constant is the other subjects' mean passive stretch from the same baseline.\n\n";
 }
 
@@ -216,12 +127,10 @@ fn muscles(p: &mut String, all: &[WithoutMuscle]) {
     let _ = writeln!(
         p,
         "## One muscle left out\n\nOf every fit each muscle in turn is not seen, not even whether it became shorter; it keeps the tone of the \
-         baseline. The stretches of all others are fitted. RMS over {} muscles:\n\n| opponent | RMS |\n|---|--:|",
+         baseline. The stretches of all others are fitted. RMS over {} muscles:\n",
         first.predictions
     );
-    for o in all {
-        let _ = writeln!(p, "| `{}` | {:.3} |", o.name, o.rms);
-    }
+    *p += &markdown(&columns::without_muscle(), all);
     *p += "\nIn `tone_hyoid` shorter muscles pull, in `all_may_pull` every one; how much their priors count (a discrepancy of 0.01 to 0.08 of a \
            stretch) is chosen outside each subject.\n\n";
 }
@@ -239,11 +148,7 @@ fn distributions(p: &mut String, study: &PosteriorStudy) {
          in `posterior_predictions.csv`.\n",
         study.poisson_ratio, study.priors.discrepancy.sd
     );
-    let head = "RMS | CRPS | log score | in 50 % | in 95 % | muscles |";
-    let _ = writeln!(p, "| opponent | {head}\n|---|--:|--:|--:|--:|--:|--:|");
-    for s in &study.scores {
-        let _ = writeln!(p, "| `{}` | {}", s.name, numbers(s));
-    }
+    *p += &markdown(&columns::scores(), &study.scores);
     let [gain, error] = study.log_score_gain;
     let _ = writeln!(
         p,
@@ -273,41 +178,43 @@ fn distributions(p: &mut String, study: &PosteriorStudy) {
             all.join(", ")
         );
     }
-    let _ = writeln!(
-        p,
-        "\n| baseline | subjects | opponent | {head} |\n|---|---|---|--:|--:|--:|--:|--:|--:|---|"
-    );
-    for row in &study.other_baselines {
-        for s in row.scores.iter().filter(|s| s.name != "no_change") {
-            let warning = if s.name == "posterior_joint_tilt" { row.warning.as_str() } else { "" };
-            let subjects = row.subjects.join(", ");
-            let _ =
-                writeln!(p, "| /{}/ | {subjects} | `{}` | {} {warning} |", row.baseline, s.name, numbers(s));
-        }
-    }
-    *p += "\n";
-}
-
-fn numbers(s: &Scored) -> String {
-    format!(
-        "{:.3} | {:.3} | {:.2} | {:.0} % | {:.0} % | {} |",
-        s.rms,
-        s.crps,
-        s.log_score,
-        100.0 * s.coverage_50,
-        100.0 * s.coverage_95,
-        s.predictions
-    )
+    let all = study.other_baselines.iter().flat_map(|row| row.scores.iter().map(move |s| (row, s)));
+    let rows: Vec<_> = all.filter(|(_, s)| s.name != "no_change").collect();
+    let _ = writeln!(p, "\n{}", markdown(&columns::baseline_scores(), &rows));
 }
 
 fn tones(p: &mut String, study: &ValidationStudy) {
-    *p += "## A tone for each muscle\n\nFitted to all subjects, near 8 N/m (`tone.csv`, which `--tone` takes), N per metre of thickness:\n\n|";
-    for (muscle, _) in &study.tone_by_muscle_n_per_m.0 {
-        let _ = write!(p, " {muscle} |");
+    *p += "## A tone for each muscle\n\nFitted to all subjects, near 8 N/m (`tone.csv`, which `--tone` takes), N per metre of thickness:\n\n";
+    *p += &markdown(&columns::tone_by_muscle(study), &[()]);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tongue_files::report::{Markdown, Provenance};
+
+    /// The page and the tables of the committed study, made from its JSON, are the committed ones to the byte.
+    #[test]
+    fn the_committed_page_and_tables_are_those_of_the_committed_study() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results/validate");
+        let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&read("validate.json")).unwrap();
+        let text = |key: &str| &*json[key].as_str().unwrap().to_owned().leak();
+        let by = Provenance {
+            version: text("version"),
+            tissue: Some(text("tissue")),
+            body: Some(text("body")),
+            ..Provenance::new(text("command"))
+        };
+        let study: ValidationStudy = serde_json::from_value(json.clone()).unwrap();
+        // The page leaves out where its files are.
+        let command = text("command").trim_end_matches(" --out results/validate");
+        let page = Markdown(page(&study, command));
+        assert_eq!(page.text(&by).unwrap(), read("README.md"));
+        for (name, file) in files(&study).unwrap() {
+            if name.ends_with(".csv") && name != "posterior_predictions.csv" {
+                assert_eq!(file.text(&by).unwrap(), read(name), "{name}");
+            }
+        }
     }
-    let _ = write!(p, "\n|{}\n|", "--:|".repeat(study.tone_by_muscle_n_per_m.0.len()));
-    for (_, tone) in &study.tone_by_muscle_n_per_m.0 {
-        let _ = write!(p, " {tone:.1} |");
-    }
-    *p += "\n";
 }

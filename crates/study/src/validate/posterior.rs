@@ -33,6 +33,7 @@ const MOST_PERMUTATIONS: u64 = 10;
 
 /// Scores with another vowel as baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct ScoredBaseline {
     /// The baseline.
     pub baseline: Vowel,
@@ -46,6 +47,7 @@ pub struct ScoredBaseline {
 
 /// How probable the data are with a discrepancy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Evidence {
     /// Standard deviation of the discrepancy of a stretch.
     pub sd: f64,
@@ -55,6 +57,7 @@ pub struct Evidence {
 
 /// Validation of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct PosteriorStudy {
     /// Poisson's ratio of the body.
     pub poisson_ratio: f64,

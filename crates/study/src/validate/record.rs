@@ -1,5 +1,7 @@
 //! Results of a validation, as they are written to files.
 
+#[cfg(test)]
+use serde::Deserialize;
 use serde::Serialize;
 
 use super::posterior::PosteriorStudy;
@@ -8,6 +10,7 @@ use tongue_input::measured::Vowel;
 
 /// An opponent: one way to predict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(Deserialize))]
 pub struct ScoredOpponent {
     /// Its name in tables and JSON.
     pub name: String,
@@ -35,6 +38,7 @@ pub struct ScoredOpponent {
 
 /// A passive muscle of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(Deserialize))]
 pub struct Prediction {
     /// The subject.
     pub subject: String,
@@ -46,11 +50,13 @@ pub struct Prediction {
     pub measured: f64,
     /// Predicted stretch by the name of the opponent.
     #[serde(flatten)]
+    #[cfg_attr(test, serde(deserialize_with = "in_order"))]
     pub predicted: ByMuscle<f64>,
 }
 
 /// Error of an opponent.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(Deserialize))]
 pub struct Score {
     /// The opponent.
     pub name: String,
@@ -60,6 +66,7 @@ pub struct Score {
 
 /// Errors with another vowel as baseline and the default model.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(Deserialize))]
 pub struct OtherBaseline {
     /// The baseline.
     pub baseline: Vowel,
@@ -73,6 +80,7 @@ pub struct OtherBaseline {
 
 /// Errors of an opponent for muscles left out of the fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(Deserialize))]
 pub struct WithoutMuscle {
     /// The opponent.
     pub name: String,
@@ -84,6 +92,7 @@ pub struct WithoutMuscle {
 
 /// Errors with permuted names of muscles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(Deserialize))]
 pub struct Permuted {
     /// Error with the true names.
     pub true_rms: f64,
@@ -97,6 +106,7 @@ pub struct Permuted {
 
 /// All results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(Deserialize))]
 pub struct ValidationStudy {
     /// The table of lengths.
     pub data: String,
@@ -124,7 +134,16 @@ pub struct ValidationStudy {
     /// was not asked for or the body has no posterior.
     pub posterior: Option<PosteriorStudy>,
     /// A tone for each muscle, N per metre of thickness, fitted to all subjects: the file for `--tone`.
+    #[cfg_attr(test, serde(deserialize_with = "in_order"))]
     pub tone_by_muscle_n_per_m: ByMuscle<f64>,
+}
+
+/// Values by name in the order of a file.
+#[cfg(test)]
+fn in_order<'de, D: serde::Deserializer<'de>>(from: D) -> Result<ByMuscle<f64>, D::Error> {
+    let all = serde_json::Map::deserialize(from)?;
+    let value = |(name, value): (String, serde_json::Value)| Some((name, value.as_f64()?));
+    Ok(ByMuscle(all.into_iter().filter_map(value).collect()))
 }
 
 impl ValidationStudy {

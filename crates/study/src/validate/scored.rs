@@ -26,6 +26,7 @@ pub type Predicted = Vec<Vec<Option<LeftOut>>>;
 
 /// Scores of predicted distributions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Scored {
     /// Name of the opponent.
     pub name: String,
@@ -43,6 +44,13 @@ pub struct Scored {
     pub predictions: usize,
     /// Predictions that were sampled by themselves, since too few draws of the run for all of them counted.
     pub sampled: usize,
+}
+
+impl Scored {
+    /// Whether they are those of the posterior of a speaker's rows with a hyoid that tilts, to which a baseline's warning belongs.
+    pub(super) fn is_of_joint_tilt(&self) -> bool {
+        self.name == OPPONENTS[JOINT_TILT]
+    }
 }
 
 /// What the opponents say of one muscle.

@@ -9,6 +9,7 @@ use toml::Spanned;
 
 use crate::geometry::ClosedSpline;
 use crate::geometry::plane::{self, Point};
+use crate::toml_text::line_and_column;
 
 /// The reference anatomy, as text.
 pub const REFERENCE: &str = include_str!("../../../../../targets/anatomy.toml");
@@ -137,14 +138,8 @@ impl Anatomy {
             (e.span().unwrap_or(0..0), AnatomyProblem::Syntax(format!("{} ({hint})", e.message())))
         });
         parsed.and_then(|file| Self::checked(&file)).map_err(|(span, problem)| {
-            let before = text.get(..span.start).unwrap_or(text);
-            let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-            AnatomyError {
-                origin: origin.to_owned(),
-                line: before.matches('\n').count() + 1,
-                column: before.get(line_start..).map_or(0, |s| s.chars().count()) + 1,
-                problem,
-            }
+            let (line, column) = line_and_column(text, span.start);
+            AnatomyError { origin: origin.to_owned(), line, column, problem }
         })
     }
 

@@ -7,10 +7,8 @@ use nalgebra::SVector;
 
 use super::axes::{BELOW, LEFT, View};
 use super::labels::point_at;
-use super::section::{
-    DEFORMED, REST, REST_TISSUE, Seen, arrow, bone, check, draw_palate, frame, key, label_places, lines,
-    ring, tissue_edges, widths,
-};
+use super::muscle_lines::{arrow, bone, label_places, lines, widths};
+use super::section::{DEFORMED, REST, REST_TISSUE, Seen, check, draw_palate, frame, key, ring, tissue_edges};
 use super::{Anchor, Face, HALO, INK, MARGIN, Px, Svg, TEXT, WIDTH, escaped, text_attributes};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;

@@ -9,6 +9,7 @@ mod contours;
 #[cfg(feature = "files")]
 mod contrasts;
 mod labels;
+mod muscle_lines;
 mod muscles;
 mod plot;
 mod posterior;
@@ -33,14 +34,16 @@ pub use animation::{AnimationFrame, animation, animation_of_seen};
 pub use changes::{Series, changes};
 #[cfg(feature = "files")]
 pub use contrasts::contrasts;
+#[cfg(feature = "files")]
+pub(super) use muscle_lines::colours;
 pub use muscles::{Panel, panels};
 pub use posterior::{outlines, pairs, ridges};
 pub use repeats::repeats;
 pub use scatter::{Scatter, scatter};
 pub(super) use section::check;
-pub use section::{SectionPicture, tongue};
 #[cfg(feature = "files")]
-pub(super) use section::{colours, frame};
+pub(super) use section::frame;
+pub use section::{SectionPicture, tongue};
 pub use solid::solid;
 #[cfg(feature = "files")]
 pub use tensions::{Found, Tension, tensions};

@@ -3,9 +3,8 @@
 use nalgebra::SVector;
 
 use super::axes::View;
-use super::section::{
-    self, DEFORMED, REST, REST_TISSUE, arrow, bones, check, draw_palate, frame, lines, muscle, ring,
-};
+use super::muscle_lines::{arrow, bone, bones, lines, muscle};
+use super::section::{DEFORMED, REST, REST_TISSUE, check, draw_palate, frame, ring};
 use super::{Anchor, Face, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, data};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
@@ -102,7 +101,7 @@ fn draw(svg: &mut Svg, view: &View, mesh: &Mesh<2>, palate: &[SVector<f64, 2>], 
             arrow(svg, from, to, &line.colour);
         }
     }
-    bones(view, mesh, &panel.positions).into_iter().for_each(|at| section::bone(svg, at));
+    bones(view, mesh, &panel.positions).into_iter().for_each(|at| bone(svg, at));
     let edge =
         [point(low[0], low[1]), point(high[0], low[1]), point(high[0], high[1]), point(low[0], high[1])];
     svg.stroke(&super::closed([edge]), INK, 1.2);

@@ -1,7 +1,7 @@
 //! Predicted against measured values: a panel for each method, a colour for each muscle.
 
+use super::muscle_lines::colours;
 use super::plot::{Plot, Scale};
-use super::section::colours;
 use super::{Anchor, Entry, Face, INK, MARGIN, Px, Svg, TEXT, legend};
 
 /// Side of a panel, px, and room for its axis and its title.

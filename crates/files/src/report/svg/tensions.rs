@@ -4,7 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::axes::ticks;
-use super::section::colours;
+use super::muscle_lines::colours;
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, data};
 
 /// Minimum width of the names of the fits, width of a column, px, and height of a row.

@@ -8,7 +8,8 @@ use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::Observable;
 use tongue_input::measured::recording::{Mark, Seen, SeenFrame};
 use tongue_input::measured::{
-    LengthMeasure, Marked, SpaceFrame, SpaceMark, TableError, Target, TargetKind, read_space_marks,
+    LengthMeasure, Marked, SpaceFrame, SpaceMark, TableError, Target, TargetKind, is_space_table,
+    read_space_marks,
 };
 
 use crate::adapt::{Placed, RestError, Sight};
@@ -34,6 +35,14 @@ impl Recorded {
     pub fn of_tables(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Self, TableError> {
         let frames = read_space_marks(paths, usual_sd_m)?;
         Ok(Self { frames: frames.into_iter().map(|frame| (None, frame)).collect(), placed: None })
+    }
+
+    /// Whether a file is a table of a body in space rather than a recording.
+    ///
+    /// # Errors
+    /// Where the file cannot be read.
+    pub fn is_table(path: impl AsRef<Path>) -> std::io::Result<bool> {
+        is_space_table(path.as_ref())
     }
 
     /// The lengths of a vowel, of the lines that tables of lengths name: every measured muscle, known to its rounding and to the

@@ -26,6 +26,7 @@ use serde::Deserialize;
 
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::suggest;
+use tongue_core::toml_text;
 
 use super::{Format, Recording, RecordingError, Stated, Times, names};
 
@@ -118,11 +119,7 @@ impl Map {
             line,
             problem,
         };
-        let file: File = toml::from_str(text).map_err(|e| {
-            let line =
-                e.span().and_then(|s| text.get(..s.start)).map(|before| before.matches('\n').count() + 1);
-            wrong(line, key_problem(e.message()))
-        })?;
+        let file: File = toml_text::read(text).map_err(|e| wrong(Some(e.line), key_problem(&e.problem)))?;
         let line_of = |word: &str| text.lines().position(|l| l.trim_start().starts_with(word)).map(|n| n + 1);
         let positive = |name: &str, value: Option<f64>, most: f64| match value {
             Some(v) if !(LEAST..=most).contains(&v) => {

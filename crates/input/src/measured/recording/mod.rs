@@ -22,6 +22,7 @@
 mod aaa;
 mod ag50x;
 mod budget;
+mod channels;
 mod coils;
 mod courses;
 mod deeplabcut;
@@ -54,13 +55,14 @@ use super::lengths::error::Place;
 
 use budget::Budget;
 pub use budget::{MOST_CHANNELS, MOST_FRAMES};
+pub use channels::{FIRST_COIL_M, LONGER_THAN_CHORD};
 pub use doubt::Doubt;
 pub use doubts::{doubts, other_size, palate_doubt};
 pub use labels::{Label, text_grid};
 pub use map::{CONTOUR_SD_M, Map, Role};
 pub use names::is_coil;
 pub use screen::{Fault, FaultKind, Screened, screen};
-pub use seen::{FIRST_COIL_M, LONGER_THAN_CHORD, Mark, Seen, SeenFrame, Stated};
+pub use seen::{Mark, Seen, SeenFrame, Stated};
 
 /// Limit of coordinates, in the unit of the file.
 const FARTHEST: f64 = 1e9;

@@ -1,8 +1,8 @@
 //! A recording in the frame of a body: metres, x to the back of the head, y up.
 
-use tongue_core::geometry::{Point, Similarity};
-use tongue_core::statistics::upper_median;
+use tongue_core::geometry::Point;
 
+use super::channels::{hold_head, median_x, median_y, moves_as_a_tongue, places_of_coils};
 use super::map::{Axis, CONTOUR_SD_M};
 use super::{Format, Label, Map, Recording, RecordingError, Role, names};
 
@@ -238,6 +238,17 @@ impl Seen {
         self.bones.iter().position(|b| b == name)
     }
 
+    /// The recording with its coils at other distances behind the tip, m, by their names and whether their distances were measured; a coil
+    /// without another one stays.
+    #[must_use]
+    pub fn with_coils(&self, behind: impl Fn(&str, bool) -> Option<f64>) -> Self {
+        let mut seen = self.clone();
+        for ((name, at), measured) in seen.sensors.iter_mut().zip(&seen.measured) {
+            *at = behind(name, *measured).unwrap_or(*at);
+        }
+        seen
+    }
+
     /// Whether a bone was seen in any frame.
     pub fn shows_bone(&self, name: &str) -> bool {
         self.bone(name).is_some_and(|b| self.frames.iter().any(|f| f.bones[b].is_some()))
@@ -261,11 +272,6 @@ impl Seen {
             .collect()
     }
 }
-
-/// Usual distance of the first coil behind the tip, m.
-pub const FIRST_COIL_M: f64 = 8e-3;
-/// Usual ratio of the distance of neighbouring coils along the surface to their straight distance.
-pub const LONGER_THAN_CHORD: f64 = 1.03;
 
 /// The median x of the coil at the tip and of the coil farthest from it.
 fn ends(
@@ -321,35 +327,6 @@ fn wrong_by_lips(
     })
 }
 
-/// Sorts coils from the tip backwards and returns the distance of each behind the tip, m: as measured, or the
-/// usual value.
-fn places_of_coils(sensors: &mut [usize], roles: &[Role], frames: &[Vec<Option<Point>>]) -> Vec<f64> {
-    let nth = |c: usize| match roles[c] {
-        Role::Coil(Some(nth)) => f64::from(nth),
-        _ => f64::INFINITY,
-    };
-    let x = |c: usize| median_x(frames, c).unwrap_or(f64::INFINITY);
-    if sensors.iter().any(|&c| matches!(roles[c], Role::Coil(_))) {
-        sensors.sort_by(|&a, &b| nth(a).total_cmp(&nth(b)).then(x(a).total_cmp(&x(b))));
-    }
-    let mut out: Vec<f64> = Vec::with_capacity(sensors.len());
-    for (n, &c) in sensors.iter().enumerate() {
-        let usual = || match n.checked_sub(1) {
-            None => FIRST_COIL_M,
-            Some(before) => {
-                let gaps = frames.iter().filter_map(|f| Some((f[sensors[before]]? - f[c]?).norm()));
-                out[before] + LONGER_THAN_CHORD * upper_median(gaps).unwrap_or(FIRST_COIL_M)
-            }
-        };
-        let at = match roles[c] {
-            Role::Surface(at) => at,
-            _ => usual(),
-        };
-        out.push(at);
-    }
-    out
-}
-
 /// The number at the end of a name.
 fn number(name: &str) -> u64 {
     let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
@@ -358,42 +335,4 @@ fn number(name: &str) -> u64 {
 
 fn flat(p: [f64; 3], back: Axis, up: Axis) -> Point {
     Point::new(back.1 * p[back.0], up.1 * p[up.0])
-}
-
-fn median_x(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
-    upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.x))
-}
-
-fn median_y(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
-    upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.y))
-}
-
-/// Whether the median motion of a channel in a tenth of a second is larger than a head's.
-fn moves_as_a_tongue(frames: &[Vec<Option<Point>>], times: &[f64], channel: usize) -> bool {
-    const WINDOW_S: f64 = 0.1;
-    const HEAD_MOVES_M: f64 = 3e-3;
-    const FEWEST: usize = 20;
-    let mut later = 0;
-    let steps = (0..frames.len()).filter_map(|f| {
-        while later < frames.len() && times[later] < times[f] + WINDOW_S {
-            later += 1;
-        }
-        Some((frames.get(later)?[channel]? - frames[f][channel]?).norm())
-    });
-    let steps: Vec<f64> = steps.collect();
-    steps.len() >= FEWEST && upper_median(steps).is_some_and(|m| m > HEAD_MOVES_M)
-}
-
-/// Moves every frame so that the reference points are where they are in the first frame that has all of them:
-/// shifted for one point, shifted and turned for several. Frames that lack one are dropped.
-fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
-    if references.is_empty() {
-        return;
-    }
-    let held = |frame: &[Option<Point>]| references.iter().map(|&r| frame[r]).collect::<Option<Vec<_>>>();
-    let Some(base) = frames.iter().find_map(|f| held(f)) else { return };
-    for frame in frames {
-        let motion = held(frame).and_then(|here| Similarity::rigid(&here, &base));
-        frame.iter_mut().for_each(|p| *p = p.zip(motion.as_ref()).map(|(p, m)| m.place(p)));
-    }
 }

@@ -1,0 +1,45 @@
+//! Values from TOML, and what is wrong with a text at which line and column.
+
+use serde::de::DeserializeOwned;
+
+/// What is wrong with a text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Misread {
+    /// The line, from 1.
+    pub line: usize,
+    /// The column in characters, from 1.
+    pub column: usize,
+    /// What is wrong there.
+    pub problem: String,
+}
+
+/// Reads a value.
+///
+/// # Errors
+/// [`Misread`] for a text that is not TOML, or not such a value.
+pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, Misread> {
+    toml::from_str(text).map_err(|error| {
+        let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
+        Misread { line, column, problem: error.message().to_owned() }
+    })
+}
+
+/// The line and the column in characters, both from 1, of a byte of a text.
+pub fn line_and_column(text: &str, byte: usize) -> (usize, usize) {
+    let before = text.get(..byte).unwrap_or(text);
+    let column = before.rsplit('\n').next().map_or(0, |line| line.chars().count());
+    (before.matches('\n').count() + 1, column + 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mistake_has_its_line_and_column_in_characters() {
+        let read = |text: &str| read::<std::collections::BTreeMap<String, f64>>(text).unwrap_err();
+        let Misread { line, column, problem } = read("a = 1.0\n\"ä\" = x\n");
+        assert_eq!((line, column), (2, 7), "{problem}");
+        assert_eq!(line_and_column("ä\nb", 3), (2, 1));
+    }
+}

@@ -1,0 +1,118 @@
+//! The muscles of a body in the plane as lines with their names, and its bones.
+
+use nalgebra::SVector;
+
+use super::axes::View;
+use super::labels::{self, Named};
+use super::{Face, INK, Px, Svg, closed};
+use tongue_core::body::{Mesh, MuscleChain};
+use tongue_input::measured::muscles::Muscles;
+
+/// Line width of contracting and of passive muscles, px, each with the extra width of its edge.
+const CONTRACTING: [f64; 2] = [8.0, 2.5];
+
+const PASSIVE: [f64; 2] = [3.5, 2.0];
+
+/// A muscle on the sheet.
+pub(super) struct Line<'a> {
+    pub name: String,
+    pub colour: String,
+    pub contracting: bool,
+    /// The visible part, px.
+    pub seen: Vec<Px>,
+    /// Its exit from the view: a point inside and the point at the edge.
+    pub leaves: Option<[Px; 2]>,
+    pub nodes: &'a [usize],
+}
+
+impl Line<'_> {
+    pub fn face(&self) -> Face {
+        if self.contracting { Face::Bold } else { Face::Plain }
+    }
+}
+
+/// The colours of muscles for SVG and CSS.
+pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
+    let known = Muscles::reference().map(|m| m.of(names)).unwrap_or_default();
+    known.iter().map(|m| m.colour.to_string().to_lowercase()).collect()
+}
+
+/// The muscles of a shape; the name of a contracting one is followed by its tension.
+pub(super) fn lines<'a>(
+    view: &View,
+    mesh: &'a Mesh<2>,
+    positions: &[SVector<f64, 2>],
+    tensions: &[f64],
+) -> Vec<Line<'a>> {
+    let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
+    let colours = colours(&names);
+    let line = |(number, (muscle, &tension)): (usize, (&'a MuscleChain, &f64))| {
+        let chain: Vec<_> = muscle.nodes.iter().filter_map(|&n| positions.get(n).copied()).collect();
+        let (seen, leaves) = view.visible(&chain);
+        let contracting = tension > 0.0;
+        let name = if contracting { format!("{} {tension:.1}", muscle.name) } else { muscle.name.clone() };
+        Line {
+            name,
+            colour: colours.get(number).cloned().unwrap_or_else(|| INK.to_owned()),
+            contracting,
+            seen,
+            leaves,
+            nodes: &muscle.nodes,
+        }
+    };
+    let mut all: Vec<Line<'a>> = mesh.muscles.iter().zip(tensions).enumerate().map(line).collect();
+    all.sort_by_key(|l| l.contracting);
+    all
+}
+
+pub(super) fn bones(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> Vec<Px> {
+    let seen = mesh.fixed.iter().filter_map(|&n| positions.get(n)).filter(|p| view.bounds.contains(p));
+    seen.map(|p| view.place(p)).collect()
+}
+
+/// The place of every muscle's name, in the order of the lines; contracting muscles choose first.
+pub(super) fn label_places(view: &View, lines: &[Line<'_>], bones: &[Px]) -> Vec<Option<Px>> {
+    let named: Vec<Named<'_>> =
+        lines.iter().rev().map(|l| Named { name: &l.name, face: l.face(), line: &l.seen }).collect();
+    let corner = view.place(&SVector::from([view.bounds.low[0], view.bounds.high[1]]));
+    let mut places = labels::place(&named, bones, [corner, view.end()]);
+    places.reverse();
+    places
+}
+
+/// Writes the name of every muscle beside it.
+pub(super) fn names(svg: &mut Svg, view: &View, lines: &[Line<'_>], bones: &[Px]) {
+    for (line, place) in lines.iter().zip(label_places(view, lines, bones)) {
+        if let Some(at) = place {
+            svg.label(at, line.face(), &line.name);
+        }
+    }
+}
+
+/// A muscle over a slightly wider dark line, so that light colours have an edge on white paper.
+pub(super) fn muscle(svg: &mut Svg, d: &str, colour: &str, contracting: bool) {
+    let [width, edge] = widths(contracting);
+    for (width, colour) in [(width + edge, INK), (width, colour)] {
+        if contracting { svg.stroke(d, colour, width) } else { svg.dashes(d, colour, width) }
+    }
+}
+
+/// Width of a muscle's line and of its edge, px.
+pub(super) fn widths(contracting: bool) -> [f64; 2] {
+    if contracting { CONTRACTING } else { PASSIVE }
+}
+
+/// The head of an arrow with its tip at `to`.
+pub(super) fn arrow(svg: &mut Svg, from: Px, to: Px, colour: &str) {
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let length = way[0].hypot(way[1]).max(1e-9);
+    let [u, v] = [way[0] / length, way[1] / length];
+    let corner = |along: f64, across: f64| [to[0] + along * u - across * v, to[1] + along * v + across * u];
+    let head = closed([[corner(0.0, 0.0), corner(-26.0, 10.0), corner(-26.0, -10.0)]]);
+    svg.fill(&head, colour);
+    svg.stroke(&head, INK, 1.2);
+}
+
+pub(super) fn bone(svg: &mut Svg, [x, y]: Px) {
+    svg.rectangle([x - 7.0, y - 7.0], [x + 7.0, y + 7.0], INK, None);
+}

@@ -1,0 +1,82 @@
+//! The courses of the channels of a recording over its frames, before their points are sorted into contour, coils and bones.
+
+use tongue_core::geometry::{Point, Similarity};
+use tongue_core::statistics::upper_median;
+
+use super::Role;
+
+/// Usual distance of the first coil behind the tip, m.
+pub const FIRST_COIL_M: f64 = 8e-3;
+/// Usual ratio of the distance of neighbouring coils along the surface to their straight distance.
+pub const LONGER_THAN_CHORD: f64 = 1.03;
+
+pub(super) fn median_x(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
+    upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.x))
+}
+
+pub(super) fn median_y(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
+    upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.y))
+}
+
+/// Sorts coils from the tip backwards and returns the distance of each behind the tip, m: as measured, or the
+/// usual value.
+pub(super) fn places_of_coils(
+    sensors: &mut [usize],
+    roles: &[Role],
+    frames: &[Vec<Option<Point>>],
+) -> Vec<f64> {
+    let nth = |c: usize| match roles[c] {
+        Role::Coil(Some(nth)) => f64::from(nth),
+        _ => f64::INFINITY,
+    };
+    let x = |c: usize| median_x(frames, c).unwrap_or(f64::INFINITY);
+    if sensors.iter().any(|&c| matches!(roles[c], Role::Coil(_))) {
+        sensors.sort_by(|&a, &b| nth(a).total_cmp(&nth(b)).then(x(a).total_cmp(&x(b))));
+    }
+    let mut out: Vec<f64> = Vec::with_capacity(sensors.len());
+    for (n, &c) in sensors.iter().enumerate() {
+        let usual = || match n.checked_sub(1) {
+            None => FIRST_COIL_M,
+            Some(before) => {
+                let gaps = frames.iter().filter_map(|f| Some((f[sensors[before]]? - f[c]?).norm()));
+                out[before] + LONGER_THAN_CHORD * upper_median(gaps).unwrap_or(FIRST_COIL_M)
+            }
+        };
+        let at = match roles[c] {
+            Role::Surface(at) => at,
+            _ => usual(),
+        };
+        out.push(at);
+    }
+    out
+}
+
+/// Whether the median motion of a channel in a tenth of a second is larger than a head's.
+pub(super) fn moves_as_a_tongue(frames: &[Vec<Option<Point>>], times: &[f64], channel: usize) -> bool {
+    const WINDOW_S: f64 = 0.1;
+    const HEAD_MOVES_M: f64 = 3e-3;
+    const FEWEST: usize = 20;
+    let mut later = 0;
+    let steps = (0..frames.len()).filter_map(|f| {
+        while later < frames.len() && times[later] < times[f] + WINDOW_S {
+            later += 1;
+        }
+        Some((frames.get(later)?[channel]? - frames[f][channel]?).norm())
+    });
+    let steps: Vec<f64> = steps.collect();
+    steps.len() >= FEWEST && upper_median(steps).is_some_and(|m| m > HEAD_MOVES_M)
+}
+
+/// Moves every frame so that the reference points are where they are in the first frame that has all of them:
+/// shifted for one point, shifted and turned for several. Frames that lack one are dropped.
+pub(super) fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize]) {
+    if references.is_empty() {
+        return;
+    }
+    let held = |frame: &[Option<Point>]| references.iter().map(|&r| frame[r]).collect::<Option<Vec<_>>>();
+    let Some(base) = frames.iter().find_map(|f| held(f)) else { return };
+    for frame in frames {
+        let motion = held(frame).and_then(|here| Similarity::rigid(&here, &base));
+        frame.iter_mut().for_each(|p| *p = p.zip(motion.as_ref()).map(|(p, m)| m.place(p)));
+    }
+}

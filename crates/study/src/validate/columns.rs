@@ -1,0 +1,159 @@
+//! The columns of the tables of a validation, from which its page and its CSV files are made.
+
+use serde_json::Value;
+
+use tongue_files::report::column::Column;
+
+use super::{
+    OtherBaseline, Prediction, Scored, ScoredBaseline, ScoredOpponent, ValidationStudy, WithoutMuscle,
+};
+
+/// A tone of a muscle, N per metre of thickness.
+pub type MuscleTone = (String, f64);
+/// The scores of an opponent with another baseline.
+pub type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
+
+/// The opponents.
+pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
+    type Of<'a> = Column<'a, ScoredOpponent>;
+    vec![
+        Of::new("name", "", "the opponent", |o| o.name.as_str().into())
+            .headed("opponent")
+            .shown(|o| format!("`{}` {}", o.name, o.what)),
+        Of::new("tuned_parameters", "", "numbers learned from the other subjects", |o| {
+            o.tuned_parameters.into()
+        })
+        .headed("tuned"),
+        Of::new("unknowns_a_fit", "", "unknowns of each fit beside the tensions", |o| {
+            o.unknowns_a_fit.into()
+        }),
+        Of::new("rms", "", "root mean square error over fits", |o| o.rms.into())
+            .headed("RMS")
+            .shown(|o| format!("**{:.3}**", o.rms)),
+        Of::new("low", "", "lower end of its 95 % interval by bootstraps", |o| o.low.into())
+            .headed("95 % of bootstraps")
+            .shown_as_text(|o| format!("{:.3}–{:.3}", o.low, o.high)),
+        Of::new("high", "", "upper end", |o| o.high.into()).in_csv_alone(),
+        Of::new("worse_than_no_change", "", "fits in which it is worse than no change", |o| {
+            o.worse_than_no_change.into()
+        })
+        .shown(|o| format!("{} of {}", o.worse_than_no_change, study.fits)),
+        Of::new(
+            "better_than_constant",
+            "",
+            "part of the bootstraps in which it is better than the constant",
+            |o| o.better_than_constant.into(),
+        )
+        .headed("better than the constant")
+        .per_cent(1),
+        Of::new("correlation", "", "correlation of predicted and measured stretches", |o| {
+            o.correlation.into()
+        })
+        .headed("r")
+        .decimals(2),
+        Of::new("chosen", "", "chosen settings, for each subject that was left out", |o| {
+            o.chosen.join("; ").into()
+        })
+        .in_csv_alone(),
+    ]
+}
+
+/// The passive muscles, each with its stretch by every opponent.
+pub fn predictions(study: &ValidationStudy) -> Vec<Column<'_, Prediction>> {
+    type Of<'a> = Column<'a, Prediction>;
+    let mut columns = vec![
+        Of::new("subject", "", "subject", |p| p.subject.as_str().into()),
+        Of::new("vowel", "", "vowel", |p| p.vowel.to_string().into()),
+        Of::new("muscle", "", "muscle", |p| p.muscle.as_str().into()),
+        Of::new("measured", "", "measured stretch", |p| brief(p.measured)),
+    ];
+    columns.extend(study.opponents.iter().map(|o| {
+        let predicted = move |p: &Prediction| p.predicted.of(&o.name).map_or(Value::Null, |v| brief(*v));
+        Of::new(o.name.clone(), "", "its predicted stretch", predicted)
+    }));
+    columns
+}
+
+/// A stretch, without decimals where it is whole.
+fn brief(stretch: f64) -> Value {
+    if stretch.fract() == 0.0 { Value::from(stretch as i64) } else { stretch.into() }
+}
+
+/// Errors with other baselines; the smallest of a row is bold.
+pub fn other_baselines(all: &[OtherBaseline]) -> Vec<Column<'_, OtherBaseline>> {
+    type Of<'a> = Column<'a, OtherBaseline>;
+    let mut columns = vec![
+        Of::new("baseline", "", "baseline", |b| format!("/{}/", b.baseline).into()),
+        Of::new("subjects", "", "subjects", |b| b.subjects.join(", ").into()),
+        Of::new("fits", "", "number of fits", |b| b.fits.into()),
+    ];
+    let opponents = all.first().into_iter().flat_map(|first| first.scores.iter().enumerate());
+    columns.extend(opponents.map(|(i, opponent)| {
+        let shown = move |b: &OtherBaseline| {
+            let least = b.scores.iter().map(|s| s.rms).fold(f64::INFINITY, f64::min);
+            let mark = if b.scores[i].rms <= least { "**" } else { "" };
+            format!("{mark}{:.3}{mark}", b.scores[i].rms)
+        };
+        let rms = move |b: &OtherBaseline| b.scores[i].rms.into();
+        Of::new(opponent.name.clone(), "", "root mean square error over fits", rms).shown(shown)
+    }));
+    columns
+}
+
+/// Errors for muscles that a fit does not see.
+pub fn without_muscle<'a>() -> Vec<Column<'a, WithoutMuscle>> {
+    type Of<'a> = Column<'a, WithoutMuscle>;
+    vec![
+        Of::new("opponent", "", "opponent", |o| format!("`{}`", o.name).into()),
+        Of::new("RMS", "", "root mean square error over all muscles", |o| o.rms.into()).decimals(3),
+    ]
+}
+
+/// Scores of predicted distributions.
+pub fn scores<'a>() -> Vec<Column<'a, Scored>> {
+    type Of<'a> = Column<'a, Scored>;
+    vec![
+        Of::new("opponent", "", "opponent", |s| format!("`{}`", s.name).into()),
+        Of::new("RMS", "", "root mean square error of the means", |s| s.rms.into()).decimals(3),
+        Of::new("CRPS", "", "mean continuous ranked probability score", |s| s.crps.into()).decimals(3),
+        Of::new("log score", "", "mean logarithm of the density", |s| s.log_score.into()).decimals(2),
+        Of::new("in 50 %", "", "part inside the 50 % intervals", |s| s.coverage_50.into()).per_cent(0),
+        Of::new("in 95 %", "", "part inside the 95 % intervals", |s| s.coverage_95.into()).per_cent(0),
+        Of::new("muscles", "", "number of predictions", |s| s.predictions.into()),
+    ]
+}
+
+/// Scores with other baselines, and a reason not to trust the best posterior where there is one.
+pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
+    type Of<'s> = Column<'s, BaselineScore<'s>>;
+    let mut columns: Vec<Of<'s>> = vec![
+        Of::new("baseline", "", "baseline", |r| format!("/{}/", r.0.baseline).into()),
+        Of::new("subjects", "", "subjects", |r| r.0.subjects.join(", ").into()),
+    ];
+    columns.extend(scores().into_iter().map(|column| column.within(|r: &BaselineScore<'s>| r.1)));
+    let warning =
+        |r: &BaselineScore<'s>| if r.1.is_of_joint_tilt() { r.0.warning.clone() } else { String::new() };
+    columns.push(
+        Of::new("warning", "", "why it is not reliable", move |r| warning(r).into())
+            .headed("")
+            .shown(warning),
+    );
+    columns
+}
+
+/// A row for each muscle, as the option `--tone` reads it.
+pub fn tones<'a>() -> Vec<Column<'a, MuscleTone>> {
+    type Of<'a> = Column<'a, MuscleTone>;
+    vec![
+        Of::new("muscle", "", "muscle", |t| t.0.as_str().into()),
+        Of::new("tone_n_per_m", "N/m", "tension in the baseline", |t| ((t.1 * 10.0).round() / 10.0).into()),
+    ]
+}
+
+/// One row with the tones of all muscles.
+pub fn tone_by_muscle(study: &ValidationStudy) -> Vec<Column<'_, ()>> {
+    let tones = study.tone_by_muscle_n_per_m.0.iter();
+    tones
+        .map(|(name, tone)| Column::new(name.clone(), "N/m", "tone", move |()| (*tone).into()).decimals(1))
+        .collect()
+}

@@ -1,0 +1,83 @@
+//! Every muscle of a fit beside its measurement, as text.
+
+use std::fmt::Write as _;
+
+use tongue_fit::inverse::Fit;
+
+use super::published::Published;
+use super::table::table;
+
+/// Every muscle beside what was measured of it, for `-v`.
+pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
+    let target = &fit.target;
+    let quantity = target.kind.name();
+    let [measured, simulated] = ["measured", "simulated"].map(|what| format!("{quantity},\n{what}"));
+    let shortening = ["shortening,\nmeasured", "shortening,\nsimulated"];
+    let mut header = vec!["muscle", shortening[0], shortening[1], &measured, &simulated, "residual"];
+    if published.is_some() {
+        header.extend(["published", "table 4.8"]);
+    }
+    let mut t = table(&header);
+    for (i, muscle) in target.muscles.iter().enumerate() {
+        let mark = match () {
+            () if fit.contracts(i) => "*",
+            () if fit.relaxes(i) => "~",
+            () => "",
+        };
+        let doubt = if target.activation[i].uncertain { "?" } else { "" };
+        let shortening = |now: f64, then: f64| percent(1.0 - now / then);
+        let mut row = vec![
+            format!("{muscle}{mark}{doubt}"),
+            shortening(target.measured_mm[i], target.baseline_mm[i]),
+            shortening(fit.lengths[i], fit.baseline_lengths[i]),
+            format!("{:.3}", target.values[i]),
+            format!("{:.3}", fit.simulated[i]),
+            residual(fit.residuals[i]),
+        ];
+        if let Some(p) = published {
+            let (here, there) = p.of(target.kind);
+            row.push(format!("{:.3}", here[i]));
+            row.push(format!("{:.2}", there[i]));
+        }
+        t.add_row(row);
+    }
+    let over = match fit.tone.is_none() {
+        true => format!("of the length in /{}/ (measured) or at rest (simulated)", target.baseline),
+        false => format!("of the length in /{}/, measured and simulated", target.baseline),
+    };
+    let mut text = format!("\n{t}\n* contracting: more tension than in the baseline; shortening: {over}\n");
+    if (0..target.muscles.len()).any(|m| fit.relaxes(m)) {
+        text += "~ relaxing: less tension than in the baseline\n";
+    }
+    if published.is_some() {
+        let _ = writeln!(
+            text,
+            "published: {quantity} simulated here with the published tensions; table 4.8: there"
+        );
+    }
+    if target.activation.iter().any(|a| a.uncertain) {
+        text += "? changed by no more than the rounding of two lengths: may be the other way\n";
+    }
+    if let Some(p) = published {
+        let squares: f64 =
+            target.fitted.iter().map(|&m| (p.of(target.kind).0[m] - target.values[m]).powi(2)).sum();
+        let _ = writeln!(
+            text,
+            "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over {} ratios",
+            (squares / target.fitted.len() as f64).sqrt(),
+            p.rms,
+            target.muscles.len() - 1
+        );
+    }
+    text + "\n"
+}
+
+/// Three digits with a sign, but none for a zero.
+fn residual(value: f64) -> String {
+    if value.abs() < 5e-4 { "0.000".into() } else { format!("{value:+.3}") }
+}
+
+fn percent(part: f64) -> String {
+    let text = format!("{:.1} %", 100.0 * part);
+    if text.starts_with("-0.0 ") { "0.0 %".into() } else { text }
+}
