@@ -29,7 +29,8 @@
 //! any result               -> report       JSON, CSV, SVG, VTU, MSH, .sto
 //! a file                   -> scene        loads and wanted results; nothing else is computed
 //! ```
-//! [`simulation`] is the interface to all of it by the names of muscles and bones.
+//! [`simulation`] is the interface to all of it by the names of muscles and bones; [`run`] has what the program
+//! does as structs of options.
 //!
 //! # A complete example
 //! ```
@@ -86,7 +87,7 @@ pub mod body {
         MuscleChain, Quality, REFERENCE, SolidQuality, SpaceBody, SpaceMuscle, build,
     };
     #[doc(inline)]
-    pub use tongue_input::bodies::{AnyBody, BodyFileError, Unit};
+    pub use tongue_input::bodies::{AnyBody, BodyFileError, MeshContent, Unit};
 
     pub mod artisynth {
         //! The tongue of ArtiSynth, from its folder.
@@ -171,8 +172,8 @@ pub mod inverse {
     //! The inverse problem: tensions, displaced bones and constants that meet what was measured.
     #[doc(inline)]
     pub use tongue_infer::inverse::{
-        Among, Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, HyoidMotion, Matched, Method,
-        Premises, Prior, Said, Setup, Tone, Unknown, fit, fit_under, solve,
+        Among, Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, HyoidMotion, Matched, Method, Prior,
+        Said, Tone, Unknown, fit, solve,
     };
 
     pub mod alarms {
@@ -187,7 +188,7 @@ pub mod inverse {
         //! Every subject and vowel of a table.
         #[doc(inline)]
         pub use tongue_infer::inverse::batch::{
-            BatchPlan, Job, Known, SUBSTITUTE_BASELINE, Selection, Thoroughness, assess, plan,
+            BatchPlan, Job, SUBSTITUTE_BASELINE, Selection, Thoroughness, plan,
         };
     }
 
@@ -294,12 +295,12 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[doc(inline)]
     pub use tongue_files::report::{
-        AlarmRecord, AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord,
-        History, Json, Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError,
-        Rows, SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu,
-        Svg, Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
-        animation_of_seen, changes, courses, frame_records, gesture_records, outlines, pairs, panels, ridges,
-        solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
+        AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord, History, Json,
+        Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError, Rows,
+        SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg,
+        Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen,
+        changes, courses, frame_records, gesture_records, outlines, pairs, panels, ridges, solid,
+        status_name, timelines, tongue, valley, views, vowel, wrapped,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]
@@ -313,7 +314,7 @@ pub mod report {
         #[doc(inline)]
         pub use tongue_files::report::batch::{
             Batch, BatchJournal, BatchProvenance, BatchSummary, Fitted, MOST_FITS_ON_PAGE, RowPosterior,
-            Shard, Within, assess, columns, muscle_lines, passive_groups, sha256, write_files, write_json,
+            Shard, columns, muscle_lines, passive_groups, sha256, write_files, write_json,
         };
 
         pub mod contrasts {
@@ -328,6 +329,15 @@ pub mod report {
             pub use tongue_files::report::batch::journal::{Entry, Journal, NAME, arguments};
         }
     }
+}
+
+pub mod run {
+    //! Runs as plain structs, which the program, the Python module and the page fill in.
+    #[cfg(feature = "files")]
+    #[doc(inline)]
+    pub use tongue_files::run::BatchRun;
+    #[doc(inline)]
+    pub use tongue_files::run::{BodySource, Equilibrium, FitFound, FitRun, Kind, PlaneBody, Tissue};
 }
 
 pub mod scene {
@@ -346,7 +356,7 @@ pub mod scene {
         #[doc(inline)]
         pub use tongue_files::scene::effects::{Effects, Hyoid, Jaw};
         #[doc(inline)]
-        pub use tongue_files::scene::file::{FitTarget, Kind, Material, SceneBody, SceneTongue, Want};
+        pub use tongue_files::scene::file::{FitTarget, Material, SceneBody, SceneTongue, Want};
     }
 
     pub mod prepare {

@@ -1,17 +1,17 @@
 //! Bodies and models.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyTuple};
-use serde::Deserialize;
-use tongue_fit::body::{self, Anatomy, AnyBody, BodyError, ContinuumSettings};
+use pyo3::types::PyDict;
+use tongue_fit::body;
 use tongue_fit::choice::name_of;
 use tongue_fit::material::Constants;
 use tongue_fit::report::{Export, Provenance};
+use tongue_fit::run::{BodySource, Kind, PlaneBody, Tissue};
 use tongue_fit::simulation::Assemble;
 use tongue_fit::system::{self, TissueModel};
 
@@ -27,44 +27,8 @@ use super::work::aside;
 pub struct Body {
     /// The body.
     pub body: Arc<body::Body<2>>,
-    /// Its origin.
-    source: Arc<Source>,
-}
-
-/// The origin of a body: small, and stored in pickles.
-#[derive(Clone)]
-enum Source {
-    Tongue(f64),
-    Continuum(f64),
-    Anatomy { toml: String, spacing_m: f64, origin: String },
-    File { bytes: Vec<u8>, path: String, unit: String },
-}
-
-impl Source {
-    fn make(&self) -> PyResult<body::Body<2>> {
-        match self {
-            Self::Tongue(spacing_m) => body::Body::tongue(*spacing_m).map_err(refused),
-            Self::Continuum(spacing_m) => {
-                body::Body::continuum(*spacing_m, &ContinuumSettings::default()).map_err(refused)
-            }
-            Self::Anatomy { toml, spacing_m, origin } => {
-                let anatomy = Anatomy::from_toml(toml, origin).map_err(refused)?;
-                body::Body::from_anatomy(&anatomy, *spacing_m).map_err(|e| refused(BodyError::from(e)))
-            }
-            Self::File { bytes, path, unit } => {
-                if is_json(Path::new(path)) {
-                    let text = std::str::from_utf8(bytes).map_err(refused)?;
-                    return body::json::read(text, path).map_err(refused);
-                }
-                let any = AnyBody::from_msh(bytes, path, chosen("unit", unit)?).map_err(refused)?;
-                any.flat().map_err(refused)
-            }
-        }
-    }
-}
-
-fn is_json(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
+    /// What it was made from: small, and stored in pickles.
+    source: Arc<PlaneBody>,
 }
 
 impl PartialEq for Body {
@@ -76,19 +40,16 @@ impl PartialEq for Body {
 impl Body {
     /// The reference tongue.
     pub fn reference() -> PyResult<Self> {
-        Source::Tongue(body::DEFAULT_SPACING_M).try_into()
+        Self::of(PlaneBody::default())
     }
 
-    fn made(py: Python<'_>, source: Source) -> PyResult<Self> {
-        aside(py, move || source.try_into())?
+    fn of(source: PlaneBody) -> PyResult<Self> {
+        let body = source.make(&mut |_| ()).map_err(refused)?;
+        Ok(Self { body: Arc::new(body), source: Arc::new(source) })
     }
-}
 
-impl TryFrom<Source> for Body {
-    type Error = PyErr;
-
-    fn try_from(source: Source) -> PyResult<Self> {
-        Ok(Self { body: Arc::new(source.make()?), source: Arc::new(source) })
+    fn made(py: Python<'_>, source: PlaneBody) -> PyResult<Self> {
+        aside(py, move || Self::of(source))?
     }
 }
 
@@ -98,21 +59,23 @@ impl Body {
     #[staticmethod]
     #[pyo3(signature = (spacing_m = 0.0055))]
     fn tongue(py: Python<'_>, spacing_m: f64) -> PyResult<Self> {
-        Self::made(py, Source::Tongue(spacing_m))
+        Self::made(py, PlaneBody { spacing_m: Some(spacing_m), ..PlaneBody::default() })
     }
 
     /// The reference tongue as a continuum of quadratic elements at a mesh spacing, m (default: 4 mm).
     #[staticmethod]
     #[pyo3(signature = (spacing_m = 0.004))]
     fn continuum(py: Python<'_>, spacing_m: f64) -> PyResult<Self> {
-        Self::made(py, Source::Continuum(spacing_m))
+        let (kind, spacing_m) = (Kind::Continuum, Some(spacing_m));
+        Self::made(py, PlaneBody { kind, spacing_m, ..PlaneBody::default() })
     }
 
     /// A tongue of an anatomy (the text of a TOML file) at a mesh spacing, m.
     #[staticmethod]
     #[pyo3(signature = (toml, spacing_m = 0.0055, origin = "anatomy"))]
     fn from_anatomy(py: Python<'_>, toml: String, spacing_m: f64, origin: &str) -> PyResult<Self> {
-        Self::made(py, Source::Anatomy { toml, spacing_m, origin: origin.to_owned() })
+        let source = BodySource::Anatomy { toml, origin: origin.to_owned() };
+        Self::made(py, PlaneBody { source, spacing_m: Some(spacing_m), ..PlaneBody::default() })
     }
 
     /// A body from a file: Gmsh's (`unit` of its coordinates: m or mm), or the JSON of
@@ -120,47 +83,23 @@ impl Body {
     #[staticmethod]
     #[pyo3(signature = (path, unit = "m"))]
     fn read(py: Python<'_>, path: PathBuf, unit: &str) -> PyResult<Self> {
-        let (unit, word) = (chosen("unit", unit)?, unit.to_owned());
+        let unit = chosen("unit", unit)?;
         aside(py, move || {
-            let body = AnyBody::read(&path, unit).and_then(|body| Ok(body.flat()?)).map_err(refused)?;
-            let bytes = tongue_fit::files::read(&path).map_err(refused)?;
-            let source = Source::File { bytes, path: path.display().to_string(), unit: word };
-            Ok(Self { body: Arc::new(body), source: Arc::new(source) })
+            let source = BodySource::read(&path, unit).map_err(refused)?;
+            Self::of(PlaneBody { source, ..PlaneBody::default() })
         })?
     }
 
     /// The body of a pickle.
     #[staticmethod]
-    fn _restored(py: Python<'_>, kind: &str, state: &Bound<'_, PyTuple>) -> PyResult<Self> {
-        let source = match kind {
-            "tongue" => Source::Tongue(state.extract::<(f64,)>()?.0),
-            "continuum" => Source::Continuum(state.extract::<(f64,)>()?.0),
-            "anatomy" => {
-                let (toml, spacing_m, origin) = state.extract()?;
-                Source::Anatomy { toml, spacing_m, origin }
-            }
-            "file" => {
-                let (bytes, path, unit) = state.extract()?;
-                Source::File { bytes, path, unit }
-            }
-            other => return Err(wrong(format!("a pickled body of the kind {other} is unknown here"))),
-        };
-        Self::made(py, source)
+    fn _restored(py: Python<'_>, source: &str) -> PyResult<Self> {
+        let source = serde_json::from_str(source);
+        Self::made(py, source.map_err(|e| wrong(format!("a pickled body is unknown here: {e}")))?)
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (&'static str, Bound<'py, PyTuple>)> {
-        let py = slf.py();
-        let state = match &*slf.get().source {
-            Source::Tongue(spacing_m) => ("tongue", (*spacing_m,).into_pyobject(py)?),
-            Source::Continuum(spacing_m) => ("continuum", (*spacing_m,).into_pyobject(py)?),
-            Source::Anatomy { toml, spacing_m, origin } => {
-                ("anatomy", (toml, *spacing_m, origin).into_pyobject(py)?)
-            }
-            Source::File { bytes, path, unit } => {
-                ("file", (PyBytes::new(py, bytes), path, unit).into_pyobject(py)?)
-            }
-        };
-        Ok((py.get_type::<Self>().getattr("_restored")?, state))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (String,)> {
+        let source = serde_json::to_string(&*slf.get().source).map_err(refused)?;
+        Ok((slf.py().get_type::<Self>().getattr("_restored")?, (source,)))
     }
 
     fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
@@ -259,14 +198,6 @@ impl Body {
 #[derive(Clone, Copy, PartialEq)]
 pub struct Model(pub system::Model);
 
-/// Elements of the tissue.
-#[derive(Clone, Copy, PartialEq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Tissue {
-    Springs,
-    Fe,
-}
-
 /// The word for the elements of a model.
 fn tissue_of(model: &system::Model) -> &'static str {
     name_of(&if model.tissue == TissueModel::MassSpring { Tissue::Springs } else { Tissue::Fe })
@@ -296,10 +227,7 @@ impl Model {
             preset: chosen("preset", preset)?,
             spread: chosen("spread", spread)?,
             outside: chosen("outside", outside)?,
-            tissue: match chosen("tissue", tissue)? {
-                Tissue::Springs => TissueModel::MassSpring,
-                Tissue::Fe => TissueModel::FiniteElement,
-            },
+            tissue: chosen::<Tissue>("tissue", tissue)?.model(Kind::Springs),
         }))
     }
 

@@ -7,17 +7,14 @@ use std::sync::mpsc::channel;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tongue_fit::body::Mesh;
-use tongue_fit::inverse::alarms::{self, DEFAULT_THICKNESS_M};
-use tongue_fit::inverse::batch::{self, Known, Selection, Thoroughness};
-use tongue_fit::inverse::{self, FitSettings, HyoidMotion, Premises, Said, Setup, Tone};
-use tongue_fit::measured::muscles::Muscles;
-use tongue_fit::measured::thesis::Thesis;
+use tongue_fit::inverse::alarms::DEFAULT_THICKNESS_M;
+use tongue_fit::inverse::batch::{self, Selection, Thoroughness};
+use tongue_fit::inverse::{FitSettings, Said, Tone};
 use tongue_fit::measured::{TargetKind, Vowel};
 use tongue_fit::posterior::Verdict;
 use tongue_fit::report::batch as outputs;
-use tongue_fit::report::{self, Export, FitRecord, Provenance, SectionPicture, Svg};
-use tongue_fit::system::System;
+use tongue_fit::report::{Export, Provenance};
+use tongue_fit::run::{BatchRun, FitRun};
 use tongue_fit::{body, parallel};
 
 use super::answer::loads;
@@ -44,32 +41,17 @@ impl<'a, 'py> FromPyObject<'a, 'py> for GivenTone {
     }
 }
 
-/// The premises of a running fit.
-struct Premised {
+/// The choices of premises.
+fn said(
     thesis: bool,
-    tone: Option<Tone>,
-    hyoid: Option<HyoidMotion>,
-    free_bones: Vec<String>,
-}
-
-impl Premised {
-    fn new(
-        thesis: bool,
-        tone: Option<GivenTone>,
-        hyoid: Option<&str>,
-        free_bones: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Self> {
-        let tone = tone.map(|tone| tone.0);
-        let free_bones = free_bones.map(|bones| given::names("free_bones", bones)).transpose()?;
-        let free_bones = free_bones.unwrap_or_default();
-        let hyoid = hyoid.map(|name| chosen("hyoid", name)).transpose()?;
-        Ok(Self { thesis, tone, hyoid, free_bones })
-    }
-
-    fn of(&self, kind: TargetKind, body: &body::Body<2>) -> Result<Premises, inverse::FitError> {
-        let Self { thesis, tone, hyoid, free_bones } = self;
-        Premises::of(kind, body, &Said { thesis: *thesis, tone: tone.clone(), hyoid: *hyoid, free_bones })
-    }
+    tone: Option<GivenTone>,
+    hyoid: Option<&str>,
+    free_bones: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Said> {
+    let free_bones = free_bones.map(|bones| given::names("free_bones", bones)).transpose()?;
+    let free_bones = free_bones.unwrap_or_default();
+    let hyoid = hyoid.map(|name| chosen("hyoid", name)).transpose()?;
+    Ok(Said { thesis, tone: tone.map(|tone| tone.0), hyoid, free_bones })
 }
 
 /// A body and a model; the reference if they are not given.
@@ -80,20 +62,6 @@ fn body_and_model(
     let body = body.map_or_else(Body::reference, Ok)?.body;
     let model = model.unwrap_or(Model(tongue_fit::system::Model::default())).of(&body);
     Ok((body, model))
-}
-
-/// The fitted shape over that of the baseline, as in the program.
-fn picture(body: &body::Body<2>, fit: &inverse::Fit) -> PyResult<Svg> {
-    let target = &fit.target;
-    let posture = fit.tone.posture();
-    let title = format!("{} /{}/: {posture} (grey) and at the tensions found", target.subject, target.vowel);
-    // The grey shape is the one that changes are counted from.
-    let grey = Mesh { nodes: fit.baseline_positions.clone(), ..body.mesh.clone() };
-    let palate = body.palate.as_deref().unwrap_or_default();
-    let tensions = fit.shown_tensions();
-    let section = SectionPicture::new(&grey, &fit.positions, &tensions, palate, &title);
-    let grey = if fit.tone.is_none() { "rest" } else { "baseline" };
-    report::tongue(&SectionPicture { grey, ..section }).map_err(refused)
 }
 
 /// Fits one row: the implementation of `tongue_fit.fit`, with the picture of the fitted shape (SVG).
@@ -131,17 +99,22 @@ pub fn fit_row<'py>(
     let kind: TargetKind = target.parse().map_err(refused)?;
     let target = self::target(data, subject, vowel, kind, muscles, baseline)?.target;
     let (body, model) = body_and_model(body, model)?;
-    let said = Premised::new(thesis, tone, hyoid, free_bones)?;
-    let known = Muscles::reference().map_err(refused)?;
+    let said = said(thesis, tone, hyoid, free_bones)?;
+    let asked = FitRun {
+        target: Arc::unwrap_or_clone(target),
+        settings,
+        said,
+        walls: false,
+        thickness_m: DEFAULT_THICKNESS_M,
+    };
     let (text, picture) = aside_on(py, &pool(py, threads)?, move || {
-        let premises = said.of(kind, &body).map_err(refused)?;
-        let fit = inverse::fit_under(&body, &model, &target, premises, &settings).map_err(refused)?;
-        let alarms = alarms::alarms(&body.mesh, &fit, &known, None, &settings, DEFAULT_THICKNESS_M);
+        let found = asked.run(&body, &model).map_err(refused)?;
         let by = Provenance::new("python").with_tissue(model.tissue);
-        let mut record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());
-        record.verdict = if verdict { Verdict::of_target(&body, &model, &target).ok() } else { None };
+        let mut record = found.record(by.clone(), Some(clock.elapsed().as_secs_f64()));
+        record.verdict = if verdict { Verdict::of_target(&body, &model, &asked.target).ok() } else { None };
         let text = record.to_json().map_err(refused)?;
-        Ok::<_, PyErr>((text, picture(&body, &fit)?.text(&by).map_err(refused)?))
+        let picture = found.picture(&body).map_err(refused)?;
+        Ok::<_, PyErr>((text, picture.text(&by).map_err(refused)?))
     })??;
     Ok((loads(py, &text)?, picture))
 }
@@ -202,25 +175,14 @@ pub fn fit_rows<'py>(
     let shard: outputs::Shard = shard.parse().map_err(wrong)?;
     let threads = pool(py, threads)?;
     let (body, model) = body_and_model(body, model)?;
-    let said = Premised::new(thesis, tone, hyoid, free_bones)?;
+    let said = said(thesis, tone, hyoid, free_bones)?;
     let data = Arc::clone(&data.data);
-    let (table, whole) = (Arc::clone(&data), Arc::clone(&body));
-    let kinds = selection.kinds.clone();
-    let (plan, setups) = aside_on(py, &threads, move || {
+    let table = Arc::clone(&data);
+    let run = aside_on(py, &threads, move || {
         let plan = batch::plan(&table, &selection).map_err(refused)?;
-        // An error that concerns all fits is raised once.
-        System::new(&whole.mesh, &model, &[]).map_err(refused)?;
-        let mut setups: Vec<(TargetKind, Option<Setup>)> = Vec::new();
-        for kind in kinds {
-            let premises = said.of(kind, &whole).map_err(refused)?;
-            let setup = (!premises.is_thesis()).then(|| Setup::new(&whole, &model, premises)).transpose();
-            setups.push((kind, setup.map_err(refused)?));
-        }
-        Ok::<_, PyErr>((plan, setups))
+        BatchRun::new(plan, &selection.kinds, how, &said, &body, &model).map_err(refused)
     })??;
-    let known = Known::reference().map_err(refused)?;
-    let thesis = Thesis::reference().map_err(refused)?;
-    let (all, refusals) = (plan.jobs.len(), plan.refusals);
+    let (all, refusals) = (run.plan.jobs.len(), run.plan.refusals.clone());
     let not_fitted = data.broken().iter().map(|row| row.fault.to_string());
     let not_fitted = not_fitted
         .chain(
@@ -228,8 +190,7 @@ pub fn fit_rows<'py>(
         )
         .collect();
 
-    let mine: Vec<(usize, batch::Job)> =
-        plan.jobs.into_iter().enumerate().filter(|(number, _)| shard.has(*number)).collect();
+    let mine: Vec<usize> = (0..all).filter(|&number| shard.has(number)).collect();
     let wanted = mine.len();
     let stopped = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&stopped);
@@ -243,24 +204,14 @@ pub fn fit_rows<'py>(
     };
     let by = provenance.clone();
     std::thread::spawn(move || {
-        let work = |(number, job): &(usize, batch::Job)| {
+        let work = |&number: &usize| {
             if seen.load(Ordering::Relaxed) {
                 return;
             }
-            let setup = setups.iter().find(|(kind, _)| *kind == job.target.kind);
-            let within = outputs::Within {
-                mesh: &body.mesh,
-                model: &model,
-                setup: setup.and_then(|(_, setup)| setup.as_ref()),
-                known: &known,
-                thesis: &thesis,
-                posterior: None,
-                how: &how,
-            };
             // A number above the limit, so that no pictures are drawn.
-            let made = outputs::assess(outputs::MOST_FITS_ON_PAGE, job, &within, &provenance);
+            let made = run.fit(number, outputs::MOST_FITS_ON_PAGE, None, &provenance);
             // A closed receiver means that the call was interrupted.
-            let _ = sender.send((*number, made));
+            let _ = sender.send((number, made));
         };
         workers.install(|| parallel::map(&mine, work));
     });

@@ -5,18 +5,17 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::body::json::MeshRecord;
-use tongue_fit::body::{Anatomy, AnyBody, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M, Unit};
+use tongue_fit::body::{Anatomy, Body, Unit};
+use tongue_fit::choice::named;
 use tongue_fit::material::{Constants, Preset, Spread};
 use tongue_fit::report::PageBody;
+use tongue_fit::run::{BodySource, Kind, PlaneBody, Tissue};
 use tongue_fit::simulation;
 use tongue_fit::suggest;
-use tongue_fit::system::{Model, OutsidePath, TissueModel};
+use tongue_fit::system::{Model, OutsidePath};
 
 use super::choice::choice;
 use super::output;
-
-/// Default mesh spacing of a continuum, m.
-const CONTINUUM_SPACING_M: f64 = 4e-3;
 
 /// Meshes with more triangles get a note on their cost.
 const MANY_TRIANGLES: usize = 20_000;
@@ -60,8 +59,8 @@ pub struct Arguments {
     #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,
     /// Tissue: springs and area terms (as in the thesis), or finite elements of the same E and nu
-    #[arg(long, value_enum, default_value = "springs")]
-    tissue: TissueName,
+    #[arg(long, value_parser = choice::<Tissue>(), default_value = "springs")]
+    tissue: Tissue,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -73,8 +72,8 @@ enum PresetName {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum BodyName {
-    Springs,
-    Continuum,
+    /// A body in the plane.
+    Plane(Kind),
     /// A body in space.
     Space(SpaceSource),
 }
@@ -101,10 +100,9 @@ impl std::fmt::Display for SpaceSource {
 
 /// Parses the value of `--body`.
 fn body_name(word: &str) -> Result<BodyName, String> {
-    match word {
-        "springs" => Ok(BodyName::Springs),
-        "continuum" => Ok(BodyName::Continuum),
-        _ => space_name(word)
+    match named(word) {
+        Some(kind) => Ok(BodyName::Plane(kind)),
+        None => space_name(word)
             .map(BodyName::Space)
             .map_err(|_| not_a_body(word, &["springs", "continuum", "space"])),
     }
@@ -133,12 +131,6 @@ fn not_a_body(word: &str, known: &[&str]) -> String {
     )
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum TissueName {
-    Springs,
-    Fe,
-}
-
 impl Arguments {
     /// Whether a body other than the built-in one was given.
     pub fn is_given(&self) -> bool {
@@ -154,44 +146,39 @@ impl Arguments {
     pub fn anatomy(&self) -> miette::Result<Option<Anatomy>> {
         match (&self.mesh, &self.anatomy) {
             (Some(_), _) => Ok(None),
-            (None, Some(path)) => read_anatomy(path).map(Some),
+            (None, Some(path)) => {
+                let read = Anatomy::from_toml(&anatomy_text(path)?, &path.display().to_string());
+                read.map(Some).into_diagnostic()
+            }
             (None, None) => Anatomy::reference().map(Some).into_diagnostic(),
         }
     }
 
+    /// Elements of the body; springs where it is in space.
+    fn kind(&self) -> Kind {
+        match self.body {
+            BodyName::Plane(kind) => kind,
+            BodyName::Space(_) => Kind::Springs,
+        }
+    }
+
+    /// What the body in the plane is made from.
+    fn plane(&self) -> miette::Result<PlaneBody> {
+        self.check()?;
+        let spacing_m = self.h.as_deref().map(spacing).transpose()?;
+        let source = match (&self.mesh, &self.anatomy) {
+            (Some(path), _) => BodySource::read(path, self.mesh_unit).into_diagnostic()?,
+            (None, Some(path)) => {
+                BodySource::Anatomy { toml: anatomy_text(path)?, origin: path.display().to_string() }
+            }
+            (None, None) => BodySource::Tongue,
+        };
+        Ok(PlaneBody { source, kind: self.kind(), spacing_m })
+    }
+
     /// The body.
     pub fn body(&self) -> miette::Result<Body<2>> {
-        self.check()?;
-        let h = match (&self.h, &self.body) {
-            (Some(h), _) => spacing(h)?,
-            (None, BodyName::Springs | BodyName::Space(_)) => DEFAULT_SPACING_M,
-            (None, BodyName::Continuum) => CONTINUUM_SPACING_M,
-        };
-        let settings = ContinuumSettings::default();
-        let continuum = self.body == BodyName::Continuum;
-        let body = match (&self.mesh, &self.anatomy) {
-            (Some(path), _) => {
-                let mut tell = |concern| output::note(&format!("{}: {concern}", path.display()));
-                let body = AnyBody::read_telling(path, self.mesh_unit, &mut tell)
-                    .and_then(|body| Ok(body.flat()?))
-                    .into_diagnostic()?;
-                match continuum {
-                    true => body.into_continuum(&settings).into_diagnostic()?,
-                    false => body,
-                }
-            }
-            (None, Some(path)) => {
-                let anatomy = read_anatomy(path)?;
-                let body = Body::from_anatomy(&anatomy, h).map_err(BodyError::from);
-                let body = match continuum {
-                    true => body.and_then(|body| body.into_continuum_of(&anatomy, &settings)),
-                    false => body,
-                };
-                body.map_err(|error| miette!("{}: {error}", path.display()))?
-            }
-            (None, None) if continuum => Body::continuum(h, &settings).into_diagnostic()?,
-            (None, None) => Body::tongue(h).into_diagnostic()?,
-        };
+        let body = self.made(&self.plane()?)?;
         self.warn(body.mesh.cells.len());
         output::step(|| {
             let mesh = &body.mesh;
@@ -199,6 +186,12 @@ impl Arguments {
             format!("{}: {nodes} nodes, {triangles} triangles, {} muscles", body.what, mesh.muscles.len())
         });
         Ok(body)
+    }
+
+    /// The body of this plan, with notes on a file of Gmsh.
+    fn made(&self, plane: &PlaneBody) -> miette::Result<Body<2>> {
+        let file = self.mesh.as_deref().unwrap_or(Path::new("")).display();
+        plane.make(&mut |concern| output::note(&format!("{file}: {concern}"))).into_diagnostic()
     }
 
     /// Notes before the first solve on what takes long.
@@ -221,13 +214,12 @@ impl Arguments {
 
     /// The body for a page, which builds it again.
     pub fn page_body(&self) -> miette::Result<PageBody> {
-        self.check()?;
-        let flat = Self { body: BodyName::Springs, ..self.clone() };
-        let h = self.h.as_deref().map(spacing).transpose()?;
-        let continuum = self.body == BodyName::Continuum;
+        let plane = self.plane()?;
+        let continuum = plane.kind == Kind::Continuum;
+        let given = plane.spacing_m.or(continuum.then(|| plane.spacing_m()));
         let mut page = PageBody {
-            springs_h_mm: h.map(|h| h * 1e3),
-            continuum_h_mm: h.or(continuum.then_some(CONTINUUM_SPACING_M)).map(|h| h * 1e3),
+            springs_h_mm: plane.spacing_m.map(|h| h * 1e3),
+            continuum_h_mm: given.map(|h| h * 1e3),
             continuum,
             thesis: self.is_thesis(),
             model: self.model(),
@@ -235,14 +227,17 @@ impl Arguments {
             anatomy: None,
             mesh: None,
         };
-        if let Some(path) = self.mesh.as_ref().or(self.anatomy.as_ref()) {
-            page.file = path.display().to_string();
-        }
-        if self.mesh.is_some() {
-            let body = flat.body()?;
-            page.mesh = Some(output::json(&MeshRecord::of(&body, &flat.model()).into_diagnostic()?)?);
-        } else if let Some(path) = &self.anatomy {
-            page.anatomy = Some(anatomy_text(path)?);
+        match &plane.source {
+            BodySource::Tongue => {}
+            BodySource::Anatomy { toml, origin } => {
+                (page.file, page.anatomy) = (origin.clone(), Some(toml.clone()));
+            }
+            BodySource::Mesh { origin, .. } => {
+                let flat = self.made(&PlaneBody { kind: Kind::Springs, ..plane.clone() })?;
+                let springs = Model { tissue: self.tissue.model(Kind::Springs), ..self.model() };
+                let mesh = output::json(&MeshRecord::of(&flat, &springs).into_diagnostic()?)?;
+                (page.file, page.mesh) = (origin.clone(), Some(mesh));
+            }
         }
         Ok(page)
     }
@@ -264,11 +259,11 @@ impl Arguments {
             ));
         }
         let of_springs = [
-            ("--tissue fe", self.tissue == TissueName::Fe),
+            ("--tissue fe", self.tissue == Tissue::Fe),
             ("--preset as-printed", matches!(self.preset, PresetName::AsPrinted)),
             ("--outside chain", self.outside == OutsidePath::Chain),
         ];
-        match of_springs.iter().find(|(_, given)| self.body == BodyName::Continuum && *given) {
+        match of_springs.iter().find(|(_, given)| self.kind() == Kind::Continuum && *given) {
             Some((option, _)) => Err(miette!(
                 "{option} says what --body springs is made of; --body continuum has elements and fibres of its own: leave one of the two out"
             )),
@@ -291,17 +286,9 @@ impl Arguments {
             },
             spread: Spread::PerConnection,
             outside: self.outside,
-            tissue: match self.tissue {
-                _ if self.body == BodyName::Continuum => TissueModel::Continuum,
-                TissueName::Springs => TissueModel::MassSpring,
-                TissueName::Fe => TissueModel::FiniteElement,
-            },
+            tissue: self.tissue.model(self.kind()),
         }
     }
-}
-
-fn read_anatomy(path: &Path) -> miette::Result<Anatomy> {
-    Anatomy::from_toml(&anatomy_text(path)?, &path.display().to_string()).into_diagnostic()
 }
 
 fn anatomy_text(path: &Path) -> miette::Result<String> {

@@ -4,15 +4,14 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::body::{Body, Mesh};
+use tongue_fit::body::Body;
 use tongue_fit::choice::name_of;
-use tongue_fit::geometry::Point;
-use tongue_fit::inverse::alarms::{self, Alarm, DEFAULT_THICKNESS_M};
-use tongue_fit::inverse::{self, Among, Fit, FitSettings, Method};
-use tongue_fit::measured::muscles::Muscles;
+use tongue_fit::inverse::alarms::{Alarm, DEFAULT_THICKNESS_M};
+use tongue_fit::inverse::{Among, Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::Verdict;
-use tongue_fit::report::{self, Export, FitRecord, SectionPicture, Series, Svg};
+use tongue_fit::report::{self, Export, Series, Svg};
+use tongue_fit::run::{FitFound, FitRun};
 use tongue_fit::system::Model;
 
 use super::choice::choice;
@@ -99,17 +98,6 @@ impl Arguments {
         self.others.has_points() && !self.posterior.is_given()
     }
 
-    fn fit(
-        &self,
-        body: &Body<2>,
-        model: &Model,
-        target: &Target,
-        settings: &FitSettings,
-    ) -> miette::Result<Fit> {
-        let premises = self.premises.premises(target.kind, body, self.body.is_thesis())?;
-        inverse::fit_under(body, model, target, premises, settings).into_diagnostic()
-    }
-
     fn target(&self, kind: TargetKind) -> miette::Result<Target> {
         let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse().into_diagnostic()?;
         let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
@@ -174,8 +162,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
     let target = arguments.target(kind)?;
     let tongue = arguments.body.body()?;
-    let mesh = &tongue.mesh;
-    let palate = tongue.palate.as_deref().unwrap_or_default();
     let out = global.folder("results")?;
     let model = arguments.body.model();
     let ground = arguments.posterior.ground(&tongue, &model)?;
@@ -195,22 +181,28 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             target.active_names().join(", ")
         )
     });
-    let fit = arguments.fit(&tongue, &model, &target, &settings)?;
+    let said = arguments.premises.said(&[kind], &tongue, arguments.body.is_thesis())?;
+    let asked = FitRun {
+        target: target.clone(),
+        settings,
+        said,
+        walls: false,
+        thickness_m: thickness_m.unwrap_or(DEFAULT_THICKNESS_M),
+    };
+    let found = asked.run(&tongue, &model).into_diagnostic()?;
+    let FitFound { fit, alarms } = &found;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
     let published = match arguments.lengths {
         // The published tensions are those of a model at rest in the baseline.
-        None if fit.tone.is_none() => published::answer(mesh, &model, &fit.target)?,
+        None if fit.tone.is_none() => published::answer(&tongue.mesh, &model, &fit.target)?,
         _ => None,
     };
 
     // A table that only -v shows.
     let from_stretches = match kind {
-        TargetKind::Ratio if output::is_verbose() => stretches(arguments, &tongue, &model, &settings),
+        TargetKind::Ratio if output::is_verbose() => stretches(arguments, &asked, &tongue, &model),
         _ => None,
     };
-    let known = Muscles::reference().into_diagnostic()?;
-    let thickness = thickness_m.unwrap_or(DEFAULT_THICKNESS_M);
-    let alarms = alarms::alarms(mesh, &fit, &known, None, &settings, thickness);
 
     let by = super::provenance().with_tissue(model.tissue);
     let sampled = match &ground {
@@ -230,13 +222,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Ok(_) => "verdict made".to_owned(),
         Err(why) => format!("no verdict: {why}"),
     });
-    let mut record = FitRecord::new(&fit, &alarms, by.clone(), clock.elapsed().as_secs_f64());
+    let mut record = found.record(by.clone(), Some(clock.elapsed().as_secs_f64()));
     record.verdict = verdict.as_ref().ok().cloned();
     record.posterior = sampled.as_ref().map(|s| s.reports[posture].clone());
     record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
-    let (picture, chart) = pictures(mesh, palate, &fit, published.as_ref())?;
+    let picture = found.picture(&tongue).into_diagnostic()?;
+    let chart = changes(fit, published.as_ref())?;
     let mut files: Vec<(&str, &dyn Export)> =
         vec![("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
     let valley = record.valley.as_ref().map(|v| (v.table(), report::valley(v, &record.reference)));
@@ -252,11 +245,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         output::print(&json)?;
     } else {
         let shown = Shown {
-            fit: &fit,
+            fit,
             verdict: verdict.as_ref().map_err(String::as_str),
             is_verbose: output::is_verbose(),
             among: settings.among,
-            alarms: &alarms,
+            alarms,
             from_stretches: from_stretches.as_ref(),
             published: published.as_ref(),
             thickness_m,
@@ -280,37 +273,18 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// The same row fitted by stretches, which determine all tensions; `None` if that is not possible.
-fn stretches(arguments: &Arguments, body: &Body<2>, model: &Model, settings: &FitSettings) -> Option<Fit> {
-    let target = arguments.target(TargetKind::Stretch).ok()?;
-    let settings = FitSettings { method: Method::GaussNewton, ..*settings };
-    arguments.fit(body, model, &target, &settings).ok()
+fn stretches(arguments: &Arguments, asked: &FitRun, body: &Body<2>, model: &Model) -> Option<Fit> {
+    let kind = TargetKind::Stretch;
+    let target = arguments.target(kind).ok()?;
+    let said = arguments.premises.said(&[kind], body, arguments.body.is_thesis()).ok()?;
+    let settings = FitSettings { method: Method::GaussNewton, ..asked.settings };
+    FitRun { target, settings, said, ..asked.clone() }.run(body, model).ok().map(|found| found.fit)
 }
 
-/// The deformed mesh, and figure 4.9 of the thesis.
-fn pictures(
-    mesh: &Mesh<2>,
-    palate: &[Point],
-    fit: &Fit,
-    published: Option<&Published>,
-) -> miette::Result<(Svg, Svg)> {
+/// Figure 4.9 of the thesis: changes measured, simulated and published.
+fn changes(fit: &Fit, published: Option<&Published>) -> miette::Result<Svg> {
     let target = &fit.target;
     let what = format!("{} /{}/", target.subject, target.vowel);
-    let title = format!("{what}: {} (grey) and at the tensions found", fit.tone.posture());
-    // The grey shape is the one that changes are counted from.
-    let grey = Mesh { nodes: fit.baseline_positions.clone(), ..mesh.clone() };
-    let tensions = fit.shown_tensions();
-    let section = SectionPicture {
-        mesh: &grey,
-        positions: &fit.positions,
-        tensions: &tensions,
-        palate,
-        seen: &[],
-        contact: false,
-        stretch: false,
-        grey: if fit.tone.is_none() { "rest" } else { "baseline" },
-        title: &title,
-    };
-    let picture = report::tongue(&section).into_diagnostic()?;
     let measured = target.muscles.len();
     let labels: Vec<String> = (0..measured)
         .map(|m| format!("{}{}", target.muscles[m], if fit.contracts(m) { "*" } else { "" }))
@@ -331,6 +305,5 @@ fn pictures(
         series.push(Series { name: p.name(), values: p.stretches.clone() });
     }
     let title = format!("{what}: change of every muscle relative to /{}/", target.baseline);
-    let chart = report::changes(&labels, &series, target.baseline.label(), &title).into_diagnostic()?;
-    Ok((picture, chart))
+    report::changes(&labels, &series, target.baseline.label(), &title).into_diagnostic()
 }

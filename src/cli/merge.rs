@@ -40,7 +40,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     })?;
     let words = journal::arguments(first).into_diagnostic()?;
     let prepared = prepare(&words)?;
-    let jobs = prepared.plan.jobs.len();
+    let jobs = prepared.run.plan.jobs.len();
 
     let mut parts = Vec::new();
     let mut wanting = missing(&shards)?;

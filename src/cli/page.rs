@@ -7,7 +7,8 @@ use serde::Serialize;
 use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{Dataset, TargetKind};
 use tongue_fit::parallel;
-use tongue_fit::report::{FitRecord, Json, OutputDir, PageTable, TonguePage};
+use tongue_fit::report::{Json, OutputDir, PageTable, TonguePage};
+use tongue_fit::run::FitRun;
 
 use super::{Global, Outcome, body, output, table};
 
@@ -73,11 +74,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let thesis = arguments.body.is_thesis();
     let mut fits = Vec::new();
-    for found in parallel::map(jobs, |job| {
-        FitRecord::of_target(&tongue, &model, &job.target, thesis, true, by.clone())
-    }) {
+    for found in
+        parallel::map(jobs, |job| FitRun::quick(job.target.clone(), thesis, true).run(&tongue, &model))
+    {
         match found {
-            Ok(fit) => fits.push(fit),
+            Ok(found) => fits.push(found.record(by.clone(), None)),
             Err(error) => not_fitted.push(error.to_string()),
         }
     }

@@ -4,9 +4,8 @@ use std::path::Path;
 
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::{Body, HYOID};
-use tongue_fit::inverse::{HyoidMotion, Premises, Said, Setup, Tone};
+use tongue_fit::inverse::{HyoidMotion, Said, Tone};
 use tongue_fit::measured::{TargetKind, tone};
-use tongue_fit::system::Model;
 
 use super::choice::choice;
 use super::output;
@@ -32,31 +31,15 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The premises of a fit of a quantity; `thesis`: whether the thesis's assumptions are the default.
-    pub fn premises(&self, kind: TargetKind, body: &Body<2>, thesis: bool) -> miette::Result<Premises> {
+    /// The choices for fits of these quantities; `thesis`: whether the thesis's assumptions are the default.
+    pub fn said(&self, kinds: &[TargetKind], body: &Body<2>, thesis: bool) -> miette::Result<Said> {
         let tone = self.tone.as_deref().map(read_tone).transpose()?;
-        let active = kind == TargetKind::Stretch && !thesis;
+        let active = kinds.contains(&TargetKind::Stretch) && !thesis;
         let named = body.bones.iter().any(|b| b.name == HYOID);
         if active && self.hyoid.is_none() && !named && !body.bones.is_empty() {
             output::note("this body names no bone \"hyoid\": it stays where it is in every fit");
         }
-        Premises::of(kind, body, &Said { thesis, tone, hyoid: self.hyoid, free_bones: &self.free_bone })
-            .into_diagnostic()
-    }
-
-    /// The body under its premises; `None` if these are the thesis's.
-    pub fn setup(
-        &self,
-        kind: TargetKind,
-        body: &Body<2>,
-        model: &Model,
-        thesis: bool,
-    ) -> miette::Result<Option<Setup>> {
-        let premises = self.premises(kind, body, thesis)?;
-        if premises.is_thesis() {
-            return Ok(None);
-        }
-        Setup::new(body, model, premises).map(Some).into_diagnostic()
+        Ok(Said { thesis, tone, hyoid: self.hyoid, free_bones: self.free_bone.clone() })
     }
 }
 

@@ -4,11 +4,9 @@ use std::time::Instant;
 
 use miette::IntoDiagnostic;
 
-use tongue_fit::inverse::alarms;
-use tongue_fit::report::{
-    self, AlarmRecord, BranchRecord, Export, Json, Msh, OutputDir, SectionPicture, SimulationRecord, Vtu,
-};
-use tongue_fit::statics::{self, SolveSettings, Workspace};
+use tongue_fit::report::{self, Export, Json, Msh, OutputDir, SectionPicture, Vtu};
+use tongue_fit::run::Equilibrium;
+use tongue_fit::statics::Workspace;
 use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, pulls, space, table, trajectory};
@@ -61,22 +59,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
-    let settings = SolveSettings::default();
-    let (solution, branch, alarms) = if arguments.direct {
-        let solution = statics::solve(&system, &mut workspace, &all, &settings);
-        (solution, None, alarms::barrier(solution.guarded).into_iter().collect())
-    } else {
-        let found = statics::solve_and_trace(&system, &mut workspace, &all, &settings, statics::TRACE_STEPS);
-        let alarms = alarms::of_equilibrium(&found.solution, found.critical);
-        (found.solution, Some(BranchRecord::new(&found)), alarms)
-    };
+    let found = Equilibrium::of(&system, &mut workspace, &all, arguments.direct);
     let wall_s = clock.elapsed().as_secs_f64();
+    let Equilibrium { solution, alarms, .. } = &found;
     output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
-
+    let record = found.record((&system, &workspace), &mesh.muscle_names(), &all, wall_s);
     let positions = workspace.positions();
-    let mut record = SimulationRecord::new(&system, &mesh.muscle_names(), &solution, &all, positions, wall_s);
-    record.branch = branch;
-    record.alarms = alarms.iter().map(AlarmRecord::from).collect();
     let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
     let mut written = Vec::new();
     if let Some(out) = &out {
@@ -95,6 +83,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         ];
         written = out.export(&files, &by).into_diagnostic()?;
     }
-    output::answer(global, &json, &by, &written, || table::simulation(&record, &alarms, &written))?;
-    Ok(Outcome::of_equilibrium(solution.status, &alarms))
+    output::answer(global, &json, &by, &written, || table::simulation(&record, alarms, &written))?;
+    Ok(Outcome::of_equilibrium(solution.status, alarms))
 }

@@ -57,7 +57,8 @@ impl Arguments {
                 true => format!("{}, at rest", body.what),
                 false => format!("{}, {}", body.what, self.activation.join(", ")),
             },
-            converged: solved.solution.status == SolveStatus::Converged && solved.alarms.is_empty(),
+            converged: solved.found.solution.status == SolveStatus::Converged
+                && solved.found.alarms.is_empty(),
             tissue: solved.system.tissue(),
             tensions_n: None,
             activations: Some(ByMuscle(names.zip(activations).collect())),

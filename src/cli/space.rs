@@ -8,9 +8,10 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::Vector3;
 
 use tongue_fit::body::{SpaceBody, Unit, artisynth, gmsh};
-use tongue_fit::inverse::alarms::{self, Alarm};
-use tongue_fit::report::{self, AlarmRecord, BranchRecord, Export, Json, OutputDir, SpaceRecord, SpaceVtu};
-use tongue_fit::statics::{self, Solution, SolveSettings, Workspace};
+use tongue_fit::inverse::alarms::Alarm;
+use tongue_fit::report::{self, Export, Json, OutputDir, SpaceRecord, SpaceVtu};
+use tongue_fit::run::Equilibrium;
+use tongue_fit::statics::Workspace;
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use super::body::SpaceSource;
@@ -114,9 +115,7 @@ pub fn activations(words: &[String], body: &SpaceBody) -> miette::Result<Vec<f64
 
 /// An equilibrium of a body in space.
 pub struct Solved {
-    pub solution: Solution,
-    branch: Option<BranchRecord>,
-    pub alarms: Vec<Alarm>,
+    pub found: Equilibrium,
     pub positions: Vec<Vector3<f64>>,
     pub system: System<3>,
     pub wall_s: f64,
@@ -152,21 +151,13 @@ pub fn solve(
     let mut workspace = Workspace::new(&system);
     let own = half.as_ref().map_or(activations, |(own, _)| own);
     let clock = Instant::now();
-    let settings = SolveSettings::default();
-    let (solution, branch, alarms) = if direct {
-        let solution = statics::solve(&system, &mut workspace, own, &settings);
-        (solution, None, alarms::barrier(solution.guarded).into_iter().collect())
-    } else {
-        let found = statics::solve_and_trace(&system, &mut workspace, own, &settings, statics::TRACE_STEPS);
-        let alarms = alarms::of_equilibrium(&found.solution, found.critical);
-        (found.solution, Some(BranchRecord::new(&found)), alarms)
-    };
+    let found = Equilibrium::of(&system, &mut workspace, own, direct);
     let wall_s = clock.elapsed().as_secs_f64();
     let positions = match &half {
         Some((_, half)) => half.whole(workspace.positions()),
         None => workspace.positions().to_vec(),
     };
-    Ok(Solved { solution, branch, alarms, positions, system, wall_s })
+    Ok(Solved { found, positions, system, wall_s })
 }
 
 /// One equilibrium, or one before and one after surgery.
@@ -200,10 +191,10 @@ pub fn run(
         }
         operation = Some(record);
     }
-    let Solved { solution, branch, alarms, positions, system, wall_s } = found;
-    let mut record = SpaceRecord::new(body, (&system, &solution), &activations, &positions, wall_s);
-    record.branch = branch;
-    record.alarms = alarms.iter().map(AlarmRecord::from).collect();
+    let Solved { found, positions, system, wall_s } = found;
+    let mut record = SpaceRecord::new(body, (&system, &found.solution), &activations, &positions, wall_s);
+    record.branch = found.branch;
+    record.alarms = found.told();
     record.operation = operation;
     let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
     let mut written = Vec::new();
@@ -215,8 +206,8 @@ pub fn run(
             [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
         written = out.export(&files, &by).into_diagnostic()?;
     }
-    output::answer(global, &json, &by, &written, || text(&record, &alarms, &written))?;
-    Ok(Outcome::of_equilibrium(solution.status, &alarms))
+    output::answer(global, &json, &by, &written, || text(&record, &found.alarms, &written))?;
+    Ok(Outcome::of_equilibrium(found.solution.status, &found.alarms))
 }
 
 /// The record as text for a terminal.

@@ -85,7 +85,7 @@ fn alone(
 ) -> miette::Result<(Row, Panel)> {
     let activations = body.activations(&[(name, activation)]).map_err(|e| miette!("--activation: {e}"))?;
     let solved = space::solve(body, model, &activations, false)?;
-    let status = solved.solution.status;
+    let status = solved.found.solution.status;
     output::step(|| format!("{name}: {status:?}"));
     let flat: Vec<Vector2<f64>> = solved.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect();
     let [tip, top, root] = moved_mm(section, &flat);
@@ -99,7 +99,7 @@ fn alone(
     let [a, b] = body.mesh.muscles[body.muscles_called(name).into_diagnostic()?[0]].ends();
     let length = |x: &[Vector3<f64>]| (x[b] - x[a]).norm();
     let stretch = length(&solved.positions) / length(&body.mesh.nodes);
-    let alarms: Vec<String> = solved.alarms.iter().map(|a| a.text()).collect();
+    let alarms: Vec<String> = solved.found.alarms.iter().map(|a| a.text()).collect();
     let lines = match status {
         SolveStatus::Converged if !alarms.is_empty() => alarms.clone(),
         SolveStatus::Converged => {

@@ -4,11 +4,12 @@ use crate::fixtures::{target, tongue};
 use tongue_core::observe::Certainty;
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::alarms::{Alarm, alarms};
-use tongue_fit::inverse::batch::{Known, Thoroughness, assess};
+use tongue_fit::inverse::batch::Thoroughness;
 use tongue_fit::inverse::{Among, FitSettings, Matched, Method};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::system::{Model, System};
+use tongue_infer::inverse::batch::{Known, assess};
 use tongue_infer::inverse::{Forward, Problem, Setup};
 
 fn how() -> Thoroughness {
@@ -22,8 +23,7 @@ fn assessed(
     kind: TargetKind,
     how: &Thoroughness,
 ) -> tongue_infer::inverse::batch::Assessment {
-    assess(mesh, &Model::default(), None, &target(subject, "a", kind), &Known::reference().unwrap(), how)
-        .unwrap()
+    assess(mesh, &Model::default(), None, &target(subject, "a", kind), &Known::built_in(), how).unwrap()
 }
 
 #[test]

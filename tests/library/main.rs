@@ -31,6 +31,7 @@ mod posterior;
 mod posterior_geometry;
 mod properties_of_random_bodies;
 mod recordings_are_read;
+mod runs_are_plain_structs;
 mod scenes_in_space;
 mod scenes_simulate_only_what_they_call_for;
 mod scikit_fem;

@@ -3,12 +3,12 @@
 
 use nalgebra::SVector;
 use tongue_fit::body::Body;
-use tongue_fit::inverse::{Fit, FitSettings, FitStatus, Matched, Method, Premises, Setup, Tone, fit};
+use tongue_fit::inverse::{Fit, FitSettings, FitStatus, Matched, Method, Tone, fit};
 use tongue_fit::measured::{Dataset, Target, TargetKind};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::Model;
 use tongue_infer::inverse::{Forward, STRETCH_SD};
-use tongue_infer::inverse::{LooseBone, Problem, fit_in};
+use tongue_infer::inverse::{LooseBone, Premises, Problem, Setup, fit_in};
 
 use crate::fixtures::target;
 

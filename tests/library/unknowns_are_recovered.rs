@@ -2,7 +2,7 @@
 //! in space, and their Jacobian is the difference of solved residuals.
 
 use nalgebra::{SVector, Vector3};
-use tongue_fit::body::{AnyBody, Body, Mesh, MuscleChain};
+use tongue_fit::body::{Body, Mesh, MeshContent, MuscleChain};
 use tongue_fit::inverse::{self, Answer, FitSettings, FitStatus, FreedBone, Method, Unknown};
 use tongue_fit::observe::{Length, NodePosition, Observation, Stretch, Surface};
 use tongue_fit::statics::{self, Workspace};
@@ -39,7 +39,8 @@ fn solid() -> Body<3> {
         MuscleChain { name: "across".into(), nodes: edge(4) },
     ];
     let text = gmsh::write(&mesh, &[]);
-    AnyBody::from_msh(text.as_ref(), "block.msh", gmsh::Unit::M).unwrap().solid().unwrap()
+    let content = MeshContent::Gmsh { bytes: text.into(), unit: gmsh::Unit::M };
+    content.body("block.msh", &mut |_| ()).unwrap().solid().unwrap()
 }
 
 #[test]

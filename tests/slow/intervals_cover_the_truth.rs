@@ -4,11 +4,12 @@
 use crate::fixtures::{target_of, tongue};
 use rayon::prelude::*;
 use tongue_fit::body::Mesh;
-use tongue_fit::inverse::batch::{Known, Thoroughness, assess};
+use tongue_fit::inverse::batch::Thoroughness;
 use tongue_fit::inverse::{FitSettings, Method};
 use tongue_fit::measured::{Target, TargetKind};
 use tongue_fit::statics::{self, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
+use tongue_infer::inverse::batch::{Known, assess};
 
 const CASES: u64 = 240;
 const DRAWS: usize = 200;
@@ -69,7 +70,7 @@ fn case(mesh: &Mesh<2>, seed: u64, kind: TargetKind) -> Option<Case> {
 #[test]
 fn intervals_hold_the_truth_in_95_percent_of_synthetic_cases() {
     let mesh = tongue();
-    let known = Known::reference().unwrap();
+    let known = Known::built_in();
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     let how = Thoroughness { settings, draws: DRAWS, subset_changes: 0, ..Thoroughness::default() };
     for kind in TargetKind::ALL {

@@ -2,11 +2,12 @@
 //! nothing but rounding is unknown also against a bootstrap, and the dependence of signs on the prior.
 
 use tongue_core::random::{normals, seed_of};
-use tongue_fit::inverse::batch::{Known, Thoroughness, assess};
+use tongue_fit::inverse::batch::Thoroughness;
 use tongue_fit::inverse::{FitSettings, Matched, Method};
 use tongue_fit::measured::{Dataset, TargetKind};
 use tongue_fit::parallel;
 use tongue_fit::system::Model;
+use tongue_infer::inverse::batch::{Known, assess};
 use tongue_infer::posterior::{Meaning, Measurements, Report, Sampling, sample};
 
 use crate::cases;
@@ -66,7 +67,7 @@ fn with_everything_but_rounding_off_intervals_are_as_wide_as_those_of_the_bootst
     let target = target("S2", "a", TargetKind::Stretch);
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     let how = Thoroughness { settings, draws: 16_000, subset_changes: 0, ..Thoroughness::default() };
-    let known = Known::reference().unwrap();
+    let known = Known::built_in();
     let drawn = assess(&mesh, &Model::default(), None, &target, &known, &how).unwrap().intervals.unwrap();
 
     let off = [

@@ -1,7 +1,9 @@
-//! Outputs and runs of tongue-fit: records, tables, pictures and pages ([`report`]), the library by names of
-//! muscles and bones ([`simulation`]), surgery in words ([`surgery`]), and scenes from files ([`scene`]).
+//! Outputs and runs of tongue-fit: records, tables, pictures and pages ([`report`]), runs as plain structs
+//! ([`run`]), the library by names of muscles and bones ([`simulation`]), surgery in words ([`surgery`]), and
+//! scenes from files ([`scene`]).
 
 pub mod report;
+pub mod run;
 pub mod scene;
 pub mod simulation;
 pub mod surgery;

@@ -157,7 +157,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out = global.folder(DEFAULT_OUT)?;
     prepared.tell_what_is_left_out();
     let path = out.path().join(arguments.shard.map_or_else(|| NAME.to_owned(), Shard::journal));
-    let count = prepared.plan.jobs.len();
+    let count = prepared.run.plan.jobs.len();
     let mine: Vec<usize> = (0..count).filter(|&n| arguments.shard.is_none_or(|s| s.has(n))).collect();
     let journal = BatchJournal::open(path.clone(), &prepared.key, &words, count).into_diagnostic()?;
     journal.notes().iter().for_each(|note| output::note(note));
@@ -169,9 +169,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             "{} fits; {} from {} starts, {} draws with seed {}, inputs {}",
             mine.len(),
             name_of(&arguments.method),
-            prepared.how.settings.starts,
-            prepared.how.draws,
-            prepared.how.seed,
+            prepared.run.how.settings.starts,
+            prepared.run.how.draws,
+            prepared.run.how.seed,
             prepared.provenance.inputs_sha256
         )
     });
@@ -212,7 +212,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
 /// Makes the fits that the journal lacks, one on each thread at a time, and stores each when it is done.
 fn fit_all(prepared: &Prepared, mine: &[usize], journal: BatchJournal) -> miette::Result<BatchJournal> {
-    let jobs = &prepared.plan.jobs;
+    let jobs = &prepared.run.plan.jobs;
     let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
     let bar = output::bar(mine.len() as u64, "{wide_bar} {pos} of {len} fits, {eta} left")?;
     bar.set_position((mine.len() - todo.len()) as u64);
@@ -220,7 +220,7 @@ fn fit_all(prepared: &Prepared, mine: &[usize], journal: BatchJournal) -> miette
     let journal = Mutex::new(journal);
     todo.par_iter()
         .map(|&number| -> Result<(), ReportError> {
-            let entry = prepared.fit(number, &jobs[number])?;
+            let entry = prepared.fit(number)?;
             output::step(|| told(&jobs[number], &entry));
             journal.lock().unwrap_or_else(PoisonError::into_inner).append(&entry)?;
             bar.inc(1);

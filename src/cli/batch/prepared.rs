@@ -4,12 +4,9 @@ use std::collections::BTreeMap;
 
 use miette::IntoDiagnostic;
 use rayon::prelude::*;
-use tongue_fit::body::Mesh;
-use tongue_fit::inverse::Setup;
-use tongue_fit::inverse::batch::{self, BatchPlan, Job, Known, Thoroughness};
+use tongue_fit::inverse::batch;
 use tongue_fit::measured::lengths::rest_distance;
-use tongue_fit::measured::thesis::Thesis;
-use tongue_fit::measured::{Dataset, Target, TargetKind, reference_muscle};
+use tongue_fit::measured::{Dataset, Target, reference_muscle};
 use tongue_fit::posterior::Ground;
 use tongue_fit::report::batch::contrasts;
 use tongue_fit::report::batch::journal::Entry;
@@ -18,7 +15,7 @@ use tongue_fit::report::batch::{
     RowPosterior,
 };
 use tongue_fit::report::{OutputDir, ReportError};
-use tongue_fit::system::{Model, System};
+use tongue_fit::run::BatchRun;
 
 use super::Arguments;
 use crate::cli::{Global, Outcome, line_of, output, posterior, table};
@@ -30,20 +27,14 @@ const MOST_NOTES: usize = 10;
 pub struct Prepared {
     data: Dataset,
     unreadable: Vec<String>,
-    pub plan: BatchPlan,
-    mesh: Mesh<2>,
+    /// The fits.
+    pub run: BatchRun,
     /// Names of the mesh's muscles in the order of columns: those of the table first.
     muscles: Vec<String>,
-    model: Model,
-    /// The body under the premises of each kind of target; `None` for those of the thesis.
-    setups: Vec<(TargetKind, Option<Setup>)>,
-    pub how: Thoroughness,
     /// Options of the posterior, and the body under its priors if posteriors are asked for.
     posterior: (posterior::Arguments, Option<Ground>),
     /// With `--joint`, the posteriors of rows by the numbers of their jobs; made by [`Prepared::sample`].
     sampled: BTreeMap<usize, Result<RowPosterior, String>>,
-    known: Known,
-    thesis: Thesis,
     pub provenance: BatchProvenance,
     /// Hash of all inputs and of the command.
     pub key: String,
@@ -65,19 +56,16 @@ impl Prepared {
         let unreadable: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
         let plan = batch::plan(&data, &selection).into_diagnostic()?;
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
+        let said = arguments.premises.said(&selection.kinds, &tongue, arguments.body.is_thesis())?;
         // An error that concerns all fits is reported before anything is written.
-        System::new(&tongue.mesh, &model, &[]).into_diagnostic()?;
-        let thesis = arguments.body.is_thesis();
-        let setup = |&kind: &TargetKind| Ok((kind, arguments.premises.setup(kind, &tongue, &model, thesis)?));
-        let setups: Vec<(TargetKind, Option<Setup>)> =
-            selection.kinds.iter().map(setup).collect::<miette::Result<_>>()?;
+        let run = BatchRun::new(plan, &selection.kinds, how, &said, &tongue, &model).into_diagnostic()?;
         let ground = arguments.posterior.ground(&tongue, &model)?;
-        let mesh = tongue.mesh;
+        let (mesh, how) = (&run.mesh, &run.how);
 
         let command = line_of(words.to_vec());
         let rows =
             data.rows().iter().map(|r| format!("{} {:?}", r.line, r.lengths)).collect::<Vec<_>>().join("\n");
-        let premises = setups.iter().map(|(kind, s)| (kind, s.as_ref().map(|s| &s.premises)));
+        let premises = run.setups.iter().map(|(kind, s)| (kind, s.as_ref().map(|s| &s.premises)));
         let mut inputs = vec![
             tongue_fit::VERSION.to_owned(),
             rows,
@@ -94,16 +82,10 @@ impl Prepared {
         let version = tongue_fit::VERSION.to_owned();
         let provenance = BatchProvenance { version, command, seed: how.seed, inputs_sha256 };
         Ok(Self {
-            muscles: outputs::columns(&data, &mesh),
-            known: Known::reference().into_diagnostic()?,
-            thesis: Thesis::reference().into_diagnostic()?,
+            muscles: outputs::columns(&data, mesh),
             data,
             unreadable,
-            plan,
-            mesh,
-            model,
-            setups,
-            how,
+            run,
             posterior: (arguments.posterior.clone(), ground),
             sampled: BTreeMap::new(),
             provenance,
@@ -112,19 +94,14 @@ impl Prepared {
     }
 
     /// Makes the fit of a job.
-    pub fn fit(&self, number: usize, job: &Job) -> Result<Entry<Fitted>, ReportError> {
+    pub fn fit(&self, number: usize) -> Result<Entry<Fitted>, ReportError> {
         let clock = std::time::Instant::now();
-        let setup = self.setups.iter().find(|(kind, _)| *kind == job.target.kind);
-        let setup = setup.and_then(|(_, setup)| setup.as_ref());
-        let (mesh, model) = (&self.mesh, &self.model);
-        let (known, thesis, how) = (&self.known, &self.thesis, &self.how);
         let own = match self.has_posterior(number) && !self.posterior.0.is_joint() {
             true => self.posteriors(&[number]).pop().map(|(_, posterior)| posterior),
             false => None,
         };
         let posterior = own.as_ref().or(self.sampled.get(&number));
-        let within = outputs::Within { mesh, model, setup, known, thesis, posterior, how };
-        let result = outputs::assess(number, job, &within, &self.provenance)?;
+        let result = self.run.fit(number, number, posterior, &self.provenance)?;
         Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
     }
 
@@ -135,7 +112,7 @@ impl Prepared {
         if !how.is_joint() {
             return;
         }
-        let all = &self.plan.jobs;
+        let all = &self.run.plan.jobs;
         let same = |a: usize, b: usize| {
             let [a, b] = [a, b].map(|n| &all[n].target);
             a.subject == b.subject && a.baseline == b.baseline
@@ -155,14 +132,14 @@ impl Prepared {
     /// Whether the posterior of a job's row is reported with this job: with the last of the row's fits, since it does not depend on the
     /// quantity that is fitted.
     fn has_posterior(&self, number: usize) -> bool {
-        let last = self.setups.last().map(|(kind, _)| *kind);
-        self.posterior.1.is_some() && last == Some(self.plan.jobs[number].target.kind)
+        let last = self.run.setups.last().map(|(kind, _)| *kind);
+        self.posterior.1.is_some() && last == Some(self.run.plan.jobs[number].target.kind)
     }
 
     /// The posteriors of rows that are sampled together, by the numbers of their jobs.
     fn posteriors(&self, rows: &[usize]) -> Vec<(usize, Result<RowPosterior, String>)> {
         let (how, Some(ground)) = &self.posterior else { return Vec::new() };
-        let targets: Vec<&Target> = rows.iter().map(|&n| &self.plan.jobs[n].target).collect();
+        let targets: Vec<&Target> = rows.iter().map(|&n| &self.run.plan.jobs[n].target).collect();
         let sampled = match how.sample(ground, &targets, (Vec::new(), 0)) {
             Ok(sampled) => sampled,
             // The caller adds the row to the message.
@@ -187,15 +164,15 @@ impl Prepared {
         wall_s: f64,
     ) -> miette::Result<Outcome> {
         let summary = self.summary(&journal);
-        let contrasts = contrasts::all(&self.plan.jobs, &journal).into_diagnostic()?;
+        let contrasts = contrasts::all(&self.run.plan.jobs, &journal).into_diagnostic()?;
         let batch = Batch {
             provenance: &self.provenance,
-            jobs: &self.plan.jobs,
-            baselines: &self.plan.baselines,
-            refusals: &self.plan.refusals,
+            jobs: &self.run.plan.jobs,
+            baselines: &self.run.plan.baselines,
+            refusals: &self.run.plan.refusals,
             unreadable: &self.unreadable,
             summary: &summary,
-            mesh: &self.mesh,
+            mesh: &self.run.mesh,
             muscles: &self.muscles,
             contrasts: &contrasts,
         };
@@ -223,8 +200,8 @@ impl Prepared {
 
     fn summary(&self, journal: &BatchJournal) -> BatchSummary {
         let length = |name: &String| {
-            let chain = self.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
-            chain.map_or(f64::NAN, |chain| self.mesh.distance(chain.ends()))
+            let chain = self.run.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
+            chain.map_or(f64::NAN, |chain| self.run.mesh.distance(chain.ends()))
         };
         let rest: Vec<f64> = self.muscles.iter().map(length).collect();
         let reference = &self.data.muscles()[reference_muscle(self.data.muscles())];
@@ -236,7 +213,7 @@ impl Prepared {
         }
         let fits = journal.digests().count();
         let mut substitutes: Vec<String> = Vec::new();
-        for job in self.plan.jobs.iter().filter(|j| j.substitute) {
+        for job in self.run.plan.jobs.iter().filter(|j| j.substitute) {
             if substitutes.last() != Some(&job.target.subject) {
                 substitutes.push(job.target.subject.clone());
             }
@@ -247,17 +224,17 @@ impl Prepared {
             rows: self.data.rows().len(),
             fits,
             statuses,
-            baselines: self.plan.baselines.len(),
-            not_fitted: self.plan.refusals.len() + self.plan.jobs.len() - fits,
+            baselines: self.run.plan.baselines.len(),
+            not_fitted: self.run.plan.refusals.len() + self.run.plan.jobs.len() - fits,
             unreadable_rows: self.unreadable.len(),
             posteriors_untold: journal.digests().filter(|d| d.posterior_untold).count(),
             substitute_baselines: substitutes,
             rest_shape_measure: rest_distance::measure(ratios, reference),
             nearest_row_to_rest: rest_distance::nearest(&self.muscles, &rest, &self.data, reference),
             passive: outputs::passive_groups(journal.digests()),
-            draws: self.how.draws,
-            subset_changes: self.how.subset_changes,
-            thickness_m: self.how.thickness_m,
+            draws: self.run.how.draws,
+            subset_changes: self.run.how.subset_changes,
+            thickness_m: self.run.how.thickness_m,
         }
     }
 
@@ -266,18 +243,18 @@ impl Prepared {
         for message in self.unreadable.iter().take(MOST_NOTES) {
             output::complain(&format!("{message} (this row is left out)"));
         }
-        for r in self.plan.refusals.iter().take(MOST_NOTES) {
+        for r in self.run.plan.refusals.iter().take(MOST_NOTES) {
             output::complain(&format!("line {}, {} /{}/: {}", r.line, r.subject, r.vowel, r.message));
         }
         let more = self.unreadable.len().saturating_sub(MOST_NOTES)
-            + self.plan.refusals.len().saturating_sub(MOST_NOTES);
+            + self.run.plan.refusals.len().saturating_sub(MOST_NOTES);
         if more > 0 {
             output::complain(&format!(
                 "{more} more rows cannot be fitted; fits.csv and batch.json name them all"
             ));
         }
         let mut subjects: Vec<&str> =
-            self.plan.baselines.iter().filter(|b| b.substitute).map(|b| b.subject.as_str()).collect();
+            self.run.plan.baselines.iter().filter(|b| b.substitute).map(|b| b.subject.as_str()).collect();
         let more = subjects.len().saturating_sub(MOST_NOTES);
         subjects.truncate(MOST_NOTES);
         if !subjects.is_empty() {

@@ -5,19 +5,19 @@ use std::sync::Arc;
 use nalgebra::SVector;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use tongue_fit::body::{Anatomy, Body, ContinuumSettings, HYOID, MANDIBLE, json as mesh_json};
+use tongue_fit::body::{Body, HYOID, MANDIBLE, MeshContent};
 use tongue_fit::effect::Contact;
 use tongue_fit::geometry::topology;
 use tongue_fit::heard::{Airway, Articulation, Formant, mean_vowels};
-use tongue_fit::inverse::alarms;
 use tongue_fit::measured::Dataset;
 use tongue_fit::measured::muscles::Muscles;
-use tongue_fit::report::{AlarmRecord, BranchRecord, SimulationRecord};
+use tongue_fit::report::SimulationRecord;
+use tongue_fit::run::{BodySource, Equilibrium, Kind, PlaneBody};
 use tongue_fit::scene::file::{Hyoid, Jaw};
 use tongue_fit::scene::prepare::{SceneExtent, prepare};
 use tongue_fit::scene::{JOINT_MM, Scene};
 use tongue_fit::simulation::read_tensions;
-use tongue_fit::statics::{self, SolveSettings, SolveStatus, TRACE_STEPS, Workspace};
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Carried, Model, System, TissueModel};
 
 use crate::space::Space;
@@ -41,28 +41,16 @@ pub struct BodyText {
 }
 
 impl BodyText {
-    fn body(&self) -> Result<Body<2>, String> {
-        let (h, settings) = (self.h_mm * 1e-3, ContinuumSettings::default());
-        let named = |error: &dyn std::fmt::Display| format!("{}: {error}", self.file);
-        match (&self.mesh, &self.anatomy) {
-            (Some(text), _) => {
-                let body = mesh_json::read(text, &self.file).map_err(|e| e.to_string())?;
-                match self.continuum {
-                    true => body.into_continuum(&settings).map_err(|e| e.to_string()),
-                    false => Ok(body),
-                }
-            }
-            (None, Some(text)) => {
-                let anatomy = Anatomy::from_toml(text, &self.file).map_err(|e| e.to_string())?;
-                let body = Body::from_anatomy(&anatomy, h).map_err(|e| named(&e))?;
-                match self.continuum {
-                    true => body.into_continuum_of(&anatomy, &settings).map_err(|e| named(&e)),
-                    false => Ok(body),
-                }
-            }
-            (None, None) if self.continuum => Body::continuum(h, &settings).map_err(|e| e.to_string()),
-            (None, None) => Body::tongue(h).map_err(|e| e.to_string()),
-        }
+    /// What the body is made from.
+    fn plane(&self) -> PlaneBody {
+        let origin = self.file.clone();
+        let source = match (&self.mesh, &self.anatomy) {
+            (Some(text), _) => BodySource::Mesh { content: MeshContent::Json(text.clone()), origin },
+            (None, Some(text)) => BodySource::Anatomy { toml: text.clone(), origin },
+            (None, None) => BodySource::Tongue,
+        };
+        let kind = if self.continuum { Kind::Continuum } else { Kind::Springs };
+        PlaneBody { source, kind, spacing_m: Some(self.h_mm * 1e-3) }
     }
 }
 
@@ -101,7 +89,7 @@ impl Engine {
     /// # Errors
     /// As the program's.
     pub fn new(text: &BodyText, thesis: bool, scene: Scene, data: Option<Dataset>) -> Result<Self, String> {
-        let body = text.body()?;
+        let body = text.plane().make(&mut |_| ()).map_err(|e| e.to_string())?;
         let mut model = scene.model::<2>();
         if body.mesh.continuum.is_some() {
             model.tissue = TissueModel::Continuum;
@@ -310,21 +298,8 @@ impl Engine {
         let mut tensions = vec![0.0; system.muscle_count()];
         given.iter().for_each(|(m, tension)| tensions[*m] = *tension);
         let mut workspace = Workspace::new(&system);
-        let found = statics::solve_and_trace(
-            &system,
-            &mut workspace,
-            &tensions,
-            &SolveSettings::default(),
-            TRACE_STEPS,
-        );
-        let alarms = alarms::of_equilibrium(&found.solution, found.critical);
-        let (names, positions) = (self.body.mesh.muscle_names(), workspace.positions());
-        let record = SimulationRecord::new(&system, &names, &found.solution, &tensions, positions, 0.0);
-        Ok(SimulationRecord {
-            branch: Some(BranchRecord::new(&found)),
-            alarms: alarms.iter().map(AlarmRecord::from).collect(),
-            ..record
-        })
+        let found = Equilibrium::of(&system, &mut workspace, &tensions, false);
+        Ok(found.record((&system, &workspace), &self.body.mesh.muscle_names(), &tensions, 0.0))
     }
 }
 

@@ -5,6 +5,7 @@ use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::{Draw, ShortRun};
 use tongue_fit::report::{FitRecord, Provenance};
+use tongue_fit::run::FitRun;
 
 use crate::engine::Engine;
 
@@ -69,8 +70,8 @@ pub fn fit(
 ) -> Result<FitRecord, String> {
     let target = target(engine, subject, vowel, baseline, kind)?;
     let by = Provenance::new("tongue.html").with_tissue(engine.model.tissue);
-    FitRecord::of_target(&engine.body, &engine.model, &target, engine.thesis, walls, by)
-        .map_err(|e| e.to_string())
+    let found = FitRun::quick(target, engine.thesis, walls).run(&engine.body, &engine.model);
+    found.map(|found| found.record(by, None)).map_err(|e| e.to_string())
 }
 
 /// The draws of one group of chains for a verdict.

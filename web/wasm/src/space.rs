@@ -3,9 +3,9 @@
 use serde_json::{Value, json};
 use tongue_fit::body::space::Half;
 use tongue_fit::body::{Mesh, SpaceBody};
-use tongue_fit::inverse::alarms;
-use tongue_fit::report::{AlarmRecord, BranchRecord, SpaceRecord};
-use tongue_fit::statics::{self, SolveSettings, SolveStatus, TRACE_STEPS, Workspace};
+use tongue_fit::report::SpaceRecord;
+use tongue_fit::run::Equilibrium;
+use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 
 /// Largest number of Newton iterations of a frame.
@@ -88,16 +88,10 @@ impl Space {
     pub fn settle(&mut self, activations: &[f64]) -> Result<SpaceRecord, String> {
         let (whole, own) = self.activations(activations)?;
         self.workspace.start_from_rest(&self.system);
-        let settings = SolveSettings::default();
-        let found = statics::solve_and_trace(&self.system, &mut self.workspace, &own, &settings, TRACE_STEPS);
-        let alarms = alarms::of_equilibrium(&found.solution, found.critical);
+        let found = Equilibrium::of(&self.system, &mut self.workspace, &own, false);
         let positions = self.half.whole(self.workspace.positions());
         let record = SpaceRecord::new(&self.body, (&self.system, &found.solution), &whole, &positions, 0.0);
-        Ok(SpaceRecord {
-            branch: Some(BranchRecord::new(&found)),
-            alarms: alarms.iter().map(AlarmRecord::from).collect(),
-            ..record
-        })
+        Ok(SpaceRecord { alarms: found.told(), branch: found.branch, ..record })
     }
 
     /// Activations of all muscles of the body and of its half, from those of the muscles of both sides.

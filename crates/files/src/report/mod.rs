@@ -19,7 +19,6 @@ mod json;
 mod markdown;
 mod msh;
 mod of_muscle;
-mod of_target;
 #[cfg(feature = "files")]
 mod page;
 mod record;

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::SceneError;
-use super::file::{self, Block, Cylinder, Kind, Scene};
+use super::file::{self, Block, Cylinder, Scene};
 use super::tongue_in_space::{Operation, in_space, space_body};
+use crate::run::{Kind, PlaneBody};
 use tongue_core::body::{Body, BodyError, ContinuumSettings, solid};
 use tongue_input::bodies::AnyBody;
 
@@ -22,10 +23,11 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
     let body = &scene.body;
     let settings = ContinuumSettings::default();
     let made = match body {
-        file::SceneBody::Tongue(tongue) if tongue.kind == Kind::Continuum => {
-            return Ok(AnyBody::Flat(Body::continuum(tongue.h_mm * 1e-3, &settings)?));
+        file::SceneBody::Tongue(tongue) => {
+            let spacing_m = Some(tongue.h_mm * 1e-3);
+            let made = PlaneBody { kind: tongue.kind, spacing_m, ..PlaneBody::default() };
+            return Ok(AnyBody::Flat(made.make(&mut |_| ())?));
         }
-        file::SceneBody::Tongue(tongue) => AnyBody::Flat(Body::tongue(tongue.h_mm * 1e-3)?),
         file::SceneBody::TongueInSpace(given) => {
             let left = Operation::of(scene)?.map(Operation::into_left);
             AnyBody::Solid(in_space(given, left.map_or_else(|| space_body(given), Ok)?)?)

@@ -2,7 +2,8 @@
 
 use super::SceneError;
 use super::body::{finite, not_negative, positive};
-use super::file::{Kind, Scene, SceneBody, Want};
+use super::file::{Scene, SceneBody, Want};
+use crate::run::Kind;
 use tongue_core::dynamics::SHORTEST_S;
 use tongue_core::material::Preset;
 use tongue_infer::track;

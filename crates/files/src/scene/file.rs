@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::SceneError;
 use super::effects::Effects;
 use super::sound::SceneTract;
+use crate::run::Kind;
 use crate::surgery::Surgery;
 use tongue_core::material::{Preset, Spread};
 use tongue_core::suggest;
@@ -82,25 +83,6 @@ pub enum SceneBody {
     Cylinder(Cylinder),
     /// A solid block of tissue that stands on its fixed base (z = 0).
     Block(Block),
-}
-
-/// Elements of a body.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// Springs, or linear finite elements if effects ask for them, with muscles along connections and bones
-    /// that hold nodes.
-    #[default]
-    Springs,
-    /// Quadratic elements with muscles of finite width and bones that hold patches; answers do not depend on
-    /// the mesh.
-    Continuum,
-}
-
-impl Kind {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 /// The reference tongue.

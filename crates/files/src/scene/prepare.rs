@@ -3,11 +3,12 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use super::file::{Kind, Scene, Want};
+use super::file::{Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
 use super::plan::{self, Decision, EffectRole, ScenePlan};
 use super::tongue_in_space::{Operation, activations};
 use super::{SceneError, points, sound};
+use crate::run::Kind;
 use tongue_core::body::{Body, MuscleChain, SpaceBody, SpaceMuscle};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::material::{Constants, Spread};

@@ -96,7 +96,7 @@ pub enum HyoidMotion {
 
 /// A user's choice of premises; the defaults depend on the fitted quantity.
 #[derive(Debug, Clone, Default)]
-pub struct Said<'a> {
+pub struct Said {
     /// Whether the thesis's assumptions are the default.
     pub thesis: bool,
     /// Tensions in the baseline. Default: [`TONE`] for stretches, none for ratios.
@@ -104,7 +104,7 @@ pub struct Said<'a> {
     /// Motion of the hyoid. Default: free for stretches if the body has a hyoid, fixed for ratios.
     pub hyoid: Option<HyoidMotion>,
     /// Other bones that may move.
-    pub free_bones: &'a [String],
+    pub free_bones: Vec<String>,
 }
 
 /// Premises of a fit.
@@ -153,7 +153,7 @@ impl Premises {
     ///
     /// # Errors
     /// [`FitError::Unknown`] for a bone that is given twice.
-    pub fn of(kind: TargetKind, body: &Body<2>, said: &Said<'_>) -> Result<Self, FitError> {
+    pub fn of(kind: TargetKind, body: &Body<2>, said: &Said) -> Result<Self, FitError> {
         let active = kind == TargetKind::Stretch && !said.thesis;
         let tone = said.tone.clone().unwrap_or(Tone::Uniform(if active { TONE } else { 0.0 }));
         let named = body.bones.iter().any(|b| b.name == HYOID);
@@ -164,7 +164,7 @@ impl Premises {
             Some(HyoidMotion::Fixed) | None => 0..0,
         };
         let mut bones = vec![LooseBone { name: HYOID.to_owned(), axes: axes.collect() }];
-        for name in said.free_bones {
+        for name in &said.free_bones {
             if bones.iter().any(|b| b.name == *name && !(b.name == HYOID && b.axes.is_empty())) {
                 let what = format!("the bone {name} is free already; give each bone once");
                 return Err(FitError::Unknown { what });

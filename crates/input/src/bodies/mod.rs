@@ -8,6 +8,7 @@ pub mod json;
 use std::fmt;
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
 use tongue_core::body::{Body, BodyError};
 
 pub use gmsh::Unit;
@@ -19,6 +20,9 @@ pub enum BodyFileError {
     /// Its body cannot be used.
     #[error(transparent)]
     Body(#[from] BodyError),
+    /// No body can be made of the anatomy in this file.
+    #[error("{origin}: {error}")]
+    Made { origin: String, error: BodyError },
     /// The file of Gmsh is invalid.
     #[error("{origin}{place}: {problem}")]
     Gmsh { origin: String, place: FilePlace, problem: gmsh::MshProblem },
@@ -48,6 +52,57 @@ impl fmt::Display for FilePlace {
     }
 }
 
+/// The content of a file with a mesh.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeshContent {
+    /// The JSON of `tongue-fit mesh --json`.
+    Json(String),
+    /// Gmsh's.
+    Gmsh {
+        /// The bytes of the file.
+        bytes: Vec<u8>,
+        /// Unit of its coordinates.
+        unit: Unit,
+    },
+}
+
+impl MeshContent {
+    /// Reads a file: Gmsh's, with coordinates in `unit`, or the JSON of `tongue-fit mesh --json` if its name
+    /// ends in `.json`.
+    ///
+    /// # Errors
+    /// [`BodyError::File`] for a file that cannot be read or is far too large.
+    pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
+        let wrong = |problem: String| wrong(&path.display().to_string(), problem);
+        let bytes = crate::files::read(path)
+            .map_err(|e| wrong(format!("cannot be read: {e}; give a mesh of Gmsh (.msh)")))?;
+        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("json")) {
+            return Ok(Self::Gmsh { bytes, unit });
+        }
+        if unit != Unit::M {
+            return Err(wrong("contains metres, as its keys say; leave out [body.mesh] unit".to_owned()));
+        }
+        String::from_utf8(bytes).map(Self::Json).map_err(|_| wrong("is not UTF-8 text".to_owned()))
+    }
+
+    /// The body; `origin` is the name of the file in messages, and concerns about it are passed to `tell`.
+    ///
+    /// # Errors
+    /// [`BodyError::File`] and [`BodyFileError::Gmsh`] for a file that contains no body or one that is far too
+    /// large.
+    pub fn body(&self, origin: &str, tell: &mut dyn FnMut(gmsh::Concern)) -> Result<AnyBody, BodyFileError> {
+        match self {
+            Self::Json(text) => {
+                let body = json::read(text, origin)?;
+                gmsh::unit_suspicion(&body.mesh).into_iter().for_each(tell);
+                Ok(AnyBody::Flat(body))
+            }
+            Self::Gmsh { bytes, unit } => AnyBody::from_msh(bytes, origin, *unit, tell),
+        }
+    }
+}
+
 /// A body in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyBody {
@@ -58,50 +113,15 @@ pub enum AnyBody {
 }
 
 impl AnyBody {
-    /// Reads a file: Gmsh's, with coordinates in `unit`, or the JSON of `tongue-fit mesh --json` if its name
-    /// ends in `.json`.
+    /// Reads a file, as [`MeshContent::read`] and [`MeshContent::body`].
     ///
     /// # Errors
-    /// [`BodyError::File`] and [`BodyFileError::Gmsh`] for files that cannot be read, contain no body or one that
-    /// is far too large.
+    /// As these two.
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
-        Self::read_telling(path, unit, &mut |_| ())
+        MeshContent::read(path, unit)?.body(&path.display().to_string(), &mut |_| ())
     }
 
-    /// As [`AnyBody::read`], and passes concerns about a Gmsh file to `tell`.
-    ///
-    /// # Errors
-    /// As [`AnyBody::read`].
-    pub fn read_telling(
-        path: &Path,
-        unit: Unit,
-        tell: &mut dyn FnMut(gmsh::Concern),
-    ) -> Result<Self, BodyFileError> {
-        let file = path.display().to_string();
-        let wrong = |problem: String| BodyFileError::from(BodyError::File { file: file.clone(), problem });
-        let bytes = crate::files::read(path)
-            .map_err(|e| wrong(format!("cannot be read: {e}; give a mesh of Gmsh (.msh)")))?;
-        if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("json")) {
-            return Self::from_msh_telling(&bytes, &file, unit, tell);
-        }
-        if unit != Unit::M {
-            return Err(wrong("contains metres, as its keys say; leave out [body.mesh] unit".to_owned()));
-        }
-        let text = String::from_utf8(bytes).map_err(|_| wrong("is not UTF-8 text".to_owned()))?;
-        let body = json::read(&text, &file)?;
-        gmsh::unit_suspicion(&body.mesh).into_iter().for_each(tell);
-        Ok(Self::Flat(body))
-    }
-
-    /// Reads the bytes of a Gmsh file; `origin` is its name in messages, usually its path.
-    ///
-    /// # Errors
-    /// [`BodyFileError::Gmsh`], and [`BodyError::File`] for a body that is far too large.
-    pub fn from_msh(bytes: &[u8], origin: &str, unit: Unit) -> Result<Self, BodyFileError> {
-        Self::from_msh_telling(bytes, origin, unit, &mut |_| ())
-    }
-
-    fn from_msh_telling(
+    fn from_msh(
         bytes: &[u8],
         origin: &str,
         unit: Unit,
@@ -116,12 +136,10 @@ impl AnyBody {
             }
         };
         suspicion.into_iter().chain(bent.map(gmsh::Concern::Bent)).for_each(tell);
-        size.map(|()| any).map_err(|error| BodyFileError::from(BodyError::File {
-            file: origin.to_owned(),
-            problem: format!(
-                "cannot be used: {error}, or read them with --mesh-unit mm (in a scene: [body.mesh] unit = \"mm\")"
-            ),
-        }))
+        size.map(|()| any).map_err(|error| {
+            let how = "--mesh-unit mm (in a scene: [body.mesh] unit = \"mm\")";
+            wrong(origin, format!("cannot be used: {error}, or read them with {how}"))
+        })
     }
 
     /// The body in the plane.
@@ -151,4 +169,8 @@ impl AnyBody {
             }
         }
     }
+}
+
+fn wrong(file: &str, problem: String) -> BodyFileError {
+    BodyError::File { file: file.to_owned(), problem }.into()
 }

@@ -22,7 +22,7 @@ struct Active {
 }
 
 /// The active muscles of each vowel.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Patterns(Vec<Active>);
 
 /// Comparison of an answer with the published pattern of its vowel.

@@ -16,10 +16,8 @@ use serde::ser::{Error as _, SerializeSeq as _};
 use serde::{Deserialize, Serialize, Serializer};
 
 use tongue_core::body::Mesh;
-use tongue_core::system::Model;
-use tongue_infer::inverse::Setup;
 use tongue_infer::inverse::alarms::Alarm;
-use tongue_infer::inverse::batch::{self, Assessment, BaselineRow, Job, Known, Refusal, Thoroughness};
+use tongue_infer::inverse::batch::{Assessment, BaselineRow, Job, Refusal};
 use tongue_infer::posterior::Verdict;
 use tongue_input::measured::Dataset;
 use tongue_input::measured::thesis::Thesis;
@@ -104,46 +102,6 @@ pub fn sha256(texts: &[&str]) -> String {
         hash.update(text.as_bytes());
     }
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
-}
-
-/// Makes the fit of a job and its parts of the outputs, or says why it cannot begin, by [`batch::assess`] and
-/// [`fitted`].
-///
-/// # Errors
-/// As [`fitted`].
-pub fn assess(
-    number: usize,
-    job: &Job,
-    within: &Within<'_>,
-    provenance: &BatchProvenance,
-) -> Result<Result<Fitted, String>, ReportError> {
-    let &Within { mesh, model, setup, known, thesis, posterior, how } = within;
-    match batch::assess(mesh, model, setup, &job.target, known, how) {
-        Ok(a) => {
-            let beside = (Some(thesis), posterior);
-            fitted(number, job, &a, mesh, beside, provenance).map(Ok)
-        }
-        Err(e) => Ok(Err(e.to_string())),
-    }
-}
-
-/// Body, model and settings of the fits of a batch.
-#[derive(Debug, Clone, Copy)]
-pub struct Within<'a> {
-    /// The mesh.
-    pub mesh: &'a Mesh<2>,
-    /// The model that makes a system of it.
-    pub model: &'a Model,
-    /// The body under premises other than the thesis's.
-    pub setup: Option<&'a Setup>,
-    /// Known facts about muscles and vowels.
-    pub known: &'a Known,
-    /// The thesis's results for comparison.
-    pub thesis: &'a Thesis,
-    /// The posterior of the row, or why there is none, if one was asked for.
-    pub posterior: Option<&'a Result<RowPosterior, String>>,
-    /// Settings of the fits.
-    pub how: &'a Thoroughness,
 }
 
 /// The posterior of a row.

@@ -1,0 +1,78 @@
+//! The fits of a table in one body.
+
+use tongue_core::body::{Body, Mesh};
+use tongue_core::system::{Model, System};
+use tongue_infer::inverse::batch::{self, BatchPlan, Known, Thoroughness};
+use tongue_infer::inverse::{FitError, Premises, Said, Setup};
+use tongue_input::measured::TargetKind;
+use tongue_input::measured::thesis::Thesis;
+
+use crate::report::ReportError;
+use crate::report::batch::{BatchProvenance, Fitted, RowPosterior, fitted};
+
+/// The fits of a table in one body, each made by [`BatchRun::fit`].
+#[derive(Debug, Clone)]
+pub struct BatchRun {
+    /// The fits.
+    pub plan: BatchPlan,
+    /// The mesh of the body.
+    pub mesh: Mesh<2>,
+    /// The model that makes a system of it.
+    pub model: Model,
+    /// The body under the premises of each kind of target; `None` for those of the thesis.
+    pub setups: Vec<(TargetKind, Option<Setup>)>,
+    /// Settings of the fits.
+    pub how: Thoroughness,
+    known: Known,
+    thesis: Option<Thesis>,
+}
+
+impl BatchRun {
+    /// The fits of a plan for these quantities, under premises as chosen.
+    ///
+    /// # Errors
+    /// What concerns all fits: as [`System::new`], [`Premises::of`] and [`Setup::new`].
+    pub fn new(
+        plan: BatchPlan,
+        kinds: &[TargetKind],
+        how: Thoroughness,
+        said: &Said,
+        body: &Body<2>,
+        model: &Model,
+    ) -> Result<Self, FitError> {
+        System::new(&body.mesh, model, &[])?;
+        let setup = |&kind: &TargetKind| {
+            let premises = Premises::of(kind, body, said)?;
+            let setup = (!premises.is_thesis()).then(|| Setup::new(body, model, premises)).transpose()?;
+            Ok((kind, setup))
+        };
+        let setups = kinds.iter().map(setup).collect::<Result<_, FitError>>()?;
+        let (known, thesis) = (Known::built_in(), Thesis::reference().ok());
+        Ok(Self { plan, mesh: body.mesh.clone(), model: *model, setups, how, known, thesis })
+    }
+
+    /// Makes the fit of a job of the plan and its parts of the outputs, with the posterior of the row or why
+    /// there is none, if one was asked for; or says why the fit cannot begin. The page shows the fit if its
+    /// number there is below [`MOST_FITS_ON_PAGE`](crate::report::batch::MOST_FITS_ON_PAGE).
+    ///
+    /// # Errors
+    /// As [`fitted`].
+    pub fn fit(
+        &self,
+        number: usize,
+        on_page: usize,
+        posterior: Option<&Result<RowPosterior, String>>,
+        provenance: &BatchProvenance,
+    ) -> Result<Result<Fitted, String>, ReportError> {
+        let job = &self.plan.jobs[number];
+        let setup = self.setups.iter().find(|(kind, _)| *kind == job.target.kind);
+        let setup = setup.and_then(|(_, setup)| setup.as_ref());
+        match batch::assess(&self.mesh, &self.model, setup, &job.target, &self.known, &self.how) {
+            Ok(assessment) => {
+                let beside = (self.thesis.as_ref(), posterior);
+                fitted(on_page, job, &assessment, &self.mesh, beside, provenance).map(Ok)
+            }
+            Err(e) => Ok(Err(e.to_string())),
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! A body in the midsagittal plane, from options.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use tongue_core::body::{Anatomy, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M};
+use tongue_core::system::TissueModel;
+use tongue_input::bodies::gmsh::Concern;
+use tongue_input::bodies::{BodyFileError, MeshContent, Unit};
+
+/// Default mesh spacing of a continuum, m.
+const CONTINUUM_SPACING_M: f64 = 4e-3;
+
+/// Elements of a body.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// Springs, or linear finite elements if effects ask for them, with muscles along connections and bones
+    /// that hold nodes.
+    #[default]
+    Springs,
+    /// Quadratic elements with muscles of finite width and bones that hold patches; answers do not depend on
+    /// the mesh.
+    Continuum,
+}
+
+impl Kind {
+    pub(crate) fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Elements of the tissue of a body that is not a continuum.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tissue {
+    /// Springs and area terms, as in the thesis.
+    #[default]
+    Springs,
+    /// Finite elements of the same E and nu.
+    Fe,
+}
+
+impl Tissue {
+    /// The model of the tissue of a body of this kind.
+    pub fn model(self, kind: Kind) -> TissueModel {
+        match (kind, self) {
+            (Kind::Continuum, _) => TissueModel::Continuum,
+            (Kind::Springs, Self::Springs) => TissueModel::MassSpring,
+            (Kind::Springs, Self::Fe) => TissueModel::FiniteElement,
+        }
+    }
+}
+
+/// What a body is made from.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum BodySource {
+    /// The built-in anatomy.
+    #[default]
+    Tongue,
+    /// An anatomy.
+    Anatomy {
+        /// Its text (TOML).
+        toml: String,
+        /// Its name in messages, usually its path.
+        origin: String,
+    },
+    /// A mesh.
+    Mesh {
+        /// Content of its file.
+        content: MeshContent,
+        /// Its name in messages, usually its path.
+        origin: String,
+    },
+}
+
+impl BodySource {
+    /// The mesh in a file ([`MeshContent::read`]).
+    ///
+    /// # Errors
+    /// As [`MeshContent::read`].
+    pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
+        Ok(Self::Mesh { content: MeshContent::read(path, unit)?, origin: path.display().to_string() })
+    }
+}
+
+/// A body in the midsagittal plane.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneBody {
+    /// What it is made from.
+    #[serde(default)]
+    pub source: BodySource,
+    /// Its elements.
+    #[serde(default)]
+    pub kind: Kind,
+    /// Mesh spacing of an anatomy, m; by default 5.5 mm, of a continuum 4 mm. A mesh has its own.
+    #[serde(default)]
+    pub spacing_m: Option<f64>,
+}
+
+impl PlaneBody {
+    /// Mesh spacing of an anatomy, m.
+    pub fn spacing_m(&self) -> f64 {
+        self.spacing_m.unwrap_or(match self.kind {
+            Kind::Springs => DEFAULT_SPACING_M,
+            Kind::Continuum => CONTINUUM_SPACING_M,
+        })
+    }
+
+    /// Makes the body, and passes concerns about a Gmsh file to `tell`.
+    ///
+    /// # Errors
+    /// For a text that is no anatomy, a file that contains no body of the plane, a spacing out of range, and
+    /// a body that cannot be made a continuum.
+    pub fn make(&self, tell: &mut dyn FnMut(Concern)) -> Result<Body<2>, BodyFileError> {
+        let settings = ContinuumSettings::default();
+        let spacing_m = self.spacing_m();
+        let continuum = self.kind == Kind::Continuum;
+        match &self.source {
+            BodySource::Tongue if continuum => Ok(Body::continuum(spacing_m, &settings)?),
+            BodySource::Tongue => Ok(Body::tongue(spacing_m)?),
+            BodySource::Anatomy { toml, origin } => {
+                let anatomy = Anatomy::from_toml(toml, origin).map_err(BodyError::from)?;
+                let body = Body::from_anatomy(&anatomy, spacing_m).map_err(BodyError::from);
+                let body = match continuum {
+                    true => body.and_then(|body| body.into_continuum_of(&anatomy, &settings)),
+                    false => body,
+                };
+                body.map_err(|error| BodyFileError::Made { origin: origin.clone(), error })
+            }
+            BodySource::Mesh { content, origin } => {
+                let body = content.body(origin, tell)?.flat()?;
+                match continuum {
+                    true => Ok(body.into_continuum(&settings).map_err(BodyError::from)?),
+                    false => Ok(body),
+                }
+            }
+        }
+    }
+}
