@@ -74,9 +74,7 @@ pub use tongue_files::VERSION;
 pub mod adapt {
     //! Bodies of speakers, made from recordings or landmarks.
     #[doc(inline)]
-    pub use tongue_infer::adapt::{
-        Adaptation, Basis, How, Landmarks, Placement, Sight, Speaker, followed, mark_of,
-    };
+    pub use tongue_infer::adapt::{Adaptation, Basis, How, Landmarks, Speaker, followed, mark_of};
 }
 
 pub mod body {
@@ -337,7 +335,10 @@ pub mod run {
     #[doc(inline)]
     pub use tongue_files::run::BatchRun;
     #[doc(inline)]
-    pub use tongue_files::run::{BodySource, Equilibrium, FitFound, FitRun, Kind, PlaneBody, Tissue};
+    pub use tongue_files::run::{
+        BodySource, Equilibrium, FitFound, FitRun, Kind, PlaneBody, Tissue, TrackError, TrackRun,
+        TrackedBody, sittings,
+    };
 }
 
 pub mod scene {
@@ -433,9 +434,8 @@ pub mod track {
     //! Tensions over time from recordings of a tongue.
     #[doc(inline)]
     pub use tongue_infer::track::{
-        FEWEST, Followed, Frame, FrameStatus, Gesture, HeldOut, LabelMean, Repeatable, Repeats, RestShape,
-        Stage, TongueSurface, TrackSettings, Tracked, TrackedRecording, frames, listen, opponents, repeats,
-        track,
+        FEWEST, Followed, Frame, FrameStatus, Gesture, HeldOut, LabelMean, Repeatable, Repeats,
+        TongueSurface, TrackSettings, Tracked, TrackedRecording, listen, opponents, repeats,
     };
 }
 

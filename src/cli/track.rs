@@ -5,25 +5,25 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::adapt::{Basis, How};
-use tongue_fit::body::{Body, HYOID, MANDIBLE};
+use tongue_fit::body::Body;
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::{
     Json, PriorRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
 };
+use tongue_fit::run::{TrackRun, sittings};
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{
-    self, FrameStatus, HeldOut, Repeatable, Repeats, TrackSettings, Tracked, TrackedRecording,
+    self, Frame, FrameStatus, HeldOut, Repeatable, Repeats, TrackSettings, Tracked, TrackedRecording,
 };
 
 use super::body_file::BodyFile;
 use super::choice::choice_among;
 use super::recordings::{self, Given, PriorArguments, Screened};
 use super::track_files::Found;
-use super::track_run::Run;
 use super::{
-    Global, Outcome, body, output, recording_checks, space_track, track_files, track_sound, track_table,
-    untrusted,
+    Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
+    track_table, untrusted,
 };
 
 /// Recordings with more frames are not kept, because their entry would be too large for a journal.
@@ -111,19 +111,19 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut notes = recording_checks::notes(&recordings, &given.body, &arguments.free_bone);
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
     let basis = Basis { contracting: numbers, palate: wall, ..given.basis(&arguments.body, settings) };
-    let run = Run {
+    let run = TrackRun {
+        basis,
+        adaptation: given.adaptation.as_ref(),
+        is_given,
         rest: arguments.rest,
         free_bones: &arguments.free_bone,
-        given: &given,
-        basis,
-        is_given,
-        palate: wall,
+        hide: &hide,
     };
     let seen: Vec<&Seen> = recordings.iter().map(|r| &r.seen).collect();
-    run.check_freed(&seen)?;
+    run.check_freed(&seen).into_diagnostic()?;
 
     match is_given {
-        true => recording_checks::check_frame(&recordings, &run.speaker(&seen, &[])?.followed)?,
+        true => recording_checks::check_frame(&recordings, &track_run::speaker(&run, &seen)?.followed)?,
         false => {
             let placed = run.basis.place(&seen, &hide).into_diagnostic()?;
             notes.extend(placed.doubt());
@@ -132,9 +132,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let sound = arguments.sound.read()?;
     let out = global.folder("results/track")?;
-    let speaker = run.speaker(&seen, &hide)?;
-    let contact = run.wall(&speaker.body)?;
-    let shape = run.shape(&speaker, contact.as_ref(), &seen)?;
+    let speaker = track_run::speaker(&run, &seen)?;
+    let contact = run.wall(&speaker.body, &output::note).into_diagnostic()?;
+    let shape = run.shape(&speaker, contact.as_ref(), &seen, &output::note).into_diagnostic()?;
     if speaker.is_fitted() {
         notes.push(
             "the shape at rest was fitted to recordings: take levels from a run without it (neither --mesh nor --rest joint), \
@@ -142,21 +142,30 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 .to_owned(),
         );
     }
-    let mut journal = run.journal(&out, &seen, &format!("{sound:?}"))?;
+    let mut journal = track_run::journal(&run, &given, &out, &seen, &format!("{sound:?}"))?;
     let mut found: Vec<Found> = Vec::with_capacity(seen.len());
     let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
+    let of = |recording| Found::of(speaker.body.clone(), &run.basis.contracting, recording);
     for sitting in sittings(&seen) {
         let kept: Option<Vec<TrackedRecording>> = sitting
             .clone()
             .map(|nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok())))
             .collect::<miette::Result<_>>()?;
         if let Some(kept) = kept {
-            found.extend(kept.into_iter().map(|kept| run.found(speaker.body.clone(), kept)));
+            found.extend(kept.into_iter().map(of));
             continue;
         }
         let clock = Instant::now();
-        let tracked =
-            run.track(&speaker, (&shape, &contact), sound.as_ref(), &seen[sitting.clone()], &hide)?;
+        let unknown = (shape.as_ref(), contact.as_ref());
+        let listen = |frames: &mut [Frame]| sound.iter().for_each(|s| s.listen(frames, &speaker.followed));
+        let bar = output::bar(1, "{bar:40} {percent:>3} % of the tensions, {eta} left")?;
+        let progress = |done: usize, of: usize| {
+            bar.set_length(of as u64);
+            bar.set_position(done as u64);
+        };
+        let tracked = run.track(&speaker, unknown, &seen[sitting.clone()], &listen, &progress);
+        bar.finish_and_clear();
+        let tracked = tracked.into_diagnostic()?;
         for (nth, recording) in sitting.zip(tracked) {
             let is_kept = journal.read(nth).into_diagnostic()?.is_some();
             if recording.frames.len() <= MOST_KEPT && !is_kept {
@@ -164,7 +173,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 let entry = Entry { job: nth, wall_s, result: Ok(recording.clone()) };
                 journal.append(&entry).into_diagnostic()?;
             }
-            found.push(run.found(speaker.body.clone(), recording));
+            found.push(of(recording));
         }
     }
     // Recordings that the body cannot reach are left out.
@@ -236,7 +245,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     for (nth, one) in found.iter().enumerate() {
         if nth == 0 || one.body.mesh.nodes != found[nth - 1].body.mesh.nodes {
             let name = if nth == 0 { "body.json".to_owned() } else { format!("body_{}.json", nth + 1) };
-            bodies.push((name, BodyFile::new(&one.body, &run.model(), speaker.tracked(&one.body))?));
+            bodies.push((name, BodyFile::new(&one.body, &run.basis.model, speaker.tracked(&one.body))?));
         }
     }
     let written = track_files::write(
@@ -245,11 +254,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         &bodies,
         (&seen, &found),
         wall.unwrap_or_default(),
-        run.model().tissue,
+        run.basis.model.tissue,
         &arguments.files,
     )?;
     journal.remove().into_diagnostic()?;
-    let by = super::provenance().with_tissue(run.model().tissue);
+    let by = super::provenance().with_tissue(run.basis.model.tissue);
     output::answer(global, &Json(&record), &by, &written, || track_table::track(&record, &written))?;
     // Some recordings were not used.
     Ok(if left_out.is_empty() || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused })
@@ -264,25 +273,6 @@ fn repeats(seen: &[&Seen], found: &[Found], muscles: usize) -> Option<Repeats> {
     let all: Vec<Repeatable<'_>> =
         all.map(|((s, times), courses)| Repeatable { times, courses, labels: &s.labels }).collect();
     track::repeats(&all, muscles)
-}
-
-/// Recordings that are tracked together, up to about a hundred frames: neighbours that show the same bones. Each group has levels and a
-/// shape of its own, and is kept for a run that is resumed.
-fn sittings(seen: &[&Seen]) -> Vec<std::ops::Range<usize>> {
-    const MOST_FRAMES: usize = 100;
-    let bones = |s: &Seen| [HYOID, MANDIBLE].map(|b| s.shows_bone(b));
-    let mut out: Vec<std::ops::Range<usize>> = Vec::new();
-    for (nth, one) in seen.iter().enumerate() {
-        let goes_on = out.last().is_some_and(|range| {
-            let frames: usize = seen[range.clone()].iter().map(|s| s.frames.len()).sum();
-            frames + one.frames.len() <= MOST_FRAMES && bones(seen[range.start]) == bones(one)
-        });
-        match out.last_mut().filter(|_| goes_on) {
-            Some(range) => range.end = nth + 1,
-            None => out.push(nth..nth + 1),
-        }
-    }
-    out
 }
 
 /// The muscles that can contract.

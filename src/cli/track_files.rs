@@ -11,7 +11,7 @@ use tongue_fit::report::{
     animation_of_seen, timelines,
 };
 use tongue_fit::system::TissueModel;
-use tongue_fit::track::{FrameStatus, Gesture, LabelMean, Tracked};
+use tongue_fit::track::{FrameStatus, Gesture, LabelMean, Tracked, TrackedRecording};
 
 use super::body_file::BodyFile;
 
@@ -26,6 +26,15 @@ pub struct Found {
     pub gestures: Vec<Gesture>,
     /// Its labelled stretches.
     pub segments: Vec<LabelMean>,
+}
+
+impl Found {
+    /// The result of a recording that was tracked with a body, shown at the rest shape that was found.
+    pub fn of(mut body: Body<2>, contracting: &[usize], recording: TrackedRecording) -> Self {
+        let TrackedRecording { rest, frames, gestures, segments } = recording;
+        body.mesh.nodes = rest;
+        Self { body, contracting: contracting.to_vec(), frames, gestures, segments }
+    }
 }
 
 /// Options of the files beside the tables.

@@ -3,13 +3,14 @@
 
 use std::sync::Arc;
 
-use tongue_fit::adapt::followed;
+use tongue_fit::adapt::{Basis, How, followed};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::heard::{Airway, Articulation};
 use tongue_fit::inverse::FreedBone;
 use tongue_fit::measured::recording::{FaultKind, Seen, screen};
 use tongue_fit::parallel;
+use tongue_fit::run::TrackRun;
 use tongue_fit::system::Model;
 use tongue_infer::track::{
     Errors, FrameStatus, Ranged, RestShape, Stage, TrackSettings, Tracked, frames, listen, track,
@@ -82,6 +83,45 @@ fn courses_are_found_again_as_far_as_a_contour_tells() {
     let vague = tracked(&speaker, &seen);
     let resolved = |all: &[Tracked]| all.iter().map(|f| f.resolved).sum::<usize>();
     assert!(resolved(&vague) < resolved(&found));
+}
+
+#[test]
+fn a_run_from_options_places_the_body_and_meets_the_contours() {
+    let speaker = speaker();
+    // All that is seen is turned, larger and elsewhere.
+    let mut seen = recorded(&speaker, 8, 0.3e-3);
+    let to = |p: Point| Point::new(p.x - 0.1 * p.y, p.y + 0.1 * p.x) * 1.08 + Point::new(4e-3, -7e-3);
+    for frame in &mut seen.frames {
+        frame.contour.iter_mut().flatten().for_each(|m| m.at = to(m.at));
+        frame.bones.iter_mut().flatten().for_each(|p| *p = to(*p));
+    }
+    let basis = Basis {
+        body: &speaker.body,
+        anatomy: None,
+        model: Model::default(),
+        contracting: (0..speaker.body.mesh.muscles.len()).collect(),
+        settings: TrackSettings { draws: 200, ..TrackSettings::new(20.0, 0.1) },
+        palate: None,
+    };
+    let run = TrackRun {
+        basis,
+        adaptation: None,
+        is_given: false,
+        rest: How::Similarity,
+        free_bones: &[],
+        hide: &[],
+    };
+    let placed = run.body(&[&seen], &|_, _| ()).unwrap().similarity.unwrap();
+    assert!((placed.scale() / 1.085 - 1.0).abs() < 0.03, "{placed:?}");
+    let found = run.run(&[&seen], &|note| panic!("{note}")).unwrap();
+    assert_eq!(found.len(), 1);
+    for frame in &found[0].frames {
+        assert_eq!(frame.status, FrameStatus::Converged);
+        assert!(frame.rms_m.unwrap() < 0.6e-3, "{:?}", frame.rms_m);
+    }
+    let twice = ["hyoid".to_owned(), "hyoid".to_owned()];
+    let message = TrackRun { free_bones: &twice, ..run }.run(&[&seen], &|_| ()).unwrap_err().to_string();
+    assert!(message.starts_with("--free-bone hyoid:"), "{message}");
 }
 
 #[test]

@@ -1,14 +1,15 @@
 //! Three to five coils on tongues of other shapes, sizes and directions place the built-in one. The intervals of the placement hold
 //! where it is, and those of the tensions carry what it leaves open.
 
-use tongue_fit::adapt::{Basis, How, Placement};
+use tongue_fit::adapt::{Basis, How};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::parallel;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{Model, System};
-use tongue_fit::track::{RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames, track};
+use tongue_infer::adapt::Placement;
+use tongue_infer::track::{RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames, track};
 
 use crate::cases;
 use crate::speakers::{Recorded, Seeing, recorded};

@@ -4,7 +4,7 @@
 use nalgebra::DVector;
 use tongue_core::random::normal;
 use tongue_fit::adapt::followed;
-use tongue_fit::adapt::{Basis, How, Sight};
+use tongue_fit::adapt::{Basis, How};
 use tongue_fit::body::Body;
 use tongue_fit::body::HYOID;
 use tongue_fit::geometry::Point;
@@ -12,6 +12,7 @@ use tongue_fit::inverse::FreedBone;
 use tongue_fit::measured::recording::Seen;
 use tongue_fit::parallel;
 use tongue_fit::system::{Model, System};
+use tongue_infer::adapt::Sight;
 use tongue_infer::inverse::BONE_SD_M;
 use tongue_infer::track::{
     Errors, Link, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames, track,

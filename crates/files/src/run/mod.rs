@@ -1,15 +1,17 @@
 //! Runs as plain structs: a body from options ([`PlaneBody`]), an equilibrium ([`Equilibrium`]), one fit
-//! ([`FitRun`]) and the fits of a table ([`BatchRun`]). The program, the Python module and the page fill
-//! them in; scenes ([`crate::scene`]) and recordings ([`tongue_infer::track`]) have structs of their own.
+//! ([`FitRun`]), the fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the
+//! Python module and the page fill them in; a scene is such a struct itself ([`crate::scene`]).
 
 #[cfg(feature = "files")]
 mod batch;
 mod body;
 mod equilibrium;
 mod fit;
+mod track;
 
 #[cfg(feature = "files")]
 pub use batch::BatchRun;
 pub use body::{BodySource, Kind, PlaneBody, Tissue};
 pub use equilibrium::Equilibrium;
 pub use fit::{FitFound, FitRun};
+pub use track::{TrackError, TrackRun, TrackedBody, sittings};

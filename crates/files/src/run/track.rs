@@ -1,0 +1,289 @@
+//! Tensions over time: the speaker's body, what is not known of its shape, and the search.
+
+use std::ops::Range;
+
+use tongue_core::body::{Body, HYOID, MANDIBLE};
+use tongue_core::effect::{Contact, Effect};
+use tongue_core::geometry::Similarity;
+use tongue_core::system::{self, Additions, System, SystemError};
+use tongue_infer::adapt::{self, Adaptation, Basis, How, Placement, RestError, Sight};
+use tongue_infer::inverse::{FitError, FreedBone};
+use tongue_infer::track::{self, Followed, Frame, RestShape, Stage, TongueSurface, TrackedRecording};
+use tongue_input::measured::recording::Seen;
+
+/// Distance from the palate at which it begins to act, m.
+const PALATE_REACH_M: f64 = 1e-3;
+
+/// Why recordings cannot be tracked.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "fields without a unit are in the messages")]
+pub enum TrackError {
+    /// The body cannot be placed or its shape not be varied.
+    #[error(transparent)]
+    Rest(#[from] RestError),
+    /// The system cannot be made.
+    #[error(transparent)]
+    System(#[from] SystemError),
+    /// A bone cannot be freed.
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    /// A free bone is named twice.
+    #[error("--free-bone {bone}: this bone is free already; give each bone once")]
+    FreeTwice { bone: String },
+    /// A free bone is seen in every recording.
+    #[error(
+        "--free-bone {bone}: it is seen in every recording, and carried to where it is seen; leave the option out"
+    )]
+    FreeSeen { bone: String },
+    /// The body has no outline.
+    #[error("{what} has no outline of tissue to compare with")]
+    NoOutline { what: String },
+    /// Numbers are not finite or far too large.
+    #[error(
+        "the covariance of what was seen cannot be factorised; look for numbers that are not finite or very large in the recordings"
+    )]
+    NotFinite,
+}
+
+/// Recordings of one speaker to be tracked, as options.
+#[derive(Debug, Clone)]
+pub struct TrackRun<'a> {
+    /// The body, its material and muscles, the settings, and the traced palate.
+    pub basis: Basis<'a>,
+    /// The adaptation that the body has already, if it has one.
+    pub adaptation: Option<&'a Adaptation>,
+    /// Whether the body is used where it is; otherwise it is placed in the recordings.
+    pub is_given: bool,
+    /// Method for the rest shape of a body that is placed.
+    pub rest: How,
+    /// Names of the bones that may be displaced where they were not seen.
+    pub free_bones: &'a [String],
+    /// Points that are predicted instead of fitted.
+    pub hide: &'a [String],
+}
+
+/// A body ready for tracking.
+#[derive(Debug, Clone)]
+pub struct TrackedBody {
+    /// The body.
+    pub body: Body<2>,
+    /// Its bones that follow their observed places.
+    pub followed: Vec<Followed>,
+    /// How it was adapted; `None` for a body that was not.
+    pub adaptation: Option<Adaptation>,
+    /// What is known of where coils placed it.
+    pub placement: Option<Placement>,
+    /// How it was turned, scaled and shifted to the recordings; `None` for a body used where it is.
+    pub similarity: Option<Similarity>,
+    /// Root mean square distance of the contours from which its shape was made, m.
+    pub rms_m: Option<f64>,
+}
+
+impl TrackedBody {
+    /// Whether its shape at rest was fitted to recordings.
+    pub fn is_fitted(&self) -> bool {
+        self.adaptation.as_ref().is_some_and(|a| a.rest == How::Joint)
+    }
+
+    /// The adaptation of a displayed body, whose shape at rest may have been found in tracking.
+    pub fn tracked(&self, displayed: &Body<2>) -> Adaptation {
+        let marks = self.followed.iter().map(|f| (f.name.clone(), [f.mark.x, f.mark.y]));
+        let own = Adaptation { marks_m: marks.collect(), ..Adaptation::default() };
+        let before = self.adaptation.clone().unwrap_or(own);
+        let is_found = displayed.mesh.nodes != self.body.mesh.nodes;
+        let rest = match is_found {
+            true if self.placement.is_some() => How::Similarity,
+            true => How::Joint,
+            false => before.rest,
+        };
+        Adaptation { rest, ..before }
+    }
+
+    /// A recording with its coils where the placement has them on the tongue.
+    fn seated(&self, seen: &Seen) -> Seen {
+        match (&self.placement, &self.adaptation) {
+            (Some(placement), _) => placement.seated(seen),
+            (None, Some(adaptation)) => adaptation.seated(seen),
+            (None, None) => seen.clone(),
+        }
+    }
+}
+
+impl TrackRun<'_> {
+    /// The given body, or one adapted to these recordings; `progress` is called with the steps that are done
+    /// and their number.
+    ///
+    /// # Errors
+    /// As [`Basis::to_recordings`].
+    pub fn body(&self, seen: &[&Seen], progress: &dyn Fn(usize, usize)) -> Result<TrackedBody, TrackError> {
+        if self.is_given {
+            return Ok(known(self.basis.body.clone(), self.adaptation));
+        }
+        let made = self.basis.to_recordings(seen, self.rest, self.hide, progress)?;
+        let adaptation = made.adaptation();
+        Ok(TrackedBody {
+            similarity: Some(made.similarity),
+            rms_m: made.rms_m,
+            placement: made.placement,
+            ..known(made.body, Some(&adaptation))
+        })
+    }
+
+    /// What is not known of the speaker's shape; `None` for bodies that are no tongues, which `tell` is told.
+    ///
+    /// # Errors
+    /// As [`RestShape::of`].
+    pub fn shape(
+        &self,
+        speaker: &TrackedBody,
+        wall: Option<&Contact>,
+        seen: &[&Seen],
+        tell: &dyn Fn(&str),
+    ) -> Result<Option<RestShape>, TrackError> {
+        let body = &speaker.body;
+        if [HYOID, MANDIBLE].iter().any(|bone| body.bone(bone).is_empty()) {
+            tell(&format!(
+                "{} has no bones \"{MANDIBLE}\" and \"{HYOID}\", so its shape at rest counts as known",
+                body.what
+            ));
+            return Ok(None);
+        }
+        let (model, contracting) = (&self.basis.model, &self.basis.contracting);
+        let shape = match &speaker.placement {
+            Some(placement) => RestShape::of_coils(body, model, contracting, placement),
+            None => {
+                let sight = Sight::of(seen, &[]);
+                let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
+                RestShape::of(body, model, contracting, at)
+            }
+        };
+        let touching = |shape: RestShape| match wall {
+            Some(wall) => shape.under(wall.clone()),
+            None => Ok(shape),
+        };
+        let shape = shape.and_then(touching)?;
+        let is_kept =
+            speaker.is_fitted() || speaker.adaptation.as_ref().is_some_and(|a| !a.coils_m.is_empty());
+        Ok(Some(if is_kept { shape.as_found() } else { shape }))
+    }
+
+    /// The traced palate as a wall; `None`, which `tell` is told, if the body at rest would pass through it.
+    ///
+    /// # Errors
+    /// As [`system::coefficients`].
+    pub fn wall(&self, body: &Body<2>, tell: &dyn Fn(&str)) -> Result<Option<Contact>, TrackError> {
+        let Some(palate) = self.basis.palate else { return Ok(None) };
+        let stiffness = system::coefficients(&body.mesh, &self.basis.model)?.tissue_stiffness;
+        let wall = Contact::new(palate.to_vec(), &body.mesh.surface_nodes(), stiffness, PALATE_REACH_M);
+        if wall.penetrated(&body.mesh.nodes, &body.mesh.connections).is_some() {
+            tell("the body at rest passes through the palate: the tongue is tracked without contact");
+            return Ok(None);
+        }
+        Ok(Some(wall))
+    }
+
+    /// Tracks recordings that share a body, levels and a shape. `listen` may add what is heard to the frames
+    /// of a recording.
+    ///
+    /// # Errors
+    /// [`TrackError`] if the search cannot begin; later failures are the status of a frame.
+    pub fn track(
+        &self,
+        speaker: &TrackedBody,
+        (shape, wall): (Option<&RestShape>, Option<&Contact>),
+        seen: &[&Seen],
+        listen: &dyn Fn(&mut [Frame]),
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Vec<TrackedRecording>, TrackError> {
+        let (body, model) = (&speaker.body, &self.basis.model);
+        let effects = wall.map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).into_iter().collect();
+        let additions = Additions { effects, ..Additions::default() };
+        let system = System::with(&body.mesh, model, &self.basis.contracting, additions)?;
+        let freed = seen.first().map(|s| self.freed(s)).into_iter().flatten();
+        let freed = freed.map(|name| FreedBone::of(body, model, &self.basis.contracting, name));
+        let freed = freed.collect::<Result<Vec<_>, _>>()?;
+        let surface =
+            TongueSurface::of(body).ok_or_else(|| TrackError::NoOutline { what: body.what.clone() })?;
+        let mut frames: Vec<_> = seen
+            .iter()
+            .map(|s| track::frames(&speaker.seated(s), &surface, &speaker.followed, self.hide))
+            .collect();
+        frames.iter_mut().for_each(|frames| listen(frames));
+        let stage = Stage { system: &system, followed: &speaker.followed, freed: &freed, shape };
+        track::track(&stage, frames, &self.basis.settings, progress).ok_or(TrackError::NotFinite)
+    }
+
+    /// Places the body and tracks all recordings, in groups as [`sittings`] has them.
+    ///
+    /// # Errors
+    /// As [`TrackRun::body`], [`TrackRun::shape`] and [`TrackRun::track`].
+    pub fn run(&self, seen: &[&Seen], tell: &dyn Fn(&str)) -> Result<Vec<TrackedRecording>, TrackError> {
+        self.check_freed(seen)?;
+        let speaker = self.body(seen, &|_, _| ())?;
+        let wall = self.wall(&speaker.body, tell)?;
+        let shape = self.shape(&speaker, wall.as_ref(), seen, tell)?;
+        let mut found = Vec::with_capacity(seen.len());
+        for sitting in sittings(seen) {
+            let unknown = (shape.as_ref(), wall.as_ref());
+            found.extend(self.track(&speaker, unknown, &seen[sitting], &|_| (), &|_, _| ())?);
+        }
+        Ok(found)
+    }
+
+    /// The bones whose displacement is an unknown in a recording.
+    pub fn freed<'b>(&'b self, seen: &'b Seen) -> impl Iterator<Item = &'b str> {
+        self.free_bones.iter().map(|b| b.trim()).filter(|b| !seen.shows_bone(b))
+    }
+
+    /// Refuses free bones without an effect.
+    ///
+    /// # Errors
+    /// [`TrackError::FreeTwice`], [`TrackError::FreeSeen`], and as [`FreedBone::of`].
+    pub fn check_freed(&self, seen: &[&Seen]) -> Result<(), TrackError> {
+        let mut names: Vec<&str> = Vec::new();
+        for name in self.free_bones.iter().map(|b| b.trim()) {
+            let bone = name.to_owned();
+            if names.contains(&name) {
+                return Err(TrackError::FreeTwice { bone });
+            }
+            FreedBone::of(self.basis.body, &self.basis.model, &self.basis.contracting, name)?;
+            if seen.iter().all(|s| s.shows_bone(name)) {
+                return Err(TrackError::FreeSeen { bone });
+            }
+            names.push(name);
+        }
+        Ok(())
+    }
+}
+
+/// Recordings that are tracked together, up to about a hundred frames: neighbours that show the same bones.
+/// Each group has levels and a shape of its own.
+pub fn sittings(seen: &[&Seen]) -> Vec<Range<usize>> {
+    const MOST_FRAMES: usize = 100;
+    let bones = |s: &Seen| [HYOID, MANDIBLE].map(|b| s.shows_bone(b));
+    let mut out: Vec<Range<usize>> = Vec::new();
+    for (nth, one) in seen.iter().enumerate() {
+        let goes_on = out.last().is_some_and(|range| {
+            let frames: usize = seen[range.clone()].iter().map(|s| s.frames.len()).sum();
+            frames + one.frames.len() <= MOST_FRAMES && bones(seen[range.start]) == bones(one)
+        });
+        match out.last_mut().filter(|_| goes_on) {
+            Some(range) => range.end = nth + 1,
+            None => out.push(nth..nth + 1),
+        }
+    }
+    out
+}
+
+/// A body with its adaptation.
+fn known(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBody {
+    let followed = match adaptation {
+        Some(a) => a.followed(&body),
+        None => {
+            let bones: Vec<String> = body.bones.iter().map(|b| b.name.clone()).collect();
+            adapt::followed(&body, &bones)
+        }
+    };
+    let adaptation = adaptation.cloned();
+    TrackedBody { body, followed, adaptation, placement: None, similarity: None, rms_m: None }
+}
