@@ -2,6 +2,8 @@
 
 use std::process::Command;
 
+use crate::posterior_command::of_the_readme;
+
 const README: &str = include_str!("../../README.md");
 
 #[test]
@@ -23,13 +25,7 @@ fn the_table_in_the_readme_is_what_the_main_command_prints() {
 
 #[test]
 fn the_table_of_the_posterior_is_what_its_command_prints() {
-    let folder = tempfile::tempdir().unwrap();
-    let output = Command::new(assert_cmd::cargo::cargo_bin("tongue-fit"))
-        .args(["--vowel", "a", "--posterior", "1000"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let printed = String::from_utf8(output.stdout).unwrap();
+    let printed = &of_the_readme().printed;
     let shown = README.split("```text\n").nth(2).and_then(|rest| rest.split("```").next()).unwrap();
     let mut lines = printed.lines();
     for line in shown.lines() {

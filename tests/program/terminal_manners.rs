@@ -281,7 +281,7 @@ fn an_interruption_while_files_are_written_leaves_all_of_them_or_none() {
 fn an_interrupted_batch_leaves_its_journal_and_goes_on_unless_it_was_told_to_ignore_it() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
-    let batch = "batch --vowels a,o --subjects S1,S2,S3 --draws 200 --subsets 0 --out out";
+    let batch = "batch --vowels a,o --subjects S1,S2,S3 --draws 60 --subsets 0 --out out";
     let fitted = || fs::read_to_string(out.join("batch.journal")).is_ok_and(|j| j.lines().count() > 3);
     let status = interrupted(start(folder.path(), "default", batch), "INT", fitted).unwrap();
     assert_eq!((status.signal(), names(&out)), (Some(2), vec!["batch.journal".to_owned()]));

@@ -5,11 +5,11 @@ use tongue_fit::measured::TargetKind;
 use tongue_infer::posterior::{Density, Draw, Measurements, Mode, Sampling, about, sample, without_each};
 
 use crate::fixtures::{target, tongue};
-use crate::synthetic_speakers::ground;
+use crate::synthetic_speakers::coarse_ground;
 
 #[test]
 fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
-    let ground = ground("");
+    let ground = coarse_ground("");
     let matched = Matched::new(&tongue(), &target("S3", "e", TargetKind::Stretch)).unwrap();
     let mut density = Density::new(&ground, Measurements::of(&matched)).unwrap();
     let mode = Mode::find(&mut density).unwrap();

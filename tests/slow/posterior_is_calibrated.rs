@@ -2,6 +2,8 @@
 //! nothing but rounding is unknown also against a bootstrap, and the dependence of signs on the prior.
 
 use tongue_core::random::{normals, seed_of};
+use tongue_fit::MM;
+use tongue_fit::body::Body;
 use tongue_fit::inverse::batch::Thoroughness;
 use tongue_fit::inverse::{FitSettings, Matched, Method};
 use tongue_fit::measured::{Dataset, TargetKind};
@@ -12,12 +14,12 @@ use tongue_infer::posterior::{Meaning, Measurements, Report, Sampling, sample};
 
 use crate::cases;
 use crate::fixtures::{target, tongue};
-use crate::synthetic_speakers::{ground, p_of_uniform, seen, stretches, unknowns, unseen};
+use crate::synthetic_speakers::{coarse_ground, ground, p_of_uniform, seen, stretches, unknowns, unseen};
 
 #[test]
 fn ranks_of_the_truth_among_draws_are_uniform() {
     // Without what is linearised at each posterior the likelihood is the very one that makes the data.
-    let ground = ground("muscle_ends.off = true\noutline.off = true\ncompressibility.off = true\n");
+    let ground = coarse_ground("muscle_ends.off = true\noutline.off = true\ncompressibility.off = true\n");
     for (postures, count) in [(1, cases(30)), (3, cases(8))] {
         let unknowns = unknowns(&ground, postures);
         let numbers: Vec<usize> = (0..count).collect();
@@ -63,7 +65,7 @@ fn ranks_of_the_truth_among_draws_are_uniform() {
 fn with_everything_but_rounding_off_intervals_are_as_wide_as_those_of_the_bootstrap() {
     // Draws of both lengths within their rounding, refitted: rest for a baseline, and tensions in who
     // contracts alone.
-    let mesh = tongue();
+    let mesh = Body::tongue(10.0 * MM).unwrap().mesh;
     let target = target("S2", "a", TargetKind::Stretch);
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     let how = Thoroughness { settings, draws: 16_000, subset_changes: 0, ..Thoroughness::default() };
@@ -82,7 +84,8 @@ fn with_everything_but_rounding_off_intervals_are_as_wide_as_those_of_the_bootst
     ];
     let off: String = off.iter().map(|name| format!("[{name}]\noff = true\n")).collect();
     let passive = ["GGm", "GGp", "SGp", "SGa", "HGp"].map(|name| format!("{name} = 0.0\n")).concat();
-    let ground = ground(&format!("{off}[tension]\nscale_n_per_m = 1e3\n[tension.fixed_n_per_m]\n{passive}"));
+    let ground =
+        coarse_ground(&format!("{off}[tension]\nscale_n_per_m = 1e3\n[tension.fixed_n_per_m]\n{passive}"));
     let mut seen = Measurements::of(&Matched::new(&mesh, &target).unwrap());
     for position in (0..seen.names.len()).rev().filter(|m| !target.active.contains(m)) {
         seen = seen.without(position);
