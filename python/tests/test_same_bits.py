@@ -93,7 +93,7 @@ def test_shards_brought_together_are_one_run_and_a_missing_one_is_named() -> Non
     parts = [shard("3/3"), shard("1/3")]
     with pytest.raises(tf.Error, match="not every shard is done, so nothing is merged: 2/3 is missing"):
         tf.merge(parts)
-    with pytest.raises(tf.Error, match="shards of differently cut batches: of 2 and of 3"):
+    with pytest.raises(tf.Error, match="shards of batches with different numbers of shards: of 2 and of 3"):
         tf.merge([*parts, shard("1/2")])
     with pytest.raises(tf.Error, match="no shard of a batch"):
         tf.merge([])

@@ -62,7 +62,7 @@ struct Record {
     rms_mm: Option<f64>,
     least_area_ratio: f64,
     muscles: Vec<Length>,
-    /// Why the body is not to be trusted; empty where nothing speaks against it.
+    /// Reasons not to trust the body; empty where there are none.
     doubts: Vec<String>,
     notes: Vec<String>,
 }
@@ -127,7 +127,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         return Ok(if is_whole { Outcome::Good } else { Outcome::SomeRowsRefused });
     }
     Ok(Outcome::Untrustworthy(format!(
-        "this body is not to be trusted: {}; look at rest.svg, and at the unit, the places and the names of the landmarks",
+        "this body is not to be trusted: {}; check rest.svg, and the unit, the places and the names of the landmarks",
         doubts.join("; ")
     )))
 }

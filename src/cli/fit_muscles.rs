@@ -7,7 +7,7 @@ use tongue_fit::inverse::Fit;
 use super::published::Published;
 use super::table::table;
 
-/// Every muscle beside what was measured of it, for `-v`.
+/// A table of every muscle with its measurement, for `-v`.
 pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     let target = &fit.target;
     let quantity = target.kind.name();
@@ -52,11 +52,12 @@ pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     if published.is_some() {
         let _ = writeln!(
             text,
-            "published: {quantity} simulated here with the published tensions; table 4.8: there"
+            "published: {quantity} simulated here with the published tensions; table 4.8: {quantity} printed in the thesis"
         );
     }
     if target.activation.iter().any(|a| a.uncertain) {
-        text += "? changed by no more than the rounding of two lengths: may be the other way\n";
+        text +=
+            "? changed by no more than the rounding of two lengths, so the sign of the change is not known\n";
     }
     if let Some(p) = published {
         let squares: f64 =

@@ -198,7 +198,7 @@ impl Shown<'_> {
         Some([all(&valley.points.first()?.x), all(&valley.points.last()?.x)])
     }
 
-    /// Muscles of which nothing is known.
+    /// Muscles without measurements.
     fn not_measured(&self) -> String {
         let names = self.fit.not_measured().join(", ");
         if names.is_empty() {
@@ -208,7 +208,7 @@ impl Shown<'_> {
         wrapped(&format!("not measured, so neither fitted nor compared, and given {with}: {names}"))
     }
 
-    /// How well the answer meets what was measured, and what speaks against it.
+    /// How well the answer meets the measurements, and the reasons for doubt.
     fn met(&self) -> String {
         let fit = self.fit;
         let status = match fit.status {

@@ -141,7 +141,7 @@ fn text(record: &Record<'_>, data: &Dataset) -> String {
     let mut rows = table::counted(data.rows().len(), "row");
     if !reading.rows_without_lengths.is_empty() {
         let lines = reading.rows_without_lengths.iter().map(u64::to_string);
-        let _ = write!(rows, "; ignored, because without lengths: line {}", listed(lines, ", "));
+        let _ = write!(rows, "; ignored, because they have no lengths: line {}", listed(lines, ", "));
     }
     line("rows", rows);
     if !reading.set_aside.is_empty() {
@@ -214,7 +214,9 @@ fn half_width(column: &Column) -> String {
         HalfWidth::Column { name, else_mm } => format!("column {name:?}, else {else_mm} mm"),
         HalfWidth::Given { mm } => format!("{mm} mm, as given"),
         HalfWidth::Digits { mm } => format!("{mm} mm, by the digits"),
-        HalfWidth::Default { mm } => format!("{mm} mm, by default: more digits than a measurement has"),
+        HalfWidth::Default { mm } => {
+            format!("{mm} mm, by default, because the lengths have more digits than a measurement gives")
+        }
     }
 }
 

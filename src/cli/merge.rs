@@ -108,7 +108,7 @@ fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>
     counts.dedup();
     let [of] = counts[..] else {
         return Err(miette!(
-            "shards of differently cut batches: of {}; keep those of one cut only",
+            "shards of batches with different numbers of shards: of {}; keep those of one batch",
             counts.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and of ")
         ));
     };
@@ -121,9 +121,10 @@ fn prepare(words: &[String]) -> miette::Result<Prepared> {
     let typed = std::iter::once("tongue-fit").chain(words.iter().map(String::as_str));
     let parsed = Cli::try_parse_from(typed).into_diagnostic()?;
     let Some(Command::Batch(arguments)) = &parsed.command else {
-        return Err(miette!("the journal is not of a batch but of: {}", line_of(words.to_vec())));
+        return Err(miette!("the journal is of another command than batch: {}", line_of(words.to_vec())));
     };
-    Prepared::new(arguments, words).wrap_err("merge plans the batch again, from where it was run")
+    Prepared::new(arguments, words)
+        .wrap_err("merge repeats the plan of the batch in the folder where the batch was started")
 }
 
 fn names(folders: &[PathBuf]) -> String {

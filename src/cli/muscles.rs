@@ -54,7 +54,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let tension = arguments.tension.unwrap_or(15.0);
     if !(tension.is_finite() && tension > 0.0) {
         return Err(miette!(
-            "--tension {tension}: a tension must be finite and above 0 (muscles pull, they do not push)"
+            "--tension {tension}: a tension must be finite and above 0, because muscles only pull"
         ));
     }
     if let Some(source) = arguments.body.space() {

@@ -223,7 +223,7 @@ fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Be
     }
     if !alone.is_empty() {
         output::note(&format!(
-            "--emg {origin}: {} left out: activity in fewer than two of the postures that are sampled says nothing where the gain is unknown",
+            "--emg {origin}: {} left out: the gain of an electrode is unknown, so activity is needed in at least two of the postures that are sampled",
             alone.join(", ")
         ));
     }

@@ -10,7 +10,7 @@ use tongue_fit::statics::SolveStatus;
 pub enum Outcome {
     /// Everything converged: exit status 0.
     Good,
-    /// Something did not converge or is at a bound, and what it is: exit status 3.
+    /// A result that did not converge or is at a bound, with its description: exit status 3.
     Untrustworthy(String),
     /// The input was read and reported, but nothing can be computed with it: exit status 1.
     Unusable,

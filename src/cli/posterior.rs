@@ -71,10 +71,10 @@ pub fn priors(arguments: &PriorsArguments, global: &Global) -> miette::Result<()
     output::print(&text)
 }
 
-/// A posterior and what is told of its postures.
+/// A posterior and the reports of its postures.
 pub struct Sampled<'a> {
     posterior: Posterior<'a>,
-    /// What is told of each posture.
+    /// The report of each posture.
     pub reports: Vec<Report>,
     /// Differences between postures.
     pub contrasts: Vec<Contrast>,
@@ -193,7 +193,7 @@ impl Sampled<'_> {
         files
     }
 
-    /// For a terminal: what is known of every tension; with `-v` also what limits it, and every stretch.
+    /// For a terminal: every tension with its intervals; with `-v` also the sources of their variance, and every stretch.
     pub fn text(&self, posture: usize, is_verbose: bool) -> String {
         let report = &self.reports[posture];
         let seen = &self.posterior.density.seen;
@@ -230,7 +230,10 @@ impl Sampled<'_> {
             if !of_tension.is_empty() {
                 let _ = writeln!(text, "error budget, variance of a tension: {of_tension}");
                 let gains = shares(&Shares { unresolved: 0.0, ..share.tension_if_known });
-                let _ = writeln!(text, "a tension would be known better if we knew, by: {gains}");
+                let _ = writeln!(
+                    text,
+                    "reduction of the standard deviation of a tension if a source were known: {gains}"
+                );
             }
             let _ = writeln!(text, "error budget of a stretch left out: {}", shares(&share.left_out_stretch));
         }
@@ -342,7 +345,7 @@ fn changes(summary: &Summary) -> String {
     text
 }
 
-/// Directions that the data resolve, the hyoid, and every stretch with what is predicted without it.
+/// Directions that the data resolve, the hyoid, and every stretch with its prediction without its own measurement.
 fn details(summary: &Summary, moves_hyoid: bool) -> String {
     let mut text = String::new();
     let resolved: Vec<String> = summary

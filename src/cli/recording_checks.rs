@@ -77,7 +77,7 @@ pub fn check_scale(scale: f64) -> miette::Result<Option<String>> {
     Ok((!is_usual).then(|| format!("{what}, where {least} to {most} are usual; if that is wrong, {help}")))
 }
 
-/// Why the tensions of a recording say nothing: most of its frames cannot be reached, or are met badly.
+/// Why the tensions of a recording are not reported: most of its frames cannot be reached, or are met badly.
 pub fn out_of_reach(frames: &[FrameRecord]) -> Option<String> {
     /// Largest median of the root mean square distance, mm: real speakers are met to 0.1 to 1.5 mm.
     const MOST_RMS_MM: f64 = 2.5;
@@ -120,7 +120,7 @@ pub fn left_out(recordings: &[Screened], frames: &[FrameRecord]) -> Vec<String> 
 /// Largest plausible motion of a bone in speech, m.
 const FARTHEST_BONE_M: f64 = 20e-3;
 
-/// Faults of recordings, in sentences; what is said of several recordings is said once, with their names.
+/// Faults of recordings, in sentences; a fault of several recordings has one sentence with their names.
 pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<String> {
     let mut all: Vec<(String, Vec<&str>)> = Vec::new();
     for one in recordings {
@@ -148,7 +148,7 @@ fn notes_of(Screened { seen, faults, .. }: &Screened, body: &Body<2>, freed: &[S
     tell(FaultKind::Jumped, "points jump; they are left out");
     tell(FaultKind::OutOfOrder, "points of the contour are exchanged; they are left out");
     tell(FaultKind::BeyondPalate, "points lie beyond the palate; they are left out");
-    tell(FaultKind::BoneMissing, "a bone was not seen; it stays where the nearest frames show it");
+    tell(FaultKind::BoneMissing, "a bone was not seen; it is placed where the nearest frames show it");
     let shown =
         |nth: usize| seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count();
     // Lines of a fan that the tongue never meets are usual.

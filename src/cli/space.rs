@@ -186,7 +186,9 @@ pub fn run(
             let system = System::in_space(body, &model).into_diagnostic()?;
             surgery.make_up(&mut record, tip, (body, &system), &before).into_diagnostic()?;
             if record.made_up_by.is_none() {
-                output::note("the tip itself is removed, so nothing is searched that would make up for it");
+                output::note(
+                    "the tip itself is removed, so no activations are searched that would bring it back",
+                );
             }
         }
         operation = Some(record);

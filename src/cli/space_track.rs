@@ -140,7 +140,7 @@ fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
         .wrap_err_with(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))
 }
 
-/// The frames of recordings of the midsagittal plane, and what to tell of them.
+/// The frames of recordings of the midsagittal plane, and notes about them.
 fn recorded(
     source: &SpaceSource,
     body: &SpaceBody,

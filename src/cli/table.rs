@@ -96,7 +96,7 @@ pub(super) fn way_from_rest(connection: Connection) -> &'static str {
     match connection {
         Connection::Traced => "",
         Connection::Direct => {
-            "solved directly: whether it lies on the branch of equilibria from rest was not followed\n"
+            "solved directly: it was not checked whether it lies on the branch of equilibria from rest\n"
         }
         Connection::LoadSteps => {
             "reached from rest in load steps; the branch of equilibria from rest was not followed\n"
@@ -276,7 +276,7 @@ pub fn batch(
     if s.posteriors_untold > 0 {
         let _ = writeln!(
             text,
-            "{} cannot be told; mostly more draws help, and the alarms of their fits in batch.json say why",
+            "{} without results; the alarms of their fits in batch.json say why, and more draws usually help",
             counted(s.posteriors_untold, "posterior")
         );
     }

@@ -10,7 +10,7 @@ use tongue_fit::heard::{Airway, Articulation, Tract};
 use tongue_fit::report::TrackRecord;
 use tongue_fit::track::{Followed, Frame, listen};
 
-/// Number of formants that are told.
+/// Number of formants that are reported.
 const FORMANTS: usize = 2;
 /// A traced palate replaces the drawn one where they are nearer to each other than this, mm.
 const REACH_MM: f64 = 12.0;
@@ -94,7 +94,7 @@ impl Sound {
         listen(frames, &self.airway, followed, &self.lips, FORMANTS);
     }
 
-    /// Adds to the record what the formants are those of.
+    /// Adds to the record the tract and the posture that the formants are of.
     pub fn tell(&self, record: &mut TrackRecord) {
         record.add_formants(self.airway.tract(), &self.lips);
     }

@@ -99,7 +99,7 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
             if !better.is_empty() {
                 let _ = writeln!(
                     text,
-                    "better than the model: {}; the model is made for tensions, not for interpolation",
+                    "better than the model at predicting these points: {}; the model is built to find tensions",
                     better.join("; ")
                 );
             }
@@ -115,7 +115,7 @@ fn ways(record: &TrackRecord) -> String {
     if other > 0 {
         let _ = writeln!(
             text,
-            "{other} shapes are reached from the posture before or after them, or one muscle before the others"
+            "{other} shapes are reached from the posture before or after them, or where one muscle pulls before the others"
         );
     }
     let (off, as_well): (Vec<&FrameRecord>, Vec<_>) = record

@@ -57,7 +57,7 @@ fn the_table_for_a_reader_names_everything() {
     for said in [
         "UTF-8 with byte order mark, CRLF line ends, semicolons between fields, decimal comma\n",
         "columns \"Proband\" and \"Vokal\"\n",
-        "3 rows; ignored, because without lengths: line 6\n",
+        "3 rows; ignored, because they have no lengths: line 6\n",
         "column 6 \"Bemerkung\" (no unit of length in its name)\n",
         "| HG     | HG_cm    |   3 of 3 |         34.0 |        40.0 | 1 mm, as given |\n",
         "| M       | ɯ a    | ɯ        | /a/ GGm      |\n",

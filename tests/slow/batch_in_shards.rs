@@ -106,7 +106,7 @@ fn shards_of_different_batches_are_refused() {
     }
     fs::rename(folder.join("out/batch-2-of-2.journal"), folder.join("out/batch-2-of-5.journal")).unwrap();
     let (_, told) = run(folder, &["merge", "out"]);
-    assert!(told.contains("shards of differently cut batches: of 2 and of 5"), "{told}");
+    assert!(told.contains("shards of batches with different numbers of shards: of 2 and of 5"), "{told}");
     // A journal of another version.
     fs::remove_file(folder.join("out/batch-2-of-5.journal")).unwrap();
     let journal = folder.join("out/batch-1-of-2.journal");

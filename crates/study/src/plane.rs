@@ -1,8 +1,8 @@
 //! How wrong the plane is: a body in space against its own midsagittal plane, muscle by muscle.
 //!
-//! Both have the same mesh, muscles and law; in the plane no node moves sideways. Compared are the ways
-//! of the free nodes of the midsagittal contour. The plane may be scaled by one number a muscle, the
-//! best: a wrong strength is no error of the plane.
+//! Both have the same mesh, muscles and law; in the plane no node moves sideways. The displacements of the free
+//! nodes of the midsagittal contour are compared. Those in the plane are multiplied by the best number for each
+//! muscle, because a wrong strength is not an error of the plane.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ const POSTURES: [(&str, &[(&str, f64)]); 3] = [
 /// in space, of `tongue-fit accuracy --plane`. A test compares it with that study.
 pub const MISSED: f64 = 0.20;
 
-/// That in a sentence, for commands in the plane.
+/// [`MISSED`] in a sentence, for commands in the plane.
 pub fn limit() -> String {
     format!(
         "A plane misses {:.0} % of the motion of a tongue in space (the median muscle; `tongue-fit accuracy --plane`).",
@@ -45,14 +45,14 @@ pub fn limit() -> String {
     )
 }
 
-/// What the plane makes of a muscle.
+/// The error of the plane for one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlaneRow {
     /// The muscle, both sides.
     pub muscle: String,
     /// Root mean square way of the contour in space, mm.
     pub way_mm: f64,
-    /// By what the plane's way is best multiplied.
+    /// The number by which displacements in the plane are multiplied.
     pub best_scale: f64,
     /// Error of the contour after that, as a part of its way.
     pub error: f64,

@@ -20,7 +20,7 @@ pub fn markdown<'a, T: Serialize + 'a>(
     let column = |(i, field): (usize, &str)| {
         let (heading, name) = (heading(field), field.to_owned());
         let value = move |r: &StringRecord| if r[i].is_empty() { Value::Null } else { value(&r[i]) };
-        Column::new(field.to_owned(), "", "", value).headed(heading).shown(move |r| cell(&name, &r[i]))
+        Column::of_page(heading, value).shown(move |r| cell(&name, &r[i]))
     };
     let shown = fields.iter().enumerate().filter(|(_, field)| !without.contains(field));
     Ok(column::markdown(&shown.map(column).collect::<Vec<_>>(), &records) + "\n")

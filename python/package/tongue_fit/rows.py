@@ -233,7 +233,7 @@ def merge(shards: Iterable[Batch]) -> Batch:
     cuts = sorted({int(part.shard.split("/")[1]) for part in parts})
     if len(cuts) > 1:
         of = " and of ".join(str(cut) for cut in cuts)
-        raise native.Error(f"shards of differently cut batches: of {of}; keep those of one cut only")
+        raise native.Error(f"shards of batches with different numbers of shards: of {of}; keep those of one batch")
     if len({part.all_fits for part in parts}) > 1:
         raise native.Error("shards of different batches: they disagree on how many fits there are; keep those of one batch only")
     here = {part.shard: part for part in parts}

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 #[cfg(feature = "files")]
 use std::io;
+use std::rc::Rc;
 
 use serde_json::Value;
 
@@ -18,88 +19,76 @@ pub struct Column<'a, R> {
     pub unit: &'static str,
     /// What it holds, in a few words.
     pub meaning: &'static str,
-    pub(super) value: Box<dyn Fn(&R) -> Value + 'a>,
-    /// Its heading on a page, if that is not its name.
+    pub(super) value: Rc<dyn Fn(&R) -> Value + 'a>,
+    /// Its heading on a page; `None` where only CSV has it.
     pub(super) heading: Option<Cow<'static, str>>,
-    pub(super) form: Form<'a, R>,
+    /// The text of a row on a page; `None` where that is its value.
+    pub(super) shown: Option<Rc<dyn Fn(&R) -> String + 'a>>,
+    /// Whether it is aligned to the left on a page although its values are numbers.
+    pub(super) is_text: bool,
 }
 
-/// How the values of a column stand on a page.
-pub(super) enum Form<'a, R> {
-    /// As in CSV.
-    Value,
-    /// Numbers with this many decimals.
-    Decimals(usize),
-    /// Parts as percentages with this many decimals.
-    PerCent(usize),
-    /// The text of a row, aligned as its values are.
-    Own(Box<dyn Fn(&R) -> String + 'a>),
-    /// The text of a row, aligned to the left.
-    Text(Box<dyn Fn(&R) -> String + 'a>),
-    /// Only in CSV.
-    Absent,
-}
-
-impl<'a, R> Column<'a, R> {
-    /// A column with this name, unit, meaning and value.
+impl<'a, R: 'a> Column<'a, R> {
+    /// A column with this name, unit, meaning and value; its heading on pages is the name in words.
     pub fn new(
         name: impl Into<Cow<'static, str>>,
         unit: &'static str,
         meaning: &'static str,
         value: impl Fn(&R) -> Value + 'a,
     ) -> Self {
-        let (name, value) = (name.into(), Box::new(value));
-        Self { name, unit, meaning, value, heading: None, form: Form::Value }
+        let (name, value) = (name.into(), Rc::new(value));
+        let heading = Some(name.replace('_', " ").into());
+        Self { name, unit, meaning, value, heading, shown: None, is_text: false }
     }
 
-    /// The column with this heading on pages; without one it has its name in words.
+    /// A column of pages alone, with this heading and value.
+    pub fn of_page(heading: impl Into<Cow<'static, str>>, value: impl Fn(&R) -> Value + 'a) -> Self {
+        let heading = heading.into();
+        Self::new(heading.clone(), "", "", value).headed(heading)
+    }
+
+    /// The column with this heading on pages.
     pub fn headed(self, heading: impl Into<Cow<'static, str>>) -> Self {
         Self { heading: Some(heading.into()), ..self }
     }
 
     /// The column with this many decimals on pages.
     pub fn decimals(self, count: usize) -> Self {
-        Self { form: Form::Decimals(count), ..self }
+        self.numbers(move |v| format!("{v:.count$}"))
     }
 
     /// The column with its parts as percentages with this many decimals on pages.
     pub fn per_cent(self, decimals: usize) -> Self {
-        Self { form: Form::PerCent(decimals), ..self }
+        self.numbers(move |v| format!("{:.decimals$} %", 100.0 * v))
     }
 
-    /// The column with the text of each row on pages, aligned as its values are.
+    fn numbers(self, text: impl Fn(f64) -> String + 'a) -> Self {
+        let value = self.value.clone();
+        self.shown(move |row| value(row).as_f64().map_or_else(|| "–".to_owned(), &text))
+    }
+
+    /// The column with the text of each row on pages.
     pub fn shown(self, text: impl Fn(&R) -> String + 'a) -> Self {
-        Self { form: Form::Own(Box::new(text)), ..self }
+        Self { shown: Some(Rc::new(text)), ..self }
     }
 
-    /// The column with the text of each row on pages, aligned to the left.
+    /// As [`Column::shown`], aligned to the left.
     pub fn shown_as_text(self, text: impl Fn(&R) -> String + 'a) -> Self {
-        Self { form: Form::Text(Box::new(text)), ..self }
+        Self { is_text: true, ..self.shown(text) }
     }
 
     /// The column only in CSV, not on pages.
     pub fn in_csv_alone(self) -> Self {
-        Self { form: Form::Absent, ..self }
+        Self { heading: None, ..self }
     }
 
     /// The column of rows that contain such a row.
-    pub fn within<Q>(self, part: fn(&Q) -> &R) -> Column<'a, Q>
-    where
-        R: 'a,
-        Q: 'a,
-    {
-        let Self { name, unit, meaning, value, heading, form } = self;
-        let within = |text: Box<dyn Fn(&R) -> String + 'a>| Box::new(move |row: &Q| text(part(row)));
-        let form = match form {
-            Form::Value => Form::Value,
-            Form::Decimals(count) => Form::Decimals(count),
-            Form::PerCent(decimals) => Form::PerCent(decimals),
-            Form::Own(text) => Form::Own(within(text)),
-            Form::Text(text) => Form::Text(within(text)),
-            Form::Absent => Form::Absent,
-        };
-        let value = Box::new(move |row: &Q| value(part(row)));
-        Column { name, unit, meaning, value, heading, form }
+    pub fn within<Q: 'a>(self, part: fn(&Q) -> &R) -> Column<'a, Q> {
+        let Self { name, unit, meaning, value, heading, shown, is_text } = self;
+        let value = Rc::new(move |row: &Q| value(part(row)));
+        let shown =
+            shown.map(|text| Rc::new(move |row: &Q| text(part(row))) as Rc<dyn Fn(&Q) -> String + 'a>);
+        Column { name, unit, meaning, value, heading, shown, is_text }
     }
 
     /// The value of a row as a cell of CSV: empty where there is none.
@@ -113,25 +102,22 @@ impl<'a, R> Column<'a, R> {
 
     /// The value of a row as it stands on a page: a dash where there is none.
     fn on_page(&self, row: &R) -> String {
-        let number = || (self.value)(row).as_f64();
-        let text = match self.form {
-            Form::Own(ref text) | Form::Text(ref text) => return text(row).replace('|', "/"),
-            Form::Decimals(count) => number().map(|v| format!("{v:.count$}")),
-            Form::PerCent(decimals) => number().map(|v| format!("{:.decimals$} %", 100.0 * v)),
-            Form::Value | Form::Absent => Some(self.cell(row).replace('|', "/")).filter(|t| !t.is_empty()),
+        let text = match &self.shown {
+            Some(text) => text(row),
+            None => Some(self.cell(row)).filter(|t| !t.is_empty()).unwrap_or_else(|| "–".to_owned()),
         };
-        text.unwrap_or_else(|| "–".to_owned())
+        text.replace('|', "/")
     }
 
     /// Whether it is aligned to the right on a page: all of its values are numbers.
     fn is_to_the_right(&self, rows: &[R]) -> bool {
         let is_number = |row| matches!((self.value)(row), Value::Number(_) | Value::Null);
-        !matches!(self.form, Form::Text(_)) && !rows.is_empty() && rows.iter().all(is_number)
+        !self.is_text && !rows.is_empty() && rows.iter().all(is_number)
     }
 }
 
 /// A table of these columns.
-pub fn table<R>(columns: &[Column<'_, R>], rows: &[R]) -> Table {
+pub fn table<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Table {
     Table {
         columns: columns.iter().map(|c| c.name.clone().into_owned()).collect(),
         rows: rows.iter().map(|row| columns.iter().map(|c| c.cell(row)).collect()).collect(),
@@ -139,18 +125,16 @@ pub fn table<R>(columns: &[Column<'_, R>], rows: &[R]) -> Table {
 }
 
 /// A table of Markdown of those of the columns that stand on pages.
-pub fn markdown<R>(columns: &[Column<'_, R>], rows: &[R]) -> String {
-    let shown: Vec<_> = columns.iter().filter(|c| !matches!(c.form, Form::Absent)).collect();
-    let heading = |c: &&Column<'_, R>| match &c.heading {
-        Some(text) if text.is_empty() => " ".to_owned(),
-        Some(text) => format!(" {text} "),
-        None => format!(" {} ", c.name.replace('_', " ")),
-    };
-    let rule = |c: &&Column<'_, R>| if c.is_to_the_right(rows) { "--:" } else { "---" }.to_owned();
+pub fn markdown<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> String {
+    let shown: Vec<_> = columns.iter().filter_map(|c| Some((c, c.heading.as_ref()?))).collect();
     let line = |cells: Vec<String>| format!("|{}|\n", cells.join("|"));
-    let row = |row: &R| line(shown.iter().map(|c| format!(" {} ", c.on_page(row))).collect());
-    let head = line(shown.iter().map(heading).collect()) + &line(shown.iter().map(rule).collect());
-    rows.iter().map(row).fold(head, |text, row| text + &row)
+    let head = line(
+        shown.iter().map(|(_, h)| if h.is_empty() { " ".to_owned() } else { format!(" {h} ") }).collect(),
+    );
+    let rule = |c: &Column<'a, R>| if c.is_to_the_right(rows) { "--:" } else { "---" }.to_owned();
+    let rules = line(shown.iter().map(|(c, _)| rule(c)).collect());
+    let row = |row: &R| line(shown.iter().map(|(c, _)| format!(" {} ", c.on_page(row))).collect());
+    rows.iter().map(row).fold(head + &rules, |text, row| text + &row)
 }
 
 /// Lines of CSV; the header is a line too.
@@ -163,11 +147,12 @@ pub fn lines(out: &mut dyn io::Write, lines: impl IntoIterator<Item = Vec<String
 
 /// What the columns mean, as a table of Markdown.
 #[cfg(all(test, feature = "files"))]
-pub fn explained<R>(columns: &[Column<'_, R>]) -> String {
-    let of: [Column<'_, Column<'_, R>>; 3] = [
-        Column::new("column", "", "its name", |c: &Column<'_, R>| format!("`{}`", c.name).into()),
-        Column::new("unit", "", "its unit", |c: &Column<'_, R>| c.unit.into()).shown(|c| c.unit.to_owned()),
-        Column::new("meaning", "", "what it holds", |c: &Column<'_, R>| c.meaning.into()),
+pub fn explained<'a, R: 'a>(columns: &[Column<'a, R>]) -> String {
+    type Of<'a, R> = Column<'a, Column<'a, R>>;
+    let of = [
+        Of::of_page("column", |c| format!("`{}`", c.name).into()),
+        Of::of_page("unit", |c| c.unit.into()).shown(|c| c.unit.to_owned()),
+        Of::of_page("meaning", |c| c.meaning.into()),
     ];
     markdown(&of, columns)
 }

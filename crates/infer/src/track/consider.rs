@@ -20,9 +20,9 @@ use super::listen;
 use super::mode::{Course, Eliminated, Mode};
 use super::shape::RestShape;
 
-/// For what they share (levels and shape) the frames count together as at most so many of them: the model differs from a tongue, and more
-/// frames do not take that away. With
-/// every frame counted, the step to the most probable shape of some hundred frames is far longer than its linearisation holds.
+/// Largest number of frames whose information about levels and shape is counted in full; more frames together count as this many, because
+/// more frames do not make the model more like a tongue. If every frame counted, the step to the most probable shape of some hundred frames
+/// would be far longer than the range in which its linearisation holds.
 const MOST_FRAMES: usize = 120;
 /// Number of draws made at once; the second half of them mirrors the first.
 const BATCH: usize = 50;

@@ -17,7 +17,7 @@ use super::shape::RestShape;
 /// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
 /// after two quiet rounds in any case.
 const WON: f64 = 5e-4;
-/// In recordings with more frames than this, a few frames may be held back in a quiet round; some always are.
+/// In recordings with more frames than this, some frames are held back in every round, so a round in which only a few are counts as quiet.
 const MANY_FRAMES: usize = 150;
 /// Parts of the step that a frame tries.
 const PARTS: [f64; 3] = [1.0, 0.4, 0.1];

@@ -28,7 +28,7 @@ pub(super) struct Rates {
 }
 
 impl Rates {
-    /// Of a frame whose equilibrium has these positions, with columns that are not known yet; `None` where a residual is not finite.
+    /// The rows of a frame whose equilibrium has these positions, with columns of zeros; `None` where a residual is not finite.
     fn new(frame: &Frame, positions: Vec<Point>, columns: usize, unit: Unit) -> Option<Self> {
         let found = frame.observations.iter().map(|o| o.residual_and_slope(&positions));
         let (residuals, slopes): (Vec<f64>, Vec<_>) = found.unzip();
@@ -69,13 +69,13 @@ impl Rates {
         self.by_unknown.rows(seen, self.rows.len() - seen).into_owned()
     }
 
-    /// These, if the derivatives of the residuals are finite.
+    /// The same rates; `None` where a derivative of a residual is not finite.
     fn finite(self) -> Option<Self> {
         self.by_unknown.rows(0, self.residuals.len()).iter().all(|v| v.is_finite()).then_some(self)
     }
 }
 
-/// A frame with its derivatives, whose columns one solver after another sets.
+/// Unknowns by which frames are differentiated, and how their columns of derivatives are found.
 pub(super) trait Columns {
     /// The unit of the derivatives of the residuals.
     const UNIT: Unit;

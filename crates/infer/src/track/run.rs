@@ -20,7 +20,7 @@ use super::settings::TrackSettings;
 use super::shape::RestShape;
 use super::shown::{Shown, sampled, shown};
 
-/// A residual is not noise if it is larger than this many standard deviations.
+/// A residual larger than this many standard deviations is a fault of the observation.
 const MOST_SD: f64 = 4.0;
 
 /// A body on which recordings are tracked.

@@ -39,8 +39,8 @@ pub(super) struct Shown {
 /// and tensions together, with damping (Levenberg 1944). The linearisation holds only near a shape, so the frames are solved again on each
 /// body, and a step that increases the total cost is tried again with more damping.
 ///
-/// The static and the slow error are left out here. They are those of a body whose shape is not the speaker's. The prior of the static
-/// error is paid once, so over many frames it would be used in place of the shape.
+/// The static and the slow error are left out here, because they describe a body whose shape is not the speaker's. The prior limits the
+/// static error only once for all frames, so with many frames the search would change the static error instead of the shape.
 ///
 /// Where the shape is kept ([`RestShape::as_found`], or a body placed by coils), the frames are found on the body itself.
 pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, courses: &[Course]) -> Shown {

@@ -102,10 +102,10 @@ fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), StudyError> {
     );
     let of_scene = runs.iter().filter(|r| r.scene == SCENES[0].0);
     *p += &markdown(of_scene, &["scene", "triangles", "difference_from_finest_fe", "force_s", "factor_s"])?;
-    let mut columns = vec![Column::new("tissue", "", "tissue", |tissue: &&str| (*tissue).into())];
+    let mut columns = vec![Column::of_page("tissue", |tissue: &&str| (*tissue).into())];
     columns.extend(SCENES.map(|(scene, _)| {
         let order = move |tissue: &&str| order(runs, scene, tissue).into();
-        Column::new(scene, "", "observed order in h of the changes", order).decimals(2)
+        Column::of_page(scene, order).decimals(2)
     }));
     let orders = column::markdown(&columns, &TISSUES);
     let _ = writeln!(p, "Observed order in h of the changes, by scene:\n\n{orders}");

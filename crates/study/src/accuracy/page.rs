@@ -128,7 +128,7 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
     p.push('\n');
 }
 
-/// What was aimed at.
+/// A goal of the study.
 struct Goal {
     what: &'static str,
     measured: String,
@@ -140,9 +140,9 @@ fn goals(p: &mut String, study: &AccuracyStudy) {
     type Of = Column<'static, Goal>;
     let met = |goal: &Goal| goal.met.map_or("not measured", |met| if met { "yes" } else { "**no**" });
     let columns = [
-        Of::new("goal", "", "what was aimed at", |goal| goal.what.into()),
-        Of::new("measured", "", "what was measured", |goal| goal.measured.as_str().into()),
-        Of::new("met", "", "whether it was reached", move |goal| met(goal).into()),
+        Of::of_page("goal", |goal| goal.what.into()),
+        Of::of_page("measured", |goal| goal.measured.as_str().into()),
+        Of::of_page("met", move |goal| met(goal).into()),
     ];
     let mut goals = Vec::new();
     let mut goal = |what, measured, met| goals.push(Goal { what, measured, met });

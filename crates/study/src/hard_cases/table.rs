@@ -85,18 +85,15 @@ fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
     };
     let longest = |rows: &[&HardCase]| rows.iter().map(|r| r.wall_s).fold(0.0, f64::max);
     vec![
-        Of::new("case", "", "number of the case", |(case, _)| (**case).into()),
-        Of::new("title", "", "what it is", |(case, _)| title(**case).into()).headed(""),
-        Of::new("rows", "", "number of rows", |(_, rows)| rows.len().into()),
-        Of::new("converged", "", "rows that converged", |(_, rows)| count(rows, |r| r.converged).into()),
-        Of::new("promise kept", "", "rows that kept the promise", |(_, rows)| count(rows, |r| r.kept).into()),
-        Of::new("with the barrier active", "", "rows with the barrier active", |(_, rows)| {
-            count(rows, |r| r.guarded > 0).into()
-        }),
-        Of::new("on the branch from rest", "", "rows on the branch from rest", |_| Value::Null)
+        Of::of_page("case", |(case, _)| (**case).into()),
+        Of::of_page("", |(case, _)| title(**case).into()),
+        Of::of_page("rows", |(_, rows)| rows.len().into()),
+        Of::of_page("converged", |(_, rows)| count(rows, |r| r.converged).into()),
+        Of::of_page("promise kept", |(_, rows)| count(rows, |r| r.kept).into()),
+        Of::of_page("with the barrier active", |(_, rows)| count(rows, |r| r.guarded > 0).into()),
+        Of::of_page("on the branch from rest", |_| Value::Null)
             .shown_as_text(move |(_, rows)| on_branch(rows)),
-        Of::new("longest, s", "s", "longest time of a row", move |(_, rows)| longest(rows).into())
-            .decimals(3),
+        Of::of_page("longest, s", move |(_, rows)| longest(rows).into()).decimals(3),
     ]
 }
 
@@ -107,18 +104,17 @@ fn by_load<'a>() -> Vec<Column<'a, (&'a str, Vec<&'a HardCase>)>> {
     let falls =
         |rows: &[&HardCase]| count(rows, |r| r.branch_ends_at < Some(1.0) && r.is_where_branch_leads());
     vec![
-        Of::new("load", "", "load", |(load, _)| (*load).into()),
-        Of::new("rows", "", "number of rows", |(_, rows)| rows.len().into()),
-        Of::new("on_branch", "", "answers on the branch from rest", move |(_, rows)| on(rows).into())
-            .headed("the branch from rest reaches it, and the answer lies there"),
-        Of::new("falls", "", "answers to which the branch leads beyond its end", move |(_, rows)| {
+        Of::of_page("load", |(load, _)| (*load).into()),
+        Of::of_page("rows", |(_, rows)| rows.len().into()),
+        Of::of_page("the branch from rest reaches it, and the answer lies there", move |(_, rows)| {
+            on(rows).into()
+        }),
+        Of::of_page("it ends before, and the answer is where the body then falls", move |(_, rows)| {
             falls(rows).into()
-        })
-        .headed("it ends before, and the answer is where the body then falls"),
-        Of::new("elsewhere", "", "all other answers", move |(_, rows)| {
+        }),
+        Of::of_page("the answer lies elsewhere", move |(_, rows)| {
             (rows.len() - on(rows) - falls(rows)).into()
-        })
-        .headed("the answer lies elsewhere"),
+        }),
     ]
 }
 

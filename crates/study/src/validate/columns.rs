@@ -83,9 +83,9 @@ fn brief(stretch: f64) -> Value {
 pub fn other_baselines(all: &[OtherBaseline]) -> Vec<Column<'_, OtherBaseline>> {
     type Of<'a> = Column<'a, OtherBaseline>;
     let mut columns = vec![
-        Of::new("baseline", "", "baseline", |b| format!("/{}/", b.baseline).into()),
-        Of::new("subjects", "", "subjects", |b| b.subjects.join(", ").into()),
-        Of::new("fits", "", "number of fits", |b| b.fits.into()),
+        Of::of_page("baseline", |b| format!("/{}/", b.baseline).into()),
+        Of::of_page("subjects", |b| b.subjects.join(", ").into()),
+        Of::of_page("fits", |b| b.fits.into()),
     ];
     let opponents = all.first().into_iter().flat_map(|first| first.scores.iter().enumerate());
     columns.extend(opponents.map(|(i, opponent)| {
@@ -95,7 +95,7 @@ pub fn other_baselines(all: &[OtherBaseline]) -> Vec<Column<'_, OtherBaseline>> 
             format!("{mark}{:.3}{mark}", b.scores[i].rms)
         };
         let rms = move |b: &OtherBaseline| b.scores[i].rms.into();
-        Of::new(opponent.name.clone(), "", "root mean square error over fits", rms).shown(shown)
+        Of::of_page(opponent.name.replace('_', " "), rms).shown(shown)
     }));
     columns
 }
@@ -104,8 +104,8 @@ pub fn other_baselines(all: &[OtherBaseline]) -> Vec<Column<'_, OtherBaseline>> 
 pub fn without_muscle<'a>() -> Vec<Column<'a, WithoutMuscle>> {
     type Of<'a> = Column<'a, WithoutMuscle>;
     vec![
-        Of::new("opponent", "", "opponent", |o| format!("`{}`", o.name).into()),
-        Of::new("RMS", "", "root mean square error over all muscles", |o| o.rms.into()).decimals(3),
+        Of::of_page("opponent", |o| format!("`{}`", o.name).into()),
+        Of::of_page("RMS", |o| o.rms.into()).decimals(3),
     ]
 }
 
@@ -113,13 +113,13 @@ pub fn without_muscle<'a>() -> Vec<Column<'a, WithoutMuscle>> {
 pub fn scores<'a>() -> Vec<Column<'a, Scored>> {
     type Of<'a> = Column<'a, Scored>;
     vec![
-        Of::new("opponent", "", "opponent", |s| format!("`{}`", s.name).into()),
-        Of::new("RMS", "", "root mean square error of the means", |s| s.rms.into()).decimals(3),
-        Of::new("CRPS", "", "mean continuous ranked probability score", |s| s.crps.into()).decimals(3),
-        Of::new("log score", "", "mean logarithm of the density", |s| s.log_score.into()).decimals(2),
-        Of::new("in 50 %", "", "part inside the 50 % intervals", |s| s.coverage_50.into()).per_cent(0),
-        Of::new("in 95 %", "", "part inside the 95 % intervals", |s| s.coverage_95.into()).per_cent(0),
-        Of::new("muscles", "", "number of predictions", |s| s.predictions.into()),
+        Of::of_page("opponent", |s| format!("`{}`", s.name).into()),
+        Of::of_page("RMS", |s| s.rms.into()).decimals(3),
+        Of::of_page("CRPS", |s| s.crps.into()).decimals(3),
+        Of::of_page("log score", |s| s.log_score.into()).decimals(2),
+        Of::of_page("in 50 %", |s| s.coverage_50.into()).per_cent(0),
+        Of::of_page("in 95 %", |s| s.coverage_95.into()).per_cent(0),
+        Of::of_page("muscles", |s| s.predictions.into()),
     ]
 }
 
@@ -127,17 +127,13 @@ pub fn scores<'a>() -> Vec<Column<'a, Scored>> {
 pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
     type Of<'s> = Column<'s, BaselineScore<'s>>;
     let mut columns: Vec<Of<'s>> = vec![
-        Of::new("baseline", "", "baseline", |r| format!("/{}/", r.0.baseline).into()),
-        Of::new("subjects", "", "subjects", |r| r.0.subjects.join(", ").into()),
+        Of::of_page("baseline", |r| format!("/{}/", r.0.baseline).into()),
+        Of::of_page("subjects", |r| r.0.subjects.join(", ").into()),
     ];
     columns.extend(scores().into_iter().map(|column| column.within(|r: &BaselineScore<'s>| r.1)));
     let warning =
         |r: &BaselineScore<'s>| if r.1.is_of_joint_tilt() { r.0.warning.clone() } else { String::new() };
-    columns.push(
-        Of::new("warning", "", "why it is not reliable", move |r| warning(r).into())
-            .headed("")
-            .shown(warning),
-    );
+    columns.push(Of::of_page("", move |r| warning(r).into()).shown(warning));
     columns
 }
 
@@ -153,7 +149,5 @@ pub fn tones<'a>() -> Vec<Column<'a, MuscleTone>> {
 /// One row with the tones of all muscles.
 pub fn tone_by_muscle(study: &ValidationStudy) -> Vec<Column<'_, ()>> {
     let tones = study.tone_by_muscle_n_per_m.0.iter();
-    tones
-        .map(|(name, tone)| Column::new(name.clone(), "N/m", "tone", move |()| (*tone).into()).decimals(1))
-        .collect()
+    tones.map(|(name, tone)| Column::of_page(name.clone(), move |()| (*tone).into()).decimals(1)).collect()
 }

@@ -72,9 +72,9 @@ pub struct PosteriorStudy {
     /// Every prediction, for `posterior_predictions.csv`.
     #[serde(skip)]
     pub predictions: Vec<Told>,
-    /// Who wins, in one sentence.
+    /// The result in one sentence.
     pub verdict: String,
-    /// Root mean square errors where muscles bear each other's names.
+    /// Root mean square errors with permuted names of muscles.
     pub permuted_rms: Vec<f64>,
     /// Mean log scores with permuted names of muscles.
     pub permuted_log_score: Vec<f64>,

@@ -7,7 +7,7 @@ use tongue_input::measured::Vowel;
 
 use super::cases::Case;
 
-/// The opponents in the order in which they are told.
+/// The opponents in the order of the tables.
 pub const OPPONENTS: [&str; 6] = [
     "no_change",
     "gaussian",
@@ -16,12 +16,12 @@ pub const OPPONENTS: [&str; 6] = [
     "posterior_joint_tilt",
     "control_other_speakers",
 ];
-/// Where the posteriors begin among them.
+/// Position of the first posterior among them.
 pub const FIRST_POSTERIOR: usize = 2;
 /// The posterior of a speaker's rows with a hyoid that tilts.
 const JOINT_TILT: usize = 4;
 
-/// What each opponent says of every muscle of a case; `None` of who was not asked.
+/// The predictions of every muscle of a case by each opponent; `None` for opponents that were not asked.
 pub type Predicted = Vec<Vec<Option<LeftOut>>>;
 
 /// Scores of predicted distributions.
@@ -66,7 +66,7 @@ pub struct Told {
     pub muscle: String,
     /// Its measured stretch.
     pub measured: f64,
-    /// Who predicts.
+    /// The opponent that predicts.
     pub opponent: String,
     /// Mean of the prediction.
     pub mean: f64,
@@ -102,7 +102,7 @@ pub fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl F
     }
 }
 
-/// The scores of those that were asked.
+/// The scores of the opponents that were asked.
 pub fn all_scored(all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Vec<Scored> {
     let each = (0..OPPONENTS.len()).map(|which| scored(which, all, predicted, &is_in));
     each.filter(|s| s.predictions > 0).collect()
@@ -134,7 +134,8 @@ pub fn told(baseline: &Vowel, all: &[Case], predicted: &[Predicted]) -> Vec<Told
     out
 }
 
-/// Who wins by log score, by how much before the best that is no posterior, and whether the control stays behind.
+/// The opponent with the highest log score, the difference from the normal distribution, and whether the control has a lower score than
+/// single rows.
 pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
     let best = |all: &mut dyn Iterator<Item = &Scored>| -> Option<Scored> {
         all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)).cloned()
@@ -159,7 +160,7 @@ pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
     )
 }
 
-/// What says that the best posterior is not to be believed; empty where nothing does.
+/// The reason why the best posterior is not reliable; empty where there is none.
 pub fn warning(scores: &[Scored]) -> String {
     let of = |name: &str| scores.iter().find(|s| s.name == name);
     let (Some(normal), Some(joint)) = (of(OPPONENTS[1]), of(OPPONENTS[JOINT_TILT])) else {
