@@ -47,7 +47,7 @@ pub enum StudyError {
     Trajectory(String),
     /// A table cannot be written.
     #[error("a table cannot be made: {0}")]
-    Csv(#[from] csv::Error),
+    Table(#[from] serde_json::Error),
     /// A diagram cannot be drawn.
     #[error(transparent)]
     Report(#[from] ReportError),

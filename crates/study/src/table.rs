@@ -1,8 +1,7 @@
 //! Markdown tables of serialisable rows: their fields are the columns, as in CSV.
 
-use csv::StringRecord;
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Error, Value};
 
 use tongue_files::report::column::{self, Column};
 
@@ -10,25 +9,16 @@ use tongue_files::report::column::{self, Column};
 pub fn markdown<'a, T: Serialize + 'a>(
     rows: impl IntoIterator<Item = &'a T>,
     without: &[&str],
-) -> Result<String, csv::Error> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    rows.into_iter().try_for_each(|row| writer.serialize(row))?;
-    let bytes = writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
-    let mut reader = csv::Reader::from_reader(bytes.as_slice());
-    let fields = reader.headers()?.clone();
-    let records = reader.into_records().collect::<Result<Vec<_>, _>>()?;
-    let column = |(i, field): (usize, &str)| {
-        let (heading, name) = (heading(field), field.to_owned());
-        let value = move |r: &StringRecord| if r[i].is_empty() { Value::Null } else { value(&r[i]) };
-        Column::of_page(heading, value).shown(move |r| cell(&name, &r[i]))
+) -> Result<String, Error> {
+    let rows = rows.into_iter().map(serde_json::to_value).collect::<Result<Vec<Value>, _>>()?;
+    let fields = rows.first().and_then(Value::as_object).into_iter().flat_map(|row| row.keys());
+    let column = |field: &String| {
+        let (own, field) = (field.clone(), field.clone());
+        Column::of_page(heading(&own), move |row: &Value| row[&own].clone())
+            .shown(move |row| cell(&field, &row[&field]))
     };
-    let shown = fields.iter().enumerate().filter(|(_, field)| !without.contains(field));
-    Ok(column::markdown(&shown.map(column).collect::<Vec<_>>(), &records) + "\n")
-}
-
-/// A number, or else the text.
-fn value(text: &str) -> Value {
-    text.parse::<f64>().map_or_else(|_| text.into(), Value::from)
+    let columns: Vec<_> = fields.filter(|field| !without.contains(&field.as_str())).map(column).collect();
+    Ok(column::markdown(&columns, &rows) + "\n")
 }
 
 /// The name of a field in words, with its unit unless the cells contain one.
@@ -41,16 +31,16 @@ fn heading(field: &str) -> String {
     name.replace('_', " ") + unit
 }
 
-fn cell(column: &str, text: &str) -> String {
+fn cell(column: &str, value: &Value) -> String {
     let is_time = column == "seconds" || column.ends_with("_s");
-    match text.parse::<f64>() {
-        _ if text.is_empty() => "–".to_owned(),
+    match (value, value.as_f64()) {
+        (Value::Null, _) => "–".to_owned(),
+        (Value::String(text), _) => text.clone(),
+        (_, Some(seconds)) if is_time => duration(seconds),
+        (_, Some(bytes)) if column.ends_with("_bytes") => number(1e-6 * bytes),
         // Poisson's ratio keeps all digits: 0.4998 must not become 0.5.
-        _ if column == "poisson_ratio" => text.to_owned(),
-        Ok(seconds) if is_time => duration(seconds),
-        Ok(bytes) if column.ends_with("_bytes") => number(1e-6 * bytes),
-        Ok(v) if text.contains(['.', 'e']) => number(v),
-        _ => text.to_owned(),
+        (_, Some(v)) if value.is_f64() && column != "poisson_ratio" => number(v),
+        _ => value.to_string(),
     }
 }
 

@@ -34,7 +34,7 @@ const IN_CSV_ALONE: [&str; 6] =
 const LONG: [u8; 2] = [2, 11];
 
 /// A summary of all cases, and all rows; of the `LONG` cases only the exceptional rows.
-pub fn markdown(rows: &[HardCase], command: &str) -> Result<String, csv::Error> {
+pub fn markdown(rows: &[HardCase], command: &str) -> Result<String, serde_json::Error> {
     let mut out = String::from("# Hard cases\n\n");
     let _ = writeln!(
         out,
