@@ -45,6 +45,9 @@ pub enum StudyError {
     /// The reference trajectory was not found, with the reason.
     #[error("the reference trajectory was not found: {0}")]
     Trajectory(String),
+    /// A built-in table cannot be read.
+    #[error("a built-in table cannot be read: {0}")]
+    Csv(#[from] csv::Error),
     /// A table cannot be written.
     #[error("a table cannot be made: {0}")]
     Table(#[from] serde_json::Error),

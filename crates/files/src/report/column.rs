@@ -11,6 +11,9 @@ use serde_json::Value;
 use super::cells;
 use super::csv::Table;
 
+/// What is made of a row.
+type Of<'a, R, T> = Rc<dyn Fn(&R) -> T + 'a>;
+
 /// A column of a table whose rows are `R`.
 pub struct Column<'a, R> {
     /// Its name in CSV and JSON.
@@ -19,11 +22,11 @@ pub struct Column<'a, R> {
     pub unit: &'static str,
     /// What it holds, in a few words.
     pub meaning: &'static str,
-    pub(super) value: Rc<dyn Fn(&R) -> Value + 'a>,
+    pub(super) value: Of<'a, R, Value>,
     /// Its heading on a page; `None` where only CSV has it.
     pub(super) heading: Option<Cow<'static, str>>,
     /// The text of a row on a page; `None` where that is its value.
-    pub(super) shown: Option<Rc<dyn Fn(&R) -> String + 'a>>,
+    pub(super) shown: Option<Of<'a, R, String>>,
     /// Whether it is aligned to the left on a page although its values are numbers.
     pub(super) is_text: bool,
 }
@@ -86,8 +89,7 @@ impl<'a, R: 'a> Column<'a, R> {
     pub fn within<Q: 'a>(self, part: fn(&Q) -> &R) -> Column<'a, Q> {
         let Self { name, unit, meaning, value, heading, shown, is_text } = self;
         let value = Rc::new(move |row: &Q| value(part(row)));
-        let shown =
-            shown.map(|text| Rc::new(move |row: &Q| text(part(row))) as Rc<dyn Fn(&Q) -> String + 'a>);
+        let shown = shown.map(|text| Rc::new(move |row: &Q| text(part(row))) as Of<'a, Q, String>);
         Column { name, unit, meaning, value, heading, shown, is_text }
     }
 

@@ -19,7 +19,7 @@ fn muscle_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>>> 
 }
 
 /// The last columns of every table.
-fn provenance<'a, R>(by: &'a BatchProvenance) -> [Column<'a, R>; 4] {
+fn provenance<'a, R: 'a>(by: &'a BatchProvenance) -> [Column<'a, R>; 4] {
     [
         Column::new("version", "", "version of tongue-fit", |_| by.version.as_str().into()),
         Column::new("seed", "", "seed of the draws", |_| by.seed.into()),
@@ -277,7 +277,7 @@ fn of_muscles<'a>(record: &'a Told, pointer: &str) -> Vec<OfMuscle<'a>> {
     record.muscles(pointer).into_iter().map(|muscle| OfMuscle { record, muscle }).collect()
 }
 
-fn rows<R>(columns: &[Column<'_, R>], rows: &[R], with_header: bool) -> std::io::Result<String> {
+fn rows<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R], with_header: bool) -> std::io::Result<String> {
     let header = with_header.then(|| columns.iter().map(|c| c.name.clone().into_owned()).collect());
     let cells = rows.iter().map(|row| columns.iter().map(|c| c.cell(row)).collect());
     let mut out = Vec::new();
