@@ -34,8 +34,8 @@ fn heading(field: &str) -> String {
 fn cell(column: &str, value: &Value) -> String {
     let is_time = column == "seconds" || column.ends_with("_s");
     match (value, value.as_f64()) {
-        (Value::Null, _) => "–".to_owned(),
-        (Value::String(text), _) => text.clone(),
+        (Value::String(text), _) if !text.is_empty() => text.clone(),
+        (Value::Null | Value::String(_), _) => "–".to_owned(),
         (_, Some(seconds)) if is_time => duration(seconds),
         (_, Some(bytes)) if column.ends_with("_bytes") => number(1e-6 * bytes),
         // Poisson's ratio keeps all digits: 0.4998 must not become 0.5.
