@@ -66,12 +66,13 @@ def test_recordings_bodies_and_validations_are_those_of_the_program(program: str
     body = json.loads(adapted.files["body.json"])
     adapted.save(tmp_path / "speaker")
     assert tf.Body.read(tmp_path / "speaker/body.json").nodes.tolist() == body["nodes_m"]
-    # Of two vowels of two subjects, because all of them take minutes.
+    # One vowel of two subjects, because all of them take minutes.
     lines = (ROOT / "targets/takano2007_lengths.csv").read_text(encoding="utf-8").splitlines()
     few = [line for line in lines if line.startswith(("subject", "S1,ɯ", "S1,a", "S2,ɯ", "S2,a"))]
     (tmp_path / "few.csv").write_text("\n".join(few) + "\n", encoding="utf-8")
-    validated = tf.validate(lengths=tmp_path / "few.csv")
-    record, files = run_program(program, tmp_path / "validate", "validate", "--lengths", str(tmp_path / "few.csv"))
+    validated = tf.validate(lengths=tmp_path / "few.csv", permutations=1)
+    asked = ("validate", "--lengths", str(tmp_path / "few.csv"), "--permutations", "1")
+    record, files = run_program(program, tmp_path / "validate", *asked)
     assert timeless(validated) == timeless(record) and set(validated.files) == set(files)
 
 
@@ -133,9 +134,10 @@ def test_ctrl_c_ends_the_program_too() -> None:
 
 
 def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_path: Path) -> None:
-    found = tf.posterior(subject="S2", vowel="a", draws=400, priors={"tension": {"fixed_n_per_m": {"HGp": 3.0}}})
+    # On a coarse mesh, which takes a fifth of the time.
+    found = tf.posterior(subject="S2", vowel="a", draws=400, h=10, priors={"tension": {"fixed_n_per_m": {"HGp": 3.0}}})
     (tmp_path / "priors.toml").write_text("[tension.fixed_n_per_m]\nHGp = 3.0\n")
-    words = ["--vowel", "a", "--subject", "S2", "--target", "stretch", "--posterior", "400", "--priors", str(tmp_path / "priors.toml")]
+    words = ["--vowel", "a", "--subject", "S2", "--target", "stretch", "--posterior", "400", "--h", "10", "--priors", str(tmp_path / "priors.toml")]
     record, files = run_program(program, tmp_path / "out", *words)
     assert timeless(found) == timeless(record)
     table = pd.read_csv(tmp_path / "out" / "posterior.csv")
@@ -165,7 +167,7 @@ def test_the_likelihood_and_the_diagnostics_are_those_of_arviz() -> None:
     # A muscle less than the body has, so that what was measured is not all that is sampled.
     rows = "X,ɯ,46,56,46,56,25,40,36\nX,a,38,57,50,54,21,47,33\n"
     table = tf.Dataset.from_text(f"subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm\n{rows}")
-    found = tf.posterior(table, "X", "a", draws=1000)
+    found = tf.posterior(table, "X", "a", draws=1000, h=10)
     assert "HGp" in found.muscles and "HGp" not in found.measured and len(found.measured) == 7
     tree = found.to_arviz()
     # By the definition: the normal density of a stretch given the others, from the joint one of all of them.

@@ -67,15 +67,17 @@ def test_all_rows(asked: Asked, tmp_path: Path) -> None:
     found = tf.batch(
         tf.Dataset.reference(),
         subjects=["S2", "S4"],
+        vowels=["a", "e"],
         draws=10,
         subsets=1,
         progress=lambda done, of: seen.append((done, of)),
     )
-    of_program = asked("batch", "--subjects", "S2,S4", "--draws", "10", "--subsets", "1", "--out", str(tmp_path / "out"))
+    words = ("batch", "--subjects", "S2,S4", "--vowels", "a,e", "--draws", "10", "--subsets", "1")
+    of_program = asked(*words, "--out", str(tmp_path / "out"))
     assert [plain(fit) for fit in found.fits] == [plain(fit) for fit in of_program["fits"]]
     assert found.not_fitted == []
     assert seen == [(n, len(found)) for n in range(1, len(found) + 1)]
-    one = tf.batch(tf.Dataset.reference(), subjects=["S2", "S4"], draws=10, subsets=1, threads=1, progress=False)
+    one = tf.batch(tf.Dataset.reference(), subjects=["S2", "S4"], vowels=["a", "e"], draws=10, subsets=1, threads=1, progress=False)
     assert one.to_json() == found.to_json()
     # The tidy table, but for who made it.
     pd = pytest.importorskip("pandas")
