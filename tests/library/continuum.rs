@@ -86,18 +86,23 @@ fn field<const D: usize>(p: &SVector<f64, D>) -> SVector<f64, D> {
     u
 }
 
-fn stress<const D: usize>(law: NeoHookean, p: &SVector<f64, D>) -> SMatrix<f64, D, D> {
-    let step = 1e-4 * SIZE;
+/// The deformation gradient of the field.
+fn deformed<const D: usize>(p: &SVector<f64, D>) -> SMatrix<f64, D, D> {
+    let q = p / SIZE;
     let mut f = SMatrix::<f64, D, D>::identity();
-    for d in 0..D {
-        let mut by = SVector::zeros();
-        by[d] = step;
-        // Fourth order.
-        let near = field(&(p + by)) - field(&(p - by));
-        let far = field(&(p + by * 2.0)) - field(&(p - by * 2.0));
-        let slope = (near * 8.0 - far) / (12.0 * step);
-        f.set_column(d, &(f.column(d) + slope));
+    let mut add = |row: usize, slope: f64, by: [f64; 3]| {
+        (0..D).for_each(|d| f[(row, d)] += 0.04 * slope * by[d]);
+    };
+    add(0, (2.0 * q[0] + 3.0 * q[1]).cos(), [2.0, 3.0, 0.0]);
+    add(1, -(3.0 * q[0] - q[1]).sin(), [3.0, -1.0, 0.0]);
+    if D == 3 {
+        add(2, (q[0] + q[1] + 2.0 * q[2]).cos(), [1.0, 1.0, 2.0]);
     }
+    f
+}
+
+fn stress<const D: usize>(law: NeoHookean, p: &SVector<f64, D>) -> SMatrix<f64, D, D> {
+    let f = deformed(p);
     let (ratio, turned) = (determinant(&f), f.try_inverse().unwrap().transpose());
     let mut p = SMatrix::<f64, D, D>::zeros();
     for d in 0..D {
@@ -172,12 +177,7 @@ fn errors<const D: usize>(mut mesh: Mesh<D>) -> (f64, f64) {
         }
         for (at, weight) in &fine {
             let p: SVector<f64, D> = corners.iter().zip(at).map(|(x, l)| x * *l).sum();
-            let mut f = SMatrix::<f64, D, D>::identity();
-            for d in 0..D {
-                let mut by = SVector::zeros();
-                by[d] = 1e-5 * SIZE;
-                f.set_column(d, &(f.column(d) + (field(&(p + by)) - field(&(p - by))) / (2e-5 * SIZE)));
-            }
+            let f = deformed(&p);
             energy += law.at(f, determinant(&f)).energy() * weight * measure;
         }
     }
