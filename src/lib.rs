@@ -363,7 +363,9 @@ pub mod scene {
     pub mod prepare {
         //! Scenes made ready.
         #[doc(inline)]
-        pub use tongue_files::scene::prepare::{Prepared, SceneExtent, prepare};
+        pub use tongue_files::scene::plan::SceneExtent;
+        #[doc(inline)]
+        pub use tongue_files::scene::prepare::{Prepared, prepare};
     }
 
     pub mod run {
@@ -375,7 +377,7 @@ pub mod scene {
     pub mod sound {
         //! The tract of a scene.
         #[doc(inline)]
-        pub use tongue_files::scene::sound::SceneTract;
+        pub use tongue_files::scene::tract::SceneTract;
     }
 }
 

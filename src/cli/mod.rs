@@ -11,6 +11,7 @@ mod dimension;
 mod fit;
 mod fit_muscles;
 mod fit_table;
+mod heard;
 mod help;
 mod install;
 mod interrupt;

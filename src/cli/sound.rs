@@ -7,17 +7,17 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::SVector;
 use serde::Serialize;
-use tongue_fit::body::{AnyBody, Mesh};
+use tongue_fit::body::AnyBody;
 use tongue_fit::heard::{Airway, Articulation, Formant, MeanVowel, Tract, mean_vowels};
 use tongue_fit::measured::{ByMuscle, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
 use tongue_fit::scene::file::{Effects, FitTarget, Hyoid, Jaw, Material, SceneBody, SceneTongue, Want};
 use tongue_fit::scene::prepare::{SceneExtent, prepare};
 use tongue_fit::scene::{Scene, body, run, sound};
-use tongue_fit::system::TissueModel;
 use tongue_sound::voice::{self, Voice};
 
 use super::body::SpaceSource;
+use super::heard::{Heard, Shown};
 use super::{Global, Outcome, output, sound_space, table};
 
 /// The baseline vowel.
@@ -91,26 +91,6 @@ struct Record {
     sound: SoundRecord,
     published_hz: Option<[f64; 2]>,
     wall_s: f64,
-}
-
-/// A shape in the midsagittal plane.
-pub struct Shown {
-    /// The section at rest.
-    pub mesh: Mesh<2>,
-    /// Positions of its nodes, m.
-    pub positions: Vec<SVector<f64, 2>>,
-}
-
-/// A tongue that was heard.
-pub struct Heard {
-    pub title: String,
-    pub converged: bool,
-    pub tissue: TissueModel,
-    pub tensions_n: Option<BTreeMap<String, f64>>,
-    pub activations: Option<ByMuscle<f64>>,
-    pub sound: SoundRecord,
-    pub wall_s: f64,
-    pub shown: Shown,
 }
 
 impl Arguments {

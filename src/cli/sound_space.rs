@@ -7,7 +7,7 @@ use tongue_fit::report::SoundRecord;
 use tongue_fit::statics::SolveStatus;
 
 use super::body::{SpaceSource, space_name};
-use super::sound::{Heard, Shown};
+use super::heard::{Heard, Shown};
 use super::space;
 
 /// Options of the sound of a body in space.

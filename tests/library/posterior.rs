@@ -155,7 +155,7 @@ fn vowels_together_share_the_baseline_and_tell_contrasts() {
 
 #[test]
 fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do() {
-    let ground = coarse_ground(&Priors::default());
+    let ground = ground(&Priors::default());
     let mut same = 0;
     for (subject, vowel) in [("S1", "i"), ("S2", "a"), ("S3", "o")] {
         let quick = Verdict::quick(&ground, seen(subject, vowel)).unwrap();

@@ -5,7 +5,7 @@
 //! neighbours until it varies slowly, as an eigenvector of the graph would (Pothen, Simon and Liou 1990), and the unknowns are split there
 //! where the separator is small.
 
-use super::ordering::minimum_degree;
+use super::minimum_degree::minimum_degree;
 
 /// Parts of at most as many unknowns are ordered by minimum degree.
 const LEAF: usize = 100;

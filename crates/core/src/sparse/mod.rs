@@ -8,6 +8,7 @@
 pub mod cholesky;
 mod dissection;
 pub(crate) mod flat;
+mod minimum_degree;
 pub mod ordering;
 pub mod pattern;
 mod supernodal;

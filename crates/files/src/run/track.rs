@@ -129,7 +129,8 @@ impl TrackRun<'_> {
         })
     }
 
-    /// What is not known of the speaker's shape; `None` for bodies that are no tongues, which `tell` is told.
+    /// What is not known of the speaker's shape; `None` for a body without mandible and hyoid, of which `tell`
+    /// gets a note.
     ///
     /// # Errors
     /// As [`RestShape::of`].
@@ -167,7 +168,8 @@ impl TrackRun<'_> {
         Ok(Some(if is_kept { shape.as_found() } else { shape }))
     }
 
-    /// The traced palate as a wall; `None`, which `tell` is told, if the body at rest would pass through it.
+    /// The traced palate as a wall; `None` if the body at rest would pass through it, of which `tell` gets a
+    /// note.
     ///
     /// # Errors
     /// As [`system::coefficients`].

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::SceneError;
 use super::effects::Effects;
-use super::sound::SceneTract;
+use super::tract::SceneTract;
 use crate::run::Kind;
 use crate::surgery::Surgery;
 use tongue_core::material::{Preset, Spread};

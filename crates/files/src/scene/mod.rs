@@ -4,6 +4,7 @@
 //! why, [`prepare`] the system for it, [`points`] tensions from measured points, [`run`] the result,
 //! [`sound`] the sound.
 
+mod airway;
 pub mod body;
 mod check;
 pub mod effects;
@@ -17,6 +18,7 @@ pub mod run;
 mod shipped;
 pub mod sound;
 mod tongue_in_space;
+pub mod tract;
 
 use tongue_core::body::BodyError;
 use tongue_core::dynamics::MotionError;

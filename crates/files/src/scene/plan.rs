@@ -7,6 +7,16 @@ use super::SceneError;
 use super::file::{Scene, Want};
 use tongue_core::system::System;
 
+/// Extent of the simulation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SceneExtent {
+    /// Only what the scene needs.
+    Pruned,
+    /// Everything, even without an effect: every muscle with the three-element model, and weight and walls of
+    /// zero strength.
+    Full,
+}
+
 /// One effect in the plan.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Planned {

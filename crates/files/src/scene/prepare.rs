@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use super::file::{Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
-use super::plan::{self, Decision, EffectRole, ScenePlan};
+use super::plan::{self, Decision, EffectRole, SceneExtent, ScenePlan};
 use super::tongue_in_space::{Operation, activations};
-use super::{SceneError, points, sound};
+use super::{SceneError, airway, points};
 use crate::run::Kind;
 use tongue_core::body::{Body, MuscleChain, SpaceBody, SpaceMuscle};
 use tongue_core::effect::{Contact, Effect};
@@ -47,16 +47,6 @@ pub struct Prepared<const D: usize> {
     pub airway: Option<Airway>,
 }
 
-/// Extent of the simulation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SceneExtent {
-    /// Only what the scene needs.
-    Pruned,
-    /// Everything, even without an effect: every muscle with the three-element model, and weight and walls of
-    /// zero strength.
-    Full,
-}
-
 /// Plans a scene and makes its system.
 ///
 /// # Errors
@@ -72,7 +62,7 @@ pub fn prepare<const D: usize>(
     let operation = Operation::of(scene)?;
     let tensions = tensions(scene, operation.as_ref(), &body)?;
     let seen = points::frame(scene, &body)?;
-    let airway = sound::airway(scene, &body)?;
+    let airway = airway::airway(scene, &body)?;
     let all = 0..body.mesh.muscles.len();
     let tone = Tone::Uniform(scene.fit.as_ref().map_or(0.0, |fit| fit.tone_n_per_m));
     let contracting: Vec<usize> = match (&target, extent) {

@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use super::file::{Scene, SceneBody, Want};
 pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, Pulls, SceneOutcome, Way};
+use super::plan::SceneExtent;
 use super::points::PointsFit;
-use super::prepare::{Prepared, SceneExtent, prepare};
+use super::prepare::{Prepared, prepare};
 use super::tongue_in_space::{Operation, in_space};
-use super::{SceneError, body, contradiction, sound};
+use super::{SceneError, airway, body, contradiction, sound};
 use crate::report::OperationRecord;
 use nalgebra::{SVector, Vector3};
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Observer, Tensions};
@@ -64,7 +65,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     let positions = if let Some(workspace) = &mut workspace {
         solution = Some(equilibrium(&prepared.system, workspace, &prepared.tensions));
         if scene.want == Want::Sound {
-            heard = sound::hear(prepared, sound::posture(scene), workspace)?;
+            heard = sound::hear(prepared, airway::posture(scene), workspace)?;
         }
         workspace.positions().to_vec()
     } else {
@@ -172,7 +173,7 @@ fn follow<const D: usize>(
     }
     let start = state.positions.clone();
     let mut lengths =
-        Lengths { posture: sound::posture(scene), prepared, moments: Vec::with_capacity(SAMPLES) };
+        Lengths { posture: airway::posture(scene), prepared, moments: Vec::with_capacity(SAMPLES) };
     let times = dynamics::sample_times(duration, SAMPLES);
     let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, duration, &times, &mut lengths);
     let way = Way {

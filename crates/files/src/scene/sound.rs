@@ -1,83 +1,14 @@
-//! The sound of a scene: the tract around its tongue, its formants, and their derivatives by tensions.
+//! The sound of a scene: its formants, and their derivatives by tensions.
 
 use std::any::Any;
-use std::io;
 
 use nalgebra::SVector;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
-use super::file::{Scene, Want};
+use super::SceneError;
 use super::prepare::Prepared;
-use super::{JOINT_MM, SceneError};
 use crate::report::{FormantsByTension, SoundRecord};
-use tongue_core::body::Body;
 use tongue_core::statics::{Response, Workspace};
-use tongue_infer::heard::{Airway, AirwayError, Articulation};
-use tongue_input::files;
-
-/// The tract around the tongue. `effects.jaw` and `effects.hyoid` move its jaw and larynx.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SceneTract {
-    /// Its file, from the current folder; by default the tract of the reference tongue.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// Height of the opening between the lips, mm.
-    #[serde(default = "default_opening")]
-    pub lip_opening_mm: f64,
-    /// Protrusion of the lips, mm.
-    #[serde(default)]
-    pub lip_protrusion_mm: f64,
-}
-
-impl Default for SceneTract {
-    fn default() -> Self {
-        Self { file: None, lip_opening_mm: default_opening(), lip_protrusion_mm: 0.0 }
-    }
-}
-
-fn default_opening() -> f64 {
-    Articulation::default().lip_opening_mm
-}
-
-/// Posture of jaw, hyoid and lips of a scene.
-pub(super) fn posture(scene: &Scene) -> Articulation {
-    let tract = scene.tract.clone().unwrap_or_default();
-    Articulation {
-        jaw_deg: scene.effects.jaw.as_ref().map_or(0.0, |j| j.opening_deg),
-        hyoid_mm: scene.effects.hyoid.as_ref().map_or([0.0; 2], |h| h.shift_mm),
-        lip_opening_mm: tract.lip_opening_mm,
-        lip_protrusion_mm: tract.lip_protrusion_mm,
-    }
-}
-
-/// The tract around the body of a scene; `None` if no sound is wanted.
-pub(super) fn airway<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Airway>, SceneError> {
-    let Some(wanted) =
-        scene.tract.as_ref().filter(|_| scene.want != Want::Shape && scene.want != Want::Lengths)
-    else {
-        return Ok(None);
-    };
-    let mut tract = match &wanted.file {
-        None => Airway::drawn()?,
-        Some(path) => {
-            let text = files::read(path).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
-            let text = text.map_err(|source| SceneError::TractFile { path: path.clone(), source })?;
-            Airway::read(&text, path)?
-        }
-    };
-    tract.jaw.joint_mm = scene.effects.jaw.as_ref().map_or(JOINT_MM, |j| j.joint_mm);
-    let flat = (body as &dyn Any).downcast_ref::<Body<2>>();
-    let round = flat.map(|body| Airway::round(body, tract));
-    match round {
-        Some(Err(AirwayError::NoSurface)) | None => {
-            let why = AirwayError::NoSurface.to_string();
-            Err(SceneError::contradiction("[tract]", scene.body_key(), why))
-        }
-        Some(airway) => Ok(Some(airway?)),
-    }
-}
+use tongue_infer::heard::{Airway, Articulation};
 
 /// The sound of the last equilibrium in a workspace.
 pub(super) fn hear<const D: usize>(

@@ -19,6 +19,7 @@ use tongue_core::statistics::median;
 use tongue_input::measured::recording::{FIRST_COIL_M, LONGER_THAN_CHORD, Seen};
 
 use super::RestError;
+use super::evenly::evenly;
 use crate::least_squares::{by_differences, minimise};
 
 /// Smallest number of coils that place a body.
@@ -112,14 +113,14 @@ fn vault(palate: &[Point]) -> Vec<Point> {
     let ordered: Vec<Point> =
         if backwards { palate.iter().rev().copied().collect() } else { palate.to_vec() };
     // Long pieces, so that noise makes none steep. Slopes are relative to the rear half, because the axes of instruments may be turned.
-    let Some(pieces) = super::place::evenly(&ordered, 2 * PALATE_POINTS - 1) else { return Vec::new() };
+    let Some(pieces) = evenly(&ordered, 2 * PALATE_POINTS - 1) else { return Vec::new() };
     let along = pieces[pieces.len() - 1] - pieces[PALATE_POINTS - 1];
     let steep = |w: &[Point]| {
         let (forth, up) = ((w[1] - w[0]).dot(&along), along.perp(&(w[1] - w[0])));
         forth <= 0.0 || up.abs() > STEEPEST * forth
     };
     let begins = (1..PALATE_POINTS).rev().find(|&i| steep(&pieces[i - 1..=i])).unwrap_or(0);
-    super::place::evenly(pieces.get(begins..).unwrap_or_default(), PALATE_POINTS).unwrap_or_default()
+    evenly(pieces.get(begins..).unwrap_or_default(), PALATE_POINTS).unwrap_or_default()
 }
 
 /// A directed line: distances from it are positive to its left.

@@ -7,6 +7,7 @@
 
 mod areas;
 mod coils;
+mod evenly;
 mod landmarks;
 mod place;
 mod rest;

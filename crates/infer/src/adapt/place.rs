@@ -15,6 +15,7 @@ use tongue_core::geometry::{Point, Similarity};
 use tongue_input::measured::recording::Seen;
 
 use super::coils::{self, Coil, FEWEST_COILS, Placement, Vault};
+use super::evenly::evenly;
 use super::{RestError, mark_of};
 use crate::least_squares::minimise;
 
@@ -251,23 +252,4 @@ fn middle_of(surface: &TongueSurface, body: &Body<2>) -> Point {
 fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
     let (sum, count) = points.fold((Point::zeros(), 0_usize), |(s, n), p| (s + p, n + 1));
     (count > 0).then(|| sum / count as f64)
-}
-
-/// This number of points evenly along a polyline; `None` for fewer than two different points.
-pub(super) fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
-    let steps: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
-    let whole: f64 = steps.iter().sum();
-    if points.len() < 2 || whole.is_nan() || whole <= 0.0 {
-        return None;
-    }
-    let at = |i: usize| {
-        let (mut left, mut piece) = (whole * i as f64 / (count - 1) as f64, 0);
-        while piece + 1 < steps.len() && left > steps[piece] {
-            left -= steps[piece];
-            piece += 1;
-        }
-        let part = if steps[piece] > 0.0 { (left / steps[piece]).min(1.0) } else { 0.0 };
-        points[piece] + (points[piece + 1] - points[piece]) * part
-    };
-    Some((0..count).map(at).collect())
 }

@@ -9,7 +9,8 @@ use tongue_core::system::{System, SystemError, TissueModel};
 
 use super::FitSettings;
 use super::known::{BestKnown, Known, distance_squared};
-use super::problem::{Linearised, Problem, SearchCounts};
+use super::problem::{Linearised, Problem};
+use super::start::SearchCounts;
 use super::start::starting_point;
 use super::statement::Inverse;
 use super::unknown::{Quantity, Unknown};

@@ -52,9 +52,9 @@ pub use matched::Matched;
 pub use premises::{
     BONE_SD_M, HyoidMotion, LooseBone, MovedBone, Premises, STRETCH_SD, Said, Setup, TONE, Tone,
 };
-pub use problem::{Linearised, Problem, SearchCounts};
+pub use problem::{Linearised, Problem};
 pub use solve::{Answer, Replay, solve};
-pub use start::Start;
+pub use start::{SearchCounts, Start};
 pub use statement::Inverse;
 pub use unknown::{Constant, Prior, Quantity, Unknown};
 

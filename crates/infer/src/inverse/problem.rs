@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::start::starting_point;
+use super::start::{SearchCounts, starting_point};
 use super::unknown::Unknown;
 
 /// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
@@ -20,17 +20,6 @@ pub struct Linearised {
     pub other_jacobian: DMatrix<f64>,
     /// The residuals of the other measurements.
     pub other_residuals: DVector<f64>,
-}
-
-/// Number of operations.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct SearchCounts {
-    /// Number of candidates solved.
-    pub evaluations: usize,
-    /// Number of candidates without an answer.
-    pub failures: usize,
-    /// Number of factorisations of a stiffness.
-    pub factorisations: usize,
 }
 
 /// A problem of nonlinear least squares in bounded unknowns.

@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-use super::problem::SearchCounts;
 use super::unknown::Unknown;
 
 /// Side of the first simplex, in units of the unknowns.
@@ -12,6 +11,17 @@ pub(super) const SAME_COST: f64 = 1e-6;
 /// Part of an unknown's range that contains the starts: from its lower bound if that is zero, else around its
 /// middle.
 const START_RANGE: f64 = 0.3;
+
+/// Number of operations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SearchCounts {
+    /// Number of candidates solved.
+    pub evaluations: usize,
+    /// Number of candidates without an answer.
+    pub failures: usize,
+    /// Number of factorisations of a stiffness.
+    pub factorisations: usize,
+}
 
 /// The end of one start.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -7,7 +7,8 @@ use serde::Serialize;
 use super::FitSettings;
 use super::directions::decompose;
 use super::on_target::{ON_BOUND, correct, room};
-use super::problem::{Problem, SearchCounts};
+use super::problem::Problem;
+use super::start::SearchCounts;
 use super::unknown::Unknown;
 
 /// First and longest step, in units of the unknowns (N).

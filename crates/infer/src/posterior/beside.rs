@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, SVector};
 
 use tongue_core::observe::Observable;
 
-use super::density::{Meaning, Parameter, Place};
+use super::unknowns::{Meaning, Parameter, Place};
 
 /// Numbers that follow from the shape of a posture.
 pub trait Sight: Debug + Send + Sync {

@@ -9,7 +9,8 @@ use nalgebra::SVector;
 use tongue_core::statics::lanes::{Group, Load};
 use tongue_core::statics::{Connection, SolveSettings};
 
-use super::density::{Density, Meaning, is_found};
+use super::density::{Density, is_found};
+use super::unknowns::Meaning;
 
 /// Numbers of steps in which the loads grow from zero; a shape is accepted if one of them leads to it.
 const STEPS: [usize; 2] = [5, 25];

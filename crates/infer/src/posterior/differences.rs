@@ -19,23 +19,15 @@ use tongue_core::system::{Model, System};
 
 use super::PosteriorError;
 use super::beside::Beside;
-use super::density::{Meaning, Place};
 use super::ground::{Field, Ground, laid_anew, turn};
+use super::sides::{Pair, Side, Sides};
+use super::unknowns::{Meaning, Place};
 
 /// Changed bodies differ by this part of a standard deviation to either side.
 const STEP: f64 = 1e-3;
 /// The same for widths and patches. It is larger because their points pass from one element to another, and over the outline, one after
 /// the other.
 const WIDE_STEP: f64 = 0.5;
-
-/// A changed body with the same unknowns as the body of a posterior.
-#[derive(Debug)]
-struct Side {
-    system: System<2>,
-    hyoid: Vec<usize>,
-    /// Displacements of the hyoid's nodes for one radian, m.
-    turn: Vec<SVector<f64, 2>>,
-}
 
 impl Side {
     fn new(ground: &Ground, body: &Body<2>, model: &Model) -> Result<Self, PosteriorError> {
@@ -65,18 +57,6 @@ impl Side {
         system.force(Configuration { positions: &x, tensions }, &mut force);
         [force, x]
     }
-}
-
-/// Two bodies changed in opposite directions, and by how many standard deviations.
-type Pair = ([Side; 2], f64);
-
-/// Changed bodies for every source of errors; none for a source that is known or has no effect in the body.
-#[derive(Debug)]
-pub struct Sides {
-    ends: Vec<Pair>,
-    outline: Vec<Pair>,
-    width: Option<Pair>,
-    patch: Option<Pair>,
 }
 
 impl Sides {

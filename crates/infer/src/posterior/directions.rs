@@ -4,8 +4,8 @@ use serde::Serialize;
 
 use tongue_input::measured::ByMuscle;
 
-use super::density::Parameter;
 use super::run::Posterior;
+use super::unknowns::Parameter;
 
 /// A direction is resolved where its standard deviation, in scores, is below this part of the prior's.
 const RESOLVED: f64 = 0.5;

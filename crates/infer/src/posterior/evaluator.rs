@@ -9,11 +9,12 @@ use tongue_core::statics::lanes::{Adjoint, Equilibrium, Group, length_gradient};
 
 use super::beside::Beside;
 use super::branch::on_branch;
-use super::density::{Density, Meaning, Parameter, Place, is_found};
+use super::density::{Density, is_found};
 use super::differences::{self, Adjoints, Answers, Solid};
+use super::draw::Draw;
 use super::hmc::{Point, Target};
-use super::run::Draw;
 use super::shape;
+use super::unknowns::{Meaning, Parameter, Place};
 
 /// The likelihood of the residuals of the measurements.
 pub trait Errors: Sync {

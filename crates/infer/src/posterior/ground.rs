@@ -4,16 +4,15 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
-use tongue_core::body::{Body, ContinuumSettings, HYOID};
+use tongue_core::body::{Body, ContinuumSettings};
 use tongue_core::geometry::Point;
-use tongue_core::material::Constants;
 use tongue_core::statics::lanes::{Adjoint, Load};
 use tongue_core::system::{Model, System, TissueModel};
 
 use super::PosteriorError;
-use super::density::Meaning;
-use super::differences::{self, Sides};
 use super::priors::Priors;
+use super::sides::Sides;
+use super::unknowns::Meaning;
 
 /// Points nearer to each other than this are the same, m.
 const SAME_POINT_M: f64 = 1e-6;
@@ -55,54 +54,6 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Prepares a body under priors.
-    ///
-    /// # Errors
-    /// [`PosteriorError`] for priors out of range, and for muscles that the body does not have.
-    pub fn new(body: &Body<2>, model: &Model, priors: &Priors) -> Result<Self, PosteriorError> {
-        priors.check()?;
-        let muscles = body.mesh.muscle_names();
-        if let Some(name) = priors.unknown_muscle(&muscles) {
-            return Err(PosteriorError::Priors(format!(
-                "the priors fix {name}, a muscle that this body does not have; it has {}",
-                muscles.join(", ")
-            )));
-        }
-        let mut model = *model;
-        if !priors.compressibility.off {
-            let poisson_ratio = priors.compressibility.poisson_ratio;
-            model.constants = Constants { poisson_ratio, ..model.constants };
-        }
-        let body = match &body.mesh.continuum {
-            Some(continuum) => laid_anew(body, &priors.continuum(&continuum.settings))?,
-            None => body.clone(),
-        };
-        let all: Vec<usize> = (0..muscles.len()).collect();
-        let system = Arc::new(System::new(&body.mesh, &model, &all)?);
-        let hyoid = body.bone(HYOID).to_vec();
-        let (ends, outline) = (ends(&body, priors), outline(&body, priors));
-        let priors = priors.clone();
-        let turn = turn(system.rest(), &hyoid);
-        let mut ground = Self {
-            priors,
-            body,
-            system,
-            model,
-            muscles,
-            hyoid,
-            ends,
-            outline,
-            turn,
-            kappa: None,
-            sides: None,
-        };
-        ground.kappa = differences::beside_in_kappa(&ground)?;
-        if !Self::is_for_springs(&ground.body, &ground.model) {
-            ground.sides = Some(Sides::new(&ground)?);
-        }
-        Ok(ground)
-    }
-
     /// Load of posture number `shape`, solved from given positions; the number after the last posture is the baseline.
     pub fn load<'l>(
         &'l self,
@@ -203,7 +154,7 @@ fn bell(apart_m: f64, reach_m: f64) -> f64 {
 }
 
 /// Fields of every distinct end of a muscle along every axis: one end moves by one standard deviation, and all other ends stay.
-fn ends(body: &Body<2>, priors: &Priors) -> Vec<Field> {
+pub(super) fn ends(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     if priors.muscle_ends.off {
         return Vec::new();
     }
@@ -223,7 +174,7 @@ fn ends(body: &Body<2>, priors: &Priors) -> Vec<Field> {
 }
 
 /// Independent fields that add up to a smooth random displacement of the outline with the covariance of the priors.
-fn outline(body: &Body<2>, priors: &Priors) -> Vec<Field> {
+pub(super) fn outline(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     if priors.outline.off {
         return Vec::new();
     }

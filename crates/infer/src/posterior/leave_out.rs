@@ -18,10 +18,11 @@ use tongue_core::random::{normals, seed_of};
 
 use super::PosteriorError;
 use super::density::Density;
+use super::draw::Draw;
 use super::evaluator::Errors;
 use super::hmc::Whitened;
 use super::map::Mode;
-use super::run::{Draw, Posterior, Sampling, chains, numbered, sample_at};
+use super::run::{Posterior, Sampling, chains, numbered, sample_at};
 use super::score::{How, LeftOut, Part, about, left_out};
 use super::spread::Quantiles;
 

@@ -12,10 +12,11 @@ use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
 
 use super::PosteriorError;
-use super::density::{Density, Place};
+use super::density::Density;
 use super::differences::Answers;
 use super::evaluator::{Evaluator, Linear};
 use super::hmc::Whitened;
+use super::unknowns::Place;
 
 /// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other measurements.
 #[derive(Debug, Clone)]

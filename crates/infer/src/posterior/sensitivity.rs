@@ -7,8 +7,9 @@ use serde::Serialize;
 
 use tongue_core::statistics::mean_and_variance;
 
-use super::density::{Density, Parameter};
-use super::run::Draw;
+use super::density::Density;
+use super::draw::Draw;
+use super::unknowns::Parameter;
 
 /// Difference of the power from one.
 const STEP: f64 = 0.01;

@@ -9,8 +9,9 @@
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
-use super::density::{Density, Parameter};
+use super::density::Density;
 use super::map::Mode;
+use super::unknowns::Parameter;
 
 /// The sources, each with its field of [`Shares`] and its name.
 macro_rules! sources {

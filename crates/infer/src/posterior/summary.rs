@@ -8,17 +8,18 @@ use tongue_core::random::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
 use super::PosteriorError;
-use super::density::Parameter;
 use super::directions::{Direction, directions};
+use super::draw::Draw;
 use super::gain::{Contradiction, Gain, contradictions};
 use super::ground::Ground;
 use super::leave_out::{fitted, without_each};
 use super::priors::Priors;
-use super::run::{Draw, Posterior, Status};
+use super::run::{Posterior, Status};
 use super::score::LeftOut;
 use super::sensitivity::{Scaled, Sensitivity};
 use super::share::{Parts, Shares};
 use super::spread::{Quantiles, part_above_zero};
+use super::unknowns::Parameter;
 
 /// Factor of another scale of the prior, and the part by which the upper end of an interval may move under it before this is reported.
 const OTHER_SCALE: f64 = 1.5;

@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-/// A density to sample, of which up to [`LANES`] points are evaluated at once.
+/// A density to sample, of which up to [`LANES`](tongue_core::statics::lanes::LANES) points are evaluated at once.
 pub trait Target {
     /// State of a solved point, from which its neighbours are solved.
     type Place: Clone + Send + Sync;

@@ -8,10 +8,11 @@ use tongue_core::system::Model;
 use tongue_input::measured::Target;
 
 use super::density::Density;
+use super::draw::Draw;
 use super::ground::Ground;
 use super::map::Mode;
 use super::priors::Priors;
-use super::run::{Draw, short_run};
+use super::run::short_run;
 use super::seen::Measurements;
 use super::sensitivity::Scaled;
 use super::spread::{Quantiles, part_above_zero};

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::consider::Draws;
-use super::found::Ranged;
+use super::ranged::Ranged;
 
 /// Length of a gesture, s. Means over a gesture have narrower intervals than single frames.
 pub const GESTURE_S: f64 = 0.1;

@@ -1,10 +1,8 @@
 //! All recordings of a speaker: the most probable tensions, rejected observations, draws, and results.
 
-use crate::inverse::FreedBone;
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
 use tongue_core::statistics::upper_median;
-use tongue_core::system::System;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
 use super::branch::ways;
@@ -13,36 +11,16 @@ use super::descend::descend;
 use super::errors::Knots;
 use super::foretell::foretell;
 use super::found::{Foretold, Found, Tracked, TrackedRecording, tracked};
-use super::frame::{Followed, Frame, Solver};
+use super::frame::{Frame, Solver};
 use super::gesture::{gestures, segments};
-use super::mode::{CHUNK, Course, FEWEST, Here, Mode, Sizes};
+use super::mode::{CHUNK, Course, FEWEST, Here, Mode};
 use super::settings::TrackSettings;
 use super::shape::RestShape;
 use super::shown::{Shown, sampled, shown};
+use super::stage::Stage;
 
 /// A residual larger than this many standard deviations is a fault of the observation.
 const MOST_SD: f64 = 4.0;
-
-/// A body on which recordings are tracked.
-#[derive(Clone, Copy)]
-pub struct Stage<'a> {
-    /// The body.
-    pub system: &'a System<2>,
-    /// Bones that are moved to their observed places.
-    pub followed: &'a [Followed],
-    /// Bones whose displacement is unknown ([`BONE_SD_M`](crate::inverse::BONE_SD_M), remembered like tensions).
-    pub freed: &'a [FreedBone<2>],
-    /// Uncertainty of its shape; `None` if the shape is known.
-    pub shape: Option<&'a RestShape>,
-}
-
-impl Stage<'_> {
-    /// Numbers of the unknowns.
-    fn sizes(&self, knots: &Knots) -> Sizes {
-        let muscles = self.system.contracting().len();
-        Sizes { muscles, bones: 2 * self.freed.len(), knots: knots.len() }
-    }
-}
 
 /// Finds the tensions in all frames of recordings of one speaker. `progress` is called with the finished part of the whole. `None` where
 /// covariances cannot be factorised, which has not been observed for finite recordings.

@@ -8,9 +8,9 @@ use super::descend::{descend, follow, stepped};
 use super::errors::{Errors, Knots};
 use super::frame::Solver;
 use super::mode::{Course, Here, Mode, Sizes};
-use super::run::Stage;
 use super::settings::TrackSettings;
 use super::shape::RestShape;
+use super::stage::Stage;
 
 /// Largest number of frames by which the displayed shape is found.
 const SHAPE_FRAMES: usize = 60;

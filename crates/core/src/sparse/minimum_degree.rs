@@ -1,0 +1,84 @@
+//! Exact minimum degree: the order of elimination of small and medium meshes.
+
+use std::collections::BTreeSet;
+
+/// Always eliminates the unknown with the fewest neighbours left (exact minimum degree; ties go to the lower
+/// number, so the result is the same on every machine). Returns for each place in the order the unknown that
+/// stands there, and the neighbours not yet eliminated when it is eliminated: the rows below the diagonal of
+/// that column of the factor.
+///
+/// `neighbours[i]` lists the unknowns coupled to `i`, sorted, without `i` itself.
+///
+/// Cost: about as much as one factorisation in integer work; done once a system.
+pub fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32>>) {
+    let n = neighbours.len();
+    let mut queue: BTreeSet<(usize, usize)> =
+        neighbours.iter().enumerate().map(|(i, a)| (a.len(), i)).collect();
+    let mut order = Vec::with_capacity(n);
+    let mut fronts = Vec::with_capacity(n);
+    let mut merged = Vec::new();
+    while let Some((_, i)) = queue.pop_first() {
+        let front = std::mem::take(&mut neighbours[i]);
+        for &j in &front {
+            let j = j as usize;
+            queue.remove(&(neighbours[j].len(), j));
+            union_without(&neighbours[j], &front, [i as u32, j as u32], &mut merged);
+            std::mem::swap(&mut neighbours[j], &mut merged);
+            queue.insert((neighbours[j].len(), j));
+        }
+        order.push(i);
+        fronts.push(front);
+    }
+    (order, fronts)
+}
+
+/// `out` = the union of two sorted lists, less the two numbers in `without`.
+fn union_without(a: &[u32], b: &[u32], without: [u32; 2], out: &mut Vec<u32>) {
+    out.clear();
+    let (mut i, mut j) = (0, 0);
+    while i < a.len() || j < b.len() {
+        let next = match (a.get(i), b.get(j)) {
+            (Some(x), Some(y)) => *x.min(y),
+            (Some(x), None) => *x,
+            (None, Some(y)) => *y,
+            (None, None) => break,
+        };
+        i += usize::from(a.get(i) == Some(&next));
+        j += usize::from(b.get(j) == Some(&next));
+        if !without.contains(&next) {
+            out.push(next);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_star_is_eliminated_from_its_tips_without_fill() {
+        // Node 0 joined to 1..=5: eliminating the tips first leaves each column with one row, the hub's.
+        let mut neighbours = vec![vec![1, 2, 3, 4, 5]];
+        neighbours.extend((1..=5).map(|_| vec![0]));
+        let (order, fronts) = minimum_degree(neighbours);
+        assert_eq!(order[..4], [1, 2, 3, 4]);
+        assert_eq!(fronts.iter().map(Vec::len).sum::<usize>(), 5);
+    }
+
+    #[test]
+    fn a_ring_fills_in_n_minus_3_places() {
+        let n = 9u32;
+        let ring = (0..n)
+            .map(|i| {
+                let mut a = vec![(i + 1) % n, (i + n - 1) % n];
+                a.sort_unstable();
+                a
+            })
+            .collect();
+        let (order, fronts) = minimum_degree(ring);
+        let mut sorted = order.clone();
+        sorted.sort_unstable();
+        assert_eq!(sorted, (0..n as usize).collect::<Vec<_>>());
+        assert_eq!(fronts.iter().map(Vec::len).sum::<usize>(), (n + n - 3) as usize);
+    }
+}

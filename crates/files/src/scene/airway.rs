@@ -1,0 +1,48 @@
+//! The tract around the tongue of a scene, with its jaw, hyoid and lips.
+
+use std::any::Any;
+use std::io;
+
+use super::file::{Scene, Want};
+use super::{JOINT_MM, SceneError};
+use tongue_core::body::Body;
+use tongue_infer::heard::{Airway, AirwayError, Articulation};
+use tongue_input::files;
+
+/// Posture of jaw, hyoid and lips of a scene.
+pub(super) fn posture(scene: &Scene) -> Articulation {
+    let tract = scene.tract.clone().unwrap_or_default();
+    Articulation {
+        jaw_deg: scene.effects.jaw.as_ref().map_or(0.0, |j| j.opening_deg),
+        hyoid_mm: scene.effects.hyoid.as_ref().map_or([0.0; 2], |h| h.shift_mm),
+        lip_opening_mm: tract.lip_opening_mm,
+        lip_protrusion_mm: tract.lip_protrusion_mm,
+    }
+}
+
+/// The tract around the body of a scene; `None` if no sound is wanted.
+pub(super) fn airway<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Airway>, SceneError> {
+    let Some(wanted) =
+        scene.tract.as_ref().filter(|_| scene.want != Want::Shape && scene.want != Want::Lengths)
+    else {
+        return Ok(None);
+    };
+    let mut tract = match &wanted.file {
+        None => Airway::drawn()?,
+        Some(path) => {
+            let text = files::read(path).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
+            let text = text.map_err(|source| SceneError::TractFile { path: path.clone(), source })?;
+            Airway::read(&text, path)?
+        }
+    };
+    tract.jaw.joint_mm = scene.effects.jaw.as_ref().map_or(JOINT_MM, |j| j.joint_mm);
+    let flat = (body as &dyn Any).downcast_ref::<Body<2>>();
+    let round = flat.map(|body| Airway::round(body, tract));
+    match round {
+        Some(Err(AirwayError::NoSurface)) | None => {
+            let why = AirwayError::NoSurface.to_string();
+            Err(SceneError::contradiction("[tract]", scene.body_key(), why))
+        }
+        Some(airway) => Ok(Some(airway?)),
+    }
+}
