@@ -12,7 +12,7 @@ TARGET = "wasm32-wasip1"
 
 def main():
     out = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else WEB / "tongue.html"
-    command = ["cargo", "build", "--quiet", "--locked", "--package", "tongue-fit-web", "--profile", "web", "--target", TARGET]
+    command = ["cargo", "build", "--quiet", "--locked", "--package", "tongue-page", "--profile", "web", "--target", TARGET]
     # Registers of 128 bits, which browsers have had since 2023 at the latest: twice as fast where many equilibria are solved at once.
     flags = {"CARGO_TARGET_WASM32_WASIP1_RUSTFLAGS": "-C target-feature=+simd128"}
     subprocess.run(command, cwd=ROOT, check=True, env=os.environ | flags)

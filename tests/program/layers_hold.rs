@@ -11,7 +11,7 @@ fn dependencies(manifest: &Path) -> Vec<String> {
     let manifest: toml::Table = fs::read_to_string(manifest).unwrap().parse().unwrap();
     let tables = ["dependencies", "dev-dependencies", "build-dependencies"].map(|t| manifest.get(t));
     let names = tables.into_iter().flatten().filter_map(toml::Value::as_table).flat_map(toml::Table::keys);
-    names.filter_map(|name| name.strip_prefix("tongue-fit-").map(str::to_owned)).collect()
+    names.filter_map(|name| name.strip_prefix("tongue-").map(str::to_owned)).collect()
 }
 
 #[test]
