@@ -17,7 +17,7 @@ def main():
     flags = {"CARGO_TARGET_WASM32_WASIP1_RUSTFLAGS": "-C target-feature=+simd128"}
     subprocess.run(command, cwd=ROOT, check=True, env=os.environ | flags)
     target = pathlib.Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-    wasm = (target / TARGET / "web" / "tongue_fit_web.wasm").read_bytes()
+    wasm = (target / TARGET / "web" / "tongue_page.wasm").read_bytes()
     parts = WEB / "page"
     style = (ROOT / "crates" / "files" / "src" / "report" / "page.css").read_text() + (parts / "page.css").read_text()
     script = "\n".join((parts / name).read_text() for name in ("engine.js", "mouth.js", "space.js", "sound.js", "page.js"))
