@@ -60,6 +60,8 @@
 //! writing of files; without it the library takes and gives bytes and text. `cli` (the default, with both):
 //! the program `tongue-fit` itself.
 
+#![warn(missing_docs)]
+
 // The program's modules use the library as its users do.
 #[cfg(feature = "cli")]
 extern crate self as tongue_fit;

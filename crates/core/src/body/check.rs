@@ -26,7 +26,6 @@ pub struct TooLarge {
 
 /// A fault of a mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the messages say it")]
 pub enum MeshFault {
     #[error("the position of node {node} is not finite")]
     NotFinite { node: usize },

@@ -6,7 +6,6 @@ use std::path::PathBuf;
 /// Why an output could not be made or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum ReportError {
     /// The output folder cannot be created or written to.
     #[error(

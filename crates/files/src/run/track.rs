@@ -16,7 +16,6 @@ const PALATE_REACH_M: f64 = 1e-3;
 
 /// Why recordings cannot be tracked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum TrackError {
     /// The body cannot be placed or its shape not be varied.
     #[error(transparent)]

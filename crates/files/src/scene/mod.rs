@@ -40,7 +40,6 @@ pub const JOINT_MM: [f64; 2] = [70.0, 85.0];
 
 /// Why a scene cannot be planned or run.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum SceneError {
     /// The text is not a valid scene.
     #[error("{origin}:{line}:{column}: {problem}")]

@@ -8,7 +8,6 @@ use tongue_infer::inverse::FitError;
 
 /// Why something cannot begin. Later failures are a status of the result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum SimulationError {
     /// The body has no muscle of this name.
     #[error(transparent)]

@@ -21,7 +21,6 @@ const FOLD: f64 = std::f64::consts::FRAC_PI_3;
 /// A reason for doubt.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
-#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum Alarm {
     /// A muscle that should contract ended without tension.
     AtLowerBound { muscle: String },

@@ -15,7 +15,6 @@ pub use gmsh::Unit;
 
 /// Why a file contains no usable body.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum BodyFileError {
     /// Its body cannot be used.
     #[error(transparent)]

@@ -2,7 +2,6 @@
 
 /// Why a table of nodes, tones, activity or tension curves cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum TableError {
     /// It cannot be read.
     #[error("cannot read {origin}: {source}")]

@@ -72,7 +72,6 @@ pub struct AnatomyError {
 
 /// What is wrong with an anatomy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the messages say it")]
 pub enum AnatomyProblem {
     #[error("{0}")]
     Syntax(String),

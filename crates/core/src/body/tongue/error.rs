@@ -4,7 +4,6 @@ use crate::body::MeshFault;
 
 /// The reason why there is no mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the messages say it")]
 pub enum MeshError {
     #[error(
         "the mesh spacing {h_mm} mm is not usable; for this anatomy, whose outline is {extent_mm:.1} mm across, give \

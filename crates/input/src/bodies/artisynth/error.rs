@@ -6,7 +6,6 @@ use tongue_core::body::SpaceFault;
 
 /// What is wrong with a file of ArtiSynth.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the messages say it")]
 pub enum ArtiSynthProblem {
     #[error(
         "cannot be read: {why}; name a folder with ArtiSynth's tongue (.node, .elem, CreateMuscles.mac, Fibers.mac, MuscleMaxForce.txt, jawAttachments.txt, hyoidAttachments.txt)"

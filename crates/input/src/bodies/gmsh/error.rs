@@ -6,7 +6,6 @@ use crate::bodies::{BodyFileError, FilePlace};
 
 /// What is wrong with a Gmsh file. Nodes and elements are named by their Gmsh tags.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the messages say it")]
 pub enum MshProblem {
     #[error("this is not a Gmsh mesh: it does not begin with $MeshFormat; save it as .msh (gmsh my.geo -2)")]
     NotGmsh,

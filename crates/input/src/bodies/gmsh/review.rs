@@ -17,7 +17,6 @@ const THIN_DEG: f64 = 10.0;
 
 /// A concern about a body.
 #[derive(Debug, Clone, PartialEq)]
-#[allow(missing_docs, reason = "the messages say it")]
 pub enum Concern {
     Size { extent_m: f64, unit: Option<&'static str> },
     NoBone,

@@ -38,7 +38,6 @@ pub struct BrokenRow {
 
 /// Why lengths could not be read, looked up or made a target. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "fields without a unit are in the messages")]
 pub enum LengthsError {
     /// The file could not be opened or read.
     #[error("cannot read {origin}: {source}; {}", advice(source))]
