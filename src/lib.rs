@@ -248,8 +248,8 @@ pub mod measured {
         //! Recordings of moving tongues.
         #[doc(inline)]
         pub use tongue_input::measured::recording::{
-            Fault, FaultKind, Format, Map, Mark, Recording, RecordingError, Seen, doubts, is_coil,
-            other_size, palate_doubt, screen,
+            AlignedRecording, Fault, FaultKind, Format, Map, Mark, Recording, RecordingError, doubts,
+            is_coil, other_size, palate_doubt, screen,
         };
     }
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use tongue_fit::adapt::{Basis, How, Landmarks, Speaker};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::Seen;
+use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
 
 use super::body_file::BodyFile;
@@ -33,8 +33,8 @@ pub struct Arguments {
     /// similarity, the body only turned, scaled and shifted to the speaker's bones
     #[arg(long, value_name = "HOW", value_parser = choice_among::<How>(&recordings::REST), default_value = "joint")]
     rest: How,
-    /// Landmarks of one posture at rest instead of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm,
-    /// 3D Slicer's .mrk.json, or .pts with a map)
+    /// Landmarks of one posture at rest instead of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm
+    /// or 3D Slicer's .mrk.json)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "example", "rest"])]
     landmarks: Option<PathBuf>,
     /// The contour of the tongue in that posture, in the same formats
@@ -133,7 +133,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// What was seen in some frames of recordings, evenly chosen.
-fn drawn(seen: &[&Seen]) -> Vec<Point> {
+fn drawn(seen: &[&AlignedRecording]) -> Vec<Point> {
     let frames: Vec<_> = seen.iter().flat_map(|s| &s.frames).collect();
     let every = frames.len().div_ceil(DRAWN_FRAMES).max(1);
     let mut out = Vec::new();

@@ -11,7 +11,7 @@ use tongue_fit::heard::{Airway, Formants};
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::emg::Activity;
 use tongue_fit::measured::muscles::Muscles;
-use tongue_fit::measured::recording::{self, Map, Mark, Recording, Seen};
+use tongue_fit::measured::recording::{self, AlignedRecording, Map, Mark, Recording};
 use tongue_fit::measured::{Target, Vowel};
 use tongue_fit::posterior::{Beside, Density, Ground, Measurements, Mode};
 use tongue_fit::statistics::{distinct, upper_median};
@@ -152,18 +152,18 @@ impl Sampled<'_> {
         let points = |p: &Option<usize>| {
             contours.iter().find(|(other, _)| other == p).map_or(&[][..], |(_, points)| points.as_slice())
         };
-        let mut seen = Seen::of_contours(&postures.iter().map(points).collect::<Vec<_>>());
+        let mut seen = AlignedRecording::of_contours(&postures.iter().map(points).collect::<Vec<_>>());
         if !recordings.is_empty() {
             // All files are read as one recording: a coil has one place on the tongue.
             let all = Recording::of_coils(&recordings).map_err(|e| miette!("--points: {e}"))?;
             let map = Map::from_toml(OF_THE_BODY, "the axes of the body").into_diagnostic()?;
-            let read = Seen::new(&all, &map).into_diagnostic().wrap_err("--points")?;
+            let read = AlignedRecording::new(&all, &map).into_diagnostic().wrap_err("--points")?;
             read.notes.iter().for_each(|note| output::note(&format!("--points: {note}")));
             for (posture, frame) in of_coils.iter().zip(read.frames) {
                 let own = postures.iter().position(|p| p == posture);
                 own.into_iter().for_each(|own| seen.frames[own].sensors.clone_from(&frame.sensors));
             }
-            seen = Seen { sensors: read.sensors, measured: read.measured, ..seen };
+            seen = AlignedRecording { sensors: read.sensors, measured: read.measured, ..seen };
         }
         for (posture, frame) in postures.iter().zip(&seen.frames) {
             let vowel = self.vowel(*posture);

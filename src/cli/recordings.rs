@@ -7,7 +7,7 @@ use tongue_fit::adapt::{Adaptation, Basis};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
-    Fault, Format, Map, Recording, Seen, doubts, other_size, palate_doubt, screen,
+    AlignedRecording, Fault, Format, Map, Recording, doubts, other_size, palate_doubt, screen,
 };
 use tongue_fit::track::TrackSettings;
 
@@ -22,8 +22,7 @@ const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 #[command(next_help_heading = "Recordings")]
 pub struct Arguments {
     /// Recordings of one speaker: AAA's tables and fans, tidy CSV, AG50x (.pos), Edinburgh Speech Tools or
-    /// MOCHA (.ema), X-ray microbeam (.txy), MVIEW (.mat), DeepLabCut (.csv), EdgeTrak (.con),
-    /// active shape models (.pts)
+    /// MOCHA (.ema), X-ray microbeam (.txy), MVIEW (.mat), DeepLabCut (.csv), EdgeTrak (.con)
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// Use the built-in recording: two utterances of a simulated tongue in AAA's export format
@@ -42,7 +41,7 @@ pub struct Arguments {
     /// Only the recordings of this speaker, if files have several
     #[arg(long, value_name = "NAME")]
     speaker: Option<String>,
-    /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat, dlc or pts [default: from their content]
+    /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat or dlc [default: from their content]
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     format: Option<Format>,
 }
@@ -96,7 +95,7 @@ pub const REST: [&str; 2] = ["joint", "similarity"];
 /// A screened recording.
 pub struct Screened {
     /// The remaining points.
-    pub seen: Seen,
+    pub seen: AlignedRecording,
     /// Faults of every frame.
     pub faults: Vec<Vec<Fault>>,
     /// The given palate in the frame of the body, m.
@@ -168,7 +167,7 @@ impl Arguments {
                 if self.speaker.is_some() && recording.speaker != self.speaker {
                     continue;
                 }
-                let mut seen = Seen::new(&recording, &map)
+                let mut seen = AlignedRecording::new(&recording, &map)
                     .into_diagnostic()
                     .wrap_err_with(|| file.display().to_string())?;
                 let side = if seen.mirrored { -1.0 } else { 1.0 };

@@ -12,7 +12,7 @@ use tongue_fit::body::{Body, DEFAULT_SPACING_M, SpaceBody};
 use tongue_fit::inverse::in_space::{Recorded, SpaceSearch};
 use tongue_fit::inverse::{FitSettings, FitStatus};
 use tongue_fit::measured::Target;
-use tongue_fit::measured::recording::Seen;
+use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{self, Export, Json, SpaceTrackRecord, SpaceVtu};
 use tongue_fit::system::System;
 
@@ -148,7 +148,7 @@ fn recorded(
     as_is: bool,
 ) -> miette::Result<(Recorded, Vec<String>)> {
     let (screened, left_out) = recordings.read(None)?;
-    let seen: Vec<&Seen> = screened.iter().map(|r| &r.seen).collect();
+    let seen: Vec<&AlignedRecording> = screened.iter().map(|r| &r.seen).collect();
     let is_placed = as_is || recordings.map()?.is_in_frame();
     // The built-in body has the outline of the tongue in the plane, whose bones are marked where recordings mark them.
     let section = match source {

@@ -6,7 +6,7 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::adapt::{Basis, How};
 use tongue_fit::body::Body;
-use tongue_fit::measured::recording::Seen;
+use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::{
     Json, PriorRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
@@ -119,7 +119,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         free_bones: &arguments.free_bone,
         hide: &hide,
     };
-    let seen: Vec<&Seen> = recordings.iter().map(|r| &r.seen).collect();
+    let seen: Vec<&AlignedRecording> = recordings.iter().map(|r| &r.seen).collect();
     run.check_freed(&seen).into_diagnostic()?;
 
     match is_given {
@@ -196,7 +196,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     left_out.extend(unmet.into_iter().map(|why| format!("left out: {why}")));
     notes.splice(0..0, left_out.iter().cloned());
-    let (seen, found): (Vec<&Seen>, Vec<Found>) = met.into_iter().unzip();
+    let (seen, found): (Vec<&AlignedRecording>, Vec<Found>) = met.into_iter().unzip();
     let all: Vec<&Tracked> = found.iter().flat_map(|f| &f.frames).collect();
     let courses = courses(&names, &all, &run.basis.settings.link);
     let gestures = seen.iter().zip(&found);
@@ -265,7 +265,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// How well the courses repeat where labels do.
-fn repeats(seen: &[&Seen], found: &[Found], muscles: usize) -> Option<Repeats> {
+fn repeats(seen: &[&AlignedRecording], found: &[Found], muscles: usize) -> Option<Repeats> {
     let times: Vec<Vec<f64>> = found.iter().map(|f| f.frames.iter().map(|t| t.time_s).collect()).collect();
     let course = |t: &Tracked| t.courses.iter().map(|c| c.median).collect::<Vec<f64>>();
     let courses: Vec<Vec<Vec<f64>>> = found.iter().map(|f| f.frames.iter().map(course).collect()).collect();
@@ -316,7 +316,7 @@ fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<
         out.push(found.clone());
     }
     // A coil has two coordinates.
-    let left = |s: &Seen| {
+    let left = |s: &AlignedRecording| {
         let shown = |name: &String| !out.contains(name);
         s.contour.iter().filter(|n| shown(n)).count() + 2 * s.sensors.iter().filter(|(n, _)| shown(n)).count()
     };
@@ -329,6 +329,6 @@ fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<
 }
 
 /// The points of a recording that are fitted.
-fn points(seen: &Seen) -> Vec<String> {
+fn points(seen: &AlignedRecording) -> Vec<String> {
     seen.contour.iter().chain(seen.sensors.iter().map(|(name, _)| name)).cloned().collect()
 }

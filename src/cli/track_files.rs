@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use miette::IntoDiagnostic;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::Seen;
+use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{
     AnimationFrame, Export, Json, OutputDir, Pvd, Timeline, TrackPage, TrackPicture, TrackRecord, Vtu,
     animation_of_seen, timelines,
@@ -55,7 +55,7 @@ pub fn write(
     out: &OutputDir,
     record: &TrackRecord,
     bodies: &[(String, BodyFile)],
-    (seen, found): (&[&Seen], &[Found]),
+    (seen, found): (&[&AlignedRecording], &[Found]),
     palate: &[Point],
     tissue: TissueModel,
     arguments: &Arguments,
@@ -143,7 +143,7 @@ fn frame(found: &Found, t: usize) -> AnimationFrame {
     AnimationFrame { time: tracked.time_s, positions: tracked.positions.clone(), tensions }
 }
 
-fn courses(record: &TrackRecord, seen: &Seen, frames: &[Tracked]) -> tongue_fit::report::Svg {
+fn courses(record: &TrackRecord, seen: &AlignedRecording, frames: &[Tracked]) -> tongue_fit::report::Svg {
     let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
     let doubtful: Vec<bool> = frames.iter().map(|f| f.status != FrameStatus::Converged).collect();
     let line = |(i, course): (usize, &tongue_fit::report::CourseRecord)| Timeline {

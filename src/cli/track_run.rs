@@ -1,7 +1,7 @@
 //! What a run of `tongue-fit track` shows and keeps on its way.
 
 use miette::IntoDiagnostic;
-use tongue_fit::measured::recording::Seen;
+use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::OutputDir;
 use tongue_fit::report::batch;
 use tongue_fit::report::batch::journal::Journal;
@@ -12,7 +12,7 @@ use super::recordings::Given;
 use super::{interrupt, output, recording_checks};
 
 /// The given body, or one adapted to these recordings, with a bar of its progress.
-pub fn speaker(run: &TrackRun<'_>, seen: &[&Seen]) -> miette::Result<TrackedBody> {
+pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result<TrackedBody> {
     let bar = output::bar(1, "{bar:40} rest shape, {eta} left")?;
     let progress = |done: usize, of: usize| {
         bar.set_length(of as u64);
@@ -36,7 +36,7 @@ pub fn journal(
     run: &TrackRun<'_>,
     given: &Given,
     out: &OutputDir,
-    seen: &[&Seen],
+    seen: &[&AlignedRecording],
     sound: &str,
 ) -> miette::Result<Journal<TrackedRecording>> {
     let words = super::words_of_the_result();

@@ -64,7 +64,7 @@ fn points_of(ground: &Ground, positions: &[Point]) -> Vec<Point> {
 /// Contours of the posture and, if there is one, of the baseline.
 fn contours(ground: &Ground, posture: &[Point], baseline: Option<&[Point]>) -> Beside {
     let all: Vec<&[Point]> = [posture].into_iter().chain(baseline).collect();
-    Beside::points(&ground.body, &recording::Seen::of_contours(&all), &[Some(0), None]).unwrap()
+    Beside::points(&ground.body, &recording::AlignedRecording::of_contours(&all), &[Some(0), None]).unwrap()
 }
 
 /// Coils at three places of the tongue where the nodes are at these positions, m: in the posture and in the baseline.
@@ -82,7 +82,7 @@ fn coils(ground: &Ground, positions: [&[Point]; 2]) -> Beside {
         Recording::from_bytes(table.as_bytes(), "coils.csv", Some(Format::Tidy)).unwrap().remove(0)
     };
     let both = Recording::of_coils(&positions.map(file)).unwrap();
-    let seen = recording::Seen::new(&both, &Map::default()).unwrap();
+    let seen = recording::AlignedRecording::new(&both, &Map::default()).unwrap();
     Beside::points(&ground.body, &seen, &[Some(0), None]).unwrap()
 }
 

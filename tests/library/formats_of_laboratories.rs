@@ -1,7 +1,7 @@
 //! Recordings in the formats of laboratories, in files written from each format's description.
 
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{Format, Map, Recording, Seen};
+use tongue_fit::measured::recording::{AlignedRecording, Format, Map, Recording};
 use tongue_input::measured::recording::Times;
 
 use crate::recordings::{DLC, fan_row, headerless_pos, matlab, mocha, mview, txy};
@@ -14,8 +14,8 @@ fn refused(bytes: &[u8], origin: &str) -> String {
     Recording::from_bytes(bytes, origin, None).unwrap_err().to_string()
 }
 
-fn seen(recording: &Recording, map: &str) -> Seen {
-    Seen::new(recording, &Map::from_toml(map, "m.toml").unwrap()).unwrap()
+fn seen(recording: &Recording, map: &str) -> AlignedRecording {
+    AlignedRecording::new(recording, &Map::from_toml(map, "m.toml").unwrap()).unwrap()
 }
 
 fn near(a: Option<Point>, b: [f64; 2]) -> bool {
@@ -118,7 +118,8 @@ fn deeplabcut_weighs_points_by_their_likelihood() {
     let sd = |frame: usize| seen.frames[frame].contour[1].unwrap().sd;
     assert!((sd(0) / sd(1) - 2.0).abs() < 1e-6, "a quarter as likely is worth a quarter");
     assert!(near(seen.frames[0].contour[1].map(|m| m.at), [0.002, -0.015]), "pixels count downwards");
-    let rate = Seen::new(found, &Map::from_toml("unit_mm = 0.1", "m").unwrap()).unwrap_err().to_string();
+    let rate =
+        AlignedRecording::new(found, &Map::from_toml("unit_mm = 0.1", "m").unwrap()).unwrap_err().to_string();
     assert!(rate.contains("rate_hz"), "{rate}");
     let odd = DLC.replace("coords,x,y,", "coords,x,x,");
     assert!(refused(odd.as_bytes(), "a.csv").starts_with("a.csv:3:2: "));
@@ -223,39 +224,9 @@ fn tracks_that_end_early_or_late_are_refused() {
     }
 }
 
-const PTS: &str = "version: 1\nn_points: 5\n{\n250.5 300\n210 190.5\n130 160\n60 250\n90 340\n}\n";
-
-#[test]
-fn points_of_active_shape_models_are_a_contour_or_what_a_map_says() {
-    let found = &read(PTS.as_bytes(), "rest.pts")[0];
-    assert_eq!((found.format, found.channels.len(), found.name.as_str()), (Format::Pts, 5, "rest"));
-    assert_eq!(read(PTS.as_bytes(), "rest.txt")[0].channels, found.channels, "its first line tells it");
-    let unit = Seen::new(found, &Map::default()).unwrap_err().to_string();
-    assert!(unit.contains("unit_mm"), "{unit}");
-    let drawn = seen(found, "unit_mm = 0.2");
-    assert!(near(drawn.frames[0].contour[1].map(|m| m.at), [0.042, -0.0381]) != drawn.mirrored);
-    let map =
-        "unit_mm = 0.2\n[points]\ntongue_0 = { bone = \"hyoid\" }\ntongue_4 = { bone = \"mental_spine\" }";
-    let map = Map::from_toml(map, "m.toml").unwrap();
-    let landmarks = tongue_fit::adapt::Landmarks::from_bytes(PTS.as_bytes(), "rest.pts", &map).unwrap();
-    assert_eq!(landmarks.named.keys().map(String::as_str).collect::<Vec<_>>(), ["hyoid", "mental_spine"]);
-    assert_eq!((landmarks.contour.len(), landmarks.mirrored), (3, false));
-    assert!((landmarks.named["hyoid"] - Point::new(0.0501, -0.06)).norm() < 1e-12);
-    for (from, to, told) in [
-        ("n_points: 5", "n_points: 6", "rest.pts:9:1: the file has 5 points"),
-        ("90 340\n}\n", "90 34", "cut off"),
-        ("60 250", "60 x", "rest.pts:7:2: "),
-        ("n_points: 5\n", "", "n_points is missing"),
-    ] {
-        let told_is = refused(PTS.replace(from, to).as_bytes(), "rest.pts");
-        assert!(told_is.contains(told), "{told_is}");
-    }
-}
-
 #[test]
 fn a_map_is_written_for_every_format_and_read_again() {
-    let all: [(Vec<u8>, &str); 7] = [
-        (PTS.as_bytes().to_vec(), "a.pts"),
+    let all: [(Vec<u8>, &str); 6] = [
         (mview(false), "a.mat"),
         (txy(3).into_bytes(), "a.txy"),
         (mocha(3).into_bytes(), "a.ema"),
@@ -267,7 +238,8 @@ fn a_map_is_written_for_every_format_and_read_again() {
         let recording = &read(&bytes, origin)[0];
         let text = Map::template(recording);
         let map = Map::from_toml(&text, "t.toml").unwrap_or_else(|e| panic!("{origin}: {e}\n{text}"));
-        let (with, without) = (Seen::new(recording, &map), Seen::new(recording, &Map::default()));
+        let (with, without) =
+            (AlignedRecording::new(recording, &map), AlignedRecording::new(recording, &Map::default()));
         if let (Ok(with), Ok(without)) = (with, without) {
             assert_eq!(
                 (with.contour, with.sensors, with.bones),
@@ -298,7 +270,8 @@ fn wrong_keys_of_a_map_are_named_with_the_right_ones() {
     }
     // A rate in the map contradicts times in the file.
     let table = &read(b"time_s,point,x_mm,y_mm\n0,tongue_0,1,2\n", "t.csv")[0];
-    let told = Seen::new(table, &Map::from_toml("rate_hz = 50", "m").unwrap()).unwrap_err().to_string();
+    let told =
+        AlignedRecording::new(table, &Map::from_toml("rate_hz = 50", "m").unwrap()).unwrap_err().to_string();
     assert!(told.contains("own times"), "{told}");
 }
 

@@ -1,7 +1,7 @@
 //! Recordings of every format are read, and their faults are reported with their place.
 
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{FaultKind, Format, Map, Recording, Seen, screen};
+use tongue_fit::measured::recording::{AlignedRecording, FaultKind, Format, Map, Recording, screen};
 
 use crate::recordings::{est, pos};
 
@@ -30,7 +30,7 @@ fn aaa_tables_part_into_recordings_and_need_no_map() {
     assert_eq!(found.iter().map(|r| r.samples.len()).collect::<Vec<_>>(), [2, 1]);
     assert_eq!(found[0].name, "s, d1, pa");
     assert_eq!(found[0].channels, ["tongue_0", "tongue_1", "hyoid", "mandible", "mental_spine"]);
-    let seen = Seen::new(&found[0], &Map::default()).unwrap();
+    let seen = AlignedRecording::new(&found[0], &Map::default()).unwrap();
     // The spine lies at larger x than the hyoid, so the face looks to the right and is mirrored.
     assert!(seen.mirrored);
     let first = &seen.frames[0];
@@ -61,7 +61,7 @@ fn tidy_tables_hold_any_points_in_any_order() {
                 tongue_1,0,a,2,1,0.5\ntongue_0,0,a,4,3,\nhyoid,0,a,0,30,\ntongue_0,0.5,a,5,3.5,\ntongue_0,0,b,1,1,\n";
     let found = read(text.as_bytes(), "t.csv");
     assert_eq!((found.len(), found[0].samples.len()), (2, 2));
-    let seen = Seen::new(&found[0], &Map::default()).unwrap();
+    let seen = AlignedRecording::new(&found[0], &Map::default()).unwrap();
     assert_eq!(seen.contour, ["tongue_0", "tongue_1"]);
     assert!(near(
         seen.frames[1].contour[0]
@@ -86,7 +86,7 @@ fn carstens_positions_are_seven_numbers_a_sensor() {
     assert_eq!(found.samples[2].places[1], Some([12.0, -1.0, 102.0]));
     assert_eq!((found.samples[0].places[2], found.samples[3].time_s), (None, 0.012));
     let map = Map::from_toml("back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }\n", "m.toml").unwrap();
-    let seen = Seen::new(found, &map).unwrap();
+    let seen = AlignedRecording::new(found, &map).unwrap();
     // z is up; sensors have a standard deviation of half a millimetre.
     assert!(near(seen.frames[2].sensors[0].map(|m| m.at), [0.012, 0.102]));
     assert!((seen.frames[2].sensors[0].unwrap().sd - 0.5e-3).abs() < 1e-12);
@@ -108,12 +108,12 @@ fn tracks_of_the_edinburgh_tools_are_the_same_in_binary_and_as_text() {
     assert_eq!(binary.samples[1].places, [None], "a break");
     assert_eq!(binary.samples[2].places[0], Some([0.0, -3.5, 2.25]));
     // The file has no unit.
-    let message = Seen::new(&binary, &Map::from_toml("[points]\nT1 = \"contour\"", "m").unwrap())
+    let message = AlignedRecording::new(&binary, &Map::from_toml("[points]\nT1 = \"contour\"", "m").unwrap())
         .unwrap_err()
         .to_string();
     assert!(message.contains("unit_mm"), "{message}");
     let map = "unit_mm = 10.0\nback = \"-y\"\nup = \"z\"\n[points]\nT1 = { surface_mm = 5 }";
-    let seen = Seen::new(&binary, &Map::from_toml(map, "m").unwrap()).unwrap();
+    let seen = AlignedRecording::new(&binary, &Map::from_toml(map, "m").unwrap()).unwrap();
     assert!(near(seen.frames[2].sensors[0].map(|m| m.at), [0.035, 0.0225]));
     assert!(refused(&est(false)[..150], "a.ema").contains("EST_Header_End"));
     let short = &est(false)[..est(false).len() - 4];
@@ -126,9 +126,9 @@ fn edgetrak_contours_want_a_pixel_and_a_rate() {
     let found = &read(text.as_bytes(), "x.con")[0];
     assert_eq!((found.samples.len(), found.channels.len()), (2, 3));
     assert_eq!((found.samples[1].places[0], found.samples[1].places[1]), (Some([11.0, 21.0, 0.0]), None));
-    assert!(Seen::new(found, &Map::default()).unwrap_err().to_string().contains("unit_mm"));
+    assert!(AlignedRecording::new(found, &Map::default()).unwrap_err().to_string().contains("unit_mm"));
     let map = Map::from_toml("unit_mm = 0.5\nrate_hz = 40\nback = \"x\"", "m").unwrap();
-    let seen = Seen::new(found, &map).unwrap();
+    let seen = AlignedRecording::new(found, &map).unwrap();
     assert_eq!(seen.frames[1].time_s, 0.025);
     assert!(near(seen.frames[0].contour[0].map(|m| m.at), [0.005, -0.010]), "pixels count downwards");
     // GetContours writes two header lines.
@@ -146,7 +146,7 @@ fn maps_are_checked_with_their_lines() {
     assert!(wrong("noise = 1").contains("noise_mm"));
     let table = read(b"time_s,point,x_mm,y_mm\n0,T1,1,2\n", "t.csv");
     let map = Map::from_toml("[points]\nT2 = \"contour\"", "m.toml").unwrap();
-    assert!(Seen::new(&table[0], &map).unwrap_err().to_string().contains("did you mean \"T1\""));
+    assert!(AlignedRecording::new(&table[0], &map).unwrap_err().to_string().contains("did you mean \"T1\""));
 }
 
 #[test]
@@ -161,12 +161,13 @@ fn a_head_that_moves_is_brought_back_to_its_references() {
         }
     }
     let map = "back = \"x\"\n[points]\nr1 = \"reference\"\nr2 = \"reference\"\nT = \"contour\"";
-    let seen = Seen::new(&read(text.as_bytes(), "t.csv")[0], &Map::from_toml(map, "m").unwrap()).unwrap();
+    let seen = AlignedRecording::new(&read(text.as_bytes(), "t.csv")[0], &Map::from_toml(map, "m").unwrap())
+        .unwrap();
     assert!(near(seen.frames[1].contour[0].map(|m| m.at), [0.020, 0.010]));
 }
 
 /// Seven points along a line, eight frames; frame 4 is changed by `change`.
-fn changed(change: impl Fn(&mut [[f64; 2]; 7])) -> Seen {
+fn changed(change: impl Fn(&mut [[f64; 2]; 7])) -> AlignedRecording {
     let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
     for frame in 0..8 {
         let mut places: [[f64; 2]; 7] =
@@ -178,12 +179,12 @@ fn changed(change: impl Fn(&mut [[f64; 2]; 7])) -> Seen {
             text += &format!("{},tongue_{i},{x},{y}\n", 0.02 * f64::from(frame));
         }
     }
-    Seen::new(&read(text.as_bytes(), "t.csv")[0], &Map::default()).unwrap()
+    AlignedRecording::new(&read(text.as_bytes(), "t.csv")[0], &Map::default()).unwrap()
 }
 
 #[test]
 fn implausible_points_are_removed_and_reported() {
-    let told = |seen: &mut Seen, palate: Option<&[Point]>| {
+    let told = |seen: &mut AlignedRecording, palate: Option<&[Point]>| {
         let faults = screen(seen, palate);
         assert!(faults.iter().enumerate().all(|(t, f)| t == 4 || f.is_empty()), "{faults:?}");
         faults[4].clone()

@@ -8,7 +8,7 @@ use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::heard::{Airway, Articulation};
 use tongue_fit::inverse::FreedBone;
-use tongue_fit::measured::recording::{FaultKind, Seen, screen};
+use tongue_fit::measured::recording::{AlignedRecording, FaultKind, screen};
 use tongue_fit::parallel;
 use tongue_fit::run::TrackRun;
 use tongue_fit::system::Model;
@@ -31,7 +31,7 @@ fn times(count: usize) -> Vec<f64> {
     (0..count).map(|i| 0.0125 * i as f64).collect()
 }
 
-fn recorded(speaker: &Speaker, count: usize, noise: f64) -> Seen {
+fn recorded(speaker: &Speaker, count: usize, noise: f64) -> AlignedRecording {
     let times = times(count);
     let shapes: Vec<Vec<Point>> =
         times.iter().map(|t| speaker.shape(&course(*t), Point::zeros()).unwrap()).collect();
@@ -39,7 +39,7 @@ fn recorded(speaker: &Speaker, count: usize, noise: f64) -> Seen {
 }
 
 /// On the body itself, which is known, and with errors that are independent.
-fn tracked(speaker: &Speaker, seen: &Seen) -> Vec<Tracked> {
+fn tracked(speaker: &Speaker, seen: &AlignedRecording) -> Vec<Tracked> {
     tracked_with(
         speaker,
         seen,
@@ -51,7 +51,7 @@ fn tracked(speaker: &Speaker, seen: &Seen) -> Vec<Tracked> {
 
 fn tracked_with(
     speaker: &Speaker,
-    seen: &Seen,
+    seen: &AlignedRecording,
     freed: &[FreedBone<2>],
     settings: &TrackSettings,
     shape: Option<&RestShape>,

@@ -4,7 +4,7 @@
 use tongue_fit::adapt::{Basis, How};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::Seen;
+use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::parallel;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{Model, System};
@@ -36,7 +36,7 @@ fn placements_of_coils_hold_where_the_tongue_is() {
     let seeds: Vec<u64> = (0..cases(200) as u64).collect();
     let all = parallel::map(&seeds, |&seed| {
         let speaker = recorded(seed + 5000, Seeing::Coils(3 + seed as usize % 2, 10));
-        let seen: Vec<&Seen> = speaker.seen.iter().collect();
+        let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
         [None, Some(speaker.palate.as_slice())].map(|palate| {
             let placed = basis(&body, palate).place(&seen, &[]).unwrap();
             compared(&speaker, &placed.by_coils.unwrap(), middle)
@@ -83,7 +83,7 @@ fn a_palate_brings_the_placement_by_a_contour_nearer() {
     let seeds: Vec<u64> = (0..cases(60) as u64).collect();
     let all = parallel::map(&seeds, |&seed| {
         let speaker = recorded(seed, Seeing::Contour);
-        let seen: Vec<&Seen> = speaker.seen.iter().collect();
+        let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
         [None, Some(speaker.palate.as_slice())].map(|palate| {
             let found = basis(&body, palate).place(&seen, &[]).unwrap().similarity;
             let squares = outline.iter().map(|p| (found.place(*p) - speaker.placed.place(*p)).norm_squared());
@@ -98,7 +98,7 @@ fn a_palate_brings_the_placement_by_a_contour_nearer() {
 /// Tracks a speaker by coils on the built-in tongue, as `tongue-fit track` does.
 fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let body = Body::tongue(5.5e-3).unwrap();
-    let seen: Vec<&Seen> = speaker.seen.iter().collect();
+    let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
     let made = basis(&body, None).to_recordings(&seen, How::Similarity, &[], &|_, _| {}).unwrap();
     let placement = made.placement.unwrap();
     let contracting: Vec<usize> = (0..8).collect();

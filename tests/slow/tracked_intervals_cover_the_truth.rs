@@ -9,7 +9,7 @@ use tongue_fit::body::Body;
 use tongue_fit::body::HYOID;
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::FreedBone;
-use tongue_fit::measured::recording::Seen;
+use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::parallel;
 use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::Sight;
@@ -131,7 +131,7 @@ fn intervals_of_contours_and_sensors_on_a_known_body_hold_the_truth() {
 
 /// Tracks a speaker on the built-in tongue, as `tongue-fit track` does.
 fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
-    let seen: Vec<&Seen> = speaker.seen.iter().collect();
+    let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
     let contracting: Vec<usize> = (0..8).collect();
     let settings = TrackSettings::new(20.0, 0.1);

@@ -9,7 +9,7 @@ use tongue_core::system::{self, Additions, System, SystemError};
 use tongue_infer::adapt::{self, Adaptation, Basis, How, Placement, RestError, Sight};
 use tongue_infer::inverse::{FitError, FreedBone};
 use tongue_infer::track::{self, Followed, Frame, RestShape, Stage, TongueSurface, TrackedRecording};
-use tongue_input::measured::recording::Seen;
+use tongue_input::measured::recording::AlignedRecording;
 
 /// Distance from the palate at which it begins to act, m.
 const PALATE_REACH_M: f64 = 1e-3;
@@ -99,7 +99,7 @@ impl TrackedBody {
     }
 
     /// A recording with its coils where the placement has them on the tongue.
-    fn seated(&self, seen: &Seen) -> Seen {
+    fn seated(&self, seen: &AlignedRecording) -> AlignedRecording {
         match (&self.placement, &self.adaptation) {
             (Some(placement), _) => placement.seated(seen),
             (None, Some(adaptation)) => adaptation.seated(seen),
@@ -114,7 +114,11 @@ impl TrackRun<'_> {
     ///
     /// # Errors
     /// As [`Basis::to_recordings`].
-    pub fn body(&self, seen: &[&Seen], progress: &dyn Fn(usize, usize)) -> Result<TrackedBody, TrackError> {
+    pub fn body(
+        &self,
+        seen: &[&AlignedRecording],
+        progress: &dyn Fn(usize, usize),
+    ) -> Result<TrackedBody, TrackError> {
         if self.is_given {
             return Ok(known(self.basis.body.clone(), self.adaptation));
         }
@@ -137,7 +141,7 @@ impl TrackRun<'_> {
         &self,
         speaker: &TrackedBody,
         wall: Option<&Contact>,
-        seen: &[&Seen],
+        seen: &[&AlignedRecording],
         tell: &dyn Fn(&str),
     ) -> Result<Option<RestShape>, TrackError> {
         let body = &speaker.body;
@@ -192,7 +196,7 @@ impl TrackRun<'_> {
         &self,
         speaker: &TrackedBody,
         (shape, wall): (Option<&RestShape>, Option<&Contact>),
-        seen: &[&Seen],
+        seen: &[&AlignedRecording],
         listen: &dyn Fn(&mut [Frame]),
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Vec<TrackedRecording>, TrackError> {
@@ -218,7 +222,11 @@ impl TrackRun<'_> {
     ///
     /// # Errors
     /// As [`TrackRun::body`], [`TrackRun::shape`] and [`TrackRun::track`].
-    pub fn run(&self, seen: &[&Seen], tell: &dyn Fn(&str)) -> Result<Vec<TrackedRecording>, TrackError> {
+    pub fn run(
+        &self,
+        seen: &[&AlignedRecording],
+        tell: &dyn Fn(&str),
+    ) -> Result<Vec<TrackedRecording>, TrackError> {
         self.check_freed(seen)?;
         let speaker = self.body(seen, &|_, _| ())?;
         let wall = self.wall(&speaker.body, tell)?;
@@ -232,7 +240,7 @@ impl TrackRun<'_> {
     }
 
     /// The bones whose displacement is an unknown in a recording.
-    pub fn freed<'b>(&'b self, seen: &'b Seen) -> impl Iterator<Item = &'b str> {
+    pub fn freed<'b>(&'b self, seen: &'b AlignedRecording) -> impl Iterator<Item = &'b str> {
         self.free_bones.iter().map(|b| b.trim()).filter(|b| !seen.shows_bone(b))
     }
 
@@ -240,7 +248,7 @@ impl TrackRun<'_> {
     ///
     /// # Errors
     /// [`TrackError::FreeTwice`], [`TrackError::FreeSeen`], and as [`FreedBone::of`].
-    pub fn check_freed(&self, seen: &[&Seen]) -> Result<(), TrackError> {
+    pub fn check_freed(&self, seen: &[&AlignedRecording]) -> Result<(), TrackError> {
         let mut names: Vec<&str> = Vec::new();
         for name in self.free_bones.iter().map(|b| b.trim()) {
             let bone = name.to_owned();
@@ -259,9 +267,9 @@ impl TrackRun<'_> {
 
 /// Recordings that are tracked together, up to about a hundred frames: neighbours that show the same bones.
 /// Each group has levels and a shape of its own.
-pub fn sittings(seen: &[&Seen]) -> Vec<Range<usize>> {
+pub fn sittings(seen: &[&AlignedRecording]) -> Vec<Range<usize>> {
     const MOST_FRAMES: usize = 100;
-    let bones = |s: &Seen| [HYOID, MANDIBLE].map(|b| s.shows_bone(b));
+    let bones = |s: &AlignedRecording| [HYOID, MANDIBLE].map(|b| s.shows_bone(b));
     let mut out: Vec<Range<usize>> = Vec::new();
     for (nth, one) in seen.iter().enumerate() {
         let goes_on = out.last().is_some_and(|range| {

@@ -10,7 +10,7 @@ use super::file::{Points, Scene};
 use tongue_core::body::Body;
 use tongue_core::system::System;
 use tongue_infer::track::{self, Errors, Frame, FrameStatus, Stage, TongueSurface, TrackSettings};
-use tongue_input::measured::recording::{Mark, Seen, SeenFrame};
+use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 
 /// Result of a fit to points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -39,22 +39,22 @@ pub(super) fn frame<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Opt
     Ok(track::frames(&seen(points), &surface, &[], &[]).pop())
 }
 
-fn seen(points: &Points) -> Seen {
+fn seen(points: &Points) -> AlignedRecording {
     let mark = |at: &[f64; 2]| Some(Mark { at: Vector2::from(*at) * 1e-3, sd: points.noise_mm * 1e-3 });
     let named = |stem: &str, count: usize| (1..=count).map(|i| format!("{stem}_{i}")).collect::<Vec<_>>();
     let behind = points.sensors.iter().map(|s| s.surface_mm * 1e-3);
-    Seen {
+    AlignedRecording {
         name: "points".to_owned(),
         contour: named("contour", points.contour_mm.len()),
         sensors: named("sensor", points.sensors.len()).into_iter().zip(behind).collect(),
         measured: vec![true; points.sensors.len()],
-        frames: vec![SeenFrame {
+        frames: vec![AlignedFrame {
             time_s: 0.0,
             contour: points.contour_mm.iter().map(mark).collect(),
             sensors: points.sensors.iter().map(|s| mark(&s.at_mm)).collect(),
             bones: Vec::new(),
         }],
-        ..Seen::default()
+        ..AlignedRecording::default()
     }
 }
 

@@ -16,7 +16,7 @@ use crate::track::TongueSurface;
 use tongue_core::body::Body;
 use tongue_core::geometry::{NaturalSpline, Point, Similarity};
 use tongue_core::statistics::median;
-use tongue_input::measured::recording::{FIRST_COIL_M, LONGER_THAN_CHORD, Seen};
+use tongue_input::measured::recording::{AlignedRecording, FIRST_COIL_M, LONGER_THAN_CHORD};
 
 use super::RestError;
 use super::evenly::evenly;
@@ -82,7 +82,7 @@ pub struct Placement {
 }
 
 /// The coils of recordings in order from the tip; coils with the same name in several recordings are taken as the same.
-pub(super) fn coils(seen: &[&Seen]) -> Vec<Coil> {
+pub(super) fn coils(seen: &[&AlignedRecording]) -> Vec<Coil> {
     let mut out: Vec<(f64, Coil)> = Vec::new();
     for one in seen {
         for (n, (name, behind)) in one.sensors.iter().enumerate() {
@@ -293,7 +293,7 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
 impl Placement {
     /// The recording with the places of its coils on the tongue from this placement.
     #[must_use]
-    pub fn seated(&self, seen: &Seen) -> Seen {
+    pub fn seated(&self, seen: &AlignedRecording) -> AlignedRecording {
         seen.with_coils(|name, _| self.coils.iter().find(|(n, _)| n == name).map(|(_, behind)| *behind))
     }
 

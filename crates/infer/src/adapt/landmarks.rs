@@ -1,4 +1,4 @@
-//! Landmarks and a resting contour: CSV, points of active shape models (`.pts`) or 3D Slicer's markups (`.mrk.json`).
+//! Landmarks and a resting contour: CSV or 3D Slicer's markups (`.mrk.json`).
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
-use tongue_input::measured::recording::{Format, Map, Recording, RecordingError, Seen};
+use tongue_input::measured::recording::{AlignedRecording, Format, Map, Recording, RecordingError};
 
 /// Points of one posture, in the frame of a body: m, x to the back of the head, y up.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -66,7 +66,7 @@ impl Landmarks {
         let recordings = Recording::from_bytes(bytes, origin, Some(Format::of(bytes, origin)))?;
         let Some(recording) = recordings.first() else { return Ok(Self::default()) };
         let mut out = Self::default();
-        let seen = match (Seen::new(recording, map), recording.metres) {
+        let seen = match (AlignedRecording::new(recording, map), recording.metres) {
             (Ok(seen), _) => Some(seen),
             // Landmarks alone are not a recording, but can be used if their unit is known.
             (Err(_), Some(_)) => None,

@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 use crate::track::Followed;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_input::measured::recording::Seen;
+use tongue_input::measured::recording::AlignedRecording;
 
 /// The point of a bone that recordings mark: the foremost of its nodes, m. For the hyoid the anterior hyoglossus begins there.
 pub fn mark_of(body: &Body<2>, bone: &str) -> Option<Point> {
@@ -88,7 +88,7 @@ impl Adaptation {
 
     /// A recording with its coils where the adaptation has them on the tongue; those whose places were measured stay.
     #[must_use]
-    pub fn seated(&self, seen: &Seen) -> Seen {
+    pub fn seated(&self, seen: &AlignedRecording) -> AlignedRecording {
         seen.with_coils(|name, measured| self.coils_m.get(name).copied().filter(|_| !measured))
     }
 

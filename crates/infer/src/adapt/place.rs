@@ -12,7 +12,7 @@ use nalgebra::DVector;
 use crate::track::TongueSurface;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_input::measured::recording::Seen;
+use tongue_input::measured::recording::AlignedRecording;
 
 use super::coils::{self, Coil, FEWEST_COILS, Placement, Vault};
 use super::evenly::evenly;
@@ -99,7 +99,7 @@ impl Placed {
 
 impl Sight {
     /// The observations from recordings of one speaker; `hide` are contour points that are not used.
-    pub fn of(seen: &[&Seen], hide: &[String]) -> Self {
+    pub fn of(seen: &[&AlignedRecording], hide: &[String]) -> Self {
         let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
         for one in seen {
             let shown: Vec<usize> =

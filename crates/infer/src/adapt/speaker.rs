@@ -7,7 +7,7 @@ use tongue_core::body::{Anatomy, Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics;
 use tongue_core::system::Model;
-use tongue_input::measured::recording::{Mark, Seen};
+use tongue_input::measured::recording::{AlignedRecording, Mark};
 
 use super::areas::{TRUSTED_AREA, TRUSTED_STRETCH, area_ratios};
 use super::{
@@ -118,7 +118,7 @@ impl Basis<'_> {
     ///
     /// # Errors
     /// [`RestError::Body`] for recordings that contain too little.
-    pub fn place(&self, seen: &[&Seen], hide: &[String]) -> Result<Placed, RestError> {
+    pub fn place(&self, seen: &[&AlignedRecording], hide: &[String]) -> Result<Placed, RestError> {
         Sight::of(seen, hide).under(self.palate).place(self.body).map_err(|why| {
             let RestError::Body(why) = why else { return why };
             RestError::Body(format!(
@@ -134,7 +134,7 @@ impl Basis<'_> {
     /// [`RestError`] if the recordings do not show where the body lies, or if no frame with enough points has an equilibrium.
     pub fn to_recordings(
         &self,
-        seen: &[&Seen],
+        seen: &[&AlignedRecording],
         how: How,
         hide: &[String],
         progress: &dyn Fn(usize, usize),
@@ -276,7 +276,7 @@ const CONTOUR_SD_M: f64 = 0.5e-3;
 const LANDMARK_SD_M: [(&str, f64); 2] = [(MANDIBLE, 1e-3), (HYOID, 5e-3)];
 
 /// The median place of a bone over all frames of recordings.
-pub(super) fn median(seen: &[&Seen], bone: &str) -> Option<Point> {
+pub(super) fn median(seen: &[&AlignedRecording], bone: &str) -> Option<Point> {
     let all: Vec<Point> = seen
         .iter()
         .filter_map(|s| Some((s, s.bone(bone)?)))

@@ -17,7 +17,7 @@ use tongue_core::observe::{Contour, NodePosition, Observable};
 
 use crate::adapt::{FIRST_COIL_SD_M, GAP_SD_M, MEASURED_COIL_SD_M};
 use crate::track::{Along, Errors, SCALE_SD, SHIFT_SD_M, TURN_SD, TongueSurface};
-use tongue_input::measured::recording::{Mark, Seen};
+use tongue_input::measured::recording::{AlignedRecording, Mark};
 
 use super::beside::{Beside, Of, Sight, View};
 
@@ -69,7 +69,7 @@ impl Beside {
     /// Points of a speaker's tongue in the frame of the body, each frame of another posture (`None`: the baseline). A contour gives the
     /// distances of its points from the surface, m, and a coil its two coordinates, m. `None` where the body has no surface or there are no
     /// points.
-    pub fn points(body: &Body<2>, seen: &Seen, postures: &[Option<usize>]) -> Option<Self> {
+    pub fn points(body: &Body<2>, seen: &AlignedRecording, postures: &[Option<usize>]) -> Option<Self> {
         let surface = TongueSurface::of(body)?;
         let rest = &body.mesh.nodes;
         let points = || seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
@@ -122,7 +122,7 @@ struct Marks<'a> {
     rest: &'a [Point],
     /// About this place the points may be turned and scaled.
     centre: Point,
-    seen: &'a Seen,
+    seen: &'a AlignedRecording,
 }
 
 impl Marks<'_> {
@@ -197,7 +197,7 @@ impl Marks<'_> {
 }
 
 /// The errors of the place of a coil on the tongue, m: of a measured one, or of the first one and the gaps up to it.
-fn glue(seen: &Seen, coil: usize) -> Vec<(Shared, f64)> {
+fn glue(seen: &AlignedRecording, coil: usize) -> Vec<(Shared, f64)> {
     let known = (0..=coil).rev().find(|&c| seen.measured[c]);
     let sd = |c: usize| match c {
         c if known == Some(c) => MEASURED_COIL_SD_M,
@@ -211,20 +211,20 @@ fn glue(seen: &Seen, coil: usize) -> Vec<(Shared, f64)> {
 mod tests {
     use super::*;
     use tongue_core::body::Body;
-    use tongue_input::measured::recording::SeenFrame;
+    use tongue_input::measured::recording::AlignedFrame;
 
     /// A contour and three coils that lie on the body at rest, in two frames.
-    fn seen(body: &Body<2>) -> Seen {
+    fn seen(body: &Body<2>) -> AlignedRecording {
         let surface = TongueSurface::of(body).unwrap();
         let place =
             |at: f64| surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>();
         let contour: Vec<Point> = (0..11).map(|i| place(0.02 + 5e-3 * f64::from(i))).collect();
         let behind = [0.01, 0.026, 0.042];
         let mark = |at: Point| Some(Mark { at, sd: 0.5e-3 });
-        let one = Seen::of_contours(&[&contour]);
+        let one = AlignedRecording::of_contours(&[&contour]);
         let sensors = behind.iter().map(|b| mark(place(surface.tip - b))).collect();
-        let frame = SeenFrame { sensors, ..one.frames[0].clone() };
-        Seen {
+        let frame = AlignedFrame { sensors, ..one.frames[0].clone() };
+        AlignedRecording {
             sensors: (1..).zip(behind).map(|(i, b)| (format!("T{i}"), b)).collect(),
             measured: vec![false; 3],
             frames: vec![frame.clone(), frame],
@@ -258,7 +258,8 @@ mod tests {
     #[test]
     fn a_coil_behind_a_measured_one_is_as_uncertain_as_the_gap() {
         let mut seen = seen(&Body::tongue(5.5e-3).unwrap());
-        let sds = |seen: &Seen, coil| glue(seen, coil).iter().map(|(_, sd)| *sd).collect::<Vec<_>>();
+        let sds =
+            |seen: &AlignedRecording, coil| glue(seen, coil).iter().map(|(_, sd)| *sd).collect::<Vec<_>>();
         assert_eq!(sds(&seen, 2), [FIRST_COIL_SD_M, GAP_SD_M, GAP_SD_M]);
         seen.measured[1] = true;
         assert_eq!(sds(&seen, 2), [MEASURED_COIL_SD_M, GAP_SD_M]);
@@ -269,7 +270,7 @@ mod tests {
     fn a_contour_that_was_drawn_the_other_way_has_the_same_errors() {
         let body = Body::tongue(5.5e-3).unwrap();
         let only = |reversed: bool| {
-            let mut seen = Seen { sensors: Vec::new(), ..seen(&body) };
+            let mut seen = AlignedRecording { sensors: Vec::new(), ..seen(&body) };
             for frame in &mut seen.frames {
                 frame.sensors.clear();
                 if reversed {

@@ -10,7 +10,7 @@ use tongue_core::observe::{Contour, Curve, NodePosition as Place, Observable, Ob
 use tongue_core::statics::lanes::{Group, Lanes, Load};
 use tongue_core::statics::{self, Response, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::System;
-use tongue_input::measured::recording::{Seen, SeenFrame};
+use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
 
 use super::errors::Along;
 use super::link::Link;
@@ -118,7 +118,12 @@ impl Hidden {
 }
 
 /// The frames of a recording for a body. `hide` are names of contour points and coils that are not fitted.
-pub fn frames(seen: &Seen, surface: &TongueSurface, followed: &[Followed], hide: &[String]) -> Vec<Frame> {
+pub fn frames(
+    seen: &AlignedRecording,
+    surface: &TongueSurface,
+    followed: &[Followed],
+    hide: &[String],
+) -> Vec<Frame> {
     let means: Vec<Vec<Option<Point>>> = followed
         .iter()
         .map(|f| {
@@ -127,7 +132,7 @@ pub fn frames(seen: &Seen, surface: &TongueSurface, followed: &[Followed], hide:
         })
         .collect();
     let along = along_the_mean(seen);
-    let frame = |(t, frame): (usize, &SeenFrame)| {
+    let frame = |(t, frame): (usize, &AlignedFrame)| {
         let shifts = followed
             .iter()
             .zip(&means)
@@ -139,7 +144,7 @@ pub fn frames(seen: &Seen, surface: &TongueSurface, followed: &[Followed], hide:
 }
 
 /// Distance of every contour point from the first one along the mean contour, mm. The noise of single frames would make it longer.
-fn along_the_mean(seen: &Seen) -> Vec<f64> {
+fn along_the_mean(seen: &AlignedRecording) -> Vec<f64> {
     let mut last: Option<Point> = None;
     let mut at = 0.0;
     let place = |i: usize| {
@@ -162,8 +167,8 @@ pub(crate) fn crowding(contour: impl Iterator<Item = Point>, shown: usize) -> f6
 }
 
 fn one(
-    seen: &Seen,
-    frame: &SeenFrame,
+    seen: &AlignedRecording,
+    frame: &AlignedFrame,
     surface: &TongueSurface,
     shifts: Vec<SVector<f64, 2>>,
     hide: &[String],

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
 
 use tongue_core::geometry::{NaturalSpline, Point};
-use tongue_input::measured::recording::{Seen, SeenFrame};
+use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
 
 use super::Tracked;
 
@@ -57,7 +57,7 @@ impl Opponent {
 
 /// The model and the other methods on hidden points. `seen` are the observations of every recording, and `tracked` are the results of the
 /// model without the hidden points.
-pub fn opponents(seen: &[&Seen], tracked: &[Vec<Tracked>], hide: &[String]) -> Vec<Opponent> {
+pub fn opponents(seen: &[&AlignedRecording], tracked: &[Vec<Tracked>], hide: &[String]) -> Vec<Opponent> {
     let model = tracked.iter().flatten().flat_map(missed).collect();
     let names: Vec<String> = seen.first().map(|s| s.contour.clone()).unwrap_or_default();
     let hidden: Vec<usize> = (0..names.len()).filter(|&i| hide.contains(&names[i])).collect();
@@ -113,14 +113,14 @@ fn missed(frame: &Tracked) -> Vec<f64> {
 }
 
 /// Errors, m, of two predictions of hidden coils: the speaker's mean place, and a Gaussian of the speaker's coils given the others.
-fn of_coils(seen: &[&Seen], hide: &[String]) -> [Vec<f64>; 2] {
+fn of_coils(seen: &[&AlignedRecording], hide: &[String]) -> [Vec<f64>; 2] {
     let (mut by_mean, mut by_gaussian) = (Vec::new(), Vec::new());
-    let names = |s: &Seen| s.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
+    let names = |s: &AlignedRecording| s.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
     let first = seen.first().map(|s| names(s)).unwrap_or_default();
     let (hidden, shown): (Vec<usize>, Vec<usize>) = (0..first.len()).partition(|&i| hide.contains(&first[i]));
-    let alike = |s: &Seen| names(s) == first;
-    let place = |f: &SeenFrame, i: &usize| f.sensors.get(*i).copied().flatten().map(|m| m.at);
-    let all = |f: &SeenFrame| (0..first.len()).map(|i| place(f, &i)).collect::<Option<Vec<Point>>>();
+    let alike = |s: &AlignedRecording| names(s) == first;
+    let place = |f: &AlignedFrame, i: &usize| f.sensors.get(*i).copied().flatten().map(|m| m.at);
+    let all = |f: &AlignedFrame| (0..first.len()).map(|i| place(f, &i)).collect::<Option<Vec<Point>>>();
     for (nth, one) in seen.iter().enumerate().filter(|(_, s)| alike(s)) {
         let others = seen.iter().enumerate().filter(|(o, s)| (*o != nth || seen.len() == 1) && alike(s));
         let training: Vec<_> =
@@ -142,7 +142,7 @@ fn of_coils(seen: &[&Seen], hide: &[String]) -> [Vec<f64>; 2] {
 }
 
 /// All coordinates of a frame in which every point was seen; `None` for other frames.
-fn whole(frame: &SeenFrame) -> Option<DVector<f64>> {
+fn whole(frame: &AlignedFrame) -> Option<DVector<f64>> {
     frame.contour.iter().map(|m| m.map(|m| m.at)).collect::<Option<Vec<Point>>>().map(coordinates)
 }
 

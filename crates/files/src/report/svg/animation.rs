@@ -8,7 +8,9 @@ use nalgebra::SVector;
 use super::axes::{BELOW, LEFT, View};
 use super::labels::point_at;
 use super::muscle_lines::{arrow, bone, label_places, lines, widths};
-use super::section::{DEFORMED, REST, REST_TISSUE, Seen, check, draw_palate, frame, key, ring, tissue_edges};
+use super::section::{
+    AlignedRecording, DEFORMED, REST, REST_TISSUE, check, draw_palate, frame, key, ring, tissue_edges,
+};
 use super::{Anchor, Face, HALO, INK, MARGIN, Px, Svg, TEXT, WIDTH, escaped, text_attributes};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
@@ -150,7 +152,8 @@ fn drawn(
     times(&mut svg, frames, duration, [end[0] - MARGIN, top + MARGIN + TEXT]);
     let bottom = end[1] + BELOW + MARGIN;
     let palate = (!palate.is_empty()).then_some(false);
-    let seen = Seen { grey: "rest", tensions: &most, arrows, palate, bones: !mesh.fixed.is_empty() };
+    let seen =
+        AlignedRecording { grey: "rest", tensions: &most, arrows, palate, bones: !mesh.fixed.is_empty() };
     let height = key(&mut svg, &seen, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
 }

@@ -97,7 +97,7 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     dots(&mut svg, &view, seen);
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
     let palate = (!palate.is_empty()).then_some(contact);
-    let seen = Seen { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
+    let seen = AlignedRecording { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
     let mut bottom = view.end()[1] + BELOW + MARGIN;
     if let Some(bands) = &bands {
         bottom = bands.key(&mut svg, LEFT, bottom);
@@ -275,7 +275,7 @@ fn places_of_moved_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, positions: 
 }
 
 /// Content of a picture, for its legend.
-pub(super) struct Seen<'a> {
+pub(super) struct AlignedRecording<'a> {
     pub grey: &'a str,
     pub tensions: &'a [f64],
     pub arrows: bool,
@@ -285,7 +285,7 @@ pub(super) struct Seen<'a> {
 }
 
 /// The legend, from `top` on; returns its height.
-pub(super) fn key(svg: &mut Svg, seen: &Seen<'_>, top: f64) -> f64 {
+pub(super) fn key(svg: &mut Svg, seen: &AlignedRecording<'_>, top: f64) -> f64 {
     let contracting = seen.tensions.iter().any(|t| *t > 0.0);
     let passive = seen.tensions.iter().any(|t| *t <= 0.0);
     let all = [

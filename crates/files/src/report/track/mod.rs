@@ -13,7 +13,7 @@ use tongue_infer::track::{
     Displacement, Foretold, FrameStatus, Gesture, HeldOut, LabelMean, Link, Ranged, Repeats, Tracked,
     TrackedFormant,
 };
-use tongue_input::measured::recording::{Fault, Label, Seen};
+use tongue_input::measured::recording::{AlignedRecording, Fault, Label};
 
 /// One frame of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -209,7 +209,7 @@ pub struct TrackRecord {
 /// The frames of a recording as records; `faults` were found before the fit, `freed` are the names of the
 /// free bones.
 pub fn frame_records<'a>(
-    seen: &Seen,
+    seen: &AlignedRecording,
     faults: &[Vec<Fault>],
     tracked: &[Tracked],
     muscles: &[String],
@@ -275,7 +275,11 @@ pub fn gesture_records(recording: &str, gestures: &[Gesture], muscles: &[String]
 }
 
 /// The labelled stretches of a recording as records.
-fn segment_records(seen: &Seen, segments: &[LabelMean], muscles: &[String]) -> Vec<SegmentRecord> {
+fn segment_records(
+    seen: &AlignedRecording,
+    segments: &[LabelMean],
+    muscles: &[String],
+) -> Vec<SegmentRecord> {
     let record = |s: &LabelMean| {
         let by = |end: fn(&Ranged) -> f64| ByMuscle::new(muscles, s.changes.iter().map(end));
         Some(SegmentRecord {
@@ -302,7 +306,7 @@ impl TrackRecord {
     }
 
     /// Adds the labelled stretches of a recording.
-    pub fn add_segments(&mut self, seen: &Seen, segments: &[LabelMean], muscles: &[String]) {
+    pub fn add_segments(&mut self, seen: &AlignedRecording, segments: &[LabelMean], muscles: &[String]) {
         self.segments.extend(segment_records(seen, segments, muscles));
     }
 

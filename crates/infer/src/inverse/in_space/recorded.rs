@@ -6,7 +6,7 @@ use tongue_core::body::Body;
 use tongue_core::body::space::SpaceBody;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::Observable;
-use tongue_input::measured::recording::{Mark, Seen, SeenFrame};
+use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 use tongue_input::measured::{
     LengthMeasure, Marked, SpaceFrame, SpaceMark, TableError, Target, TargetKind, is_space_table,
     read_space_marks,
@@ -82,7 +82,7 @@ impl Recorded {
     /// # Errors
     /// [`RestError`] for recordings that contain too little to place a body.
     pub fn of_recordings(
-        seen: &[&Seen],
+        seen: &[&AlignedRecording],
         section: Option<&Body<2>>,
         palate: Option<&[Point]>,
     ) -> Result<Self, RestError> {
@@ -93,7 +93,7 @@ impl Recorded {
         for one in seen {
             let by_coils = placed.as_ref().and_then(|p| p.by_coils.as_ref());
             let seated = by_coils.map_or_else(|| (*one).clone(), |placement| placement.seated(one));
-            let of_frame = |frame: &SeenFrame| SpaceFrame {
+            let of_frame = |frame: &AlignedFrame| SpaceFrame {
                 time_s: Some(frame.time_s),
                 marks: marks(&seated, frame, &similarity),
             };
@@ -104,7 +104,7 @@ impl Recorded {
 }
 
 /// What was seen in a frame of a recording to which the body was brought by a similarity.
-fn marks(seen: &Seen, frame: &SeenFrame, similarity: &Similarity) -> Vec<SpaceMark> {
+fn marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Similarity) -> Vec<SpaceMark> {
     let scale = similarity.scale();
     let contour: Vec<&Mark> = frame.contour.iter().flatten().collect();
     let crowded = crowding(contour.iter().map(|m| m.at), contour.len());

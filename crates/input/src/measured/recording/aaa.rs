@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::{Budget, Format, Label, Recording, Sample, Times, budget, coordinate};
+use super::{Budget, Format, Label, Recording, Sample, Times, coordinate, limits};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
@@ -23,7 +23,7 @@ struct Columns {
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
-    let text = budget::text(bytes, origin)?;
+    let text = limits::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(b'\t')

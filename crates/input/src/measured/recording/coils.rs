@@ -2,9 +2,9 @@
 
 use tongue_core::geometry::Point;
 
-use super::courses::FEW;
 use super::doubt::{Doubt, exchanged_axes};
-use super::{Seen, names};
+use super::dynamics::FEW;
+use super::{AlignedRecording, names};
 
 /// Range of the mean distance of neighbouring coils that is usual, m, and largest usual distance of the last
 /// one behind the first along the tongue, m: coils are glued 10 to 20 mm apart on its front 60 mm.
@@ -18,7 +18,7 @@ const HOLLOW_PART: f64 = 0.8;
 const IN_FRONT_M: f64 = 3e-3;
 
 /// Doubts about coils with these median places.
-pub(super) fn of_coils(seen: &Seen, middles: &[Option<Point>]) -> Vec<Doubt> {
+pub(super) fn of_coils(seen: &AlignedRecording, middles: &[Option<Point>]) -> Vec<Doubt> {
     let mut coils: Vec<(&str, f64, Point)> = Vec::new();
     coils.extend(seen.sensors.iter().zip(middles).filter_map(|((n, at), m)| Some((n.as_str(), *at, (*m)?))));
     coils.sort_by(|a, b| a.1.total_cmp(&b.1));
@@ -76,7 +76,7 @@ pub(super) fn of_coils(seen: &Seen, middles: &[Option<Point>]) -> Vec<Doubt> {
     let number = |name: &str| seen.sensors.iter().position(|(n, _)| n == name);
     let hollow = judged.iter().filter_map(|(name, _, p)| {
         let numbers = [number(first.0)?, number(name)?, number(last.0)?];
-        let at = |f: &super::SeenFrame| {
+        let at = |f: &super::AlignedFrame| {
             let [a, b, c] = numbers.map(|n| f.sensors[n].map(|m| m.at));
             Some([a?, b?, c?])
         };

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::{Budget, Format, Recording, Sample, Times, budget, coordinate};
+use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
 
 /// Likelihood below which a point counts as not seen.
 const LEAST_LIKELIHOOD: f64 = 0.05;
@@ -36,7 +36,7 @@ struct Part {
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let text = budget::text(bytes, origin)?;
+    let text = limits::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
     let mut reader =
         csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).from_reader(text.as_bytes());

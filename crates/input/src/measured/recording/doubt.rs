@@ -2,7 +2,7 @@
 
 use tongue_core::geometry::Point;
 
-use super::Seen;
+use super::AlignedRecording;
 
 /// An implausible property of a recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ impl Doubt {
 /// The line from the mental spine to the hyoid, and that along the coils, is less steep than this, rad.
 const STEEPEST: f64 = 60.0 * std::f64::consts::PI / 180.0;
 /// The doubt about points that should lie one behind the other and are apart by this, m, mostly upwards.
-pub(super) fn exchanged_axes(seen: &Seen, apart: Point) -> Option<Doubt> {
+pub(super) fn exchanged_axes(seen: &AlignedRecording, apart: Point) -> Option<Doubt> {
     let steep = apart.y.abs() > STEEPEST.tan() * apart.x.abs();
     (steep && !seen.stated.axes).then(|| {
         Doubt::refused(

@@ -5,10 +5,10 @@
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::{Budget, Format, Recording, Sample, Times, budget, coordinate};
+use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let text = budget::text(bytes, origin)?;
+    let text = limits::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
     let mut rows: Vec<Vec<Option<f64>>> = Vec::new();
     let mut budget = Budget::default();

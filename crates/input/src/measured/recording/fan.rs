@@ -6,7 +6,7 @@
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
 use super::aaa::{self, Rows};
-use super::{Format, Recording, budget};
+use super::{Format, Recording, limits};
 
 /// Number of fan lines of an export.
 const FAN_LINES: usize = 42;
@@ -27,7 +27,7 @@ fn cells(line: &str) -> Vec<&str> {
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
-    let text = budget::text(bytes, origin)?;
+    let text = limits::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
     let lines = || text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty());
     let width = lines().next().map_or(0, |(_, l)| cells(l).len());

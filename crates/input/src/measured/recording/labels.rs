@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::{Recording, RecordingError, budget};
+use super::{Recording, RecordingError, limits};
 
 /// Most labels of a file.
 const MOST_LABELS: usize = 100_000;
@@ -48,7 +48,7 @@ pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), Re
         recordings.first_mut().iter_mut().for_each(|first| first.notes.push(note.clone()));
         return Ok(());
     };
-    match crate::files::read_up_to(budget::LARGEST, &path) {
+    match crate::files::read_up_to(limits::LARGEST, &path) {
         Ok(bytes) => recording.labels.extend(text_grid(&bytes, &origin)?),
         Err(source) => return Err(RecordingError::Unreadable { origin, source }),
     }
@@ -57,7 +57,7 @@ pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), Re
 
 /// The intervals that say something in a TextGrid (Boersma and Weenink, Praat's manual: "TextGrid file formats"), long or short.
 pub fn text_grid(bytes: &[u8], origin: &str) -> Result<Vec<Label>, Malformed> {
-    let text = budget::text(bytes, origin)?;
+    let text = limits::text(bytes, origin)?;
     let mut words = Words { text: &text, line: 1, origin };
     let help = "export the TextGrid from Praat as a text file";
     if words.word()?.as_deref() != Some("ooTextFile") || words.word()?.as_deref() != Some("TextGrid") {

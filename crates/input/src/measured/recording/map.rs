@@ -267,7 +267,7 @@ impl Map {
         let axis_of = |text: &Option<String>| text.as_deref().and_then(axis);
         let (back, up) = match format {
             Format::Ag50x | Format::Mview => (None, (2, 1.0)),
-            Format::Edgetrak | Format::DeepLabCut | Format::Pts => (None, (1, -1.0)),
+            Format::Edgetrak | Format::DeepLabCut => (None, (1, -1.0)),
             // Its x axis points to the front.
             Format::Microbeam => (Some((0, -1.0)), (1, 1.0)),
             Format::Est if flat => (None, (2, 1.0)),

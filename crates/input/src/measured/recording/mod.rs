@@ -13,34 +13,32 @@
 //! | MVIEW's structures (MATLAB 5 `.mat`) | electromagnetic sensors (HPRC) | mm |
 //! | DeepLabCut (`.csv`) | keypoints with their likelihood | pixels |
 //! | EdgeTrak (`.con`) | contours of ultrasound | pixels |
-//! | active shape models (`.pts`) | landmarks of one image | pixels |
 //!
 //! ```text
-//! bytes -> Recording (channels by name, axes and unit of the file) -> Map -> Seen (points of the body, m)
+//! bytes -> Recording (channels by name, axes and unit of the file) -> Map -> AlignedRecording (points of the body, m)
 //! ```
 
 mod aaa;
 mod ag50x;
-mod budget;
+mod aligned;
 mod channels;
 mod coils;
-mod courses;
 mod deeplabcut;
 mod doubt;
-mod doubts;
+mod dynamics;
 mod edgetrak;
 mod est;
 mod fan;
 mod labels;
+mod limits;
 mod map;
 mod matlab;
 mod mocha;
 mod mview;
 mod names;
 mod numbers;
-mod pts;
-mod screen;
-mod seen;
+mod outliers;
+mod plausibility;
 mod template;
 mod tidy;
 mod txy;
@@ -53,16 +51,16 @@ use tongue_core::statistics::distinct;
 use super::lengths::Malformed;
 use super::lengths::error::Place;
 
-use budget::Budget;
-pub use budget::{MOST_CHANNELS, MOST_FRAMES};
+pub use aligned::{AlignedFrame, AlignedRecording, Mark, Stated};
 pub use channels::{FIRST_COIL_M, LONGER_THAN_CHORD};
 pub use doubt::Doubt;
-pub use doubts::{doubts, other_size, palate_doubt};
 pub use labels::{Label, text_grid};
+use limits::Budget;
+pub use limits::{MOST_CHANNELS, MOST_FRAMES};
 pub use map::{CONTOUR_SD_M, Map, Role};
 pub use names::is_coil;
-pub use screen::{Fault, FaultKind, Screened, screen};
-pub use seen::{Mark, Seen, SeenFrame, Stated};
+pub use outliers::{Fault, FaultKind, Screened, screen};
+pub use plausibility::{doubts, other_size, palate_doubt};
 
 /// Limit of coordinates, in the unit of the file.
 const FARTHEST: f64 = 1e9;
@@ -89,13 +87,11 @@ pub enum Format {
     Mview,
     /// DeepLabCut's tables.
     DeepLabCut,
-    /// Landmarks of active shape models.
-    Pts,
 }
 
 impl Format {
     /// The names on a command line.
-    pub const NAMES: [(&'static str, Format); 10] = [
+    pub const NAMES: [(&'static str, Format); 9] = [
         ("aaa", Format::Aaa),
         ("csv", Format::Tidy),
         ("pos", Format::Ag50x),
@@ -105,7 +101,6 @@ impl Format {
         ("txy", Format::Microbeam),
         ("mat", Format::Mview),
         ("dlc", Format::DeepLabCut),
-        ("pts", Format::Pts),
     ];
 
     /// The format of a file by its content, or else by its name.
@@ -131,9 +126,7 @@ impl Format {
         match () {
             () if has(b"Time of sample") || has(b"X0 ") => Self::Aaa,
             () if line.starts_with(b"scorer,") => Self::DeepLabCut,
-            () if pts::is_head(line) => Self::Pts,
             () if fan::is_row(&String::from_utf8_lossy(line)) => Self::AaaFan,
-            () if ends("pts") => Self::Pts,
             () if ends("txy") => Self::Microbeam,
             () if ends("mat") => Self::Mview,
             () if ends("pos") => Self::Ag50x,
@@ -274,7 +267,7 @@ impl Recording {
     /// [`RecordingError`] with the place.
     pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, RecordingError> {
         let origin = path.display().to_string();
-        match crate::files::read_up_to(budget::LARGEST, path) {
+        match crate::files::read_up_to(limits::LARGEST, path) {
             Ok(bytes) => {
                 let mut found = Self::from_bytes(&bytes, &origin, format)?;
                 labels::beside(path, &mut found)?;
@@ -300,7 +293,6 @@ impl Recording {
             Format::Microbeam => txy::read(bytes, origin).map(|r| vec![r]),
             Format::Mview => mview::read(bytes, origin),
             Format::DeepLabCut => deeplabcut::read(bytes, origin).map(|r| vec![r]),
-            Format::Pts => pts::read(bytes, origin).map(|r| vec![r]),
         }?;
         // MATLAB, Carstens and Edinburgh state their sizes.
         if !matches!(format, Format::Mview | Format::Ag50x) && !bytes.starts_with(b"EST_File") {

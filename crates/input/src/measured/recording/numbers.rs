@@ -2,7 +2,7 @@
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::budget::{self, Budget};
+use super::limits::{self, Budget};
 
 /// A doubt if a text file seems to be cut off: it ends without a line end, and its last number has fewer digits
 /// than those above it in the same column.
@@ -61,7 +61,7 @@ impl Numbers {
         help: &str,
         budget: &mut Budget,
     ) -> Result<Self, Malformed> {
-        let text = budget::text(bytes, origin)?;
+        let text = limits::text(bytes, origin)?;
         let start = Place { origin, line: 1, column: 1 };
         let mut out = Self { width: 0, values: Vec::new(), lines: Vec::new() };
         for (n, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {

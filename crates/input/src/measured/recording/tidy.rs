@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 
 use super::super::lengths::Malformed;
 use super::super::lengths::error::Place;
-use super::{Budget, Format, Recording, Sample, Times, budget, coordinate};
+use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
 
 /// Smallest standard deviation, mm.
 const LEAST_SIGMA_MM: f64 = 1e-3;
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
-    let text = budget::text(bytes, origin)?;
+    let text = limits::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)

@@ -7,10 +7,10 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
-use super::Seen;
+use super::AlignedRecording;
 use super::coils::of_coils;
-use super::courses::{FEW, of_courses};
 use super::doubt::{Doubt, exchanged_axes};
+use super::dynamics::{FEW, of_courses};
 
 /// Usual range of the time between frames, s. Times outside it are reported; far outside they are refused.
 const USUAL_STEP_S: [f64; 2] = [1.99e-3, 0.2];
@@ -34,7 +34,7 @@ const HOLLOW_M: f64 = 5e-3;
 const HIGHEST: [f64; 2] = [1.7, 0.66];
 
 /// All doubts about a recording.
-pub fn doubts(seen: &Seen) -> Vec<Doubt> {
+pub fn doubts(seen: &AlignedRecording) -> Vec<Doubt> {
     let middles = Middles::of(seen);
     let mut out = Vec::new();
     out.extend(of_times(seen));
@@ -62,7 +62,7 @@ fn sag(line: &[Point]) -> Option<f64> {
 }
 
 /// The doubt about a palate (m, in the frame of the recording) for this recording.
-pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<Doubt> {
+pub fn palate_doubt(seen: &AlignedRecording, palate: &[Point]) -> Option<Doubt> {
     /// A palate that is on average this far below the line of its ends is upside down, m.
     const SAG_M: f64 = 2e-3;
     /// Largest plausible height of a palate above the highest points, m: of a posture, and of speech, which
@@ -79,7 +79,7 @@ pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<Doubt> {
         )));
     }
     let points = || seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors).flatten());
-    let below: Vec<f64> = points().filter_map(|m| super::screen::above(palate, m.at)).collect();
+    let below: Vec<f64> = points().filter_map(|m| super::outliers::above(palate, m.at)).collect();
     if below.is_empty() && points().next().is_some() {
         let help = "give it in the frame and the unit of the recording (millimetres)";
         return Some(Doubt::refused(format!("no point of the tongue lies under the palate; {help}")));
@@ -104,11 +104,11 @@ pub fn palate_doubt(seen: &Seen, palate: &[Point]) -> Option<Doubt> {
 
 /// The first of these recordings whose tongue is of another size than that of the first, with the doubt whether
 /// it is of the same speaker.
-pub fn other_size(seen: &[&Seen]) -> Option<(usize, Doubt)> {
+pub fn other_size(seen: &[&AlignedRecording]) -> Option<(usize, Doubt)> {
     /// Smallest ratio of sizes that is reported: distances of bones and coils vary by a tenth in speech.
     const RATIO: f64 = 1.18;
     // The lengths of the contour and between the bones, or of the chain of coils.
-    let sizes = |one: &Seen| -> Option<[f64; 2]> {
+    let sizes = |one: &AlignedRecording| -> Option<[f64; 2]> {
         let middles = Middles::of(one);
         let length = |points: &[Option<Point>]| -> Option<f64> {
             let all = points.iter().copied().collect::<Option<Vec<Point>>>()?;
@@ -146,7 +146,7 @@ struct Middles {
 }
 
 impl Middles {
-    fn of(seen: &Seen) -> Self {
+    fn of(seen: &AlignedRecording) -> Self {
         let frames = &seen.frames;
         let marks = |n: usize, of: &dyn Fn(usize, usize) -> Option<Point>| -> Vec<Option<Point>> {
             (0..n).map(|c| middle((0..frames.len()).filter_map(|f| of(f, c)))).collect()
@@ -158,7 +158,7 @@ impl Middles {
         }
     }
 
-    fn bone(&self, seen: &Seen, name: &str) -> Option<Point> {
+    fn bone(&self, seen: &AlignedRecording, name: &str) -> Option<Point> {
         self.bones[seen.bone(name)?]
     }
 }
@@ -178,7 +178,7 @@ fn span(s: f64) -> String {
     }
 }
 
-fn of_times(seen: &Seen) -> Option<Doubt> {
+fn of_times(seen: &AlignedRecording) -> Option<Doubt> {
     let steps = seen.frames.windows(2).map(|w| w[1].time_s - w[0].time_s);
     let step = upper_median(steps)?;
     let what = format!("its frames are {} apart", span(step));
@@ -191,7 +191,7 @@ fn of_times(seen: &Seen) -> Option<Doubt> {
 }
 
 /// Labels of which none lies within the recording.
-fn of_labels(seen: &Seen) -> Option<Doubt> {
+fn of_labels(seen: &AlignedRecording) -> Option<Doubt> {
     let (first, last) = (seen.frames.first()?.time_s, seen.frames.last()?.time_s);
     let (label, others) = seen.labels.split_first()?;
     let ends = others.iter().fold([label.from_s, label.to_s], |[a, b], l| [a.min(l.from_s), b.max(l.to_s)]);
@@ -204,7 +204,7 @@ fn of_labels(seen: &Seen) -> Option<Doubt> {
     })
 }
 
-fn few_points(seen: &Seen) -> Option<Doubt> {
+fn few_points(seen: &AlignedRecording) -> Option<Doubt> {
     let most = seen.frames.iter().map(|f| f.contour.iter().chain(&f.sensors).flatten().count()).max()?;
     let one = if seen.contour.is_empty() { "coil" } else { "point" };
     match most {
@@ -219,7 +219,7 @@ fn few_points(seen: &Seen) -> Option<Doubt> {
     }
 }
 
-fn of_size(seen: &Seen, middles: &Middles) -> Option<Doubt> {
+fn of_size(seen: &AlignedRecording, middles: &Middles) -> Option<Doubt> {
     let unit = "correct unit_mm in the map, or give a table in millimetres";
     let judge = |what: &str, m: f64, [least, most]: [f64; 2]| {
         let wrong = !(least..=most).contains(&m);
@@ -244,7 +244,7 @@ fn of_size(seen: &Seen, middles: &Middles) -> Option<Doubt> {
 }
 
 /// Points far from all others.
-fn far_points(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
+fn far_points(seen: &AlignedRecording, middles: &Middles) -> Vec<Doubt> {
     let names = seen.contour.iter().chain(seen.sensors.iter().map(|(n, _)| n)).chain(&seen.bones);
     let all: Vec<(&String, Point)> = names
         .zip(middles.contour.iter().chain(&middles.sensors).chain(&middles.bones))
@@ -266,7 +266,7 @@ fn far_points(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
 }
 
 /// Checks the order of points and bones in the head.
-fn of_order(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
+fn of_order(seen: &AlignedRecording, middles: &Middles) -> Vec<Doubt> {
     let mut out = Vec::new();
     let contour: Vec<Point> = middles.contour.iter().flatten().copied().collect();
     let centre = middle(contour.iter().copied()).unwrap_or_default();
@@ -337,7 +337,7 @@ fn of_order(seen: &Seen, middles: &Middles) -> Vec<Doubt> {
 }
 
 /// A point that stands out of the contour in most frames.
-fn spike(seen: &Seen, middles: &Middles) -> Option<Doubt> {
+fn spike(seen: &AlignedRecording, middles: &Middles) -> Option<Doubt> {
     /// The way over a point is longer than the straight one by less than a tenth on a tongue.
     const DETOUR: f64 = 1.45;
     const OUT_M: f64 = 6e-3;
@@ -380,5 +380,5 @@ fn from_neighbour_to_neighbour(points: &[Point]) -> Vec<Point> {
 }
 
 #[cfg(test)]
-#[path = "doubts_tests.rs"]
+#[path = "plausibility_tests.rs"]
 mod tests;

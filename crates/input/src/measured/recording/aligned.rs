@@ -17,14 +17,14 @@ pub struct Mark {
 
 /// Points at one time.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct SeenFrame {
+pub struct AlignedFrame {
     /// Time, s.
     pub time_s: f64,
-    /// Contour points, in the order of [`Seen::contour`].
+    /// Contour points, in the order of [`AlignedRecording::contour`].
     pub contour: Vec<Option<Mark>>,
-    /// Sensors, in the order of [`Seen::sensors`].
+    /// Sensors, in the order of [`AlignedRecording::sensors`].
     pub sensors: Vec<Option<Mark>>,
-    /// Bones, in the order of [`Seen::bones`].
+    /// Bones, in the order of [`AlignedRecording::bones`].
     pub bones: Vec<Option<Point>>,
 }
 
@@ -39,7 +39,7 @@ pub struct Stated {
 
 /// A recording in the frame of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Seen {
+pub struct AlignedRecording {
     /// Name of the recording.
     pub name: String,
     /// The speaker, if the file names one.
@@ -64,16 +64,16 @@ pub struct Seen {
     /// Labelled stretches of time.
     pub labels: Vec<Label>,
     /// Frames in the order of time.
-    pub frames: Vec<SeenFrame>,
+    pub frames: Vec<AlignedFrame>,
 }
 
-impl Seen {
+impl AlignedRecording {
     /// Contours in the frame of a body, m, a frame of each; the points are in the order of the contour.
     pub fn of_contours(contours: &[&[Point]]) -> Self {
         let most = contours.iter().map(|c| c.len()).max().unwrap_or(0);
         let frame = |points: &&[Point]| {
             let mark = |i: usize| points.get(i).map(|&at| Mark { at, sd: CONTOUR_SD_M });
-            SeenFrame { contour: (0..most).map(mark).collect(), ..SeenFrame::default() }
+            AlignedFrame { contour: (0..most).map(mark).collect(), ..AlignedFrame::default() }
         };
         Self {
             contour: (1..=most).map(|i| format!("point {i}")).collect(),
@@ -204,7 +204,7 @@ impl Seen {
             Role::Bone(name) => Some(name.clone()),
             _ => None,
         });
-        let frames = recording.samples.iter().zip(&frames).map(|(sample, places)| SeenFrame {
+        let frames = recording.samples.iter().zip(&frames).map(|(sample, places)| AlignedFrame {
             time_s: sample.time_s * seconds,
             contour: marks(places, &sample.likelihood, &contour),
             sensors: marks(places, &sample.likelihood, &sensors),

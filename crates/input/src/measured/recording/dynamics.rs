@@ -7,7 +7,7 @@ use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
 use super::doubt::Doubt;
-use super::{Mark, Seen};
+use super::{AlignedRecording, Mark};
 
 /// Minimum number of frames for judging a course.
 pub(super) const FEW: usize = 20;
@@ -33,8 +33,8 @@ const ACCELERATION_M_S2: f64 = 30.0;
 const SLIP_M: f64 = 5e-3;
 
 /// The course of a channel: contour points first, then sensors.
-fn course(seen: &Seen, c: usize) -> Vec<(f64, Mark)> {
-    let mark = |f: &super::SeenFrame| match f.contour.get(c) {
+fn course(seen: &AlignedRecording, c: usize) -> Vec<(f64, Mark)> {
+    let mark = |f: &super::AlignedFrame| match f.contour.get(c) {
         Some(mark) => *mark,
         None => f.sensors.get(c - f.contour.len()).copied().flatten(),
     };
@@ -49,7 +49,7 @@ fn variance(course: &[(f64, Mark)]) -> f64 {
 }
 
 /// Checks that successive frames are continuous; `usual_step`: whether the time between them is.
-pub(super) fn of_courses(seen: &Seen, usual_step: bool) -> Vec<Doubt> {
+pub(super) fn of_courses(seen: &AlignedRecording, usual_step: bool) -> Vec<Doubt> {
     let mut out = Vec::new();
     let count = seen.contour.len() + seen.sensors.len();
     let name = |c: usize| seen.contour.get(c).unwrap_or_else(|| &seen.sensors[c - seen.contour.len()].0);
@@ -166,7 +166,7 @@ fn part_of_variance(course: &[(f64, Mark)], lag: usize) -> Option<f64> {
 
 /// A frame in which all points of the tongue are shifted alike at once, more than a tongue can be, and stay
 /// there: the head or the probe has slipped.
-fn slip(seen: &Seen) -> Option<Doubt> {
+fn slip(seen: &AlignedRecording) -> Option<Doubt> {
     let points = |f: usize| seen.frames[f].contour.iter().chain(&seen.frames[f].sensors);
     // From a frame to the next one: the median shift of the points, the largest difference of a point's shift from it, the largest
     // standard deviation of a point, and the time.

@@ -1,6 +1,6 @@
 //! Implausible recordings are noticed, and a good recording raises no doubt.
 
-use super::super::{Map, Recording, Seen, screen};
+use super::super::{AlignedRecording, Map, Recording, screen};
 use super::*;
 
 /// A frame: its time, s, and its points by name, mm.
@@ -50,10 +50,10 @@ fn table(frames: &Frames) -> String {
     text
 }
 
-fn seen_with(frames: &Frames, map: &str) -> Seen {
+fn seen_with(frames: &Frames, map: &str) -> AlignedRecording {
     let text = table(frames);
     let recording = Recording::from_bytes(text.as_bytes(), "t.csv", None).unwrap().remove(0);
-    Seen::new(&recording, &Map::from_toml(map, "m").unwrap()).unwrap()
+    AlignedRecording::new(&recording, &Map::from_toml(map, "m").unwrap()).unwrap()
 }
 
 fn changed(change: impl Fn(usize, &mut f64, &mut Vec<(String, [f64; 2])>)) -> Frames {
@@ -203,7 +203,7 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
             points.extend(["UL", "LL"].into_iter().zip(at).map(|(n, p)| (n.to_owned(), p)));
         }
         let recording = Recording::from_bytes(table(&frames).as_bytes(), "t.csv", None).unwrap().remove(0);
-        Seen::new(&recording, &Map::default()).map_err(|e| e.to_string())
+        AlignedRecording::new(&recording, &Map::default()).map_err(|e| e.to_string())
     };
     assert!(told([[-25.0, 40.0], [-25.0, 20.0]], ["T1", "T2", "T3"]).is_ok());
     assert!(told([[-25.0, 20.0], [-25.0, 40.0]], ["T1", "T2", "T3"]).unwrap_err().contains("upside down"));
@@ -224,7 +224,7 @@ fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
     assert!(number == 2 && doubt.said.contains("0.80 times") && !doubt.refused, "{doubt:?}");
     let label =
         |from_s: f64| super::super::Label { tier: "a".into(), name: "x".into(), from_s, to_s: from_s + 0.3 };
-    let with = |labels| doubts(&Seen { labels, ..one.clone() });
+    let with = |labels| doubts(&AlignedRecording { labels, ..one.clone() });
     assert_eq!(with(vec![label(0.9), label(50.0)]), []);
     assert!(with(vec![label(50.0)])[0].said.contains("so none is used"));
 }
@@ -358,7 +358,7 @@ fn a_coil_of_the_tongue_is_not_a_reference() {
     let recording = Recording::from_bytes(text.as_bytes(), "t.csv", None).unwrap().remove(0);
     let with = |name: &str| {
         let map = Map::from_toml(&format!("[points]\n{name} = \"reference\""), "m").unwrap();
-        Seen::new(&recording, &map)
+        AlignedRecording::new(&recording, &map)
     };
     assert!(with("mental_spine").is_ok());
     assert!(with("tongue_6").unwrap_err().to_string().contains("reference"));

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::median;
 
-use super::Seen;
+use super::AlignedRecording;
 
 /// Kind of a fault in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -62,12 +62,12 @@ const MOST_ORDERED: usize = 40;
 
 /// Removes implausible points from a recording and returns the faults. `palate`: a line of points from front
 /// to back, m.
-pub fn screen(seen: &mut Seen, palate: Option<&[Point]>) -> Screened {
+pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened {
     let mut faults: Screened = vec![Vec::new(); seen.frames.len()];
     for (frame, fault) in ordered(seen).into_iter().zip(&mut faults) {
         fault.extend(frame);
     }
-    let apply = |seen: &mut Seen, faults: &[Vec<Fault>]| {
+    let apply = |seen: &mut AlignedRecording, faults: &[Vec<Fault>]| {
         for (frame, found) in seen.frames.iter_mut().zip(faults) {
             let named = |name: &String| found.iter().any(|f| f.points.contains(name));
             for (mark, _) in frame.contour.iter_mut().zip(&seen.contour).filter(|(_, n)| named(n)) {
@@ -113,7 +113,7 @@ pub fn screen(seen: &mut Seen, palate: Option<&[Point]>) -> Screened {
     faults
 }
 
-fn mark(seen: &Seen, frame: usize, point: usize) -> Option<super::Mark> {
+fn mark(seen: &AlignedRecording, frame: usize, point: usize) -> Option<super::Mark> {
     let frame = &seen.frames[frame];
     match frame.contour.get(point) {
         Some(mark) => *mark,
@@ -121,7 +121,7 @@ fn mark(seen: &Seen, frame: usize, point: usize) -> Option<super::Mark> {
     }
 }
 
-fn has_jumped(seen: &Seen, frame: usize, point: usize) -> bool {
+fn has_jumped(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
     let Some(here) = mark(seen, frame, point) else { return false };
     let before = (0..frame).rev().filter_map(|f| Some((f, mark(seen, f, point)?))).take(AROUND);
     let after = (frame + 1..seen.frames.len()).filter_map(|f| Some((f, mark(seen, f, point)?))).take(AROUND);
@@ -138,8 +138,8 @@ fn has_jumped(seen: &Seen, frame: usize, point: usize) -> bool {
 }
 
 /// Frames in which exchanging two points makes the contour shorter by more than noise.
-fn ordered(seen: &Seen) -> Vec<Option<Fault>> {
-    let fault = |frame: &super::SeenFrame| {
+fn ordered(seen: &AlignedRecording) -> Vec<Option<Fault>> {
+    let fault = |frame: &super::AlignedFrame| {
         let at: Vec<(usize, super::Mark)> =
             frame.contour.iter().enumerate().filter_map(|(i, m)| Some((i, (*m)?))).collect();
         if !(4..=MOST_ORDERED).contains(&at.len()) {
