@@ -4,7 +4,6 @@ use nalgebra::{DMatrix, DVector};
 
 /// When a search ends, and how its damping changes.
 pub(crate) struct Rule {
-    /// Largest number of steps.
     pub steps: usize,
     /// Largest change of an unknown in a step.
     pub longest: f64,
@@ -61,9 +60,7 @@ pub(crate) type Residuals<'a> = dyn Fn(&DVector<f64>) -> Option<DVector<f64>> + 
 /// A minimum of the sum of squares.
 #[derive(Debug, Clone)]
 pub(crate) struct Minimum {
-    /// The unknowns there.
     pub x: DVector<f64>,
-    /// The residuals there.
     pub residuals: DVector<f64>,
 }
 

@@ -23,45 +23,24 @@ pub(super) const FORMANTS: usize = 5;
 /// Why the sound of a body cannot be computed.
 #[derive(Debug, thiserror::Error)]
 pub enum AirwayError {
-    /// The file is not a valid tract.
     #[error("{origin}:{line}:{column}: {problem}")]
-    Syntax {
-        /// The file.
-        origin: String,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// What is wrong.
-        problem: String,
-    },
-    /// The body has no surface of a tongue.
+    Syntax { origin: String, line: usize, column: usize, problem: String },
     #[error(
         "a tract needs the outline of a tongue in the midsagittal plane; take the reference tongue or a mesh in the plane"
     )]
     NoSurface,
-    /// The body has no bones by which the drawn tract could be placed.
     #[error(
         "{what} has no mental spine and hyoid (bones \"mandible\" and \"hyoid\") by which the drawn tract could be placed; name a tract of \
          its own with --tract"
     )]
-    NoBones {
-        /// The body.
-        what: String,
-    },
-    /// The part of the surface that should be a wall is empty.
+    NoBones { what: String },
     #[error(
         "tongue.root_mm and tongue.tip_mm of the tract \"{tract}\" lie nearest to the same place of the body's surface; \
          the tract was drawn for another body"
     )]
-    NoWall {
-        /// Name of the tract.
-        tract: String,
-    },
-    /// Walls meet, or a number is out of range.
+    NoWall { tract: String },
     #[error(transparent)]
     Profile(#[from] ProfileError),
-    /// The formants cannot be computed.
     #[error(transparent)]
     Formants(#[from] FormantError),
 }
@@ -79,7 +58,6 @@ pub struct Airway {
 /// The sound of one shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sound {
-    /// The areas.
     pub profile: Profile,
     /// The formants, in ascending order.
     pub formants: Vec<Formant>,
@@ -91,9 +69,6 @@ pub type Rates = Vec<Vec<(usize, SVector<f64, 2>)>>;
 
 impl Airway {
     /// Reads the file of a tract; `origin` is its name in messages.
-    ///
-    /// # Errors
-    /// [`AirwayError::Syntax`], [`AirwayError::Profile`].
     pub fn read(text: &str, origin: &str) -> Result<Tract, AirwayError> {
         let tract: Tract = toml_text::read(text).map_err(|Misread { line, column, problem }| {
             AirwayError::Syntax { origin: origin.to_owned(), line, column, problem }
@@ -103,18 +78,12 @@ impl Airway {
     }
 
     /// The tract of the reference tongue.
-    ///
-    /// # Errors
-    /// As [`Airway::read`]; a test checks that there is no error.
     pub fn drawn() -> Result<Tract, AirwayError> {
         Self::read(DRAWN, "targets/tract.toml")
     }
 
     /// The tract of the reference tongue, moved by the similarity that carries the mental spine and the hyoid of that tongue to those
     /// of a body.
-    ///
-    /// # Errors
-    /// [`AirwayError::NoBones`]; otherwise as [`Airway::read`].
     pub fn drawn_for(body: &Body<2>) -> Result<Tract, AirwayError> {
         let missing = || AirwayError::NoBones { what: body.what.clone() };
         let reference = Body::tongue(DEFAULT_SPACING_M).map_err(|_| missing())?;
@@ -124,9 +93,6 @@ impl Airway {
     }
 
     /// The tract around a body.
-    ///
-    /// # Errors
-    /// [`AirwayError::NoSurface`], [`AirwayError::NoWall`].
     pub fn round(body: &Body<2>, tract: Tract) -> Result<Self, AirwayError> {
         let curve = TongueSurface::of(body).ok_or(AirwayError::NoSurface)?.curve;
         let count = (curve.length() / (0.1 * POINTS_M)).ceil().max(1.0) as usize;
@@ -149,15 +115,11 @@ impl Airway {
         Ok(Self { tract, acoustics: Acoustics::default(), wall })
     }
 
-    /// The tract.
     pub fn tract(&self) -> &Tract {
         &self.tract
     }
 
     /// The sound of a shape (positions of all nodes, m) in a posture.
-    ///
-    /// # Errors
-    /// [`AirwayError::Profile`] if walls meet.
     pub fn sound(&self, positions: &[SVector<f64, 2>], posture: &Articulation) -> Result<Sound, AirwayError> {
         let tongue: Vec<Point> = self.wall.iter().map(|weights| mean(weights, positions)).collect();
         let profile = Profile::new(&self.tract, &tongue, posture)?;

@@ -52,9 +52,6 @@ pub struct Formants {
 
 impl Formants {
     /// Of a tract round a body in a posture, about a shape (positions of all nodes, m).
-    ///
-    /// # Errors
-    /// [`AirwayError`] where that shape has no airway.
     pub fn about(
         airway: &Airway,
         posture: &Articulation,

@@ -26,9 +26,6 @@ pub struct SpaceAirway {
 
 impl SpaceAirway {
     /// The tract around a body.
-    ///
-    /// # Errors
-    /// [`AirwayError::NoSurface`] for a body without faces in the midsagittal plane, [`AirwayError::NoWall`].
     pub fn round(body: &SpaceBody, tract: Tract) -> Result<Self, AirwayError> {
         let loops = body.midsagittal_mesh().outlines();
         let outline = loops.into_iter().max_by_key(Vec::len).ok_or(AirwayError::NoSurface)?;
@@ -56,7 +53,6 @@ impl SpaceAirway {
         Ok(Self { tract, acoustics: Acoustics::default(), midline, surface: body.mesh.outward_faces() })
     }
 
-    /// The tract.
     pub fn tract(&self) -> &Tract {
         &self.tract
     }
@@ -81,7 +77,6 @@ impl SpaceAirway {
     }
 }
 
-/// A place in the midsagittal plane.
 fn flat(at: &Vector3<f64>) -> Point {
     [at.x, at.z]
 }

@@ -7,18 +7,12 @@ const MEANS: &str = include_str!("../../../../targets/japanese_vowels.csv");
 /// Mean formants of a vowel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeanVowel {
-    /// The vowel.
     pub vowel: String,
-    /// First formant, Hz.
     pub f1_hz: f64,
-    /// Second formant, Hz.
     pub f2_hz: f64,
 }
 
 /// The built-in means of Japanese men; their source is in `targets/japanese_vowels.csv`.
-///
-/// # Errors
-/// As the CSV reader; a test checks that the built-in table has no error.
 pub fn mean_vowels() -> Result<Vec<MeanVowel>, csv::Error> {
     csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(MEANS.as_bytes()).deserialize().collect()
 }

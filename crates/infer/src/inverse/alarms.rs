@@ -23,21 +23,22 @@ const FOLD: f64 = std::f64::consts::FRAC_PI_3;
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Alarm {
     /// A muscle that should contract ended without tension.
-    AtLowerBound { muscle: String },
-    /// A tension ended at the upper bound.
-    AtUpperBound { muscle: String },
-    /// The tension exceeds the force of the muscle.
+    AtLowerBound {
+        muscle: String,
+    },
+    AtUpperBound {
+        muscle: String,
+    },
     BeyondCapacity {
         muscle: String,
         /// Tension times thickness, N.
         force_n: f64,
-        /// Published capacity, N.
         capacity_n: f64,
-        /// Thickness assumed, m.
         thickness_m: f64,
     },
-    /// The fitted muscles miss the target.
-    TargetNotMet { misfit: f64 },
+    TargetNotMet {
+        misfit: f64,
+    },
     /// A muscle that should contract shortens much more or less than measured.
     ShorteningMissed {
         muscle: String,
@@ -47,12 +48,16 @@ pub enum Alarm {
         measured_percent: f64,
     },
     /// Elements are so compressed that the barrier changes the published law.
-    BarrierActs { elements: usize },
+    BarrierActs {
+        elements: usize,
+    },
     /// The branch from rest does not lead to the shape; it ends at this part of the tensions, if that is known.
-    NotOnBranch { ends_at: Option<f64> },
-    /// Rounding of the data may decide whether the muscle contracts.
-    DecidedWithinRounding { muscle: String },
-    /// A muscle's chain of connections has folded.
+    NotOnBranch {
+        ends_at: Option<f64>,
+    },
+    DecidedWithinRounding {
+        muscle: String,
+    },
     FoldedChain {
         muscle: String,
         /// Largest angle beyond that at rest, degrees.
@@ -60,11 +65,15 @@ pub enum Alarm {
     },
     /// The draws ended away from the answer: the same tensions have several shapes, or there are several
     /// optima.
-    IntervalMissesAnswer { muscle: String },
-    /// The posterior of the row was asked for but cannot be reported.
-    NoPosterior { reason: String },
-    /// The shape may not be the one to which the tensions lead.
-    EquilibriumNotCertain { reason: &'static str },
+    IntervalMissesAnswer {
+        muscle: String,
+    },
+    NoPosterior {
+        reason: String,
+    },
+    EquilibriumNotCertain {
+        reason: &'static str,
+    },
 }
 
 impl Alarm {
@@ -80,7 +89,6 @@ impl Alarm {
         )
     }
 
-    /// A sentence for readers.
     pub fn text(&self) -> String {
         match self {
             Self::AtLowerBound { muscle } => format!("{muscle} is shorter but ends without tension"),

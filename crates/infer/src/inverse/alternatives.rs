@@ -49,13 +49,10 @@ pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
 pub struct Subset {
     /// The contracting muscles: positions in the target.
     pub muscles: Vec<usize>,
-    /// Their tensions, N.
     pub tensions: Vec<f64>,
-    /// Root mean square residual of the fitted values.
     pub misfit: f64,
     /// Root mean square residual of all muscles of the row.
     pub row_rms: f64,
-    /// Whether every fitted value lies within the rounding of the data.
     pub within_rounding: bool,
 }
 

@@ -26,16 +26,12 @@ pub const SUBSTITUTE_BASELINE: &str = "e";
 /// Rows to be fitted, and their baselines.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Selection {
-    /// Only these subjects, if given.
     pub subjects: Option<Vec<String>>,
-    /// Only these vowels, if given.
     pub vowels: Option<Vec<Vowel>>,
-    /// The quantities to fit.
     pub kinds: Vec<TargetKind>,
     /// The baseline of subjects that are not in [`Selection::baseline_of`]; by default /ɯ/, and /e/ for
     /// subjects without /ɯ/.
     pub baseline: Option<Vowel>,
-    /// The baselines of individual subjects.
     pub baseline_of: BTreeMap<String, Vowel>,
 }
 
@@ -46,20 +42,15 @@ pub struct Job {
     pub line: u64,
     /// Whether the baseline replaces a missing /ɯ/.
     pub substitute: bool,
-    /// The target.
     pub target: Target,
 }
 
 /// A row that is a baseline itself.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct BaselineRow {
-    /// Line of the row in its file.
     pub line: u64,
-    /// The subject.
     pub subject: String,
-    /// The vowel.
     pub vowel: Vowel,
-    /// Whether it replaces a missing /ɯ/.
     #[serde(rename = "substitute_baseline")]
     pub substitute: bool,
 }
@@ -67,27 +58,20 @@ pub struct BaselineRow {
 /// A row that cannot be fitted.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Refusal {
-    /// Line of the row in its file.
     pub line: u64,
-    /// The subject.
     pub subject: String,
-    /// The vowel.
     pub vowel: Vowel,
     /// The quantity, if the other one can be fitted.
     #[serde(rename = "target_kind")]
     pub kind: Option<TargetKind>,
-    /// Why, and what to do.
     pub message: String,
 }
 
 /// The jobs of a selection, in the order of the rows and of the kinds.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BatchPlan {
-    /// The fits.
     pub jobs: Vec<Job>,
-    /// The rows that are baselines.
     pub baselines: Vec<BaselineRow>,
-    /// The rows that cannot be fitted.
     pub refusals: Vec<Refusal>,
 }
 
@@ -175,7 +159,6 @@ fn baseline<'a>(
 /// Settings of a fit and its assessment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thoroughness {
-    /// The search.
     pub settings: FitSettings,
     /// Number of draws of the lengths within their rounding; 0 for no intervals.
     pub draws: usize,
@@ -202,30 +185,22 @@ impl Default for Thoroughness {
 /// A fit and its assessment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assessment<const D: usize = 2> {
-    /// The fit.
     pub fit: Fit<D>,
     /// Ranges of the tensions within the rounding of the data; `None` if the equilibrium is singular.
     pub segments: Option<Vec<RoundingSegment>>,
-    /// 95 % intervals, if they were asked for.
     pub intervals: Option<Intervals>,
-    /// Other local optima.
     pub optima: Vec<Optimum>,
     /// Other subsets of muscles, best first.
     pub subsets: Vec<Subset>,
-    /// Comparison with the published pattern of the vowel, if there is one.
     pub pattern: Option<PatternCheck>,
     /// Distance of the model in its baseline (at rest, if that has no tone) from the row's; `None` if they
     /// have no common ratio.
     pub rest: Option<RestDistance>,
-    /// Reasons for doubt.
     pub alarms: Vec<Alarm>,
 }
 
 /// Fits a target and assesses the answer; `setup` is the body under premises other than the thesis's. The
 /// result has the same bits for any number of threads and does not depend on other fits.
-///
-/// # Errors
-/// [`FitError`] if the fit cannot begin.
 pub fn assess(
     mesh: &Mesh<2>,
     model: &Model,
@@ -271,9 +246,7 @@ pub fn assess(
 /// Known facts about muscles and vowels, for comparison with answers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Known {
-    /// Muscles by name.
     pub muscles: Muscles,
-    /// Published patterns of activation.
     pub patterns: Patterns,
 }
 
@@ -285,7 +258,6 @@ impl Known {
     }
 }
 
-/// Distance of the body in its baseline from the target's.
 fn rest_distance<const D: usize>(fit: &Fit<D>) -> Option<RestDistance> {
     let t = &fit.target;
     let baseline = Lengths {

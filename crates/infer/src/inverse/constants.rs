@@ -12,11 +12,9 @@ use super::unknown::{Constant, Quantity, Unknown};
 /// Makes a system with other constants.
 #[derive(Debug, Clone)]
 pub struct TissueUnknown<'a, const D: usize> {
-    /// The mesh.
     pub mesh: &'a Mesh<D>,
     /// The model, whose constants are replaced.
     pub model: Model,
-    /// Numbers of the muscles that can pull.
     pub contracting: &'a [usize],
 }
 
@@ -25,7 +23,6 @@ impl<'a, const D: usize> TissueUnknown<'a, D> {
         System::new(self.mesh, &Model { constants, ..self.model }, self.contracting)
     }
 
-    /// Constants of a candidate.
     pub(super) fn constants(&self, unknowns: &[Unknown], x: &[f64]) -> Constants {
         let mut constants = self.model.constants;
         for (unknown, value) in unknowns.iter().zip(x) {
@@ -38,7 +35,6 @@ impl<'a, const D: usize> TissueUnknown<'a, D> {
         constants
     }
 
-    /// The system of a candidate.
     pub(super) fn system(&self, unknowns: &[Unknown], x: &[f64]) -> Result<System<D>, SystemError> {
         self.with(self.constants(unknowns, x))
     }

@@ -20,9 +20,6 @@ use super::valley::Valley;
 use super::{AT_BOUND, Answer, FitError, FitSettings, FitStatus, Identifiability, Tone};
 
 /// Fits a target in a body of the plane under premises.
-///
-/// # Errors
-/// As [`fit`] and [`Setup::new`].
 pub fn fit_under(
     body: &Body<2>,
     model: &Model,
@@ -40,7 +37,6 @@ pub fn fit_under(
 /// A fit of a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit<const D: usize = 2> {
-    /// The target.
     pub target: Target,
     /// Names of the body's muscles: those of the target in its order, then the others. The lists of tensions
     /// and lengths are parallel to it.
@@ -55,16 +51,12 @@ pub struct Fit<const D: usize = 2> {
     pub body_tensions: Vec<f64>,
     /// Lengths at the answer, m.
     pub lengths: Vec<f64>,
-    /// Lengths of the model at rest, m.
     pub rest_lengths: Vec<f64>,
     /// Lengths of the model in the baseline, m, from which changes are counted; those at rest if the baseline
     /// has no tone.
     pub baseline_lengths: Vec<f64>,
-    /// Positions of all nodes in the baseline, m.
     pub baseline_positions: Vec<SVector<f64, D>>,
-    /// Tensions in the baseline, N per metre of thickness.
     pub tone: Tone,
-    /// Displacements of the free bones.
     pub bones: Vec<MovedBone<D>>,
     /// All unknowns: tensions of the active muscles, then displacements of the free bones, mm.
     pub unknowns: Vec<f64>,
@@ -74,17 +66,12 @@ pub struct Fit<const D: usize = 2> {
     pub residuals: Vec<f64>,
     /// Root mean square of the residuals of the fitted muscles.
     pub misfit: f64,
-    /// The misfit up to which the target counts as met.
     pub misfit_tolerance: f64,
     /// Number of equilibria solved during the search.
     pub evaluations: usize,
-    /// The end of each start, in order.
     pub starts: Vec<Start>,
-    /// Directions of the tensions that the data determine, and those that they leave undetermined.
     pub identifiability: Option<Identifiability>,
-    /// The answer solved again from rest.
     pub replay: Replay,
-    /// Positions of all nodes at the answer, m.
     pub positions: Vec<SVector<f64, D>>,
 }
 
@@ -263,7 +250,6 @@ fn fit_here<const D: usize>(
     })
 }
 
-/// The free bones at an answer.
 fn moved_bones<const D: usize>(
     setup: &Setup<D>,
     inverse: &Inverse<'_, D>,

@@ -18,10 +18,8 @@ use super::unknown::{Quantity, Unknown};
 /// Number of steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
 
-/// An equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape<const D: usize> {
-    /// Result of the solver.
     pub solution: Solution,
     /// Number of factorisations that it took to solve it directly and to follow it from rest.
     pub factorisations: usize,
@@ -29,11 +27,9 @@ pub struct Shape<const D: usize> {
     pub critical: Option<Critical>,
     /// Whether solving directly gives the same shape.
     pub same: bool,
-    /// Lengths of all muscles of the body, m.
     pub lengths: Vec<f64>,
     /// Smallest and largest ratio of a cell's area or volume to that at rest.
     pub cell_ratios: (f64, f64),
-    /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
 }
 
@@ -42,7 +38,6 @@ pub struct Shape<const D: usize> {
 enum Begin<const D: usize> {
     /// That of its nearest solved neighbour; rest if there is none or it fails.
     Neighbour,
-    /// Rest.
     Rest,
     /// Rest, and the equilibria are followed as its tensions grow together.
     Branch,
@@ -71,7 +66,6 @@ pub struct Forward<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Forward<'a, D> {
-    /// A forward model without solved candidates.
     pub fn new(inverse: &'a Inverse<'a, D>, settings: &'a FitSettings) -> Self {
         Self {
             inverse,
@@ -88,12 +82,10 @@ impl<'a, const D: usize> Forward<'a, D> {
         }
     }
 
-    /// The system of the last candidate.
     pub fn system(&self) -> &System<D> {
         self.own.as_ref().unwrap_or(self.inverse.system)
     }
 
-    /// Positions of all nodes at the last candidate, m.
     pub fn positions(&self) -> &[SVector<f64, D>] {
         self.workspace.positions()
     }
@@ -115,7 +107,6 @@ impl<'a, const D: usize> Forward<'a, D> {
         matches!(self.inverse.system.tissue(), TissueModel::Continuum | TissueModel::Hexahedra)
     }
 
-    /// Tensions of all muscles of the body at a candidate, N.
     pub fn tensions_of(&self, x: &[f64]) -> Vec<f64> {
         let mut all = self.inverse.tensions.clone();
         self.inverse.put_tensions(x, &mut all);
@@ -157,7 +148,6 @@ impl<'a, const D: usize> Forward<'a, D> {
         shape
     }
 
-    /// Sets system and workspace to a candidate.
     fn set(&mut self, x: &[f64]) -> Result<(), SystemError> {
         let inverse = self.inverse;
         self.counts.evaluations += 1;

@@ -45,9 +45,6 @@ impl<const D: usize> FreedBone<D> {
     }
 
     /// Frees a bone of a body by its name.
-    ///
-    /// # Errors
-    /// [`FitError::Unknown`] for a bone that the body does not have; otherwise as [`FreedBone::new`].
     pub fn of(body: &Body<D>, model: &Model, contracting: &[usize], name: &str) -> Result<Self, FitError> {
         let nodes = body.bone(name);
         if nodes.is_empty() {
@@ -59,7 +56,6 @@ impl<const D: usize> FreedBone<D> {
         Ok(Self::new(&body.mesh, model, contracting, nodes)?)
     }
 
-    /// Its nodes.
     pub fn nodes(&self) -> &[usize] {
         &self.nodes
     }

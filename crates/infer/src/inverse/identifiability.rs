@@ -13,7 +13,6 @@ pub struct Identifiability {
     /// Singular values of d(fitted ratio or stretch)/d(tension), largest first, one for each active muscle
     /// (zero if there are fewer equations), 1/N.
     pub singular_values: Vec<f64>,
-    /// One for every undetermined direction.
     pub null_directions: Vec<NullDirection>,
 }
 

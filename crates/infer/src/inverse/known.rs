@@ -2,7 +2,6 @@
 
 use nalgebra::SVector;
 
-/// A solved candidate.
 #[derive(Debug, Clone)]
 pub(super) struct Known<const D: usize> {
     pub x: Vec<f64>,
@@ -18,7 +17,6 @@ pub(super) struct BestKnown<const D: usize> {
 }
 
 impl<const D: usize> BestKnown<D> {
-    /// Memory for a simplex in a space of this dimension.
     pub fn new(dimension: usize) -> Self {
         Self { most: dimension + 1, list: Vec::with_capacity(dimension + 1) }
     }
@@ -36,12 +34,10 @@ impl<const D: usize> BestKnown<D> {
         }
     }
 
-    /// The candidate with the lowest cost.
     pub fn best(&self) -> Option<&Known<D>> {
         self.list.iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    /// The candidate nearest to these values.
     pub fn nearest(&self, x: &[f64]) -> Option<&Known<D>> {
         let distance = |k: &Known<D>| distance_squared(&k.x, x);
         self.list.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
@@ -59,7 +55,6 @@ impl<const D: usize> BestKnown<D> {
         }
     }
 
-    /// Removes all candidates.
     pub fn clear(&mut self) {
         self.list.clear();
     }

@@ -23,9 +23,6 @@ pub struct Matched {
 
 impl Matched {
     /// Finds the muscles of a target in a body.
-    ///
-    /// # Errors
-    /// [`FitError::MissingMuscle`] for a muscle that the fit needs and the body lacks.
     pub fn new<const D: usize>(mesh: &Mesh<D>, target: &Target) -> Result<Self, FitError> {
         let number = |name: &str| mesh.muscles.iter().position(|m| m.name.eq_ignore_ascii_case(name));
         let has = |name: &str| number(name).is_some();

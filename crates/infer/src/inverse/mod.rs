@@ -83,7 +83,6 @@ pub enum Among {
 /// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitSettings {
-    /// Search method of each start.
     pub method: Method,
     /// Number of starting points. Default 4.
     pub starts: usize,
@@ -135,9 +134,6 @@ impl Default for FitSettings {
 
 impl FitSettings {
     /// Checks that every setting is in its range.
-    ///
-    /// # Errors
-    /// [`FitError::Setting`] with the first that is not.
     pub fn check(&self) -> Result<(), FitError> {
         let positive = [
             ("the number of starts", self.starts as f64),
@@ -170,34 +166,16 @@ impl FitSettings {
 /// Why a fit cannot begin.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum FitError {
-    /// The system cannot be made.
     #[error(transparent)]
     System(#[from] SystemError),
-    /// The mesh has no chain for a muscle.
     #[error(
         "the mesh has no muscle {muscle}, which the table has; add it to the body's anatomy or mesh, or leave its column out of the table"
     )]
-    MissingMuscle {
-        /// Its name.
-        muscle: String,
-    },
-    /// Unknowns and observations are inconsistent.
+    MissingMuscle { muscle: String },
     #[error("{what}")]
-    Unknown {
-        /// What is wrong.
-        what: String,
-    },
-    /// A setting is out of range.
+    Unknown { what: String },
     #[error("{name} is {value}; it must be {must}")]
-    Setting {
-        /// Its name.
-        name: &'static str,
-        /// Its value.
-        value: f64,
-        /// The accepted range.
-        must: &'static str,
-    },
-    /// Nelder-Mead itself failed.
+    Setting { name: &'static str, value: f64, must: &'static str },
     #[error("the search failed: {0}")]
     Search(String),
 }
@@ -210,13 +188,10 @@ pub enum FitStatus {
     Converged,
     /// The search converged, but its best answer misses the target by more than the tolerance.
     TargetNotMet,
-    /// A tension ended at its upper bound.
     AtUpperBound,
-    /// The search stopped at its iteration limit.
     IterationLimit,
     /// Solved again from rest, the answer has other lengths: it lies on another branch of equilibria.
     ReplayDiffers,
-    /// No equilibrium was found at the answer.
     NoEquilibrium,
 }
 

@@ -28,7 +28,6 @@ use super::{FitError, FitSettings, FreedBone};
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum Tone {
-    /// The same for all muscles.
     Uniform(f64),
     /// By the names of the muscles; other muscles have none.
     ByMuscle(#[serde(serialize_with = "by_name")] Vec<(String, f64)>),
@@ -76,7 +75,6 @@ impl Default for Tone {
 /// A bone with an unknown displacement.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LooseBone {
-    /// Its name in the body.
     pub name: String,
     /// The coordinates along which it may move, from 0.
     pub axes: Vec<usize>,
@@ -88,9 +86,7 @@ pub struct LooseBone {
 pub enum HyoidMotion {
     /// Anywhere in the plane, near its place.
     Free,
-    /// Forward and back only.
     Forward,
-    /// Fixed.
     Fixed,
 }
 
@@ -103,16 +99,13 @@ pub struct Said {
     pub tone: Option<Tone>,
     /// Motion of the hyoid. Default: free for stretches if the body has a hyoid, fixed for ratios.
     pub hyoid: Option<HyoidMotion>,
-    /// Other bones that may move.
     pub free_bones: Vec<String>,
 }
 
 /// Premises of a fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Premises {
-    /// Tensions in the baseline.
     pub tone: Tone,
-    /// The bones that may be displaced.
     pub bones: Vec<LooseBone>,
     /// Standard deviation of a bone's displacement along an axis, m.
     pub bone_sd_m: f64,
@@ -150,9 +143,6 @@ impl Premises {
     }
 
     /// The premises for a quantity in a body of the plane.
-    ///
-    /// # Errors
-    /// [`FitError::Unknown`] for a bone that is given twice.
     pub fn of(kind: TargetKind, body: &Body<2>, said: &Said) -> Result<Self, FitError> {
         let active = kind == TargetKind::Stretch && !said.thesis;
         let tone = said.tone.clone().unwrap_or(Tone::Uniform(if active { TONE } else { 0.0 }));
@@ -175,7 +165,6 @@ impl Premises {
         Ok(Self { tone, bones, ..Self::default() })
     }
 
-    /// Whether they are those of the thesis.
     pub fn is_thesis(&self) -> bool {
         self.tone.is_none() && self.bones.is_empty()
     }
@@ -184,17 +173,14 @@ impl Premises {
 /// A body for fits: ready to be solved, with its baseline posture.
 #[derive(Debug, Clone)]
 pub struct Setup<const D: usize = 2> {
-    /// Its premises.
     pub premises: Premises,
     /// The body; every muscle that a fit can give a tension can contract in it.
     pub system: Arc<System<D>>,
     /// Names of all chains of the body.
     pub muscles: Vec<String>,
-    /// The free bones, as in the premises.
     pub bones: Arc<Vec<FreedBone<D>>>,
     /// Tensions of all chains of the body in the baseline, N (2D: per metre of thickness).
     pub tensions: Vec<f64>,
-    /// Positions of all nodes in the baseline, m.
     pub positions: Vec<SVector<f64, D>>,
     /// Lengths of all chains of the body in the baseline, m, from which changes are counted.
     pub lengths: Vec<f64>,
@@ -216,10 +202,6 @@ impl<const D: usize> Setup<D> {
     }
 
     /// A body under premises, in which every muscle can contract.
-    ///
-    /// # Errors
-    /// As [`System::new`] and [`Setup::in_system`]; [`FitError::Unknown`] for a bone that the body does not
-    /// have, or if nothing else would hold the body.
     pub fn new(body: &Body<D>, model: &Model, premises: Premises) -> Result<Self, FitError> {
         let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
         let mut freed = Vec::new();
@@ -293,9 +275,6 @@ impl<const D: usize> Setup<D> {
 
     /// The same body under other premises with the same bones (or none): only its baseline is solved again,
     /// from the present one.
-    ///
-    /// # Errors
-    /// As [`Setup::in_system`]; [`FitError::Unknown`] for other bones.
     pub fn under(&self, premises: Premises) -> Result<Self, FitError> {
         let bones = if premises.bones.is_empty() { Arc::default() } else { Arc::clone(&self.bones) };
         if premises.bones.len() != bones.len() {
@@ -333,9 +312,7 @@ impl<const D: usize> Setup<D> {
 /// The fitted displacement of a bone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MovedBone<const D: usize> {
-    /// Its name.
     pub name: String,
-    /// Its displacement, m.
     pub shift: SVector<f64, D>,
     /// Half width of the 95 % interval of each coordinate, m: linearised at the answer, from the standard
     /// deviation of a stretch and the priors. 0 for fixed coordinates.

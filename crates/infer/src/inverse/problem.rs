@@ -18,7 +18,6 @@ pub struct Linearised {
     pub residuals: DVector<f64>,
     /// The derivative of the other measurements, which are not fitted; without rows if there are none.
     pub other_jacobian: DMatrix<f64>,
-    /// The residuals of the other measurements.
     pub other_residuals: DVector<f64>,
 }
 
@@ -27,10 +26,8 @@ pub struct Linearised {
 /// A candidate may be solved from its solved neighbours. The result can differ from that of a solution from rest
 /// ([`Problem::residuals_from_rest`]), so a search compares the two.
 pub trait Problem {
-    /// The unknowns, with their bounds.
     fn unknowns(&self) -> &[Unknown];
 
-    /// The starting point of start number `number`.
     fn start(&mut self, number: usize) -> Vec<f64> {
         starting_point(number, self.unknowns())
     }
@@ -73,7 +70,6 @@ pub trait Problem {
     /// until there are as many.
     fn spread(&self) -> f64;
 
-    /// Work done so far.
     fn counts(&self) -> SearchCounts;
 
     /// Residuals of the other measurements at the last candidate; empty if there are none.

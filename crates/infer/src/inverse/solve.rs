@@ -34,14 +34,12 @@ pub struct Replay {
     pub largest_difference: f64,
     /// Smallest ratio of a cell's area or volume to that at rest.
     pub min_area_ratio: f64,
-    /// Largest such ratio.
     pub max_area_ratio: f64,
 }
 
 /// The values of the unknowns with the best fit of the observations, and their assessment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer<const D: usize> {
-    /// How the fit ended.
     pub status: FitStatus,
     /// The unknowns, in their units and order.
     pub x: Vec<f64>,
@@ -55,13 +53,9 @@ pub struct Answer<const D: usize> {
     pub evaluations: usize,
     /// Number of factorisations of a stiffness, over all starts and the assessment of the answer.
     pub factorisations: usize,
-    /// The end of each start, in order.
     pub starts: Vec<Start>,
-    /// Directions of the tensions that the data determine, and those that they leave undetermined.
     pub identifiability: Option<Identifiability>,
-    /// The answer solved again from rest.
     pub replay: Replay,
-    /// Positions of all nodes at the answer, m.
     pub positions: Vec<SVector<f64, D>>,
 }
 

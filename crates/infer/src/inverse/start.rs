@@ -15,9 +15,7 @@ const START_RANGE: f64 = 0.3;
 /// Number of operations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SearchCounts {
-    /// Number of candidates solved.
     pub evaluations: usize,
-    /// Number of candidates without an answer.
     pub failures: usize,
     /// Number of factorisations of a stiffness.
     pub factorisations: usize,
@@ -29,18 +27,13 @@ pub struct Start {
     /// Values of the unknowns, in their units: tensions in N.
     #[serde(rename = "tensions")]
     pub x: Vec<f64>,
-    /// Objective there.
     pub cost: f64,
-    /// Number of equilibria solved.
     pub evaluations: usize,
-    /// Number of candidates without an equilibrium.
     #[serde(skip)]
     pub failures: usize,
-    /// Number of factorisations of a stiffness.
     pub factorisations: usize,
     /// Number of iterations, over all simplices.
     pub iterations: u64,
-    /// Number of restarts.
     pub restarts: usize,
     /// Whether the last simplex shrank to the tolerance and confirmed the previous one; for Gauss-Newton,
     /// whether its steps did.
@@ -51,7 +44,6 @@ pub struct Start {
 }
 
 impl Start {
-    /// A search at its starting point without results.
     pub(super) fn at(x: Vec<f64>, cost: f64) -> Self {
         Self {
             x,
@@ -66,7 +58,6 @@ impl Start {
         }
     }
 
-    /// Stores the work of the search.
     pub(super) fn count(&mut self, counts: SearchCounts) {
         self.evaluations = counts.evaluations;
         self.failures = counts.failures;

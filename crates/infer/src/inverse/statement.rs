@@ -23,9 +23,7 @@ pub struct Inverse<'a, const D: usize> {
     /// Inequalities such as "not shorter" about other muscles, which count in the objective but are not
     /// measurements.
     pub signs: Vec<Observation<D>>,
-    /// Unknowns; at least one.
     pub unknowns: Vec<Unknown>,
-    /// The bones with unknown displacements.
     pub bones: &'a [FreedBone<D>],
     /// Makes the system with other constants, if constants of the tissue are unknowns.
     pub tissue: Option<&'a TissueUnknown<'a, D>>,
@@ -58,7 +56,6 @@ impl<'a, const D: usize> Inverse<'a, D> {
         }
     }
 
-    /// Observations and signs.
     pub(super) fn seen(&self) -> impl Iterator<Item = &Observation<D>> {
         self.observations.iter().chain(&self.signs)
     }

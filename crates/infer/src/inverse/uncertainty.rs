@@ -26,14 +26,11 @@ pub const LEVEL: f64 = 0.95;
 /// The central 95 % interval of the draws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Interval {
-    /// 2.5 % quantile.
     pub low: f64,
-    /// 97.5 % quantile.
     pub high: f64,
 }
 
 impl Interval {
-    /// Whether the value lies inside.
     pub fn holds(&self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }

@@ -5,33 +5,26 @@
 pub enum Quantity {
     /// The tension of a muscle, by its number in the body, N (2D: per metre of thickness).
     Tension {
-        /// Number of the muscle.
         muscle: usize,
     },
     /// The displacement of a bone along an axis, m; all of its nodes move together.
     Bone {
-        /// Number of the bone among the problem's free bones.
         bone: usize,
-        /// Coordinate, from 0.
         axis: usize,
     },
-    /// A constant of the tissue.
     Constant(Constant),
 }
 
 /// A constant of the tissue that can be an unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Constant {
-    /// Young's modulus, Pa.
     YoungModulus,
-    /// Poisson's ratio.
     PoissonRatio,
 }
 
 /// Normal prior of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
-    /// Mean, in units of the unknown.
     pub mean: f64,
     /// Factor from the distance to the mean to a residual, in one over the unit: the inverse standard deviation, times the standard
     /// deviation of a residual if residuals are not in standard deviations.
@@ -41,15 +34,11 @@ pub struct Prior {
 /// An unknown, counted in a unit whose effect is similar for all unknowns: newtons, millimetres.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unknown {
-    /// Its meaning.
     pub quantity: Quantity,
     /// Size of the unit in SI: the quantity is the number times this.
     pub unit: f64,
-    /// Lower bound, in units.
     pub lower: f64,
-    /// Upper bound, in units.
     pub upper: f64,
-    /// Its prior, in units.
     pub prior: Option<Prior>,
 }
 
@@ -84,7 +73,6 @@ impl Unknown {
         Self { prior: Some(Prior { mean, weight }), ..self }
     }
 
-    /// Whether it is a tension.
     pub fn is_tension(&self) -> bool {
         matches!(self.quantity, Quantity::Tension { .. })
     }

@@ -31,12 +31,10 @@ const JUMP_PER_UNIT: f64 = 0.05;
 pub enum End {
     /// An unknown is at its lower bound: a muscle is slack.
     Zero {
-        /// Number of the unknown.
         unknown: usize,
     },
     /// An unknown is at its upper bound; beyond it others may fit as well.
     UpperBound {
-        /// Number of the unknown.
         unknown: usize,
     },
     /// The equilibrium stops being stable: a fold of the shapes.
@@ -45,7 +43,6 @@ pub enum End {
     Jump,
     /// No neighbouring point that meets the target was found.
     TargetLost,
-    /// The curve was not followed further.
     StepLimit,
 }
 
@@ -73,7 +70,6 @@ pub struct ValleyPoint {
     pub x: Vec<f64>,
     /// Lengths of all muscles of the body, m.
     pub lengths: Vec<f64>,
-    /// Root mean square residual of the fitted values.
     pub misfit: f64,
     /// Root mean square residual of the other measurements, if there are any.
     pub other_rms: Option<f64>,
@@ -84,7 +80,6 @@ pub struct ValleyPoint {
 pub struct Valley {
     /// Its points, in order; each meets the target.
     pub points: Vec<ValleyPoint>,
-    /// Index of the answer among them.
     pub answer: usize,
     /// Why it ends before the first point and after the last.
     pub ends: [End; 2],
@@ -143,7 +138,6 @@ pub(super) fn follow(
     Valley { points: before, answer, ends: [first_end, last_end] }
 }
 
-/// The solved point at given values.
 fn point(problem: &mut dyn Problem, x: &[f64]) -> Option<ValleyPoint> {
     let residuals = problem.residuals(x)?;
     let others = problem.other_residuals();

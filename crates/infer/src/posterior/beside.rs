@@ -69,11 +69,9 @@ impl Active {
 /// Numbers that follow from the shape of one posture.
 #[derive(Debug, Clone)]
 pub struct View {
-    /// Number of the posture; `None` for the baseline.
     pub posture: Option<usize>,
     /// How many numbers these are.
     pub count: usize,
-    /// How they follow from the shape.
     pub sight: Arc<dyn Sight>,
 }
 
@@ -89,13 +87,11 @@ pub enum Of {
 /// Measured numbers of one kind with their errors.
 #[derive(Debug, Clone)]
 pub struct Beside {
-    /// The kind as reports name it: "formants", "EMG", "contour", "coils".
     pub kind: String,
     /// A name for each number.
     pub names: Vec<String>,
     /// The quantity from which the numbers follow.
     pub of: Of,
-    /// Measured numbers.
     pub measured: Vec<f64>,
     /// Covariance of their errors.
     pub errors: DMatrix<f64>,
@@ -146,12 +142,10 @@ impl Beside {
         }
     }
 
-    /// Number of measured numbers.
     pub fn len(&self) -> usize {
         self.measured.len()
     }
 
-    /// Whether there are no measured numbers.
     pub fn is_empty(&self) -> bool {
         self.measured.is_empty()
     }
@@ -189,7 +183,6 @@ impl Beside {
         }
     }
 
-    /// The numbers that follow from the shape of one posture.
     pub(super) fn of_shape(&self, posture: Option<usize>, positions: &[SVector<f64, 2>]) -> Vec<f64> {
         let own = self.views().filter(|(_, view)| view.posture == posture);
         own.flat_map(|(_, view)| view.sight.values(positions)).collect()
@@ -207,7 +200,6 @@ impl Beside {
         }
     }
 
-    /// Weights that pick one number.
     pub(super) fn only(&self, number: usize) -> Vec<f64> {
         (0..self.len()).map(|n| f64::from(u8::from(n == number))).collect()
     }

@@ -12,11 +12,8 @@ pub const DECIDED: f64 = 0.95;
 /// The difference of a muscle's tensions in two postures that were sampled together.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contrast {
-    /// The first posture.
     pub posture: String,
-    /// The second posture, whose tension is subtracted.
     pub other: String,
-    /// The muscle.
     pub muscle: String,
     /// Median difference, N per metre of thickness.
     pub median: f64,
@@ -61,7 +58,6 @@ impl Contrast {
             .collect()
     }
 
-    /// Whether the sign is decided, see [`DECIDED`].
     pub fn is_decided(&self) -> bool {
         self.probability_more.max(1.0 - self.probability_more) > DECIDED
     }

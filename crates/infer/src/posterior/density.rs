@@ -25,11 +25,8 @@ use super::unknowns::{Meaning, Parameter, Place, Posture};
 /// The density for a set of measured stretches and other measurements.
 #[derive(Debug)]
 pub struct Density<'a> {
-    /// The body.
     pub ground: &'a Ground,
-    /// The measurements.
     pub seen: Measurements,
-    /// The sampled unknowns.
     pub parameters: Vec<Parameter>,
     lanes: Lanes<'a, 2>,
     fixed: Meaning,
@@ -128,30 +125,22 @@ impl<'a> Density<'a> {
     }
 
     /// The density of other measured stretches of the same postures.
-    ///
-    /// # Errors
-    /// [`PosteriorError::Covariance`] where the covariance is not positive definite.
     pub fn of(&self, seen: Measurements) -> Result<Self, PosteriorError> {
         let sampled = (self.fixed.clone(), self.parameters.clone());
         Self::made(self.ground, seen, sampled, self.geometry.clone())
     }
 
     /// Sets the covariance due to geometry and constants, of all muscles of the body in all postures.
-    ///
-    /// # Errors
-    /// [`PosteriorError::Covariance`] where the resulting covariance is not positive definite.
     pub fn set_geometry(&mut self, geometry: DMatrix<f64>) -> Result<(), PosteriorError> {
         self.geometry = geometry;
         self.factor = Cholesky::new(self.covariance()).ok_or(PosteriorError::Covariance)?;
         Ok(())
     }
 
-    /// Number of postures.
     pub fn postures(&self) -> usize {
         self.seen.labels.len()
     }
 
-    /// [`Measurements::rows`] of the measurements.
     pub fn rows(&self) -> &[usize] {
         &self.rows
     }
@@ -253,7 +242,6 @@ impl<'a> Density<'a> {
         &self.lanes
     }
 
-    /// Settings of each equilibrium.
     pub fn settings(&self) -> &'static SolveSettings {
         &SOLVE
     }

@@ -60,7 +60,6 @@ impl Side {
 }
 
 impl Sides {
-    /// The changed bodies for a body under priors.
     pub fn new(ground: &Ground) -> Result<Self, PosteriorError> {
         type Make<'a> = &'a dyn Fn(f64) -> Result<Side, PosteriorError>;
         let (body, model, priors) = (&ground.body, &ground.model, &ground.priors);
@@ -157,15 +156,10 @@ pub fn by_kappa(ground: &Ground, point: &Solid<'_>) -> Option<DMatrix<f64>> {
 /// Responses of the stretches of all muscles in all postures to one standard deviation of each source; one row for each stretch.
 #[derive(Debug, Clone)]
 pub struct Answers {
-    /// To the ends of the muscles.
     pub ends: DMatrix<f64>,
-    /// To the outline.
     pub outline: DMatrix<f64>,
-    /// To kappa, the stiffness against changes of area.
     pub kappa: DMatrix<f64>,
-    /// To the width of muscles.
     pub width: DMatrix<f64>,
-    /// To the patches of bones.
     pub patch: DMatrix<f64>,
 }
 
@@ -187,13 +181,9 @@ pub struct Adjoints {
 
 /// A solved point with its adjoints.
 pub struct Solid<'a> {
-    /// Its shapes.
     pub place: &'a Place,
-    /// Its tensions.
     pub meaning: &'a Meaning,
-    /// Its adjoints.
     pub rates: &'a Adjoints,
-    /// The other measurements.
     pub beside: &'a [Beside],
 }
 
@@ -258,9 +248,7 @@ pub fn answers(ground: &Ground, point: &Solid<'_>) -> Option<Answers> {
 struct Shape<'a> {
     positions: &'a [SVector<f64, 2>],
     tensions: &'a [f64],
-    /// Displacement, m, and angle, rad, of the hyoid.
     hyoid: (SVector<f64, 2>, f64),
-    /// Adjoints of all lengths.
     lengths: &'a [Adjoint<2>],
     /// Adjoints of the other measurements that follow from this shape, and their values at positions of all nodes.
     sights: Vec<&'a Adjoint<2>>,

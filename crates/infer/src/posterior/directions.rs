@@ -15,9 +15,7 @@ const RESOLVED: f64 = 0.5;
 pub struct Direction {
     /// Standard deviation along the direction, as a part of the prior's.
     pub sd_left: f64,
-    /// Whether the data resolve the direction.
     pub resolved: bool,
-    /// Unit vector.
     pub direction: ByMuscle<f64>,
 }
 

@@ -11,11 +11,8 @@ pub struct Draw {
     pub chain: usize,
     /// Number of the draw in its chain.
     pub number: usize,
-    /// Tensions, displacements of the hyoid and constants.
     pub meaning: Meaning,
-    /// Lengths in the postures, m.
     pub lengths: Vec<f64>,
-    /// Lengths in the baseline, m.
     pub baseline_lengths: Vec<f64>,
     /// Computed numbers of the other measurements.
     pub beside: Vec<f64>,
@@ -31,12 +28,10 @@ impl Draw {
         self.lengths[row] / self.baseline_lengths[row % self.baseline_lengths.len()]
     }
 
-    /// The tension of a muscle in a posture, N per metre of thickness.
     pub fn tension(&self, posture: usize, muscle: usize) -> f64 {
         self.meaning.postures[posture].tensions[muscle]
     }
 
-    /// Difference of a muscle's tensions in a posture and in the baseline, N per metre of thickness.
     pub fn change(&self, posture: usize, muscle: usize) -> f64 {
         self.tension(posture, muscle) - self.meaning.tones[muscle]
     }

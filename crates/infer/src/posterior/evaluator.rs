@@ -60,7 +60,6 @@ type Sighted = Option<(usize, Vec<Option<Adjoint<2>>>)>;
 type Rates = Vec<Option<Vec<Adjoint<2>>>>;
 
 impl<'a> Evaluator<'a> {
-    /// An evaluator for one thread.
     pub fn new(density: &'a Density<'_>) -> Self {
         Self::with(density, density)
     }
@@ -71,7 +70,6 @@ impl<'a> Evaluator<'a> {
         Self { density, errors, shapes: groups(), from_rest: groups() }
     }
 
-    /// Solves points, each from a given place. Returns their physical quantities and places; `None` where the density is zero.
     fn solve(&mut self, points: &[(&DVector<f64>, &Place)]) -> Solved {
         let density = self.density;
         let meanings: Vec<_> = points.iter().map(|(g, _)| density.meaning(g)).collect();

@@ -14,11 +14,9 @@ use super::run::{Posterior, Sampling, Status, sample};
 /// Standard deviations of the changes of tensions in a posture without one kind of data and with it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gain {
-    /// The kind of data.
     pub kind: String,
     /// Without it, N per metre of thickness; null where the chains without it have not mixed or could not begin.
     pub sd_without_n: Option<ByMuscle<f64>>,
-    /// Standard deviations with it, N per metre of thickness.
     pub sd_with_n: ByMuscle<f64>,
 }
 
@@ -53,11 +51,9 @@ const CONTRADICTS: f64 = 1e-3;
 /// A measured number, or a whole kind of data, that is further from what all other data lead to expect than the errors allow.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Contradiction {
-    /// Name of the measured number.
     pub name: String,
     /// Number of its posture; null for the baseline and where it is of several.
     pub posture: Option<usize>,
-    /// The probability of being so far away or further.
     pub p: f64,
 }
 

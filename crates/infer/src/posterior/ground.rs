@@ -22,28 +22,22 @@ const CARRIERS_APART: f64 = 1.0;
 /// A direction in which the body at rest may differ: displacements of all nodes, m, for one standard deviation.
 #[derive(Debug, Clone)]
 pub struct Field {
-    /// Displacement of every node, m.
     pub displacement: Vec<SVector<f64, 2>>,
 }
 
 /// A body prepared for posteriors; threads share it.
 #[derive(Debug)]
 pub struct Ground {
-    /// The priors.
     pub priors: Priors,
-    /// The body.
     pub body: Body<2>,
     /// The system of the body with the Poisson's ratio of the priors; every muscle can contract.
     pub system: Arc<System<2>>,
-    /// Its model.
     pub model: Model,
-    /// Names of the muscles.
     pub muscles: Vec<String>,
     /// Nodes of the hyoid; empty for a body without one.
     pub hyoid: Vec<usize>,
     /// Fields of the ends of the muscles: two for each end.
     pub ends: Vec<Field>,
-    /// Fields of the outline.
     pub outline: Vec<Field>,
     /// Displacements of the hyoid's nodes, m, for a tilt of one radian, the greater horn downwards.
     pub(super) turn: Vec<SVector<f64, 2>>,
@@ -69,7 +63,6 @@ impl Ground {
         }
     }
 
-    /// Whether the hyoid may be displaced.
     pub fn moves_hyoid(&self) -> bool {
         !self.hyoid.is_empty() && !self.priors.hyoid.off
     }
@@ -96,7 +89,6 @@ impl Ground {
         model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none()
     }
 
-    /// Whether the body consists of springs; the responses to its geometry then have formulas.
     pub fn is_of_springs(&self) -> bool {
         self.sides.is_none()
     }

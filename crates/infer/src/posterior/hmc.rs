@@ -76,7 +76,6 @@ fn in_groups<'w, T: Target, R: Send>(
     })
 }
 
-/// State of a chain.
 struct State<P> {
     z: DVector<f64>,
     x: DVector<f64>,
@@ -221,7 +220,6 @@ impl<'a, T: Target> Group<'a, T> {
         refused
     }
 
-    /// Runs all chains, with points checked from the end of the warm-up on.
     fn run_briefly(mut self, settings: &Settings) -> Vec<Chain<T::Kept>> {
         if self.states.len() == self.random.len() {
             self.checked(|group| (0..settings.warm_up).for_each(|_| group.warm()));
@@ -324,7 +322,6 @@ impl<'a, T: Target> Group<'a, T> {
     }
 }
 
-/// End of a trajectory.
 struct End {
     probability: f64,
     diverged: bool,

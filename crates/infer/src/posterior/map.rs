@@ -21,15 +21,10 @@ use super::unknowns::Place;
 /// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other measurements.
 #[derive(Debug, Clone)]
 pub struct Geometry {
-    /// Due to the ends of the muscles.
     pub ends: DMatrix<f64>,
-    /// Due to the outline.
     pub outline: DMatrix<f64>,
-    /// Due to kappa, the stiffness against changes of area.
     pub kappa: DMatrix<f64>,
-    /// Due to the width of muscles.
     pub width: DMatrix<f64>,
-    /// Due to the patches of bones.
     pub patch: DMatrix<f64>,
 }
 
@@ -45,7 +40,6 @@ impl Geometry {
         Some(Self { ends, outline, kappa, width: mean(|a| &a.width), patch: mean(|a| &a.patch) })
     }
 
-    /// The sum of all parts.
     fn covariance(&self) -> DMatrix<f64> {
         &self.ends + &self.outline + &self.kappa + &self.width + &self.patch
     }
@@ -54,19 +48,14 @@ impl Geometry {
 /// The most probable point.
 #[derive(Debug, Clone)]
 pub struct Mode {
-    /// Scores.
     pub scores: DVector<f64>,
-    /// The solved shapes.
     pub place: Place,
-    /// The linearisation there.
     pub linear: Linear,
-    /// Covariance due to geometry and constants, the mean over the posterior.
     pub geometry: Geometry,
     /// `I + Jᵀ C⁻¹ J` there, the precision of the scores.
     pub precision: DMatrix<f64>,
     /// Logarithm of the density there, up to a constant.
     pub log: f64,
-    /// Number of linearisations.
     pub evaluations: usize,
 }
 
@@ -83,9 +72,6 @@ const SEED: u64 = 3;
 
 impl Mode {
     /// Finds the mode, and sets the covariance due to geometry about it in the density.
-    ///
-    /// # Errors
-    /// [`PosteriorError::NoMode`] where no equilibrium is found.
     pub fn find(density: &mut Density<'_>) -> Result<Self, PosteriorError> {
         // From the medians, or from smaller tensions where there is no equilibrium at the medians.
         let (n, rest) = (density.parameters.len(), density.rest());
@@ -106,9 +92,6 @@ impl Mode {
     }
 
     /// As [`Mode::find`], started at the mode for nearly the same stretches.
-    ///
-    /// # Errors
-    /// As [`Mode::find`].
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
         density.set_geometry(near.geometry.covariance())?;
         let Self { scores, linear, geometry, place, .. } = near.clone();

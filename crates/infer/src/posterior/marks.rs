@@ -53,9 +53,7 @@ impl Shared {
     }
 }
 
-/// A measured number.
 struct Number {
-    /// Its frame.
     frame: usize,
     name: String,
     observable: Arc<dyn Observable<2>>,
@@ -118,7 +116,6 @@ fn errors(numbers: &[Number]) -> DMatrix<f64> {
 /// The points of all frames on a body.
 struct Marks<'a> {
     surface: &'a TongueSurface,
-    /// Positions of all nodes at rest, m.
     rest: &'a [Point],
     /// About this place the points may be turned and scaled.
     centre: Point,

@@ -78,26 +78,20 @@ use tongue_core::system::SystemError;
 /// Why a posterior cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum PosteriorError {
-    /// Priors that cannot be read or are out of range.
     #[error("{0}")]
     Priors(String),
-    /// A body for which no posterior can be computed.
     #[error("{0}")]
     Body(String),
-    /// A system that cannot be made.
     #[error(transparent)]
     System(#[from] SystemError),
-    /// The covariance is not positive definite.
     #[error(
         "the covariance of the stretches is not positive definite; are discrepancy or rounding too small beside the others?"
     )]
     Covariance,
-    /// There is no equilibrium where the search begins.
     #[error(
         "no equilibrium was found from which to begin; take smaller scales of the tensions in the priors"
     )]
     NoMode,
-    /// Too few or too many draws.
     #[error("{0} draws were asked for; give {1} to {2}")]
     Draws(usize, usize, usize),
 }

@@ -14,9 +14,6 @@ use super::sides::Sides;
 
 impl Ground {
     /// Prepares a body under priors.
-    ///
-    /// # Errors
-    /// [`PosteriorError`] for priors out of range, and for muscles that the body does not have.
     pub fn new(body: &Body<2>, model: &Model, priors: &Priors) -> Result<Self, PosteriorError> {
         priors.check()?;
         let muscles = body.mesh.muscle_names();

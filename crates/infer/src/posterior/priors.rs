@@ -182,9 +182,6 @@ priors! {
 
 impl Priors {
     /// Reads priors from TOML; entries that are missing keep their defaults. `origin` is the name of the text in messages.
-    ///
-    /// # Errors
-    /// [`PosteriorError::Priors`] with the line where the text is not of this form, and as [`Priors::check`].
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, PosteriorError> {
         let priors: Self = toml_text::read(text)
             .map_err(|e| PosteriorError::Priors(format!("{origin}:{}: {}", e.line, e.problem)))?;
@@ -193,9 +190,6 @@ impl Priors {
     }
 
     /// Checks that every number is in its range.
-    ///
-    /// # Errors
-    /// [`PosteriorError::Priors`] with the first number that is out of range.
     pub fn check(&self) -> Result<(), PosteriorError> {
         let wrong = |what: String| Err(PosteriorError::Priors(what));
         let positive = [

@@ -38,17 +38,12 @@ const FEWEST_EFFECTIVE: f64 = 400.0;
 /// Size and seed of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sampling {
-    /// Number of kept draws.
     pub draws: usize,
-    /// Seed.
     pub seed: u64,
 }
 
 impl Sampling {
     /// Checks the number of draws.
-    ///
-    /// # Errors
-    /// [`PosteriorError::Draws`].
     pub fn check(&self) -> Result<(), PosteriorError> {
         let possible = (FEWEST..=MOST).contains(&self.draws);
         if possible { Ok(()) } else { Err(PosteriorError::Draws(self.draws, FEWEST, MOST)) }
@@ -68,13 +63,9 @@ pub enum Status {
 /// A sampled posterior.
 #[derive(Debug)]
 pub struct Posterior<'a> {
-    /// Its density, with the covariance due to geometry about the mode.
     pub density: Density<'a>,
-    /// The most probable point.
     pub mode: Mode,
-    /// The draws, chain by chain.
     pub draws: Vec<Draw>,
-    /// Whether the draws can be trusted.
     pub status: Status,
     /// Why not, in words; empty where the chains have mixed.
     pub why: String,
@@ -88,9 +79,7 @@ pub struct Posterior<'a> {
     pub folds: usize,
     /// How often a chain was sent back from a shape to which its tensions do not lead from rest.
     pub off_branch: usize,
-    /// Mean probability of acceptance.
     pub acceptance: f64,
-    /// Number of equilibria solved.
     pub equilibria: usize,
 }
 
@@ -113,9 +102,6 @@ impl Posterior<'_> {
 }
 
 /// Samples the posterior of measurements in a body.
-///
-/// # Errors
-/// [`PosteriorError`] where sampling cannot begin.
 pub fn sample<'a>(
     ground: &'a Ground,
     seen: Measurements,

@@ -21,24 +21,18 @@ pub enum How {
 /// Prediction of a stretch without its own measurement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeftOut {
-    /// Distribution of the measured stretch, with all errors.
     pub spread: Quantiles,
-    /// Logarithm of the density at the measured value.
     pub log_score: f64,
     /// Continuous ranked probability score (Gneiting and Raftery 2007).
     pub crps: f64,
-    /// Method of the prediction.
     pub how: How,
-    /// Effective number of draws.
     pub effective: f64,
 }
 
 /// A normal distribution of a stretch, given a draw, and the weight of the draw.
 #[derive(Debug, Clone, Copy)]
 pub struct Part {
-    /// Mean.
     pub mean: f64,
-    /// Weight.
     pub weight: f64,
 }
 

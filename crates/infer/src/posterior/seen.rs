@@ -9,19 +9,13 @@ use super::beside::Beside;
 /// Stretches of a speaker's postures against one baseline. The first four lists run over the stretches.
 #[derive(Debug, Clone)]
 pub struct Measurements {
-    /// Names of their muscles.
     pub names: Vec<String>,
-    /// Numbers of the muscles in the body.
     pub muscles: Vec<usize>,
-    /// Numbers of the postures.
     pub postures: Vec<usize>,
-    /// Measured stretches, dimensionless.
     pub stretches: Vec<f64>,
     /// Covariance due to rounding of both lengths: postures share the lengths of the baseline.
     pub rounding: DMatrix<f64>,
-    /// Names of the postures.
     pub labels: Vec<String>,
-    /// The other measurements of the postures.
     pub beside: Vec<Beside>,
 }
 
@@ -73,12 +67,10 @@ impl Measurements {
         seen
     }
 
-    /// Number of stretches.
     pub fn len(&self) -> usize {
         self.stretches.len()
     }
 
-    /// Whether there are no measurements.
     pub fn is_empty(&self) -> bool {
         self.stretches.is_empty()
     }
@@ -94,7 +86,6 @@ impl Measurements {
         seen
     }
 
-    /// The measurements without one kind of the other measurements.
     pub fn without_kind(&self, kind: &str) -> Self {
         let mut seen = self.clone();
         seen.beside.retain(|b| b.kind != kind);
@@ -126,7 +117,6 @@ impl Measurements {
         stretches.chain(beside).collect()
     }
 
-    /// Number of the other measurements.
     pub fn beside_len(&self) -> usize {
         self.beside.iter().map(Beside::len).sum()
     }
@@ -145,7 +135,6 @@ impl Measurements {
         })
     }
 
-    /// Covariance of the errors of the other measurements.
     pub fn beside_errors(&self) -> DMatrix<f64> {
         let n = self.beside_len();
         let mut errors = DMatrix::zeros(n, n);
@@ -157,7 +146,6 @@ impl Measurements {
         errors
     }
 
-    /// Positions of the stretches of a posture.
     pub fn of_posture(&self, posture: usize) -> Vec<usize> {
         (0..self.len()).filter(|&i| self.postures[i] == posture).collect()
     }

@@ -23,7 +23,6 @@ pub const SENSITIVE: f64 = 0.05;
 pub struct Sensitivity {
     /// Power of the prior of tensions in the postures and in the baseline.
     pub prior: f64,
-    /// Power of the likelihood.
     pub likelihood: f64,
     /// Change of the probability that the quantity is above zero when the prior's scale doubles, to first order, and its standard error.
     #[serde(skip)]

@@ -20,7 +20,6 @@ macro_rules! sources {
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum Source { $($(#[$doc])* $source,)* }
 
-        /// All sources.
         const SOURCES: [Source; 12] = [$(Source::$source),*];
 
         /// A number for every source: its share of a variance, or the part by which a standard deviation would shrink if the source were known.
@@ -73,12 +72,10 @@ impl Shares {
         self.each()[source as usize].1
     }
 
-    /// The mean of several.
     pub fn mean(all: &[Self]) -> Self {
         Self::of(|source| all.iter().map(|s| s.get(source)).sum::<f64>() / all.len().max(1) as f64)
     }
 
-    /// Each number as a part of their sum.
     fn of_sum(self) -> Self {
         let total: f64 = self.each().iter().map(|(_, v)| v).sum();
         Self::of(|source| if total > 0.0 { self.get(source) / total } else { 0.0 })

@@ -5,13 +5,9 @@ use serde::Serialize;
 /// Centre and intervals of draws.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Quantiles {
-    /// Mean.
     pub mean: f64,
-    /// Median.
     pub median: f64,
-    /// Lower and upper end of the interval with the middle 50 %.
     pub interval_50: [f64; 2],
-    /// Lower and upper end of the interval with the middle 95 %.
     pub interval_95: [f64; 2],
 }
 
@@ -63,12 +59,10 @@ impl Quantiles {
         Self { mean, median: at(0.5), interval_50: [at(0.25), at(0.75)], interval_95: [at(0.025), at(0.975)] }
     }
 
-    /// Whether the 95 % interval contains a value.
     pub fn holds(&self, value: f64) -> bool {
         (self.interval_95[0]..=self.interval_95[1]).contains(&value)
     }
 
-    /// Whether the 50 % interval contains a value.
     pub fn holds_in_half(&self, value: f64) -> bool {
         (self.interval_50[0]..=self.interval_50[1]).contains(&value)
     }

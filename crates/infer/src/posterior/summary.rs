@@ -28,12 +28,10 @@ const MOST_MOVED: f64 = 0.15;
 /// Difference of a muscle's tensions in the posture and in the baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Change {
-    /// N per metre of thickness.
     #[serde(flatten)]
     pub spread: Quantiles,
     /// Probability that the muscle pulls harder than in the baseline.
     pub probability_rises: f64,
-    /// Sensitivity to the prior of tensions and to the measurements.
     pub sensitivity: Sensitivity,
     /// Whether the size of the change depends on the prior more than on the data.
     pub depends_on_prior: bool,
@@ -45,14 +43,12 @@ pub struct Change {
 /// A tension in the vowel, N per metre of thickness.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Tension {
-    /// N per metre of thickness.
     #[serde(flatten)]
     pub spread: Quantiles,
     /// The same with the uncertainty of Young's modulus in its prior.
     pub with_young_modulus: Quantiles,
     /// The part by which the upper end of the 95 % interval moves if the scale of the prior is half as large again.
     pub moved_by_prior: f64,
-    /// Sensitivity to the prior of tensions and to the measurements.
     pub sensitivity: Sensitivity,
     /// Whether the upper end of the interval depends on the prior more than on the data.
     pub depends_on_prior: bool,
@@ -61,22 +57,17 @@ pub struct Tension {
 /// Measured, fitted and predicted stretch of a muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StretchSummary {
-    /// Measured stretch, dimensionless.
     pub measured: f64,
     /// Stretch of the model fitted to all measurements.
     pub fitted: Quantiles,
-    /// Prediction without its own measurement; null if it was not requested or no chain could begin.
     pub left_out: Option<LeftOut>,
 }
 
 /// The results, in the order of the report.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// Difference of every muscle's tensions in the posture and in the baseline.
     pub changes_n: ByMuscle<Change>,
-    /// Tensions.
     pub tensions_n: ByMuscle<Tension>,
-    /// Tensions in the baseline.
     pub baseline_tensions_n: ByMuscle<Quantiles>,
     /// Displacement of the hyoid, x and y, mm.
     pub hyoid_mm: [Quantiles; 2],
@@ -84,14 +75,12 @@ pub struct Summary {
     pub hyoid_tilt_rad_per_m: Quantiles,
     /// Directions of tensions, tones and the hyoid's place, the most resolved first.
     pub directions: Vec<Direction>,
-    /// Stretches.
     pub stretches: ByMuscle<StretchSummary>,
 }
 
 /// Shares of the sources in variances.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct VarianceShare {
-    /// Budget of errors of a tension: the mean over muscles.
     pub tension: Shares,
     /// Budget of errors of the tension of every muscle.
     pub tensions: ByMuscle<Shares>,
@@ -110,18 +99,15 @@ pub struct VarianceShare {
 pub struct Effective {
     /// Smallest bulk effective sample size of all reported quantities.
     pub bulk: f64,
-    /// Smallest tail effective sample size.
     pub tail: f64,
 }
 
 /// Report of a posterior for one posture.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
-    /// Whether the chains have mixed.
     pub status: Status,
     /// Why not; empty where they have.
     pub why: String,
-    /// Number of kept draws.
     pub draws: usize,
     /// Names of the postures that were sampled together; a single one where the posture was sampled alone.
     pub postures: Vec<String>,
@@ -129,11 +115,9 @@ pub struct Report {
     pub summary: Option<Summary>,
     /// For every muscle, the part of the prior variance of its tension's score that the data removed.
     pub shrinkage: ByMuscle<f64>,
-    /// Sources of the variance, and how much knowing a source would gain.
     pub variance_share: Option<VarianceShare>,
     /// Largest rank-normalised split R-hat of all reported quantities, from the kept draws.
     pub r_hat: f64,
-    /// Effective draws.
     pub ess: Effective,
     /// Trajectories whose energy error was too large.
     pub divergences: usize,
@@ -141,25 +125,18 @@ pub struct Report {
     pub folds: usize,
     /// How often a chain was sent back from a shape to which its tensions do not lead from rest; the density is zero there too.
     pub off_branch: usize,
-    /// Number of equilibria solved.
     pub equilibria: usize,
-    /// Poisson's ratio of the body.
     pub poisson_ratio: f64,
     /// Measured numbers and kinds of data that are further from what all others lead to expect than their errors allow.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contradictions: Vec<Contradiction>,
-    /// The gain from each kind of other measurements, if requested.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gains: Vec<Gain>,
-    /// The priors.
     pub priors: Priors,
 }
 
 impl Report {
     /// Reports of a posterior, one for each posture; with predictions of every muscle without its own measurement if `leave_out` is set.
-    ///
-    /// # Errors
-    /// [`PosteriorError`] of the sampling for these predictions.
     pub fn of_each(
         posterior: &Posterior<'_>,
         leave_out: bool,

@@ -6,7 +6,6 @@ use nalgebra::DVector;
 pub trait Target {
     /// State of a solved point, from which its neighbours are solved.
     type Place: Clone + Send + Sync;
-    /// Record of a draw.
     type Kept: Clone + Send + Sync;
 
     /// The logarithm of the density and its derivatives at each point, solved from the place given with it; `None` where the density is
@@ -23,18 +22,14 @@ pub trait Target {
         vec![true; points.len()]
     }
 
-    /// The record of a draw.
     fn keep(&self, at: &DVector<f64>, point: &Point<Self::Place>) -> Self::Kept;
 }
 
-/// An evaluated point.
 #[derive(Debug, Clone)]
 pub struct Point<P> {
     /// Logarithm of the density, up to a constant.
     pub log: f64,
-    /// Its derivatives.
     pub gradient: DVector<f64>,
-    /// Place from which neighbours are solved.
     pub place: P,
 }
 
@@ -49,14 +44,11 @@ pub struct Settings {
     pub draws: usize,
     /// Thinning: one of this many draws is kept.
     pub thin: usize,
-    /// Seed.
     pub seed: u64,
 }
 
-/// A chain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Chain<K> {
-    /// Records of the draws.
     pub draws: Vec<K>,
     /// Trajectories after the warm-up whose energy error was larger than [`DIVERGED`].
     pub divergences: usize,
@@ -64,14 +56,11 @@ pub struct Chain<K> {
     pub zero: usize,
     /// How often, after the warm-up, the chain was sent back from a point that is not allowed.
     pub refused: usize,
-    /// Mean probability of acceptance after the warm-up.
     pub acceptance: f64,
-    /// Number of evaluations.
     pub evaluations: usize,
 }
 
 impl<K> Chain<K> {
-    /// A chain without draws.
     pub(super) const EMPTY: Self =
         Self { draws: Vec::new(), divergences: 0, zero: 0, refused: 0, acceptance: 0.0, evaluations: 0 };
 }

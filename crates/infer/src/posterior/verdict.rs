@@ -74,13 +74,10 @@ impl Word {
 /// The verdict on one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Said {
-    /// The muscle.
     pub muscle: String,
     /// Probability that it pulls harder than in the baseline.
     pub p_rises: f64,
-    /// The same probability in words.
     pub word: Word,
-    /// Lower and upper end of the middle 95 % of its tension, N per metre of thickness.
     pub tension_n_per_m: [f64; 2],
     /// Whether the size of the tension depends on the prior of tensions more than on the data.
     pub mostly_prior: bool,
@@ -92,14 +89,12 @@ pub struct Said {
 pub enum VerdictFrom {
     /// A short run of the sampler: 240 draws, probabilities to about 0.05.
     ShortRun,
-    /// The requested number of draws of the posterior.
     Draws,
 }
 
 /// The first statement about a fit, from the posterior of its row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
-    /// The draws from which it is computed.
     #[serde(rename = "verdict_from")]
     pub from: VerdictFrom,
     /// In the order of the body's muscles.
@@ -116,9 +111,6 @@ pub struct ShortRun {
 
 impl ShortRun {
     /// The run for a fit.
-    ///
-    /// # Errors
-    /// A sentence with the reason: the body takes too long, or it does not fit the target.
     pub fn new(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
         if !Ground::is_for_springs(body, model) {
             return Err("this body takes longer than a verdict may: --posterior 2000 gives one".to_owned());
@@ -131,9 +123,6 @@ impl ShortRun {
     }
 
     /// The draws of group 0 or 1 of the chains; none if it cannot begin.
-    ///
-    /// # Errors
-    /// [`PosteriorError`] where sampling cannot begin.
     pub fn draws(&self, group: usize) -> Result<Vec<Draw>, PosteriorError> {
         let mut density = Density::new(&self.ground, self.seen.clone())?;
         let mode = Mode::find(&mut density)?;
@@ -141,9 +130,6 @@ impl ShortRun {
     }
 
     /// The verdict from the draws of all groups, in their order.
-    ///
-    /// # Errors
-    /// [`PosteriorError::NoMode`] without draws.
     pub fn verdict(&self, draws: &[Draw]) -> Result<Verdict, PosteriorError> {
         Verdict::of_short_run(&Density::new(&self.ground, self.seen.clone())?, draws)
     }
@@ -151,18 +137,12 @@ impl ShortRun {
 
 impl Verdict {
     /// The verdict on a fit without draws, from a short run under the default priors.
-    ///
-    /// # Errors
-    /// A sentence with the reason: the body takes too long, or no chain can begin.
     pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
         let run = ShortRun::new(body, model, target)?;
         Self::quick(&run.ground, run.seen).map_err(|e| e.to_string())
     }
 
     /// The verdict on measurements of a single posture, from a short run.
-    ///
-    /// # Errors
-    /// [`PosteriorError`] where sampling cannot begin.
     pub fn quick(ground: &Ground, seen: Measurements) -> Result<Self, PosteriorError> {
         let mut density = Density::new(ground, seen)?;
         let mode = Mode::find(&mut density)?;
@@ -205,7 +185,6 @@ impl Verdict {
         Some(Self { from: VerdictFrom::Draws, muscles: said.collect() })
     }
 
-    /// The names of the muscles with this word.
     pub fn named(&self, word: Word) -> Vec<&str> {
         self.muscles.iter().filter(|m| m.word == word).map(|m| m.muscle.as_str()).collect()
     }

@@ -11,19 +11,16 @@ const LONGEST_STEP: f64 = 1.6;
 /// Coordinates in which the density is nearly standard normal: `x = centre + spread z`.
 #[derive(Debug, Clone)]
 pub struct Whitened {
-    /// The centre of the density.
     pub centre: DVector<f64>,
     /// A square root of the covariance.
     pub spread: DMatrix<f64>,
 }
 
 impl Whitened {
-    /// The point of coordinates.
     pub(super) fn at(&self, z: &DVector<f64>) -> DVector<f64> {
         &self.centre + &self.spread * z
     }
 
-    /// The coordinates of a point.
     pub(super) fn scores_of(&self, x: &DVector<f64>) -> DVector<f64> {
         let away = x - &self.centre;
         self.spread.clone().lu().solve(&away).unwrap_or_else(|| DVector::zeros(x.len()))

@@ -28,7 +28,6 @@ pub(super) struct Observed<'a> {
 
 /// The midsagittal surface curve of a body.
 struct Midline {
-    /// Nodes of the body along the curve.
     nodes: Arc<[usize]>,
     /// The curve through them, with the numbers of that list.
     curve: Curve,
@@ -48,7 +47,6 @@ impl<'a> Observed<'a> {
         Self { body, surface: None, midline: None }
     }
 
-    /// The observations of a mark.
     pub(super) fn of(&mut self, mark: &SpaceMark) -> Result<OfMark, FitError> {
         let SpaceMark { what, sd_m } = mark;
         let sd_m = *sd_m;
@@ -114,7 +112,6 @@ impl<'a> Observed<'a> {
         }
     }
 
-    /// The line of this name in the midsagittal plane.
     fn line(&self, name: &str) -> Option<&Line<3>> {
         let is_muscle = self.body.muscles.iter().any(|m| m.name == name || m.group == name);
         self.body.lines.iter().find(|(known, _)| known == name && !is_muscle).map(|(_, line)| line)
@@ -171,7 +168,6 @@ fn seen(observable: impl Observable<3> + 'static, measured: f64, sd: f64) -> Obs
     Observation::new(observable, measured).with_standard_deviation(sd)
 }
 
-/// The coordinates of a point along some axes.
 fn coordinates(
     point: impl Fn(Vector3<f64>) -> NodePosition<3>,
     axes: &[usize],
@@ -196,7 +192,6 @@ fn is_finite(what: &Marked) -> bool {
     }
 }
 
-/// A mark in words.
 fn told(what: &Marked) -> String {
     match what {
         Marked::Node { node, .. } => format!("the place of node {}", node + 1),

@@ -61,11 +61,9 @@ pub struct Combination {
 /// The end of one start.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ended {
-    /// Activations of the unknowns.
     pub activations: Vec<f64>,
     /// Root of the mean squared residual, in standard deviations.
     pub misfit: f64,
-    /// Number of factorisations of a stiffness.
     pub factorisations: usize,
     /// Whether its steps converged to an equilibrium that is reached from rest.
     pub converged: bool,
@@ -83,19 +81,15 @@ pub struct SpaceFit {
     /// For each mark the distance from its place, from the surface or contour, or from its length, m. Differences of stretches and ratios
     /// are multiplied by the length at rest that they are counted in.
     pub distances_m: Vec<f64>,
-    /// Standard deviation of the prior of every activation.
     pub prior_sd: f64,
     /// Combinations of activations, the most certain first; those above [`SpaceSearch::open_above`] are open.
     pub combinations: Vec<Combination>,
-    /// The end of each start.
     pub starts: Vec<Ended>,
-    /// Number of factorisations of a stiffness, over all starts and the assessment of the answer.
     pub factorisations: usize,
     /// The answer in the form of every inverse problem, with its unknowns in hundredths.
     pub answer: Answer<3>,
 }
 
-/// Activations from unknowns in hundredths.
 fn activations_of(hundredths: &[f64]) -> Vec<f64> {
     hundredths.iter().map(|x| 0.01 * x).collect()
 }
@@ -153,9 +147,6 @@ fn searched(body: &SpaceBody, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
 impl SpaceSearch {
     /// As [`SpaceSearch::fit`] where both sides are alike: all starts are searched on one half of the body, which costs a third, and the
     /// best answer is completed on the whole. `left` is the half with its system.
-    ///
-    /// # Errors
-    /// As [`SpaceSearch::fit`].
     pub fn fit_alike(
         &self,
         (body, system): (&SpaceBody, &System<3>),

@@ -29,18 +29,12 @@ pub struct Recorded {
 
 impl Recorded {
     /// What tables of bodies in space show ([`read_space_marks`]); `usual_sd_m` is the standard deviation where a table gives none.
-    ///
-    /// # Errors
-    /// [`TableError`], with the file and the line.
     pub fn of_tables(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Self, TableError> {
         let frames = read_space_marks(paths, usual_sd_m)?;
         Ok(Self { frames: frames.into_iter().map(|frame| (None, frame)).collect(), placed: None })
     }
 
     /// Whether a file is a table of a body in space rather than a recording.
-    ///
-    /// # Errors
-    /// Where the file cannot be read.
     pub fn is_table(path: impl AsRef<Path>) -> std::io::Result<bool> {
         is_space_table(path.as_ref())
     }
