@@ -9,14 +9,10 @@ pub struct Misread {
     pub line: usize,
     /// The column in characters, from 1.
     pub column: usize,
-    /// What is wrong there.
     pub problem: String,
 }
 
 /// Reads a value.
-///
-/// # Errors
-/// [`Misread`] for a text that is not TOML, or not such a value.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, Misread> {
     toml::from_str(text).map_err(|error| {
         let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));

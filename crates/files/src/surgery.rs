@@ -51,7 +51,6 @@ pub enum FillingKind {
 }
 
 impl FillingKind {
-    /// The word for it.
     pub fn word(self) -> &'static str {
         match self {
             Self::Removed => "removed",
@@ -69,33 +68,20 @@ fn ten() -> f64 {
 /// Why surgery is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum SurgeryError {
-    /// A region that is not read, or has no elements.
     #[error("{word}: {problem}")]
-    Region {
-        /// The region as it was given.
-        word: String,
-        /// What is wrong.
-        problem: String,
-    },
-    /// No region.
+    Region { word: String, problem: String },
     #[error("no region is given; name at least one, such as left:box:-20,20,-40,40,15,60")]
     Nowhere,
-    /// A stiffness that is none.
     #[error("scar is {0}; it must lie above 0 and be at most 1e6")]
     Scar(f64),
-    /// The body cannot be operated there.
     #[error(transparent)]
     Fault(#[from] SurgeryFault),
-    /// Activations that make up for it cannot be searched for.
     #[error(transparent)]
     Fit(#[from] FitError),
 }
 
 impl Surgery {
     /// The body after surgery.
-    ///
-    /// # Errors
-    /// [`SurgeryError`]: a region without elements or at a bone, a scar of no stiffness.
     pub fn operate(&self, body: &SpaceBody) -> Result<Operated, SurgeryError> {
         let filling = match self.filling {
             FillingKind::Scar if !(self.scar.is_finite() && self.scar > 0.0 && self.scar <= 1e6) => {

@@ -51,7 +51,6 @@ impl Default for Wall {
 /// Effects that the model includes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Acoustics {
-    /// The medium.
     pub air: Air,
     /// Whether air loses energy to the wall by viscosity and heat.
     pub friction: bool,

@@ -35,7 +35,6 @@ impl Formant {
 /// Why the formants of a tract cannot be computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FormantError {
-    /// There is no section.
     Empty,
     /// The section of this number, counted from the glottis, has no positive length or area.
     Closed(usize),

@@ -10,7 +10,6 @@ use crate::Formant;
 pub struct Voice {
     /// Samples per second.
     pub rate_hz: u32,
-    /// Duration, s.
     pub seconds: f64,
     /// Pitch at the beginning, Hz.
     pub pitch_hz: f64,

@@ -32,7 +32,6 @@ impl<const D: usize> Cell<D> {
         })
     }
 
-    /// Its node numbers.
     #[inline(always)]
     pub fn nodes(&self) -> &[usize] {
         &self.nodes[..=D]

@@ -50,7 +50,6 @@ impl Contact {
         Self { outline, nodes: nodes.iter().map(|&n| (n, unbound)).collect(), stiffness, reach }
     }
 
-    /// The corners of the wall, m.
     pub fn outline(&self) -> &[Vector2<f64>] {
         &self.outline
     }

@@ -15,7 +15,6 @@ use super::{Configuration, Tangent};
 /// In motion this replaces the tension terms of the effect: its other methods are then called with all
 /// tensions zero, and the tensions enter here.
 pub trait Internal<const D: usize>: Debug {
-    /// Number of states.
     fn count(&self) -> usize;
 
     /// Energy stored, J.

@@ -71,15 +71,9 @@ pub struct Configuration<'a, const D: usize> {
 #[derive(Debug, Clone, Copy)]
 pub enum Part<'a> {
     /// A spring, and the muscle along it whose tension it carries as well.
-    Line {
-        /// The spring.
-        spring: &'a spring::Spring,
-        /// Number of the muscle.
-        muscle: Option<usize>,
-    },
+    Line { spring: &'a spring::Spring, muscle: Option<usize> },
     /// A cell of energy `1/2 kappa ((S - S0)/S0)²`.
     Cell {
-        /// Its corners.
         nodes: &'a [usize],
         /// Area, m², or volume, m³, at rest.
         rest: f64,

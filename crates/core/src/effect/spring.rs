@@ -10,7 +10,6 @@ use super::barrier::{self, Barrier, barrier};
 /// A linear spring between two nodes, with the places of its stiffness blocks.
 #[derive(Debug, Clone)]
 pub struct Spring {
-    /// The two nodes.
     pub nodes: [usize; 2],
     /// Spring constant, N/m (2D: per metre of thickness).
     pub stiffness: f64,
@@ -52,7 +51,6 @@ impl Spring {
         (length < barrier::THRESHOLD * self.rest_length).then(|| barrier(length / self.rest_length))
     }
 
-    /// Whether the spring is so short that the barrier acts.
     pub fn is_guarded<const D: usize>(&self, positions: &[SVector<f64, D>]) -> bool {
         let [a, b] = self.nodes;
         let least = barrier::THRESHOLD * self.rest_length;

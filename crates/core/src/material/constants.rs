@@ -28,9 +28,6 @@ const LARGEST: f64 = 1e12;
 
 impl Constants {
     /// Checks that all constants are in their physical range.
-    ///
-    /// # Errors
-    /// Names the first constant that is out of range.
     pub fn check(&self) -> Result<(), SystemError> {
         let positive = |v: f64| v > 0.0 && v <= LARGEST;
         if !positive(self.young_modulus) {

@@ -149,9 +149,6 @@ pub fn regular_simplex<const D: usize>(side: f64) -> Corners<D> {
 impl Coefficients {
     /// Coefficients for a body whose connections have the mean length `side`, m, whose cells add up to
     /// `measure` (m² or m³), and whose tissue has `nodes` nodes (thesis 4.1.1).
-    ///
-    /// # Errors
-    /// [`SystemError`] for constants out of range.
     pub fn new<const D: usize>(
         constants: &Constants,
         preset: Preset,

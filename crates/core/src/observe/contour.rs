@@ -51,7 +51,6 @@ impl Curve {
         Some(out)
     }
 
-    /// Its nodes in their order.
     pub fn nodes(&self) -> &[usize] {
         &self.nodes
     }

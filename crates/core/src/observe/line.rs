@@ -27,7 +27,6 @@ impl<const D: usize> LineEnd<D> {
 /// The straight distance between two points, m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line<const D: usize> {
-    /// The points.
     pub ends: [LineEnd<D>; 2],
 }
 

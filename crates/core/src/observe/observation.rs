@@ -33,13 +33,11 @@ pub enum Certainty {
 /// An observable, its measured value and the uncertainty of that.
 #[derive(Debug, Clone)]
 pub struct Observation<const D: usize> {
-    /// The observable.
     pub observable: Arc<dyn Observable<D>>,
     /// The measured value, unit of the observable.
     pub measured: f64,
     /// How it constrains the observable.
     pub sense: Sense,
-    /// Its uncertainty.
     pub certainty: Certainty,
     /// Factor of its residual in a fit, in one over the unit of the observable: 1 where all quantities are
     /// of one kind, one over the standard deviation where kinds are mixed.

@@ -13,17 +13,13 @@ pub fn writer<W: Write>(out: W) -> ::csv::Writer<AsText<W>> {
 #[derive(Debug)]
 pub struct AsText<W> {
     out: W,
-    /// State of the current cell.
     cell: Cell,
-    /// Whether it is inside quotation marks.
     is_quoted: bool,
 }
 
 #[derive(Debug)]
 enum Cell {
-    /// At its beginning.
     Begun,
-    /// After the opening quotation mark.
     Opened,
     /// Text or a positive number, which is written unchanged.
     Harmless,
@@ -32,12 +28,10 @@ enum Cell {
 }
 
 impl<W: Write> AsText<W> {
-    /// A writer into `out`.
     pub fn new(out: W) -> Self {
         Self { out, cell: Cell::Begun, is_quoted: false }
     }
 
-    /// The inner writer.
     #[cfg(test)]
     pub fn into_inner(self) -> W {
         self.out

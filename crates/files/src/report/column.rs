@@ -11,7 +11,6 @@ use serde_json::Value;
 use super::cells;
 use super::csv::Table;
 
-/// What is made of a row.
 type Of<'a, R, T> = Rc<dyn Fn(&R) -> T + 'a>;
 
 /// A column of a table whose rows are `R`.
@@ -50,7 +49,6 @@ impl<'a, R: 'a> Column<'a, R> {
         Self::new(heading.clone(), "", "", value).headed(heading)
     }
 
-    /// The column with this heading on pages.
     pub fn headed(self, heading: impl Into<Cow<'static, str>>) -> Self {
         Self { heading: Some(heading.into()), ..self }
     }
@@ -80,7 +78,6 @@ impl<'a, R: 'a> Column<'a, R> {
         Self { is_text: true, ..self.shown(text) }
     }
 
-    /// The column only in CSV, not on pages.
     pub fn in_csv_alone(self) -> Self {
         Self { heading: None, ..self }
     }
@@ -118,7 +115,6 @@ impl<'a, R: 'a> Column<'a, R> {
     }
 }
 
-/// A table of these columns.
 pub fn table<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Table {
     Table {
         columns: columns.iter().map(|c| c.name.clone().into_owned()).collect(),

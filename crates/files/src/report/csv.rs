@@ -23,7 +23,6 @@ impl<T: Serialize> Export for Rows<'_, T> {
 /// `command` and, if it is known, `tissue`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Table {
-    /// The header.
     pub columns: Vec<String>,
     /// One value for each column.
     pub rows: Vec<Vec<String>>,

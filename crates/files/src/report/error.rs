@@ -7,29 +7,23 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
-    /// The output folder cannot be created or written to.
     #[error(
         "cannot write into the output folder \"{}\": {reason}; choose another folder, or make this one writable",
         path.display()
     )]
     Folder { path: PathBuf, reason: String, source: io::Error },
-    /// A file could not be written; an earlier file is unchanged.
     #[error(
         "cannot write the file \"{}\": {source}; {} (an earlier file of that name is unchanged)",
         path.display(),
         remedy(source)
     )]
     File { path: PathBuf, source: io::Error },
-    /// A journal cannot be resumed or read.
     #[error("cannot use the journal \"{}\": {source}{}", path.display(), remedy_of_journal(source))]
     Journal { path: PathBuf, source: io::Error },
-    /// An output name contains a folder.
     #[error("\"{name}\" is not a plain file name; give a name without a folder")]
     Name { name: String },
-    /// The deformed shape has another number of nodes.
     #[error("the mesh has {nodes} nodes, but the deformed shape {deformed}; pass the positions of this mesh")]
     NodeCount { nodes: usize, deformed: usize },
-    /// A position cannot be drawn.
     #[error("the {shape} position of node {node} is ({x}, {y}) m; it must be finite and within 1000 m")]
     Position {
         shape: &'static str,
@@ -40,24 +34,18 @@ pub enum ReportError {
         /// Coordinate, m.
         y: f64,
     },
-    /// A record cannot be serialised.
     #[error("cannot write the record of a fit: {reason}; please report this as a defect")]
     Record { reason: String },
-    /// A node or muscle number is out of range.
     #[error("{what} names {kind} {number}, but the mesh has {count} (counted from 0); correct the number")]
     Number { what: String, kind: &'static str, number: usize, count: usize },
-    /// A motion has no frame.
     #[error("a motion needs at least one frame; got none")]
     NoFrame,
-    /// A chart has no bars or too many series.
     #[error(
         "a chart needs at least one label and 1 to {most} series; got {labels} labels and {series} series"
     )]
     ChartShape { labels: usize, series: usize, most: usize },
-    /// A series has not one value for each label.
     #[error("the series \"{series}\" has {values} values for {labels} labels; give one value for each label")]
     SeriesLength { series: String, values: usize, labels: usize },
-    /// A value is not a ratio of lengths.
     #[error(
         "the value of \"{label}\" in the series \"{series}\" is {value}; \
          a ratio of lengths must be positive, finite and at most 100"
@@ -68,7 +56,6 @@ pub enum ReportError {
         /// The value, dimensionless.
         value: f64,
     },
-    /// A diagram has no point or too many curves.
     #[error("a diagram needs 1 to {most} curves with a positive, finite point each; got {curves}")]
     Curves { curves: usize, most: usize },
 }
@@ -87,7 +74,6 @@ fn remedy_of_journal(refusal: &io::Error) -> String {
     }
 }
 
-/// Advice for an error of the operating system.
 fn remedy(refusal: &io::Error) -> &'static str {
     use io::ErrorKind::{FileTooLarge, PermissionDenied, QuotaExceeded, ReadOnlyFilesystem, StorageFull};
     match refusal.kind() {

@@ -12,7 +12,6 @@ use tongue_core::system::TissueModel;
 /// OpenSim.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Provenance {
-    /// Version of tongue-fit.
     pub version: &'static str,
     /// The command line, or a description by a program that uses the library.
     pub command: String,
@@ -31,7 +30,6 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// This version and the given command.
     pub fn new(command: impl Into<String>) -> Self {
         Self {
             version: crate::VERSION,
@@ -43,7 +41,6 @@ impl Provenance {
         }
     }
 
-    /// Adds the tissue that the results are of.
     pub fn with_tissue(mut self, tissue: TissueModel) -> Self {
         self.tissue = Some(match tissue {
             TissueModel::MassSpring => "springs",
@@ -61,12 +58,10 @@ impl Provenance {
         self
     }
 
-    /// Adds the settings of the continuum that the results are of.
     pub fn with_chosen(self, settings: Option<&ContinuumSettings>) -> Self {
         Self { chosen: settings.map(ContinuumSettings::to_string), ..self }
     }
 
-    /// Adds the hash of the inputs.
     pub fn with_inputs(mut self, sha256: &str) -> Self {
         self.inputs_sha256 = Some(sha256.to_owned());
         self
@@ -89,15 +84,9 @@ impl Provenance {
 /// Content of a file.
 pub trait Export {
     /// Writes the content, with the version and command that it is made `by`.
-    ///
-    /// # Errors
-    /// As `out`.
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()>;
 
     /// The content as text.
-    ///
-    /// # Errors
-    /// None in practice: every format is text, and memory can be written to.
     fn text(&self, by: &Provenance) -> io::Result<String> {
         let mut bytes = Vec::new();
         self.write(&mut bytes, by)?;

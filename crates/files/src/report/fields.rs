@@ -17,7 +17,6 @@ pub(super) struct Fields<'a, const D: usize> {
     pub mesh: &'a Mesh<D>,
     pub positions: &'a [SVector<f64, D>],
     tensions: &'a [f64],
-    /// Stress of each cell; empty if it is not known.
     pub stresses: Vec<Stress<D>>,
 }
 
@@ -41,7 +40,6 @@ impl<'a, const D: usize> Fields<'a, D> {
         Ok(Self { mesh, positions, tensions, stresses: Vec::new() })
     }
 
-    /// Displacements of all nodes, m.
     pub fn displacements(&self) -> impl Iterator<Item = SVector<f64, D>> {
         self.positions.iter().zip(&self.mesh.nodes).map(|(p, rest)| p - rest)
     }

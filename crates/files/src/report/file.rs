@@ -29,9 +29,6 @@ pub struct OutputDir {
 impl OutputDir {
     /// Creates the folder (and its parents) if it is missing, and writes a trial file, so that a long run
     /// does not fail at its end. The empty path is the current folder.
-    ///
-    /// # Errors
-    /// [`ReportError::Folder`] if it cannot be created or written to.
     pub fn prepare(path: impl AsRef<Path>) -> Result<Self, ReportError> {
         let path = match path.as_ref() {
             empty if empty.as_os_str().is_empty() => Path::new("."),
@@ -50,7 +47,6 @@ impl OutputDir {
         Ok(Self { path: path.to_owned() })
     }
 
-    /// The folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -60,9 +56,6 @@ impl OutputDir {
     /// All are written in full under temporary names before the first takes its place, so that a full disk
     /// or a bad name leaves every earlier file as it was. The data is not forced to the disk: a power cut is
     /// not guarded against.
-    ///
-    /// # Errors
-    /// [`ReportError::Name`] if a name contains a folder; [`ReportError::File`] if a file cannot be written.
     pub fn write_all(&self, files: &[(&str, &[u8])]) -> Result<Vec<PathBuf>, ReportError> {
         self.write_streams(
             files.iter().map(|&(name, bytes)| (name, move |w: &mut dyn Write| w.write_all(bytes))),
@@ -71,9 +64,6 @@ impl OutputDir {
 
     /// As [`OutputDir::write_all`], for files that are too large for memory: each is given by a function
     /// that writes it.
-    ///
-    /// # Errors
-    /// As [`OutputDir::write_all`], and whatever the writers report.
     pub fn write_streams<'a, W: Fn(&mut dyn Write) -> io::Result<()>>(
         &self,
         files: impl Iterator<Item = (&'a str, W)>,
@@ -96,9 +86,6 @@ impl OutputDir {
     }
 
     /// As [`OutputDir::write_all`], for exporters, which also write the provenance `by`.
-    ///
-    /// # Errors
-    /// As [`OutputDir::write_all`].
     pub fn export<'f>(
         &self,
         files: &[(&'f str, &'f dyn Export)],
@@ -121,9 +108,6 @@ impl OutputDir {
 
 /// Writes a set of files into a folder, which is created if it is missing: all of them or none. They name
 /// `command` as their origin: a command line, or a description by a program that uses the library.
-///
-/// # Errors
-/// As [`OutputDir::prepare`] and [`OutputDir::write_all`].
 pub fn write(
     folder: impl AsRef<Path>,
     command: &str,

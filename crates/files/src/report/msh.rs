@@ -32,9 +32,6 @@ impl<'a, const D: usize> Msh<'a, D> {
 
     /// The mesh with one group `bone`, and the shape of these positions (m) and tensions (N; in the plane
     /// per metre of thickness).
-    ///
-    /// # Errors
-    /// As [`super::Vtu::new`].
     pub fn deformed(
         mesh: &'a Mesh<D>,
         positions: &'a [SVector<f64, D>],

@@ -29,7 +29,6 @@ impl OfMuscle<'_> {
         self.record.lists(pointer, self.muscle).into()
     }
 
-    /// An end of the range that rounding leaves.
     fn rounding(&self, what: &str, end: usize) -> Value {
         number(self.record.rounding(what, self.muscle).map(|ends| ends[end]))
     }

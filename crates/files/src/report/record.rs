@@ -39,7 +39,6 @@ impl BranchRecord {
 /// One equilibrium: `tongue-fit simulate --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SimulationRecord {
-    /// How the solve ended.
     pub status: statics::SolveStatus,
     /// Tensions given, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
@@ -49,11 +48,9 @@ pub struct SimulationRecord {
     pub ratios: ByMuscle<f64>,
     /// Lengths over those at rest.
     pub stretches: ByMuscle<f64>,
-    /// Positions of all nodes, m.
     pub positions_m: Vec<Vec<f64>>,
     /// Largest residual force on a free node, N.
     pub max_residual_force_n: f64,
-    /// Part of the tensions at which the positions are an equilibrium.
     pub load_reached: f64,
     /// Stability: what is known of the eigenvalues of the stiffness.
     pub stability: statics::Stability,
@@ -64,15 +61,11 @@ pub struct SimulationRecord {
     pub guarded: usize,
     /// The branch of equilibria from rest, if it was followed.
     pub branch: Option<BranchRecord>,
-    /// Reasons for doubt.
     pub alarms: Vec<AlarmRecord>,
-    /// Newton iterations.
     pub iterations: usize,
-    /// Factorisations of the stiffness matrix.
     pub factorisations: usize,
     /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element.
     pub min_area_ratio: f64,
-    /// Largest such ratio.
     pub max_area_ratio: f64,
     /// Potential energy, J per metre of thickness.
     pub energy_j: f64,
@@ -122,7 +115,6 @@ impl SimulationRecord {
 pub struct IdentifiabilityRecord {
     /// Singular values of d(fitted value)/d(tension), 1/N, largest first.
     pub singular_values: Vec<f64>,
-    /// Number of undetermined directions.
     pub undetermined: usize,
     /// Unit vectors over `active`, in its order.
     pub null_directions: Vec<Vec<f64>>,
@@ -134,16 +126,13 @@ pub struct IdentifiabilityRecord {
 /// not straight.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BodySegment {
-    /// One end, N.
     pub from_n: ByMuscle<f64>,
-    /// The other, N.
     pub to_n: ByMuscle<f64>,
 }
 
 /// A bone whose displacement was fitted.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoneRecord {
-    /// Its displacement, mm by axis.
     pub shift_mm: Vec<f64>,
     /// The 95 % interval of each. In a fit: from a standard deviation of 0.01 of every stretch and the
     /// priors, linearised at the answer; in a recording as those of the tensions.
@@ -170,9 +159,7 @@ pub struct FitRecord {
     /// `mostly_prior`); and `verdict_from`: `draws` or `short_run`. Left out where there is none.
     #[serde(flatten)]
     pub verdict: Option<tongue_infer::posterior::Verdict>,
-    /// The subject.
     pub subject: String,
-    /// The fitted vowel.
     pub vowel: Vowel,
     /// The vowel that changes are counted from.
     pub baseline: Vowel,
@@ -180,13 +167,11 @@ pub struct FitRecord {
     pub target_kind: TargetKind,
     /// The reference muscle of ratios.
     pub reference: String,
-    /// Contracting muscles.
     pub active: Vec<String>,
     /// Muscles whose change is within the rounding of the data.
     pub uncertain: Vec<String>,
     /// Muscles of the table or the body that were not measured in both rows, which are not observations.
     pub not_measured: Vec<String>,
-    /// How the fit ended.
     pub status: inverse::FitStatus,
     /// Fitted tensions, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
@@ -206,9 +191,7 @@ pub struct FitRecord {
     /// Lengths of the model in the baseline, mm, which stretches are counted from. Without tone they are
     /// those at rest.
     pub model_baseline_lengths_mm: ByMuscle<f64>,
-    /// Measured lengths, mm.
     pub measured_lengths_mm: ByMuscle<f64>,
-    /// Measured lengths in the baseline, mm.
     pub baseline_lengths_mm: ByMuscle<f64>,
     /// Simulated lengths over that of GGa.
     pub ratios: ByMuscle<f64>,
@@ -220,7 +203,6 @@ pub struct FitRecord {
     pub target_stretches: ByMuscle<f64>,
     /// Simulated less measured, in the quantity that was fitted.
     pub residuals: ByMuscle<f64>,
-    /// Root mean square residual of the fitted muscles.
     pub misfit: f64,
     /// Root mean square residual of the muscles that do not contract and that the fit does not see.
     pub passive_rms: Option<f64>,
@@ -246,9 +228,7 @@ pub struct FitRecord {
     pub replay_difference_m: f64,
     /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element.
     pub min_area_ratio: f64,
-    /// Largest such ratio.
     pub max_area_ratio: f64,
-    /// The posterior; left out if it was not asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub posterior: Option<tongue_infer::posterior::Report>,
     /// Differences of tensions between vowels that were sampled together.
@@ -345,17 +325,11 @@ impl FitRecord {
     }
 
     /// The record as indented JSON with a newline at the end.
-    ///
-    /// # Errors
-    /// None in practice: every field can be serialised.
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self).map(|s| s + "\n")
     }
 
     /// A tidy table with one row for each muscle.
-    ///
-    /// # Errors
-    /// None in practice: memory can be written to.
     pub fn to_csv(&self) -> std::io::Result<String> {
         const COLUMNS: [&str; 21] = [
             "subject",

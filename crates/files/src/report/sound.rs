@@ -10,16 +10,13 @@ use tongue_sound::{Acoustics, transfer};
 pub struct AreaRow {
     /// Distance of its middle from the glottis along the midline, mm.
     pub from_glottis_mm: f64,
-    /// Its length, mm.
     pub length_mm: f64,
-    /// Its area, cm^2.
     pub area_cm2: f64,
 }
 
 /// Derivatives of the formants by the tension of a muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FormantsByTension {
-    /// The muscle.
     pub muscle: String,
     /// Derivative of each formant's frequency, Hz for 1 N per metre of thickness.
     pub hz_per_n: Vec<f64>,
@@ -28,13 +25,10 @@ pub struct FormantsByTension {
 /// The sound.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SoundRecord {
-    /// Frequencies of the formants, Hz.
     pub formants_hz: Vec<f64>,
-    /// Their bandwidths, Hz.
     pub bandwidths_hz: Vec<f64>,
     /// Derivatives by the tensions of the contracting muscles.
     pub by_tension: Vec<FormantsByTension>,
-    /// Name of the tract.
     pub tract: String,
     /// Posture of jaw, hyoid and lips.
     pub posture: Articulation,

@@ -20,17 +20,12 @@ use tongue_input::measured::ByMuscle;
 /// One equilibrium in space: `tongue-fit simulate --body FOLDER --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpaceRecord {
-    /// Description of the body.
     pub body: String,
-    /// Number of nodes.
     pub nodes: usize,
-    /// Number of hexahedra.
     pub hexahedra: usize,
-    /// Number of unknown coordinates.
     pub unknowns: usize,
     /// Whether only one half was solved, because both sides are alike.
     pub half: bool,
-    /// How the solve ended.
     pub status: statics::SolveStatus,
     /// Activations, 0 to 1.
     pub activations: ByMuscle<f64>,
@@ -46,27 +41,21 @@ pub struct SpaceRecord {
     pub rms_displacement_mm: f64,
     /// Smallest ratio of an element's volume to that at rest.
     pub min_volume_ratio: f64,
-    /// Largest such ratio.
     pub max_volume_ratio: f64,
     /// Largest residual force on a free node, N.
     pub max_residual_force_n: f64,
-    /// Stability: what is known of the eigenvalues of the stiffness.
     pub stability: statics::Stability,
     /// What is known of the way from rest.
     pub connection: statics::Connection,
     /// Number of fibres so short that the barrier acts in them.
     pub guarded: usize,
-    /// Newton iterations.
     pub iterations: usize,
-    /// Factorisations of the stiffness.
     pub factorisations: usize,
     /// The branch of equilibria from rest, if it was followed.
     pub branch: Option<BranchRecord>,
-    /// Reasons for doubt.
     pub alarms: Vec<AlarmRecord>,
     /// Changes by surgery, if there was any; everything else describes the body after it.
     pub operation: Option<OperationRecord>,
-    /// Duration of the solve, s.
     pub wall_s: f64,
 }
 
@@ -126,13 +115,11 @@ pub struct OperationRecord {
     pub regions: Vec<String>,
     /// What is left there: removed, scar, flap or silent.
     pub filling: Option<FillingKind>,
-    /// Elements operated.
     pub elements: usize,
     /// Their volume at rest, cm³.
     pub volume_cm3: f64,
     /// Way of the tip before, mm: back, right, up.
     pub tip_before_mm: [f64; 3],
-    /// The same after.
     pub tip_after_mm: [f64; 3],
     /// How far the tip reaches less to the front than before, mm.
     pub reach_lost_mm: f64,
@@ -172,7 +159,6 @@ impl OperationRecord {
 /// their `stretch`.
 #[derive(Debug, Clone, Copy)]
 pub struct SpaceVtu<'a> {
-    /// The body.
     pub body: &'a SpaceBody,
     /// Positions of all nodes, m.
     pub positions: &'a [Vector3<f64>],

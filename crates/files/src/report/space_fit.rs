@@ -12,7 +12,6 @@ use super::record::AlarmRecord;
 /// `tongue-fit track FILES --body space --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpaceTrackRecord {
-    /// What the body is.
     pub body: String,
     /// One for each time.
     pub frames: Vec<SpaceFitRecord>,
@@ -34,18 +33,15 @@ impl SpaceTrackRecord {
     }
 }
 
-/// One frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpaceFitRecord {
     /// The name of its recording, where it is of one.
     pub recording: Option<String>,
     /// Its time, s, where it has one.
     pub time_s: Option<f64>,
-    /// How the search ended.
     pub status: FitStatus,
     /// Root of the mean squared distance from what was seen, mm; stretches and ratios count times the length at rest.
     pub rms_mm: f64,
-    /// Distance of each row of the tables, mm.
     pub distances_mm: Vec<f64>,
     /// Activations, 0 to 1: of muscles, or of both sides by their common name.
     pub activations: ByMuscle<f64>,
@@ -53,35 +49,26 @@ pub struct SpaceFitRecord {
     pub sd: ByMuscle<Option<f64>>,
     /// Combinations of activations that the data leave open, each with the standard deviation along it.
     pub open: Vec<OpenRecord>,
-    /// Where each start ended.
     pub starts: Vec<StartRecord>,
     /// Starts that ended elsewhere and meet the data as well (misfit at most a twentieth larger).
     pub others_as_good: Vec<ByMuscle<f64>>,
-    /// Factorisations of the stiffness, over all starts and the assessment of the answer.
     pub factorisations: usize,
-    /// What speaks against the answer.
     pub alarms: Vec<AlarmRecord>,
 }
 
-/// A combination that the data leave open.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OpenRecord {
-    /// Its share of each activation.
     pub direction: ByMuscle<f64>,
     /// Standard deviation of its amount, from the data alone; null where no observation depends on it.
     pub sd: Option<f64>,
 }
 
-/// Where one start ended.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StartRecord {
-    /// Activations.
     pub activations: ByMuscle<f64>,
     /// Root mean square of the residuals, in standard deviations.
     pub misfit: f64,
-    /// Factorisations of the stiffness.
     pub factorisations: usize,
-    /// Whether it converged.
     pub converged: bool,
 }
 

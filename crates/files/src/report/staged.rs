@@ -42,7 +42,6 @@ pub fn discard_unfinished() -> Standstill {
 /// A file under a temporary name, which is removed unless it is renamed.
 #[derive(Debug)]
 pub(super) struct Staged {
-    /// The open file, while it is written.
     file: Option<NamedTempFile>,
     /// The closed file before it is renamed. Closing keeps the number of open files below the limit of a
     /// process.

@@ -8,11 +8,8 @@ use super::export::{Export, Provenance};
 /// (.sto) Files": a name, keys up to `endheader`, labels, numbers, separated by tabs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoTable {
-    /// The first line.
     pub title: String,
-    /// Names of the columns.
     pub labels: Vec<String>,
-    /// A value for each column.
     pub rows: Vec<Vec<f64>>,
 }
 

@@ -14,7 +14,6 @@ impl Told {
         serde_json::to_value(record).map(Self)
     }
 
-    /// The same with one more number in front of its fields.
     #[must_use]
     pub fn with_first(self, name: &str, number: f64) -> Self {
         let Value::Object(fields) = self.0 else { return self };
@@ -26,47 +25,38 @@ impl Told {
         self.0.pointer(pointer).unwrap_or(&Value::Null)
     }
 
-    /// The text there; empty where there is none.
     pub fn text(&self, pointer: &str) -> &str {
         self.at(pointer).as_str().unwrap_or_default()
     }
 
-    /// The number there.
     pub fn number(&self, pointer: &str) -> Option<f64> {
         self.at(pointer).as_f64()
     }
 
-    /// Whether it is said there that something is so.
     pub fn is(&self, pointer: &str) -> bool {
         self.at(pointer).as_bool().unwrap_or(false)
     }
 
-    /// The entries of the list there.
     pub fn list(&self, pointer: &str) -> &[Value] {
         self.at(pointer).as_array().map_or(&[], Vec::as_slice)
     }
 
-    /// The names in the list there.
     pub fn names(&self, pointer: &str) -> Vec<&str> {
         self.list(pointer).iter().filter_map(Value::as_str).collect()
     }
 
-    /// Whether the list there names a muscle.
     pub fn lists(&self, pointer: &str, muscle: &str) -> bool {
         self.list(pointer).iter().any(|name| name == muscle)
     }
 
-    /// The value of a muscle in the object there.
     pub fn of(&self, pointer: &str, muscle: &str) -> &Value {
         self.at(pointer).get(muscle).unwrap_or(&Value::Null)
     }
 
-    /// The number of a muscle in the object there.
     pub fn number_of(&self, pointer: &str, muscle: &str) -> Option<f64> {
         self.of(pointer, muscle).as_f64()
     }
 
-    /// The names of muscles in the object there, in their order.
     pub fn muscles(&self, pointer: &str) -> Vec<&str> {
         self.at(pointer).as_object().map_or_else(Vec::new, |all| all.keys().map(String::as_str).collect())
     }

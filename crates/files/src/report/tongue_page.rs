@@ -16,7 +16,6 @@ const PAGE: &str = include_str!("../../../../web/tongue.html");
 /// The place in the page for the user's data.
 const OWN: &str = r#"<script type="application/json" id="own">{}</script>"#;
 
-/// The body of a page.
 #[derive(Debug, Clone)]
 pub struct PageBody {
     /// Mesh spacing of springs, mm; the page's own if none is given.
@@ -37,19 +36,14 @@ pub struct PageBody {
     pub mesh: Option<String>,
 }
 
-/// A table of lengths in a page.
 #[derive(Debug, Clone, Serialize)]
 pub struct PageTable {
-    /// Its name in messages.
     pub file: String,
-    /// Its text.
     pub text: String,
 }
 
-/// The page.
 #[derive(Debug)]
 pub struct TonguePage {
-    /// The body.
     pub body: PageBody,
     /// The lengths; the built-in ones where there are none.
     pub table: Option<PageTable>,

@@ -9,11 +9,8 @@ use tongue_infer::heard::{Articulation, TRACT_SD, Tract};
 /// What the formants of a run are those of, and how far they are known.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FormantsRecord {
-    /// Name of the tract.
     pub tract: String,
-    /// Height of the opening between the lips, mm.
     pub lip_opening_mm: f64,
-    /// Protrusion of the lips, mm.
     pub lip_protrusion_mm: f64,
     /// Number of frames that have formants: the others have no data, or their tongue touches a wall.
     pub frames: usize,
@@ -26,7 +23,6 @@ pub struct FormantsRecord {
 }
 
 impl FormantsRecord {
-    /// Of frames with formants.
     fn new(tract: &Tract, lips: &Articulation, frames: &[FrameRecord]) -> Self {
         let told: Vec<_> = frames.iter().filter(|f| !f.formants.is_empty()).collect();
         let count = told.first().map_or(0, |f| f.formants.len());

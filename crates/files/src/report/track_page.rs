@@ -12,20 +12,15 @@ use super::track::{TrackRecord, status_name};
 /// Pictures of one recording.
 #[derive(Debug, Clone)]
 pub struct TrackPicture {
-    /// Name of the recording.
     pub recording: String,
-    /// Figure of its courses.
     pub courses: Svg,
     /// Its animation with the name of the file and its length, s, if there is one.
     pub animation: Option<(String, Svg, f64)>,
 }
 
-/// The page.
 #[derive(Debug)]
 pub struct TrackPage<'a> {
-    /// The results.
     pub record: &'a TrackRecord,
-    /// One for each recording.
     pub pictures: Vec<TrackPicture>,
     /// How well courses repeat, where labels do.
     pub repeats: Option<Svg>,

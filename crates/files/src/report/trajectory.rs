@@ -8,9 +8,7 @@ use tongue_core::dynamics::{Control, IntegrationMethod, MotionOutcome, MotionSta
 /// One trajectory: `tongue-fit simulate --trajectory --json`, and `trajectory.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrajectoryRecord {
-    /// How it ended.
     pub status: MotionStatus,
-    /// The integrator.
     pub method: IntegrationMethod,
     /// Fixed step, s; null with error control.
     pub dt_s: Option<f64>,
@@ -26,13 +24,11 @@ pub struct TrajectoryRecord {
     /// Elements in which the barrier against inversion acts at the end: the published law does not hold
     /// there.
     pub guarded: usize,
-    /// Cost of the run.
     pub counts: StepCounts,
     /// Lengths at the time reached, mm.
     pub lengths_mm: ByMuscle<f64>,
     /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element, at the end.
     pub min_area_ratio: f64,
-    /// Largest such ratio.
     pub max_area_ratio: f64,
     /// Duration of the run, s.
     pub wall_s: f64,
@@ -74,7 +70,6 @@ impl TrajectoryRecord {
 /// Lengths and tensions of a body's muscles over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct History {
-    /// Names of the muscles.
     pub muscles: Vec<String>,
     /// Time, s; length of every muscle, m; its tension, N per metre of thickness.
     pub rows: Vec<(f64, Vec<f64>, Vec<f64>)>,

@@ -11,9 +11,7 @@ use tongue_infer::inverse::valley::Valley;
 /// All tensions that meet an undetermined target as well as the answer: points on a curve from end to end.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ValleyRecord {
-    /// The points.
     pub points: Vec<ValleyPointRecord>,
-    /// Index of the answer among them.
     pub answer: usize,
     /// Why the curve ends before the first point and after the last.
     pub ends: [String; 2],
@@ -61,11 +59,8 @@ impl ValleyRecord {
 /// A point of a [`ValleyRecord`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ValleyPointRecord {
-    /// Tensions of the active muscles, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
-    /// Lengths of all muscles, mm.
     pub lengths_mm: ByMuscle<f64>,
-    /// Root mean square residual of the fitted muscles.
     pub misfit: f64,
     /// Root mean square residual of the other measured muscles, in the fitted quantity.
     pub passive_rms: Option<f64>,

@@ -29,10 +29,6 @@ pub struct Vtu<'a, const D: usize>(Fields<'a, D>);
 impl<'a, const D: usize> Vtu<'a, D> {
     /// The shape with the positions of all nodes, m, and the tensions of all muscles, N (in the plane per
     /// metre of thickness).
-    ///
-    /// # Errors
-    /// [`ReportError::NodeCount`], [`ReportError::Position`] and [`ReportError::Number`] as for
-    /// [`super::tongue`].
     pub fn new(
         mesh: &'a Mesh<D>,
         positions: &'a [SVector<f64, D>],

@@ -9,9 +9,7 @@ use super::export::{Export, Provenance};
 /// Samples between -1 and 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Wav {
-    /// The samples.
     pub samples: Vec<f64>,
-    /// Samples a second.
     pub rate_hz: u32,
 }
 

@@ -13,15 +13,11 @@ use crate::report::batch::{BatchProvenance, Fitted, RowPosterior, fitted};
 /// The fits of a table in one body, each made by [`BatchRun::fit`].
 #[derive(Debug, Clone)]
 pub struct BatchRun {
-    /// The fits.
     pub plan: BatchPlan,
-    /// The mesh of the body.
     pub mesh: Mesh<2>,
-    /// The model that makes a system of it.
     pub model: Model,
     /// The body under the premises of each kind of target; `None` for those of the thesis.
     pub setups: Vec<(TargetKind, Option<Setup>)>,
-    /// Settings of the fits.
     pub how: Thoroughness,
     known: Known,
     thesis: Option<Thesis>,
@@ -29,9 +25,6 @@ pub struct BatchRun {
 
 impl BatchRun {
     /// The fits of a plan for these quantities, under premises as chosen.
-    ///
-    /// # Errors
-    /// What concerns all fits: as [`System::new`], [`Premises::of`] and [`Setup::new`].
     pub fn new(
         plan: BatchPlan,
         kinds: &[TargetKind],
@@ -54,9 +47,6 @@ impl BatchRun {
     /// Makes the fit of a job of the plan and its parts of the outputs, with the posterior of the row or why
     /// there is none, if one was asked for; or says why the fit cannot begin. The page shows the fit if its
     /// number there is below [`MOST_FITS_ON_PAGE`](crate::report::batch::MOST_FITS_ON_PAGE).
-    ///
-    /// # Errors
-    /// As [`fitted`].
     pub fn fit(
         &self,
         number: usize,

@@ -60,27 +60,19 @@ pub enum BodySource {
     /// The built-in anatomy.
     #[default]
     Tongue,
-    /// An anatomy.
     Anatomy {
-        /// Its text (TOML).
         toml: String,
         /// Its name in messages, usually its path.
         origin: String,
     },
-    /// A mesh.
     Mesh {
-        /// Content of its file.
         content: MeshContent,
-        /// Its name in messages, usually its path.
         origin: String,
     },
 }
 
 impl BodySource {
     /// The mesh in a file ([`MeshContent::read`]).
-    ///
-    /// # Errors
-    /// As [`MeshContent::read`].
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
         Ok(Self::Mesh { content: MeshContent::read(path, unit)?, origin: path.display().to_string() })
     }
@@ -90,10 +82,8 @@ impl BodySource {
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneBody {
-    /// What it is made from.
     #[serde(default)]
     pub source: BodySource,
-    /// Its elements.
     #[serde(default)]
     pub kind: Kind,
     /// Mesh spacing of an anatomy, m; by default 5.5 mm, of a continuum 4 mm. A mesh has its own.
@@ -102,7 +92,6 @@ pub struct PlaneBody {
 }
 
 impl PlaneBody {
-    /// Mesh spacing of an anatomy, m.
     pub fn spacing_m(&self) -> f64 {
         self.spacing_m.unwrap_or(match self.kind {
             Kind::Springs => DEFAULT_SPACING_M,

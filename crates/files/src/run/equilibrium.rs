@@ -9,11 +9,9 @@ use crate::report::{AlarmRecord, BranchRecord, SimulationRecord};
 /// An equilibrium at given tensions (activations in space); its positions are in the workspace.
 #[derive(Debug, Clone)]
 pub struct Equilibrium {
-    /// How the solve ended.
     pub solution: Solution,
     /// The branch of equilibria from rest, if it was followed.
     pub branch: Option<BranchRecord>,
-    /// What to doubt in it.
     pub alarms: Vec<Alarm>,
 }
 

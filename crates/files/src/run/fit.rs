@@ -15,11 +15,8 @@ use crate::scene::effects::CONTACT_REACH_MM;
 /// What is asked of a fit.
 #[derive(Debug, Clone)]
 pub struct FitRun {
-    /// The target.
     pub target: Target,
-    /// Settings of the search.
     pub settings: FitSettings,
-    /// Choices of the premises ([`Premises::of`]).
     pub said: Said,
     /// Whether the palate and teeth of the body stop the tongue, in the baseline too.
     pub walls: bool,
@@ -30,9 +27,7 @@ pub struct FitRun {
 /// A fit that was made.
 #[derive(Debug, Clone)]
 pub struct FitFound {
-    /// The fit.
     pub fit: Fit,
-    /// What to doubt in it.
     pub alarms: Vec<Alarm>,
 }
 
@@ -46,9 +41,6 @@ impl FitRun {
     }
 
     /// Makes the fit in a body.
-    ///
-    /// # Errors
-    /// As [`Premises::of`], [`inverse::fit`] and [`Setup::new`].
     pub fn run(&self, body: &Body<2>, model: &Model) -> Result<FitFound, FitError> {
         let Self { target, settings, .. } = self;
         let premises = Premises::of(target.kind, body, &self.said)?;
@@ -78,9 +70,6 @@ impl FitFound {
     }
 
     /// The shape at the tensions found over the one that changes are counted from.
-    ///
-    /// # Errors
-    /// As [`report::tongue`].
     pub fn picture(&self, body: &Body<2>) -> Result<Svg, ReportError> {
         let Fit { target, tone, .. } = &self.fit;
         let posture = tone.posture();

@@ -9,7 +9,6 @@ use tongue_core::body::Body;
 use tongue_infer::heard::{Airway, AirwayError, Articulation};
 use tongue_input::files;
 
-/// Posture of jaw, hyoid and lips of a scene.
 pub(super) fn posture(scene: &Scene) -> Articulation {
     let tract = scene.tract.clone().unwrap_or_default();
     Articulation {

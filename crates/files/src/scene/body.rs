@@ -15,10 +15,6 @@ const MOST_LAYERS: f64 = 60.0;
 const MOST_NODES: usize = 12_000;
 
 /// Makes the body of a scene.
-///
-/// # Errors
-/// Sizes out of range, and a mesh file that cannot be read, is inconsistent or cannot be a continuum if one
-/// is asked for.
 pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
     let body = &scene.body;
     let settings = ContinuumSettings::default();
@@ -80,13 +76,11 @@ fn divisions(size: f64, h: f64) -> Result<usize, SceneError> {
     Ok(count as usize)
 }
 
-/// Refuses a solid of too many nodes.
 fn limited(nodes: usize, h: f64) -> Result<(), SceneError> {
     let must = "larger, so that the body has at most 12,000 nodes";
     if nodes > MOST_NODES { Err(SceneError::Value { key: "body h_mm", value: h, must }) } else { Ok(()) }
 }
 
-/// The value, if it is positive and finite.
 pub(super) fn positive(key: &'static str, value: f64) -> Result<f64, SceneError> {
     if value > 0.0 && value.is_finite() {
         Ok(value)
@@ -95,7 +89,6 @@ pub(super) fn positive(key: &'static str, value: f64) -> Result<f64, SceneError>
     }
 }
 
-/// The value, if it is finite and not negative.
 pub(super) fn not_negative(key: &'static str, value: f64) -> Result<f64, SceneError> {
     if value >= 0.0 && value.is_finite() {
         Ok(value)
@@ -104,7 +97,6 @@ pub(super) fn not_negative(key: &'static str, value: f64) -> Result<f64, SceneEr
     }
 }
 
-/// The value, if it is finite.
 pub(super) fn finite(key: &'static str, value: f64) -> Result<f64, SceneError> {
     if value.is_finite() { Ok(value) } else { Err(SceneError::Value { key, value, must: "finite" }) }
 }

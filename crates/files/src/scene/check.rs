@@ -15,10 +15,6 @@ const LEAST_SEGMENT_MM: f64 = 1e-3;
 
 impl Scene {
     /// Checks a scene for contradictions and for numbers out of range.
-    ///
-    /// # Errors
-    /// [`SceneError::Contradiction`] with the first two keys that contradict each other, and
-    /// [`SceneError::Value`].
     pub fn check(&self) -> Result<(), SceneError> {
         self.check_numbers()?;
         self.check_tissue()?;

@@ -281,10 +281,6 @@ fn default_tolerance() -> f64 {
 
 impl Scene {
     /// Reads a scene; `origin` is its name in messages, usually its path.
-    ///
-    /// # Errors
-    /// [`SceneError::Syntax`] with line and column, and for an unknown key or word with the nearest known
-    /// one.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, SceneError> {
         toml_text::read(text).map_err(|Misread { line, column, problem }| SceneError::Syntax {
             origin: origin.to_owned(),

@@ -41,68 +41,49 @@ pub const JOINT_MM: [f64; 2] = [70.0, 85.0];
 /// Why a scene cannot be planned or run.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// The text is not a valid scene.
     #[error("{origin}:{line}:{column}: {problem}")]
     Syntax {
         origin: String,
-        /// Line, from 1.
         line: usize,
         /// Column in characters, from 1.
         column: usize,
         problem: String,
     },
-    /// There is no built-in scene of this name.
     #[error("unknown scene \"{name}\"; {}", suggest::hint(name, shipped::names()))]
     Unknown { name: String },
-    /// Two things contradict each other.
     #[error("{first} contradicts {second}: {why}")]
     Contradiction { first: String, second: String, why: String },
-    /// A number is out of range.
     #[error("{key} is {value}; it must be {must}")]
     Value { key: &'static str, value: f64, must: &'static str },
-    /// An activation cannot be used.
     #[error("activations: {0}")]
     Activation(#[from] tongue_core::body::space::BadActivation),
-    /// The surgery cannot be made.
     #[error("[surgery]: {0}")]
     Surgery(#[from] crate::surgery::SurgeryError),
-    /// The body cannot be made or read.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// The file contains no usable body.
     #[error(transparent)]
     BodyFile(#[from] tongue_input::bodies::BodyFileError),
-    /// The system cannot be made.
     #[error(transparent)]
     System(#[from] SystemError),
-    /// The target cannot be read.
     #[error(transparent)]
     Target(#[from] measured::lengths::LengthsError),
-    /// A name is not a vowel.
     #[error(transparent)]
     Vowel(#[from] measured::lengths::BadLabel),
-    /// A name is not a kind of target.
     #[error(transparent)]
     Kind(#[from] measured::UnknownTargetKind),
-    /// The fit cannot begin.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// The body cannot be set in motion, or its motion not be followed.
     #[error(transparent)]
     Motion(#[from] MotionError),
-    /// The bones cannot be moved to the start of a trajectory.
     #[error(
         "effects.jaw and effects.hyoid: the bones could not be brought to their places before the motion began \
          ({status:?}); move them less far, or the wall out of their way"
     )]
     NotCarried { status: statics::SolveStatus },
-    /// The tract cannot be read, or its walls meet.
     #[error("[tract]: {0}")]
     Airway(#[from] AirwayError),
-    /// The file of a mesh cannot be read.
     #[error("body.tongue-in-space.file: cannot read \"{path}\": {source}")]
     MeshFile { path: String, source: std::io::Error },
-    /// The file of a tract cannot be read.
     #[error("tract.file: cannot read \"{path}\": {source}")]
     TractFile { path: String, source: std::io::Error },
 }

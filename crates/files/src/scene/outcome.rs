@@ -15,12 +15,10 @@ use tongue_infer::inverse;
 pub enum Pull {
     /// Its tension, N (2D: per metre of thickness).
     TensionN(f64),
-    /// Its activation, 0 to 1, in a tongue in space.
     Activation(f64),
 }
 
 impl Pull {
-    /// The number.
     pub fn value(self) -> f64 {
         match self {
             Self::TensionN(value) | Self::Activation(value) => value,
@@ -39,7 +37,6 @@ pub enum Pulls {
 }
 
 impl Pulls {
-    /// The numbers.
     pub fn values(&self) -> &[f64] {
         match self {
             Self::TensionsN(values) | Self::Activations(values) => values,
@@ -50,17 +47,13 @@ impl Pulls {
 /// Length of a muscle; for muscles of one name the mean.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MuscleLength {
-    /// Its name.
     pub muscle: String,
-    /// How hard it pulls.
     #[serde(flatten)]
     pub pull: Pull,
     /// Its 95 % interval, if points were fitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval_n: Option<[f64; 2]>,
-    /// Length at rest, mm.
     pub rest_mm: f64,
-    /// Length, mm.
     pub length_mm: f64,
     /// Length over that in the baseline, which is rest unless a fit has a tone.
     pub stretch: f64,
@@ -85,13 +78,9 @@ pub struct ContactForce {
 /// Time of an effect in the solve: the measured time of each evaluation times their number.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectTime {
-    /// The effect.
     pub effect: &'static str,
-    /// One evaluation of the energy, microseconds.
     pub energy_us: f64,
-    /// One evaluation of the force, microseconds.
     pub force_us: f64,
-    /// One evaluation of the stiffness, microseconds.
     pub stiffness_us: f64,
     /// All evaluations of the solve, microseconds.
     pub total_us: f64,
@@ -100,7 +89,6 @@ pub struct EffectTime {
 /// The body at one time of a trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Moment {
-    /// Time, s.
     pub time_s: f64,
     /// Length of every muscle, mm; for muscles of one name the mean.
     pub lengths_mm: Vec<f64>,
@@ -112,13 +100,10 @@ pub struct Moment {
 /// A trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Way {
-    /// How it ended.
     pub status: dynamics::MotionStatus,
-    /// Time reached, s.
     pub time_s: f64,
     /// Part of the way to its equilibrium that the body has moved; null if there is no such way.
     pub part_of_way_to_equilibrium: Option<f64>,
-    /// Cost.
     pub counts: StepCounts,
     /// The body at equidistant times.
     pub moments: Vec<Moment>,
@@ -127,29 +112,23 @@ pub struct Way {
 /// The result of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SceneOutcome {
-    /// The plan.
     pub plan: ScenePlan,
-    /// Whether everything converged.
     pub converged: bool,
-    /// How hard every muscle chain of the mesh pulls.
     #[serde(flatten)]
     pub pulls: Pulls,
     /// Muscles, each name once.
     pub muscles: Vec<MuscleLength>,
     /// Smallest ratio of a cell's area or volume to that at rest.
     pub min_cell_ratio: f64,
-    /// Largest such ratio.
     pub max_cell_ratio: f64,
     /// Total area, m², or volume, m³, over that at rest.
     pub measure_ratio: f64,
-    /// Force on the wall.
     pub contact: Option<ContactForce>,
     /// Force of the body on the bones, N, by dimension; null at the end of a trajectory, where dampers and
     /// masses act on them too.
     pub on_bones_n: Option<Vec<f64>>,
     /// The last equilibrium, if one was wanted.
     pub solution: Option<Solution>,
-    /// How the fit ended, if there was one.
     pub fit: Option<inverse::FitStatus>,
     /// Result of the fit to points, if points were given.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -160,12 +139,9 @@ pub struct SceneOutcome {
     /// What surgery changed, if there was any; everything else is after it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub operation: Option<OperationRecord>,
-    /// The trajectory, if it was wanted.
     pub trajectory: Option<Way>,
-    /// Duration of the solve, fit or trajectory, s.
     pub wall_s: f64,
     /// Time by effect, for a trajectory or the last equilibrium; the rest is mostly linear algebra.
     pub time_by_effect: Vec<EffectTime>,
-    /// Positions of all nodes, m.
     pub positions_m: Vec<Vec<f64>>,
 }

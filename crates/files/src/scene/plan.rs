@@ -20,11 +20,9 @@ pub enum SceneExtent {
 /// One effect in the plan.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Planned {
-    /// The effect.
     pub effect: &'static str,
     /// Whether it is simulated.
     pub simulated: bool,
-    /// The reason.
     pub why: String,
     /// Number of elements in an evaluation (springs, cells, nodes and so on); 0 if it is left out.
     pub elements: usize,
@@ -35,28 +33,20 @@ pub struct Planned {
 /// Role of a muscle of the mesh in the scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectRole {
-    /// Its name.
     pub muscle: String,
     /// Whether it contracts: it then has the three-element model instead of tissue.
     pub contracting: bool,
-    /// The reason.
     pub why: String,
 }
 
 /// What is computed for a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ScenePlan {
-    /// Title of the scene.
     pub title: String,
-    /// The wanted result.
     pub want: Want,
-    /// Description of the body.
     pub body: String,
-    /// Description of the method.
     pub method: String,
-    /// 2 or 3.
     pub dimension: usize,
-    /// Nodes of the mesh.
     pub nodes: usize,
     /// Scalar unknowns of a solve.
     pub unknowns: usize,
@@ -213,7 +203,6 @@ pub(super) fn count<const D: usize>(
 }
 
 impl ScenePlan {
-    /// The entry of an effect.
     pub fn effect(&self, name: &str) -> Option<&Planned> {
         self.effects.iter().find(|e| e.effect == name)
     }

@@ -15,16 +15,13 @@ use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 /// Result of a fit to points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PointsFit {
-    /// How it ended.
     pub status: FrameStatus,
-    /// Root mean square distance of the points, mm.
     pub rms_mm: Option<f64>,
     /// Number of directions of the tensions whose standard deviation is below a quarter of the prior's scale;
     /// the others come from the prior.
     pub resolved: usize,
     /// Lower ends of the 95 % intervals, N per metre of thickness: one for each chain of the mesh.
     pub low_n: Vec<f64>,
-    /// Upper ends.
     pub high_n: Vec<f64>,
 }
 

@@ -22,35 +22,24 @@ use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 /// A scene ready to run.
 #[derive(Debug)]
 pub struct Prepared<const D: usize> {
-    /// The plan.
     pub plan: ScenePlan,
-    /// The body.
     pub body: Body<D>,
     /// The surgery that left this body, if there was any.
     pub(super) operation: Option<Operation>,
-    /// The system.
     pub system: Arc<System<D>>,
     /// For a fit, the body in its baseline.
     pub setup: Option<Setup<D>>,
     /// For a trajectory with carried bones: the system without weight and contraction, whose equilibrium is
     /// the start.
     pub start: Option<System<D>>,
-    /// Tension of every muscle of the mesh, N.
     pub tensions: Vec<f64>,
-    /// The wall, if there is one.
     pub wall: Option<Contact>,
-    /// The target of a fit, if there is one.
     pub target: Option<Target>,
-    /// The points of a fit, if there are any.
     pub seen: Option<Frame>,
-    /// The tract around the body, if a sound is wanted.
     pub airway: Option<Airway>,
 }
 
 /// Plans a scene and makes its system.
-///
-/// # Errors
-/// [`SceneError`] for contradictions and values out of range.
 pub fn prepare<const D: usize>(
     scene: &Scene,
     body: Body<D>,

@@ -40,9 +40,6 @@ pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SceneError> {
 }
 
 /// Runs a prepared scene and stores the tensions that were found in it.
-///
-/// # Errors
-/// [`SceneError`] if the run cannot begin; later failures are in the outcome.
 pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<SceneOutcome, SceneError> {
     // Made before the clock starts; a trajectory does not need it.
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));

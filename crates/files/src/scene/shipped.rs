@@ -23,15 +23,11 @@ const SHIPPED: [(&str, &str); 17] = [
     ("block-3d", include_str!("../../../../targets/scenes/block-3d.toml")),
 ];
 
-/// The names of the built-in scenes.
 pub fn names() -> impl Iterator<Item = &'static str> + Clone {
     SHIPPED.iter().map(|(name, _)| *name)
 }
 
 /// The built-in scene of a name.
-///
-/// # Errors
-/// [`SceneError::Unknown`] with the nearest name.
 pub fn shipped(name: &str) -> Result<Scene, SceneError> {
     let (name, text) = SHIPPED
         .iter()

@@ -53,7 +53,6 @@ impl Operation {
         Ok(Some(Self { whole, operated }))
     }
 
-    /// The tongue after surgery.
     pub(super) fn into_left(self) -> SpaceBody {
         self.operated.body
     }

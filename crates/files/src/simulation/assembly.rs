@@ -65,17 +65,14 @@ fn fibres<const D: usize>(body: &Body<D>, muscle: &str) -> Result<Vec<usize>, Si
 }
 
 impl<const D: usize> Assembly<D> {
-    /// The body.
     pub fn body(&self) -> &Body<D> {
         &self.0.body
     }
 
-    /// Its model.
     pub fn model(&self) -> &Model {
         &self.0.model
     }
 
-    /// The system.
     pub fn system(&self) -> &System<D> {
         &self.0.system
     }
@@ -99,18 +96,12 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// The length of a muscle over its length at rest.
-    ///
-    /// # Errors
-    /// As [`Assembly::length`].
     pub fn stretch(&self, muscle: &str) -> Result<Stretch, SimulationError> {
         let rest = self.system().length(self.system().rest(), self.line(muscle)?);
         Ok(Stretch::new(self.length(muscle)?, rest))
     }
 
     /// The length of a muscle over another's.
-    ///
-    /// # Errors
-    /// As [`Assembly::length`].
     pub fn ratio(&self, muscle: &str, over: &str) -> Result<Ratio, SimulationError> {
         Ok(Ratio::new(self.length(muscle)?, self.length(over)?))
     }

@@ -9,28 +9,21 @@ use tongue_infer::inverse::FitError;
 /// Why something cannot begin. Later failures are a status of the result.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimulationError {
-    /// The body has no muscle of this name.
     #[error(transparent)]
     NoSuchMuscle(#[from] NoSuchMuscle),
-    /// The body has no bone of this name.
     #[error("there is no bone \"{name}\" in this body; {}", bones(name, known))]
     NoSuchBone { name: String, known: Vec<String> },
-    /// The muscle was not named when the model was assembled.
     #[error(
         "{muscle} does not contract in this model; name it when the model is assembled (contracting: {})",
         contracting.join(", ")
     )]
     Passive { muscle: String, contracting: Vec<String> },
-    /// A muscle or bone is named twice.
     #[error("{name} is given twice; give each name once")]
     Repeated { name: String },
-    /// A muscle has several fibres, but one line is needed.
     #[error("{muscle} has {fibres} fibres; {why}")]
     Fibres { muscle: String, fibres: usize, why: &'static str },
-    /// A muscle or bone is not an unknown of the fit.
     #[error("{name} is not searched for; {what}")]
     NotUnknown { name: String, what: &'static str },
-    /// A number is out of range.
     #[error("{name} is {value}; it must be {must}")]
     Value {
         name: String,
@@ -38,16 +31,12 @@ pub enum SimulationError {
         value: f64,
         must: &'static str,
     },
-    /// The shape is of another body.
     #[error("the shape to start from has {given} nodes, the body {nodes}; take a shape of the same body")]
     OtherBody { given: usize, nodes: usize },
-    /// The system cannot be made.
     #[error(transparent)]
     System(#[from] SystemError),
-    /// The fit cannot begin.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// The body cannot be set in motion, or its motion not be followed.
     #[error(transparent)]
     Motion(#[from] MotionError),
 }

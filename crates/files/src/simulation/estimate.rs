@@ -12,7 +12,6 @@ use super::{Assembly, Shape, SimulationError};
 /// The values of the unknowns with the best fit of the observations.
 #[derive(Debug, Clone)]
 pub struct Estimate<const D: usize> {
-    /// How the fit ended.
     pub status: FitStatus,
     /// The whole answer: misfit, what the data leave undetermined, the ends of the starts.
     pub answer: Answer<D>,
@@ -55,9 +54,6 @@ impl<const D: usize> Estimate<D> {
     }
 
     /// The tension of a muscle, N (2D: per metre of thickness), fitted or given.
-    ///
-    /// # Errors
-    /// [`SimulationError::NoSuchMuscle`].
     pub fn tension(&self, muscle: &str) -> Result<f64, SimulationError> {
         self.shape.tension(muscle)
     }
@@ -69,9 +65,6 @@ impl<const D: usize> Estimate<D> {
     }
 
     /// Displacement of a free bone from its place at rest, m.
-    ///
-    /// # Errors
-    /// [`SimulationError::NotUnknown`] for a bone that is not free.
     pub fn displacement(&self, bone: &str) -> Result<SVector<f64, D>, SimulationError> {
         let what = "free the bone (InverseProblem::free_bone)";
         let number = self.bones.iter().position(|b| b == bone);
@@ -151,15 +144,11 @@ impl<const D: usize> Estimate<D> {
 /// An estimate as a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EstimateRecord {
-    /// How the fit ended.
     pub status: FitStatus,
-    /// Contracting muscles.
     pub active: Vec<String>,
-    /// Root mean square residual of the observations.
     pub misfit: f64,
     /// The value of each observable in the fitted shape, in the order and units of the observations.
     pub simulated: Vec<f64>,
-    /// The measured values, in the same order.
     pub measured: Vec<f64>,
     /// Displacements of the free bones, mm.
     pub displacements_mm: ByMuscle<Vec<f64>>,
@@ -167,13 +156,11 @@ pub struct EstimateRecord {
     pub young_modulus_pa: Option<f64>,
     /// Poisson's ratio, if it was an unknown.
     pub poisson_ratio: Option<f64>,
-    /// Number of equilibria solved.
     pub evaluations: usize,
     /// Singular values of d(residual)/d(unknown in its unit), largest first.
     pub singular_values: Option<Vec<f64>>,
     /// Number of directions in which the unknowns can change without a worse fit.
     pub undetermined: Option<usize>,
-    /// The curve of all answers that fit as well, if exactly one direction is undetermined.
     pub valley: Option<ValleyRecord>,
     /// The fitted shape: tensions, lengths, ratios, stretches, positions.
     pub shape: SimulationRecord,

@@ -63,9 +63,6 @@ impl<const D: usize> InverseProblem<D> {
     }
 
     /// The problem with a known tension, N (2D: per metre of thickness).
-    ///
-    /// # Errors
-    /// As [`Solver::equilibrium`](super::Solver::equilibrium) for names and tensions.
     pub fn with_tension(mut self, muscle: &str, tension: f64) -> Result<Self, SimulationError> {
         let known = self.assembly.tensions(&[(muscle, tension)])?;
         for fibre in self.assembly.fibres(muscle)? {
@@ -128,10 +125,6 @@ impl<const D: usize> InverseProblem<D> {
 
     /// The problem with a normal prior of a free bone's displacement: its standard deviation along each axis,
     /// m.
-    ///
-    /// # Errors
-    /// [`SimulationError::NotUnknown`] for a bone that is not free, [`SimulationError::Value`] for a standard deviation that is
-    /// not positive.
     pub fn with_bone_prior(mut self, bone: &str, sd: f64) -> Result<Self, SimulationError> {
         let weight = weight(bone, sd)?;
         let freed = self.bone_names.iter().position(|name| name == bone).ok_or_else(|| {

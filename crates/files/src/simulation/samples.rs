@@ -31,9 +31,7 @@ pub(super) fn follow<const D: usize>(
 /// Samples of a motion.
 #[derive(Debug, Default)]
 pub struct Samples<const D: usize> {
-    /// Times, s.
     pub times: Vec<f64>,
-    /// Positions of all nodes at each time, m.
     pub positions: Vec<Vec<SVector<f64, D>>>,
 }
 

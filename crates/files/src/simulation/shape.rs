@@ -59,9 +59,6 @@ impl<const D: usize> Shape<D> {
     }
 
     /// The tension of a muscle, N (2D: per metre of thickness).
-    ///
-    /// # Errors
-    /// [`SimulationError::NoSuchMuscle`].
     pub fn tension(&self, muscle: &str) -> Result<f64, SimulationError> {
         Ok(self.tensions[self.assembly.fibres(muscle)?[0]])
     }
@@ -72,17 +69,11 @@ impl<const D: usize> Shape<D> {
     }
 
     /// The length of a muscle, the straight distance between its ends, m; of several fibres the mean.
-    ///
-    /// # Errors
-    /// [`SimulationError::NoSuchMuscle`].
     pub fn length(&self, muscle: &str) -> Result<f64, SimulationError> {
         self.mean_length(muscle, &self.positions)
     }
 
     /// The length of a muscle at rest, m.
-    ///
-    /// # Errors
-    /// [`SimulationError::NoSuchMuscle`].
     pub fn rest_length(&self, muscle: &str) -> Result<f64, SimulationError> {
         self.mean_length(muscle, self.assembly.system().rest())
     }
@@ -94,17 +85,11 @@ impl<const D: usize> Shape<D> {
     }
 
     /// The length of a muscle over its length at rest: below 1 if it shortened.
-    ///
-    /// # Errors
-    /// [`SimulationError::NoSuchMuscle`].
     pub fn stretch(&self, muscle: &str) -> Result<f64, SimulationError> {
         Ok(self.length(muscle)? / self.rest_length(muscle)?)
     }
 
     /// The length of a muscle over another's.
-    ///
-    /// # Errors
-    /// [`SimulationError::NoSuchMuscle`].
     pub fn ratio(&self, muscle: &str, over: &str) -> Result<f64, SimulationError> {
         Ok(self.length(muscle)? / self.length(over)?)
     }
@@ -132,9 +117,6 @@ impl<const D: usize> Shape<D> {
     }
 
     /// Shape and tensions as a file for ParaView.
-    ///
-    /// # Errors
-    /// [`ReportError`] for a shape that is not finite.
     pub fn vtu(&self) -> Result<Vtu<'_, D>, ReportError> {
         Vtu::new(&self.assembly.body().mesh, &self.positions, &self.tensions)
     }
@@ -142,9 +124,6 @@ impl<const D: usize> Shape<D> {
 
 impl Shape<2> {
     /// A picture: the tissue at rest and deformed, and the muscles with their names.
-    ///
-    /// # Errors
-    /// [`ReportError`] for a shape that is not finite.
     pub fn picture(&self, title: &str) -> Result<Svg, ReportError> {
         let body = self.assembly.body();
         let palate = body.palate.as_deref().unwrap_or_default();
@@ -154,9 +133,6 @@ impl Shape<2> {
 
 impl Shape<3> {
     /// A picture: the shaded surface over the edges of the body at rest.
-    ///
-    /// # Errors
-    /// [`ReportError`] for a shape that is not finite.
     pub fn picture(&self, title: &str) -> Result<Svg, ReportError> {
         report::solid(&self.assembly.body().mesh, &self.positions, title)
     }

@@ -11,7 +11,6 @@ use super::{Assembly, Shape, SimulationError};
 /// needs one.
 #[derive(Debug)]
 pub struct Solver<const D: usize> {
-    /// Settings of a solve.
     pub settings: SolveSettings,
     assembly: Assembly<D>,
     workspace: Workspace<D>,
@@ -38,9 +37,6 @@ impl<const D: usize> Solver<D> {
 
     /// As [`Solver::equilibrium`], starting from an earlier shape: for small changes of the tensions. If
     /// there are several equilibria, the result is one near that shape.
-    ///
-    /// # Errors
-    /// As [`Solver::equilibrium`], and [`SimulationError::OtherBody`].
     pub fn equilibrium_from(
         &mut self,
         start: &Shape<D>,
@@ -55,9 +51,6 @@ impl<const D: usize> Solver<D> {
 
     /// As [`Solver::equilibrium`], and follows the equilibria from rest as the tensions grow, to check that
     /// the shape lies on that branch ([`Shape::is_traced`]). Costs about forty solves.
-    ///
-    /// # Errors
-    /// As [`Solver::equilibrium`].
     pub fn follow_from_rest(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
         let (system, w) = (self.assembly.system(), &mut self.workspace);
@@ -72,9 +65,6 @@ impl<const D: usize> Solver<D> {
     /// Derivatives of the positions of the nodes of an equilibrium by each tension, m/N (2D: per newton per
     /// metre of thickness): a list for each contracting muscle, in their order, with an entry for each node.
     /// `None` if the shape is not a stable equilibrium.
-    ///
-    /// # Errors
-    /// [`SimulationError::OtherBody`].
     pub fn position_rates(
         &mut self,
         shape: &Shape<D>,
@@ -95,9 +85,6 @@ impl<const D: usize> Solver<D> {
     }
 
     /// Displaces a bone by `shift` (m) from its place at rest in all later solves.
-    ///
-    /// # Errors
-    /// [`SimulationError::NoSuchBone`] with the nearest name, [`SimulationError::Value`] for a shift that is not finite.
     pub fn shift_bone(&mut self, bone: &str, shift: SVector<f64, D>) -> Result<(), SimulationError> {
         let nodes = self.assembly.bone(bone)?;
         for &part in shift.iter() {

@@ -15,9 +15,7 @@ pub struct Trajectory<const D: usize> {
     pub outcome: MotionOutcome,
     /// Part of the way to equilibrium that the body has moved at the end; `None` if there is no such way.
     pub part_of_way: Option<f64>,
-    /// Times, s.
     pub times: Vec<f64>,
-    /// Positions of all nodes at each time, m.
     pub positions: Vec<Vec<SVector<f64, D>>>,
     assembly: Assembly<D>,
 }
@@ -49,9 +47,6 @@ impl<const D: usize> Assembly<D> {
 
 impl<const D: usize> Trajectory<D> {
     /// The length of a muscle at each of the times, m; of several fibres the mean.
-    ///
-    /// # Errors
-    /// [`SimulationError::NoSuchMuscle`].
     pub fn lengths(&self, muscle: &str) -> Result<Vec<f64>, SimulationError> {
         let fibres = self.assembly.fibres(muscle)?;
         let system = self.assembly.system();

@@ -8,7 +8,6 @@ use super::{SimulationError, check_tension};
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{word}: {why}")]
 pub struct BadTension {
-    /// The word.
     pub word: String,
     /// What is wrong with it, and what to do.
     pub why: String,
@@ -16,9 +15,6 @@ pub struct BadTension {
 
 /// Reads words such as `GGa=12` into numbers of the body's muscles and tensions, N (2D: per metre of
 /// thickness).
-///
-/// # Errors
-/// [`BadTension`] for the first invalid word: no number, an unknown muscle, or a repeated muscle.
 pub fn read_tensions<const D: usize>(
     words: &[String],
     body: &Body<D>,

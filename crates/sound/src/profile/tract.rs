@@ -12,7 +12,6 @@ use crate::Section;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tract {
-    /// Name.
     pub name: String,
     /// The outer wall in pieces from the glottis to the edge of the upper teeth.
     pub wall: Vec<Wall>,
@@ -22,9 +21,7 @@ pub struct Tract {
     pub tongue: Tongue,
     /// The lower teeth.
     pub jaw: Teeth,
-    /// The lips.
     pub lips: Lips,
-    /// Resolution.
     pub grid: Grid,
     /// Jaw and lips in vowels, by their labels.
     #[serde(default)]
@@ -135,9 +132,6 @@ impl Default for Articulation {
 
 impl Tract {
     /// Checks the numbers of the file.
-    ///
-    /// # Errors
-    /// [`ProfileError::Bad`].
     pub fn check(&self) -> Result<(), ProfileError> {
         let bad = |what: String| Err(ProfileError::Bad(what));
         let positive = |key: &str, x: f64| match x.is_finite() && x > 0.0 {
@@ -232,9 +226,6 @@ impl Tract {
     }
 
     /// Checks that the lips are open in a posture.
-    ///
-    /// # Errors
-    /// [`ProfileError::Bad`].
     pub fn check_lips(&self, posture: &Articulation) -> Result<(), ProfileError> {
         self.lip_sections(posture).map(|_| ())
     }

@@ -18,7 +18,6 @@ use tongue_core::body::Mesh;
 /// One frame of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnimationFrame {
-    /// Time, s.
     pub time: f64,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, 2>>,
@@ -30,9 +29,6 @@ pub struct AnimationFrame {
 /// with a tension in any frame is drawn as contracting. Without SMIL the last frame is shown.
 ///
 /// Frames must be evenly spaced in time.
-///
-/// # Errors
-/// As [`super::tongue`] for each frame; [`ReportError::NoFrame`] without any.
 pub fn animation(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],
@@ -44,9 +40,6 @@ pub fn animation(
 
 /// As [`animation`], with measured points of each frame as dots (m; one set for each frame, or none), and
 /// muscles coloured by their tensions; `mirrored`: the face looks to the right, as in the recording.
-///
-/// # Errors
-/// As [`animation`].
 pub fn animation_of_seen(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],
@@ -187,7 +180,6 @@ fn names(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[AnimationFrame], 
     }
 }
 
-/// The bones; carried bones move.
 fn moving_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[AnimationFrame], duration: f64) {
     let Some(last) = frames.last() else { return };
     for &node in &mesh.fixed {
@@ -213,7 +205,6 @@ fn moving_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[AnimationF
     }
 }
 
-/// The measured points of each frame as dots, shown during the frame.
 fn marks(svg: &mut Svg, view: &View, seen: &[Vec<SVector<f64, 2>>], duration: f64) {
     for (nth, points) in seen.iter().enumerate() {
         let shown: Vec<&str> = (0..seen.len()).map(|i| if i == nth { "visible" } else { "hidden" }).collect();

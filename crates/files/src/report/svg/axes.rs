@@ -34,7 +34,6 @@ impl Bounds {
         [0, 1].map(|i| (self.high[i] - self.low[i]).max(0.0))
     }
 
-    /// The bounding rectangle of both.
     pub fn with(self, other: Self) -> Self {
         Self {
             low: [0, 1].map(|i| self.low[i].min(other.low[i])),
@@ -70,9 +69,7 @@ impl Bounds {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct View {
     pub bounds: Bounds,
-    /// Upper left corner, px.
     corner: Px,
-    /// Pixels per metre.
     pub scale: f64,
 }
 
@@ -82,7 +79,6 @@ impl View {
         Self { bounds, corner, scale: width / bounds.size()[0].max(1e-9) }
     }
 
-    /// Lower right corner, px.
     pub fn end(&self) -> Px {
         let [w, h] = self.bounds.size();
         [self.corner[0] + w * self.scale, self.corner[1] + h * self.scale]

@@ -16,7 +16,6 @@ const FILLED: f64 = 0.78;
 /// A series with one bar for each muscle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
-    /// Name in the legend, e.g. `measured`.
     pub name: String,
     /// Length over the subject's own length in the baseline, dimensionless; one for each label.
     pub values: Vec<f64>,
@@ -28,11 +27,6 @@ pub struct Series {
 /// `baseline` is the symbol of the vowel that the lengths are relative to. `labels` name the groups; a label
 /// that ends in `*` marks a contracting muscle and is explained in the legend. The vertical axis spans the
 /// data in steps of 0.1 if that gives a readable number of steps.
-///
-/// # Errors
-/// [`ReportError::ChartShape`] without labels or with no or more than four series,
-/// [`ReportError::SeriesLength`] if a series has not one value for each label, [`ReportError::Ratio`] for a
-/// value that is not a ratio of lengths.
 pub fn changes(
     labels: &[String],
     series: &[Series],
@@ -65,7 +59,6 @@ fn check(labels: &[String], series: &[Series]) -> Result<(), ReportError> {
     Ok(())
 }
 
-/// The numbers of the chart in words.
 fn description(labels: &[String], series: &[Series], baseline: &str) -> String {
     let told = series.iter().map(|s| {
         let values: Vec<_> = labels.iter().zip(&s.values).map(|(l, v)| format!("{l} {v:.2}")).collect();

@@ -14,7 +14,6 @@ pub(super) struct Named<'a> {
     pub line: &'a [Px],
 }
 
-/// A rectangle on the sheet, px.
 #[derive(Debug, Clone, Copy)]
 struct Area {
     low: Px,

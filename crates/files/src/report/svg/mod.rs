@@ -128,7 +128,6 @@ impl Svg {
         (svg, top)
     }
 
-    /// Sets the height, px.
     fn finish(mut self, height: f64) -> Self {
         self.height = height.ceil() as u32;
         self
@@ -157,17 +156,14 @@ impl Svg {
         );
     }
 
-    /// A filled path.
     fn fill(&mut self, d: &str, colour: &str) {
         self.element("path", format_args!("d=\"{d}\" fill=\"{colour}\""));
     }
 
-    /// A straight line.
     fn line(&mut self, from: Px, to: Px, colour: &str, width: f64) {
         self.stroke(&data([[from, to]]), colour, width);
     }
 
-    /// A filled rectangle between two corners.
     fn rectangle(&mut self, a: Px, b: Px, fill: &str, edge: Option<&str>) {
         let [x, y] = [a[0].min(b[0]), a[1].min(b[1])];
         let [w, h] = [(a[0] - b[0]).abs(), (a[1] - b[1]).abs()];
@@ -184,12 +180,10 @@ impl Svg {
         self.sized_text(at, anchor, face, TEXT, "", text);
     }
 
-    /// Text on a drawing, with a white edge for contrast with lines.
     fn label(&mut self, at: Px, face: Face, text: &str) {
         self.sized_text(at, Anchor::Middle, face, TEXT, HALO, text);
     }
 
-    /// Text that runs upwards.
     fn upright_text(&mut self, at: Px, text: &str) {
         let turned = format!(" transform=\"rotate(-90 {:.1} {:.1})\"", at[0], at[1]);
         self.sized_text(at, Anchor::Middle, Face::Plain, TEXT, &turned, text);

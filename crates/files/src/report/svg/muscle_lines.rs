@@ -80,7 +80,6 @@ pub(super) fn label_places(view: &View, lines: &[Line<'_>], bones: &[Px]) -> Vec
     places
 }
 
-/// Writes the name of every muscle beside it.
 pub(super) fn names(svg: &mut Svg, view: &View, lines: &[Line<'_>], bones: &[Px]) {
     for (line, place) in lines.iter().zip(label_places(view, lines, bones)) {
         if let Some(at) = place {

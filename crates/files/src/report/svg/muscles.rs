@@ -23,7 +23,6 @@ const GRID: f64 = 0.02;
 /// A shape of a body with few active muscles, for comparison with others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
-    /// The active muscles.
     pub title: String,
     /// Description of the effect, in at most two short lines.
     pub lines: Vec<String>,
@@ -35,9 +34,6 @@ pub struct Panel {
 
 /// Draws shapes of one body side by side, each with the tissue at rest (grey), the active muscles and the
 /// palate, if it has points (m).
-///
-/// # Errors
-/// As [`super::tongue`] for each shape; [`ReportError::NoFrame`] without any.
 pub fn panels(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],

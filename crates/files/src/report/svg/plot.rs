@@ -6,9 +6,7 @@ use super::{Anchor, Face, INK, Px, RULE, Svg, data};
 /// Positions of values on the sheet.
 #[derive(Debug, Clone)]
 pub(super) struct Plot {
-    /// Upper left corner, px.
     pub corner: Px,
-    /// Width and height, px.
     pub size: [f64; 2],
     /// Values at the left and at the right edge; the second may be smaller.
     pub x: [f64; 2],
@@ -21,7 +19,6 @@ pub(super) struct Plot {
 /// How values are spread along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scale {
-    /// Equal differences are equal distances.
     Linear,
     /// Equal ratios are equal distances; the edges are powers of ten.
     Logarithmic,
@@ -75,7 +72,6 @@ impl Plot {
         ]
     }
 
-    /// A chain of pairs of values as the data of a path.
     pub fn path(&self, points: impl IntoIterator<Item = [f64; 2]>) -> String {
         data([points.into_iter().map(|[x, y]| self.place(x, y))])
     }

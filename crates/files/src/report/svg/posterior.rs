@@ -28,7 +28,6 @@ fn changes(posterior: &Posterior<'_>, posture: usize, muscle: usize) -> Vec<f64>
     posterior.draws.iter().map(|d| d.change(posture, muscle)).collect()
 }
 
-/// Probability that the change is above zero.
 fn rises(changes: &[f64]) -> f64 {
     changes.iter().filter(|c| **c > 0.0).count() as f64 / changes.len().max(1) as f64
 }
@@ -122,7 +121,6 @@ fn density(values: &[f64], low: f64, high: f64) -> Vec<f64> {
     (0..POINTS).map(|i| height(at(i))).collect()
 }
 
-/// Round numbers not near the ends of a range, where they would overlap those of the next panel.
 fn inner([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
     let room = 0.15 * (high - low);
     ticks(low..=high).into_iter().filter(move |v| (low + room..=high - room).contains(v)).step_by(3)

@@ -15,7 +15,6 @@ const DOT: f64 = 6.5;
 /// Predictions of one method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scatter {
-    /// Its name.
     pub title: String,
     /// A line below it, such as its error.
     pub line: String,

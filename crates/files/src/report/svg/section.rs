@@ -34,7 +34,6 @@ const SAMPLE: f64 = 62.0;
 pub struct SectionPicture<'a> {
     /// The body at rest.
     pub mesh: &'a Mesh<2>,
-    /// Position of every node, m.
     pub positions: &'a [SVector<f64, 2>],
     /// Tension of every muscle of the mesh, N per metre of thickness: muscles with a tension are drawn as
     /// contracting.
@@ -49,7 +48,6 @@ pub struct SectionPicture<'a> {
     pub stretch: bool,
     /// Name of the grey shape, which may be another posture than rest.
     pub grey: &'a str,
-    /// Title.
     pub title: &'a str,
 }
 
@@ -74,11 +72,6 @@ impl<'a> SectionPicture<'a> {
 /// tissue at rest, as long as the deformed tissue stays in it, so that pictures of one body have the same
 /// axes. A muscle from a bone outside the view has an arrow at the edge. Contracting muscles (tension above
 /// zero) are thick and solid.
-///
-/// # Errors
-/// [`ReportError::NodeCount`] if the positions belong to another mesh, [`ReportError::Position`] for a
-/// position that is not finite, [`ReportError::Number`] for a node that the mesh does not have or for a wrong
-/// number of tensions.
 pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let SectionPicture { mesh, positions, tensions, palate, seen, contact, stretch, grey, title } = *section;
     check(mesh, positions, tensions)?;
@@ -106,7 +99,6 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     Ok(svg.finish(bottom + height + MARGIN))
 }
 
-/// Points that were seen, as far as they lie in view.
 pub(super) fn dots(svg: &mut Svg, view: &View, seen: &[SVector<f64, 2>]) {
     let end = view.end();
     let inside = |p: &[f64; 2]| p[0] > LEFT && p[0] < end[0] && p[1] > 0.0 && p[1] < end[1];
@@ -199,7 +191,6 @@ pub(super) fn ring(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -
     closed(loops.iter().map(|l| l.iter().filter_map(place).collect::<Vec<_>>()))
 }
 
-/// The connections between nodes of the tissue.
 pub(super) fn tissue_edges(mesh: &Mesh<2>) -> Vec<&[usize]> {
     let inside = mesh.in_tissue();
     let kept = |pair: &&[usize; 2]| mesh.cells.is_empty() || pair.iter().all(|&n| inside[n]);

@@ -25,9 +25,6 @@ const SAMPLE: f64 = 50.0;
 /// dashed grey lines.
 ///
 /// `positions` has the position of every node, m.
-///
-/// # Errors
-/// As [`super::tongue`].
 pub fn solid(mesh: &Mesh<3>, positions: &[SVector<f64, 3>], title: &str) -> Result<Svg, ReportError> {
     check(mesh, positions, &vec![0.0; mesh.muscles.len()])?;
     let shown = format!(
@@ -107,7 +104,6 @@ pub(super) fn shaded(colour: [f64; 3], light: f64) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// The edges at which the surface is bent.
 fn edges(faces: &[[usize; 3]], x: &[SVector<f64, 3>]) -> Vec<[usize; 2]> {
     let mut meeting: BTreeMap<[usize; 2], Vec<SVector<f64, 3>>> = BTreeMap::new();
     for face in faces {
@@ -120,7 +116,6 @@ fn edges(faces: &[[usize; 3]], x: &[SVector<f64, 3>]) -> Vec<[usize; 2]> {
     meeting.into_iter().filter(|(_, n)| bent(n)).map(|(pair, _)| pair).collect()
 }
 
-/// A scale bar of a round length.
 pub(super) fn scale(svg: &mut Svg, view: &View, top: f64) {
     let fifth = 0.2 * view.bounds.size()[0];
     let tens = 10f64.powf(fifth.log10().floor());
@@ -136,7 +131,6 @@ pub(super) fn scale(svg: &mut Svg, view: &View, top: f64) {
     svg.text([end + 12.0, y], Anchor::Start, Face::Plain, &format!("{mm} mm"));
 }
 
-/// The projected directions of x, y and z.
 fn directions(svg: &mut Svg, from: Px) {
     for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
         let way = seen(&SVector::from_fn(|i, _| if i == axis { 1.0 } else { 0.0 }));

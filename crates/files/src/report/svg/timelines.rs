@@ -18,10 +18,8 @@ const HATCH: &str = "url(#hatch)";
 /// Most labels that are drawn: more would hide the courses.
 const MOST_LABELS: usize = 60;
 
-/// The course of one muscle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline {
-    /// The muscle.
     pub name: String,
     /// Whether the course is reliable; otherwise its interval is hatched.
     pub known: bool,
@@ -98,7 +96,6 @@ pub fn timelines(
     svg.finish(foot + 56.0 + TEXT + MARGIN)
 }
 
-/// The horizontal axis.
 struct Times {
     ends: [f64; 2],
     right: f64,
@@ -138,7 +135,6 @@ fn legend(svg: &mut Svg, top: f64, doubtful: bool, unknown: bool) -> f64 {
     at[1] + TEXT
 }
 
-/// Shades the times of unreliable frames.
 fn shade(svg: &mut Svg, time: &Times, times: &[f64], doubtful: &[bool], foot: f64) {
     for (i, _) in doubtful.iter().enumerate().filter(|(_, d)| **d) {
         let side = |j: Option<usize>| j.and_then(|j| times.get(j)).map_or(times[i], |t| 0.5 * (t + times[i]));

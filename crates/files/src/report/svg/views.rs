@@ -39,9 +39,6 @@ const SAMPLE: f64 = 34.0;
 /// Draws the surface in parallel projection, of the faces that are turned to the viewer the farthest
 /// first, over the body at rest (light). An element has the colour of the most active muscle that runs
 /// through it. Positions of all nodes are in m.
-///
-/// # Errors
-/// As [`super::tongue`].
 pub fn views(
     body: &SpaceBody,
     positions: &[Vector3<f64>],

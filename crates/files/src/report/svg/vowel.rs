@@ -20,20 +20,14 @@ const CHART: f64 = 330.0;
 pub struct VowelPicture<'a> {
     /// The body at rest.
     pub mesh: &'a Mesh<2>,
-    /// Position of every node, m.
     pub positions: &'a [SVector<f64, 2>],
-    /// The sound.
     pub sound: &'a SoundRecord,
     /// Published means: vowel, first and second formant, Hz.
     pub means: &'a [(String, [f64; 2])],
-    /// Title.
     pub title: &'a str,
 }
 
 /// Draws a vowel.
-///
-/// # Errors
-/// As [`super::tongue`].
 pub fn vowel(shown: &VowelPicture<'_>) -> Result<Svg, ReportError> {
     super::check(shown.mesh, shown.positions, &vec![0.0; shown.mesh.muscles.len()])?;
     let (mut svg, top) = Svg::new(shown.title, &description(shown), WIDTH);

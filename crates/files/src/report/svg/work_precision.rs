@@ -18,10 +18,8 @@ const SAMPLE: f64 = 56.0;
 /// Half the size of a marker, px.
 const MARK: f64 = 9.0;
 
-/// The runs of one method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PrecisionCurve {
-    /// Name in the legend.
     pub name: String,
     /// Cost and error of each run, joined in this order; points that are not positive and finite are left
     /// out, because the axes are logarithmic.
