@@ -96,8 +96,8 @@ struct Cli {
 #[group(skip)]
 #[command(next_help_heading = "Options of every command")]
 struct Global {
-    /// Folder for the output files [default: results, or a folder of the command's in it; simulate, mesh,
-    /// scene and man write files only when it is given]
+    /// Folder for the output files [default: results, or a folder of the command's in it; simulate, mesh
+    /// and scene write files only when it is given]
     #[arg(long, value_name = "DIR", global = true)]
     out: Option<PathBuf>,
     /// Number of threads; results do not depend on it [default: one for each core]
@@ -162,8 +162,6 @@ enum Command {
     Accuracy(accuracy::Arguments),
     /// Print a script that completes tongue-fit's options in a shell
     Completions(install::Completions),
-    /// Print the manual page; with --out write a page for every command
-    Man(install::ManPages),
 }
 
 /// The words of the command line, the name of the program first.
@@ -221,7 +219,6 @@ pub fn run(words: Vec<OsString>) -> u8 {
         Some(Command::Validate(arguments)) => validate::run(arguments, &cli.global),
         Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
         Some(Command::Completions(arguments)) => install::completions(arguments),
-        Some(Command::Man(_)) => install::man(&cli.global),
     });
     match result {
         Ok(Outcome::Good) => 0,
@@ -333,13 +330,36 @@ mod tests {
     fn commands() -> Vec<(Vec<String>, clap::Command)> {
         let mut command = Cli::command().disable_help_subcommand(true);
         command.build();
-        install::everything(&command)
+        everything(&command)
             .into_iter()
             .map(|c| {
                 let name = c.get_bin_name().unwrap_or_default();
                 (name.split(' ').skip(1).map(str::to_owned).collect(), c.clone())
             })
             .collect()
+    }
+
+    fn everything(command: &clap::Command) -> Vec<&clap::Command> {
+        std::iter::once(command).chain(command.get_subcommands().flat_map(everything)).collect()
+    }
+
+    /// docs/commands.md lists the program's commands, each with a sentence.
+    #[test]
+    fn the_page_of_all_commands_lists_those_of_the_program() {
+        let mut commands: Vec<String> = commands()
+            .into_iter()
+            .map(|(words, _)| format!("tongue-fit {}", words.join(" ")).trim().to_owned())
+            .collect();
+        let rows = include_str!("../../docs/commands.md").lines();
+        let mut listed = Vec::new();
+        for (command, sentence) in rows.filter_map(|l| l.strip_prefix("| `")?.split_once("` | ")) {
+            // Links may follow the sentence.
+            assert!(sentence.contains('.') && sentence.ends_with(" |"), "{command}: {sentence}");
+            listed.push(command.to_owned());
+        }
+        commands.sort();
+        listed.sort();
+        assert_eq!(listed, commands);
     }
 
     #[test]

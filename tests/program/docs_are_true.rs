@@ -14,7 +14,7 @@ use std::process::Command;
 use assert_cmd::cargo::cargo_bin;
 
 /// Commands that would install something or need another tool; all others must be tongue-fit.
-const NOT_RUN: [&str; 3] = ["cargo ", "man ", ".ci/"];
+const NOT_RUN: [&str; 2] = ["cargo ", ".ci/"];
 
 struct Block<'a> {
     /// Text after the backquotes.
@@ -198,37 +198,6 @@ fn every_path_that_contributors_are_sent_to_exists() {
         seen += 1;
     }
     assert!(seen >= 30, "{seen}");
-}
-
-/// A manual page is written for every command, so these pages are the program's own list of its commands.
-#[test]
-fn the_page_of_all_commands_lists_those_of_the_program() {
-    let folder = tempfile::tempdir().unwrap();
-    let status = Command::new(cargo_bin("tongue-fit"))
-        .args(["man", "--quiet", "--out", "man"])
-        .current_dir(folder.path())
-        .status()
-        .unwrap();
-    assert!(status.success());
-    let names = fs::read_dir(folder.path().join("man")).unwrap().map(|e| e.unwrap().file_name());
-    let mut commands: Vec<String> = names
-        .map(|name| name.into_string().unwrap().trim_end_matches(".1").to_owned())
-        .map(|name| match name.strip_prefix("tongue-fit-") {
-            Some(words) => format!("tongue-fit {}", words.replace('-', " ")),
-            None => name,
-        })
-        .collect();
-    let text = fs::read_to_string(root().join("docs/commands.md")).unwrap();
-    let rows = text.lines().filter_map(|l| l.strip_prefix("| `")?.split_once("` | "));
-    let mut listed = Vec::new();
-    for (command, sentence) in rows {
-        // Links may follow the sentence.
-        assert!(sentence.contains('.') && sentence.ends_with(" |"), "{command}: {sentence}");
-        listed.push(command.to_owned());
-    }
-    commands.sort();
-    listed.sort();
-    assert_eq!(listed, commands);
 }
 
 /// Paragraphs and items of lists, without tables, headings and fenced blocks.

@@ -10,7 +10,7 @@ use std::time::Duration;
 use assert_cmd::cargo::cargo_bin;
 
 /// Every command in a quick form, with its exit status.
-const COMMANDS: [(&str, i32); 19] = [
+const COMMANDS: [(&str, i32); 17] = [
     ("--vowel a", 0),
     ("--vowel a --json", 0),
     ("batch --vowels a,u --subjects S2 --draws 0 --subsets 0", 0),
@@ -24,8 +24,6 @@ const COMMANDS: [(&str, i32); 19] = [
     ("mesh", 0),
     ("stability --case 9", 0),
     ("completions bash", 0),
-    ("man", 0),
-    ("man --out man", 0),
     ("--help", 0),
     ("--help-all", 0),
     ("--version", 0),
@@ -154,7 +152,6 @@ fn with_q_only_errors_are_printed_and_files_have_everything() {
         ("scene run vowel-a --out scene -q", "scene/vowel-a.json"),
         ("mesh --out mesh -q", "mesh/mesh.json"),
         ("stability --case 9 --out hard -q", "hard/stability.csv"),
-        ("man --out man -q", "man/tongue-fit.1"),
     ] {
         assert_eq!(run(folder.path(), arguments), (0, String::new(), String::new()), "{arguments}");
         assert!(folder.path().join(first).exists(), "{first}");
