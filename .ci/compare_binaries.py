@@ -28,7 +28,7 @@ def cases():
         given = [word for t in load for word in ("--tension", t)]
         yield "simulate", ["simulate", *given]
         yield "simulate", ["simulate", "--tissue", "fe", *given]
-        yield "simulate", ["simulate", "--h", "2.75mm", "--outside", "chain", *given]
+        yield "simulate", ["simulate", "--h", "2.75mm", *given]
         yield "trajectory", ["simulate", *given, "--trajectory", "--t-end", "0.5"]
     for method in ("verlet", "rk4", "backward-euler", "symplectic-euler"):
         explicit = ["--dt", "2e-6", "--t-end", "0.002"] if method != "backward-euler" else ["--dt", "0.01", "--t-end", "0.5"]

@@ -429,8 +429,7 @@ pub mod system {
     //! Systems: the effects of a body that are called for, with its unknowns.
     #[doc(inline)]
     pub use tongue_core::system::{
-        Additions, Carried, Model, MusclesAs, OutsidePath, SpaceModel, System, SystemError, TissueModel,
-        coefficients,
+        Additions, Carried, Model, MusclesAs, SpaceModel, System, SystemError, TissueModel, coefficients,
     };
 }
 

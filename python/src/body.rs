@@ -207,17 +207,15 @@ fn tissue_of(model: &system::Model) -> &'static str {
 impl Model {
     /// Young's modulus (Pa) and Poisson's ratio of the tissue; the source of the springs' coefficients
     /// (`preset`: consistent or as-printed) and how connections get them (`spread`: per-connection or
-    /// assembled); muscle parts outside the tissue (`outside`: straight or chain); elements of the tissue
-    /// (`tissue`: springs or fe; a continuum ignores it).
+    /// assembled); elements of the tissue (`tissue`: springs or fe; a continuum ignores it).
     #[new]
     #[pyo3(signature = (*, young_modulus = 6900.0, poisson_ratio = 0.49,
-        preset = "consistent", spread = "per-connection", outside = "straight", tissue = "springs"))]
+        preset = "consistent", spread = "per-connection", tissue = "springs"))]
     fn new(
         young_modulus: f64,
         poisson_ratio: f64,
         preset: &str,
         spread: &str,
-        outside: &str,
         tissue: &str,
     ) -> PyResult<Self> {
         let constants = Constants { young_modulus, poisson_ratio, ..Constants::TONGUE };
@@ -226,7 +224,6 @@ impl Model {
             constants,
             preset: chosen("preset", preset)?,
             spread: chosen("spread", spread)?,
-            outside: chosen("outside", outside)?,
             tissue: chosen::<Tissue>("tissue", tissue)?.model(Kind::Springs),
         }))
     }
@@ -239,19 +236,18 @@ impl Model {
         Ok(Assembly(made, Arc::new((given, body.clone()))))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (f64, f64, [&'static str; 4])> {
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (f64, f64, [&'static str; 3])> {
         let model = &slf.get().0;
-        let words =
-            [name_of(&model.preset), name_of(&model.spread), name_of(&model.outside), tissue_of(model)];
+        let words = [name_of(&model.preset), name_of(&model.spread), tissue_of(model)];
         let state = (model.constants.young_modulus, model.constants.poisson_ratio, words);
         Ok((slf.py().get_type::<Self>().getattr("_restored")?, state))
     }
 
     /// The model of a pickle.
     #[staticmethod]
-    fn _restored(young_modulus: f64, poisson_ratio: f64, words: [String; 4]) -> PyResult<Self> {
-        let [preset, spread, outside, tissue] = &words;
-        Self::new(young_modulus, poisson_ratio, preset, spread, outside, tissue)
+    fn _restored(young_modulus: f64, poisson_ratio: f64, words: [String; 3]) -> PyResult<Self> {
+        let [preset, spread, tissue] = &words;
+        Self::new(young_modulus, poisson_ratio, preset, spread, tissue)
     }
 
     fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
@@ -270,12 +266,11 @@ impl Model {
     fn __repr__(&self) -> String {
         let (model, c) = (&self.0, &self.0.constants);
         format!(
-            "Model(young_modulus={:?}, poisson_ratio={:?}, preset='{}', spread='{}', outside='{}', tissue='{}')",
+            "Model(young_modulus={:?}, poisson_ratio={:?}, preset='{}', spread='{}', tissue='{}')",
             c.young_modulus,
             c.poisson_ratio,
             name_of(&model.preset),
             name_of(&model.spread),
-            name_of(&model.outside),
             tissue_of(model)
         )
     }

@@ -12,7 +12,7 @@ use tongue_fit::report::PageBody;
 use tongue_fit::run::{BodySource, Kind, PlaneBody, Tissue};
 use tongue_fit::simulation;
 use tongue_fit::suggest;
-use tongue_fit::system::{Model, OutsidePath};
+use tongue_fit::system::Model;
 
 use super::choice::choice;
 use super::output;
@@ -50,9 +50,6 @@ pub struct Arguments {
     /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
     #[arg(long, value_name = "NU", default_value_t = Constants::TONGUE.poisson_ratio)]
     poisson_ratio: f64,
-    /// Muscle parts outside the tissue: straight, as in a sheath, or a chain that can fold
-    #[arg(long, value_parser = choice::<OutsidePath>(), default_value = "straight")]
-    outside: OutsidePath,
     /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
     /// finite width, whose answers do not depend on the mesh, or in `simulate`, `muscles` and `track` the built-in
     /// tongue in space, a folder with ArtiSynth's, or hexahedra from Gmsh [springs, continuum, space, FOLDER, FILE.msh]
@@ -261,7 +258,6 @@ impl Arguments {
         let of_springs = [
             ("--tissue fe", self.tissue == Tissue::Fe),
             ("--preset as-printed", matches!(self.preset, PresetName::AsPrinted)),
-            ("--outside chain", self.outside == OutsidePath::Chain),
         ];
         match of_springs.iter().find(|(_, given)| self.kind() == Kind::Continuum && *given) {
             Some((option, _)) => Err(miette!(
@@ -285,7 +281,6 @@ impl Arguments {
                 PresetName::AsPrinted => Preset::AsPrinted,
             },
             spread: Spread::PerConnection,
-            outside: self.outside,
             tissue: self.tissue.model(self.kind()),
         }
     }

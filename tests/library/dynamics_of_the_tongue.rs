@@ -9,7 +9,7 @@ use tongue_fit::dynamics::{
 };
 use tongue_fit::material::{Constants, Preset};
 use tongue_fit::statics::{self, Workspace};
-use tongue_fit::system::{Model, OutsidePath, System, TissueModel};
+use tongue_fit::system::{Model, System, TissueModel};
 
 /// Numbers of GGa, SGm and HGa, and the published tensions for /a/, N.
 const PUBLISHED: [(usize, f64); 3] = [(0, 12.0), (4, 11.5), (6, 4.5)];
@@ -46,12 +46,8 @@ impl Observer<2> for Keep {
 
 #[test]
 fn in_the_long_run_the_body_comes_to_the_equilibrium() {
-    for (outside, tissue) in [
-        (OutsidePath::Straight, TissueModel::MassSpring),
-        (OutsidePath::Chain, TissueModel::MassSpring),
-        (OutsidePath::Straight, TissueModel::FiniteElement),
-    ] {
-        let model = Model { outside, tissue, ..Model::default() };
+    for tissue in [TissueModel::MassSpring, TissueModel::FiniteElement] {
+        let model = Model { tissue, ..Model::default() };
         let system = System::new(&fixtures::lattice(5, 4, 5.5e-3), &model, &[0]).unwrap();
         let tensions = vec![4.0];
         let goal = static_positions(&system, &tensions);

@@ -17,7 +17,6 @@ const FE: Model = Model {
     constants: Constants::TONGUE,
     preset: tongue_fit::material::Preset::Consistent,
     spread: Spread::PerConnection,
-    outside: tongue_fit::system::OutsidePath::Straight,
     tissue: TissueModel::FiniteElement,
 };
 

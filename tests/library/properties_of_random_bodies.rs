@@ -1,13 +1,16 @@
 //! Properties of every mesh, load and material in range, tested on random cases. Failing cases are stored in
 //! `proptest-regressions/` and tested first in later runs.
 
+use crate::fixtures;
 use nalgebra::SVector;
 use proptest::prelude::*;
-use tongue_fit::body::Mesh;
+use tongue_fit::body::gmsh::{self, File};
+use tongue_fit::body::json::{self, MeshRecord};
+use tongue_fit::body::{Body, Bone, ContinuumSettings, Mesh, MuscleChain, SpaceBody, Unit};
 use tongue_fit::effect::Configuration;
 use tongue_fit::material::Constants;
 use tongue_fit::statics::{SolveSettings, SolveStatus, Stability, Workspace, solve};
-use tongue_fit::system::{Model, System};
+use tongue_fit::system::{Model, SpaceModel, System};
 use tongue_study::hard_cases::bodies::{lattice, place};
 
 /// A lattice whose free nodes are moved by up to 0.3 of a side, so that no triangle is inverted.
@@ -33,6 +36,52 @@ fn material() -> impl Strategy<Value = Model> {
 
 fn system(mesh: &Mesh<2>, model: &Model) -> System<2> {
     System::new(mesh, model, &[0]).unwrap()
+}
+
+/// The mesh with a muscle that leaves it at a node and bends on its way to a bone.
+fn with_a_bent_muscle<const D: usize>(mut mesh: Mesh<D>, from: usize, way: &[SVector<f64, D>]) -> Mesh<D> {
+    let mut nodes = vec![from];
+    for step in way {
+        nodes.push(mesh.nodes.len());
+        mesh.nodes.push(mesh.nodes[from] + step);
+    }
+    mesh.fixed.push(mesh.nodes.len() - 1);
+    mesh.muscles.push(MuscleChain { name: "bent".to_owned(), nodes });
+    mesh.connect();
+    mesh
+}
+
+/// Without tension every muscle has its length at rest.
+fn rests<const D: usize>(system: &System<D>) -> Result<(), TestCaseError> {
+    let mut workspace = Workspace::new(system);
+    let tensions = vec![0.0; system.muscle_count()];
+    let s = solve(system, &mut workspace, &tensions, &SolveSettings::default());
+    prop_assert_eq!(s.status, SolveStatus::Converged);
+    for muscle in 0..system.muscle_count() {
+        let stretch = system.length(workspace.positions(), muscle) / system.length(system.rest(), muscle);
+        prop_assert!((stretch - 1.0).abs() < 1e-9, "muscle {muscle}: {stretch}");
+    }
+    Ok(())
+}
+
+/// The mesh rests as it is, with each muscle contracting and none, and as a continuum.
+fn rests_in_every_form<const D: usize>(mesh: &Mesh<D>) -> Result<(), TestCaseError> {
+    let all: Vec<usize> = (0..mesh.muscles.len()).collect();
+    rests(&System::new(mesh, &Model::default(), &[]).unwrap())?;
+    rests(&System::new(mesh, &Model::default(), &all).unwrap())?;
+    if let Ok(body) = Body::new("", mesh.clone()).into_continuum(&ContinuumSettings::default()) {
+        let model = Model { tissue: tongue_fit::system::TissueModel::Continuum, ..Model::default() };
+        rests(&System::new(&body.mesh, &model, &all).unwrap())?;
+    }
+    Ok(())
+}
+
+#[test]
+fn the_built_in_bodies_are_at_rest_without_tension() {
+    for spacing in [4e-3, 5.5e-3, 8e-3] {
+        rests_in_every_form(&Body::tongue(spacing).unwrap().mesh).unwrap();
+    }
+    rests(&System::in_space(&SpaceBody::tongue(1).unwrap(), &SpaceModel::default()).unwrap()).unwrap();
 }
 
 proptest! {
@@ -84,5 +133,30 @@ proptest! {
         // Squared rounding of the positions times the stiffness.
         let c = system.coefficients();
         prop_assert!(energy.abs() < 1e-20 * (c.tissue_stiffness + c.kappa * 1e6 + 1.0) * 1e3, "{energy:e}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    #[test]
+    fn every_body_that_is_accepted_is_at_rest_without_tension(
+        mesh in body(), at in any::<prop::sample::Index>(), bends in prop::collection::vec((-1.0..1.0, -1.0..1.0, -1.0..1.0), 1..5),
+    ) {
+        let (columns, side) = (mesh.nodes.iter().filter(|p| p.y == 0.0).count(), mesh.nodes[1].x);
+        let top = mesh.nodes.len() - columns;
+        let way = |d: usize, (x, y, z): (f64, f64, f64)| [3.0 * x, 4.0 + d as f64 + 3.0 * y.abs(), z].map(|c| c * side);
+        let plane: Vec<_> = bends.iter().enumerate().map(|(d, b)| SVector::from_row_slice(&way(d, *b)[..2])).collect();
+        let mesh = with_a_bent_muscle(mesh, top + at.index(columns), &plane);
+        rests_in_every_form(&mesh)?;
+        let bones = [Bone { name: "bone".to_owned(), nodes: mesh.fixed.clone() }];
+        let File::Flat(read) = gmsh::read(gmsh::write(&mesh, &bones).as_bytes(), "m.msh", Unit::M).unwrap() else { panic!() };
+        rests_in_every_form(&read.body.mesh)?;
+        let record = serde_json::to_string(&MeshRecord::of(&Body::new("", mesh), &Model::default()).unwrap()).unwrap();
+        rests_in_every_form(&json::read(&record, "body.json").unwrap().mesh)?;
+        let block = fixtures::block(2, side);
+        let highest = (0..block.nodes.len()).max_by(|&a, &b| block.nodes[a].z.total_cmp(&block.nodes[b].z)).unwrap();
+        let space: Vec<_> = bends.iter().enumerate().map(|(d, b)| { let [x, z, y] = way(d, *b); [x, y, z].into() }).collect();
+        rests_in_every_form(&with_a_bent_muscle(block, highest, &space))?;
     }
 }

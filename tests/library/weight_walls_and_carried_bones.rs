@@ -7,7 +7,7 @@ use tongue_fit::body::{Cells, Mesh, solid};
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity};
 use tongue_fit::material::Constants;
 use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Workspace, solve};
-use tongue_fit::system::{self, Additions, Carried, Model, OutsidePath, System, TissueModel};
+use tongue_fit::system::{self, Additions, Carried, Model, System, TissueModel};
 
 fn solved<const D: usize>(system: &System<D>) -> (Solution, Workspace<D>) {
     let mut workspace = Workspace::new(system);
@@ -33,7 +33,7 @@ fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
         continuum: None,
         hexahedra: Vec::new(),
     };
-    let model = Model { outside: OutsidePath::Chain, ..Model::default() };
+    let model = Model::default();
     let k = system::coefficients(&chain, &model).unwrap().tissue_stiffness;
     let masses: Vec<_> = (1..=links as usize).map(|n| (n, mass)).collect();
     let gravity = Gravity::new(&masses, SVector::from([0.0, -g]), &chain.nodes);

@@ -275,7 +275,7 @@ fn a_table_of_nothing_but_contracting_muscles_is_fitted_and_drawn_anew() {
 
 #[test]
 fn options_that_contradict_each_other_are_refused() {
-    for of_springs in ["--tissue=fe", "--outside=chain", "--preset=as-printed"] {
+    for of_springs in ["--tissue=fe", "--preset=as-printed"] {
         let message = refused(&["simulate", "--body", "continuum", of_springs, "--tension", "GGa=1"], 1);
         assert!(
             message.contains(&of_springs.replace('=', " ")) && message.contains("--body springs"),
@@ -295,8 +295,8 @@ fn invalid_tensions_are_refused() {
 }
 
 #[test]
-fn other_constants_and_outside_paths_solve_the_published_load() {
-    for options in [["--preset", "as-printed"], ["--outside", "chain"]] {
+fn other_constants_solve_the_published_load() {
+    for options in [["--preset", "as-printed"]] {
         let s = json(
             &[&["simulate", "--json", "--tension", "GGa=12", "--tension", "SGm=11.5"], &options[..]].concat(),
         );

@@ -50,14 +50,20 @@ impl<'de> Deserializer<'de> for Variants<'_> {
 #[cfg(test)]
 mod tests {
     use super::{name_of, named, names};
-    use crate::system::OutsidePath;
+
+    #[derive(Debug, PartialEq, serde::Deserialize)]
+    #[serde(rename_all = "kebab-case")]
+    enum Way {
+        Straight,
+        BySide,
+    }
 
     #[test]
     fn a_choice_has_the_names_of_its_variants() {
-        assert_eq!(names::<OutsidePath>(), ["straight", "chain"]);
-        assert_eq!(named("chain"), Some(OutsidePath::Chain));
-        assert_eq!(named::<OutsidePath>("Chain"), None);
-        assert_eq!(name_of(&OutsidePath::Chain), "chain");
+        assert_eq!(names::<Way>(), ["straight", "by-side"]);
+        assert_eq!(named("straight"), Some(Way::Straight));
+        assert_eq!(named::<Way>("Straight"), None);
+        assert_eq!(name_of(&Way::BySide), "by-side");
         assert!(names::<f64>().is_empty());
     }
 }

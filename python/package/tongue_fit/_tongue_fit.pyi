@@ -90,13 +90,11 @@ class Model:
         poisson_ratio: float = 0.49,
         preset: str = "consistent",
         spread: str = "per-connection",
-        outside: str = "straight",
         tissue: str = "springs",
     ) -> Model:
         """Young's modulus (Pa) and Poisson's ratio of the tissue; the source of the springs'
         coefficients (`preset`: consistent or as-printed) and how connections get them (`spread`: per-connection or assembled);
-        muscle parts outside the tissue (`outside`: straight or chain); elements of the tissue (`tissue`: springs or fe; a
-        continuum ignores it)."""
+        elements of the tissue (`tissue`: springs or fe; a continuum ignores it)."""
     def assemble(self, body: Body, muscles: _Names) -> Assembly:
         """Makes `body` ready to be solved; the named muscles contract, and all others are passive tissue."""
 

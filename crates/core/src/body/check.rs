@@ -51,6 +51,8 @@ pub enum MeshFault {
     ShortChain { name: String, count: usize },
     #[error("muscle {name} steps from node {from} to node {to}, which are not connected")]
     ChainStep { name: String, from: usize, to: usize },
+    #[error("muscle {name} comes to node {node} twice; a muscle is one line between two ends")]
+    Revisits { name: String, node: usize },
     #[error("the fixed nodes are not in ascending order, each once (entry {entry})")]
     FixedOrder { entry: usize },
 }
@@ -77,6 +79,10 @@ impl<const D: usize> Mesh<D> {
             self.in_range(&muscle.nodes, || format!("muscle {name}"))?;
             if let Some(step) = muscle.nodes.windows(2).find(|s| !joined(s[0], s[1])) {
                 return Err(MeshFault::ChainStep { name, from: step[0], to: step[1] });
+            }
+            let mut passed = BTreeSet::new();
+            if let Some(&node) = muscle.nodes.iter().find(|n| !passed.insert(**n)) {
+                return Err(MeshFault::Revisits { name, node });
             }
         }
         self.in_range(&self.fixed, || "the list of fixed nodes".to_owned())?;

@@ -9,10 +9,9 @@
 //! `f` is the force of the effects at zero tension, plus the pull `k2 (e - c)` of every contractile branch
 //! (eqs. 3.4-3.8); `d` are the Kelvin-Voigt dampers `b dl/dt` of the tissue (eq. 3.9). Every node that is an
 //! unknown of the [`System`] has the same mass
-//! [`Coefficients::node_mass`](crate::material::Coefficients::node_mass): the nodes of the tissue, and with
-//! [`OutsidePath::Chain`](crate::system::OutsidePath::Chain) those outside it too. With straight paths the
-//! nodes inside a path are no unknowns, so their mass is left out; they are placed on the line between the
-//! path's ends.
+//! [`Coefficients::node_mass`](crate::material::Coefficients::node_mass): the nodes of the tissue and those on
+//! bone or where muscles meet outside it. The nodes inside a straight path are no unknowns, so their mass is
+//! left out; they are placed on the line between the path's ends.
 //!
 //! With the constants of the tongue this is overdamped and very stiff: time scales from microseconds (mass
 //! against damper) to a second (spring against damper). Explicit methods need steps of microseconds

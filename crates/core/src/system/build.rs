@@ -15,8 +15,8 @@ use crate::material::Coefficients;
 use crate::sparse::Pattern;
 
 use super::{
-    Additions, Model, OutsidePath, StraightPath, System, SystemError, TissueModel, cell_measure,
-    coefficients, connection_stiffness, connections, path,
+    Additions, Model, StraightPath, System, SystemError, TissueModel, cell_measure, coefficients,
+    connection_stiffness, connections, path,
 };
 
 /// The width that is assumed for muscles without a width, m.
@@ -88,10 +88,7 @@ impl<const D: usize> System<D> {
             return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
         }
         let stiffness = connection_stiffness(mesh, &coefficients);
-        let paths = match model.outside {
-            OutsidePath::Straight => path::find(mesh, &stiffness),
-            OutsidePath::Chain => Vec::new(),
-        };
+        let paths = path::find(mesh, &stiffness);
         // Connections whose springs the continuum replaces.
         let continuum = match model.tissue {
             TissueModel::MassSpring => BTreeMap::new(),

@@ -30,7 +30,7 @@ pub use additions::Additions;
 pub use bones::Carried;
 pub use error::SystemError;
 pub use model::{Model, TissueModel, coefficients, connection_stiffness};
-pub use path::{OutsidePath, StraightPath};
+pub use path::StraightPath;
 pub use space::{MusclesAs, SpaceModel};
 
 use elements::{AtRest, Elements};

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{OutsidePath, SystemError};
+use super::SystemError;
 use crate::body::Mesh;
 use crate::geometry::simplex;
 use crate::material::{Coefficients, Constants, Preset, Spread};
@@ -16,8 +16,6 @@ pub struct Model {
     pub preset: Preset,
     /// How the identified stiffness is given to the connections.
     pub spread: Spread,
-    /// How muscle parts outside the tissue are represented.
-    pub outside: OutsidePath,
     /// Model of the tissue.
     pub tissue: TissueModel,
 }
@@ -47,7 +45,6 @@ impl Default for Model {
             constants: Constants::TONGUE,
             preset: Preset::default(),
             spread: Spread::default(),
-            outside: OutsidePath::default(),
             tissue: TissueModel::default(),
         }
     }

@@ -3,31 +3,26 @@
 //!
 //! In the mesh such a part is a chain of connections with no cell beside it. Unloaded, a chain has no
 //! lateral stiffness (the stiffness matrix is singular), and pushed it folds: the "unnatural bending" of
-//! thesis 4.4.2. In the body a sheath keeps the part straight. So by default the chain is condensed into one
-//! straight two-point element: springs in series with `1/k = sum 1/k_i`, `l0 = sum l0_i`, and the muscle's
-//! tension unchanged. For a straight chain this is exact, and the inner nodes are placed afterwards where
-//! the chain's own equilibrium has them.
+//! thesis 4.4.2. In the body a sheath keeps the part straight. So the chain is condensed into one
+//! straight two-point element: springs in series with `1/k = sum 1/k_i`, a rest length that is the straight
+//! distance between its ends at rest, and the muscle's tension unchanged. For a straight chain this is exact,
+//! and the inner nodes are placed afterwards where the chain's own equilibrium has them. A chain that is bent
+//! at rest is taken as straight, so the body stays at rest without tension.
 //!
 //! In motion the dampers and the contractile elements are condensed in the same way (`1/b = sum 1/b_i`,
 //! likewise k2 and b_cc). The coefficients have the same proportions in every link, so this is exact too,
 //! except that the mass of the inner nodes is left out.
 
+use std::collections::BTreeMap;
+
 use nalgebra::SVector;
-use serde::{Deserialize, Serialize};
 
 use crate::body::Mesh;
 use crate::geometry::topology;
 
-/// How the parts of muscles outside the tissue are represented.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum OutsidePath {
-    /// One straight two-point element, as if in a sheath.
-    #[default]
-    Straight,
-    /// The chain of the mesh, free to fold.
-    Chain,
-}
+/// A chain longer than the straight distance between its ends by more than this part is bent; below it is
+/// rounding.
+const BENT: f64 = 1e-12;
 
 /// A chain between two nodes that are on bone or in the tissue, condensed.
 #[derive(Debug, Clone, PartialEq)]
@@ -103,7 +98,7 @@ impl StraightPath {
 pub fn find<const D: usize>(mesh: &Mesh<D>, stiffness: &[f64]) -> Vec<StraightPath> {
     let in_tissue = mesh.in_tissue();
     let mut degree = vec![0; mesh.nodes.len()];
-    let mut stiffness_of = std::collections::BTreeMap::new();
+    let mut stiffness_of = BTreeMap::new();
     for (&[a, b], &k) in mesh.connections.iter().zip(stiffness) {
         degree[a] += 1;
         degree[b] += 1;
@@ -123,6 +118,10 @@ pub fn find<const D: usize>(mesh: &Mesh<D>, stiffness: &[f64]) -> Vec<StraightPa
                 compliance += stiffness_of.get(&key).map_or(0.0, |k| 1.0 / k);
                 path.rest_up_to.push(rest);
                 path.compliance_up_to.push(compliance);
+            }
+            let straight = mesh.distance(path.ends());
+            if rest > (1.0 + BENT) * straight {
+                path.rest_up_to.iter_mut().for_each(|up_to| *up_to *= straight / rest);
             }
             if !paths.iter().any(|p| p.nodes == path.nodes) {
                 paths.push(path);

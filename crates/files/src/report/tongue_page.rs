@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::export::{Export, Provenance};
 use super::record::FitRecord;
 use tongue_core::material::{Constants, Preset, Spread};
-use tongue_core::system::{Model, OutsidePath, TissueModel};
+use tongue_core::system::{Model, TissueModel};
 
 /// The page, made by `web/build.py`.
 const PAGE: &str = include_str!("../../../../web/tongue.html");
@@ -66,7 +66,6 @@ impl TonguePage {
             "thesis": thesis,
             "material": material(model),
             "finite_elements": model.tissue == TissueModel::FiniteElement,
-            "straight_paths": model.outside == OutsidePath::Straight,
             "table": self.table,
             "fits": fits,
         }))

@@ -233,7 +233,6 @@ impl Scene {
             (e.springs == Some(true), "effects.springs = true"),
             (e.finite_elements == Some(true), "effects.finite_elements = true"),
             (e.incompressibility == Some(true), "effects.incompressibility = true"),
-            (e.straight_paths == Some(false), "effects.straight_paths = false"),
             (self.material.preset == Some(Preset::AsPrinted), "material.preset = \"as-printed\""),
             (self.material.spread.is_some(), "material.spread"),
         ];

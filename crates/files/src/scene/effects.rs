@@ -13,8 +13,6 @@ pub struct Effects {
     pub finite_elements: Option<bool>,
     /// Incompressibility: cells keep their area or volume (thesis 3.3).
     pub incompressibility: Option<bool>,
-    /// One straight element instead of a chain that runs outside the tissue and could fold. On by default.
-    pub straight_paths: Option<bool>,
     /// Weight.
     pub gravity: Option<SceneGravity>,
     /// Palate and teeth.

@@ -13,7 +13,7 @@ use tongue_core::body::{Body, MuscleChain, SpaceBody, SpaceMuscle};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::material::{Constants, Spread};
 use tongue_core::system::locking::bending_kept;
-use tongue_core::system::{self, Additions, Model, OutsidePath, SpaceModel, System, TissueModel};
+use tongue_core::system::{self, Additions, Model, SpaceModel, System, TissueModel};
 use tongue_infer::heard::Airway;
 use tongue_infer::inverse::{Matched, Premises, Setup, Tone};
 use tongue_infer::track::Frame;
@@ -162,7 +162,6 @@ impl Scene {
             },
             preset: m.preset.unwrap_or_default(),
             spread: m.spread.unwrap_or(spread),
-            outside: if e.straight_paths == Some(false) { OutsidePath::Chain } else { OutsidePath::Straight },
             tissue: match e.finite_elements {
                 _ if self.body.kind() == Kind::Continuum => TissueModel::Continuum,
                 Some(true) => TissueModel::FiniteElement,
@@ -264,10 +263,9 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
             _ if continuum => Decision::no("incompressibility", in_its_place),
             asked => Decision::asked("incompressibility", asked == Some(true)),
         },
-        match e.straight_paths {
-            _ if !outside => Decision::no("straight paths", "no muscle runs outside the tissue"),
-            Some(false) => Decision::no("straight paths", "refused: the chains outside the tissue may fold"),
-            _ => Decision::yes(
+        match outside {
+            false => Decision::no("straight paths", "no muscle runs outside the tissue"),
+            true => Decision::yes(
                 "straight paths",
                 "needed: a chain outside the tissue would have no lateral stiffness",
             ),

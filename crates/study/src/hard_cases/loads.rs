@@ -3,7 +3,7 @@
 use crate::pulled::{Pulled, tongue};
 use tongue_core::body::{Body, ContinuumSettings, Mesh, largest_distance};
 use tongue_core::statics::{SolveSettings, Workspace, trace};
-use tongue_core::system::{Model, OutsidePath, System, TissueModel};
+use tongue_core::system::{Model, System, TissueModel};
 
 use super::{HardCase, HowMany, StudyError, equilibrium_row, name_of};
 
@@ -84,7 +84,7 @@ fn beside_branch(
     row.also(&text).also(&format!("{apart:.1e} m from there"))
 }
 
-/// Case 4: SGp and HGp passive and active, alone and with others, as straight paths and as chains.
+/// Case 4: SGp and HGp passive and active, alone and with others, with straight parts outside the tissue.
 pub(super) fn folding_chains() -> Result<Vec<HardCase>, StudyError> {
     let mesh = tongue()?;
     let names = mesh.muscle_names();
@@ -99,14 +99,11 @@ pub(super) fn folding_chains() -> Result<Vec<HardCase>, StudyError> {
         ("with all the rest", &all),
     ];
     let mut rows = Vec::new();
-    for outside in [OutsidePath::Straight, OutsidePath::Chain] {
-        for (name, set) in sets {
-            for load in [5.0, 50.0, 500.0] {
-                let variant = format!("{name} at {load} N, {}", name_of(&outside));
-                let model = Model { outside, ..Model::default() };
-                let Pulled { system, tensions, .. } = all_at(&mesh, &model, set, load)?;
-                rows.push(equilibrium_row(4, variant, &system, &mut Workspace::new(&system), &tensions).1);
-            }
+    for (name, set) in sets {
+        for load in [5.0, 50.0, 500.0] {
+            let variant = format!("{name} at {load} N, straight");
+            let Pulled { system, tensions, .. } = all_at(&mesh, &Model::default(), set, load)?;
+            rows.push(equilibrium_row(4, variant, &system, &mut Workspace::new(&system), &tensions).1);
         }
     }
     Ok(rows)
