@@ -16,7 +16,7 @@
 //! of the thesis's law.
 
 /// Ratio of measure or length to that at rest below which the barrier acts.
-pub const THRESHOLD: f64 = 0.1;
+pub(crate) const THRESHOLD: f64 = 0.1;
 
 /// Value and first two derivatives of the barrier with respect to the ratio, dimensionless.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -78,12 +78,12 @@ impl Hexahedra {
     }
 
     /// The same, stiffened by the muscles that contract.
-    pub fn with_stiffening(self, stiffening: Stiffening) -> Self {
+    pub(crate) fn with_stiffening(self, stiffening: Stiffening) -> Self {
         Self { stiffening: Some(stiffening), ..self }
     }
 
     /// The same with the constants of each element multiplied by its factor.
-    pub fn with_factors(mut self, factors: &[f64]) -> Self {
+    pub(crate) fn with_factors(mut self, factors: &[f64]) -> Self {
         self.elements.iter_mut().zip(factors).for_each(|(e, factor)| e.factor = *factor);
         self
     }

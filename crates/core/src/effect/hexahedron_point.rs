@@ -42,13 +42,13 @@ impl Point {
 
     /// Whether the tissue is upright here; where it is not a number it is not.
     #[inline(always)]
-    pub fn is_upright(&self) -> bool {
+    pub(crate) fn is_upright(&self) -> bool {
         self.growth > -1.0 && self.growth.is_finite()
     }
 
     /// `det F F⁻ᵀ`.
     #[inline(always)]
-    pub fn cofactors(&self) -> Matrix3<f64> {
+    pub(crate) fn cofactors(&self) -> Matrix3<f64> {
         let f = &self.f;
         let [a, b, c] = [0, 1, 2].map(|d| f.column(d).into_owned());
         Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])

@@ -23,7 +23,7 @@ pub struct Spring {
 /// Ends that coincide have no direction. The direction is then the zero vector, so that there is no force
 /// and no division by zero.
 #[inline(always)]
-pub fn length_and_direction<const D: usize>(
+pub(crate) fn length_and_direction<const D: usize>(
     positions: &[SVector<f64, D>],
     nodes: [usize; 2],
 ) -> (f64, SVector<f64, D>) {
@@ -51,7 +51,7 @@ impl Spring {
         (length < barrier::THRESHOLD * self.rest_length).then(|| barrier(length / self.rest_length))
     }
 
-    pub fn is_guarded<const D: usize>(&self, positions: &[SVector<f64, D>]) -> bool {
+    pub(crate) fn is_guarded<const D: usize>(&self, positions: &[SVector<f64, D>]) -> bool {
         let [a, b] = self.nodes;
         let least = barrier::THRESHOLD * self.rest_length;
         self.stiffness > 0.0 && (positions[b] - positions[a]).norm_squared() < least * least
@@ -90,7 +90,7 @@ impl Spring {
 
     /// Adds the force of tension `whole`, N, along the direction `n` on both ends.
     #[inline(always)]
-    pub fn add_pull<const D: usize>(&self, n: SVector<f64, D>, whole: f64, force: &mut [SVector<f64, D>]) {
+    pub(crate) fn add_pull<const D: usize>(&self, n: SVector<f64, D>, whole: f64, force: &mut [SVector<f64, D>]) {
         let pull = n * whole;
         force[self.nodes[0]] += pull;
         force[self.nodes[1]] -= pull;
@@ -120,7 +120,7 @@ impl Spring {
     /// Adds `slope n nᵀ + (T / l) (I - n nᵀ)` for an element of length `l`, direction `n` and tension `T`
     /// that grows by `slope` with its length, N/m.
     #[inline(always)]
-    pub fn add_line<const D: usize>(
+    pub(crate) fn add_line<const D: usize>(
         &self,
         length: f64,
         n: SVector<f64, D>,

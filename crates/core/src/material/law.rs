@@ -114,7 +114,7 @@ impl NeoHookean {
     /// of `μ`: where a body has hardly moved, a line search could not tell descent from ascent. Here every
     /// term is of the second order in `H`: `μ/2 |H|² + μ ((J - 1 - ln J) - (J - 1 - tr H)) + λ/2 (ln J)²`.
     #[inline(always)]
-    pub fn displaced_energy<const D: usize>(self, h: &SMatrix<f64, D, D>) -> f64 {
+    pub(crate) fn displaced_energy<const D: usize>(self, h: &SMatrix<f64, D, D>) -> f64 {
         let beyond = beyond_trace(h);
         let growth = h.trace() + beyond;
         // Written so that a determinant that is not a number counts as inverted too.
@@ -183,7 +183,7 @@ impl<const D: usize> Deformed<D> {
 
     /// First Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, Pa, with `F⁻ᵀ` given.
     #[inline(always)]
-    pub fn piola(&self, turned: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
+    pub(crate) fn piola(&self, turned: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {
         self.gradient * self.law.mu - turned * self.turn()
     }
 
@@ -216,7 +216,7 @@ impl<const D: usize> Deformed<D> {
     /// R/√2`, `μ + t/J` of the flip, and those of `μ + (λ + t)/sᵢ²` and, beside the diagonal, `λ/J` (Smith,
     /// De Goes and Kim 2019, 4): `t >= 0` is enough.
     #[inline(always)]
-    pub fn untwisting(&self) -> Option<SMatrix<f64, D, D>> {
+    pub(crate) fn untwisting(&self) -> Option<SMatrix<f64, D, D>> {
         let (f, turn) = (&self.gradient, self.turn());
         // The comparison is written so that NaN is left to the general case.
         if D != 2 || !(turn >= 0.0 && self.ratio > 0.0) {
@@ -232,7 +232,7 @@ impl<const D: usize> Deformed<D> {
     }
 
     /// `dP/dF` without its negative eigenvalues (Teran, Sifakis, Irving and Fedkiw 2005, section 5).
-    pub fn convex_moduli(&self) -> Moduli {
+    pub(crate) fn convex_moduli(&self) -> Moduli {
         let eigen = self.moduli().symmetric_eigen();
         let kept = eigen.eigenvalues.map(|v| v.max(0.0));
         eigen.eigenvectors * SMatrix::from_diagonal(&kept) * eigen.eigenvectors.transpose()
@@ -240,7 +240,7 @@ impl<const D: usize> Deformed<D> {
 
     /// As [`Deformed::convex_moduli`]; `None` if there are no negative eigenvalues. In the plane only the
     /// four components there are used, which is several times as fast and rounds differently.
-    pub fn nearest_convex_moduli(&self) -> Option<Moduli> {
+    pub(crate) fn nearest_convex_moduli(&self) -> Option<Moduli> {
         let mut moduli = self.moduli();
         if D != 2 {
             return moduli.cholesky().is_none().then(|| self.convex_moduli());

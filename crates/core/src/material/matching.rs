@@ -179,7 +179,7 @@ impl Coefficients {
     }
 
     /// Table 4.2 and eq. 4.1 as printed.
-    pub const AS_PRINTED: Self = Self {
+    pub(crate) const AS_PRINTED: Self = Self {
         tissue_stiffness: 2.67e3,
         tissue_damping: 3.0e3,
         kappa: 1.46e3,

@@ -27,7 +27,7 @@ impl MooneyRivlin {
     }
 
     /// Whether the constants make a solid: positive shear and bulk moduli, and no softening.
-    pub fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let positive = |x: f64| x.is_finite() && x > 0.0;
         positive(self.c10) && positive(self.bulk) && self.c20.is_finite() && self.c20 >= 0.0
     }

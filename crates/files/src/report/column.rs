@@ -145,7 +145,7 @@ pub fn lines(out: &mut dyn io::Write, lines: impl IntoIterator<Item = Vec<String
 
 /// What the columns mean, as a table of Markdown.
 #[cfg(all(test, feature = "files"))]
-pub fn explained<'a, R: 'a>(columns: &[Column<'a, R>]) -> String {
+pub(crate) fn explained<'a, R: 'a>(columns: &[Column<'a, R>]) -> String {
     type Of<'a, R> = Column<'a, Column<'a, R>>;
     let of = [
         Of::of_page("column", |c| format!("`{}`", c.name).into()),

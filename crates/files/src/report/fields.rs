@@ -55,7 +55,7 @@ impl<'a, const D: usize> Fields<'a, D> {
     /// the plane with the components across it; `von_mises_pa`; `pressure_pa`, a third of Cauchy's trace with
     /// the sign of a pressure; and `fibre_stress_pa` along the muscle in the cell, 0 if there is none. They
     /// are 0 for lines.
-    pub fn arrays(&self) -> Vec<Array> {
+    pub(crate) fn arrays(&self) -> Vec<Array> {
         let (mesh, lines) = (self.mesh, self.pairs().count());
         let count = mesh.elements().count();
         let parts = mesh.cells.len() / count.max(1);

@@ -64,7 +64,7 @@ impl OutputDir {
 
     /// As [`OutputDir::write_all`], for files that are too large for memory: each is given by a function
     /// that writes it.
-    pub fn write_streams<'a, W: Fn(&mut dyn Write) -> io::Result<()>>(
+    pub(crate) fn write_streams<'a, W: Fn(&mut dyn Write) -> io::Result<()>>(
         &self,
         files: impl Iterator<Item = (&'a str, W)>,
     ) -> Result<Vec<PathBuf>, ReportError> {

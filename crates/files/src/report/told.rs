@@ -15,7 +15,7 @@ impl Told {
     }
 
     #[must_use]
-    pub fn with_first(self, name: &str, number: f64) -> Self {
+    pub(crate) fn with_first(self, name: &str, number: f64) -> Self {
         let Value::Object(fields) = self.0 else { return self };
         Self(std::iter::once((name.to_owned(), number.into())).chain(fields).collect())
     }

@@ -299,7 +299,7 @@ impl Scene {
     }
 
     /// Whether the body is in space.
-    pub fn is_solid(&self) -> bool {
+    pub(crate) fn is_solid(&self) -> bool {
         matches!(self.body, SceneBody::Cylinder(_) | SceneBody::Block(_))
     }
 

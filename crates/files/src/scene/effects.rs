@@ -91,7 +91,7 @@ fn default_gravity() -> f64 {
 }
 
 /// Distance from which on a wall acts where none is given, mm.
-pub const CONTACT_REACH_MM: f64 = 1.0;
+pub(crate) const CONTACT_REACH_MM: f64 = 1.0;
 
 fn default_reach() -> f64 {
     CONTACT_REACH_MM

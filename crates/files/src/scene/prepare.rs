@@ -336,7 +336,7 @@ fn method(scene: &Scene) -> String {
 
 impl<const D: usize> Prepared<D> {
     /// The effects of the system by name, each name once.
-    pub fn effects_by_name(&self) -> Vec<(&'static str, Vec<&dyn Effect<D>>)> {
+    pub(crate) fn effects_by_name(&self) -> Vec<(&'static str, Vec<&dyn Effect<D>>)> {
         let mut groups: Vec<(&'static str, Vec<&dyn Effect<D>>)> = Vec::new();
         for effect in self.system.effects() {
             match groups.iter_mut().find(|(name, _)| *name == effect.name()) {

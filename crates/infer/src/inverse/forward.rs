@@ -107,7 +107,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         matches!(self.inverse.system.tissue(), TissueModel::Continuum | TissueModel::Hexahedra)
     }
 
-    pub fn tensions_of(&self, x: &[f64]) -> Vec<f64> {
+    pub(crate) fn tensions_of(&self, x: &[f64]) -> Vec<f64> {
         let mut all = self.inverse.tensions.clone();
         self.inverse.put_tensions(x, &mut all);
         all

@@ -22,7 +22,7 @@ impl<const D: usize> BestKnown<D> {
     }
 
     /// Keeps the candidate in place of the worst, if it is among the best.
-    pub fn remember(&mut self, x: &[f64], cost: f64, positions: &[SVector<f64, D>]) {
+    pub(crate) fn remember(&mut self, x: &[f64], cost: f64, positions: &[SVector<f64, D>]) {
         if self.list.len() < self.most {
             self.list.push(Known { x: x.to_vec(), cost, positions: positions.to_vec() });
         } else if let Some(worst) = self.list.iter_mut().max_by(|a, b| a.cost.total_cmp(&b.cost))
@@ -60,7 +60,7 @@ impl<const D: usize> BestKnown<D> {
     }
 
     /// Removes all but the best, so that [`BestKnown::spread`] is that of a new simplex.
-    pub fn keep_best(&mut self) {
+    pub(crate) fn keep_best(&mut self) {
         let best = self.best().cloned();
         self.list.clear();
         self.list.extend(best);

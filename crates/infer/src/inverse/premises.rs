@@ -304,7 +304,7 @@ impl<const D: usize> Setup<D> {
     }
 
     /// Largest displacement of a free bone, m.
-    pub fn most_m(&self) -> f64 {
+    pub(crate) fn most_m(&self) -> f64 {
         MOST_SDS * self.premises.bone_sd_m
     }
 }

@@ -61,7 +61,7 @@ impl<'a, const D: usize> Inverse<'a, D> {
     }
 
     /// Whether the observations leave directions undetermined and no prior determines them.
-    pub fn is_undetermined(&self) -> bool {
+    pub(crate) fn is_undetermined(&self) -> bool {
         self.observations.len() + self.unknowns.iter().filter(|u| u.prior.is_some()).count()
             < self.unknowns.len()
     }

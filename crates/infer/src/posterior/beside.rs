@@ -169,7 +169,7 @@ impl Beside {
     }
 
     /// The posture that all numbers are of; `None` where they are of several or of the baseline.
-    pub fn only_posture(&self) -> Option<usize> {
+    pub(crate) fn only_posture(&self) -> Option<usize> {
         let first = self.posture(0)??;
         self.views().all(|(_, view)| view.posture == Some(first)).then_some(first)
     }

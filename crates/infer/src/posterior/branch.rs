@@ -17,7 +17,7 @@ const STEPS: [usize; 2] = [5, 25];
 /// Residual force to which the shapes on the way are solved, N: they only lead to the last one.
 const ON_THE_WAY_N: f64 = 1e-4;
 /// Lengths that differ by less than this belong to the same shape, m.
-pub const SAME_M: f64 = 1e-7;
+pub(crate) const SAME_M: f64 = 1e-7;
 
 /// Whether each of several shapes, given by its lengths (m), is the one to which its loads lead from rest; `shape` is as in
 /// [`Density::load`].

@@ -131,7 +131,7 @@ impl<'a> Density<'a> {
     }
 
     /// Sets the covariance due to geometry and constants, of all muscles of the body in all postures.
-    pub fn set_geometry(&mut self, geometry: DMatrix<f64>) -> Result<(), PosteriorError> {
+    pub(crate) fn set_geometry(&mut self, geometry: DMatrix<f64>) -> Result<(), PosteriorError> {
         self.geometry = geometry;
         self.factor = Cholesky::new(self.covariance()).ok_or(PosteriorError::Covariance)?;
         Ok(())
@@ -173,7 +173,7 @@ impl<'a> Density<'a> {
     }
 
     /// Covariance of the measured numbers due to the errors of the other measurements.
-    pub fn errors_beside(&self) -> DMatrix<f64> {
+    pub(crate) fn errors_beside(&self) -> DMatrix<f64> {
         self.placed(self.seen.len(), &self.seen.beside_errors())
     }
 

@@ -38,7 +38,7 @@ pub fn mixing(chains: &[Vec<f64>]) -> Mixing {
 /// draws what independent ones exceed in one run of a hundred. The variance of the means of half chains of `n` independent draws is
 /// `chi²/(f n)` times that within, with `f` degrees of freedom (quantile of chi² by Wilson and Hilferty 1931), for each quantity and for its
 /// distances from the median.
-pub fn most_r_hat(chains: usize, draws: usize, quantities: usize) -> f64 {
+pub(crate) fn most_r_hat(chains: usize, draws: usize, quantities: usize) -> f64 {
     let z = normal_quantile(1.0 - 0.01 / (2.0 * quantities as f64));
     let part = 2.0 / (9.0 * (2 * chains - 1) as f64);
     let ratio = (1.0 - part + z * part.sqrt()).powi(3);

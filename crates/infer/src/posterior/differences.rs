@@ -100,7 +100,7 @@ impl Sides {
 }
 
 /// Bodies with kappa one standard deviation of its logarithm lower and higher; `None` where it is known.
-pub fn beside_in_kappa(ground: &Ground) -> Result<Option<[System<2>; 2]>, PosteriorError> {
+pub(crate) fn beside_in_kappa(ground: &Ground) -> Result<Option<[System<2>; 2]>, PosteriorError> {
     let prior = &ground.priors.compressibility;
     if prior.off {
         return Ok(None);
@@ -130,7 +130,7 @@ fn with_kappa(ground: &Ground, times: f64) -> Constants {
 /// Responses of the stretches of all muscles in all postures to one standard deviation of the logarithm of kappa: half of the difference
 /// between the equilibria one standard deviation to either side, because the response is far from linear over that range. One column, or
 /// none if kappa is known; `None` where another kappa leads to no equilibrium.
-pub fn by_kappa(ground: &Ground, point: &Solid<'_>) -> Option<DMatrix<f64>> {
+pub(crate) fn by_kappa(ground: &Ground, point: &Solid<'_>) -> Option<DMatrix<f64>> {
     let &Solid { place, meaning, beside, .. } = point;
     let (count, of_muscles, base) = (ground.muscles.len(), place.lengths.len(), place.postures.len());
     let rows = of_muscles + place.beside.len();

@@ -77,7 +77,7 @@ impl Ground {
     }
 
     /// Derivatives of a function of a shape by the displacement of the hyoid, back and up, and by its tilt.
-    pub fn hyoid_rates(&self, adjoint: &Adjoint<2>, d: SVector<f64, 2>, tilt: f64) -> [f64; 3] {
+    pub(crate) fn hyoid_rates(&self, adjoint: &Adjoint<2>, d: SVector<f64, 2>, tilt: f64) -> [f64; 3] {
         let shift = adjoint.by_bone(&self.hyoid);
         let each = self.hyoid.iter().zip(&self.turn);
         let by_angle: f64 = each.map(|(&node, turn)| adjoint.by_node[node].dot(turn)).sum();
@@ -85,7 +85,7 @@ impl Ground {
     }
 
     /// Whether a body and its model consist of springs alone; such a posterior is sampled in a fraction of a second.
-    pub fn is_for_springs(body: &Body<2>, model: &Model) -> bool {
+    pub(crate) fn is_for_springs(body: &Body<2>, model: &Model) -> bool {
         model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none()
     }
 

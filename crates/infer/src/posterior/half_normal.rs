@@ -5,7 +5,7 @@
 use std::f64::consts::{PI, SQRT_2};
 
 /// Range of scores: they correspond to tensions from 1e-5 s to 5.7 s.
-pub const LOWEST: f64 = -4.6;
+pub(crate) const LOWEST: f64 = -4.6;
 /// See [`LOWEST`].
 pub const HIGHEST: f64 = 5.3;
 
@@ -25,7 +25,7 @@ fn from_middle(x: f64) -> f64 {
 }
 
 /// `1 - Phi(x)`; beyond 2.5 by Laplace's continued fraction, so that small values are accurate to the last digits.
-pub fn upper_tail(x: f64) -> f64 {
+pub(crate) fn upper_tail(x: f64) -> f64 {
     if x < 2.5 {
         return 0.5 - from_middle(x);
     }
@@ -51,7 +51,7 @@ fn of_upper_tail(p: f64) -> f64 {
 }
 
 /// The `x` below which a normal number lies with probability `p`, `0 < p < 1`.
-pub fn normal_quantile(p: f64) -> f64 {
+pub(crate) fn normal_quantile(p: f64) -> f64 {
     if p > 0.5 { of_upper_tail(1.0 - p) } else { -of_upper_tail(p) }
 }
 

@@ -113,7 +113,7 @@ pub fn sample<'a>(
 }
 
 /// Samples the posterior at a known mode.
-pub fn sample_at<'a>(
+pub(crate) fn sample_at<'a>(
     density: Density<'a>,
     mode: Mode,
     settings: &Sampling,

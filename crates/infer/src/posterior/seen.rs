@@ -86,7 +86,7 @@ impl Measurements {
         seen
     }
 
-    pub fn without_kind(&self, kind: &str) -> Self {
+    pub(crate) fn without_kind(&self, kind: &str) -> Self {
         let mut seen = self.clone();
         seen.beside.retain(|b| b.kind != kind);
         seen
@@ -101,7 +101,7 @@ impl Measurements {
     }
 
     /// A name for each measured number, in the order of [`Measurements::rows`], and its posture (`None` for the baseline, and for activity).
-    pub fn measured_names(&self) -> Vec<(String, Option<usize>)> {
+    pub(crate) fn measured_names(&self) -> Vec<(String, Option<usize>)> {
         let stretches = self.names.iter().zip(&self.postures);
         let stretches =
             stretches.map(|(name, &p)| (format!("stretch of {name} in /{}/", self.labels[p]), Some(p)));
@@ -117,7 +117,7 @@ impl Measurements {
         stretches.chain(beside).collect()
     }
 
-    pub fn beside_len(&self) -> usize {
+    pub(crate) fn beside_len(&self) -> usize {
         self.beside.iter().map(Beside::len).sum()
     }
 
@@ -127,7 +127,7 @@ impl Measurements {
     }
 
     /// Each kind of the other measurements with its part of `weights`, which run over all of them.
-    pub fn weighed<'a>(&'a self, weights: &'a [f64]) -> impl Iterator<Item = (&'a Beside, &'a [f64])> {
+    pub(crate) fn weighed<'a>(&'a self, weights: &'a [f64]) -> impl Iterator<Item = (&'a Beside, &'a [f64])> {
         self.beside.iter().scan(weights, |left, beside| {
             let (own, rest) = left.split_at(beside.len());
             *left = rest;
@@ -135,7 +135,7 @@ impl Measurements {
         })
     }
 
-    pub fn beside_errors(&self) -> DMatrix<f64> {
+    pub(crate) fn beside_errors(&self) -> DMatrix<f64> {
         let n = self.beside_len();
         let mut errors = DMatrix::zeros(n, n);
         let mut from = 0;

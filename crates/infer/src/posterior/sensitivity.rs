@@ -31,7 +31,7 @@ pub struct Sensitivity {
 
 impl Sensitivity {
     /// Whether the prior has a considerable effect, and a larger one than the measurements.
-    pub fn is_of_prior(&self) -> bool {
+    pub(crate) fn is_of_prior(&self) -> bool {
         self.prior >= SENSITIVE && self.prior > self.likelihood
     }
 }

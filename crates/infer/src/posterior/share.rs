@@ -146,7 +146,7 @@ impl<'a> Parts<'a> {
     }
 
     /// For `a·g`: the budget of errors, and the part by which the standard deviation would shrink if each source were known.
-    pub fn of_scores(&self, a: &DVector<f64>) -> Option<(Shares, Shares)> {
+    pub(crate) fn of_scores(&self, a: &DVector<f64>) -> Option<(Shares, Shares)> {
         let gain = self.before.clone().cholesky()?.solve(&(&self.jacobian * a));
         let budget = self.shares(&(a - self.jacobian.tr_mul(&gain)), &gain);
         let whole = a.norm_squared() - (&self.jacobian * a).dot(&gain);
@@ -162,7 +162,7 @@ impl<'a> Parts<'a> {
     }
 
     /// The budget of errors for the measured stretch at a position, predicted from all others.
-    pub fn of_left_out(&self, position: usize) -> Option<Shares> {
+    pub(crate) fn of_left_out(&self, position: usize) -> Option<Shares> {
         let others: Vec<usize> = (0..self.before.nrows()).filter(|i| *i != position).collect();
         let among = self.before.select_rows(&others).select_columns(&others);
         let across = self.before.select_rows(&others).column(position).into_owned();

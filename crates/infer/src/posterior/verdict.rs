@@ -66,7 +66,7 @@ impl Word {
     }
 
     /// Whether the word states that the muscle pulls harder.
-    pub fn is_harder(self) -> bool {
+    pub(crate) fn is_harder(self) -> bool {
         matches!(self, Self::SurelyHarder | Self::ProbablyHarder)
     }
 }

@@ -87,7 +87,7 @@ impl DualAveraging {
     }
 
     /// Learns from the probability with which a trajectory of this step was accepted.
-    pub fn learn(&mut self, acceptance: f64) {
+    pub(crate) fn learn(&mut self, acceptance: f64) {
         const GAMMA: f64 = 0.05;
         const DELAY: f64 = 10.0;
         const KAPPA: f64 = 0.75;

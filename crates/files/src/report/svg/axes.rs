@@ -50,7 +50,7 @@ impl Bounds {
     }
 
     /// Extended to an aspect ratio between 1 : 2 and 4 : 3, so that a figure of any body fits a page.
-    pub fn paged(self) -> Self {
+    pub(crate) fn paged(self) -> Self {
         let [w, h] = self.size();
         let size = [w.max(0.75 * h), h.max(0.5 * w)];
         let middle = [0, 1].map(|i| 0.5 * (self.low[i] + self.high[i]));

@@ -11,7 +11,7 @@ const NAMES: f64 = 70.0;
 const SHOWN: f64 = 60.0;
 
 /// Most subjects that are drawn.
-pub const MOST_SUBJECTS: usize = 8;
+pub(crate) const MOST_SUBJECTS: usize = 8;
 
 /// The contrasts of subjects, below each other. In every cell the middle 95 % of the difference of a muscle's tensions and its median, zero in
 /// the middle; dark where the sign is sure, grey where it is not.
