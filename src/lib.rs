@@ -295,12 +295,12 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[doc(inline)]
     pub use tongue_files::report::{
-        AnimationFrame, BranchRecord, CourseRecord, Draws, Export, FitRecord, FrameRecord, History, Json,
-        Markdown, Msh, OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError, Rows,
-        SectionPicture, Series, SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg,
-        Table, Timeline, TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen,
-        changes, courses, frame_records, gesture_records, outlines, pairs, panels, ridges, solid,
-        status_name, timelines, tongue, valley, views, vowel, wrapped,
+        AnimationFrame, CourseRecord, Draws, Export, FitRecord, FrameRecord, History, Json, Markdown, Msh,
+        OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError, Rows, SectionPicture, Series,
+        SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline,
+        TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen, changes,
+        courses, frame_records, gesture_records, outlines, pairs, panels, ridges, solid, status_name,
+        timelines, tongue, valley, views, vowel, wrapped,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]
@@ -396,8 +396,8 @@ pub mod statics {
     //! Equilibria: Newton's method, the branch from rest.
     #[doc(inline)]
     pub use tongue_core::statics::{
-        Connection, CriticalKind, Solution, SolveSettings, SolveStatus, Stability, TRACE_STEPS, Workspace,
-        solve, solve_and_trace, trace,
+        Connection, CriticalKind, Solution, SolveSettings, SolveStatus, Stability, TRACE_STEPS, Trace,
+        Workspace, solve, solve_and_trace, trace,
     };
 }
 

@@ -204,7 +204,8 @@ fn text(record: &SpaceTrackRecord) -> String {
         for open in &frame.open {
             let shares = open.direction.0.iter().filter(|(_, s)| s.abs() >= SHARE);
             let shares: Vec<String> = shares.map(|(name, s)| format!("{s:+.2} {name}")).collect();
-            let sd = open.sd.map_or_else(|| "without limit".to_owned(), |sd| format!("±{sd:.2}"));
+            let sd =
+                if open.sd.is_finite() { format!("±{:.2}", open.sd) } else { "without limit".to_owned() };
             let _ = writeln!(text, "open ({sd}; the prior decides): {}", shares.join(" "));
         }
         for other in &frame.others_as_good {

@@ -10,7 +10,7 @@ use tongue_fit::report::batch::BatchJournal;
 use tongue_fit::report::batch::contrasts::SubjectContrast;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
-use tongue_fit::report::{BranchRecord, OperationRecord, SimulationRecord, TrajectoryRecord};
+use tongue_fit::report::{OperationRecord, SimulationRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
 use tongue_fit::surgery::FillingKind;
 use tongue_study::validate::{ValidationStudy, WithoutMuscle};
@@ -68,7 +68,7 @@ pub fn simulation(record: &SimulationRecord, alarms: &[Alarm], written: &[PathBu
 }
 
 /// The connection of an equilibrium to rest.
-pub(super) fn way(branch: Option<&BranchRecord>, connection: Connection) -> String {
+pub(super) fn way(branch: Option<&statics::Trace>, connection: Connection) -> String {
     let Some(branch) = branch else { return way_from_rest(connection).to_owned() };
     let mut text = match (branch.critical, branch.stopped) {
         (None, None) => {

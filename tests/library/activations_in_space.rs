@@ -78,7 +78,9 @@ fn what_the_middle_cannot_know_is_open() {
     assert_eq!(fit.combinations.len(), 3);
     assert!(fit.combinations.is_sorted_by(|a, b| a.sd <= b.sd));
     assert!(
-        fit.combinations.iter().all(|c| (c.direction.iter().map(|d| d * d).sum::<f64>() - 1.0).abs() < 1e-9)
+        fit.combinations
+            .iter()
+            .all(|c| (c.direction.0.iter().map(|(_, d)| d * d).sum::<f64>() - 1.0).abs() < 1e-9)
     );
 }
 

@@ -90,7 +90,12 @@ impl Spring {
 
     /// Adds the force of tension `whole`, N, along the direction `n` on both ends.
     #[inline(always)]
-    pub(crate) fn add_pull<const D: usize>(&self, n: SVector<f64, D>, whole: f64, force: &mut [SVector<f64, D>]) {
+    pub(crate) fn add_pull<const D: usize>(
+        &self,
+        n: SVector<f64, D>,
+        whole: f64,
+        force: &mut [SVector<f64, D>],
+    ) {
         let pull = n * whole;
         force[self.nodes[0]] += pull;
         force[self.nodes[1]] -= pull;

@@ -37,6 +37,7 @@ pub struct Critical {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Trace {
     /// The solve that ended at the whole load; its positions are in the workspace.
+    #[serde(skip)]
     pub solution: Solution,
     /// Where the branch from rest ends; `None` when it reaches the whole load, so that the solution lies on
     /// it.
@@ -46,8 +47,10 @@ pub struct Trace {
     pub another: bool,
     /// Whether a direct solve and the branch from rest both converged, and in one shape; not asked by
     /// [`trace`] alone.
+    #[serde(skip)]
     pub same: bool,
     /// Number of factorisations of a stiffness that following the branch took; of [`solve_and_trace`] the direct solve's too.
+    #[serde(skip)]
     pub factorisations: usize,
     /// Part of the tensions up to which the branch was followed when [`SolveSettings::most_solves`] were used up,
     /// so that the solution may lie on another one; `None` when the branch was followed to its end or to the

@@ -50,12 +50,10 @@ pub use file::{OutputDir, Writes, write};
 pub use json::Json;
 pub use markdown::Markdown;
 pub use msh::Msh;
-pub use record::{
-    AlarmRecord, BodySegment, BoneRecord, BranchRecord, FitRecord, IdentifiabilityRecord, SimulationRecord,
-};
+pub use record::{AlarmRecord, BodySegment, BoneRecord, FitRecord, IdentifiabilityRecord, SimulationRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{OperationRecord, SpaceRecord, SpaceVtu};
-pub use space_fit::{OpenRecord, SpaceFitRecord, SpaceTrackRecord, StartRecord};
+pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};
 #[cfg(feature = "files")]
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::StoTable;

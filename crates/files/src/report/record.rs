@@ -17,25 +17,6 @@ use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::{self, Fit, Tone};
 use tongue_input::measured::{TargetKind, Vowel, reference_muscle};
 
-/// The branch of equilibria that begins at rest.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct BranchRecord {
-    /// End of the branch; `None` if it reaches the whole load.
-    pub critical: Option<statics::Critical>,
-    /// Whether another equilibrium at this load was met.
-    pub another: bool,
-    /// Part of the tensions at which following the branch was given up, if it was; the answer's branch is
-    /// then not known.
-    pub stopped: Option<f64>,
-}
-
-impl BranchRecord {
-    /// Result of following the branch from rest.
-    pub fn new(found: &statics::Trace) -> Self {
-        Self { critical: found.critical, another: found.another, stopped: found.stopped }
-    }
-}
-
 /// One equilibrium: `tongue-fit simulate --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SimulationRecord {
@@ -60,7 +41,7 @@ pub struct SimulationRecord {
     /// hold there.
     pub guarded: usize,
     /// The branch of equilibria from rest, if it was followed.
-    pub branch: Option<BranchRecord>,
+    pub branch: Option<statics::Trace>,
     pub alarms: Vec<AlarmRecord>,
     pub iterations: usize,
     pub factorisations: usize,

@@ -12,7 +12,7 @@ use tongue_core::system::System;
 
 use super::by_muscle::{by, mm};
 use super::export::{Export, Provenance};
-use super::record::{AlarmRecord, BranchRecord};
+use super::record::AlarmRecord;
 use super::vtu::{END_OF_GRID, array, begin, grid, point};
 use crate::surgery::FillingKind;
 use tongue_input::measured::ByMuscle;
@@ -52,7 +52,7 @@ pub struct SpaceRecord {
     pub iterations: usize,
     pub factorisations: usize,
     /// The branch of equilibria from rest, if it was followed.
-    pub branch: Option<BranchRecord>,
+    pub branch: Option<statics::Trace>,
     pub alarms: Vec<AlarmRecord>,
     /// Changes by surgery, if there was any; everything else describes the body after it.
     pub operation: Option<OperationRecord>,

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use tongue_core::body::SpaceBody;
-use tongue_infer::inverse::in_space::{Combination, SpaceFit};
+use tongue_infer::inverse::in_space::{Combination, Ended, SpaceFit};
 use tongue_infer::inverse::{FitStatus, alarms};
 use tongue_input::measured::ByMuscle;
 
@@ -48,28 +48,12 @@ pub struct SpaceFitRecord {
     /// Standard deviation of each activation, its prior included; null where the stiffness is singular.
     pub sd: ByMuscle<Option<f64>>,
     /// Combinations of activations that the data leave open, each with the standard deviation along it.
-    pub open: Vec<OpenRecord>,
-    pub starts: Vec<StartRecord>,
+    pub open: Vec<Combination>,
+    pub starts: Vec<Ended>,
     /// Starts that ended elsewhere and meet the data as well (misfit at most a twentieth larger).
     pub others_as_good: Vec<ByMuscle<f64>>,
     pub factorisations: usize,
     pub alarms: Vec<AlarmRecord>,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OpenRecord {
-    pub direction: ByMuscle<f64>,
-    /// Standard deviation of its amount, from the data alone; null where no observation depends on it.
-    pub sd: Option<f64>,
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct StartRecord {
-    pub activations: ByMuscle<f64>,
-    /// Root mean square of the residuals, in standard deviations.
-    pub misfit: f64,
-    pub factorisations: usize,
-    pub converged: bool,
 }
 
 /// Misfits that differ by this part are as good as each other.
@@ -78,10 +62,6 @@ const AS_GOOD: f64 = 0.05;
 impl SpaceFitRecord {
     fn new((recording, time_s): (Option<&str>, Option<f64>), fit: &SpaceFit, open_above: f64) -> Self {
         let replay = &fit.answer.replay;
-        let open = |c: &Combination| OpenRecord {
-            direction: by(&fit.names, &c.direction),
-            sd: Some(c.sd).filter(|sd| sd.is_finite()),
-        };
         Self {
             recording: recording.map(str::to_owned),
             time_s,
@@ -90,18 +70,9 @@ impl SpaceFitRecord {
             distances_mm: fit.distances_m.iter().map(|d| 1e3 * d).collect(),
             activations: by(&fit.names, &fit.found()),
             sd: ByMuscle::new(&fit.names, fit.sds()),
-            open: fit.combinations.iter().filter(|c| c.sd > open_above).map(open).collect(),
-            starts: fit
-                .starts
-                .iter()
-                .map(|s| StartRecord {
-                    activations: by(&fit.names, &s.activations),
-                    misfit: s.misfit,
-                    factorisations: s.factorisations,
-                    converged: s.converged,
-                })
-                .collect(),
-            others_as_good: fit.others_as_good(AS_GOOD).map(|s| by(&fit.names, &s.activations)).collect(),
+            open: fit.combinations.iter().filter(|c| c.sd > open_above).cloned().collect(),
+            starts: fit.starts.clone(),
+            others_as_good: fit.others_as_good(AS_GOOD).map(|s| s.activations.clone()).collect(),
             factorisations: fit.factorisations,
             alarms: alarms::of_equilibrium(&replay.solution, replay.critical)
                 .iter()

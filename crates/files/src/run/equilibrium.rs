@@ -4,14 +4,14 @@ use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::System;
 use tongue_infer::inverse::alarms::{self, Alarm};
 
-use crate::report::{AlarmRecord, BranchRecord, SimulationRecord};
+use crate::report::{AlarmRecord, SimulationRecord};
 
 /// An equilibrium at given tensions (activations in space); its positions are in the workspace.
 #[derive(Debug, Clone)]
 pub struct Equilibrium {
     pub solution: Solution,
     /// The branch of equilibria from rest, if it was followed.
-    pub branch: Option<BranchRecord>,
+    pub branch: Option<statics::Trace>,
     pub alarms: Vec<Alarm>,
 }
 
@@ -33,7 +33,7 @@ impl Equilibrium {
         }
         let found = statics::solve_and_trace(system, workspace, pulls, &settings, statics::TRACE_STEPS);
         let alarms = alarms::of_equilibrium(&found.solution, found.critical);
-        Self { solution: found.solution, branch: Some(BranchRecord::new(&found)), alarms }
+        Self { solution: found.solution, branch: Some(found), alarms }
     }
 
     /// What to doubt in it, as records.

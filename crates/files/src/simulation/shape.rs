@@ -2,9 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::report::{
-    self, AlarmRecord, BranchRecord, ReportError, SectionPicture, SimulationRecord, Svg, Vtu,
-};
+use crate::report::{self, AlarmRecord, ReportError, SectionPicture, SimulationRecord, Svg, Vtu};
 use tongue_core::statics::{Connection, Solution, SolveStatus, Trace};
 use tongue_infer::inverse::alarms;
 
@@ -110,7 +108,7 @@ impl<const D: usize> Shape<D> {
             None => alarms::barrier(self.solution.guarded).into_iter().collect(),
         };
         SimulationRecord {
-            branch: self.trace.as_ref().map(BranchRecord::new),
+            branch: self.trace,
             alarms: alarms.iter().map(AlarmRecord::from).collect(),
             ..record
         }

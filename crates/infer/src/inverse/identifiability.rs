@@ -27,7 +27,11 @@ pub struct NullDirection {
 
 /// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as
 /// long as the target is met ([`valley`]). `None` if the equilibrium was not found or is singular.
-pub(crate) fn analyse(problem: &mut dyn Problem, settings: &FitSettings, x: &[f64]) -> Option<Identifiability> {
+pub(crate) fn analyse(
+    problem: &mut dyn Problem,
+    settings: &FitSettings,
+    x: &[f64],
+) -> Option<Identifiability> {
     analyse_on(problem, settings, x, None)
 }
 

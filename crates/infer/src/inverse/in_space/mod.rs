@@ -7,6 +7,7 @@
 mod marks;
 mod recorded;
 
+use serde::Serialize;
 use tongue_core::body::SpaceBody;
 use tongue_core::body::space::{Half, Side};
 use tongue_core::observe::Observation;
@@ -19,7 +20,7 @@ use super::forward::Forward;
 use super::problem::Problem;
 use super::statement::Inverse;
 use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
-use tongue_input::measured::SpaceMark;
+use tongue_input::measured::{ByMuscle, SpaceMark};
 
 /// Settings of the search for activations.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,18 +51,18 @@ impl Default for SpaceSearch {
 }
 
 /// A combination of activations, and its uncertainty from the data alone.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Combination {
-    /// Unit vector over the activations searched for, in their order; its largest entry is positive.
-    pub direction: Vec<f64>,
-    /// Standard deviation of its amount; infinite if no observation depends on it.
+    /// Unit vector over the activations searched for; its largest entry is positive.
+    pub direction: ByMuscle<f64>,
+    /// Standard deviation of its amount; infinite (null in JSON) if no observation depends on it.
     pub sd: f64,
 }
 
 /// The end of one start.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ended {
-    pub activations: Vec<f64>,
+    pub activations: ByMuscle<f64>,
     /// Root of the mean squared residual, in standard deviations.
     pub misfit: f64,
     pub factorisations: usize,
@@ -104,7 +105,7 @@ impl SpaceFit {
     pub fn sds(&self) -> Vec<Option<f64>> {
         let prior = self.prior_sd.powi(-2);
         let variance = |i: usize| {
-            let along = |c: &Combination| c.direction[i].powi(2) / (prior + c.sd.powi(-2));
+            let along = |c: &Combination| c.direction.0[i].1.powi(2) / (prior + c.sd.powi(-2));
             self.combinations.iter().map(along).sum::<f64>()
         };
         (0..self.names.len()).map(|i| (!self.combinations.is_empty()).then(|| variance(i).sqrt())).collect()
@@ -114,7 +115,8 @@ impl SpaceFit {
     /// most this part.
     pub fn others_as_good(&self, part: f64) -> impl Iterator<Item = &Ended> {
         let found = self.found();
-        let elsewhere = move |e: &&Ended| e.activations.iter().zip(&found).any(|(a, b)| (a - b).abs() > 0.05);
+        let elsewhere =
+            move |e: &&Ended| e.activations.0.iter().zip(&found).any(|((_, a), b)| (a - b).abs() > 0.05);
         let most = self.answer.misfit * (1.0 + part);
         self.starts.iter().filter(move |e| e.converged && e.misfit <= most).filter(elsewhere)
     }
@@ -239,11 +241,12 @@ impl SpaceSearch {
                 (answer, linear, searched)
             }
         };
+        let names: Vec<String> = groups.into_iter().map(|(name, _)| name).collect();
         let rows = inverse.observations.len();
         let combinations = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
         let combinations = combinations.map_or_else(Vec::new, |(values, directions)| {
             let combination = |(value, direction): (f64, nalgebra::DVector<f64>)| Combination {
-                direction: direction.iter().copied().collect(),
+                direction: ByMuscle::new(&names, direction.iter().copied()),
                 sd: 0.01 / value,
             };
             values.into_iter().zip(directions).map(combination).collect()
@@ -256,14 +259,14 @@ impl SpaceSearch {
         let squares: f64 = distances_m.iter().map(|d| d * d).sum();
         let prior = |x: &[f64]| activations_of(x).iter().map(|a| (a / self.prior_sd).powi(2)).sum::<f64>();
         let starts = answer.starts.iter().map(|s| Ended {
-            activations: activations_of(&s.x),
+            activations: ByMuscle::new(&names, activations_of(&s.x)),
             misfit: ((s.cost - prior(&s.x)).max(0.0) / rows as f64).sqrt(),
             factorisations: s.factorisations,
             converged: s.converged && s.solved,
         });
         let starts: Vec<Ended> = starts.collect();
         Ok(SpaceFit {
-            names: groups.into_iter().map(|(name, _)| name).collect(),
+            names,
             activations: answer.tensions.clone(),
             rms_m: (squares / seen.len() as f64).sqrt(),
             distances_m,
