@@ -172,8 +172,8 @@ pub mod inverse {
     //! The inverse problem: tensions, displaced bones and constants that meet what was measured.
     #[doc(inline)]
     pub use tongue_infer::inverse::{
-        Among, Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, HyoidMotion, Matched, Method, Prior,
-        Said, Tone, Unknown, fit, solve,
+        Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, HyoidMotion, Matched, Method, Prior, Said,
+        Tone, Unknown, fit, solve,
     };
 
     pub mod alarms {

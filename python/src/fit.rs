@@ -67,8 +67,7 @@ fn body_and_model(
 /// Fits one row: the implementation of `tongue_fit.fit`, with the picture of the fitted shape (SVG).
 #[pyfunction]
 #[pyo3(signature = (data, subject, vowel, *, target = "ratio", muscles = None, baseline = None, body = None, model = None,
-    method = "nelder-mead", starts = 4, upper_bound = 100.0,
-    among = "others", thesis = false, tone = None, hyoid = None, free_bones = None, verdict = true, threads = None))]
+    method = "nelder-mead", thesis = false, tone = None, hyoid = None, free_bones = None, verdict = true, threads = None))]
 #[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn fit_row<'py>(
     py: Python<'py>,
@@ -81,9 +80,6 @@ pub fn fit_row<'py>(
     body: Option<Body>,
     model: Option<Model>,
     method: &str,
-    starts: usize,
-    upper_bound: f64,
-    among: &str,
     thesis: bool,
     tone: Option<GivenTone>,
     hyoid: Option<&str>,
@@ -92,10 +88,8 @@ pub fn fit_row<'py>(
     threads: Option<usize>,
 ) -> PyResult<(Bound<'py, PyDict>, String)> {
     let clock = std::time::Instant::now();
-    let among = chosen("among", among)?;
     let method = chosen("method", method)?;
-    let settings = FitSettings { method, starts, upper_bound, among, ..FitSettings::default() };
-    settings.check().map_err(refused)?;
+    let settings = FitSettings { method, ..FitSettings::default() };
     let kind: TargetKind = target.parse().map_err(refused)?;
     let target = self::target(data, subject, vowel, kind, muscles, baseline)?.target;
     let (body, model) = body_and_model(body, model)?;
@@ -138,8 +132,6 @@ pub fn fit_rows<'py>(
     seed: u64,
     subsets: u32,
     method: &str,
-    starts: usize,
-    upper_bound: f64,
     thesis: bool,
     tone: Option<GivenTone>,
     hyoid: Option<&str>,
@@ -169,9 +161,9 @@ pub fn fit_rows<'py>(
         baseline_of: baseline_of.collect::<PyResult<_>>()?,
     };
     let method = chosen("method", method)?;
-    let settings = FitSettings { method, starts, upper_bound, ..FitSettings::default() };
-    settings.check().map_err(refused)?;
-    let how = Thoroughness { settings, draws, seed, subset_changes: subsets, ..Thoroughness::default() };
+    let usual = Thoroughness::default();
+    let settings = FitSettings { method, ..usual.settings };
+    let how = Thoroughness { settings, draws, seed, subset_changes: subsets, ..usual };
     let shard: outputs::Shard = shard.parse().map_err(wrong)?;
     let threads = pool(py, threads)?;
     let (body, model) = body_and_model(body, model)?;

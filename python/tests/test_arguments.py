@@ -26,7 +26,7 @@ POINTS = np.round(SHAPE.positions * 1024) / 1024  # exact in float32
 LENGTH = MODEL.length("GGa")
 SEEN = [tf.Observation(LENGTH, 0.041), tf.Observation(MODEL.length("HGa"), 0.0275)]
 FRAME = pd.DataFrame({"subject": "X", "vowel": ["ɯ", "a"], "GGa_mm": [46, 38], "SGm_mm": [25, 21], "HGa_mm": [36, 33]})
-ROWS: dict[str, Any] = {"target": "stretch", "draws": 0, "subsets": 0, "starts": 1, "progress": False}
+ROWS: dict[str, Any] = {"target": "stretch", "draws": 0, "subsets": 0, "progress": False}
 
 
 def problem() -> tf.InverseProblem:
@@ -99,7 +99,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "batch": (
         tf.batch,
         {"data": DATA, "subjects": ["S2"], "vowels": ["a"], **ROWS, "baseline": "e", "baselines": {"S2": "e"}, "seed": 1, "method": "gauss-newton"}
-        | {"body": BODY, "model": tf.Model(), "upper_bound": 100.0, "thesis": False, "tone": 8.0, "hyoid": "free", "free_bones": [], "shard": "1/1"}
+        | {"body": BODY, "model": tf.Model(), "thesis": False, "tone": 8.0, "hyoid": "free", "free_bones": [], "shard": "1/1"}
         | {"threads": 1},
     ),
     "check": (tf.check, {"table": FRAME}),
@@ -107,7 +107,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "fit": (
         tf.fit,
         {"data": DATA, "subject": "S2", "vowel": "a", "target": "stretch", "muscles": ["GGa", "HGa", "SGm"], "baseline": "e", "body": BODY}
-        | {"model": tf.Model(), "method": "gauss-newton", "starts": 1, "upper_bound": 100.0, "among": "others", "thesis": False, "tone": 8.0}
+        | {"model": tf.Model(), "method": "gauss-newton", "thesis": False, "tone": 8.0}
         | {"hyoid": "free", "free_bones": [], "verdict": False, "threads": 1},
     ),
     "merge": (tf.merge, {"shards": [tf.batch(DATA, subjects="S2", vowels="a", **ROWS)]}),

@@ -204,7 +204,7 @@ def test_names_of_every_kind(kind: Callable[[list[str]], Any]) -> None:
     data = tf.Dataset.reference()
     assert tf.Model().assemble(tf.Body.tongue(), kind(MUSCLES)).contracting == MUSCLES
     assert data.stretches("S2", "a", muscles=kind(MUSCLES)).active == MUSCLES
-    given: dict[str, Any] = {"target": "stretch", "method": "gauss-newton", "starts": 1, "verdict": False}
+    given: dict[str, Any] = {"target": "stretch", "method": "gauss-newton", "verdict": False}
     fits = [plain(tf.fit(data, "S2", "a", muscles=m, free_bones=f, **given)) for m, f in ((MUSCLES, []), (kind(MUSCLES), kind([])))]
     assert fits[0] == fits[1]
     found = tf.batch(data, subjects=kind(["S2"]), vowels=kind(["a"]), target="stretch", draws=0, subsets=0, progress=False)
@@ -237,7 +237,7 @@ TONE = {"GGa": 6.0, "SGm": 7.0, "HGa": 8.0}
 
 @pytest.mark.parametrize("tone", [pd.Series(TONE), UserDict(TONE), MappingProxyType(TONE), {n: np.float32(t) for n, t in TONE.items()}])
 def test_a_tone_by_muscle_of_every_kind(tone: Any) -> None:
-    given: dict[str, Any] = {"target": "stretch", "method": "gauss-newton", "starts": 1, "verdict": False}
+    given: dict[str, Any] = {"target": "stretch", "method": "gauss-newton", "verdict": False}
     data = tf.Dataset.reference()
     assert plain(tf.fit(data, "S2", "a", tone=tone, **given)) == plain(tf.fit(data, "S2", "a", tone=TONE, **given))
     numbers: list[Any] = [6, np.float32(6.0), np.array(6.0)]
@@ -266,7 +266,7 @@ def test_frames_of_every_kind_are_the_table() -> None:
         frame.astype({"GGa_mm": np.float32}),
         frame.iloc[[0, 1, 2]].set_axis([5, 3, 9]),
     ]
-    quick: dict[str, Any] = {"target": "stretch", "method": "gauss-newton", "starts": 1, "verdict": False}
+    quick: dict[str, Any] = {"target": "stretch", "method": "gauss-newton", "verdict": False}
     expected = plain(tf.fit(read, "X", "e", **quick))
     for kind in kinds:
         data = tf.dataset(kind)

@@ -22,7 +22,7 @@ ROWS = [("S2", "a"), ("S2", "e"), ("S3", "a")]
 
 
 def one(row: tuple[str, str]) -> dict[str, Any]:
-    return plain(tf.fit(tf.Dataset.reference(), *row, target="stretch", method="gauss-newton", starts=4, verdict=False))
+    return plain(tf.fit(tf.Dataset.reference(), *row, target="stretch", method="gauss-newton", verdict=False))
 
 
 def some(subject: str) -> str:
@@ -109,7 +109,7 @@ LONG = {
     "equilibrium_from": ("s = fine.solver(); o = s.equilibrium({})", "s.equilibrium_from(o, {'GGa': 60.0, 'SGm': 60.0})"),
     "follow_from_rest": ("s = fine.solver()", "s.follow_from_rest({'GGa': 60.0, 'SGm': 60.0})"),
     "trajectory": ("", "fine.trajectory({'GGa': 20.0}, 10.0)"),
-    "fit": ("", "tf.fit(data, 'S2', 'a', starts=5000)"),
+    "fit": ("", "tf.fit(data, 'S2', 'a', body=tf.Body.tongue(0.001))"),
     "problem": ("seen = fine.observations(data.stretches('S2', 'a'))", "tf.InverseProblem(fine, seen, starts=5000).fit()"),
     "batch": ("", "tf.batch(data, draws=200_000, progress=False)"),
     "mesh": ("", "tf.Body.continuum(0.0003)"),

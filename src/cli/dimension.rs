@@ -13,7 +13,7 @@ const OF_SPACE: [&str; 2] = ["Body in space", "Surgery"];
 /// [`clap`]; `None` for a command without bodies in space.
 fn known(command: &str) -> Option<(&'static [&'static str], &'static [&'static str])> {
     match command {
-        "" => Some((&["vowel", "subject", "target", "baseline", "lengths", "error_mm", "starts"], &[])),
+        "" => Some((&["vowel", "subject", "target", "baseline", "lengths", "error_mm"], &[])),
         "simulate" => Some((&["direct"], &[])),
         "muscles" => Some((&[], &["activation"])),
         "sound" => Some((&["tract", "lip_opening", "lip_protrusion", "pitch", "seconds"], &[])),

@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::Body;
 use tongue_fit::choice::name_of;
 use tongue_fit::inverse::alarms::{Alarm, DEFAULT_THICKNESS_M};
-use tongue_fit::inverse::{Among, Fit, FitSettings, Method};
+use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::Verdict;
 use tongue_fit::report::{self, Export, Series, Svg};
@@ -49,16 +49,6 @@ pub struct Arguments {
     /// tensions ten times faster (and are the default of batch)
     #[arg(long, value_parser = choice::<Method>(), default_value = "nelder-mead")]
     method: Method,
-    /// Number of starting points of the search
-    #[arg(long, value_name = "N", default_value_t = FitSettings::default().starts)]
-    starts: usize,
-    /// Upper bound of every tension, N per metre of thickness
-    #[arg(long, value_name = "N", default_value_t = FitSettings::default().upper_bound, allow_hyphen_values = true)]
-    upper_bound: f64,
-    /// Among tensions that meet the target equally well: those nearest to the other measured muscles, or
-    /// those of the smallest sum
-    #[arg(long, value_parser = choice::<Among>(), default_value = "others")]
-    among: Among,
     /// Thickness over which tensions act, mm: also prints them in newtons, and compares these with published
     /// forces [default for the comparison: 40]
     #[arg(long, value_name = "MM")]
@@ -148,16 +138,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     if let Some(source) = arguments.body.space() {
         let target = arguments.target(arguments.target.parse().into_diagnostic()?)?;
-        return space_track::fit(source, &target, arguments.starts, global);
+        return space_track::fit(source, &target, global);
     }
-    let settings = FitSettings {
-        method: arguments.method,
-        starts: arguments.starts,
-        upper_bound: arguments.upper_bound,
-        among: arguments.among,
-        ..FitSettings::default()
-    };
-    settings.check().into_diagnostic()?;
+    let settings = FitSettings { method: arguments.method, ..FitSettings::default() };
     let thickness_m = thickness_m(arguments.thickness)?;
     let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
     let target = arguments.target(kind)?;
@@ -248,7 +231,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             fit,
             verdict: verdict.as_ref().map_err(String::as_str),
             is_verbose: output::is_verbose(),
-            among: settings.among,
             alarms,
             from_stretches: from_stretches.as_ref(),
             published: published.as_ref(),

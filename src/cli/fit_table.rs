@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use comfy_table::Cell;
 use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::inverse::valley::Valley;
-use tongue_fit::inverse::{Among, Fit, FitStatus, Tone};
+use tongue_fit::inverse::{Fit, FitStatus, Tone};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::posterior::Verdict;
 
@@ -22,8 +22,6 @@ pub struct Shown<'a> {
     pub verdict: Result<&'a Verdict, &'a str>,
     /// Whether the tables of single muscles are shown too.
     pub is_verbose: bool,
-    /// Selection among answers that fit equally well.
-    pub among: Among,
     /// Reasons for doubt.
     pub alarms: &'a [Alarm],
     /// For a fit of ratios, the fit of the same row by stretches.
@@ -112,11 +110,6 @@ impl Shown<'_> {
     /// How many directions of tension the target leaves open.
     fn open(&self) -> usize {
         self.fit.identifiability.as_ref().map_or(0, |i| i.null_directions.len())
-    }
-
-    /// Whether the other measured muscles chose among the tensions that fit equally well.
-    fn is_chosen(&self) -> bool {
-        self.open() > 0 && self.among == Among::Others
     }
 
     /// Premises that differ from the thesis's, if there are any.
@@ -238,7 +231,7 @@ impl Shown<'_> {
                 TargetKind::Ratio => "ratios",
                 TargetKind::Stretch => "stretches",
             };
-            let _ = match self.is_chosen() {
+            let _ = match self.open() > 0 {
                 true => writeln!(
                     text,
                     "{quantity} of the other measured muscles, which only chose the point on the curve: off by {rms:.3} (RMS)"
@@ -293,10 +286,9 @@ impl Shown<'_> {
         if self.curve_points() == 0 {
             return text + "\nNo answer meets the target, so there is no curve of answers.\n";
         }
-        text += match (fit.status, self.is_chosen()) {
-            (FitStatus::Converged, true) => "\n",
-            (FitStatus::Converged, false) => "; found is the smallest total tension\n",
-            (FitStatus::AtUpperBound, true) => "; beyond the bounds others may come nearer\n",
+        text += match fit.status {
+            FitStatus::Converged => "\n",
+            FitStatus::AtUpperBound => "; beyond the bounds others may come nearer\n",
             _ => "; found is one answer\n",
         };
         let names: Vec<String> = target.active_names().into_iter().map(str::to_owned).collect();

@@ -65,8 +65,13 @@ pub fn run(
 }
 
 /// Finds the activations of one vowel from its lengths: every measured muscle is an observation, and every muscle of the body may pull.
-pub fn fit(source: &SpaceSource, target: &Target, starts: usize, global: &Global) -> miette::Result<Outcome> {
-    let arguments = Arguments { sides_apart: false, starts, sd: 0.0, model: ModelArguments::default() };
+pub fn fit(source: &SpaceSource, target: &Target, global: &Global) -> miette::Result<Outcome> {
+    let arguments = Arguments {
+        sides_apart: false,
+        starts: FitSettings::default().starts,
+        sd: 0.0,
+        model: ModelArguments::default(),
+    };
     let body = arguments.model.body(source)?;
     let note = format!(
         "{} /{}/ against /{}/, {}, in {}: the lines between the same points as in the plane; rest is /{}/ without tone",

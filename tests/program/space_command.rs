@@ -114,7 +114,7 @@ fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn()
 #[test]
 fn a_vowel_is_fitted_in_space_from_its_lengths() {
     let folder = tempfile::tempdir().unwrap();
-    let vowel = ["--vowel", "a", "--body", "space", "--starts", "1", "--json", "--out", "a"];
+    let vowel = ["--vowel", "a", "--body", "space", "--json", "--out", "a"];
     // At rest the stretches are missed by 5 mm. Activations of one strength meet them only in part.
     for (target, lengths, limit) in [("stretch", 8, 3.2), ("ratio", 7, 1.0)] {
         let (_, out, complaints) = told(folder.path(), &[&vowel[..], &["--target", target]].concat());

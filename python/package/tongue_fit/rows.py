@@ -80,9 +80,6 @@ def fit(
     body: native.Body | None = None,
     model: native.Model | None = None,
     method: str = "nelder-mead",
-    starts: int = 4,
-    upper_bound: float = 100.0,
-    among: str = "others",
     thesis: bool = False,
     tone: float | Mapping[str, float] | None = None,
     hyoid: str | None = None,
@@ -95,7 +92,7 @@ def fit(
     baseline; False leaves it out."""
     record, picture = native.fit_row(
         _measured(data), subject, vowel, target=target, muscles=muscles, baseline=baseline, body=body, model=model, method=method,
-        starts=starts, upper_bound=upper_bound, among=among, thesis=thesis, tone=tone, hyoid=hyoid, free_bones=free_bones,
+        thesis=thesis, tone=tone, hyoid=hyoid, free_bones=free_bones,
         verdict=verdict, threads=threads,
     )  # fmt: skip
     found = Fit(record)
@@ -188,8 +185,6 @@ def batch(
     seed: int = 1,
     subsets: int = 2,
     method: str = "gauss-newton",
-    starts: int = 8,
-    upper_bound: float = 100.0,
     thesis: bool = False,
     tone: float | Mapping[str, float] | None = None,
     hyoid: str | None = None,
@@ -204,8 +199,8 @@ def batch(
     """
     said: dict[str, Any] = {
         "subjects": subjects, "vowels": vowels, "target": target, "baseline": baseline, "baselines": baselines, "body": body,
-        "model": model, "draws": draws, "seed": seed, "subsets": subsets, "method": method, "starts": starts,
-        "upper_bound": upper_bound, "thesis": thesis, "tone": tone, "hyoid": hyoid, "free_bones": _listed(free_bones) or None,
+        "model": model, "draws": draws, "seed": seed, "subsets": subsets, "method": method,
+        "thesis": thesis, "tone": tone, "hyoid": hyoid, "free_bones": _listed(free_bones) or None,
     }  # fmt: skip
     plain = {name: value.item() if getattr(value, "shape", None) == () else value for name, value in said.items()}
     given = ", ".join(f"{name}={value!r}" for name, value in plain.items() if value is not None and value is not False)
@@ -215,7 +210,7 @@ def batch(
     try:
         all_fits, found, not_fitted = native.fit_rows(
             data, subjects, vowels, target, baseline, words, body, model, draws, seed, subsets,
-            method, starts, upper_bound, thesis, tone, hyoid, free_bones, shard,
+            method, thesis, tone, hyoid, free_bones, shard,
             threads, f"tongue_fit.batch({given})", report,
         )  # fmt: skip
     finally:

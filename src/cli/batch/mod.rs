@@ -66,12 +66,6 @@ pub struct Arguments {
     /// same tensions ten times slower (and is the default for the fit of one vowel, as in the thesis)
     #[arg(long, value_parser = choice::<Method>(), default_value = "gauss-newton")]
     method: Method,
-    /// Number of starting points of each search
-    #[arg(long, value_name = "N", default_value_t = 8)]
-    starts: usize,
-    /// Upper bound of every tension, N per metre of thickness
-    #[arg(long, value_name = "N", default_value_t = FitSettings::default().upper_bound, allow_hyphen_values = true)]
-    upper_bound: f64,
     /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole
     /// millimetres]
     #[arg(long, value_name = "MM")]
@@ -128,15 +122,9 @@ impl Arguments {
         if !(self.thickness.is_finite() && self.thickness > 0.0) {
             return Err(miette!("--thickness is {} mm; it must be positive and finite", self.thickness));
         }
-        let settings = FitSettings {
-            method: self.method,
-            starts: self.starts,
-            upper_bound: self.upper_bound,
-            ..FitSettings::default()
-        };
-        settings.check().into_diagnostic()?;
+        let usual = Thoroughness::default();
         Ok(Thoroughness {
-            settings,
+            settings: FitSettings { method: self.method, ..usual.settings },
             draws: self.draws,
             seed: self.seed,
             subset_changes: self.subsets,

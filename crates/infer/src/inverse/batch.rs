@@ -18,7 +18,7 @@ use super::alternatives::{self, Optimum, Subset};
 use super::forward::Forward;
 use super::rounding::{self, RoundingSegment};
 use super::uncertainty::{self, Intervals};
-use super::{Fit, FitError, FitSettings, Matched, Setup};
+use super::{Fit, FitError, FitSettings, Matched, Method, Setup};
 
 /// The baseline of a subject without /ɯ/: other published models use it as the rest posture.
 pub const SUBSTITUTE_BASELINE: &str = "e";
@@ -159,6 +159,7 @@ fn baseline<'a>(
 /// Settings of a fit and its assessment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Thoroughness {
+    /// Default: Gauss-Newton from eight starts.
     pub settings: FitSettings,
     /// Number of draws of the lengths within their rounding; 0 for no intervals.
     pub draws: usize,
@@ -173,7 +174,7 @@ pub struct Thoroughness {
 impl Default for Thoroughness {
     fn default() -> Self {
         Self {
-            settings: FitSettings::default(),
+            settings: FitSettings { method: Method::GaussNewton, starts: 8, ..FitSettings::default() },
             draws: 200,
             seed: 1,
             subset_changes: 2,

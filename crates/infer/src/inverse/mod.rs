@@ -69,17 +69,6 @@ pub enum Method {
     GaussNewton,
 }
 
-/// Selection among the answers that meet an undetermined target equally well.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Among {
-    /// The answer nearest to the other measurements.
-    #[default]
-    Others,
-    /// The answer with the smallest total tension.
-    LeastTotal,
-}
-
 /// Settings of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitSettings {
@@ -88,9 +77,6 @@ pub struct FitSettings {
     pub starts: usize,
     /// Upper bound of every tension, N (per metre of thickness). Default 100.
     pub upper_bound: f64,
-    /// Cost of a newton of tension in the objective if the tensions are not determined, 1/N. Default 2e-6: it
-    /// changes the fitted ratios by less than 1e-3.
-    pub effort: f64,
     /// Maximum number of iterations of Nelder-Mead from one simplex, or of Gauss-Newton. Default 1000.
     pub max_iterations: u64,
     /// Convergence: largest distance of a simplex's corner from the best one, or length of an undamped
@@ -102,8 +88,6 @@ pub struct FitSettings {
     /// Largest root mean square misfit of the fitted ratios or stretches with which the target counts as met.
     /// Default 1e-3.
     pub misfit_tolerance: f64,
-    /// Selection among several answers. Default: the nearest to the other measurements.
-    pub among: Among,
     /// Whether a candidate is solved from the nearest solved one instead of from rest. Default: yes.
     pub warm_start: bool,
     /// Whether a Gauss-Newton step is the minimum of its model within the bounds, rather than one that is cut at them: fewer steps where
@@ -119,12 +103,10 @@ impl Default for FitSettings {
             method: Method::default(),
             starts: 4,
             upper_bound: 100.0,
-            effort: 2e-6,
             max_iterations: 1000,
             tension_tolerance: 1e-4,
             cost_tolerance: 1e-17,
             misfit_tolerance: 1e-3,
-            among: Among::default(),
             warm_start: true,
             best_steps: false,
             equilibrium: statics::SolveSettings::default(),
@@ -154,10 +136,9 @@ impl FitSettings {
             let name = "the upper bound of the tensions";
             return Err(FitError::Setting { name, value: self.upper_bound, must: "at most 1e9 N" });
         }
-        for (name, value) in [("the effort", self.effort), ("the cost tolerance", self.cost_tolerance)] {
-            if !(value.is_finite() && value >= 0.0) {
-                return Err(FitError::Setting { name, value, must: "finite and not negative" });
-            }
+        if !(self.cost_tolerance.is_finite() && self.cost_tolerance >= 0.0) {
+            let (name, value) = ("the cost tolerance", self.cost_tolerance);
+            return Err(FitError::Setting { name, value, must: "finite and not negative" });
         }
         Ok(())
     }

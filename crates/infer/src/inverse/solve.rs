@@ -17,7 +17,7 @@ use super::start::Start;
 use super::statement::Inverse;
 use super::unknown::Unknown;
 use super::valley::Valley;
-use super::{AT_BOUND, Among, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead, valley};
+use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead, valley};
 
 /// Tolerance of the distance between the search's shape and the shape to which the tensions lead from rest,
 /// m.
@@ -215,15 +215,14 @@ pub(super) fn settle<const D: usize>(
     if forward.misfit(residuals.as_ref()) > ON_TARGET {
         // The smallest corrections did not reach the target; a search without effort does if the target can
         // be met.
-        let free = FitSettings { effort: 0.0, ..*settings };
-        let mut without = Forward::new(forward.inverse, &free);
-        if let Some((better, residuals)) = gauss_newton::refit(&mut without, &free, &x)
+        let mut without = Forward::new(forward.inverse, settings).without_effort();
+        if let Some((better, residuals)) = gauss_newton::refit(&mut without, settings, &x)
             && without.misfit(Some(&residuals)) <= settings.misfit_tolerance
         {
             x = onto_target(forward, &better);
         }
     }
-    if settings.among == Among::LeastTotal || forward.inverse.others.is_empty() {
+    if forward.inverse.others.is_empty() {
         return (x, None);
     }
     // The least squares begin at the best point of the curve, so that no local maximum lies between.

@@ -18,7 +18,7 @@ use super::gauss_newton::refit;
 use super::matched::Matched;
 use super::on_target::{nearest_to_others, onto_target};
 use super::problem::Problem;
-use super::{Among, Fit, FitSettings, Setup};
+use super::{Fit, FitSettings, Setup};
 
 /// Part of the draws inside an interval.
 pub const LEVEL: f64 = 0.95;
@@ -122,9 +122,7 @@ fn fit_draw<const D: usize>(
     if inverse.is_undetermined() {
         // The draw is moved onto the target like the answer itself.
         tensions = onto_target(&mut forward, &tensions);
-        if settings.among == Among::Others {
-            tensions = nearest_to_others(&mut forward, &tensions);
-        }
+        tensions = nearest_to_others(&mut forward, &tensions);
         residuals = forward.residuals(&tensions)?;
     }
     Some((tensions, matched.pick(&forward.lengths()), forward.misfit(Some(&residuals))))
