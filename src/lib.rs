@@ -179,9 +179,7 @@ pub mod inverse {
     pub mod alarms {
         //! What to doubt in an answer.
         #[doc(inline)]
-        pub use tongue_infer::inverse::alarms::{
-            Alarm, DEFAULT_THICKNESS_M, alarms, barrier, of_equilibrium,
-        };
+        pub use tongue_infer::inverse::alarms::{Alarm, THICKNESS_M, alarms, barrier, of_equilibrium};
     }
 
     pub mod batch {

@@ -7,7 +7,6 @@ use std::sync::mpsc::channel;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tongue_fit::inverse::alarms::DEFAULT_THICKNESS_M;
 use tongue_fit::inverse::batch::{self, Selection, Thoroughness};
 use tongue_fit::inverse::{FitSettings, Said, Tone};
 use tongue_fit::measured::{TargetKind, Vowel};
@@ -94,13 +93,7 @@ pub fn fit_row<'py>(
     let target = self::target(data, subject, vowel, kind, muscles, baseline)?.target;
     let (body, model) = body_and_model(body, model)?;
     let said = said(thesis, tone, hyoid, free_bones)?;
-    let asked = FitRun {
-        target: Arc::unwrap_or_clone(target),
-        settings,
-        said,
-        walls: false,
-        thickness_m: DEFAULT_THICKNESS_M,
-    };
+    let asked = FitRun { target: Arc::unwrap_or_clone(target), settings, said, walls: false };
     let (text, picture) = aside_on(py, &pool(py, threads)?, move || {
         let found = asked.run(&body, &model).map_err(refused)?;
         let by = Provenance::new("python").with_tissue(model.tissue);
@@ -161,9 +154,8 @@ pub fn fit_rows<'py>(
         baseline_of: baseline_of.collect::<PyResult<_>>()?,
     };
     let method = chosen("method", method)?;
-    let usual = Thoroughness::default();
-    let settings = FitSettings { method, ..usual.settings };
-    let how = Thoroughness { settings, draws, seed, subset_changes: subsets, ..usual };
+    let settings = FitSettings { method, ..Thoroughness::default().settings };
+    let how = Thoroughness { settings, draws, seed, subset_changes: subsets };
     let shard: outputs::Shard = shard.parse().map_err(wrong)?;
     let threads = pool(py, threads)?;
     let (body, model) = body_and_model(body, model)?;

@@ -6,7 +6,7 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::Body;
 use tongue_fit::choice::name_of;
-use tongue_fit::inverse::alarms::{Alarm, DEFAULT_THICKNESS_M};
+use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::Verdict;
@@ -49,10 +49,6 @@ pub struct Arguments {
     /// tensions ten times faster (and are the default of batch)
     #[arg(long, value_parser = choice::<Method>(), default_value = "nelder-mead")]
     method: Method,
-    /// Thickness over which tensions act, mm: also prints them in newtons, and compares these with published
-    /// forces [default for the comparison: 40]
-    #[arg(long, value_name = "MM")]
-    thickness: Option<f64>,
     /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole
     /// millimetres]
     #[arg(long, value_name = "MM")]
@@ -65,16 +61,6 @@ pub struct Arguments {
     others: others::Arguments,
     #[command(flatten)]
     body: body::Arguments,
-}
-
-/// The given thickness, m.
-pub fn thickness_m(mm: Option<f64>) -> miette::Result<Option<f64>> {
-    match mm {
-        Some(mm) if !(mm.is_finite() && mm > 0.0) => {
-            Err(miette!("--thickness is {mm} mm; it must be positive and finite"))
-        }
-        mm => Ok(mm.map(|mm| 1e-3 * mm)),
-    }
 }
 
 impl Arguments {
@@ -141,7 +127,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         return space_track::fit(source, &target, global);
     }
     let settings = FitSettings { method: arguments.method, ..FitSettings::default() };
-    let thickness_m = thickness_m(arguments.thickness)?;
     let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
     let target = arguments.target(kind)?;
     let tongue = arguments.body.body()?;
@@ -165,13 +150,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         )
     });
     let said = arguments.premises.said(&[kind], &tongue, arguments.body.is_thesis())?;
-    let asked = FitRun {
-        target: target.clone(),
-        settings,
-        said,
-        walls: false,
-        thickness_m: thickness_m.unwrap_or(DEFAULT_THICKNESS_M),
-    };
+    let asked = FitRun { target: target.clone(), settings, said, walls: false };
     let found = asked.run(&tongue, &model).into_diagnostic()?;
     let FitFound { fit, alarms } = &found;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
@@ -234,7 +213,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             alarms,
             from_stretches: from_stretches.as_ref(),
             published: published.as_ref(),
-            thickness_m,
             posterior: sampled.as_ref().map(|s| (s, posture)),
             written: &written,
             wall_s: clock.elapsed().as_secs_f64(),

@@ -28,8 +28,6 @@ pub struct Shown<'a> {
     pub from_stretches: Option<&'a Fit>,
     /// The published answer, if there is one for the row.
     pub published: Option<&'a Published>,
-    /// Thickness over which tensions act, m, if newtons are asked for.
-    pub thickness_m: Option<f64>,
     /// What data and model leave open, where it was asked for.
     pub posterior: Option<(&'a Sampled<'a>, usize)>,
     /// The files that were written.
@@ -151,9 +149,9 @@ impl Shown<'_> {
         let mut header = vec!["tension, N/m"];
         header.extend(target.active_names());
         let mut t = table(&header);
-        let row = |name: &str, values: &[f64], unit: f64| {
+        let row = |name: &str, values: &[f64]| {
             let mut row = vec![Cell::new(name)];
-            row.extend(target.active.iter().map(|&m| Cell::new(newtons(unit * values[m]))));
+            row.extend(target.active.iter().map(|&m| Cell::new(newtons(values[m]))));
             row
         };
         let tone: Vec<f64> = self.fit.muscles.iter().map(|m| self.fit.tone.of(m)).collect();
@@ -171,12 +169,7 @@ impl Shown<'_> {
         }
         rows.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", p.tensions.as_slice())));
         for (name, values) in &rows {
-            t.add_row(row(name, values, 1.0));
-        }
-        if let Some(thickness) = self.thickness_m {
-            for (name, values) in &rows {
-                t.add_row(row(&format!("{name}, N over {} mm", 1e3 * thickness), values, thickness));
-            }
+            t.add_row(row(name, values));
         }
         format!("{t}\n\n")
     }

@@ -36,8 +36,12 @@ fn each_alarm_is_raised_by_its_cause() {
     let settings = how().settings;
     let fit = &mut found.fit;
     let known = Muscles::reference().unwrap();
-    let per_metre = alarms(&mesh, fit, &known, None, &settings, 1.0);
-    // 8 N/m over a metre are less than GGa's 18 N; 38 N/m are more than the styloglossus' 24 N.
+    // 25 times the tensions over 40 mm are as many newtons as the tensions per metre: 8 of GGa's 18, but 38 of
+    // the styloglossus' 24.
+    let (tensions, unbounded) = (fit.tensions.clone(), FitSettings { upper_bound: 1e4, ..settings });
+    fit.tensions.iter_mut().for_each(|t| *t *= 25.0);
+    let per_metre = alarms(&mesh, fit, &known, None, &unbounded);
+    fit.tensions = tensions;
     assert_eq!(per_metre.len(), 2);
     assert!(matches!(
         &per_metre[0],
@@ -53,7 +57,7 @@ fn each_alarm_is_raised_by_its_cause() {
     fit.positions[folded] =
         fit.positions[before] + (fit.positions[ggm.nodes[0]] - fit.positions[before]) * 0.5;
     fit.identifiability = None;
-    let all = alarms(&mesh, fit, &known, None, &settings, 0.04);
+    let all = alarms(&mesh, fit, &known, None, &settings);
     let has = |what: &dyn Fn(&Alarm) -> bool| all.iter().any(what);
     assert!(has(&|a| *a == Alarm::AtUpperBound { muscle: "SGm".into() }));
     assert!(has(&|a| *a == Alarm::AtLowerBound { muscle: "GGa".into() }));

@@ -10,7 +10,6 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, miette};
 use rayon::prelude::*;
 use tongue_fit::choice::name_of;
-use tongue_fit::inverse::alarms::DEFAULT_THICKNESS_M;
 use tongue_fit::inverse::batch::{Job, Selection, Thoroughness};
 use tongue_fit::inverse::{FitSettings, Method};
 use tongue_fit::measured::{Target, TargetKind, Vowel};
@@ -59,9 +58,6 @@ pub struct Arguments {
     /// Try other subsets of contracting muscles that differ in up to N muscles; 0 tries none, 8 all
     #[arg(long, value_name = "N", default_value_t = Thoroughness::default().subset_changes)]
     subsets: u32,
-    /// Thickness over which tensions act, mm, to compare them with published forces
-    #[arg(long, value_name = "MM", default_value_t = 1e3 * DEFAULT_THICKNESS_M)]
-    thickness: f64,
     /// Search method: by the derivatives of the equilibrium, or by the simplex of the thesis, which finds the
     /// same tensions ten times slower (and is the default for the fit of one vowel, as in the thesis)
     #[arg(long, value_parser = choice::<Method>(), default_value = "gauss-newton")]
@@ -119,16 +115,12 @@ impl Arguments {
     }
 
     fn thoroughness(&self) -> miette::Result<Thoroughness> {
-        if !(self.thickness.is_finite() && self.thickness > 0.0) {
-            return Err(miette!("--thickness is {} mm; it must be positive and finite", self.thickness));
-        }
         let usual = Thoroughness::default();
         Ok(Thoroughness {
             settings: FitSettings { method: self.method, ..usual.settings },
             draws: self.draws,
             seed: self.seed,
             subset_changes: self.subsets,
-            thickness_m: 1e-3 * self.thickness,
         })
     }
 }

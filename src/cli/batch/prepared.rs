@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use miette::IntoDiagnostic;
 use rayon::prelude::*;
+use tongue_fit::inverse::alarms::THICKNESS_M;
 use tongue_fit::inverse::batch;
 use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::{Dataset, Target, reference_muscle};
@@ -234,7 +235,7 @@ impl Prepared {
             passive: outputs::passive_groups(journal.digests()),
             draws: self.run.how.draws,
             subset_changes: self.run.how.subset_changes,
-            thickness_m: self.run.how.thickness_m,
+            thickness_m: THICKNESS_M,
         }
     }
 

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use tongue_core::body::{Body, Mesh};
 use tongue_core::effect::Contact;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
-use tongue_infer::inverse::alarms::{self, Alarm, DEFAULT_THICKNESS_M};
+use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::{self, Fit, FitError, FitSettings, Matched, Method, Premises, Said, Setup};
 use tongue_input::measured::Target;
 use tongue_input::measured::muscles::Muscles;
@@ -20,8 +20,6 @@ pub struct FitRun {
     pub said: Said,
     /// Whether the palate and teeth of the body stop the tongue, in the baseline too.
     pub walls: bool,
-    /// Thickness over which tensions act, m, for comparison with published forces.
-    pub thickness_m: f64,
 }
 
 /// A fit that was made.
@@ -37,7 +35,7 @@ impl FitRun {
     pub fn quick(target: Target, thesis: bool, walls: bool) -> Self {
         let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
         let said = Said { thesis, ..Said::default() };
-        Self { target, settings, said, walls, thickness_m: DEFAULT_THICKNESS_M }
+        Self { target, settings, said, walls }
     }
 
     /// Makes the fit in a body.
@@ -58,7 +56,7 @@ impl FitRun {
             }
         };
         let known = Muscles::built_in();
-        let alarms = alarms::alarms(&body.mesh, &fit, &known, None, settings, self.thickness_m);
+        let alarms = alarms::alarms(&body.mesh, &fit, &known, None, settings);
         Ok(FitFound { fit, alarms })
     }
 }

@@ -11,8 +11,8 @@ use super::uncertainty::Intervals;
 use super::{AT_BOUND, Fit, FitSettings, FitStatus};
 
 /// Thickness of the tongue over which a tension per metre acts, m, which makes published forces (left and
-/// right together) comparable. It is about the width of an adult tongue body; the choice is the user's.
-pub const DEFAULT_THICKNESS_M: f64 = 0.04;
+/// right together) comparable. It is about the width of an adult tongue body; the value is chosen, not measured.
+pub const THICKNESS_M: f64 = 0.04;
 /// Smallest error of a contracting muscle's shortening that raises an alarm, percentage points.
 const MISSED_PERCENT: f64 = 5.0;
 /// Smallest additional angle at a node of a folded chain, radians (60 degrees).
@@ -136,7 +136,6 @@ pub fn alarms<const D: usize>(
     known: &Muscles,
     intervals: Option<&Intervals>,
     settings: &FitSettings,
-    thickness_m: f64,
 ) -> Vec<Alarm> {
     let mut out = Vec::new();
     let name = |m: usize| fit.muscles[m].clone();
@@ -160,10 +159,10 @@ pub fn alarms<const D: usize>(
     }
     out.extend(of_equilibrium(&fit.replay.solution, fit.replay.critical));
     for capacity in known.capacities(&fit.muscles) {
-        let force_n = thickness_m * capacity.portions.iter().map(|&m| fit.tensions[m]).sum::<f64>();
+        let force_n = THICKNESS_M * capacity.portions.iter().map(|&m| fit.tensions[m]).sum::<f64>();
         if force_n > capacity.capacity_n {
             let (muscle, capacity_n) = (capacity.muscle, capacity.capacity_n);
-            out.push(Alarm::BeyondCapacity { muscle, force_n, capacity_n, thickness_m });
+            out.push(Alarm::BeyondCapacity { muscle, force_n, capacity_n, thickness_m: THICKNESS_M });
         }
     }
     let uncertain = (0..fit.target.muscles.len()).filter(|&m| fit.target.activation[m].uncertain);

@@ -167,8 +167,6 @@ pub struct Thoroughness {
     pub seed: u64,
     /// Largest number of muscles in which other subsets differ from the rule's; 0 tries none.
     pub subset_changes: u32,
-    /// Thickness over which tensions act, m, to compare them with published forces.
-    pub thickness_m: f64,
 }
 
 impl Default for Thoroughness {
@@ -178,7 +176,6 @@ impl Default for Thoroughness {
             draws: 200,
             seed: 1,
             subset_changes: 2,
-            thickness_m: alarms::DEFAULT_THICKNESS_M,
         }
     }
 }
@@ -238,7 +235,7 @@ pub fn assess(
         subsets: alternatives::subsets(mesh, model, setup, &matched, &fit, settings, how.subset_changes)?,
         pattern: known.patterns.check(&target.vowel, &fit.muscles, &fit.tensions, &known.muscles),
         rest: rest_distance(&fit),
-        alarms: alarms::alarms(mesh, &fit, &known.muscles, intervals.as_ref(), settings, how.thickness_m),
+        alarms: alarms::alarms(mesh, &fit, &known.muscles, intervals.as_ref(), settings),
         intervals,
         fit,
     })
