@@ -2,7 +2,6 @@
 
 use serde::de::DeserializeOwned;
 
-/// What is wrong with a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Misread {
     /// The line, from 1.
@@ -12,7 +11,6 @@ pub struct Misread {
     pub problem: String,
 }
 
-/// Reads a value.
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, Misread> {
     toml::from_str(text).map_err(|error| {
         let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));

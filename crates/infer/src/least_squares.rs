@@ -57,7 +57,6 @@ pub(crate) fn descend<P>(
 /// Residuals in standard deviations; `None` where they cannot be computed.
 pub(crate) type Residuals<'a> = dyn Fn(&DVector<f64>) -> Option<DVector<f64>> + 'a;
 
-/// A minimum of the sum of squares.
 #[derive(Debug, Clone)]
 pub(crate) struct Minimum {
     pub x: DVector<f64>,

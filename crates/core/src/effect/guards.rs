@@ -11,7 +11,6 @@ use super::cell::LARGEST_LOSS;
 /// An edge of a guarded simplex: its nodes in the element, and how each counts.
 type Edge = [(usize, f64); 3];
 
-/// The nodes of an element.
 pub(super) type Nodes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 
 /// The guarded corners and parts of every element, each with its share of the element's area or volume at

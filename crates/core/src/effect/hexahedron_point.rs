@@ -5,7 +5,6 @@ use nalgebra::{Matrix3, Vector3};
 use crate::geometry::hexahedron;
 use crate::material::MooneyRivlin;
 
-/// A vector for each corner of an element.
 pub(super) type Corners = hexahedron::Of<Vector3<f64>>;
 
 /// The tissue at one point of an element.

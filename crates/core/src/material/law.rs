@@ -25,7 +25,6 @@ pub struct NeoHookean {
     pub mu: f64,
 }
 
-/// The law at one deformation.
 #[derive(Debug, Clone, Copy)]
 pub struct Deformed<const D: usize> {
     law: NeoHookean,

@@ -14,7 +14,6 @@ pub enum Sense {
     Equal,
     /// It is not below the measured value ("did not become shorter").
     AtLeast,
-    /// It is not above it.
     AtMost,
 }
 
@@ -36,7 +35,6 @@ pub struct Observation<const D: usize> {
     pub observable: Arc<dyn Observable<D>>,
     /// The measured value, unit of the observable.
     pub measured: f64,
-    /// How it constrains the observable.
     pub sense: Sense,
     pub certainty: Certainty,
     /// Factor of its residual in a fit, in one over the unit of the observable: 1 where all quantities are

@@ -4,7 +4,6 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("page.css");
 
-/// A complete document with this body.
 pub fn document(title: &str, body: &Markup) -> String {
     html! {
         (DOCTYPE)

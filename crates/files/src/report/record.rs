@@ -23,7 +23,6 @@ pub struct SimulationRecord {
     pub status: statics::SolveStatus,
     /// Tensions given, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
-    /// Lengths, mm.
     pub lengths_mm: ByMuscle<f64>,
     /// Lengths over that of the reference muscle (GGa if there is one).
     pub ratios: ByMuscle<f64>,
@@ -123,7 +122,6 @@ pub struct BoneRecord {
 /// A reason for doubt, in a word and in a sentence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AlarmRecord {
-    /// What and where.
     #[serde(flatten)]
     pub alarm: Alarm,
     /// A sentence for readers.
@@ -161,13 +159,11 @@ pub struct FitRecord {
     pub tone_n_per_m: Tone,
     /// Displacement of the hyoid, mm by axis (to the back of the head, up); null if it was fixed.
     pub hyoid_mm: Option<Vec<f64>>,
-    /// The 95 % interval of each, mm.
     pub hyoid_interval_mm: Option<Vec<[f64; 2]>>,
     /// All free bones, by name.
     pub bones: ByMuscle<BoneRecord>,
     /// Simulated lengths, mm (of the model, whose size is not the subject's).
     pub lengths_mm: ByMuscle<f64>,
-    /// Lengths of the model at rest, mm.
     pub rest_lengths_mm: ByMuscle<f64>,
     /// Lengths of the model in the baseline, mm, which stretches are counted from. Without tone they are
     /// those at rest.

@@ -22,7 +22,6 @@ pub struct FormantsByTension {
     pub hz_per_n: Vec<f64>,
 }
 
-/// The sound.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SoundRecord {
     pub formants_hz: Vec<f64>,

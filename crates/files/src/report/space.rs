@@ -33,7 +33,6 @@ pub struct SpaceRecord {
     pub lengths_mm: ByMuscle<f64>,
     /// Their lengths over those at rest.
     pub stretches: ByMuscle<f64>,
-    /// Positions of all nodes, m.
     pub positions_m: Vec<[f64; 3]>,
     /// Displacement of the foremost node in the midsagittal plane, mm: back, right, up.
     pub foremost_moved_mm: [f64; 3],
@@ -162,7 +161,6 @@ pub struct SpaceVtu<'a> {
     pub body: &'a SpaceBody,
     /// Positions of all nodes, m.
     pub positions: &'a [Vector3<f64>],
-    /// Activations of all muscles.
     pub activations: &'a [f64],
 }
 

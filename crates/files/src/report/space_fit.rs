@@ -13,7 +13,6 @@ use super::record::AlarmRecord;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpaceTrackRecord {
     pub body: String,
-    /// One for each time.
     pub frames: Vec<SpaceFitRecord>,
     /// What to know of all frames.
     pub notes: Vec<String>,

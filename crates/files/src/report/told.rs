@@ -9,7 +9,6 @@ use serde_json::Value;
 pub struct Told(Value);
 
 impl Told {
-    /// The JSON object of a record.
     pub fn new(record: &impl Serialize) -> serde_json::Result<Self> {
         serde_json::to_value(record).map(Self)
     }

@@ -56,7 +56,6 @@ impl ValleyRecord {
     }
 }
 
-/// A point of a [`ValleyRecord`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ValleyPointRecord {
     pub tensions_n: ByMuscle<f64>,

@@ -36,7 +36,6 @@ impl Equilibrium {
         Self { solution: found.solution, branch: Some(found), alarms }
     }
 
-    /// What to doubt in it, as records.
     pub fn told(&self) -> Vec<AlarmRecord> {
         self.alarms.iter().map(AlarmRecord::from).collect()
     }

@@ -38,7 +38,6 @@ impl FitRun {
         Self { target, settings, said, walls }
     }
 
-    /// Makes the fit in a body.
     pub fn run(&self, body: &Body<2>, model: &Model) -> Result<FitFound, FitError> {
         let Self { target, settings, .. } = self;
         let premises = Premises::of(target.kind, body, &self.said)?;

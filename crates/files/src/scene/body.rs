@@ -14,7 +14,6 @@ const MOST_LAYERS: f64 = 60.0;
 /// Maximum number of nodes of a solid: more take minutes to order and factorise.
 const MOST_NODES: usize = 12_000;
 
-/// Makes the body of a scene.
 pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
     let body = &scene.body;
     let settings = ContinuumSettings::default();
@@ -25,7 +24,7 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
             return Ok(AnyBody::Flat(made.make(&mut |_| ())?));
         }
         file::SceneBody::TongueInSpace(given) => {
-            let left = Operation::of(scene)?.map(Operation::into_left);
+            let left = Operation::of(scene)?.map(|operation| operation.operated.body);
             AnyBody::Solid(in_space(given, left.map_or_else(|| space_body(given), Ok)?)?)
         }
         file::SceneBody::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,

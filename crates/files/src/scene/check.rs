@@ -303,7 +303,6 @@ impl Scene {
         matches!(self.body, SceneBody::Cylinder(_) | SceneBody::Block(_))
     }
 
-    /// The key of the body in the file.
     pub(super) fn body_key(&self) -> &'static str {
         match self.body {
             SceneBody::Tongue(_) => "[body.tongue]",

@@ -59,7 +59,6 @@ pub struct MuscleLength {
     pub stretch: f64,
 }
 
-/// Force on a wall.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactForce {
     /// Force of the body on the wall, N (2D: per metre of thickness).
@@ -97,7 +96,6 @@ pub struct Moment {
     pub formants_hz: Option<Vec<f64>>,
 }
 
-/// A trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Way {
     pub status: dynamics::MotionStatus,
@@ -109,7 +107,6 @@ pub struct Way {
     pub moments: Vec<Moment>,
 }
 
-/// The result of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SceneOutcome {
     pub plan: ScenePlan,
@@ -130,10 +127,8 @@ pub struct SceneOutcome {
     /// The last equilibrium, if one was wanted.
     pub solution: Option<Solution>,
     pub fit: Option<inverse::FitStatus>,
-    /// Result of the fit to points, if points were given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<PointsFit>,
-    /// The sound, if it was wanted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sound: Option<SoundRecord>,
     /// What surgery changed, if there was any; everything else is after it.

@@ -7,7 +7,6 @@ use super::SceneError;
 use super::file::{Scene, Want};
 use tongue_core::system::System;
 
-/// Extent of the simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SceneExtent {
     /// Only what the scene needs.
@@ -17,11 +16,9 @@ pub enum SceneExtent {
     Full,
 }
 
-/// One effect in the plan.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Planned {
     pub effect: &'static str,
-    /// Whether it is simulated.
     pub simulated: bool,
     pub why: String,
     /// Number of elements in an evaluation (springs, cells, nodes and so on); 0 if it is left out.
@@ -39,7 +36,6 @@ pub struct EffectRole {
     pub why: String,
 }
 
-/// What is computed for a scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ScenePlan {
     pub title: String,
@@ -60,7 +56,6 @@ pub struct ScenePlan {
     pub factor_operations: usize,
     /// Estimated cost of a factorisation, microseconds.
     pub estimated_factor_us: f64,
-    /// Every effect of scenes.
     pub effects: Vec<Planned>,
     /// Every muscle of the mesh, each name once.
     pub muscles: Vec<EffectRole>,

@@ -12,7 +12,6 @@ use tongue_core::system::System;
 use tongue_infer::track::{self, Errors, Frame, FrameStatus, Stage, TongueSurface, TrackSettings};
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 
-/// Result of a fit to points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PointsFit {
     pub status: FrameStatus,

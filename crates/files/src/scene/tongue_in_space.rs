@@ -52,10 +52,6 @@ impl Operation {
         let operated = surgery.operate(&whole)?;
         Ok(Some(Self { whole, operated }))
     }
-
-    pub(super) fn into_left(self) -> SpaceBody {
-        self.operated.body
-    }
 }
 
 /// Activations of the muscles of a tongue, `left` by surgery if there was any.

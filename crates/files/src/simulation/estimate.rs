@@ -141,7 +141,6 @@ impl<const D: usize> Estimate<D> {
     }
 }
 
-/// An estimate as a record.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EstimateRecord {
     pub status: FitStatus,

@@ -9,7 +9,6 @@ use super::{Assembly, Estimate, SimulationError};
 /// The observations of a body.
 #[derive(Debug, Clone, Default)]
 pub struct Observations<const D: usize> {
-    /// Observations to fit.
     pub fitted: Vec<Observation<D>>,
     /// Other measurements. If the fitted observations leave a direction undetermined, these select the best
     /// of the answers.
@@ -30,7 +29,6 @@ impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
 /// theirs too ([`Observation::with_standard_deviation`]).
 #[derive(Debug, Clone)]
 pub struct InverseProblem<const D: usize> {
-    /// Settings of the search.
     pub settings: FitSettings,
     assembly: Assembly<D>,
     observations: Observations<D>,
@@ -57,7 +55,6 @@ impl<const D: usize> InverseProblem<D> {
         }
     }
 
-    /// The problem with other settings.
     pub fn with_settings(self, settings: FitSettings) -> Self {
         Self { settings, ..self }
     }

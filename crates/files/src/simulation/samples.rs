@@ -28,7 +28,6 @@ pub(super) fn follow<const D: usize>(
     Ok((outcome, motion.part_of_way(&start, &state), seen))
 }
 
-/// Samples of a motion.
 #[derive(Debug, Default)]
 pub struct Samples<const D: usize> {
     pub times: Vec<f64>,

@@ -16,7 +16,8 @@ pub struct Shape<const D: usize> {
     /// The branch of equilibria from rest, if it was followed.
     pub trace: Option<Trace>,
     assembly: Assembly<D>,
-    tensions: Vec<f64>,
+    /// Of all chains of the body, in its order, N (2D: per metre of thickness).
+    pub(super) tensions: Vec<f64>,
     positions: Vec<SVector<f64, D>>,
 }
 
@@ -59,11 +60,6 @@ impl<const D: usize> Shape<D> {
     /// The tension of a muscle, N (2D: per metre of thickness).
     pub fn tension(&self, muscle: &str) -> Result<f64, SimulationError> {
         Ok(self.tensions[self.assembly.fibres(muscle)?[0]])
-    }
-
-    /// The tensions of all chains of the body, in its order, N (2D: per metre of thickness).
-    pub(super) fn all_tensions(&self) -> &[f64] {
-        &self.tensions
     }
 
     /// The length of a muscle, the straight distance between its ends, m; of several fibres the mean.

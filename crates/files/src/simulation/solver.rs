@@ -17,7 +17,6 @@ pub struct Solver<const D: usize> {
 }
 
 impl<const D: usize> Solver<D> {
-    /// A solver of this assembly.
     pub fn new(assembly: &Assembly<D>) -> Self {
         let workspace = Workspace::new(assembly.system());
         Self { settings: SolveSettings::default(), assembly: assembly.clone(), workspace }
@@ -75,7 +74,7 @@ impl<const D: usize> Solver<D> {
         }
         let muscles = self.assembly.contracting().into_iter().map(|m| self.assembly.fibres(m));
         let muscles = muscles.collect::<Result<Vec<_>, _>>()?;
-        let (system, at) = (self.assembly.system(), (shape.positions(), shape.all_tensions()));
+        let (system, at) = (self.assembly.system(), (shape.positions(), &shape.tensions[..]));
         Ok(statics::position_rates(system, &mut self.workspace, at, &muscles))
     }
 

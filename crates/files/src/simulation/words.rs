@@ -9,7 +9,6 @@ use super::{SimulationError, check_tension};
 #[error("{word}: {why}")]
 pub struct BadTension {
     pub word: String,
-    /// What is wrong with it, and what to do.
     pub why: String,
 }
 

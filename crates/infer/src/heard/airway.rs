@@ -55,7 +55,6 @@ pub struct Airway {
     wall: Vec<Vec<(usize, f64)>>,
 }
 
-/// The sound of one shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sound {
     pub profile: Profile,

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 const MEANS: &str = include_str!("../../../../targets/japanese_vowels.csv");
 
-/// Mean formants of a vowel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MeanVowel {
     pub vowel: String,

@@ -180,7 +180,6 @@ impl Default for Thoroughness {
     }
 }
 
-/// A fit and its assessment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assessment<const D: usize = 2> {
     pub fit: Fit<D>,

@@ -43,7 +43,6 @@ pub struct Fit<const D: usize = 2> {
     pub muscles: Vec<String>,
     /// The number of each in the body.
     pub numbers: Vec<usize>,
-    /// How the fit ended.
     pub status: FitStatus,
     /// Tensions, N per metre of thickness; zero for muscles that do not contract.
     pub tensions: Vec<f64>,

@@ -26,17 +26,9 @@ pub struct NullDirection {
 }
 
 /// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as
-/// long as the target is met ([`valley`]). `None` if the equilibrium was not found or is singular.
-pub(crate) fn analyse(
-    problem: &mut dyn Problem,
-    settings: &FitSettings,
-    x: &[f64],
-) -> Option<Identifiability> {
-    analyse_on(problem, settings, x, None)
-}
-
-/// As [`analyse`], reusing a known curve if these values are on it.
-pub(super) fn analyse_on(
+/// long as the target is met ([`valley`]); a curve `followed` before is used if `x` is on it. `None` if the
+/// equilibrium was not found or is singular.
+pub(super) fn analyse(
     problem: &mut dyn Problem,
     settings: &FitSettings,
     x: &[f64],

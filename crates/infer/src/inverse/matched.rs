@@ -5,7 +5,7 @@ use tongue_core::observe::{Length, Observation, Ratio, Sense, Stretch};
 use tongue_core::system::System;
 use tongue_input::measured::{Target, TargetKind};
 
-use super::premises::{STRETCH_SD, Setup};
+use super::premises::{MOST_SDS, STRETCH_SD, Setup};
 use super::statement::Inverse;
 use super::unknown::{Quantity, Unknown};
 use super::{FitError, FitSettings};
@@ -112,7 +112,8 @@ impl Matched {
         for (number, bone) in premises.bones.iter().enumerate() {
             inverse.unknowns.extend(bone.axes.iter().map(|&axis| {
                 let unknown = Unknown::bone(number, axis, 1.0);
-                let [most, sd] = [setup.most_m(), premises.bone_sd_m].map(|m| m / unknown.unit);
+                let [most, sd] =
+                    [MOST_SDS * premises.bone_sd_m, premises.bone_sd_m].map(|m| m / unknown.unit);
                 Unknown { lower: -most, upper: most, ..unknown.with_prior(0.0, STRETCH_SD / sd) }
             }));
         }

@@ -93,7 +93,6 @@ pub struct FitSettings {
     /// Whether a Gauss-Newton step is the minimum of its model within the bounds, rather than one that is cut at them: fewer steps where
     /// many unknowns are on a bound. Default: no.
     pub best_steps: bool,
-    /// Settings of each equilibrium.
     pub equilibrium: statics::SolveSettings,
 }
 

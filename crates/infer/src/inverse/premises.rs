@@ -126,7 +126,7 @@ const NO_BASELINE: &str = "there is no equilibrium of the baseline at this tone;
 /// Number of steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
 /// Largest displacement of a bone, in standard deviations.
-const MOST_SDS: f64 = 4.0;
+pub(super) const MOST_SDS: f64 = 4.0;
 
 impl Default for Premises {
     /// The premises of the thesis: the baseline is rest, and bones are fixed.
@@ -301,11 +301,6 @@ impl<const D: usize> Setup<D> {
     pub fn settings(&self, settings: &FitSettings) -> FitSettings {
         let tolerance = if self.bones.is_empty() { 0.0 } else { STRETCH_SD };
         FitSettings { misfit_tolerance: settings.misfit_tolerance.max(tolerance), ..*settings }
-    }
-
-    /// Largest displacement of a free bone, m.
-    pub(crate) fn most_m(&self) -> f64 {
-        MOST_SDS * self.premises.bone_sd_m
     }
 }
 

@@ -154,7 +154,7 @@ fn solve_here<const D: usize>(
         None => f64::INFINITY,
     };
     let followed = followed.filter(|_| forward.is_dear());
-    let identifiability = identifiability::analyse_on(&mut forward, settings, &x, followed);
+    let identifiability = identifiability::analyse(&mut forward, settings, &x, followed);
     let evaluations = spent + forward.counts().evaluations;
     let factorisations = factorised + forward.counts().factorisations;
 
@@ -226,7 +226,7 @@ pub(super) fn settle<const D: usize>(
         return (x, None);
     }
     // The least squares begin at the best point of the curve, so that no local maximum lies between.
-    let open = identifiability::analyse(forward, settings, &x).map(|i| i.null_directions);
+    let open = identifiability::analyse(forward, settings, &x, None).map(|i| i.null_directions);
     let mut valleys: Vec<Valley> = open.into_iter().flatten().filter_map(|n| n.valley).collect();
     let rms = |p: &valley::ValleyPoint| p.other_rms.unwrap_or(f64::INFINITY);
     let begin = valleys.iter().flat_map(|v| &v.points).min_by(|a, b| rms(a).total_cmp(&rms(b)));

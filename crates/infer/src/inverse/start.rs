@@ -12,16 +12,13 @@ pub(super) const SAME_COST: f64 = 1e-6;
 /// middle.
 const START_RANGE: f64 = 0.3;
 
-/// Number of operations.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SearchCounts {
     pub evaluations: usize,
     pub failures: usize,
-    /// Number of factorisations of a stiffness.
     pub factorisations: usize,
 }
 
-/// The end of one start.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Start {
     /// Values of the unknowns, in their units: tensions in N.

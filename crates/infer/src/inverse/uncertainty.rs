@@ -51,7 +51,6 @@ impl Interval {
     }
 }
 
-/// The 95 % intervals of one fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intervals {
     /// Number of refitted draws.

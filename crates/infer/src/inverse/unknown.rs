@@ -22,7 +22,6 @@ pub enum Constant {
     PoissonRatio,
 }
 
-/// Normal prior of an unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prior {
     pub mean: f64,

@@ -63,7 +63,6 @@ impl End {
     }
 }
 
-/// A point of a curve.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ValleyPoint {
     /// The unknowns: tensions of the active muscles, N.

@@ -88,12 +88,10 @@ pub enum Of {
 #[derive(Debug, Clone)]
 pub struct Beside {
     pub kind: String,
-    /// A name for each number.
     pub names: Vec<String>,
     /// The quantity from which the numbers follow.
     pub of: Of,
     pub measured: Vec<f64>,
-    /// Covariance of their errors.
     pub errors: DMatrix<f64>,
 }
 

@@ -244,7 +244,6 @@ pub fn answers(ground: &Ground, point: &Solid<'_>) -> Option<Answers> {
     })
 }
 
-/// A solved shape.
 struct Shape<'a> {
     positions: &'a [SVector<f64, 2>],
     tensions: &'a [f64],

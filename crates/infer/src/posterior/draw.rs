@@ -7,9 +7,7 @@ use super::unknowns::Meaning;
 /// A draw. Its lists of lengths contain all muscles of the body in the first posture, then in the second one, and so on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Draw {
-    /// Number of its chain.
     pub chain: usize,
-    /// Number of the draw in its chain.
     pub number: usize,
     pub meaning: Meaning,
     pub lengths: Vec<f64>,

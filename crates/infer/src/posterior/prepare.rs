@@ -13,7 +13,6 @@ use super::priors::Priors;
 use super::sides::Sides;
 
 impl Ground {
-    /// Prepares a body under priors.
     pub fn new(body: &Body<2>, model: &Model, priors: &Priors) -> Result<Self, PosteriorError> {
         priors.check()?;
         let muscles = body.mesh.muscle_names();

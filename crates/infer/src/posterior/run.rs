@@ -43,7 +43,6 @@ pub struct Sampling {
 }
 
 impl Sampling {
-    /// Checks the number of draws.
     pub fn check(&self) -> Result<(), PosteriorError> {
         let possible = (FEWEST..=MOST).contains(&self.draws);
         if possible { Ok(()) } else { Err(PosteriorError::Draws(self.draws, FEWEST, MOST)) }
@@ -54,7 +53,6 @@ impl Sampling {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The chains have mixed.
     Mixed,
     /// The chains have not mixed, or there are too few draws to tell: no interval can be trusted.
     NotMixed,

@@ -16,7 +16,6 @@ use super::unknowns::Parameter;
 /// The sources, each with its field of [`Shares`] and its name.
 macro_rules! sources {
     ($($(#[$doc:meta])* $source:ident, $field:ident, $name:literal;)*) => {
-        /// A source of uncertainty.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         pub enum Source { $($(#[$doc])* $source,)* }
 

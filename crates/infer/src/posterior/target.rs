@@ -36,7 +36,6 @@ pub struct Point<P> {
 /// Size of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// Number of chains.
     pub chains: usize,
     /// Draws of each chain in each half of the warm-up, which are discarded.
     pub warm_up: usize,

@@ -71,7 +71,6 @@ impl Word {
     }
 }
 
-/// The verdict on one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Said {
     pub muscle: String,

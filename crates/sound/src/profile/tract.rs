@@ -19,7 +19,6 @@ pub struct Tract {
     pub larynx: Larynx,
     /// Which part of the tongue is a wall.
     pub tongue: Tongue,
-    /// The lower teeth.
     pub jaw: Teeth,
     pub lips: Lips,
     pub grid: Grid,
@@ -102,7 +101,6 @@ pub struct Lips {
     pub width_mm: f64,
 }
 
-/// Resolution of a tract.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {

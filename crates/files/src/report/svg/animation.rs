@@ -15,7 +15,6 @@ use super::{Anchor, Face, HALO, INK, MARGIN, Px, Svg, TEXT, WIDTH, escaped, text
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 
-/// One frame of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnimationFrame {
     pub time: f64,

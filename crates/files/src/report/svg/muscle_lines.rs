@@ -13,7 +13,6 @@ const CONTRACTING: [f64; 2] = [8.0, 2.5];
 
 const PASSIVE: [f64; 2] = [3.5, 2.0];
 
-/// A muscle on the sheet.
 pub(super) struct Line<'a> {
     pub name: String,
     pub colour: String,

@@ -18,13 +18,11 @@ const END: f64 = 7.0;
 /// A fitted tension, N per metre of thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Tension {
-    /// The answer.
     pub value: f64,
     /// The range by the rounding of the lengths, if it is known.
     pub interval: Option<[f64; 2]>,
 }
 
-/// The tensions of one fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// Name of the fit.

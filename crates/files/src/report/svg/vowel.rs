@@ -15,7 +15,6 @@ const MEAN: &str = "#777777";
 const LOWER: f64 = 250.0;
 const CHART: f64 = 330.0;
 
-/// Content of the picture.
 #[derive(Debug, Clone, Copy)]
 pub struct VowelPicture<'a> {
     /// The body at rest.
@@ -27,7 +26,6 @@ pub struct VowelPicture<'a> {
     pub title: &'a str,
 }
 
-/// Draws a vowel.
 pub fn vowel(shown: &VowelPicture<'_>) -> Result<Svg, ReportError> {
     super::check(shown.mesh, shown.positions, &vec![0.0; shown.mesh.muscles.len()])?;
     let (mut svg, top) = Svg::new(shown.title, &description(shown), WIDTH);

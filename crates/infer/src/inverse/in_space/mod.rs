@@ -59,7 +59,6 @@ pub struct Combination {
     pub sd: f64,
 }
 
-/// The end of one start.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ended {
     pub activations: ByMuscle<f64>,
