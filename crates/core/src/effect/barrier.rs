@@ -29,7 +29,7 @@ pub struct Barrier {
     pub curvature: f64,
 }
 
-/// The barrier at a ratio below [`THRESHOLD`].
+/// The barrier at a ratio below `THRESHOLD`.
 #[cold]
 pub fn barrier(ratio: f64) -> Barrier {
     let t = ratio / THRESHOLD;

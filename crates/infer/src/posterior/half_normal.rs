@@ -6,7 +6,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 /// Range of scores: they correspond to tensions from 1e-5 s to 5.7 s.
 pub(crate) const LOWEST: f64 = -4.6;
-/// See [`LOWEST`].
+/// See `LOWEST`.
 pub const HIGHEST: f64 = 5.3;
 
 fn density(x: f64) -> f64 {
