@@ -30,9 +30,8 @@ def cases():
         yield "simulate", ["simulate", "--tissue", "fe", *given]
         yield "simulate", ["simulate", "--h", "2.75mm", *given]
         yield "trajectory", ["simulate", *given, "--trajectory", "--t-end", "0.5"]
-    for method in ("verlet", "rk4", "backward-euler", "symplectic-euler"):
-        explicit = ["--dt", "2e-6", "--t-end", "0.002"] if method != "backward-euler" else ["--dt", "0.01", "--t-end", "0.5"]
-        yield "trajectory", ["simulate", "--tension", "GGa=12", "--trajectory", "--method", method, *explicit]
+    explicit = ["--method", "verlet", "--dt", "2e-6", "--t-end", "0.002"]
+    yield "trajectory", ["simulate", "--tension", "GGa=12", "--trajectory", *explicit]
     for h in ("5.5mm", "2.75mm", "8mm"):
         yield "mesh", ["mesh", "--h", h]
     for scene in json.loads(run(OLD, ["scene", "list"])[1])["scenes"]:

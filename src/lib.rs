@@ -297,8 +297,8 @@ pub mod report {
         OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError, Rows, SectionPicture, Series,
         SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline,
         TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen, changes,
-        courses, frame_records, gesture_records, outlines, pairs, panels, ridges, solid, status_name,
-        timelines, tongue, valley, views, vowel, wrapped,
+        courses, frame_records, gesture_records, limit_of_plane, outlines, pairs, panels, ridges, solid,
+        status_name, timelines, tongue, valley, views, vowel, wrapped,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]
@@ -428,6 +428,14 @@ pub mod system {
     #[doc(inline)]
     pub use tongue_core::system::{
         Additions, Carried, Model, MusclesAs, SpaceModel, System, SystemError, TissueModel, coefficients,
+    };
+}
+
+pub mod validate {
+    //! Predictions of muscles that were not fitted, beside predictors without mechanics.
+    #[doc(inline)]
+    pub use tongue_files::validate::{
+        PosteriorStudy, ValidationError, ValidationPlan, ValidationStudy, files, page, run,
     };
 }
 

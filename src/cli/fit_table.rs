@@ -246,7 +246,7 @@ impl Shown<'_> {
             (Some(_), _) => String::new(),
         };
         match self.is_verbose {
-            true => advice + &wrapped(&tongue_study::plane::limit()),
+            true => advice + &wrapped(&tongue_fit::report::limit_of_plane()),
             false => advice,
         }
     }

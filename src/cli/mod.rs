@@ -1,6 +1,5 @@
 //! The command line: the only place that prints or picks paths.
 
-mod accuracy;
 mod adapt;
 mod batch;
 mod body;
@@ -40,7 +39,6 @@ mod space;
 mod space_muscles;
 mod space_surgery;
 mod space_track;
-mod stability;
 mod table;
 mod track;
 mod track_files;
@@ -152,14 +150,10 @@ enum Command {
     Lengths(lengths::Arguments),
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
-    /// Run the hard cases: extreme loads, materials, meshes and targets
-    Stability(stability::Arguments),
     /// The priors of a posterior, as TOML
     Priors(posterior::PriorsArguments),
     /// Validate predictions of muscles that were not fitted, against other ways to predict them
     Validate(validate::Arguments),
-    /// Measure accuracy against time for every method of solution
-    Accuracy(accuracy::Arguments),
     /// Print a script that completes tongue-fit's options in a shell
     Completions(install::Completions),
 }
@@ -214,10 +208,8 @@ pub fn run(words: Vec<OsString>) -> u8 {
         Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
         Some(Command::Lengths(arguments)) => lengths::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
-        Some(Command::Stability(arguments)) => stability::run(arguments, &cli.global),
         Some(Command::Priors(arguments)) => posterior::priors(arguments, &cli.global).map(|()| Outcome::Good),
         Some(Command::Validate(arguments)) => validate::run(arguments, &cli.global),
-        Some(Command::Accuracy(arguments)) => accuracy::run(arguments, &cli.global),
         Some(Command::Completions(arguments)) => install::completions(arguments),
     });
     match result {

@@ -1,7 +1,7 @@
 //! Output to the terminal: results on stdout, everything else on stderr.
 
 use std::fmt::Display;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Instant;
@@ -107,15 +107,6 @@ pub fn complain(what: &str) {
 pub fn note(what: &str) {
     if volume() >= Volume::Normal {
         line(what);
-    }
-}
-
-/// Reports the progress of a long run, one line at a time, on stderr: on a terminal or with `-v`.
-pub fn progress(what: &str) {
-    match volume() {
-        Volume::Verbose => step(|| what.to_owned()),
-        Volume::Normal if io::stderr().is_terminal() => line(what),
-        Volume::Normal | Volume::Quiet => {}
     }
 }
 

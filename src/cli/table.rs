@@ -13,7 +13,7 @@ use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{OperationRecord, SimulationRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
 use tongue_fit::surgery::FillingKind;
-use tongue_study::validate::{ValidationStudy, WithoutMuscle};
+use tongue_fit::validate::ValidationStudy;
 
 pub(super) fn table(header: &[&str]) -> Table {
     let mut t = Table::new();
@@ -201,11 +201,6 @@ pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> 
             permuted.permuted_rms.len(),
             permuted.true_rms
         );
-    }
-    let one = |o: &WithoutMuscle| format!("{} {:.3}", o.name.replace('_', " "), o.rms);
-    let left: Vec<String> = study.leave_one_muscle_out.iter().map(one).collect();
-    for line in left.chunks(4) {
-        let _ = writeln!(text, "one muscle left out: {}", line.join(", "));
     }
     if let Some(posterior) = &study.posterior {
         let mut t = table(&[

@@ -47,7 +47,7 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
          known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}",
         record.prior.median_n,
         1.2 * record.prior.scale_n,
-        tongue_study::plane::limit()
+        tongue_fit::report::limit_of_plane()
     );
     let resolved = upper_median(record.frames.iter().map(|f| f.resolved as f64)).unwrap_or(0.0);
     let _ = writeln!(

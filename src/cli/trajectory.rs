@@ -22,10 +22,8 @@ use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, pulls, table, word};
 
-/// Default step of explicit methods, as a part of the stability limit.
+/// Default step of Verlet, as a part of the stability limit.
 const PART_OF_LIMIT: f64 = 0.9;
-/// Default step of implicit methods without error control, s.
-const IMPLICIT_STEP: f64 = 1e-3;
 /// Number of times at which lengths are written, for each frame.
 const LENGTHS_PER_FRAME: usize = 10;
 /// Maximum number of frames: each is a file.
@@ -53,11 +51,10 @@ pub struct Arguments {
         requires = "trajectory"
     )]
     t_end: f64,
-    /// Integrator: tr-bdf2, backward-euler, verlet, rk4 or symplectic-euler
+    /// Integrator: tr-bdf2 or verlet
     #[arg(long, value_name = "NAME", default_value = IntegrationMethod::TrBdf2.name(), requires = "trajectory")]
     method: IntegrationMethod,
-    /// Fixed step, s [default: error control; 1 ms for backward-euler; 0.9 of the stability limit for
-    /// explicit methods]
+    /// Fixed step, s [default: error control; 0.9 of the stability limit for verlet]
     #[arg(
         long,
         value_name = "S",
@@ -128,9 +125,6 @@ impl Arguments {
         match (self.dt, method.step_limit(motion)) {
             (Some(dt), _) => Control::Fixed(dt),
             (None, Some(limit)) if self.tolerance.is_none() => Control::Fixed(PART_OF_LIMIT * limit),
-            (None, None) if !method.is_adaptive() && self.tolerance.is_none() => {
-                Control::Fixed(IMPLICIT_STEP)
-            }
             (None, _) => Control::Adaptive(1e-3 * self.tolerance.unwrap_or(TOLERANCE_MM)),
         }
     }

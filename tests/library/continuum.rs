@@ -11,9 +11,14 @@ use tongue_fit::effect::{Configuration, Effect};
 use tongue_fit::material::{Constants, NeoHookean};
 use tongue_fit::statics::{SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Additions, Model, System, TissueModel};
-use tongue_study::{PUBLISHED_A, Pulled};
 
 const CONTINUUM: TissueModel = TissueModel::Continuum;
+
+/// A body of /a/: the system and the tensions of all muscles.
+fn pulled(mesh: &Mesh<2>) -> (System<2>, Vec<f64>) {
+    let (contracting, tensions) = fixtures::pulling(mesh, &fixtures::PUBLISHED_A);
+    (System::new(mesh, &model(), &contracting).unwrap(), tensions)
+}
 
 fn model() -> Model {
     Model { tissue: CONTINUUM, ..Model::default() }
@@ -404,16 +409,16 @@ fn bodies_that_cannot_be_a_continuum_are_refused_with_the_reason() {
 #[test]
 fn ratios_of_area_are_those_of_the_tissue_within_its_elements() {
     let body = Body::continuum(8e-3, &ContinuumSettings::default()).unwrap();
-    let scene = Pulled::new(&body.mesh, &model(), &PUBLISHED_A).unwrap();
+    let (system, tensions) = pulled(&body.mesh);
     let stretched: Vec<_> =
-        scene.system.rest().iter().map(|x| SVector::from([1.2 * x[0] + 0.1 * x[1], 0.9 * x[1]])).collect();
-    let (low, high) = scene.system.tissue_ratios(&stretched);
+        system.rest().iter().map(|x| SVector::from([1.2 * x[0] + 0.1 * x[1], 0.9 * x[1]])).collect();
+    let (low, high) = system.tissue_ratios(&stretched);
     assert!((low - 1.08).abs() < 1e-12 && (high - 1.08).abs() < 1e-12, "{low} {high}");
-    let mut workspace = Workspace::new(&scene.system);
-    statics::solve(&scene.system, &mut workspace, &scene.tensions, &SolveSettings::default());
+    let mut workspace = Workspace::new(&system);
+    statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
     // The cells, whose sides are straight, change by more than the tissue does anywhere.
     let [(low, high), (of_cells, to_cells)] =
-        [scene.system.tissue_ratios(workspace.positions()), scene.system.cell_ratios(workspace.positions())];
+        [system.tissue_ratios(workspace.positions()), system.cell_ratios(workspace.positions())];
     assert!(
         of_cells < low && low < 1.0 && 1.0 < high && high < to_cells,
         "{low} {high} {of_cells} {to_cells}"
@@ -440,13 +445,12 @@ fn ratios_settle_on_nested_meshes_but_not_of_a_thin_bundle_on_one_node() {
     let changes = |settings: ContinuumSettings, load: f64| {
         let ratios = |body: Body<2>| {
             let body = body.into_continuum_of(&anatomy, &settings).unwrap();
-            let scene = Pulled::new(&body.mesh, &model(), &PUBLISHED_A).unwrap();
-            let tensions: Vec<f64> = scene.tensions.iter().map(|t| t * load).collect();
-            let mut workspace = Workspace::new(&scene.system);
-            let solution =
-                statics::solve(&scene.system, &mut workspace, &tensions, &SolveSettings::default());
+            let (system, tensions) = pulled(&body.mesh);
+            let tensions: Vec<f64> = tensions.iter().map(|t| t * load).collect();
+            let mut workspace = Workspace::new(&system);
+            let solution = statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
             assert_eq!(solution.status, SolveStatus::Converged);
-            let lengths = scene.system.lengths(workspace.positions());
+            let lengths = system.lengths(workspace.positions());
             lengths.iter().map(|l| l / lengths[0]).collect::<Vec<f64>>()
         };
         let all: Vec<Vec<f64>> = nested(4).into_iter().map(ratios).collect();

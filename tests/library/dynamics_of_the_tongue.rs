@@ -56,7 +56,6 @@ fn in_the_long_run_the_body_comes_to_the_equilibrium() {
         for (method, control) in [
             (IntegrationMethod::TrBdf2, Control::Adaptive(1e-9)),
             (IntegrationMethod::TrBdf2, Control::Fixed(0.1)),
-            (IntegrationMethod::BackwardEuler, Control::Fixed(0.2)),
         ] {
             let mut integrator = method.checked(&motion, control).unwrap();
             let mut state = motion.at_rest();
@@ -100,7 +99,8 @@ fn explicit_runs_diverge_beyond_the_stability_limit() {
         let constants = Constants { viscosity, ..Constants::TONGUE };
         let system = System::new(&mesh, &Model { constants, ..Model::default() }, &[]).unwrap();
         let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
-        for method in IntegrationMethod::ALL.into_iter().filter(|m| m.is_explicit()) {
+        let method = IntegrationMethod::Verlet;
+        {
             let limit = method.step_limit(&motion).unwrap();
             let status = |part: f64| {
                 let mut integrator = method.integrator(&motion, Control::Fixed(part * limit)).unwrap();
@@ -110,10 +110,7 @@ fn explicit_runs_diverge_beyond_the_stability_limit() {
                 run(&motion, integrator.as_mut(), &mut state, 3000.0 * limit, &[], &mut ()).status
             };
             assert_eq!(status(0.98), MotionStatus::Completed, "{method} at viscosity {viscosity}");
-            // RK4 is limited by the stiffest and the most damped mode as if they were one; they are not
-            // quite.
-            let beyond = if method == IntegrationMethod::Rk4 && viscosity == 5.0 { 1.3 } else { 1.05 };
-            assert_ne!(status(beyond), MotionStatus::Completed, "{method} at viscosity {viscosity}");
+            assert_ne!(status(1.05), MotionStatus::Completed, "{method} at viscosity {viscosity}");
         }
     }
 }
@@ -134,7 +131,8 @@ fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that
         let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
         let (_, expected) = end(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(1e-8));
         let unloaded = Motion::new(&system, Tensions::Constant(vec![0.0; system.muscle_count()])).unwrap();
-        for method in IntegrationMethod::ALL.into_iter().filter(|m| m.is_explicit()) {
+        let method = IntegrationMethod::Verlet;
+        {
             let (loaded, at_rest) =
                 (method.step_limit(&motion).unwrap(), method.step_limit(&unloaded).unwrap());
             assert!(loaded < 0.95 * at_rest, "{method} at {load} N: {loaded:e} s, at rest {at_rest:e} s");
@@ -180,7 +178,7 @@ fn a_run_shorter_than_any_motion_and_kinks_closer_than_any_step_end_at_once() {
         for (method, control) in [
             (IntegrationMethod::TrBdf2, Control::Adaptive(1e-9)),
             (IntegrationMethod::TrBdf2, Control::Adaptive(f64::from_bits(1))),
-            (IntegrationMethod::BackwardEuler, Control::Fixed(1e-4)),
+            (IntegrationMethod::TrBdf2, Control::Fixed(1e-4)),
             (IntegrationMethod::Verlet, Control::Fixed(1e-7)),
         ] {
             let mut integrator = method.checked(&motion, control).unwrap();
@@ -216,10 +214,6 @@ fn the_limits_explain_the_steps_of_the_thesis() {
     assert!((consistent / printed / 100.0 - 1.0).abs() < 0.1, "{consistent:e}");
     let area = 2.0 / spectrum.stiffness.sqrt();
     assert!((2.3e-4..3.5e-4).contains(&area), "{area:e}");
-    // Half the rate of the strongest damper for Verlet as the thesis may have run it: symplectic Euler's
-    // limit is 2 / rate.
-    let (symplectic, spectrum) = limit(Preset::AsPrinted, IntegrationMethod::SymplecticEuler);
-    assert!((symplectic * spectrum.damping / 2.0 - 1.0).abs() < 1e-3, "{symplectic:e}");
 }
 
 #[test]
@@ -300,7 +294,7 @@ fn hopeless_runs_end_with_a_status_and_finite_positions() {
     let tensions = vec![3000.0, 0.0, 0.0, 0.0, 3000.0, 0.0, 3000.0, 0.0];
     let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
     for (method, control) in [
-        (IntegrationMethod::BackwardEuler, Control::Fixed(1.0)),
+        (IntegrationMethod::TrBdf2, Control::Fixed(1.0)),
         (IntegrationMethod::TrBdf2, Control::Fixed(0.5)),
         (IntegrationMethod::TrBdf2, Control::Adaptive(1e-6)),
     ] {
@@ -327,8 +321,8 @@ fn steps_and_tolerances_out_of_range_are_refused() {
         }
     }
     assert_eq!(
-        IntegrationMethod::Rk4.checked(&motion, Control::Adaptive(1e-9)).unwrap_err(),
-        MotionError::NotAdaptive { method: IntegrationMethod::Rk4 }
+        IntegrationMethod::Verlet.checked(&motion, Control::Adaptive(1e-9)).unwrap_err(),
+        MotionError::NotAdaptive { method: IntegrationMethod::Verlet }
     );
     assert!(Motion::new(&system, Tensions::Constant(vec![])).is_err());
 }

@@ -1,6 +1,6 @@
 //! The inverse problem against known answers of simulations, and against the thesis.
 
-use crate::fixtures::{target, target_of, tongue, vowel};
+use crate::fixtures::{pulling, target, target_of, tongue, vowel};
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::valley::End;
 use tongue_fit::inverse::{self, Fit, FitSettings, FitStatus, Matched, Method};
@@ -8,11 +8,10 @@ use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
-use tongue_study::pulling;
 
 /// Lengths of the model, m, at rest and under the tensions.
 fn simulated(mesh: &Mesh<2>, tensions: &[(&str, f64)]) -> (Vec<f64>, Vec<f64>) {
-    let (active, all) = pulling(mesh, tensions).unwrap();
+    let (active, all) = pulling(mesh, tensions);
     let system = System::new(mesh, &Model::default(), &active).unwrap();
     let mut w = Workspace::new(&system);
     let solution = statics::solve(&system, &mut w, &all, &statics::SolveSettings::default());
@@ -212,7 +211,7 @@ fn all_rows_with_a_baseline_end_in_a_true_status() {
                 let fit = fitted(&mesh, &target);
                 let pull = target.active.iter().map(|&m| (fit.muscles[m].as_str(), fit.tensions[m]));
                 let tensions: Vec<_> = pull.collect();
-                let (active, all) = pulling(&mesh, &tensions).unwrap();
+                let (active, all) = pulling(&mesh, &tensions);
                 let system = System::new(&mesh, &Model::default(), &active).unwrap();
                 let mut w = Workspace::new(&system);
                 let traced = statics::trace(&system, &mut w, &all, &statics::SolveSettings::default(), 20);

@@ -1,12 +1,12 @@
 //! Homogeneous strain and linear elasticity: which deformations a lattice of springs reproduces exactly.
 
+use crate::fixtures::bodies::{lattice, shuffled};
 use nalgebra::{Matrix2, SVector, Vector2};
 use tongue_core::sparse::BlockMatrix;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::material::{Constants, Spread};
 use tongue_fit::system::{Model, System};
-use tongue_study::hard_cases::bodies::{lattice, shuffled};
 
 const LAYERS: usize = 9;
 

@@ -2,6 +2,7 @@
 //! `proptest-regressions/` and tested first in later runs.
 
 use crate::fixtures;
+use crate::fixtures::bodies::{lattice, place};
 use nalgebra::SVector;
 use proptest::prelude::*;
 use tongue_fit::body::gmsh::{self, File};
@@ -11,7 +12,6 @@ use tongue_fit::effect::Configuration;
 use tongue_fit::material::Constants;
 use tongue_fit::statics::{SolveSettings, SolveStatus, Stability, Workspace, solve};
 use tongue_fit::system::{Model, SpaceModel, System};
-use tongue_study::hard_cases::bodies::{lattice, place};
 
 /// A lattice whose free nodes are moved by up to 0.3 of a side, so that no triangle is inverted.
 fn body() -> impl Strategy<Value = Mesh<2>> {

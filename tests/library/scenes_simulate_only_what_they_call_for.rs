@@ -481,3 +481,13 @@ fn points_of_a_scene_with_weight_and_a_shifted_hyoid_determine_its_tensions() {
     let other = simulate(&Scene::from_toml(&format!("{body}{points}{kept}"), "t").unwrap()).unwrap();
     assert!(other.points.unwrap().rms_mm.unwrap() > 3.0 * told.rms_mm.unwrap());
 }
+
+/// Found by the fuzz target of scenes: a scene without incompressibility, with a muscle that folds the
+/// springs.
+#[test]
+fn a_scene_of_springs_alone_whose_cells_turn_over_does_not_count_as_converged() {
+    let text =
+        "title = \"SGa alone\"\nwant = \"shape\"\n[body.tongue]\nh_mm = 5.5\n[tensions_n]\nSGa = 10.0\n";
+    let outcome = outcome(text);
+    assert!(outcome.min_cell_ratio < 0.0 && !outcome.converged, "{:?}", outcome.solution);
+}

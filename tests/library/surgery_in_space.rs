@@ -5,7 +5,6 @@ use tongue_fit::body::space::{Filling, Region, Side};
 use tongue_fit::body::{SpaceBody, artisynth};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
-use tongue_study::plane;
 
 use crate::fixtures::space_block::space_block;
 use crate::tongue_in_space::folder;
@@ -116,31 +115,4 @@ fn one_side_of_artisynths_tongue_operated() {
             assert_eq!(found.y.signum(), other[1].signum(), "{what} {found}");
         }
     }
-}
-
-#[test]
-fn the_plane_misses_a_quarter_of_artisynths_tongue() {
-    let Some(folder) = folder() else { return };
-    let body = artisynth::read(&folder).unwrap();
-    let rows = plane::Both::new(&body, &SpaceModel::default()).unwrap().alone(&mut |_| {});
-    for row in &rows {
-        eprintln!("{row:?}");
-    }
-    let of = |name: &str| rows.iter().find(|r| r.muscle == name).unwrap();
-    assert_eq!(rows.len(), 11);
-    assert!((0.2..0.3).contains(&of("GGP").error));
-    assert!((0.8..1.0).contains(&of("TRANS").error));
-    assert!((of("TRANS").area_change_percent - 10.4).abs() < 1.0);
-    assert!((of("GGP").area_change_percent + 6.0).abs() < 1.0);
-}
-
-#[test]
-fn planar_commands_quote_what_the_plane_misses_of_the_built_in_tongue() {
-    let body = SpaceBody::tongue(1).unwrap();
-    let rows = plane::Both::new(&body, &SpaceModel::default()).unwrap().alone(&mut |_| {});
-    let mut errors: Vec<f64> = rows.iter().map(|r| r.error).collect();
-    errors.sort_by(f64::total_cmp);
-    assert_eq!(errors.len(), 11);
-    assert!((errors[5] - plane::MISSED).abs() < 5e-3, "{errors:?}");
-    assert!(plane::limit().contains(&format!("{:.0} %", 100.0 * errors[5])), "{}", plane::limit());
 }

@@ -50,8 +50,7 @@ fn the_program_reaches_the_crates_through_the_facade() {
                 continue;
             }
             let source = fs::read_to_string(&path).unwrap();
-            // The studies are the program's own: users of the library have no need of them.
-            for layer in LAYERS.into_iter().filter(|layer| *layer != "study") {
+            for layer in LAYERS {
                 let import = format!("tongue_{layer}::");
                 assert!(
                     !source.contains(&import),

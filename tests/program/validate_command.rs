@@ -34,18 +34,7 @@ fn any_table_of_two_subjects_is_validated_with_the_same_bits_on_one_and_two_thre
         found["opponents"].as_array().unwrap().iter().map(|o| o["name"].as_str().unwrap()).collect();
     assert_eq!(
         names,
-        [
-            "no_change",
-            "constant",
-            "vowel_means",
-            "gaussian",
-            "thesis",
-            "tone",
-            "tone_hyoid",
-            "tone_hyoid_nu",
-            "tone_hyoid_nu_0.499",
-            "tone_by_muscle_hyoid"
-        ]
+        ["no_change", "constant", "vowel_means", "gaussian", "thesis", "tone_hyoid", "tone_hyoid_nu_0.499",]
     );
     for opponent in found["opponents"].as_array().unwrap() {
         let of = |key: &str| opponent[key].as_f64().unwrap();
@@ -70,14 +59,9 @@ fn any_table_of_two_subjects_is_validated_with_the_same_bits_on_one_and_two_thre
     let of = |subject: &'static str| predictions.iter().filter(move |p| p["subject"] == subject);
     let mean: f64 = of("A").map(|p| p["measured"].as_f64().unwrap()).sum::<f64>() / of("A").count() as f64;
     assert!(of("B").all(|p| (p["constant"].as_f64().unwrap() - mean).abs() < 1e-12));
-    for file in
-        ["README.md", "validate.json", "opponents.csv", "predictions.csv", "tone.csv", "predicted.svg"]
-    {
+    for file in ["README.md", "validate.json", "opponents.csv", "predictions.csv", "predicted.svg"] {
         assert!(folder.path().join("1").join(file).metadata().unwrap().len() > 100, "{file}");
     }
-    let fit = ["--vowel", "ɔ", "--subject", "A", "--lengths", "own.csv", "--target", "stretch"];
-    let output = run_in(folder.path(), &[&fit[..], &["--tone", "1/tone.csv", "-q"]].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 #[test]
@@ -101,14 +85,10 @@ fn rms(study: &Value, name: &str) -> f64 {
     opponents.iter().find(|o| o["name"] == name).unwrap()["rms"].as_f64().unwrap()
 }
 
-/// Statements of README, guide and model page agree with the committed results and the tone table.
+/// Statements of README and model page agree with the committed results.
 #[test]
 fn predictions_on_the_pages_are_those_of_the_results() {
     let study = committed("results/validate/validate.json");
-    let left = |name: &str| {
-        let all = study["leave_one_muscle_out"].as_array().unwrap();
-        all.iter().find(|o| o["name"] == name).unwrap()["rms"].as_f64().unwrap()
-    };
     let permuted = |key: &str| study["permuted_labels"][key].as_f64().unwrap();
     assert!(permuted("true_rms") < permuted("lowest"));
     let said = [
@@ -125,16 +105,5 @@ fn predictions_on_the_pages_are_those_of_the_results() {
         for said in &said {
             assert!(text.contains(said), "{page} does not say \"{said}\"");
         }
-    }
-    let model = include_str!("../../docs/model.md").split_whitespace().collect::<Vec<_>>().join(" ");
-    let muscles = format!(
-        "{:.3} against {:.3} of the normal distribution",
-        left("all_may_pull").min(left("tone_hyoid")),
-        left("gaussian")
-    );
-    assert!(model.contains(&muscles), "{muscles}");
-    let fitted = study["tone_by_muscle_n_per_m"].as_object().unwrap();
-    for (muscle, tone) in tongue_fit::measured::tone::reference().unwrap() {
-        assert!((fitted[&muscle].as_f64().unwrap() - tone).abs() < 0.051, "{muscle}");
     }
 }

@@ -1,12 +1,10 @@
-//! Tests that take tens of seconds: killed runs, hard cases, whole studies.
+//! Tests that take tens of seconds: killed runs and calibrations.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 #![allow(clippy::print_stderr, reason = "tests say what they measured")]
 
-mod accuracy_study;
 mod batch_in_shards;
 mod batch_survives;
 mod coils_place_the_body;
-mod hard_cases_stay_stable;
 mod intervals_cover_the_truth;
 mod left_out_muscles;
 mod mutated_inputs;

@@ -10,8 +10,8 @@ use fastrand::Rng;
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::system::Model;
-use tongue_study::hard_cases::bodies::lattice;
 
+use crate::fixtures::lattice;
 use crate::inputs::{KINDS, NEXT_FILE};
 use crate::recordings::{DLC, est, fan_row, headerless_pos, mocha, mview, pos, txy};
 

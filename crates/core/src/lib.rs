@@ -4,10 +4,10 @@
 pub mod body;
 pub mod choice;
 #[doc(hidden)]
-pub mod compiled;
 pub mod dynamics;
 pub mod effect;
 pub mod geometry;
+pub mod instances;
 pub mod material;
 pub mod observe;
 pub mod parallel;

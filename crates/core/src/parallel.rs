@@ -1,43 +1,23 @@
 //! Work on many items at once: on the threads of rayon's pool where the feature `parallel` is on, one after
 //! the other where it is not. The results and their order are the same.
 
-use std::sync::{Mutex, PoisonError};
+#[cfg(feature = "parallel")]
+use rayon::prelude::*;
 
 /// Calls `work` with every item; returns its results in the order of the items.
 pub fn map<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
-    let places: Vec<_> = items.iter().map(|item| Mutex::new((item, None))).collect();
-    each(places.len(), &|number| fill(&places[number], |item| work(item)));
-    results(places)
+    #[cfg(feature = "parallel")]
+    return items.par_iter().map(&work).collect();
+    #[cfg(not(feature = "parallel"))]
+    return items.iter().map(work).collect();
 }
 
 /// As [`map`], for work that changes the items. It gets the number of each item too.
 pub(crate) fn map_mut<T: Send, R: Send>(items: &mut [T], work: impl Fn(usize, &mut T) -> R + Sync) -> Vec<R> {
-    let places: Vec<_> = items.iter_mut().map(|item| Mutex::new((item, None))).collect();
-    each(places.len(), &|number| fill(&places[number], |item| work(number, item)));
-    results(places)
-}
-
-/// Calls `work` with each number below `count`. It has no type parameters, so that what it calls of
-/// rayon is compiled once and not for every kind of work.
-fn each(count: usize, work: &(dyn Fn(usize) + Sync)) {
     #[cfg(feature = "parallel")]
-    {
-        use rayon::prelude::*;
-        (0..count).into_par_iter().for_each(work);
-    }
+    return items.par_iter_mut().enumerate().map(|(number, item)| work(number, item)).collect();
     #[cfg(not(feature = "parallel"))]
-    (0..count).for_each(work);
-}
-
-/// Puts the result of `work` with an item beside it. Nobody else uses the place: its lock is free.
-fn fill<I, R>(place: &Mutex<(I, Option<R>)>, work: impl FnOnce(&mut I) -> R) {
-    let (item, result) = &mut *place.lock().unwrap_or_else(PoisonError::into_inner);
-    *result = Some(work(item));
-}
-
-fn results<I, R>(places: Vec<Mutex<(I, Option<R>)>>) -> Vec<R> {
-    let places = places.into_iter().map(|place| place.into_inner().unwrap_or_else(PoisonError::into_inner));
-    places.filter_map(|(_, result)| result).collect()
+    return items.iter_mut().enumerate().map(|(number, item)| work(number, item)).collect();
 }
 
 /// Runs `work` with this number of threads for [`map`]. Where the feature `parallel` is off there is one

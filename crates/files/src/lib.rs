@@ -7,6 +7,7 @@ pub mod run;
 pub mod scene;
 pub mod simulation;
 pub mod surgery;
+pub mod validate;
 
 /// The version of the package and, if it was built in a git checkout, the commit, with `-modified` if its
 /// sources differed from the commit: `0.1.0 (5e2005e12a)`. Every output contains it.

@@ -17,8 +17,8 @@ use tongue_core::system::{Additions, SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceSearch;
 use tongue_input::measured::SpaceMark;
 
-use super::StudyError;
-use super::table::markdown;
+use crate::table::markdown;
+use crate::{Error, tell};
 
 /// Stiffness that holds a node in its plane, N/m.
 const HELD: f64 = 1e7;
@@ -32,18 +32,6 @@ const POSTURES: [(&str, &[(&str, f64)]); 3] = [
     ("high and front, as in /i/", &[("GGP", 0.15), ("TRANS", 0.05)]),
     ("protruded", &[("GGP", 0.1), ("TRANS", 0.1), ("VERT", 0.05)]),
 ];
-
-/// Part of the way of the midsagittal contour that a plane misses after the best scaling: the median over the muscles of the built-in body
-/// in space, of `tongue-fit accuracy --plane`. A test compares it with that study.
-pub const MISSED: f64 = 0.20;
-
-/// [`MISSED`] in a sentence, for commands in the plane.
-pub fn limit() -> String {
-    format!(
-        "A plane misses {:.0} % of the motion of a tongue in space (the median muscle; `tongue-fit accuracy --plane`).",
-        100.0 * MISSED
-    )
-}
 
 /// The error of the plane for one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -124,7 +112,7 @@ impl Section {
 }
 
 /// The same body in which no node moves sideways.
-pub fn in_plane(body: &SpaceBody, model: &SpaceModel) -> Result<System<3>, StudyError> {
+fn in_plane(body: &SpaceBody, model: &SpaceModel) -> Result<System<3>, Error> {
     let free: Vec<usize> =
         (0..body.mesh.nodes.len()).filter(|n| body.mesh.fixed.binary_search(n).is_err()).collect();
     let held: Vec<Box<dyn Effect<3>>> = vec![Box::new(Mirror::new(1, HELD, &free, &body.mesh.nodes))];
@@ -139,21 +127,14 @@ fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>>> {
 }
 
 /// Compares a body with its own plane.
-///
-/// # Errors
-/// [`StudyError`] for a faulty body.
-pub fn run(
-    body: &SpaceBody,
-    model: &SpaceModel,
-    tell: &mut dyn FnMut(&str),
-) -> Result<PlaneStudy, StudyError> {
-    let both = Both::new(body, model)?;
-    Ok(PlaneStudy { body: body.what.clone(), alone: both.alone(tell), inverse: both.inverse(tell)? })
+pub fn run(body: &SpaceBody) -> Result<PlaneStudy, Error> {
+    let both = Both::new(body, &SpaceModel::default())?;
+    Ok(PlaneStudy { body: body.what.clone(), alone: both.alone(), inverse: both.inverse()? })
 }
 
 /// A body in space and in its own plane.
 #[derive(Debug)]
-pub struct Both<'a> {
+struct Both<'a> {
     body: &'a SpaceBody,
     section: Section,
     space: System<3>,
@@ -162,13 +143,13 @@ pub struct Both<'a> {
 
 impl<'a> Both<'a> {
     /// Prepares both.
-    pub fn new(body: &'a SpaceBody, model: &SpaceModel) -> Result<Self, StudyError> {
+    fn new(body: &'a SpaceBody, model: &SpaceModel) -> Result<Self, Error> {
         let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
         Ok(Self { body, section: Section::new(body), space, plane })
     }
 
     /// Compares each muscle alone.
-    pub fn alone(&self, tell: &mut dyn FnMut(&str)) -> Vec<PlaneRow> {
+    fn alone(&self) -> Vec<PlaneRow> {
         let Self { body, section, space, plane } = self;
         let mut alone = Vec::new();
         for muscle in body.groups() {
@@ -193,7 +174,7 @@ impl<'a> Both<'a> {
     }
 
     /// Inverts contours in the plane that were made in space.
-    fn inverse(&self, tell: &mut dyn FnMut(&str)) -> Result<Vec<InverseRow>, StudyError> {
+    fn inverse(&self) -> Result<Vec<InverseRow>, Error> {
         let Self { body, section, space, plane } = self;
         let mut inverse = Vec::new();
         for (posture, given) in POSTURES {
@@ -221,7 +202,7 @@ impl<'a> Both<'a> {
 }
 
 /// The page.
-pub fn page(study: &PlaneStudy, made: &str) -> Result<String, StudyError> {
+pub fn page(study: &PlaneStudy, made: &str) -> Result<String, Error> {
     let middle = upper_median(study.alone.iter().map(|r| r.error)).unwrap_or(f64::NAN);
     Ok(format!(
         "# How wrong the plane is\n\n{made}\n\nOf {}, against itself with no node moving sideways: **the plane misses {:.0} % of the way of the \
@@ -236,4 +217,35 @@ pub fn page(study: &PlaneStudy, made: &str) -> Result<String, StudyError> {
         1e3 * SD_M,
         markdown(&study.inverse, &[])?
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tongue_files::report::MISSED_BY_PLANE;
+
+    #[test]
+    fn planar_commands_quote_what_the_plane_misses_of_the_built_in_tongue() {
+        let body = SpaceBody::tongue(1).unwrap();
+        let rows = Both::new(&body, &SpaceModel::default()).unwrap().alone();
+        assert_eq!(rows.len(), 11);
+        let middle = upper_median(rows.iter().map(|r| r.error)).unwrap();
+        assert!((middle - MISSED_BY_PLANE).abs() < 5e-3, "{rows:?}");
+    }
+
+    #[test]
+    fn the_plane_misses_a_quarter_of_artisynths_tongue() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../../../shared/reference/artisynth_tongue3d");
+        let Ok(body) = tongue_input::bodies::artisynth::read(&folder) else {
+            return eprintln!("skipped: ArtiSynth's tongue is not at {}", folder.display());
+        };
+        let rows = Both::new(&body, &SpaceModel::default()).unwrap().alone();
+        let of = |name: &str| rows.iter().find(|r| r.muscle == name).unwrap();
+        assert_eq!(rows.len(), 11);
+        assert!((0.2..0.3).contains(&of("GGP").error));
+        assert!((0.8..1.0).contains(&of("TRANS").error));
+        assert!((of("TRANS").area_change_percent - 10.4).abs() < 1.0);
+        assert!((of("GGP").area_change_percent + 6.0).abs() < 1.0);
+    }
 }

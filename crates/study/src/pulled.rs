@@ -5,7 +5,7 @@ use tongue_core::dynamics::{Motion, MotionError, Tensions};
 use tongue_core::system::{Model, System};
 use tongue_infer::inverse::FitError;
 
-use super::StudyError;
+use crate::Error;
 
 /// The tensions published for /a/ (thesis 4.4.1), N per metre of thickness.
 pub const PUBLISHED_A: [(&str, f64); 3] = [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)];
@@ -36,7 +36,7 @@ pub fn pulling(mesh: &Mesh<2>, pull: &[(&str, f64)]) -> Result<(Vec<usize>, Vec<
 
 impl Pulled {
     /// `mesh` with tensions in some of its muscles, N per metre of thickness.
-    pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(&str, f64)]) -> Result<Self, StudyError> {
+    pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(&str, f64)]) -> Result<Self, Error> {
         let (contracting, tensions) = pulling(mesh, pull)?;
         Ok(Self { system: System::new(mesh, model, &contracting)?, tensions, muscles: mesh.muscle_names() })
     }
@@ -48,10 +48,7 @@ impl Pulled {
 }
 
 /// The reference tongue at the published spacing.
-///
-/// # Errors
-/// [`StudyError::Body`] if the tongue cannot be built; not expected.
-pub fn tongue() -> Result<Mesh<2>, StudyError> {
+pub fn tongue() -> Result<Mesh<2>, Error> {
     Ok(Body::tongue(DEFAULT_SPACING_M)?.mesh)
 }
 

@@ -7,9 +7,6 @@ use serde::Serialize;
 
 use crate::suggest;
 
-use super::backward_euler::BackwardEuler;
-use super::rk4::Rk4;
-use super::symplectic_euler::SymplecticEuler;
 use super::tr_bdf2::TrBdf2;
 use super::velocity_verlet::VelocityVerlet;
 use super::{Integrator, Motion, MotionError, SHORTEST_STEP, Spectrum, step_limit};
@@ -18,16 +15,9 @@ use super::{Integrator, Motion, MotionError, SHORTEST_STEP, Spectrum, step_limit
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum IntegrationMethod {
-    /// TR-BDF2.
     TrBdf2,
-    /// Backward Euler.
-    BackwardEuler,
     /// Velocity Verlet, the thesis's.
     Verlet,
-    /// The classical Runge-Kutta method.
-    Rk4,
-    /// Symplectic Euler.
-    SymplecticEuler,
 }
 
 /// How the step is chosen.
@@ -48,46 +38,19 @@ pub struct UnknownMethod {
 }
 
 impl IntegrationMethod {
-    /// All methods.
-    pub const ALL: [IntegrationMethod; 5] = [
-        IntegrationMethod::TrBdf2,
-        IntegrationMethod::BackwardEuler,
-        IntegrationMethod::Verlet,
-        IntegrationMethod::Rk4,
-        IntegrationMethod::SymplecticEuler,
-    ];
+    pub const ALL: [IntegrationMethod; 2] = [IntegrationMethod::TrBdf2, IntegrationMethod::Verlet];
 
     /// The name, as on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             IntegrationMethod::TrBdf2 => "tr-bdf2",
-            IntegrationMethod::BackwardEuler => "backward-euler",
             IntegrationMethod::Verlet => "verlet",
-            IntegrationMethod::Rk4 => "rk4",
-            IntegrationMethod::SymplecticEuler => "symplectic-euler",
         }
     }
 
-    /// Order of convergence for smooth motion.
-    pub const fn order(self) -> u32 {
-        match self {
-            IntegrationMethod::BackwardEuler | IntegrationMethod::SymplecticEuler => 1,
-            IntegrationMethod::TrBdf2 | IntegrationMethod::Verlet => 2,
-            IntegrationMethod::Rk4 => 4,
-        }
-    }
-
-    /// Whether it can choose its own steps.
-    pub const fn is_adaptive(self) -> bool {
-        matches!(self, IntegrationMethod::TrBdf2)
-    }
-
-    /// Whether its steps are limited by stability.
+    /// Whether its steps are limited by stability, so that it cannot choose them by their error.
     pub const fn is_explicit(self) -> bool {
-        matches!(
-            self,
-            IntegrationMethod::Verlet | IntegrationMethod::Rk4 | IntegrationMethod::SymplecticEuler
-        )
+        matches!(self, IntegrationMethod::Verlet)
     }
 
     /// Makes the integrator without checking the stability of its step; see [`IntegrationMethod::checked`].
@@ -95,16 +58,8 @@ impl IntegrationMethod {
     /// # Errors
     /// [`MotionError`] for a step or tolerance that is not positive and finite or a step below a
     /// femtosecond, or a tolerance for a method without error control.
+    #[inline(never)]
     pub fn integrator<const D: usize>(
-        self,
-        motion: &Motion<'_, D>,
-        control: Control,
-    ) -> Result<Box<dyn Integrator<D>>, MotionError> {
-        (motion.system().entries().integrator)(self, motion, control)
-    }
-
-    /// As [`IntegrationMethod::integrator`], compiled where it is called; see [`crate::compiled`].
-    pub(crate) fn integrator_here<const D: usize>(
         self,
         motion: &Motion<'_, D>,
         control: Control,
@@ -122,14 +77,7 @@ impl IntegrationMethod {
         Ok(match (self, control) {
             (IntegrationMethod::TrBdf2, _) => Box::new(TrBdf2::new(motion, control)),
             (method, Control::Adaptive(_)) => return Err(MotionError::NotAdaptive { method }),
-            (IntegrationMethod::BackwardEuler, Control::Fixed(dt)) => {
-                Box::new(BackwardEuler::new(motion, dt))
-            }
             (IntegrationMethod::Verlet, Control::Fixed(dt)) => Box::new(VelocityVerlet::new(motion, dt)),
-            (IntegrationMethod::Rk4, Control::Fixed(dt)) => Box::new(Rk4::new(motion, dt)),
-            (IntegrationMethod::SymplecticEuler, Control::Fixed(dt)) => {
-                Box::new(SymplecticEuler::new(motion, dt))
-            }
         })
     }
 
@@ -138,16 +86,8 @@ impl IntegrationMethod {
     ///
     /// # Errors
     /// As [`IntegrationMethod::integrator`], and [`MotionError::Unstable`] naming the limit.
+    #[inline(never)]
     pub fn checked<const D: usize>(
-        self,
-        motion: &Motion<'_, D>,
-        control: Control,
-    ) -> Result<Box<dyn Integrator<D>>, MotionError> {
-        (motion.system().entries().checked_integrator)(self, motion, control)
-    }
-
-    /// As [`IntegrationMethod::checked`], compiled where it is called; see [`crate::compiled`].
-    pub(crate) fn checked_here<const D: usize>(
         self,
         motion: &Motion<'_, D>,
         control: Control,
@@ -165,6 +105,7 @@ impl IntegrationMethod {
 
     /// The longest stable step, s, of the body at rest and as its tensions load it, whichever is shorter;
     /// none for methods that are stable at every step.
+    #[inline(never)]
     pub fn step_limit<const D: usize>(self, motion: &Motion<'_, D>) -> Option<f64> {
         let integrator = self.integrator(motion, Control::Fixed(1.0)).ok()?;
         limit(integrator.as_ref(), motion).map(|(limit, ..)| limit)

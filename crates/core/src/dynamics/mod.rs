@@ -20,20 +20,14 @@
 //! | method | order | step | source |
 //! |---|---|---|---|
 //! | [`velocity_verlet`] | 2 | fixed, explicit | thesis eqs. 4.2-4.3 |
-//! | [`symplectic_euler`] | 1 | fixed, explicit | |
-//! | [`rk4`] | 4 | fixed, explicit | Kutta 1901 |
-//! | [`backward_euler`] | 1 | fixed, implicit | |
 //! | [`tr_bdf2`] | 2 | fixed or adaptive, implicit | Bank et al. 1985, Hosea and Shampine 1996 |
 
-pub mod backward_euler;
 mod method;
 mod motion;
-pub mod rk4;
 mod run;
 mod spectrum;
 mod stage;
 mod step_limit;
-pub mod symplectic_euler;
 mod tensions;
 pub mod tr_bdf2;
 pub mod velocity_verlet;
@@ -45,7 +39,6 @@ use serde::Serialize;
 
 pub use method::{Control, IntegrationMethod, UnknownMethod};
 pub use motion::{Motion, MotionError, Rates};
-pub(crate) use run::run_here;
 pub use run::{MotionOutcome, MotionStatus, Observer, run, sample_times};
 pub use spectrum::Spectrum;
 pub use step_limit::{cost_per_step, step_limit};

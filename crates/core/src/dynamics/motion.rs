@@ -169,6 +169,7 @@ impl<'a, const D: usize> Motion<'a, D> {
 
     /// The equilibrium under the strongest tensions of the motion, found from rest. `None` if no muscle
     /// pulls or no equilibrium is found.
+    #[inline(never)]
     pub fn at_equilibrium(&self) -> Option<State<D>> {
         let tensions = self.tensions.strongest();
         if tensions.iter().all(|t| *t == 0.0) {

@@ -69,19 +69,8 @@ pub fn sample_times(t_end: f64, count: usize) -> Vec<f64> {
 /// which `observer` is shown the body. Steps end at every kink of the tensions.
 ///
 /// Never panics and never leaves a number that is not finite in the state.
+#[inline(never)]
 pub fn run<const D: usize>(
-    motion: &Motion<'_, D>,
-    integrator: &mut dyn Integrator<D>,
-    state: &mut State<D>,
-    t_end: f64,
-    samples: &[f64],
-    observer: &mut dyn Observer<D>,
-) -> MotionOutcome {
-    (motion.system().entries().run)(motion, integrator, state, t_end, samples, observer)
-}
-
-/// As [`run`], compiled where it is called; see [`crate::compiled`].
-pub(crate) fn run_here<const D: usize>(
     motion: &Motion<'_, D>,
     integrator: &mut dyn Integrator<D>,
     state: &mut State<D>,

@@ -76,8 +76,7 @@ impl<const D: usize> Growth<D> {
     }
 
     /// Called after every step (the number `steps`, from the state `before`), and at the end: whether the
-    /// steps are seen to grow. Alternating steps of Verlet show in the positions alone, growing ones of RK4
-    /// in the velocities.
+    /// steps are seen to grow. Alternating steps of Verlet show in the positions alone.
     pub(super) fn is_seen(
         &mut self,
         motion: &Motion<'_, D>,

@@ -21,10 +21,11 @@
 
 use nalgebra::SVector;
 
-use super::backward_euler::SOLVED;
 use super::stage::StageSolver;
 use super::{Control, Failure, Integrator, Motion, SHORTEST_STEP, State, StepCounts, after, cut};
 
+/// Newton's method stops at corrections below this at a fixed step, m.
+const SOLVED: f64 = 1e-12;
 /// Newton's method stops at corrections below this part of the error allowed in a step.
 const SOLVE_PART: f64 = 0.02;
 /// Safety factor: the step is chosen so that the expected error is a little less than allowed.

@@ -50,6 +50,7 @@ const SMALLEST_PIVOT: f64 = 1e-13;
 
 impl<const D: usize> Factor<D> {
     /// Space for the factor of any matrix on `pattern`, by the method that is faster there.
+    #[inline(never)]
     pub fn new(pattern: &Pattern) -> Self {
         match Supernodal::if_worthwhile::<D>(pattern) {
             None => Self::block_by_block(pattern),
@@ -71,6 +72,7 @@ impl<const D: usize> Factor<D> {
 
     /// Factorises `matrix`. Where a pivot is below 1e-13 of the largest diagonal entry this fails, and the
     /// factor is not to be used.
+    #[inline(never)]
     pub fn factorise(
         &mut self,
         pattern: &Pattern,
@@ -87,6 +89,7 @@ impl<const D: usize> Factor<D> {
     /// Where a matrix fails that [`Factor::factorise`] refused: it goes through it block by block, which in
     /// large bodies takes many times as long as the refusal. Our way may find a matrix whole that is singular
     /// but for rounding: then its last pivot counts as the one.
+    #[inline(never)]
     pub fn find_failure(
         &mut self,
         pattern: &Pattern,
@@ -149,6 +152,7 @@ impl<const D: usize> Factor<D> {
     }
 
     /// Solves `K x = b` in place; one vector for each unknown in the pattern's order.
+    #[inline(never)]
     pub fn solve(&mut self, pattern: &Pattern, b: &mut [SVector<f64, D>]) {
         if let Some(faer) = self.supernodal.as_mut().filter(|_| self.is_supernodal) {
             return faer.solve(b);

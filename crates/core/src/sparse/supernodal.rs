@@ -68,14 +68,8 @@ impl Supernodal {
                 upper_start.push(upper_row.len());
             }
         }
-        Self::on((start, row), (upper_start, upper_row))
-    }
-
-    /// As [`Self::new`], with the lower and the upper triangle as column starts and rows. What calls faer has
-    /// no type parameters, so that faer is compiled only in this crate.
-    fn on((start, row): (Vec<usize>, Vec<usize>), upper: (Vec<usize>, Vec<usize>)) -> Option<Self> {
         let n = start.len() - 1;
-        let upper = SymbolicSparseColMat::new_checked(n, n, upper.0, None, upper.1);
+        let upper = SymbolicSparseColMat::new_checked(n, n, upper_start, None, upper_row);
         let parameters = CholeskySymbolicParams {
             supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
             ..CholeskySymbolicParams::default()
@@ -116,11 +110,6 @@ impl Supernodal {
                 column.skip(c).zip(places.by_ref()).for_each(|(value, place)| *place = *value);
             }
         }
-        self.factorise_values(floor)
-    }
-
-    /// As [`Self::factorise`], with the entries of the matrix in place.
-    fn factorise_values(&mut self, floor: f64) -> bool {
         let n = self.right_side.len();
         let shape = SymbolicSparseColMatRef::new_checked(n, n, &self.start, None, &self.row);
         let done = self.symbolic.factorize_numeric_llt(
@@ -148,12 +137,6 @@ impl Supernodal {
     /// Solves `K x = b` in place; one vector for each unknown in the pattern's order.
     pub fn solve<const D: usize>(&mut self, b: &mut [SVector<f64, D>]) {
         self.right_side.iter_mut().zip(b.iter().flatten()).for_each(|(place, value)| *place = *value);
-        self.solve_values();
-        b.iter_mut().flatten().zip(&self.right_side).for_each(|(place, value)| *place = *value);
-    }
-
-    /// As [`Self::solve`], with the right side in place, where the solution comes.
-    fn solve_values(&mut self) {
         let n = self.right_side.len();
         LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
             Conj::No,
@@ -161,6 +144,7 @@ impl Supernodal {
             Par::Seq,
             MemStack::new(&mut self.scratch),
         );
+        b.iter_mut().flatten().zip(&self.right_side).for_each(|(place, value)| *place = *value);
     }
 }
 

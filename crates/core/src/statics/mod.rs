@@ -17,7 +17,7 @@
 //! go effect by effect.
 //!
 //! A direct solve costs one equilibrium, and a trace about three for each of its steps.
-//! `tongue-fit stability` measures over all subsets of the muscles how often both agree
+//! The study of hard cases measures over all subsets of the muscles how often both agree
 //! (`results/stability`).
 
 mod carry;
@@ -35,12 +35,8 @@ mod trace;
 mod workspace;
 
 pub use response::{Response, length_sensitivities, position_rates};
-pub(crate) use response::{length_sensitivities_here, position_rates_here};
 pub use solution::{Connection, Solution, SolveSettings, SolveStatus, Stability};
 pub use solve::solve;
-pub(crate) use solve::solve_here;
 pub use stability::smallest_eigenvalue;
-pub(crate) use stability::smallest_eigenvalue_here;
 pub use trace::{Critical, CriticalKind, TRACE_STEPS, Trace, solve_and_trace, trace, trace_beside};
-pub(crate) use trace::{solve_and_trace_here, trace_here};
 pub use workspace::Workspace;

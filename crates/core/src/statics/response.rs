@@ -20,6 +20,7 @@ pub struct Response<'a, const D: usize> {
 
 impl<'a, const D: usize> Response<'a, D> {
     /// Factorises the exact stiffness at the positions and tensions of the last solve.
+    #[inline(never)]
     pub fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Result<Self, NotPositiveDefinite> {
         let at = Configuration { positions: &w.positions, tensions: &w.tensions };
         w.stiffness.clear();
@@ -100,15 +101,8 @@ impl<'a, const D: usize> Response<'a, D> {
 
 /// `d length / d tension`, m/N: a row for every muscle of the mesh, a column for each of the system's
 /// contracting muscles, at the equilibrium that the last solve left in `workspace`.
+#[inline(never)]
 pub fn length_sensitivities<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-) -> Result<DMatrix<f64>, NotPositiveDefinite> {
-    (system.entries().length_sensitivities)(system, workspace)
-}
-
-/// As [`length_sensitivities`], compiled where it is called; see [`crate::compiled`].
-pub(crate) fn length_sensitivities_here<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
 ) -> Result<DMatrix<f64>, NotPositiveDefinite> {
@@ -128,17 +122,8 @@ pub(crate) fn length_sensitivities_here<const D: usize>(
 /// `d position / d tension`, m/N, of every node, the inner ones of straight paths too, at an equilibrium
 /// (positions, m, and tensions of all muscles, N): one list for each of `muscles`, which are fibres that are
 /// pulled together. `None` where the equilibrium is not a stable one, or not one of this system.
+#[inline(never)]
 pub fn position_rates<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    (positions, tensions): (&[SVector<f64, D>], &[f64]),
-    muscles: &[Vec<usize>],
-) -> Option<Vec<Vec<SVector<f64, D>>>> {
-    (system.entries().position_rates)(system, workspace, (positions, tensions), muscles)
-}
-
-/// As [`position_rates`], compiled where it is called; see [`crate::compiled`].
-pub(crate) fn position_rates_here<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     (positions, tensions): (&[SVector<f64, D>], &[f64]),

@@ -41,17 +41,8 @@ use super::{Solution, SolveSettings, SolveStatus, Stability, Workspace};
 /// assert!((0.85..0.95).contains(&stretch));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
+#[inline(never)]
 pub fn solve<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    tensions: &[f64],
-    settings: &SolveSettings,
-) -> Solution {
-    (system.entries().solve)(system, workspace, tensions, settings)
-}
-
-/// As [`solve`], compiled where it is called; see [`crate::compiled`].
-pub(crate) fn solve_here<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],

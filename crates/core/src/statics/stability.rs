@@ -16,15 +16,8 @@ const ZERO: f64 = 1e-9;
 /// Smallest eigenvalue, N/m, of the exact stiffness of the free nodes at the positions and tensions of the
 /// last solve: by inverse iteration on the stiffness plus the smallest shift found that makes it positive
 /// definite. `None` where there is no unknown or the stiffness is not finite.
+#[inline(never)]
 pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut Workspace<D>) -> Option<f64> {
-    (system.entries().smallest_eigenvalue)(system, workspace)
-}
-
-/// As [`smallest_eigenvalue`], compiled where it is called; see [`crate::compiled`].
-pub(crate) fn smallest_eigenvalue_here<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-) -> Option<f64> {
     const ITERATIONS: usize = 300;
     let pattern = system.pattern();
     let mut state = State::new(system, workspace);

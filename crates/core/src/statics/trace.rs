@@ -84,18 +84,8 @@ const ORTHOGONAL: f64 = 1e-4;
 /// A step continues the branch if it needed no way downhill from an unstable equilibrium and if letting the
 /// load back leads back to where it started; one that does not is halved, until it is too short to be one.
 /// Costs two solves a step.
+#[inline(never)]
 pub fn trace<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    tensions: &[f64],
-    settings: &SolveSettings,
-    steps: usize,
-) -> Trace {
-    (system.entries().trace)(system, workspace, tensions, settings, steps)
-}
-
-/// As [`trace`], compiled where it is called; see [`crate::compiled`].
-pub(crate) fn trace_here<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
@@ -178,18 +168,8 @@ const SAME_SHAPE_M: f64 = 1e-9;
 /// end in different shapes the traced one is the answer, since it is where a body goes whose muscles pull
 /// harder and harder; so it is where the direct solve fails. Where the trace stopped early a direct answer
 /// stands, and [`Trace::stopped`] says that its branch is not known.
+#[inline(never)]
 pub fn solve_and_trace<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    tensions: &[f64],
-    settings: &SolveSettings,
-    steps: usize,
-) -> Trace {
-    (system.entries().solve_and_trace)(system, workspace, tensions, settings, steps)
-}
-
-/// As [`solve_and_trace`], compiled where it is called; see [`crate::compiled`].
-pub(crate) fn solve_and_trace_here<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
@@ -201,6 +181,7 @@ pub(crate) fn solve_and_trace_here<const D: usize>(
 }
 
 /// The part of [`solve_and_trace`] that follows the direct solve: `direct` is its result, and its positions are in the workspace.
+#[inline(never)]
 pub fn trace_beside<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,

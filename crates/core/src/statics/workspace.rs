@@ -38,6 +38,7 @@ pub struct Workspace<const D: usize> {
 
 impl<const D: usize> Workspace<D> {
     /// A workspace for `system`, with the positions at rest.
+    #[inline(never)]
     pub fn new(system: &System<D>) -> Self {
         let zeros = vec![SVector::zeros(); system.rest().len()];
         Self {

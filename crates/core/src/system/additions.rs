@@ -2,7 +2,6 @@
 
 use nalgebra::SVector;
 
-use crate::compiled::Entries;
 use crate::effect::{Contact, Effect, Gravity};
 
 /// Changes to the plain model. The default changes nothing.
@@ -24,26 +23,14 @@ impl<const D: usize> Default for Additions<D> {
 
 impl<const D: usize> Additions<D> {
     /// Adds a wall that the surface of the body cannot pass.
+    #[inline(never)]
     pub fn add_contact(&mut self, wall: Contact) {
-        if let Some(entries) = Entries::of_dimension() {
-            (entries.add_contact)(self, wall);
-        }
-    }
-
-    /// As [`Additions::add_contact`], compiled where it is called; see [`crate::compiled`].
-    pub(crate) fn add_contact_here(&mut self, wall: Contact) {
         self.effects.push(Box::new(wall));
     }
 
     /// Adds the weight of the body.
+    #[inline(never)]
     pub fn add_gravity(&mut self, gravity: Gravity<D>) {
-        if let Some(entries) = Entries::of_dimension() {
-            (entries.add_gravity)(self, gravity);
-        }
-    }
-
-    /// As [`Additions::add_gravity`], compiled where it is called; see [`crate::compiled`].
-    pub(crate) fn add_gravity_here(&mut self, gravity: Gravity<D>) {
         self.effects.push(Box::new(gravity));
     }
 }

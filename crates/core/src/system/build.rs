@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use nalgebra::SVector;
 
 use crate::body::{Continuum, Mesh};
-use crate::compiled::Entries;
 use crate::effect::{
     Attachment, Effect, Fibres, FiniteElements, Incompressibility, QuadraticElements, Upright,
 };
@@ -40,20 +39,8 @@ impl<const D: usize> System<D> {
     ///
     /// # Errors
     /// As [`System::new`], and [`SystemError::NotOnBone`] for a node to be carried that no bone holds.
+    #[inline(never)]
     pub fn with(
-        mesh: &Mesh<D>,
-        model: &Model,
-        contracting: &[usize],
-        additions: Additions<D>,
-    ) -> Result<Self, SystemError> {
-        match Entries::of_dimension() {
-            Some(entries) => (entries.build)(mesh, model, contracting, additions),
-            None => Err(SystemError::Dimension { dimension: D }),
-        }
-    }
-
-    /// As [`System::with`], compiled for the dimension where it is called; see [`crate::compiled`].
-    pub(crate) fn build(
         mesh: &Mesh<D>,
         model: &Model,
         contracting: &[usize],
@@ -124,20 +111,8 @@ impl<const D: usize> System<D> {
     ///
     /// # Errors
     /// [`SystemError::Loose`] for parts without bone.
+    #[inline(never)]
     pub fn from_effects(
-        mesh: &Mesh<D>,
-        coefficients: Coefficients,
-        effects: Vec<Box<dyn Effect<D>>>,
-        contracting: &[usize],
-    ) -> Result<Self, SystemError> {
-        match Entries::of_dimension() {
-            Some(entries) => (entries.build_from_effects)(mesh, coefficients, effects, contracting),
-            None => Err(SystemError::Dimension { dimension: D }),
-        }
-    }
-
-    /// As [`System::from_effects`], compiled where it is called; see [`crate::compiled`].
-    pub(crate) fn build_from_effects(
         mesh: &Mesh<D>,
         coefficients: Coefficients,
         effects: Vec<Box<dyn Effect<D>>>,
@@ -194,7 +169,6 @@ impl<const D: usize> System<D> {
             contracting: contracting.to_vec(),
             cells,
             number: MADE.fetch_add(1, Ordering::Relaxed),
-            entries: Entries::here(),
             elements: OnceLock::new(),
             at_rest: OnceLock::new(),
         })

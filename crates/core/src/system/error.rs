@@ -53,12 +53,6 @@ pub enum SystemError {
         /// Poisson's ratio ν.
         poisson_ratio: f64,
     },
-    /// A mesh of neither two nor three dimensions.
-    #[error("the mesh has {dimension} dimensions; bodies have two or three")]
-    Dimension {
-        /// How many it has.
-        dimension: usize,
-    },
     /// A continuum is asked for, but the body is not one.
     #[error(
         "the body is a mesh of linear cells; make it a continuum first (--body continuum, Body::into_continuum)"

@@ -20,7 +20,6 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{SVector, Vector3};
 
 use crate::body::Continuum;
-use crate::compiled::Entries;
 use crate::effect::{Configuration, Effect};
 use crate::geometry::{hexahedron, simplex};
 use crate::material::{Coefficients, Stress};
@@ -53,7 +52,6 @@ pub struct System<const D: usize> {
     cells: Vec<(Vec<usize>, f64)>,
     /// A number that no other system of the program has.
     number: u64,
-    entries: Entries<D>,
     elements: OnceLock<Option<Arc<Elements>>>,
     at_rest: OnceLock<Option<AtRest>>,
 }
@@ -96,11 +94,6 @@ impl<const D: usize> System<D> {
     /// A number that tells this system from all others.
     pub(crate) fn number(&self) -> u64 {
         self.number
-    }
-
-    /// The functions that are compiled for this dimension.
-    pub(crate) fn entries(&self) -> &Entries<D> {
-        &self.entries
     }
 
     /// The effects as flat lists, if this is a plain body of the plane; made at the first call.

@@ -21,6 +21,7 @@ mod msh;
 mod of_muscle;
 #[cfg(feature = "files")]
 mod page;
+mod plane;
 mod record;
 mod sound;
 mod space;
@@ -50,6 +51,7 @@ pub use file::{OutputDir, Writes, write};
 pub use json::Json;
 pub use markdown::Markdown;
 pub use msh::Msh;
+pub use plane::{MISSED_BY_PLANE, limit_of_plane};
 pub use record::{AlarmRecord, BodySegment, BoneRecord, FitRecord, IdentifiabilityRecord, SimulationRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{OperationRecord, SpaceRecord, SpaceVtu};

@@ -3,9 +3,8 @@
 use nalgebra::SVector;
 
 use tongue_core::body::{Body, Mesh};
-use tongue_core::compiled::taken_as;
 use tongue_core::statics::Connection;
-use tongue_core::system::{Model, System, SystemError};
+use tongue_core::system::{Model, System};
 use tongue_input::measured::Target;
 
 use super::forward::Forward;
@@ -183,32 +182,6 @@ pub fn fit<const D: usize>(
 /// As [`fit`], in a prepared body in which all of the target's active muscles can contract, under its
 /// premises.
 pub fn fit_in<const D: usize>(
-    setup: &Setup<D>,
-    matched: &Matched,
-    settings: &FitSettings,
-) -> Result<Fit<D>, FitError> {
-    let fitting: Option<Fitting<D>> =
-        taken_as(&mut Some(fitting_in_plane())).or_else(|| taken_as(&mut Some(fitting_in_space())));
-    match fitting {
-        Some(fitting) => fitting(setup, matched, settings),
-        None => Err(SystemError::Dimension { dimension: D }.into()),
-    }
-}
-
-/// A pointer to [`fit_in`] for one dimension, compiled in this crate; see [`tongue_core::compiled`].
-type Fitting<const D: usize> = fn(&Setup<D>, &Matched, &FitSettings) -> Result<Fit<D>, FitError>;
-
-#[inline(never)]
-fn fitting_in_plane() -> Fitting<2> {
-    fit_here
-}
-
-#[inline(never)]
-fn fitting_in_space() -> Fitting<3> {
-    fit_here
-}
-
-fn fit_here<const D: usize>(
     setup: &Setup<D>,
     matched: &Matched,
     settings: &FitSettings,

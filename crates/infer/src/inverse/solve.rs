@@ -4,10 +4,8 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use tongue_core::body::largest_distance;
-use tongue_core::compiled::taken_as;
 use tongue_core::parallel;
 use tongue_core::statics::{self, Critical, Solution};
-use tongue_core::system::SystemError;
 
 use super::forward::Forward;
 use super::identifiability::{self, Identifiability};
@@ -64,33 +62,6 @@ pub struct Answer<const D: usize> {
 /// # Errors
 /// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
 pub fn solve<const D: usize>(
-    inverse: &Inverse<'_, D>,
-    settings: &FitSettings,
-) -> Result<Answer<D>, FitError> {
-    let search: Option<Search<D>> =
-        taken_as(&mut Some(search_in_plane())).or_else(|| taken_as(&mut Some(search_in_space())));
-    match search {
-        Some(search) => search(inverse, settings),
-        None => Err(SystemError::Dimension { dimension: D }.into()),
-    }
-}
-
-/// A pointer to [`solve`] for one dimension, compiled in this crate; see [`tongue_core::compiled`].
-type Search<const D: usize> = fn(&Inverse<'_, D>, &FitSettings) -> Result<Answer<D>, FitError>;
-
-// Not inlined, because every crate into which these were inlined would compile the whole search again.
-
-#[inline(never)]
-fn search_in_plane() -> Search<2> {
-    solve_here
-}
-
-#[inline(never)]
-fn search_in_space() -> Search<3> {
-    solve_here
-}
-
-fn solve_here<const D: usize>(
     inverse: &Inverse<'_, D>,
     settings: &FitSettings,
 ) -> Result<Answer<D>, FitError> {

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use tongue_files::report::column::{self, Column};
 
-use crate::StudyError;
+use crate::Error;
 use crate::table::{duration, markdown, number};
 
 use super::AccuracyStudy;
@@ -13,7 +13,7 @@ use super::mesh::{MeshRun, order};
 use super::scene::largest_difference;
 use super::tissue::{SCENES, TISSUES};
 
-fn all_runs(runs: &[Run]) -> Result<String, StudyError> {
+fn all_runs(runs: &[Run]) -> Result<String, Error> {
     let table = markdown(runs, &["repeats"])?;
     Ok(format!("<details><summary>All {} runs</summary>\n\n{table}</details>\n\n", runs.len()))
 }
@@ -27,7 +27,7 @@ fn on<'a>(
 }
 
 /// All sections, axis by axis.
-pub(super) fn sections(study: &AccuracyStudy) -> Result<String, StudyError> {
+pub fn sections(study: &AccuracyStudy) -> Result<String, Error> {
     let mut p = String::new();
     let _ = write!(
         p,
@@ -71,7 +71,7 @@ pub(super) fn sections(study: &AccuracyStudy) -> Result<String, StudyError> {
 }
 
 /// The conclusion of the mesh study in one sentence.
-pub(super) fn mesh_verdict(runs: &[MeshRun]) -> Option<String> {
+pub fn mesh_verdict(runs: &[MeshRun]) -> Option<String> {
     let scene = SCENES[0].0;
     let last = on(runs, scene, TISSUES[0]).next_back()?;
     let p = order(runs, scene, TISSUES[0])?;
@@ -91,7 +91,7 @@ pub(super) fn mesh_verdict(runs: &[MeshRun]) -> Option<String> {
     })
 }
 
-fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), StudyError> {
+fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), Error> {
     let runs = &study.meshes;
     let _ = write!(
         p,
@@ -113,7 +113,7 @@ fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), StudyError> {
 }
 
 /// The conclusion of the comparison of finite elements with springs.
-pub(super) fn tissue_verdict(study: &AccuracyStudy) -> Option<String> {
+pub fn tissue_verdict(study: &AccuracyStudy) -> Option<String> {
     let (scene, runs) = (SCENES[0].0, &study.meshes);
     let h = runs.iter().map(|r| r.h_mm).find(|h| *h <= 5.5).or(runs.last().map(|r| r.h_mm))?;
     let at = |tissue| on(runs, scene, tissue).find(|r| r.h_mm == h);
@@ -137,7 +137,7 @@ pub(super) fn tissue_verdict(study: &AccuracyStudy) -> Option<String> {
     ))
 }
 
-fn tissues(p: &mut String, study: &AccuracyStudy) -> Result<(), StudyError> {
+fn tissues(p: &mut String, study: &AccuracyStudy) -> Result<(), Error> {
     let left_out = [
         "unknown_nodes",
         "triangles",

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::{Pulled, StudyError};
+use crate::{Error, Pulled};
 use tongue_core::dynamics::{Control, IntegrationMethod};
 
 use super::ladder::Effort;
@@ -32,13 +32,13 @@ pub struct Stopped {
 }
 
 /// Compares the shape at each of the times with the equilibrium; integrated by TR-BDF2 at a tight tolerance.
-pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<Vec<Stopped>, StudyError> {
+pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<Vec<Stopped>, Error> {
     let (reference, _) = scene.reference()?;
     let motion = scene.motion()?;
     let whole = Effort { longest_run_s: f64::INFINITY, ..*effort };
     let marched = march(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), &TIMES, &whole);
     if let Some(why) = marched.missing {
-        return Err(StudyError::Trajectory(why.words()));
+        return Err(format!("the reference trajectory was not found: {}", why.words()).into());
     }
     let (moved, _) = scene.apart(scene.system.rest(), &reference);
     let stopped = marched.stops.into_iter().map(|stop| {

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::{Pulled, StudyError};
+use crate::{Error, Pulled};
 use tongue_core::dynamics::{Control, IntegrationMethod, Motion, StepCounts};
 use tongue_core::statics::Workspace;
 
@@ -21,8 +21,6 @@ const TIMES: [f64; 11] = [1.0, 3.0, 5.0, 8.0, 10.0, 15.0, 20.0, 25.0, 30.0, 60.0
 /// Times for explicit methods, s. At the last they are within 1e-2 mm; each second costs them a million
 /// steps.
 const EXPLICIT_TIMES: [f64; 5] = [1.0, 3.0, 5.0, 8.0, 10.0];
-/// Steps of backward Euler, s.
-const IMPLICIT_STEPS: [f64; 4] = [0.1, 0.5, 2.0, 10.0];
 /// Tolerances of the adaptive methods, m.
 const STEP_TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-8];
 /// Steps of explicit methods as parts of the stability limit; a step of twice the limit is refused.
@@ -35,7 +33,7 @@ type Answer = (Vec<SVector<f64, 2>>, StepCounts, Option<String>);
 type Way<'a> = (&'a str, &'a str, &'a mut dyn FnMut(f64) -> Answer);
 
 /// Runs of every method, and the residual force of the reference, N.
-pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyError> {
+pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), Error> {
     let (reference, residual) = scene.reference()?;
     let (system, tensions) = (&scene.system, &scene.tensions);
     let mut workspace = Workspace::new(system);
@@ -77,7 +75,7 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), StudyE
     }
     let motion = scene.motion()?;
     for method in IntegrationMethod::ALL {
-        for control in rungs(method, &motion, (&STEP_TOLERANCES, &PARTS, &IMPLICIT_STEPS)) {
+        for control in rungs(method, &motion, &STEP_TOLERANCES, &PARTS) {
             runs.extend(to_rest(scene, &motion, (method, control), &reference, effort));
         }
     }
@@ -91,16 +89,8 @@ fn to_rest(
     reference: &[SVector<f64, 2>],
     effort: &Effort,
 ) -> Vec<Run> {
-    // A fixed implicit step is not shortened: only multiples of it are compared.
-    let falls_on = |t: f64| match control {
-        Control::Fixed(dt) => (t / dt - (t / dt).round()).abs() < 1e-9,
-        Control::Adaptive(_) => true,
-    };
-    let times: Vec<f64> = match method.is_explicit() {
-        true => EXPLICIT_TIMES.to_vec(),
-        false => TIMES.into_iter().filter(|t| falls_on(*t)).collect(),
-    };
-    let marched = march(motion, method, control, &times, effort);
+    let times: &[f64] = if method.is_explicit() { &EXPLICIT_TIMES } else { &TIMES };
+    let marched = march(motion, method, control, times, effort);
     let to = |time: f64| Run::new(method.name(), format!("{}, to {time} s", words(control)));
     let mut runs: Vec<Run> = Vec::new();
     for stop in &marched.stops {

@@ -1,24 +1,22 @@
 //! Files of the study: a table for each axis, and the diagrams.
 
-use crate::StudyError;
-use tongue_files::report::{Export, PrecisionCurve, Rows, work_precision};
+use crate::Error;
+use tongue_files::report::{Export, Markdown, PrecisionCurve, Rows, work_precision};
 use tongue_infer::inverse::{FitSettings, Method};
 use tongue_input::measured::TargetKind;
 
 use super::AccuracyStudy;
 use super::ladder::Run;
 use super::mesh::MeshRun;
+use super::page::page;
 use super::search::FitRun;
 use super::tissue::TISSUES;
 
 /// Names and contents of files.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
-/// Every file but the page.
-///
-/// # Errors
-/// [`StudyError::Report`] if a diagram cannot be drawn; not expected.
-pub fn files(study: &AccuracyStudy) -> Result<Files<'_>, StudyError> {
+/// The page, a table for each axis, and the diagrams; `made` says how and where it was made.
+pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Error> {
     let time = "time, s (median)";
     let error = "largest position error, mm";
     let equilibrium = work_precision("To equilibrium", time, error, &best_curves(&study.equilibrium))?;
@@ -34,6 +32,7 @@ pub fn files(study: &AccuracyStudy) -> Result<Files<'_>, StudyError> {
     let fits =
         work_precision(title, "time of a fit, s", "largest tension error, N", &fit_curves(&study.fits))?;
     Ok(vec![
+        ("README.md", Box::new(Markdown(page(study, made)?))),
         ("1-equilibrium.csv", Box::new(Rows(&study.equilibrium))),
         ("2-trajectory.csv", Box::new(Rows(&study.trajectory))),
         ("3-early.csv", Box::new(Rows(&study.early))),

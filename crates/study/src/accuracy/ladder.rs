@@ -40,6 +40,7 @@ impl Effort {
         spacings: &[11e-3, 5.5e-3, 2.75e-3, 1.4e-3],
     };
     /// A smoke test without timing: each run once, with few steps on coarse meshes.
+    #[cfg(test)]
     pub const TINY: Self = Self {
         repeats: 1,
         repeat_within_s: 0.0,

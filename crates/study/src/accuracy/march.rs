@@ -75,17 +75,16 @@ pub fn words(control: Control) -> String {
     }
 }
 
-/// Settings of a method: tolerances, m, if it has error control; parts of its stability limit if it has one;
-/// else steps, s.
+/// Settings of a method: tolerances, m, if it has error control, else parts of its stability limit.
 pub fn rungs(
     method: IntegrationMethod,
     motion: &Motion<'_, 2>,
-    (tolerances, parts, steps): (&[f64], &[f64], &[f64]),
+    tolerances: &[f64],
+    parts: &[f64],
 ) -> Vec<Control> {
     match method.step_limit(motion) {
-        _ if method.is_adaptive() => tolerances.iter().map(|t| Control::Adaptive(*t)).collect(),
         Some(limit) => parts.iter().map(|p| Control::Fixed(p * limit)).collect(),
-        None => steps.iter().map(|dt| Control::Fixed(*dt)).collect(),
+        None => tolerances.iter().map(|t| Control::Adaptive(*t)).collect(),
     }
 }
 

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use serde::Serialize;
 
-use crate::{Pulled, StudyError};
+use crate::{Error, Pulled, tell};
 use tongue_core::body::{Body, Mesh};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
@@ -67,13 +67,10 @@ pub struct RatioRow {
 }
 
 /// Every scene, tissue and spacing, coarsest first.
-pub fn ladder(
-    effort: &Effort,
-    progress: &mut dyn FnMut(&str),
-) -> Result<(Vec<MeshRun>, Vec<PatchRun>), StudyError> {
+pub fn ladder(effort: &Effort) -> Result<(Vec<MeshRun>, Vec<PatchRun>), Error> {
     let (mut runs, mut patches) = (Vec::new(), Vec::new());
     for &h in effort.spacings {
-        progress(&format!("mesh of {:.2} mm", h * 1e3));
+        tell(&format!("mesh of {:.2} mm", h * 1e3));
         let meshed = measure(effort, || Body::tongue(h));
         let mesh = meshed.result?.mesh;
         for tissue in TISSUES {
@@ -93,7 +90,7 @@ fn one(
     tissue: &'static str,
     (h, mesh_s): (f64, f64),
     effort: &Effort,
-) -> Result<MeshRun, StudyError> {
+) -> Result<MeshRun, Error> {
     let made = measure(effort, || Pulled::new(mesh, &model(tissue), pull));
     let scene = made.result?;
     let system = &scene.system;

@@ -13,31 +13,32 @@
 //! all. Failed and refused runs are rows too.
 
 mod axes;
-pub mod early;
-pub mod equilibrium;
+mod early;
+mod equilibrium;
 mod files;
-pub mod ladder;
-pub mod lbfgs;
-pub mod march;
-pub mod mesh;
+mod ladder;
+mod lbfgs;
+mod march;
+mod mesh;
 mod page;
-pub mod relaxation;
+mod relaxation;
 mod scene;
-pub mod search;
-pub mod tissue;
-pub mod trajectory;
+mod search;
+mod tissue;
+mod trajectory;
 
-use super::{PUBLISHED_A, Pulled, StudyError};
+use crate::{Error, PUBLISHED_A, Pulled, tell};
 use tongue_core::body::{Body, DEFAULT_SPACING_M};
 use tongue_core::system::Model;
 
 pub use files::files;
 pub use ladder::Effort;
-pub use page::{Circumstances, page};
+#[cfg(test)]
+mod tests;
 
 /// All measurements.
 #[derive(Debug, Clone)]
-pub struct AccuracyStudy {
+pub(crate) struct AccuracyStudy {
     /// Axis 1.
     pub equilibrium: Vec<ladder::Run>,
     /// Residual force at the reference of axis 1, N.
@@ -58,23 +59,20 @@ pub struct AccuracyStudy {
     pub fits: Vec<search::FitRun>,
 }
 
-/// Measures everything; `progress` gets the name of the next part.
-///
-/// # Errors
-/// [`StudyError`] if a reference cannot be computed. An error of a single run is a row.
-pub fn run(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<AccuracyStudy, StudyError> {
+/// Measures everything. An error of a single run is a row.
+pub fn run(effort: &Effort) -> Result<AccuracyStudy, Error> {
     let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
     let body = Body::tongue(spacing)?.mesh;
     let scene = Pulled::new(&body, &Model::default(), &PUBLISHED_A)?;
-    progress("axis 6, the fit");
+    tell("axis 6, the fit");
     let fits = search::ladder(&body, effort)?;
-    progress("axis 3, stopping early");
+    tell("axis 3, stopping early");
     let early = early::ladder(&scene, effort)?;
-    progress("axes 4 and 5, meshes and tissues");
-    let (meshes, patches) = mesh::ladder(effort, progress)?;
-    progress("axis 2, along the trajectory");
+    tell("axes 4 and 5, meshes and tissues");
+    let (meshes, patches) = mesh::ladder(effort)?;
+    tell("axis 2, along the trajectory");
     let (trajectory, reference_doubt_mm) = trajectory::ladder(&scene, effort)?;
-    progress("axis 1, to equilibrium");
+    tell("axis 1, to equilibrium");
     let (equilibrium, reference_residual_n) = equilibrium::ladder(&scene, effort)?;
     Ok(AccuracyStudy {
         equilibrium,

@@ -2,12 +2,10 @@
 
 use std::fmt::Write as _;
 
-use tongue_files::report::column::{Column, markdown};
-
-use crate::StudyError;
+use crate::Error;
 use crate::table::{duration, number};
 use tongue_core::dynamics;
-use tongue_infer::inverse::{FitSettings, Method};
+use tongue_infer::inverse::Method;
 use tongue_input::measured::TargetKind;
 
 use super::AccuracyStudy;
@@ -16,31 +14,20 @@ use super::equilibrium::NEWTON;
 use super::ladder::{Run, fastest_within, fastest_within_ratio};
 use super::search::FitRun;
 
-/// Where and how a study was made.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Circumstances {
-    /// The command line.
-    pub command: String,
-    /// Processor, number of threads, operating system.
-    pub machine: String,
-}
-
 /// An error of 0.01 of a ratio.
 const ONE_PER_CENT: f64 = 0.01;
 
 /// Writes the page.
-pub fn page(study: &AccuracyStudy, made: &Circumstances) -> Result<String, StudyError> {
+pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
     let mut p = format!(
         "# What accuracy costs in time\n\n\
-         Made by `{}` on {}. Every figure on this page is filled in from the measurements of that run; the tables behind it \
+         {made} Every figure on this page is filled in from the measurements of that run; the tables behind it \
          are the CSV files beside it. Times are medians of repeats and hold for that machine as busy as it was; \
          steps, evaluations of the force and factorisations hold for every machine.\n\n\
          The scene, unless said otherwise: the mesh of 5.5 mm, the tensions published for /a/ (GGa 12.0, SGm 11.5, HGa 4.5 N per \
-         metre of thickness), consistent constants. A ratio is a muscle's length over that of GGa.\n\n",
-        made.command, made.machine
+         metre of thickness), consistent constants. A ratio is a muscle's length over that of GGa.\n\n"
     );
     conclusions(&mut p, study);
-    goals(&mut p, study);
     Ok(p + &sections(study)?)
 }
 
@@ -61,7 +48,7 @@ fn of<'a>(runs: &'a [Run], methods: &[&str]) -> impl Iterator<Item = &'a Run> + 
     runs.iter().filter(|r| methods.contains(&r.method.as_str()))
 }
 
-fn integrators() -> [&'static str; 5] {
+fn integrators() -> [&'static str; 2] {
     dynamics::IntegrationMethod::ALL.map(dynamics::IntegrationMethod::name)
 }
 
@@ -126,70 +113,4 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
         );
     }
     p.push('\n');
-}
-
-/// A goal of the study.
-struct Goal {
-    what: &'static str,
-    measured: String,
-    /// `None` where it was not measured.
-    met: Option<bool>,
-}
-
-fn goals(p: &mut String, study: &AccuracyStudy) {
-    type Of = Column<'static, Goal>;
-    let met = |goal: &Goal| goal.met.map_or("not measured", |met| if met { "yes" } else { "**no**" });
-    let columns = [
-        Of::of_page("goal", |goal| goal.what.into()),
-        Of::of_page("measured", |goal| goal.measured.as_str().into()),
-        Of::of_page("met", move |goal| met(goal).into()),
-    ];
-    let mut goals = Vec::new();
-    let mut goal = |what, measured, met| goals.push(Goal { what, measured, met });
-    let time = |run: Option<&Run>| run.and_then(|r| r.seconds);
-    let say = |t: Option<f64>| t.map_or_else(|| "not reached".to_owned(), duration);
-    let newton = time(fastest_within(of(&study.equilibrium, &[NEWTON]), 1e-9));
-    let best = fastest_within(of(&study.equilibrium, &integrators()), 1e-2);
-    let by = best.map_or_else(String::new, |r| format!(" ({})", r.method));
-    goal(
-        "Newton to 1e-9 mm in less time than the best integrator to 1e-2 mm",
-        format!("{} against {}{by}", say(newton), say(time(best))),
-        newton.zip(time(best)).map(|(n, b)| n < b),
-    );
-    let verlet = time(fastest_within(of(&study.equilibrium, &["verlet"]), 1e-2));
-    let factor = newton.zip(verlet).map(|(n, v)| v / n);
-    let too_long =
-        of(&study.equilibrium, &["verlet"]).map(|r| r.ended.words()).find(|w| w.contains("steps to"));
-    goal(
-        "by at least 1000 times against Velocity Verlet",
-        match (factor, too_long) {
-            (Some(factor), _) => format!("{} for 1e-2 mm: {factor:.0} times", say(verlet)),
-            (None, Some(words)) => format!("Verlet: {words}"),
-            (None, None) => "Verlet did not get there".into(),
-        },
-        factor.map(|f| f >= 1000.0),
-    );
-    let run = fastest_within(of(&study.trajectory, &["tr-bdf2"]), 1e-4);
-    goal(
-        "adaptive implicit trajectory to t = 3 s, 1e-4 mm, under 0.2 s",
-        run.map_or_else(|| "not reached".into(), told),
-        Some(time(run).is_some_and(|t| t < 0.2)),
-    );
-    let standard = FitSettings::default();
-    let gn = stretch_fits(study, Method::GaussNewton)
-        .find(|r| r.starts == standard.starts && r.tolerance_n == standard.tension_tolerance && r.warm);
-    let nm = stretch_fits(study, Method::NelderMead).min_by(|a, b| a.tolerance_n.total_cmp(&b.tolerance_n));
-    if let (Some(gn), Some(nm)) = (gn, nm) {
-        goal(
-            "Gauss-Newton fit of /a/ with stretch targets under 20 ms",
-            format!("{} with {} starts", duration(gn.seconds), gn.starts),
-            Some(gn.seconds < 0.02),
-        );
-        goal(
-            "agreeing with Nelder-Mead to 1e-3 N",
-            format!("at most {} N apart", number(gn.error_n + nm.error_n)),
-            Some(gn.error_n + nm.error_n < 1e-3),
-        );
-    }
-    let _ = writeln!(p, "## The goals, and what was measured\n\n{}", markdown(&columns, &goals));
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::{Pulled, StudyError};
+use crate::{Error, Pulled};
 use tongue_core::statics::{self, Solution, SolveSettings, SolveStatus, Workspace};
 use tongue_input::measured::{TargetKind, reference_muscle};
 
@@ -18,13 +18,17 @@ const TO_THE_END: SolveSettings = SolveSettings {
 
 impl Pulled {
     /// The equilibrium of Newton's method when only rounding stops it, and its residual force, N.
-    pub fn reference(&self) -> Result<(Vec<SVector<f64, 2>>, f64), StudyError> {
+    pub fn reference(&self) -> Result<(Vec<SVector<f64, 2>>, f64), Error> {
         let mut workspace = Workspace::new(&self.system);
         let solution = statics::solve(&self.system, &mut workspace, &self.tensions, &TO_THE_END);
         if solution.max_residual_force.is_nan()
             || solution.max_residual_force > SolveSettings::default().tolerance
         {
-            return Err(StudyError::Reference(solution.max_residual_force));
+            let force = solution.max_residual_force;
+            return Err(format!(
+                "the reference equilibrium leaves {force:e} N, too much to measure errors against"
+            )
+            .into());
         }
         Ok((workspace.positions().to_vec(), solution.max_residual_force))
     }

@@ -2,7 +2,7 @@
 
 use serde::{Serialize, Serializer};
 
-use crate::StudyError;
+use crate::Error;
 use tongue_core::body::Mesh;
 use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, FitSettings, Method};
@@ -57,7 +57,7 @@ fn kind_name<S: Serializer>(kind: &TargetKind, serializer: S) -> Result<S::Ok, S
 ///
 /// The reference is Gauss-Newton with the tightest tolerances; the difference of Nelder-Mead at its tightest
 /// from it is a row.
-pub fn ladder(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, StudyError> {
+pub fn ladder(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, Error> {
     let data = Dataset::reference()?;
     let vowel = Vowel::new("a")?;
     let mut runs = Vec::new();

@@ -3,7 +3,7 @@
 use nalgebra::Matrix2;
 use serde::Serialize;
 
-use crate::{PUBLISHED_A, StudyError};
+use crate::{Error, PUBLISHED_A};
 use tongue_core::body::Mesh;
 use tongue_core::material::Spread;
 use tongue_core::statics::{self, SolveSettings, Workspace};
@@ -38,7 +38,7 @@ pub fn model(tissue: &str) -> Model {
 
 /// Moves the outline and the nodes outside it by a homogeneous deformation and solves for the inner nodes;
 /// `h` is the spacing, m.
-pub fn patch(mesh: &Mesh<2>, h: f64, tissue: &str) -> Result<f64, StudyError> {
+pub fn patch(mesh: &Mesh<2>, h: f64, tissue: &str) -> Result<f64, Error> {
     let deformation = Matrix2::new(1.1, 0.05, 0.0, 0.95);
     let mut inner = mesh.in_tissue();
     mesh.surface_nodes().into_iter().for_each(|n| inner[n] = false);

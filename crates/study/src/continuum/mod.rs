@@ -6,12 +6,12 @@
 
 mod page;
 
-pub use page::{page, verdict};
+pub use page::page;
 
 use serde::Serialize;
 
-use super::{PUBLISHED_A, Pulled, StudyError};
-use tongue_core::body::{Anatomy, Body, BodyError, ContinuumSettings, Mesh};
+use crate::{Error, PUBLISHED_A, Pulled, tell};
+use tongue_core::body::{Anatomy, Body, ContinuumSettings, Mesh};
 use tongue_core::material::Constants;
 use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
 use tongue_core::system::{Model, TissueModel};
@@ -33,6 +33,8 @@ pub const NEARLY_INCOMPRESSIBLE: f64 = 0.4998;
 /// Maximum number of repeats of a solve; they also end after one second. The least time counts, since other
 /// load only adds to it.
 const REPEATS: usize = 25;
+/// Number of nested meshes, from 11 mm to 1.4 mm.
+pub const LEVELS: usize = 4;
 /// Number of repeats of a fit.
 const FITS: usize = 3;
 
@@ -136,22 +138,18 @@ fn largest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-fn target(subject: &str, vowel: &str) -> Result<Target, StudyError> {
+fn target(subject: &str, vowel: &str) -> Result<Target, Error> {
     let vowel: Vowel = vowel.parse()?;
     Ok(Target::new(&Dataset::reference()?, subject, &vowel, TargetKind::Stretch, &TargetOptions::default())?)
 }
 
-fn fitted(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, StudyError> {
+fn fitted(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, Error> {
     let search = Search { method: Method::GaussNewton, starts: 1, ..Search::default() };
     Ok(inverse::fit(&body.mesh, model, target, &search)?)
 }
 
-/// Measures everything down to the finest of `levels` nested meshes; `progress` gets the name of the next
-/// part.
-///
-/// # Errors
-/// [`StudyError`] if a body or a table cannot be made. An error on a single mesh is a row.
-pub fn run(levels: usize, progress: &mut dyn FnMut(&str)) -> Result<ContinuumStudy, StudyError> {
+/// Measures everything down to the finest of `levels` nested meshes. An error on a single mesh is a row.
+pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
     let mut spacings = Vec::new();
     let bodies: [(&'static str, Option<ContinuumSettings>, TissueModel); 4] = [
         ("springs", None, TissueModel::MassSpring),
@@ -160,10 +158,10 @@ pub fn run(levels: usize, progress: &mut dyn FnMut(&str)) -> Result<ContinuumStu
         ("control: 0.5 mm on one node", Some(CONTROL), TissueModel::Continuum),
     ];
     for (name, settings, tissue) in bodies {
-        progress(name);
+        tell(name);
         spacings.extend(nested(name, settings.as_ref(), &model(tissue), levels)?);
     }
-    progress("Poisson's ratios");
+    tell("Poisson's ratios");
     let locking = locking()?;
     let mut sensitivity = Vec::new();
     let default = ContinuumSettings::default();
@@ -180,7 +178,7 @@ pub fn run(levels: usize, progress: &mut dyn FnMut(&str)) -> Result<ContinuumStu
     ];
     let mut reference = Vec::new();
     for (name, settings, nu) in variants {
-        progress(name);
+        tell(name);
         sensitivity.push(sensitive(name, &settings, nu, &mut reference)?);
     }
     Ok(ContinuumStudy { spacings, locking, sensitivity })
@@ -205,7 +203,7 @@ struct Kind<'a> {
 }
 
 impl Kind<'_> {
-    fn measured(&self, mesh: Mesh<2>, h_mm: f64) -> Result<Measured, StudyError> {
+    fn measured(&self, mesh: Mesh<2>, h_mm: f64) -> Result<Measured, Error> {
         let plain = Body::new(self.name, mesh);
         let body = match self.settings {
             Some(settings) => plain.into_continuum_of(self.anatomy, settings)?,
@@ -251,8 +249,8 @@ fn nested(
     settings: Option<&ContinuumSettings>,
     model: &Model,
     levels: usize,
-) -> Result<Vec<Spacing>, StudyError> {
-    let anatomy = Anatomy::reference().map_err(BodyError::from)?;
+) -> Result<Vec<Spacing>, Error> {
+    let anatomy = Anatomy::reference()?;
     let kind = Kind { name, settings, model, anatomy: &anatomy, target: &target("S2", "a")? };
     let mut mesh = Body::tongue(COARSEST_M)?.mesh.on_outline(anatomy.outline());
     let mut all: Vec<Measured> = Vec::new();
@@ -284,8 +282,8 @@ fn nested(
     Ok(all.into_iter().map(with_errors).collect())
 }
 
-fn locking() -> Result<Vec<Locking>, StudyError> {
-    let ratios_at = |h: f64, nu: f64| -> Result<Vec<f64>, StudyError> {
+fn locking() -> Result<Vec<Locking>, Error> {
+    let ratios_at = |h: f64, nu: f64| -> Result<Vec<f64>, Error> {
         let body = Body::continuum(h, &ContinuumSettings::default())?;
         let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
         let model = Model { constants, ..model(TissueModel::Continuum) };
@@ -309,7 +307,7 @@ fn sensitive(
     settings: &ContinuumSettings,
     nu: f64,
     reference: &mut Vec<Option<Vec<f64>>>,
-) -> Result<Sensitivity, StudyError> {
+) -> Result<Sensitivity, Error> {
     let body = Body::continuum(DEFAULT_M, settings)?;
     let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
     let model = Model { constants, ..model(TissueModel::Continuum) };

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use tongue_core::body::ContinuumSettings;
 
 use super::{ContinuumStudy, NEARLY_INCOMPRESSIBLE, Spacing};
-use crate::StudyError;
+use crate::Error;
 use crate::table::{duration, markdown, number};
 
 /// The accuracy of a tension that the conclusion is about, as a part.
@@ -38,7 +38,7 @@ pub fn verdict(spacings: &[Spacing]) -> String {
 }
 
 /// The page.
-pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, StudyError> {
+pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, Error> {
     let mut p = format!(
         "# The continuum: accuracy, time, and what was chosen\n\n{made}\n\n{}\n\n",
         verdict(&study.spacings)

@@ -8,14 +8,15 @@ use tongue_core::statics::{
 };
 use tongue_core::system::{Model, System, coefficients};
 
-use super::{HardCase, StudyError, bodies, name_of};
+use super::{HardCase, bodies, name_of};
+use crate::Error;
 
 const STEPS: usize = 20;
 /// Relative tolerance of the critical load against the exact one.
 const AGREEMENT: f64 = 1e-6;
 
 /// A strut that buckles and a truss that snaps through, below and above their critical loads.
-pub(super) fn two_equilibria() -> Result<Vec<HardCase>, StudyError> {
+pub(super) fn two_equilibria() -> Result<Vec<HardCase>, Error> {
     let (strut, truss) = (bodies::strut(0.02, 0.3, 11), bodies::truss(0.02, 0.01, 0.03, 40));
     let k = coefficients(&strut, &Model::default())?;
     let k = k.tissue_stiffness;
@@ -47,7 +48,7 @@ pub(super) fn two_equilibria() -> Result<Vec<HardCase>, StudyError> {
     Ok(rows)
 }
 
-fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), StudyError> {
+fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), Error> {
     let system = System::new(mesh, &Model::default(), &[0])?;
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();

@@ -13,14 +13,15 @@ use tongue_infer::inverse::{self, FitSettings};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 use super::search::of_fit;
-use super::{HardCase, StudyError, bodies, equilibrium_row};
+use super::{HardCase, bodies, equilibrium_row};
+use crate::Error;
 
 /// Tolerance of the agreement of answers, m.
 pub(super) const SAME: f64 = 1e-9;
 
 /// Solves the published load on the tongue renumbered, mirrored, turned and moved, and fits on 1, 2 and 4
 /// threads.
-pub(super) fn same_answers() -> Result<Vec<HardCase>, StudyError> {
+pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let (_, reference) = published("as it is".to_owned(), &mesh)?;
     let mut rows = Vec::new();
@@ -50,7 +51,7 @@ pub(super) fn same_answers() -> Result<Vec<HardCase>, StudyError> {
 
 type Shape = Vec<SVector<f64, 2>>;
 
-fn published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, Shape), StudyError> {
+fn published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, Shape), Error> {
     let Pulled { system, tensions, .. } = Pulled::new(mesh, &Model::default(), &PUBLISHED_A)?;
     let mut workspace = Workspace::new(&system);
     let (_, row) = equilibrium_row(10, variant, &system, &mut workspace, &tensions);
@@ -63,7 +64,7 @@ fn compared(row: HardCase, shape: &[SVector<f64, 2>], expected: &[SVector<f64, 2
         .also(&format!("differs by {apart:.1e} m"))
 }
 
-fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, StudyError> {
+fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, Error> {
     let data = Dataset::reference()?;
     let target =
         Target::new(&data, "S2", &"a".parse::<Vowel>()?, TargetKind::Ratio, &TargetOptions::default())?;
@@ -73,7 +74,7 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, StudyError> {
     for count in [1, 2, 4] {
         let clock = Instant::now();
         let fit = || inverse::fit(mesh, &Model::default(), &target, &settings);
-        let found = parallel::with_threads(count, fit).map_err(StudyError::Threads)??;
+        let found = parallel::with_threads(count, fit)??;
         let bits: Vec<u64> = found
             .tensions
             .iter()

@@ -5,14 +5,15 @@ use tongue_core::body::{Body, ContinuumSettings, Mesh, largest_distance};
 use tongue_core::statics::{SolveSettings, Workspace, trace};
 use tongue_core::system::{Model, System, TissueModel};
 
-use super::{HardCase, HowMany, StudyError, equilibrium_row, name_of};
+use super::{HardCase, HowMany, equilibrium_row, name_of};
+use crate::Error;
 
 /// Number of equal steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
 
 /// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N, all of them or every 16th. Each is solved
 /// directly and along the branch from rest.
-pub(super) fn subsets(extent: HowMany) -> Result<Vec<HardCase>, StudyError> {
+pub(super) fn subsets(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     subsets_of(2, &tongue()?, &Model::default(), f64::INFINITY, extent)
 }
 
@@ -23,7 +24,7 @@ const CONTINUUM_M: f64 = 8e-3;
 const FOLLOWED_N: f64 = 100.0;
 
 /// Case 11: subsets of the muscles of a continuum.
-pub(super) fn subsets_of_continuum(extent: HowMany) -> Result<Vec<HardCase>, StudyError> {
+pub(super) fn subsets_of_continuum(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let body = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?;
     let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
     subsets_of(11, &body.mesh, &model, FOLLOWED_N, extent)
@@ -35,7 +36,7 @@ fn subsets_of(
     model: &Model,
     followed_n: f64,
     extent: HowMany,
-) -> Result<Vec<HardCase>, StudyError> {
+) -> Result<Vec<HardCase>, Error> {
     let names = mesh.muscle_names();
     let all: Vec<&str> = names.iter().map(String::as_str).collect();
     let stride = if extent == HowMany::Full { 1 } else { 16 };
@@ -58,7 +59,7 @@ fn subsets_of(
 }
 
 /// The body with some of its muscles at the same tension.
-fn all_at(mesh: &Mesh<2>, model: &Model, muscles: &[&str], load: f64) -> Result<Pulled, StudyError> {
+fn all_at(mesh: &Mesh<2>, model: &Model, muscles: &[&str], load: f64) -> Result<Pulled, Error> {
     Pulled::new(mesh, model, &muscles.iter().map(|m| (*m, load)).collect::<Vec<_>>())
 }
 
@@ -85,7 +86,7 @@ fn beside_branch(
 }
 
 /// Case 4: SGp and HGp passive and active, alone and with others, with straight parts outside the tissue.
-pub(super) fn folding_chains() -> Result<Vec<HardCase>, StudyError> {
+pub(super) fn folding_chains() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let names = mesh.muscle_names();
     let all: Vec<&str> = names.iter().map(String::as_str).collect();

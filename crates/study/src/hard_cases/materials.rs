@@ -9,11 +9,12 @@ use tongue_core::material::Constants;
 use tongue_core::statics::Workspace;
 use tongue_core::system::{Model, System, SystemError, TissueModel, coefficients};
 
-use super::{HardCase, StudyError, equilibrium_row};
+use super::{HardCase, equilibrium_row};
+use crate::Error;
 
 /// Solves at the published tensions with Poisson's ratio up to 0.4999999, kappa_s from zero to a million
 /// times the identified one, and stiffnesses of neighbours that differ by a factor of up to a million.
-pub(super) fn extremes() -> Result<Vec<HardCase>, StudyError> {
+pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let mut rows = Vec::new();
     let mut solved = |variant: String, system: &System<2>, tensions: &[f64]| {

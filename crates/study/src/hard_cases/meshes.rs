@@ -8,11 +8,12 @@ use tongue_core::body::{Cells, Mesh};
 use tongue_core::statics::Workspace;
 use tongue_core::system::{Model, System, SystemError};
 
-use super::{HardCase, HowMany, StudyError, bodies, equilibrium_row};
+use super::{HardCase, HowMany, bodies, equilibrium_row};
+use crate::Error;
 
 /// Slivers are solved, invalid meshes are refused with a reason, and 50 000 nodes are solved (in a sample:
 /// 5000).
-pub(super) fn broken_and_large(extent: HowMany) -> Result<Vec<HardCase>, StudyError> {
+pub(super) fn broken_and_large(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let good = bodies::lattice(8, 6, 5e-3);
     let mut rows = Vec::new();
     for flatness in [1e-1, 1e-3, 1e-6] {

@@ -5,7 +5,8 @@
 //! hang, or an inverted cell that is not reported. [`HardCase::kept`] says whether the promise was kept; a solve
 //! that did not converge can still keep it.
 
-pub mod bodies;
+#[path = "../../../../tests/fixtures/bodies.rs"]
+mod bodies;
 mod branches;
 mod invariance;
 mod loads;
@@ -14,12 +15,14 @@ mod meshes;
 mod motion;
 mod search;
 mod table;
+#[cfg(test)]
+mod tests;
 
 use std::time::Instant;
 
 use serde::Serialize;
 
-use super::StudyError;
+use crate::{Error, tell};
 use tongue_core::statics::{
     Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
 };
@@ -106,14 +109,23 @@ impl HardCase {
     }
 }
 
-/// Numbers of the cases.
-pub const CASES: [u8; 11] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+/// Number of the last case; the first is 1.
+pub const LAST: i64 = 11;
 
-/// Runs one case; no rows for a number that is not in [`CASES`].
-///
-/// # Errors
-/// [`StudyError`] if a case cannot begin.
-pub fn run(case: u8, extent: HowMany) -> Result<Vec<HardCase>, StudyError> {
+/// Runs some cases, or all if none is given.
+pub fn run_all(cases: &[u8], extent: HowMany) -> Result<Vec<HardCase>, Error> {
+    let mut rows = Vec::new();
+    for case in (1..=LAST as u8).filter(|c| cases.is_empty() || cases.contains(c)) {
+        let found = run(case, extent)?;
+        let kept = found.iter().filter(|r| r.kept).count();
+        tell(&format!("case {case:2}: promise kept in {kept} of {} rows", found.len()));
+        rows.extend(found);
+    }
+    Ok(rows)
+}
+
+/// Runs one case; no rows for a number that is no case.
+fn run(case: u8, extent: HowMany) -> Result<Vec<HardCase>, Error> {
     match case {
         1 => motion::printed_table(),
         2 => loads::subsets(extent),

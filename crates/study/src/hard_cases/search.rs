@@ -8,7 +8,8 @@ use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, FitSettings, FitStatus};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
-use super::{HardCase, StudyError, name_of};
+use super::{HardCase, name_of};
+use crate::Error;
 use crate::pulled::tongue;
 
 /// Whether the target can be met, if it is known: a fit must not claim to have met a target that cannot be
@@ -16,13 +17,13 @@ use crate::pulled::tongue;
 type Reachable = Option<bool>;
 
 /// Case 6: targets that cannot be met.
-pub(super) fn targets() -> Result<Vec<HardCase>, StudyError> {
+pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let data = Dataset::reference()?;
     let target = |subject: &str, vowel: &str, kind, muscles: Option<&[&str]>| {
         let muscles = muscles.map(|names| names.iter().map(|m| (*m).to_owned()).collect());
         let options = TargetOptions { muscles, ..TargetOptions::default() };
-        Ok::<_, StudyError>(Target::new(&data, subject, &vowel.parse::<Vowel>()?, kind, &options)?)
+        Ok::<_, Error>(Target::new(&data, subject, &vowel.parse::<Vowel>()?, kind, &options)?)
     };
     let changed = |mut t: Target, values: &[(&str, f64)]| {
         for (name, value) in values {
@@ -57,7 +58,7 @@ pub(super) fn targets() -> Result<Vec<HardCase>, StudyError> {
 }
 
 /// Case 7: difficult searches.
-pub(super) fn simplices() -> Result<Vec<HardCase>, StudyError> {
+pub(super) fn simplices() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let data = Dataset::reference()?;
     let vowel: Vowel = "a".parse()?;
@@ -124,7 +125,7 @@ fn row(
     target: &Target,
     settings: &FitSettings,
     reachable: Reachable,
-) -> Result<HardCase, StudyError> {
+) -> Result<HardCase, Error> {
     let clock = Instant::now();
     let found = inverse::fit(mesh, &Model::default(), target, settings)?;
     let wall_s = clock.elapsed().as_secs_f64();

@@ -34,12 +34,10 @@ const IN_CSV_ALONE: [&str; 6] =
 const LONG: [u8; 2] = [2, 11];
 
 /// A summary of all cases, and all rows; of the `LONG` cases only the exceptional rows.
-pub fn markdown(rows: &[HardCase], command: &str) -> Result<String, serde_json::Error> {
+pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Error> {
     let mut out = String::from("# Hard cases\n\n");
-    let _ = writeln!(
-        out,
-        "Made by `{command}`. A promise is kept when the run ended in a stable equilibrium or in a status"
-    );
+    let _ =
+        writeln!(out, "{made} A promise is kept when the run ended in a stable equilibrium or in a status");
     let _ =
         writeln!(out, "that says what happened, and contains neither NaN nor an unreported inverted cell.");
     out.push_str(

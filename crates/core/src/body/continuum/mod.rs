@@ -256,6 +256,7 @@ pub struct Laid<const D: usize> {
 /// every muscle, and a patch around every bone that is a point of the surface. Bones that hold whole edges
 /// (in space: faces) of the surface are unchanged. `lines` are the courses of muscles, m, if they are known
 /// better than by the chains of the mesh.
+#[inline(never)]
 pub fn lay<const D: usize>(
     base: &Mesh<D>,
     lines: Option<&[Vec<SVector<f64, D>>]>,

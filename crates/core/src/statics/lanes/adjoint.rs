@@ -5,7 +5,6 @@ use nalgebra::SVector;
 
 use crate::parallel;
 use crate::sparse::wide::Wide;
-use crate::statics::plain::{adjoint_of_group, factorise_group};
 use crate::system::System;
 
 use super::alone::adjoint_alone;
@@ -52,6 +51,7 @@ impl<const D: usize> Group<'_, D> {
     ///
     /// # Panics
     /// If there are fewer gradients than equilibria, or one has not as many entries as there are nodes.
+    #[inline(never)]
     pub fn adjoint(&mut self, gradients: &[Vec<SVector<f64, D>>]) -> Vec<Option<Adjoint<D>>> {
         let stable = self.factorise();
         let wide = self.work.as_ref().filter(|_| stable.contains(&true)).map(|(elements, work)| {
@@ -61,7 +61,7 @@ impl<const D: usize> Group<'_, D> {
                     (0..2).for_each(|axis| g[axis].0[lane] = gradient[node][axis]);
                 }
             }
-            let pulls = adjoint_of_group(work, elements, &mut wide);
+            let pulls = work.adjoint(elements, &mut wide);
             (elements, wide, pulls)
         });
         let of_lane = |lane: usize| {
@@ -119,7 +119,7 @@ impl<const D: usize> Group<'_, D> {
             for (lane, shape) in self.answers.iter().enumerate().filter(|(_, shape)| shape.alone) {
                 work.set_positions(elements, lane, &shape.positions);
             }
-            stable = factorise_group(work, elements);
+            stable = work.factorise_exactly(elements);
             for (lane, shape) in self.answers.iter().enumerate() {
                 // Lanes do not have the barrier, and they do not have the stiffness of other bodies.
                 stable[lane] &= shape.solution.guarded == 0 && work.is_set(lane);

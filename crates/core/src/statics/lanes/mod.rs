@@ -75,7 +75,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use crate::parallel;
-use crate::statics::plain::{Work, at_rest, solve_group};
+use crate::statics::plain::{Work, at_rest};
 use crate::statics::{Solution, SolveSettings};
 use crate::system::System;
 use crate::system::elements::Elements;
@@ -164,6 +164,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
 
     /// A group that solves up to [`LANES`] loads at once, repeatedly: one for each thread, for example for
     /// chains that run side by side.
+    #[inline(never)]
     pub fn group(&self) -> Group<'s, D> {
         let work = self.elements.map(|elements| (elements, Work::new(elements)));
         let (answers, tensions) = (Vec::new(), Vec::new());
@@ -233,6 +234,7 @@ pub struct Group<'a, const D: usize> {
 impl<const D: usize> Group<'_, D> {
     /// Solves the loads, at most [`LANES`]; further ones are ignored. If all have starts, Newton's method
     /// begins with the factor of the last solve.
+    #[inline(never)]
     pub fn solve(&mut self, loads: &[Load<'_, D>], settings: &SolveSettings) -> &[Equilibrium<D>] {
         let loads = &loads[..loads.len().min(LANES)];
         self.factorised = None;
@@ -301,6 +303,6 @@ impl<const D: usize> Group<'_, D> {
             work.copy_lane(first, lane);
             is_own[lane] = is_own[first];
         }
-        solve_group(work, elements, settings);
+        work.solve(elements, settings);
     }
 }

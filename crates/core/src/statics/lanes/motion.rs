@@ -4,7 +4,7 @@
 use nalgebra::SVector;
 
 use crate::sparse::wide::Pair;
-use crate::statics::plain::{Neighbour, bone_of_group, neighbour_of_group, tension_of_group};
+use crate::statics::plain::Neighbour;
 use crate::system::System;
 
 use super::{Equilibrium, Group, LANES, Lanes};
@@ -31,6 +31,7 @@ pub struct Reshaped<const D: usize> {
 impl<const D: usize> Lanes<'_, D> {
     /// The direction in which all nodes at rest move by `motion` for a unit; `changed` is the body after so small a `part` of the unit that
     /// its forces differ linearly. `None` for bodies that lanes cannot take.
+    #[inline(never)]
     pub fn reshaped(
         &self,
         changed: &System<D>,
@@ -49,16 +50,17 @@ impl<const D: usize> Group<'_, D> {
     /// The motion of all nodes in each of the last equilibria for a unit of a change, m. `None` where the
     /// equilibrium is not a stable one, where the barrier acts, and for bodies that lanes cannot take; a
     /// [`Response`](crate::statics::Response) has it there.
+    #[inline(never)]
     pub fn motions(&mut self, change: Change<'_, D>) -> Vec<Option<Vec<SVector<f64, D>>>> {
         let stable = self.factorise();
         let Some((elements, work)) = self.work.as_mut().filter(|_| stable.contains(&true)) else {
             return vec![None; self.answers.len()];
         };
         let wide: Vec<Pair<LANES>> = match change {
-            Change::Tension(muscle) => tension_of_group(work, elements, muscle),
-            Change::Bone(nodes, axis) => bone_of_group(work, elements, nodes, axis),
+            Change::Tension(muscle) => work.motion_by_tension(elements, muscle),
+            Change::Bone(nodes, axis) => work.motion_by_bone(elements, nodes, axis),
             Change::Rest(rest) if rest.neighbour.is_of(elements) => {
-                neighbour_of_group(work, elements, &rest.neighbour)
+                work.motion_by_rest(elements, &rest.neighbour)
             }
             Change::Rest(_) => return vec![None; self.answers.len()],
         };

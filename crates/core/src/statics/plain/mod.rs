@@ -2,7 +2,6 @@
 //! elements, with a line search and a status in each lane. Loads that it cannot solve are left to the solver
 //! for any body.
 
-mod compiled;
 mod linear;
 mod newton;
 mod rates;
@@ -18,9 +17,6 @@ use crate::statics::{Solution, SolveSettings, SolveStatus};
 use crate::system::System;
 use crate::system::elements::{Elements, Numbers};
 
-pub(super) use compiled::{
-    adjoint_of_group, bone_of_group, factorise_group, neighbour_of_group, solve_group, tension_of_group,
-};
 pub(super) use linear::at_rest;
 pub(super) use rates::Neighbour;
 pub(super) use single::{Single, solve_single};
@@ -223,6 +219,7 @@ impl<const L: usize> Work<L> {
     }
 
     /// Solves all lanes that were set.
+    #[inline(never)]
     pub fn solve(&mut self, elements: &Elements, settings: &SolveSettings) {
         for part in 1..=MOST_PARTS {
             let mut all_there = true;

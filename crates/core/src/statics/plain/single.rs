@@ -6,7 +6,6 @@ use crate::statics::{Solution, SolveSettings, Workspace};
 use crate::system::System;
 use crate::system::elements::Elements;
 
-use super::compiled::solve_one;
 use super::{Work, at_rest};
 
 /// Memory of one solve, beside its workspace.
@@ -57,7 +56,7 @@ pub(in crate::statics) fn solve_single<const D: usize>(
     {
         work.begin_linearly(0, at_rest, tensions);
     }
-    solve_one(work, elements, settings);
+    work.solve(elements, settings);
     let solution = work.solution(0).ok_or_else(|| work.spent(0))?;
     let before = (!system.keeps_cells_upright()).then(|| w.positions.clone());
     work.positions(elements, 0, &mut w.positions);

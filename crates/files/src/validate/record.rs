@@ -4,9 +4,10 @@
 use serde::Deserialize;
 use serde::Serialize;
 
-use super::posterior::PosteriorStudy;
-use tongue_files::report::ByMuscle;
 use tongue_input::measured::Vowel;
+
+use super::posterior::PosteriorStudy;
+use crate::report::ByMuscle;
 
 /// An opponent: one way to predict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -54,42 +55,6 @@ pub struct Prediction {
     pub predicted: ByMuscle<f64>,
 }
 
-/// Error of an opponent.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(Deserialize))]
-pub struct Score {
-    /// The opponent.
-    pub name: String,
-    /// Root mean square error over fits.
-    pub rms: f64,
-}
-
-/// Errors with another vowel as baseline and the default model.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(Deserialize))]
-pub struct OtherBaseline {
-    /// The baseline.
-    pub baseline: Vowel,
-    /// The subjects.
-    pub subjects: Vec<String>,
-    /// Number of fits.
-    pub fits: usize,
-    /// One for each opponent.
-    pub scores: Vec<Score>,
-}
-
-/// Errors of an opponent for muscles left out of the fit.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(Deserialize))]
-pub struct WithoutMuscle {
-    /// The opponent.
-    pub name: String,
-    /// Root mean square error over all muscles of all fits.
-    pub rms: f64,
-    /// Number of predictions.
-    pub predictions: usize,
-}
-
 /// Errors with permuted names of muscles.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(Deserialize))]
@@ -126,16 +91,9 @@ pub struct ValidationStudy {
     pub predictions: Vec<Prediction>,
     /// Permuted names.
     pub permuted_labels: Permuted,
-    /// Other baselines: all subjects together, then each.
-    pub other_baselines: Vec<OtherBaseline>,
-    /// Muscles left out.
-    pub leave_one_muscle_out: Vec<WithoutMuscle>,
     /// Validation of the posterior, with every muscle predicted as a distribution from all others; null if it
     /// was not asked for or the body has no posterior.
     pub posterior: Option<PosteriorStudy>,
-    /// A tone for each muscle, N per metre of thickness, fitted to all subjects: the file for `--tone`.
-    #[cfg_attr(test, serde(deserialize_with = "in_order"))]
-    pub tone_by_muscle_n_per_m: ByMuscle<f64>,
 }
 
 /// Values by name in the order of a file.

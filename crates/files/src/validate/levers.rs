@@ -37,8 +37,8 @@ impl Bench {
     pub fn setup(&self, levers: &Levers) -> Result<Setup, FitError> {
         let hyoid = LooseBone { name: HYOID.to_owned(), axes: vec![0, 1] };
         let bones = if levers.hyoid { vec![hyoid] } else { Vec::new() };
-        let Levers { tone, tension_sd, bone_sd_m, .. } = levers.clone();
-        self.setup.under(Premises { tone, bones, tension_sd, bone_sd_m })
+        let Levers { tone, tension_sd, bone_sd_m, .. } = *levers;
+        self.setup.under(Premises { tone: Tone::Uniform(tone), bones, tension_sd, bone_sd_m })
     }
 
     /// Predicted stretches of a complete fit, of all muscles of the target; ones if there is no equilibrium.
@@ -51,10 +51,10 @@ impl Bench {
 }
 
 /// Levers: the premises of a fit that can be tuned.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Levers {
-    /// Tension in the baseline.
-    pub tone: Tone,
+    /// Tension in the baseline, N per metre of thickness.
+    pub tone: f64,
     /// Whether the hyoid may move.
     pub hyoid: bool,
     /// Standard deviation of a tension, N per metre of thickness.
@@ -67,12 +67,12 @@ impl Levers {
     /// One tone for every muscle, with priors of the usual strength.
     pub fn uniform(tone: f64, hyoid: bool) -> Self {
         let Premises { tension_sd, bone_sd_m, .. } = Premises::default();
-        Self { tone: Tone::Uniform(tone), hyoid, tension_sd, bone_sd_m }
+        Self { tone, hyoid, tension_sd, bone_sd_m }
     }
 
-    /// All candidate tones, with priors of the usual strength.
-    pub fn tones(hyoid: bool) -> Vec<Self> {
-        TONES.into_iter().map(|tone| Self::uniform(tone, hyoid)).collect()
+    /// All candidate tones with a movable hyoid, with priors of the usual strength.
+    pub fn tones() -> Vec<Self> {
+        TONES.into_iter().map(|tone| Self::uniform(tone, true)).collect()
     }
 
     /// All candidate tones and strengths of priors with a movable hyoid.
@@ -90,18 +90,8 @@ impl Levers {
 
     /// In words.
     pub fn told(&self) -> String {
-        let tone = match &self.tone {
-            Tone::Uniform(tone) => format!("tone {tone}"),
-            Tone::ByMuscle(all) => {
-                all.iter().map(|(m, t)| format!("{m} {t:.1}")).collect::<Vec<_>>().join(", ")
-            }
-        };
-        match self.hyoid {
-            true => {
-                format!("{tone} N/m; priors {:.0} N/m and {:.1} mm", self.tension_sd, 1e3 * self.bone_sd_m)
-            }
-            false => format!("{tone} N/m"),
-        }
+        let sds = format!("{:.0} N/m and {:.1} mm", self.tension_sd, 1e3 * self.bone_sd_m);
+        format!("tone {} N/m; priors {sds}", self.tone)
     }
 }
 

@@ -2,14 +2,10 @@
 
 use serde_json::Value;
 
-use tongue_files::report::column::Column;
+use crate::report::column::Column;
 
-use super::{
-    OtherBaseline, Prediction, Scored, ScoredBaseline, ScoredOpponent, ValidationStudy, WithoutMuscle,
-};
+use super::{Prediction, Scored, ScoredBaseline, ScoredOpponent, ValidationStudy};
 
-/// A tone of a muscle, N per metre of thickness.
-pub type MuscleTone = (String, f64);
 /// The scores of an opponent with another baseline.
 pub type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
 
@@ -79,36 +75,6 @@ fn brief(stretch: f64) -> Value {
     if stretch.fract() == 0.0 { Value::from(stretch as i64) } else { stretch.into() }
 }
 
-/// Errors with other baselines; the smallest of a row is bold.
-pub fn other_baselines(all: &[OtherBaseline]) -> Vec<Column<'_, OtherBaseline>> {
-    type Of<'a> = Column<'a, OtherBaseline>;
-    let mut columns = vec![
-        Of::of_page("baseline", |b| format!("/{}/", b.baseline).into()),
-        Of::of_page("subjects", |b| b.subjects.join(", ").into()),
-        Of::of_page("fits", |b| b.fits.into()),
-    ];
-    let opponents = all.first().into_iter().flat_map(|first| first.scores.iter().enumerate());
-    columns.extend(opponents.map(|(i, opponent)| {
-        let shown = move |b: &OtherBaseline| {
-            let least = b.scores.iter().map(|s| s.rms).fold(f64::INFINITY, f64::min);
-            let mark = if b.scores[i].rms <= least { "**" } else { "" };
-            format!("{mark}{:.3}{mark}", b.scores[i].rms)
-        };
-        let rms = move |b: &OtherBaseline| b.scores[i].rms.into();
-        Of::of_page(opponent.name.replace('_', " "), rms).shown(shown)
-    }));
-    columns
-}
-
-/// Errors for muscles that a fit does not see.
-pub fn without_muscle<'a>() -> Vec<Column<'a, WithoutMuscle>> {
-    type Of<'a> = Column<'a, WithoutMuscle>;
-    vec![
-        Of::of_page("opponent", |o| format!("`{}`", o.name).into()),
-        Of::of_page("RMS", |o| o.rms.into()).decimals(3),
-    ]
-}
-
 /// Scores of predicted distributions.
 pub fn scores<'a>() -> Vec<Column<'a, Scored>> {
     type Of<'a> = Column<'a, Scored>;
@@ -135,19 +101,4 @@ pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
         |r: &BaselineScore<'s>| if r.1.is_of_joint_tilt() { r.0.warning.clone() } else { String::new() };
     columns.push(Of::of_page("", move |r| warning(r).into()).shown(warning));
     columns
-}
-
-/// A row for each muscle, as the option `--tone` reads it.
-pub fn tones<'a>() -> Vec<Column<'a, MuscleTone>> {
-    type Of<'a> = Column<'a, MuscleTone>;
-    vec![
-        Of::new("muscle", "", "muscle", |t| t.0.as_str().into()),
-        Of::new("tone_n_per_m", "N/m", "tension in the baseline", |t| ((t.1 * 10.0).round() / 10.0).into()),
-    ]
-}
-
-/// One row with the tones of all muscles.
-pub fn tone_by_muscle(study: &ValidationStudy) -> Vec<Column<'_, ()>> {
-    let tones = study.tone_by_muscle_n_per_m.0.iter();
-    tones.map(|(name, tone)| Column::of_page(name.clone(), move |()| (*tone).into()).decimals(1)).collect()
 }

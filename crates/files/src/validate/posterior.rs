@@ -22,12 +22,9 @@ use super::scored::{
     FIRST_POSTERIOR, OPPONENTS, Predicted, Scored, Told, all_scored, scored, told, verdict, warning,
 };
 use super::statistics::{best_shrunk, expected};
-use crate::StudyError;
 
-use super::Progress;
+use super::{Progress, ValidationError};
 
-/// Candidate standard deviations of the discrepancy of a stretch, for the marginal likelihood.
-const DISCREPANCIES: [f64; 8] = [0.01, 0.015, 0.02, 0.025, 0.03, 0.04, 0.05, 0.06];
 /// Most permutations of names: each takes as long as the table itself.
 const MOST_PERMUTATIONS: u64 = 10;
 
@@ -43,16 +40,6 @@ pub struct ScoredBaseline {
     pub warning: String,
     /// No change, the normal distribution, the posterior by rows and with a speaker's rows together.
     pub scores: Vec<Scored>,
-}
-
-/// How probable the data are with a discrepancy.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[cfg_attr(test, derive(serde::Deserialize))]
-pub struct Evidence {
-    /// Standard deviation of the discrepancy of a stretch.
-    pub sd: f64,
-    /// Sum of the logarithms of the marginal densities of all cases.
-    pub log_evidence: f64,
 }
 
 /// Validation of the posterior.
@@ -78,8 +65,6 @@ pub struct PosteriorStudy {
     pub permuted_rms: Vec<f64>,
     /// Mean log scores with permuted names of muscles.
     pub permuted_log_score: Vec<f64>,
-    /// Marginal likelihood by discrepancy.
-    pub discrepancy: Vec<Evidence>,
 }
 
 /// What a posterior is told about a case.
@@ -199,7 +184,7 @@ pub fn study(
     baseline: &Vowel,
     [permutations, seed]: [u64; 2],
     progress: &Progress<'_>,
-) -> Result<PosteriorStudy, StudyError> {
+) -> Result<PosteriorStudy, ValidationError> {
     let priors = Priors::default();
     let mut without_tilt = priors.clone();
     without_tilt.hyoid_tilt.off = true;
@@ -263,32 +248,7 @@ pub fn study(
         predictions,
         permuted_rms,
         permuted_log_score,
-        discrepancy: discrepancies(&judge, &all)?,
     })
-}
-
-/// The marginal likelihood of all cases for each discrepancy, by Laplace's approximation, with the covariance of geometry of each.
-fn discrepancies(judge: &Judge, all: &[Case]) -> Result<Vec<Evidence>, StudyError> {
-    let ground = |sd: f64| -> Result<Ground, PosteriorError> {
-        let mut priors = judge.straight.priors.clone();
-        priors.discrepancy.sd = sd;
-        Ground::new(&judge.ground.body, &judge.ground.model, &priors)
-    };
-    let grounds = DISCREPANCIES.into_iter().map(ground).collect::<Result<Vec<_>, _>>()?;
-    let logs = parallel::map(all, |case| -> Result<Vec<f64>, PosteriorError> {
-        let seen = Measurements::of(&case.matched);
-        let near = Mode::find(&mut Density::new(&judge.straight, seen.clone())?)?;
-        let evidence = |ground: &Ground| {
-            let mut density = Density::new(ground, seen.clone())?;
-            let mode = Mode::find_near(&mut density, &near)?;
-            mode.evidence(&density).ok_or(PosteriorError::Covariance)
-        };
-        grounds.iter().map(evidence).collect()
-    });
-    let logs = logs.into_iter().collect::<Result<Vec<_>, _>>()?;
-    let sum = |i: usize| logs.iter().map(|case| case[i]).sum();
-    let each = DISCREPANCIES.into_iter().enumerate();
-    Ok(each.map(|(i, sd)| Evidence { sd, log_evidence: sum(i) }).collect())
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@
 //! over its passive muscles; the error of an opponent is the root mean square over fits. The results are the
 //! same to the last bit for any number of threads.
 
-mod by_muscle;
 mod cases;
 mod columns;
 mod levers;
@@ -23,22 +22,35 @@ use tongue_core::body::Body;
 use tongue_core::material::Constants;
 use tongue_core::parallel;
 use tongue_core::system::Model;
-use tongue_files::report::ByMuscle;
-use tongue_infer::inverse::Tone;
+use tongue_infer::inverse::FitError;
 use tongue_infer::posterior::PosteriorError;
 use tongue_input::measured::{Dataset, Vowel};
 
-use crate::StudyError;
+use crate::report::ByMuscle;
 use cases::{Case, subjects};
 use levers::{Bench, Levers, best_column, errors};
 use statistics::{best_shrunk, bootstraps, constant, correlation, gaussian, middle, root_mean, vowel_means};
 
 pub use page::{files, page};
-pub use posterior::{Evidence, PosteriorStudy, ScoredBaseline};
-pub use record::{
-    OtherBaseline, Permuted, Prediction, Score, ScoredOpponent, ValidationStudy, WithoutMuscle,
-};
+pub use posterior::{PosteriorStudy, ScoredBaseline};
+pub use record::{Permuted, Prediction, ScoredOpponent, ValidationStudy};
 pub use scored::{Scored, Told};
+
+/// Why a validation cannot begin.
+#[derive(Debug, thiserror::Error)]
+pub enum ValidationError {
+    #[error(transparent)]
+    Fit(#[from] FitError),
+    #[error(transparent)]
+    Posterior(#[from] PosteriorError),
+    #[error(
+        "{subjects} subject{} of {origin} {} a row for /{baseline}/ and another vowel with passive muscles; two or more are needed to \
+         predict one from the others (--baseline names another vowel)",
+        if *subjects == 1 { "" } else { "s" },
+        if *subjects == 1 { "has" } else { "have" }
+    )]
+    Subjects { subjects: usize, origin: String, baseline: Vowel },
+}
 
 /// Poisson's ratio above which predictions no longer depend on it.
 const NEARLY_INCOMPRESSIBLE: f64 = 0.499;
@@ -56,8 +68,6 @@ pub struct ValidationPlan {
     pub seed: u64,
     /// Whether to validate the posterior, which takes longer than all other opponents together.
     pub posterior: bool,
-    /// Whether to repeat it with other baselines and to fit a tone for each muscle to all subjects.
-    pub repeats: bool,
 }
 
 /// Progress of a study.
@@ -87,26 +97,24 @@ struct Entry {
 /// Runs the validation; `tell` gets the units of work done, their total, and the name of the current part.
 ///
 /// # Errors
-/// [`StudyError`] if the validation cannot begin.
+/// [`ValidationError`] if the validation cannot begin.
 pub fn run(
     data: &Dataset,
     body: &Body<2>,
     model: &Model,
     plan: &ValidationPlan,
     tell: &(dyn Fn(usize, usize, &str) + Sync),
-) -> Result<ValidationStudy, StudyError> {
+) -> Result<ValidationStudy, ValidationError> {
     let (mesh, baseline) = (&body.mesh, &plan.baseline);
     let bench = Bench::new(body, model)?;
     let all = cases::cases(data, mesh, baseline);
     let names: Vec<String> = subjects(&all).into_iter().map(str::to_owned).collect();
     if names.len() < 2 {
         let (subjects, origin) = (names.len(), data.origin().to_owned());
-        return Err(StudyError::Subjects { subjects, origin, baseline: baseline.clone() });
+        return Err(ValidationError::Subjects { subjects, origin, baseline: baseline.clone() });
     }
-    // Units of about equal work: a case on the grid, a spread tuned in a fold, a permutation, a case
-    // predicted.
-    let rows = data.rows().len();
-    let total = all.len() * 4 + (names.len() + 1) * 12 + 2 * plan.permutations as usize + rows * 8;
+    // Units of about equal work: a case on the grid, a permutation, a case predicted.
+    let total = 2 * all.len() + plan.permutations as usize + data.rows().len() * 8;
     let progress = Progress { done: AtomicUsize::new(0), total, tell };
 
     let mut entries = statistical(&all);
@@ -116,17 +124,8 @@ pub fn run(
         what: "the thesis's model: the baseline is rest, bones are fixed",
         tuned_parameters: 0,
         unknowns_a_fit: 0,
-        predicted: robustness::judged(&bench, &thesis, &all.iter().collect::<Vec<_>>()),
+        predicted: robustness::judged(&bench, &thesis, &all),
         chosen: Vec::new(),
-    });
-    let tone = tuned(&bench, &all, &names, Levers::tones(false), &progress)?;
-    entries.push(Entry {
-        name: "tone",
-        what: "one tone in the baseline; bones are fixed",
-        tuned_parameters: 1,
-        unknowns_a_fit: 0,
-        predicted: tone.predicted,
-        chosen: told(&names, &tone.levers),
     });
     let hyoid = tuned(&bench, &all, &names, Levers::grid(), &progress)?;
     entries.push(Entry {
@@ -134,67 +133,22 @@ pub fn run(
         what: "one tone, and a hyoid that may move",
         tuned_parameters: 3,
         unknowns_a_fit: 2,
-        predicted: hyoid.predicted.clone(),
+        predicted: hyoid.predicted,
         chosen: told(&names, &hyoid.levers),
     });
-    // Poisson's ratio is one more lever.
-    let constants = Constants { poisson_ratio: NEARLY_INCOMPRESSIBLE, ..model.constants };
-    let firm = Bench::new(body, &Model { constants, ..*model })?;
-    let other = tuned(&firm, &all, &names, Levers::grid(), &progress)?;
-    let fold = |case: &Case| names.iter().position(|n| *n == case.subject).unwrap_or(0);
     if model.constants.poisson_ratio < NEARLY_INCOMPRESSIBLE {
-        let is_firm: Vec<bool> = (0..names.len())
-            .map(|i| {
-                let sum = |tuned: &Tuned| -> f64 {
-                    let training = (0..all.len()).filter(|&row| fold(&all[row]) != i);
-                    training.map(|row| tuned.errors[row][tuned.best[i]]).sum()
-                };
-                sum(&other) < sum(&hyoid)
-            })
-            .collect();
-        let of = |i: usize| if is_firm[i] { &other } else { &hyoid };
-        let nu = |i: usize| if is_firm[i] { NEARLY_INCOMPRESSIBLE } else { model.constants.poisson_ratio };
-        let chosen = |i: usize| format!("{}: ν {}, {}", names[i], nu(i), of(i).levers[i].told());
-        entries.push(Entry {
-            name: "tone_hyoid_nu",
-            what: "the same, with Poisson's ratio chosen too: the body's or 0.499",
-            tuned_parameters: 4,
-            unknowns_a_fit: 2,
-            predicted: (0..all.len()).map(|row| of(fold(&all[row])).predicted[row].clone()).collect(),
-            chosen: (0..names.len()).map(chosen).collect(),
-        });
+        let constants = Constants { poisson_ratio: NEARLY_INCOMPRESSIBLE, ..model.constants };
+        let firm = Bench::new(body, &Model { constants, ..*model })?;
+        let hyoid = tuned(&firm, &all, &names, Levers::grid(), &progress)?;
         entries.push(Entry {
             name: "tone_hyoid_nu_0.499",
             what: "one tone, and a hyoid that may move, in a body of ν 0.499",
             tuned_parameters: 3,
             unknowns_a_fit: 2,
-            predicted: other.predicted.clone(),
-            chosen: told(&names, &other.levers),
+            predicted: hyoid.predicted,
+            chosen: told(&names, &hyoid.levers),
         });
     }
-    let (mut chosen, mut predicted) = (Vec::new(), vec![Vec::new(); all.len()]);
-    for (i, name) in names.iter().enumerate() {
-        let training: Vec<&Case> = all.iter().filter(|c| c.subject != *name).collect();
-        let spread = by_muscle::best_spread(&firm, &training, &other.levers[i])?;
-        let levers = by_muscle::tune(&firm, &training, &other.levers[i], spread)?;
-        chosen.push(format!("{name}: {} (spread {spread})", levers.told()));
-        let rows: Vec<usize> = (0..all.len()).filter(|&row| fold(&all[row]) == i).collect();
-        let setup = firm.setup(&levers)?;
-        let judged = parallel::map(&rows, |&row| firm.judge(&setup, &all[row]));
-        rows.into_iter().zip(judged).for_each(|(row, p)| predicted[row] = p);
-        progress.add(12, "tone by muscle");
-    }
-    entries.push(Entry {
-        name: "tone_by_muscle_hyoid",
-        what: "a tone for each muscle near that one tone, in a body of ν 0.499; how near is chosen by leaving out each of the others",
-        tuned_parameters: bench.setup.muscles.len() + 4,
-        unknowns_a_fit: 2,
-        predicted,
-        chosen,
-    });
-    let leave_one_muscle_out = robustness::left_out(&bench, &all, &progress)?;
-    let repeated = || robustness::other_baselines(&bench, data, mesh, &progress);
-    let other_baselines = plan.repeats.then(repeated).transpose()?.unwrap_or_default();
     let permuted_labels =
         robustness::permuted(&bench, data, mesh, baseline, [plan.permutations, plan.seed], &progress)?;
     let seeds = [plan.permutations, plan.seed];
@@ -202,10 +156,9 @@ pub fn run(
     let posterior = match plan.posterior.then(posterior) {
         Some(Ok(study)) => Some(study),
         // A continuum has no posterior.
-        None | Some(Err(StudyError::Posterior(PosteriorError::Body(_)))) => None,
+        None | Some(Err(ValidationError::Posterior(PosteriorError::Body(_)))) => None,
         Some(Err(error)) => return Err(error),
     };
-    let tones = plan.repeats.then(|| fitted_to_all(&bench, &all, &progress)).transpose()?.unwrap_or_default();
     progress.add(total, "done");
     Ok(ValidationStudy {
         data: data.origin().to_owned(),
@@ -217,10 +170,7 @@ pub fn run(
         predictions: predictions(&all, &entries),
         opponents: summary(&all, &entries, plan.seed),
         permuted_labels,
-        other_baselines,
-        leave_one_muscle_out,
         posterior,
-        tone_by_muscle_n_per_m: ByMuscle(tones),
     })
 }
 
@@ -269,11 +219,6 @@ fn statistical(all: &[Case]) -> Vec<Entry> {
 
 /// For each subject, the levers that are best for the others.
 struct Tuned {
-    /// Mean square errors: a row for each case, a column for each of the levers.
-    errors: Vec<Vec<f64>>,
-    /// The best column, for each subject.
-    best: Vec<usize>,
-    /// The best levers, for each subject.
     levers: Vec<Levers>,
     /// Predictions of complete fits with them, for each case.
     predicted: Vec<Vec<f64>>,
@@ -285,31 +230,14 @@ fn tuned(
     names: &[String],
     tried: Vec<Levers>,
     progress: &Progress<'_>,
-) -> Result<Tuned, StudyError> {
+) -> Result<Tuned, ValidationError> {
     let setups = tried.iter().map(|l| bench.setup(l)).collect::<Result<Vec<_>, _>>()?;
     let errors = errors(bench, all, &setups, || progress.add(1, "tone and priors"));
     let best: Vec<usize> =
         names.iter().map(|name| best_column(&errors, |row| all[row].subject != *name)).collect();
     let fold = |case: &Case| best[names.iter().position(|n| *n == case.subject).unwrap_or(0)];
     let predicted = parallel::map(all, |case| bench.judge(&setups[fold(case)], case));
-    Ok(Tuned { levers: best.iter().map(|&b| tried[b].clone()).collect(), errors, best, predicted })
-}
-
-/// A tone for each muscle, fitted to all cases near the default, with the default priors.
-fn fitted_to_all(
-    bench: &Bench,
-    all: &[Case],
-    progress: &Progress<'_>,
-) -> Result<Vec<(String, f64)>, StudyError> {
-    let training: Vec<&Case> = all.iter().collect();
-    let levers = Levers::uniform(tongue_infer::inverse::TONE, true);
-    let spread = by_muscle::best_spread(bench, &training, &levers)?;
-    let found = by_muscle::tune(bench, &training, &levers, spread)?;
-    progress.add(12, "tone by muscle");
-    Ok(match found.tone {
-        Tone::ByMuscle(all) => all,
-        Tone::Uniform(tone) => bench.setup.muscles.iter().map(|m| (m.clone(), tone)).collect(),
-    })
+    Ok(Tuned { levers: best.iter().map(|&b| tried[b]).collect(), predicted })
 }
 
 fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<ScoredOpponent> {

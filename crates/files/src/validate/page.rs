@@ -2,42 +2,33 @@
 
 use std::fmt::Write as _;
 
+use crate::report::column::{markdown, table};
+use crate::report::{Export, Rows, Scatter, Svg, scatter};
 use tongue_core::statistics::distinct;
-use tongue_files::report::column::{markdown, table};
-use tongue_files::report::{Export, Rows, Scatter, scatter};
 
-use crate::StudyError;
-
-use super::{OtherBaseline, PosteriorStudy, ScoredOpponent, ValidationStudy, WithoutMuscle, columns};
+use super::{PosteriorStudy, ScoredOpponent, ValidationStudy, columns};
 
 /// Names and contents of files.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
 /// The opponents in the figure.
-const DRAWN: [&str; 6] =
-    ["constant", "gaussian", "thesis", "tone_hyoid", "tone_hyoid_nu_0.499", "tone_by_muscle_hyoid"];
+const DRAWN: [&str; 5] = ["constant", "gaussian", "thesis", "tone_hyoid", "tone_hyoid_nu_0.499"];
 
 /// Every file but the page and the JSON.
-///
-/// # Errors
-/// None at present: for pictures that can fail.
-pub fn files(study: &ValidationStudy) -> Result<Files<'_>, StudyError> {
+pub fn files(study: &ValidationStudy) -> Files<'_> {
     let mut files: Files<'_> = vec![
         ("opponents.csv", Box::new(table(&columns::opponents(study), &study.opponents))),
         ("predictions.csv", Box::new(table(&columns::predictions(study), &study.predictions))),
-        ("tone.csv", Box::new(table(&columns::tones(), &study.tone_by_muscle_n_per_m.0))),
         ("predicted.svg", Box::new(picture(study))),
     ];
     if let Some(posterior) = &study.posterior {
         files.push(("posterior_predictions.csv", Box::new(Rows(&posterior.predictions))));
     }
-    Ok(files)
+    files
 }
 
-fn picture(study: &ValidationStudy) -> tongue_files::report::Svg {
-    let mut muscles: Vec<String> = distinct(study.predictions.iter().map(|p| p.muscle.clone()));
-    let order = |m: &String| study.tone_by_muscle_n_per_m.0.iter().position(|(name, _)| name == m);
-    muscles.sort_by_key(order);
+fn picture(study: &ValidationStudy) -> Svg {
+    let muscles: Vec<String> = distinct(study.predictions.iter().map(|p| p.muscle.clone()));
     let panel = |o: &ScoredOpponent| Scatter {
         title: o.name.replace('_', " "),
         line: format!("RMS {:.3}, r {}", o.rms, o.correlation.map_or("–".into(), |r| format!("{r:.2}"))),
@@ -71,13 +62,8 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
     opponents(&mut p, study);
     p += "![Predicted against measured](predicted.svg)\n\n";
     doubts(&mut p, study);
-    baselines(&mut p, &study.other_baselines);
-    muscles(&mut p, &study.leave_one_muscle_out);
     if let Some(posterior) = &study.posterior {
         distributions(&mut p, posterior);
-    }
-    tones(&mut p, study);
-    if let Some(posterior) = &study.posterior {
         let _ = writeln!(p, "\n**{}**", posterior.verdict);
     }
     p
@@ -112,29 +98,6 @@ fn doubts(p: &mut String, study: &ValidationStudy) {
            one study.\n\n";
 }
 
-fn baselines(p: &mut String, all: &[OtherBaseline]) {
-    if all.is_empty() {
-        return;
-    }
-    *p += "## Other baselines\n\nEvery vowel as the baseline of all subjects that have it, then of each; nothing is tuned anew: a tone of 8 N/m, the \
-           hyoid with its prior.\n\n";
-    *p += &markdown(&columns::other_baselines(all), all);
-    *p += "\nThe constant is the other subjects' mean passive stretch from the same baseline.\n\n";
-}
-
-fn muscles(p: &mut String, all: &[WithoutMuscle]) {
-    let Some(first) = all.first() else { return };
-    let _ = writeln!(
-        p,
-        "## One muscle left out\n\nOf every fit each muscle in turn is not seen, not even whether it became shorter; it keeps the tone of the \
-         baseline. The stretches of all others are fitted. RMS over {} muscles:\n",
-        first.predictions
-    );
-    *p += &markdown(&columns::without_muscle(), all);
-    *p += "\nIn `tone_hyoid` shorter muscles pull, in `all_may_pull` every one; how much their priors count (a discrepancy of 0.01 to 0.08 of a \
-           stretch) is chosen outside each subject.\n\n";
-}
-
 fn distributions(p: &mut String, study: &PosteriorStudy) {
     let _ = writeln!(
         p,
@@ -164,34 +127,15 @@ fn distributions(p: &mut String, study: &PosteriorStudy) {
             study.permuted_rms.len()
         );
     }
-    let best = study.discrepancy.iter().max_by(|a, b| a.log_evidence.total_cmp(&b.log_evidence));
-    if let Some(best) = best {
-        let all: Vec<String> = study
-            .discrepancy
-            .iter()
-            .map(|e| format!("{} {:.1}", e.sd, e.log_evidence - best.log_evidence))
-            .collect();
-        let _ = writeln!(
-            p,
-            "By marginal likelihood (Laplace's approximation, single rows) the discrepancy is best at {} (logarithm, to the best: {}); it is not set by that.",
-            best.sd,
-            all.join(", ")
-        );
-    }
     let all = study.other_baselines.iter().flat_map(|row| row.scores.iter().map(move |s| (row, s)));
     let rows: Vec<_> = all.filter(|(_, s)| s.name != "no_change").collect();
     let _ = writeln!(p, "\n{}", markdown(&columns::baseline_scores(), &rows));
 }
 
-fn tones(p: &mut String, study: &ValidationStudy) {
-    *p += "## A tone for each muscle\n\nFitted to all subjects, near 8 N/m (`tone.csv`, which `--tone` takes), N per metre of thickness:\n\n";
-    *p += &markdown(&columns::tone_by_muscle(study), &[()]);
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tongue_files::report::{Markdown, Provenance};
+    use crate::report::{Markdown, Provenance};
 
     /// The page and the tables of the committed study, made from its JSON, are the committed ones to the byte.
     #[test]
@@ -211,7 +155,7 @@ mod tests {
         let command = text("command").trim_end_matches(" --out results/validate");
         let page = Markdown(page(&study, command));
         assert_eq!(page.text(&by).unwrap(), read("README.md"));
-        for (name, file) in files(&study).unwrap() {
+        for (name, file) in files(&study) {
             if name.ends_with(".csv") && name != "posterior_predictions.csv" {
                 assert_eq!(file.text(&by).unwrap(), read(name), "{name}");
             }

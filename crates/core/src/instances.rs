@@ -1,0 +1,48 @@
+//! Compiles the entry points of the physics in this crate, for the plane and for space.
+//!
+//! A function with generic parameters is otherwise compiled again by each crate that calls it. One that is
+//! marked `#[inline(never)]` and listed here is compiled once.
+
+use crate::body::continuum;
+use crate::dynamics::{self, IntegrationMethod};
+use crate::sparse::cholesky::Factor;
+use crate::statics::lanes::{Group, Lanes};
+use crate::statics::{self, Response, Workspace};
+use crate::system::{Additions, System};
+
+/// The entry points for the plane and for space.
+#[doc(hidden)]
+pub fn instances() -> [[*const (); 26]; 2] {
+    [of_dimension::<2>(), of_dimension::<3>()]
+}
+
+fn of_dimension<const D: usize>() -> [*const (); 26] {
+    [
+        continuum::lay::<D> as *const (),
+        System::<D>::with as *const (),
+        System::<D>::from_effects as *const (),
+        Additions::<D>::add_contact as *const (),
+        Additions::<D>::add_gravity as *const (),
+        Workspace::<D>::new as *const (),
+        statics::solve::<D> as *const (),
+        statics::trace::<D> as *const (),
+        statics::solve_and_trace::<D> as *const (),
+        statics::trace_beside::<D> as *const (),
+        statics::length_sensitivities::<D> as *const (),
+        statics::position_rates::<D> as *const (),
+        statics::smallest_eigenvalue::<D> as *const (),
+        Response::<D>::new as *const (),
+        Factor::<D>::new as *const (),
+        Factor::<D>::factorise as *const (),
+        Factor::<D>::find_failure as *const (),
+        Factor::<D>::solve as *const (),
+        Lanes::<D>::group as *const (),
+        Lanes::<D>::reshaped as *const (),
+        Group::<D>::solve as *const (),
+        Group::<D>::motions as *const (),
+        Group::<D>::adjoint as *const (),
+        IntegrationMethod::integrator::<D> as *const (),
+        IntegrationMethod::checked::<D> as *const (),
+        dynamics::run::<D> as *const (),
+    ]
+}

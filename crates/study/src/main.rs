@@ -1,0 +1,152 @@
+//! Studies of tongue-fit itself: what accuracy costs in time, hard cases, the continuum, and what a plane
+//! misses. Each writes a page and its tables.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program prints")]
+
+mod accuracy;
+mod continuum;
+mod hard_cases;
+mod plane;
+mod pulled;
+mod table;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use tongue_core::body::SpaceBody;
+use tongue_files::report::{Export, Markdown, OutputDir, Provenance, Rows};
+use tongue_input::bodies::artisynth;
+
+use pulled::{PUBLISHED_A, Pulled};
+
+/// Why a study cannot be made.
+type Error = Box<dyn std::error::Error + Send + Sync>;
+
+#[derive(Debug, Parser)]
+#[command(name = "tongue-study", about = "Studies of tongue-fit itself", version)]
+struct Cli {
+    #[command(subcommand)]
+    study: Study,
+    /// Folder of the files [default: results/ and the name of the study]
+    #[arg(long, value_name = "DIR", global = true)]
+    out: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Study {
+    /// What accuracy costs in time, for every method of solution (ten minutes)
+    Accuracy {
+        /// A study of half a minute: fewer repeats, no mesh below 1.4 mm, long explicit runs refused
+        #[arg(long)]
+        quick: bool,
+    },
+    /// Extreme loads, materials, meshes and time steps
+    Stability {
+        /// All variants of every case (minutes) instead of a sample (seconds)
+        #[arg(long)]
+        full: bool,
+        /// Run only this case; may be given several times
+        #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u8).range(1..=hard_cases::LAST))]
+        case: Vec<u8>,
+    },
+    /// The mesh of the continuum, and the settings that were chosen without data (a minute or two)
+    Continuum,
+    /// A body in space against its own midsagittal plane, muscle by muscle (a minute)
+    Plane {
+        /// A folder with ArtiSynth's tongue in place of the built-in one
+        #[arg(long, value_name = "FOLDER")]
+        space: Option<PathBuf>,
+    },
+}
+
+impl Study {
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Accuracy { .. } => "accuracy",
+            Self::Stability { .. } => "stability",
+            Self::Continuum => "continuum",
+            Self::Plane { .. } => "plane",
+        }
+    }
+
+    /// Makes the study and writes its files.
+    fn write(&self, out: &OutputDir, by: &Provenance) -> Result<Vec<PathBuf>, Error> {
+        let made = format!("Made by `{}` on {}.", by.command, machine());
+        let written = match self {
+            Self::Accuracy { quick } => {
+                let effort = if *quick { accuracy::Effort::QUICK } else { accuracy::Effort::FULL };
+                let study = accuracy::run(&effort)?;
+                let files = accuracy::files(&study, &made)?;
+                let files: Vec<(&str, &dyn Export)> = files.iter().map(|(n, f)| (*n, f.as_ref())).collect();
+                out.export(&files, by)?
+            }
+            Self::Stability { full, case } => {
+                let extent = if *full { hard_cases::HowMany::Full } else { hard_cases::HowMany::Sample };
+                let rows = hard_cases::run_all(case, extent)?;
+                let page = Markdown(hard_cases::markdown(&rows, &made)?);
+                out.export(&[("stability.csv", &Rows(&rows)), ("stability.md", &page)], by)?
+            }
+            Self::Continuum => {
+                let study = continuum::run(continuum::LEVELS)?;
+                let files: [(&str, &dyn Export); 4] = [
+                    ("README.md", &Markdown(continuum::page(&study, &made)?)),
+                    ("spacings.csv", &Rows(&study.spacings)),
+                    ("locking.csv", &Rows(&study.locking)),
+                    ("sensitivity.csv", &Rows(&study.sensitivity)),
+                ];
+                out.export(&files, by)?
+            }
+            Self::Plane { space } => {
+                let body = match space {
+                    Some(folder) => artisynth::read(folder)?,
+                    None => SpaceBody::tongue(1)?,
+                };
+                let study = plane::run(&body)?;
+                let files: [(&str, &dyn Export); 3] = [
+                    ("README.md", &Markdown(plane::page(&study, &made)?)),
+                    ("alone.csv", &Rows(&study.alone)),
+                    ("inverse.csv", &Rows(&study.inverse)),
+                ];
+                out.export(&files, by)?
+            }
+        };
+        Ok(written)
+    }
+}
+
+/// Says what is measured next.
+fn tell(what: &str) {
+    eprintln!("{what}");
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let command = ["tongue-study".to_owned()].into_iter().chain(std::env::args().skip(1));
+    let command = command.collect::<Vec<_>>().join(" ");
+    let out = cli.out.unwrap_or_else(|| Path::new("results").join(cli.study.name()));
+    let written = OutputDir::prepare(&out).map_err(Error::from);
+    let written = written.and_then(|out| cli.study.write(&out, &Provenance::new(command.as_str())));
+    match written {
+        Ok(written) => {
+            written.iter().for_each(|file| println!("{}", file.display()));
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Processor, threads and operating system, as far as they are known.
+fn machine() -> String {
+    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpu.lines().find_map(|l| l.strip_prefix("model name")?.split_once(": "));
+    format!(
+        "{} ({} threads in use, {} {})",
+        model.map_or("an unnamed processor", |(_, name)| name.trim()),
+        std::thread::available_parallelism().map_or(1, usize::from),
+        std::env::consts::OS,
+        std::env::consts::ARCH
+    )
+}
