@@ -293,17 +293,18 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[doc(inline)]
     pub use tongue_files::report::{
-        AnimationFrame, CourseRecord, Draws, Export, FitRecord, FrameRecord, History, Json, Markdown, Msh,
-        OperationRecord, Panel, PriorRecord, Provenance, Pvd, ReportError, Rows, SectionPicture, Series,
-        SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline,
-        TrackRecord, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen, changes,
-        courses, frame_records, gesture_records, limit_of_plane, outlines, pairs, panels, ridges, solid,
-        status_name, timelines, tongue, valley, views, vowel, wrapped,
+        AnimationFrame, Draws, Export, FitRecord, FormantsRecord, FormantsTable, History, Json, Markdown,
+        Msh, OperationRecord, Panel, PlacementRecord, PriorRecord, Provenance, Pvd, RecordingResult,
+        RepeatsRecord, ReportError, Rows, SectionPicture, SegmentsTable, Series, SimulationRecord,
+        SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline, TrackRecord,
+        TrackResults, TrackTable, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen,
+        changes, limit_of_plane, outlines, pairs, panels, ridges, solid, status_name, timelines, tongue,
+        valley, views, vowel, wrapped,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]
     pub use tongue_files::report::{
-        OutputDir, PageBody, PageTable, TonguePage, TrackPage, TrackPicture, discard_unfinished, write,
+        OutputDir, PageBody, PageTable, TonguePage, TrackPage, discard_unfinished, fixed, write,
     };
 
     #[cfg(feature = "files")]
@@ -443,8 +444,9 @@ pub mod track {
     //! Tensions over time from recordings of a tongue.
     #[doc(inline)]
     pub use tongue_infer::track::{
-        FEWEST, Followed, Frame, FrameStatus, Gesture, HeldOut, LabelMean, Repeatable, Repeats,
-        TongueSurface, TrackSettings, Tracked, TrackedRecording, listen, opponents, repeats,
+        CourseSummary, Displacement, FEWEST, Followed, Frame, FrameStatus, HeldOut, LabelMean,
+        MOST_UNTRUSTED, NARROW, Repeats, TongueSurface, TrackSettings, Tracked, TrackedRecording,
+        course_summaries, held_out, is_untrusted, listen, repeats,
     };
 }
 

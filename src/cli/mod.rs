@@ -57,7 +57,7 @@ use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use outcome::{Outcome, untrusted, word};
+use outcome::{Outcome, word};
 
 /// Exit status of bad input and of I/O that failed.
 const FAILED: u8 = 1;

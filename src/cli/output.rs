@@ -61,7 +61,7 @@ pub fn answer(
     files: &[PathBuf],
     text: impl FnOnce() -> String,
 ) -> miette::Result<()> {
-    if global.json { print(&record.text(by).into_diagnostic()?) } else { summary(&text(), files) }
+    if global.json { stream(|out| record.write(out, by)) } else { summary(&text(), files) }
 }
 
 impl Global {

@@ -3,9 +3,9 @@
 use miette::miette;
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::FaultKind;
-use tongue_fit::report::FrameRecord;
+use tongue_fit::report::RecordingResult;
 use tongue_fit::statistics::upper_median;
-use tongue_fit::track::{Followed, FrameStatus, TongueSurface};
+use tongue_fit::track::{Followed, FrameStatus, TongueSurface, Tracked};
 
 use super::recordings::Screened;
 
@@ -78,11 +78,11 @@ pub fn check_scale(scale: f64) -> miette::Result<Option<String>> {
 }
 
 /// Why the tensions of a recording are not reported: most of its frames cannot be reached, or are met badly.
-pub fn out_of_reach(frames: &[FrameRecord]) -> Option<String> {
+pub fn out_of_reach(frames: &[Tracked]) -> Option<String> {
     /// Largest median of the root mean square distance, mm: real speakers are met to 0.1 to 1.5 mm.
     const MOST_RMS_MM: f64 = 2.5;
     let out = frames.iter().filter(|f| f.status == FrameStatus::OutOfReach).count();
-    let rms = upper_median(frames.iter().filter_map(|f| f.rms_mm));
+    let rms = upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3);
     let is_met = rms.is_none_or(|mm| mm <= MOST_RMS_MM);
     (2 * out > frames.len() || !is_met).then(|| {
         let met = rms.map_or_else(String::new, |mm| format!(" (met to {mm:.1} mm)"));
@@ -98,12 +98,15 @@ pub fn out_of_reach(frames: &[FrameRecord]) -> Option<String> {
 }
 
 /// Points that are left out in most frames of a recording, in sentences.
-pub fn left_out(recordings: &[Screened], frames: &[FrameRecord]) -> Vec<String> {
+pub fn left_out(recordings: &[Screened], results: &[RecordingResult]) -> Vec<String> {
     let mut out = Vec::new();
     for Screened { seen, .. } in recordings {
-        let own: Vec<&FrameRecord> = frames.iter().filter(|f| f.recording == seen.name).collect();
+        let Some(RecordingResult { frames: own, .. }) = results.iter().find(|one| one.name == seen.name)
+        else {
+            continue;
+        };
         for name in seen.contour.iter().chain(seen.sensors.iter().map(|(n, _)| n)) {
-            let has = |f: &&&FrameRecord| f.faults.iter().any(|fault| fault.points.contains(name));
+            let has = |f: &&Tracked| f.faults.iter().any(|fault| fault.points.contains(name));
             let count = own.iter().filter(has).count();
             if own.len() > 1 && 2 * count > own.len() {
                 out.push(format!(

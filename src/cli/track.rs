@@ -9,21 +9,23 @@ use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::{
-    Json, PriorRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
+    Json, PlacementRecord, PriorRecord, RecordingResult, RepeatsRecord, TrackRecord, TrackResults,
+    status_name,
 };
 use tongue_fit::run::{TrackRun, sittings};
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{
-    self, Frame, FrameStatus, HeldOut, Repeatable, Repeats, TrackSettings, Tracked, TrackedRecording,
+    self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, TrackedRecording, course_summaries, held_out,
+    is_untrusted,
 };
 
 use super::body_file::BodyFile;
 use super::choice::choice_among;
 use super::recordings::{self, Given, PriorArguments, Screened};
-use super::track_files::Found;
+use super::track_files::Bodies;
 use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
-    track_table, untrusted,
+    track_table,
 };
 
 /// Recordings with more frames are not kept, because their entry would be too large for a journal.
@@ -106,6 +108,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let settings = TrackSettings {
         draws: arguments.draws as usize,
         seed: arguments.seed,
+        shapes: arguments.files.frames,
         ..arguments.prior.settings()?
     };
     let mut notes = recording_checks::notes(&recordings, &given.body, &arguments.free_bone);
@@ -143,16 +146,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         );
     }
     let mut journal = track_run::journal(&run, &given, &out, &seen, &format!("{sound:?}"))?;
-    let mut found: Vec<Found> = Vec::with_capacity(seen.len());
+    let mut found: Vec<TrackedRecording> = Vec::with_capacity(seen.len());
     let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
-    let of = |recording| Found::of(speaker.body.clone(), &run.basis.contracting, recording);
     for sitting in sittings(&seen) {
         let kept: Option<Vec<TrackedRecording>> = sitting
             .clone()
             .map(|nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok())))
             .collect::<miette::Result<_>>()?;
         if let Some(kept) = kept {
-            found.extend(kept.into_iter().map(of));
+            found.extend(kept);
             continue;
         }
         let clock = Instant::now();
@@ -168,23 +170,23 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let tracked = tracked.into_diagnostic()?;
         for (nth, recording) in sitting.zip(tracked) {
             let is_kept = journal.read(nth).into_diagnostic()?.is_some();
-            if recording.frames.len() <= MOST_KEPT && !is_kept {
-                let wall_s = clock.elapsed().as_secs_f64();
-                let entry = Entry { job: nth, wall_s, result: Ok(recording.clone()) };
-                journal.append(&entry).into_diagnostic()?;
+            if recording.frames.len() > MOST_KEPT || is_kept {
+                found.push(recording);
+                continue;
             }
-            found.push(of(recording));
+            let entry = Entry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result: Ok(recording) };
+            journal.append(&entry).into_diagnostic()?;
+            found.extend(entry.result.ok());
         }
     }
     // Recordings that the body cannot reach are left out.
-    let (mut frames, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
-    for (r, f) in recordings.iter().zip(found) {
-        let of_one = frame_records(&r.seen, &r.faults, &f.frames, &names, run.freed(&r.seen));
-        match recording_checks::out_of_reach(&of_one) {
+    let (mut results, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
+    for (r, found) in recordings.iter().zip(found) {
+        match recording_checks::out_of_reach(&found.frames) {
             Some(why) => unmet.push(format!("{}: {why}", r.seen.name)),
             None => {
-                frames.extend(of_one);
-                met.push((&r.seen, f));
+                results.push(RecordingResult::new(&r.seen, &r.faults, run.freed(&r.seen), found));
+                met.push(&r.seen);
             }
         }
     }
@@ -196,67 +198,46 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     left_out.extend(unmet.into_iter().map(|why| format!("left out: {why}")));
     notes.splice(0..0, left_out.iter().cloned());
-    let (seen, found): (Vec<&AlignedRecording>, Vec<Found>) = met.into_iter().unzip();
-    let all: Vec<&Tracked> = found.iter().flat_map(|f| &f.frames).collect();
-    let courses = courses(&names, &all, &run.basis.settings.link);
-    let gestures = seen.iter().zip(&found);
-    let gestures = gestures.flat_map(|(s, f)| gesture_records(&s.name, &f.gestures, &names)).collect();
-    notes.extend(recording_checks::left_out(&recordings, &frames));
-    let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
-    frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
-    // The intervals of an unresolved frame and of one without data are wide, and can be trusted.
-    let good = [FrameStatus::Converged, FrameStatus::Unresolved, FrameStatus::Gap].map(status_name);
-    let untrusted = untrusted(&statuses, &good.each_ref().map(String::as_str), "frames");
+    notes.extend(recording_checks::left_out(&recordings, &results));
+    let untrusted = untrusted(&results, &mut notes);
     let outcome = Outcome::of_reason(untrusted.clone());
-    let held_out = (!hide.is_empty()).then(|| {
-        let tracked: Vec<Vec<Tracked>> = found.iter().map(|f| f.frames.clone()).collect();
-        HeldOut {
-            points: hide.clone(),
-            trained_on: if seen.len() > 1 { "other recordings" } else { "the same recording" },
-            opponents: track::opponents(&seen, &tracked, &hide),
-        }
-    });
+    let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
+    let frames: Vec<&Tracked> = results.iter().flat_map(|one| &one.frames).collect();
+    frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
+    let of_recordings: Vec<&[Tracked]> = results.iter().map(|one| one.frames.as_slice()).collect();
+    let labelled = results.iter().map(|one| (one.frames.as_slice(), one.labels.as_slice()));
     let mut record = TrackRecord {
-        recordings: seen.iter().map(|s| s.name.clone()).collect(),
+        recordings: met.iter().map(|s| s.name.clone()).collect(),
         body: speaker.body.what.clone(),
         rest: speaker.adaptation.as_ref().map(|a| a.rest),
-        placement: None,
+        placement: speaker.placement.as_ref().map(PlacementRecord::new),
         prior: PriorRecord::new(&run.basis.settings),
         statuses,
         untrusted,
-        median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_mm)),
-        courses,
-        gestures,
-        segments: Vec::new(),
-        repeats: None,
+        median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
+        courses: course_summaries(&names, &frames, &run.basis.settings.link),
+        repeats: track::repeats(labelled, names.len()).map(|found| RepeatsRecord::new(found, &names)),
         formants: None,
-        held_out,
+        held_out: held_out(&met, &of_recordings, &hide),
         notes,
-        frames,
+        results: TrackResults {
+            body: speaker.body.clone(),
+            contracting: run.basis.contracting.clone(),
+            muscles: names,
+            palate: wall.unwrap_or_default().to_vec(),
+            recordings: Vec::new(),
+        },
         wall_s: clock.elapsed().as_secs_f64(),
     };
-    speaker.placement.iter().for_each(|placement| record.add_placement(placement));
-    seen.iter().zip(&found).for_each(|(s, f)| record.add_segments(s, &f.segments, &names));
-    repeats(&seen, &found, names.len()).into_iter().for_each(|found| record.add_repeats(found, &names));
-    sound.iter().for_each(|sound| sound.tell(&mut record));
+    record.results.recordings = results;
+    record.formants = sound.as_ref().map(|sound| sound.record(&record.results));
     record.notes.iter().for_each(|n| output::note(n));
-    // Recordings that were tracked together have the same body.
-    let mut bodies: Vec<(String, BodyFile)> = Vec::new();
-    for (nth, one) in found.iter().enumerate() {
-        if nth == 0 || one.body.mesh.nodes != found[nth - 1].body.mesh.nodes {
-            let name = if nth == 0 { "body.json".to_owned() } else { format!("body_{}.json", nth + 1) };
-            bodies.push((name, BodyFile::new(&one.body, &run.basis.model, speaker.tracked(&one.body))?));
-        }
-    }
-    let written = track_files::write(
-        &out,
-        &record,
-        &bodies,
-        (&seen, &found),
-        wall.unwrap_or_default(),
-        run.basis.model.tissue,
-        &arguments.files,
-    )?;
+    let recordings = &record.results.recordings;
+    let mut body = speaker.body.clone();
+    recordings.first().iter().for_each(|one| body.mesh.nodes.clone_from(&one.rest));
+    let body = BodyFile::new(&body, &run.basis.model, speaker.tracked(&body))?;
+    let bodies = Bodies::new(body, recordings);
+    let written = track_files::write(&out, &record, &bodies, &run.basis.model, &arguments.files)?;
     journal.remove().into_diagnostic()?;
     let by = super::provenance().with_tissue(run.basis.model.tissue);
     output::answer(global, &Json(&record), &by, &written, || track_table::track(&record, &written))?;
@@ -264,15 +245,35 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(if left_out.is_empty() || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused })
 }
 
-/// How well the courses repeat where labels do.
-fn repeats(seen: &[&AlignedRecording], found: &[Found], muscles: usize) -> Option<Repeats> {
-    let times: Vec<Vec<f64>> = found.iter().map(|f| f.frames.iter().map(|t| t.time_s).collect()).collect();
-    let course = |t: &Tracked| t.courses.iter().map(|c| c.median).collect::<Vec<f64>>();
-    let courses: Vec<Vec<Vec<f64>>> = found.iter().map(|f| f.frames.iter().map(course).collect()).collect();
-    let all = seen.iter().zip(&times).zip(&courses);
-    let all: Vec<Repeatable<'_>> =
-        all.map(|((s, times), courses)| Repeatable { times, courses, labels: &s.labels }).collect();
-    track::repeats(&all, muscles)
+/// Why recordings cannot be trusted, if one has too many frames that cannot; of fewer frames there is a note.
+fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<String> {
+    let most = 100.0 * MOST_UNTRUSTED;
+    let said = |frames: &[&Tracked]| {
+        let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
+        let bad = frames.iter().filter(|f| !f.status.is_trusted());
+        bad.for_each(|f| *kinds.entry(status_name(f.status).replace('_', " ")).or_default() += 1);
+        let told: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
+        let count: usize = kinds.values().sum();
+        (count > 0).then(|| {
+            format!("{count} of the {} frames cannot be trusted ({})", frames.len(), told.join(", "))
+        })
+    };
+    let bad: Vec<&RecordingResult> = results.iter().filter(|one| is_untrusted(&one.frames)).collect();
+    let all = said(&results.iter().flat_map(|one| &one.frames).collect::<Vec<_>>())?;
+    let Some(first) = bad.first() else {
+        notes.push(format!(
+            "{all}, no more than {most:.0} % of any recording; track.csv has the status of each"
+        ));
+        return None;
+    };
+    let own = said(&first.frames.iter().collect::<Vec<_>>())?;
+    Some(match (results.len(), bad.len()) {
+        (1, _) => own,
+        (_, 1) => format!("{}: {own}", first.name),
+        (_, more) => {
+            format!("{all}; in {more} recordings these are more than {most:.0} %, first in {}", first.name)
+        }
+    })
 }
 
 /// The muscles that can contract.

@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, WrapErr};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::heard::{Airway, Articulation, Tract};
-use tongue_fit::report::TrackRecord;
+use tongue_fit::report::{FormantsRecord, TrackResults};
 use tongue_fit::track::{Followed, Frame, listen};
 
 /// Number of formants that are reported.
@@ -94,8 +94,8 @@ impl Sound {
         listen(frames, &self.airway, followed, &self.lips, FORMANTS);
     }
 
-    /// Adds to the record the tract and the posture that the formants are of.
-    pub fn tell(&self, record: &mut TrackRecord) {
-        record.add_formants(self.airway.tract(), &self.lips);
+    /// The tract and the posture that the formants are of, with their medians.
+    pub fn record(&self, results: &TrackResults) -> FormantsRecord {
+        FormantsRecord::new(self.airway.tract(), &self.lips, results)
     }
 }

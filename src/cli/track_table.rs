@@ -3,18 +3,19 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use tongue_fit::report::{FrameRecord, TrackRecord};
+use tongue_fit::report::{TrackRecord, fixed};
 use tongue_fit::statistics::upper_median;
-use tongue_fit::track::FrameStatus;
+use tongue_fit::track::{Displacement, FrameStatus, NARROW, Tracked};
 
 use super::table;
 
 /// A run of `tongue-fit track`.
 pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
+    let frames = || record.results.frames().map(|(_, frame)| frame);
     let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let mut text = format!(
         "{} of {}",
-        counted(record.frames.len(), "frame"),
+        counted(record.results.frames().count(), "frame"),
         counted(record.recordings.len(), "recording")
     );
     let ended: Vec<String> =
@@ -29,11 +30,11 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
     let mut t =
         table::table(&["muscle", "level N/m", "95 % interval", "course width N/m", "reliability", "course"]);
     for (i, course) in record.courses.iter().enumerate() {
-        let of = |value: &dyn Fn(&FrameRecord) -> f64| median(record.frames.iter().map(value));
+        let of = |value: &dyn Fn(&Tracked) -> f64| median(frames().map(value));
         t.add_row([
             course.muscle.clone(),
-            format!("{:.1}", of(&|f| f.tensions_n.0[i].1)),
-            format!("{:.1} to {:.1}", of(&|f| f.level_low.0[i].1), of(&|f| f.level_high.0[i].1)),
+            format!("{:.1}", of(&|f| f.levels[i].median)),
+            format!("{:.1} to {:.1}", of(&|f| f.levels[i].low), of(&|f| f.levels[i].high)),
             format!("{:.1}", course.course_width_n),
             format!("{:.2}", course.reliability),
             if course.known { "known" } else { "NOT KNOWN" }.to_owned(),
@@ -46,10 +47,10 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
          An interval from 0 cannot exclude a slack muscle. A course is a level less its mean over the recording; it is\n\
          known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}",
         record.prior.median_n,
-        1.2 * record.prior.scale_n,
+        NARROW * record.prior.scale_n,
         tongue_fit::report::limit_of_plane()
     );
-    let resolved = upper_median(record.frames.iter().map(|f| f.resolved as f64)).unwrap_or(0.0);
+    let resolved = upper_median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);
     let _ = writeln!(
         text,
         "{resolved} of {} directions of tension are resolved in the median frame; the others come from the prior",
@@ -59,17 +60,12 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
     if let Some(repeats) = &record.repeats {
         let mut t = table::table(&["muscle", "ICC of its course", "by chance", "95 % of chance"]);
         for (muscle, r) in &repeats.muscles.0 {
-            t.add_row([
-                muscle.clone(),
-                format!("{:.2}", r.icc),
-                format!("{:.2}", r.by_chance),
-                format!("{:.2}", r.chance_95),
-            ]);
+            t.add_row([muscle.clone(), fixed(r.icc, 2), fixed(r.by_chance, 2), fixed(r.chance_95, 2)]);
         }
         let _ = writeln!(text, "\n{}\n{t}", repeats.said());
     }
     if let Some(formants) = &record.formants {
-        let _ = writeln!(text, "{}", formants.said(record.frames.len()));
+        let _ = writeln!(text, "{}", formants.said(frames().count()));
     }
     for (bone, end) in freed(record) {
         let _ = writeln!(
@@ -111,18 +107,16 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
 /// How shapes are reached that pulling all muscles together does not lead to.
 fn ways(record: &TrackRecord) -> String {
     let mut text = String::new();
-    let other = record.frames.iter().filter(|f| f.other_way).count();
+    let frames = || record.results.frames();
+    let other = frames().filter(|(_, f)| f.other_way).count();
     if other > 0 {
         let _ = writeln!(
             text,
             "{other} shapes are reached from the posture before or after them, or where one muscle pulls before the others"
         );
     }
-    let (off, as_well): (Vec<&FrameRecord>, Vec<_>) = record
-        .frames
-        .iter()
-        .filter(|f| f.reached_rms_mm.is_some())
-        .partition(|f| f.status == FrameStatus::OffBranch);
+    let replaced = frames().filter(|(_, f)| f.reached_rms_m.is_some());
+    let (off, as_well): (Vec<_>, Vec<_>) = replaced.partition(|(_, f)| f.status == FrameStatus::OffBranch);
     if !as_well.is_empty() {
         let _ = writeln!(
             text,
@@ -130,13 +124,13 @@ fn ways(record: &TrackRecord) -> String {
             as_well.len()
         );
     }
-    for f in off.iter().take(10) {
+    for (recording, f) in off.iter().take(10) {
         let _ = writeln!(
             text,
             "{}, {:.3} s: no way to its shape was found; the nearest that is reached meets the points to {:.2} mm",
-            f.recording,
+            recording.name,
             f.time_s,
-            f.reached_rms_mm.unwrap_or(f64::NAN)
+            1e3 * f.reached_rms_m.unwrap_or(f64::NAN)
         );
     }
     if off.len() > 10 {
@@ -147,19 +141,17 @@ fn ways(record: &TrackRecord) -> String {
 
 /// Free bones and their displacements.
 fn freed(record: &TrackRecord) -> Vec<(String, String)> {
-    let mut names: Vec<&String> =
-        record.frames.iter().flat_map(|f| f.bones.0.iter().map(|(name, _)| name)).collect();
+    let recordings = &record.results.recordings;
+    let mut names: Vec<&String> = recordings.iter().flat_map(|r| &r.freed).collect();
     names.sort();
     names.dedup();
     let one = |name: &String| {
-        let all: Vec<_> = record.frames.iter().filter_map(|f| f.bones.of(name)).collect();
+        let own = recordings.iter().filter_map(|r| Some((r, r.freed.iter().position(|n| n == name)?)));
+        let all: Vec<&Displacement> =
+            own.flat_map(|(r, i)| r.frames.iter().filter_map(move |f| f.bones.get(i))).collect();
         let axis = |a: usize| {
-            let [x, low, high] = [
-                median(all.iter().map(|b| b.shift_mm[a])),
-                median(all.iter().map(|b| b.interval_mm[a][0])),
-                median(all.iter().map(|b| b.interval_mm[a][1])),
-            ];
-            format!("{x:.1} ({low:.1} to {high:.1})")
+            let of = |end: &dyn Fn(&Displacement) -> f64| fixed(1e3 * median(all.iter().map(|b| end(b))), 1);
+            format!("{} ({} to {})", of(&|b| b.shift_m[a]), of(&|b| b.low_m[a]), of(&|b| b.high_m[a]))
         };
         (name.replace('_', " "), format!("{}, {}", axis(0), axis(1)))
     };

@@ -34,9 +34,6 @@ mod told;
 #[cfg(feature = "files")]
 mod tongue_page;
 mod track;
-mod track_formants;
-#[cfg(feature = "files")]
-mod track_page;
 mod trajectory;
 mod valley_record;
 mod vtu;
@@ -69,12 +66,11 @@ pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
 pub use tongue_page::{PageBody, PageTable, TonguePage};
 pub use track::{
-    CourseRecord, FrameRecord, GestureRecord, HiddenRecord, PlacementRecord, PriorRecord, RepeatsRecord,
-    SegmentRecord, TrackRecord, courses, frame_records, gesture_records, status_name,
+    FormantsRecord, FormantsTable, PlacementRecord, PriorRecord, RecordingResult, RepeatsRecord,
+    SegmentsTable, TrackRecord, TrackResults, TrackTable, status_name,
 };
-pub use track_formants::FormantsRecord;
 #[cfg(feature = "files")]
-pub use track_page::{TrackPage, TrackPicture};
+pub use track::{TrackPage, fixed};
 pub use trajectory::{History, TrajectoryRecord};
 pub use valley_record::{ValleyPointRecord, ValleyRecord};
 pub use vtu::{Pvd, Vtu};

@@ -46,7 +46,7 @@ pub(super) enum Way {
 /// For every frame with an equilibrium, how its shape can be reached. `unknowns` are those of its equilibrium.
 pub(super) fn ways(mode: &Mode<'_, '_>, course: &Course, unknowns: &[DVector<f64>]) -> Vec<Option<Way>> {
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
-    let positions = |t: usize| course.here[t].linear.as_ref().map(|l| l.positions.as_slice());
+    let positions = |t: usize| course.here[t].linear.as_ref().map(|l| &*l.positions);
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
     let alone = |chunk: &&[usize]| -> Vec<Option<Reached>> {
         let (mut solver, mut relaxed) = ((mode.solver)(), None);
@@ -181,7 +181,7 @@ impl Solver<'_> {
         };
         let (at, here) = descend((x.clone(), begin), &BESIDE, cost, normal, moved);
         let is_reached = self.is_on_branch(frame, &at, &here.positions, &mut None);
-        Some(if is_reached { here.positions } else { first })
+        Some(if is_reached { here.positions.to_vec() } else { first })
     }
 
     /// Whether the positions are reached from rest if one muscle, or all but one, pulls before the others.

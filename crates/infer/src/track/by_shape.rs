@@ -30,7 +30,7 @@ pub(super) fn by_shape(
     let work = |chunk: &&[usize]| -> Vec<Option<ByShape>> {
         let known: Vec<usize> = chunk.iter().copied().filter(|&t| course.here[t].linear.is_some()).collect();
         let x: Vec<_> = known.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();
-        let from = |t: usize| course.here[t].linear.as_ref().map(|linear| linear.positions.as_slice());
+        let from = |t: usize| course.here[t].linear.as_ref().map(|linear| &*linear.positions);
         let postures: Vec<_> = known.iter().zip(&x).map(|(&t, x)| (&course.frames[t], x, from(t))).collect();
         let rates = shape.rates(&mut (mode.solver)(), &postures);
         let mut out: Vec<Option<ByShape>> = chunk.iter().map(|_| None).collect();

@@ -48,10 +48,10 @@ impl Chain {
     }
 
     /// Factorises `Q + G`; `None` where that is not positive definite.
-    pub fn factorise(&self, curvature: &[DMatrix<f64>]) -> Option<Factors> {
+    pub fn factorise(&self, curvature: Vec<DMatrix<f64>>) -> Option<Factors> {
         let mut own: Vec<Cholesky<f64, Dyn>> = Vec::with_capacity(curvature.len());
         let mut gains: Vec<DMatrix<f64>> = Vec::with_capacity(self.beside.len());
-        for (t, curvature) in curvature.iter().enumerate() {
+        for (t, curvature) in curvature.into_iter().enumerate() {
             let mut block = &self.precision * self.diagonal[t] + curvature;
             if let Some(before) = t.checked_sub(1) {
                 block -= &self.precision * (self.beside[before]) * &gains[before];
@@ -79,27 +79,47 @@ pub(super) struct Factors {
 impl Factors {
     /// Solves `(Q + G) x = right` in place; one block of rows for each frame.
     pub fn solve(&self, right: &mut [DMatrix<f64>]) {
-        for t in 1..right.len() {
-            let carried = self.gains[t - 1].tr_mul(&right[t - 1]);
-            right[t] += carried;
-        }
-        for t in (0..right.len()).rev() {
-            self.own[t].solve_mut(&mut right[t]);
-            if t + 1 < right.len() {
-                let carried = &self.gains[t] * &right[t + 1];
+        self.forward(right, 0, None);
+        self.backward(right, 0, None);
+    }
+
+    /// The forward elimination in a window of frames that begins with the frame `from`; `before` is the block of the frame before it.
+    pub fn forward(&self, right: &mut [DMatrix<f64>], from: usize, before: Option<&DMatrix<f64>>) {
+        for t in 0..right.len() {
+            if let Some(before) = t.checked_sub(1).map(|t| &right[t]).or(before) {
+                let carried = self.gains[from + t - 1].tr_mul(before);
                 right[t] += carried;
             }
         }
     }
 
-    /// Turns independent standard normal numbers into draws of `N(0, (Q + G)^-1)`, in place.
-    pub fn colour(&self, normals: &mut [DMatrix<f64>]) {
+    /// The back substitution in such a window; `after` is the solution of the frame after it.
+    pub fn backward(&self, right: &mut [DMatrix<f64>], from: usize, after: Option<&DMatrix<f64>>) {
+        for t in (0..right.len()).rev() {
+            self.own[from + t].solve_mut(&mut right[t]);
+            self.carry_back(right, (from, t), after);
+        }
+    }
+
+    /// Turns independent standard normal numbers into draws of `N(0, (Q + G)^-1)` in such a window, in place; `after` are the draws of the
+    /// frame after it.
+    pub fn colour(&self, normals: &mut [DMatrix<f64>], from: usize, after: Option<&DMatrix<f64>>) {
         for t in (0..normals.len()).rev() {
-            self.own[t].l_dirty().tr_solve_lower_triangular_mut(&mut normals[t]);
-            if t + 1 < normals.len() {
-                let carried = &self.gains[t] * &normals[t + 1];
-                normals[t] += carried;
-            }
+            self.own[from + t].l_dirty().tr_solve_lower_triangular_mut(&mut normals[t]);
+            self.carry_back(normals, (from, t), after);
+        }
+    }
+
+    /// Adds to block `t` of a window what the block after it contributes.
+    fn carry_back(
+        &self,
+        blocks: &mut [DMatrix<f64>],
+        (from, t): (usize, usize),
+        after: Option<&DMatrix<f64>>,
+    ) {
+        if let Some(next) = blocks.get(t + 1).or(after) {
+            let carried = &self.gains[from + t] * next;
+            blocks[t] += carried;
         }
     }
 }
@@ -137,16 +157,25 @@ mod tests {
             part += g;
         }
         let inverse = whole.try_inverse().unwrap();
-        let factors = chain.factorise(&curvature).unwrap();
+        let factors = chain.factorise(curvature).unwrap();
         let right = random(all, 3);
         let mut solved = blocks(&right);
         factors.solve(&mut solved);
         for (a, b) in solved.iter().zip(blocks(&(&inverse * right))) {
             assert!((a - b).amax() < 1e-10);
         }
+        // Window by window, the last first, the draws are the same bits.
+        let whole = blocks(&DMatrix::from_fn(all, 2, |i, j| (i + 3 * j) as f64 * 0.1));
+        let mut at_once = whole.clone();
+        factors.colour(&mut at_once, 0, None);
+        let mut last = whole[2..].to_vec();
+        factors.colour(&mut last, 2, None);
+        let mut first = whole[..2].to_vec();
+        factors.colour(&mut first, 0, Some(&last[0]));
+        assert_eq!([first, last].concat(), at_once);
         // The images of unit vectors are a square root of the covariance.
         let mut root = blocks(&DMatrix::identity(all, all));
-        factors.colour(&mut root);
+        factors.colour(&mut root, 0, None);
         let mut square = DMatrix::zeros(all, all);
         for (i, a) in root.iter().enumerate() {
             for (j, b) in root.iter().enumerate() {

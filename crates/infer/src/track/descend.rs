@@ -8,10 +8,11 @@ use nalgebra::DVector;
 
 use tongue_core::parallel;
 
-use super::by_shape::by_shape;
+use super::by_shape::{ByShape, by_shape};
+use super::eliminate::{Eliminated, windows};
 use super::frame::Solver;
 use super::linearise::Linear;
-use super::mode::{CHUNK, Course, Eliminated, Here, Mode};
+use super::mode::{CHUNK, Course, Here, Mode, Rows};
 use super::shape::RestShape;
 
 /// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
@@ -131,24 +132,30 @@ pub(super) fn stepped(
             .copy_from(&(&shape.prior.precision * (weight * (1.0 + damping))));
         gradient.rows_mut(n, more).copy_from(&(&shape.prior.gradient * weight));
     }
+    let by_shape: Vec<Vec<Option<ByShape>>> =
+        courses.iter().map(|course| by_shape(mode, course, shape.map(|(shape, ..)| shape))).collect();
+    let of_shape: Vec<_> =
+        by_shape.iter().map(|all| |t: usize| all[t].as_ref().map(|b: &ByShape| b.seen.clone())).collect();
     let mut all = Vec::with_capacity(courses.len());
-    for (course, damping) in courses.iter().zip(damping) {
-        let by_shape = by_shape(mode, course, shape.map(|(shape, ..)| shape));
-        let of_shape = |t: usize| by_shape[t].as_ref().map(|b| b.seen.clone());
-        let eliminated = mode.eliminate(course, damping, &of_shape, more)?;
+    for ((course, damping), of_shape) in courses.iter().zip(damping).zip(&of_shape) {
+        let eliminated = Eliminated::new(mode, course, damping, of_shape, more)?;
         curvature += &eliminated.curvature;
         gradient += &eliminated.gradient;
         all.push(eliminated);
     }
     let step = -((&curvature + curvature.transpose()) * 0.5).cholesky()?.solve(&gradient);
-    let of = |e: &Eliminated| {
-        let states: Vec<DVector<f64>> =
-            e.answers.iter().zip(&e.steps).map(|(a, s)| -(a * &step) - s.column(0)).collect();
-        let expected = e.rows.iter().zip(&states).map(|(rows, state)| {
-            let rows = rows.as_ref()?;
-            Some(mode.expected(rows, state, &step).norm_squared())
-        });
-        let expected = expected.map(|e| e.unwrap_or(f64::INFINITY)).collect();
+    let of = |e: &Eliminated<'_, '_>| {
+        let (mut states, mut expected) =
+            (Vec::with_capacity(e.steps.len()), Vec::with_capacity(e.steps.len()));
+        for window in windows(e.steps.len()) {
+            let here = e.window(&window);
+            for ((rows, answer), t) in here.rows.iter().zip(&here.answers).zip(window) {
+                let state = -(answer * &step) - e.steps[t].column(0);
+                let of_rows = |rows: &Rows| mode.expected(rows, &state, &step).norm_squared();
+                expected.push(rows.as_ref().map_or(f64::INFINITY, of_rows));
+                states.push(state);
+            }
+        }
         Step { states, expected }
     };
     let steps = all.iter().map(of).collect();
@@ -371,7 +378,7 @@ impl Trial {
         shared: &DVector<f64>,
         (part, linear): (f64, Linear),
     ) -> Option<Tried> {
-        let positions = Some(linear.positions.clone());
+        let positions = Some(Arc::clone(&linear.positions));
         let here = Here { z: self.state(part), linear: Some(Arc::new(linear)), positions };
         let there = own_cost(mode, course, self.t, &here, shared)?;
         let most = self.cost.map_or(f64::INFINITY, |c| c.max(self.expected) * TOO_FAR.0 + TOO_FAR.1);

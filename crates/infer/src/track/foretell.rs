@@ -9,6 +9,8 @@
 //! of the mechanics, the length `l` and the noise `n` are those with the highest predictive density when every third seen point is held
 //! out in turn and tensions are found without it (stacking, Wolpert 1992). The errors of these predictions also give the intervals.
 
+use std::sync::Arc;
+
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use tongue_core::geometry::Point;
@@ -59,7 +61,7 @@ struct Process {
 pub(super) fn foretell(mode: &Mode<'_, '_>, courses: &[Course]) -> Vec<Vec<Vec<Foretold>>> {
     let none = || courses.iter().map(|c| vec![Vec::new(); c.frames.len()]).collect();
     let contours = |f: &Frame| f.hidden.iter().any(|h| h.along.channel == 0);
-    if !courses.iter().flat_map(|c| &c.frames).any(contours) {
+    if !courses.iter().flat_map(|c| c.frames.iter()).any(contours) {
         return none();
     }
     let solver = (mode.solver)();
@@ -85,7 +87,7 @@ pub(super) fn foretell(mode: &Mode<'_, '_>, courses: &[Course]) -> Vec<Vec<Vec<F
 /// The best candidate, and the half width of its intervals in units of the standard deviation of a process with `s = 1 mm`.
 fn judged(mode: &Mode<'_, '_>, courses: &[Course], rest: &[Point]) -> Option<(Process, f64)> {
     let mut names: Vec<(&str, f64)> = Vec::new();
-    for frame in courses.iter().flat_map(|c| &c.frames) {
+    for frame in courses.iter().flat_map(|c| c.frames.iter()) {
         let seen = frame.names.iter().zip(&frame.along).filter(|(_, a)| a.channel == 0);
         for (name, along) in seen {
             if !names.iter().any(|(n, _)| n == name) {
@@ -101,7 +103,7 @@ fn judged(mode: &Mode<'_, '_>, courses: &[Course], rest: &[Point]) -> Option<(Pr
         let hide: Vec<&str> = inner.iter().skip(fold).step_by(FOLDS).map(|(n, _)| *n).collect();
         let mut sample = mode.thinned(courses, frames.div_ceil(JUDGES).max(1));
         for course in &mut sample {
-            course.frames.iter_mut().for_each(|f| without(f, &hide));
+            Arc::make_mut(&mut course.frames).iter_mut().for_each(|f| without(f, &hide));
             course.here.iter_mut().for_each(|h| h.linear = None);
             mode.take_errors(course);
         }

@@ -7,16 +7,18 @@ use crate::inverse::BONE_SD_M;
 use tongue_input::measured::recording::Fault;
 
 use super::branch::{Reached, Way};
-use super::consider::Draws;
+use super::draws::{Draws, Means};
+use super::errors::Along;
 use super::frame::{self, Frame, Solver};
-use super::gesture::{Gesture, LabelMean};
 use super::linearise::Linear;
 use super::listen::{self, TrackedFormant};
 use super::ranged::Ranged;
+use super::segments::LabelMean;
 use super::settings::TrackSettings;
 
-/// A frame is out of reach if the root mean square distance of its points from the surface is larger than this, in standard deviations.
-const REACH_SD: f64 = 3.0;
+/// A frame whose points are missed by more than this is no result: root mean square distance in standard deviations of the points. The same
+/// in standard deviations that include the errors of the body is out of reach.
+const MISSED_SD: f64 = 3.0;
 /// The same as a distance from the placed body, m: twice the standard deviation of its place. The linearisation does not hold for larger
 /// distances.
 const REACH_M: f64 = 10e-3;
@@ -35,11 +37,20 @@ pub enum FrameStatus {
     Unresolved,
     /// There are no observations: the tensions follow from the frames around it and the prior.
     Gap,
+    /// The most probable shape misses the observations by more than three times their standard deviation.
+    PoorFit,
     /// The observations cannot be reached by this body, or are wrong.
     OutOfReach,
     /// No way was found in which a speaker could reach the equilibrium: not from rest, with all muscles together or some before the
     /// others, and not from the posture before or after it.
     OffBranch,
+}
+
+impl FrameStatus {
+    /// Whether the intervals of a frame can be trusted. Those of an unresolved frame and of one without data are wide.
+    pub fn is_trusted(self) -> bool {
+        matches!(self, Self::Converged | Self::Unresolved | Self::Gap)
+    }
 }
 
 /// A shape that is reached from rest replaces that of a frame off the branch if its distance from the observations is larger by no more
@@ -84,6 +95,9 @@ pub struct Tracked {
     pub bones: Vec<Displacement>,
     /// Root mean square distance of the fitted observations from the most probable shape, m; `None` if there are none.
     pub rms_m: Option<f64>,
+    /// The same in standard deviations of the observations, as they are given.
+    #[serde(default)]
+    pub rms_sd: Option<f64>,
     /// The held-out points.
     pub hidden: Vec<Foretold>,
     /// Number of directions of the tensions whose standard deviation is below half of the prior's.
@@ -95,7 +109,7 @@ pub struct Tracked {
     /// reached, m. If that meets them as well, the positions and formants are of it; its tensions differ a little from the levels.
     #[serde(default)]
     pub reached_rms_m: Option<f64>,
-    /// Positions of all nodes, m.
+    /// Positions of all nodes, m; empty where they were not asked for ([`TrackSettings::shapes`]).
     pub positions: Vec<SVector<f64, 2>>,
     /// Its lowest formants, if they are wanted ([`listen()`](super::listen())); empty where there is no airway or the frame has no data.
     #[serde(default)]
@@ -118,8 +132,6 @@ pub struct TrackedRecording {
     pub rest: Vec<SVector<f64, 2>>,
     /// All frames.
     pub frames: Vec<Tracked>,
-    /// Its gestures.
-    pub gestures: Vec<Gesture>,
     /// The intervals of its labels.
     pub segments: Vec<LabelMean>,
 }
@@ -141,19 +153,20 @@ pub(super) struct Found<'a> {
     pub foretold: &'a [Foretold],
     /// Whether its observations cannot be right.
     pub lost: bool,
-    /// Means over the recording of every muscle's tension, one number for each draw.
-    pub means: &'a [Vec<f64>],
-    /// Number of the frame.
+    /// Means over the recording.
+    pub means: &'a Means,
+    /// Number of the frame in the window of the draws.
     pub number: usize,
+    /// Whether the positions of its nodes are part of the results.
+    pub is_shown: bool,
 }
 
-/// Results for a frame.
+/// Results for a frame, without its faults.
 pub(super) fn tracked(
     solver: &mut Solver<'_>,
     found: &Found<'_>,
     draws: &Draws,
     settings: &TrackSettings,
-    faults: Vec<Fault>,
 ) -> Tracked {
     let &Found { frame, x, linear, placed, lost, means, number, .. } = found;
     let tensions = &draws.tensions[number];
@@ -162,14 +175,14 @@ pub(super) fn tracked(
     let less = |(draws, means): (&Vec<f32>, &Vec<f64>)| {
         Ranged::of(draws.iter().zip(means).map(|(d, mean)| f64::from(*d) - mean))
     };
-    let courses = tensions.iter().zip(means).map(less).collect();
+    let courses = tensions.iter().zip(&means.0).map(less).collect();
     let shifts: Vec<Ranged> = draws.bones[number].iter().map(|d| of(d)).collect();
     let displacement = |pair: &[Ranged]| {
         let ends = |end: fn(&Ranged) -> f64| [end(&pair[0]) * BONE_SD_M, end(&pair[1]) * BONE_SD_M];
         Displacement { shift_m: ends(|r| r.median), low_m: ends(|r| r.low), high_m: ends(|r| r.high) }
     };
     let solved = match linear {
-        Some(linear) => Some(linear.positions.clone()),
+        Some(linear) => Some(linear.positions.to_vec()),
         None => solver.solve(frame, x, found.positions).map(<[_]>::to_vec),
     };
     let is_solved = solved.is_some();
@@ -179,11 +192,15 @@ pub(super) fn tracked(
         let squares = residuals.iter().zip(&frame.observations).map(|(r, o)| (r / o.weight).powi(2));
         (squares.sum::<f64>() / residuals.len() as f64).sqrt()
     };
-    let rms_m = (!frame.observations.is_empty()).then(|| rms(&residuals));
+    let in_sd = |residuals: &DVector<f64>, sd: &dyn Fn(&Along) -> f64| {
+        let far = residuals.iter().zip(&frame.observations).zip(&frame.along);
+        let squares: f64 = far.map(|((r, o), a)| (1e3 * r / o.weight / sd(a)).powi(2)).sum();
+        (squares / residuals.len().max(1) as f64).sqrt()
+    };
+    let is_seen = !frame.observations.is_empty();
+    let rms_m = is_seen.then(|| rms(&residuals));
     let is_near = placed.is_none_or(|p| residuals.is_empty() || rms(&frame::residuals(frame, p)) < REACH_M);
-    let far = residuals.iter().zip(&frame.observations).zip(&frame.along);
-    let squares: f64 = far.map(|((r, o), a)| (1e3 * r / o.weight / settings.errors.sd(a)).powi(2)).sum();
-    let rms_sd = (squares / residuals.len().max(1) as f64).sqrt();
+    let is_reached = in_sd(&residuals, &|a| settings.errors.sd(a)) <= MISSED_SD;
     let resolved = resolved(tensions, settings.link.prior_sd_n());
     let reached_rms_m = match found.way {
         Some(Way::Beside(there)) => Some(rms(&frame::residuals(frame, there))),
@@ -194,12 +211,19 @@ pub(super) fn tracked(
     if let Some(Way::Beside(there)) = found.way.filter(|_| as_well) {
         positions.clone_from(there);
     }
-    let status = if lost || !is_solved || !is_near || rms_sd > REACH_SD {
+    let of_points = |residuals: &DVector<f64>| in_sd(residuals, &|a| a.sd_mm);
+    let rms_sd = match found.way {
+        Some(Way::Beside(there)) if as_well => of_points(&frame::residuals(frame, there)),
+        _ => of_points(&residuals),
+    };
+    let status = if lost || !is_solved || !is_near || !is_reached {
         FrameStatus::OutOfReach
     } else if linear.is_none() {
         FrameStatus::Gap
     } else if !as_well {
         FrameStatus::OffBranch
+    } else if rms_sd > MISSED_SD {
+        FrameStatus::PoorFit
     } else if levels.iter().any(|l| l.median >= settings.upper_n) {
         FrameStatus::AtBound
     } else if resolved == 0 {
@@ -225,14 +249,15 @@ pub(super) fn tracked(
         courses,
         bones: shifts.chunks_exact(2).map(displacement).collect(),
         rms_m: if status == FrameStatus::OffBranch { rms_m } else { reached_rms_m.or(rms_m) },
+        rms_sd: is_seen.then_some(rms_sd),
         other_way: matches!(found.way, Some(Way::Own(Reached::OtherWay))),
         reached_rms_m,
         hidden: frame.hidden.iter().enumerate().map(foretold).collect(),
         resolved,
         levels,
         formants: listen::told(frame, &positions, &draws.heard[number]),
-        positions,
-        faults,
+        positions: if found.is_shown { positions } else { Vec::new() },
+        faults: Vec::new(),
     }
 }
 

@@ -55,10 +55,16 @@ impl Opponent {
     }
 }
 
-/// The model and the other methods on hidden points. `seen` are the observations of every recording, and `tracked` are the results of the
-/// model without the hidden points.
-pub fn opponents(seen: &[&AlignedRecording], tracked: &[Vec<Tracked>], hide: &[String]) -> Vec<Opponent> {
-    let model = tracked.iter().flatten().flat_map(missed).collect();
+/// The model and the other methods on hidden points; `None` if no points are hidden. `seen` are the observations of every recording, and
+/// `tracked` are the results of the model without the hidden points.
+pub fn held_out(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Option<HeldOut> {
+    let trained_on = if seen.len() > 1 { "other recordings" } else { "the same recording" };
+    let opponents = || opponents(seen, tracked, hide);
+    (!hide.is_empty()).then(|| HeldOut { points: hide.to_vec(), trained_on, opponents: opponents() })
+}
+
+fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Vec<Opponent> {
+    let model = tracked.iter().copied().flatten().flat_map(missed).collect();
     let names: Vec<String> = seen.first().map(|s| s.contour.clone()).unwrap_or_default();
     let hidden: Vec<usize> = (0..names.len()).filter(|&i| hide.contains(&names[i])).collect();
     let shown: Vec<usize> = (0..names.len()).filter(|&i| !hide.contains(&names[i])).collect();

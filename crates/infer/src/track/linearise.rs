@@ -1,5 +1,7 @@
 //! The linearisation of frames at given unknowns: the scores of the tensions, and the displacements of bones that were not seen.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::inverse::{BONE_SD_M, FreedBone};
@@ -20,7 +22,7 @@ pub struct Linear {
     /// Derivative of the residuals by the unknowns.
     pub jacobian: DMatrix<f64>,
     /// Positions of all nodes, m.
-    pub positions: Vec<Point>,
+    pub positions: Arc<[Point]>,
     /// Derivative by the unknowns of the distances of the hidden points from the surface, mm, positive outside.
     pub hidden_jacobian: DMatrix<f64>,
 }
@@ -89,7 +91,13 @@ impl Solver<'_> {
             let rates = rates?;
             let (jacobian, hidden_jacobian) = (rates.of_seen(), rates.of_hidden());
             let Rates { residuals, positions, .. } = rates;
-            Some(Linear { x: (*x).clone(), residuals, jacobian, positions, hidden_jacobian })
+            Some(Linear {
+                x: (*x).clone(),
+                residuals,
+                jacobian,
+                positions: positions.into(),
+                hidden_jacobian,
+            })
         };
         self.rates(&unknowns, postures).into_iter().zip(postures).map(linear).collect()
     }

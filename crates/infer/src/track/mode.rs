@@ -8,10 +8,9 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use tongue_core::geometry::Point;
-use tongue_core::parallel;
 
-use super::chain::{Chain, Factors};
-use super::errors::{FrameErrors, Knots};
+use super::chain::Chain;
+use super::errors::{Along, FrameErrors, Knots};
 use super::frame::{Frame, Solver};
 use super::linearise::Linear;
 use super::settings::TrackSettings;
@@ -52,14 +51,14 @@ pub(super) struct Here {
     pub z: DVector<f64>,
     /// Its linearisation, which during the search may be that at a state nearby; `None` without an equilibrium or data.
     pub linear: Option<Arc<Linear>>,
-    pub positions: Option<Vec<Point>>,
+    pub positions: Option<Arc<[Point]>>,
 }
 
 impl Here {
     /// Takes a linearisation at its state; the last positions stay where there is none.
     pub fn take(&mut self, linear: Option<Linear>) {
         if let Some(linear) = &linear {
-            self.positions = Some(linear.positions.clone());
+            self.positions = Some(Arc::clone(&linear.positions));
         }
         self.linear = linear.map(Arc::new);
     }
@@ -67,10 +66,10 @@ impl Here {
 
 /// A recording during the search.
 pub(super) struct Course {
-    pub frames: Vec<Frame>,
+    pub frames: Arc<Vec<Frame>>,
     pub chain: Chain,
     /// The errors of every frame; `None` where there are too few observations.
-    pub errors: Vec<Option<FrameErrors>>,
+    pub errors: Vec<Option<Arc<FrameErrors>>>,
     pub here: Vec<Here>,
 }
 
@@ -87,42 +86,6 @@ pub(super) struct Rows {
     pub by_state: DMatrix<f64>,
     /// Derivatives by the directions of the shape, where they are asked for.
     pub by_shape: Option<DMatrix<f64>>,
-}
-
-/// What a frame contributes to the curvature and the gradient.
-struct Contribution {
-    /// Of the state.
-    own: DMatrix<f64>,
-    gradient: DVector<f64>,
-    /// Between the state and the shape; of the shape.
-    across: Option<(DMatrix<f64>, DMatrix<f64>, DVector<f64>)>,
-}
-
-impl Rows {
-    fn contribution(&self) -> Contribution {
-        let Self { residuals, by_state, by_shape } = self;
-        let across = |by_shape: &DMatrix<f64>| {
-            (by_state.tr_mul(by_shape), by_shape.tr_mul(by_shape), by_shape.tr_mul(residuals))
-        };
-        Contribution {
-            own: by_state.tr_mul(by_state),
-            gradient: by_state.tr_mul(residuals),
-            across: by_shape.as_ref().map(across),
-        }
-    }
-}
-
-/// A recording whose states are eliminated.
-pub(super) struct Eliminated {
-    pub factors: Factors,
-    /// Responses of the states to the shared unknowns, and their own step, in columns.
-    pub answers: Vec<DMatrix<f64>>,
-    pub steps: Vec<DMatrix<f64>>,
-    /// The rows of every frame.
-    pub rows: Vec<Option<Rows>>,
-    /// Curvature and gradient of the shared unknowns after the elimination.
-    pub curvature: DMatrix<f64>,
-    pub gradient: DVector<f64>,
 }
 
 /// All recordings of a speaker, with their shared unknowns.
@@ -156,7 +119,7 @@ impl<'a, 's> Mode<'a, 's> {
     }
 
     /// A recording at the start of the search.
-    pub fn course(&self, frames: Vec<Frame>) -> Course {
+    pub fn course(&self, frames: Arc<Vec<Frame>>) -> Course {
         let Sizes { muscles, bones, knots } = self.sizes;
         let n = self.sizes.state();
         let mut precision = DMatrix::identity(n, n);
@@ -179,7 +142,8 @@ impl<'a, 's> Mode<'a, 's> {
             let taken: Vec<usize> =
                 seen.enumerate().filter(|(n, _)| (before + n) % every == every / 2).map(|(_, t)| t).collect();
             before += course.count();
-            let mut out = self.course(taken.iter().map(|&t| course.frames[t].clone()).collect());
+            let frames = taken.iter().map(|&t| course.frames[t].clone()).collect();
+            let mut out = self.course(Arc::new(frames));
             out.here = taken.iter().map(|&t| course.here[t].clone()).collect();
             out
         };
@@ -188,8 +152,21 @@ impl<'a, 's> Mode<'a, 's> {
 
     /// Sets the errors for the observations that the frames of a recording have now.
     pub fn take_errors(&self, course: &mut Course) {
-        let of = |f: &Frame| (f.observations.len() >= FEWEST).then(|| self.knots.frame(&f.along)).flatten();
-        course.errors = course.frames.iter().map(of).collect();
+        // Frames that show the same points with the same certainty share their errors.
+        let mut last: Option<(&[Along], Option<Arc<FrameErrors>>)> = None;
+        let of = |f: &'_ Frame| -> Option<Arc<FrameErrors>> {
+            (f.observations.len() >= FEWEST).then(|| self.knots.frame(&f.along)).flatten().map(Arc::new)
+        };
+        let mut errors = Vec::with_capacity(course.frames.len());
+        for frame in course.frames.iter() {
+            let found = match &last {
+                Some((along, found)) if *along == frame.along.as_slice() => found.clone(),
+                _ => of(frame),
+            };
+            last = Some((&frame.along, found.clone()));
+            errors.push(found);
+        }
+        course.errors = errors;
     }
 
     /// Unknowns of a frame's equilibrium: tensions before the link, and displacements.
@@ -218,7 +195,7 @@ impl<'a, 's> Mode<'a, 's> {
     }
 
     /// The rows of a frame; `None` where it has no observations or no equilibrium. `by_shape` are its derivatives by the shape, mm.
-    fn rows(&self, course: &Course, t: usize, by_shape: Option<DMatrix<f64>>) -> Option<Rows> {
+    pub(super) fn rows(&self, course: &Course, t: usize, by_shape: Option<DMatrix<f64>>) -> Option<Rows> {
         let residuals = self.residuals_mm(course, t, &course.here[t], &self.shared)?;
         let (linear, errors) = (course.here[t].linear.as_ref()?, course.errors[t].as_ref()?);
         let Sizes { muscles, bones, knots } = self.sizes;
@@ -237,7 +214,7 @@ impl<'a, 's> Mode<'a, 's> {
     }
 
     /// The unknown of a frame that responds as an unknown shared by all frames does: the course as its level, the slow as the static error.
-    fn beside(&self, shared: usize) -> usize {
+    pub(super) fn beside(&self, shared: usize) -> usize {
         if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
     }
 
@@ -250,81 +227,5 @@ impl<'a, 's> Mode<'a, 's> {
             out += by_shape * shared.rows(self.sizes.shared(), by_shape.ncols());
         }
         out
-    }
-
-    /// Eliminates the states of a recording; `more` gives derivatives by so many directions of the shape, mm. `damping` holds the tensions
-    /// and displacements of each frame, in units of their precision in the prior.
-    pub fn eliminate(
-        &self,
-        course: &Course,
-        damping: &[f64],
-        more: &(dyn Fn(usize) -> Option<DMatrix<f64>> + Sync),
-        columns: usize,
-    ) -> Option<Eliminated> {
-        let (n, s) = (self.sizes.state(), self.sizes.shared());
-        let p = s + columns;
-        let z: Vec<DVector<f64>> = course.here.iter().map(|h| h.z.clone()).collect();
-        let held = course.chain.image(&z);
-        let mut curvature = DMatrix::zeros(p, p);
-        let mut gradient = DVector::zeros(p);
-        let (mut own, mut across, mut steps) = (Vec::new(), Vec::new(), Vec::new());
-        let (m, held_by) = (self.sizes.muscles, self.settings.link.course_sd_n.powi(-2));
-        let numbers: Vec<usize> = (0..course.frames.len()).collect();
-        let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-        let contributed = |&t: &usize| {
-            let rows = self.rows(course, t, more(t))?;
-            Some((rows.contribution(), rows))
-        };
-        let found = parallel::map(&chunks, |chunk| chunk.iter().map(contributed).collect::<Vec<_>>());
-        let mut all: Vec<Option<Rows>> = Vec::with_capacity(numbers.len());
-        for ((t, held), found) in held.iter().enumerate().zip(found.into_iter().flatten()) {
-            let Some((found, rows)) = found else {
-                all.push(None);
-                own.push(DMatrix::zeros(n, n));
-                across.push(DMatrix::zeros(n, p));
-                steps.push(DMatrix::from_column_slice(n, 1, held.as_slice()));
-                continue;
-            };
-            all.push(Some(rows));
-            let mut by_state = found.own;
-            let mut by_both = DMatrix::zeros(n, p);
-            for i in 0..s {
-                by_both.column_mut(i).copy_from(&by_state.column(self.beside(i)));
-                gradient[i] += found.gradient[self.beside(i)];
-                (0..s).for_each(|j| curvature[(i, j)] += by_state[(self.beside(i), self.beside(j))]);
-            }
-            if let Some((with_state, own, pull)) = found.across {
-                by_both.columns_mut(s, columns).copy_from(&with_state);
-                for i in 0..s {
-                    for k in 0..columns {
-                        curvature[(i, s + k)] += with_state[(self.beside(i), k)];
-                        curvature[(s + k, i)] += with_state[(self.beside(i), k)];
-                    }
-                }
-                let mut of_shape = curvature.view_mut((s, s), (columns, columns));
-                of_shape += own;
-                let mut of_shape = gradient.rows_mut(s, columns);
-                of_shape += pull;
-            }
-            let damping = damping.get(t).copied().unwrap_or(0.0);
-            for i in 0..m {
-                by_state[(i, i)] += damping * held_by;
-                by_both[(i, i)] += damping * held_by;
-                curvature[(i, i)] += damping * held_by;
-            }
-            (m..m + self.sizes.bones).for_each(|i| by_state[(i, i)] += damping);
-            own.push(by_state);
-            across.push(by_both);
-            steps.push(DMatrix::from_columns(&[found.gradient + held]));
-        }
-        let factors = course.chain.factorise(&own)?;
-        let mut answers = across.clone();
-        factors.solve(&mut answers);
-        factors.solve(&mut steps);
-        for ((across, answer), step) in across.iter().zip(&answers).zip(&steps) {
-            curvature -= across.tr_mul(answer);
-            gradient -= across.tr_mul(&step.column(0));
-        }
-        Some(Eliminated { factors, answers, steps, rows: all, curvature, gradient })
     }
 }

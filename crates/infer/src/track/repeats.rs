@@ -10,6 +10,8 @@ use serde::Serialize;
 use tongue_core::random::seed_of;
 use tongue_input::measured::recording::Label;
 
+use super::found::Tracked;
+
 /// Number of points to which a repetition is resampled.
 const POINTS: usize = 11;
 /// Number of random shifts of the labels.
@@ -18,14 +20,10 @@ const SHIFTS: usize = 200;
 const FEWEST_FRAMES: usize = 3;
 
 /// A recording: the times of its frames, s, of every frame the course of each muscle, and its labels.
-#[derive(Debug, Clone, Copy)]
-pub struct Repeatable<'a> {
-    /// Times, s.
-    pub times: &'a [f64],
-    /// Courses, N per metre of thickness: a vector over muscles for each frame.
-    pub courses: &'a [Vec<f64>],
-    /// Its labels.
-    pub labels: &'a [Label],
+struct Repeatable<'a> {
+    times: Vec<f64>,
+    courses: Vec<Vec<f64>>,
+    labels: &'a [Label],
 }
 
 /// Repeatability of the course of one muscle.
@@ -53,8 +51,21 @@ pub struct Repeats {
 /// The labels of a tier that repeat: for each its name, and the recording, beginning and end of every repetition.
 type Groups = Vec<(String, Vec<(usize, f64, f64)>)>;
 
-/// Repeatability in recordings with courses of this number of muscles; `None` if no label repeats.
-pub fn repeats(recordings: &[Repeatable<'_>], muscles: usize) -> Option<Repeats> {
+/// Repeatability in recordings, each given by its frames and its labels, with courses of this number of muscles; `None` if no label
+/// repeats.
+pub fn repeats<'a>(
+    recordings: impl IntoIterator<Item = (&'a [Tracked], &'a [Label])>,
+    muscles: usize,
+) -> Option<Repeats> {
+    let one = |(frames, labels): (&'a [Tracked], &'a [Label])| {
+        let course = |f: &Tracked| f.courses.iter().map(|c| c.median).collect();
+        let times = frames.iter().map(|f| f.time_s).collect();
+        Repeatable { times, courses: frames.iter().map(course).collect(), labels }
+    };
+    repeated(&recordings.into_iter().map(one).collect::<Vec<_>>(), muscles)
+}
+
+fn repeated(recordings: &[Repeatable<'_>], muscles: usize) -> Option<Repeats> {
     let mut tiers: Vec<&str> = Vec::new();
     for label in recordings.iter().flat_map(|r| r.labels) {
         if !tiers.contains(&label.tier.as_str()) {
@@ -69,7 +80,7 @@ pub fn repeats(recordings: &[Repeatable<'_>], muscles: usize) -> Option<Repeats>
     let mut random = fastrand::Rng::with_seed(seed_of(0, recordings.len()));
     let shifted: Vec<Vec<f64>> = (0..SHIFTS)
         .map(|_| {
-            let shifts: Vec<f64> = recordings.iter().map(|r| random.f64() * span(r.times)).collect();
+            let shifts: Vec<f64> = recordings.iter().map(|r| random.f64() * span(&r.times)).collect();
             iccs(recordings, &groups, muscles, &shifts)
         })
         .collect();
@@ -128,7 +139,7 @@ fn iccs(recordings: &[Repeatable<'_>], groups: &Groups, muscles: usize, shifts: 
 
 /// The courses at a time, interpolated linearly between frames; a recording continues at its beginning where it ends.
 fn at(recording: &Repeatable<'_>, time: f64) -> Vec<f64> {
-    let (Some(&first), length) = (recording.times.first(), span(recording.times)) else { return Vec::new() };
+    let (Some(&first), length) = (recording.times.first(), span(&recording.times)) else { return Vec::new() };
     let time = if time > first + length { time - length } else { time };
     let after = recording.times.partition_point(|t| *t < time).clamp(1, recording.times.len().max(2) - 1);
     let (Some(low), Some(high)) = (recording.courses.get(after - 1), recording.courses.get(after)) else {
@@ -184,19 +195,19 @@ mod tests {
             vec![10.0 * same, (11.0 * t * t).sin()]
         };
         let courses: Vec<Vec<f64>> = times.iter().map(|t| of(*t)).collect();
-        let recording = Repeatable { times: &times, courses: &courses, labels: &labels };
-        let found = repeats(&[recording], 2).unwrap();
+        let recording = |labels| Repeatable { times: times.clone(), courses: courses.clone(), labels };
+        let found = repeated(&[recording(&labels)], 2).unwrap();
         assert_eq!((found.tier.as_str(), found.labels[0].1), ("word", 3));
         assert!(
             found.muscles[0].icc > 0.98 && found.muscles[0].chance_95 < found.muscles[0].icc,
             "{found:?}"
         );
         assert!(found.muscles[1].icc < 0.5, "{found:?}");
-        let once = Repeatable { labels: &labels[..1], ..recording };
-        assert_eq!(repeats(&[once], 2), None);
+        assert_eq!(repeated(&[recording(&labels[..1])], 2), None);
         // Labels longer than a recording, and recordings of one frame.
         let odd = [Label { to_s: 1e9, ..labels[0].clone() }, labels[1].clone()];
-        repeats(&[Repeatable { labels: &odd, ..recording }], 2);
-        repeats(&[Repeatable { times: &times[..1], courses: &courses[..1], labels: &labels }], 2);
+        repeated(&[recording(&odd)], 2);
+        let (times, courses) = (times[..1].to_vec(), courses[..1].to_vec());
+        repeated(&[Repeatable { times, courses, labels: &labels }], 2);
     }
 }

@@ -1,19 +1,25 @@
 //! All recordings of a speaker: the most probable tensions, rejected observations, draws, and results.
 
+use std::sync::Arc;
+
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
 use tongue_core::statistics::upper_median;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
 use super::branch::ways;
-use super::consider::{self, Draws};
+use super::by_shape::{ByShape, by_shape};
+use super::consider;
 use super::descend::descend;
+use super::draws::Sampler;
+use super::eliminate::Eliminated;
 use super::errors::Knots;
 use super::foretell::foretell;
 use super::found::{Foretold, Found, Tracked, TrackedRecording, tracked};
 use super::frame::{Frame, Solver};
-use super::gesture::{gestures, segments};
-use super::mode::{CHUNK, Course, FEWEST, Here, Mode};
+use super::listen;
+use super::mode::{CHUNK, Course, FEWEST, Mode};
+use super::segments::Segments;
 use super::settings::TrackSettings;
 use super::shape::RestShape;
 use super::shown::{Shown, sampled, shown};
@@ -34,10 +40,10 @@ pub fn track(
     let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let knots = knots(&recordings, settings);
     let mut mode = Mode::new(stage.sizes(&knots), settings, &knots, &solver);
-    let mut courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(frames)).collect();
+    let mut courses: Vec<Course> =
+        recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
     let (faults, lost) = placed(&mut mode, &mut courses, &|round| progress(round, passes));
     progress(settings.rounds, passes);
-    let draws = consider::draws(&mode, &courses, stage.shape)?;
     let foretold = foretell(&mode, &courses);
     let shown = stage.shape.map(|shape| shown(stage, shape, &mode, &courses));
     let (system, found, shared) = match &shown {
@@ -49,12 +55,28 @@ pub fn track(
     let shaped = || Solver::new(system, stage.followed, settings.link).with_freed(stage.freed);
     let again = Mode { solver: &shaped, shared: shared.clone(), ..mode.clone() };
     progress(settings.rounds + 1, passes);
-    let all = found.iter().zip(&courses).zip(draws.iter().zip(&foretold)).zip(faults.iter().zip(&lost));
-    let out = all
-        .map(|(((course, placed), (draws, foretold)), (faults, lost))| {
-            told(&again, course, &placed.here, (draws, foretold), (faults, lost))
-        })
-        .collect();
+    let columns = stage.shape.map_or(0, RestShape::count);
+    let by_shape: Vec<_> = courses.iter().map(|course| by_shape(&mode, course, stage.shape)).collect();
+    let of_shape: Vec<_> =
+        by_shape.iter().map(|all| |t: usize| all[t].as_ref().map(|b: &ByShape| b.seen.clone())).collect();
+    let linear =
+        courses.iter().zip(&of_shape).map(|(c, by_shape)| Eliminated::new(&mode, c, &[], by_shape, columns));
+    let linear = linear.collect::<Option<Vec<_>>>()?;
+    let shared = consider::draws(&mode, &courses, &linear, stage.shape)?;
+    let mut out = Vec::with_capacity(courses.len());
+    for (number, faults) in faults.into_iter().enumerate() {
+        let course = &courses[number];
+        let sampler = Sampler {
+            mode: &mode,
+            course,
+            linear: &linear[number],
+            by_shape: &by_shape[number],
+            heard: listen::rates(&mode, course, stage.shape),
+            shared: &shared,
+            number,
+        };
+        out.push(told(&again, &found[number], &sampler, &foretold[number], (faults, &lost[number])));
+    }
     progress(passes, passes);
     Some(out)
 }
@@ -80,7 +102,7 @@ pub fn rest_shape(
     let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let knots = knots(&recordings, settings);
     let mut mode = Mode::new(stage.sizes(&knots), settings, &knots, &solver);
-    let courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(frames)).collect();
+    let courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
     let mut courses = sampled(&mode, &courses);
     placed(&mut mode, &mut courses, &|round| progress(round, settings.rounds));
     let Shown { body, courses, .. } = shown(stage, shape, &mode, &courses);
@@ -139,7 +161,7 @@ fn without_outliers(mode: &Mode<'_, '_>, courses: &mut [Course]) -> (Vec<Vec<Vec
     let (mut faults, mut lost) = (Vec::new(), Vec::new());
     for (course, far) in courses.iter_mut().zip(&all) {
         let (mut of_frames, mut lost_frames) = (Vec::new(), Vec::new());
-        for (t, frame) in course.frames.iter_mut().enumerate() {
+        for (t, frame) in Arc::make_mut(&mut course.frames).iter_mut().enumerate() {
             let mut lost = frame.observations.len() >= FEWEST && course.here[t].linear.is_none();
             let mut faults = Vec::new();
             let wrong = |i: &usize| far[t].get(*i).is_some_and(|f| *f > MOST_SD * usual.max(1.0));
@@ -167,52 +189,46 @@ fn without_outliers(mode: &Mode<'_, '_>, courses: &mut [Course]) -> (Vec<Vec<Vec
     (faults, lost)
 }
 
-/// Results for every frame of a recording, on the body with the most probable shape; `placed` are the frames on the placed body.
+/// Results for every frame of a recording, on the body with the most probable shape; the draws are those of the placed body.
 fn told(
     mode: &Mode<'_, '_>,
     course: &Course,
-    placed: &[Here],
-    (draws, foretold): (&Draws, &[Vec<Foretold>]),
-    (faults, lost): (&[Vec<Fault>], &[bool]),
+    draws: &Sampler<'_, '_>,
+    foretold: &[Vec<Foretold>],
+    (mut faults, lost): (Vec<Vec<Fault>>, &[bool]),
 ) -> TrackedRecording {
-    let frames = course.frames.len();
-    let means: Vec<Vec<f64>> = (0..mode.sizes.muscles)
-        .map(|i| {
-            let count = draws.tensions.first().map_or(0, |f| f[i].len());
-            let of =
-                |d: usize| draws.tensions.iter().map(|f| f64::from(f[i][d])).sum::<f64>() / frames as f64;
-            (0..count).map(of).collect()
-        })
-        .collect();
+    let count = course.frames.len();
     let unknowns: Vec<_> = course.here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
     let ways = if mode.settings.branch { ways(mode, course, &unknowns) } else { Vec::new() };
-    let numbers: Vec<usize> = (0..frames).collect();
-    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let finish = |chunk: &&[usize]| -> Vec<Tracked> {
-        let mut solver = (mode.solver)();
-        let one = |&t: &usize| {
-            let found = Found {
-                way: ways.get(t).and_then(Option::as_ref),
-                frame: &course.frames[t],
-                x: &unknowns[t],
-                linear: course.here[t].linear.as_deref(),
-                positions: course.here[t].positions.as_deref(),
-                placed: placed[t].positions.as_deref(),
-                foretold: &foretold[t],
-                lost: lost[t],
-                means: &means,
-                number: t,
-            };
-            tracked(&mut solver, &found, draws, mode.settings, faults[t].clone())
-        };
-        chunk.iter().map(one).collect()
-    };
-    let times: Vec<f64> = course.frames.iter().map(|f| f.time_s).collect();
     let labels: Vec<&[usize]> = course.frames.iter().map(|f| f.labels.as_slice()).collect();
-    TrackedRecording {
-        rest: (mode.solver)().system.rest().to_vec(),
-        frames: parallel::map(&chunks, finish).into_iter().flatten().collect(),
-        gestures: gestures(&times, draws, &means),
-        segments: segments(&labels, draws, &means),
-    }
+    let mut segments = Segments::new(&labels);
+    let mut frames: Vec<Tracked> = Vec::with_capacity(count);
+    draws.draw(|window, drawn, means| {
+        let numbers: Vec<usize> = window.clone().collect();
+        let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+        let finish = |chunk: &&[usize]| -> Vec<Tracked> {
+            let mut solver = (mode.solver)();
+            let one = |&t: &usize| {
+                let found = Found {
+                    way: ways.get(t).and_then(Option::as_ref),
+                    frame: &course.frames[t],
+                    x: &unknowns[t],
+                    linear: course.here[t].linear.as_deref(),
+                    positions: course.here[t].positions.as_deref(),
+                    placed: draws.course.here[t].positions.as_deref(),
+                    foretold: &foretold[t],
+                    lost: lost[t],
+                    means,
+                    number: t - window.start,
+                    is_shown: mode.settings.is_shown(t, count),
+                };
+                tracked(&mut solver, &found, drawn, mode.settings)
+            };
+            chunk.iter().map(one).collect()
+        };
+        frames.extend(parallel::map(&chunks, finish).into_iter().flatten());
+        segments.take(window, drawn, means);
+    });
+    frames.iter_mut().zip(&mut faults).for_each(|(frame, faults)| frame.faults = std::mem::take(faults));
+    TrackedRecording { rest: (mode.solver)().system.rest().to_vec(), frames, segments: segments.finish() }
 }

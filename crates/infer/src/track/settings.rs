@@ -20,6 +20,8 @@ pub struct TrackSettings {
     pub seed: u64,
     /// Upper bound of every tension, N per metre of thickness: larger tensions are reported as at the bound.
     pub upper_n: f64,
+    /// Largest number of frames of a recording whose positions are part of the results; they are equally spaced.
+    pub shapes: usize,
     /// Whether every frame is checked to lie on the branch of equilibria that begins at rest.
     pub branch: bool,
     /// Largest number of rounds of the search for the most probable tensions.
@@ -30,6 +32,11 @@ pub struct TrackSettings {
 const BOUND: f64 = 5.4;
 
 impl TrackSettings {
+    /// Whether the positions of frame `t` of so many are part of the results.
+    pub fn is_shown(&self, t: usize, frames: usize) -> bool {
+        self.shapes > 0 && t.is_multiple_of(frames.div_ceil(self.shapes).max(1))
+    }
+
     /// Settings for tensions of this scale (default: 20 N per metre of thickness) and this memory (default: 0.1 s).
     pub fn new(scale_n: f64, memory_s: f64) -> Self {
         Self {
@@ -40,6 +47,7 @@ impl TrackSettings {
             draws: 1000,
             seed: 0,
             upper_n: BOUND * scale_n,
+            shapes: usize::MAX,
             branch: true,
             rounds: 40,
         }

@@ -1,5 +1,7 @@
 //! The displayed body: the speaker's most probable shape at rest, with the frames on it.
 
+use std::sync::Arc;
+
 use nalgebra::DVector;
 
 use tongue_core::geometry::Point;
@@ -54,7 +56,7 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
     // Costs of two bodies differ by less than what a linearisation nearby leaves out.
     at.keeps = false;
     let plain = |course: &Course| {
-        let mut out = at.course(course.frames.clone());
+        let mut out = at.course(Arc::clone(&course.frames));
         for (here, before) in out.here.iter_mut().zip(&course.here) {
             here.z.copy_from(&before.z.rows(0, sizes.state()));
             here.positions.clone_from(&before.positions);
@@ -141,6 +143,7 @@ fn begin_beside(course: &mut Course, sample: &Course) {
 fn carry(courses: &mut [Course], before: &[Point], rest: &[Point]) {
     let positions = courses.iter_mut().flat_map(|c| &mut c.here).filter_map(|h| h.positions.as_mut());
     for positions in positions {
+        let positions = Arc::make_mut(positions);
         positions.iter_mut().zip(before.iter().zip(rest)).for_each(|(p, (a, b))| *p += b - a);
     }
 }

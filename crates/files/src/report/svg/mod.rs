@@ -13,7 +13,6 @@ mod muscle_lines;
 mod muscles;
 mod plot;
 mod posterior;
-mod repeats;
 mod scatter;
 mod section;
 mod solid;
@@ -38,7 +37,6 @@ pub use contrasts::contrasts;
 pub(super) use muscle_lines::colours;
 pub use muscles::{Panel, panels};
 pub use posterior::{outlines, pairs, ridges};
-pub use repeats::repeats;
 pub use scatter::{Scatter, scatter};
 pub(super) use section::check;
 #[cfg(feature = "files")]

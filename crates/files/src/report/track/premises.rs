@@ -2,11 +2,9 @@
 
 use serde::Serialize;
 
-use super::TWO_SIDED_95;
-use crate::report::svg::{self, Svg};
 use crate::report::{ByMuscle, Table};
 use tongue_infer::adapt::Placement;
-use tongue_infer::track::{Repeated, Repeats, TrackSettings};
+use tongue_infer::track::{Repeated, Repeats, TWO_SIDED_95, TrackSettings};
 
 /// The prior that the intervals stand under.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -69,7 +67,7 @@ pub struct PlacementRecord {
 
 impl PlacementRecord {
     /// Of a placement.
-    pub(super) fn new(placement: &Placement) -> Self {
+    pub fn new(placement: &Placement) -> Self {
         let [back, up, turn, scale] = placement.intervals();
         let mm = |interval: [f64; 3]| interval.map(|m| 1e3 * m);
         Self {
@@ -113,16 +111,9 @@ pub struct RepeatsRecord {
 
 impl RepeatsRecord {
     /// Of muscles with these names.
-    pub(super) fn new(repeats: Repeats, muscles: &[String]) -> Self {
+    pub fn new(repeats: Repeats, muscles: &[String]) -> Self {
         let Repeats { tier, labels, muscles: all } = repeats;
         Self { tier, labels: labels.into_iter().collect(), muscles: ByMuscle::new(muscles, all) }
-    }
-
-    /// A picture of it.
-    pub fn picture(&self) -> Svg {
-        let row = |(muscle, r): &(String, Repeated)| (muscle.clone(), [r.icc, r.by_chance, r.chance_95]);
-        let rows: Vec<_> = self.muscles.0.iter().map(row).collect();
-        svg::repeats(&format!("What repeats: {}", self.said()), &rows)
     }
 
     /// In a sentence.

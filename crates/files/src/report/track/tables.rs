@@ -1,11 +1,34 @@
-//! Tracking as tables: tidy CSV, and OpenSim's.
+//! Tracking as tables: tidy CSV, and OpenSim's. Rows are made while they are written.
 
-use super::{FrameRecord, TrackRecord, status_name};
-use crate::report::{StoTable, Table};
+use std::io::{self, Write};
 
-impl TrackRecord {
-    /// A row for each recording, frame and muscle.
-    pub fn table(&self) -> Table {
+use super::{RecordingResult, TrackRecord, status_name};
+use crate::report::cells;
+use crate::report::{Export, Provenance, StoTable};
+use tongue_infer::track::{Ranged, Tracked};
+
+/// Writes a table row by row, with the provenance behind every row.
+pub(super) fn write(
+    out: &mut dyn Write,
+    by: &Provenance,
+    columns: &[&str],
+    rows: impl Iterator<Item = Vec<String>>,
+) -> io::Result<()> {
+    let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
+    let mut writer = cells::writer(out);
+    writer.write_record(columns.iter().copied().chain(names))?;
+    for row in rows {
+        writer.write_record(row.iter().chain(&values))?;
+    }
+    writer.flush()
+}
+
+/// A row for each recording, frame and muscle.
+#[derive(Debug)]
+pub struct TrackTable<'a>(pub &'a TrackRecord);
+
+impl Export for TrackTable<'_> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let columns = [
             "recording",
             "time_s",
@@ -21,32 +44,31 @@ impl TrackRecord {
             "resolved",
             "rms_mm",
         ];
-        let mut rows = Vec::new();
-        for f in &self.frames {
-            for (i, (muscle, tension)) in f.tensions_n.0.iter().enumerate() {
-                let known = self.courses.iter().any(|c| c.muscle == *muscle && c.known);
-                rows.push(vec![
-                    f.recording.clone(),
-                    f.time_s.to_string(),
-                    muscle.clone(),
-                    tension.to_string(),
-                    f.low.0[i].1.to_string(),
-                    f.high.0[i].1.to_string(),
-                    f.course.0[i].1.to_string(),
-                    f.course_low.0[i].1.to_string(),
-                    f.course_high.0[i].1.to_string(),
-                    known.to_string(),
-                    status_name(f.status),
-                    f.resolved.to_string(),
-                    f.rms_mm.map_or_else(String::new, |r| r.to_string()),
-                ]);
-            }
-        }
-        Table { columns: columns.map(str::to_owned).to_vec(), rows }
+        let TrackRecord { courses, results, .. } = self.0;
+        let rows = results.frames().flat_map(|(recording, frame)| {
+            let status = status_name(frame.status);
+            courses.iter().enumerate().map(move |(i, course)| {
+                let numbers = [&frame.levels[i], &frame.courses[i]].map(|r| [r.median, r.low, r.high]);
+                let begin = [recording.name.clone(), frame.time_s.to_string(), course.muscle.clone()];
+                let end = [
+                    course.known.to_string(),
+                    status.clone(),
+                    frame.resolved.to_string(),
+                    frame.rms_m.map_or_else(String::new, |r| (r * 1e3).to_string()),
+                ];
+                begin.into_iter().chain(numbers.concat().iter().map(f64::to_string)).chain(end).collect()
+            })
+        });
+        write(out, by, &columns, rows)
     }
+}
 
-    /// A row for each labelled stretch and muscle.
-    pub fn segments_table(&self) -> Table {
+/// A row for each labelled stretch and muscle.
+#[derive(Debug)]
+pub struct SegmentsTable<'a>(pub &'a TrackRecord);
+
+impl Export for SegmentsTable<'_> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let columns = [
             "recording",
             "tier",
@@ -59,11 +81,10 @@ impl TrackRecord {
             "low_n_per_m",
             "high_n_per_m",
         ];
-        let mut rows = Vec::new();
-        for s in &self.segments {
-            for (i, (muscle, course)) in s.course.0.iter().enumerate() {
-                rows.push(vec![
-                    s.recording.clone(),
+        let rows = self.0.results.segments().flat_map(|s| {
+            let row = |(i, (muscle, course)): (usize, &(String, f64))| {
+                vec![
+                    s.recording.to_owned(),
                     s.label.tier.clone(),
                     s.label.name.clone(),
                     s.label.from_s.to_string(),
@@ -73,19 +94,19 @@ impl TrackRecord {
                     course.to_string(),
                     s.low.0[i].1.to_string(),
                     s.high.0[i].1.to_string(),
-                ]);
-            }
-        }
-        Table { columns: columns.map(str::to_owned).to_vec(), rows }
+                ]
+            };
+            s.course.0.iter().enumerate().map(row).collect::<Vec<_>>()
+        });
+        write(out, by, &columns, rows)
     }
+}
 
-    /// One recording for OpenSim: tensions and courses with the ends of their intervals, displacements of freed bones, and the number of resolved
-    /// directions over time.
-    pub fn sto(&self, recording: &str) -> StoTable {
-        let muscles: Vec<&String> =
-            self.frames.first().map(|f| f.tensions_n.0.iter().map(|(m, _)| m).collect()).unwrap_or_default();
+impl RecordingResult {
+    /// The recording for OpenSim: tensions and courses with the ends of their intervals, displacements of freed bones, and the number of
+    /// resolved directions over time.
+    pub fn sto(&self, muscles: &[String]) -> StoTable {
         let of = |what: &str| muscles.iter().map(|m| format!("{m}_{what}")).collect::<Vec<_>>();
-        let freed = self.frames.iter().find(|f| f.recording == recording).map(|f| f.bones.0.iter());
         let axes = |bone: &String| ["x", "y"].map(|axis| format!("{bone}_shift_{axis}_mm"));
         let labels = [
             vec!["time".to_owned()],
@@ -95,21 +116,21 @@ impl TrackRecord {
             of("course_n_per_m"),
             of("course_low_n_per_m"),
             of("course_high_n_per_m"),
-            freed.into_iter().flatten().flat_map(|(bone, _)| axes(bone)).collect(),
+            self.freed.iter().flat_map(axes).collect(),
             vec!["resolved".to_owned()],
         ];
-        let row = |f: &FrameRecord| {
-            let values = [&f.tensions_n, &f.low, &f.high, &f.course, &f.course_low, &f.course_high]
-                .into_iter()
-                .flat_map(|b| b.0.iter().map(|(_, v)| *v));
-            let shifts = f.bones.0.iter().flat_map(|(_, b)| b.shift_mm.iter().copied());
+        let row = |f: &Tracked| {
+            let values = [&f.levels, &f.courses].into_iter().flat_map(|of| {
+                let ends: [fn(&Ranged) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
+                ends.into_iter().flat_map(move |end| of.iter().map(end))
+            });
+            let shifts = f.bones.iter().flat_map(|b| b.shift_m.map(|x| x * 1e3));
             std::iter::once(f.time_s).chain(values).chain(shifts).chain([f.resolved as f64]).collect()
         };
-        let rows = self.frames.iter().filter(|f| f.recording == recording).map(row).collect();
         StoTable {
-            title: format!("tongue-fit: muscle tensions over time, {recording}"),
+            title: format!("tongue-fit: muscle tensions over time, {}", self.name),
             labels: labels.concat(),
-            rows,
+            rows: self.frames.iter().map(row).collect(),
         }
     }
 }

@@ -1,10 +1,15 @@
 //! Formants of tracked frames as records.
 
+use std::io::{self, Write};
+
 use serde::Serialize;
 
-use super::{FrameRecord, Table, TrackRecord};
+use super::tables::write;
+use super::{TrackRecord, TrackResults};
+use crate::report::{Export, Provenance};
 use tongue_core::statistics::upper_median;
 use tongue_infer::heard::{Articulation, TRACT_SD, Tract};
+use tongue_infer::track::Tracked;
 
 /// What the formants of a run are those of, and how far they are known.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,11 +28,12 @@ pub struct FormantsRecord {
 }
 
 impl FormantsRecord {
-    fn new(tract: &Tract, lips: &Articulation, frames: &[FrameRecord]) -> Self {
-        let told: Vec<_> = frames.iter().filter(|f| !f.formants.is_empty()).collect();
+    pub fn new(tract: &Tract, lips: &Articulation, results: &TrackResults) -> Self {
+        let told: Vec<&Tracked> =
+            results.frames().map(|(_, f)| f).filter(|f| !f.formants.is_empty()).collect();
         let count = told.first().map_or(0, |f| f.formants.len());
         let median =
-            |of: &dyn Fn(&FrameRecord) -> f64| upper_median(told.iter().map(|f| of(f))).unwrap_or(f64::NAN);
+            |of: &dyn Fn(&Tracked) -> f64| upper_median(told.iter().map(|f| of(f))).unwrap_or(f64::NAN);
         Self {
             tract: tract.name.clone(),
             lip_opening_mm: lips.lip_opening_mm,
@@ -55,28 +61,19 @@ impl FormantsRecord {
     }
 }
 
-impl TrackRecord {
-    /// Adds what the formants of its frames are those of.
-    pub fn add_formants(&mut self, tract: &Tract, lips: &Articulation) {
-        self.formants = Some(FormantsRecord::new(tract, lips, &self.frames));
-    }
+/// A row for each frame and formant.
+#[derive(Debug)]
+pub struct FormantsTable<'a>(pub &'a TrackRecord);
 
-    /// A row for each frame and formant.
-    pub fn formants_table(&self) -> Table {
-        let columns = ["recording", "time_s", "formant", "hz", "sd_hz"].map(str::to_owned).to_vec();
-        let rows = self.frames.iter().flat_map(|f| {
-            let row = |(i, formant): (usize, &tongue_infer::track::TrackedFormant)| {
-                let name = format!("F{}", i + 1);
-                vec![
-                    f.recording.clone(),
-                    f.time_s.to_string(),
-                    name,
-                    formant.hz.to_string(),
-                    formant.sd_hz.to_string(),
-                ]
-            };
-            f.formants.iter().enumerate().map(row).collect::<Vec<_>>()
+impl Export for FormantsTable<'_> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let rows = self.0.results.frames().flat_map(|(recording, frame)| {
+            frame.formants.iter().enumerate().map(|(i, formant)| {
+                let numbers = [formant.hz, formant.sd_hz].map(|v| v.to_string());
+                let begin = [recording.name.clone(), frame.time_s.to_string(), format!("F{}", i + 1)];
+                begin.into_iter().chain(numbers).collect()
+            })
         });
-        Table { columns, rows: rows.collect() }
+        write(out, by, &["recording", "time_s", "formant", "hz", "sd_hz"], rows)
     }
 }

@@ -1,0 +1,254 @@
+//! Pictures of a recording: for the page as compact numbers, which its script draws, and as files.
+
+use std::io;
+
+use serde::Serialize;
+
+use super::{RecordingResult, TrackRecord, TrackResults};
+use crate::report::svg::colours;
+use crate::report::{
+    AnimationFrame, Export as _, Provenance, ReportError, Svg, Timeline, Vtu, animation_of_seen, timelines,
+};
+use tongue_core::body::Mesh;
+use tongue_core::geometry::Point;
+use tongue_infer::track::{Ranged, Tracked};
+
+/// Most frames of a recording in the figure of its tensions.
+const MOST_FRAMES: usize = 2000;
+/// Most labels in a figure.
+const MOST_LABELS: usize = 60;
+/// The digits of packed numbers.
+const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+/// The largest packed number; the one above stands for a missing one.
+const LARGEST: f64 = 4094.0;
+
+/// Numbers in a range, each in two characters: the range's ends and the text.
+#[derive(Serialize)]
+struct Packed(f64, f64, String);
+
+impl Packed {
+    fn of(values: impl Iterator<Item = f64>) -> Self {
+        let values: Vec<f64> = values.collect();
+        let finite = || values.iter().copied().filter(|v| v.is_finite());
+        let (low, high) =
+            (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+        let span = (high - low).max(f64::MIN_POSITIVE);
+        let digits = values.iter().flat_map(|v| {
+            let part = ((v - low) / span * LARGEST).round();
+            let code = if v.is_finite() { part as usize } else { LARGEST as usize + 1 };
+            [code / 64, code % 64].map(|digit| char::from(DIGITS[digit]))
+        });
+        let text = digits.collect();
+        if low > high { Self(0.0, 0.0, text) } else { Self(rounded(low), rounded(high), text) }
+    }
+
+    /// Coordinates in millimetres, x and y in turn.
+    fn of_points(points: impl Iterator<Item = Option<Point>>) -> Self {
+        Self::of(points.flat_map(|p| p.map_or([f64::NAN; 2], |p| [1e3 * p.x, 1e3 * p.y])))
+    }
+}
+
+/// Enough digits for a picture.
+fn rounded(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
+
+/// What the figures of all recordings share: the parts of the body, as numbers of the drawn nodes.
+#[derive(Serialize)]
+pub(super) struct SharedFigure {
+    muscles: Vec<(String, bool)>,
+    outlines: Vec<Vec<usize>>,
+    lines: Vec<Line>,
+    bones: Vec<usize>,
+    palate: Packed,
+}
+
+/// A muscle of the body; `number` is its place among the contracting ones.
+#[derive(Serialize)]
+struct Line {
+    name: String,
+    colour: String,
+    number: Option<usize>,
+    nodes: Vec<usize>,
+}
+
+/// The nodes that are drawn: those of outlines, muscles and bones.
+fn drawn(mesh: &Mesh<2>) -> Vec<usize> {
+    let lines = mesh.muscles.iter().flat_map(|m| m.nodes.iter().copied());
+    let mut nodes: Vec<usize> = lines.chain(mesh.outlines().concat()).chain(mesh.fixed.clone()).collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    nodes
+}
+
+impl SharedFigure {
+    pub fn new(record: &TrackRecord) -> Self {
+        let results = &record.results;
+        let mesh = &results.body.mesh;
+        let drawn = drawn(mesh);
+        let places = |nodes: &[usize]| nodes.iter().filter_map(|n| drawn.binary_search(n).ok()).collect();
+        let names = mesh.muscle_names();
+        let line = |(i, (muscle, colour)): (usize, (_, String))| {
+            let muscle: &tongue_core::body::MuscleChain = muscle;
+            Line {
+                name: muscle.name.clone(),
+                colour,
+                number: results.contracting.iter().position(|m| *m == i),
+                nodes: places(&muscle.nodes),
+            }
+        };
+        Self {
+            muscles: record.courses.iter().map(|c| (c.muscle.clone(), c.known)).collect(),
+            outlines: mesh.outlines().iter().map(|nodes| places(nodes)).collect(),
+            lines: mesh.muscles.iter().zip(colours(&names)).enumerate().map(line).collect(),
+            bones: places(&mesh.fixed),
+            palate: Packed::of_points(results.palate.iter().copied().map(Some)),
+        }
+    }
+}
+
+/// The figure of a recording.
+#[derive(Serialize)]
+pub(super) struct Figure {
+    times: Packed,
+    /// A character for each frame: 1 where it cannot be trusted.
+    doubtful: String,
+    rms_mm: Packed,
+    labels: Vec<(f64, f64, String)>,
+    /// For every muscle, median and ends of the interval.
+    courses: Vec<[Packed; 3]>,
+    levels: Vec<[Packed; 3]>,
+    mirrored: bool,
+    /// Of the frames that are shown: times, tensions of each contracting muscle, nodes, and measured points. The nodes at rest.
+    shown: Packed,
+    tensions: Packed,
+    nodes: Packed,
+    rest: Packed,
+    marks: Packed,
+}
+
+impl Figure {
+    pub fn new(results: &TrackResults, one: &RecordingResult) -> Self {
+        let frames: Vec<&Tracked> =
+            one.frames.iter().step_by(one.frames.len().div_ceil(MOST_FRAMES).max(1)).collect();
+        let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
+        let of = |values: fn(&Tracked) -> &[Ranged]| -> Vec<[Packed; 3]> {
+            let ends: [fn(&Ranged) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
+            let muscle = |i: usize| ends.map(|end| Packed::of(frames.iter().map(|f| end(&values(f)[i]))));
+            (0..results.muscles.len()).map(muscle).collect()
+        };
+        let drawn = drawn(&results.body.mesh);
+        let ends = [one.frames.first(), one.frames.last()].map(|f| f.map_or(0.0, |f| f.time_s));
+        let labels = one.labels.iter();
+        let labels: Vec<_> =
+            labels.filter(|l| l.tier != "prompt" && l.to_s >= ends[0] && l.from_s <= ends[1]).collect();
+        let labels = if labels.len() > MOST_LABELS { Vec::new() } else { labels };
+        Self {
+            times: Packed::of(frames.iter().map(|f| f.time_s)),
+            doubtful: frames.iter().map(|f| if f.status.is_trusted() { '0' } else { '1' }).collect(),
+            rms_mm: Packed::of(frames.iter().map(|f| f.rms_m.map_or(f64::NAN, |r| r * 1e3))),
+            labels: labels.into_iter().map(|l| (l.from_s, l.to_s, l.name.clone())).collect(),
+            courses: of(|f| &f.courses),
+            levels: of(|f| &f.levels),
+            mirrored: one.mirrored,
+            shown: Packed::of(shown().map(|f| f.time_s)),
+            tensions: Packed::of(shown().flat_map(Tracked::tensions_n)),
+            nodes: Packed::of_points(
+                shown().flat_map(|f| drawn.iter().map(|n| f.positions.get(*n).copied())),
+            ),
+            rest: Packed::of_points(drawn.iter().map(|n| one.rest.get(*n).copied())),
+            marks: Packed::of_points(one.marks.iter().flatten().copied()),
+        }
+    }
+}
+
+/// An object as JSON inside a script element of HTML.
+pub(super) fn in_html(value: &impl Serialize) -> io::Result<String> {
+    Ok(serde_json::to_string(value)?.replace('<', "\\u003c"))
+}
+
+impl TrackResults {
+    /// The body of a recording at rest.
+    fn mesh(&self, one: &RecordingResult) -> Mesh<2> {
+        Mesh { nodes: one.rest.clone(), ..self.body.mesh.clone() }
+    }
+
+    fn shape(&self, frame: &Tracked) -> AnimationFrame {
+        let mut tensions = vec![0.0; self.body.mesh.muscles.len()];
+        for (muscle, tension) in self.contracting.iter().zip(frame.tensions_n()) {
+            tensions[*muscle] = tension;
+        }
+        AnimationFrame { time: frame.time_s, positions: frame.positions.clone(), tensions }
+    }
+
+    /// The animation of a recording: measured points over the simulated shapes.
+    ///
+    /// # Errors
+    /// As [`animation_of_seen`].
+    pub fn animation(&self, one: &RecordingResult) -> Result<Svg, ReportError> {
+        let shown = one.frames.iter().filter(|f| !f.positions.is_empty());
+        let shapes: Vec<AnimationFrame> = shown.map(|f| self.shape(f)).collect();
+        let marks: Vec<Vec<Point>> =
+            one.marks.iter().map(|points| points.iter().flatten().copied().collect()).collect();
+        let title = format!(
+            "{}: measured (dots) and simulated; muscles coloured by tension, with their largest",
+            one.name
+        );
+        animation_of_seen(&self.mesh(one), &self.palate, &shapes, &marks, one.mirrored, &title)
+    }
+
+    /// Writes the shape of a frame for ParaView.
+    ///
+    /// # Errors
+    /// As `out`.
+    pub fn write_vtu(
+        &self,
+        one: &RecordingResult,
+        frame: &Tracked,
+        out: &mut dyn io::Write,
+        by: &Provenance,
+    ) -> io::Result<()> {
+        let (mesh, shape) = (self.mesh(one), self.shape(frame));
+        let vtu = Vtu::new(&mesh, &shape.positions, &shape.tensions).map_err(io::Error::other)?;
+        vtu.write(out, by)
+    }
+}
+
+impl TrackRecord {
+    /// The figure of the tensions of a recording.
+    pub fn timelines(&self, one: &RecordingResult) -> Svg {
+        let frames = &one.frames;
+        let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
+        let doubtful: Vec<bool> = frames.iter().map(|f| !f.status.is_trusted()).collect();
+        let line = |(i, course): (usize, &tongue_infer::track::CourseSummary)| Timeline {
+            name: course.muscle.clone(),
+            known: course.known,
+            values: frames.iter().map(|f| [f.levels[i].median, f.levels[i].low, f.levels[i].high]).collect(),
+        };
+        let lines: Vec<Timeline> = self.courses.iter().enumerate().map(line).collect();
+        let rms_mm: Vec<Option<f64>> = frames.iter().map(|f| f.rms_m.map(|r| 1e3 * r)).collect();
+        timelines(&one.name, &times, &doubtful, &rms_mm, &one.labels, &lines)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packed_numbers_are_as_near_as_their_range_allows_and_missing_ones_are_told() {
+        let values = [-3.5, 0.0, f64::NAN, 60.25, 12.0];
+        let Packed(low, high, text) = Packed::of(values.into_iter());
+        let digit = |c: u8| DIGITS.iter().position(|d| *d == c).unwrap() as f64;
+        let codes: Vec<f64> =
+            text.as_bytes().chunks(2).map(|pair| 64.0 * digit(pair[0]) + digit(pair[1])).collect();
+        assert_eq!(codes.len(), values.len());
+        for (code, value) in codes.iter().zip(values) {
+            let back = low + (high - low) * code / LARGEST;
+            assert_eq!(*code > LARGEST, value.is_nan());
+            assert!(value.is_nan() || (back - value).abs() < 0.01, "{back} {value}");
+        }
+        let Packed(low, high, text) = Packed::of([f64::NAN].into_iter());
+        assert_eq!((low, high, text.as_str()), (0.0, 0.0, "__"));
+    }
+}

@@ -1,0 +1,163 @@
+//! The page of a run: one HTML file without a network. The figure of a recording is drawn when it is opened.
+
+use std::io::{self, Write};
+
+use maud::{Markup, PreEscaped, html};
+
+use super::figure::{Figure, SharedFigure, in_html};
+use super::{TrackRecord, status_name};
+use crate::report::page;
+use crate::report::{Export, Provenance};
+use tongue_infer::track::{FrameStatus, NARROW};
+
+const SCRIPT: &str = include_str!("page.js");
+
+/// The page.
+#[derive(Debug)]
+pub struct TrackPage<'a>(pub &'a TrackRecord);
+
+impl Export for TrackPage<'_> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let Self(record) = self;
+        let results = &record.results;
+        let figures: Vec<(&str, String)> = results
+            .recordings
+            .iter()
+            .map(|one| Ok((one.name.as_str(), in_html(&Figure::new(results, one))?)))
+            .collect::<io::Result<_>>()?;
+        let body = html! {
+            main {
+                (top(record, by))
+                (courses(record))
+                section {
+                    h2 { "Recordings" }
+                    p { "Open a recording for its tensions over time, with labels above and the distance of the measured points below, and for its shapes." }
+                    noscript { p { "The figures need a browser with JavaScript; " code { "--also svg" } " writes them as files." } }
+                    @for (nth, (name, figure)) in figures.iter().enumerate() {
+                        details.recording open[nth == 0] {
+                            summary { (name) }
+                            script type="application/json" { (PreEscaped(figure)) }
+                        }
+                    }
+                }
+                (repeats(record))
+                (held_out(record))
+                (doubts(record))
+            }
+            script type="application/json" id="body" { (PreEscaped(in_html(&SharedFigure::new(record))?)) }
+            script { (PreEscaped(SCRIPT)) }
+        };
+        out.write_all(page::document("tongue-fit track", &body).as_bytes())
+    }
+}
+
+fn repeats(record: &TrackRecord) -> Markup {
+    html! {
+        @if let Some(repeats) = &record.repeats {
+            section {
+                h2 { "What repeats" }
+                p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length, beside that of labels that are shifted by a random time in each recording. " (repeats.said()) "." }
+                table {
+                    thead { tr { @for h in ["muscle", "of its course", "by chance", "95 % of chance"] { th { (h) } } } }
+                    tbody { @for (muscle, r) in &repeats.muscles.0 { tr {
+                        td { (muscle) }
+                        @for value in [r.icc, r.by_chance, r.chance_95] { td { (fixed(value, 2)) } }
+                    } } }
+                }
+            }
+        }
+    }
+}
+
+fn top(record: &TrackRecord, by: &Provenance) -> Markup {
+    html! {
+        header {
+            h1 { "Tongue muscle tensions over time" }
+            p { "tongue-fit " (by.version) " · " code { (by.command) } }
+            p {
+                (record.results.frames().count()) " frames of " (record.recordings.len()) " recordings: "
+                @for (i, (status, n)) in record.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
+                ". Body: " (record.body) @if let Some(placement) = &record.placement { ", " (placement.said()) } "."
+                @if let Some(rms) = record.median_rms_mm { " What was seen is met to " (format!("{rms:.2}")) " mm (RMS, median over the frames)." }
+            }
+            p {
+                "Tensions are newtons per metre of thickness, at a Young's modulus of 6.9 kPa, with 95 % intervals. A level is a tension; its interval begins at 0 if it cannot exclude a slack muscle. "
+                "A course is a tension less its mean over the recording, which cancels the effect of the unknown shape of the tongue at rest on all frames. "
+                "Without data a tension is " (format!("{:.1} ({:.1} to {:.1})", record.prior.median_n, record.prior.interval_n[0], record.prior.interval_n[1]))
+                " N/m, with a correlation time of " (record.prior.memory_s) " s. "
+                "A contour or a few coils do not determine eight tensions: the rest comes from the prior. Intervals of courses that are not known are hatched; frames that cannot be trusted are shaded."
+            }
+            @for note in record.untrusted.iter().chain(&record.notes) { p.alarms { (note) } }
+        }
+    }
+}
+
+fn courses(record: &TrackRecord) -> Markup {
+    html! {
+        section {
+            h2 { "What is known of each muscle" }
+            table {
+                thead { tr { @for h in ["muscle", "course", "reliability", "width of courses, N/m", "width of levels, N/m"] { th { (h) } } } }
+                tbody { @for c in &record.courses { tr {
+                    td { (c.muscle) }
+                    td { @if c.known { "known" } @else { "not known" } }
+                    td { (format!("{:.2}", c.reliability)) }
+                    td { (format!("{:.1}", c.course_width_n)) }
+                    td { (format!("{:.1} ({:.0} % of the prior)", c.level_width_n, 100.0 * c.unknown_part)) }
+                } } }
+            }
+            p { "Widths are those of 95 % intervals, means over the frames. A course is known if it varies by more than its uncertainty (reliability above 0.5) and its intervals are narrower than " (format!("{:.0}", NARROW * record.prior.scale_n)) " N/m." }
+        }
+    }
+}
+
+fn held_out(record: &TrackRecord) -> Markup {
+    html! {
+        @if let Some(held) = &record.held_out {
+            section {
+                h2 { "Points that were held out" }
+                p { (held.points.join(", ")) "; learned on " (held.trained_on) "." }
+                table {
+                    thead { tr { @for h in ["predicted by", "points", "median, mm", "pooled, mm"] { th { (h) } } } }
+                    tbody { @for o in &held.opponents { tr {
+                        td { (o.name) } td { (o.points) } td { (format!("{:.2}", o.median_mm)) } td { (format!("{:.2}", o.pooled_mm)) }
+                    } } }
+                }
+                p { "The model is made for tensions, not for interpolation: opponents trained on this speaker may predict points better." }
+            }
+        }
+    }
+}
+
+fn doubts(record: &TrackRecord) -> Markup {
+    const MOST: usize = 200;
+    let doubtful = || {
+        let frames = record.results.frames();
+        frames.filter(|(_, f)| f.status != FrameStatus::Converged || !f.faults.is_empty())
+    };
+    html! {
+        section {
+            h2 { "Frames with a fault" }
+            @if doubtful().next().is_none() { p { "None." } } @else {
+                table {
+                    thead { tr { @for h in ["recording", "time, s", "status", "RMS, mm", "what"] { th { (h) } } } }
+                    tbody { @for (recording, f) in doubtful().take(MOST) { tr {
+                        td { (recording.name) }
+                        td { (format!("{:.3}", f.time_s)) }
+                        td { (status_name(f.status).replace('_', " ")) }
+                        td { @if let Some(r) = f.rms_m { (format!("{:.2}", 1e3 * r)) } }
+                        td { @for (i, fault) in f.faults.iter().enumerate() { @if i > 0 { "; " } (fault.kind.said()) ": " (fault.points.join(", ")) } }
+                    } } }
+                }
+                @if doubtful().count() > MOST { p { "The first " (MOST) "; all are in track.json." } }
+            }
+        }
+    }
+}
+
+/// A number with this many decimals, and no minus sign if they are all zero.
+pub fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
+}

@@ -1,0 +1,260 @@
+//! Draws of a recording's tensions, a window of frames after another.
+//!
+//! The draws of a frame follow from those of the frame after it. All draws of a long recording would need 32 kB a frame, so only the
+//! generators of random numbers and the coloured noise at the ends of the windows are kept, and the draws of a window are made where they
+//! are needed: once for the means over the recording, once for the results.
+
+use std::ops::Range;
+
+use fastrand::Rng;
+use nalgebra::DMatrix;
+
+use tongue_core::parallel;
+use tongue_core::random;
+
+use super::by_shape::ByShape;
+use super::consider::BATCH;
+use super::eliminate::{Eliminated, WINDOW, windows};
+use super::errors::Kriging;
+use super::mode::{Course, Mode};
+
+/// Draws of a window of frames.
+pub(super) struct Draws {
+    /// For every frame and muscle the tensions, N per metre of thickness, in the order of the draws.
+    pub tensions: Vec<Vec<Vec<f32>>>,
+    /// For every frame, the displacements of the bones, in standard deviations.
+    pub bones: Vec<Vec<Vec<f32>>>,
+    /// For every frame and hidden point, its expected distance from the surface of the most probable shape, mm.
+    pub hidden: Vec<Vec<Vec<f32>>>,
+    /// For every frame and formant that is told, its change from the most probable one, Hz.
+    pub heard: Vec<Vec<Vec<f32>>>,
+}
+
+/// Sums or means over frames of every muscle's tension, one number for each draw.
+pub(super) struct Means(pub Vec<Vec<f64>>);
+
+impl Means {
+    /// Zeros for as many muscles and draws.
+    pub fn zeros(other: &Self) -> Self {
+        Self(other.0.iter().map(|draws| vec![0.0; draws.len()]).collect())
+    }
+
+    /// Adds the tensions of a frame.
+    pub fn add(&mut self, tensions: &[Vec<f32>]) {
+        for (sums, draws) in self.0.iter_mut().zip(tensions) {
+            sums.iter_mut().zip(draws).for_each(|(sum, draw)| *sum += f64::from(*draw));
+        }
+    }
+}
+
+/// What the draws of a recording are made of.
+pub(super) struct Sampler<'a, 's> {
+    pub mode: &'a Mode<'a, 's>,
+    pub course: &'a Course,
+    pub linear: &'a Eliminated<'a, 's>,
+    pub by_shape: &'a [Option<ByShape>],
+    /// Derivatives of the formants of every frame.
+    pub heard: Vec<Option<DMatrix<f64>>>,
+    /// Draws of the shared unknowns.
+    pub shared: &'a DMatrix<f64>,
+    /// Number of the recording.
+    pub number: usize,
+}
+
+/// A batch of draws.
+#[derive(Clone)]
+struct Batch {
+    number: usize,
+    /// The generator at the beginning of every window, and behind all noise, from where hidden points take their numbers.
+    generators: Vec<Rng>,
+    hidden: Rng,
+    /// The coloured noise of the first frame after every window but the last.
+    after: Vec<DMatrix<f64>>,
+}
+
+impl Sampler<'_, '_> {
+    /// The means over the recording, and then the draws of every window of frames, which `take` gets in the order of time.
+    pub fn draw(&self, mut take: impl FnMut(Range<usize>, &Draws, &Means)) {
+        let frames = self.course.frames.len();
+        let windows = windows(frames);
+        let numbers: Vec<usize> = (0..self.shared.ncols() / BATCH).collect();
+        let mut batches = parallel::map(&numbers, |&number| self.batch(number, &windows));
+        let muscles = self.mode.sizes.muscles;
+        let mut means = Means(vec![vec![0.0; if frames > 0 { self.shared.ncols() } else { 0 }]; muscles]);
+        let mut only = None;
+        let mut spare = batches.clone();
+        for window in &windows {
+            let draws = self.window(window, &mut spare);
+            draws.tensions.iter().for_each(|tensions| means.add(tensions));
+            only = Some(draws).filter(|_| windows.len() == 1);
+        }
+        means.0.iter_mut().flatten().for_each(|sum| *sum /= frames as f64);
+        for window in windows {
+            let draws = only.take().unwrap_or_else(|| self.window(&window, &mut batches));
+            take(window, &draws, &means);
+        }
+    }
+
+    /// The state of a batch of draws before the first window.
+    fn batch(&self, number: usize, windows: &[Range<usize>]) -> Batch {
+        let seed = random::seed_of(!self.mode.settings.seed, self.number);
+        let mut random = Rng::with_seed(random::seed_of(seed, number));
+        let mut generators = Vec::with_capacity(windows.len());
+        for window in windows {
+            generators.push(random.clone());
+            // Every normal number takes two uniform ones.
+            (0..2 * window.len() * self.mode.sizes.state() * (BATCH / 2)).for_each(|_| {
+                random.f64();
+            });
+        }
+        let mut after: Vec<DMatrix<f64>> = Vec::new();
+        for (window, generator) in windows.iter().zip(&generators).skip(1).rev() {
+            let noise = self.coloured(window, generator.clone(), after.last());
+            after.extend(noise.into_iter().next());
+        }
+        after.reverse();
+        Batch { number, generators, hidden: random, after }
+    }
+
+    /// The deviations of the states from their middles in a window of frames, of a batch of draws.
+    fn coloured(
+        &self,
+        window: &Range<usize>,
+        mut random: Rng,
+        after: Option<&DMatrix<f64>>,
+    ) -> Vec<DMatrix<f64>> {
+        let n = self.mode.sizes.state();
+        let one = |_| {
+            let mut half = DMatrix::from_fn(n, BATCH / 2, |_, _| random::normal(&mut random));
+            half = half.resize_horizontally(BATCH, 0.0);
+            let mirrored = -half.columns(0, BATCH / 2).into_owned();
+            half.columns_mut(BATCH / 2, BATCH / 2).copy_from(&mirrored);
+            half
+        };
+        let mut noise: Vec<DMatrix<f64>> = window.clone().map(one).collect();
+        self.linear.factors.colour(&mut noise, window.start, after);
+        noise
+    }
+
+    /// The draws of a window.
+    fn window(&self, window: &Range<usize>, batches: &mut [Batch]) -> Draws {
+        let Self { mode, course, .. } = self;
+        let (m, bones, link) = (mode.sizes.muscles, mode.sizes.bones, mode.settings.link);
+        let kriged: Vec<Vec<Kriging>> = window.clone().map(|t| krigings(mode, course, t)).collect();
+        let linear = self.linear.window(window);
+        let nth = window.start / WINDOW;
+        let one = |batch: &Batch| {
+            let noise = self.coloured(window, batch.generators[nth].clone(), batch.after.get(nth));
+            let mut random = batch.hidden.clone();
+            let theta = self.shared.columns(batch.number * BATCH, BATCH).into_owned();
+            let mut tensions = Vec::with_capacity(noise.len());
+            let (mut moved, mut foretold) =
+                (Vec::with_capacity(noise.len()), Vec::with_capacity(noise.len()));
+            let mut sounds = Vec::with_capacity(noise.len());
+            for ((i, t), noise) in window.clone().enumerate().zip(noise) {
+                let step = &self.linear.steps[t];
+                let mut by = noise - &linear.answers[i] * &theta;
+                by.column_iter_mut().for_each(|mut c| c -= step.column(0));
+                let x = mode.unknowns(&course.here[t].z, &mode.shared);
+                let value = |i: usize, d: usize| (link.tension(x[i] + theta[(i, d)] + by[(i, d)]).0) as f32;
+                tensions.push((0..m).map(|i| (0..BATCH).map(|d| value(i, d)).collect()).collect());
+                let bone = |i: usize| (0..BATCH).map(|d| (x[m + i] + by[(m + i, d)]) as f32).collect();
+                moved.push((0..bones).map(bone).collect());
+                sounds.push(sound(mode, self.heard[t].as_ref(), &by, &theta));
+                let by_shape = self.by_shape[t].as_ref();
+                foretold.push(hidden(mode, course, by_shape, t, &kriged[i], (&by, &theta), &mut random));
+            }
+            ([tensions, moved, foretold, sounds], random)
+        };
+        let frames = || course.frames[window.clone()].iter();
+        let mut all = Draws {
+            tensions: vec![vec![Vec::with_capacity(self.shared.ncols()); m]; window.len()],
+            bones: vec![vec![Vec::new(); bones]; window.len()],
+            hidden: frames().map(|f| vec![Vec::new(); f.hidden.len()]).collect(),
+            heard: frames().map(|f| vec![Vec::new(); f.heard.len()]).collect(),
+        };
+        let parts = parallel::map(&*batches, one);
+        for ((part, random), batch) in parts.into_iter().zip(batches) {
+            batch.hidden = random;
+            for (all, part) in
+                [&mut all.tensions, &mut all.bones, &mut all.hidden, &mut all.heard].into_iter().zip(part)
+            {
+                let pairs = all
+                    .iter_mut()
+                    .zip(part)
+                    .flat_map(|(a, b): (&mut Vec<Vec<f32>>, Vec<Vec<f32>>)| a.iter_mut().zip(b));
+                pairs.for_each(|(a, b)| a.extend(b));
+            }
+        }
+        all
+    }
+}
+
+/// The kriging coefficients for the hidden points of a frame.
+fn krigings(mode: &Mode<'_, '_>, course: &Course, t: usize) -> Vec<Kriging> {
+    let (frame, Some(errors)) = (&course.frames[t], course.errors[t].as_ref()) else { return Vec::new() };
+    frame.hidden.iter().map(|h| mode.knots.kriging(&frame.along, errors, &h.along)).collect()
+}
+
+/// Draws of the changes of a frame's formants, Hz: by its tensions and displaced bones, and by the shape at rest.
+fn sound(
+    mode: &Mode<'_, '_>,
+    rates: Option<&DMatrix<f64>>,
+    by: &DMatrix<f64>,
+    theta: &DMatrix<f64>,
+) -> Vec<Vec<f32>> {
+    let (m, b, k) = (mode.sizes.muscles, mode.sizes.bones, mode.sizes.knots);
+    let Some(rates) = rates else { return Vec::new() };
+    let mut changes = by.rows(0, m + b).into_owned().resize_vertically(rates.ncols(), 0.0);
+    let mut levels = changes.rows_mut(0, m);
+    levels += theta.rows(0, m);
+    changes.rows_mut(m + b, rates.ncols() - m - b).copy_from(&theta.rows(m + k, rates.ncols() - m - b));
+    (rates * changes).row_iter().map(|row| row.iter().map(|v| *v as f32).collect()).collect()
+}
+
+/// Draws of the expected distances of a frame's hidden points: the motion of the surface less the expected error there.
+fn hidden(
+    mode: &Mode<'_, '_>,
+    course: &Course,
+    by_shape: Option<&ByShape>,
+    t: usize,
+    kriged: &[Kriging],
+    (by, theta): (&DMatrix<f64>, &DMatrix<f64>),
+    random: &mut Rng,
+) -> Vec<Vec<f32>> {
+    let (m, b, k) = (mode.sizes.muscles, mode.sizes.bones, mode.sizes.knots);
+    let Some(at) = course.here[t].linear.as_ref() else {
+        return vec![Vec::new(); course.frames[t].hidden.len()];
+    };
+    // Changes of all unknowns of a frame in a draw: tensions before the link, and displacements.
+    let mut x = by.rows(0, m + b).into_owned();
+    let mut levels = x.rows_mut(0, m);
+    levels += theta.rows(0, m);
+    let errors_at = {
+        let z = course.here[t].z.rows(m + b, k) + mode.shared.rows(m, k);
+        let mut all = by.rows(m + b, k) + theta.rows(m, k);
+        all.column_iter_mut().for_each(|mut c| c += &z);
+        all
+    };
+    let mut seen = DMatrix::zeros(at.residuals.len(), x.ncols());
+    for (row, o) in course.frames[t].observations.iter().enumerate() {
+        let unit = 1e3 / o.weight;
+        let rate = at.jacobian.row(row) * &x;
+        seen.row_mut(row).copy_from(&(rate.add_scalar(at.residuals[row]) * unit));
+    }
+    let mut there = &at.hidden_jacobian * &x;
+    if let Some(shape) = by_shape {
+        let amounts = theta.rows(m + k, theta.nrows() - m - k);
+        seen += &shape.seen * amounts;
+        there += &shape.hidden * amounts;
+    }
+    let one = |(i, kriging): (usize, &Kriging)| {
+        let expected = kriging.weights.tr_mul(&seen) + kriging.of_knots.tr_mul(&errors_at);
+        let mut value = |d: usize| {
+            let error = expected[(0, d)] + kriging.sd_mm * random::normal(random);
+            (error - there[(i, d)]) as f32
+        };
+        (0..x.ncols()).map(&mut value).collect()
+    };
+    kriged.iter().enumerate().map(one).collect()
+}

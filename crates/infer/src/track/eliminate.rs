@@ -1,0 +1,249 @@
+//! The states of a recording eliminated from the normal equations: what remains are those of the unknowns that all frames share.
+//!
+//! The responses of the states to the shared unknowns need 10 kB a frame. Only those of a recording of one window of frames are kept. Of
+//! a longer one the blocks at the ends of its windows are kept, and the rest of a window is made again where it is needed.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+
+use tongue_core::parallel;
+
+use super::chain::Factors;
+use super::mode::{CHUNK, Course, Mode, Rows};
+
+/// Number of frames in a window.
+pub(super) const WINDOW: usize = 16 * CHUNK;
+
+/// The windows of a recording of so many frames.
+pub(super) fn windows(frames: usize) -> Vec<Range<usize>> {
+    (0..frames).step_by(WINDOW).map(|from| from..(from + WINDOW).min(frames)).collect()
+}
+
+/// Derivatives of the observations of a frame by the directions of the shape, mm.
+pub(super) type ByShapeOf<'a> = &'a (dyn Fn(usize) -> Option<DMatrix<f64>> + Sync);
+
+/// What the observations of a frame contribute to curvature and gradient.
+struct Contribution {
+    /// Of the state.
+    own: DMatrix<f64>,
+    gradient: DVector<f64>,
+    /// Between the state and the shape, and of the shape.
+    of_shape: Option<(DMatrix<f64>, DMatrix<f64>, DVector<f64>)>,
+}
+
+impl Contribution {
+    fn of(Rows { residuals, by_state, by_shape }: &Rows) -> Self {
+        let of_shape = |by_shape: &DMatrix<f64>| {
+            (by_state.tr_mul(by_shape), by_shape.tr_mul(by_shape), by_shape.tr_mul(residuals))
+        };
+        Self {
+            own: by_state.tr_mul(by_state),
+            gradient: by_state.tr_mul(residuals),
+            of_shape: by_shape.as_ref().map(of_shape),
+        }
+    }
+}
+
+/// Rows of a window of frames, and the responses of their states to the shared unknowns.
+pub(super) struct Window {
+    pub rows: Vec<Option<Rows>>,
+    /// The coupling of the states with the shared unknowns, and the responses, which solve it.
+    across: Vec<DMatrix<f64>>,
+    pub answers: Vec<DMatrix<f64>>,
+}
+
+/// A recording whose states are eliminated.
+pub(super) struct Eliminated<'a, 's> {
+    mode: &'a Mode<'a, 's>,
+    course: &'a Course,
+    damping: &'a [f64],
+    by_shape: ByShapeOf<'a>,
+    columns: usize,
+    pub factors: Factors,
+    /// The steps of the states themselves, in columns.
+    pub steps: Vec<DMatrix<f64>>,
+    /// Curvature and gradient of the shared unknowns after the elimination.
+    pub curvature: DMatrix<f64>,
+    pub gradient: DVector<f64>,
+    /// For every window but the first, the last block before it after the forward elimination; for every window but the last, the
+    /// responses of the first frame after it.
+    before: Vec<DMatrix<f64>>,
+    after: Vec<DMatrix<f64>>,
+    /// The only window of a recording that has one.
+    kept: Option<Arc<Window>>,
+}
+
+impl<'a, 's> Eliminated<'a, 's> {
+    /// Eliminates the states of a recording; `by_shape` gives derivatives by so many `columns`. `damping` holds the tensions and
+    /// displacements of each frame, in units of their precision in the prior.
+    pub fn new(
+        mode: &'a Mode<'a, 's>,
+        course: &'a Course,
+        damping: &'a [f64],
+        by_shape: ByShapeOf<'a>,
+        columns: usize,
+    ) -> Option<Self> {
+        let (n, s) = (mode.sizes.state(), mode.sizes.shared());
+        let z: Vec<DVector<f64>> = course.here.iter().map(|h| h.z.clone()).collect();
+        let held = course.chain.image(&z);
+        let mut curvature = DMatrix::zeros(s + columns, s + columns);
+        let mut gradient = DVector::zeros(s + columns);
+        let (mut own, mut steps) = (Vec::with_capacity(z.len()), Vec::with_capacity(z.len()));
+        let (m, held_by) = (mode.sizes.muscles, mode.settings.link.course_sd_n.powi(-2));
+        let windows = windows(z.len());
+        let mut kept = None;
+        for window in &windows {
+            let (mut all, mut across) = (Vec::new(), Vec::new());
+            for (t, found) in window.clone().zip(contributions(mode, course, window, by_shape)) {
+                let Some((rows, found)) = found else {
+                    own.push(DMatrix::zeros(n, n));
+                    steps.push(DMatrix::from_column_slice(n, 1, held[t].as_slice()));
+                    all.push(None);
+                    across.push(DMatrix::zeros(n, s + columns));
+                    continue;
+                };
+                for i in 0..s {
+                    gradient[i] += found.gradient[mode.beside(i)];
+                    (0..s).for_each(|j| {
+                        curvature[(i, j)] += found.own[(mode.beside(i), mode.beside(j))];
+                    });
+                }
+                if let Some((with_state, own, pull)) = &found.of_shape {
+                    for (i, k) in (0..s).flat_map(|i| (0..columns).map(move |k| (i, k))) {
+                        curvature[(i, s + k)] += with_state[(mode.beside(i), k)];
+                        curvature[(s + k, i)] += with_state[(mode.beside(i), k)];
+                    }
+                    let mut of_shape = curvature.view_mut((s, s), (columns, columns));
+                    of_shape += own;
+                    let mut of_shape = gradient.rows_mut(s, columns);
+                    of_shape += pull;
+                }
+                let damping = damping.get(t).copied().unwrap_or(0.0);
+                if windows.len() == 1 {
+                    across.push(coupled(mode, &found, damping, columns));
+                    all.push(Some(rows));
+                }
+                let mut by_state = found.own;
+                for i in 0..m {
+                    by_state[(i, i)] += damping * held_by;
+                    curvature[(i, i)] += damping * held_by;
+                }
+                (m..m + mode.sizes.bones).for_each(|i| by_state[(i, i)] += damping);
+                own.push(by_state);
+                steps.push(DMatrix::from_columns(&[found.gradient + &held[t]]));
+            }
+            kept = Some((all, across)).filter(|_| windows.len() == 1);
+        }
+        let factors = course.chain.factorise(own)?;
+        factors.solve(&mut steps);
+        let (before, after) = (Vec::new(), Vec::new());
+        let mut out = Self {
+            mode,
+            course,
+            damping,
+            by_shape,
+            columns,
+            factors,
+            steps,
+            curvature,
+            gradient,
+            before,
+            after,
+            kept: None,
+        };
+        match kept {
+            Some((rows, across)) => out.kept = Some(Arc::new(out.answered(0..z.len(), rows, across))),
+            None => out.meet(&windows),
+        }
+        for window in windows {
+            let here = out.window(&window);
+            for ((across, answer), t) in here.across.iter().zip(&here.answers).zip(window) {
+                out.curvature -= across.tr_mul(answer);
+                out.gradient -= across.tr_mul(&out.steps[t].column(0));
+            }
+        }
+        Some(out)
+    }
+
+    /// The rows and responses of a window.
+    pub fn window(&self, window: &Range<usize>) -> Arc<Window> {
+        if let Some(kept) = &self.kept {
+            return Arc::clone(kept);
+        }
+        let (rows, across) = self.rows_and_coupling(window);
+        Arc::new(self.answered(window.clone(), rows, across))
+    }
+
+    /// Finds the blocks at the ends of the windows of a long recording.
+    fn meet(&mut self, windows: &[Range<usize>]) {
+        for window in windows.iter().take(windows.len().saturating_sub(1)) {
+            let (_, mut blocks) = self.rows_and_coupling(window);
+            self.factors.forward(&mut blocks, window.start, self.before.last());
+            self.before.extend(blocks.pop());
+        }
+        // From the last window to the first.
+        let mut after = Vec::new();
+        for window in windows.iter().skip(1).rev() {
+            let (_, mut blocks) = self.rows_and_coupling(window);
+            self.factors.forward(&mut blocks, window.start, self.before.get(window.start / WINDOW - 1));
+            self.factors.backward(&mut blocks, window.start, after.last());
+            after.extend(blocks.into_iter().next());
+        }
+        after.reverse();
+        self.after = after;
+    }
+
+    fn rows_and_coupling(&self, window: &Range<usize>) -> (Vec<Option<Rows>>, Vec<DMatrix<f64>>) {
+        let (n, p) = (self.mode.sizes.state(), self.mode.sizes.shared() + self.columns);
+        let found = contributions(self.mode, self.course, window, self.by_shape);
+        let one = |(t, found): (usize, Option<(Rows, Contribution)>)| match found {
+            Some((rows, found)) => {
+                let damping = self.damping.get(t).copied().unwrap_or(0.0);
+                (Some(rows), coupled(self.mode, &found, damping, self.columns))
+            }
+            None => (None, DMatrix::zeros(n, p)),
+        };
+        window.clone().zip(found).map(one).unzip()
+    }
+
+    fn answered(&self, window: Range<usize>, rows: Vec<Option<Rows>>, across: Vec<DMatrix<f64>>) -> Window {
+        let number = window.start / WINDOW;
+        let mut answers = across.clone();
+        let before = number.checked_sub(1).and_then(|n| self.before.get(n));
+        self.factors.forward(&mut answers, window.start, before);
+        self.factors.backward(&mut answers, window.start, self.after.get(number));
+        Window { rows, across, answers }
+    }
+}
+
+/// The rows and contributions of the frames of a window.
+fn contributions(
+    mode: &Mode<'_, '_>,
+    course: &Course,
+    window: &Range<usize>,
+    by_shape: ByShapeOf<'_>,
+) -> Vec<Option<(Rows, Contribution)>> {
+    let numbers: Vec<usize> = window.clone().collect();
+    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+    let one = |&t: &usize| {
+        let rows = mode.rows(course, t, by_shape(t))?;
+        let found = Contribution::of(&rows);
+        Some((rows, found))
+    };
+    parallel::map(&chunks, |chunk| chunk.iter().map(one).collect::<Vec<_>>()).into_iter().flatten().collect()
+}
+
+/// The coupling of the state of a frame with the shared unknowns.
+fn coupled(mode: &Mode<'_, '_>, found: &Contribution, damping: f64, columns: usize) -> DMatrix<f64> {
+    let s = mode.sizes.shared();
+    let mut out = DMatrix::zeros(mode.sizes.state(), s + columns);
+    (0..s).for_each(|i| out.column_mut(i).copy_from(&found.own.column(mode.beside(i))));
+    if let Some((with_state, ..)) = &found.of_shape {
+        out.columns_mut(s, columns).copy_from(with_state);
+    }
+    let held_by = mode.settings.link.course_sd_n.powi(-2);
+    (0..mode.sizes.muscles).for_each(|i| out[(i, i)] += damping * held_by);
+    out
+}
