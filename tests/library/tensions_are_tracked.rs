@@ -13,7 +13,8 @@ use tongue_fit::parallel;
 use tongue_fit::run::TrackRun;
 use tongue_fit::system::Model;
 use tongue_infer::track::{
-    Errors, FrameStatus, Ranged, RestShape, Stage, TrackSettings, Tracked, frames, listen, track,
+    Errors, FrameStatus, Ranged, RestShape, Stage, TrackSettings, Tracked, frames, is_untrusted, listen,
+    track,
 };
 
 use crate::synthetic::{Kind, Speaker};
@@ -255,6 +256,77 @@ fn what_cannot_be_reached_is_told_and_not_fitted() {
     let mut other = recorded(&speaker, 3, 0.5e-3);
     other.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.at *= 1.6);
     assert!(tracked(&speaker, &other).iter().all(|f| f.status != FrameStatus::Converged));
+}
+
+#[test]
+fn a_frame_beyond_three_standard_deviations_of_its_points_is_not_converged() {
+    let speaker = speaker();
+    let mut seen = recorded(&speaker, 9, 0.02e-3);
+    seen.frames.iter_mut().flat_map(|f| f.contour.iter_mut().flatten()).for_each(|m| m.sd = 0.2e-3);
+    // In one frame the points lie 0.75 mm outside and inside of the surface in turn, which no tongue does.
+    let contour = &mut seen.frames[4].contour;
+    let centre = contour.iter().flatten().map(|m| m.at).sum::<Point>() / contour.len() as f64;
+    for (i, mark) in contour.iter_mut().flatten().enumerate() {
+        let out = (mark.at - centre).normalize();
+        mark.at += out * if i % 2 == 0 { 0.75e-3 } else { -0.75e-3 };
+    }
+    // The errors of a body of unknown shape are larger, but they are not those of the points.
+    let found = tracked_with(&speaker, &seen, &[], &TrackSettings::new(20.0, 0.1), None);
+    assert_eq!(found[4].status, FrameStatus::PoorFit, "{:?}", found[4].rms_sd);
+    assert!(found[4].rms_sd.unwrap() > 3.0 && found[4].faults.is_empty(), "{:?}", found[4].rms_sd);
+    for (t, frame) in found.iter().enumerate().filter(|(t, _)| *t != 4) {
+        assert!(frame.status.is_trusted() && frame.rms_sd.unwrap() < 3.0, "{t}: {:?}", frame.status);
+    }
+}
+
+#[test]
+fn a_recording_with_more_than_one_untrusted_frame_in_twenty_is_untrusted() {
+    let speaker = speaker();
+    let one = tracked(&speaker, &recorded(&speaker, 1, 0.1e-3)).pop().unwrap();
+    let untrusted = |bad: usize, status: FrameStatus| {
+        let frame = |t| if t < bad { Tracked { status, ..one.clone() } } else { one.clone() };
+        is_untrusted(&(0..45).map(frame).collect::<Vec<_>>())
+    };
+    for status in
+        [FrameStatus::PoorFit, FrameStatus::OffBranch, FrameStatus::OutOfReach, FrameStatus::AtBound]
+    {
+        assert!(!untrusted(2, status) && untrusted(3, status), "{status:?}");
+    }
+    for status in [FrameStatus::Converged, FrameStatus::Unresolved, FrameStatus::Gap] {
+        assert!(!untrusted(45, status), "{status:?}");
+    }
+}
+
+#[test]
+fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
+    let speaker = speaker();
+    let count = 540;
+    let seen = recorded(&speaker, count, 0.3e-3);
+    let settings = TrackSettings {
+        errors: Errors::INDEPENDENT,
+        draws: 100,
+        branch: false,
+        shapes: 11,
+        ..TrackSettings::new(20.0, 0.1)
+    };
+    let found = tracked_with(&speaker, &seen, &[], &settings, None);
+    assert_eq!(found.iter().filter(|f| !f.positions.is_empty()).count(), 11);
+    let (mut inside, mut all) = (0, 0);
+    for frame in &found {
+        let truth = course(frame.time_s);
+        all += truth.len();
+        inside += (0..truth.len()).filter(|&m| frame.levels[m].holds(truth[m])).count();
+    }
+    // The border of the windows of 512 frames is not seen in the widths.
+    let widths: Vec<f64> = found.iter().map(|f| f.levels.iter().map(Ranged::width).sum()).collect();
+    let beside = widths[500..524].iter().sum::<f64>() / 24.0;
+    for t in 510..514 {
+        assert!((widths[t] / beside - 1.0).abs() < 0.25, "{t}: {} {beside}", widths[t]);
+    }
+    assert!(inside * 100 >= all * 90, "{inside} of {all}");
+    // A course is a level less its mean in the same draw.
+    let mean: f64 = found.iter().map(|f| f.courses[0].median).sum::<f64>() / count as f64;
+    assert!(mean.abs() < 0.3, "{mean}");
 }
 
 #[test]

@@ -39,7 +39,10 @@ fn truth(muscle: &str) -> Vec<f64> {
 #[test]
 fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     let folder = tempfile::tempdir().unwrap();
-    let output = run(folder.path(), &["track", RECORDING, "--json", "--frames", "10", "--formants"]);
+    let output = run(
+        folder.path(),
+        &["track", RECORDING, "--json", "--frames", "10", "--formants", "--also", "svg,sto,vtu"],
+    );
     let found = json(&output);
     let frames = found["frames"].as_array().unwrap();
     assert_eq!((frames.len(), found["recordings"].as_array().unwrap().len()), (90, 2));
@@ -52,6 +55,7 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
         "low",
         "high",
         "rms_mm",
+        "rms_sd",
         "held_out_rms_mm",
         "resolved",
         "level_low",
@@ -387,6 +391,47 @@ fn labels_become_segments_and_what_repeats_is_that_of_the_results() {
 }
 
 #[test]
+fn a_run_writes_six_files_however_many_recordings_it_has_and_its_page_draws_what_is_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    // Six recordings in place of two.
+    let text = fs::read_to_string(RECORDING).unwrap();
+    let mut many = text.lines().next().unwrap().to_owned() + "\n";
+    for copy in 0..3 {
+        let shorter = |nth: usize| nth % 45 < 45 - 6 * copy;
+        for (_, line) in text.lines().skip(1).enumerate().filter(|(nth, _)| shorter(*nth)) {
+            many += &line
+                .replace("synthetic one", &format!("one {copy}"))
+                .replace("synthetic two", &format!("two {copy}"));
+            many += "\n";
+        }
+    }
+    fs::write(at.join("many.tsv"), many).unwrap();
+    let output = run(at, &["track", "many.tsv", "--draws", "100", "--out", "out"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut names: Vec<String> = fs::read_dir(at.join("out"))
+        .unwrap()
+        .map(|e| e.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let expected = ["body.json", "repeats.csv", "segments.csv", "track.csv", "track.html", "track.json"];
+    assert_eq!(names, expected);
+    // The page holds all shapes of all recordings in less than 800 bytes a frame.
+    let page = fs::read_to_string(at.join("out/track.html")).unwrap();
+    assert!(page.len() < 40_000 + 800 * 234, "{}", page.len());
+    assert_eq!(page.matches("<details class=\"recording\"").count(), 6);
+    assert!(!page.contains("Gestures") && !page.contains("-0.00<"));
+    let found: Value = serde_json::from_slice(&fs::read(at.join("out/track.json")).unwrap()).unwrap();
+    assert!(found.get("gestures").is_none() && found["frames"].as_array().unwrap().len() == 234);
+    // Recordings that were tracked apart have rest shapes of their own, in the same file.
+    let body: Value = serde_json::from_slice(&fs::read(at.join("out/body.json")).unwrap()).unwrap();
+    let others = body["other_rest_shapes"].as_array().unwrap();
+    let told: usize = others.iter().map(|o| o["recordings"].as_array().unwrap().len()).sum();
+    assert!((1..6).contains(&told), "{told}");
+    assert_eq!(others[0]["nodes_m"].as_array().unwrap().len(), body["nodes_m"].as_array().unwrap().len());
+}
+
+#[test]
 fn a_text_grid_beside_a_recording_gives_its_labels() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
@@ -486,7 +531,19 @@ fn a_bone_that_was_never_seen_can_be_an_unknown() {
     run(at, &["adapt", RECORDING, "--out", "speaker"]);
     let body = ["--mesh", "speaker/body.json"];
     let track = |more: &[&str]| {
-        let given = ["track", "unseen.tsv", body[0], body[1], "--frames", "0", "--json", "--out", "o"];
+        let given = [
+            "track",
+            "unseen.tsv",
+            body[0],
+            body[1],
+            "--frames",
+            "0",
+            "--also",
+            "sto",
+            "--json",
+            "--out",
+            "o",
+        ];
         json(&run(at, &[&given, more].concat()))
     };
     let notes = |found: &Value| found["notes"].to_string();
