@@ -320,8 +320,8 @@ fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
     // The border of the windows of 512 frames is not seen in the widths.
     let widths: Vec<f64> = found.iter().map(|f| f.levels.iter().map(Ranged::width).sum()).collect();
     let beside = widths[500..524].iter().sum::<f64>() / 24.0;
-    for t in 510..514 {
-        assert!((widths[t] / beside - 1.0).abs() < 0.25, "{t}: {} {beside}", widths[t]);
+    for width in &widths[510..514] {
+        assert!((width / beside - 1.0).abs() < 0.25, "{width} {beside}");
     }
     assert!(inside * 100 >= all * 90, "{inside} of {all}");
     // A course is a level less its mean in the same draw.
