@@ -186,7 +186,7 @@ pub mod inverse {
         //! Every subject and vowel of a table.
         #[doc(inline)]
         pub use tongue_infer::inverse::batch::{
-            BatchPlan, Job, SUBSTITUTE_BASELINE, Selection, Thoroughness, plan,
+            BatchPlan, Job, Refusal, SUBSTITUTE_BASELINE, Selection, Thoroughness, plan,
         };
     }
 
@@ -226,7 +226,8 @@ pub mod measured {
         //! Tables of lengths, and how they were read.
         #[doc(inline)]
         pub use tongue_input::measured::lengths::{
-            BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LengthsError, LineEnds, Reading, Row,
+            BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LengthsError, LineEnds, Malformed, Reading,
+            Row,
         };
 
         pub mod rest_distance {

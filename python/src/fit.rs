@@ -167,8 +167,9 @@ pub fn fit_rows<'py>(
         BatchRun::new(plan, &selection.kinds, how, &said, &body, &model).map_err(refused)
     })??;
     let (all, refusals) = (run.plan.jobs.len(), run.plan.refusals.clone());
-    let not_fitted = data.broken().iter().map(|row| row.fault.to_string());
-    let not_fitted = not_fitted
+    let not_fitted = data
+        .left_out()
+        .into_iter()
         .chain(
             refusals.iter().map(|r| format!("line {}, {} /{}/: {}", r.line, r.subject, r.vowel, r.message)),
         )

@@ -165,10 +165,10 @@ impl Dataset {
         PyArray1::from_iter(py, lengths).reshape([self.data.rows().len(), self.data.muscles().len()])
     }
 
-    /// The faults of the rows that cannot be used.
+    /// The faults of the rows and cells that cannot be used.
     #[getter]
     fn broken(&self) -> Vec<String> {
-        self.data.broken().iter().map(|row| row.fault.to_string()).collect()
+        self.data.left_out()
     }
 
     /// The vowels of a subject, in the order of the table.

@@ -74,26 +74,35 @@ impl Arguments {
         self.others.has_points() && !self.posterior.is_given()
     }
 
-    fn target(&self, kind: TargetKind) -> miette::Result<Target> {
+    fn target(&self, data: &Dataset, kind: TargetKind) -> miette::Result<Target> {
         let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse().into_diagnostic()?;
         let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
         let options = TargetOptions { muscles: self.muscles.clone(), baseline };
-        Target::new(&self.data()?, &self.subject, &vowel, kind, &options).into_diagnostic()
+        Target::new(data, &self.subject, &vowel, kind, &options).into_diagnostic()
+    }
+
+    /// Reports the cells of the two rows of a target that are no lengths.
+    fn tell_bad_cells(&self, data: &Dataset, target: &Target) -> miette::Result<()> {
+        for vowel in [&target.vowel, &target.baseline] {
+            let row = data.row(&self.subject, vowel).into_diagnostic()?;
+            data.bad_cells_of(row)
+                .for_each(|fault| output::complain(&format!("{fault} (this length is left out)")));
+        }
+        Ok(())
     }
 
     /// What the posterior sees: with `--joint` all vowels of the subject that the table has, in its order, and where the fitted one stands.
-    fn seen(&self, target: &Target) -> miette::Result<(Vec<Target>, usize)> {
+    fn seen(&self, data: &Dataset, target: &Target) -> miette::Result<(Vec<Target>, usize)> {
         if !self.posterior.is_joint() {
             return Ok((vec![target.clone()], 0));
         }
-        let data = self.data()?;
         let options = TargetOptions { baseline: Some(target.baseline.clone()), ..TargetOptions::default() };
         let mut all = Vec::new();
         for vowel in data.vowels(&self.subject).into_diagnostic()? {
             if vowel == target.vowel {
                 all.push(target.clone());
             } else if vowel != target.baseline {
-                match Target::new(&data, &self.subject, &vowel, TargetKind::Stretch, &options) {
+                match Target::new(data, &self.subject, &vowel, TargetKind::Stretch, &options) {
                     Ok(other) => all.push(other),
                     Err(e) => output::note(&format!("--joint leaves out /{vowel}/: {e}")),
                 }
@@ -122,18 +131,19 @@ impl Arguments {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
+    let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
+    let data = arguments.data()?;
+    let target = arguments.target(&data, kind)?;
+    arguments.tell_bad_cells(&data, &target)?;
     if let Some(source) = arguments.body.space() {
-        let target = arguments.target(arguments.target.parse().into_diagnostic()?)?;
         return space_track::fit(source, &target, global);
     }
     let settings = FitSettings { method: arguments.method, ..FitSettings::default() };
-    let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
-    let target = arguments.target(kind)?;
     let tongue = arguments.body.body()?;
     let out = global.folder("results")?;
     let model = arguments.body.model();
     let ground = arguments.posterior.ground(&tongue, &model)?;
-    let (seen, posture) = arguments.seen(&target)?;
+    let (seen, posture) = arguments.seen(&data, &target)?;
     let beside = match &ground {
         Some(ground) => arguments.others.read(ground, &seen, posture)?,
         None => Vec::new(),
@@ -162,7 +172,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
     // A table that only -v shows.
     let from_stretches = match kind {
-        TargetKind::Ratio if output::is_verbose() => stretches(arguments, &asked, &tongue, &model),
+        TargetKind::Ratio if output::is_verbose() => stretches(arguments, &data, &asked, &tongue, &model),
         _ => None,
     };
 
@@ -233,9 +243,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// The same row fitted by stretches, which determine all tensions; `None` if that is not possible.
-fn stretches(arguments: &Arguments, asked: &FitRun, body: &Body<2>, model: &Model) -> Option<Fit> {
+fn stretches(
+    arguments: &Arguments,
+    data: &Dataset,
+    asked: &FitRun,
+    body: &Body<2>,
+    model: &Model,
+) -> Option<Fit> {
     let kind = TargetKind::Stretch;
-    let target = arguments.target(kind).ok()?;
+    let target = arguments.target(data, kind).ok()?;
     let said = arguments.premises.said(&[kind], body, arguments.body.is_thesis()).ok()?;
     let settings = FitSettings { method: Method::GaussNewton, ..asked.settings };
     FitRun { target, settings, said, ..asked.clone() }.run(body, model).ok().map(|found| found.fit)

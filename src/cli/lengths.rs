@@ -6,8 +6,11 @@ use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
 use serde::Serialize;
-use tongue_fit::measured::lengths::{BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LineEnds, Reading};
-use tongue_fit::measured::{Dataset, Lengths, Vowel};
+use tongue_fit::inverse::batch::{self, Refusal, Selection};
+use tongue_fit::measured::lengths::{
+    BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LineEnds, Malformed, Reading,
+};
+use tongue_fit::measured::{Dataset, Lengths, TargetKind, Vowel};
 
 use super::scene_table::left;
 use super::{Global, Outcome, output, table};
@@ -38,14 +41,14 @@ enum Action {
     tongue-fit lengths check my.csv --baseline e --json > understood.json\n\n\
     A row for each subject and vowel; the header names the columns: subject, vowel, and GGa_mm or \"GGa (mm)\" for the lengths of a \
     muscle GGa (cm and m too). Whatever a spreadsheet exports will do.\n\
-    Exit status: 0 all understood, 1 some rows or the whole table cannot be used.")]
+    Exit status: 0 all understood and every row can be fitted, 1 some cells, some rows or the whole table cannot be used.")]
 struct Check {
     /// The table, or - for stdin
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The vowel that the others are compared with
-    #[arg(long, value_name = "VOWEL", default_value_t = Vowel::unrounded_u())]
-    baseline: Vowel,
+    /// The vowel that the others are compared with [default: ɯ, and e for subjects without ɯ]
+    #[arg(long, value_name = "VOWEL")]
+    baseline: Option<Vowel>,
     /// Half width of the rounding of every length, mm [default: from the table or its digits, else 0.5]
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     error_mm: Option<f64>,
@@ -57,9 +60,12 @@ struct Record<'a> {
     file: &'a str,
     reading: &'a Reading,
     muscles: &'a [String],
-    baseline: &'a Vowel,
+    baseline: Vowel,
     subjects: Vec<SubjectRecord<'a>>,
     broken: &'a [BrokenRow],
+    bad_cells: &'a [Malformed],
+    /// Rows that no fit takes, and fits that refuse a row.
+    not_fitted: Vec<Refusal>,
 }
 
 #[derive(Serialize)]
@@ -86,33 +92,44 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(mm) => data.with_half_width_mm(mm).into_diagnostic()?,
         None => data,
     };
-    let record = record(&data, &check.baseline);
+    let record = record(&data, check.baseline.as_ref())?;
     match global.json {
         true => output::print(&output::json(&record)?)?,
         false => output::print(&text(&record, &data))?,
     }
-    Ok(if data.broken().is_empty() { Outcome::Good } else { Outcome::SomeRowsRefused })
+    let is_good = record.broken.is_empty() && record.bad_cells.is_empty() && record.not_fitted.is_empty();
+    Ok(if is_good { Outcome::Good } else { Outcome::SomeRowsRefused })
 }
 
-fn record<'a>(data: &'a Dataset, baseline: &'a Vowel) -> Record<'a> {
+fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<Record<'a>> {
     let mut rows: BTreeMap<&str, Vec<RowRecord<'_>>> = BTreeMap::new();
     for row in data.rows() {
         rows.entry(&row.lengths.subject).or_default().push(row_record(row.line, &row.lengths));
     }
+    // What a batch of all rows would do.
+    let kinds = TargetKind::ALL.to_vec();
+    let selection = Selection { kinds, baseline: baseline.cloned(), ..Selection::default() };
+    let plan = batch::plan(data, &selection).into_diagnostic()?;
+    let of_subject = |name: &str| {
+        let own = plan.baselines.iter().find(|row| row.subject == name).map(|row| &row.vowel);
+        own.and_then(|vowel| data.row(name, vowel).ok()).map(|lengths| &lengths.vowel)
+    };
     let subject = |name: &'a str| SubjectRecord {
         subject: name,
-        baseline: data.baseline_vowel(name, baseline).ok().map(|lengths| &lengths.vowel),
+        baseline: of_subject(name),
         rows: rows.remove(name).unwrap_or_default(),
     };
-    Record {
+    Ok(Record {
         version: tongue_fit::VERSION,
         file: data.origin(),
         reading: data.reading(),
         muscles: data.muscles(),
-        baseline,
+        baseline: baseline.cloned().unwrap_or_else(Vowel::unrounded_u),
         subjects: data.subjects().into_iter().map(subject).collect(),
         broken: data.broken(),
-    }
+        bad_cells: data.bad_cells(),
+        not_fitted: plan.refusals,
+    })
 }
 
 fn row_record(line: u64, lengths: &Lengths) -> RowRecord<'_> {
@@ -137,6 +154,7 @@ fn text(record: &Record<'_>, data: &Dataset) -> String {
     let reading = record.reading;
     line("table", record.file.to_owned());
     line("text", form(reading));
+    line("header", format!("line {}", reading.header_line));
     line("subjects, vowels", format!("columns {:?} and {:?}", reading.subject, reading.vowel));
     let mut rows = table::counted(data.rows().len(), "row");
     if !reading.rows_without_lengths.is_empty() {
@@ -150,18 +168,32 @@ fn text(record: &Record<'_>, data: &Dataset) -> String {
         line("set aside", listed(columns, &format!("\n{:20}", "")));
     }
     let _ = writeln!(text, "\n{}\n\n{}", muscles(data), subjects(record));
-    let without = record.subjects.iter().filter(|s| s.baseline.is_none());
-    let without = listed(without.map(|s| s.subject.to_owned()), ", ");
-    if !without.is_empty() {
+    let substitutes =
+        record.subjects.iter().filter(|s| s.baseline.is_some_and(|own| *own != record.baseline));
+    for (vowel, subject) in substitutes.filter_map(|s| Some((s.baseline?, s.subject))) {
         let _ = writeln!(
             text,
-            "no row for the baseline /{}/: {without}; choose another with --baseline",
+            "{subject} has no /{}/: batch compares with /{vowel}/, a fit of one vowel needs --baseline {vowel}",
             record.baseline
         );
     }
-    if !record.broken.is_empty() {
-        let _ = writeln!(text, "{} left out:", table::counted(record.broken.len(), "row"));
-        let _ = writeln!(text, "{}", listed(record.broken.iter().map(|row| row.fault.to_string()), "\n"));
+    let refused = record.not_fitted.iter().map(|r| {
+        let kind = r.kind.map_or_else(String::new, |kind| format!(", {kind}"));
+        format!("line {}, {} /{}/{kind}: {}", r.line, r.subject, r.vowel, r.message)
+    });
+    let parts: [(&str, Vec<String>); 3] = [
+        ("row", record.broken.iter().map(|row| row.fault.to_string()).collect()),
+        ("length", record.bad_cells.iter().map(ToString::to_string).collect()),
+        ("fit", refused.collect()),
+    ];
+    for (what, messages) in parts.into_iter().filter(|(_, messages)| !messages.is_empty()) {
+        let verb = if what == "fit" { "refused" } else { "left out" };
+        let _ = writeln!(
+            text,
+            "{} {verb}:\n{}",
+            table::counted(messages.len(), what),
+            listed(messages.into_iter(), "\n")
+        );
     }
     text
 }

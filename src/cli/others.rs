@@ -194,9 +194,12 @@ fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> miette::Result<()> {
 
 fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Beside> {
     let origin = path.display().to_string();
-    let text = files::read_text(path).into_diagnostic().wrap_err_with(|| format!("--emg {origin}"))?;
-    let table = Activity::read(&text, &origin).into_diagnostic()?;
+    let bytes = files::read(path).into_diagnostic().wrap_err_with(|| format!("--emg {origin}"))?;
+    let table = Activity::read(&bytes, &origin).into_diagnostic()?;
     let measured = table.relative(&ground.muscles, &Muscles::built_in()).into_diagnostic()?;
+    for (_, fault) in table.bad_cells().filter(|(vowel, _)| sampled.of_vowel(vowel).is_some()) {
+        output::complain(&format!("{fault} (this cell is left out)"));
+    }
     let electrodes: Vec<_> = measured
         .into_iter()
         .map(|row| {

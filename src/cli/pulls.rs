@@ -18,9 +18,9 @@ pub struct Arguments {
     /// Tension of a muscle, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
     tension: Vec<String>,
-    /// Relative muscle activity of a vowel, 0 to 1, instead of --tension: CSV with a column muscle, a column for each vowel and, if
-    /// known, full_n_per_m, the tension of a muscle at activity 1
-    #[arg(long, value_name = "FILE", conflicts_with = "tension", requires_all = ["vowel", "full"])]
+    /// Relative muscle activity of a vowel, 0 to 1: a table with a column muscle, a column for each vowel and, if known, full_n_per_m, the
+    /// tension of a muscle at activity 1; --tension gives the muscles that the table lacks
+    #[arg(long, value_name = "FILE", requires = "vowel")]
     emg: Option<PathBuf>,
     /// Vowel of --emg
     #[arg(long, value_name = "V", requires = "emg")]
@@ -33,18 +33,35 @@ pub struct Arguments {
 impl Arguments {
     /// Muscles of the body with their tensions, N per metre of thickness.
     pub fn tensions<const D: usize>(&self, body: &Body<D>) -> miette::Result<Vec<(usize, f64)>> {
-        let (Some(file), Some(vowel), Some(full)) = (&self.emg, &self.vowel, self.full) else {
-            return body::tensions(&self.tension, body);
-        };
-        if !(full.is_finite() && full >= 0.0) {
+        let given = body::tensions(&self.tension, body)?;
+        let (Some(file), Some(vowel)) = (&self.emg, &self.vowel) else { return Ok(given) };
+        if let Some(full) = self.full.filter(|full| !(full.is_finite() && *full >= 0.0)) {
             return Err(miette!(
                 "--full {full}: write a tension in N per metre that is not negative, like 30"
             ));
         }
         let vowel = Vowel::new(vowel).into_diagnostic().wrap_err("--vowel")?;
         let origin = file.display().to_string();
-        let text = files::read_text(file).into_diagnostic().wrap_err_with(|| origin.clone())?;
-        let activity = Activity::read(&text, &origin).into_diagnostic()?;
-        activity.tensions(&vowel, full, &body.mesh.muscle_names(), &Muscles::built_in()).into_diagnostic()
+        let bytes = files::read(file).into_diagnostic().wrap_err_with(|| origin.clone())?;
+        let activity = Activity::read(&bytes, &origin).into_diagnostic()?;
+        let names = body.mesh.muscle_names();
+        let mut tensions =
+            activity.tensions(&vowel, self.full, &names, &Muscles::built_in()).into_diagnostic()?;
+        let has = |all: &[(usize, f64)], muscle: usize| all.iter().any(|(m, _)| *m == muscle);
+        if let Some((twice, _)) = given.iter().find(|(m, _)| has(&tensions, *m)) {
+            return Err(miette!("{origin} and --tension both give {}; give it once", names[*twice]));
+        }
+        tensions.extend(given);
+        let missing: Vec<&str> =
+            (0..names.len()).filter(|m| !has(&tensions, *m)).map(|m| names[m].as_str()).collect();
+        if !missing.is_empty() {
+            return Err(miette!(
+                "{origin} has no activity in /{vowel}/ of {}: not measured is not silent; write 0 where a muscle was silent, or give its \
+                 tension: --tension {}=0",
+                missing.join(", "),
+                missing[0]
+            ));
+        }
+        Ok(tensions)
     }
 }

@@ -1,5 +1,5 @@
-//! `tongue-fit lengths check` reports how a table is understood, and its exit status says whether all of it
-//! is.
+//! `tongue-fit lengths check` reports how a table is understood and which fits refuse it, and its exit status says whether
+//! all of it can be used.
 
 use std::io::Write;
 use std::path::Path;
@@ -8,13 +8,14 @@ use std::process::{Command, Output, Stdio};
 use assert_cmd::cargo::cargo_bin;
 use serde_json::{Value, json};
 
-/// An export of a German Excel, with a broken row, a missing cell and columns that are not lengths.
-const EXPORT: &str = "\u{feff}Proband;Vokal;GGa (mm);GGm (mm);HG_cm;Bemerkung\r\n\
-                      M;u;46,5;56;3,6;gut, sehr\r\nM;a;38;;3,4;\r\nM;ɔ;38,5;57;x;\r\nN;a;40;40;4;\r\nN;e;-;-;;\r\n";
+/// An export of a German Excel under a title, with a bad cell, a missing cell, columns that are not lengths, and a subject
+/// without a baseline.
+const EXPORT: &str = "\u{feff}Zungenmuskeln;;;;;\r\nProband;Vokal;GGa (mm);GGm (mm);HG_cm;Bemerkung\r\n\
+                      M;u;46,5;56;3,6;gut, sehr\r\nM;a;38;;3,4;\r\nM;ɔ;38,5;57;x;\r\nN;a;40;40;4;\r\nN;e;-;-;;\r\n\
+                      M;o;47;57;3,7;\r\n";
 
-fn check(arguments: &[&str], stdin: &[u8]) -> Output {
+fn tongue_fit(arguments: &[&str], stdin: &[u8]) -> Output {
     let mut child = Command::new(cargo_bin("tongue-fit"))
-        .args(["lengths", "check"])
         .args(arguments)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -26,54 +27,95 @@ fn check(arguments: &[&str], stdin: &[u8]) -> Output {
     child.wait_with_output().unwrap()
 }
 
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
 #[test]
-fn an_export_is_understood_except_its_broken_row() {
-    let output = check(&["-", "--json"], EXPORT.as_bytes());
+fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
+    let output = tongue_fit(&["lengths", "check", "-", "--json"], EXPORT.as_bytes());
     assert_eq!(output.status.code(), Some(1));
     let record: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(record["muscles"], json!(["GGa", "GGm", "HG"]));
-    assert_eq!(record["reading"]["separator"], "semicolon");
-    assert_eq!(record["reading"]["decimal_mark"], "comma");
-    assert_eq!(record["reading"]["set_aside"][0]["name"], "Bemerkung");
-    assert_eq!(record["reading"]["rows_without_lengths"], json!([6]));
-    assert_eq!(record["broken"].as_array().unwrap().len(), 1);
-    assert_eq!(record["broken"][0]["vowel"], "ɔ");
-    assert_eq!(record["broken"][0]["fault"]["line"], 4);
+    let reading = &record["reading"];
+    assert_eq!((&reading["separator"], &reading["decimal_mark"]), (&json!("semicolon"), &json!("comma")));
+    assert_eq!((&reading["header_line"], &reading["rows_without_lengths"]), (&json!(2), &json!([7])));
+    assert_eq!(reading["set_aside"][0]["name"], "Bemerkung");
+    assert_eq!(record["broken"], json!([]));
+    assert_eq!((&record["bad_cells"][0]["line"], &record["bad_cells"][0]["column"]), (&json!(5), &json!(5)));
     let [m, n] = &record["subjects"].as_array().unwrap()[..] else { panic!("{record}") };
     assert_eq!((&m["baseline"], &n["baseline"]), (&json!("ɯ"), &json!(null)));
     assert_eq!(m["rows"][1]["not_measured"], json!(["GGm"]));
     assert_eq!(m["rows"][1]["lengths_mm"], json!({ "GGa": 38.0, "HG": 34.0 }));
     assert_eq!(m["rows"][1]["half_widths_mm"], json!({ "GGa": 0.05, "HG": 0.5 }));
-}
+    assert_eq!(m["rows"][2]["not_measured"], json!(["HG"]));
 
-#[test]
-fn the_table_for_a_reader_names_everything() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("mine.csv");
     std::fs::write(&file, EXPORT).unwrap();
-    let output = check(&[file.to_str().unwrap(), "--error-mm", "1"], b"");
+    let file = file.to_str().unwrap();
+    let output = tongue_fit(&["lengths", "check", file, "--error-mm", "1"], b"");
     assert_eq!(output.status.code(), Some(1));
-    let text = String::from_utf8(output.stdout).unwrap();
+    let printed = text(&output.stdout);
     for said in [
         "UTF-8 with byte order mark, CRLF line ends, semicolons between fields, decimal comma\n",
+        "header              line 2\n",
         "columns \"Proband\" and \"Vokal\"\n",
-        "3 rows; ignored, because they have no lengths: line 6\n",
+        "5 rows; ignored, because they have no lengths: line 7\n",
         "column 6 \"Bemerkung\" (no unit of length in its name)\n",
-        "| HG     | HG_cm    |   3 of 3 |         34.0 |        40.0 | 1 mm, as given |\n",
-        "| M       | ɯ a    | ɯ        | /a/ GGm      |\n",
-        "no row for the baseline /ɯ/: N; choose another with --baseline\n",
-        "mine.csv:4:5: HG_cm is \"x\", not a number; write centimetres with a decimal comma",
+        "| HG     | HG_cm    |   4 of 5 |         34.0 |        40.0 | 1 mm, as given |\n",
+        "| M       | ɯ a ɔ o | ɯ        | /a/ GGm      |\n",
+        "1 length left out:\n",
+        "mine.csv:5:5: HG_cm is \"x\", not a number; write centimetres like 5,78 with a decimal comma",
     ] {
-        assert!(text.contains(said), "{said} is not in\n{text}");
+        assert!(printed.contains(said), "{said} is not in\n{printed}");
     }
+    // What a fit of the row says, word for word.
+    for (subject, vowel, reason) in [
+        ("N", "a", "no row for the baseline vowel /ɯ/"),
+        ("M", "o", "no muscle of M is shorter in /o/ than in /ɯ/"),
+    ] {
+        let fit = tongue_fit(&["--vowel", vowel, "--subject", subject, "--lengths", file], b"");
+        assert_eq!(fit.status.code(), Some(1));
+        let refused = text(&fit.stderr);
+        let refused = refused.trim_start_matches("error: ").trim_end();
+        assert!(refused.contains(reason) && printed.contains(refused), "{refused} is not in\n{printed}");
+    }
+    // A fit of a row with a bad cell names it and goes on without the muscle.
+    let out = folder.path().join("out");
+    let fit = [
+        "--vowel",
+        "ɔ",
+        "--subject",
+        "M",
+        "--lengths",
+        file,
+        "--target",
+        "stretch",
+        "--preset",
+        "thesis",
+        "--json",
+    ];
+    let fit = tongue_fit(&[&fit[..], &["--out", out.to_str().unwrap()]].concat(), b"");
+    let told = text(&fit.stderr);
+    assert!(
+        told.contains("mine.csv:5:5: HG_cm is \"x\"") && told.contains("(this length is left out)"),
+        "{told}"
+    );
+    assert_eq!(told.matches("HG_cm").count(), 1, "{told}");
 }
 
 #[test]
 fn the_built_in_table_is_all_understood() {
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/takano2007_lengths.csv");
-    let output = check(&[table.to_str().unwrap()], b"");
+    let output = tongue_fit(&["lengths", "check", table.to_str().unwrap()], b"");
     assert_eq!(output.status.code(), Some(0));
-    assert!(String::from_utf8(output.stdout).unwrap().contains("19 rows\n"));
+    let printed = text(&output.stdout);
+    assert!(printed.contains("19 rows\n"), "{printed}");
+    assert!(
+        printed.contains("S4 has no /ɯ/: batch compares with /e/, a fit of one vowel needs --baseline e"),
+        "{printed}"
+    );
 }
 
 #[test]
@@ -88,10 +130,17 @@ fn files_that_are_not_tables_are_refused_with_one_message() {
             "error: the half width of rounding is -1 mm; give one from 0 to",
         ),
     ] {
-        let output = check(arguments, stdin.as_bytes());
-        let message = String::from_utf8(output.stderr).unwrap();
+        let output = tongue_fit(&[&["lengths", "check"], arguments].concat(), stdin.as_bytes());
+        let message = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{message}");
         assert!(message.starts_with(expected) && message.lines().count() == 1, "{message}");
         assert!(output.stdout.is_empty());
     }
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path().join("out");
+    let batch = tongue_fit(
+        &["batch", "--lengths", "-", "--out", out.to_str().unwrap()],
+        b"subjct,vowel,GGa_mm\nX,a,40\n",
+    );
+    assert_eq!((batch.status.code(), batch.stdout.is_empty(), out.exists()), (Some(1), true, false));
 }

@@ -340,7 +340,7 @@ class Dataset:
         """The lengths, mm, shape (rows, muscles); NaN for missing values."""
     @property
     def broken(self) -> list[str]:
-        """The faults of the rows that cannot be used."""
+        """The faults of the rows and cells that cannot be used."""
     def vowels(self, subject: str) -> list[str]:
         """The vowels of a subject, in the order of the table."""
     def ratios(self, subject: str, vowel: str, *, muscles: _Names | None = None, baseline: str | None = None) -> Target:

@@ -54,7 +54,7 @@ impl Prepared {
         if let Some(mm) = arguments.error_mm {
             data = data.with_half_width_mm(mm).into_diagnostic()?;
         }
-        let unreadable: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
+        let unreadable: Vec<String> = data.left_out();
         let plan = batch::plan(&data, &selection).into_diagnostic()?;
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
         let said = arguments.premises.said(&selection.kinds, &tongue, arguments.body.is_thesis())?;
@@ -242,7 +242,7 @@ impl Prepared {
     /// Reports rows that are left out on stderr, before the work begins.
     pub fn tell_what_is_left_out(&self) {
         for message in self.unreadable.iter().take(MOST_NOTES) {
-            output::complain(&format!("{message} (this row is left out)"));
+            output::complain(message);
         }
         for r in self.run.plan.refusals.iter().take(MOST_NOTES) {
             output::complain(&format!("line {}, {} /{}/: {}", r.line, r.subject, r.vowel, r.message));

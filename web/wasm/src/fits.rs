@@ -32,7 +32,7 @@ pub fn table(engine: &mut Engine, text: Option<&[u8]>, file: &str) -> Result<Val
     let baselines: Vec<Value> =
         plan.baselines.iter().map(|b| json!({"subject": b.subject, "vowel": b.vowel})).collect();
     let refused = plan.refusals.iter().map(|r| &r.message);
-    let broken: Vec<String> = data.broken().iter().map(|b| b.fault.to_string()).collect();
+    let broken = data.left_out();
     let told: Vec<&String> = refused.chain(&broken).collect();
     let rows: Vec<Value> = (data.rows().iter())
         .map(|row| json!({"subject": row.lengths.subject, "vowel": row.lengths.vowel}))

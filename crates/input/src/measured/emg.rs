@@ -1,28 +1,35 @@
-//! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel.
+//! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel, read as
+//! tables of lengths are.
 
-use super::TableError;
-use super::lengths::Vowel;
+use super::lengths::error::{Malformed, Place};
+use super::lengths::number::{is_missing, number};
+use super::lengths::text::clip;
+use super::lengths::{DecimalMark, Vowel};
 use super::muscles::Muscles;
-
-/// The column that may give a muscle's own tension at activity 1.
-const FULL: &str = "full_n_per_m";
+use super::table::{Cells, Line};
 
 /// Activity of muscles in vowels, relative to the largest of each muscle: 0 to 1, without a unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Activity {
     origin: String,
+    /// Line of the header.
+    header: u64,
     vowels: Vec<Vowel>,
     rows: Vec<Row>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 struct Row {
+    line: u64,
     muscle: String,
     /// Tension at activity 1, N per metre of thickness.
-    full: Option<f64>,
-    /// One for each vowel; empty cells are `None`.
-    activity: Vec<Option<f64>>,
+    full: Cell,
+    /// One for each vowel.
+    activity: Vec<Cell>,
 }
+
+/// A number, `None` where nothing was measured, or what is wrong with the cell.
+type Cell = Result<Option<f64>, Malformed>;
 
 /// What a row of the table says.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,139 +42,177 @@ pub struct Measured {
     pub by_vowel: Vec<(Vowel, f64)>,
 }
 
+/// Meaning of a column.
+#[derive(PartialEq)]
+enum Meaning {
+    Muscle,
+    Full,
+    /// With the number in the column that stands for an activity of 1.
+    Activity(Vowel, f64),
+}
+
+fn meaning(name: &str) -> Option<Meaning> {
+    let words = name.to_lowercase();
+    let words: Vec<&str> =
+        words.split(|c: char| !c.is_alphanumeric() && c != '%').filter(|w| !w.is_empty()).collect();
+    match &words[..] {
+        ["muscle" | "muskel" | "筋" | "筋肉"] => Some(Meaning::Muscle),
+        ["full", "n", "per", "m"] | ["full", "n", "m"] => Some(Meaning::Full),
+        [.., unit @ ("%" | "percent")] => {
+            let label = &name[..name.to_lowercase().rfind(unit)?];
+            Some(Meaning::Activity(Vowel::new(label.trim_end_matches([' ', '_', '(', '['])).ok()?, 100.0))
+        }
+        _ => Some(Meaning::Activity(Vowel::new(name).ok()?, 1.0)),
+    }
+}
+
 impl Activity {
-    /// Reads a table whose first column is `muscle` and whose other columns are vowels. A column `full_n_per_m` may hold
-    /// the tension of a muscle at activity 1, N per metre of thickness. Lines that begin with `#` are skipped.
+    /// Reads a table with a column `muscle` and a column for each vowel, whose activities are parts of 1, or of 100 where
+    /// the name ends with `%`. A column `full_n_per_m` may hold the tension of a muscle at activity 1, N per metre of
+    /// thickness. Encodings, separators, decimal marks, a title and missing values are as in tables of lengths.
     ///
     /// # Errors
-    /// [`TableError`] for another format, a muscle or vowel given twice, and activity outside 0 to 1.
-    pub fn read(text: &str, origin: &str) -> Result<Self, TableError> {
-        let wrong = |problem: String| TableError::malformed(origin, None, problem);
-        let mut reader =
-            csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes());
-        let header = reader.headers().map_err(|e| wrong(e.to_string()))?.clone();
-        if header.get(0).map(str::to_ascii_lowercase).as_deref() != Some("muscle") {
-            return Err(wrong(
-                "write a table whose first column is muscle and whose other columns are vowels".into(),
-            ));
-        }
-        let mut vowels: Vec<Vowel> = Vec::new();
-        for name in header.iter().skip(1).filter(|name| *name != FULL) {
-            let vowel = Vowel::new(name).map_err(|e| wrong(format!("column \"{name}\": {e}")))?;
-            if vowels.contains(&vowel) {
-                return Err(wrong(format!("the column /{vowel}/ is there twice; keep one")));
+    /// A table without muscles or vowels, and a muscle or vowel given twice. A cell that is no activity is an error only for
+    /// who asks for it.
+    pub fn read(bytes: &[u8], origin: &str) -> Result<Self, Malformed> {
+        let wanted = "muscle,i,a, then a line for each muscle with its activity in each vowel, 0 to 1";
+        let cells = Cells::read(bytes, origin, wanted, |name| {
+            matches!(meaning(name), Some(Meaning::Muscle | Meaning::Full))
+        })?;
+        let meanings: Vec<Option<Meaning>> = cells.header.cells.iter().map(meaning).collect();
+        for (field, meaning) in meanings.iter().enumerate() {
+            let same = |other: &Option<Meaning>| match (other, meaning) {
+                (Some(Meaning::Activity(a, _)), Some(Meaning::Activity(b, _))) => a == b,
+                (other, meaning) => meaning.is_some() && other == meaning,
+            };
+            if let Some(first) = meanings[..field].iter().position(same) {
+                return Err(cells.twice(first, field));
             }
-            vowels.push(vowel);
         }
+        let of_muscle = meanings.iter().position(|m| *m == Some(Meaning::Muscle));
+        let columns: Vec<(usize, &Vowel, f64)> = (meanings.iter().enumerate())
+            .filter_map(|(field, m)| match m {
+                Some(Meaning::Activity(vowel, unit)) => Some((field, vowel, *unit)),
+                _ => None,
+            })
+            .collect();
+        let (Some(of_muscle), false, false) = (of_muscle, columns.is_empty(), cells.rows.is_empty()) else {
+            let lists = cells.header.cells.iter().any(|name| name == "vowel");
+            let lists = if lists {
+                "; a list of the active muscles of each vowel does not say how active they are"
+            } else {
+                ""
+            };
+            let what = format!("it has no column muscle, no vowel or no row; {}", cells.header_quoted());
+            let help = format!(
+                "write a header like muscle,i,a and a row for each muscle with its activity, 0 to 1{lists}"
+            );
+            return Err(cells.at(&cells.header, 0).error(what, help));
+        };
+        let numeric: Vec<usize> = columns.iter().map(|(field, ..)| *field).collect();
+        let mark = cells.decimal_mark(&numeric);
+        let of_full = meanings.iter().position(|m| *m == Some(Meaning::Full));
         let mut rows: Vec<Row> = Vec::new();
-        for record in reader.records() {
-            let record = record.map_err(|e| wrong(e.to_string()))?;
-            let line = record.position().map_or(0, csv::Position::line);
-            let muscle = record.get(0).unwrap_or_default().to_owned();
-            if rows.iter().any(|row| row.muscle.eq_ignore_ascii_case(&muscle)) {
-                return Err(wrong(format!(
-                    "line {line}: {muscle} is given twice; keep one row of each muscle"
-                )));
+        for line in &cells.rows {
+            cells.check_shape(line)?;
+            let muscle = line.cell(of_muscle).to_owned();
+            if muscle.is_empty() || muscle.contains(char::is_control) {
+                let what = format!("the muscle is {:?}", clip(&muscle));
+                return Err(cells.at(line, of_muscle).error(what, "give it a name, like GGa"));
             }
-            let mut row = Row { muscle, full: None, activity: Vec::new() };
-            for (name, cell) in header.iter().zip(record.iter()).skip(1) {
-                let number = (!cell.is_empty()).then(|| cell.parse::<f64>()).transpose().map_err(|_| {
-                    wrong(format!(
-                        "line {line}, column {name}: \"{cell}\" is not a number; write 0 to 1, like 0.6"
-                    ))
-                })?;
-                if name == FULL {
-                    row.full = number;
-                } else if number.is_some_and(|a| !(0.0..=1.0).contains(&a)) {
-                    return Err(wrong(format!(
-                        "line {line}, column {name}: activity {cell} lies outside 0 to 1; divide by the largest of {}",
-                        row.muscle
-                    )));
-                } else {
-                    row.activity.push(number);
-                }
+            if let Some(first) = rows.iter().find(|row| row.muscle.eq_ignore_ascii_case(&muscle)) {
+                let what = format!("{muscle} is given twice, here and on line {}", first.line);
+                return Err(cells.at(line, of_muscle).error(what, "keep one row of each muscle"));
             }
-            if row.full.is_some_and(|full| !(full.is_finite() && full >= 0.0)) {
-                return Err(wrong(format!(
-                    "line {line}: {FULL} of {} must be finite and not negative",
-                    row.muscle
-                )));
-            }
-            rows.push(row);
+            let full = |field| cell(&cells, line, field, mark, f64::INFINITY, 1.0);
+            let activity =
+                columns.iter().map(|(field, _, unit)| cell(&cells, line, *field, mark, 1.0, *unit));
+            rows.push(Row {
+                line: line.number,
+                full: of_full.map_or(Ok(None), full),
+                activity: activity.collect(),
+                muscle,
+            });
         }
-        if rows.is_empty() || vowels.is_empty() {
-            return Err(wrong(
-                "it has no muscle or no vowel; write a row for each muscle, a column for each vowel".into(),
-            ));
-        }
-        Ok(Self { origin: origin.to_owned(), vowels, rows })
+        let vowels = columns.iter().map(|(_, vowel, _)| (*vowel).clone()).collect();
+        Ok(Self { origin: origin.to_owned(), header: cells.header.number, vowels, rows })
     }
 
-    /// Tensions of a vowel: activity times the tension at activity 1, N per metre of thickness. A row is of the muscle of
-    /// that name or, where `names` has none, of every portion of the muscle group of that name, such as `HG`. Returns
-    /// positions in `names` with their tensions; muscles without a row, and empty cells, are left out.
+    /// Tensions of a vowel: activity times the tension at activity 1, N per metre of thickness, which is the row's own or
+    /// else `full`. A row is of the muscle of that name or, where `names` has none, of every portion of the muscle group of
+    /// that name, such as `HG`. Returns positions in `names` with their tensions; muscles without a row, and empty cells,
+    /// are left out.
     ///
     /// # Errors
-    /// [`TableError`] for a vowel without a column, a muscle that `names` does not have, and a muscle that two rows give.
+    /// A vowel without a column, a cell of it that is no activity, a muscle that `names` does not have or that two rows
+    /// give, and one without a tension at activity 1.
     pub fn tensions(
         &self,
         vowel: &Vowel,
-        full: f64,
+        full: Option<f64>,
         names: &[String],
         muscles: &Muscles,
-    ) -> Result<Vec<(usize, f64)>, TableError> {
-        let wrong = |problem: String| TableError::malformed(&self.origin, None, problem);
+    ) -> Result<Vec<(usize, f64)>, Malformed> {
         let portions = self.portions(names, muscles)?;
-        let Some(column) = self.vowels.iter().position(|v| v == vowel) else {
-            let known: Vec<String> = self.vowels.iter().map(|v| format!("/{v}/")).collect();
-            return Err(wrong(format!("it has no column /{vowel}/; it has {}", known.join(", "))));
-        };
+        let column = self.vowels.iter().position(|v| v == vowel);
+        let column =
+            column.or_else(|| self.vowels.iter().position(|v| v.is_like(vowel))).ok_or_else(|| {
+                let known: Vec<String> = self.vowels.iter().map(|v| format!("/{v}/")).collect();
+                self.at(self.header)
+                    .error(format!("it has no column /{vowel}/"), format!("it has {}", known.join(", ")))
+            })?;
         let mut out: Vec<(usize, f64)> = Vec::new();
         for (row, portions) in self.rows.iter().zip(portions) {
-            let Some(activity) = row.activity.get(column).copied().flatten() else { continue };
-            out.extend(portions.into_iter().map(|m| (m, activity * row.full.unwrap_or(full))));
+            let Some(activity) = row.activity[column].clone()? else { continue };
+            let full = row.full.clone()?.or(full).ok_or_else(|| {
+                let what = format!("{} has no tension at activity 1", row.muscle);
+                self.at(row.line).error(what, "fill its cell of full_n_per_m, or give --full")
+            })?;
+            out.extend(portions.into_iter().map(|m| (m, activity * full)));
         }
         Ok(out)
     }
 
     /// Activity by row and vowel, for each row the positions in `names` of the muscles that it is of: one, or all portions of a muscle
-    /// group.
+    /// group. Cells that are no activities are left out ([`Activity::bad_cells`]).
     ///
     /// # Errors
-    /// [`TableError`] for a muscle that `names` does not have, and a muscle that two rows give.
-    pub fn relative(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Measured>, TableError> {
+    /// A muscle that `names` does not have, and a muscle that two rows give.
+    pub fn relative(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Measured>, Malformed> {
         let of_row = |(row, muscles): (&Row, Vec<usize>)| {
             let each = self.vowels.iter().zip(&row.activity);
-            let by_vowel = each.filter_map(|(vowel, a)| Some((vowel.clone(), (*a)?))).collect();
+            let by_vowel = each.filter_map(|(vowel, a)| Some((vowel.clone(), a.clone().ok()??))).collect();
             Measured { name: row.muscle.clone(), muscles, by_vowel }
         };
         Ok(self.rows.iter().zip(self.portions(names, muscles)?).map(of_row).collect())
     }
 
+    /// What is wrong with the cells that are no activities, with their vowels.
+    pub fn bad_cells(&self) -> impl Iterator<Item = (&Vowel, &Malformed)> {
+        let cells = self.rows.iter().flat_map(|row| self.vowels.iter().zip(&row.activity));
+        cells.filter_map(|(vowel, cell)| Some((vowel, cell.as_ref().err()?)))
+    }
+
+    fn at(&self, line: u64) -> Place<'_> {
+        Place { origin: &self.origin, line, column: 1 }
+    }
+
     /// Of every row the positions in `names` of its muscles.
-    fn portions(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Vec<usize>>, TableError> {
-        let wrong = |problem: String| TableError::malformed(&self.origin, None, problem);
+    fn portions(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Vec<usize>>, Malformed> {
         let groups: Vec<String> = muscles.of(names).into_iter().map(|info| info.group).collect();
         let mut out: Vec<Vec<usize>> = Vec::new();
         for row in &self.rows {
-            let called = |m: &usize| names[*m].eq_ignore_ascii_case(&row.muscle);
-            let grouped = |m: &usize| groups[*m].eq_ignore_ascii_case(&row.muscle);
-            let mut portions: Vec<usize> = (0..names.len()).filter(called).collect();
+            let alike = |all: &[String]| -> Vec<usize> {
+                (0..names.len()).filter(|m| all[*m].eq_ignore_ascii_case(&row.muscle)).collect()
+            };
+            let portions = Some(alike(names)).filter(|all| !all.is_empty()).unwrap_or_else(|| alike(&groups));
             if portions.is_empty() {
-                portions = (0..names.len()).filter(grouped).collect();
-            }
-            if portions.is_empty() {
-                return Err(wrong(format!(
-                    "the body has no muscle {}; it has {}",
-                    row.muscle,
-                    names.join(", ")
-                )));
+                let what = format!("the body has no muscle {}", clip(&row.muscle));
+                return Err(self.at(row.line).error(what, format!("it has {}", names.join(", "))));
             }
             if let Some(&twice) = portions.iter().find(|m| out.iter().flatten().any(|other| other == *m)) {
-                return Err(wrong(format!(
-                    "two rows give {}: one by its name, one by its group; keep one",
-                    names[twice]
-                )));
+                let what = format!("two rows give {}: one by its name, one by its group", names[twice]);
+                return Err(self.at(row.line).error(what, "keep one"));
             }
             out.push(portions);
         }
@@ -175,37 +220,108 @@ impl Activity {
     }
 }
 
+/// The number in a cell over `unit`, from 0 to `most`.
+fn cell(cells: &Cells<'_>, line: &Line, field: usize, mark: DecimalMark, most: f64, unit: f64) -> Cell {
+    let (name, text) = (cells.header.cell(field), line.cell(field));
+    if is_missing(text) {
+        return Ok(None);
+    }
+    let fault = |(what, help): (String, String)| cells.at(line, field).error(what, help);
+    let value = number(name, text, mark, "a number from 0 to 1").map_err(fault)? / unit;
+    if value.is_finite() && (0.0..=most).contains(&value) {
+        return Ok(Some(value));
+    }
+    Err(fault(match most {
+        1.0 => (
+            format!("{} is {}, but an activity lies between 0 and 1", clip(name), clip(text)),
+            "divide by the largest activity of the muscle, or end the column's name with (%)".to_owned(),
+        ),
+        _ => (
+            format!("{} is {}", clip(name), clip(text)),
+            "write a finite tension that is not negative".to_owned(),
+        ),
+    }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const TABLE: &str = "# mine\nmuscle,i,a,full_n_per_m\nGGa,0.2,,\nHG,0,0.5,40\nSGm,0.1,1,\n";
+    const TABLE: &str = "# mine\nmuscle,i,a,full_n_per_m\nGGa,0.2,,\n# of both\nHG,0,0.5,40\nSGm,0.1,1,\n";
 
-    fn tensions(table: &str, vowel: &str) -> Result<Vec<(usize, f64)>, TableError> {
+    fn tensions(table: &str, vowel: &str, full: Option<f64>) -> Result<Vec<(usize, f64)>, Malformed> {
         let muscles = Muscles::reference().unwrap();
         let names: Vec<String> = muscles.all().iter().map(|m| m.name.clone()).collect();
-        Activity::read(table, "mine.csv")?.tensions(&Vowel::new(vowel).unwrap(), 30.0, &names, &muscles)
+        Activity::read(table.as_bytes(), "my.csv")?.tensions(
+            &Vowel::new(vowel).unwrap(),
+            full,
+            &names,
+            &muscles,
+        )
     }
 
     #[test]
-    fn activity_times_full_tension_by_name_or_by_group() {
+    fn activity_times_full_tension_by_name_or_by_group_however_the_table_is_written() {
         // GGa has an empty cell; both portions of the hyoglossus have its row, with its own full tension.
-        assert_eq!(tensions(TABLE, "a").unwrap(), [(6, 20.0), (7, 20.0), (4, 30.0)]);
-        assert_eq!(tensions(TABLE, "i").unwrap(), [(0, 6.0), (6, 0.0), (7, 0.0), (4, 3.0)]);
+        let (a, i) = ([(6, 20.0), (7, 20.0), (4, 30.0)], [(0, 6.0), (6, 0.0), (7, 0.0), (4, 3.0)]);
+        let german = TABLE.replace(',', ";").replace('.', ",").replace('\n', "\r\n");
+        let japanese =
+            TABLE.replace("# mine\n", "筋電図\n").replace("muscle,i,a", "筋,い,あ").replace("0.5", "０．５");
+        let percent = TABLE
+            .replace("i,a,full_n_per_m", "i (%),a_%,Full (N/m)")
+            .replace("0.2", "20")
+            .replace("0.1,1", "10,100");
+        let percent = percent.replace("0.5", "50");
+        for table in [
+            TABLE,
+            &german,
+            &format!("\u{feff}{german}"),
+            &japanese,
+            &percent,
+            &TABLE.replace("0.2,,", "0.2,NA,"),
+        ] {
+            assert_eq!(tensions(table, "a", Some(30.0)).unwrap(), a, "{table}");
+            assert_eq!(tensions(table, "i", Some(30.0)).unwrap(), i, "{table}");
+        }
+        // Without a full tension of the others only a muscle that has one can be used.
+        assert_eq!(
+            tensions("muscle,a,full_n_per_m\nHG,0.5,40\n", "a", None).unwrap(),
+            [(6, 20.0), (7, 20.0)]
+        );
+        assert_eq!(
+            tensions(TABLE, "a", None).unwrap_err().to_string(),
+            "my.csv:6:1: SGm has no tension at activity 1; fill its cell of full_n_per_m, or give --full"
+        );
     }
 
     #[test]
     fn bad_tables_are_told_with_line_and_column() {
-        let told = |table: &str| tensions(table, "a").unwrap_err().to_string();
-        assert!(told("muscle,a\nGGa,1.2\n").contains("line 2, column a: activity 1.2 lies outside 0 to 1"));
-        assert!(told("muscle,a\nGGa,much\n").contains("\"much\" is not a number"));
-        assert!(told("muscle,a\nGGa,1\ngga,1\n").contains("line 3: gga is given twice"));
-        assert!(told("muscle,a\nHG,1\nHGa,1\n").contains("two rows give HGa"));
-        assert!(told("muscle,a\nmasseter,1\n").contains("no muscle masseter"));
-        assert!(told("muscle,o\nGGa,1\n").contains("no column /a/; it has /o/"));
-        assert!(told("a,GGa\n1,1\n").contains("first column is muscle"));
-        assert!(told("muscle,a\n").contains("no muscle or no vowel"));
-        assert!(told("muscle,a,a\nGGa,1,1\n").contains("/a/ is there twice"));
-        assert!(told("muscle,a,full_n_per_m\nGGa,1,-3\n").contains("full_n_per_m of GGa"));
+        for (table, expected) in [
+            ("muscle,a\nGGa,1.2\n", "2:2: a is 1.2, but an activity lies between 0 and 1; divide by"),
+            ("muscle,a\nGGa,much\n", "2:2: a is \"much\", not a number; write a number from 0 to 1 with"),
+            ("muscle;a;o\nGGa;0,5;0,7\nHG;0.5;0,1\n", "3:2: a is \"0.5\", with a decimal point"),
+            ("muscle,a\nGGa,1\ngga,1\n", "3:1: gga is given twice, here and on line 2"),
+            ("muscle,a\nHG,1\nHGa,1\n", "3:1: two rows give HGa"),
+            ("muscle,a\nmasseter,1\n", "2:1: the body has no muscle masseter"),
+            ("muscle,o\nGGa,1\n", "1:1: it has no column /a/; it has /o/"),
+            (
+                "a,GGa\n1,1\n",
+                "1:1: it has no column muscle, no vowel or no row; line 1 was taken for the header: \"a,GGa\"",
+            ),
+            ("muscle,a\n", "1:1: it has no column muscle, no vowel or no row"),
+            ("muscle,a,a\nGGa,1,1\n", "1:3: column a appears twice, here and as column 2"),
+            ("muscle,a,full_n_per_m\nGGa,1,-3\n", "2:3: full_n_per_m is -3; write a finite tension"),
+        ] {
+            let told = tensions(table, "a", Some(30.0)).unwrap_err().to_string();
+            assert!(told.starts_with(&format!("my.csv:{expected}")), "{told}");
+        }
+        let patterns = include_str!("../../../../targets/fang2009_patterns.csv");
+        let told = tensions(patterns, "a", Some(30.0)).unwrap_err().to_string();
+        assert!(
+            told.contains("a list of the active muscles of each vowel does not say how active they are"),
+            "{told}"
+        );
+        // A bad cell is told only to who asks for it.
+        assert_eq!(tensions("muscle,a,note\nGGa,1,left side\n", "a", Some(30.0)).unwrap(), [(0, 30.0)]);
     }
 }

@@ -17,6 +17,7 @@ pub mod muscles;
 pub mod published_patterns;
 pub mod recording;
 mod space_marks;
+mod table;
 mod target;
 pub mod thesis;
 pub mod tone;

@@ -56,7 +56,7 @@ pub struct Batch<'a> {
     pub baselines: &'a [BaselineRow],
     /// The rows that could not be fitted; rows that fail later are added.
     pub refusals: &'a [Refusal],
-    /// Faults of the rows that could not be read.
+    /// Faults of the rows and cells that could not be read.
     pub unreadable: &'a [String],
     /// The summary.
     pub summary: &'a BatchSummary,

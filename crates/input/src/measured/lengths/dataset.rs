@@ -9,7 +9,7 @@ use super::error::Malformed;
 use super::number::LARGEST_HALF_WIDTH_MM;
 use super::read::{Table, read};
 use super::reading::HalfWidth;
-use super::vowel::nfc;
+use super::text::fold;
 use super::{BrokenRow, Lengths, LengthsError, Reading, Row, Vowel};
 use crate::files;
 use tongue_core::suggest;
@@ -32,6 +32,7 @@ pub struct Dataset {
     rows: Vec<Row>,
     reading: Reading,
     broken: Vec<BrokenRow>,
+    bad_cells: Vec<Malformed>,
     /// Numbers of the rows of each subject.
     index: BTreeMap<String, Vec<usize>>,
 }
@@ -69,9 +70,11 @@ impl Dataset {
     /// wrong unit is refused); an empty cell, `NA`, `-` or `*` means that it was not measured. Half widths of
     /// rounding are read from `GGa_half_width_mm` or, for all muscles, from `half_width_mm` or `error_mm`;
     /// without these columns they are half of the last digit of the lengths (0.5 mm for whole millimetres).
-    /// All other columns are ignored.
+    /// All other columns are ignored, and so is a title before the header. Names, numbers and units may be
+    /// written in full-width letters, the columns may be called `話者` and `母音`, and the vowels in kana.
     ///
-    /// A faulty row is left out and listed in [`Dataset::broken`].
+    /// A cell that is no length counts as not measured and is listed in [`Dataset::bad_cells`]; a row without a
+    /// subject, a vowel or any length is left out and listed in [`Dataset::broken`].
     ///
     /// # Errors
     /// [`LengthsError::Unreadable`] if reading fails or the input is too large, [`LengthsError::Malformed`] with line and
@@ -99,12 +102,12 @@ impl Dataset {
     }
 
     fn parse(bytes: &[u8], origin: &str) -> Result<Self, LengthsError> {
-        let Table { muscles, rows, reading, broken } = read(bytes, origin)?;
+        let Table { muscles, rows, reading, broken, bad_cells } = read(bytes, origin)?;
         let mut index = BTreeMap::<_, Vec<usize>>::new();
         for (number, row) in rows.iter().enumerate() {
             index.entry(row.lengths.subject.clone()).or_default().push(number);
         }
-        Ok(Self { origin: origin.to_owned(), muscles, rows, reading, broken, index })
+        Ok(Self { origin: origin.to_owned(), muscles, rows, reading, broken, bad_cells, index })
     }
 
     /// The same lengths with the half width `mm` for all of them, whatever the table has.
@@ -150,18 +153,34 @@ impl Dataset {
         &self.broken
     }
 
+    /// The cells that are no lengths, in rows that can be used without them.
+    pub fn bad_cells(&self) -> &[Malformed] {
+        &self.bad_cells
+    }
+
+    /// What cannot be used, in the order of the table: the fault of each row and cell, and that it is left out.
+    pub fn left_out(&self) -> Vec<String> {
+        let rows = self.broken.iter().map(|row| (&row.fault, "row"));
+        let mut all: Vec<_> = rows.chain(self.bad_cells.iter().map(|fault| (fault, "length"))).collect();
+        all.sort_by_key(|(fault, _)| (fault.line, fault.column));
+        all.into_iter().map(|(fault, what)| format!("{fault} (this {what} is left out)")).collect()
+    }
+
+    /// Those in the row of `lengths`, which is one of [`Dataset::rows`].
+    pub fn bad_cells_of(&self, lengths: &Lengths) -> impl Iterator<Item = &Malformed> {
+        let line = self.rows.iter().find(|row| row.lengths == *lengths).map_or(0, |row| row.line);
+        self.bad_cells.iter().filter(move |fault| fault.line == line)
+    }
+
     /// The subjects, in the order of their first rows.
     pub fn subjects(&self) -> Vec<&str> {
-        let mut by_first_row: Vec<_> =
-            self.index.iter().map(|(name, rows)| (rows.first(), name.as_str())).collect();
-        by_first_row.sort_unstable();
-        by_first_row.into_iter().map(|(_, name)| name).collect()
+        let mut names: Vec<&String> = self.index.keys().collect();
+        names.sort_by_key(|name| self.index[*name].first());
+        names.into_iter().map(String::as_str).collect()
     }
 
     /// The vowels of `subject`, in the order of the table.
     ///
-    /// # Errors
-    /// [`LengthsError::UnknownSubject`].
     pub fn vowels(&self, subject: &str) -> Result<Vec<Vowel>, LengthsError> {
         Ok(self.of_subject(subject)?.map(|lengths| lengths.vowel.clone()).collect())
     }
@@ -170,8 +189,7 @@ impl Dataset {
     /// rows.
     ///
     /// # Errors
-    /// [`LengthsError::Malformed`] if that row is broken, [`LengthsError::UnknownSubject`] with the nearest name, or
-    /// [`LengthsError::MissingRow`] with the vowels that exist.
+    /// The fault of that row if it is broken; else what the table has instead.
     pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, LengthsError> {
         self.find(subject, vowel)?.ok_or_else(|| LengthsError::MissingRow {
             origin: self.origin.clone(),
@@ -183,8 +201,6 @@ impl Dataset {
 
     /// The baseline of `subject`: its own /ɯ/, as in thesis 4.3.2.
     ///
-    /// # Errors
-    /// As [`Dataset::baseline_vowel`].
     pub fn baseline(&self, subject: &str) -> Result<&Lengths, LengthsError> {
         self.baseline_vowel(subject, &Vowel::unrounded_u())
     }
@@ -192,8 +208,7 @@ impl Dataset {
     /// The lengths of `subject` in the baseline vowel `vowel`.
     ///
     /// # Errors
-    /// [`LengthsError::Malformed`] if that row is broken, [`LengthsError::UnknownSubject`], or [`LengthsError::MissingBaseline`]
-    /// with the vowels to choose from.
+    /// As [`Dataset::row`].
     pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, LengthsError> {
         self.find(subject, vowel)?.ok_or_else(|| LengthsError::MissingBaseline {
             origin: self.origin.clone(),
@@ -204,30 +219,25 @@ impl Dataset {
     }
 
     fn find(&self, subject: &str, vowel: &Vowel) -> Result<Option<&Lengths>, LengthsError> {
-        if let Ok(mut rows) = self.of_subject(subject) {
-            let rows: Vec<&Lengths> = rows.by_ref().collect();
-            let alike: Vec<&Lengths> = rows.iter().copied().filter(|l| l.vowel.is_like(vowel)).collect();
+        if let Ok(rows) = self.of_subject(subject) {
+            let alike: Vec<&Lengths> = rows.filter(|l| l.vowel.is_like(vowel)).collect();
             let same = alike.iter().find(|l| l.vowel == *vowel);
             if let Some(lengths) = same.or(if let [only] = &alike[..] { Some(only) } else { None }) {
                 return Ok(Some(lengths));
             }
         }
-        if let Some(fault) = self.broken_row(subject, vowel) {
-            return Err(fault.clone().into());
-        }
-        self.of_subject(subject).map(|_| None)
-    }
-
-    fn broken_row(&self, subject: &str, vowel: &Vowel) -> Option<&Malformed> {
-        let subject = nfc(subject);
+        let name = fold(subject);
         let asked = |row: &&BrokenRow| {
-            row.subject.as_ref() == Some(&subject) && row.vowel.as_ref().is_some_and(|v| v.is_like(vowel))
+            row.subject.as_ref() == Some(&name) && row.vowel.as_ref().is_some_and(|v| v.is_like(vowel))
         };
-        self.broken.iter().find(asked).map(|row| &row.fault)
+        match self.broken.iter().find(asked) {
+            Some(row) => Err(row.fault.clone().into()),
+            None => self.of_subject(subject).map(|_| None),
+        }
     }
 
     fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, LengthsError> {
-        let numbers = self.index.get(&nfc(subject)).ok_or_else(|| {
+        let numbers = self.index.get(&fold(subject)).ok_or_else(|| {
             let known = self.subjects();
             let hint = match suggest::nearest(subject, known.iter().copied()) {
                 Some(near) if known.len() > NAMED_SUBJECTS => {

@@ -12,12 +12,11 @@ use tongue_core::suggest;
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
 #[error("{origin}:{line}:{column}: {what}; {help}")]
 pub struct Malformed {
-    /// File name or other description of where the data came from.
+    /// The file, or another description of where the data came from.
     pub origin: String,
     /// Line in the file, from 1.
     pub line: u64,
-    /// Column of the table (field of the line, not character), from 1; for a missing field, its expected
-    /// column.
+    /// Column of the table (field of the line, not character), from 1.
     pub column: usize,
     /// What is wrong.
     pub what: String,
@@ -27,12 +26,10 @@ pub struct Malformed {
 
 /// An unusable row, with its subject and vowel if they can be read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[allow(missing_docs, reason = "the names say it")]
 pub struct BrokenRow {
-    /// The subject.
     pub subject: Option<String>,
-    /// The vowel.
     pub vowel: Option<Vowel>,
-    /// What is wrong.
     pub fault: Malformed,
 }
 
@@ -63,12 +60,7 @@ pub enum LengthsError {
     MissingBaseline { origin: String, subject: String, vowel: Vowel, has: Vec<Vowel> },
     /// The half width of rounding is out of range.
     #[error("the half width of rounding is {mm} mm; give one from 0 to {largest} mm, like 0.5")]
-    BadHalfWidth {
-        /// The given value, mm.
-        mm: f64,
-        /// The largest allowed value, mm.
-        largest: f64,
-    },
+    BadHalfWidth { mm: f64, largest: f64 },
     /// The name is not a vowel.
     #[error(transparent)]
     Vowel(#[from] BadLabel),
@@ -83,16 +75,7 @@ pub enum LengthsError {
         "{muscle} of {subject} is {mm} mm in /{vowel}/ and {baseline_mm} mm in /{baseline}/, but no muscle of a tongue changes its length \
          to less than 0.5 or more than 1.7 times; correct the length that is wrong, or leave it empty"
     )]
-    Impossible {
-        muscle: String,
-        subject: String,
-        vowel: Vowel,
-        /// Its length there, mm.
-        mm: f64,
-        baseline: Vowel,
-        /// Its length there, mm.
-        baseline_mm: f64,
-    },
+    Impossible { muscle: String, subject: String, vowel: Vowel, mm: f64, baseline: Vowel, baseline_mm: f64 },
     /// No muscle is shorter than in the baseline.
     #[error(
         "no muscle of {subject} is shorter in /{vowel}/ than in /{baseline}/, so none contracts; name the \

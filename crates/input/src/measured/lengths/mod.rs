@@ -2,7 +2,7 @@
 //! programs.
 //!
 //! ```text
-//! bytes -> text -> separator, header -> columns -> rows -> Dataset (rows, and how the text was understood)
+//! bytes -> cells (separator, header) -> columns -> rows -> Dataset (rows, and how the text was understood)
 //! ```
 //! There is one row for each subject and vowel. Columns are found by their names: `subject` and `vowel` (or a
 //! synonym), a length for each muscle in a column `NAME_mm` (or `NAME (mm)`, `NAME_cm`, `NAME_m`), and
@@ -13,7 +13,7 @@ mod change;
 mod columns;
 mod dataset;
 pub(in crate::measured) mod error;
-mod number;
+pub(in crate::measured) mod number;
 mod read;
 mod reading;
 pub mod rest_distance;

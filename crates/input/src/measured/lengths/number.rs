@@ -1,9 +1,8 @@
-//! Lengths in the cells of a table.
+//! Numbers in the cells of a table.
 
 use serde::Serialize;
 
-use super::error::{Malformed, Place};
-use super::vowel::clip;
+use super::text::clip;
 
 /// The shortest plausible length, mm. The published ones are 20 to 66 mm, so a length in centimetres is below
 /// it.
@@ -15,18 +14,16 @@ const SHORTEST_CM: f64 = 0.2;
 /// The largest half width of a length, mm: with more, a length has no information.
 pub(super) const LARGEST_HALF_WIDTH_MM: f64 = 100.0;
 
-/// Marks of a length that was not measured, in any case, beside the empty cell.
+/// Marks of a number that was not measured, in any case, beside the empty cell.
 const MISSING: [&str; 10] = ["na", "n/a", "#n/a", "nan", "null", "-", "–", "—", "*", "."];
 
 /// The unit that a column's name gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[allow(missing_docs, reason = "the names say it")]
 pub enum TableUnit {
-    /// Millimetres.
     Mm,
-    /// Centimetres.
     Cm,
-    /// Metres.
     M,
 }
 
@@ -34,21 +31,16 @@ impl TableUnit {
     /// All units; the first with which a name ends is its unit.
     pub(super) const ALL: [TableUnit; 3] = [TableUnit::Mm, TableUnit::Cm, TableUnit::M];
 
-    /// Its symbol.
-    pub const fn symbol(self) -> &'static str {
-        match self {
-            TableUnit::Mm => "mm",
-            TableUnit::Cm => "cm",
-            TableUnit::M => "m",
-        }
+    pub(super) const fn symbol(self) -> &'static str {
+        self.facts().0
     }
 
-    /// Its power of ten in millimetres.
-    pub(super) const fn power(self) -> i32 {
+    /// Symbol, name, power of ten in millimetres, and the length 57.8 mm.
+    const fn facts(self) -> (&'static str, &'static str, i32, &'static str) {
         match self {
-            TableUnit::Mm => 0,
-            TableUnit::Cm => 1,
-            TableUnit::M => 3,
+            TableUnit::Mm => ("mm", "millimetres", 0, "57.8"),
+            TableUnit::Cm => ("cm", "centimetres", 1, "5.78"),
+            TableUnit::M => ("m", "metres", 3, "0.0578"),
         }
     }
 }
@@ -63,29 +55,56 @@ pub enum DecimalMark {
     Comma,
 }
 
+impl DecimalMark {
+    /// The number that `text`, with a decimal point, is in a table with this mark.
+    fn written(self, text: &str) -> String {
+        if self == DecimalMark::Comma { text.replacen('.', ",", 1) } else { text.to_owned() }
+    }
+}
+
+/// What is wrong with a cell, and what to do.
+pub(in crate::measured) type CellFault = (String, String);
+
 /// Whether the cell says that nothing was measured.
-pub(super) fn is_missing(cell: &str) -> bool {
+pub(in crate::measured) fn is_missing(cell: &str) -> bool {
     cell.is_empty() || MISSING.contains(&cell.to_lowercase().as_str())
 }
 
 /// The mark with which alone `cell` can be read; `None` for integers and for text.
-pub(super) fn mark_of(cell: &str) -> Option<DecimalMark> {
+pub(in crate::measured) fn mark_of(cell: &str) -> Option<DecimalMark> {
     let mark = match cell.find([',', '.'])? {
         at if cell[at..].starts_with(',') => DecimalMark::Comma,
         _ => DecimalMark::Point,
     };
-    in_mm(cell, mark, TableUnit::Mm).map(|_| mark)
+    with_point(cell, mark)?.parse::<f64>().ok().map(|_| mark)
 }
 
-/// The number in `cell`, in mm, with the same bits as if it had been written in mm.
-fn in_mm(cell: &str, mark: DecimalMark, unit: TableUnit) -> Option<f64> {
-    let text = with_point(cell, mark)?;
-    let number: f64 = text.parse().ok()?;
-    match unit.power() {
-        0 => Some(number),
-        power if number.is_finite() && !text.contains(['e', 'E']) => format!("{text}e{power}").parse().ok(),
-        power => Some(number * 10f64.powi(power)),
+/// The number in `cell`, as a column called `column` has it.
+pub(in crate::measured) fn number(
+    column: &str,
+    cell: &str,
+    mark: DecimalMark,
+    like: &str,
+) -> Result<f64, CellFault> {
+    let name = clip(column);
+    if let Some(number) = with_point(cell, mark).and_then(|text| text.parse().ok()) {
+        return Ok(number);
     }
+    let (other, is, should) = match mark {
+        DecimalMark::Point => (DecimalMark::Comma, "comma", "point"),
+        DecimalMark::Comma => (DecimalMark::Point, "point", "comma"),
+    };
+    if mark_of(cell) == Some(other) {
+        let to = mark.written(&cell.replacen(',', ".", 1));
+        return Err((
+            format!("{name} is {:?}, with a decimal {is}", clip(cell)),
+            format!("write it with a decimal {should}, as the others: {}", clip(&to)),
+        ));
+    }
+    Err((
+        format!("{name} is {:?}, not a number", clip(cell)),
+        format!("write {like} with a decimal {should}, or NA where nothing was measured"),
+    ))
 }
 
 fn with_point(cell: &str, mark: DecimalMark) -> Option<String> {
@@ -98,14 +117,14 @@ fn with_point(cell: &str, mark: DecimalMark) -> Option<String> {
 
 /// Number of decimals of a millimetre in `cell`: 0 for 57 mm and for 5.7 cm, 1 for 57.8 mm, -1 for 6 cm.
 pub(super) fn decimals_mm(cell: &str, mark: DecimalMark, unit: TableUnit) -> Option<i32> {
-    in_mm(cell, mark, unit).filter(|mm| mm.is_finite())?;
     let text = with_point(cell, mark)?.to_ascii_lowercase();
+    text.parse().ok().filter(|number: &f64| number.is_finite())?;
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let decimals = digits.split_once('.').map_or(0, |(_, after)| after.len());
-    i32::try_from(decimals).ok()?.checked_sub(exponent.parse().ok()?)?.checked_sub(unit.power())
+    i32::try_from(decimals).ok()?.checked_sub(exponent.parse().ok()?)?.checked_sub(unit.facts().2)
 }
 
-/// A column of numbers, for messages about its cells.
+/// A column of lengths or half widths.
 #[derive(Clone, Copy)]
 pub(super) struct Numbers<'a> {
     /// Name in the header.
@@ -115,126 +134,62 @@ pub(super) struct Numbers<'a> {
 }
 
 impl Numbers<'_> {
+    /// The number in `cell`, in mm, with the same bits as if it had been written in mm.
+    fn in_mm(self, cell: &str) -> Result<f64, CellFault> {
+        let (_, unit, power, example) = self.unit.facts();
+        let like = format!("{unit} like {}", self.mark.written(example));
+        let number = number(self.column, cell, self.mark, &like)?;
+        let text = with_point(cell, self.mark).unwrap_or_default();
+        let shifted = (power > 0 && number.is_finite() && !text.contains(['e', 'E']))
+            .then(|| format!("{text}e{power}").parse().ok())
+            .flatten();
+        Ok(shifted.unwrap_or(number * 10f64.powi(power)))
+    }
+
     /// A plausible length, mm; `None` if it was not measured.
-    pub fn length(self, cell: &str, at: Place<'_>) -> Result<Option<f64>, Malformed> {
+    pub fn length(self, cell: &str) -> Result<Option<f64>, CellFault> {
         if is_missing(cell) {
             return Ok(None);
         }
-        let mm = in_mm(cell, self.mark, self.unit).ok_or_else(|| self.no_number(cell, at))?;
-        self.check_length(cell, mm, at).map(|()| Some(mm))
+        let mm = self.in_mm(cell)?;
+        let (_, unit, _, example) = self.unit.facts();
+        let like = format!("write a measured length in {unit}, like {}", self.mark.written(example));
+        let (why, help) = if (SHORTEST_MM..=LONGEST_MM).contains(&mm) {
+            return Ok(Some(mm));
+        } else if !mm.is_finite() {
+            ("not finite".to_owned(), like)
+        } else if mm <= 0.0 {
+            ("not positive".to_owned(), format!("{like}, or NA where there is none"))
+        } else if self.unit != TableUnit::Mm {
+            let is = format!(
+                "which is {} mm: not a length of a tongue muscle (10 to 200 mm)",
+                clip(&mm.to_string())
+            );
+            (is, "check the number, and the unit that the column's name gives".to_owned())
+        } else if mm > LONGEST_MM {
+            let help = format!("{like}; a column that is not of a muscle is ignored if its name has no unit");
+            ("too long for a tongue muscle (above 200 mm)".to_owned(), help)
+        } else {
+            let (other, factor, unit) =
+                if mm < SHORTEST_CM { ("metres", 1000, "m") } else { ("centimetres", 10, "cm") };
+            let help = format!(
+                "multiply the lengths by {factor}, or write {unit} in place of mm in the column's name"
+            );
+            (format!("too short for millimetres (below 10): it looks like {other}"), help)
+        };
+        Err((format!("{} is {}, {why}", clip(self.column), clip(cell)), help))
     }
 
     /// A half width, mm; `None` if none is given.
-    pub fn half_width(self, cell: &str, at: Place<'_>) -> Result<Option<f64>, Malformed> {
+    pub fn half_width(self, cell: &str) -> Result<Option<f64>, CellFault> {
         if is_missing(cell) {
             return Ok(None);
         }
-        let mm = in_mm(cell, self.mark, self.unit).ok_or_else(|| self.no_number(cell, at))?;
+        let mm = self.in_mm(cell)?;
         if (0.0..=LARGEST_HALF_WIDTH_MM).contains(&mm) {
             return Ok(Some(mm));
         }
         let what = format!("{} is {}, which is not a half width of a length", clip(self.column), clip(cell));
-        Err(at.error(what, format!("write one from 0 to {LARGEST_HALF_WIDTH_MM} mm, like 0.5")))
-    }
-
-    fn no_number(self, cell: &str, at: Place<'_>) -> Malformed {
-        let name = clip(self.column);
-        let (example, other) = match self.mark {
-            DecimalMark::Point => ("a decimal point, like 57.8", DecimalMark::Comma),
-            DecimalMark::Comma => ("a decimal comma like the others, as 57,8", DecimalMark::Point),
-        };
-        if mark_of(cell) == Some(other) {
-            let (is, should, to) = match other {
-                DecimalMark::Comma => ("comma", "point", cell.replacen(',', ".", 1)),
-                DecimalMark::Point => ("point", "comma", cell.replacen('.', ",", 1)),
-            };
-            return at.error(
-                format!("{name} is {:?}, with a decimal {is}", clip(cell)),
-                format!("write it with a decimal {should}: {}", clip(&to)),
-            );
-        }
-        let unit = match self.unit {
-            TableUnit::Mm => "millimetres",
-            TableUnit::Cm => "centimetres",
-            TableUnit::M => "metres",
-        };
-        at.error(
-            format!("{name} is {:?}, not a number", clip(cell)),
-            format!("write {unit} with {example}, or NA where nothing was measured"),
-        )
-    }
-
-    fn check_length(self, cell: &str, mm: f64, at: Place<'_>) -> Result<(), Malformed> {
-        let name = clip(self.column);
-        let (why, help) = if !mm.is_finite() {
-            ("not finite", "write a measured length in millimetres, like 57.8")
-        } else if mm <= 0.0 {
-            ("not positive", "write a measured length in millimetres, like 57.8, or NA where there is none")
-        } else if (SHORTEST_MM..=LONGEST_MM).contains(&mm) {
-            return Ok(());
-        } else if self.unit != TableUnit::Mm {
-            let mm = clip(&format!("{mm}"));
-            let what = format!(
-                "{name} is {}, which is {mm} mm: not a length of a tongue muscle (10 to 200 mm)",
-                clip(cell)
-            );
-            return Err(at.error(what, "check the number, and the unit that the column's name gives"));
-        } else if mm < SHORTEST_CM {
-            (
-                "far too short for millimetres: it looks like metres",
-                "multiply the lengths by 1000, or write m in place of mm in the column's name",
-            )
-        } else if mm < SHORTEST_MM {
-            (
-                "too short for millimetres (below 10): it looks like centimetres",
-                "multiply the lengths by 10, or write cm in place of mm in the column's name",
-            )
-        } else {
-            (
-                "too long for a tongue muscle (above 200 mm)",
-                "write the length in millimetres, like 57.8; a column that is not of a muscle is ignored if its name has no unit",
-            )
-        };
-        Err(at.error(format!("{name} is {}, {why}", clip(&format!("{mm}"))), help))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lengths_in_other_units_have_the_bits_of_millimetres() {
-        for tenths in 100..2000 {
-            let mm = f64::from(tenths) / 10.0;
-            let cell = |power: i32| format!("{}", mm / 10f64.powi(power));
-            // The texts are built from digits, because division by ten rounds.
-            let (whole, tenth) = (tenths / 10, tenths % 10);
-            let cm = format!("{}.{}{tenth}", whole / 10, whole % 10);
-            let m = format!("0,{whole:03}{tenth}");
-            assert_eq!(in_mm(&cm, DecimalMark::Point, TableUnit::Cm), Some(mm));
-            assert_eq!(in_mm(&m, DecimalMark::Comma, TableUnit::M), Some(mm));
-            assert_eq!(in_mm(&cell(0), DecimalMark::Point, TableUnit::Mm), Some(mm));
-            assert_eq!(decimals_mm(&cm, DecimalMark::Point, TableUnit::Cm), Some(1));
-            assert_eq!(decimals_mm(&m, DecimalMark::Comma, TableUnit::M), Some(1));
-        }
-    }
-
-    #[test]
-    fn marks_and_decimals_are_seen() {
-        assert_eq!(mark_of("57,8"), Some(DecimalMark::Comma));
-        assert_eq!(mark_of("57.8"), Some(DecimalMark::Point));
-        for none in ["57", "", "a,b", "5,7,8", "1.234,5", "1,234.5"] {
-            assert_eq!(mark_of(none), None, "{none}");
-        }
-        for (cell, unit, decimals) in [
-            ("57", TableUnit::Mm, 0),
-            ("57.0", TableUnit::Mm, 1),
-            ("5.7", TableUnit::Cm, 0),
-            ("6", TableUnit::Cm, -1),
-        ] {
-            assert_eq!(decimals_mm(cell, DecimalMark::Point, unit), Some(decimals));
-        }
-        assert_eq!(decimals_mm("5.78e1", DecimalMark::Point, TableUnit::Mm), Some(1));
+        Err((what, format!("write one from 0 to {LARGEST_HALF_WIDTH_MM} mm, like 0.5")))
     }
 }

@@ -7,21 +7,19 @@ use super::{DecimalMark, Encoding, LineEnds, TableUnit};
 /// Separator between the fields of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
+#[allow(missing_docs, reason = "the names say it")]
 pub enum Separator {
-    /// `,`
     Comma,
-    /// `;`
     Semicolon,
-    /// A tab.
     Tab,
 }
 
 impl Separator {
-    /// All separators, in the order of preference.
-    pub(super) const ALL: [Separator; 3] = [Separator::Comma, Separator::Semicolon, Separator::Tab];
+    /// In the order of preference.
+    pub(in crate::measured) const ALL: [Separator; 3] =
+        [Separator::Comma, Separator::Semicolon, Separator::Tab];
 
-    /// Its character.
-    pub const fn byte(self) -> u8 {
+    pub(in crate::measured) const fn byte(self) -> u8 {
         match self {
             Separator::Comma => b',',
             Separator::Semicolon => b';',
@@ -42,36 +40,23 @@ impl Separator {
 /// Origin of the half widths of a muscle's lengths.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "from", rename_all = "snake_case")]
+#[allow(missing_docs, reason = "fields with their unit in the name")]
 pub enum HalfWidth {
     /// A column of the table; for its empty cells, `else_mm`.
-    Column {
-        /// Name in the header.
-        name: String,
-        /// Half width for empty cells, mm.
-        else_mm: f64,
-    },
+    Column { name: String, else_mm: f64 },
     /// A value given by the user for all lengths.
-    Given {
-        /// Half width, mm.
-        mm: f64,
-    },
+    Given { mm: f64 },
     /// Half of the last digit of the lengths.
-    Digits {
-        /// Half width, mm.
-        mm: f64,
-    },
+    Digits { mm: f64 },
     /// 0.5 mm, as for lengths read off an MR image to 1 mm, because the lengths have more digits than a
     /// measurement.
-    Default {
-        /// Half width, mm.
-        mm: f64,
-    },
+    Default { mm: f64 },
 }
 
 /// A muscle's column.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "the names say it")]
 pub struct Column {
-    /// The muscle.
     pub muscle: String,
     /// Name of the column in the header.
     pub name: String,
@@ -96,20 +81,17 @@ pub struct SetAside {
 
 /// How the text of a table was understood.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(missing_docs, reason = "the names say it")]
 pub struct Reading {
-    /// Encoding of its characters.
     pub encoding: Encoding,
-    /// How its lines end.
     pub line_ends: LineEnds,
-    /// Separator of fields.
     pub separator: Separator,
-    /// Decimal mark.
     pub decimal_mark: DecimalMark,
-    /// Name of the column of subjects.
+    /// Line (from 1) that was taken for the header; those before it are a title or comments.
+    pub header_line: u64,
+    /// Names of the columns of subjects and of vowels.
     pub subject: String,
-    /// Name of the column of vowels.
     pub vowel: String,
-    /// The muscles' columns, in the order of the table.
     pub columns: Vec<Column>,
     /// Columns that are not used.
     pub set_aside: Vec<SetAside>,

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use serde::Serialize;
+use unicode_normalization::UnicodeNormalization;
 
 use super::error::{Malformed, Place};
 
@@ -104,4 +105,31 @@ fn place_of_byte<'a>(origin: &'a str, bytes: &[u8], offset: usize) -> Place<'a> 
     let line = 1 + before.iter().filter(|b| **b == b'\n').count() as u64;
     let column = 1 + before.iter().skip(line_start).filter(|b| b",;\t".contains(b)).count();
     Place { origin, line, column }
+}
+
+/// Largest number of characters of a label, and of what a message quotes.
+pub(super) const LONGEST: usize = 40;
+
+/// The text without surrounding spaces, in Unicode's form NFC (in which letters that look the same are equal), and
+/// with full-width forms (`１`, `ａ`, `（`, `㎝`) as they are on a Latin keyboard.
+pub(in crate::measured) fn fold(text: &str) -> String {
+    let mut plain = String::with_capacity(text.len());
+    for character in text.trim().chars() {
+        match character {
+            '\u{3000}' => plain.push(' '),
+            '\u{ff01}'..='\u{ff5e}' => plain.extend(char::from_u32(u32::from(character) - 0xfee0)),
+            '㎜' => plain.push_str("mm"),
+            '㎝' => plain.push_str("cm"),
+            other => plain.push(other),
+        }
+    }
+    plain.trim().nfc().collect()
+}
+
+/// The beginning of a field, so that a message stays on one line.
+pub(in crate::measured) fn clip(field: &str) -> String {
+    match field.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", field.get(..end).unwrap_or_default()),
+        None => field.to_owned(),
+    }
 }

@@ -4,13 +4,21 @@ use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use unicode_normalization::UnicodeNormalization;
 
-/// Largest number of characters of a label.
-const LONGEST: usize = 40;
+use super::text::{LONGEST, clip, fold};
+
+/// The Japanese vowels in kana, and as they are written here.
+const KANA: [([&str; 3], &str); 5] = [
+    (["あ", "ア", "ｱ"], "a"),
+    (["い", "イ", "ｲ"], "i"),
+    (["う", "ウ", "ｳ"], "ɯ"),
+    (["え", "エ", "ｴ"], "e"),
+    (["お", "オ", "ｵ"], "o"),
+];
 
 /// The label of a vowel: the text of the table without surrounding spaces and slashes, in Unicode's form NFC
-/// (so that letters with accents that look the same are equal), with `ɯ` for `u`. Ordered as text.
+/// (so that letters with accents that look the same are equal), with `ɯ` for `u` and the Japanese vowels for
+/// their kana. Ordered as text.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub struct Vowel(String);
@@ -40,13 +48,16 @@ impl Vowel {
     /// # Errors
     /// As [`Vowel::new`].
     pub fn as_written(label: &str) -> Result<Self, BadLabel> {
-        let bare = label.trim();
+        let folded = fold(label);
+        let bare = &*folded;
         let within = |open, close| bare.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
         let bare = within('/', '/').or_else(|| within('[', ']')).unwrap_or(bare).trim();
         if bare.is_empty() || bare.contains(char::is_control) || bare.chars().nth(LONGEST).is_some() {
             return Err(BadLabel { label: clip(label) });
         }
-        Ok(Self(nfc(bare)))
+        Ok(Self(
+            KANA.iter().find(|(kana, _)| kana.contains(&bare)).map_or(bare, |(_, latin)| latin).to_owned(),
+        ))
     }
 
     /// /ɯ/, the default baseline, as in thesis 4.3.2.
@@ -115,19 +126,6 @@ pub struct BadLabel {
     pub label: String,
 }
 
-/// The NFC form of a text, in which equal letters are equal characters.
-pub(super) fn nfc(text: &str) -> String {
-    text.nfc().collect()
-}
-
-/// The beginning of a field, so that a message stays on one line.
-pub(super) fn clip(field: &str) -> String {
-    match field.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}...", field.get(..end).unwrap_or_default()),
-        None => field.to_owned(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -145,7 +143,13 @@ mod tests {
             ("iː", "iː"),
             ("a\u{308}", "ä"),
             ("schwa", "schwa"),
-            ("あ", "あ"),
+            ("あ", "a"),
+            ("／ウ／", "ɯ"),
+            ("う", "ɯ"),
+            ("ｵ", "o"),
+            ("ｅ", "e"),
+            ("か", "か"),
+            ("あい", "あい"),
         ] {
             let vowel = Vowel::new(written).unwrap();
             assert_eq!(vowel.label(), label);

@@ -1,0 +1,201 @@
+//! Cells of a table as spreadsheets and statistics programs write it: encoding, separator, header, rows.
+
+use std::cmp::Reverse;
+
+use csv::StringRecord;
+
+use super::lengths::error::{Malformed, Place};
+use super::lengths::number::{self, DecimalMark};
+use super::lengths::text::{Text, clip, decode, fold};
+use super::lengths::{Encoding, LineEnds, Separator};
+
+const MOST_ROWS: usize = 200_000;
+const MOST_COLUMNS: usize = 10_000;
+/// Number of lines among which the header is looked for: those before it are a title.
+const HEADER_WITHIN: usize = 20;
+
+/// A line that has a cell with content.
+pub(super) struct Line {
+    /// Line in the file, from 1.
+    pub number: u64,
+    pub cells: StringRecord,
+}
+
+impl Line {
+    /// The cell of a field; empty if the line ends before it.
+    pub fn cell(&self, field: usize) -> &str {
+        self.cells.get(field).unwrap_or_default()
+    }
+}
+
+/// A table: the line that names the columns, and the lines after it.
+pub(super) struct Cells<'a> {
+    pub origin: &'a str,
+    pub encoding: Encoding,
+    pub line_ends: LineEnds,
+    pub separator: Separator,
+    pub header: Line,
+    pub rows: Vec<Line>,
+    /// The last line of the file.
+    last: u64,
+}
+
+impl<'a> Cells<'a> {
+    /// Reads a table. Of all separators and of the first lines, those are taken with which most columns of
+    /// the header have a name for which `is_known` is true. Comments (`#`) and Excel's `sep=;` before it are
+    /// skipped. `wanted` says what to write into an empty file.
+    pub fn read(
+        bytes: &[u8],
+        origin: &'a str,
+        wanted: &str,
+        is_known: impl Fn(&str) -> bool,
+    ) -> Result<Self, Malformed> {
+        let Text { text, encoding, line_ends } = decode(bytes, origin)?;
+        let start = Place { origin, line: 1, column: 1 };
+        let (mut body, mut before, mut told) = (&*text, 0, None);
+        while let Some((line, rest)) = body.split_once('\n') {
+            let sep = line.trim().strip_prefix("sep=").and_then(|sep| match sep {
+                "" => Some(Separator::Tab),
+                sep => Separator::ALL.into_iter().find(|s| sep.as_bytes() == [s.byte()]),
+            });
+            if !line.trim().is_empty() && !line.trim().starts_with('#') && sep.is_none() {
+                break;
+            }
+            (body, before, told) = (rest, before + 1, told.or(sep));
+        }
+        if body.trim().is_empty() {
+            return Err(start.error("the file is empty", format!("begin with a line like {wanted}")));
+        }
+        let candidates = told.map_or(Separator::ALL.to_vec(), |separator| vec![separator]);
+        let known = |line: &Line| line.cells.iter().take(MOST_COLUMNS).filter(|name| is_known(name)).count();
+        let scored = candidates.into_iter().rev().flat_map(|separator| {
+            let first = lines(body, separator, before, HEADER_WITHIN);
+            let score = |(n, line): (usize, &Line)| (known(line), Reverse(n), line.cells.len());
+            first.iter().enumerate().map(score).map(|score| (score, separator)).collect::<Vec<_>>()
+        });
+        // Of several with the same score the last is taken, which is the first of `ALL`.
+        let best = scored.max_by_key(|(score, _)| *score);
+        let (n, separator) = best.map_or((0, Separator::Comma), |((_, n, _), separator)| (n.0, separator));
+        let mut rows = lines(body, separator, before, n + MOST_ROWS + 2).split_off(n);
+        let header = if rows.is_empty() { StringRecord::new().into() } else { rows.remove(0) };
+        let at = Place { line: header.number, ..start };
+        if header.cells.len() > MOST_COLUMNS {
+            let what = format!("the header has {} columns", header.cells.len());
+            return Err(at.error(what, format!("give at most {MOST_COLUMNS}, one a muscle")));
+        }
+        if let Some(line) = rows.get(MOST_ROWS) {
+            let what = format!("the table has more than {MOST_ROWS} rows");
+            return Err(Place { line: line.number, ..start }.error(what, "split it into smaller files"));
+        }
+        rows.retain(|row| !(row.cell(0).starts_with('#') && row.cells.len() < header.cells.len()));
+        let last = 1 + text.matches('\n').count() as u64;
+        let mut cells = Self { origin, encoding, line_ends, separator, header, rows, last };
+        // R writes row names without a name for their column. Between commas, the field too many may come from a decimal comma.
+        let width = cells.header.cells.len();
+        if separator != Separator::Comma
+            && !cells.rows.is_empty()
+            && cells.rows.iter().all(|row| row.cells.len() == width + 1)
+        {
+            cells.header.cells = std::iter::once("").chain(&cells.header.cells).collect();
+        }
+        Ok(cells)
+    }
+
+    /// A place in a line; fields count from 0.
+    pub fn at(&self, line: &Line, field: usize) -> Place<'a> {
+        Place { origin: self.origin, line: line.number, column: field + 1 }
+    }
+
+    /// The end of the file.
+    pub fn end(&self) -> Place<'a> {
+        Place { origin: self.origin, line: self.last, column: 1 }
+    }
+
+    /// The line that was taken for the header, for messages.
+    pub fn header_quoted(&self) -> String {
+        let names =
+            self.header.cells.iter().collect::<Vec<_>>().join(&char::from(self.separator.byte()).to_string());
+        format!("line {} was taken for the header: {:?}", self.header.number, clip(&names))
+    }
+
+    /// The error for two columns that say the same.
+    pub fn twice(&self, first: usize, second: usize) -> Malformed {
+        let [earlier, name] = [first, second].map(|field| clip(self.header.cell(field)));
+        let what = match earlier == name {
+            true => format!("column {name} appears twice, here and as column {}", first + 1),
+            false => format!("column {name} says the same as column {} ({earlier})", first + 1),
+        };
+        self.at(&self.header, second).error(what, "keep one of the two")
+    }
+
+    /// The mark with which most numbers of some columns are written.
+    pub fn decimal_mark(&self, fields: &[usize]) -> DecimalMark {
+        let cells = self.rows.iter().flat_map(|row| fields.iter().map(|field| row.cell(*field)));
+        let (mut points, mut commas) = (0, 0);
+        for mark in cells.filter_map(number::mark_of) {
+            *(if mark == DecimalMark::Comma { &mut commas } else { &mut points }) += 1;
+        }
+        if commas > points { DecimalMark::Comma } else { DecimalMark::Point }
+    }
+
+    /// Refuses a row that has not the fields of the header.
+    pub fn check_shape(&self, row: &Line) -> Result<(), Malformed> {
+        let (header, width) = (&self.header.cells, row.cells.len());
+        let at = self.at(row, width.min(header.len()));
+        let fields = format!(
+            "the line has {width} fields where the header, line {}, has {}",
+            self.header.number,
+            header.len()
+        );
+        if row.cells.iter().skip(header.len()).any(|surplus| !surplus.is_empty()) {
+            return Err(at.error(
+                fields,
+                match self.separator {
+                    Separator::Comma => {
+                        "take out the surplus; between commas decimals are written with a point, like 57.8"
+                    }
+                    _ => "take out the surplus",
+                },
+            ));
+        }
+        if header.iter().skip(width).all(str::is_empty) {
+            return Ok(());
+        }
+        let other = Separator::ALL
+            .into_iter()
+            .find(|s| *s != self.separator && row.cell(0).as_bytes().contains(&s.byte()));
+        Err(match other.filter(|_| width == 1) {
+            Some(other) => self.at(row, 0).error(
+                format!("the fields are separated by {}", other.plural()),
+                format!("separate them by {}, as in the header", self.separator.plural()),
+            ),
+            None => {
+                at.error(fields, "give every column a value; check for a quotation mark that is never closed")
+            }
+        })
+    }
+}
+
+impl From<StringRecord> for Line {
+    fn from(cells: StringRecord) -> Self {
+        Self { number: 1, cells }
+    }
+}
+
+/// At most the first `most` lines of a text with content, with letters as on a Latin keyboard.
+fn lines(body: &str, separator: Separator, before: u64, most: usize) -> Vec<Line> {
+    let mut reader = csv::ReaderBuilder::new();
+    reader.delimiter(separator.byte()).has_headers(false).flexible(true).trim(csv::Trim::All);
+    // Lines of any number of fields in a text of UTF-8 cannot fail.
+    let records = reader.from_reader(body.as_bytes()).into_records().map_while(Result::ok);
+    let line = |record: StringRecord| {
+        let (line, byte) = record.position().map_or((1, 0), |p| (p.line(), p.byte()));
+        // The reader counts blank lines as part of the record after them.
+        let from = usize::try_from(byte).ok().and_then(|byte| body.as_bytes().get(byte..));
+        let blank = from.unwrap_or_default().iter().take_while(|b| **b == b'\n').count() as u64;
+        let is_ascii = record.as_slice().is_ascii();
+        let cells = if is_ascii { record } else { record.iter().map(fold).collect() };
+        Line { number: before + line + blank, cells }
+    };
+    records.filter(|record| record.iter().any(|cell| !cell.is_empty())).map(line).take(most).collect()
+}
