@@ -84,7 +84,7 @@ pub mod body {
     #[doc(inline)]
     pub use tongue_core::body::{
         Anatomy, Body, BodyError, Bone, Cells, ContinuumSettings, DEFAULT_SPACING_M, HYOID, MANDIBLE, Mesh,
-        MuscleChain, Quality, REFERENCE, SolidQuality, SpaceBody, SpaceMuscle, build,
+        MuscleChain, Quality, REFERENCE, SpaceBody, SpaceMuscle, build,
     };
     #[doc(inline)]
     pub use tongue_input::bodies::{AnyBody, BodyFileError, MeshContent, Unit};
@@ -98,9 +98,7 @@ pub mod body {
     pub mod gmsh {
         //! Meshes of Gmsh, read and written.
         #[doc(inline)]
-        pub use tongue_input::bodies::gmsh::{
-            Concern, Content, File, MshFormat, Unused, read, read_space, review, write,
-        };
+        pub use tongue_input::bodies::gmsh::{Concern, Content, File, read, read_space, write};
     }
 
     pub mod json {
@@ -179,7 +177,9 @@ pub mod inverse {
     pub mod alarms {
         //! What to doubt in an answer.
         #[doc(inline)]
-        pub use tongue_infer::inverse::alarms::{Alarm, THICKNESS_M, alarms, barrier, of_equilibrium};
+        pub use tongue_infer::inverse::alarms::{
+            Alarm, THICKNESS_M, alarms, barrier, of_equilibrium, of_strain,
+        };
     }
 
     pub mod batch {

@@ -37,7 +37,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     anatomy: Option<PathBuf>,
     /// Gmsh mesh (.msh, 4.1 or 2.2), or the JSON of `mesh --json` (.json), instead of an anatomy;
-    /// `tongue-fit mesh check` explains what a .msh needs
+    /// `tongue-fit mesh --help` explains what a .msh needs
     #[arg(long, value_name = "FILE", conflicts_with_all = ["h", "anatomy"])]
     mesh: Option<PathBuf>,
     /// Unit of the coordinates in that file
@@ -48,7 +48,12 @@ pub struct Arguments {
     #[arg(long, value_enum, default_value = "consistent")]
     preset: PresetName,
     /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
-    #[arg(long, value_name = "NU", default_value_t = Constants::TONGUE.poisson_ratio)]
+    #[arg(
+        long,
+        value_name = "NU",
+        default_value_t = Constants::TONGUE.poisson_ratio,
+        allow_negative_numbers = true
+    )]
     poisson_ratio: f64,
     /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
     /// finite width, whose answers do not depend on the mesh, or in `simulate`, `muscles` and `track` the built-in

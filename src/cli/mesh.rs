@@ -8,32 +8,23 @@ use tongue_fit::body::json::MeshRecord;
 use tongue_fit::report::{Export, Json, Msh, OutputDir, Vtu};
 use tongue_fit::system;
 
-use super::{Global, Outcome, body, mesh_check, output, table};
+use super::{Global, Outcome, body, output, table};
 
 /// Options of `tongue-fit mesh`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(
-    args_conflicts_with_subcommands = true,
-    after_help = "Examples:\n  tongue-fit mesh --h 2.75mm --json > mesh.json\n  tongue-fit mesh check my.msh"
+    after_help = "Examples:\n  tongue-fit mesh --h 2.75mm --json > mesh.json\n  tongue-fit mesh --mesh my.msh\n\n\
+                  Physical groups of a mesh from Gmsh say what is what: a surface (in space a volume) called tissue, \
+                  curves called GGa, GGm, ... or muscle:NAME, points or curves called bone or bone:NAME, \
+                  and other:NAME for what is left out."
 )]
 pub struct Arguments {
-    #[command(subcommand)]
-    action: Option<Action>,
     #[command(flatten)]
     body: body::Arguments,
 }
 
-#[derive(Debug, Clone, clap::Subcommand)]
-enum Action {
-    /// Read a Gmsh mesh (.msh) and report what it contains, its quality, and what it lacks
-    Check(mesh_check::Arguments),
-}
-
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    if let Some(Action::Check(check)) = &arguments.action {
-        return mesh_check::run(check, global);
-    }
     let body = arguments.body.body()?;
     let mesh = &body.mesh;
     let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;

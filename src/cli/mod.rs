@@ -17,7 +17,6 @@ mod interrupt;
 mod lengths;
 mod merge;
 mod mesh;
-mod mesh_check;
 mod muscle_effects;
 mod muscles;
 mod others;
@@ -218,7 +217,7 @@ pub fn run(words: Vec<OsString>) -> u8 {
             output::complain(&why);
             UNTRUSTWORTHY
         }
-        Ok(Outcome::Unusable | Outcome::SomeRowsRefused) => FAILED,
+        Ok(Outcome::SomeRowsRefused) => FAILED,
         Err(error) => {
             output::error(&error);
             FAILED

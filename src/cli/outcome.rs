@@ -12,8 +12,6 @@ pub enum Outcome {
     Good,
     /// A result that did not converge or is at a bound, with its description: exit status 3.
     Untrustworthy(String),
-    /// The input was read and reported, but nothing can be computed with it: exit status 1.
-    Unusable,
     /// Everything else is done, but some rows of the input could not be used: exit status 1.
     SomeRowsRefused,
 }

@@ -21,6 +21,8 @@ use super::table::{counted, table};
 
 /// Number of draws whose outlines are drawn.
 const OUTLINES: usize = 60;
+/// Time that a draw takes on one core, s.
+const SECONDS_A_DRAW: f64 = 3.5e-3;
 /// Smallest share that is printed, as a part of one.
 const TOLD: f64 = 5e-4;
 
@@ -133,6 +135,13 @@ impl Arguments {
         let clock = Instant::now();
         let settings = self.settings();
         let Sampling { draws, seed } = settings;
+        settings.check().into_diagnostic().wrap_err("--posterior")?;
+        let minutes = draws as f64 * SECONDS_A_DRAW / 60.0;
+        if minutes > 1.0 {
+            output::note(&format!(
+                "--posterior {draws}: about {minutes:.0} min on one core, more for a continuum"
+            ));
+        }
         let matched = targets.iter().map(|target| Matched::new(&ground.body.mesh, target));
         let matched: Vec<Matched> = matched.collect::<Result<_, _>>().into_diagnostic()?;
         let first =

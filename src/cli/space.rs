@@ -8,7 +8,7 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::Vector3;
 
 use tongue_fit::body::{SpaceBody, Unit, artisynth, gmsh};
-use tongue_fit::inverse::alarms::Alarm;
+use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, Export, Json, OutputDir, SpaceRecord, SpaceVtu};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::Workspace;
@@ -88,10 +88,10 @@ impl ModelArguments {
 
     /// What it is made of.
     pub fn model(&self) -> miette::Result<SpaceModel> {
-        if !(0.0..=1000.0).contains(&self.stiffening) {
-            return Err(miette!("--stiffening {}: it must lie between 0 and 1000", self.stiffening));
-        }
-        Ok(SpaceModel { muscles: self.muscles_as, stiffening: self.stiffening, ..SpaceModel::default() })
+        let model =
+            SpaceModel { muscles: self.muscles_as, stiffening: self.stiffening, ..SpaceModel::default() };
+        model.check().into_diagnostic()?;
+        Ok(model)
     }
 }
 
@@ -151,12 +151,13 @@ pub fn solve(
     let mut workspace = Workspace::new(&system);
     let own = half.as_ref().map_or(activations, |(own, _)| own);
     let clock = Instant::now();
-    let found = Equilibrium::of(&system, &mut workspace, own, direct);
+    let mut found = Equilibrium::of(&system, &mut workspace, own, direct);
     let wall_s = clock.elapsed().as_secs_f64();
     let positions = match &half {
         Some((_, half)) => half.whole(workspace.positions()),
         None => workspace.positions().to_vec(),
     };
+    found.alarms.extend(alarms::of_strain(body, &positions));
     Ok(Solved { found, positions, system, wall_s })
 }
 

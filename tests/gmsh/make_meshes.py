@@ -90,7 +90,7 @@ def tongue(h):
     for name, held in anatomy["bones"].items():
         group(0, [tag for at in held for tag in points_at(*at)], f"bone:{name}")
     rim = gmsh.model.getBoundary(pieces[(2, surface)], oriented=False)
-    group(1, [tag for _, tag in rim], "outline")
+    group(1, [tag for _, tag in rim], "other:outline")
     size(h)
     gmsh.model.mesh.generate(2)
 

@@ -209,6 +209,18 @@ fn files_that_are_wrong_are_named_with_their_line() {
             replaced(|f| &mut f.nodes, "0.02", "inf"),
             "folder/a.node:2: \"inf\" stands where a coordinate was expected",
         ),
+        (
+            says(&|f| f.jaw.text.clear()),
+            "folder/jawAttachments.txt: it contains nothing that could be read as numbers of nodes on bone",
+        ),
+        (
+            says(&|f| f.hyoid.text.clear()),
+            "folder/hyoidAttachments.txt: it contains nothing that could be read as numbers of nodes on bone",
+        ),
+        (
+            says(&|f| f.strengths.text = "A 0".to_owned()),
+            "folder/MuscleMaxForce.txt:1: \"0\" stands where a force in newtons above 0 was expected",
+        ),
         (replaced(|f| &mut f.elements, "12 11", "13 11"), "folder/a.elem:2: node 13 does not exist"),
         (
             replaced(|f| &mut f.muscles, ",,2,2", ",,3,3"),

@@ -74,6 +74,54 @@ fn a_block_of_gmsh_contracts_alike_on_both_sides() {
     assert!(shortened < 0.058, "{shortened}");
 }
 
+/// The block with a curve for the fibres of M whose nodes are none of the mesh, as Gmsh makes of a curve that is not embedded.
+fn with_curve(places: &[[f64; 3]]) -> String {
+    let text = String::from_utf8(bytes("hexahedra_41.msh")).unwrap();
+    let text = text.replacen("6\n1 5 \"fibre:M\"", "7\n1 5 \"other:rim\"\n1 9 \"fibre:M\"", 1);
+    let text = text.replacen("12 20 11 2\n", "12 21 11 2\n", 1);
+    // The last of the curves.
+    let text = text.replacen("0 2 8 -12 \n", "0 2 8 -12 \n99 0 0 0 0 0 0 1 9 0 \n", 1);
+    let section = |text: &str, name: &str, block: String, more: usize| {
+        let (before, after) = text.split_once(name).unwrap();
+        let (counts, rest) = after.split_once('\n').unwrap();
+        let counts: Vec<usize> = counts.split_whitespace().map(|n| n.parse().unwrap()).collect();
+        format!("{before}{name}{} {} 1 9999\n{block}{rest}", counts[0] + 1, counts[1] + more)
+    };
+    let n = places.len();
+    let tags: String = (0..n).map(|i| format!("{}\n", 5000 + i)).collect();
+    let rows: String = places.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+    let text = section(&text, "$Nodes\n", format!("1 99 0 {n}\n{tags}{rows}"), n);
+    let lines: String = (1..n).map(|i| format!("{} {} {}\n", 7000 + i, 4999 + i, 5000 + i)).collect();
+    section(&text, "$Elements\n", format!("1 99 1 {}\n{lines}", n - 1), n - 1)
+}
+
+#[test]
+fn a_curve_through_a_block_gives_directions() {
+    let through: Vec<[f64; 3]> = (1..9).map(|i| [0.0063 * f64::from(i), 1e-3, 9e-3]).collect();
+    let without = body();
+    let found = read_space(with_curve(&through).as_bytes(), "b.msh", Unit::M).unwrap();
+    assert_eq!((&found.mesh.nodes, &found.mesh.fixed), (&without.mesh.nodes, &without.mesh.fixed));
+    for &element in &found.muscles[2].region {
+        for direction in found.directions(2, element) {
+            assert!(direction.unwrap().cross(&Vector3::x()).norm() < 1e-9, "{direction:?}");
+        }
+    }
+    // The force of the whole times the length of the curve over the volume.
+    let stress = 4.0 * 0.0063 * 7.0 / 48e-6;
+    assert!((found.muscles[2].stress_pa / stress - 1.0).abs() < 1e-9);
+    let system = System::in_space(&found, &SpaceModel::default()).unwrap();
+    let activations = found.activations(&[("M", 0.2)]).unwrap();
+    let solved =
+        statics::solve(&system, &mut Workspace::new(&system), &activations, &SolveSettings::default());
+    assert_eq!(solved.status, SolveStatus::Converged);
+    let leaving: Vec<[f64; 3]> = (1..9).map(|i| [0.01 * f64::from(i), 1e-3, 9e-3]).collect();
+    let message = read_space(with_curve(&leaving).as_bytes(), "b.msh", Unit::M).unwrap_err().to_string();
+    assert!(
+        message.starts_with("b.msh:") && message.contains("lies outside the tissue at node 5006"),
+        "{message}"
+    );
+}
+
 #[test]
 fn what_is_wrong_is_told_with_its_line() {
     let text = String::from_utf8(bytes("hexahedra_41.msh")).unwrap();
@@ -95,12 +143,30 @@ fn what_is_wrong_is_told_with_its_line() {
         says("1 5 \"fibre:M\"", "1 5 \"fibre:X\"").contains("fibres are given of X, but no volume is called")
     );
     assert!(
-        says("1 5 \"fibre:M\"", "1 5 \"rim\"").contains("muscle M has a force, but no curves \"fibre:M\"")
+        says("1 5 \"fibre:M\"", "1 5 \"other:rim\"")
+            .contains("muscle M has a force, but no curves \"fibre:M\"")
     );
     assert!(says("\"fibre:A_L\"", "\"other\"").contains("muscle A_L has no directions"));
     let zero = says(" 1 -0.2 0\n", " 0 0 0\n");
     assert!(zero.contains("the view \"fibre:A_L\" has no direction in element"), "{zero}");
-    assert!(says("bone:mandible", "teeth").contains("no node is on bone"));
+    assert!(says("bone:mandible", "other:teeth").contains("no bone holds the body"));
+    let misspelt = says("3 2 \"muscle:A_L", "3 2 \"muscel:A_L");
+    assert!(
+        misspelt.starts_with("b.msh:9: ") && misspelt.contains("did you mean \"muscle:A_L 20 kPa\"?"),
+        "{misspelt}"
+    );
+    assert!(says("\"tissue\"", "\"Tissues\"").contains("did you mean \"tissue\"?"));
+    assert!(
+        says("\"tissue\"", "\"other:tissue\"")
+            .contains("no hexahedron is in a physical group called \"tissue\"")
+    );
+    let second_order = says("\n3 1 5 ", "\n3 1 12 ");
+    assert!(
+        second_order.contains("Mesh.ElementOrder = 1") && !second_order.contains("Recombine"),
+        "{second_order}"
+    );
+    let tetrahedra = read_space(&bytes("cylinder_41.msh"), "c.msh", Unit::M).unwrap_err().to_string();
+    assert!(tetrahedra.contains("is a tetrahedron") && tetrahedra.contains("Transfinite"), "{tetrahedra}");
     // The corners of an element listed from the top downwards.
     let (_, elements) = text.split_once("$Elements").unwrap();
     let line = elements.lines().find(|l| l.split(' ').filter(|w| !w.is_empty()).count() == 9).unwrap();

@@ -67,3 +67,45 @@ fn a_map_of_numbers_that_cannot_be_meant_is_refused_with_its_line() {
         assert!(!printed.contains("untagged") && printed.lines().count() == 1, "{map}: {printed}");
     }
 }
+
+#[test]
+fn numbers_that_would_need_too_much_memory_are_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let tract = include_str!("../../targets/tract.toml");
+    fs::write(
+        folder.path().join("tract.toml"),
+        tract.replacen("root_mm = [47.02", "root_mm = [4294967296.0", 1),
+    )
+    .unwrap();
+    fs::write(folder.path().join("coil.csv"), "surface_mm,x_mm,z_mm\n10,1000000,0\n").unwrap();
+    for (line, said) in [
+        ("batch --draws 18446744073709551615", "--draws is 18446744073709552000; it must be from 0 to 10000"),
+        ("batch --draws 99999999", "--draws is 99999999; it must be from 0 to 10000"),
+        ("--vowel a --posterior 1000000", "--posterior is 1000000 draws; it must be from 100 to 200000"),
+        ("simulate --h 0.4mm --body continuum", "the number of elements of the continuum is 35"),
+        ("sound --vowel a --tract tract.toml", "a coordinate is 4294967296"),
+        ("track coil.csv --body space", "x_mm: a coordinate is 1000000 mm"),
+    ] {
+        let (status, printed) =
+            run(folder.path(), &format!("ulimit -v 1000000; \"$TONGUE_FIT\" {line} --threads 1"));
+        assert!(status == Some(1) && printed.contains(said), "{line}: {printed}");
+    }
+    let (status, printed) =
+        run(folder.path(), "\"$TONGUE_FIT\" simulate --tension GGa=1 --poisson-ratio -0.5 --body continuum");
+    assert!(status == Some(0), "{printed}");
+}
+
+#[test]
+fn a_body_in_space_that_is_strained_too_far_is_an_alarm() {
+    let folder = tempfile::tempdir().unwrap();
+    let (status, printed) = run(
+        folder.path(),
+        "(\"$TONGUE_FIT\" simulate --body space --activation GGP=1 --direct --json 2>/dev/null)",
+    );
+    let record: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    let alarm = record["alarms"].as_array().unwrap().iter().find(|a| a["kind"] == "overstrained");
+    assert!(
+        status == Some(3) && alarm.is_some_and(|a| a["text"].as_str().unwrap().contains("volume at rest")),
+        "{printed}"
+    );
+}

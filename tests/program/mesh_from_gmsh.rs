@@ -29,38 +29,30 @@ fn refused(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
 }
 
 #[test]
-fn check_ends_with_0_for_usable_meshes_and_with_1_and_a_reason_for_others() {
+fn reading_a_mesh_tells_what_to_look_at_and_refuses_what_cannot_be_used() {
     let folder = tempfile::tempdir().unwrap();
-    let check = |name: &str| {
-        let done = run(folder.path(), &["mesh", "check", &fixture(name), "--json"]);
-        let record: Value = serde_json::from_slice(&done.stdout).unwrap_or_default();
-        (done.status.code(), record)
+    let mesh = |name: &str, more: &[&str]| {
+        let done = run(folder.path(), &[&["mesh", "--mesh", &fixture(name)], more].concat());
+        (done.status.code(), String::from_utf8(done.stdout).unwrap(), String::from_utf8(done.stderr).unwrap())
     };
-    let severities = |record: &Value| -> Vec<String> {
-        let concerns = record["concerns"].as_array().unwrap();
-        concerns.iter().map(|c| c["severity"].as_str().unwrap().to_owned()).collect()
-    };
-    let (status, record) = check("tongue_22_binary.msh");
-    assert_eq!((status, &record["usable"]), (Some(0), &Value::Bool(true)));
-    assert_eq!(severities(&record), ["remark"], "the outline is no muscle");
-    assert_eq!(
-        (record["format"]["version"].as_str(), &record["format"]["binary"]),
-        (Some("2.2"), &true.into())
+    let (status, text, notes) = mesh("millimetres.msh", &["--mesh-unit", "mm"]);
+    assert!(
+        status == Some(0) && text.contains("GGa                         42.7 mm") && notes.is_empty(),
+        "{text}{notes}"
     );
-    assert_eq!(record["quality"]["cells"], 180);
-    assert_eq!(record["bones"].as_array().unwrap().len(), 3);
-    let (status, record) = check("cylinder_41.msh");
-    assert_eq!((status, record["dimension"].as_u64()), (Some(0), Some(3)));
-    let (status, record) = check("broken/thin.msh");
-    assert_eq!((status, severities(&record)), (Some(0), vec!["warning".to_owned(); 2]), "{record}");
-    let (status, record) = check("broken/no_bone.msh");
-    assert_eq!((status, &record["usable"]), (Some(1), &Value::Bool(false)));
-    assert_eq!(check("millimetres.msh").0, Some(1));
-    assert_eq!(check("broken/gap.msh"), (Some(1), Value::Null));
-    let done = run(folder.path(), &["mesh", "check", &fixture("millimetres.msh"), "--mesh-unit", "mm"]);
-    assert!(done.status.success());
-    let text = String::from_utf8(done.stdout).unwrap();
-    assert!(text.contains("GGa                         42.7 mm") && text.ends_with("usable\n"), "{text}");
+    let (status, _, notes) = mesh("broken/thin.msh", &[]);
+    assert!(
+        status == Some(0) && notes.contains("the smallest angle is") && notes.contains("no muscle GGm"),
+        "{notes}"
+    );
+    for (name, told) in [
+        ("broken/no_bone.msh", "no_bone.msh: no bone holds the body"),
+        ("broken/misspelt.msh", "misspelt.msh:6: the physical group \"GGaa\""),
+        ("millimetres.msh", "--mesh-unit mm"),
+    ] {
+        let (status, text, notes) = mesh(name, &[]);
+        assert!(status == Some(1) && text.is_empty() && notes.contains(told), "{name}: {notes}");
+    }
 }
 
 #[test]

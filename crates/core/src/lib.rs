@@ -8,6 +8,7 @@ pub mod dynamics;
 pub mod effect;
 pub mod geometry;
 pub mod instances;
+pub mod limits;
 pub mod material;
 pub mod observe;
 pub mod parallel;

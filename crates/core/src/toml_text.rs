@@ -1,6 +1,6 @@
 //! Values from TOML, and what is wrong with a text at which line and column.
 
-use serde::de::DeserializeOwned;
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error as _};
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Misread {
@@ -9,6 +9,19 @@ pub struct Misread {
     /// The column in characters, from 1.
     pub column: usize,
     pub problem: String,
+}
+
+/// An array of exactly this many values; the reader of TOML would leave out what is more.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exactly<T, const N: usize>(pub [T; N]);
+
+impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let values = Vec::deserialize(deserializer)?;
+        let count = values.len();
+        let wrong = |_| D::Error::custom(format!("{count} values stand where exactly {N} belong"));
+        values.try_into().map(Self).map_err(wrong)
+    }
 }
 
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, Misread> {

@@ -116,12 +116,14 @@ impl Arguments {
 
     fn thoroughness(&self) -> miette::Result<Thoroughness> {
         let usual = Thoroughness::default();
-        Ok(Thoroughness {
+        let how = Thoroughness {
             settings: FitSettings { method: self.method, ..usual.settings },
             draws: self.draws,
             seed: self.seed,
             subset_changes: self.subsets,
-        })
+        };
+        how.check().into_diagnostic()?;
+        Ok(how)
     }
 }
 

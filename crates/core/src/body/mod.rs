@@ -23,7 +23,7 @@ pub use crate::geometry::{ClosedSpline, Point};
 pub use check::{MeshFault, TooLarge};
 pub use continuum::{Continuum, ContinuumError, ContinuumSettings, Follower, Strand, Tie};
 pub use mesh::{Cells, Mesh, MuscleChain, largest_distance};
-pub use quality::{Quality, SolidQuality};
+pub use quality::Quality;
 pub use space::{SpaceBody, SpaceFault, SpaceMuscle};
 pub use tongue::{
     Anatomy, AnatomyError, AnatomyProblem, DEFAULT_SPACING_M, MeshError, MuscleLine, OutsidePart, REFERENCE,

@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::Mesh;
 use crate::geometry::plane;
-use crate::geometry::simplex;
 
 /// Counts and extremes of a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -60,59 +59,6 @@ impl Quality {
     }
 }
 
-/// Counts and extremes of a mesh in space.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SolidQuality {
-    /// Nodes.
-    pub nodes: usize,
-    /// Nodes that belong to no tetrahedron: those of muscles outside the tissue.
-    pub nodes_outside_tissue: usize,
-    /// Nodes on the surface of the tissue.
-    pub surface_nodes: usize,
-    /// Tetrahedra.
-    pub cells: usize,
-    /// Connections.
-    pub connections: usize,
-    /// Volume of all tetrahedra, m³.
-    pub volume_m3: f64,
-    /// The smallest angle between two faces of any tetrahedron, degrees; 0 without tetrahedra.
-    pub smallest_angle_deg: f64,
-    /// The shortest connection, m; 0 without connections.
-    pub shortest_connection_m: f64,
-    /// The longest connection, m; 0 without connections.
-    pub longest_connection_m: f64,
-}
-
-impl SolidQuality {
-    /// Measures a mesh that passed [`Mesh::check`].
-    pub fn of(mesh: &Mesh<3>) -> Self {
-        let (mut volume, mut smallest) = (0.0, f64::INFINITY);
-        for cell in mesh.cells.iter() {
-            let corners = simplex::corners(&mesh.nodes, cell);
-            volume += simplex::measure(&corners);
-            // The derivative by a corner is normal to the face opposite to it.
-            let normals = simplex::gradient(&corners);
-            for (i, a) in normals.iter().enumerate() {
-                for b in &normals[..i] {
-                    smallest = f64::min(smallest, (-a).angle(b).to_degrees());
-                }
-            }
-        }
-        let [shortest_connection_m, _, longest_connection_m] = connections(mesh);
-        Self {
-            nodes: mesh.nodes.len(),
-            nodes_outside_tissue: outside_tissue(mesh),
-            surface_nodes: mesh.surface_nodes().len(),
-            cells: mesh.cells.len(),
-            connections: mesh.connections.len(),
-            volume_m3: volume,
-            smallest_angle_deg: or_zero(smallest),
-            shortest_connection_m,
-            longest_connection_m,
-        }
-    }
-}
-
 /// Nodes of no cell.
 fn outside_tissue<const D: usize>(mesh: &Mesh<D>) -> usize {
     mesh.in_tissue().iter().filter(|t| !**t).count()
@@ -128,18 +74,4 @@ fn connections<const D: usize>(mesh: &Mesh<D>) -> [f64; 3] {
 /// An extreme of an empty list counts as 0.
 fn or_zero(extreme: f64) -> f64 {
     if extreme.is_finite() { extreme } else { 0.0 }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_block_of_cubes_has_their_volume_and_the_angles_of_their_tetrahedra() {
-        let quality = SolidQuality::of(&super::super::solid::block([0.01, 0.02, 0.03], [1, 2, 3]));
-        assert!((quality.volume_m3 - 6e-6).abs() < 1e-18, "{}", quality.volume_m3);
-        assert!((quality.smallest_angle_deg - 45.0).abs() < 1e-9, "{}", quality.smallest_angle_deg);
-        assert_eq!((quality.nodes, quality.nodes_outside_tissue, quality.surface_nodes), (24, 0, 24));
-        assert!((quality.longest_connection_m - 0.01 * 3f64.sqrt()).abs() < 1e-15);
-    }
 }

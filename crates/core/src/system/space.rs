@@ -6,6 +6,7 @@ use crate::body::space::Half;
 use crate::body::{SpaceBody, SpaceMuscle, Strand};
 use crate::effect::{Effect, Fibres, Hexahedra, Mirror, Stiffening};
 use crate::geometry::hexahedron;
+use crate::limits::{BeyondLimit, STIFFENING};
 use crate::material::{Coefficients, Constants, MooneyRivlin, Preset, Spread};
 
 use super::{Additions, System, SystemError, TissueModel};
@@ -33,6 +34,13 @@ pub struct SpaceModel {
     /// Additional stiffness of a muscle's tissue at full activation, as a multiple of its passive stiffness;
     /// 0 for none. ArtiSynth: 9.
     pub stiffening: f64,
+}
+
+impl SpaceModel {
+    /// Checks the stiffening.
+    pub fn check(&self) -> Result<(), BeyondLimit> {
+        STIFFENING.check(self.stiffening)
+    }
 }
 
 impl Default for SpaceModel {

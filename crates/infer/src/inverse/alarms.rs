@@ -1,9 +1,11 @@
 //! Alarms: reasons to doubt a fit.
 
-use nalgebra::SVector;
+use std::ops::RangeInclusive;
+
+use nalgebra::{SVector, Vector3};
 use serde::Serialize;
 
-use tongue_core::body::Mesh;
+use tongue_core::body::{Mesh, SpaceBody};
 use tongue_core::statics::{self, Connection, Critical, Solution};
 use tongue_input::measured::muscles::Muscles;
 
@@ -17,6 +19,13 @@ pub const THICKNESS_M: f64 = 0.04;
 const MISSED_PERCENT: f64 = 5.0;
 /// Smallest additional angle at a node of a folded chain, radians (60 degrees).
 const FOLD: f64 = std::f64::consts::FRAC_PI_3;
+
+/// Ratios of volume at points of the tissue that are no alarm. Elements keep their mean volume, and at points beside attachments
+/// ordinary activations reach 0.4 to 1.6 (0.1 to 2.8 where all muscles are fully active).
+const VOLUME_RATIOS: RangeInclusive<f64> = 0.25..=2.0;
+/// Stretches of muscles for which the law is meant: fibres of muscle shorten to about half of their length
+/// (Gordon, Huxley and Julian 1966).
+const STRETCHES: RangeInclusive<f64> = 0.4..=2.0;
 
 /// A reason for doubt.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,6 +64,16 @@ pub enum Alarm {
     NotOnBranch {
         ends_at: Option<f64>,
     },
+    /// The tissue changes its volume at points beyond what its law is meant for.
+    Overstrained {
+        least_volume_ratio: f64,
+        largest_volume_ratio: f64,
+    },
+    /// A muscle is shortened or stretched beyond what its law is meant for.
+    MuscleOverstrained {
+        muscle: String,
+        stretch: f64,
+    },
     DecidedWithinRounding {
         muscle: String,
     },
@@ -85,6 +104,8 @@ impl Alarm {
                 | Self::AtUpperBound { .. }
                 | Self::BarrierActs { .. }
                 | Self::NotOnBranch { .. }
+                | Self::Overstrained { .. }
+                | Self::MuscleOverstrained { .. }
                 | Self::EquilibriumNotCertain { .. }
         )
     }
@@ -114,6 +135,17 @@ impl Alarm {
                 None => "it is not known whether the branch of equilibria from rest leads to this shape"
                     .to_owned(),
             },
+            Self::Overstrained { least_volume_ratio, largest_volume_ratio } => format!(
+                "points of the tissue have {least_volume_ratio:.2} to {largest_volume_ratio:.2} of their volume at rest; the law is not \
+                 meant for less than {} or more than {}",
+                VOLUME_RATIOS.start(),
+                VOLUME_RATIOS.end()
+            ),
+            Self::MuscleOverstrained { muscle, stretch } => format!(
+                "{muscle} is {stretch:.2} times as long as at rest; the law is not meant for less than {} or more than {}",
+                STRETCHES.start(),
+                STRETCHES.end()
+            ),
             Self::DecidedWithinRounding { muscle } => {
                 format!("whether {muscle} contracts is decided within the rounding of the data")
             }
@@ -199,6 +231,22 @@ pub fn of_equilibrium(solution: &Solution, critical: Option<Critical>) -> Vec<Al
         out.push(Alarm::NotOnBranch { ends_at: critical.map(|c| c.load) });
     }
     out
+}
+
+/// The alarms for a shape of a body in space that is strained too far: at the points of Gauss, and along
+/// muscles.
+pub fn of_strain(body: &SpaceBody, positions: &[Vector3<f64>]) -> Vec<Alarm> {
+    let [least_volume_ratio, largest_volume_ratio] = body.volume_ratios(positions);
+    let is_usual = |ratio: f64| VOLUME_RATIOS.contains(&ratio);
+    let tissue = (!is_usual(least_volume_ratio) || !is_usual(largest_volume_ratio))
+        .then_some(Alarm::Overstrained { least_volume_ratio, largest_volume_ratio });
+    let muscles = body.mesh.muscles.iter().filter_map(|muscle| {
+        let [a, b] = muscle.ends();
+        let stretch = (positions[b] - positions[a]).norm() / body.mesh.distance([a, b]);
+        let muscle = muscle.name.clone();
+        (!STRETCHES.contains(&stretch)).then_some(Alarm::MuscleOverstrained { muscle, stretch })
+    });
+    tissue.into_iter().chain(muscles).collect()
 }
 
 /// The alarm for a shape in which the barrier acts in this number of elements, if it is not zero.

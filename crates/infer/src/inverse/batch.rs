@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use tongue_core::body::Mesh;
+use tongue_core::limits::{BeyondLimit, ROUNDING_DRAWS};
 use tongue_core::statistics::distinct;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::lengths::rest_distance::{self, RestDistance};
@@ -167,6 +168,13 @@ pub struct Thoroughness {
     pub seed: u64,
     /// Largest number of muscles in which other subsets differ from the rule's; 0 tries none.
     pub subset_changes: u32,
+}
+
+impl Thoroughness {
+    /// Checks the number of draws.
+    pub fn check(&self) -> Result<(), BeyondLimit> {
+        ROUNDING_DRAWS.check(self.draws as f64)
+    }
 }
 
 impl Default for Thoroughness {

@@ -92,6 +92,6 @@ pub enum PosteriorError {
         "no equilibrium was found from which to begin; take smaller scales of the tensions in the priors"
     )]
     NoMode,
-    #[error("{0} draws were asked for; give {1} to {2}")]
-    Draws(usize, usize, usize),
+    #[error(transparent)]
+    Draws(#[from] tongue_core::limits::BeyondLimit),
 }

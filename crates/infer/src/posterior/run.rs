@@ -29,9 +29,6 @@ const THIN_EACH: usize = 2;
 const SHORT_WARM_UP: usize = 15;
 const SHORT_DRAWS: usize = 30;
 const SHORT_SEED: u64 = 7;
-/// Smallest and largest number of draws.
-const FEWEST: usize = 100;
-const MOST: usize = 1_000_000;
 /// The effective draws required (Vehtari and others 2021).
 const FEWEST_EFFECTIVE: f64 = 400.0;
 
@@ -44,8 +41,7 @@ pub struct Sampling {
 
 impl Sampling {
     pub fn check(&self) -> Result<(), PosteriorError> {
-        let possible = (FEWEST..=MOST).contains(&self.draws);
-        if possible { Ok(()) } else { Err(PosteriorError::Draws(self.draws, FEWEST, MOST)) }
+        Ok(tongue_core::limits::POSTERIOR_DRAWS.check(self.draws as f64)?)
     }
 }
 

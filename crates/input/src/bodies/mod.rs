@@ -94,7 +94,7 @@ impl MeshContent {
         match self {
             Self::Json(text) => {
                 let body = json::read(text, origin)?;
-                gmsh::unit_suspicion(&body.mesh).into_iter().for_each(tell);
+                gmsh::review(&body.mesh).into_iter().for_each(tell);
                 Ok(AnyBody::Flat(body))
             }
             Self::Gmsh { bytes, unit } => AnyBody::from_msh(bytes, origin, *unit, tell),
@@ -126,15 +126,15 @@ impl AnyBody {
         unit: Unit,
         tell: &mut dyn FnMut(gmsh::Concern),
     ) -> Result<Self, BodyFileError> {
-        let (size, suspicion, bent, any) = match gmsh::read(bytes, origin, unit)? {
-            gmsh::File::Flat(gmsh::Content { body, bent, .. }) => {
-                (body.mesh.check_size(), gmsh::unit_suspicion(&body.mesh), bent, Self::Flat(body))
+        let (size, concerns, any) = match gmsh::read(bytes, origin, unit)? {
+            gmsh::File::Flat(gmsh::Content { body, concerns, .. }) => {
+                (body.mesh.check_size(), concerns, Self::Flat(body))
             }
-            gmsh::File::Solid(gmsh::Content { body, bent, .. }) => {
-                (body.mesh.check_size(), gmsh::unit_suspicion(&body.mesh), bent, Self::Solid(body))
+            gmsh::File::Solid(gmsh::Content { body, concerns, .. }) => {
+                (body.mesh.check_size(), concerns, Self::Solid(body))
             }
         };
-        suspicion.into_iter().chain(bent.map(gmsh::Concern::Bent)).for_each(tell);
+        concerns.into_iter().for_each(tell);
         size.map(|()| any).map_err(|error| {
             let how = "--mesh-unit mm (in a scene: [body.mesh] unit = \"mm\")";
             wrong(origin, format!("cannot be used: {error}, or read them with {how}"))

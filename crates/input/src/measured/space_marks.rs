@@ -21,6 +21,8 @@ use csv::StringRecord;
 use nalgebra::{Vector2, Vector3};
 
 use super::TableError;
+use tongue_core::limits::COORDINATE_MM;
+
 use crate::files;
 
 /// What was seen, in the frame of the body (x to the back, y to the right, z upwards), and how surely.
@@ -217,7 +219,11 @@ impl Row<'_> {
     }
 
     fn mark(&self, kind: Kind, usual_sd_m: f64) -> Result<SpaceMark, String> {
-        let mm = |name: &str| self.needed(name, 1e-3);
+        let mm = |name: &str| {
+            let value = self.needed(name, 1e-3)?;
+            COORDINATE_MM.check(1e3 * value).map_err(|beyond| format!("{name}: {beyond}"))?;
+            Ok::<f64, String>(value)
+        };
         let what = match kind {
             Kind::Node => {
                 let node = self.needed("node", 1.0)?;

@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 use super::{ProfileError, cross, minus};
 use crate::Section;
 
+/// Largest coordinate of a tract, mm: lines begin at every step of the outer wall, so a far point would need memory without end.
+const FARTHEST_MM: f64 = 1e3;
+
 /// The walls around a tongue. Lengths in mm, as in the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -154,6 +157,15 @@ impl Tract {
                     wall.name
                 ));
             }
+        }
+        let walls = self.wall.iter().flat_map(|w| w.points_mm.as_flattened());
+        let points = [self.larynx.front_mm.as_flattened(), self.jaw.floor_mm.as_flattened()];
+        let points = points.into_iter().flatten().chain(walls);
+        let others = [self.tongue.root_mm, self.tongue.tip_mm, self.jaw.joint_mm];
+        if let Some(far) = points.chain(others.as_flattened()).find(|x| x.abs() > FARTHEST_MM) {
+            return bad(format!(
+                "a coordinate is {far}; those of a tract are at most {FARTHEST_MM} mm from 0"
+            ));
         }
         positive("grid.step_mm", self.grid.step_mm)?;
         positive("lips.length_mm", self.lips.length_mm)?;

@@ -19,6 +19,7 @@ use serde::Serialize;
 
 use super::{Mesh, MuscleChain};
 use crate::geometry::quadratic;
+use crate::limits::{self, BeyondLimit};
 use bundle::Line;
 use locate::Locator;
 
@@ -96,6 +97,9 @@ pub enum ContinuumError {
     /// A mesh of lines only.
     #[error("the mesh has no triangles or tetrahedra, so it cannot be a continuum; take --body springs")]
     NoCells,
+    /// A mesh of too many elements.
+    #[error(transparent)]
+    TooMany(BeyondLimit),
     /// A mesh that is a continuum already.
     #[error("the mesh is a continuum already")]
     Already,
@@ -269,6 +273,7 @@ pub fn lay<const D: usize>(
     if base.cells.is_empty() {
         return Err(ContinuumError::NoCells);
     }
+    limits::CONTINUUM_ELEMENTS.check(base.cells.len() as f64).map_err(ContinuumError::TooMany)?;
     let (mut mesh, elements, number) = elements::quadratic(base);
     let held = attach::bones(base, &mut mesh, &elements, &number, settings);
     let locator = Locator::new(&mesh.nodes, &elements);

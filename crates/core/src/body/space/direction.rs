@@ -10,7 +10,7 @@ const NEAREST: f64 = 0.05;
 /// The direction at a place: the eigenvector of the largest eigenvalue of `sum L d dᵀ / r⁴` over the segments
 /// in the tissue, each with its length `L`, its direction `d` and the distance `r` of its middle from the
 /// place. `None` where no segment has one.
-pub(super) fn at(nodes: &[Vector3<f64>], segments: &[Segment], place: &Vector3<f64>) -> Option<Vector3<f64>> {
+pub fn at(nodes: &[Vector3<f64>], segments: &[Segment], place: &Vector3<f64>) -> Option<Vector3<f64>> {
     let mut sum = Matrix3::zeros();
     let mut mean = Vector3::zeros();
     for segment in segments.iter().filter(|s| !s.outside) {

@@ -20,6 +20,7 @@ use crate::observe::Line;
 use crate::statistics::distinct;
 use crate::suggest;
 
+pub use direction::at as direction_at;
 pub use half::Half;
 pub use surgery::{Filling, Operated, Region, SurgeryFault};
 
@@ -305,6 +306,18 @@ impl SpaceBody {
     pub fn volumes(&self) -> Vec<f64> {
         let volume = |nodes| hexahedron::volume(&hexahedron::corners(&self.mesh.nodes, nodes));
         self.mesh.hexahedra.iter().map(volume).collect()
+    }
+
+    /// The smallest and the largest ratio of volume to that at rest at the points of Gauss of all elements.
+    pub fn volume_ratios(&self, positions: &[Vector3<f64>]) -> [f64; 2] {
+        let determinant = |nodes: &[Vector3<f64>], corners, at| {
+            hexahedron::jacobian(&hexahedron::corners(nodes, corners), at).determinant()
+        };
+        let ratios = self.mesh.hexahedra.iter().flat_map(|corners| {
+            hexahedron::points()
+                .map(|at| determinant(positions, corners, at) / determinant(&self.mesh.nodes, corners, at))
+        });
+        ratios.fold([f64::INFINITY, 0.0], |[least, most], ratio| [least.min(ratio), most.max(ratio)])
     }
 
     /// Unit directions of the fibres of a muscle at the points of Gauss of an element; `None` far from every

@@ -9,7 +9,7 @@ use toml::Spanned;
 
 use crate::geometry::ClosedSpline;
 use crate::geometry::plane::{self, Point};
-use crate::toml_text::line_and_column;
+use crate::toml_text::{Exactly, line_and_column};
 
 /// The reference anatomy, as text.
 pub const REFERENCE: &str = include_str!("../../../../../targets/anatomy.toml");
@@ -106,12 +106,15 @@ pub enum AnatomyProblem {
     BoneHoldsNothing { bone: String, x_mm: f64, y_mm: f64, away_mm: f64 },
 }
 
+/// A point `[x, y]`, mm.
+type GivenPoint = Spanned<Exactly<f64, 2>>;
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
-    outline: Spanned<Vec<Spanned<[f64; 2]>>>,
-    muscles: Spanned<BTreeMap<String, Spanned<[[f64; 2]; 2]>>>,
-    bones: BTreeMap<String, Vec<Spanned<[f64; 2]>>>,
+    outline: Spanned<Vec<GivenPoint>>,
+    muscles: Spanned<BTreeMap<String, Spanned<Exactly<Exactly<f64, 2>, 2>>>>,
+    bones: BTreeMap<String, Vec<GivenPoint>>,
 }
 
 /// A problem and the bytes of the text it is about.
@@ -133,7 +136,7 @@ impl Anatomy {
     /// Text that is not TOML of that form, or an anatomy that contradicts itself, with line and column.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, AnatomyError> {
         let parsed = toml::from_str::<File>(text).map_err(|e| {
-            let hint = "an anatomy has `outline`, `[muscles]` and `[bones]`";
+            let hint = "an anatomy has `outline`, `[muscles]` with the two ends of a straight line each, and `[bones]`; points are [x, y]";
             (e.span().unwrap_or(0..0), AnatomyProblem::Syntax(format!("{} ({hint})", e.message())))
         });
         parsed.and_then(|file| Self::checked(&file)).map_err(|(span, problem)| {
@@ -180,8 +183,8 @@ impl Anatomy {
     }
 }
 
-fn metres(point: &Spanned<[f64; 2]>) -> Found<Point> {
-    finite(*point.get_ref()).map_err(|p| (point.span(), p))
+fn metres(point: &GivenPoint) -> Found<Point> {
+    finite(point.get_ref().0).map_err(|p| (point.span(), p))
 }
 
 fn finite([x_mm, y_mm]: [f64; 2]) -> Result<Point, AnatomyProblem> {
@@ -193,7 +196,7 @@ fn finite([x_mm, y_mm]: [f64; 2]) -> Result<Point, AnatomyProblem> {
     }
 }
 
-fn outline(given: &Spanned<Vec<Spanned<[f64; 2]>>>) -> Found<ClosedSpline> {
+fn outline(given: &Spanned<Vec<GivenPoint>>) -> Found<ClosedSpline> {
     let count = given.get_ref().len();
     if count < 4 {
         return Err((given.span(), AnatomyProblem::TooFewPoints(count)));
@@ -211,7 +214,7 @@ fn outline(given: &Spanned<Vec<Spanned<[f64; 2]>>>) -> Found<ClosedSpline> {
     if plane::crosses_itself(&coarse) { Err(crossed()) } else { Ok(curve) }
 }
 
-fn bones(given: &BTreeMap<String, Vec<Spanned<[f64; 2]>>>) -> Found<Vec<AnatomyBone>> {
+fn bones(given: &BTreeMap<String, Vec<GivenPoint>>) -> Found<Vec<AnatomyBone>> {
     let bone = |(name, points): (&String, &Vec<_>)| {
         Ok(AnatomyBone { name: name.clone(), points: points.iter().map(metres).collect::<Found<_>>()? })
     };
@@ -221,7 +224,7 @@ fn bones(given: &BTreeMap<String, Vec<Spanned<[f64; 2]>>>) -> Found<Vec<AnatomyB
 /// Finds which part of a line is in the tissue.
 fn muscle_line(
     name: &str,
-    given: &Spanned<[[f64; 2]; 2]>,
+    given: &Spanned<Exactly<Exactly<f64, 2>, 2>>,
     outline: &ClosedSpline,
     bones: &[AnatomyBone],
 ) -> Result<MuscleLine, AnatomyProblem> {
@@ -229,7 +232,7 @@ fn muscle_line(
     if name.trim().is_empty() || name.contains(char::is_control) {
         return Err(AnatomyProblem::BadName(muscle));
     }
-    let [first, second] = *given.get_ref();
+    let [first, second] = given.get_ref().0.map(|point| point.0);
     let ends = [finite(first)?, finite(second)?];
     let length = (ends[1] - ends[0]).norm();
     if length < SAME_POINT_M {

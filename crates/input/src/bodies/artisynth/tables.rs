@@ -104,7 +104,10 @@ pub(super) fn numbers(text: &Text, count: usize) -> Result<Vec<usize>, BodyFileE
     }
     all.sort_unstable();
     all.dedup();
-    Ok(all)
+    match all.is_empty() {
+        true => Err(fail(text, None, ArtiSynthProblem::Nothing { what: "numbers of nodes on bone" })),
+        false => Ok(all),
+    }
 }
 
 /// The rest of a line that begins with a word (in any case), up to a comment.
@@ -212,8 +215,8 @@ pub(super) fn strengths(text: &Text) -> Result<BTreeMap<String, f64>, BodyFileEr
         let mut words = row.split_whitespace();
         let name = words.next().unwrap_or_default();
         let force = finite(text, line, words.next(), "a force in newtons")?;
-        if force < 0.0 {
-            let (what, found) = ("a force in newtons", force.to_string());
+        if force <= 0.0 {
+            let (what, found) = ("a force in newtons above 0", force.to_string());
             return Err(fail(text, Some(line), ArtiSynthProblem::Expected { what, found }));
         }
         strengths.insert(name.to_owned(), force);

@@ -105,14 +105,25 @@ pub enum MshProblem {
     )]
     BoneHoldsNothing { name: String, node: u64 },
     #[error(
-        "no hexahedron is in a physical group called \"tissue\" or \"muscle:NAME\"; add Physical Volume(\"tissue\") = {{...}} of a volume that is \
-         meshed with hexahedra (Transfinite Volume, Recombine)"
+        "no hexahedron is in a physical group called \"tissue\" ({found}); add Physical Volume(\"tissue\") = {{...}} of all volumes, \
+         which must be meshed with hexahedra (Transfinite Volume, Recombine)"
     )]
-    NoHexahedra,
+    NoHexahedra { found: String },
     #[error(
-        "element {element} is no hexahedron; a body in space is made of hexahedra alone: mesh its volumes with Transfinite and Recombine"
+        "the physical group \"{name}\" of {on} has no meaning here; {meant}{on} may be called {usual}; rename it, or call it \
+         \"other:{name}\" to leave it out"
     )]
-    NotHexahedron { element: u64 },
+    UnknownGroup { name: String, on: &'static str, meant: String, usual: String },
+    #[error("the physical group \"{name}\" has no elements; mesh what it is of, or remove the group")]
+    EmptyGroup { name: String },
+    #[error(
+        "no bone holds the body; add Physical Point(\"bone\") = {{...}}, or Curve or Surface, of what does not move"
+    )]
+    NoBone,
+    #[error(
+        "the part with element {element} is joined to no bone, so it could move freely: join it to the rest (gmsh: Coherence), or give it one"
+    )]
+    Loose { element: u64 },
     #[error(
         "hexahedron {element} is turned inside out or flat at one of its points; repair the mesh, or reverse the order of its corners"
     )]
@@ -129,8 +140,11 @@ pub enum MshProblem {
         "fibres are given of {name}, but no volume is called \"muscle:{name} ..\"; correct the name, or add the volume"
     )]
     NoMuscleOfFibre { name: String },
-    #[error("muscle {name} has no hexahedron; give its name to the volumes where its fibres are")]
-    MuscleWithoutHexahedra { name: String },
+    #[error(
+        "a curve \"fibre:{name}\" lies outside the tissue at node {node}, where it must run from a node of the tissue to one of a bone; let it \
+         end inside the tissue, or give it a node of the mesh where it leaves and one on bone:NAME where it ends"
+    )]
+    FibreLeaves { name: String, node: u64 },
     #[error(
         "muscle {name} has no directions; add a view \"fibre:{name}\" of vectors, or curves called \"fibre:{name}\""
     )]

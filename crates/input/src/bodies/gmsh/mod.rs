@@ -5,17 +5,17 @@
 //! |---|---|---|
 //! | `tissue`, `tissue:NAME` | surfaces (in space: volumes) | the cells |
 //! | `GGa` .. `HGp`, `muscle:NAME` | curves | a muscle; its lines must make one chain |
-//! | `bone`, `bone:NAME` | points or curves (in space also surfaces) | nodes that do not move |
+//! | `bone`, `bone:NAME` | points, curves, surfaces or volumes | nodes that do not move |
+//! | `other:NAME` | anything | left out |
 //!
-//! Case does not matter, except in a NAME. Groups of other names are ignored and listed
-//! ([`Content::unused`]). A scene's jaw carries `bone:mental_spine`, and its hyoid shifts `bone:hyoid`. A
+//! Case does not matter, except in a NAME. A group of another name is an error. A scene's jaw carries `bone:mental_spine`, and its hyoid shifts `bone:hyoid`. A
 //! body of triangles lies in the midsagittal plane, z = 0, with x to the back and y up; clockwise triangles
 //! are reversed. A muscle may run outside the tissue if its curve is on no surface. Gmsh files have no unit,
 //! so the caller must give it ([`Unit`]).
 //!
 //! Of elements of the second order (types 8, 9 and 11) the corners are read and the sides are taken as
 //! straight: a continuum places its own nodes in their middles. Sides that are curved in the file are
-//! reported ([`Content::bent`]). A continuum is written with elements of the second order.
+//! reported, as is all else that a user should look at ([`Content::concerns`]). A continuum is written with elements of the second order.
 //!
 //! Bodies in space of hexahedra are read by [`read_space`], where muscles are volumes.
 //!
@@ -25,6 +25,8 @@ mod assemble;
 mod chain;
 mod cursor;
 mod error;
+mod fibres;
+mod groups;
 mod parse;
 mod review;
 mod space;
@@ -37,9 +39,9 @@ use serde::{Deserialize, Serialize};
 pub use error::MshProblem;
 
 use super::BodyFileError;
-pub use review::{Concern, TONGUE_M, review, unit_suspicion};
-pub use space::read_space;
-use tongue_core::body::Body;
+pub(super) use review::review;
+pub use review::{Concern, TONGUE_M};
+use tongue_core::body::{Body, SpaceBody};
 pub use write::write;
 
 /// The unit of a file's coordinates.
@@ -63,15 +65,6 @@ impl Unit {
     }
 }
 
-/// Format of a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct MshFormat {
-    /// `4.1` or `2.2`.
-    pub version: &'static str,
-    /// Whether its numbers are binary.
-    pub binary: bool,
-}
-
 /// Content of a file: a body in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub enum File {
@@ -81,49 +74,41 @@ pub enum File {
     Solid(Content<3>),
 }
 
-/// A body and the format of its file.
+/// A body that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Content<const D: usize> {
-    /// How the file is written.
-    pub format: MshFormat,
     /// The body, m. Nodes are in the order of their tags, without those that no cell and no muscle uses;
     /// cells in the order of the file; the eight published muscles in the order of the tables, then others in
     /// the order of their groups.
     pub body: Body<D>,
-    /// Physical groups without a meaning here.
-    pub unused: Vec<Unused>,
     /// Gmsh's tag of every node.
     pub tags: Vec<u64>,
-    /// Curved sides, if the file has any.
-    pub bent: Option<Bent>,
+    /// What a user should look at.
+    pub concerns: Vec<Concern>,
 }
 
-/// Sides of elements of the second order that are curved in the file, and straight in the body.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bent {
-    /// Number of sides.
-    pub sides: usize,
-    /// Largest distance of the middle of a side from the straight line between its ends, m.
-    pub largest_m: f64,
-}
-
-/// A physical group that is ignored.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Unused {
-    /// Dimension of its elements: 0 for points to 3 for volumes.
-    pub dimension: usize,
-    /// Its name.
-    pub name: String,
-    /// Number of its elements.
-    pub elements: usize,
-}
-
-/// Reads a file. `origin` is its name in messages, usually its path.
+/// Reads a body of triangles or tetrahedra. `origin` is its name in messages, usually its path.
 ///
 /// # Errors
 /// [`BodyFileError::Gmsh`] with the line (in binary files: the byte) and what to do.
 pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<File, BodyFileError> {
+    parsed(bytes, origin, |raw| assemble::assemble(raw, origin, unit))
+}
+
+/// Reads a body in space of hexahedra, as [`read`].
+///
+/// # Errors
+/// As [`read`].
+pub fn read_space(bytes: &[u8], origin: &str, unit: Unit) -> Result<SpaceBody, BodyFileError> {
+    parsed(bytes, origin, |raw| space::assemble(raw, origin, unit))
+}
+
+fn parsed<T>(
+    bytes: &[u8],
+    origin: &str,
+    assemble: impl FnOnce(&parse::Raw) -> error::Found<T>,
+) -> Result<T, BodyFileError> {
     let mut cursor = cursor::Cursor::new(bytes);
-    let file = parse::parse(&mut cursor).and_then(|raw| assemble::assemble(&raw, origin, unit));
-    file.map_err(|located| located.into_error(origin, bytes, cursor.is_binary()))
+    let assembled = parse::parse(&mut cursor).and_then(|raw| assemble(&raw));
+    assembled.map_err(|located| located.into_error(origin, bytes, cursor.is_binary()))
 }

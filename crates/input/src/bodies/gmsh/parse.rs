@@ -2,14 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::MshFormat;
 use super::cursor::Cursor;
 use super::error::{Found, Located, MshProblem};
+use super::groups::Form;
 use super::views::{View, view};
 
 /// Content of a file. Tags are Gmsh's numbers.
 pub(super) struct Raw {
-    pub format: MshFormat,
     /// Names of the physical groups, by dimension and tag, each with its byte.
     pub names: BTreeMap<(usize, i64), (String, usize)>,
     /// Positions by tag, in the unit of the file.
@@ -51,8 +50,8 @@ fn shape(kind: i64, element: u64, at: usize) -> Found<[usize; 3]> {
         8 => return Ok([1, 2, 3]),
         9 => return Ok([2, 3, 6]),
         11 => return Ok([3, 4, 10]),
-        10 | 16 => ("quadrangle of the second order".to_owned(), SIMPLEX),
-        12 | 17 => ("hexahedron of the second order".to_owned(), SIMPLEX),
+        10 | 16 => ("quadrangle of the second order".to_owned(), FIRST_ORDER),
+        12 | 17 => ("hexahedron of the second order".to_owned(), FIRST_ORDER),
         6 | 13 | 18 => ("prism".to_owned(), SIMPLEX),
         7 | 14 | 19 => ("pyramid".to_owned(), SIMPLEX),
         26..=28 => ("line of a higher order".to_owned(), linear),
@@ -66,13 +65,22 @@ fn shape(kind: i64, element: u64, at: usize) -> Found<[usize; 3]> {
 /// What to do about elements that are no simplices.
 const SIMPLEX: &str = "only triangles and tetrahedra are read: switch off Recombine (Mesh.RecombineAll = 0)";
 
-/// Refuses tissue of quadrangles and hexahedra, for bodies of simplices.
-pub(super) fn check_simplex(element: &Element) -> Found<()> {
-    let (what, remedy) = match (element.dimension, element.nodes.len()) {
-        (2, 4) => ("quadrangle", SIMPLEX),
-        (3, 8) => (
+/// What to do about quadrangles and hexahedra with nodes on their sides.
+const FIRST_ORDER: &str = "bodies in space are made of hexahedra with eight nodes: set Mesh.ElementOrder = 1 (triangles and tetrahedra may be \
+                           of the second order)";
+
+/// Refuses tissue of other cells than those of a form.
+pub(super) fn check_cell(element: &Element, form: Form) -> Found<()> {
+    let (what, remedy) = match (form, element.dimension, element.nodes.len()) {
+        (Form::Simplices, 2, 4) => ("quadrangle", SIMPLEX),
+        (Form::Simplices, 3, 8) => (
             "hexahedron",
             "name a body of hexahedra with --body FILE.msh, or switch off Recombine (Mesh.RecombineAll = 0)",
+        ),
+        (Form::Hexahedra, 3, 4) => (
+            "tetrahedron",
+            "a body in space with muscles in its volumes is made of hexahedra: mesh them with Transfinite and Recombine, or simulate \
+             tetrahedra as a scene ([body.mesh] file = ..)",
         ),
         _ => return Ok(()),
     };
@@ -85,7 +93,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
     if !matches!(cursor.section(), Ok(Some(("MeshFormat", _)))) {
         return Err(Located::at(0, MshProblem::NotGmsh));
     }
-    let format = header(cursor)?;
+    let version = header(cursor)?;
     let mut names = BTreeMap::new();
     let (mut entities, mut nodes, mut elements) = (None, None, None);
     let mut views = Vec::new();
@@ -93,15 +101,15 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
         match section {
             "PhysicalNames" => physical_names(cursor, &mut names)?,
             "PartitionedEntities" => return Err(Located::at(at, MshProblem::Partitioned)),
-            "Entities" if format.version == "4.1" => {
+            "Entities" if version == "4.1" => {
                 once(&mut entities, "Entities", at, entities_4(cursor)?)?;
             }
             "Nodes" => {
-                let read = if format.version == "4.1" { nodes_4(cursor)? } else { nodes_2(cursor)? };
+                let read = if version == "4.1" { nodes_4(cursor)? } else { nodes_2(cursor)? };
                 once(&mut nodes, "Nodes", at, read)?;
             }
             "Elements" => {
-                let read = if format.version == "4.1" { elements_4(cursor)? } else { elements_2(cursor)? };
+                let read = if version == "4.1" { elements_4(cursor)? } else { elements_2(cursor)? };
                 once(&mut elements, "Elements", at, read)?;
             }
             "NodeData" => views.extend(view(cursor, "NodeData", at)?),
@@ -112,7 +120,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
     let missing = |section| Located::whole(MshProblem::NoSuchSection { section });
     let nodes = nodes.ok_or_else(|| missing("Nodes"))?;
     let mut elements = elements.ok_or_else(|| missing("Elements"))?;
-    if format.version == "4.1" {
+    if version == "4.1" {
         elements = in_groups(elements, &entities.unwrap_or_default());
     }
     for element in &elements {
@@ -120,7 +128,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
             return Err(Located::at(element.at, MshProblem::NoSuchNode { element: element.tag, node }));
         }
     }
-    Ok(Raw { format, names, nodes, elements, views })
+    Ok(Raw { names, nodes, elements, views })
 }
 
 fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> Found<()> {
@@ -130,7 +138,7 @@ fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> 
     }
 }
 
-fn header(cursor: &mut Cursor<'_>) -> Found<MshFormat> {
+fn header(cursor: &mut Cursor<'_>) -> Found<&'static str> {
     let at = cursor.at();
     let version = match cursor.token("the version of the format")? {
         "4.1" => "4.1",
@@ -154,7 +162,7 @@ fn header(cursor: &mut Cursor<'_>) -> Found<MshFormat> {
         cursor.begin_binary()?;
     }
     cursor.end("MeshFormat")?;
-    Ok(MshFormat { version, binary })
+    Ok(version)
 }
 
 fn physical_names(cursor: &mut Cursor<'_>, names: &mut BTreeMap<(usize, i64), (String, usize)>) -> Found<()> {

@@ -1,0 +1,257 @@
+//! Physical groups and what they mean, for bodies of every kind.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::SVector;
+
+use super::Unit;
+use super::error::{Found, Located, MshProblem};
+use super::parse::{Element, Raw, check_cell};
+use crate::measured::muscles::Muscles;
+use tongue_core::body::Bone;
+use tongue_core::suggest;
+
+/// What the cells of a body are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// Triangles or tetrahedra, with muscles on curves.
+    Simplices,
+    /// Hexahedra, with muscles on volumes and fibres on curves.
+    Hexahedra,
+}
+
+/// Meaning of a physical group, with the rest of its name.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Role {
+    Tissue,
+    Muscle(String),
+    Fibre(String),
+    Bone(String),
+    /// Left out, as its name says.
+    Other,
+}
+
+impl Role {
+    fn of(name: &str, dimension: usize, form: Form, known: &Muscles) -> Option<Self> {
+        let (kind, rest) = split(name);
+        let is = |word: &str| kind.eq_ignore_ascii_case(word);
+        let published = |name: &str| known.published(name).map(|(_, spelling)| spelling.to_owned());
+        let muscle = |name: &str| published(name).unwrap_or_else(|| name.to_owned());
+        match (form, dimension, rest) {
+            (_, 2 | 3, _) if is("tissue") => Some(Self::Tissue),
+            (_, _, rest) if is("bone") => Some(Self::Bone(rest.unwrap_or("bone").to_owned())),
+            _ if is("other") => Some(Self::Other),
+            (Form::Simplices, 1, Some(rest)) if is("muscle") => Some(Self::Muscle(muscle(rest))),
+            (Form::Simplices, 1, None) => published(kind).map(Self::Muscle),
+            (Form::Hexahedra, 3, Some(rest)) if is("muscle") => Some(Self::Muscle(rest.to_owned())),
+            (Form::Hexahedra, 1, Some(rest)) if is("fibre") => Some(Self::Fibre(rest.to_owned())),
+            _ => None,
+        }
+    }
+}
+
+/// `muscle:NAME` in two.
+fn split(name: &str) -> (&str, Option<&str>) {
+    match name.split_once(':') {
+        Some((kind, rest)) => (kind.trim(), Some(rest.trim()).filter(|r| !r.is_empty())),
+        None => (name.trim(), None),
+    }
+}
+
+/// Words with which names of groups begin, and how the whole name is written, by dimension and form.
+fn words(dimension: usize, form: Form) -> Vec<(&'static str, &'static str)> {
+    let bone = ("bone", "bone:NAME");
+    let muscle = ("muscle", "GGa to HGp, muscle:NAME");
+    match (form, dimension) {
+        (Form::Simplices, 1) => vec![muscle, bone],
+        (Form::Hexahedra, 1) => vec![("fibre", "fibre:NAME"), bone],
+        (Form::Hexahedra, 3) => {
+            vec![("tissue", "tissue"), ("muscle", "muscle:NAME 18.5 N or muscle:NAME 49.8 kPa"), bone]
+        }
+        (_, 0) => vec![bone],
+        _ => vec![("tissue", "tissue"), bone],
+    }
+}
+
+/// The refusal of a group whose name is not known.
+fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles) -> MshProblem {
+    let (kind, rest) = split(name);
+    let words = words(dimension, form);
+    let all = known.all();
+    let published = all.iter().map(|m| m.name.as_str()).filter(|_| form == Form::Simplices && dimension == 1);
+    let near = suggest::nearest(kind, words.iter().map(|(word, _)| *word).chain(published));
+    let takes_a_name = |near: &str| words.iter().any(|(word, _)| *word == near);
+    let meant = near.map(|near| match rest.filter(|_| takes_a_name(near)) {
+        Some(rest) => format!("did you mean \"{near}:{rest}\"? "),
+        None => format!("did you mean \"{near}\"? "),
+    });
+    let usual: Vec<&str> = words.iter().map(|(_, whole)| *whole).collect();
+    MshProblem::UnknownGroup {
+        name: name.to_owned(),
+        on: ["points", "curves", "surfaces", "volumes"].get(dimension).copied().unwrap_or("elements"),
+        meant: meant.unwrap_or_default(),
+        usual: usual.join(", "),
+    }
+}
+
+/// A physical group and its elements.
+pub(super) struct Group<'a> {
+    pub dimension: usize,
+    pub name: &'a str,
+    /// The byte at which its name begins.
+    pub at: usize,
+    pub role: Role,
+    pub elements: Vec<&'a Element>,
+}
+
+impl Group<'_> {
+    pub fn located(&self, problem: MshProblem) -> Located {
+        Located::at(self.at, problem)
+    }
+}
+
+/// The groups of a file and the cells of its body.
+pub(super) struct Parts<'a> {
+    pub groups: Vec<Group<'a>>,
+    /// The elements of the tissue in the order of the file, each once.
+    pub cells: Vec<&'a Element>,
+    pub dimension: usize,
+}
+
+impl<'a> Parts<'a> {
+    /// The parts of a body of this form.
+    ///
+    /// # Errors
+    /// A group whose name is not known or that has no elements, no tissue, cells of another form.
+    pub fn new(raw: &'a Raw, form: Form) -> Found<Self> {
+        let known = Muscles::built_in();
+        let mut by_key: BTreeMap<(usize, i64), Vec<&Element>> = BTreeMap::new();
+        for element in raw.elements.iter().filter(|e| e.group != 0) {
+            by_key.entry((element.dimension, element.group)).or_default().push(element);
+        }
+        // Cells of another form are told before the names of groups, which differ between forms.
+        let is_tissue = |name: &str| split(name).0.eq_ignore_ascii_case("tissue");
+        let tissue = raw.names.iter().rev().filter(|(_, (name, _))| is_tissue(name)).map(|(key, _)| key);
+        let of_tissue = tissue.filter(|(d, _)| form == Form::Simplices || *d == 3);
+        for element in of_tissue.filter_map(|key| by_key.get(key)).flatten() {
+            check_cell(element, form)?;
+        }
+        let mut groups = Vec::new();
+        for (key, (name, at)) in &raw.names {
+            let (dimension, elements) = (key.0, by_key.remove(key).unwrap_or_default());
+            let role = Role::of(name, dimension, form, &known)
+                .ok_or_else(|| Located::at(*at, unknown(name, dimension, form, &known)))?;
+            if elements.is_empty() && role != Role::Other {
+                return Err(Located::at(*at, MshProblem::EmptyGroup { name: name.clone() }));
+            }
+            groups.push(Group { dimension, name, at: *at, role, elements });
+        }
+        let found = groups.iter().filter(|g| g.role == Role::Tissue).map(|g| g.dimension).max();
+        let dimension = match (found, form) {
+            (Some(3), _) => 3,
+            (Some(_), Form::Simplices) => 2,
+            _ => {
+                let names: Vec<String> = groups.iter().map(|g| format!("\"{}\"", g.name)).collect();
+                let found = match names.is_empty() {
+                    true => "it has no named physical groups".to_owned(),
+                    false => format!("it has {}", names.join(", ")),
+                };
+                return Err(Located::whole(match form {
+                    Form::Simplices => MshProblem::NoTissue { found },
+                    Form::Hexahedra => MshProblem::NoHexahedra { found },
+                }));
+            }
+        };
+        let (mut cells, mut seen): (Vec<&Element>, BTreeSet<Vec<u64>>) = (Vec::new(), BTreeSet::new());
+        // In the plane no muscle is on surfaces, and the surface of a tissue in space may be called tissue too.
+        let is_cell =
+            |g: &&Group<'_>| g.dimension == dimension && matches!(g.role, Role::Tissue | Role::Muscle(_));
+        for &element in groups.iter().filter(is_cell).flat_map(|g| &g.elements) {
+            check_cell(element, form)?;
+            if seen.insert(sorted(&element.nodes)) {
+                cells.push(element);
+            }
+        }
+        cells.sort_by_key(|c| c.at);
+        Ok(Self { groups, cells, dimension })
+    }
+
+    /// The bones in the order of their groups; groups of one name are one bone.
+    pub fn bones(&self, numbers: &BTreeMap<u64, usize>) -> Found<Vec<Bone>> {
+        let mut bones: Vec<(&str, BTreeSet<usize>)> = Vec::new();
+        for group in &self.groups {
+            let Role::Bone(name) = &group.role else { continue };
+            let mut nodes = BTreeSet::new();
+            for node in group.elements.iter().flat_map(|e| &e.nodes) {
+                let nothing = || MshProblem::BoneHoldsNothing { name: name.clone(), node: *node };
+                nodes.insert(*numbers.get(node).ok_or_else(|| group.located(nothing()))?);
+            }
+            match bones.iter_mut().find(|(n, _)| n == name) {
+                Some((_, of)) => of.extend(nodes),
+                None => bones.push((name, nodes)),
+            }
+        }
+        let bone = |(name, nodes): (&str, BTreeSet<usize>)| Bone {
+            name: name.to_owned(),
+            nodes: nodes.into_iter().collect(),
+        };
+        Ok(bones.into_iter().map(bone).collect())
+    }
+
+    /// Checks that every cell hangs together with a bone through the pairs of joined nodes.
+    ///
+    /// # Errors
+    /// No bone, or the first cell without one.
+    pub fn check_held(
+        &self,
+        joined: impl Iterator<Item = [usize; 2]>,
+        bones: &[Bone],
+        numbers: &BTreeMap<u64, usize>,
+    ) -> Found<()> {
+        if bones.is_empty() {
+            return Err(Located::whole(MshProblem::NoBone));
+        }
+        let mut neighbours = vec![Vec::new(); numbers.len()];
+        for [a, b] in joined {
+            neighbours[a].push(b);
+            neighbours[b].push(a);
+        }
+        let mut held = vec![false; numbers.len()];
+        let mut next: Vec<usize> = bones.iter().flat_map(|b| b.nodes.iter().copied()).collect();
+        while let Some(node) = next.pop() {
+            if !std::mem::replace(&mut held[node], true) {
+                next.extend(&neighbours[node]);
+            }
+        }
+        let is_loose = |c: &&&Element| c.nodes.iter().any(|tag| numbers.get(tag).is_some_and(|&n| !held[n]));
+        match self.cells.iter().find(is_loose) {
+            Some(cell) => Err(Located::at(cell.at, MshProblem::Loose { element: cell.tag })),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Tolerance of the flatness of a body of triangles, as a part of its extent.
+const FLAT: f64 = 1e-6;
+
+/// Positions of nodes, m, in the order of their tags.
+pub(super) fn positions<const D: usize>(
+    raw: &Raw,
+    kept: &BTreeSet<u64>,
+    unit: Unit,
+) -> Found<Vec<SVector<f64, D>>> {
+    let given = || kept.iter().filter_map(|tag| raw.nodes.get(tag).map(|x| (*tag, x)));
+    if D == 2 {
+        let extent = given().flat_map(|(_, x)| [x[0].abs(), x[1].abs()]).fold(0.0, f64::max);
+        if let Some((node, x)) = given().find(|(_, x)| x[2].abs() > FLAT * extent) {
+            return Err(Located::whole(MshProblem::OutOfPlane { node, z: x[2] }));
+        }
+    }
+    Ok(given().map(|(_, x)| SVector::from_iterator(x.iter().map(|c| c * unit.metres()))).collect())
+}
+
+pub(super) fn sorted(nodes: &[u64]) -> Vec<u64> {
+    let mut nodes = nodes.to_vec();
+    nodes.sort_unstable();
+    nodes
+}
