@@ -15,12 +15,12 @@ pub struct Limit {
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("{} is {value}{}; it must be from {} to {}{}: {}", .limit.name, .limit.unit, .limit.least, .limit.most, .limit.unit, .limit.reason)]
 pub struct BeyondLimit {
-    pub limit: Limit,
+    pub limit: &'static Limit,
     pub value: f64,
 }
 
 impl Limit {
-    pub fn check(self, value: f64) -> Result<(), BeyondLimit> {
+    pub fn check(&'static self, value: f64) -> Result<(), BeyondLimit> {
         match (self.least..=self.most).contains(&value) {
             true => Ok(()),
             false => Err(BeyondLimit { limit: self, value }),
@@ -33,27 +33,27 @@ const fn limit(name: &'static str, range: [f64; 2], unit: &'static str, reason: 
 }
 
 /// Draws of lengths within their rounding.
-pub const ROUNDING_DRAWS: Limit =
+pub static ROUNDING_DRAWS: Limit =
     limit("--draws", [0.0, 10_000.0], "", "each is a fit of its own, and more narrow no interval");
 /// Draws of a posterior.
-pub const POSTERIOR_DRAWS: Limit = limit(
+pub static POSTERIOR_DRAWS: Limit = limit(
     "--posterior",
     [100.0, 200_000.0],
     " draws",
     "fewer cannot tell whether they have mixed, more need much memory",
 );
 /// Elements of which a continuum is made.
-pub const CONTINUUM_ELEMENTS: Limit = limit(
+pub static CONTINUUM_ELEMENTS: Limit = limit(
     "the number of elements of the continuum",
     [1.0, 25_000.0],
     "",
     "more need over 1 GB of memory; take a larger --h or a coarser mesh",
 );
 /// A coordinate of a table or a file, mm.
-pub const COORDINATE_MM: Limit =
+pub static COORDINATE_MM: Limit =
     limit("a coordinate", [-1000.0, 1000.0], " mm", "a tongue is smaller; is the unit right?");
 /// Stiffening of a muscle's tissue by its activation.
-pub const STIFFENING: Limit =
+pub static STIFFENING: Limit =
     limit("--stiffening", [0.0, 1000.0], "", "it is a multiple of the passive stiffness, 9 in ArtiSynth");
 
 #[cfg(test)]

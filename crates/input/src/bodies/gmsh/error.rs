@@ -110,10 +110,9 @@ pub enum MshProblem {
     )]
     NoHexahedra { found: String },
     #[error(
-        "the physical group \"{name}\" of {on} has no meaning here; {meant}{on} may be called {usual}; rename it, or call it \
-         \"other:{name}\" to leave it out"
+        "the physical group \"{name}\" of {on} has no meaning here; {hint}; rename it, or call it \"other:{name}\" to leave it out"
     )]
-    UnknownGroup { name: String, on: &'static str, meant: String, usual: String },
+    UnknownGroup { name: String, on: &'static str, hint: String },
     #[error("the physical group \"{name}\" has no elements; mesh what it is of, or remove the group")]
     EmptyGroup { name: String },
     #[error(

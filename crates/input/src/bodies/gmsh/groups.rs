@@ -86,12 +86,9 @@ fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles) -> MshProb
         None => format!("did you mean \"{near}\"? "),
     });
     let usual: Vec<&str> = words.iter().map(|(_, whole)| *whole).collect();
-    MshProblem::UnknownGroup {
-        name: name.to_owned(),
-        on: ["points", "curves", "surfaces", "volumes"].get(dimension).copied().unwrap_or("elements"),
-        meant: meant.unwrap_or_default(),
-        usual: usual.join(", "),
-    }
+    let on = ["points", "curves", "surfaces", "volumes"].get(dimension).copied().unwrap_or("elements");
+    let hint = format!("{}{on} may be called {}", meant.unwrap_or_default(), usual.join(", "));
+    MshProblem::UnknownGroup { name: name.to_owned(), on, hint }
 }
 
 /// A physical group and its elements.
