@@ -162,45 +162,44 @@ impl Arguments {
         for file in &self.files {
             sources.push((file.clone(), Recording::from_path(file, format).into_diagnostic()?));
         }
-        for (file, recordings) in sources {
-            for recording in recordings {
-                if self.speaker.is_some() && recording.speaker != self.speaker {
-                    continue;
-                }
-                let mut seen = AlignedRecording::new(&recording, &map)
-                    .into_diagnostic()
-                    .wrap_err_with(|| file.display().to_string())?;
-                let side = if seen.mirrored { -1.0 } else { 1.0 };
-                let own = own.as_ref().map(|p| {
-                    let placed = |p: Point| map.placement().map_or(p, |placement| placement.place(p));
-                    p.iter().map(|p| placed(Point::new(side * p.x, p.y))).collect::<Vec<_>>()
-                });
-                let name = || format!("{}, {}", file.display(), seen.name);
-                let mut told = doubts(&seen);
-                told.extend(own.as_deref().and_then(|p| palate_doubt(&seen, p)));
-                if let Some(doubt) = told.iter().find(|d| d.refused) {
-                    left_out.push(format!("{}: {}", name(), doubt.said));
-                    continue;
-                }
-                seen.notes.extend(told.into_iter().map(|d| d.said));
-                let faults = screen(&mut seen, own.as_deref().or(palate));
-                // Names distinguish recordings in every output.
-                let same = all.iter().filter(|s| s.seen.name == seen.name).count();
-                if same > 0 {
-                    seen.name = format!("{} ({})", seen.name, same + 1);
-                }
-                output::step(|| {
-                    let (points, sensors) = (seen.contour.len(), seen.sensors.len());
-                    format!(
-                        "{}: {} frames, {points} contour points, {sensors} sensors, bones: {}; not used: {}",
-                        seen.name,
-                        seen.frames.len(),
-                        list(&seen.bones),
-                        list(&seen.ignored)
-                    )
-                });
-                all.push(Screened { seen, faults, palate: own });
+        let chosen = |recording: &&Recording| self.speaker.is_none() || recording.speaker == self.speaker;
+        let read: Vec<(&PathBuf, &Recording)> = sources
+            .iter()
+            .flat_map(|(file, all)| all.iter().filter(chosen).map(move |recording| (file, recording)))
+            .collect();
+        let recordings: Vec<&Recording> = read.iter().map(|(_, recording)| *recording).collect();
+        for ((file, _), seen) in read.into_iter().zip(AlignedRecording::all(&recordings, &map)) {
+            let mut seen = seen.into_diagnostic().wrap_err_with(|| file.display().to_string())?;
+            let side = if seen.mirrored { -1.0 } else { 1.0 };
+            let own = own.as_ref().map(|p| {
+                let placed = |p: Point| map.placement().map_or(p, |placement| placement.place(p));
+                p.iter().map(|p| placed(Point::new(side * p.x, p.y))).collect::<Vec<_>>()
+            });
+            let name = || format!("{}, {}", file.display(), seen.name);
+            let mut told = doubts(&seen);
+            told.extend(own.as_deref().and_then(|p| palate_doubt(&seen, p)));
+            if let Some(doubt) = told.iter().find(|d| d.refused) {
+                left_out.push(format!("{}: {}", name(), doubt.said));
+                continue;
             }
+            seen.notes.extend(told.into_iter().map(|d| d.said));
+            let faults = screen(&mut seen, own.as_deref().or(palate));
+            // Names distinguish recordings in every output.
+            let same = all.iter().filter(|s| s.seen.name == seen.name).count();
+            if same > 0 {
+                seen.name = format!("{} ({})", seen.name, same + 1);
+            }
+            output::step(|| {
+                let (points, sensors) = (seen.contour.len(), seen.sensors.len());
+                format!(
+                    "{}: {} frames, {points} contour points, {sensors} sensors, bones: {}; not used: {}",
+                    seen.name,
+                    seen.frames.len(),
+                    list(&seen.bones),
+                    list(&seen.ignored)
+                )
+            });
+            all.push(Screened { seen, faults, palate: own });
         }
         if let Some(why) = left_out.first().filter(|_| all.is_empty()) {
             return Err(miette!("{why}"));

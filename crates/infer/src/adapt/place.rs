@@ -12,7 +12,7 @@ use nalgebra::DVector;
 use crate::track::TongueSurface;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_input::measured::recording::AlignedRecording;
+use tongue_input::measured::recording::{AlignedRecording, WITHOUT_BONES};
 
 use super::coils::{self, Coil, FEWEST_COILS, Placement, Vault};
 use super::evenly::evenly;
@@ -36,6 +36,9 @@ const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
 /// Sum of the squares above which the observations do not belong to one tongue: 29 of a real speaker, whose hyoid and spine are 7 and 5 mm
 /// off, and less than 20 of most.
 const MOST_COST: f64 = 45.0;
+/// Largest distance of a bone from its place in a body that was placed, m: no real recording whose contour and bones are in one frame has one
+/// that is farther off.
+const FARTHEST_BONE_M: f64 = 10e-3;
 /// Unit of shifts in the search, m.
 const SHIFT_M: f64 = 10e-3;
 /// Distance along the surface at which a contour begins, and its distance from the tip at the end, m; used only at the start of the
@@ -76,6 +79,20 @@ pub struct Placed {
 }
 
 impl Placed {
+    /// Why contour and bones cannot be used together: a bone is farther from its place than in any recording whose contour and bones were
+    /// in one frame, or the contour needs a tongue of another size than the bones.
+    pub fn refusal(&self) -> Option<String> {
+        let (bone, off_m) = self.bones_m.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (*off_m > FARTHEST_BONE_M).then(|| {
+            format!(
+                "the {} lies {:.0} mm from where a tongue with this contour has it, where 10 mm are the most: contour and bones are not in one \
+                 frame; export both in the same one, or leave the bones out with a map (--map) of the line {WITHOUT_BONES}",
+                bone.replace('_', " "),
+                off_m * 1e3
+            )
+        })
+    }
+
     /// The doubt about observations that no place of the body explains together.
     pub fn doubt(&self) -> Option<String> {
         if self.without_palate {

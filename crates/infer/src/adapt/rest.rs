@@ -44,6 +44,9 @@ pub enum RestError {
     /// The body has no outline or no bones, or the control points lie on one line.
     #[error("this body cannot be adapted: {0}")]
     Body(String),
+    /// A bone lies where no bone of a tongue with this contour is.
+    #[error("{0}")]
+    NotOneFrame(String),
     /// Cells would fold.
     #[error(
         "the rest shape would fold the tissue: a cell would keep {ratio:.2} of its area (at least {LEAST_AREA_RATIO} is needed)"

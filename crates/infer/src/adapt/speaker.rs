@@ -117,15 +117,16 @@ impl Basis<'_> {
     /// used.
     ///
     /// # Errors
-    /// [`RestError::Body`] for recordings that contain too little.
+    /// [`RestError::Body`] for recordings that contain too little, [`RestError::NotOneFrame`] for bones that belong to no such contour.
     pub fn place(&self, seen: &[&AlignedRecording], hide: &[String]) -> Result<Placed, RestError> {
-        Sight::of(seen, hide).under(self.palate).place(self.body).map_err(|why| {
+        let placed = Sight::of(seen, hide).under(self.palate).place(self.body).map_err(|why| {
             let RestError::Body(why) = why else { return why };
             RestError::Body(format!(
                 "{why}; name their channels in a map (--map; --map-template writes one), or give a body that fits the speaker (--mesh, \
                  --anatomy, or --as-is for the built-in one)"
             ))
-        })
+        })?;
+        placed.refusal().map_or(Ok(placed), |why| Err(RestError::NotOneFrame(why)))
     }
 
     /// Adapts the body to recordings; `hide` are points that are not used.

@@ -1,10 +1,21 @@
 //! A recording in the frame of a body: metres, x to the back of the head, y up.
 
+use std::collections::BTreeMap;
+
+use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 
-use super::channels::{hold_head, median_x, median_y, moves_as_a_tongue, places_of_coils};
-use super::map::{Axis, CONTOUR_SD_M};
+use super::channels::{carry_by_coils, median_place, median_x, places_of_coils, rise_of_contour};
+use super::contour_frame::{self, SampleFrame};
+use super::flat::Flat;
+use super::front::Front;
+use super::map::CONTOUR_SD_M;
 use super::{Format, Label, Map, Recording, RecordingError, Role, names};
+
+/// Ends of a contour whose heights differ by less are level, m: the first point is then taken for the root.
+const LEVEL_M: f64 = 1e-3;
+const REVERSED: &str =
+    "the contour runs from the tip to the root (its lower end is the root), and was turned round";
 
 /// A measured point and its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,72 +93,79 @@ impl AlignedRecording {
         }
     }
 
-    /// Interprets a recording with its map.
-    ///
-    /// If no map gives the axis to the back of the head, it is x, reversed if the mental spine lies at larger
-    /// x than the hyoid. Without these bones it is reversed if the contour, which runs from the root to the
-    /// tip, ends at larger x than it begins; with coils only, if the one at the tip lies at larger x than the
-    /// others.
+    /// Interprets a recording with its map, as [`AlignedRecording::all`] does.
     ///
     /// # Errors
     /// [`RecordingError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no
     /// channel is usable.
     pub fn new(recording: &Recording, map: &Map) -> Result<Self, RecordingError> {
+        let flat = Flat::new(recording, map)?;
+        let frame = SampleFrame::of(&[&flat], map);
+        Self::of(flat, frame, map)
+    }
+
+    /// Interprets recordings with their map. Those of one speaker with the same channels are exported alike, so the frame of their
+    /// contours is found from all of them.
+    ///
+    /// If no map gives the axis to the back of the head, it is x, reversed if the mental spine lies at larger
+    /// x than the hyoid. Without these bones it is reversed if the lower end of the contour, which is the root, lies at smaller x than
+    /// the other; with coils only, if the one at the tip lies at larger x than the others.
+    pub fn all(recordings: &[&Recording], map: &Map) -> Vec<Result<Self, RecordingError>> {
+        let flat: Vec<_> = recordings.iter().map(|r| Flat::new(r, map)).collect();
+        let key = |r: &Recording| (r.speaker.clone(), r.channels.clone());
+        let mut groups: BTreeMap<_, Vec<&Flat<'_>>> = BTreeMap::new();
+        flat.iter().flatten().for_each(|one| groups.entry(key(one.recording)).or_default().push(one));
+        let frames: BTreeMap<_, _> =
+            groups.into_iter().map(|(key, group)| (key, SampleFrame::of(&group, map))).collect();
+        let of = |one: Result<Flat<'_>, RecordingError>| {
+            let one = one?;
+            let frame = frames.get(&key(one.recording)).cloned().unwrap_or(Ok(None));
+            Self::of(one, frame, map)
+        };
+        flat.into_iter().map(of).collect()
+    }
+
+    fn of(
+        flat: Flat<'_>,
+        frame: Result<Option<SampleFrame>, String>,
+        map: &Map,
+    ) -> Result<Self, RecordingError> {
+        let Flat { recording, roles, mut contour, mut places, times, metres, back, guessed, mut notes } =
+            flat;
         let wrong =
             |problem: String| RecordingError::Uninterpreted { recording: recording.name.clone(), problem };
-        if let Some(problem) = map.unknown(&recording.channels) {
-            return Err(wrong(problem));
-        }
-        let ((metres, note), seconds) = (map.metres(recording)?, map.seconds(recording)?);
-        let roles: Vec<Role> = recording.channels.iter().map(|c| map.role(c)).collect();
         let of = |wanted: fn(&Role) -> bool| -> Vec<usize> {
             (0..roles.len()).filter(|&c| wanted(&roles[c])).collect()
         };
-        let mut contour = of(|r| *r == Role::Contour);
-        // Sorted by the number at the end of the name, so that rows of a table may come in any order.
-        contour.sort_by_key(|&c| number(&recording.channels[c]));
         let mut sensors = of(|r| matches!(r, Role::Surface(_) | Role::Coil(_)));
-        let bones = of(|r| matches!(r, Role::Bone(_)));
-        let references = of(|r| *r == Role::Reference);
-        if contour.is_empty() && sensors.is_empty() {
-            let known = recording.channels.join(", ");
-            return Err(wrong(format!(
-                "no channel is known as a point of the tongue (channels: {known}); name one with --map"
-            )));
+        let mut bones = of(|r| matches!(r, Role::Bone(_)));
+        if let Some(frame) = frame.map_err(wrong)? {
+            frame.bring_back(&mut places, &contour);
+            notes.push(contour_frame::TOLD.to_owned());
         }
-        let flat_file = recording.samples.iter().flat_map(|s| s.places.iter().flatten()).all(|p| p[0] == 0.0);
-        let (back, up) = map.axes(recording.format, flat_file);
-        let guessed = back.is_none();
-        let usual = if recording.format == Format::Est && flat_file { 1 } else { 0 };
-        let back = back.unwrap_or((usual, 1.0));
-        if back.0 == up.0 {
-            return Err(wrong(
-                "the axes to the back and upwards are the same; give both in a map".to_owned(),
-            ));
-        }
-        let mut frames: Vec<Vec<Option<Point>>> = recording
-            .samples
-            .iter()
-            .map(|s| s.places.iter().map(|p| p.map(|p| flat(p, back, up) * metres)).collect())
-            .collect();
-        let times: Vec<f64> = recording.samples.iter().map(|s| s.time_s * seconds).collect();
-        if let Some(&tongue) = references.iter().find(|&&r| moves_as_a_tongue(&frames, &times, r)) {
-            let name = &recording.channels[tongue];
-            return Err(wrong(format!(
-                "{name} is called a reference in the map, but moves by millimetres within a tenth of a second, as only the tongue, the \
-                 jaw and the lips do; take a point of the head (nose, upper incisor, behind an ear)"
-            )));
-        }
-        hold_head(&mut frames, &references);
         let bone = |wanted: &str| {
             bones.iter().copied().find(|&c| matches!(&roles[c], Role::Bone(name) if name == wanted))
         };
         // The front end must have the smaller x: of the bones, or of the contour if these were not seen.
-        let medians = |(front, rear): (usize, usize)| median_x(&frames, front).zip(median_x(&frames, rear));
-        let of_bones =
-            bone(tongue_core::body::MANDIBLE).zip(bone(tongue_core::body::HYOID)).and_then(medians);
-        let of_contour = || contour.last().copied().zip(contour.first().copied()).and_then(medians);
-        let of_coils = || ends(&sensors, &roles, &recording.channels, &frames);
+        let medians = |(front, rear): (usize, usize)| median_x(&places, front).zip(median_x(&places, rear));
+        let of_bones = bone(MANDIBLE).zip(bone(HYOID)).and_then(medians);
+        // The lower end of a contour is the root, and the one nearer to the hyoid.
+        let rise = rise_of_contour(&places, &contour);
+        let nearer_to_spine = |c: &usize| {
+            let [at, spine, hyoid] =
+                [Some(*c), bone(MANDIBLE), bone(HYOID)].map(|c| median_place(&places, c?));
+            Some((at? - spine?).norm() - (at? - hyoid?).norm())
+        };
+        let by_bones =
+            contour.first().and_then(nearer_to_spine).zip(contour.last().and_then(nearer_to_spine));
+        let is_reversed =
+            rise.is_some_and(|rise| rise.y < -LEVEL_M) && by_bones.is_none_or(|(first, last)| first < last);
+        if is_reversed {
+            contour.reverse();
+            notes.push(REVERSED.to_owned());
+        }
+        let of_contour = || rise.map(|rise| if is_reversed { (0.0, rise.x) } else { (rise.x, 0.0) });
+        let of_coils = || ends(&sensors, &roles, &recording.channels, &places);
         let by_contour = of_bones.is_none().then(of_contour).flatten();
         let apart = of_bones.or(by_contour).or_else(of_coils);
         if guessed && apart.is_none() && sensors.len() > 1 && contour.is_empty() {
@@ -158,37 +176,38 @@ impl AlignedRecording {
             ));
         }
         let mirrored = guessed && apart.is_some_and(|(front, rear)| front > rear);
-        let taken_for_root = by_contour.filter(|_| guessed).map(|_| {
-            format!(
-                "no two bones were seen: the first point of the contour is taken for the root and its last for the tip, so the back of the \
-                 head is at {0}x; if the contour runs the other way, give back = \"{1}x\" in a map",
+        if by_contour.is_some() && guessed {
+            notes.push(format!(
+                "no two bones were seen: the lower end of the contour is taken for the root, so the back of the head is at {0}x; if that \
+                 is wrong, give back = \"{1}x\" in a map",
                 if mirrored { "-" } else { "" },
                 if mirrored { "" } else { "-" }
-            )
-        });
+            ));
+        }
         if mirrored {
-            frames.iter_mut().flatten().flatten().for_each(|p| p.x = -p.x);
+            places.iter_mut().flatten().flatten().for_each(|p| p.x = -p.x);
         }
         if let Some(placement) = map.placement() {
-            frames.iter_mut().flatten().flatten().for_each(|p| *p = placement.place(*p));
+            places.iter_mut().flatten().flatten().for_each(|p| *p = placement.place(*p));
         }
-        let behind = places_of_coils(&mut sensors, &roles, &frames);
-        let by_coils = of_bones.is_none() && contour.is_empty();
-        if let Some(problem) = wrong_by_lips(&sensors, &recording.channels, map, &frames).filter(|_| by_coils)
-        {
-            return Err(wrong(problem));
+        let behind = places_of_coils(&mut sensors, &roles, &places);
+        if of_bones.is_none() && contour.is_empty() {
+            let front = Front { channels: &recording.channels, places: &places, map };
+            front.check(&sensors, &bones, &mut notes).map_err(wrong)?;
+            let shows_front = recording.channels.iter().any(|c| names::is_in_front(c));
+            if mirrored
+                && !shows_front
+                && recording.format == Format::Tidy
+                && let Some(&tip) = sensors.first()
+            {
+                notes.push(format!(
+                    "{} is taken for the coil at the tip and lies at larger x than the others, so the face looks to the right; if it looks \
+                     to the left, the coils are exchanged: correct their names, or number them in a map",
+                    recording.channels[tip]
+                ));
+            }
         }
-        let shows_front = recording.channels.iter().any(|c| names::is_in_front(c));
-        let faces_right = sensors
-            .first()
-            .filter(|_| mirrored && by_coils && recording.format == Format::Tidy && !shows_front);
-        let faces_right = faces_right.map(|&tip| {
-            format!(
-                "{} is taken for the coil at the tip and lies at larger x than the others, so the face looks to the right; if it looks to \
-                 the left, the coils are exchanged: correct their names, or number them in a map",
-                recording.channels[tip]
-            )
-        });
+        carry_by_coils(&mut places, &mut bones, &roles);
         let marks = |places: &[Option<Point>], likelihood: &[f32], of: &[usize]| -> Vec<Option<Mark>> {
             let mark = |&c: &usize| {
                 let sd = map.sd(&recording.channels[c], &roles[c], recording.sigma[c].map(|s| s * metres));
@@ -204,8 +223,9 @@ impl AlignedRecording {
             Role::Bone(name) => Some(name.clone()),
             _ => None,
         });
-        let frames = recording.samples.iter().zip(&frames).map(|(sample, places)| AlignedFrame {
-            time_s: sample.time_s * seconds,
+        let frames = recording.samples.iter().zip(times).zip(&places);
+        let frames = frames.map(|((sample, time_s), places)| AlignedFrame {
+            time_s,
             contour: marks(places, &sample.likelihood, &contour),
             sensors: marks(places, &sample.likelihood, &sensors),
             bones: bones.iter().map(|&c| places[c]).collect(),
@@ -219,14 +239,7 @@ impl AlignedRecording {
             bones: bone_names.collect(),
             ignored: names(&of(|r| *r == Role::Ignored)),
             mirrored: mirrored != (back.1 < 0.0),
-            notes: recording
-                .notes
-                .iter()
-                .cloned()
-                .chain(note)
-                .chain(taken_for_root)
-                .chain(faces_right)
-                .collect(),
+            notes,
             stated: map.stated(),
             labels: recording.labels.clone(),
             frames: frames.collect(),
@@ -295,44 +308,6 @@ fn ends(
     Some((x, rear))
 }
 
-/// The problem of coils that lie in front of lips, incisors and jaw, or of lips that are upside down; those that
-/// the map names are not judged.
-fn wrong_by_lips(
-    sensors: &[usize],
-    channels: &[String],
-    map: &Map,
-    frames: &[Vec<Option<Point>>],
-) -> Option<String> {
-    const APART_M: f64 = 5e-3;
-    let place = |c: usize| Some(Point::new(median_x(frames, c)?, median_y(frames, c)?));
-    let named: Vec<usize> = (0..channels.len()).filter(|&c| !map.names(&channels[c])).collect();
-    let lip = |upper: bool| {
-        let found = named.iter().find(|&&c| names::lip(&channels[c]) == Some(upper));
-        found.and_then(|&c| Some((&channels[c], place(c)?)))
-    };
-    if let Some(((upper, a), (lower, b))) = lip(true).zip(lip(false))
-        && a.y < b.y - APART_M
-    {
-        let what = format!("{upper} lies below {lower}: the recording is upside down");
-        return Some(format!("{what}; give the axis that grows upwards in a map, such as up = \"-y\""));
-    }
-    let (tip, rear) = (median_x(frames, *sensors.first()?)?, median_x(frames, *sensors.last()?)?);
-    let front = named.iter().filter(|&&c| names::is_in_front(&channels[c]));
-    let (name, at) = front.filter_map(|&c| Some((&channels[c], place(c)?))).next()?;
-    (sensors.len() > 1 && (at.x - tip).abs() > (at.x - rear).abs() + APART_M).then(|| {
-        format!(
-            "{name} is nearer to the rear coil than to the one at the tip: the coils are exchanged, or the axis is; correct their names, or \
-             back in a map"
-        )
-    })
-}
-
-/// The number at the end of a name.
-fn number(name: &str) -> u64 {
-    let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-    name.get(name.len() - digits..).and_then(|d| d.parse().ok()).unwrap_or(u64::MAX)
-}
-
-fn flat(p: [f64; 3], back: Axis, up: Axis) -> Point {
-    Point::new(back.1 * p[back.0], up.1 * p[up.0])
-}
+#[cfg(test)]
+#[path = "aligned_tests.rs"]
+mod tests;

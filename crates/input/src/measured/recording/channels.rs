@@ -10,12 +10,17 @@ pub const FIRST_COIL_M: f64 = 8e-3;
 /// Usual ratio of the distance of neighbouring coils along the surface to their straight distance.
 pub const LONGER_THAN_CHORD: f64 = 1.03;
 
+/// The incisors and the mental spine of the built-in body: from the coil below the lower incisors to the mental spine, m, in a head whose
+/// axes are those of the recording.
+const INCISORS_TO_SPINE_M: Point = Point::new(14e-3, -20e-3);
+
 pub(super) fn median_x(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
     upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.x))
 }
 
-pub(super) fn median_y(frames: &[Vec<Option<Point>>], channel: usize) -> Option<f64> {
-    upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.y))
+pub(super) fn median_place(frames: &[Vec<Option<Point>>], channel: usize) -> Option<Point> {
+    let y = upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.y))?;
+    Some(Point::new(median_x(frames, channel)?, y))
 }
 
 /// Sorts coils from the tip backwards and returns the distance of each behind the tip, m: as measured, or the
@@ -78,5 +83,46 @@ pub(super) fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize])
     for frame in frames {
         let motion = held(frame).and_then(|here| Similarity::rigid(&here, &base));
         frame.iter_mut().for_each(|p| *p = p.zip(motion.as_ref()).map(|(p, m)| m.place(p)));
+    }
+}
+
+/// From the first to the last seen point of the contour, m: the median of all frames.
+pub(super) fn rise_of_contour(frames: &[Vec<Option<Point>>], contour: &[usize]) -> Option<Point> {
+    let rises: Vec<Point> = frames
+        .iter()
+        .filter_map(|frame| {
+            let mut seen = contour.iter().filter_map(|&c| frame[c]);
+            Some((seen.next()?, seen.next_back()?))
+        })
+        .map(|(first, last)| last - first)
+        .collect();
+    let of = |axis: usize| upper_median(rises.iter().map(|r| r[axis]));
+    Some(Point::new(of(0)?, of(1)?))
+}
+
+/// Where several coils move with one bone, they give its rotation, too: the first of them is moved to the place that they carry along, and
+/// the others are taken out of `bones`. It is the mental spine for coils on the jaw, which lies below and behind the incisors. A frame in
+/// which one of them was not seen shows no bone.
+pub(super) fn carry_by_coils(frames: &mut [Vec<Option<Point>>], bones: &mut Vec<usize>, roles: &[Role]) {
+    let all = std::mem::take(bones);
+    for &coil in &all {
+        if bones.iter().any(|&b| roles[b] == roles[coil]) {
+            continue;
+        }
+        bones.push(coil);
+        let alike: Vec<usize> = all.iter().copied().filter(|&b| roles[b] == roles[coil]).collect();
+        let base: Vec<(usize, Point)> =
+            alike.iter().filter_map(|c| Some((*c, median_place(frames, *c)?))).collect();
+        let Some(front) = base.iter().map(|(_, p)| *p).min_by(|a, b| a.x.total_cmp(&b.x)) else { continue };
+        if base.len() < 2 {
+            continue;
+        }
+        let (coils, base): (Vec<usize>, Vec<Point>) = base.into_iter().unzip();
+        let carried = front + INCISORS_TO_SPINE_M;
+        for frame in &mut *frames {
+            let here: Option<Vec<Point>> = coils.iter().map(|&c| frame[c]).collect();
+            let motion = here.and_then(|here| Similarity::rigid(&base, &here));
+            frame[coil] = motion.map(|motion| motion.place(carried));
+        }
     }
 }

@@ -5,6 +5,7 @@
 //! rate_hz = 60.0      # frames a second, where the file has no times
 //! back = "-x"         # the axis that grows towards the back of the head, and the one that grows upwards
 //! up = "y"
+//! contour_frame = "hyoid" # the contour is in a frame of each sample (origin at the hyoid, x towards the mandible), or in that of the "bones"
 //! noise_mm = 0.5      # standard deviation of a point
 //! scale = 1.05        # brings the recording into the body's frame: multiplied by this,
 //! turn_deg = -12.0    # turned by this (from the axis to the back towards the one upwards),
@@ -24,6 +25,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::suggest;
 use tongue_core::toml_text;
@@ -38,6 +40,9 @@ pub const SENSOR_SD_M: f64 = 0.5e-3;
 /// Smallest unit, mm, and rate, Hz: with smaller ones coordinates and times would be lost to rounding.
 const LEAST: f64 = 1e-6;
 const LARGEST_MM: f64 = 1e4;
+
+/// The line of a map with which the bones of a recording are not used.
+pub const WITHOUT_BONES: &str = "points = { hyoid = \"ignore\", mental_spine = \"ignore\" }";
 
 /// Anatomical meaning of a channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,12 +77,22 @@ struct File {
     rate_hz: Option<f64>,
     back: Option<String>,
     up: Option<String>,
+    contour_frame: Option<ContourFrame>,
     noise_mm: Option<f64>,
     scale: Option<f64>,
     turn_deg: Option<f64>,
     shift_mm: Option<[f64; 2]>,
     #[serde(default)]
     points: BTreeMap<String, toml::Value>,
+}
+
+/// The frame of a contour beside bones.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum ContourFrame {
+    /// Origin at the hyoid of each sample, x towards the mandible.
+    Hyoid,
+    Bones,
 }
 
 /// Entry of a map for a point.
@@ -87,8 +102,10 @@ struct Entry {
     noise_mm: Option<f64>,
 }
 
-const KEYS: [&str; 9] =
-    ["unit_mm", "rate_hz", "back", "up", "noise_mm", "scale", "turn_deg", "shift_mm", "points"];
+#[rustfmt::skip]
+const KEYS: [&str; 10] = [
+    "unit_mm", "rate_hz", "back", "up", "contour_frame", "noise_mm", "scale", "turn_deg", "shift_mm", "points",
+];
 const WORDS: [&str; 4] = ["contour", "coil", "reference", "ignore"];
 const ROLE_KEYS: [&str; 5] = ["surface_mm", "coil", "bone", "contour", "noise_mm"];
 /// The possible roles of a point, for messages.
@@ -200,8 +217,31 @@ impl Map {
         self.entries.contains_key(channel)
     }
 
+    /// What it states of the frame of the contour.
+    pub(super) fn contour_frame(&self) -> Option<ContourFrame> {
+        self.file.contour_frame
+    }
+
+    /// The roles of channels, by the map or by their names. A coil whose name says that it is on the jaw moves with the mandible; beside a
+    /// contour or the mental spine, by which a body is placed, it is not used, since it lies elsewhere on the mandible.
+    pub(super) fn roles(&self, channels: &[String]) -> Vec<Role> {
+        let roles: Vec<Role> = channels.iter().map(|c| self.role(c)).collect();
+        let is_by_name = |c: &String| c != MANDIBLE && !self.names(c);
+        let is_mandible = |role: &Role| matches!(role, Role::Bone(bone) if bone == MANDIBLE);
+        let others = channels.iter().zip(&roles).any(|(c, role)| {
+            *role == Role::Contour
+                || matches!(role, Role::Bone(bone) if bone == HYOID)
+                || (is_mandible(role) && !is_by_name(c))
+        });
+        let used = |(role, c): (Role, &String)| match is_mandible(&role) && is_by_name(c) && others {
+            true => Role::Ignored,
+            false => role,
+        };
+        roles.into_iter().zip(channels).map(used).collect()
+    }
+
     /// The role of a channel, by the map or by its name.
-    pub(super) fn role(&self, channel: &str) -> Role {
+    fn role(&self, channel: &str) -> Role {
         self.entries.get(channel).map_or_else(|| names::role(channel), |e| e.role.clone())
     }
 

@@ -6,33 +6,15 @@ use super::Role;
 
 /// Names of coils on the tongue in MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and the usual
 /// protocols of NDI and Carstens.
+#[rustfmt::skip]
 const COILS: [&str; 25] = [
-    "t1",
-    "t2",
-    "t3",
-    "t4",
-    "t5",
-    "tt",
-    "tb",
-    "tm",
-    "td",
-    "tr",
-    "tonguetip",
-    "tongueblade",
-    "tonguebody",
-    "tonguemid",
-    "tonguedorsum",
-    "tongueback",
-    "tonguerear",
-    "tongueroot",
-    "ttip",
-    "tbody",
-    "tdorsum",
-    "ta",
-    "tc",
-    "tmid",
-    "tback",
+    "t1", "t2", "t3", "t4", "t5", "tt", "tb", "tm", "td", "tr", "ta", "tc", "ttip", "tbody", "tdorsum", "tmid", "tback",
+    "tonguetip", "tongueblade", "tonguebody", "tonguemid", "tonguedorsum", "tongueback", "tonguerear", "tongueroot",
 ];
+/// Names of coils on the jaw: at the lower incisors, and at molars or beside the incisors.
+const INCISORS: [&str; 9] =
+    ["li", "jaw", "mani", "lowerincisor", "lowerincisors", "lowincisor", "linc", "lowerjaw", "jawi"];
+const BESIDE_INCISORS: [&str; 4] = ["manm", "jawl", "jawr", "jawm"];
 /// Names of coils that are always foremost.
 const TIPS: [&str; 5] = ["t1", "tt", "ta", "tonguetip", "ttip"];
 
@@ -49,9 +31,12 @@ pub(super) fn role(channel: &str) -> Role {
     if channel.strip_prefix("tongue_").is_some_and(|n| n.parse::<u32>().is_ok()) {
         return Role::Contour;
     }
-    match COILS.contains(&plain(channel).as_str()) {
-        true => Role::Coil(None),
-        false => Role::Ignored,
+    match plain(channel).as_str() {
+        name if COILS.contains(&name) => Role::Coil(None),
+        name if INCISORS.contains(&name) || BESIDE_INCISORS.contains(&name) => {
+            Role::Bone(MANDIBLE.to_owned())
+        }
+        _ => Role::Ignored,
     }
 }
 
@@ -82,8 +67,12 @@ pub(super) fn lip(channel: &str) -> Option<bool> {
 
 /// Whether a channel of this name is in front of the tongue: a lip, an incisor or the jaw.
 pub(super) fn is_in_front(channel: &str) -> bool {
-    lip(channel).is_some()
-        || ["ui", "li", "jaw", "mani", "upperincisor", "lowerincisor"].contains(&plain(channel).as_str())
+    lip(channel).is_some() || is_incisor(channel) || ["ui", "upperincisor"].contains(&plain(channel).as_str())
+}
+
+/// Whether this is a usual name of a coil at the lower incisors.
+pub(super) fn is_incisor(channel: &str) -> bool {
+    INCISORS.contains(&plain(channel).as_str())
 }
 
 /// Whether this is a usual name of a coil on the tongue.

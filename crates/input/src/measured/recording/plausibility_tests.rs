@@ -265,7 +265,13 @@ fn frames_and_points_out_of_order_are_reported() {
     let reversed = changed(|_, _, points| {
         (0..11).for_each(|i| points[i].0 = format!("tongue_{}", 10 - i));
     });
-    noticed(&reversed, "", "from the tip to the root", false);
+    let seen = seen_with(&reversed, "");
+    assert!(
+        seen.notes[0].contains("from the tip to the root") && seen.contour[0] == "tongue_10",
+        "{:?}",
+        seen.notes
+    );
+    assert_eq!(doubts(&seen), []);
 }
 
 #[test]
@@ -287,7 +293,7 @@ fn exchanged_bones_and_axes_are_reported() {
         points[11].0 = "mental_spine".to_owned();
         points[12].0 = "hyoid".to_owned();
     });
-    noticed(&exchanged, "", "exchanged", true);
+    noticed(&exchanged, "", "the names of these two are wrong", true);
     noticed(&tongue(90), "back = \"-x\"", "behind the hyoid", true);
     noticed(&tongue(90), "up = \"-y\"", "upside down", true);
     let contour = changed(|_, _, points| points.truncate(11));
@@ -295,8 +301,10 @@ fn exchanged_bones_and_axes_are_reported() {
     noticed(&contour, "up = \"-y\"", "upside down", true);
     let turned = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p.swap(0, 1)));
     noticed(&turned, "", "x and y seem to be exchanged", true);
-    let high = changed(|_, _, points| points.iter_mut().take(11).for_each(|(_, p)| p[1] += 22.0));
-    noticed(&high, "", "too high for the bones", false);
+    for by in [15.0, 22.0] {
+        let high = changed(|_, _, points| points.iter_mut().take(11).for_each(|(_, p)| p[1] += by));
+        noticed(&high, "", "too high for the bones", false);
+    }
 }
 
 #[test]

@@ -50,6 +50,7 @@ impl Map {
         let (_, up) = map.axes(recording.format, false);
         text += "# back = \"x\"  # the axis that grows to the back of the head (x, y, z, -x, -y, -z), where it is not found\n";
         let _ = writeln!(text, "# up = \"{}\"  # the axis that grows upwards", ["x", "y", "z"][up.0]);
+        text += "# contour_frame = \"bones\"  # the frame of the contour; \"hyoid\": origin at the hyoid of each sample, x towards the mandible\n";
         text += "# noise_mm = 0.5  # standard deviation of a point\n\
                  # scale = 1.0  # these three bring the recording into the body's frame: multiplied,\n\
                  # turn_deg = 0.0  # turned (from the axis to the back towards the one upwards),\n\
@@ -62,9 +63,10 @@ impl Map {
                  #   \"reference\"             moves with the head alone: every frame is brought back to where it was\n\
                  #   \"ignore\"                not used\n\
                  # In braces also noise_mm = 0.3, the standard deviation of this point.\n[points]\n";
-        for (nth, channel) in recording.channels.iter().enumerate() {
+        let roles = map.roles(&recording.channels);
+        for (nth, (channel, role)) in recording.channels.iter().zip(roles).enumerate() {
             let key = toml::Value::String(channel.clone());
-            let role = match map.role(channel) {
+            let role = match role {
                 Role::Contour => "\"contour\"".to_owned(),
                 Role::Coil(_) => "\"coil\"".to_owned(),
                 Role::Bone(bone) => format!("{{ bone = \"{bone}\" }}"),

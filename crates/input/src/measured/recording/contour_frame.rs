@@ -1,0 +1,223 @@
+//! The frame of a contour. AAA can export the tongue in a frame of each sample, with its origin at the hyoid and its x axis towards the
+//! mandible, while the bones stay in the frame of the probe:
+//!
+//! ```text
+//! p' = R(-angle of hyoid to mandible) (p - hyoid)
+//! ```
+//! The bones of every sample are noisy, and their noise is in p' and not in p. So second differences in time tell the two apart: of all
+//! `p' + k (p - p')` the smoothest has k = 1 if the contour is in the frame of each sample, and k = 0 if it is in that of its bones
+//! already. Where they are too few to tell, the place of the contour above its bones does.
+
+use tongue_core::body::{HYOID, MANDIBLE};
+use tongue_core::geometry::Point;
+use tongue_core::statistics::upper_median;
+
+use super::flat::{Flat, Places};
+use super::map::ContourFrame;
+use super::{Map, Role};
+
+/// A factor k above which a contour is in the frame of each sample (0.8 to 1; a probe that shakes lowers it, and makes that of others
+/// negative), and the number of its standard deviations that decides.
+const LEAST_FACTOR: f64 = 0.4;
+const CERTAIN_SD: f64 = 3.0;
+/// Fewest second differences in time that are judged, and their number in a block: those of different blocks are independent.
+const FEWEST: usize = 20;
+const BLOCK: usize = 3;
+/// Differences larger than this number of medians are slips of a tracker.
+const SLIP: f64 = 4.0;
+/// A usual place of the middle of a contour: in front of the hyoid and above the line to the mandible, over the distance of these two; and
+/// how far from it the middle may be. It is (0.3, 1.0) in the built-in body and (0.9, 0.9) in a real speaker.
+const MIDDLE: Point = Point::new(0.6, 0.95);
+const OFF_MIDDLE: f64 = 0.6;
+/// A contour is in the other frame by its place alone if it is farther from the usual one by this much as it is.
+const FARTHER_OFF: f64 = 0.5;
+
+/// The note about a contour that was brought back.
+pub(super) const TOLD: &str = "its contour is in a frame of each sample (origin at the hyoid, x towards the mandible) and its bones are \
+                               not; it was brought back to the frame of the bones; if that is wrong, write contour_frame = \"bones\" \
+                               into a map";
+
+/// The frame of each sample, by the channels at its origin and on its x axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct SampleFrame {
+    hyoid: usize,
+    mandible: usize,
+    /// Whether y points to the right of x, as where the face looks to the left and y still grows upwards.
+    reflected: bool,
+}
+
+/// The axes of a sample.
+#[derive(Clone, Copy)]
+struct Axes {
+    origin: Point,
+    x: Point,
+    y: Point,
+}
+
+impl Axes {
+    fn to_bones(self, p: Point) -> Point {
+        self.origin + self.turned(p)
+    }
+
+    fn turned(self, p: Point) -> Point {
+        self.x * p.x + self.y * p.y
+    }
+
+    fn components(self, d: Point) -> Point {
+        Point::new(d.dot(&self.x), d.dot(&self.y))
+    }
+}
+
+/// How the second differences of a contour change when it is brought from the frame of each sample to that of the bones.
+struct Steadiness {
+    /// The factor k with which it is smoothest, and its standard deviation.
+    factor: f64,
+    sd: f64,
+    /// Median second difference of the contour that was brought back, m.
+    rough_m: f64,
+}
+
+impl SampleFrame {
+    /// The frame of the contour of recordings of one speaker with the same channels; `None` for that of their bones.
+    ///
+    /// # Errors
+    /// In words if the map says that the contour is in the frame of each sample, and the bones for it are missing or the axes stated.
+    pub fn of(group: &[&Flat<'_>], map: &Map) -> Result<Option<Self>, String> {
+        let stated = map.contour_frame();
+        let Some(first) = group.first().filter(|_| stated != Some(ContourFrame::Bones)) else {
+            return Ok(None);
+        };
+        let is_stated = stated == Some(ContourFrame::Hyoid);
+        let free = first.guessed && !map.stated().axes;
+        let bone =
+            |wanted: &str| first.roles.iter().position(|r| matches!(r, Role::Bone(name) if name == wanted));
+        // AAA's splines have two points on the mandible.
+        let second = first.recording.channels.iter().position(|c| c == "mandible");
+        let ends = second.into_iter().chain(bone(MANDIBLE)).filter(|&m| first.roles[m] != Role::Contour);
+        let ends: Vec<usize> = ends.collect();
+        let with = |hyoid: usize| {
+            let pairs = ends.iter().filter(move |m| **m != hyoid).flat_map(|m| [(*m, false), (*m, true)]);
+            pairs.map(move |(mandible, reflected)| Self { hyoid, mandible, reflected })
+        };
+        let found: Vec<Self> = bone(HYOID).filter(|_| free).into_iter().flat_map(with).collect();
+        if found.is_empty() && is_stated {
+            let problem = match free {
+                true => {
+                    "contour_frame = \"hyoid\" needs the hyoid, and the mandible or the mental spine; name them in the map"
+                }
+                false => "contour_frame = \"hyoid\" finds the axes itself; take back and up out of the map",
+            };
+            return Err(problem.to_owned());
+        }
+        let is_of_samples = |frame: &&Self| is_stated || frame.explains(group);
+        let rough = |frame: &Self| frame.steadiness(group).map_or(0.0, |s| s.rough_m);
+        let is_upright = |frame: &&Self| frame.middle(group, true).is_some_and(|m| m.y > 0.0);
+        let upright =
+            found.iter().filter(|frame| !frame.reflected || frame.looks_left(group)).filter(is_upright);
+        let best = upright.filter(is_of_samples).min_by(|a, b| rough(a).total_cmp(&rough(b)));
+        Ok(best.copied())
+    }
+
+    fn looks_left(&self, group: &[&Flat<'_>]) -> bool {
+        let axes = group.iter().flat_map(|flat| &flat.places).filter_map(|frame| self.axes(frame));
+        upper_median(axes.map(|a| a.x.x)).is_some_and(|x| x < 0.0)
+    }
+
+    /// Brings contour points to the frame of the bones; where a bone was not seen they are lost.
+    pub fn bring_back(&self, places: &mut Places, contour: &[usize]) {
+        for frame in places {
+            let axes = self.axes(frame);
+            for &c in contour {
+                frame[c] = frame[c].zip(axes).map(|(p, axes)| axes.to_bones(p));
+            }
+        }
+    }
+
+    fn axes(&self, frame: &[Option<Point>]) -> Option<Axes> {
+        let (origin, end) = frame[self.hyoid].zip(frame[self.mandible])?;
+        let x = (end - origin).try_normalize(f64::EPSILON)?;
+        let y = if self.reflected { Point::new(x.y, -x.x) } else { Point::new(-x.y, x.x) };
+        Some(Axes { origin, x, y })
+    }
+
+    /// Whether the recordings are explained better with the contour in this frame.
+    fn explains(&self, group: &[&Flat<'_>]) -> bool {
+        let off = |moved| self.middle(group, moved).map_or(f64::INFINITY, |m| (m - MIDDLE).norm());
+        let (off, off_as_is) = (off(true), off(false));
+        if off > OFF_MIDDLE {
+            return false;
+        }
+        match self.steadiness(group) {
+            Some(s) if s.factor > LEAST_FACTOR.max(CERTAIN_SD * s.sd) => true,
+            Some(s) if s.factor + CERTAIN_SD * s.sd < LEAST_FACTOR => false,
+            _ => off_as_is > OFF_MIDDLE.max(off + FARTHER_OFF),
+        }
+    }
+
+    /// Median place of the contour in front of the hyoid and above the line to the mandible, over the distance of these two: of the
+    /// contour as it is, or `moved` from this frame to that of the bones. `None` where its end at the hyoid is in front of the other.
+    fn middle(&self, group: &[&Flat<'_>], moved: bool) -> Option<Point> {
+        let of_channel = |channel: usize| {
+            let places = group.iter().flat_map(|flat| &flat.places).filter_map(|frame| {
+                let (axes, p) = (self.axes(frame)?, frame[channel]?);
+                let apart = (frame[self.mandible]? - axes.origin).norm();
+                let from_hyoid = if moved { axes.turned(p) } else { p - axes.origin };
+                let upwards = Axes { y: axes.y * axes.y.y.signum(), ..axes };
+                Some(upwards.components(from_hyoid) / apart)
+            });
+            let places: Vec<Point> = places.collect();
+            let of = |axis: usize| upper_median(places.iter().map(|p| p[axis]));
+            Some(Point::new(of(0)?, of(1)?))
+        };
+        let first = group.first()?;
+        let contour: Vec<Point> = first.contour.iter().filter_map(|&c| of_channel(c)).collect();
+        let (a, b) = (contour.first()?, contour.last()?);
+        let (root, tip) = if a.norm() < b.norm() { (a, b) } else { (b, a) };
+        let middle = contour.iter().sum::<Point>() / contour.len() as f64;
+        (root.x < tip.x).then_some(middle)
+    }
+
+    /// `None` for too few second differences in time, or bones that do not move.
+    fn steadiness(&self, group: &[&Flat<'_>]) -> Option<Steadiness> {
+        let axes: Vec<Vec<Option<Axes>>> =
+            group.iter().map(|flat| flat.places.iter().map(|frame| self.axes(frame)).collect()).collect();
+        // A constant turn changes no difference of places, so that only its changes are left.
+        let x = axes.iter().flatten().flatten().map(|a| a.x).sum::<Point>().try_normalize(f64::EPSILON)?;
+        let y = if self.reflected { Point::new(x.y, -x.x) } else { Point::new(-x.y, x.x) };
+        let usual = Axes { origin: Point::zeros(), x, y };
+        // Of every three frames and contour point the second difference, and its change.
+        let mut all: Vec<Vec<(Point, Point)>> = Vec::new();
+        for (flat, axes) in group.iter().zip(&axes) {
+            let step = upper_median(flat.times.windows(2).map(|t| t[1] - t[0])).unwrap_or(0.0);
+            for t in 1..flat.times.len().saturating_sub(1) {
+                let uneven = flat.times[t + 1] - 2.0 * flat.times[t] + flat.times[t - 1];
+                let (Some(a), Some(b), Some(c)) = (axes[t - 1], axes[t], axes[t + 1]) else { continue };
+                if uneven.abs() > 0.5 * step || flat.times[t + 1] - flat.times[t - 1] > 3.0 * step {
+                    continue;
+                }
+                let differences = flat.contour.iter().filter_map(|&i| {
+                    let p = [flat.places[t - 1][i]?, flat.places[t][i]?, flat.places[t + 1][i]?];
+                    let second = |p: [Point; 3]| p[0] - p[1] * 2.0 + p[2];
+                    let moved =
+                        [a.to_bones(p[0]), b.to_bones(p[1]), c.to_bones(p[2])].map(|q| usual.components(q));
+                    Some((second(p), second(moved) - second(p)))
+                });
+                all.push(differences.collect());
+            }
+        }
+        let typical = |of: fn(&(Point, Point)) -> f64| upper_median(all.iter().flatten().map(of));
+        let (most, most_change) = (SLIP * typical(|d| d.0.norm())?, SLIP * typical(|d| d.1.norm())?);
+        let sums = |block: &[Vec<(Point, Point)>]| {
+            let good = block.iter().flatten().filter(|d| d.0.norm() <= most && d.1.norm() <= most_change);
+            good.fold((0.0, 0.0), |(a, b), (d, change)| (a - d.dot(change), b + change.norm_squared()))
+        };
+        let (along, size) = sums(&all);
+        if all.len() < FEWEST || most_change <= 0.0 || size <= 0.0 {
+            return None;
+        }
+        let factor = along / size;
+        let left = all.chunks(BLOCK).map(sums).map(|(a, b)| (a - factor * b).powi(2));
+        let sd = left.sum::<f64>().sqrt() / size;
+        Some(Steadiness { factor, sd, rough_m: typical(|d| (d.0 + d.1).norm())? })
+    }
+}

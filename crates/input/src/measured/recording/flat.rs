@@ -1,0 +1,79 @@
+//! A recording in the plane, before its points are sorted into contour, coils and bones.
+
+use tongue_core::geometry::Point;
+
+use super::channels::{hold_head, moves_as_a_tongue};
+use super::map::Axis;
+use super::{Format, Map, Recording, RecordingError, Role};
+
+/// Places of all channels in every frame, m.
+pub(super) type Places = Vec<Vec<Option<Point>>>;
+
+/// A recording in metres, with the axis to the back of the head (perhaps reversed) as x and y upwards.
+pub(super) struct Flat<'a> {
+    pub recording: &'a Recording,
+    pub roles: Vec<Role>,
+    /// The channels of the contour, by the numbers at the ends of their names, so that rows of a table may come in any order.
+    pub contour: Vec<usize>,
+    pub places: Places,
+    pub times: Vec<f64>,
+    /// Metres in a unit of the file.
+    pub metres: f64,
+    /// The axis of the file to the back of the head, and whether nobody stated it.
+    pub back: Axis,
+    pub guessed: bool,
+    pub notes: Vec<String>,
+}
+
+impl<'a> Flat<'a> {
+    /// # Errors
+    /// [`RecordingError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no channel is usable.
+    pub fn new(recording: &'a Recording, map: &Map) -> Result<Self, RecordingError> {
+        let wrong =
+            |problem: String| RecordingError::Uninterpreted { recording: recording.name.clone(), problem };
+        if let Some(problem) = map.unknown(&recording.channels) {
+            return Err(wrong(problem));
+        }
+        let ((metres, note), seconds) = (map.metres(recording)?, map.seconds(recording)?);
+        let roles = map.roles(&recording.channels);
+        if !roles.iter().any(|r| matches!(r, Role::Contour | Role::Surface(_) | Role::Coil(_))) {
+            let known = recording.channels.join(", ");
+            return Err(wrong(format!(
+                "no channel is known as a point of the tongue (channels: {known}); name one with --map"
+            )));
+        }
+        let one_plane = recording.samples.iter().flat_map(|s| s.places.iter().flatten()).all(|p| p[0] == 0.0);
+        let (back, up) = map.axes(recording.format, one_plane);
+        let guessed = back.is_none();
+        let usual = if recording.format == Format::Est && one_plane { 1 } else { 0 };
+        let back = back.unwrap_or((usual, 1.0));
+        if back.0 == up.0 {
+            return Err(wrong(
+                "the axes to the back and upwards are the same; give both in a map".to_owned(),
+            ));
+        }
+        let flat = |p: [f64; 3]| Point::new(back.1 * p[back.0], up.1 * p[up.0]) * metres;
+        let mut places: Places =
+            recording.samples.iter().map(|s| s.places.iter().map(|p| p.map(flat)).collect()).collect();
+        let times: Vec<f64> = recording.samples.iter().map(|s| s.time_s * seconds).collect();
+        let references: Vec<usize> = (0..roles.len()).filter(|&c| roles[c] == Role::Reference).collect();
+        if let Some(&tongue) = references.iter().find(|&&r| moves_as_a_tongue(&places, &times, r)) {
+            let name = &recording.channels[tongue];
+            return Err(wrong(format!(
+                "{name} is called a reference in the map, but moves by millimetres within a tenth of a second, as only the tongue, the \
+                 jaw and the lips do; take a point of the head (nose, upper incisor, behind an ear)"
+            )));
+        }
+        hold_head(&mut places, &references);
+        let mut contour: Vec<usize> = (0..roles.len()).filter(|&c| roles[c] == Role::Contour).collect();
+        contour.sort_by_key(|&c| number(&recording.channels[c]));
+        let notes = recording.notes.iter().cloned().chain(note).collect();
+        Ok(Self { recording, roles, contour, places, times, metres, back, guessed, notes })
+    }
+}
+
+/// The number at the end of a name.
+fn number(name: &str) -> u64 {
+    let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    name.get(name.len() - digits..).and_then(|d| d.parse().ok()).unwrap_or(u64::MAX)
+}

@@ -1,0 +1,92 @@
+//! Lips, incisors and coils on the jaw beside coils on the tongue: they tell which way is up and to the front, and which coils are exchanged.
+
+use tongue_core::geometry::Point;
+
+use super::channels::{median_place, median_x};
+use super::dynamics::FEW;
+use super::{Map, names};
+
+/// Differences below this mean nothing, m.
+const APART_M: f64 = 5e-3;
+/// A coil on the jaw is at the lower incisors and in front of the tongue's first coil, which lies behind the tip: it is not farther
+/// behind that one than this, m.
+const BEHIND_M: f64 = 3e-3;
+/// When the tongue is low, its first coil lies at about the height of the lower incisors, 2 to 8 mm above the coil below them; farther
+/// above or below it than this, m, the two are not in one frame.
+const APART_IN_HEIGHT_M: f64 = 15e-3;
+
+/// A recording of coils without a contour, x to the back of the head.
+pub(super) struct Front<'a> {
+    pub channels: &'a [String],
+    pub places: &'a [Vec<Option<Point>>],
+    pub map: &'a Map,
+}
+
+impl Front<'_> {
+    /// Adds what is doubtful to `notes`. `sensors`: the coils on the tongue from the tip backwards; `bones`: those on the jaw.
+    ///
+    /// # Errors
+    /// In words for what is certain.
+    pub fn check(&self, sensors: &[usize], bones: &[usize], notes: &mut Vec<String>) -> Result<(), String> {
+        if let Some(problem) = self.lips(sensors) {
+            return Err(problem);
+        }
+        notes.extend(bones.iter().find_map(|&jaw| self.jaw(*sensors.first()?, jaw)));
+        Ok(())
+    }
+
+    /// The problem of coils that lie in front of lips, incisors and jaw, or of lips that are upside down; those that the map names are
+    /// not judged.
+    fn lips(&self, sensors: &[usize]) -> Option<String> {
+        let place = |c: usize| median_place(self.places, c);
+        let named: Vec<usize> =
+            (0..self.channels.len()).filter(|&c| !self.map.names(&self.channels[c])).collect();
+        let lip = |upper: bool| {
+            let found = named.iter().find(|&&c| names::lip(&self.channels[c]) == Some(upper));
+            found.and_then(|&c| Some((&self.channels[c], place(c)?)))
+        };
+        if let Some(((upper, a), (lower, b))) = lip(true).zip(lip(false))
+            && a.y < b.y - APART_M
+        {
+            let what = format!("{upper} lies below {lower}: the recording is upside down");
+            return Some(format!("{what}; give the axis that grows upwards in a map, such as up = \"-y\""));
+        }
+        let (tip, rear) =
+            (median_x(self.places, *sensors.first()?)?, median_x(self.places, *sensors.last()?)?);
+        let front = named.iter().filter(|&&c| names::is_in_front(&self.channels[c]));
+        let (name, at) = front.filter_map(|&c| Some((&self.channels[c], place(c)?))).next()?;
+        (sensors.len() > 1 && (at.x - tip).abs() > (at.x - rear).abs() + APART_M).then(|| {
+            format!(
+                "{name} is nearer to the rear coil than to the one at the tip: the coils are exchanged, or the axis is; correct their \
+                 names, or back in a map"
+            )
+        })
+    }
+
+    /// The doubt about a coil on the jaw beside the first one on the tongue.
+    fn jaw(&self, first: usize, jaw: usize) -> Option<String> {
+        let (tongue, name) = (&self.channels[first], &self.channels[jaw]);
+        let behind = median_x(self.places, jaw)? - median_x(self.places, first)?;
+        if behind > BEHIND_M && names::is_incisor(name) {
+            return Some(format!(
+                "{name}, a coil on the jaw, lies {:.0} mm behind {tongue}, the first coil on the tongue: the two seem to be exchanged; \
+                 correct their names, or say in a map what they are",
+                behind * 1e3
+            ));
+        }
+        let mut above: Vec<f64> = self.places.iter().filter_map(|f| Some(f[first]?.y - f[jaw]?.y)).collect();
+        above.sort_unstable_by(f64::total_cmp);
+        let (low, high) = (*above.get(above.len() / 10)?, *above.get(above.len() * 9 / 10)?);
+        let wrong = if low > APART_IN_HEIGHT_M { low } else { high };
+        let is_wrong = above.len() >= FEW && (low > APART_IN_HEIGHT_M || high < -APART_IN_HEIGHT_M);
+        is_wrong.then(|| {
+            format!(
+                "{tongue} lies {:.0} mm {} {name}, a coil on the jaw, {}: the coils of tongue and jaw do not seem to be in one frame; \
+                 compare both with a picture, or write \"{name}\" = \"ignore\" into a map",
+                wrong.abs() * 1e3,
+                if wrong > 0.0 { "above" } else { "below" },
+                if wrong > 0.0 { "even where it is lowest" } else { "even where it is highest" }
+            )
+        })
+    }
+}
