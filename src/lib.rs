@@ -299,8 +299,8 @@ pub mod report {
         RepeatsRecord, ReportError, Rows, SectionPicture, SegmentsTable, Series, SimulationRecord,
         SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline, TrackRecord,
         TrackResults, TrackTable, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen,
-        changes, limit_of_plane, outlines, pairs, panels, ridges, solid, status_name, timelines, tongue,
-        valley, views, vowel, wrapped,
+        changes, limit_of_plane, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel,
+        wrapped,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]

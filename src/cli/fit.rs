@@ -209,7 +209,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         files.push(("valley.csv", table));
         files.push(("valley.svg", drawing));
     }
-    let drawn = sampled.as_ref().map(|s| s.files(posture, &tongue.mesh));
+    let drawn = sampled.as_ref().map(|s| s.files(posture));
     let drawn: Vec<(&str, &dyn Export)> =
         drawn.iter().flatten().map(|(name, file)| (*name, file.as_ref())).collect();
     let written = out.export(&[files, drawn].concat(), &by).into_diagnostic()?;

@@ -150,7 +150,8 @@ enum Command {
     /// Build the mesh and report its quality
     Mesh(mesh::Arguments),
     /// The priors of a posterior, as TOML
-    Priors(posterior::PriorsArguments),
+    #[command(after_help = "Example:\n  tongue-fit priors > priors.toml")]
+    Priors,
     /// Validate predictions of muscles that were not fitted, against other ways to predict them
     Validate(validate::Arguments),
     /// Print a script that completes tongue-fit's options in a shell
@@ -207,7 +208,7 @@ pub fn run(words: Vec<OsString>) -> u8 {
         Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
         Some(Command::Lengths(arguments)) => lengths::run(arguments, &cli.global),
         Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
-        Some(Command::Priors(arguments)) => posterior::priors(arguments, &cli.global).map(|()| Outcome::Good),
+        Some(Command::Priors) => posterior::priors(&cli.global).map(|()| Outcome::Good),
         Some(Command::Validate(arguments)) => validate::run(arguments, &cli.global),
         Some(Command::Completions(arguments)) => install::completions(arguments),
     });

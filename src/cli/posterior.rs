@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr};
-use tongue_fit::body::{Body, Mesh};
+use tongue_fit::body::Body;
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
@@ -19,8 +19,6 @@ use super::Global;
 use super::output;
 use super::table::{counted, table};
 
-/// Number of draws whose outlines are drawn.
-const OUTLINES: usize = 60;
 /// Time that a draw takes on one core, s.
 const SECONDS_A_DRAW: f64 = 3.5e-3;
 /// Smallest share that is printed, as a part of one.
@@ -50,22 +48,8 @@ pub struct Arguments {
     joint: bool,
 }
 
-/// Options of `tongue-fit priors`.
-#[derive(Debug, Clone, clap::Args)]
-#[command(
-    after_help = "Examples:\n  tongue-fit priors > priors.toml\n  tongue-fit priors --schema > priors.schema.json"
-)]
-pub struct PriorsArguments {
-    /// Print the JSON schema of a file of priors, with which editors complete it
-    #[arg(long)]
-    schema: bool,
-}
-
 /// Prints the built-in priors.
-pub fn priors(arguments: &PriorsArguments, global: &Global) -> miette::Result<()> {
-    if arguments.schema {
-        return output::print(&output::json(&Priors::schema())?);
-    }
+pub fn priors(global: &Global) -> miette::Result<()> {
     if global.json {
         return output::print(&output::json(&Priors::default())?);
     }
@@ -179,27 +163,10 @@ impl Sampled<'_> {
     }
 
     /// The files of a posture.
-    pub fn files<'s>(&'s self, posture: usize, mesh: &Mesh<2>) -> Vec<(&'static str, Box<dyn Export + 's>)> {
-        let mut files: Vec<(&'static str, Box<dyn Export + 's>)> =
-            vec![("posterior.csv", Box::new(Draws(&self.posterior, posture)))];
-        if let Some(ridges) = self.ridges(posture) {
-            let title = |of: &str| format!("{}: {of}", self.what(posture));
-            files.push(("ridges.svg", Box::new(ridges)));
-            if self.posterior.density.ground.muscles.len() > 1 {
-                let title = title("changes of tensions in pairs, N per metre");
-                files.push(("pairs.svg", Box::new(report::pairs(&self.posterior, posture, &title))));
-            }
-            let shapes = self.posterior.shapes(posture, OUTLINES);
-            files.push((
-                "outlines.svg",
-                Box::new(report::outlines(
-                    mesh,
-                    &shapes,
-                    &title("outlines of draws over the tongue at rest"),
-                )),
-            ));
-        }
-        files
+    pub fn files<'s>(&'s self, posture: usize) -> Vec<(&'static str, Box<dyn Export + 's>)> {
+        let draws: Box<dyn Export + 's> = Box::new(Draws(&self.posterior, posture));
+        let ridges = self.ridges(posture).map(|ridges| ("ridges.svg", Box::new(ridges) as Box<dyn Export>));
+        std::iter::once(("posterior.csv", draws)).chain(ridges).collect()
     }
 
     /// For a terminal: every tension with its intervals; with `-v` also the sources of their variance, and every stretch.

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use miette::IntoDiagnostic;
 
-use tongue_fit::report::{self, Export, Json, Msh, OutputDir, SectionPicture, Vtu};
+use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture, Vtu};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::Workspace;
 use tongue_fit::system::System;
@@ -72,15 +72,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let stretch = arguments.colour_stretch;
         let section = SectionPicture { stretch, ..SectionPicture::new(mesh, positions, &all, palate, title) };
         let picture = report::tongue(&section).into_diagnostic()?;
-        let stresses = system.stresses(positions);
-        let vtu = Vtu::new(mesh, positions, &all).into_diagnostic()?.with_stresses(stresses.clone());
-        let msh = Msh::deformed(mesh, positions, &all).into_diagnostic()?.with_stresses(stresses);
-        let files: [(&str, &dyn Export); 4] = [
-            ("simulation.json", &json),
-            ("tongue.svg", &picture),
-            ("tongue.vtu", &vtu),
-            ("tongue.msh", &msh),
-        ];
+        let vtu =
+            Vtu::new(mesh, positions, &all).into_diagnostic()?.with_stresses(system.stresses(positions));
+        let files: [(&str, &dyn Export); 3] =
+            [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
         written = out.export(&files, &by).into_diagnostic()?;
     }
     output::answer(global, &json, &by, &written, || table::simulation(&record, alarms, &written))?;

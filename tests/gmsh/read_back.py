@@ -39,15 +39,10 @@ def by_gmsh(path):
         for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag):
             elements += sum(len(tags) for tags in gmsh.model.mesh.getElements(dimension, entity)[1])
         groups[gmsh.model.getPhysicalName(dimension, tag)] = elements
-    views = {}
-    for view in gmsh.view.getTags():
-        name = gmsh.view.option.getString(view, "Name")
-        _, tags, values, _, components = gmsh.view.getHomogeneousModelData(view, 0)
-        views[name] = {"tags": len(tags), "components": components, "values": values.tolist()}
     nodes = len(gmsh.model.mesh.getNodes()[0])
     complaints = [line for line in gmsh.logger.get() if line.startswith(("Error", "Warning"))]
     gmsh.finalize()
-    return {"nodes": nodes, "groups": groups, "views": views, "complaints": complaints}
+    return {"nodes": nodes, "groups": groups, "complaints": complaints}
 
 
 def by_opensim_rules(path):

@@ -101,9 +101,8 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
     let mean = rows.iter().map(|r| r[gga].parse::<f64>().unwrap()).sum::<f64>() / rows.len() as f64;
     let told = summary["changes_n"]["GGa"]["mean"].as_f64().unwrap();
     assert!((mean - told).abs() < 1.0, "{mean} {told}");
-    for picture in ["ridges.svg", "pairs.svg", "outlines.svg"] {
-        roxmltree::Document::parse(&files[picture]).unwrap();
-    }
+    roxmltree::Document::parse(&files["ridges.svg"]).unwrap();
+    assert!(!files.contains_key("pairs.svg") && !files.contains_key("outlines.svg"));
 }
 
 #[test]
@@ -227,13 +226,11 @@ fn a_continuum_has_a_posterior_with_its_widths_and_patches_in_it() {
 }
 
 #[test]
-fn the_priors_that_are_printed_are_read_back_and_have_a_schema() {
+fn the_priors_that_are_printed_are_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let priors = text(&run(folder.path(), "priors").stdout);
     let read = tongue_infer::posterior::Priors::from_toml(&priors, "printed").unwrap();
     assert_eq!(read, tongue_infer::posterior::Priors::default());
-    let schema: Value = serde_json::from_slice(&run(folder.path(), "priors --schema").stdout).unwrap();
-    assert_eq!(schema["properties"].as_object().unwrap().len(), 12);
 }
 
 #[test]

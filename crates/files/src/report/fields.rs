@@ -1,4 +1,4 @@
-//! Results on the nodes, cells and muscle connections of a deformed body. All formats write these arrays.
+//! Results on the nodes, cells and muscle connections of a deformed body, for [`super::Vtu`].
 
 use nalgebra::{SMatrix, SVector};
 
@@ -7,9 +7,6 @@ use super::svg::check;
 use tongue_core::body::Mesh;
 use tongue_core::geometry::simplex;
 use tongue_core::material::Stress;
-
-/// Name of the displacement from rest, m, of the nodes.
-pub(super) const DISPLACEMENT: &str = "displacement_m";
 
 /// A shape of a mesh and the tensions of its muscles, which were checked to fit the mesh.
 #[derive(Debug, Clone)]
@@ -20,14 +17,11 @@ pub(super) struct Fields<'a, const D: usize> {
     pub stresses: Vec<Stress<D>>,
 }
 
-/// Values of the cells, of the connections of the muscles (one muscle after another), and of whatever else a
-/// format has.
+/// Values of the cells, then of the connections of the muscles, one muscle after another.
 pub(super) struct Array {
     pub name: &'static str,
     pub components: usize,
-    pub cells: Vec<String>,
-    pub lines: Vec<String>,
-    pub elsewhere: &'static str,
+    pub values: Vec<String>,
 }
 
 impl<'a, const D: usize> Fields<'a, D> {
@@ -38,10 +32,6 @@ impl<'a, const D: usize> Fields<'a, D> {
     ) -> Result<Self, ReportError> {
         check(mesh, positions, tensions)?;
         Ok(Self { mesh, positions, tensions, stresses: Vec::new() })
-    }
-
-    pub fn displacements(&self) -> impl Iterator<Item = SVector<f64, D>> {
-        self.positions.iter().zip(&self.mesh.nodes).map(|(p, rest)| p - rest)
     }
 
     /// Arrays on the cells and lines. Cells are the elements of a continuum, with means over their linear
@@ -76,12 +66,15 @@ impl<'a, const D: usize> Fields<'a, D> {
         let tensions = self.pairs().map(|(muscle, _)| self.tensions[muscle]);
         let [ratio, tension] =
             if D == 2 { ["area_ratio", "tension_n_per_m"] } else { ["volume_ratio", "tension_n"] };
-        let of =
-            |name, components, cells, lines, elsewhere| Array { name, components, cells, lines, elsewhere };
+        let of = |name, components, cells: Vec<String>, lines: Vec<String>| Array {
+            name,
+            components,
+            values: [cells, lines].concat(),
+        };
         let mut all = vec![
-            of(ratio, 1, text(&mut mean(ratios.collect()).into_iter()), same("1", lines), "1"),
-            of("stretch", 1, same("1", count), text(&mut { stretches }), "1"),
-            of(tension, 1, same("0", count), text(&mut { tensions }), "0"),
+            of(ratio, 1, text(&mut mean(ratios.collect()).into_iter()), same("1", lines)),
+            of("stretch", 1, same("1", count), text(&mut { stretches })),
+            of(tension, 1, same("0", count), text(&mut { tensions })),
         ];
         if self.stresses.len() == mesh.cells.len() && !self.stresses.is_empty() {
             let stresses: Vec<Stress<D>> = self.stresses.chunks(parts).map(Stress::mean).collect();
@@ -94,11 +87,11 @@ impl<'a, const D: usize> Fields<'a, D> {
             let pressure = text(&mut stresses.iter().map(Stress::pressure_pa));
             let fibre = text(&mut stresses.iter().zip(fibres).map(along));
             all.extend([
-                of("strain", 9, strain, same(NO_TENSOR, lines), NO_TENSOR),
-                of("cauchy_stress_pa", 9, cauchy, same(NO_TENSOR, lines), NO_TENSOR),
-                of("von_mises_pa", 1, mises, same("0", lines), "0"),
-                of("pressure_pa", 1, pressure, same("0", lines), "0"),
-                of("fibre_stress_pa", 1, fibre, same("0", lines), "0"),
+                of("strain", 9, strain, same(NO_TENSOR, lines)),
+                of("cauchy_stress_pa", 9, cauchy, same(NO_TENSOR, lines)),
+                of("von_mises_pa", 1, mises, same("0", lines)),
+                of("pressure_pa", 1, pressure, same("0", lines)),
+                of("fibre_stress_pa", 1, fibre, same("0", lines)),
             ]);
         }
         all

@@ -58,8 +58,8 @@ pub use staged::{Standstill, discard_unfinished};
 pub use sto::StoTable;
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, Timeline, VowelPicture,
-    animation, animation_of_seen, changes, outlines, pairs, panels, ridges, scatter, solid, timelines,
-    tongue, valley, views, vowel, work_precision, wrapped,
+    animation, animation_of_seen, changes, panels, ridges, scatter, solid, timelines, tongue, valley, views,
+    vowel, work_precision, wrapped,
 };
 pub use told::Told;
 pub use tongue_input::measured::ByMuscle;

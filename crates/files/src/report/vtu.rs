@@ -6,7 +6,7 @@ use nalgebra::SVector;
 
 use super::ReportError;
 use super::export::{Export, Provenance};
-use super::fields::{DISPLACEMENT, Fields};
+use super::fields::Fields;
 use super::svg::escaped;
 use tongue_core::body::Mesh;
 use tongue_core::material::Stress;
@@ -58,7 +58,7 @@ impl<const D: usize> Export for Vtu<'_, D> {
         grid(out, &mesh.nodes, positions, &cells)?;
         writeln!(out, "<CellData Scalars=\"{}\">", arrays[0].name)?;
         for a in arrays {
-            array(out, a.name, "Float64", a.components, a.cells.into_iter().chain(a.lines))?;
+            array(out, a.name, "Float64", a.components, a.values.into_iter())?;
         }
         let numbers =
             mesh.elements().map(|_| "-1".to_owned()).chain(fields.pairs().map(|(m, _)| m.to_string()));
@@ -98,9 +98,9 @@ pub(super) fn grid<const D: usize>(
     });
     array(out, "offsets", "Int64", 1, ends)?;
     array(out, "types", "UInt8", 1, cells.iter().map(|(_, kind)| kind.to_string()))?;
-    writeln!(out, "</Cells>\n<PointData Vectors=\"{DISPLACEMENT}\">")?;
+    writeln!(out, "</Cells>\n<PointData Vectors=\"displacement_m\">")?;
     let moved = positions.iter().zip(rest).map(|(x, rest)| point(&(x - rest)));
-    array(out, DISPLACEMENT, "Float64", 3, moved)?;
+    array(out, "displacement_m", "Float64", 3, moved)?;
     out.write_all(b"</PointData>\n")
 }
 

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::PosteriorError;
@@ -14,7 +13,7 @@ const EVERY: &str = "*";
 
 /// All priors. The defaults were fixed before `tongue-fit validate --posterior` was run and are not tuned on it. The discrepancy and the
 /// scales of the tensions had been found on the same three speakers by marginal likelihood, and the tilt of the hyoid on S1 to S4.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Priors {
     /// Tension F of every muscle in the vowel.
@@ -47,7 +46,7 @@ pub struct Priors {
 macro_rules! priors {
     ($($(#[$doc:meta])* $name:ident { $($(#[$field_doc:meta])* $field:ident: $kind:ty = $default:expr,)* })*) => {$(
         $(#[$doc])*
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields, default)]
         pub struct $name { $($(#[$field_doc])* pub $field: $kind,)* }
 
@@ -247,11 +246,6 @@ impl Priors {
             );
         }
         Ok(())
-    }
-
-    /// The JSON schema of a file of priors.
-    pub fn schema() -> schemars::Schema {
-        schemars::schema_for!(Self)
     }
 
     /// The fixed tension of a muscle in the vowel, N per metre of thickness; `None` where it is unknown.

@@ -36,7 +36,7 @@ pub use contrasts::contrasts;
 #[cfg(feature = "files")]
 pub(super) use muscle_lines::colours;
 pub use muscles::{Panel, panels};
-pub use posterior::{outlines, pairs, ridges};
+pub use posterior::ridges;
 pub use scatter::{Scatter, scatter};
 pub(super) use section::check;
 #[cfg(feature = "files")]

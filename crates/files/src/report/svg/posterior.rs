@@ -1,10 +1,7 @@
-//! Figures of a posterior: ridges of the changes, pairs of changes, and outlines of draws.
+//! Figure of a posterior: ridges of the changes.
 
-use nalgebra::SVector;
-
-use super::axes::{BELOW, Bounds, LEFT, View, ticks};
+use super::axes::ticks;
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, WIDTH, closed};
-use tongue_core::body::Mesh;
 use tongue_infer::posterior::{Posterior, Quantiles};
 use tongue_input::measured::muscles::Muscles;
 
@@ -16,10 +13,6 @@ const NAMES: f64 = 90.0;
 const ODDS: f64 = 120.0;
 /// Number of points of a curve.
 const POINTS: usize = 160;
-/// Maximum number of points of a cloud.
-const CLOUD: usize = 400;
-/// Maximum number of muscles in pairs.
-const MOST_PAIRED: usize = 5;
 /// Fill without a colour of its own.
 const SHADE: &str = "#bbbbbb";
 
@@ -119,115 +112,4 @@ fn density(values: &[f64], low: f64, high: f64) -> Vec<f64> {
         each.map(|(c, count)| count * (-0.5 * ((x - middle(c)) / width).powi(2)).exp()).sum()
     };
     (0..POINTS).map(|i| height(at(i))).collect()
-}
-
-fn inner([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
-    let room = 0.15 * (high - low);
-    ticks(low..=high).into_iter().filter(move |v| (low + room..=high - room).contains(v)).step_by(3)
-}
-
-/// Pairs of changes of the muscles that are surest to rise or fall.
-pub fn pairs(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
-    let names = &posterior.density.ground.muscles;
-    let all: Vec<Vec<f64>> = (0..names.len()).map(|m| changes(posterior, posture, m)).collect();
-    let mut shown: Vec<usize> = (0..names.len()).collect();
-    shown.sort_by(|a, b| (rises(&all[*b]) - 0.5).abs().total_cmp(&(rises(&all[*a]) - 0.5).abs()));
-    shown.truncate(MOST_PAIRED);
-    shown.sort_unstable();
-    let listed: Vec<&str> = shown.iter().map(|&m| names[m].as_str()).collect();
-    let description =
-        format!("Changes of tensions from the baseline in pairs, N per metre: {}.", listed.join(", "));
-    let (mut svg, top) = Svg::new(title, &description, WIDTH);
-    let count = shown.len().max(2) - 1;
-    let (left, gap) = (LEFT, 12.0);
-    let side = (WIDTH - left - MARGIN - gap * (count - 1) as f64) / count as f64;
-    let range = |m: usize| {
-        let s = Quantiles::of(all[m].iter().copied());
-        let room = 0.35 * (s.interval_95[1] - s.interval_95[0]).max(1.0);
-        [s.interval_95[0] - room, s.interval_95[1] + room]
-    };
-    let step = posterior.draws.len().div_ceil(CLOUD).max(1);
-    for row in 1..shown.len() {
-        for column in 0..row {
-            let (a, b) = (shown[column], shown[row]);
-            let corner =
-                [left + (side + gap) * column as f64, top + MARGIN + (side + gap) * (row - 1) as f64];
-            let (horizontal, vertical) = (range(a), range(b));
-            let part = |v: f64, [low, high]: [f64; 2]| (v - low) / (high - low);
-            let place = |u: f64, v: f64| {
-                [corner[0] + side * part(u, horizontal), corner[1] + side * (1.0 - part(v, vertical))]
-            };
-            let inside = |u: f64, r: [f64; 2]| (r[0]..=r[1]).contains(&u);
-            svg.rectangle(corner, [corner[0] + side, corner[1] + side], "none", Some(RULE));
-            if inside(0.0, horizontal) {
-                svg.line(place(0.0, vertical[0]), place(0.0, vertical[1]), RULE, 1.5);
-            }
-            if inside(0.0, vertical) {
-                svg.line(place(horizontal[0], 0.0), place(horizontal[1], 0.0), RULE, 1.5);
-            }
-            let cloud = all[a].iter().zip(&all[b]).step_by(step);
-            let cloud = cloud.filter(|(u, v)| inside(**u, horizontal) && inside(**v, vertical));
-            let dots: String = cloud
-                .map(|(u, v)| {
-                    let [x, y] = place(*u, *v);
-                    format!("M{x:.1} {y:.1}h0")
-                })
-                .collect();
-            svg.element(
-                "path",
-                format_args!("d=\"{dots}\" fill=\"none\" stroke=\"#0072b2\" stroke-opacity=\"0.5\" stroke-width=\"4\" stroke-linecap=\"round\""),
-            );
-            let label = |v: f64| format!("{v:.0}").replace('-', "\u{2212}");
-            if column == 0 {
-                svg.upright_text([left - 70.0, corner[1] + 0.5 * side], &names[b]);
-                for value in inner(vertical) {
-                    svg.text(
-                        [left - 8.0, place(horizontal[0], value)[1]],
-                        Anchor::End,
-                        Face::Plain,
-                        &label(value),
-                    );
-                }
-            }
-            if row + 1 == shown.len() {
-                for value in inner(horizontal) {
-                    let [x, y] = place(value, vertical[0]);
-                    svg.text([x, y + 20.0], Anchor::Middle, Face::Plain, &label(value));
-                }
-                svg.text(
-                    [corner[0] + 0.5 * side, corner[1] + side + 52.0],
-                    Anchor::Middle,
-                    Face::Plain,
-                    &names[a],
-                );
-            }
-        }
-    }
-    svg.finish(top + MARGIN + (side + gap) * count as f64 + 72.0)
-}
-
-/// The outlines of shapes (positions of all nodes of `mesh`, m) over that of the body at rest.
-pub fn outlines(mesh: &Mesh<2>, shapes: &[Vec<SVector<f64, 2>>], title: &str) -> Svg {
-    let loops: Vec<Vec<usize>> =
-        mesh.outlines().into_iter().map(|l| l.iter().copied().chain(l.first().copied()).collect()).collect();
-    let nodes = || loops.iter().flatten().copied();
-    let all = shapes.iter().chain(std::iter::once(&mesh.nodes));
-    let bounds = all.map(|x| Bounds::of(nodes().map(|n| &x[n]))).reduce(Bounds::with);
-    let bounds = bounds.unwrap_or(Bounds { low: [0.0; 2], high: [1e-2; 2] }).outwards(2e-3, 5e-3).paged();
-    let description = format!("Outlines of {} draws; grey: the tongue at rest.", shapes.len());
-    let (mut svg, top) = Svg::new(title, &description, WIDTH);
-    let view = View::new(bounds, [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
-    let chains = || loops.iter().map(Vec::as_slice);
-    svg.fill(&view.path(&mesh.nodes, chains()), "#e4e4e4");
-    for shape in shapes {
-        svg.element(
-            "path",
-            format_args!(
-                "d=\"{}\" fill=\"none\" stroke=\"#d55e00\" stroke-opacity=\"0.35\" stroke-width=\"1.6\"",
-                view.path(shape, chains())
-            ),
-        );
-    }
-    view.axes(&mut svg, ["mm, towards the back", "mm, upwards"]);
-    svg.finish(view.end()[1] + BELOW)
 }
