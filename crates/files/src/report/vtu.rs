@@ -58,7 +58,7 @@ impl<const D: usize> Export for Vtu<'_, D> {
         grid(out, &mesh.nodes, positions, &cells)?;
         writeln!(out, "<CellData Scalars=\"{}\">", arrays[0].name)?;
         for a in arrays {
-            array(out, a.name, "Float64", a.components, a.values.into_iter())?;
+            array(out, a.name, "Float64", a.components, a.values)?;
         }
         let numbers =
             mesh.elements().map(|_| "-1".to_owned()).chain(fields.pairs().map(|(m, _)| m.to_string()));
