@@ -305,7 +305,7 @@ pub mod report {
     #[cfg(feature = "files")]
     #[doc(inline)]
     pub use tongue_files::report::{
-        OutputDir, PageBody, PageTable, TonguePage, TrackPage, discard_unfinished, fixed, write,
+        Clean, OutputDir, PageBody, PageTable, TonguePage, TrackPage, discard_unfinished, fixed, write,
     };
 
     #[cfg(feature = "files")]

@@ -95,7 +95,7 @@ def test_a_scene_may_be_a_dict_and_a_table_a_frame() -> None:
         (lambda: tf.sound(tension={"GGa": -3}), "-3"),
         (lambda: tf.sound(vowle="a"), "--vowle"),
         (lambda: tf.sound(vowel=object()), "vowel must be"),
-        (lambda: tf.scene({"title": 1}), "invalid type"),
+        (lambda: tf.scene({"title": 1}), "wrong kind of value"),
         (lambda: tf.scene({"title": {"x": float("nan")}}), "title.x"),
         (lambda: tf.scene("nothing.toml"), "nothing.toml"),
         (lambda: tf.track("nothing.csv"), "nothing.csv"),

@@ -5,7 +5,6 @@ mod batch;
 mod body;
 mod body_file;
 mod choice;
-mod clean;
 mod dimension;
 mod fit;
 mod fit_muscles;

@@ -9,10 +9,9 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
-use tongue_fit::report::{Export, OutputDir, Provenance};
+use tongue_fit::report::{Clean, Export, OutputDir, Provenance};
 
 use super::Global;
-use super::clean::Clean;
 
 /// Amount of output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

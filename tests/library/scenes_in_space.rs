@@ -63,7 +63,7 @@ fn surgery_in_a_scene_is_that_of_simulate_with_the_loads_of_the_scene() {
             format!("{space}[surgery]\noperate = [\"ball:0,0,0,12\"]\nfilling = \"removed\"\n"),
             "may not remove a bone",
         ),
-        (format!("{space}[surgery]\noperate = [\"GGP_L\"]\n"), "missing field `filling`"),
+        (format!("{space}[surgery]\noperate = [\"GGP_L\"]\n"), "there is no value for `filling`"),
         (format!("{space}[surgery]\noperate = []\nfilling = \"flap\"\n"), "no region is given"),
         (
             format!("{space}[surgery]\noperate = [\"ball:1,2\"]\nfilling = \"flap\"\n"),

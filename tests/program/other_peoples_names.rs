@@ -36,6 +36,12 @@ fn escapes_in_names_are_shown_and_not_obeyed() {
     let (status, printed) = run(folder.path(), TRACK);
     assert_eq!(status, Some(0), "{printed}");
     assert!(printed.contains("o\\u001b]0;title\\u0007ne: the hyoid was never seen"), "{printed}");
+    for file in fs::read_dir(folder.path().join("track")).unwrap() {
+        let file = file.unwrap().path();
+        assert!(!fs::read(&file).unwrap().contains(&0x1b), "{}", file.display());
+    }
+    let csv = fs::read_to_string(folder.path().join("track/track.csv")).unwrap();
+    assert!(csv.contains("o\\u001b]0;title\\u0007ne"), "{csv}");
     // JSON contains the name itself.
     let (_, printed) = run(folder.path(), &format!("{TRACK} --json 2>/dev/null | cat"));
     assert!(!printed.contains(['\u{1b}', '\u{7}']), "{printed}");

@@ -1,4 +1,4 @@
-//! Values from TOML, and what is wrong with a text at which line and column.
+//! Values from TOML and JSON, and what is wrong with a text at which line and column.
 
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error as _};
 
@@ -27,8 +27,28 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, Misread> {
     toml::from_str(text).map_err(|error| {
         let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
-        Misread { line, column, problem: error.message().to_owned() }
+        Misread { line, column, problem: plain(error.message()) }
     })
+}
+
+/// A message of serde in the words of this program.
+pub fn plain(message: &str) -> String {
+    const WORDS: [(&str, &str); 9] = [
+        ("invalid type: ", "there is a wrong kind of value, "),
+        ("invalid value: ", "there is a wrong value, "),
+        ("invalid length ", "there is a wrong number of values, "),
+        ("missing field ", "there is no value for "),
+        ("duplicate field ", "there are two values for "),
+        ("EOF while parsing ", "the text ends too early, within "),
+        ("expected value", "there is no value that can be read"),
+        ("trailing characters", "there is more text after the end"),
+        ("key must be a string", "a name must be in double quotes"),
+    ];
+    let serde = WORDS.iter().find_map(|(of_serde, ours)| Some((message.strip_prefix(of_serde)?, ours)));
+    match serde {
+        Some((rest, ours)) => format!("{ours}{}", rest.replace(", expected ", "; needed is ")),
+        None => message.to_owned(),
+    }
 }
 
 /// The line and the column in characters, both from 1, of a byte of a text.
@@ -47,6 +67,8 @@ mod tests {
         let read = |text: &str| read::<std::collections::BTreeMap<String, f64>>(text).unwrap_err();
         let Misread { line, column, problem } = read("a = 1.0\n\"ä\" = x\n");
         assert_eq!((line, column), (2, 7), "{problem}");
+        let Misread { problem, .. } = read("a = true");
+        assert_eq!(problem, "there is a wrong kind of value, boolean `true`; needed is f64");
         assert_eq!(line_and_column("ä\nb", 3), (2, 1));
     }
 }

@@ -5,8 +5,12 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::ReportError;
+use super::clean::Clean;
 use super::export::{Export, Provenance};
 use super::staged::{Staged, persist};
+
+/// Endings of files of text, in which control characters are escaped.
+const TEXT: [&str; 8] = ["csv", "html", "json", "md", "pvd", "sto", "svg", "vtu"];
 
 /// A folder that can be written to.
 ///
@@ -77,7 +81,12 @@ impl OutputDir {
                 return Err(fail(io::ErrorKind::IsADirectory.into()));
             }
             let mut file = BufWriter::new(Staged::begin(&self.path).map_err(fail)?);
-            write(&mut file).map_err(fail)?;
+            let ending = path.extension().and_then(|e| e.to_str());
+            match ending.is_some_and(|e| TEXT.contains(&e)) {
+                true => write(&mut Clean::new(&mut file)),
+                false => write(&mut file),
+            }
+            .map_err(fail)?;
             let mut staged = file.into_inner().map_err(|e| fail(e.into_error()))?;
             staged.close();
             ready.push((staged, path));

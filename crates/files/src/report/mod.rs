@@ -7,6 +7,8 @@
 pub mod batch;
 mod by_muscle;
 mod cells;
+#[cfg(feature = "files")]
+mod clean;
 pub mod column;
 mod csv;
 mod draws;
@@ -39,6 +41,8 @@ mod valley_record;
 mod vtu;
 mod wav;
 
+#[cfg(feature = "files")]
+pub use clean::Clean;
 pub use csv::{Rows, Table};
 pub use draws::Draws;
 pub use error::ReportError;

@@ -27,6 +27,7 @@ use serde::{Deserialize, Serialize};
 use crate::track::Followed;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
+use tongue_core::toml_text::plain;
 use tongue_input::measured::recording::AlignedRecording;
 
 /// The point of a bone that recordings mark: the foremost of its nodes, m. For the hyoid the anterior hyoglossus begins there.
@@ -75,7 +76,7 @@ impl Adaptation {
             #[serde(default)]
             adaptation: Option<Adaptation>,
         }
-        let found = serde_json::from_str::<File>(text).map_err(|e| e.to_string())?.adaptation;
+        let found = serde_json::from_str::<File>(text).map_err(|e| plain(&e.to_string()))?.adaptation;
         let Some(found) = found else { return Ok(None) };
         if !found.marks_m.values().flatten().chain(found.coils_m.values()).all(|m| m.is_finite()) {
             return Err(

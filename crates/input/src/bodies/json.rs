@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize, Serializer};
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, BodyError, Bone, Cells, Mesh, MuscleChain, Quality};
 use tongue_core::system::{self, Model, SystemError};
+use tongue_core::toml_text::plain;
 
 /// Values by name, serialised as an object in their order.
 struct ByName<T>(Vec<(String, T)>);
@@ -93,8 +94,9 @@ struct ConnectionText {
 /// [`BodyError::File`] if the text has another format or the mesh is inconsistent.
 pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
     let wrong = |problem: String| BodyError::File { file: file.to_owned(), problem };
-    let text: MeshText = serde_json::from_str(text)
-        .map_err(|e| wrong(format!("is not as `tongue-fit mesh --json` prints it: {e}")))?;
+    let text: MeshText = serde_json::from_str(text).map_err(|e| {
+        wrong(format!("is not as `tongue-fit mesh --json` prints it: {}", plain(&e.to_string())))
+    })?;
     if text.triangles.is_empty() {
         let problem = "has no triangles, so there is no tissue; list them under \"triangles\"";
         return Err(wrong(problem.to_owned()));

@@ -1,4 +1,4 @@
-//! Removes terminal commands from the output, since names in tables and recordings are other people's.
+//! Removes terminal commands from text on the terminal and in files, since names in tables and recordings are other people's.
 
 use std::io::{self, Write};
 
@@ -20,6 +20,11 @@ impl<W: Write> Clean<W> {
 
 impl<W: Write> Write for Clean<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let is_plain = |b: &u8| matches!(b, b' '..=b'~' | b'\n' | b'\t');
+        if self.begun.is_empty() && bytes.iter().all(is_plain) {
+            self.out.write_all(bytes)?;
+            return Ok(bytes.len());
+        }
         let mut all = std::mem::take(&mut self.begun);
         all.extend_from_slice(bytes);
         let mut passed = Vec::with_capacity(all.len());
