@@ -14,6 +14,8 @@ use super::{Format, Label, Map, Recording, RecordingError, Role, names};
 
 /// Ends of a contour whose heights differ by less are level, m: the first point is then taken for the root.
 const LEVEL_M: f64 = 1e-3;
+/// Fewer points do not show which end is at the root.
+const FEWEST_OF_ARCH: usize = 4;
 const REVERSED: &str =
     "the contour runs from the tip to the root (its lower end is the root), and was turned round";
 
@@ -158,8 +160,9 @@ impl AlignedRecording {
         };
         let by_bones =
             contour.first().and_then(nearer_to_spine).zip(contour.last().and_then(nearer_to_spine));
-        let is_reversed =
-            rise.is_some_and(|rise| rise.y < -LEVEL_M) && by_bones.is_none_or(|(first, last)| first < last);
+        let is_reversed = contour.len() >= FEWEST_OF_ARCH
+            && rise.is_some_and(|rise| rise.y < -LEVEL_M)
+            && by_bones.is_none_or(|(first, last)| first < last);
         if is_reversed {
             contour.reverse();
             notes.push(REVERSED.to_owned());
