@@ -57,6 +57,8 @@ fn rests<const D: usize>(system: &System<D>) -> Result<(), TestCaseError> {
     let tensions = vec![0.0; system.muscle_count()];
     let s = solve(system, &mut workspace, &tensions, &SolveSettings::default());
     prop_assert_eq!(s.status, SolveStatus::Converged);
+    let moved = tongue_core::body::largest_distance(workspace.positions(), system.rest());
+    prop_assert!(moved < 1e-9, "{moved:e} m");
     for muscle in 0..system.muscle_count() {
         let stretch = system.length(workspace.positions(), muscle) / system.length(system.rest(), muscle);
         prop_assert!((stretch - 1.0).abs() < 1e-9, "muscle {muscle}: {stretch}");

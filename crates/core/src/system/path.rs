@@ -33,6 +33,8 @@ pub struct StraightPath {
     rest_up_to: Vec<f64>,
     /// At each node, the compliance up to there, m/N.
     compliance_up_to: Vec<f64>,
+    /// Whether the mesh draws it bent.
+    is_bent: bool,
 }
 
 impl StraightPath {
@@ -44,6 +46,10 @@ impl StraightPath {
     /// The nodes between the ends.
     pub fn inner_nodes(&self) -> impl Iterator<Item = usize> + '_ {
         self.nodes[1..self.nodes.len() - 1].iter().copied()
+    }
+
+    pub fn is_bent(&self) -> bool {
+        self.is_bent
     }
 
     /// Spring constant of the series, N/m.
@@ -111,7 +117,8 @@ pub fn find<const D: usize>(mesh: &Mesh<D>, stiffness: &[f64]) -> Vec<StraightPa
         for stop in stops.windows(2).filter(|s| s[1] - s[0] > 1) {
             let nodes = muscle.nodes[stop[0]..=stop[1]].to_vec();
             let (mut rest, mut compliance) = (0.0, 0.0);
-            let mut path = StraightPath { nodes, rest_up_to: vec![0.0], compliance_up_to: vec![0.0] };
+            let mut path =
+                StraightPath { nodes, rest_up_to: vec![0.0], compliance_up_to: vec![0.0], is_bent: false };
             for pair in path.nodes.windows(2) {
                 let key = topology::pair(pair[0], pair[1]);
                 rest += (mesh.nodes[pair[1]] - mesh.nodes[pair[0]]).norm();
@@ -120,7 +127,8 @@ pub fn find<const D: usize>(mesh: &Mesh<D>, stiffness: &[f64]) -> Vec<StraightPa
                 path.compliance_up_to.push(compliance);
             }
             let straight = mesh.distance(path.ends());
-            if rest > (1.0 + BENT) * straight {
+            path.is_bent = rest > (1.0 + BENT) * straight;
+            if path.is_bent {
                 path.rest_up_to.iter_mut().for_each(|up_to| *up_to *= straight / rest);
             }
             if !paths.iter().any(|p| p.nodes == path.nodes) {
