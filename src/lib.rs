@@ -247,8 +247,8 @@ pub mod measured {
         //! Recordings of moving tongues.
         #[doc(inline)]
         pub use tongue_input::measured::recording::{
-            AlignedRecording, Fault, FaultKind, Format, Map, Mark, Recording, RecordingError, doubts,
-            is_coil, other_size, palate_doubt, screen,
+            AlignedRecording, Doubt, Fault, FaultKind, Format, Map, Mark, Recording, RecordingError,
+            Severity, doubts, is_coil, other_size, palate_doubt, screen,
         };
     }
 

@@ -70,7 +70,7 @@ struct Record {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = Given::read(&arguments.body)?;
     let basis = given.basis(&arguments.body, arguments.prior.settings()?);
-    let (mut notes, mut is_whole) = (Vec::new(), true);
+    let (mut notes, mut is_whole, mut implausible) = (Vec::new(), true, None);
     let (mut speaker, seen) = match &arguments.landmarks {
         Some(path) => {
             let map = arguments.recordings.map()?;
@@ -97,6 +97,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             let (recordings, left_out) = arguments.recordings.read(None)?;
             recording_checks::check_points(&recordings, &given.body)?;
             is_whole = left_out.is_empty();
+            implausible = recording_checks::with_implausible(&recordings, None);
             notes = left_out;
             notes.extend(recording_checks::notes(&recordings, &given.body, &[]));
             let palate = recordings.iter().find_map(|r| r.palate.as_deref());
@@ -116,7 +117,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     speaker.notes.extend(recording_checks::check_scale(speaker.similarity.scale())?);
     let out = global.folder("results/speaker")?;
-    let doubts = speaker.doubts(&given.body);
+    let mut doubts = speaker.doubts(&given.body);
+    doubts.extend(implausible);
     let mut record = Record { doubts: doubts.clone(), ..record(&speaker, &given.body) };
     let said = text(&record);
     record.notes.extend(notes);

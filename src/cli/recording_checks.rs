@@ -120,6 +120,15 @@ pub fn left_out(recordings: &[Screened], results: &[RecordingResult]) -> Vec<Str
     out
 }
 
+/// Why results cannot be trusted: the given reason, and the recordings whose notes say so.
+pub fn with_implausible(recordings: &[Screened], reason: Option<String>) -> Option<String> {
+    let names: Vec<&str> =
+        recordings.iter().filter(|r| !r.is_trusted).map(|r| r.seen.name.as_str()).collect();
+    let implausible = (!names.is_empty())
+        .then(|| format!("recordings cannot be trusted for what is noted of them: {}", names.join("; ")));
+    implausible.into_iter().chain(reason).reduce(|all, next| format!("{all}; {next}"))
+}
+
 /// Largest plausible motion of a bone in speech, m.
 const FARTHEST_BONE_M: f64 = 20e-3;
 

@@ -7,7 +7,7 @@ use tongue_fit::adapt::{Adaptation, Basis};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
-    AlignedRecording, Fault, Format, Map, Recording, doubts, other_size, palate_doubt, screen,
+    AlignedRecording, Fault, Format, Map, Recording, Severity, doubts, other_size, palate_doubt, screen,
 };
 use tongue_fit::track::TrackSettings;
 
@@ -100,6 +100,8 @@ pub struct Screened {
     pub faults: Vec<Vec<Fault>>,
     /// The given palate in the frame of the body, m.
     pub palate: Option<Vec<Point>>,
+    /// Whether no note says that its results cannot be trusted.
+    pub is_trusted: bool,
 }
 
 impl Arguments {
@@ -178,10 +180,11 @@ impl Arguments {
             let name = || format!("{}, {}", file.display(), seen.name);
             let mut told = doubts(&seen);
             told.extend(own.as_deref().and_then(|p| palate_doubt(&seen, p)));
-            if let Some(doubt) = told.iter().find(|d| d.refused) {
+            if let Some(doubt) = told.iter().find(|d| d.is_refused()) {
                 left_out.push(format!("{}: {}", name(), doubt.said));
                 continue;
             }
+            let is_trusted = told.iter().all(|d| d.severity < Severity::Untrusted);
             seen.notes.extend(told.into_iter().map(|d| d.said));
             let faults = screen(&mut seen, own.as_deref().or(palate));
             // Names distinguish recordings in every output.
@@ -199,7 +202,7 @@ impl Arguments {
                     list(&seen.ignored)
                 )
             });
-            all.push(Screened { seen, faults, palate: own });
+            all.push(Screened { seen, faults, palate: own, is_trusted });
         }
         if let Some(why) = left_out.first().filter(|_| all.is_empty()) {
             return Err(miette!("{why}"));

@@ -200,6 +200,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     notes.splice(0..0, left_out.iter().cloned());
     notes.extend(recording_checks::left_out(&recordings, &results));
     let untrusted = untrusted(&results, &mut notes);
+    let untrusted = recording_checks::with_implausible(&recordings, untrusted);
     let outcome = Outcome::of_reason(untrusted.clone());
     let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
     let frames: Vec<&Tracked> = results.iter().flat_map(|one| &one.frames).collect();

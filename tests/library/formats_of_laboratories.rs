@@ -158,6 +158,43 @@ fn rows_of_several_labels_are_brought_into_the_order_of_time() {
 }
 
 #[test]
+fn a_blank_spline_is_not_seen_and_rounded_repeats_of_a_row_are_one_frame() {
+    // The second row ends before the spline, and the file goes on.
+    let text = format!("{AAA}s\td\t0.01\tpa\tx\t1\t2\t3\t4\ns\td\t0.02\tpa\tx\ns\td\t0.03\tpa\tx\t1\t2\t3\n");
+    let found = &read(text.as_bytes(), "a.tsv")[0];
+    let shown: Vec<usize> = found.samples.iter().map(|s| s.places.iter().flatten().count()).collect();
+    assert_eq!(shown, [2, 0, 1]);
+    assert!(
+        found.notes[0].contains("2 rows of a.tsv") && found.notes[0].contains("line 3"),
+        "{:?}",
+        found.notes
+    );
+    // The row that two labels share is interpolated anew for each.
+    let row = |time: f64, label: &str, x: f64| format!("s\td\t{time}\tpa\t{label}\t{x}\t2\t3\t4\n");
+    for (later, moved) in [(0.0, 0.003), (3e-6, 0.0), (3e-6, 0.003)] {
+        let text = [
+            row(0.01, "a", 1.0),
+            row(0.02, "a", 2.0),
+            row(0.02 + later, "b", 2.0 + moved),
+            row(0.03, "b", 3.0),
+        ];
+        let found = &read(format!("{AAA}{}", text.concat()).as_bytes(), "a.tsv")[0];
+        assert_eq!((found.samples.len(), found.labels.len()), (3, 3), "{:?}", found.labels);
+    }
+    let zero = [row(0.0, "a", 1.0), row(0.0, "a", 2.0), row(0.0, "a", 3.0)].concat();
+    let told = refused(format!("{AAA}{zero}").as_bytes(), "a.tsv");
+    assert!(
+        told.starts_with("a.tsv:4:") && told.contains("all 3 rows of this recording have the time 0 s"),
+        "{told}"
+    );
+    // An empty spline has X0 and Y1 alone.
+    let odd = AAA.replace("\tX0 DLC_Tongue", "\tX0 Palate\tY1 Palate\tX0 DLC_Tongue");
+    let text = |palate: &str| format!("{odd}s\td\t0.01\tpa\tx\t{palate}\t\t1\t2\t3\t4\n");
+    assert_eq!(read(text("").as_bytes(), "a.tsv")[0].channels, ["tongue_0", "tongue_1"]);
+    assert!(refused(text("5").as_bytes(), "a.tsv").starts_with("a.tsv:2:6: "), "a value is not dropped");
+}
+
+#[test]
 fn truncated_tables_of_aaa_are_refused() {
     let whole = format!(
         "{AAA}s\td\t0.01\tpa\tx\t10.55\t20.55\t30.25\t40.25\ns\td\t0.02\tpa\tx\t10.55\t20.55\t30.25\t40.25"

@@ -30,6 +30,7 @@ mod patch_tests;
 mod posterior;
 mod posterior_geometry;
 mod properties_of_random_bodies;
+mod recordings_are_plausible;
 mod recordings_are_read;
 mod runs_are_plain_structs;
 mod scenes_in_space;

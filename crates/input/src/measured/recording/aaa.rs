@@ -43,7 +43,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             "export the time of the sample in the recording, as a table separated by tabs with a header",
         )
     })?;
-    let points = points(&header, start)?;
+    let (points, alone) = points(&header, start)?;
     let of_recording: Vec<usize> =
         OF_RECORDING.iter().filter_map(|word| header.iter().position(|h| h.starts_with(word))).collect();
 
@@ -56,13 +56,17 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         is_of_annotation(&header[time]),
         header.iter().any(|h| h.starts_with(OF_RECORDING[0])),
     );
+    let mut short: Vec<u64> = Vec::new();
+    let last_line = if text.ends_with('\n') { 0 } else { text.lines().count() as u64 };
     for record in reader.records() {
         let record = record.map_err(broken)?;
         if record.iter().all(str::is_empty) {
             continue;
         }
         let at = Place { line: record.position().map_or(1, csv::Position::line), ..start };
-        if record.len() <= last_column {
+        if record.len() <= last_column && record.len() > time && at.line != last_line {
+            short.push(at.line);
+        } else if record.len() <= last_column {
             let what = format!("the line has {} fields where the header has {}", record.len(), header.len());
             return Err(at.at_column(record.len()).error(what, "the file is cut off; export it anew"));
         }
@@ -70,10 +74,15 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let places = points
             .iter()
             .map(|p| {
-                let value = |field: usize| value(&record[field], &p.name, at.at_column(field + 1));
+                let cell = |field: usize| record.get(field).unwrap_or_default();
+                let value = |field: usize| value(cell(field), &p.name, at.at_column(field + 1));
                 Ok(value(p.x)?.zip(value(p.y)?).map(|(x, y)| [x, y, 0.0]))
             })
             .collect::<Result<Vec<_>, Malformed>>()?;
+        if let Some(x) = alone.iter().find(|x| !is_missing(record.get(**x).unwrap_or_default())) {
+            let what = format!("{:?} has a value, but no column for y beside it", &header[*x]);
+            return Err(at.at_column(x + 1).error(what, "export both, or leave the spline out"));
+        }
         let key: Vec<String> =
             of_recording.iter().map(|f| record.get(*f).unwrap_or_default().to_owned()).collect();
         let number = rows.add(key, time_s, places, at)?;
@@ -86,7 +95,14 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     if let Some(fault) = cut_in_a_number(&text, start) {
         return Err(fault);
     }
-    rows.recordings(Format::Aaa, start)
+    let mut found = rows.recordings(Format::Aaa, start)?;
+    if let (Some(line), Some(first)) = (short.first(), found.first_mut()) {
+        first.notes.push(format!(
+            "{} rows of {origin} end before the last column (the first is line {line}); the points that they lack count as not seen",
+            short.len()
+        ));
+    }
+    Ok(found)
 }
 
 /// Whether the times of a column begin again with every annotation.
@@ -217,16 +233,27 @@ impl Rows {
         Ok(number)
     }
 
-    /// The recordings, each sorted by time. A row repeated for several labels is taken once.
+    /// The recordings, each sorted by time. A row repeated for several labels is taken once, although AAA may interpolate its time and its
+    /// coordinates anew for each.
     pub fn recordings(self, format: Format, start: Place<'_>) -> Result<Vec<Recording>, Malformed> {
         let mut out: Vec<Recording> = Vec::new();
         for Found { key, mut rows, labels } in self.found {
             rows.sort_by(|a, b| a.1.time_s.total_cmp(&b.1.time_s));
+            if let [(_, first), .., (line, last)] = &rows[..]
+                && first.time_s == last.time_s
+                && rows.iter().any(|(_, s)| !is_same(s, first))
+            {
+                let what =
+                    format!("all {} rows of this recording have the time {} s", rows.len(), first.time_s);
+                let help = "export the column \"Time of sample in recording\" anew, in seconds, and where the rows are of several recordings the \
+                            date and time of each";
+                return Err(Place { line: *line, ..start }.error(what, help));
+            }
             let mut samples: Vec<Sample> = Vec::with_capacity(rows.len());
             let mut last_line = 0;
             for (line, sample) in rows {
                 match samples.last() {
-                    Some(last) if last.time_s == sample.time_s && last.places == sample.places => {}
+                    Some(last) if is_same(last, &sample) => {}
                     Some(last) if last.time_s >= sample.time_s => {
                         let at = Place { line, ..start };
                         let what = format!(
@@ -260,9 +287,22 @@ impl Rows {
     }
 }
 
-/// The pairs `X3 SPLINE`, `Y3 SPLINE` of the header. A point shared by two splines is taken once.
-fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Vec<Columns>, Malformed> {
+/// Whether two samples are of one frame: at the same time and place but for rounding.
+fn is_same(a: &Sample, b: &Sample) -> bool {
+    const TIME_S: f64 = 5e-4;
+    const PLACE_MM: f64 = 0.1;
+    let near = |(p, q): (&Option<[f64; 3]>, &Option<[f64; 3]>)| match (p, q) {
+        (Some(p), Some(q)) => (0..3).all(|i| (p[i] - q[i]).abs() <= PLACE_MM),
+        _ => p == q,
+    };
+    (a.time_s - b.time_s).abs() <= TIME_S && a.places.iter().zip(&b.places).all(near)
+}
+
+/// The pairs `X3 SPLINE`, `Y3 SPLINE` of the header, and the columns `X0 SPLINE` without one, as AAA writes them for an empty spline. A point
+/// shared by two splines is taken once.
+fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<(Vec<Columns>, Vec<usize>), Malformed> {
     let mut points: Vec<Columns> = Vec::new();
+    let mut alone: Vec<usize> = Vec::new();
     let mut names: BTreeSet<String> = BTreeSet::new();
     // The first column of each title; a header may have a million.
     let mut columns: BTreeMap<&str, usize> = BTreeMap::new();
@@ -277,16 +317,17 @@ fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Vec<Columns>, 
             continue;
         }
         let other = format!("Y{number} {spline}");
-        let y = columns.get(other.as_str()).copied().ok_or_else(|| {
-            start.at_column(x + 1).error(format!("{title:?} has no {other:?} beside it"), "export both")
-        })?;
+        let Some(&y) = columns.get(other.as_str()) else {
+            alone.push(x);
+            continue;
+        };
         let name = name_of(spline.trim(), number);
         if names.insert(name.clone()) {
             points.push(Columns { name, x, y });
         }
     }
     match points.is_empty() {
-        false => Ok(points),
+        false => Ok((points, alone)),
         true => Err(start.error(
             "no columns of a spline (\"X0 DLC_Tongue\", \"Y0 DLC_Tongue\", ..)",
             "export the splines with \"X,Y values\" in a column each",

@@ -1,6 +1,7 @@
 //! A recording in the plane, before its points are sorted into contour, coils and bones.
 
 use tongue_core::geometry::Point;
+use tongue_core::statistics::upper_median;
 
 use super::channels::{hold_head, moves_as_a_tongue};
 use super::map::Axis;
@@ -46,7 +47,14 @@ impl<'a> Flat<'a> {
         let (back, up) = map.axes(recording.format, one_plane);
         let guessed = back.is_none();
         let usual = if recording.format == Format::Est && one_plane { 1 } else { 0 };
-        let back = back.unwrap_or((usual, 1.0));
+        let back = back.unwrap_or_else(|| (axis_along(recording, &roles, up.0, usual), 1.0));
+        let other_axis = (guessed && back.0 != usual && usual != up.0).then(|| {
+            let [axis, usual] = [back.0, usual].map(|a| ["x", "y", "z"][a]);
+            format!(
+                "the points of the tongue lie one behind the other along {axis}, not {usual}, so {axis} is taken for the axis to the back of \
+                 the head; if that is wrong, give back in a map"
+            )
+        });
         if back.0 == up.0 {
             return Err(wrong(
                 "the axes to the back and upwards are the same; give both in a map".to_owned(),
@@ -67,9 +75,24 @@ impl<'a> Flat<'a> {
         hold_head(&mut places, &references);
         let mut contour: Vec<usize> = (0..roles.len()).filter(|&c| roles[c] == Role::Contour).collect();
         contour.sort_by_key(|&c| number(&recording.channels[c]));
-        let notes = recording.notes.iter().cloned().chain(note).collect();
+        let notes = recording.notes.iter().cloned().chain(note).chain(other_axis).collect();
         Ok(Self { recording, roles, contour, places, times, metres, back, guessed, notes })
     }
+}
+
+/// The axis along which the tongue lies, of the two that do not lead upwards: the usual one unless its points are more than twice as far apart
+/// along the other.
+fn axis_along(recording: &Recording, roles: &[Role], up: usize, usual: usize) -> usize {
+    let is_tongue = |c: &usize| matches!(roles[*c], Role::Contour | Role::Surface(_) | Role::Coil(_));
+    let spread = |axis: usize| {
+        let median =
+            |c: usize| upper_median(recording.samples.iter().filter_map(|s| Some(s.places[c]?[axis])));
+        let medians = (0..roles.len()).filter(is_tongue).filter_map(median);
+        let [least, most] = medians.fold([f64::INFINITY, -f64::INFINITY], |[a, b], v| [v.min(a), v.max(b)]);
+        (most - least).max(0.0)
+    };
+    let other = (0..3).find(|a| *a != up && *a != usual).unwrap_or(usual);
+    if usual == up || spread(other) > 2.0 * spread(usual) { other } else { usual }
 }
 
 /// The number at the end of a name.

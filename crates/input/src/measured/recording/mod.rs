@@ -22,10 +22,8 @@ mod aaa;
 mod ag50x;
 mod aligned;
 mod channels;
-mod coils;
 mod contour_frame;
 mod deeplabcut;
-mod doubt;
 mod dynamics;
 mod edgetrak;
 mod est;
@@ -36,6 +34,7 @@ mod labels;
 mod limits;
 mod map;
 mod matlab;
+mod measures;
 mod mocha;
 mod mview;
 mod names;
@@ -56,14 +55,13 @@ use super::lengths::error::Place;
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark, Stated};
 pub use channels::{FIRST_COIL_M, LONGER_THAN_CHORD};
-pub use doubt::Doubt;
 pub use labels::{Label, text_grid};
 use limits::Budget;
 pub use limits::{MOST_CHANNELS, MOST_FRAMES};
 pub use map::{CONTOUR_SD_M, Map, Role, WITHOUT_BONES};
 pub use names::is_coil;
 pub use outliers::{Fault, FaultKind, Screened, screen};
-pub use plausibility::{doubts, other_size, palate_doubt};
+pub use plausibility::{Doubt, Severity, doubts, other_size, palate_doubt};
 
 /// Limit of coordinates, in the unit of the file.
 const FARTHEST: f64 = 1e9;

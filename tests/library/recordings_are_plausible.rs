@@ -1,7 +1,14 @@
-//! Implausible recordings are noticed, and a good recording raises no doubt.
+//! Implausible recordings are told with their cause, and good recordings raise no doubt.
 
-use super::super::{AlignedRecording, Map, Recording, screen};
-use super::*;
+use tongue_fit::geometry::Point;
+use tongue_fit::measured::recording::{
+    AlignedRecording, Map, Recording, Severity, doubts, other_size, palate_doubt, screen,
+};
+
+use tongue_input::measured::recording::Label;
+
+use Severity::{Note, Refused, Untrusted};
+use std::f64::consts::TAU;
 
 /// A frame: its time, s, and its points by name, mm.
 type Frame = (f64, Vec<(String, [f64; 2])>);
@@ -62,42 +69,46 @@ fn changed(change: impl Fn(usize, &mut f64, &mut Vec<(String, [f64; 2])>)) -> Fr
     all
 }
 
-/// The doubts about a recording, and whether it is refused.
-fn said(frames: &Frames, map: &str) -> (String, bool) {
+/// The doubts about a recording, and the worst that follows from them.
+fn said(frames: &Frames, map: &str) -> (String, Option<Severity>) {
     let all = doubts(&seen_with(frames, map));
     let words: Vec<&str> = all.iter().map(|d| d.said.as_str()).collect();
-    (words.join("; "), all.iter().any(|d| d.refused))
+    (words.join("; "), all.iter().map(|d| d.severity).max())
+}
+
+fn not_suspected(frames: &Frames, map: &str) {
+    assert_eq!(said(frames, map), (String::new(), None));
 }
 
 #[track_caller]
-fn noticed(frames: &Frames, map: &str, word: &str, refused: bool) {
-    let (words, is_refused) = said(frames, map);
-    assert!(words.contains(word) && is_refused == refused, "{word}: {words:?}, refused: {is_refused}");
+fn noticed(frames: &Frames, map: &str, word: &str, severity: Severity) {
+    let (words, worst) = said(frames, map);
+    assert!(words.contains(word) && worst == Some(severity), "{word}: {words:?}, {worst:?}");
     assert_eq!(words.matches(word).count(), 1, "told once: {words}");
 }
 
 #[test]
 fn a_good_recording_is_not_suspected() {
-    assert_eq!(said(&tongue(90), ""), (String::new(), false));
+    not_suspected(&tongue(90), "");
     // A face to the right, a single frame, and pixels with the right unit are good too.
     let right = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = -p[0]));
-    assert_eq!(said(&right, ""), (String::new(), false));
-    assert_eq!(said(&tongue(1), ""), (String::new(), false));
+    not_suspected(&right, "");
+    not_suspected(&tongue(1), "");
     let pixels = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * 8.0)));
-    assert_eq!(said(&pixels, "unit_mm = 0.125"), (String::new(), false));
+    not_suspected(&pixels, "unit_mm = 0.125");
 }
 
 #[test]
 fn wrong_units_are_reported() {
     for factor in [0.001, 0.1, 10.0, 1000.0] {
         let wrong = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor)));
-        noticed(&wrong, "", "unit_mm", true);
+        noticed(&wrong, "", "unit_mm", Refused);
         // Without bones the contour tells the unit; of coils their distance does.
         let contour = changed(|_, _, points| {
             points.truncate(11);
             points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor));
         });
-        noticed(&contour, "", "unit_mm", true);
+        noticed(&contour, "", "unit_mm", Refused);
         let coils = changed(|_, _, points| {
             points.retain(|(n, _)| ["tongue_4", "tongue_7", "tongue_10"].contains(&n.as_str()));
             points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor));
@@ -106,23 +117,23 @@ fn wrong_units_are_reported() {
             &coils,
             "[points]\ntongue_10 = { coil = 1 }\ntongue_7 = { coil = 2 }\ntongue_4 = { coil = 3 }",
             "unit_mm",
-            true,
+            Refused,
         );
     }
 }
 
 #[test]
 fn wrong_rates_are_reported() {
-    for (factor, refused) in [(0.1, false), (100.0, false), (1e-6, true), (1000.0, true)] {
+    for (factor, severity) in [(0.1, Untrusted), (100.0, Note), (1e-6, Refused), (1000.0, Refused)] {
         let wrong = changed(|_, time, _| *time *= factor);
-        noticed(&wrong, "", "rate_hz", refused);
+        noticed(&wrong, "", "rate_hz", severity);
     }
     // Four times too fast: 3 ms between frames are usual, but the speed is not.
     let fast = changed(|f, time, points| {
         *time /= 4.0;
         points.iter_mut().for_each(|(_, p)| p[1] += 7.0 * (0.9 * f as f64).sin());
     });
-    noticed(&fast, "", "faster", false);
+    noticed(&fast, "", "faster", Untrusted);
     // A tongue that rises and sinks 4.5 times a second, and one of whose times every unit is four.
     let speech = |factor: f64| {
         changed(|f, time, points| {
@@ -130,11 +141,11 @@ fn wrong_rates_are_reported() {
             points.iter_mut().for_each(|(_, p)| p[1] += 6.0 * (0.35 * f as f64).sin());
         })
     };
-    assert_eq!(said(&speech(1.0), ""), (String::new(), false));
-    noticed(&speech(0.25), "", "rate_hz", false);
-    noticed(&speech(1.0 / 3.0), "", "rate_hz", false);
-    noticed(&speech(10.0), "", "rate_hz", false);
-    noticed(&changed(|_, time, _| *time *= 4.0), "", "rate_hz", false);
+    not_suspected(&speech(1.0), "");
+    noticed(&speech(0.25), "", "rate_hz", Untrusted);
+    noticed(&speech(1.0 / 3.0), "", "rate_hz", Untrusted);
+    noticed(&speech(10.0), "", "rate_hz", Untrusted);
+    noticed(&changed(|_, time, _| *time *= 4.0), "", "rate_hz", Untrusted);
 }
 
 #[test]
@@ -143,11 +154,11 @@ fn a_tongue_that_is_shifted_at_once_and_a_point_that_stands_out_are_reported() {
         let slipped = changed(|f, _, points| {
             points.iter_mut().take(11 * (f / 40)).for_each(|(_, p)| p[1] += shift);
         });
-        noticed(&slipped, "", "slipped", true);
+        noticed(&slipped, "", "slipped", Refused);
     }
     for (point, by) in [(1, [-14.0, 0.0]), (4, [0.0, 12.0]), (8, [0.0, -20.0])] {
         let spike = changed(|_, _, points| (0..2).for_each(|axis| points[point].1[axis] += by[axis]));
-        noticed(&spike, "", &format!("tongue_{point} stands out"), false);
+        noticed(&spike, "", &format!("tongue_{point} stands out"), Note);
     }
 }
 
@@ -165,25 +176,25 @@ fn coils(names: [&str; 3], change: impl Fn([f64; 2]) -> [f64; 2]) -> Frames {
 fn coils_of_other_names_sizes_and_axes_are_reported() {
     let same = |p: [f64; 2]| p;
     let good = coils(["T1", "T2", "T3"], same);
-    assert_eq!(said(&good, ""), (String::new(), false));
-    noticed(&coils(["T2", "T1", "T3"], same), "", "order T2, T1, T3", false);
-    noticed(&coils(["TT", "TD", "TB"], same), "", "order TT, TD, TB", false);
+    not_suspected(&good, "");
+    noticed(&coils(["T2", "T1", "T3"], same), "", "order T2, T1, T3", Note);
+    noticed(&coils(["TT", "TD", "TB"], same), "", "order TT, TD, TB", Note);
     let numbered = "[points]\na = { coil = 1 }\nb = { coil = 2 }\nc = { coil = 3 }";
-    assert_eq!(said(&coils(["a", "b", "c"], same), numbered), (String::new(), false));
-    noticed(&coils(["a", "c", "b"], same), numbered, "along the tongue in this order", true);
-    noticed(&good, "back = \"-x\"", "lies behind the others", true);
+    not_suspected(&coils(["a", "b", "c"], same), numbered);
+    noticed(&coils(["a", "c", "b"], same), numbered, "along the tongue in this order", Refused);
+    noticed(&good, "back = \"-x\"", "lies behind the others", Refused);
     let below = coils(["T1", "T2", "T3"], |[x, y]| [x, -y]);
-    noticed(&below, "", "either the recording is upside down, or the tongue is held hollow", true);
+    noticed(&below, "", "either the recording is upside down, or the tongue is held hollow", Refused);
     // A map that states the axis or the unit is believed.
-    assert_eq!(said(&below, "up = \"y\""), (String::new(), false));
+    not_suspected(&below, "up = \"y\"");
     for factor in [0.4, 1.8] {
         let other = coils(["T1", "T2", "T3"], |p| p.map(|v| v * factor));
-        noticed(&other, "", "unit_mm", true);
-        assert_eq!(said(&other, "unit_mm = 1"), (String::new(), false));
+        noticed(&other, "", "unit_mm", Refused);
+        not_suspected(&other, "unit_mm = 1");
     }
     for exchanged in [coils(["T1", "T2", "T3"], |[x, y]| [y, x]), coils(["T1", "T2", "T3"], |[x, y]| [y, -x])]
     {
-        noticed(&exchanged, "", "x and y seem to be exchanged", true);
+        noticed(&exchanged, "", "x and y seem to be exchanged", Refused);
     }
     // A retroflex in a third of the frames hollows the tongue there.
     let mut retroflex = coils(["T1", "T2", "T3"], same);
@@ -191,7 +202,7 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
         let part = (0.07 * f as f64).sin().max(0.0);
         points.iter_mut().filter(|(n, _)| n == "T2").for_each(|(_, p)| p[1] -= 14.0 * part);
     }
-    assert_eq!(said(&retroflex, ""), (String::new(), false));
+    not_suspected(&retroflex, "");
     // Where the tip is taken to be is said of a face to the right, in a table whose axes nobody has told.
     assert!(seen_with(&good, "").notes.is_empty());
     let exchanged = seen_with(&coils(["T3", "T2", "T1"], same), "");
@@ -221,9 +232,8 @@ fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
     let (one, other) = (of(1.0), of(0.8));
     assert_eq!(other_size(&[&one, &of(1.1), &one]), None);
     let (number, doubt) = other_size(&[&one, &one, &other]).unwrap();
-    assert!(number == 2 && doubt.said.contains("0.80 times") && !doubt.refused, "{doubt:?}");
-    let label =
-        |from_s: f64| super::super::Label { tier: "a".into(), name: "x".into(), from_s, to_s: from_s + 0.3 };
+    assert!(number == 2 && doubt.said.contains("0.80 times") && doubt.severity == Note, "{doubt:?}");
+    let label = |from_s: f64| Label { tier: "a".into(), name: "x".into(), from_s, to_s: from_s + 0.3 };
     let with = |labels| doubts(&AlignedRecording { labels, ..one.clone() });
     assert_eq!(with(vec![label(0.9), label(50.0)]), []);
     assert!(with(vec![label(50.0)])[0].said.contains("so none is used"));
@@ -232,11 +242,11 @@ fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
 #[test]
 fn distant_and_stuck_points_are_reported() {
     let far = changed(|_, _, points| points[3].1 = [1e9, 20.0]);
-    noticed(&far, "", "tongue_3 lies", false);
+    noticed(&far, "", "tongue_3 lies", Note);
     let frozen: Frames = tongue(90).into_iter().map(|(t, _)| (t, tongue(1).remove(0).1)).collect();
-    noticed(&frozen, "", "nothing moves", false);
+    noticed(&frozen, "", "nothing moves", Refused);
     let stuck = changed(|_, _, points| points[4].1 = [30.0, 44.0]);
-    noticed(&stuck, "", "tongue_4 stays", false);
+    noticed(&stuck, "", "tongue_4 stays", Note);
     // A tongue at rest, rounded to a tenth of a millimetre.
     let mut rng = fastrand(9);
     let mut rest = tongue(90);
@@ -245,7 +255,7 @@ fn distant_and_stuck_points_are_reported() {
         points.clone_from(&first);
         points.iter_mut().flat_map(|(_, p)| p).for_each(|v| *v = (10.0 * (*v + 0.04 * rng())).round() / 10.0);
     }
-    assert_eq!(said(&rest, ""), (String::new(), false));
+    not_suspected(&rest, "");
 }
 
 #[test]
@@ -255,23 +265,20 @@ fn frames_and_points_out_of_order_are_reported() {
     order.sort_by_cached_key(|_| (rng() * 1e9) as i64);
     let good = tongue(90);
     let shuffled: Frames = order.iter().zip(&good).map(|(n, (t, _))| (*t, good[*n].1.clone())).collect();
-    noticed(&shuffled, "", "do not follow one another", true);
+    noticed(&shuffled, "", "do not follow one another", Refused);
     let renamed = changed(|_, _, points| {
         for (i, n) in [7, 2, 9, 0, 5, 10, 3, 8, 1, 6, 4].into_iter().enumerate() {
             points[i].0 = format!("tongue_{n}");
         }
     });
-    noticed(&renamed, "", "not in their order", true);
+    noticed(&renamed, "", "not in their order", Refused);
     let reversed = changed(|_, _, points| {
         (0..11).for_each(|i| points[i].0 = format!("tongue_{}", 10 - i));
     });
-    let seen = seen_with(&reversed, "");
-    assert!(
-        seen.notes[0].contains("from the tip to the root") && seen.contour[0] == "tongue_10",
-        "{:?}",
-        seen.notes
-    );
-    assert_eq!(doubts(&seen), []);
+    not_suspected(&reversed, "");
+    let (seen, straight) = (seen_with(&reversed, ""), seen_with(&good, ""));
+    assert!(seen.notes[0].contains("from the tip to the root"), "{:?}", seen.notes);
+    assert_eq!(seen.frames, straight.frames, "it is taken the other way round");
 }
 
 #[test]
@@ -284,7 +291,7 @@ fn a_point_that_jumps_in_a_tongue_that_rests_says_nothing_of_the_order_of_frames
         points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v + 0.3 * rng()));
         points[9].1[1] += if f == 12 { 30.0 } else { 0.0 };
     }
-    assert_eq!(said(&frames, ""), (String::new(), false));
+    not_suspected(&frames, "");
 }
 
 #[test]
@@ -293,28 +300,28 @@ fn exchanged_bones_and_axes_are_reported() {
         points[11].0 = "mental_spine".to_owned();
         points[12].0 = "hyoid".to_owned();
     });
-    noticed(&exchanged, "", "the names of these two are wrong", true);
-    noticed(&tongue(90), "back = \"-x\"", "behind the hyoid", true);
-    noticed(&tongue(90), "up = \"-y\"", "upside down", true);
+    noticed(&exchanged, "", "the names of these two are wrong", Refused);
+    noticed(&tongue(90), "back = \"-x\"", "behind the hyoid", Refused);
+    noticed(&tongue(90), "up = \"-y\"", "upside down", Refused);
     let contour = changed(|_, _, points| points.truncate(11));
-    assert_eq!(said(&contour, ""), (String::new(), false));
-    noticed(&contour, "up = \"-y\"", "upside down", true);
+    not_suspected(&contour, "");
+    noticed(&contour, "up = \"-y\"", "upside down", Refused);
     let turned = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p.swap(0, 1)));
-    noticed(&turned, "", "x and y seem to be exchanged", true);
+    noticed(&turned, "", "x and y seem to be exchanged", Refused);
     for by in [15.0, 22.0] {
         let high = changed(|_, _, points| points.iter_mut().take(11).for_each(|(_, p)| p[1] += by));
-        noticed(&high, "", "too high for the bones", false);
+        noticed(&high, "", "too high for the bones", Note);
     }
 }
 
 #[test]
 fn one_coil_is_refused() {
     let one = changed(|_, _, points| points.retain(|(n, _)| n == "tongue_7"));
-    noticed(&one, "[points]\ntongue_7 = { surface_mm = 20 }\n", "only one coil is seen", true);
+    noticed(&one, "[points]\ntongue_7 = { surface_mm = 20 }\n", "only 1 coil is seen", Refused);
     let none = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = 1.0));
     let mut seen = seen_with(&none, "");
     seen.frames.iter_mut().for_each(|f| f.contour.iter_mut().for_each(|m| *m = None));
-    assert!(doubts(&seen).iter().any(|d| d.refused && d.said.contains("no point")));
+    assert!(doubts(&seen).iter().any(|d| d.is_refused() && d.said.contains("no point")));
 }
 
 #[test]
@@ -331,7 +338,7 @@ fn palates_are_compared_with_the_recording() {
     assert_eq!(palate_doubt(&seen, &vault(45.0, 0.0, 1.0)), None);
     let told = |palate: &[Point]| palate_doubt(&seen, palate).unwrap().said;
     let high = palate_doubt(&seen, &vault(75.0, 0.0, 1.0)).unwrap();
-    assert!(high.said.contains("above the highest") && !high.refused, "{high:?}");
+    assert!(high.said.contains("above the highest") && high.severity == Note, "{high:?}");
     // With the incisors, steep at the front.
     let incisors = |sign: f64| -> Vec<Point> {
         let shape = [
@@ -370,4 +377,129 @@ fn a_coil_of_the_tongue_is_not_a_reference() {
     };
     assert!(with("mental_spine").is_ok());
     assert!(with("tongue_6").unwrap_err().to_string().contains("reference"));
+}
+
+/// A speaker who says three syllables, so much larger than an adult, at so many frames a second and with so many syllables a second; with a
+/// pause and a vowel that is held for these times, s.
+struct Speaker {
+    scale: f64,
+    rate_hz: f64,
+    syllables_hz: f64,
+    pause_s: f64,
+    held_s: f64,
+}
+
+impl Speaker {
+    fn speaks(&self) -> Frames {
+        let &Self { scale, rate_hz, syllables_hz, pause_s, held_s } = self;
+        let mut rng = fastrand(11);
+        let spoken_s = 3.0 / syllables_hz;
+        let frame = |f: usize| {
+            let time = f as f64 / rate_hz;
+            // The tongue is high in the middle of each syllable and stays at the top of the second.
+            let phase = match time - pause_s {
+                t if t < 0.0 => 0.0,
+                t if t < spoken_s / 2.0 => t * syllables_hz,
+                t if t < spoken_s / 2.0 + held_s => 1.5,
+                t => ((t - held_s) * syllables_hz).min(3.0),
+            };
+            let (rise, forth) = (3.5 - 7.0 * (TAU * phase).cos(), 3.0 * (TAU * 0.5 * phase).sin());
+            let mut points = tongue(1).remove(0).1;
+            for (i, (name, p)) in points.iter_mut().enumerate() {
+                let angle = 0.15 + 0.27 * i as f64;
+                if name.starts_with("tongue") {
+                    *p = [p[0] - forth, p[1] + rise * angle.sin()];
+                }
+                *p = p.map(|v| scale * v + 0.3 * rng());
+            }
+            (time, points)
+        };
+        (0..((spoken_s + pause_s + held_s + pause_s) * rate_hz) as usize).map(frame).collect()
+    }
+}
+
+/// The coils of a recording of a contour.
+fn as_coils(frames: &Frames) -> Frames {
+    let coil = |(name, p): &(String, [f64; 2])| {
+        let nth = ["tongue_10", "tongue_8", "tongue_6"].iter().position(|n| n == name)?;
+        Some((["T1", "T2", "T3"][nth].to_owned(), *p))
+    };
+    frames.iter().map(|(t, points)| (*t, points.iter().rev().filter_map(coil).collect())).collect()
+}
+
+#[test]
+fn good_speakers_of_all_sizes_rates_and_manners_are_not_suspected_and_ten_times_as_slow_they_are() {
+    let mut good = 0;
+    for (scale, rate_hz) in
+        [0.75, 1.0, 1.3].into_iter().flat_map(|s| [25.0, 60.0, 80.0, 200.0, 400.0].map(|r| (s, r)))
+    {
+        for (syllables_hz, pause_s, held_s) in
+            [(4.0, 0.3, 0.0), (2.5, 0.0, 0.0), (6.0, 0.0, 0.5), (4.0, 1.5, 3.0)]
+        {
+            let frames = Speaker { scale, rate_hz, syllables_hz, pause_s, held_s }.speaks();
+            for frames in [as_coils(&frames), frames] {
+                not_suspected(&frames, "");
+                good += 1;
+                let slow: Frames = frames.into_iter().map(|(t, points)| (10.0 * t, points)).collect();
+                let told = doubts(&seen_with(&slow, ""));
+                // With a frame every 0.4 s nothing is known of the motion between, so the time between frames alone is told.
+                assert!(
+                    told.iter().any(|d| d.severity == Untrusted || d.said.contains("400 ms apart")),
+                    "{scale} {rate_hz} {syllables_hz} {held_s} {told:?}"
+                );
+            }
+        }
+        // A vowel that is held throughout, a single posture, and one whose places are rounded.
+        let held = Speaker { scale, rate_hz, syllables_hz: 4.0, pause_s: 1.0, held_s: 0.0 }.speaks();
+        let held: Frames = held.into_iter().take(rate_hz as usize).collect();
+        not_suspected(&held, "");
+        not_suspected(&held[..1].to_vec(), "");
+        let rounded = held
+            .iter()
+            .map(|(t, points)| (*t, points.iter().map(|(n, p)| (n.clone(), p.map(f64::round))).collect()));
+        not_suspected(&rounded.collect(), "");
+        good += 3;
+    }
+    assert!(good >= 40, "{good}");
+}
+
+#[test]
+fn a_coil_whose_tracking_slips_is_named_and_no_axis_is_blamed() {
+    let same = |p: [f64; 2]| p;
+    for (by, from) in [([0.0, 35.0], 10), ([-30.0, 0.0], 45), ([5.0, 60.0], 60), ([0.0, -25.0], 20)] {
+        let mut slipped = coils(["T1", "T2", "T3"], same);
+        let slip = |(_, points): &mut (f64, Vec<(String, [f64; 2])>)| {
+            let coil = points.iter_mut().find(|(n, _)| n == "T3").unwrap();
+            coil.1 = [coil.1[0] + by[0], coil.1[1] + by[1]];
+        };
+        slipped.iter_mut().skip(from).for_each(slip);
+        let first = doubts(&seen_with(&slipped, "")).into_iter().find(|d| d.is_refused()).unwrap().said;
+        let is_named = first.contains("T3") && first.contains("slipped") && first.contains("\"ignore\"");
+        assert!(is_named && !first.contains("exchanged"), "{first}");
+    }
+    // The coil has come off before the recording begins.
+    let off = coils(["T1", "T2", "T3"], |[x, y]| if x > 22.0 { [x, y + 45.0] } else { [x, y] });
+    noticed(&off, "", "\"T3\" = \"ignore\"", Refused);
+    // The keypoint of the hyoid is found above the spine: the tongue is the right way up.
+    let bone = changed(|_, _, points| points[11].1 = [8.0, 33.0]);
+    noticed(&bone, "", "hyoid = \"ignore\"", Refused);
+}
+
+#[test]
+fn postures_of_one_speaker_are_not_taken_for_two_speakers() {
+    // An /i/ bulges more than an /e/, so its coils lie farther apart along the tongue.
+    let vowel = |wider: f64| {
+        let mut rng = fastrand(4);
+        let mut frames = coils(["T1", "T2", "T3"], |p| p);
+        let posture = frames[0].1.clone();
+        for (_, points) in &mut frames {
+            points.clone_from(&posture);
+            points.iter_mut().for_each(|(_, p)| *p = [wider * p[0] + 0.1 * rng(), p[1] + 0.1 * rng()]);
+        }
+        seen_with(&frames, "")
+    };
+    let (e, i) = (vowel(1.0), vowel(1.3));
+    assert_eq!(other_size(&[&e, &i]), None);
+    assert_eq!(other_size(&[&i, &e]), None);
+    assert_eq!(other_size(&[&e, &vowel(1.6)]).map(|(n, _)| n), Some(1));
 }
