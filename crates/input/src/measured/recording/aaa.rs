@@ -239,7 +239,7 @@ impl Rows {
         let mut out: Vec<Recording> = Vec::new();
         for Found { key, mut rows, labels } in self.found {
             rows.sort_by(|a, b| a.1.time_s.total_cmp(&b.1.time_s));
-            if let [(_, first), .., (line, last)] = &rows[..]
+            if let [(_, first), _, .., (line, last)] = &rows[..]
                 && first.time_s == last.time_s
                 && rows.iter().any(|(_, s)| !is_same(s, first))
             {
