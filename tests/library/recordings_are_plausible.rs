@@ -2,7 +2,7 @@
 
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
-    AlignedRecording, Map, Recording, Severity, doubts, other_size, palate_doubt, screen,
+    AlignedRecording, Format, Map, Recording, Severity, doubts, other_size, palate_doubt, screen,
 };
 
 use tongue_input::measured::recording::Label;
@@ -403,12 +403,12 @@ impl Speaker {
                 t if t < spoken_s / 2.0 + held_s => 1.5,
                 t => ((t - held_s) * syllables_hz).min(3.0),
             };
-            let (rise, forth) = (3.5 - 7.0 * (TAU * phase).cos(), 3.0 * (TAU * 0.5 * phase).sin());
+            let (rise, forth) = (-7.0 * (TAU * phase).cos(), 3.0 * (TAU * 0.5 * phase).sin());
             let mut points = tongue(1).remove(0).1;
             for (i, (name, p)) in points.iter_mut().enumerate() {
                 let angle = 0.15 + 0.27 * i as f64;
                 if name.starts_with("tongue") {
-                    *p = [p[0] - forth, p[1] + rise * angle.sin()];
+                    *p = [p[0] - forth, p[1] - 4.0 + rise * angle.sin()];
                 }
                 *p = p.map(|v| scale * v + 0.3 * rng());
             }
@@ -481,7 +481,7 @@ fn a_coil_whose_tracking_slips_is_named_and_no_axis_is_blamed() {
     let off = coils(["T1", "T2", "T3"], |[x, y]| if x > 22.0 { [x, y + 45.0] } else { [x, y] });
     noticed(&off, "", "\"T3\" = \"ignore\"", Refused);
     // The keypoint of the hyoid is found above the spine: the tongue is the right way up.
-    let bone = changed(|_, _, points| points[11].1 = [8.0, 33.0]);
+    let bone = changed(|_, _, points| points[11].1 = [8.0, 62.0]);
     noticed(&bone, "", "hyoid = \"ignore\"", Refused);
 }
 
@@ -502,4 +502,22 @@ fn postures_of_one_speaker_are_not_taken_for_two_speakers() {
     assert_eq!(other_size(&[&e, &i]), None);
     assert_eq!(other_size(&[&i, &e]), None);
     assert_eq!(other_size(&[&e, &vowel(1.6)]).map(|(n, _)| n), Some(1));
+}
+
+#[test]
+fn the_axis_to_the_back_is_found_where_it_is_not_the_usual_one() {
+    // Coils of an AG500 whose y leads to the back of the head.
+    let coils = as_coils(&tongue(60));
+    let read = Recording::from_bytes(table(&coils).as_bytes(), "t.csv", None).unwrap().remove(0);
+    let mut turned = read.clone();
+    turned.format = Format::Ag50x;
+    turned
+        .samples
+        .iter_mut()
+        .flat_map(|s| s.places.iter_mut().flatten())
+        .for_each(|p| *p = [0.5, p[0], p[1]]);
+    let seen = AlignedRecording::new(&turned, &Map::default()).unwrap();
+    assert_eq!(seen.frames, AlignedRecording::new(&read, &Map::default()).unwrap().frames);
+    assert!(seen.notes.iter().any(|n| n.contains("y is taken for the axis to the back")), "{:?}", seen.notes);
+    assert_eq!(doubts(&seen), []);
 }

@@ -3,7 +3,7 @@
 use tongue_core::geometry::Point;
 
 use super::channels::{median_place, median_x};
-use super::dynamics::FEW;
+use super::measures::FEW;
 use super::{Map, names};
 
 /// Differences below this mean nothing, m.
