@@ -421,7 +421,7 @@ impl Speaker {
 /// The coils of a recording of a contour.
 fn as_coils(frames: &Frames) -> Frames {
     let coil = |(name, p): &(String, [f64; 2])| {
-        let nth = ["tongue_10", "tongue_8", "tongue_6"].iter().position(|n| n == name)?;
+        let nth = ["tongue_10", "tongue_8", "tongue_5"].iter().position(|n| n == name)?;
         Some((["T1", "T2", "T3"][nth].to_owned(), *p))
     };
     frames.iter().map(|(t, points)| (*t, points.iter().rev().filter_map(coil).collect())).collect()
@@ -482,7 +482,7 @@ fn a_coil_whose_tracking_slips_is_named_and_no_axis_is_blamed() {
     noticed(&off, "", "\"T3\" = \"ignore\"", Refused);
     // The keypoint of the hyoid is found above the spine: the tongue is the right way up.
     let bone = changed(|_, _, points| points[11].1 = [8.0, 62.0]);
-    noticed(&bone, "", "hyoid = \"ignore\"", Refused);
+    noticed(&bone, "contour_frame = \"bones\"", "hyoid = \"ignore\"", Refused);
 }
 
 #[test]
