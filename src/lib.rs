@@ -294,18 +294,21 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[doc(inline)]
     pub use tongue_files::report::{
-        AnimationFrame, Draws, Export, FitRecord, FormantsRecord, FormantsTable, History, Json, Markdown,
-        Msh, OperationRecord, Panel, PlacementRecord, PriorRecord, Provenance, Pvd, RecordingResult,
-        RepeatsRecord, ReportError, Rows, SectionPicture, SegmentsTable, Series, SimulationRecord,
-        SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline, TrackRecord,
-        TrackResults, TrackTable, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen,
-        changes, limit_of_plane, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel,
-        wrapped,
+        AnimationFrame, Draws, Export, FitRecord, History, Json, Markdown, Msh, OperationRecord, Panel,
+        PriorRecord, Provenance, Pvd, RecordingResult, ReportError, Rows, SectionPicture, Series,
+        SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline,
+        TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen,
+        changes, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
+    };
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_files::report::{
+        Clean, FormantsRecord, FormantsTable, PlacementRecord, RepeatsRecord, SegmentsTable, TrackTable,
+        limit_of_plane,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]
     pub use tongue_files::report::{
-        Clean, OutputDir, PageBody, PageTable, TonguePage, TrackPage, discard_unfinished, fixed, write,
+        OutputDir, PageBody, PageTable, TonguePage, TrackPage, discard_unfinished, fixed, write,
     };
 
     #[cfg(feature = "files")]
@@ -436,19 +439,18 @@ pub mod system {
 pub mod validate {
     //! Predictions of muscles that were not fitted, beside predictors without mechanics.
     #[doc(inline)]
-    pub use tongue_files::validate::{
-        PosteriorStudy, ValidationError, ValidationPlan, ValidationStudy, files, page, run,
-    };
+    pub use tongue_files::validate::{ValidationPlan, ValidationStudy, files, page, run};
 }
 
 pub mod track {
     //! Tensions over time from recordings of a tongue.
     #[doc(inline)]
     pub use tongue_infer::track::{
-        CourseSummary, Displacement, FEWEST, Followed, Frame, FrameStatus, HeldOut, LabelMean,
-        MOST_UNTRUSTED, NARROW, Repeats, TongueSurface, TrackSettings, Tracked, TrackedRecording,
-        course_summaries, held_out, is_untrusted, listen, repeats,
+        Displacement, FEWEST, Followed, Frame, FrameStatus, HeldOut, LabelMean, Repeats, TongueSurface,
+        TrackSettings, Tracked, TrackedRecording, course_summaries, held_out, is_untrusted, listen, repeats,
     };
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_infer::track::{MOST_UNTRUSTED, NARROW};
 }
 
 /// A millimetre in metres: `5.5 * MM`.
