@@ -13,6 +13,7 @@ impl Told {
         serde_json::to_value(record).map(Self)
     }
 
+    #[cfg(feature = "files")]
     #[must_use]
     pub(crate) fn with_first(self, name: &str, number: f64) -> Self {
         let Value::Object(fields) = self.0 else { return self };
