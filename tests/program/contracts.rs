@@ -355,15 +355,21 @@ fn faulty_length_files_are_reported_with_line_and_column() {
         ("X,a,41,62,53,59,23,44,0,35\n", "lengths.csv:3:9", "0"),
         ("X,a,41,62,-53,59,23,44,33,35\n", "lengths.csv:3:5", "-53"),
         ("X,a,41,62,inf,59,23,44,33,35\n", "lengths.csv:3:5", "inf"),
-        ("X,a,41,62\n", "lengths.csv:3:", ""),
     ];
     for (row, place, what) in cases {
         let path = folder.path().join("lengths.csv");
         std::fs::File::create(&path).unwrap().write_all(format!("{header}{rest}{row}").as_bytes()).unwrap();
         let arguments = ["--vowel", "a", "--subject", "X", "--lengths", path.to_str().unwrap()];
-        let message = refused(&arguments, 1);
+        let output = run_in(folder.path(), &arguments);
+        let message = String::from_utf8(output.stderr.clone()).unwrap();
+        assert_eq!(output.status.code(), Some(0), "one bad cell loses one cell: {message}");
         assert!(message.contains(place) && message.contains(what), "{message}");
+        assert!(message.contains("this length is left out"), "{message}");
     }
+    let path = folder.path().join("lengths.csv");
+    std::fs::write(&path, format!("{header}{rest}X,a,41,62\n")).unwrap();
+    let message = refused(&["--vowel", "a", "--subject", "X", "--lengths", path.to_str().unwrap()], 1);
+    assert!(message.contains("lengths.csv:3:"), "{message}");
     let message = refused(&["--vowel", "a", "--lengths", "no/such.csv"], 1);
     assert!(message.contains("no/such.csv"), "{message}");
     let message = refused(&["--vowel", "a", "--subject", "S4"], 1);
