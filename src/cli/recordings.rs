@@ -41,7 +41,7 @@ pub struct Arguments {
     /// Only the recordings of this speaker, if files have several
     #[arg(long, value_name = "NAME")]
     speaker: Option<String>,
-    /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat or dlc [default: from their content]
+    /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat, dlc or sensors [default: from their content]
     #[arg(long, value_name = "FORMAT", value_parser = format)]
     format: Option<Format>,
 }

@@ -45,6 +45,44 @@ fn the_microbeam_counts_microseconds_and_thousandths_of_a_millimetre() {
 }
 
 #[test]
+fn tables_of_sensors_of_ndi_and_carstens_are_read_by_their_titles() {
+    let titles = "\tId\tFrame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\t ";
+    let sensor = |x: f64, state: &str| format!("\t1\t7\t{state}\t1\t0\t0\t0\t{x}\t{}\t-50\t ", 0.2 * x);
+    let row = |t: f64, state: &str| {
+        format!("{t}{}{}{}\n", sensor(10.0, "OK"), sensor(25.0, state), sensor(40.0, "OK"))
+    };
+    let text = format!("Wav Time{}\n{}{}", titles.repeat(3), row(0.0, "OK"), row(0.01, "Bad Fit"));
+    let found = &read(text.as_bytes(), "wave.tsv")[0];
+    assert_eq!(
+        (found.format, found.channels.join(" ")),
+        (Format::NdiWave, "sensor_1 sensor_2 sensor_3".to_owned())
+    );
+    assert_eq!((found.samples[1].time_s, found.samples[0].places[1]), (0.01, Some([25.0, 5.0, -50.0])));
+    assert_eq!((found.samples[1].places[1], found.samples[1].places[2]), (None, Some([40.0, 8.0, -50.0])));
+    let lost = text.replace("\t25\t5", "\t-3.697314e28\t-3.697314e28");
+    assert_eq!(read(lost.as_bytes(), "wave.tsv")[0].samples[0].places[1], None);
+    let named =
+        "Time (ms),TT_x (mm),TT_y (mm),TT_z (mm),TT_phi,T2_x,T2_y,T2_z\n4,1,2,3,0,4,5,6\n8,1,2,NaN,0,4,5,6\n";
+    let found = &read(named.as_bytes(), "ag501.txt")[0];
+    assert_eq!(
+        (found.format, found.channels.join(" "), found.samples[1].time_s),
+        (Format::Ag50x, "TT T2".to_owned(), 0.008)
+    );
+    assert_eq!((found.samples[0].places[1], found.samples[1].places[0]), (Some([4.0, 5.0, 6.0]), None));
+    assert!(refused(named.replace("\n8,", "\n3,").as_bytes(), "ag501.txt").starts_with("ag501.txt:3:1: "));
+    assert!(
+        refused(named.replace(",4,5,6\n8", ",4,y,6\n8").as_bytes(), "ag501.txt")
+            .starts_with("ag501.txt:2:7: ")
+    );
+    assert!(refused(&text.as_bytes()[..text.len() - 20], "wave.tsv").contains("cut off"));
+    let seen = seen(found, "back = \"x\"");
+    assert!(
+        near(seen.frames[0].sensors[0].map(|m| m.at), [0.001, 0.003]),
+        "z is upwards in Carstens's space"
+    );
+}
+
+#[test]
 fn mocha_as_text_has_its_channels_in_their_order() {
     let found = &read(mocha(4).as_bytes(), "fsew0_001.ema")[0];
     assert_eq!(found.channels, ["ui", "li", "ul", "ll", "tt", "tb", "td", "v", "bn"]);

@@ -7,6 +7,7 @@
 //! | tidy CSV `recording,time_s,point,x_mm,y_mm[,sigma_mm]` | anything | mm |
 //! | AAA's fans without a header (`.txt`) | a spline on 42 fan lines | mm |
 //! | Carstens AG50x (`.pos`), with or without a header | electromagnetic sensors | mm |
+//! | NDI Wave (`.tsv`), Carstens AG501 as text (`.txt`) | electromagnetic sensors | mm |
 //! | Edinburgh Speech Tools' track (`.ema`) | electromagnetic sensors (mngu0, MOCHA) | not in the file |
 //! | MOCHA as text (`.ema`) | electromagnetic sensors | 0.01 mm |
 //! | X-ray microbeam (`.txy`) | gold pellets | 0.001 mm |
@@ -41,6 +42,7 @@ mod names;
 mod numbers;
 mod outliers;
 mod plausibility;
+mod sensor_table;
 mod template;
 mod tidy;
 mod txy;
@@ -88,11 +90,13 @@ pub enum Format {
     Mview,
     /// DeepLabCut's tables.
     DeepLabCut,
+    /// Tables of sensors: NDI Wave's, and AG501's as text.
+    NdiWave,
 }
 
 impl Format {
     /// The names on a command line.
-    pub const NAMES: [(&'static str, Format); 9] = [
+    pub const NAMES: [(&'static str, Format); 10] = [
         ("aaa", Format::Aaa),
         ("csv", Format::Tidy),
         ("pos", Format::Ag50x),
@@ -102,6 +106,7 @@ impl Format {
         ("txy", Format::Microbeam),
         ("mat", Format::Mview),
         ("dlc", Format::DeepLabCut),
+        ("sensors", Format::NdiWave),
     ];
 
     /// The format of a file by its content, or else by its name.
@@ -127,6 +132,7 @@ impl Format {
         match () {
             () if has(b"Time of sample") || has(b"X0 ") => Self::Aaa,
             () if line.starts_with(b"scorer,") => Self::DeepLabCut,
+            () if sensor_table::is_head(&String::from_utf8_lossy(line)) => Self::NdiWave,
             () if fan::is_row(&String::from_utf8_lossy(line)) => Self::AaaFan,
             () if ends("txy") => Self::Microbeam,
             () if ends("mat") => Self::Mview,
@@ -294,6 +300,7 @@ impl Recording {
             Format::Microbeam => txy::read(bytes, origin).map(|r| vec![r]),
             Format::Mview => mview::read(bytes, origin),
             Format::DeepLabCut => deeplabcut::read(bytes, origin).map(|r| vec![r]),
+            Format::NdiWave => sensor_table::read(bytes, origin).map(|r| vec![r]),
         }?;
         // MATLAB, Carstens and Edinburgh state their sizes.
         if !matches!(format, Format::Mview | Format::Ag50x) && !bytes.starts_with(b"EST_File") {

@@ -1,0 +1,172 @@
+//! Tables of electromagnetic sensors with a header and a row for every frame: NDI Wave's (`.tsv`: `Wav Time`, then for each sensor its number,
+//! frame, state, the quaternion `Q0` to `Qz` and the position `Tx`, `Ty`, `Tz`, as the readers of Sprouse's `ema_head_correction` describe it)
+//! and Carstens AG501's exported as text (a time, then x, y, z, phi, theta of every channel). Columns of positions are known by x, y, z or Tx, Ty,
+//! Tz before or behind the sensor's name, mm.
+
+use super::super::lengths::Malformed;
+use super::super::lengths::error::Place;
+use super::{Budget, Format, Recording, Sample, Times, aaa, limits};
+
+const HELP: &str = "give a header with a time and, for each sensor, x, y and z in mm (NDI Wave: Wav Time, State, Tx, Ty, Tz; AG501: Ch1_x, Ch1_y, \
+                    Ch1_z), separated by tabs, semicolons or commas";
+
+/// Columns of a sensor.
+struct Sensor {
+    name: String,
+    /// x, y, z.
+    columns: [Option<usize>; 3],
+    /// Where NDI writes OK or why the sensor was not seen.
+    state: Option<usize>,
+}
+
+struct Header {
+    /// The column of the time, and seconds in its unit.
+    time: Option<(usize, f64)>,
+    sensors: Vec<Sensor>,
+    format: Format,
+}
+
+/// The words of a title, without its unit.
+fn words(title: &str) -> Vec<&str> {
+    let plain = title.split(['(', '[']).next().unwrap_or_default();
+    plain.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).collect()
+}
+
+fn separator(line: &str) -> char {
+    ['\t', ';'].into_iter().find(|c| line.contains(*c)).unwrap_or(',')
+}
+
+impl Header {
+    fn of(line: &str) -> Self {
+        let mut header = Self { time: None, sensors: Vec::new(), format: Format::NdiWave };
+        let mut state = None;
+        for (column, title) in line.split(separator(line)).enumerate() {
+            let words = words(title);
+            let is = |word: &str| words.iter().any(|w| w.eq_ignore_ascii_case(word));
+            let (Some(first), Some(last)) = (words.first(), words.last()) else { continue };
+            if is("phi") || is("theta") {
+                header.format = Format::Ag50x;
+            } else if is("state") || is("status") {
+                state = Some(column);
+            } else if is("time") || is("timestamp") {
+                // The time of the sound is that of the other recordings.
+                if header.time.is_none() || is("wav") {
+                    let is_ms =
+                        is("ms") || title.to_ascii_lowercase().contains("(ms") || title.contains("[ms");
+                    header.time = Some((column, if is_ms { 1e-3 } else { 1.0 }));
+                }
+            } else if let Some(axis) = axis(last) {
+                header.add(words[..words.len() - 1].join("_"), axis, column, &mut state);
+            } else if let Some(axis) = axis(first) {
+                header.add(words[1..].join("_"), axis, column, &mut state);
+            }
+        }
+        header
+    }
+
+    /// Adds a coordinate of a sensor; without a name the sensors are counted.
+    fn add(&mut self, name: String, axis: usize, column: usize, state: &mut Option<usize>) {
+        let lower = name.to_ascii_lowercase();
+        let number = ["sensor", "channel", "ch", ""]
+            .into_iter()
+            .find_map(|stem| lower.strip_prefix(stem)?.trim_start_matches('_').parse::<usize>().ok());
+        let name = match number {
+            Some(number) if !lower.is_empty() => format!("sensor_{number}"),
+            _ if lower.is_empty() || lower == "sensor" => {
+                let known = self.sensors.len();
+                let is_next = self.sensors.last().is_none_or(|s| s.columns[axis].is_some());
+                format!("sensor_{}", if is_next { known + 1 } else { known })
+            }
+            _ => name,
+        };
+        if self.sensors.iter().all(|s| s.name != name) {
+            self.sensors.push(Sensor { name: name.clone(), columns: [None; 3], state: state.take() });
+        }
+        let sensor = self.sensors.iter_mut().find(|s| s.name == name);
+        sensor.into_iter().for_each(|s| s.columns[axis] = s.columns[axis].or(Some(column)));
+    }
+}
+
+fn axis(word: &str) -> Option<usize> {
+    ["x", "y", "z"]
+        .iter()
+        .position(|a| word.eq_ignore_ascii_case(a) || word.eq_ignore_ascii_case(&format!("t{a}")))
+}
+
+/// Whether a first line is the header of such a table: a time and whole positions of two sensors.
+pub(super) fn is_head(line: &str) -> bool {
+    let header = Header::of(line);
+    let whole = header.sensors.iter().filter(|s| s.columns.iter().all(Option::is_some)).count();
+    header.time.is_some() && whole >= 2
+}
+
+pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
+    let text = limits::text(bytes, origin)?;
+    let start = Place { origin, line: 1, column: 1 };
+    let title = text.lines().next().unwrap_or_default();
+    let separator = separator(title);
+    let Header { time, mut sensors, format } = Header::of(title);
+    sensors.retain(|s| s.columns.iter().all(Option::is_some));
+    let Some((time, unit_s)) = time else { return Err(start.error("no column is called time", HELP)) };
+    if sensors.is_empty() {
+        return Err(start.error("no sensor has columns of x, y and z", HELP));
+    }
+    let last_column = sensors.iter().flat_map(|s| s.columns).flatten().max().unwrap_or(0);
+    let lines = text.lines().count();
+    let mut samples: Vec<Sample> = Vec::new();
+    let mut budget = Budget::default();
+    for (n, line) in text.lines().enumerate().skip(1).filter(|(_, l)| !l.trim().is_empty()) {
+        let at = Place { line: n as u64 + 1, ..start };
+        let cells: Vec<&str> = line.split(separator).map(str::trim).collect();
+        if cells.len() <= last_column && n + 1 == lines && !text.ends_with('\n') {
+            let what = format!(
+                "the line has {} fields where positions end in field {}",
+                cells.len(),
+                last_column + 1
+            );
+            return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it anew"));
+        }
+        let cell = |column: usize| cells.get(column).copied().unwrap_or_default();
+        let time_s = aaa::seconds(cell(time), at.at_column(time + 1))? * unit_s;
+        if let Some(last) = samples.last().map(|s| s.time_s).filter(|last| *last >= time_s) {
+            let what = format!("the time {time_s} s comes after {last} s");
+            return Err(at
+                .at_column(time + 1)
+                .error(what, "times must ascend from row to row; export the table anew"));
+        }
+        budget.frame(samples.len() + 1, sensors.len(), at)?;
+        let place = |sensor: &Sensor| -> Result<Option<[f64; 3]>, Malformed> {
+            let is_bad = sensor
+                .state
+                .map(cell)
+                .is_some_and(|s| s.contains(char::is_alphabetic) && !s.eq_ignore_ascii_case("ok"));
+            let mut place = [0.0; 3];
+            for (value, column) in place.iter_mut().zip(sensor.columns.iter().flatten()) {
+                // NDI writes a number of -3.7e28 for a sensor that was not seen, and others NaN.
+                let text = cell(*column);
+                let is_none = is_bad
+                    || aaa::is_missing(text)
+                    || text.parse::<f64>().is_ok_and(|v| !super::is_coordinate(v));
+                match if is_none { None } else { aaa::value(text, &sensor.name, at.at_column(column + 1))? } {
+                    Some(number) => *value = number,
+                    None => return Ok(None),
+                }
+            }
+            Ok(Some(place).filter(|p| *p != [0.0; 3]))
+        };
+        let places = sensors.iter().map(place).collect::<Result<_, _>>()?;
+        samples.push(Sample::new(time_s, places));
+    }
+    Ok(Recording {
+        labels: Vec::new(),
+        notes: Vec::new(),
+        name: Recording::stem(origin),
+        speaker: None,
+        sigma: vec![None; sensors.len()],
+        channels: sensors.into_iter().map(|s| s.name).collect(),
+        samples,
+        metres: Some(1e-3),
+        times: Times::InFile,
+        format,
+    })
+}
