@@ -31,29 +31,28 @@ const HIGH_POISSON_RATIO: f64 = 0.4999;
 pub struct Arguments {
     /// Mesh spacing, such as 5.5mm or 2.75mm; a bare number is millimetres [default: 5.5mm, of a continuum
     /// 4mm]
-    #[arg(long, value_name = "LENGTH")]
+    #[arg(long, value_name = "LENGTH", hide_short_help = true)]
     h: Option<String>,
     /// Anatomy file (TOML) instead of the built-in one
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
     anatomy: Option<PathBuf>,
     /// Gmsh mesh (.msh, 4.1 or 2.2), or the JSON of `mesh --json` (.json), instead of an anatomy;
     /// `tongue-fit mesh --help` explains what a .msh needs
     #[arg(long, value_name = "FILE", conflicts_with_all = ["h", "anatomy"])]
     mesh: Option<PathBuf>,
     /// Unit of the coordinates in that file
-    #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", requires = "mesh")]
+    #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", requires = "mesh", hide_short_help = true)]
     mesh_unit: Unit,
     /// Coefficients: identified from E, nu, rho, eta, or table 4.2 of the thesis as printed; `thesis` also
     /// makes its assumptions in a fit: a baseline without tone, and fixed bones
-    #[arg(long, value_enum, default_value = "consistent")]
+    #[arg(long, value_enum, default_value = "consistent", hide_short_help = true)]
     preset: PresetName,
     /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
     #[arg(
         long,
         value_name = "NU",
         default_value_t = Constants::TONGUE.poisson_ratio,
-        allow_negative_numbers = true
-    )]
+        allow_negative_numbers = true, hide_short_help = true)]
     poisson_ratio: f64,
     /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
     /// finite width, whose answers do not depend on the mesh, or in `simulate`, `muscles` and `track` the built-in
@@ -61,7 +60,7 @@ pub struct Arguments {
     #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,
     /// Tissue: springs and area terms (as in the thesis), or finite elements of the same E and nu
-    #[arg(long, value_parser = choice::<Tissue>(), default_value = "springs")]
+    #[arg(long, value_parser = choice::<Tissue>(), default_value = "springs", hide_short_help = true)]
     tissue: Tissue,
 }
 

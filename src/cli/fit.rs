@@ -37,21 +37,21 @@ pub struct Arguments {
     #[arg(long, value_name = "KIND", default_value = "ratio")]
     target: String,
     /// Contracting muscles instead of the rule "shorter than in /ɯ/", such as GGa,SGm,HGa
-    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', hide_short_help = true)]
     muscles: Option<Vec<String>>,
     /// Vowel taken as rest instead of ɯ
-    #[arg(long, value_name = "V")]
+    #[arg(long, value_name = "V", hide_short_help = true)]
     baseline: Option<String>,
     /// Measured lengths (CSV) instead of the built-in ones
     #[arg(long, value_name = "FILE")]
     lengths: Option<PathBuf>,
     /// Search method: the simplex of the thesis, or the derivatives of the equilibrium, which find the same
     /// tensions ten times faster (and are the default of batch)
-    #[arg(long, value_parser = choice::<Method>(), default_value = "nelder-mead")]
+    #[arg(long, value_parser = choice::<Method>(), default_value = "nelder-mead", hide_short_help = true)]
     method: Method,
     /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole
     /// millimetres]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", hide_short_help = true)]
     error_mm: Option<f64>,
     #[command(flatten)]
     premises: premises::Arguments,

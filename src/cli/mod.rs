@@ -10,7 +10,6 @@ mod fit;
 mod fit_muscles;
 mod fit_table;
 mod heard;
-mod help;
 mod install;
 mod interrupt;
 mod lengths;
@@ -103,15 +102,12 @@ struct Global {
     #[arg(long, global = true)]
     json: bool,
     /// Print errors only, and no table of results that are in the files written
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    #[arg(short, long, global = true, conflicts_with = "verbose", hide_short_help = true)]
     quiet: bool,
     /// Report every step on stderr: version, threads, mesh, search, seeds, each after the time since the
     /// start
-    #[arg(short, long, global = true)]
+    #[arg(short, long, global = true, hide_short_help = true)]
     verbose: bool,
-    /// Print help with all options, grouped
-    #[arg(long, global = true, action = clap::ArgAction::HelpLong)]
-    help_all: Option<bool>,
 }
 
 impl Global {
@@ -170,7 +166,7 @@ pub fn main() -> ExitCode {
 /// it, and signals are handled from then on.
 pub fn run(words: Vec<OsString>) -> u8 {
     let words = with_points_tracked(WORDS.get_or_init(|| words).clone());
-    let matches = help::shown(Cli::command(), &words).get_matches_from(words);
+    let matches = Cli::command().get_matches_from(words);
     let cli = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
         Err(error) => error.exit(),
@@ -381,6 +377,19 @@ mod tests {
     fn a_word_that_a_shell_would_split_is_quoted() {
         let words = ["--tension", "my own=2", "it's", "--vowel", "ɯ", ""].map(str::to_owned).to_vec();
         assert_eq!(line_of(words), r"tongue-fit --tension 'my own=2' 'it'\''s' --vowel ɯ ''");
+    }
+
+    /// `-h` shows the options that most people use, `--help` all of them.
+    #[test]
+    fn the_short_help_shows_at_most_twelve_options_and_the_long_one_all() {
+        for (words, mut command) in commands() {
+            let shown = |help: String| help.lines().filter(|line| line.starts_with("      --")).count();
+            let (short, long) = (command.render_help(), command.render_long_help().to_string());
+            assert!(shown(short.to_string()) <= 12, "{words:?}: {short}");
+            command.get_arguments().filter_map(clap::Arg::get_long).for_each(|name| {
+                assert!(long.contains(&format!("--{name}")), "{words:?} --{name}");
+            });
+        }
     }
 
     #[test]

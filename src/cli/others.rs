@@ -38,16 +38,23 @@ pub struct Arguments {
     /// Relative muscle activity, 0 to 1, of the fitted vowel, its baseline and, with --joint, other vowels: CSV with a column muscle and a column
     /// for each vowel. The gain of each electrode is unknown, so a muscle needs two of these vowels, and full_n_per_m is not used. For each kind of data
     /// the posterior is sampled once more, to tell what it adds
-    #[arg(long, value_name = "FILE", requires = "posterior")]
+    #[arg(long, value_name = "FILE", requires = "posterior", hide_short_help = true)]
     emg: Option<PathBuf>,
     /// Measured formants of the fitted vowel from the first on, Hz, such as 700,1200, with jaw and lips as in targets/tract.toml. The walls of
     /// the vocal tract are a drawing, not this speaker's, so that each computed formant is trusted to 17 % only
-    #[arg(long, value_name = "HZ,HZ", value_delimiter = ',', num_args = 1, requires = "posterior")]
+    #[arg(
+        long,
+        value_name = "HZ,HZ",
+        value_delimiter = ',',
+        num_args = 1,
+        requires = "posterior",
+        hide_short_help = true
+    )]
     formants: Option<Vec<f64>>,
     /// Contour of the fitted vowel, or of another one that is sampled or the baseline where its name stands before it (ɯ=FILE), in the body's
     /// own millimetres (as `tongue-fit mesh` draws it, or `adapt` writes it), in the formats of `adapt --contour`. Contours of several
     /// postures say most: they share the error of their place (5 mm), angle (9 degrees) and size (10 %; standard deviations)
-    #[arg(long, value_name = "[VOWEL=]FILE", requires = "posterior")]
+    #[arg(long, value_name = "[VOWEL=]FILE", requires = "posterior", hide_short_help = true)]
     contour: Vec<String>,
     /// With --posterior: coils by their usual names (T1, TT, TB, TD, ...), in the same way as --contour and with the same placement, each file
     /// with one frame (CSV point,x_mm,y_mm). As the first option and without --posterior: finds the tensions of one posture from points

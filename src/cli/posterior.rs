@@ -37,14 +37,14 @@ pub struct Arguments {
     #[arg(long, value_name = "N")]
     posterior: Option<usize>,
     /// Priors of the posterior (TOML) instead of the built-in ones, which `tongue-fit priors` prints
-    #[arg(long, value_name = "FILE", requires = "posterior")]
+    #[arg(long, value_name = "FILE", requires = "posterior", hide_short_help = true)]
     priors: Option<PathBuf>,
     /// Seed of the posterior's draws
-    #[arg(long, value_name = "N", default_value_t = 1, requires = "posterior")]
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "posterior", hide_short_help = true)]
     posterior_seed: u64,
     /// Sample the vowels of a subject in the table together, for contrasts between vowels: they share the baseline, the body and the hyoid's
     /// tilt. Takes half a minute a subject
-    #[arg(long, requires = "posterior")]
+    #[arg(long, requires = "posterior", hide_short_help = true)]
     joint: bool,
 }
 

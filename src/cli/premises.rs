@@ -18,15 +18,15 @@ pub struct Arguments {
     /// Tension of every muscle in the baseline, from which changes are counted: N per metre of thickness (0:
     /// the baseline is rest, as in the thesis), `table` (one for each muscle, fitted to the built-in lengths)
     /// or a CSV file of muscle,tone_n_per_m [default: 8 for fits of stretches, 0 for fits of ratios]
-    #[arg(long, value_name = "N|table|FILE", allow_hyphen_values = true)]
+    #[arg(long, value_name = "N|table|FILE", allow_hyphen_values = true, hide_short_help = true)]
     tone: Option<String>,
     /// Whether the hyoid may be displaced in the vowel, near its place (5 mm): anywhere, forward and back, or
     /// not [default: free for fits of stretches, fixed for fits of ratios]
-    #[arg(long, value_parser = choice::<HyoidMotion>())]
+    #[arg(long, value_parser = choice::<HyoidMotion>(), hide_short_help = true)]
     hyoid: Option<HyoidMotion>,
     /// Another bone of the body that may be displaced in the same way, such as mental_spine; may be given
     /// several times
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
     free_bone: Vec<String>,
 }
 

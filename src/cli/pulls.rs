@@ -20,13 +20,13 @@ pub struct Arguments {
     tension: Vec<String>,
     /// Relative muscle activity of a vowel, 0 to 1: a table with a column muscle, a column for each vowel and, if known, full_n_per_m, the
     /// tension of a muscle at activity 1; --tension gives the muscles that the table lacks
-    #[arg(long, value_name = "FILE", requires = "vowel")]
+    #[arg(long, value_name = "FILE", requires = "vowel", hide_short_help = true)]
     emg: Option<PathBuf>,
     /// Vowel of --emg
-    #[arg(long, value_name = "V", requires = "emg")]
+    #[arg(long, value_name = "V", requires = "emg", hide_short_help = true)]
     vowel: Option<String>,
     /// Tension at activity 1 of muscles without a tension of their own in --emg, N per metre of thickness
-    #[arg(long, value_name = "N", requires = "emg")]
+    #[arg(long, value_name = "N", requires = "emg", hide_short_help = true)]
     full: Option<f64>,
 }
 

@@ -39,10 +39,10 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     palate: Option<PathBuf>,
     /// Only the recordings of this speaker, if files have several
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
     speaker: Option<String>,
     /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat, dlc or sensors [default: from their content]
-    #[arg(long, value_name = "FORMAT", value_parser = format)]
+    #[arg(long, value_name = "FORMAT", value_parser = format, hide_short_help = true)]
     format: Option<Format>,
 }
 
@@ -69,10 +69,22 @@ fn format(name: &str) -> Result<Format, String> {
 pub struct PriorArguments {
     /// Scale of the tensions in the prior, N per metre of thickness; its median is 0.41 of the scale, its 97.5 %
     /// quantile 1.9 of it
-    #[arg(long, value_name = "N", default_value_t = 20.0, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 20.0,
+        allow_negative_numbers = true,
+        hide_short_help = true
+    )]
     prior: f64,
     /// Correlation time of the tensions, s; 0: every frame by itself
-    #[arg(long, value_name = "S", default_value_t = 0.1, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 0.1,
+        allow_negative_numbers = true,
+        hide_short_help = true
+    )]
     memory: f64,
 }
 

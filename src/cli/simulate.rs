@@ -27,7 +27,7 @@ pub struct Arguments {
     pulls: pulls::Arguments,
     /// Solve at the full tensions only. By default the equilibria from rest are followed as the tensions
     /// grow, to check that the answer lies on their branch. For very fine meshes
-    #[arg(long, conflicts_with = "trajectory")]
+    #[arg(long, conflicts_with = "trajectory", hide_short_help = true)]
     direct: bool,
     /// Colour the tissue of the picture by its largest principal stretch
     #[arg(long, conflicts_with = "trajectory")]

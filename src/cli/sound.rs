@@ -39,10 +39,10 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", default_value = "S2")]
     subject: String,
     /// Quantity to fit: ratio (to GGa) or stretch (to the subject's own /ɯ/)
-    #[arg(long, value_name = "KIND", default_value = "stretch")]
+    #[arg(long, value_name = "KIND", default_value = "stretch", hide_short_help = true)]
     target: String,
     /// Tension of every muscle in the baseline, N per metre of thickness
-    #[arg(long, value_name = "N", default_value_t = 0.0)]
+    #[arg(long, value_name = "N", default_value_t = 0.0, hide_short_help = true)]
     tone: f64,
     /// Tension of a muscle instead of a vowel, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
@@ -54,7 +54,14 @@ pub struct Arguments {
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     jaw: Option<f64>,
     /// Shift of the hyoid, mm: back,up
-    #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 1, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "X,Y",
+        value_delimiter = ',',
+        num_args = 1,
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     hyoid: Option<Vec<f64>>,
     /// Height of the opening between the lips, mm [default: that of the tract's file for the vowel, else 8]
     #[arg(long, value_name = "MM")]
@@ -63,13 +70,13 @@ pub struct Arguments {
     #[arg(long, value_name = "MM", allow_hyphen_values = true)]
     lip_protrusion: Option<f64>,
     /// Mesh spacing, mm
-    #[arg(long, value_name = "MM", default_value_t = 5.5)]
+    #[arg(long, value_name = "MM", default_value_t = 5.5, hide_short_help = true)]
     h: f64,
     /// Pitch of the voice, Hz
-    #[arg(long, value_name = "HZ", default_value_t = Voice::default().pitch_hz)]
+    #[arg(long, value_name = "HZ", default_value_t = Voice::default().pitch_hz, hide_short_help = true)]
     pitch: f64,
     /// Duration of the voice, s
-    #[arg(long, value_name = "S", default_value_t = Voice::default().seconds)]
+    #[arg(long, value_name = "S", default_value_t = Voice::default().seconds, hide_short_help = true)]
     seconds: f64,
     #[command(flatten)]
     space: sound_space::Arguments,

@@ -40,17 +40,23 @@ pub struct Arguments {
 pub struct ModelArguments {
     /// Muscles: stress along fibres, whose answers hold on finer meshes, or lines from node to node, as in
     /// ArtiSynth
-    #[arg(long, value_name = "KIND", value_parser = choice::<MusclesAs>(), default_value = "stress")]
+    #[arg(long, value_name = "KIND", value_parser = choice::<MusclesAs>(), default_value = "stress", hide_short_help = true)]
     muscles_as: MusclesAs,
     /// Stiffening of a muscle's tissue by full activation, as a multiple of its passive stiffness (ArtiSynth:
     /// 9)
-    #[arg(long, value_name = "GAIN", default_value_t = 0.0, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "GAIN",
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     stiffening: f64,
     /// Cut every hexahedron in eight
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     refined: bool,
     /// Unit of the coordinates of a body from Gmsh (--body FILE.msh)
-    #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m")]
+    #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", hide_short_help = true)]
     body_unit: Unit,
 }
 

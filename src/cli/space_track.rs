@@ -29,13 +29,19 @@ const SHARE: f64 = 0.2;
 #[command(next_help_heading = "Body in space")]
 pub struct Arguments {
     /// Let the sides of a muscle be activated apart; else they are alike
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     sides_apart: bool,
     /// Number of starting points of the search in space; every further frame begins at the one before
-    #[arg(long, value_name = "N", default_value_t = FitSettings::default().starts)]
+    #[arg(long, value_name = "N", default_value_t = FitSettings::default().starts, hide_short_help = true)]
     starts: usize,
     /// Standard deviation of each coordinate, distance or length, mm, where a table has no column sd_mm
-    #[arg(long, value_name = "MM", default_value_t = 0.5, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "MM",
+        default_value_t = 0.5,
+        allow_negative_numbers = true,
+        hide_short_help = true
+    )]
     sd: f64,
     #[command(flatten)]
     model: ModelArguments,

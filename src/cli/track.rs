@@ -45,7 +45,7 @@ pub struct Arguments {
     recordings: recordings::Arguments,
     /// Method for the rest shape if no body is given. The intervals include what placing (similarity) leaves
     /// unknown of it, and the shape is then fitted for display; joint fits it first
-    #[arg(long, value_name = "HOW", value_parser = choice_among::<How>(&recordings::REST), default_value = "similarity")]
+    #[arg(long, value_name = "HOW", value_parser = choice_among::<How>(&recordings::REST), default_value = "similarity", hide_short_help = true)]
     rest: How,
     /// Use the body unchanged: the recordings are in its frame
     #[arg(long, conflicts_with = "rest")]
@@ -55,17 +55,17 @@ pub struct Arguments {
     #[arg(long, value_name = "POINTS", value_delimiter = ',')]
     hold_out: Vec<String>,
     /// Muscles that can contract [default: all of the body]
-    #[arg(long, value_name = "MUSCLES", value_delimiter = ',')]
+    #[arg(long, value_name = "MUSCLES", value_delimiter = ',', hide_short_help = true)]
     muscles: Vec<String>,
     /// A bone that may be displaced in recordings in which it was not seen, such as hyoid: near its place (5
     /// mm), found together with the tensions; may be given several times
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", hide_short_help = true)]
     free_bone: Vec<String>,
     /// Number of draws for the intervals
-    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(100..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(100..=100_000), hide_short_help = true)]
     draws: u32,
     /// Seed of the random numbers
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value_t = 0, hide_short_help = true)]
     seed: u64,
     #[command(flatten)]
     prior: PriorArguments,

@@ -31,10 +31,10 @@ pub enum Also {
 pub struct Arguments {
     /// Maximum number of frames of a recording whose shapes are kept for the page, animations and ParaView,
     /// equally spaced
-    #[arg(long, value_name = "N", default_value_t = 100)]
+    #[arg(long, value_name = "N", default_value_t = 100, hide_short_help = true)]
     pub frames: usize,
     /// Files of each recording beside the page and the tables, such as svg,sto
-    #[arg(long, value_name = "FORMATS", value_delimiter = ',')]
+    #[arg(long, value_name = "FORMATS", value_delimiter = ',', hide_short_help = true)]
     also: Vec<Also>,
 }
 

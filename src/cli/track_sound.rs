@@ -21,16 +21,23 @@ const REACH_MM: f64 = 12.0;
 #[command(next_help_heading = "Sound")]
 pub struct Arguments {
     /// Compute F1 and F2 of every frame: the drawn tract, placed by the mental spine and the hyoid, around the tongue
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     formants: bool,
     /// Tract (TOML) in the frame of the recordings instead of the drawn one
-    #[arg(long, value_name = "FILE", requires = "formants")]
+    #[arg(long, value_name = "FILE", requires = "formants", hide_short_help = true)]
     tract: Option<PathBuf>,
     /// Height of the opening between the lips in all frames, mm
-    #[arg(long, value_name = "MM", requires = "formants", default_value_t = Articulation::default().lip_opening_mm)]
+    #[arg(long, value_name = "MM", requires = "formants", default_value_t = Articulation::default().lip_opening_mm, hide_short_help = true)]
     lip_opening: f64,
     /// Protrusion of the lips in all frames, mm
-    #[arg(long, value_name = "MM", requires = "formants", default_value_t = 0.0, allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "MM",
+        requires = "formants",
+        default_value_t = 0.0,
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
     lip_protrusion: f64,
 }
 

@@ -52,7 +52,7 @@ pub struct Arguments {
     )]
     t_end: f64,
     /// Integrator: tr-bdf2 or verlet
-    #[arg(long, value_name = "NAME", default_value = IntegrationMethod::TrBdf2.name(), requires = "trajectory")]
+    #[arg(long, value_name = "NAME", default_value = IntegrationMethod::TrBdf2.name(), requires = "trajectory", hide_short_help = true)]
     method: IntegrationMethod,
     /// Fixed step, s [default: error control; 0.9 of the stability limit for verlet]
     #[arg(
@@ -60,11 +60,18 @@ pub struct Arguments {
         value_name = "S",
         allow_hyphen_values = true,
         requires = "trajectory",
-        conflicts_with = "tolerance"
+        conflicts_with = "tolerance",
+        hide_short_help = true
     )]
     dt: Option<f64>,
     /// Largest error of a node in one step of tr-bdf2, mm [default: 1e-6]
-    #[arg(long, value_name = "MM", allow_hyphen_values = true, requires = "trajectory")]
+    #[arg(
+        long,
+        value_name = "MM",
+        allow_hyphen_values = true,
+        requires = "trajectory",
+        hide_short_help = true
+    )]
     tolerance: Option<f64>,
     /// Time in which the tensions grow to the values of --tension, s
     #[arg(
@@ -72,18 +79,19 @@ pub struct Arguments {
         value_name = "S",
         default_value_t = 0.0,
         allow_hyphen_values = true,
-        requires = "trajectory"
+        requires = "trajectory",
+        hide_short_help = true
     )]
     ramp: f64,
     /// Tensions over time instead of --tension: CSV with the columns time_s, GGa, ... (N per metre of
     /// thickness)
-    #[arg(long, value_name = "FILE", requires = "trajectory", conflicts_with_all = ["tension", "emg", "ramp"])]
+    #[arg(long, value_name = "FILE", requires = "trajectory", conflicts_with_all = ["tension", "emg", "ramp"], hide_short_help = true)]
     tension_curves: Option<PathBuf>,
     /// Number of frames for ParaView and the animation, with the first and the last time
-    #[arg(long, value_name = "N", default_value_t = 31, requires = "trajectory")]
+    #[arg(long, value_name = "N", default_value_t = 31, requires = "trajectory", hide_short_help = true)]
     frames: usize,
     /// Run even beyond the stability limit, and however long it takes
-    #[arg(long, requires = "trajectory")]
+    #[arg(long, requires = "trajectory", hide_short_help = true)]
     force: bool,
 }
 

@@ -24,10 +24,10 @@ pub struct Arguments {
     #[arg(long, value_name = "V")]
     baseline: Option<String>,
     /// Number of permutations of the names of muscles
-    #[arg(long, value_name = "N", default_value_t = 25)]
+    #[arg(long, value_name = "N", default_value_t = 25, hide_short_help = true)]
     permutations: u16,
     /// Seed of permutations and bootstraps
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, hide_short_help = true)]
     seed: u64,
     /// Validate the posterior too: every muscle is predicted from all others, as a distribution (takes some
     /// minutes)

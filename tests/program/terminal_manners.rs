@@ -24,7 +24,7 @@ const COMMANDS: [(&str, i32); 16] = [
     ("mesh", 0),
     ("completions bash", 0),
     ("--help", 0),
-    ("--help-all", 0),
+    ("-h", 0),
     ("--version", 0),
     ("help scene run", 0),
 ];
@@ -281,33 +281,24 @@ fn an_interrupted_batch_leaves_its_journal_and_goes_on_unless_it_was_told_to_ign
 
     let (_, _, told) = run(folder.path(), &batch.replace("--out", "--threads 1 --out"));
     assert!(told.contains("resuming after") && told.contains("of 12 fits"), "{told}");
-    assert_eq!(
-        names(&out),
-        ["batch.html", "batch.json", "fits.csv", "muscles.csv", "tensions.svg", "tensions.tex"]
-    );
+    assert_eq!(names(&out), ["batch.html", "batch.json", "fits.csv", "muscles.csv", "tensions.svg"]);
 
     // As a background job of a script.
     fs::remove_dir_all(&out).unwrap();
     let status = interrupted(start(folder.path(), "ignore", batch), "INT", fitted).unwrap();
     assert!(status.code().is_some(), "{status}");
-    assert_eq!(names(&out).len(), 6);
+    assert_eq!(names(&out).len(), 5);
 }
 
 #[test]
-fn help_is_short_and_help_all_is_complete() {
+fn the_short_help_is_short_and_the_long_one_complete() {
     let folder = tempfile::tempdir().unwrap();
     let printed = |arguments: &str| parts(tongue_fit(folder.path(), arguments).output().unwrap()).1;
-    let (short, long) = (printed("--help"), printed("--help-all"));
-    assert!(
-        short.contains("--vowel") && short.contains("--help-all") && !short.contains("      --poisson-ratio"),
-        "{short}"
-    );
+    let (short, long) = (printed("-h"), printed("--help"));
+    assert!(short.contains("--vowel") && !short.contains("--poisson-ratio"), "{short}");
     assert!(long.contains("--poisson-ratio") && long.contains("Body:"), "{long}");
-    assert!(short.lines().count() < 90, "{short}");
-    assert!(
-        printed("batch --help-all").contains("      --tone")
-            && !printed("batch --help").contains("      --tone")
-    );
-    // Options that help does not show work as before.
+    assert!(short.lines().count() < 60, "{short}");
+    assert!(printed("batch --help").contains("--tone") && !printed("batch -h").contains("--tone"));
+    // Options that the short help does not show work as before.
     assert_eq!(parts(tongue_fit(folder.path(), "mesh --preset thesis -q").output().unwrap()).0, 0);
 }

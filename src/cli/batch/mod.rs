@@ -47,24 +47,24 @@ pub struct Arguments {
     target: String,
     /// Vowel taken as rest, for all subjects (e) or for one (S4=i); may be given several times [default: ɯ,
     /// and e for subjects without ɯ]
-    #[arg(long, value_name = "V|SUBJECT=V")]
+    #[arg(long, value_name = "V|SUBJECT=V", hide_short_help = true)]
     baseline: Vec<String>,
     /// Number of draws of the lengths within their rounding, for intervals by rounding; 0 for none
     #[arg(long, value_name = "N", default_value_t = Thoroughness::default().draws)]
     draws: usize,
     /// Seed of the draws
-    #[arg(long, value_name = "N", default_value_t = Thoroughness::default().seed)]
+    #[arg(long, value_name = "N", default_value_t = Thoroughness::default().seed, hide_short_help = true)]
     seed: u64,
     /// Try other subsets of contracting muscles that differ in up to N muscles; 0 tries none, 8 all
-    #[arg(long, value_name = "N", default_value_t = Thoroughness::default().subset_changes)]
+    #[arg(long, value_name = "N", default_value_t = Thoroughness::default().subset_changes, hide_short_help = true)]
     subsets: u32,
     /// Search method: by the derivatives of the equilibrium, or by the simplex of the thesis, which finds the
     /// same tensions ten times slower (and is the default for the fit of one vowel, as in the thesis)
-    #[arg(long, value_parser = choice::<Method>(), default_value = "gauss-newton")]
+    #[arg(long, value_parser = choice::<Method>(), default_value = "gauss-newton", hide_short_help = true)]
     method: Method,
     /// Half width of the rounding of every length, mm [default: from the table or its digits, 0.5 for whole
     /// millimetres]
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", hide_short_help = true)]
     error_mm: Option<f64>,
     /// Make only every Nth of the fits, as one task of a cluster: 3/16 is the third of sixteen;
     /// `tongue-fit merge` merges them

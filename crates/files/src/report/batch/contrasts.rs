@@ -1,12 +1,10 @@
-//! Differences of tensions between the vowels of a subject, as rows of `contrasts.csv` and as the picture `contrasts.svg`.
+//! Differences of tensions between the vowels of a subject: the rows of `contrasts.csv`.
 
 use std::io::{self, Write};
 
 use serde::Serialize;
 
 use super::{Batch, BatchJournal};
-use crate::report::Export;
-use crate::report::svg;
 use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::Contrast;
 
@@ -80,23 +78,4 @@ pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
         })?;
     }
     writer.flush()
-}
-
-/// Subjects in their order, each with its contrasts.
-pub fn by_subject(all: &[SubjectContrast]) -> Vec<(&str, Vec<Contrast>)> {
-    let mut subjects: Vec<(&str, Vec<Contrast>)> = Vec::new();
-    for c in all {
-        match subjects.iter_mut().find(|(name, _)| *name == c.subject) {
-            Some((_, own)) => own.push(c.contrast.clone()),
-            None => subjects.push((&c.subject, vec![c.contrast.clone()])),
-        }
-    }
-    subjects
-}
-
-/// Writes `contrasts.svg`.
-pub fn write_picture(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
-    let by = crate::report::Provenance::new(&batch.provenance.command);
-    svg::contrasts(&by_subject(batch.contrasts), "Differences of tensions between vowels")
-        .write(w, &by.with_inputs(&batch.provenance.inputs_sha256))
 }

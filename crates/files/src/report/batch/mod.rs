@@ -1,9 +1,8 @@
-//! Outputs of a batch: tables (CSV, LaTeX), one JSON document, one page and one picture, assembled from the
+//! Outputs of a batch: tables, one JSON document, one page and one picture, assembled from the
 //! parts that each fit wrote when it was done.
 
 pub mod contrasts;
 pub mod journal;
-mod latex;
 pub mod page;
 pub mod record;
 mod shard;
@@ -176,21 +175,19 @@ pub fn write_files(
         Ok(())
     })
     .map_err(|e| ReportError::Record { reason: e.to_string() })?;
-    let files: [(&str, &Writes<'_>); 9] = [
+    let files: [(&str, &Writes<'_>); 7] = [
         ("batch.json", &|w| write_json(w, batch, journal, false)),
         ("fits.csv", &|w| write_fits(w, batch, journal)),
         ("muscles.csv", &|w| write_rows(w, batch, journal, muscle_lines)),
         ("batch.html", &|w| page::write(w, batch, journal)),
-        ("tensions.tex", &|w| write_latex(w, batch, journal)),
         ("tensions.svg", &|w| page::write_tensions(w, batch, journal)),
         ("posterior.csv", &|w| write_rows(w, batch, journal, tables::posterior_lines)),
         ("contrasts.csv", &|w| contrasts::write_csv(w, batch)),
-        ("contrasts.svg", &|w| contrasts::write_picture(w, batch)),
     ];
     let count = match (has_posterior, !batch.contrasts.is_empty()) {
-        (_, true) => 9,
-        (true, false) => 7,
-        (false, false) => 6,
+        (_, true) => 7,
+        (true, false) => 6,
+        (false, false) => 5,
     };
     out.write_streams(files[..count].iter().copied())
 }
@@ -298,12 +295,6 @@ fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> i
     each_fit(batch, journal, |_, _, fit| write(&fit.record))?;
     batch.baselines.iter().map(tables::of_baseline).try_for_each(|row| write(&row))?;
     all_refusals(batch, journal)?.iter().map(tables::of_refusal).try_for_each(|row| write(&row))
-}
-
-fn write_latex(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
-    w.write_all(latex::head(batch.muscles, batch.summary.draws, batch.provenance).as_bytes())?;
-    each_fit(batch, journal, |_, _, fit| w.write_all(latex::row(batch.muscles, &fit.record).as_bytes()))?;
-    w.write_all(latex::FOOT.as_bytes())
 }
 
 /// The fits in the order of the jobs, with the duration of each, s.

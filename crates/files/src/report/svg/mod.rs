@@ -6,8 +6,6 @@ mod animation;
 mod axes;
 mod changes;
 mod contours;
-#[cfg(feature = "files")]
-mod contrasts;
 mod labels;
 mod muscle_lines;
 mod muscles;
@@ -31,8 +29,6 @@ use super::export::{Export, Provenance};
 
 pub use animation::{AnimationFrame, animation, animation_of_seen};
 pub use changes::{Series, changes};
-#[cfg(feature = "files")]
-pub use contrasts::contrasts;
 #[cfg(feature = "files")]
 pub(super) use muscle_lines::colours;
 pub use muscles::{Panel, panels};
