@@ -175,7 +175,11 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
         assert!(output.status.code() == Some(1) && message.contains(part), "{message}");
     }
     let output = run(folder.path(), "--vowel a --posterior 7");
-    assert!(text(&output.stderr).contains("7 draws were asked for"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("--posterior is 7 draws; it must be from 100"),
+        "{}",
+        text(&output.stderr)
+    );
 }
 
 #[test]
@@ -199,7 +203,11 @@ fn a_posterior_that_cannot_be_told_leaves_its_fit_in_a_batch_and_is_an_alarm_of_
     }
     let output = run(folder.path(), &format!("{rows} --posterior 99"));
     assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output.stderr).contains("99 draws were asked for"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("--posterior is 99 draws; it must be from 100"),
+        "{}",
+        text(&output.stderr)
+    );
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod tracked_intervals_cover_the_truth;
 mod validation_of_takano;
 
 #[path = "../fixtures/inputs.rs"]
+#[allow(clippy::duplicate_mod, reason = "fuzz targets take this file without the other fixtures")]
 mod inputs;
 
 #[path = "../fixtures/mod.rs"]
