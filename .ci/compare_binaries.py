@@ -22,12 +22,10 @@ def cases():
                     yield "fit", row + (["--baseline", "e"] if subject == "S4" and vowel != "e" else [])
     yield "fit", ["--vowel", "a", "--muscles", "GGa,SGm,HGa,SGp"]
     yield "batch", ["batch", "--draws", "20", "--seed", "7"]
-    yield "batch", ["batch", "--draws", "0", "--tissue", "fe"]
     loads = [["GGa=12", "SGm=11.5", "HGa=4.5"], ["GGp=30", "GGm=20"], ["HGp=60", "SGa=5"], ["SGp=40"]]
     for load in loads:
         given = [word for t in load for word in ("--tension", t)]
         yield "simulate", ["simulate", *given]
-        yield "simulate", ["simulate", "--tissue", "fe", *given]
         yield "simulate", ["simulate", "--h", "2.75mm", *given]
         yield "trajectory", ["simulate", *given, "--trajectory", "--t-end", "0.5"]
     explicit = ["--method", "verlet", "--dt", "2e-6", "--t-end", "0.002"]

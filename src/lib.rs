@@ -206,7 +206,7 @@ pub mod inverse {
 pub mod material {
     //! Materials: constants of tissue, coefficients matched to them, laws.
     #[doc(inline)]
-    pub use tongue_core::material::{Coefficients, Constants, MooneyRivlin, NeoHookean, Preset, Spread};
+    pub use tongue_core::material::{Coefficients, Constants, MooneyRivlin, NeoHookean};
 }
 
 pub mod measured {
@@ -341,8 +341,8 @@ pub mod run {
     pub use tongue_files::run::BatchRun;
     #[doc(inline)]
     pub use tongue_files::run::{
-        BodySource, Equilibrium, FitFound, FitRun, Kind, PlaneBody, Tissue, TrackError, TrackRun,
-        TrackedBody, sittings,
+        BodySource, Equilibrium, FitFound, FitRun, Kind, PlaneBody, TrackError, TrackRun, TrackedBody,
+        sittings,
     };
 }
 

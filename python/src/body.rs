@@ -8,10 +8,9 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tongue_fit::body;
-use tongue_fit::choice::name_of;
 use tongue_fit::material::Constants;
 use tongue_fit::report::{Export, Provenance};
-use tongue_fit::run::{BodySource, Kind, PlaneBody, Tissue};
+use tongue_fit::run::{BodySource, Kind, PlaneBody};
 use tongue_fit::simulation::Assemble;
 use tongue_fit::system::{self, TissueModel};
 
@@ -193,39 +192,20 @@ impl Body {
     }
 }
 
-/// The model of a body: constants of the tissue and the kind of its elements.
+/// The model of a body: constants of the tissue.
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Model(pub system::Model);
 
-/// The word for the elements of a model.
-fn tissue_of(model: &system::Model) -> &'static str {
-    name_of(&if model.tissue == TissueModel::MassSpring { Tissue::Springs } else { Tissue::Fe })
-}
-
 #[pymethods]
 impl Model {
-    /// Young's modulus (Pa) and Poisson's ratio of the tissue; the source of the springs' coefficients
-    /// (`preset`: consistent or as-printed) and how connections get them (`spread`: per-connection or
-    /// assembled); elements of the tissue (`tissue`: springs or fe; a continuum ignores it).
+    /// Young's modulus (Pa) and Poisson's ratio of the tissue.
     #[new]
-    #[pyo3(signature = (*, young_modulus = 6900.0, poisson_ratio = 0.49,
-        preset = "consistent", spread = "per-connection", tissue = "springs"))]
-    fn new(
-        young_modulus: f64,
-        poisson_ratio: f64,
-        preset: &str,
-        spread: &str,
-        tissue: &str,
-    ) -> PyResult<Self> {
+    #[pyo3(signature = (*, young_modulus = 6900.0, poisson_ratio = 0.49))]
+    fn new(young_modulus: f64, poisson_ratio: f64) -> PyResult<Self> {
         let constants = Constants { young_modulus, poisson_ratio, ..Constants::TONGUE };
         constants.check().map_err(refused)?;
-        Ok(Self(system::Model {
-            constants,
-            preset: chosen("preset", preset)?,
-            spread: chosen("spread", spread)?,
-            tissue: chosen::<Tissue>("tissue", tissue)?.model(Kind::Springs),
-        }))
+        Ok(Self(system::Model { constants, ..system::Model::default() }))
     }
 
     /// Makes `body` ready to be solved; the named muscles contract, and all others are passive tissue.
@@ -236,18 +216,15 @@ impl Model {
         Ok(Assembly(made, Arc::new((given, body.clone()))))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (f64, f64, [&'static str; 3])> {
-        let model = &slf.get().0;
-        let words = [name_of(&model.preset), name_of(&model.spread), tissue_of(model)];
-        let state = (model.constants.young_modulus, model.constants.poisson_ratio, words);
-        Ok((slf.py().get_type::<Self>().getattr("_restored")?, state))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (f64, f64)> {
+        let c = &slf.get().0.constants;
+        Ok((slf.py().get_type::<Self>().getattr("_restored")?, (c.young_modulus, c.poisson_ratio)))
     }
 
     /// The model of a pickle.
     #[staticmethod]
-    fn _restored(young_modulus: f64, poisson_ratio: f64, words: [String; 3]) -> PyResult<Self> {
-        let [preset, spread, tissue] = &words;
-        Self::new(young_modulus, poisson_ratio, preset, spread, tissue)
+    fn _restored(young_modulus: f64, poisson_ratio: f64) -> PyResult<Self> {
+        Self::new(young_modulus, poisson_ratio)
     }
 
     fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
@@ -264,15 +241,8 @@ impl Model {
     }
 
     fn __repr__(&self) -> String {
-        let (model, c) = (&self.0, &self.0.constants);
-        format!(
-            "Model(young_modulus={:?}, poisson_ratio={:?}, preset='{}', spread='{}', tissue='{}')",
-            c.young_modulus,
-            c.poisson_ratio,
-            name_of(&model.preset),
-            name_of(&model.spread),
-            tissue_of(model)
-        )
+        let c = &self.0.constants;
+        format!("Model(young_modulus={:?}, poisson_ratio={:?})", c.young_modulus, c.poisson_ratio)
     }
 }
 

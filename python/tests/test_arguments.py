@@ -75,7 +75,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "InverseProblem.with_tension": (fitted(lambda **given: problem().with_tension(**given)), {"muscle": "GGa", "tension": 20.0}),
     "Model": (
         lambda **given: tf.Model(**given).assemble(BODY, ["GGa"]),
-        {"young_modulus": 6900.0, "poisson_ratio": 0.49, "preset": "consistent", "spread": "assembled", "tissue": "fe"},
+        {"young_modulus": 6900.0, "poisson_ratio": 0.49},
     ),
     "Model.assemble": (tf.Model().assemble, {"body": BODY, "muscles": ["GGa"]}),
     "Observable.gradient": (LENGTH.gradient, {"positions": POINTS}),

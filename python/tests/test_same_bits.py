@@ -22,9 +22,7 @@ OPTIONS = [word for name, n in TENSIONS.items() for word in ("--tension", f"{nam
     ("words", "body", "model"),
     [
         ([], tf.Body.tongue, {}),
-        (["--tissue", "fe"], tf.Body.tongue, {"tissue": "fe"}),
         (["--poisson-ratio", "0.45"], tf.Body.tongue, {"poisson_ratio": 0.45}),
-        (["--preset", "as-printed"], tf.Body.tongue, {"preset": "as-printed"}),
         (["--body", "continuum", "--h", "8mm"], lambda: tf.Body.continuum(8e-3), {}),
     ],
 )

@@ -26,8 +26,8 @@ VALUES: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
     "Body, continuum": (lambda: tf.Body.continuum(8e-3), tf.Body.tongue),
     "Model": (tf.Model, lambda: tf.Model(poisson_ratio=0.45)),
     "Model, all said": (
-        lambda: tf.Model(young_modulus=5e3, preset="as-printed", spread="assembled", tissue="fe"),
-        lambda: tf.Model(young_modulus=5e3, preset="as-printed", spread="assembled"),
+        lambda: tf.Model(young_modulus=5e3, poisson_ratio=0.45),
+        lambda: tf.Model(young_modulus=5e3),
     ),
     "Assembly": (lambda: tf.Model().assemble(tf.Body.tongue(), ["GGa"]), lambda: tf.Model().assemble(tf.Body.tongue(), ["HGa"])),
     "Dataset": (tf.Dataset.reference, lambda: tf.Dataset.from_text(TABLE)),

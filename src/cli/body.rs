@@ -7,9 +7,9 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Anatomy, Body, Unit};
 use tongue_fit::choice::named;
-use tongue_fit::material::{Constants, Preset, Spread};
+use tongue_fit::material::Constants;
 use tongue_fit::report::PageBody;
-use tongue_fit::run::{BodySource, Kind, PlaneBody, Tissue};
+use tongue_fit::run::{BodySource, Kind, PlaneBody};
 use tongue_fit::simulation;
 use tongue_fit::suggest;
 use tongue_fit::system::Model;
@@ -43,8 +43,7 @@ pub struct Arguments {
     /// Unit of the coordinates in that file
     #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", requires = "mesh", hide_short_help = true)]
     mesh_unit: Unit,
-    /// Coefficients: identified from E, nu, rho, eta, or table 4.2 of the thesis as printed; `thesis` also
-    /// makes its assumptions in a fit: a baseline without tone, and fixed bones
+    /// Assumptions of a fit: `thesis` has a baseline without tone, and fixed bones
     #[arg(long, value_enum, default_value = "consistent", hide_short_help = true)]
     preset: PresetName,
     /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
@@ -59,16 +58,12 @@ pub struct Arguments {
     /// tongue in space, a folder with ArtiSynth's, or hexahedra from Gmsh [springs, continuum, space, FOLDER, FILE.msh]
     #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,
-    /// Tissue: springs and area terms (as in the thesis), or finite elements of the same E and nu
-    #[arg(long, value_parser = choice::<Tissue>(), default_value = "springs", hide_short_help = true)]
-    tissue: Tissue,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum PresetName {
     Consistent,
     Thesis,
-    AsPrinted,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -235,7 +230,7 @@ impl Arguments {
             }
             BodySource::Mesh { origin, .. } => {
                 let flat = self.made(&PlaneBody { kind: Kind::Springs, ..plane.clone() })?;
-                let springs = Model { tissue: self.tissue.model(Kind::Springs), ..self.model() };
+                let springs = Model { tissue: Kind::Springs.tissue(), ..self.model() };
                 let mesh = output::json(&MeshRecord::of(&flat, &springs).into_diagnostic()?)?;
                 (page.file, page.mesh) = (origin.clone(), Some(mesh));
             }
@@ -259,16 +254,7 @@ impl Arguments {
                  springs, --body continuum, or --mesh FILE"
             ));
         }
-        let of_springs = [
-            ("--tissue fe", self.tissue == Tissue::Fe),
-            ("--preset as-printed", matches!(self.preset, PresetName::AsPrinted)),
-        ];
-        match of_springs.iter().find(|(_, given)| self.kind() == Kind::Continuum && *given) {
-            Some((option, _)) => Err(miette!(
-                "{option} says what --body springs is made of; --body continuum has elements and fibres of its own: leave one of the two out"
-            )),
-            None => Ok(()),
-        }
+        Ok(())
     }
 
     /// Whether the thesis's assumptions are asked for.
@@ -280,12 +266,7 @@ impl Arguments {
     pub fn model(&self) -> Model {
         Model {
             constants: Constants { poisson_ratio: self.poisson_ratio, ..Constants::TONGUE },
-            preset: match self.preset {
-                PresetName::Consistent | PresetName::Thesis => Preset::Consistent,
-                PresetName::AsPrinted => Preset::AsPrinted,
-            },
-            spread: Spread::PerConnection,
-            tissue: self.tissue.model(self.kind()),
+            tissue: self.kind().tissue(),
         }
     }
 }

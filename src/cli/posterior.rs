@@ -32,8 +32,7 @@ pub struct Arguments {
     /// Number of draws from the posterior of the tensions. It uses all measured stretches, lets every muscle
     /// pull, and includes baseline posture, hyoid, anatomy, constants and the model's own error. Its premises
     /// are --priors, not those of the fit (--tone, --hyoid, --muscles, --poisson-ratio). An interval needs
-    /// 400 effective draws: 1000 draws have them, fewer than 500 seldom do; for a continuum or --tissue fe
-    /// take 2000
+    /// 400 effective draws: 1000 draws have them, fewer than 500 seldom do; for a continuum take 2000
     #[arg(long, value_name = "N")]
     posterior: Option<usize>,
     /// Priors of the posterior (TOML) instead of the built-in ones, which `tongue-fit priors` prints

@@ -4,7 +4,7 @@
 use crate::fixtures;
 use nalgebra::{Matrix3, Vector3};
 use tongue_fit::dynamics::{Control, IntegrationMethod, Motion, MotionStatus, State, Tensions, run};
-use tongue_fit::material::{Constants, Preset};
+use tongue_fit::material::Constants;
 use tongue_fit::system::{Model, System};
 
 /// Force, N.
@@ -15,7 +15,7 @@ const MASS: f64 = 2.2e-2;
 /// A bar between a bone and a free node that moves along it.
 fn bar(viscosity: f64, contracts: bool) -> System<2> {
     let constants = Constants { viscosity, ..Constants::TONGUE };
-    let model = Model { constants, preset: Preset::Consistent, ..Model::default() };
+    let model = Model { constants, ..Model::default() };
     System::new(&fixtures::rope(1, 5e-3), &model, if contracts { &[0] } else { &[] }).unwrap()
 }
 

@@ -3,20 +3,35 @@
 use crate::fixtures;
 use nalgebra::SVector;
 use tongue_core::dynamics::Spectrum;
+use tongue_core::effect::Incompressibility;
 use tongue_fit::body::Body;
 use tongue_fit::dynamics::{
     Control, IntegrationMethod, Motion, MotionError, MotionStatus, Observer, Tensions, run, sample_times,
 };
-use tongue_fit::material::{Constants, Preset};
+use tongue_fit::material::Constants;
 use tongue_fit::statics::{self, Workspace};
-use tongue_fit::system::{Model, System, TissueModel};
+use tongue_fit::system::{Additions, Model, System, TissueModel};
 
 /// Numbers of GGa, SGm and HGa, and the published tensions for /a/, N.
 const PUBLISHED: [(usize, f64); 3] = [(0, 12.0), (4, 11.5), (6, 4.5)];
 
-fn reference(preset: Preset) -> (System<2>, Vec<f64>) {
+fn reference() -> (System<2>, Vec<f64>) {
+    of(Additions::default())
+}
+
+/// kappa_s of table 4.2 as printed.
+fn printed() -> (System<2>, Vec<f64>) {
+    let mesh = fixtures::tongue();
+    let area = Box::new(Incompressibility::new(1.46e3, &mesh.cells, &mesh.nodes));
+    of(Additions { effects: vec![area], incompressible: false, ..Additions::default() })
+}
+
+/// Mass of a node of table 4.2 as printed, kg.
+const PRINTED_MASS: f64 = 2.2e-4;
+
+fn of(additions: Additions<2>) -> (System<2>, Vec<f64>) {
     let muscles = PUBLISHED.map(|(m, _)| m);
-    let system = System::new(&fixtures::tongue(), &Model { preset, ..Model::default() }, &muscles).unwrap();
+    let system = System::with(&fixtures::tongue(), &Model::default(), &muscles, additions).unwrap();
     let mut tensions = vec![0.0; system.muscle_count()];
     PUBLISHED.iter().for_each(|(m, t)| tensions[*m] = *t);
     (system, tensions)
@@ -73,7 +88,7 @@ fn energy_never_grows_without_tension() {
     let mesh = fixtures::lattice(4, 4, 5.5e-3);
     let constants = Constants { viscosity: 20.0, ..Constants::TONGUE };
     let systems = [TissueModel::MassSpring, TissueModel::FiniteElement]
-        .map(|tissue| System::new(&mesh, &Model { constants, tissue, ..Model::default() }, &[0]).unwrap());
+        .map(|tissue| System::new(&mesh, &Model { constants, tissue }, &[0]).unwrap());
     for (system, method) in systems.iter().flat_map(|s| IntegrationMethod::ALL.map(|m| (s, m))) {
         let motion = Motion::new(system, Tensions::Constant(vec![0.0])).unwrap();
         let dt = method.step_limit(&motion).map_or(1e-4, |limit| 0.2 * limit);
@@ -199,18 +214,18 @@ fn a_run_shorter_than_any_motion_and_kinks_closer_than_any_step_end_at_once() {
 
 #[test]
 fn the_limits_explain_the_steps_of_the_thesis() {
-    let limit = |preset, method: IntegrationMethod| {
-        let (system, tensions) = reference(preset);
-        let motion = Motion::new(&system, Tensions::Constant(vec![0.0; tensions.len()])).unwrap();
-        (method.step_limit(&motion).unwrap(), Spectrum::of(&motion, &motion.at_rest()))
+    let limit = |(system, tensions): (System<2>, Vec<f64>), mass| {
+        let none = Tensions::Constant(vec![0.0; tensions.len()]);
+        let motion = Motion::with_mass(&system, none, mass).unwrap();
+        (IntegrationMethod::Verlet.step_limit(&motion).unwrap(), Spectrum::of(&motion, &motion.at_rest()))
     };
     // Table 4.2 as printed: dampers 1.25e-8 s (velocity predicted over the full step), area 9.5e-7 s.
-    let (printed, spectrum) = limit(Preset::AsPrinted, IntegrationMethod::Verlet);
+    let (printed, spectrum) = limit(printed(), PRINTED_MASS);
     assert!((1.0e-8..1.4e-8).contains(&printed), "{printed:e}");
     let area = 2.0 / spectrum.stiffness.sqrt();
     assert!((7.5e-7..1.1e-6).contains(&area), "{area:e}");
     // A hundred times the mass, a hundred times the step of the dampers; a thousandth of kappa.
-    let (consistent, spectrum) = limit(Preset::Consistent, IntegrationMethod::Verlet);
+    let (consistent, spectrum) = limit(reference(), reference().0.coefficients().node_mass);
     assert!((consistent / printed / 100.0 - 1.0).abs() < 0.1, "{consistent:e}");
     let area = 2.0 / spectrum.stiffness.sqrt();
     assert!((2.3e-4..3.5e-4).contains(&area), "{area:e}");
@@ -218,8 +233,8 @@ fn the_limits_explain_the_steps_of_the_thesis() {
 
 #[test]
 fn the_step_of_the_thesis_is_refused_and_blows_up_when_forced() {
-    let (system, tensions) = reference(Preset::AsPrinted);
-    let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
+    let (system, tensions) = printed();
+    let motion = Motion::with_mass(&system, Tensions::Constant(tensions), PRINTED_MASS).unwrap();
     let dt = 5.0e-6;
     let refusal = IntegrationMethod::Verlet.checked(&motion, Control::Fixed(dt)).unwrap_err();
     assert!(matches!(refusal, MotionError::Unstable { limit, .. } if limit < 2e-8), "{refusal}");
@@ -239,7 +254,7 @@ fn the_step_of_the_thesis_is_refused_and_blows_up_when_forced() {
 
 #[test]
 fn an_adaptive_trajectory_is_right_to_a_tenth_of_a_micrometre_in_few_steps() {
-    let (system, tensions) = reference(Preset::Consistent);
+    let (system, tensions) = reference();
     let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
     let times = sample_times(3.0, 61);
     let go = |tolerance| {
@@ -261,7 +276,7 @@ fn an_adaptive_trajectory_is_right_to_a_tenth_of_a_micrometre_in_few_steps() {
 #[test]
 fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
     // Released from the shape of /a/ the passive body keeps 7 % of it after 3 s: b/k = 1.12 s.
-    let (system, tensions) = reference(Preset::Consistent);
+    let (system, tensions) = reference();
     let shape = static_positions(&system, &tensions);
     let passive = System::new(&fixtures::tongue(), &Model::default(), &[]).unwrap();
     let slack = Motion::new(&passive, Tensions::Constant(vec![0.0; 8])).unwrap();
@@ -290,7 +305,7 @@ fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
 
 #[test]
 fn hopeless_runs_end_with_a_status_and_finite_positions() {
-    let (system, _) = reference(Preset::Consistent);
+    let (system, _) = reference();
     let tensions = vec![3000.0, 0.0, 0.0, 0.0, 3000.0, 0.0, 3000.0, 0.0];
     let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
     for (method, control) in [

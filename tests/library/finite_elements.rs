@@ -9,16 +9,11 @@ use tongue_core::system::locking::bending_kept;
 use tongue_fit::body::{Cells, Mesh};
 use tongue_fit::dynamics::{self, Control, IntegrationMethod, Motion, Tensions};
 use tongue_fit::effect::{Configuration, Effect, FiniteElements, Tangent};
-use tongue_fit::material::{Constants, Spread};
+use tongue_fit::material::Constants;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
 
-const FE: Model = Model {
-    constants: Constants::TONGUE,
-    preset: tongue_fit::material::Preset::Consistent,
-    spread: Spread::PerConnection,
-    tissue: TissueModel::FiniteElement,
-};
+const FE: Model = Model { constants: Constants::TONGUE, tissue: TissueModel::FiniteElement };
 
 /// `B^T C B` S with the strain-displacement matrix and the plane-strain elasticity matrix of thesis
 /// 3.38-3.42.
@@ -234,7 +229,7 @@ fn a_patch_under_homogeneous_strain_has_one_stress() {
     let with = fibres.iter().flatten().count();
     assert!(with > 0 && fibres.iter().flatten().all(|n| (n - SVector::x()).norm() < 1e-12));
     assert!(with < mesh.cells.len() && system.stresses(&moved).len() == fibres.len());
-    let springs = System::new(&mesh, &Model { spread: Spread::Assembled, ..Model::default() }, &[0]).unwrap();
+    let springs = System::new(&mesh, &Model::default(), &[0]).unwrap();
     assert!(springs.stresses(&moved).is_empty());
 }
 
@@ -242,7 +237,7 @@ fn a_patch_under_homogeneous_strain_has_one_stress() {
 fn linear_elements_keep_less_the_nearer_they_are_to_keeping_their_volume() {
     let kept = |tissue, poisson_ratio| {
         let constants = Constants { poisson_ratio, ..Constants::TONGUE };
-        bending_kept(&Model { constants, tissue, ..Model::default() }, 1e-2).unwrap()
+        bending_kept(&Model { constants, tissue }, 1e-2).unwrap()
     };
     assert_eq!(kept(TissueModel::FiniteElement, 0.45), None);
     assert_eq!(kept(TissueModel::Hexahedra, 0.49), None);

@@ -2,16 +2,27 @@
 
 use crate::fixtures::bodies::{lattice, shuffled};
 use nalgebra::{Matrix2, SVector, Vector2};
+use tongue_core::effect::spring::Spring;
+use tongue_core::effect::{Effect, Incompressibility, Tissue};
 use tongue_core::sparse::BlockMatrix;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Tangent};
-use tongue_fit::material::{Constants, Spread};
-use tongue_fit::system::{Model, System};
+use tongue_fit::material::Constants;
+use tongue_fit::system::{Model, System, coefficients};
 
 const LAYERS: usize = 9;
 
+/// Springs that have k for every triangle that they belong to, as finite elements are assembled, and area terms.
 fn system(mesh: &Mesh<2>) -> System<2> {
-    System::new(mesh, &Model { spread: Spread::Assembled, ..Model::default() }, &[]).unwrap()
+    let c = coefficients(mesh, &Model::default()).unwrap();
+    let triangles = mesh.cells.edges();
+    let spring = |&nodes: &[usize; 2]| {
+        Spring::new(nodes, c.tissue_stiffness * triangles[&nodes] as f64, mesh.distance(nodes))
+    };
+    let springs = Tissue::new(mesh.connections.iter().map(spring).collect(), 0.0);
+    let areas = Incompressibility::new(c.kappa, &mesh.cells, &mesh.nodes);
+    let effects: Vec<Box<dyn Effect<2>>> = vec![Box::new(springs), Box::new(areas)];
+    System::from_effects(mesh, c, effects, &[]).unwrap()
 }
 
 /// Nodes with all six triangles around them.

@@ -276,7 +276,7 @@ fn solids_of_ten_node_tetrahedra_contract_and_sag() {
 
 #[test]
 fn effects_that_a_continuum_lacks_are_refused() {
-    for effect in ["springs = true", "incompressibility = true", "finite_elements = true"] {
+    for effect in ["springs = true", "incompressibility = true"] {
         let text = format!("{TONGUE}kind = \"continuum\"\n[effects]\n{effect}\n");
         let error = Scene::from_toml(&text, "t").and_then(|s| s.check()).unwrap_err().to_string();
         assert!(error.contains("kind = \"continuum\"") && error.contains(effect), "{error}");
@@ -342,14 +342,6 @@ fn contradictions_are_named() {
             format!("{TONGUE}[tensions_n]\nGGx = 1.0\n"),
             vec!["tensions_n.GGx", "[body.tongue]", "did you mean \"GGa\"?"],
         ),
-        (
-            format!("{TONGUE}[effects]\nsprings = true\nfinite_elements = true\n"),
-            vec!["effects.springs = true", "effects.finite_elements = true", "twice"],
-        ),
-        (
-            format!("{TONGUE}[effects]\nincompressibility = true\nfinite_elements = true\n"),
-            vec!["effects.incompressibility", "effects.finite_elements"],
-        ),
         (format!("{TONGUE}[effects]\nsprings = false\n"), vec!["effects.springs = false", "hold the body"]),
         (
             format!("{TONGUE}[effects]\ncontact = {{ outline_mm = [[-20.0, 20.0], [60.0, 21.0]] }}\n"),
@@ -368,18 +360,7 @@ fn contradictions_are_named() {
             format!("{TONGUE}[effects]\ncontact = {{ reach_mm = 1e-5 }}\n"),
             vec!["effects.contact.reach_mm", "0.00001", "0.001"],
         ),
-        (
-            format!("{TONGUE}[material]\npreset = \"as-printed\"\nyoung_modulus_pa = 7e3\n"),
-            vec!["as-printed", "material.young_modulus_pa"],
-        ),
-        (
-            format!("{CYLINDER}[material]\npreset = \"as-printed\"\n"),
-            vec!["as-printed", "[body.cylinder]", "of the plane"],
-        ),
-        (
-            format!("{TONGUE}[material]\npreset = \"as-printed\"\ndensity_kg_per_m3 = -5e3\n"),
-            vec!["density", "-5000"],
-        ),
+        (format!("{TONGUE}[material]\ndensity_kg_per_m3 = -5e3\n"), vec!["density", "-5000"]),
         (format!("{TONGUE}[material]\nyoung_modulus_pa = 1e300\n"), vec!["Young's modulus", "1e12"]),
         (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.6"), vec!["h_mm", "0.6", "12,000 nodes"]),
         (

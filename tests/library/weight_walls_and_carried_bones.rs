@@ -54,7 +54,7 @@ fn a_finite_element_column_sags_like_an_elastic_rod() {
     let (length, g) = (0.05, 0.02);
     let column = solid::block([0.01, 0.01, length], [2, 2, 12]);
     let constants = Constants { poisson_ratio: 0.0, ..Constants::TONGUE };
-    let model = Model { constants, tissue: TissueModel::FiniteElement, ..Model::default() };
+    let model = Model { constants, tissue: TissueModel::FiniteElement };
     let gravity =
         Gravity::new(&lumped_masses(&column, constants.density), Vector3::new(0.0, 0.0, -g), &column.nodes);
     let system = System::with(&column, &model, &[], pushed(vec![Box::new(gravity)])).unwrap();

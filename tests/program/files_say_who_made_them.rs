@@ -62,13 +62,12 @@ fn every_file_of_every_command_has_version_and_command() {
 
 #[test]
 fn files_of_a_simulation_say_what_the_tissue_was() {
-    for (tissue, name) in [("springs", "springs"), ("fe", "finite_elements")] {
-        for (file, text) in written(&["simulate", "--tissue", tissue, "--direct", "--tension", "GGa=2"]) {
-            assert!(text.contains(name), "{file} of {tissue}");
-        }
-        let motion = ["simulate", "--tissue", tissue, "--tension", "GGa=2", "--trajectory", "--t-end", "0.1"];
-        for (file, text) in written(&motion) {
-            assert!(text.contains(name), "{file} of {tissue}");
+    let simulate = ["simulate", "--direct", "--tension", "GGa=2"];
+    let motion = ["simulate", "--tension", "GGa=2", "--trajectory", "--t-end", "0.1"];
+    for (body, name) in [("springs", "springs"), ("continuum", "continuum")] {
+        let of_body = |command: &[&str]| written(&[command, &["--body", body]].concat());
+        for (file, text) in of_body(&simulate).into_iter().chain(of_body(&motion)) {
+            assert!(text.contains(name), "{file} of {body}");
         }
     }
     for (file, text) in written(&["--vowel", "a", "--method", "gauss-newton"]) {

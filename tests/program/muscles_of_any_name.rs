@@ -153,7 +153,7 @@ fn a_scene_fits_a_solid() {
     let bone = Bone { name: "hyoid".into(), nodes: mesh.fixed.clone() };
     fs::write(folder.path().join("block.msh"), gmsh::write(&mesh, &[bone])).unwrap();
     let scene = "title = \"t\"\nwant = \"lengths\"\n[body.mesh]\nfile = \"block.msh\"\n\
-                 [fit]\nsubject = \"S3\"\nvowel = \"i\"\ntarget = \"stretch\"\n[effects]\nfinite_elements = true\n";
+                 [fit]\nsubject = \"S3\"\nvowel = \"i\"\ntarget = \"stretch\"\n[effects]\nincompressibility = true\n";
     fs::write(folder.path().join("block.toml"), scene).unwrap();
     let answer = run(folder.path(), &["scene", "run", "block.toml", "--json"]);
     assert_eq!(answer["fit"], "converged", "{answer}");

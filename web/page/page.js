@@ -59,7 +59,7 @@ function makeWorker(module) {
 const spacing = () => own[state.continuum ? "continuum_h_mm" : "springs_h_mm"] ?? 5.5;
 const walled = () => state.palate && body?.palate_m != null;
 function scene(bones = [0, 0, 0], walls = walled()) {
-  const effects = own.finite_elements ? { finite_elements: true } : { incompressibility: true };
+  const effects = { incompressibility: true };
   if (state.gravity) effects.gravity = { posture: state.gravity };
   if (walls) effects.contact = {};
   if (bones[0]) effects.jaw = { opening_deg: bones[0] };

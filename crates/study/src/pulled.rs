@@ -2,13 +2,17 @@
 
 use tongue_core::body::{Body, DEFAULT_SPACING_M, Mesh};
 use tongue_core::dynamics::{Motion, MotionError, Tensions};
-use tongue_core::system::{Model, System};
+use tongue_core::effect::Incompressibility;
+use tongue_core::system::{Additions, Model, System};
 use tongue_infer::inverse::FitError;
 
 use crate::Error;
 
 /// The tensions published for /a/ (thesis 4.4.1), N per metre of thickness.
 pub const PUBLISHED_A: [(&str, f64); 3] = [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)];
+
+/// kappa_s of table 4.2, J per metre of thickness.
+const PRINTED_KAPPA: f64 = 1.46e3;
 
 /// A system and its tensions.
 #[derive(Debug)]
@@ -39,6 +43,16 @@ impl Pulled {
     pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(&str, f64)]) -> Result<Self, Error> {
         let (contracting, tensions) = pulling(mesh, pull)?;
         Ok(Self { system: System::new(mesh, model, &contracting)?, tensions, muscles: mesh.muscle_names() })
+    }
+
+    /// The reference tongue with the coefficient of its area term that table 4.2 prints, a thousand times too large.
+    pub fn as_printed(mesh: &Mesh<2>) -> Result<Self, Error> {
+        let (contracting, tensions) = pulling(mesh, &PUBLISHED_A)?;
+        let area = Incompressibility::new(PRINTED_KAPPA, &mesh.cells, &mesh.nodes);
+        let additions =
+            Additions { effects: vec![Box::new(area)], incompressible: false, ..Additions::default() };
+        let system = System::with(mesh, &Model::default(), &contracting, additions)?;
+        Ok(Self { system, tensions, muscles: mesh.muscle_names() })
     }
 
     /// Its motion from rest with the tensions applied at once.

@@ -76,7 +76,7 @@ class Body:
 
 @final
 class Model:
-    """The model of a body: constants of the tissue and the kind of its elements."""
+    """The model of a body: constants of the tissue."""
 
     def __copy__(self) -> Model: ...
     def __deepcopy__(self, _memo: Any) -> Model: ...
@@ -88,13 +88,8 @@ class Model:
         *,
         young_modulus: float = 6900.0,
         poisson_ratio: float = 0.49,
-        preset: str = "consistent",
-        spread: str = "per-connection",
-        tissue: str = "springs",
     ) -> Model:
-        """Young's modulus (Pa) and Poisson's ratio of the tissue; the source of the springs'
-        coefficients (`preset`: consistent or as-printed) and how connections get them (`spread`: per-connection or assembled);
-        elements of the tissue (`tissue`: springs or fe; a continuum ignores it)."""
+        """Young's modulus (Pa) and Poisson's ratio of the tissue."""
     def assemble(self, body: Body, muscles: _Names) -> Assembly:
         """Makes `body` ready to be solved; the named muscles contract, and all others are passive tissue."""
 

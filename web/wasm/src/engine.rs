@@ -90,7 +90,7 @@ impl Engine {
     /// As the program's.
     pub fn new(text: &BodyText, thesis: bool, scene: Scene, data: Option<Dataset>) -> Result<Self, String> {
         let body = text.plane().make(&mut |_| ()).map_err(|e| e.to_string())?;
-        let mut model = scene.model::<2>();
+        let mut model = scene.model();
         if body.mesh.continuum.is_some() {
             model.tissue = TissueModel::Continuum;
         }

@@ -7,36 +7,11 @@
 //! K_measure|²` over `k` and `kappa`.
 
 use nalgebra::{SMatrix, SVector};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::Constants;
 use crate::geometry::simplex::{self, Corners};
 use crate::system::SystemError;
-
-/// Where the coefficients come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Preset {
-    /// Identified from the constants, with masses that add up to the mass of the body.
-    #[default]
-    Consistent,
-    /// Table 4.2 of the thesis to the letter, its factor of 1000 in kappa_s and of 1/100 in the mass
-    /// included.
-    AsPrinted,
-}
-
-/// How the stiffness identified on one cell is given to the connections.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Spread {
-    /// `k` on every connection, as the thesis does; only this reproduces its results.
-    #[default]
-    PerConnection,
-    /// `k` for every cell that a connection belongs to, as finite elements are assembled: `2 k` between two
-    /// triangles.
-    Assembled,
-}
 
 /// Coefficients of the model; 2D: per metre of thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -55,8 +30,6 @@ pub struct Coefficients {
     pub contractile_damping: f64,
     /// Mass of a node, kg.
     pub node_mass: f64,
-    /// How k is given to the connections.
-    pub spread: Spread,
 }
 
 /// Result of the stiffness matching.
@@ -151,16 +124,11 @@ impl Coefficients {
     /// `measure` (m² or m³), and whose tissue has `nodes` nodes (thesis 4.1.1).
     pub fn new<const D: usize>(
         constants: &Constants,
-        preset: Preset,
-        spread: Spread,
         side: f64,
         measure: f64,
         nodes: usize,
     ) -> Result<Self, SystemError> {
         constants.check()?;
-        if preset == Preset::AsPrinted {
-            return Ok(Self { spread, ..Self::AS_PRINTED });
-        }
         let matched = match_stiffness::<D>(constants, &regular_simplex(side))?;
         // In the plane b = eta is per metre of thickness; in space a connection is about as thick as it is
         // long.
@@ -174,21 +142,8 @@ impl Coefficients {
             muscle_series_stiffness: damping,
             contractile_damping: damping,
             node_mass: constants.density * measure / nodes as f64,
-            spread,
         })
     }
-
-    /// Table 4.2 and eq. 4.1 as printed.
-    pub(crate) const AS_PRINTED: Self = Self {
-        tissue_stiffness: 2.67e3,
-        tissue_damping: 3.0e3,
-        kappa: 1.46e3,
-        muscle_parallel_stiffness: 2.67e3,
-        muscle_series_stiffness: 3.0e3,
-        contractile_damping: 3.0e3,
-        node_mass: 2.2e-4,
-        spread: Spread::PerConnection,
-    };
 }
 
 #[cfg(test)]

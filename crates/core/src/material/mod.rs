@@ -7,5 +7,5 @@ mod mooney_rivlin;
 
 pub use constants::Constants;
 pub use law::{NeoHookean, Stress};
-pub use matching::{Coefficients, MatchedCell, Preset, Spread, match_stiffness, regular_simplex};
+pub use matching::{Coefficients, MatchedCell, match_stiffness, regular_simplex};
 pub use mooney_rivlin::MooneyRivlin;

@@ -5,17 +5,13 @@ use serde::Serialize;
 use super::SystemError;
 use crate::body::Mesh;
 use crate::geometry::simplex;
-use crate::material::{Coefficients, Constants, Preset, Spread};
+use crate::material::{Coefficients, Constants};
 
 /// Choices that make a mesh into a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model {
     /// Physical constants of the tissue.
     pub constants: Constants,
-    /// Where the coefficients come from.
-    pub preset: Preset,
-    /// How the identified stiffness is given to the connections.
-    pub spread: Spread,
     /// Model of the tissue.
     pub tissue: TissueModel,
 }
@@ -27,7 +23,7 @@ pub enum TissueModel {
     /// Springs on the connections and a term that keeps each cell's measure, as the thesis does.
     #[default]
     MassSpring,
-    /// Finite elements of E and ν alone: preset and spread are without effect inside the cells. Connections
+    /// Finite elements of E and ν alone. Connections
     /// that are edges of cells then carry no spring, and a muscle there carries its contractile tension
     /// only, because the continuum already includes the passive tissue of the muscle. Outside the cells
     /// nothing changes.
@@ -41,12 +37,7 @@ pub enum TissueModel {
 
 impl Default for Model {
     fn default() -> Self {
-        Self {
-            constants: Constants::TONGUE,
-            preset: Preset::default(),
-            spread: Spread::default(),
-            tissue: TissueModel::default(),
-        }
+        Self { constants: Constants::TONGUE, tissue: TissueModel::default() }
     }
 }
 
@@ -61,13 +52,14 @@ pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coe
     let of_cells = mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c)));
     let measure = of_cells.chain(mesh.hexahedron_volumes()).sum();
     let in_tissue = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
-    Coefficients::new::<D>(&model.constants, model.preset, model.spread, side, measure, in_tissue)
+    Coefficients::new::<D>(&model.constants, side, measure, in_tissue)
 }
 
-/// Spring constant of every connection of the mesh, N/m (2D: per metre of thickness).
+/// Spring constant of every connection of the mesh, N/m (2D: per metre of thickness). In the plane every connection has
+/// k once, as in the thesis. In space, where a connection belongs to several tetrahedra, it has k for each of them.
 pub fn connection_stiffness<const D: usize>(mesh: &Mesh<D>, coefficients: &Coefficients) -> Vec<f64> {
     let k = coefficients.tissue_stiffness;
-    if coefficients.spread == Spread::PerConnection {
+    if D == 2 {
         return vec![k; mesh.connections.len()];
     }
     let cells_of = mesh.cells.edges();

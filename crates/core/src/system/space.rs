@@ -7,7 +7,7 @@ use crate::body::{SpaceBody, SpaceMuscle, Strand};
 use crate::effect::{Effect, Fibres, Hexahedra, Mirror, Stiffening};
 use crate::geometry::hexahedron;
 use crate::limits::{BeyondLimit, STIFFENING};
-use crate::material::{Coefficients, Constants, MooneyRivlin, Preset, Spread};
+use crate::material::{Coefficients, Constants, MooneyRivlin};
 
 use super::{Additions, System, SystemError, TissueModel};
 
@@ -165,6 +165,5 @@ fn carried_along(body: &SpaceBody, law: MooneyRivlin) -> Result<Coefficients, Sy
     let side = total / mesh.connections.len().max(1) as f64;
     let nodes = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
     let volume = body.volumes().iter().sum();
-    let (preset, spread) = (Preset::Consistent, Spread::PerConnection);
-    Coefficients::new::<3>(&constants, preset, spread, side, volume, nodes)
+    Coefficients::new::<3>(&constants, side, volume, nodes)
 }

@@ -8,8 +8,8 @@ use serde_json::{Value, json};
 
 use super::export::{Export, Provenance};
 use super::record::FitRecord;
-use tongue_core::material::{Constants, Preset, Spread};
-use tongue_core::system::{Model, TissueModel};
+use tongue_core::material::Constants;
+use tongue_core::system::Model;
 
 /// The page, made by `web/build.py`.
 const PAGE: &str = include_str!("../../../../web/tongue.html");
@@ -65,7 +65,6 @@ impl TonguePage {
             "continuum": continuum,
             "thesis": thesis,
             "material": material(model),
-            "finite_elements": model.tissue == TissueModel::FiniteElement,
             "table": self.table,
             "fits": fits,
         }))
@@ -77,12 +76,6 @@ fn material(model: &Model) -> Value {
     let mut keys = serde_json::Map::new();
     if model.constants.poisson_ratio != Constants::TONGUE.poisson_ratio {
         keys.insert("poisson_ratio".to_owned(), json!(model.constants.poisson_ratio));
-    }
-    if model.preset != Preset::default() {
-        keys.insert("preset".to_owned(), json!(model.preset));
-    }
-    if model.spread != Spread::default() {
-        keys.insert("spread".to_owned(), json!(model.spread));
     }
     Value::Object(keys)
 }

@@ -16,8 +16,7 @@ const CONTINUUM_SPACING_M: f64 = 4e-3;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// Springs, or linear finite elements if effects ask for them, with muscles along connections and bones
-    /// that hold nodes.
+    /// Springs, with muscles along connections and bones that hold nodes.
     #[default]
     Springs,
     /// Quadratic elements with muscles of finite width and bones that hold patches; answers do not depend on
@@ -29,26 +28,11 @@ impl Kind {
     pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
     }
-}
 
-/// Elements of the tissue of a body that is not a continuum.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Tissue {
-    /// Springs and area terms, as in the thesis.
-    #[default]
-    Springs,
-    /// Finite elements of the same E and nu.
-    Fe,
-}
-
-impl Tissue {
-    /// The model of the tissue of a body of this kind.
-    pub fn model(self, kind: Kind) -> TissueModel {
-        match (kind, self) {
-            (Kind::Continuum, _) => TissueModel::Continuum,
-            (Kind::Springs, Self::Springs) => TissueModel::MassSpring,
-            (Kind::Springs, Self::Fe) => TissueModel::FiniteElement,
+    pub fn tissue(self) -> TissueModel {
+        match self {
+            Self::Springs => TissueModel::MassSpring,
+            Self::Continuum => TissueModel::Continuum,
         }
     }
 }

@@ -11,7 +11,7 @@ mod track;
 
 #[cfg(feature = "files")]
 pub use batch::BatchRun;
-pub use body::{BodySource, Kind, PlaneBody, Tissue};
+pub use body::{BodySource, Kind, PlaneBody};
 pub use equilibrium::Equilibrium;
 pub use fit::{FitFound, FitRun};
 pub use track::{TrackError, TrackRun, TrackedBody, sittings};

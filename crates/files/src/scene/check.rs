@@ -5,7 +5,6 @@ use super::body::{finite, not_negative, positive};
 use super::file::{Scene, SceneBody, Want};
 use crate::run::Kind;
 use tongue_core::dynamics::SHORTEST_S;
-use tongue_core::material::Preset;
 use tongue_infer::track;
 
 /// Minimum reach of a wall, mm: a smaller one makes its barrier stiffer than double precision can resolve.
@@ -73,10 +72,7 @@ impl Scene {
             (m.young_modulus_pa.is_some(), "material.young_modulus_pa", law),
             (m.poisson_ratio.is_some(), "material.poisson_ratio", law),
             (m.viscosity_pa_s.is_some(), "material.viscosity_pa_s", law),
-            (m.preset.is_some(), "material.preset", law),
-            (m.spread.is_some(), "material.spread", law),
             (e.springs == Some(true), "effects.springs = true", law),
-            (e.finite_elements == Some(true), "effects.finite_elements = true", law),
             (e.incompressibility == Some(true), "effects.incompressibility = true", law),
         ];
         first_broken(&rules.map(|(broken, key, why)| (broken, key, "[body.tongue-in-space]", why)))
@@ -95,8 +91,7 @@ impl Scene {
             let why = "tensions are not yet found from points on a continuum; leave one out";
             return Err(contradiction("[points]", "kind = \"continuum\"", why));
         }
-        let e = &self.effects;
-        if e.incompressibility != Some(true) && e.finite_elements != Some(true) {
+        if self.effects.incompressibility != Some(true) {
             let why = "cells of springs alone invert at tensions of the search; ask for effects.incompressibility = true";
             return Err(contradiction("[points]", "effects.incompressibility = false", why));
         }
@@ -209,56 +204,21 @@ impl Scene {
 
     fn check_tissue(&self) -> Result<(), SceneError> {
         let e = &self.effects;
-        let continuum = e.finite_elements == Some(true);
-        if self.material.preset == Some(Preset::AsPrinted) {
-            let m = &self.material;
-            let given = [
-                ("material.young_modulus_pa", m.young_modulus_pa),
-                ("material.poisson_ratio", m.poisson_ratio),
-                ("material.viscosity_pa_s", m.viscosity_pa_s),
-            ];
-            let given = given.iter().find(|(_, value)| value.is_some()).map(|(key, _)| *key);
-            let other = match given {
-                _ if continuum => Some("effects.finite_elements = true"),
-                None if self.is_solid() => Some(self.body_key()),
-                given => given,
-            };
-            if let Some(other) = other {
-                let why =
-                    "table 4.2 gives the springs of the plane and is not made from constants; leave one out";
-                return Err(contradiction("material.preset = \"as-printed\"", other, why));
-            }
-        }
-        let made = [
-            (e.springs == Some(true), "effects.springs = true"),
-            (e.finite_elements == Some(true), "effects.finite_elements = true"),
-            (e.incompressibility == Some(true), "effects.incompressibility = true"),
-            (self.material.preset == Some(Preset::AsPrinted), "material.preset = \"as-printed\""),
-            (self.material.spread.is_some(), "material.spread"),
-        ];
-        if let Some((_, key)) = made.iter().find(|(asked, _)| *asked && self.body.kind() == Kind::Continuum) {
-            let why =
-                "a continuum is made of quadratic elements of E and nu, and of nothing else; leave one out";
-            return Err(contradiction(*key, "kind = \"continuum\"", why));
-        }
+        let continuum = self.body.kind() == Kind::Continuum;
+        let why = "a continuum is made of quadratic elements of E and nu, and of nothing else; leave one out";
         first_broken(&[
-            (
-                continuum && e.springs == Some(true),
-                "effects.springs = true",
-                "effects.finite_elements = true",
-                "each is all of the tissue, so together it would count twice; ask for one of them",
-            ),
+            (continuum && e.springs == Some(true), "effects.springs = true", "kind = \"continuum\"", why),
             (
                 continuum && e.incompressibility == Some(true),
                 "effects.incompressibility = true",
-                "effects.finite_elements = true",
-                "the continuum keeps its measure by Poisson's ratio, so it would count twice; ask for one of them",
+                "kind = \"continuum\"",
+                why,
             ),
             (
                 !continuum && e.springs == Some(false),
                 "effects.springs = false",
-                "the lack of effects.finite_elements",
-                "nothing would hold the body together; ask for one of them",
+                "kind = \"springs\"",
+                "nothing would hold the body together; take kind = \"continuum\" or leave it out",
             ),
         ])
     }

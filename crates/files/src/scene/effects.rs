@@ -7,10 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Effects {
-    /// Tissue as springs on the connections (thesis 3.2.2). Needed unless finite elements are asked for.
+    /// Tissue as springs on the connections (thesis 3.2.2); a body that is not a continuum needs them.
     pub springs: Option<bool>,
-    /// Tissue as linear finite elements, instead of springs and incompressibility.
-    pub finite_elements: Option<bool>,
     /// Incompressibility: cells keep their area or volume (thesis 3.3).
     pub incompressibility: Option<bool>,
     /// Weight.

@@ -11,7 +11,6 @@ use super::effects::Effects;
 use super::tract::SceneTract;
 use crate::run::Kind;
 use crate::surgery::Surgery;
-use tongue_core::material::{Preset, Spread};
 use tongue_core::suggest;
 use tongue_core::toml_text::{self, Misread};
 use tongue_input::bodies::Unit;
@@ -92,7 +91,7 @@ pub struct SceneTongue {
     /// Mesh spacing, mm; default 5.5, also for a continuum.
     #[serde(default = "default_spacing")]
     pub h_mm: f64,
-    /// `springs` (or linear finite elements, if effects ask for them) or `continuum`.
+    /// `springs` or `continuum`.
     #[serde(default, skip_serializing_if = "Kind::is_default")]
     pub kind: Kind,
 }
@@ -124,7 +123,7 @@ pub struct MeshFile {
     /// Unit of the coordinates in a .msh file: `m` or `mm`.
     #[serde(default)]
     pub unit: Unit,
-    /// `springs` (or linear finite elements, if effects ask for them) or `continuum`.
+    /// `springs` or `continuum`.
     #[serde(default, skip_serializing_if = "Kind::is_default")]
     pub kind: Kind,
 }
@@ -139,8 +138,7 @@ pub struct Cylinder {
     pub length_mm: f64,
     /// Mesh spacing, mm.
     pub h_mm: f64,
-    /// `springs` (or linear finite elements, if effects ask for them) or `continuum`, each fibre a line of
-    /// its own.
+    /// `springs` or `continuum`, each fibre a line of its own.
     #[serde(default, skip_serializing_if = "Kind::is_default")]
     pub kind: Kind,
 }
@@ -153,7 +151,7 @@ pub struct Block {
     pub size_mm: [f64; 3],
     /// Mesh spacing, mm.
     pub h_mm: f64,
-    /// `springs` (or linear finite elements, if effects ask for them) or `continuum`.
+    /// `springs` or `continuum`.
     #[serde(default, skip_serializing_if = "Kind::is_default")]
     pub kind: Kind,
 }
@@ -183,13 +181,6 @@ pub struct Material {
     pub density_kg_per_m3: Option<f64>,
     /// Viscosity, Pa s.
     pub viscosity_pa_s: Option<f64>,
-    /// Coefficients identified from the constants (`consistent`), or those printed in table 4.2 of the thesis
-    /// (`as-printed`).
-    pub preset: Option<Preset>,
-    /// Stiffness of every connection counted once (`per-connection`, as in the thesis; the default in the
-    /// plane), or once for each of its cells (`assembled`; the default in space, where every connection
-    /// belongs to several tetrahedra).
-    pub spread: Option<Spread>,
 }
 
 /// Measured lengths to fit.

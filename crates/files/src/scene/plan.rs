@@ -149,7 +149,7 @@ fn planned_cost<const D: usize>(system: &System<D>, decision: &Decision) -> (usi
     match decision.effect {
         "springs" => cost(system, "tissue"),
         "inertia" => light(system.pattern().unknowns()),
-        "viscosity" => light(elements("tissue") + elements("muscle") + elements("finite elements")),
+        "viscosity" => light(elements("tissue") + elements("muscle")),
         "muscle dynamics" => light(elements("muscle")),
         "straight paths" => light(system.paths().len()),
         name if decision.elements > 0 => (decision.elements, cost(system, name).1),

@@ -8,12 +8,11 @@ use super::loads::{carry_bones, contact, gravity};
 use super::plan::{self, Decision, EffectRole, SceneExtent, ScenePlan};
 use super::tongue_in_space::{Operation, activations};
 use super::{SceneError, airway, points};
-use crate::run::Kind;
 use tongue_core::body::{Body, MuscleChain, SpaceBody, SpaceMuscle};
 use tongue_core::effect::{Contact, Effect};
-use tongue_core::material::{Constants, Spread};
+use tongue_core::material::Constants;
 use tongue_core::system::locking::bending_kept;
-use tongue_core::system::{self, Additions, Model, SpaceModel, System, TissueModel};
+use tongue_core::system::{self, Additions, Model, SpaceModel, System};
 use tongue_infer::heard::Airway;
 use tongue_infer::inverse::{Matched, Premises, Setup, Tone};
 use tongue_infer::track::Frame;
@@ -46,7 +45,7 @@ pub fn prepare<const D: usize>(
     extent: SceneExtent,
 ) -> Result<Prepared<D>, SceneError> {
     scene.check()?;
-    let model = scene.model::<D>();
+    let model = scene.model();
     let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
     let operation = Operation::of(scene)?;
     let tensions = tensions(scene, operation.as_ref(), &body)?;
@@ -64,10 +63,7 @@ pub fn prepare<const D: usize>(
 
     let mut decisions = tissue_decisions(scene, &body, &contracting);
     if let Some(why) = locks(&body, &model)? {
-        let tissue = decisions
-            .iter_mut()
-            .filter(|d| d.simulated && ["springs", "finite elements"].contains(&d.effect));
-        tissue.for_each(|d| d.why += &why);
+        decisions.iter_mut().filter(|d| d.simulated && d.effect == "springs").for_each(|d| d.why += &why);
     }
     let mut additions =
         Additions { incompressible: scene.effects.incompressibility == Some(true), ..Additions::default() };
@@ -149,10 +145,8 @@ fn unloaded<const D: usize>(additions: &Additions<D>, wall: Option<&Contact>) ->
 }
 
 impl Scene {
-    /// The model of the tissue, in the plane or in space.
-    pub fn model<const D: usize>(&self) -> Model {
-        let (m, e, table) = (&self.material, &self.effects, Constants::TONGUE);
-        let spread = if D == 3 { Spread::Assembled } else { Spread::PerConnection };
+    pub fn model(&self) -> Model {
+        let (m, table) = (&self.material, Constants::TONGUE);
         Model {
             constants: Constants {
                 density: m.density_kg_per_m3.unwrap_or(table.density),
@@ -160,13 +154,7 @@ impl Scene {
                 poisson_ratio: m.poisson_ratio.unwrap_or(table.poisson_ratio),
                 viscosity: m.viscosity_pa_s.unwrap_or(table.viscosity),
             },
-            preset: m.preset.unwrap_or_default(),
-            spread: m.spread.unwrap_or(spread),
-            tissue: match e.finite_elements {
-                _ if self.body.kind() == Kind::Continuum => TissueModel::Continuum,
-                Some(true) => TissueModel::FiniteElement,
-                _ => TissueModel::MassSpring,
-            },
+            tissue: self.body.kind().tissue(),
         }
     }
 }
@@ -203,12 +191,10 @@ fn tensions<const D: usize>(
 }
 
 fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Decision> {
-    let e = &scene.effects;
     if body.space.is_some() {
         let why = "the body is made of hexahedra";
         return vec![
             Decision::no("springs", why),
-            Decision::no("finite elements", why),
             Decision::yes("hexahedra", format!("needed: {why}")),
             match contracting.len() {
                 0 => Decision::no("fibres", "no muscle is active"),
@@ -223,7 +209,6 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
         let why = "the body is a continuum";
         return vec![
             Decision::no("springs", why),
-            Decision::no("finite elements", why),
             Decision::yes("quadratic elements", format!("needed: {why}")),
             Decision::yes("barrier", "acts only where an element is pressed to a tenth"),
             match continuum.ties.is_empty() {
@@ -239,16 +224,9 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
             Decision::no("straight paths", why),
         ];
     }
-    let continuum = e.finite_elements == Some(true);
     let outside = body.mesh.in_tissue().iter().any(|inside| !inside);
-    let in_its_place = "finite elements are asked for in its place";
     vec![
-        match continuum {
-            false => Decision::yes("springs", "needed: the tissue is made of them"),
-            true if outside => Decision::yes("springs", "only outside the tissue, which is finite elements"),
-            true => Decision::no("springs", in_its_place),
-        },
-        Decision::asked("finite elements", continuum),
+        Decision::yes("springs", "needed: the tissue is made of them"),
         match contracting.len() {
             0 => Decision::no("muscle", "no muscle contracts"),
             1 => {
@@ -259,10 +237,7 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
                 format!("{n} chains contract; only their connections get the three-element model"),
             ),
         },
-        match e.incompressibility {
-            _ if continuum => Decision::no("incompressibility", in_its_place),
-            asked => Decision::asked("incompressibility", asked == Some(true)),
-        },
+        Decision::asked("incompressibility", scene.effects.incompressibility == Some(true)),
         match outside {
             false => Decision::no("straight paths", "no muscle runs outside the tissue"),
             true => Decision::yes(

@@ -117,10 +117,10 @@ pub fn tissue_verdict(study: &AccuracyStudy) -> Option<String> {
     let (scene, runs) = (SCENES[0].0, &study.meshes);
     let h = runs.iter().map(|r| r.h_mm).find(|h| *h <= 5.5).or(runs.last().map(|r| r.h_mm))?;
     let at = |tissue| on(runs, scene, tissue).find(|r| r.h_mm == h);
-    let (springs, elements) = (at(TISSUES[0])?, at(TISSUES[2])?);
+    let (springs, elements) = (at(TISSUES[0])?, at(TISSUES[1])?);
     let patch =
         |tissue: &str| Some(study.patches.iter().find(|r| r.tissue == tissue && r.h_mm == h)?.error_mm);
-    let (ps, pf) = (patch(TISSUES[0])?, patch(TISSUES[2])?);
+    let (ps, pf) = (patch(TISSUES[0])?, patch(TISSUES[1])?);
     let slower = elements.solve_s / springs.solve_s;
     Some(format!(
         "Finite elements at {} mm are {} slower ({} against {} for an equilibrium) and {}: a homogeneous deformation, whose exact solution is \

@@ -153,7 +153,7 @@ fn compare(runs: &mut [MeshRun]) {
         let same = known.iter().filter(|r| r.scene == run.scene);
         let coarser = same.clone().rev().find(|r| r.tissue == run.tissue && r.h_mm > run.h_mm);
         run.change_from_next_coarser = coarser.map(|c| largest_difference(&c.ratios, &run.ratios));
-        let finest = same.rev().find(|r| r.tissue == TISSUES[2]);
+        let finest = same.rev().find(|r| r.tissue == TISSUES[1]);
         run.difference_from_finest_fe = finest.map_or(0.0, |f| largest_difference(&f.ratios, &run.ratios));
     }
 }

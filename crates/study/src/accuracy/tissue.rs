@@ -5,12 +5,11 @@ use serde::Serialize;
 
 use crate::{Error, PUBLISHED_A};
 use tongue_core::body::Mesh;
-use tongue_core::material::Spread;
 use tongue_core::statics::{self, SolveSettings, Workspace};
 use tongue_core::system::{Model, System, TissueModel};
 
 /// Tissues in the order of the tables.
-pub const TISSUES: [&str; 3] = ["springs, per connection", "springs, assembled", "finite elements"];
+pub const TISSUES: [&str; 2] = ["springs, per connection", "finite elements"];
 /// Scenes of axis 5: /a/ as published, and a muscle of the back and one of the tip alone.
 pub const SCENES: [(&str, &[(&str, f64)]); 3] =
     [("/a/", &PUBLISHED_A), ("GGp 10 N", &[("GGp", 10.0)]), ("SGp 10 N", &[("SGp", 10.0)])];
@@ -28,11 +27,9 @@ pub struct PatchRun {
 
 /// The model of one of [`TISSUES`].
 pub fn model(tissue: &str) -> Model {
-    let standard = Model::default();
     match tissue {
-        "springs, assembled" => Model { spread: Spread::Assembled, ..standard },
-        "finite elements" => Model { tissue: TissueModel::FiniteElement, ..standard },
-        _ => standard,
+        "finite elements" => Model { tissue: TissueModel::FiniteElement, ..Model::default() },
+        _ => Model::default(),
     }
 }
 
