@@ -71,7 +71,9 @@ fn every_command_survives_a_closed_pipe_with_its_usual_status() {
 #[test]
 fn a_result_that_cannot_be_printed_is_an_error() {
     let folder = tempfile::tempdir().unwrap();
-    for (arguments, _) in COMMANDS.iter().filter(|(a, _)| !a.contains("help") && !a.contains("--version")) {
+    for (arguments, _) in
+        COMMANDS.iter().filter(|(a, _)| !a.contains("help") && !["-h", "--version"].contains(a))
+    {
         let full = fs::File::options().write(true).open("/dev/full").unwrap();
         let output = tongue_fit(folder.path(), arguments).stdout(full).output().unwrap();
         let (status, _, told) = parts(output);
@@ -295,10 +297,11 @@ fn the_short_help_is_short_and_the_long_one_complete() {
     let folder = tempfile::tempdir().unwrap();
     let printed = |arguments: &str| parts(tongue_fit(folder.path(), arguments).output().unwrap()).1;
     let (short, long) = (printed("-h"), printed("--help"));
-    assert!(short.contains("--vowel") && !short.contains("--poisson-ratio"), "{short}");
+    assert!(short.contains("--vowel") && !short.contains("      --poisson-ratio"), "{short}");
     assert!(long.contains("--poisson-ratio") && long.contains("Body:"), "{long}");
     assert!(short.lines().count() < 60, "{short}");
-    assert!(printed("batch --help").contains("--tone") && !printed("batch -h").contains("--tone"));
+    let has_tone = |arguments: &str| printed(arguments).contains("      --tone");
+    assert!(has_tone("batch --help") && !has_tone("batch -h"));
     // Options that the short help does not show work as before.
     assert_eq!(parts(tongue_fit(folder.path(), "mesh --preset thesis -q").output().unwrap()).0, 0);
 }

@@ -7,11 +7,12 @@ use nalgebra::SVector;
 
 use super::axes::{BELOW, LEFT, View};
 use super::labels::point_at;
-use super::muscle_lines::{arrow, bone, label_places, lines, widths};
+use super::muscle_lines::{Line, arrow, bone, bones, label_places, lines, muscle};
 use super::section::{
-    AlignedRecording, DEFORMED, REST, REST_TISSUE, check, draw_palate, frame, key, ring, tissue_edges,
+    AlignedRecording, DEFORMED, EDGES, REST, REST_TISSUE, check, dots, draw_palate, frame, key, ring,
+    tissue_edges,
 };
-use super::{Anchor, Face, HALO, INK, MARGIN, Px, Svg, TEXT, WIDTH, escaped, text_attributes};
+use super::{Anchor, Face, MARGIN, Px, Svg, TEXT, WIDTH, data};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 
@@ -24,7 +25,7 @@ pub struct AnimationFrame {
     pub tensions: Vec<f64>,
 }
 
-/// Draws the motion in real time in a loop: as [`super::tongue`], with moving tissue and muscles. A muscle
+/// Draws the motion in real time in a loop: frames as [`super::tongue`] draws them, one after another. A muscle
 /// with a tension in any frame is drawn as contracting. Without SMIL the last frame is shown.
 ///
 /// Frames must be evenly spaced in time.
@@ -80,68 +81,57 @@ fn drawn(
     );
     let most: Vec<f64> =
         (0..mesh.muscles.len()).map(|m| frames.iter().map(|f| f.tensions[m]).fold(0.0, f64::max)).collect();
+    let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
     let (mut svg, top) = Svg::new(title, &shown, WIDTH);
     let shapes = frames.iter().map(|f| f.positions.as_slice());
     let view = View::new(frame(mesh, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
+    draw_palate(&mut svg, &view, mesh, palate);
+    let edges = tissue_edges(mesh);
+    // Names keep their places beside the middles of their lines.
+    let at_the_end = lines(&view, mesh, &last.positions, &most);
+    let places = label_places(&view, &at_the_end, &bones(&view, mesh, &last.positions));
+    let middle = |line: &Line<'_>| point_at(&line.seen, 0.5).map(|(p, _)| p);
     let end = view.end();
-    // Muscles may extend beyond the view. A page may hold several of these pictures.
-    let id = title.bytes().fold(0_u32, |hash, byte| hash.wrapping_mul(31).wrapping_add(byte.into()));
-    let _ = writeln!(
-        svg.elements,
-        "<clipPath id=\"view-{id:x}\"><rect x=\"{LEFT}\" y=\"{:.1}\" width=\"{:.1}\" height=\"{:.1}\"/></clipPath>\n\
-         <g clip-path=\"url(#view-{id:x})\">",
-        top + MARGIN,
-        end[0] - LEFT,
-        end[1] - top - MARGIN
-    );
-    let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
-    let lit = |muscle: usize| {
-        let light = |f: &AnimationFrame| format!("{:.2}", 0.12 + 0.88 * f.tensions[muscle] / strongest);
-        let values: Vec<String> = frames.iter().map(light).collect();
-        format!(
-            "<animate attributeName=\"stroke-opacity\" dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/>",
-            values.join(";")
-        )
-    };
-    let mut moving = |shape: &dyn Fn(&AnimationFrame) -> String,
-                      colour: &str,
-                      width: f64,
-                      dashed: bool,
-                      more: &str| {
-        let shapes: Vec<String> = frames.iter().map(shape).collect();
-        let dashes = if dashed { " stroke-dasharray=\"14 8\"" } else { "" };
+    let mut arrows = false;
+    for (nth, f) in frames.iter().enumerate() {
+        let visible = if nth + 1 == frames.len() { "visible" } else { "hidden" };
         let _ = writeln!(
             svg.elements,
-            "<path d=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}>\
-             <animate attributeName=\"d\" dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/>{more}</path>",
-            shapes.last().map_or("", String::as_str),
-            shapes.join(";")
+            "<g visibility=\"{visible}\">{}",
+            while_shown(nth, frames.len(), duration)
         );
-    };
-    let edges = tissue_edges(mesh);
-    moving(&|f| view.path(&f.positions, edges.iter().copied()), "#c9c9c9", 1.0, false, "");
-    moving(&|f| ring(&view, mesh, &f.positions), DEFORMED, 2.6, false, "");
-    let muscles = lines(&view, mesh, &last.positions, &most);
-    for line in &muscles {
-        let shape = |f: &AnimationFrame| view.path(&f.positions, [line.nodes]);
-        let [width, edge] = widths(line.contracting);
-        let muscle = mesh.muscles.iter().position(|m| std::ptr::eq(m.nodes.as_slice(), line.nodes));
-        let light = muscle.filter(|_| !seen.is_empty() && line.contracting).map(&lit).unwrap_or_default();
-        moving(&shape, INK, width + edge, !line.contracting, &light);
-        moving(&shape, &line.colour, width, !line.contracting, &light);
+        svg.stroke(&view.path(&f.positions, edges.iter().copied()), EDGES, 1.0);
+        svg.stroke(&ring(&view, mesh, &f.positions), DEFORMED, 2.6);
+        let muscles = lines(&view, mesh, &f.positions, &most);
+        for line in &muscles {
+            let own = mesh.muscles.iter().position(|m| std::ptr::eq(m.nodes.as_slice(), line.nodes));
+            let part =
+                own.filter(|_| !seen.is_empty() && line.contracting).map(|m| f.tensions[m] / strongest);
+            let _ = write!(svg.elements, "<g stroke-opacity=\"{:.2}\">", 0.12 + 0.88 * part.unwrap_or(1.0));
+            muscle(&mut svg, &data([line.seen.iter().copied()]), &line.colour, line.contracting);
+            svg.elements += "</g>";
+            if let Some([from, to]) = line.leaves {
+                arrow(&mut svg, from, to, &line.colour);
+                arrows = true;
+            }
+        }
+        bones(&view, mesh, &f.positions).into_iter().for_each(|at| bone(&mut svg, at));
+        for ((line, last), place) in muscles.iter().zip(&at_the_end).zip(&places) {
+            let Some(at) = place else { continue };
+            let way = middle(line).zip(middle(last)).map_or([0.0; 2], |(a, b)| [a[0] - b[0], a[1] - b[1]]);
+            svg.label([at[0] + way[0], at[1] + way[1]], line.face(), &line.name);
+        }
+        dots(&mut svg, &view, seen.get(nth).map_or(&[], Vec::as_slice));
+        let at: Px = [end[0] - MARGIN, top + MARGIN + TEXT];
+        svg.text(at, Anchor::End, Face::Bold, &format!("{:.2} s", f.time));
+        svg.elements += "</g>\n";
     }
-    marks(&mut svg, &view, seen, duration);
-    svg.elements += "</g>\n";
-    draw_palate(&mut svg, &view, mesh, palate);
-    let leaving = muscles.iter().filter_map(|l| l.leaves.map(|ends| (ends, &l.colour)));
-    let arrows = leaving.map(|([from, to], colour)| arrow(&mut svg, from, to, colour)).count() > 0;
-    let x = format!("{} \u{2190}\u{2003}x (mm)\u{2003}\u{2192} {}", ends[0], ends[1]);
-    view.axes(&mut svg, [&x, "y (mm)"]);
-    moving_bones(&mut svg, &view, mesh, frames, duration);
-    names(&mut svg, &view, mesh, frames, duration, &most);
-    times(&mut svg, frames, duration, [end[0] - MARGIN, top + MARGIN + TEXT]);
+    view.axes(
+        &mut svg,
+        [&format!("{} \u{2190}\u{2003}x (mm)\u{2003}\u{2192} {}", ends[0], ends[1]), "y (mm)"],
+    );
     let bottom = end[1] + BELOW + MARGIN;
     let palate = (!palate.is_empty()).then_some(false);
     let seen =
@@ -150,97 +140,13 @@ fn drawn(
     Ok(svg.finish(bottom + height + MARGIN))
 }
 
-/// The names of the muscles, each moving with the middle of its line.
-fn names(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[AnimationFrame], duration: f64, most: &[f64]) {
-    let Some(last) = frames.last() else { return };
-    let drawn = lines(view, mesh, &last.positions, most);
-    let places = label_places(view, &drawn, &[]);
-    for (nth, place) in places.into_iter().enumerate() {
-        let (line, Some(at)) = (&drawn[nth], place) else { continue };
-        let middle = |f: &AnimationFrame| -> Px {
-            let chain: Vec<_> = line.nodes.iter().filter_map(|&n| f.positions.get(n).copied()).collect();
-            point_at(&view.visible(&chain).0, 0.5).map_or(at, |(p, _)| p)
-        };
-        let end = middle(last);
-        let values = |i: usize| {
-            let value = |f: &AnimationFrame| format!("{:.1}", middle(f)[i] - end[i]);
-            frames.iter().map(value).collect::<Vec<_>>()
-        };
-        let ways: Vec<String> =
-            values(0).into_iter().zip(values(1)).map(|(x, y)| format!("{x} {y}")).collect();
-        let _ = writeln!(
-            svg.elements,
-            "<text {}{HALO}>{}<animateTransform attributeName=\"transform\" type=\"translate\" dur=\"{duration}s\" \
-             repeatCount=\"indefinite\" values=\"{}\"/></text>",
-            text_attributes(at, Anchor::Middle, line.face(), TEXT),
-            escaped(&super::printable(&line.name)),
-            ways.join(";")
-        );
-    }
-}
-
-fn moving_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, frames: &[AnimationFrame], duration: f64) {
-    let Some(last) = frames.last() else { return };
-    for &node in &mesh.fixed {
-        let Some(end) = last.positions.get(node).filter(|p| view.bounds.contains(p)) else { continue };
-        let at = view.place(end);
-        let way = |f: &AnimationFrame| {
-            let here = f.positions.get(node).map_or(at, |p| view.place(p));
-            format!("{:.1} {:.1}", here[0] - at[0], here[1] - at[1])
-        };
-        let ways: Vec<String> = frames.iter().map(way).collect();
-        if ways.iter().all(|w| *w == ways[0]) {
-            bone(svg, at);
-            continue;
-        }
-        svg.elements += "<g>";
-        bone(svg, at);
-        let _ = writeln!(
-            svg.elements,
-            "<animateTransform attributeName=\"transform\" type=\"translate\" dur=\"{duration}s\" \
-             repeatCount=\"indefinite\" values=\"{}\"/></g>",
-            ways.join(";")
-        );
-    }
-}
-
-fn marks(svg: &mut Svg, view: &View, seen: &[Vec<SVector<f64, 2>>], duration: f64) {
-    for (nth, points) in seen.iter().enumerate() {
-        let shown: Vec<&str> = (0..seen.len()).map(|i| if i == nth { "visible" } else { "hidden" }).collect();
-        let at = if nth + 1 == seen.len() { "visible" } else { "hidden" };
-        let _ = write!(
-            svg.elements,
-            "<g fill=\"{SEEN}\" stroke=\"#ffffff\" stroke-width=\"1.5\" visibility=\"{at}\">"
-        );
-        for [x, y] in points.iter().map(|p| view.place(p)) {
-            let _ = write!(svg.elements, "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6\"/>");
-        }
-        let _ = writeln!(
-            svg.elements,
-            "<animate attributeName=\"visibility\" calcMode=\"discrete\" dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/></g>",
-            shown.join(";")
-        );
-    }
-}
-
-/// Colour of measured points.
-const SEEN: &str = "#111111";
-
-/// The time of each frame, shown during the frame.
-fn times(svg: &mut Svg, frames: &[AnimationFrame], duration: f64, at: Px) {
-    let count = frames.len();
-    for (nth, frame) in frames.iter().enumerate() {
-        let shown: Vec<&str> = (0..count).map(|i| if i == nth { "visible" } else { "hidden" }).collect();
-        let _ = writeln!(
-            svg.elements,
-            "<text {} visibility=\"{}\">{:.2} s<animate attributeName=\"visibility\" calcMode=\"discrete\" \
-             dur=\"{duration}s\" repeatCount=\"indefinite\" values=\"{}\"/></text>",
-            text_attributes(at, Anchor::End, Face::Bold, TEXT),
-            if nth + 1 == count { "visible" } else { "hidden" },
-            frame.time,
-            shown.join(";")
-        );
-    }
+/// Shows its group during the frame of this number.
+fn while_shown(nth: usize, count: usize, duration: f64) -> String {
+    let [from, to] = [nth, nth + 1].map(|n| n as f64 / count as f64);
+    format!(
+        "<animate attributeName=\"visibility\" calcMode=\"discrete\" dur=\"{duration}s\" repeatCount=\"indefinite\" \
+         values=\"hidden;visible;hidden\" keyTimes=\"0;{from:.5};{to:.5}\"/>"
+    )
 }
 
 #[cfg(test)]
@@ -273,21 +179,22 @@ mod tests {
             .collect();
         let svg = animation(&mesh, &[], &frames, "a < b").unwrap().to_string();
         let document = roxmltree::Document::parse(&svg).unwrap();
-        let animated: Vec<_> =
-            document.descendants().filter(|n| n.attribute("attributeName") == Some("d")).collect();
-        assert_eq!(animated.len(), 4, "the mesh and its edge, and a muscle with its edge");
-        for a in animated {
-            let values: Vec<_> = a.attribute("values").unwrap().split(';').collect();
-            assert_eq!(values.len(), 3);
-            assert_ne!(values[0], values[2]);
-            assert_eq!(a.parent().unwrap().attribute("d"), values.last().copied());
-        }
-        let visible: Vec<_> = document
+        let groups: Vec<_> = document.descendants().filter(|n| n.has_attribute("visibility")).collect();
+        assert_eq!(groups.len(), 3);
+        let ring = |n: &roxmltree::Node<'_, '_>| {
+            let mut paths = n.children().filter(|c| c.attribute("stroke") == Some(DEFORMED));
+            paths.next().unwrap().attribute("d").unwrap().to_owned()
+        };
+        assert_ne!(ring(&groups[0]), ring(&groups[2]));
+        assert!(groups.iter().all(|g| g.first_element_child().unwrap().has_tag_name("animate")));
+        let visible = groups.iter().map(|g| g.attribute("visibility").unwrap());
+        assert_eq!(visible.collect::<Vec<_>>(), ["hidden", "hidden", "visible"]);
+        let times = document
             .descendants()
-            .filter(|n| n.attribute("visibility") == Some("visible"))
-            .map(|n| n.text().unwrap())
-            .collect();
-        assert_eq!(visible, ["2.00 s"]);
+            .filter_map(|n| n.text())
+            .filter(|t| t.ends_with(" s"))
+            .collect::<std::collections::BTreeSet<_>>();
+        assert!(times.into_iter().eq(["0.00 s", "1.00 s", "2.00 s"]));
         assert!(matches!(animation(&mesh, &[], &[], ""), Err(ReportError::NoFrame)));
     }
 }

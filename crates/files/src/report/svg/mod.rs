@@ -13,7 +13,6 @@ mod plot;
 mod posterior;
 mod scatter;
 mod section;
-mod solid;
 #[cfg(feature = "files")]
 mod tensions;
 mod timelines;
@@ -38,12 +37,11 @@ pub(super) use section::check;
 #[cfg(feature = "files")]
 pub(super) use section::frame;
 pub use section::{SectionPicture, tongue};
-pub use solid::solid;
 #[cfg(feature = "files")]
 pub use tensions::{Found, Tension, tensions};
 pub use timelines::{Timeline, timelines};
 pub use valley::valley;
-pub use views::views;
+pub use views::{solid, views};
 pub use vowel::{VowelPicture, vowel};
 pub use work_precision::{PrecisionCurve, work_precision};
 
@@ -170,6 +168,13 @@ impl Svg {
         );
     }
 
+    fn dot(&mut self, [x, y]: Px, radius: f64, fill: &str, edge: &str) {
+        self.element(
+            "circle",
+            format_args!("cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" fill=\"{fill}\" stroke=\"{edge}\" stroke-width=\"1.2\""),
+        );
+    }
+
     fn text(&mut self, at: Px, anchor: Anchor, face: Face, text: &str) {
         self.sized_text(at, anchor, face, TEXT, "", text);
     }
@@ -288,32 +293,41 @@ pub fn wrapped(text: &str, most: usize) -> Vec<String> {
     lines
 }
 
-/// An entry of a legend: the width of its symbol, px, and its name.
-struct Entry<'a> {
-    sample: f64,
-    face: Face,
-    name: &'a str,
+/// Draws the symbol of an entry of a legend from its left end on.
+type Symbol<'a> = Box<dyn Fn(&mut Svg, Px) + 'a>;
+
+/// An entry of a legend: the width of its symbol, px, its name, and its symbol.
+struct Entry<'a>(f64, &'a str, Symbol<'a>);
+
+impl<'a> Entry<'a> {
+    fn new(width: f64, name: &'a str, draw: impl Fn(&mut Svg, Px) + 'a) -> Self {
+        Self(width, name, Box::new(draw))
+    }
 }
 
 /// Height of a row of a legend, px.
 const LEGEND_ROW: f64 = 36.0;
 
-/// Writes the names of a legend in as many rows as needed between `left` and `right`; returns the beginning
-/// of each entry (in the middle of its row) and the height of all rows.
-fn legend(svg: &mut Svg, entries: &[Entry<'_>], [left, right]: [f64; 2], top: f64) -> (Vec<Px>, f64) {
-    let [mut x, mut y] = [left, top + 0.5 * LEGEND_ROW];
-    let mut places = Vec::new();
-    for &Entry { sample, face, name } in entries {
-        let width = sample + face.width(name);
-        if x > left && x + width > right {
-            [x, y] = [left, y + LEGEND_ROW];
+impl Svg {
+    /// Draws a legend in as many rows as needed between `left` and `right`, and returns the height of all rows.
+    fn legend<'a>(
+        &mut self,
+        entries: impl IntoIterator<Item = Entry<'a>>,
+        [left, right]: [f64; 2],
+        top: f64,
+    ) -> f64 {
+        let [mut x, mut y] = [left, top + 0.5 * LEGEND_ROW];
+        for Entry(symbol, name, draw) in entries {
+            let width = symbol + Face::Plain.width(name);
+            if x > left && x + width > right {
+                [x, y] = [left, y + LEGEND_ROW];
+            }
+            draw(self, [x, y]);
+            self.text([x + symbol, y], Anchor::Start, Face::Plain, name);
+            x += width + 2.0 * MARGIN;
         }
-        places.push([x, y]);
-        svg.text([x + sample, y], Anchor::Start, face, name);
-        x += width + 2.0 * MARGIN;
+        if x > left { y + 0.5 * LEGEND_ROW - top } else { 0.0 }
     }
-    let height = if entries.is_empty() { 0.0 } else { y + 0.5 * LEGEND_ROW - top };
-    (places, height)
 }
 
 #[cfg(test)]

@@ -24,6 +24,16 @@ pub(super) enum Scale {
     Logarithmic,
 }
 
+/// What is drawn of an axis beside its line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Axis<'a> {
+    /// Lines across the plot, their numbers, and the name of the axis.
+    Named(&'a str),
+    Numbers,
+    Lines,
+    Nothing,
+}
+
 impl Scale {
     fn of(self, value: f64) -> f64 {
         match self {
@@ -59,6 +69,13 @@ fn power(exponent: i32) -> String {
     format!("10{}", raised.collect::<String>())
 }
 
+/// The nearest round numbers around a range of values.
+pub(super) fn around(low: f64, high: f64) -> [f64; 2] {
+    let marks = ticks(low..=high);
+    let step = marks.get(1).map_or(1.0, |second| second - marks[0]);
+    [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step]
+}
+
 impl Plot {
     /// The position of a pair of values, px, moved to the edge if it is outside.
     pub fn place(&self, x: f64, y: f64) -> Px {
@@ -76,29 +93,50 @@ impl Plot {
         data([points.into_iter().map(|[x, y]| self.place(x, y))])
     }
 
-    /// Lines, numbers and names of both axes; a horizontal axis without a name has no numbers either.
-    pub fn axes(&self, svg: &mut Svg, [x, y]: [&str; 2]) {
+    /// A line from the lower to the upper edge at a value.
+    pub fn upright(&self, x: f64) -> String {
+        self.path([[x, self.y[0]], [x, self.y[1]]])
+    }
+
+    /// A rectangle between two pairs of values.
+    pub fn rectangle(&self, svg: &mut Svg, [a, b]: [[f64; 2]; 2], fill: &str, edge: Option<&str>) {
+        svg.rectangle(self.place(a[0], a[1]), self.place(b[0], b[1]), fill, edge);
+    }
+
+    /// Both axes.
+    pub fn axes(&self, svg: &mut Svg, [x, y]: [Axis<'_>; 2]) {
         let every = |all: Vec<(f64, String)>, room: f64| {
             let step = (all.len() as f64 * room).ceil().max(1.0) as usize;
             all.into_iter().step_by(step)
         };
+        let is_numbered = |axis: Axis<'_>| matches!(axis, Axis::Named(_) | Axis::Numbers);
         let [left, top] = self.corner;
         let [right, bottom] = [left + self.size[0], top + self.size[1]];
         for (value, label) in every(self.scale.marks(self.x), 70.0 / self.size[0]) {
             let [at, _] = self.place(value, self.y[0]);
-            svg.line([at, top], [at, bottom], RULE, 1.0);
-            if !x.is_empty() {
+            if x != Axis::Nothing {
+                svg.line([at, top], [at, bottom], RULE, 1.0);
+            }
+            if is_numbered(x) {
                 svg.text([at, bottom + 20.0], Anchor::Middle, Face::Plain, &label);
             }
         }
         for (value, label) in every(self.scale.marks(self.y), 34.0 / self.size[1]) {
             let [_, at] = self.place(self.x[0], value);
-            svg.line([left, at], [right, at], RULE, 1.0);
-            svg.text([left - 8.0, at], Anchor::End, Face::Plain, &label);
+            if y != Axis::Nothing {
+                svg.line([left, at], [right, at], RULE, 1.0);
+            }
+            if is_numbered(y) {
+                svg.text([left - 8.0, at], Anchor::End, Face::Plain, &label);
+            }
         }
         svg.stroke(&data([[self.corner, [left, bottom], [right, bottom]]]), INK, 1.5);
-        svg.text([0.5 * (left + right), bottom + 50.0], Anchor::Middle, Face::Plain, x);
-        svg.upright_text([left - 78.0, 0.5 * (top + bottom)], y);
+        if let Axis::Named(name) = x {
+            svg.text([0.5 * (left + right), bottom + 50.0], Anchor::Middle, Face::Plain, name);
+        }
+        if let Axis::Named(name) = y {
+            svg.upright_text([left - 78.0, 0.5 * (top + bottom)], name);
+        }
     }
 }
 
@@ -116,6 +154,7 @@ mod tests {
         assert_eq!(labels(Scale::Linear, [30.0, -10.0])[..3], ["\u{2212}10", "\u{2212}5", "0"]);
         assert_eq!(labels(Scale::Logarithmic, [1e-2, 10.0]), ["10⁻²", "10⁻¹", "10⁰", "10¹"]);
         assert_eq!(power(-10), "10⁻¹⁰");
+        assert_eq!((around(0.2, 31.0), around(-3.0, 11.0)), ([0.0, 35.0], [-4.0, 12.0]));
     }
 
     #[test]

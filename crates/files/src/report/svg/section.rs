@@ -1,13 +1,11 @@
 //! Picture of a body in the plane: tissue at rest and deformed, muscles with their names, bones, and the
 //! palate if there is one.
 
-use std::fmt::Write as _;
-
 use nalgebra::SVector;
 
 use super::axes::{BELOW, Bounds, LEFT, View};
 use super::muscle_lines::{arrow, bone, bones, lines, muscle, names};
-use super::{Entry, Face, INK, LEGEND_ROW, MARGIN, Px, Svg, WIDTH, closed, contours, data, legend};
+use super::{Entry, INK, LEGEND_ROW, MARGIN, Px, Svg, WIDTH, closed, contours, data};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 use tongue_core::geometry::topology;
@@ -15,7 +13,7 @@ use tongue_core::geometry::topology;
 pub(super) const REST: &str = "#b4b4b4";
 pub(super) const REST_TISSUE: &str = "#f1f1f1";
 pub(super) const DEFORMED: &str = "#555555";
-const EDGES: &str = "#c9c9c9";
+pub(super) const EDGES: &str = "#c9c9c9";
 pub(super) const PALATE: &str = "#a8a8a8";
 
 /// Name of the grey shape if it is the body at rest.
@@ -78,7 +76,7 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
     let view = View::new(frame(mesh, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
-    let bands = stretch.then(|| contours::fill(&mut svg, &view, mesh, positions)).flatten();
+    let colours = stretch.then(|| contours::fill(&mut svg, &view, mesh, positions)).flatten();
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
     svg.stroke(&view.path(positions, tissue_edges(mesh)), EDGES, 1.0);
     svg.stroke(&ring(&view, mesh, positions), DEFORMED, 2.6);
@@ -92,21 +90,16 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let palate = (!palate.is_empty()).then_some(contact);
     let seen = AlignedRecording { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
     let mut bottom = view.end()[1] + BELOW + MARGIN;
-    if let Some(bands) = &bands {
-        bottom = bands.key(&mut svg, LEFT, bottom);
+    if let Some(scale) = colours {
+        bottom = contours::key(&mut svg, scale, LEFT, bottom);
     }
     let height = key(&mut svg, &seen, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
 }
 
 pub(super) fn dots(svg: &mut Svg, view: &View, seen: &[SVector<f64, 2>]) {
-    let end = view.end();
-    let inside = |p: &[f64; 2]| p[0] > LEFT && p[0] < end[0] && p[1] > 0.0 && p[1] < end[1];
-    for [x, y] in seen.iter().map(|p| view.place(p)).filter(inside) {
-        let _ = write!(
-            svg.elements,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6\" fill=\"{INK}\" stroke=\"#ffffff\" stroke-width=\"1.5\"/>"
-        );
+    for p in seen.iter().filter(|p| view.bounds.contains(p)) {
+        svg.dot(view.place(p), 6.0, INK, "#ffffff");
     }
 }
 
@@ -279,40 +272,29 @@ pub(super) struct AlignedRecording<'a> {
 pub(super) fn key(svg: &mut Svg, seen: &AlignedRecording<'_>, top: f64) -> f64 {
     let contracting = seen.tensions.iter().any(|t| *t > 0.0);
     let passive = seen.tensions.iter().any(|t| *t <= 0.0);
-    let all = [
-        (true, seen.grey),
-        (true, "deformed"),
-        (seen.bones, "bone"),
-        (seen.palate == Some(true), "palate"),
-        (seen.palate == Some(false), "palate, for orientation only"),
-        (passive, "passive muscle"),
-        (seen.arrows, "to its bone, out of view"),
-        (contracting, "contracting, with its tension in N per metre of thickness"),
-    ];
-    let shown: Vec<&str> = all.into_iter().filter(|(there, _)| *there).map(|(_, name)| name).collect();
-    let sample = |name: &str| if name == "bone" || name.starts_with("palate") { 36.0 } else { SAMPLE + 12.0 };
-    let entries: Vec<Entry<'_>> =
-        shown.iter().map(|name| Entry { sample: sample(name), face: Face::Plain, name }).collect();
-    let (places, height) = legend(svg, &entries, [LEFT, WIDTH - MARGIN], top);
-    for (&name, [x, y]) in shown.iter().zip(places) {
-        let line = data([[[x, y], [x + SAMPLE, y]]]);
+    let line = |[x, y]: Px| data([[[x, y], [x + SAMPLE, y]]]);
+    let boxed = |width: f64, fill: &'static str, edge: &'static str| {
         let half = 0.25 * LEGEND_ROW;
-        match name {
-            grey if grey == seen.grey => {
-                svg.rectangle([x, y - half], [x + SAMPLE, y + half], REST_TISSUE, Some(REST))
-            }
-            "deformed" => svg.stroke(&line, DEFORMED, 2.6),
-            "bone" => bone(svg, [x + 12.0, y]),
-            "palate" | "palate, for orientation only" => {
-                svg.rectangle([x, y - half], [x + 24.0, y + half], PALATE, Some(DEFORMED))
-            }
-            "passive muscle" => muscle(svg, &line, "#ffffff", false),
-            "to its bone, out of view" => {
-                muscle(svg, &line, "#ffffff", false);
+        move |svg: &mut Svg, [x, y]: Px| svg.rectangle([x, y - half], [x + width, y + half], fill, Some(edge))
+    };
+    let muscle = |contracting| move |svg: &mut Svg, at: Px| muscle(svg, &line(at), "#ffffff", contracting);
+    let (long, short) = (SAMPLE + 12.0, 36.0);
+    let palate = |name| Entry::new(short, name, boxed(24.0, PALATE, DEFORMED));
+    let entries = [
+        Some(Entry::new(long, seen.grey, boxed(SAMPLE, REST_TISSUE, REST))),
+        Some(Entry::new(long, "deformed", |svg, at| svg.stroke(&line(at), DEFORMED, 2.6))),
+        seen.bones.then(|| Entry::new(short, "bone", |svg, [x, y]| bone(svg, [x + 12.0, y]))),
+        seen.palate.map(|touched| palate(if touched { "palate" } else { "palate, for orientation only" })),
+        passive.then(|| Entry::new(long, "passive muscle", muscle(false))),
+        seen.arrows.then(|| {
+            Entry::new(long, "to its bone, out of view", |svg, [x, y]| {
+                muscle(false)(svg, [x, y]);
                 arrow(svg, [x, y], [x + SAMPLE, y], "#ffffff");
-            }
-            _ => muscle(svg, &line, "#ffffff", true),
-        }
-    }
-    height
+            })
+        }),
+        contracting.then(|| {
+            Entry::new(long, "contracting, with its tension in N per metre of thickness", muscle(true))
+        }),
+    ];
+    svg.legend(entries.into_iter().flatten(), [LEFT, WIDTH - MARGIN], top)
 }

@@ -3,17 +3,15 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::axes::ticks;
 use super::muscle_lines::colours;
-use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, data};
+use super::plot::{Axis, Plot, Scale, around};
+use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT};
 
 /// Minimum width of the names of the fits, width of a column, px, and height of a row.
 const NAMES: f64 = 190.0;
 const COLUMN: f64 = 150.0;
-const GAP: f64 = 18.0;
+const GAP: f64 = 36.0;
 const ROW: f64 = 34.0;
-/// Half the height of the end marks of an interval, px.
-const END: f64 = 7.0;
 
 /// A fitted tension, N per metre of thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -49,31 +47,25 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
         svg.text([MARGIN, y], Anchor::Start, Face::Plain, &f.label);
         svg.line([MARGIN + names, y], [width - MARGIN, y], RULE, 1.0);
     }
-    let marks: Vec<f64> = ticks(0.0..=most).into_iter().filter(|v| *v == 0.0 || *v > 0.4 * most).collect();
-    // The first and the last mark stay in their column, apart from the neighbours'.
-    let marks = [(marks.first(), Anchor::Start), (marks.last(), Anchor::End)];
     for (column, (name, colour)) in muscles.iter().zip(colours(muscles)).enumerate() {
         let left = MARGIN + names + column as f64 * (COLUMN + GAP) + 0.5 * GAP;
-        let x = |tension: f64| left + COLUMN * tension / most;
+        // The vertical axis counts the rows.
+        let plot = Plot {
+            corner: [left, top],
+            size: [COLUMN, height],
+            x: around(0.0, most),
+            y: [found.len() as f64, 0.0],
+            scale: Scale::Linear,
+        };
+        plot.axes(&mut svg, [Axis::Numbers, Axis::Nothing]);
         svg.text([left + 0.5 * COLUMN, top - TEXT], Anchor::Middle, Face::Bold, name);
-        svg.stroke(&data([[[left, top], [left, top + height], [left + COLUMN, top + height]]]), INK, 1.2);
-        for (mark, anchor) in marks {
-            let Some(mark) = mark else { continue };
-            svg.line([x(*mark), top + height], [x(*mark), top + height + 6.0], INK, 1.2);
-            svg.text([x(*mark), top + height + 22.0], anchor, Face::Plain, &format!("{mark:.0}"));
-        }
         for (nth, f) in found.iter().enumerate() {
-            let y = top + ROW * (nth as f64 + 0.5);
+            let y = nth as f64 + 0.5;
             let Some(Some(Tension { value, interval })) = f.tensions.get(column) else { continue };
-            if let Some([low, high]) = interval.map(|i| i.map(x)) {
-                let ends = [low, high].map(|end| [[end, y - END], [end, y + END]]);
-                svg.stroke(&data([[[low, y], [high, y]], ends[0], ends[1]]), &colour, 1.5);
+            if let Some(ends) = interval {
+                svg.stroke(&plot.path(ends.map(|end| [end, y])), &colour, 2.5);
             }
-            let at = format_args!(
-                "cx=\"{:.1}\" cy=\"{y:.1}\" r=\"6.5\" fill=\"{colour}\" stroke=\"{INK}\" stroke-width=\"1.2\"",
-                x(*value)
-            );
-            svg.element("circle", at);
+            svg.dot(plot.place(*value, y), 6.5, &colour, INK);
         }
     }
     let below = top + height + 56.0;

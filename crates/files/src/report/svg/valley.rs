@@ -5,7 +5,7 @@ use crate::report::ValleyRecord;
 use tongue_input::measured::muscles::Muscles;
 
 use super::axes::BELOW;
-use super::plot::{Plot, Scale};
+use super::plot::{Axis, Plot, Scale};
 use super::{Anchor, Face, INK, MARGIN, Svg, WIDTH, data};
 
 /// Room for the numbers and the name of the vertical axes, px.
@@ -41,39 +41,35 @@ pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
         valley.ends[1]
     );
     let (mut svg, top) = Svg::new("Tensions that meet the target equally well", &description, WIDTH);
-    let largest = (0..valley.points.len()).flat_map(|p| (0..names.len()).map(move |m| (p, m)));
-    let largest = largest.map(|(p, m)| tension(p, m)).fold(1.0, f64::max);
     let end = way.last().copied().unwrap_or(0.0).max(1e-9);
-    let plot = |y: f64, top: f64, height: f64| Plot {
+    let plot = |most: f64, top: f64, height: f64| Plot {
         corner: [LEFT, top],
         size: [WIDTH - LEFT - NAMES - MARGIN, height],
         x: [0.0, end],
-        y: [0.0, y],
+        y: [0.0, 1.05 * most],
         scale: Scale::Linear,
     };
-    let upper = plot(1.05 * largest, top + MARGIN, UPPER);
-    upper.axes(&mut svg, ["", "tension, N per metre"]);
+    let all = valley.points.iter().flat_map(|p| p.tensions_n.0.iter().map(|(_, t)| *t));
+    let largest = all.fold(1.0, f64::max);
+    let upper = plot(largest, top + MARGIN, UPPER);
+    upper.axes(&mut svg, [Axis::Lines, Axis::Named("tension, N per metre")]);
     let rms: Vec<[f64; 2]> =
         way.iter().zip(&valley.points).filter_map(|(x, p)| Some([*x, p.passive_rms?])).collect();
-    let highest = rms.iter().map(|[_, r]| *r).fold(0.0, f64::max).max(1e-3);
-    let lower_top = upper.corner[1] + UPPER + BETWEEN;
-    let lower = plot(1.1 * highest, lower_top, LOWER);
-    lower.axes(&mut svg, ["way along the curve, N per metre", "passive RMS"]);
+    let highest = rms.iter().map(|[_, r]| *r).fold(1e-3, f64::max);
+    let lower = plot(highest, upper.corner[1] + UPPER + BETWEEN, LOWER);
+    lower.axes(&mut svg, [Axis::Named("way along the curve, N per metre"), Axis::Named("passive RMS")]);
     if let Some(&at) = way.get(valley.answer) {
         let (head, foot) = (upper.place(at, upper.y[1]), lower.place(at, 0.0));
         svg.dashes(&data([[head, foot]]), INK, 1.5);
         svg.text([head[0] + 8.0, head[1] + 14.0], Anchor::Start, Face::Plain, "answer");
     }
-    let infos = Muscles::built_in().of(&names);
     let mut labels: Vec<(f64, usize)> = Vec::new();
-    for (m, info) in infos.iter().enumerate() {
-        let points: Vec<[f64; 2]> = way.iter().enumerate().map(|(p, x)| [*x, tension(p, m)]).collect();
-        svg.stroke(&upper.path(points.iter().copied()), &info.colour.to_string(), 3.0);
-        if let Some(&[x, y]) = points.last() {
-            labels.push((upper.place(x, y)[1], m));
-        }
+    for (m, info) in Muscles::built_in().of(&names).iter().enumerate() {
+        let mut points = way.iter().enumerate().map(|(p, x)| [*x, tension(p, m)]);
+        svg.stroke(&upper.path(points.clone()), &info.colour.to_string(), 3.0);
+        labels.extend(points.next_back().map(|[x, y]| (upper.place(x, y)[1], m)));
     }
-    svg.stroke(&lower.path(rms.iter().copied()), INK, 3.0);
+    svg.stroke(&lower.path(rms), INK, 3.0);
     // Names from the top down without overlap.
     labels.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut free = f64::NEG_INFINITY;
@@ -82,5 +78,5 @@ pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
         svg.text([WIDTH - NAMES - MARGIN + 10.0, free], Anchor::Start, Face::Bold, &names[m]);
         free += APART;
     }
-    svg.finish(lower_top + LOWER + BELOW)
+    svg.finish(lower.corner[1] + LOWER + BELOW)
 }

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::axes::{BELOW, Bounds, LEFT, View};
-use super::plot::{Plot, Scale};
+use super::plot::{Axis, Plot, Scale, around};
 use super::section::{DEFORMED, REST_TISSUE, ring};
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
 use crate::report::{AreaRow, ReportError, SoundRecord};
@@ -77,23 +77,21 @@ fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     let heard = [0, 1].map(|i| shown.sound.formants_hz.get(i).copied().unwrap_or(0.0));
     let all = || shown.means.iter().map(|(_, f)| *f).chain([heard]);
     let most = |i: usize, least: f64| all().map(|f| f[i]).fold(least, f64::max);
-    let round = |v: f64, step: f64| (v / step).ceil() * step;
     let plot = Plot {
         corner: [0.5 * WIDTH + LEFT + MARGIN, top],
         size: [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
-        x: [round(most(1, 2400.0), 200.0), 600.0],
-        y: [round(most(0, 900.0), 100.0), 200.0],
+        x: [around(600.0, most(1, 2400.0))[1], 600.0],
+        y: [around(200.0, most(0, 900.0))[1], 200.0],
         scale: Scale::Linear,
     };
-    plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"]);
+    plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"].map(Axis::Named));
     for (vowel, [f1, f2]) in shown.means {
         svg.text(plot.place(*f2, *f1), Anchor::Middle, Face::Plain, vowel);
     }
-    let [x, y] = plot.place(heard[1], heard[0]);
-    svg.element("circle", format_args!("cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"9\" fill=\"{HEARD}\""));
+    svg.dot(plot.place(heard[1], heard[0]), 9.0, HEARD, HEARD);
     let foot = top + CHART + BELOW;
     let left = plot.corner[0] - LEFT + MARGIN;
-    svg.element("circle", format_args!("cx=\"{:.1}\" cy=\"{foot:.1}\" r=\"9\" fill=\"{HEARD}\"", left + 9.0));
+    svg.dot([left + 9.0, foot], 9.0, HEARD, HEARD);
     svg.text([left + 28.0, foot], Anchor::Start, Face::Plain, "heard here");
     if !shown.means.is_empty() {
         svg.text([left, foot + 1.4 * TEXT], Anchor::Start, Face::Plain, "letters: published means of men");
@@ -101,18 +99,18 @@ fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     foot + 2.2 * TEXT
 }
 
+/// A plot over the width of the sheet.
+fn wide(top: f64, x: [f64; 2], y: [f64; 2]) -> Plot {
+    let (corner, size) = ([LEFT + MARGIN, top], [WIDTH - LEFT - 3.0 * MARGIN, LOWER]);
+    Plot { corner, size, x, y, scale: Scale::Linear }
+}
+
 fn areas(svg: &mut Svg, rows: &[AreaRow], top: f64) {
     let end = |r: &AreaRow| r.from_glottis_mm + 0.5 * r.length_mm;
-    let length = rows.last().map_or(1.0, end);
     let most = rows.iter().map(|r| r.area_cm2).fold(1.0, f64::max);
-    let plot = Plot {
-        corner: [LEFT + MARGIN, top],
-        size: [WIDTH - LEFT - 3.0 * MARGIN, LOWER],
-        x: [0.0, length],
-        y: [0.0, most.ceil()],
-        scale: Scale::Linear,
-    };
-    plot.axes(svg, ["glottis \u{2190} along the tract (mm) \u{2192} lips", "area (cm²)"]);
+    let plot = wide(top, [0.0, rows.last().map_or(1.0, end)], around(0.0, most));
+    let names = ["glottis \u{2190} along the tract (mm) \u{2192} lips", "area (cm²)"];
+    plot.axes(svg, names.map(Axis::Named));
     let steps = rows.iter().flat_map(|r| [[end(r) - r.length_mm, r.area_cm2], [end(r), r.area_cm2]]);
     svg.stroke(&plot.path(steps), HEARD, 2.5);
 }
@@ -120,16 +118,10 @@ fn areas(svg: &mut Svg, rows: &[AreaRow], top: f64) {
 fn transfer(svg: &mut Svg, sound: &SoundRecord, top: f64) {
     let levels = || sound.transfer_db.iter().map(|p| p[1]).filter(|v| v.is_finite());
     let (low, high) = levels().fold((0.0_f64, 10.0_f64), |(l, h), v| (l.min(v), h.max(v)));
-    let plot = Plot {
-        corner: [LEFT + MARGIN, top],
-        size: [WIDTH - LEFT - 3.0 * MARGIN, LOWER],
-        x: [0.0, sound.transfer_db.last().map_or(1.0, |p| p[0])],
-        y: [(low / 10.0).floor() * 10.0, (high / 10.0).ceil() * 10.0],
-        scale: Scale::Linear,
-    };
-    plot.axes(svg, ["frequency (Hz)", "level (dB)"]);
+    let plot = wide(top, [0.0, sound.transfer_db.last().map_or(1.0, |p| p[0])], around(low, high));
+    plot.axes(svg, ["frequency (Hz)", "level (dB)"].map(Axis::Named));
     for f in sound.formants_hz.iter().filter(|f| **f <= plot.x[1]) {
-        svg.dashes(&plot.path([[*f, plot.y[0]], [*f, plot.y[1]]]), MEAN, 1.5);
+        svg.dashes(&plot.upright(*f), MEAN, 1.5);
     }
     svg.stroke(&plot.path(sound.transfer_db.iter().copied()), INK, 2.5);
 }

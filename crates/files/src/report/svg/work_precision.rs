@@ -2,21 +2,23 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
-use super::plot::{Plot, Scale};
-use super::{Entry, Face, INK, MARGIN, Px, Svg, WIDTH, closed, data, legend};
+use super::plot::{Axis, Plot, Scale};
+use super::{Entry, INK, MARGIN, Px, Svg, WIDTH, closed, data};
 use crate::report::ReportError;
 
 /// Colours of Okabe and Ito (2008) with contrast to white; neighbours in the list differ in lightness too.
 const COLOURS: [&str; 7] = [INK, "#e69f00", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9"];
-/// Maximum number of curves: the number of marker shapes, which distinguish curves without colour.
-const MOST_CURVES: usize = 10;
+/// Shapes of markers, which distinguish curves without colour: corners and the direction of the first, rad.
+const SHAPES: [(u32, f64); 5] = [(24, 0.0), (4, FRAC_PI_4), (3, -FRAC_PI_2), (4, 0.0), (3, FRAC_PI_2)];
+/// Maximum number of curves: each shape filled and hollow.
+const MOST_CURVES: usize = 2 * SHAPES.len();
 
 const PLOT: f64 = 520.0;
 const LEFT: f64 = 120.0;
 const BOTTOM: f64 = 100.0;
 const SAMPLE: f64 = 56.0;
 /// Half the size of a marker, px.
-const MARK: f64 = 9.0;
+const MARK: f64 = 10.5;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct PrecisionCurve {
@@ -26,38 +28,45 @@ pub struct PrecisionCurve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// Draws the curves as SVG text. `x` and `y` are the names of the axes with units.
+/// Draws the curves. `x` and `y` are the names of the axes with units.
 pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) -> Result<Svg, ReportError> {
-    let curves: Vec<PrecisionCurve> = curves.iter().map(visible).filter(|c| !c.points.is_empty()).collect();
+    let fits = |v: f64| v.is_finite() && v > 0.0;
+    let visible = |c: &PrecisionCurve| -> Vec<(f64, f64)> {
+        c.points.iter().copied().filter(|p| fits(p.0) && fits(p.1)).collect()
+    };
+    let curves = curves.iter().map(|c| (c.name.as_str(), visible(c)));
+    let curves: Vec<_> = curves.filter(|(_, points)| !points.is_empty()).collect();
     if curves.is_empty() || curves.len() > MOST_CURVES {
         return Err(ReportError::Curves { curves: curves.len(), most: MOST_CURVES });
     }
-    let (mut svg, top) = Svg::new(title, &description(x, y, &curves), WIDTH);
-    let top = top + key(&mut svg, &curves, top) + MARGIN;
+    let told = curves.iter().map(|(name, points)| {
+        let points: Vec<String> = points.iter().map(|p| format!("({:.2e}, {:.2e})", p.0, p.1)).collect();
+        format!("{name}: {}.", points.join(" "))
+    });
+    let described = format!("{y} against {x}. {}", told.collect::<Vec<_>>().join(" "));
+    let (mut svg, top) = Svg::new(title, &described, WIDTH);
+    let entries = curves.iter().enumerate().map(|(number, (name, _))| {
+        Entry::new(SAMPLE, name, move |svg, [x, y]| {
+            svg.line([x, y], [x + SAMPLE - 12.0, y], COLOURS[number % COLOURS.len()], 2.0);
+            mark(svg, number, [x + 0.5 * (SAMPLE - 12.0), y]);
+        })
+    });
+    let height = svg.legend(entries, [LEFT, WIDTH - MARGIN], top);
+    let all = || curves.iter().flat_map(|(_, points)| points);
     let plot = Plot {
-        corner: [LEFT, top],
+        corner: [LEFT, top + height + MARGIN],
         size: [WIDTH - LEFT - 2.0 * MARGIN, PLOT],
-        x: decades(curves.iter().flat_map(|c| &c.points).map(|p| p.0)),
-        y: decades(curves.iter().flat_map(|c| &c.points).map(|p| p.1)),
+        x: decades(all().map(|p| p.0)),
+        y: decades(all().map(|p| p.1)),
         scale: Scale::Logarithmic,
     };
-    plot.axes(&mut svg, [x, y]);
-    curves.iter().enumerate().for_each(|(n, c)| draw(&mut svg, &plot, n, c));
-    Ok(svg.finish(top + PLOT + BOTTOM))
-}
-
-fn visible(curve: &PrecisionCurve) -> PrecisionCurve {
-    let fits = |v: f64| v.is_finite() && v > 0.0;
-    let points = curve.points.iter().copied().filter(|p| fits(p.0) && fits(p.1)).collect();
-    PrecisionCurve { name: curve.name.clone(), points }
-}
-
-fn description(x: &str, y: &str, curves: &[PrecisionCurve]) -> String {
-    let told = curves.iter().map(|c| {
-        let points: Vec<String> = c.points.iter().map(|p| format!("({:.2e}, {:.2e})", p.0, p.1)).collect();
-        format!("{}: {}.", c.name, points.join(" "))
-    });
-    format!("{y} against {x}. {}", told.collect::<Vec<_>>().join(" "))
+    plot.axes(&mut svg, [Axis::Named(x), Axis::Named(y)]);
+    for (number, (_, points)) in curves.iter().enumerate() {
+        let points: Vec<Px> = points.iter().map(|&(x, y)| plot.place(x, y)).collect();
+        svg.stroke(&data([points.iter().copied()]), COLOURS[number % COLOURS.len()], 2.0);
+        points.into_iter().for_each(|p| mark(&mut svg, number, p));
+    }
+    Ok(svg.finish(plot.corner[1] + PLOT + BOTTOM))
 }
 
 /// The ends of the whole decades that contain all values.
@@ -68,50 +77,14 @@ fn decades(values: impl Iterator<Item = f64>) -> [f64; 2] {
     [low, high.max(low + 1)].map(|e| 10f64.powi(e))
 }
 
-fn draw(svg: &mut Svg, plot: &Plot, number: usize, curve: &PrecisionCurve) {
-    let points: Vec<Px> = curve.points.iter().map(|&(x, y)| plot.place(x, y)).collect();
-    svg.stroke(&data([points.iter().copied()]), COLOURS[number % COLOURS.len()], 2.0);
-    points.into_iter().for_each(|p| mark(svg, number, p));
-}
-
-/// The marker of curve `number`, with a shape of its own.
+/// The marker of curve `number`.
 fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
-    let colour = COLOURS[number % COLOURS.len()];
-    let spike = |angle: f64, reach: f64| [x + MARK * reach * angle.cos(), y + MARK * reach * angle.sin()];
-    let ring = |corners: u32, first: f64, reach: f64| -> Vec<Px> {
-        (0..corners).map(|i| spike(first + TAU * f64::from(i) / f64::from(corners), reach)).collect()
-    };
-    let star = || -> Vec<Px> {
-        let reach = |i: u32| if i.is_multiple_of(2) { 1.3 } else { 0.5 };
-        (0..10).map(|i| spike(-FRAC_PI_2 + TAU * f64::from(i) / 10.0, reach(i))).collect()
-    };
-    let (outline, filled) = match number {
-        0 => (ring(24, 0.0, 0.9), true),
-        1 => (ring(4, FRAC_PI_4, 1.2), true),
-        2 => (ring(3, -FRAC_PI_2, 1.3), true),
-        3 => (ring(4, 0.0, 1.2), true),
-        4 => (ring(3, FRAC_PI_2, 1.3), true),
-        5 => (star(), true),
-        6 => (ring(24, 0.0, 0.9), false),
-        7 => (ring(4, FRAC_PI_4, 1.2), false),
-        8 => (ring(3, -FRAC_PI_2, 1.3), false),
-        _ => (ring(4, 0.0, 1.2), false),
-    };
-    let outline = closed([outline]);
-    svg.fill(&outline, if filled { colour } else { "#ffffff" });
+    let (corners, first) = SHAPES[number % SHAPES.len()];
+    let corner = |i: u32| first + TAU * f64::from(i) / f64::from(corners);
+    let outline = (0..corners).map(corner).map(|a| [x + MARK * a.cos(), y + MARK * a.sin()]);
+    let (outline, colour) = (closed([outline]), COLOURS[number % COLOURS.len()]);
+    svg.fill(&outline, if number < SHAPES.len() { colour } else { "#ffffff" });
     svg.stroke(&outline, colour, 2.2);
-}
-
-/// The legend above the plot; returns its height.
-fn key(svg: &mut Svg, curves: &[PrecisionCurve], top: f64) -> f64 {
-    let entries: Vec<Entry<'_>> =
-        curves.iter().map(|c| Entry { sample: SAMPLE, face: Face::Plain, name: &c.name }).collect();
-    let (places, height) = legend(svg, &entries, [LEFT, WIDTH - MARGIN], top);
-    for (number, [x, y]) in places.into_iter().enumerate() {
-        svg.line([x, y], [x + SAMPLE - 12.0, y], COLOURS[number % COLOURS.len()], 2.0);
-        mark(svg, number, [x + 0.5 * (SAMPLE - 12.0), y]);
-    }
-    height
 }
 
 #[cfg(test)]
