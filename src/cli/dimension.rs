@@ -25,9 +25,6 @@ fn known(command: &str) -> Option<(&'static [&'static str], &'static [&'static s
 }
 
 /// Refuses an option that was typed and does not belong to the body.
-///
-/// # Errors
-/// The first such option.
 pub fn check(command: &Command, matches: &ArgMatches) -> miette::Result<()> {
     let (name, own, command) = match matches.subcommand() {
         Some((name, own)) => (name, own, command.find_subcommand(name)),

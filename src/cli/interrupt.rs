@@ -5,7 +5,6 @@
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 
-/// The message at an interruption.
 static LAST_WORDS: Mutex<Option<String>> = Mutex::new(None);
 
 /// Sets the message at an interruption at a terminal.

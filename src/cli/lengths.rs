@@ -217,7 +217,6 @@ pub(super) fn form(reading: &Reading) -> String {
     format!("{encoding}, {ends} line ends, {} between fields, decimal {mark}", reading.separator.plural())
 }
 
-/// One row for each muscle.
 fn muscles(data: &Dataset) -> comfy_table::Table {
     let mut t = table::table(&["muscle", "column", "measured", "shortest, mm", "longest, mm", "half width"]);
     left(&mut t, 1);
@@ -252,7 +251,6 @@ fn half_width(column: &Column) -> String {
     }
 }
 
-/// One row for each subject.
 fn subjects(record: &Record<'_>) -> String {
     let mut t = table::table(&["subject", "vowels", "baseline", "not measured"]);
     for column in 1..4 {

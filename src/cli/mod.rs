@@ -9,13 +9,11 @@ mod dimension;
 mod fit;
 mod fit_muscles;
 mod fit_table;
-mod heard;
 mod install;
 mod interrupt;
 mod lengths;
 mod merge;
 mod mesh;
-mod muscle_effects;
 mod muscles;
 mod others;
 mod outcome;
@@ -33,7 +31,6 @@ mod simulate;
 mod sound;
 mod sound_space;
 mod space;
-mod space_muscles;
 mod space_surgery;
 mod space_track;
 mod table;
@@ -264,12 +261,10 @@ fn set_threads(threads: Option<std::num::NonZeroUsize>) -> miette::Result<()> {
     Ok(())
 }
 
-/// The command line as it was typed, for the records.
 fn command_line() -> String {
     line_of(words())
 }
 
-/// Provenance of the files of this run.
 fn provenance() -> tongue_fit::report::Provenance {
     tongue_fit::report::Provenance::new(command_line())
 }

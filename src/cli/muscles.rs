@@ -1,15 +1,16 @@
-//! `tongue-fit muscles`: the effect of each muscle alone.
+//! `tongue-fit muscles`: the effect of each muscle alone, of bodies in the plane and in space.
 
 use miette::{IntoDiagnostic, miette};
+use nalgebra::{SVector, Vector2, Vector3};
 use serde::Serialize;
-use tongue_fit::body::Body;
+use tongue_fit::body::{Body, Mesh, SpaceBody};
+use tongue_fit::geometry::Point;
 use tongue_fit::inverse::alarms::{self, Alarm};
-use tongue_fit::report::{self, Panel};
+use tongue_fit::report::{self, Export, Json, OutputDir, Panel, Rows};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
-use tongue_fit::system::{Model, System};
+use tongue_fit::system::{Model, SpaceModel, System, TissueModel};
 
-use super::muscle_effects::{Effect, answer, moved_mm, text, way};
-use super::{Global, Outcome, body, output, space, space_muscles};
+use super::{Global, Outcome, body, output, space, table};
 
 /// Options of `tongue-fit muscles`.
 #[derive(Debug, Clone, clap::Args)]
@@ -31,15 +32,22 @@ pub struct Arguments {
     space: space::ModelArguments,
 }
 
-/// The effect of one muscle on the length of a muscle and on three places of the surface.
-#[derive(Debug, Clone, Serialize)]
-struct Row {
+/// The effect of one muscle on three places of the surface, in the plane on the length of each muscle, and in space on its own length
+/// and on the width.
+#[derive(Debug, Clone, Default, Serialize)]
+struct Effect {
     pulling: String,
-    tension_n_per_m: f64,
-    status: SolveStatus,
-    muscle: String,
-    rest_length_mm: f64,
-    length_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tension_n_per_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    activation: Option<f64>,
+    status: Option<SolveStatus>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    muscle: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rest_length_mm: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    length_mm: Option<f64>,
     stretch: f64,
     tip_forward_mm: f64,
     tip_up_mm: f64,
@@ -47,6 +55,8 @@ struct Row {
     top_up_mm: f64,
     root_forward_mm: f64,
     root_up_mm: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wider_mm: Option<f64>,
     alarms: String,
 }
 
@@ -57,15 +67,23 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             "--tension {tension}: a tension must be finite and above 0, because muscles only pull"
         ));
     }
+    let what = "What each muscle does alone, at";
     if let Some(source) = arguments.body.space() {
         let (body, model) = (arguments.space.body(source)?, arguments.space.model()?);
-        return space_muscles::run(
-            &body,
-            &model,
-            arguments.activation.unwrap_or(0.1),
-            &global.folder("results/muscles")?,
-            global,
-        );
+        let activation = arguments.activation.unwrap_or(0.1);
+        let out = global.folder("results/muscles")?;
+        let section = body.midsagittal_mesh();
+        if section.cells.is_empty() {
+            return Err(miette!(
+                "{} has no elements beside the midsagittal plane y = 0, which is shown",
+                body.what
+            ));
+        }
+        let each = body.groups().into_iter().map(|name| in_space(&body, &model, &section, &name, activation));
+        let each = each.collect::<miette::Result<Vec<_>>>()?;
+        let title = format!("{what} an activation of {activation}: {}", body.what);
+        let shown = (&section, &[][..], title.as_str(), "midsagittal surface");
+        return answer(each, shown, TissueModel::Hexahedra, &out, global);
     }
     let body = arguments.body.body()?;
     let model = arguments.body.model();
@@ -75,37 +93,63 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if names.is_empty() {
         return Err(miette!("{} has no muscles; name curves of its mesh after them", body.what));
     }
-    let (mut rows, mut panels) = (Vec::new(), Vec::new());
-    for name in &names {
-        let (found, panel) = alone(&body, &model, name, tension)?;
-        rows.extend(found);
-        panels.push(panel);
-    }
-    let title = format!("What each muscle does alone, at {tension} N per metre of thickness");
+    let each = names.iter().map(|name| in_plane(&body, &model, name, tension));
+    let each = each.collect::<miette::Result<Vec<_>>>()?;
+    let title = format!("{what} {tension} N per metre of thickness");
     let palate = body.palate.as_deref().unwrap_or_default();
-    let picture = report::panels(&body.mesh, palate, &panels, &title).into_diagnostic()?;
-    let by = super::provenance().with_tissue(model.tissue);
-    let effects = rows.iter().filter(|r| r.pulling == r.muscle).map(|r| Effect {
-        pulling: &r.pulling,
-        stretch: r.stretch,
-        ways_mm: vec![
-            r.tip_forward_mm,
-            r.tip_up_mm,
-            r.top_forward_mm,
-            r.top_up_mm,
-            r.root_forward_mm,
-            r.root_up_mm,
-        ],
-        alarms: &r.alarms,
-    });
-    let text = text(&title, &effects.collect::<Vec<_>>(), "surface");
-    let outcome = Outcome::of_muscles(rows.iter().map(|r| (r.pulling.as_str(), r.status, r.alarms.len())));
-    answer(&rows, &picture, text, &by, (&out, global))?;
-    Ok(outcome)
+    answer(each, (&body.mesh, palate, &title, "surface"), model.tissue, &out, global)
 }
 
-/// The equilibrium to which the tension of the muscle `name` leads from rest.
-fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Result<(Vec<Row>, Panel)> {
+/// Writes and prints what muscles do.
+fn answer(
+    found: Vec<(Vec<Effect>, Panel)>,
+    (mesh, palate, title, surface): (&Mesh<2>, &[Point], &str, &str),
+    tissue: TissueModel,
+    out: &OutputDir,
+    global: &Global,
+) -> miette::Result<Outcome> {
+    #[derive(Serialize)]
+    struct Record {
+        muscles: Vec<Effect>,
+    }
+    let (effects, panels): (Vec<_>, Vec<Panel>) = found.into_iter().unzip();
+    let record = Record { muscles: effects.concat() };
+    let picture = report::panels(mesh, palate, &panels, title).into_diagnostic()?;
+    let by = super::provenance().with_tissue(tissue);
+    let files: [(&str, &dyn Export); 2] =
+        [("muscles.svg", &picture), ("muscles.csv", &Rows(&record.muscles))];
+    let written = out.export(&files, &by).into_diagnostic()?;
+    output::answer(global, &Json(&record), &by, &written, || {
+        text(title, &record.muscles, surface) + &table::files(&written)
+    })?;
+    let solved = record.muscles.iter().map(|e| (e.pulling.as_str(), e.status, e.alarms.len()));
+    Ok(Outcome::of_muscles(solved))
+}
+
+/// The effects that muscles have on themselves, for a terminal.
+fn text(title: &str, effects: &[Effect], surface: &str) -> String {
+    let own: Vec<&Effect> =
+        effects.iter().filter(|e| e.muscle.as_ref().is_none_or(|m| *m == e.pulling)).collect();
+    let columns =
+        ["pulling", "its length", "tip forward", "up", "top forward", "up", "root forward", "up", "wider"];
+    let has_width = own.iter().any(|e| e.wider_mm.is_some());
+    let mut t = table::table(&columns[..columns.len() - usize::from(!has_width)]);
+    for e in &own {
+        let mm = |v: f64| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0);
+        let ways =
+            [e.tip_forward_mm, e.tip_up_mm, e.top_forward_mm, e.top_up_mm, e.root_forward_mm, e.root_up_mm];
+        let first = [e.pulling.clone(), format!("{:+.1} %", 100.0 * (e.stretch - 1.0))];
+        t.add_row(first.into_iter().chain(ways.into_iter().chain(e.wider_mm).map(mm)));
+    }
+    let doubtful = own.iter().filter(|e| !e.alarms.is_empty());
+    let doubts: String = doubtful.map(|e| format!("but of {}: {}\n", e.pulling, e.alarms)).collect();
+    format!(
+        "{title}\n\n{t}\n{doubts}\ntip, top and root: the foremost, highest and rearmost point of the {surface} at rest\n\n"
+    )
+}
+
+/// The equilibrium to which the tension of a muscle leads from rest.
+fn in_plane(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Result<(Vec<Effect>, Panel)> {
     let mesh = &body.mesh;
     let pulling: Vec<usize> = body.muscles_called(name).collect();
     let mut tensions = vec![0.0; mesh.muscles.len()];
@@ -115,37 +159,121 @@ fn alone(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Res
     let found =
         statics::trace(&system, &mut workspace, &tensions, &SolveSettings::default(), statics::TRACE_STEPS);
     let positions = workspace.positions();
-    let status = found.solution.status;
-    let alarms: Vec<String> =
-        alarms::of_equilibrium(&found.solution, found.critical).iter().map(Alarm::text).collect();
-    output::step(|| format!("{name}: {status:?}"));
-    let [tip, top, root] = moved_mm(mesh, positions);
-    let row = |number: usize| {
+    let alarms = alarms::of_equilibrium(&found.solution, found.critical);
+    let (own, [tip, top, _]) = effect(name, found.solution.status, &alarms, mesh, positions);
+    let of_muscle = |number: usize| {
         let [rest, length] = [system.rest(), positions].map(|x| system.length(x, number));
-        Row {
-            pulling: name.to_owned(),
-            tension_n_per_m: tension,
-            status,
-            muscle: mesh.muscles[number].name.clone(),
-            rest_length_mm: 1e3 * rest,
-            length_mm: 1e3 * length,
+        Effect {
+            tension_n_per_m: Some(tension),
+            muscle: Some(mesh.muscles[number].name.clone()),
+            rest_length_mm: Some(1e3 * rest),
+            length_mm: Some(1e3 * length),
             stretch: length / rest,
-            tip_forward_mm: tip[0],
-            tip_up_mm: tip[1],
-            top_forward_mm: top[0],
-            top_up_mm: top[1],
-            root_forward_mm: root[0],
-            root_up_mm: root[1],
-            alarms: alarms.join("; "),
+            ..own.clone()
         }
     };
-    let rows: Vec<Row> = (0..mesh.muscles.len()).map(row).collect();
-    let own = rows.iter().find(|r| r.muscle == name).map_or(1.0, |r| r.stretch);
-    let title = format!("{name} shortens {:.0} %", 100.0 * (1.0 - own));
+    let effects: Vec<Effect> = (0..mesh.muscles.len()).map(of_muscle).collect();
+    let stretch = pulling.first().map_or(1.0, |&m| effects[m].stretch);
+    let lines = vec![format!("tip {}", way(tip)), format!("top {}", way(top))];
+    Ok((
+        effects,
+        panel(name, stretch, (found.solution.status, &alarms), lines, (positions.to_vec(), tensions)),
+    ))
+}
+
+/// The equilibrium to which the activation of a muscle on both sides leads from rest.
+fn in_space(
+    body: &SpaceBody,
+    model: &SpaceModel,
+    section: &Mesh<2>,
+    name: &str,
+    activation: f64,
+) -> miette::Result<(Vec<Effect>, Panel)> {
+    let activations = body.activations(&[(name, activation)]).map_err(|e| miette!("--activation: {e}"))?;
+    let solved = space::solve(body, model, &activations, false)?;
+    let (status, alarms) = (solved.found.solution.status, solved.found.alarms);
+    let flat: Vec<Vector2<f64>> = solved.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect();
+    let surface = body.mesh.surface_nodes();
+    let width = |x: &[Vector3<f64>]| {
+        let sides = surface.iter().map(|&n| x[n].y);
+        let ends = sides.fold([0.0_f64; 2], |[low, high], y| [low.min(y), high.max(y)]);
+        1e3 * (ends[1] - ends[0])
+    };
+    let wider_mm = width(&solved.positions) - width(&body.mesh.nodes);
+    let [a, b] = body.mesh.muscles[body.muscles_called(name).into_diagnostic()?[0]].ends();
+    let length = |x: &[Vector3<f64>]| (x[b] - x[a]).norm();
+    let stretch = length(&solved.positions) / length(&body.mesh.nodes);
+    let (own, [tip, ..]) = effect(name, status, &alarms, section, &flat);
+    let width = match wider_mm.abs() < 0.05 {
+        true => "as wide as at rest".to_owned(),
+        false => format!("{:.1} mm {}", wider_mm.abs(), if wider_mm < 0.0 { "narrower" } else { "wider" }),
+    };
+    let lines = vec![format!("tip {}", way(tip)), width];
+    let effect = Effect { activation: Some(activation), stretch, wider_mm: Some(wider_mm), ..own };
+    Ok((vec![effect], panel(name, stretch, (status, &alarms), lines, (flat, Vec::new()))))
+}
+
+/// What an equilibrium does to the surface: the effect, and by how much its foremost, highest and rearmost node at rest have moved forward
+/// and up, mm.
+fn effect(
+    name: &str,
+    status: SolveStatus,
+    alarms: &[Alarm],
+    mesh: &Mesh<2>,
+    positions: &[SVector<f64, 2>],
+) -> (Effect, [[f64; 2]; 3]) {
+    output::step(|| format!("{name}: {status:?}"));
+    let surface = mesh.surface_nodes();
+    let most = |of: fn(&SVector<f64, 2>) -> f64| {
+        let best = surface.iter().max_by(|a, b| of(&mesh.nodes[**a]).total_cmp(&of(&mesh.nodes[**b])));
+        best.copied().unwrap_or_default()
+    };
+    let moved = [most(|p| -p.x), most(|p| p.y), most(|p| p.x)].map(|node| {
+        let way = positions[node] - mesh.nodes[node];
+        // Forward is towards smaller x.
+        [-1e3 * way.x, 1e3 * way.y]
+    });
+    let effect = Effect {
+        pulling: name.to_owned(),
+        status: Some(status),
+        tip_forward_mm: moved[0][0],
+        tip_up_mm: moved[0][1],
+        top_forward_mm: moved[1][0],
+        top_up_mm: moved[1][1],
+        root_forward_mm: moved[2][0],
+        root_up_mm: moved[2][1],
+        alarms: alarms.iter().map(Alarm::text).collect::<Vec<_>>().join("; "),
+        ..Effect::default()
+    };
+    (effect, moved)
+}
+
+/// The picture of a muscle's effect, with these lines where it can be trusted.
+fn panel(
+    name: &str,
+    stretch: f64,
+    (status, alarms): (SolveStatus, &[Alarm]),
+    lines: Vec<String>,
+    (positions, tensions): (Vec<SVector<f64, 2>>, Vec<f64>),
+) -> Panel {
+    let title = format!("{name} shortens {:.0} %", 100.0 * (1.0 - stretch));
     let lines = match status {
-        SolveStatus::Converged if !alarms.is_empty() => alarms,
-        SolveStatus::Converged => vec![format!("tip {}", way(tip)), format!("top {}", way(top))],
+        SolveStatus::Converged if alarms.is_empty() => lines,
+        SolveStatus::Converged => alarms.iter().map(Alarm::text).collect(),
         other => vec![format!("not at equilibrium: {other:?}")],
     };
-    Ok((rows, Panel { title, lines, positions: positions.to_vec(), tensions }))
+    Panel { title, lines, positions, tensions }
+}
+
+/// `3.1 mm forward, 0.4 up`.
+fn way([forward, up]: [f64; 2]) -> String {
+    let along = |v: f64, unit: &str, [plus, minus]: [&str; 2]| {
+        (v.abs() >= 0.05).then(|| format!("{:.1}{unit} {}", v.abs(), if v < 0.0 { minus } else { plus }))
+    };
+    match (along(forward, " mm", ["forward", "back"]), along(up, "", ["up", "down"])) {
+        (Some(forward), Some(up)) => format!("{forward}, {up}"),
+        (Some(forward), None) => forward,
+        (None, Some(_)) => along(up, " mm", ["up", "down"]).unwrap_or_default(),
+        (None, None) => "stays".to_owned(),
+    }
 }

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::statics::SolveStatus;
 
-/// How a command ended without an error.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Outcome {
     /// Everything converged: exit status 0.
@@ -42,8 +41,9 @@ impl Outcome {
     }
 
     /// The outcome for muscles that pull alone: their names, the status of each solve, and its number of alarms.
-    pub fn of_muscles<'a>(solved: impl Iterator<Item = (&'a str, SolveStatus, usize)>) -> Self {
-        let doubtful = solved.filter(|(_, status, alarms)| *status != SolveStatus::Converged || *alarms > 0);
+    pub fn of_muscles<'a>(solved: impl Iterator<Item = (&'a str, Option<SolveStatus>, usize)>) -> Self {
+        let doubtful =
+            solved.filter(|(_, status, alarms)| *status != Some(SolveStatus::Converged) || *alarms > 0);
         let mut names: Vec<&str> = doubtful.map(|(name, ..)| name).collect();
         names.dedup();
         Self::judged(names.is_empty(), || {
@@ -61,7 +61,6 @@ fn untrusted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> O
     (!bad.is_empty()).then(|| format!("{count} of the {all} {what} cannot be trusted ({})", kinds.join(", ")))
 }
 
-/// The name of a status in words.
 pub fn word(status: &impl serde::Serialize) -> String {
     let name = serde_json::to_value(status).ok();
     name.as_ref().and_then(|n| n.as_str()).unwrap_or_default().replace('_', " ")

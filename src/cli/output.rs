@@ -13,7 +13,6 @@ use tongue_fit::report::{Clean, Export, OutputDir, Provenance};
 
 use super::Global;
 
-/// Amount of output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Volume {
     /// `-q`: errors, warnings, and results that are in no file.
@@ -36,7 +35,6 @@ fn volume() -> Volume {
     BEGUN.get().map_or(Volume::Normal, |(volume, _)| *volume)
 }
 
-/// Whether `-v` was given.
 pub fn is_verbose() -> bool {
     volume() == Volume::Verbose
 }
@@ -64,7 +62,6 @@ pub fn answer(
 }
 
 impl Global {
-    /// Prepares the folder for the output files: that of `--out`, or else this one.
     pub fn folder(&self, default: &str) -> miette::Result<OutputDir> {
         OutputDir::prepare(self.out.as_deref().unwrap_or(Path::new(default))).into_diagnostic()
     }
@@ -79,7 +76,6 @@ pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::R
     }
 }
 
-/// Indented JSON with a line end.
 pub fn json(value: &impl Serialize) -> miette::Result<String> {
     Ok(serde_json::to_string_pretty(value).into_diagnostic()? + "\n")
 }

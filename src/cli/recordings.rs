@@ -160,9 +160,6 @@ impl Arguments {
     }
 
     /// All recordings, screened, and a sentence for each that is left out because nothing can be read from it.
-    ///
-    /// # Errors
-    /// The first of these sentences if no recording is left.
     pub fn read(&self, palate: Option<&[Point]>) -> miette::Result<(Vec<Screened>, Vec<String>)> {
         let (map, own) = (self.map()?, self.palate()?);
         let mut all: Vec<Screened> = Vec::new();

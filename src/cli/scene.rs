@@ -110,7 +110,6 @@ fn load(path: &Path) -> miette::Result<Scene> {
     Scene::from_toml(&text, &name).into_diagnostic()
 }
 
-/// A prepared scene in the plane or in space.
 enum Ready {
     Flat(Prepared<2>),
     Solid(Prepared<3>),

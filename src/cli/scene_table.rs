@@ -56,7 +56,6 @@ pub fn plan(plan: &ScenePlan) -> String {
     text
 }
 
-/// The result of a scene.
 pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", o.plan.title, o.plan.body, o.plan.method);
     if !o.muscles.is_empty() {

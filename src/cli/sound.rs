@@ -7,17 +7,17 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::SVector;
 use serde::Serialize;
-use tongue_fit::body::AnyBody;
+use tongue_fit::body::{AnyBody, Mesh};
 use tongue_fit::heard::{Airway, Articulation, Formant, MeanVowel, Tract, mean_vowels};
 use tongue_fit::measured::{ByMuscle, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
 use tongue_fit::scene::file::{Effects, FitTarget, Hyoid, Jaw, Material, SceneBody, SceneTongue, Want};
 use tongue_fit::scene::prepare::{SceneExtent, prepare};
 use tongue_fit::scene::{Scene, body, run, sound};
+use tongue_fit::system::TissueModel;
 use tongue_sound::voice::{self, Voice};
 
 use super::body::SpaceSource;
-use super::heard::{Heard, Shown};
 use super::{Global, Outcome, output, sound_space, table};
 
 /// The baseline vowel.
@@ -84,20 +84,29 @@ pub struct Arguments {
 
 /// Result of the command.
 #[derive(Debug, Clone, Serialize)]
-struct Record {
-    subject: Option<String>,
-    vowel: Option<String>,
-    converged: bool,
+pub struct Record {
+    pub subject: Option<String>,
+    pub vowel: Option<String>,
+    pub converged: bool,
     /// Tensions, N per metre of thickness; of a body in the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
-    tensions_n: Option<BTreeMap<String, f64>>,
+    pub tensions_n: Option<BTreeMap<String, f64>>,
     /// Activations; of a body in space.
     #[serde(skip_serializing_if = "Option::is_none")]
-    activations: Option<ByMuscle<f64>>,
+    pub activations: Option<ByMuscle<f64>>,
     #[serde(flatten)]
-    sound: SoundRecord,
-    published_hz: Option<[f64; 2]>,
-    wall_s: f64,
+    pub sound: SoundRecord,
+    pub published_hz: Option<[f64; 2]>,
+    pub wall_s: f64,
+}
+
+/// A tongue that was heard, and its midsagittal section at rest and as it was heard.
+pub struct Heard {
+    pub title: String,
+    pub tissue: TissueModel,
+    pub mesh: Mesh<2>,
+    pub positions: Vec<SVector<f64, 2>>,
+    pub record: Record,
 }
 
 impl Arguments {
@@ -194,19 +203,21 @@ impl Arguments {
         let mut prepared = prepare(&scene, body, SceneExtent::Pruned).into_diagnostic()?;
         let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
         let Some(sound) = answer.sound else { return Err(miette!("this scene has no sound")) };
-        Ok(Heard {
+        let means = mean_vowels().into_diagnostic()?;
+        let mean = |v: &Vowel| means.iter().find(|m| m.vowel == v.label()).map(|m| [m.f1_hz, m.f2_hz]);
+        let record = Record {
+            subject: vowel.map(|_| self.subject.clone()),
+            vowel: vowel.map(|v| v.label().to_owned()),
             converged: answer.converged,
-            tissue: prepared.system.tissue(),
             tensions_n: Some(answer.muscles.iter().map(|m| (m.muscle.clone(), m.pull.value())).collect()),
             activations: None,
             sound,
+            published_hz: vowel.and_then(mean),
             wall_s: answer.wall_s,
-            shown: Shown {
-                mesh: prepared.body.mesh,
-                positions: answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect(),
-            },
-            title: scene.title,
-        })
+        };
+        let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
+        let (tissue, mesh) = (prepared.system.tissue(), prepared.body.mesh);
+        Ok(Heard { title: scene.title, tissue, mesh, positions, record })
     }
 }
 
@@ -225,24 +236,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             (global.folder("results/sound")?, arguments.in_plane(&tract, vowel.as_ref())?)
         }
     };
-    let Heard { title, converged, tissue, tensions_n, activations, sound, wall_s, shown } = heard;
+    let Heard { title, tissue, mesh, positions, record } = heard;
     let means = mean_vowels().into_diagnostic()?;
-    let mean = |v: &Vowel| means.iter().find(|m| m.vowel == v.label()).map(|m| [m.f1_hz, m.f2_hz]);
-    let record = Record {
-        subject: vowel.as_ref().map(|_| arguments.subject.clone()),
-        vowel: vowel.as_ref().map(|v| v.label().to_owned()),
-        converged,
-        tensions_n,
-        activations,
-        published_hz: vowel.as_ref().and_then(mean),
-        sound,
-        wall_s,
-    };
     let drawn = format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
     let marks: Vec<_> = means.iter().map(|m: &MeanVowel| (m.vowel.clone(), [m.f1_hz, m.f2_hz])).collect();
     let picture = report::vowel(&VowelPicture {
-        mesh: &shown.mesh,
-        positions: &shown.positions,
+        mesh: &mesh,
+        positions: &positions,
         sound: &record.sound,
         means: &marks,
         title: &drawn,

@@ -7,7 +7,7 @@ use tongue_fit::report::SoundRecord;
 use tongue_fit::statics::SolveStatus;
 
 use super::body::{SpaceSource, space_name};
-use super::heard::{Heard, Shown};
+use super::sound::{Heard, Record};
 use super::space;
 
 /// Options of the sound of a body in space.
@@ -34,9 +34,6 @@ impl Arguments {
     }
 
     /// The sound of the body at its activations.
-    ///
-    /// # Errors
-    /// A faulty body or activation; walls that meet.
     pub fn heard(
         &self,
         source: &SpaceSource,
@@ -52,27 +49,27 @@ impl Arguments {
         sound.areas_from = Some("cross-sections of the tongue between walls of the tract's width");
         let names = body.muscles.iter().map(|m| m.name.clone());
         let flat = |x: &[nalgebra::Vector3<f64>]| x.iter().map(|p| [p.x, p.z].into()).collect();
-        Ok(Heard {
-            title: match self.activation.is_empty() {
-                true => format!("{}, at rest", body.what),
-                false => format!("{}, {}", body.what, self.activation.join(", ")),
-            },
+        let record = Record {
+            subject: None,
+            vowel: None,
             converged: solved.found.solution.status == SolveStatus::Converged
                 && solved.found.alarms.is_empty(),
-            tissue: solved.system.tissue(),
             tensions_n: None,
             activations: Some(ByMuscle(names.zip(activations).collect())),
             sound,
+            published_hz: None,
             wall_s: solved.wall_s,
-            shown: Shown { mesh: body.midsagittal_mesh(), positions: flat(&solved.positions) },
-        })
+        };
+        let title = match self.activation.is_empty() {
+            true => format!("{}, at rest", body.what),
+            false => format!("{}, {}", body.what, self.activation.join(", ")),
+        };
+        let (tissue, mesh) = (solved.system.tissue(), body.midsagittal_mesh());
+        Ok(Heard { title, tissue, mesh, positions: flat(&solved.positions), record })
     }
 }
 
 /// The drawn tract, which fits the built-in body only.
-///
-/// # Errors
-/// A folder without a tract of its own.
 pub fn drawn(source: &SpaceSource) -> miette::Result<Tract> {
     match source {
         SpaceSource::BuiltIn => Airway::drawn().into_diagnostic(),

@@ -68,7 +68,6 @@ impl Default for ModelArguments {
 }
 
 impl ModelArguments {
-    /// The body.
     pub fn body(&self, source: &SpaceSource) -> miette::Result<SpaceBody> {
         if self.body_unit != Unit::M && !matches!(source, SpaceSource::Mesh(_)) {
             return Err(miette!("--body-unit is the unit of a body from Gmsh: --body FILE.msh"));
@@ -92,7 +91,6 @@ impl ModelArguments {
         }
     }
 
-    /// What it is made of.
     pub fn model(&self) -> miette::Result<SpaceModel> {
         let model =
             SpaceModel { muscles: self.muscles_as, stiffening: self.stiffening, ..SpaceModel::default() };
@@ -102,9 +100,6 @@ impl ModelArguments {
 }
 
 /// Activations of all muscles of a body from words such as `GGP=0.1`.
-///
-/// # Errors
-/// Words that are not read, muscles that the body does not have, values out of range.
 pub fn activations(words: &[String], body: &SpaceBody) -> miette::Result<Vec<f64>> {
     let mut given = Vec::new();
     for word in words {
@@ -119,7 +114,6 @@ pub fn activations(words: &[String], body: &SpaceBody) -> miette::Result<Vec<f64
     body.activations(&given).map_err(|error| miette!("--activation: {error}"))
 }
 
-/// An equilibrium of a body in space.
 pub struct Solved {
     pub found: Equilibrium,
     pub positions: Vec<Vector3<f64>>,
@@ -129,9 +123,6 @@ pub struct Solved {
 
 /// Solves for the equilibrium; unless `direct`, the equilibria from rest are followed as the activations
 /// grow.
-///
-/// # Errors
-/// A faulty body or law.
 pub fn solve(
     body: &SpaceBody,
     model: &SpaceModel,
@@ -219,7 +210,6 @@ pub fn run(
     Ok(Outcome::of_equilibrium(found.solution.status, &found.alarms))
 }
 
-/// The record as text for a terminal.
 fn text(record: &SpaceRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
     let mut t = table::table(&["muscle", "activation", "fibre mm", "stretch"]);
     for (i, (muscle, activation)) in record.activations.0.iter().enumerate() {

@@ -99,7 +99,6 @@ pub struct Arguments {
 const TOLERANCE_MM: f64 = 1e-6;
 
 impl Arguments {
-    /// Whether a trajectory was asked for.
     pub fn is_given(&self) -> bool {
         self.trajectory
     }
@@ -178,7 +177,6 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-/// Runs the command.
 pub fn run(
     arguments: &Arguments,
     pulls: &pulls::Arguments,

@@ -13,7 +13,6 @@ use super::csv::Table;
 
 type Of<'a, R, T> = Rc<dyn Fn(&R) -> T + 'a>;
 
-/// A column of a table whose rows are `R`.
 pub struct Column<'a, R> {
     /// Its name in CSV and JSON.
     pub name: Cow<'static, str>,

@@ -3,7 +3,6 @@
 use std::io;
 use std::path::PathBuf;
 
-/// Why an output could not be made or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
@@ -25,15 +24,7 @@ pub enum ReportError {
     #[error("the mesh has {nodes} nodes, but the deformed shape {deformed}; pass the positions of this mesh")]
     NodeCount { nodes: usize, deformed: usize },
     #[error("the {shape} position of node {node} is ({x}, {y}) m; it must be finite and within 1000 m")]
-    Position {
-        shape: &'static str,
-        /// Node number, 0-based.
-        node: usize,
-        /// Coordinate, m.
-        x: f64,
-        /// Coordinate, m.
-        y: f64,
-    },
+    Position { shape: &'static str, node: usize, x: f64, y: f64 },
     #[error("cannot write the record of a fit: {reason}; please report this as a defect")]
     Record { reason: String },
     #[error("{what} names {kind} {number}, but the mesh has {count} (counted from 0); correct the number")]
@@ -50,12 +41,7 @@ pub enum ReportError {
         "the value of \"{label}\" in the series \"{series}\" is {value}; \
          a ratio of lengths must be positive, finite and at most 100"
     )]
-    Ratio {
-        series: String,
-        label: String,
-        /// The value, dimensionless.
-        value: f64,
-    },
+    Ratio { series: String, label: String, value: f64 },
     #[error("a diagram needs 1 to {most} curves with a positive, finite point each; got {curves}")]
     Curves { curves: usize, most: usize },
 }

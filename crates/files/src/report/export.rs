@@ -81,12 +81,10 @@ impl Provenance {
     }
 }
 
-/// Content of a file.
 pub trait Export {
     /// Writes the content, with the version and command that it is made `by`.
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()>;
 
-    /// The content as text.
     fn text(&self, by: &Provenance) -> io::Result<String> {
         let mut bytes = Vec::new();
         self.write(&mut bytes, by)?;

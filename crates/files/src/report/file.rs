@@ -125,7 +125,6 @@ pub fn write(
     OutputDir::prepare(folder)?.export(files, &Provenance::new(command))
 }
 
-/// A function that writes the content of a file.
 pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
 
 #[cfg(test)]

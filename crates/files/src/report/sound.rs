@@ -5,7 +5,6 @@ use serde::Serialize;
 use tongue_infer::heard::{Articulation, Sound, Tract};
 use tongue_sound::{Acoustics, transfer};
 
-/// A section of a vocal tract.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AreaRow {
     /// Distance of its middle from the glottis along the midline, mm.

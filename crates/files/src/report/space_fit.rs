@@ -16,7 +16,6 @@ pub struct SpaceTrackRecord {
     pub frames: Vec<SpaceFitRecord>,
     /// What to know of all frames.
     pub notes: Vec<String>,
-    /// Time of all searches, s.
     pub wall_s: f64,
 }
 

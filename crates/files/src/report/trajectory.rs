@@ -30,7 +30,6 @@ pub struct TrajectoryRecord {
     /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element, at the end.
     pub min_area_ratio: f64,
     pub max_area_ratio: f64,
-    /// Duration of the run, s.
     pub wall_s: f64,
 }
 

@@ -14,19 +14,15 @@ use tongue_input::measured::recording::AlignedRecording;
 /// Distance from the palate at which it begins to act, m.
 const PALATE_REACH_M: f64 = 1e-3;
 
-/// Why recordings cannot be tracked.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TrackError {
     /// The body cannot be placed or its shape not be varied.
     #[error(transparent)]
     Rest(#[from] RestError),
-    /// The system cannot be made.
     #[error(transparent)]
     System(#[from] SystemError),
-    /// A bone cannot be freed.
     #[error(transparent)]
     Fit(#[from] FitError),
-    /// A free bone is named twice.
     #[error("--free-bone {bone}: this bone is free already; give each bone once")]
     FreeTwice { bone: String },
     /// A free bone is seen in every recording.
@@ -34,7 +30,6 @@ pub enum TrackError {
         "--free-bone {bone}: it is seen in every recording, and carried to where it is seen; leave the option out"
     )]
     FreeSeen { bone: String },
-    /// The body has no outline.
     #[error("{what} has no outline of tissue to compare with")]
     NoOutline { what: String },
     /// Numbers are not finite or far too large.
@@ -64,9 +59,7 @@ pub struct TrackRun<'a> {
 /// A body ready for tracking.
 #[derive(Debug, Clone)]
 pub struct TrackedBody {
-    /// The body.
     pub body: Body<2>,
-    /// Its bones that follow their observed places.
     pub followed: Vec<Followed>,
     /// How it was adapted; `None` for a body that was not.
     pub adaptation: Option<Adaptation>,
@@ -111,9 +104,6 @@ impl TrackedBody {
 impl TrackRun<'_> {
     /// The given body, or one adapted to these recordings; `progress` is called with the steps that are done
     /// and their number.
-    ///
-    /// # Errors
-    /// As [`Basis::to_recordings`].
     pub fn body(
         &self,
         seen: &[&AlignedRecording],
@@ -134,9 +124,6 @@ impl TrackRun<'_> {
 
     /// What is not known of the speaker's shape; `None` for a body without mandible and hyoid, of which `tell`
     /// gets a note.
-    ///
-    /// # Errors
-    /// As [`RestShape::of`].
     pub fn shape(
         &self,
         speaker: &TrackedBody,
@@ -173,9 +160,6 @@ impl TrackRun<'_> {
 
     /// The traced palate as a wall; `None` if the body at rest would pass through it, of which `tell` gets a
     /// note.
-    ///
-    /// # Errors
-    /// As [`system::coefficients`].
     pub fn wall(&self, body: &Body<2>, tell: &dyn Fn(&str)) -> Result<Option<Contact>, TrackError> {
         let Some(palate) = self.basis.palate else { return Ok(None) };
         let stiffness = system::coefficients(&body.mesh, &self.basis.model)?.tissue_stiffness;
@@ -189,9 +173,6 @@ impl TrackRun<'_> {
 
     /// Tracks recordings that share a body, levels and a shape. `listen` may add what is heard to the frames
     /// of a recording.
-    ///
-    /// # Errors
-    /// [`TrackError`] if the search cannot begin; later failures are the status of a frame.
     pub fn track(
         &self,
         speaker: &TrackedBody,
@@ -219,9 +200,6 @@ impl TrackRun<'_> {
     }
 
     /// Places the body and tracks all recordings, in groups as [`sittings`] has them.
-    ///
-    /// # Errors
-    /// As [`TrackRun::body`], [`TrackRun::shape`] and [`TrackRun::track`].
     pub fn run(
         &self,
         seen: &[&AlignedRecording],
@@ -245,9 +223,6 @@ impl TrackRun<'_> {
     }
 
     /// Refuses free bones without an effect.
-    ///
-    /// # Errors
-    /// [`TrackError::FreeTwice`], [`TrackError::FreeSeen`], and as [`FreedBone::of`].
     pub fn check_freed(&self, seen: &[&AlignedRecording]) -> Result<(), TrackError> {
         let mut names: Vec<&str> = Vec::new();
         for name in self.free_bones.iter().map(|b| b.trim()) {

@@ -8,22 +8,15 @@ use super::{Batch, BatchJournal};
 use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::Contrast;
 
-/// A contrast with the subject.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SubjectContrast {
-    /// The subject.
     pub subject: String,
-    /// The baseline of the vowels.
     pub baseline: String,
-    /// The contrast.
     #[serde(flatten)]
     pub contrast: Contrast,
 }
 
 /// The contrasts of all subjects, in the order of rows.
-///
-/// # Errors
-/// As the journal.
 pub fn all(jobs: &[Job], journal: &BatchJournal) -> io::Result<Vec<SubjectContrast>> {
     let mut out = Vec::new();
     for (number, job) in jobs.iter().enumerate() {
@@ -56,7 +49,6 @@ struct Row<'a> {
     command: &'a str,
 }
 
-/// Writes `contrasts.csv`.
 pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     let mut writer = csv::Writer::from_writer(w);
     for SubjectContrast { subject, baseline, contrast: c } in batch.contrasts {

@@ -9,11 +9,9 @@ use std::str::FromStr;
 pub struct Shard {
     /// Number of the part, from 1.
     pub number: usize,
-    /// Number of parts.
     pub of: usize,
 }
 
-/// Maximum number of parts.
 const MOST: usize = 100_000;
 
 impl Shard {
@@ -22,7 +20,6 @@ impl Shard {
         job % self.of == self.number - 1
     }
 
-    /// Name of its journal.
     pub fn journal(self) -> String {
         format!("batch-{}-of-{}.journal", self.number, self.of)
     }

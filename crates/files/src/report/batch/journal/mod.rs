@@ -19,7 +19,6 @@ use super::sha256;
 use crate::report::ReportError;
 use tongue_infer::track::TrackedRecording;
 
-/// The name of the journal in the output folder.
 pub const NAME: &str = "batch.journal";
 /// Format of the journal; a journal of another format is replaced.
 const FORMAT: u32 = 5;
@@ -38,10 +37,6 @@ struct Header {
 }
 
 /// The arguments of the command whose jobs are in the journal at `path`.
-///
-/// # Errors
-/// [`ReportError::Journal`] with the error of the operating system, or if the file is not a journal of this
-/// version.
 pub fn arguments(path: &Path) -> Result<Vec<String>, ReportError> {
     let fail = |source| ReportError::Journal { path: path.to_owned(), source };
     let file = regular(path).and_then(|()| File::open(path)).map_err(fail)?;
@@ -74,7 +69,6 @@ pub trait Kept: Serialize + DeserializeOwned {
     /// The part of it that is kept in memory while the batch runs.
     type Digest: Clone;
 
-    /// Its digest.
     fn digest(&self) -> Self::Digest;
 }
 
@@ -84,10 +78,8 @@ impl Kept for TrackedRecording {
     fn digest(&self) -> Self::Digest {}
 }
 
-/// One finished job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Entry<T> {
-    /// Its number in the list of jobs.
     pub job: usize,
     /// Its duration, s. It is in no output file, because these are the same after every run.
     pub wall_s: f64,
@@ -107,7 +99,6 @@ struct Place<D> {
 struct Scan {
     /// The batch that the whole file belongs to, if it is another one.
     other: Option<String>,
-    /// Number of lines that were left out.
     dropped: usize,
 }
 
@@ -127,10 +118,6 @@ impl<T: Kept> Journal<T> {
     /// Opens the journal at `path` for a batch of `jobs` jobs of a command with `arguments`. It resumes a
     /// journal with the same `key`, the hash of the inputs, or else begins a new one; [`Journal::notes`] says
     /// what was left out.
-    ///
-    /// # Errors
-    /// [`ReportError::Journal`] with the error of the operating system, if it is not a regular file (a link,
-    /// a pipe), or if another run uses the journal.
     pub fn open(path: PathBuf, key: &str, arguments: &[String], jobs: usize) -> Result<Self, ReportError> {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
@@ -140,9 +127,6 @@ impl<T: Kept> Journal<T> {
     }
 
     /// Opens the journal of another run of the same batch for reading only.
-    ///
-    /// # Errors
-    /// As [`Journal::open`], and if it has other inputs.
     pub fn open_finished(
         path: PathBuf,
         key: &str,
@@ -239,9 +223,6 @@ impl<T: Kept> Journal<T> {
     }
 
     /// Adds the entries of another journal of the same batch that this one lacks.
-    ///
-    /// # Errors
-    /// [`ReportError::Journal`] with the error of the operating system.
     pub fn take_over(&mut self, other: &Self) -> Result<(), ReportError> {
         for &job in other.done.keys() {
             if !self.has(job)
@@ -258,22 +239,18 @@ impl<T: Kept> Journal<T> {
         &self.notes
     }
 
-    /// Whether a job is done.
     pub fn has(&self, job: usize) -> bool {
         self.done.contains_key(&job)
     }
 
-    /// Whether a job is done and failed.
     pub fn is_refused(&self, job: usize) -> bool {
         self.done.get(&job).is_some_and(|p| p.digest.is_none())
     }
 
-    /// Number of finished jobs.
     pub fn len(&self) -> usize {
         self.done.len()
     }
 
-    /// Whether no job is done.
     pub fn is_empty(&self) -> bool {
         self.done.is_empty()
     }
@@ -284,9 +261,6 @@ impl<T: Kept> Journal<T> {
     }
 
     /// Appends an entry.
-    ///
-    /// # Errors
-    /// [`ReportError::Journal`] with the error of the operating system.
     pub fn append(&mut self, entry: &Entry<T>) -> Result<(), ReportError> {
         let write = |this: &mut Self| -> io::Result<()> {
             let json = serde_json::to_string(entry)?;
@@ -300,10 +274,6 @@ impl<T: Kept> Journal<T> {
     }
 
     /// The entry of a job, or `None` if it is not done.
-    ///
-    /// # Errors
-    /// [`ReportError::Journal`] with the error of the operating system, or if the journal was changed while
-    /// it was in use.
     pub fn read(&self, job: usize) -> Result<Option<Entry<T>>, ReportError> {
         let Some(place) = self.done.get(&job) else { return Ok(None) };
         let read = || -> io::Result<Entry<T>> {
@@ -317,9 +287,6 @@ impl<T: Kept> Journal<T> {
     }
 
     /// Removes the journal after its content was written to the outputs.
-    ///
-    /// # Errors
-    /// [`ReportError::Journal`] with the error of the operating system.
     pub fn remove(self) -> Result<(), ReportError> {
         std::fs::remove_file(&self.path).map_err(|source| self.failed(source))
     }
