@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::Parser;
 use miette::{IntoDiagnostic, WrapErr, miette};
-use tongue_fit::report::batch::journal::{self, NAME};
+use tongue_fit::report::batch::journal;
 use tongue_fit::report::batch::{BatchJournal, Shard};
 
 use super::batch::{self, Prepared};
@@ -42,22 +42,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let prepared = prepare(&words)?;
     let jobs = prepared.run.plan.jobs.len();
 
-    let mut parts = Vec::new();
     let mut wanting = missing(&shards)?;
-    for (shard, paths) in &shards {
-        let opened = paths.iter().map(|path| {
-            BatchJournal::open_finished(path.clone(), &prepared.key, &words, jobs).into_diagnostic()
-        });
-        let opened = opened.collect::<miette::Result<Vec<_>>>()?;
-        opened.iter().flat_map(BatchJournal::notes).for_each(|note| output::note(note));
-        let mine = (0..jobs).filter(|&job| shard.has(job));
-        let (all, done) = mine.fold((0, 0), |(all, done), job| {
-            (all + 1, done + usize::from(opened.iter().any(|journal| journal.has(job))))
-        });
-        if done < all {
-            wanting.push(format!("{shard} has {done} of {all} fits"));
+    let paths = shards.values().flatten().cloned();
+    let journal = BatchJournal::join(paths, &prepared.key, &words, jobs).into_diagnostic()?;
+    journal.notes().iter().for_each(|note| output::note(note));
+    for shard in shards.keys() {
+        let mine: Vec<usize> = (0..jobs).filter(|&job| shard.has(job)).collect();
+        let done = mine.iter().filter(|job| journal.has(**job)).count();
+        if done < mine.len() {
+            wanting.push(format!("{shard} has {done} of {} fits", mine.len()));
         }
-        parts.extend(opened);
     }
     if !wanting.is_empty() {
         let more = wanting.len().saturating_sub(MOST_NAMED);
@@ -72,12 +66,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
     let out = global.folder(batch::DEFAULT_OUT)?;
     prepared.tell_what_is_left_out();
-    let mut whole =
-        BatchJournal::open(out.path().join(NAME), &prepared.key, &words, jobs).into_diagnostic()?;
-    for part in &parts {
-        whole.take_over(part).into_diagnostic()?;
-    }
-    prepared.finish(&out, whole, global, clock.elapsed().as_secs_f64())
+    prepared.finish(&out, &journal, global, clock.elapsed().as_secs_f64())
 }
 
 /// The journals of the shards in these folders, by shard.

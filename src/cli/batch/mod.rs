@@ -185,7 +185,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         }
         None => {
             output::step(|| "all fitted; writing".to_owned());
-            prepared.finish(&out, journal, global, clock.elapsed().as_secs_f64())?
+            let outcome = prepared.finish(&out, &journal, global, clock.elapsed().as_secs_f64())?;
+            journal.remove().into_diagnostic()?;
+            outcome
         }
     };
     interrupt::set_last_words(None);

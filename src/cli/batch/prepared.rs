@@ -156,16 +156,16 @@ impl Prepared {
         rows.iter().enumerate().map(of_row).collect()
     }
 
-    /// Writes the outputs of all jobs, prints a summary, and removes the journal.
+    /// Writes the outputs of all jobs and prints a summary.
     pub fn finish(
         &self,
         out: &OutputDir,
-        journal: BatchJournal,
+        journal: &BatchJournal,
         global: &Global,
         wall_s: f64,
     ) -> miette::Result<Outcome> {
-        let summary = self.summary(&journal);
-        let contrasts = contrasts::all(&self.run.plan.jobs, &journal).into_diagnostic()?;
+        let summary = self.summary(journal);
+        let contrasts = contrasts::all(&self.run.plan.jobs, journal);
         let batch = Batch {
             provenance: &self.provenance,
             jobs: &self.run.plan.jobs,
@@ -177,14 +177,13 @@ impl Prepared {
             muscles: &self.muscles,
             contrasts: &contrasts,
         };
-        let written = outputs::write_files(out, &batch, &journal).into_diagnostic()?;
+        let written = outputs::write_files(out, &batch, journal).into_diagnostic()?;
         if global.json {
-            output::stream(|stdout| outputs::write_json(stdout, &batch, &journal, true))?;
+            output::stream(|stdout| outputs::write_json(stdout, &batch, journal, true, &|_, _| Ok(())))?;
         } else {
-            let text = table::batch(&batch, &journal, &written, wall_s)?;
+            let text = table::batch(&batch, journal, &written, wall_s)?;
             output::summary(&text, &written)?;
         }
-        journal.remove().into_diagnostic()?;
         Ok(if summary.not_fitted + summary.unreadable_rows > 0 {
             Outcome::SomeRowsRefused
         } else {
@@ -209,10 +208,11 @@ impl Prepared {
         let ratios =
             self.muscles.iter().filter(|m| *m != reference && self.data.muscles().contains(m)).count();
         let mut statuses = BTreeMap::new();
-        for digest in journal.digests() {
+        let digests = outputs::digests(journal).map(|(_, digest)| digest);
+        for digest in digests.clone() {
             *statuses.entry(digest.status.clone()).or_insert(0) += 1;
         }
-        let fits = journal.digests().count();
+        let fits = digests.clone().count();
         let mut substitutes: Vec<String> = Vec::new();
         for job in self.run.plan.jobs.iter().filter(|j| j.substitute) {
             if substitutes.last() != Some(&job.target.subject) {
@@ -228,11 +228,11 @@ impl Prepared {
             baselines: self.run.plan.baselines.len(),
             not_fitted: self.run.plan.refusals.len() + self.run.plan.jobs.len() - fits,
             unreadable_rows: self.unreadable.len(),
-            posteriors_untold: journal.digests().filter(|d| d.posterior_untold).count(),
+            posteriors_untold: digests.clone().filter(|d| d.posterior_untold).count(),
             substitute_baselines: substitutes,
             rest_shape_measure: rest_distance::measure(ratios, reference),
             nearest_row_to_rest: rest_distance::nearest(&self.muscles, &rest, &self.data, reference),
-            passive: outputs::passive_groups(journal.digests()),
+            passive: outputs::passive_groups(digests),
             draws: self.run.how.draws,
             subset_changes: self.run.how.subset_changes,
             thickness_m: THICKNESS_M,

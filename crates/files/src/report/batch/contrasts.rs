@@ -4,7 +4,7 @@ use std::io::{self, Write};
 
 use serde::Serialize;
 
-use super::{Batch, BatchJournal};
+use super::{Batch, BatchJournal, Digest, digests};
 use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::Contrast;
 
@@ -17,18 +17,17 @@ pub struct SubjectContrast {
 }
 
 /// The contrasts of all subjects, in the order of rows.
-pub fn all(jobs: &[Job], journal: &BatchJournal) -> io::Result<Vec<SubjectContrast>> {
-    let mut out = Vec::new();
-    for (number, job) in jobs.iter().enumerate() {
-        let entry = journal.read(number).map_err(io::Error::other)?;
-        let fit = entry.and_then(|entry| entry.result.ok());
-        out.extend(fit.into_iter().flat_map(|fit| fit.contrasts).map(|contrast| SubjectContrast {
-            subject: job.target.subject.clone(),
-            baseline: job.target.baseline.to_string(),
-            contrast,
-        }));
-    }
-    Ok(out)
+pub fn all(jobs: &[Job], journal: &BatchJournal) -> Vec<SubjectContrast> {
+    let of_fit = |(number, digest): (usize, &Digest)| {
+        let target = &jobs[number].target;
+        let with_subject = |contrast: &Contrast| SubjectContrast {
+            subject: target.subject.clone(),
+            baseline: target.baseline.to_string(),
+            contrast: contrast.clone(),
+        };
+        digest.contrasts.iter().map(with_subject).collect::<Vec<_>>()
+    };
+    digests(journal).flat_map(of_fit).collect()
 }
 
 #[derive(Serialize)]

@@ -9,6 +9,7 @@ mod shard;
 mod summary;
 mod tables;
 
+use std::cell::RefCell;
 use std::io::{self, Write};
 
 use serde::ser::{Error as _, SerializeSeq as _};
@@ -47,7 +48,6 @@ pub struct BatchProvenance {
 /// Content of a batch beside the fits.
 #[derive(Debug)]
 pub struct Batch<'a> {
-    /// Its provenance.
     pub provenance: &'a BatchProvenance,
     /// The jobs, in order.
     pub jobs: &'a [Job],
@@ -57,9 +57,7 @@ pub struct Batch<'a> {
     pub refusals: &'a [Refusal],
     /// Faults of the rows and cells that could not be read.
     pub unreadable: &'a [String],
-    /// The summary.
     pub summary: &'a BatchSummary,
-    /// The mesh.
     pub mesh: &'a Mesh<2>,
     /// Names of its muscles, in the order of columns.
     pub muscles: &'a [String],
@@ -72,25 +70,32 @@ pub struct Batch<'a> {
 pub struct Fitted {
     /// For the summary.
     pub digest: Digest,
-    /// Its record.
     pub record: Told,
-    /// Differences of tensions between earlier rows of the subject and this one.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub contrasts: Vec<tongue_infer::posterior::Contrast>,
     /// What the page shows of it beside the record, for as many fits as the page shows.
     pub shown: Option<page::Shown>,
 }
 
-impl Kept for Fitted {
-    type Digest = Digest;
+/// What of a [`Fitted`] stays in memory.
+#[derive(Debug, Deserialize)]
+pub struct Digested {
+    digest: Digest,
+}
 
-    fn digest(&self) -> Digest {
-        self.digest.clone()
+impl Kept for Fitted {
+    type Digest = Digested;
+
+    fn digest(&self) -> Digested {
+        Digested { digest: self.digest.clone() }
     }
 }
 
 /// The journal of a batch.
 pub type BatchJournal = journal::Journal<Fitted>;
+
+/// The digests of the fits in a journal, with the numbers of their jobs.
+pub fn digests(journal: &BatchJournal) -> impl Iterator<Item = (usize, &Digest)> + Clone {
+    journal.digests().map(|(job, fit)| (job, &fit.digest))
+}
 
 /// SHA-256 of a sequence of texts with their lengths, in hexadecimal.
 pub fn sha256(texts: &[&str]) -> String {
@@ -103,10 +108,8 @@ pub fn sha256(texts: &[&str]) -> String {
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// The posterior of a row.
 #[derive(Debug, Clone)]
 pub struct RowPosterior {
-    /// Its report.
     pub report: tongue_infer::posterior::Report,
     /// Differences of tensions between earlier rows of the subject and this one.
     pub contrasts: Vec<tongue_infer::posterior::Contrast>,
@@ -153,34 +156,41 @@ pub fn fitted(
         ridges: posterior.and_then(|p| p.ridges.clone()),
     });
     Ok(Fitted {
-        digest: Digest { posterior_untold: untold.is_some(), ..Digest::new(&record) },
+        digest: Digest {
+            posterior_untold: untold.is_some(),
+            contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
+            ..Digest::new(&record)
+        },
         record: Told::new(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
-        contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
         shown,
     })
 }
 
 /// Writes all files of a finished batch, completely or not at all, and returns their paths.
-///
-/// # Errors
-/// [`ReportError::File`] as the operating system.
 pub fn write_files(
     out: &OutputDir,
     batch: &Batch<'_>,
     journal: &BatchJournal,
 ) -> Result<Vec<std::path::PathBuf>, ReportError> {
-    let mut has_posterior = false;
-    each_fit(batch, journal, |_, _, fit| {
-        has_posterior |= !fit.record.at("/posterior").is_null();
+    // Fits are read once for the longest file, for what the shorter ones say of them, and once more for `muscles.csv`.
+    let (lines, shown) = (RefCell::new(String::new()), RefCell::new(Vec::new()));
+    let also = |number: usize, fit: &mut Fitted| {
+        let mut lines = lines.borrow_mut();
+        let is_first = lines.is_empty();
+        *lines += &tables::fit_line(batch.muscles, &fit.record, batch.provenance, is_first)?;
+        if let Some(page) = fit.shown.take() {
+            let page = page::PageFit::new(number, &fit.record, page, batch.muscles);
+            shown.borrow_mut().push(page.map_err(io::Error::other)?);
+        }
         Ok(())
-    })
-    .map_err(|e| ReportError::Record { reason: e.to_string() })?;
+    };
+    let has_posterior = digests(journal).any(|(_, digest)| digest.has_posterior);
     let files: [(&str, &Writes<'_>); 7] = [
-        ("batch.json", &|w| write_json(w, batch, journal, false)),
-        ("fits.csv", &|w| write_fits(w, batch, journal)),
+        ("batch.json", &|w| write_json(w, batch, journal, false, &also)),
+        ("fits.csv", &|w| write_fits(w, batch, journal, &lines.borrow())),
         ("muscles.csv", &|w| write_rows(w, batch, journal, muscle_lines)),
-        ("batch.html", &|w| page::write(w, batch, journal)),
-        ("tensions.svg", &|w| page::write_tensions(w, batch, journal)),
+        ("batch.html", &|w| page::write(w, batch, journal, &shown.borrow())),
+        ("tensions.svg", &|w| page::write_tensions(w, batch, &shown.borrow())),
         ("posterior.csv", &|w| write_rows(w, batch, journal, tables::posterior_lines)),
         ("contrasts.csv", &|w| contrasts::write_csv(w, batch)),
     ];
@@ -192,15 +202,16 @@ pub fn write_files(
     out.write_streams(files[..count].iter().copied())
 }
 
+/// What else is made of each fit while the JSON document is written.
+pub type Also<'a> = dyn Fn(usize, &mut Fitted) -> io::Result<()> + 'a;
+
 /// Writes the JSON document; `with_times` adds the durations, which differ from run to run.
-///
-/// # Errors
-/// As the operating system.
 pub fn write_json(
     w: &mut dyn Write,
     batch: &Batch<'_>,
     journal: &BatchJournal,
     with_times: bool,
+    also: &Also<'_>,
 ) -> io::Result<()> {
     #[derive(Serialize)]
     struct Document<'a> {
@@ -217,7 +228,7 @@ pub fn write_json(
     let document = Document {
         provenance: batch.provenance,
         summary: batch.summary,
-        fits: Fits { batch, journal, with_times },
+        fits: Fits { batch, journal, with_times, also },
         contrasts: batch.contrasts,
         baselines: batch.baselines,
         not_fitted: all_refusals(batch, journal)?,
@@ -253,12 +264,14 @@ struct Fits<'a> {
     batch: &'a Batch<'a>,
     journal: &'a BatchJournal,
     with_times: bool,
+    also: &'a Also<'a>,
 }
 
 impl Serialize for Fits<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut all = serializer.serialize_seq(None)?;
-        each_fit(self.batch, self.journal, |_, wall_s, fit| {
+        each_fit(self.batch, self.journal, |number, wall_s, mut fit| {
+            (self.also)(number, &mut fit)?;
             let record = if self.with_times { fit.record.with_first("wall_s", wall_s) } else { fit.record };
             all.serialize_element(&record).map_err(|e| io::Error::other(e.to_string()))
         })
@@ -286,13 +299,14 @@ fn write_rows(
     })
 }
 
-fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
-    let mut first = true;
+/// Writes the lines of the fits, and then those of the other rows.
+fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal, fits: &str) -> io::Result<()> {
+    w.write_all(fits.as_bytes())?;
+    let mut first = fits.is_empty();
     let mut write = |record: &Told| {
         let header = std::mem::take(&mut first);
         w.write_all(tables::fit_line(batch.muscles, record, batch.provenance, header)?.as_bytes())
     };
-    each_fit(batch, journal, |_, _, fit| write(&fit.record))?;
     batch.baselines.iter().map(tables::of_baseline).try_for_each(|row| write(&row))?;
     all_refusals(batch, journal)?.iter().map(tables::of_refusal).try_for_each(|row| write(&row))
 }

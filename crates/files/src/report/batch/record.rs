@@ -104,7 +104,6 @@ pub struct IntervalsRecord {
 /// [`Optimum`] by muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OptimumRecord {
-    /// Tensions, N.
     pub tensions_n: ByMuscle<f64>,
     /// Objective.
     pub cost: f64,
@@ -115,7 +114,6 @@ pub struct OptimumRecord {
 /// [`Subset`] by muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SubsetRecord {
-    /// Tensions, N.
     pub tensions_n: ByMuscle<f64>,
     /// Root mean square residual of the fitted values.
     pub misfit: f64,

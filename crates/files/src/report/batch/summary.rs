@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::record::AssessedRecord;
 use super::tables::name;
 use tongue_core::statistics::distinct;
+use tongue_infer::posterior::Contrast;
 use tongue_input::measured::Vowel;
 use tongue_input::measured::lengths::rest_distance::NearestRow;
 
@@ -15,7 +16,6 @@ use tongue_input::measured::lengths::rest_distance::NearestRow;
 pub struct Digest {
     /// `ratio` or `stretch`.
     pub target_kind: String,
-    /// The vowel.
     pub vowel: Vowel,
     /// Whether the baseline replaces a missing /ɯ/.
     pub substitute_baseline: bool,
@@ -30,9 +30,11 @@ pub struct Digest {
     /// Whether the fit saw a combination of them: they decide which tensions it takes among those that its
     /// target leaves open.
     pub seen_in_part: bool,
+    pub has_posterior: bool,
     /// Whether a posterior was asked for and cannot be reported.
-    #[serde(default)]
     pub posterior_untold: bool,
+    /// Differences of tensions between earlier rows of the subject and this one.
+    pub contrasts: Vec<Contrast>,
 }
 
 impl Digest {
@@ -47,7 +49,9 @@ impl Digest {
             no_change: r.passive.no_change_rms_stretch.map(|x| x * x),
             passive_muscles: r.fit.residuals.0.len() - r.fit.active.len(),
             seen_in_part: r.fit.identifiability.as_ref().is_some_and(|i| i.undetermined > 0),
+            has_posterior: r.fit.posterior.is_some(),
             posterior_untold: false,
+            contrasts: Vec::new(),
         }
     }
 }
@@ -94,7 +98,6 @@ fn is_none(count: &usize) -> bool {
     *count == 0
 }
 
-/// Summary of the batch.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BatchSummary {
     /// Number of rows that were read.

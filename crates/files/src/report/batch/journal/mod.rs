@@ -1,18 +1,17 @@
-//! Journal of a batch: finished jobs are written at once, so that a killed run can be resumed and runs that
-//! shared the jobs can be merged.
+//! Journal of a batch: the file of its finished jobs, which a killed run goes on after and `merge` joins with those of
+//! other shards.
 //!
-//! The journal is a file of lines. The first has the version, the inputs and the arguments of the command;
-//! every other has a checksum, a space and one entry as JSON. The checksum includes the inputs, so that a
-//! line that is damaged or of another batch is not accepted, and its job is done again. A line is appended in
-//! one write; an incomplete last line is cut off. A journal of other inputs or of another version is replaced
-//! by a new one. The journal does not depend on the type of its records.
+//! It is a file of lines. The first has the version, the inputs and the arguments of the command; every other has a
+//! checksum, a space and one finished job as JSON. The checksum includes the inputs, so that a line that is damaged or
+//! of another batch is not accepted, and its job is done again. A line is appended in one write; an incomplete last
+//! line is cut off. A journal of other inputs or of another version is replaced by a new one.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, IgnoredAny};
 use serde::{Deserialize, Serialize};
 
 use super::sha256;
@@ -44,14 +43,14 @@ pub fn arguments(path: &Path) -> Result<Vec<String>, ReportError> {
     BufReader::new(file).take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(fail)?;
     let header: Header = serde_json::from_slice(&line)
         .map_err(|_| fail(io::Error::other("it is not a journal of a batch")))?;
-    match header.version == crate::VERSION {
-        true => Ok(header.arguments),
-        false => Err(fail(io::Error::other(format!(
+    if header.version != crate::VERSION {
+        return Err(fail(io::Error::other(format!(
             "it was written by version {}, this is {}; merge it with the version that made it",
             header.version,
             crate::VERSION
-        )))),
+        ))));
     }
+    Ok(header.arguments)
 }
 
 /// Refuses anything but a regular file before it is opened: opening a pipe waits, and a link leads elsewhere.
@@ -66,16 +65,18 @@ fn regular(path: &Path) -> io::Result<()> {
 
 /// The record that a journal keeps of a successful job.
 pub trait Kept: Serialize + DeserializeOwned {
-    /// The part of it that is kept in memory while the batch runs.
-    type Digest: Clone;
+    /// Those of its fields that are kept in memory while the batch runs; only they are read when a journal is opened.
+    type Digest: DeserializeOwned;
 
     fn digest(&self) -> Self::Digest;
 }
 
 impl Kept for TrackedRecording {
-    type Digest = ();
+    type Digest = IgnoredAny;
 
-    fn digest(&self) -> Self::Digest {}
+    fn digest(&self) -> IgnoredAny {
+        IgnoredAny
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -87,29 +88,31 @@ pub struct Entry<T> {
     pub result: Result<T, String>,
 }
 
-/// The place of a finished job's entry in the file.
+/// What of an [`Entry`] is read when a journal is opened.
+#[derive(Deserialize)]
+struct Brief<D> {
+    job: usize,
+    result: Result<D, IgnoredAny>,
+}
+
+/// The line of a finished job: in which of the files, and where.
 #[derive(Debug)]
 struct Place<D> {
+    file: usize,
     offset: u64,
     length: usize,
+    /// `None` if the job failed.
     digest: Option<D>,
 }
 
-/// Lines of a journal's file that do not belong to this batch.
-struct Scan {
-    /// The batch that the whole file belongs to, if it is another one.
-    other: Option<String>,
-    dropped: usize,
-}
-
-/// The journal of a batch, locked against other runs.
+/// The finished jobs of a batch: those of one journal, locked against other runs, or of all its shards together.
 #[derive(Debug)]
 pub struct Journal<T: Kept> {
-    path: PathBuf,
-    file: File,
+    /// The journals; only the first is written into, up to `end`.
+    files: Vec<(PathBuf, File)>,
+    end: u64,
     /// Hash of the inputs, which every checksum includes.
     key: String,
-    end: u64,
     done: BTreeMap<usize, Place<T::Digest>>,
     notes: Vec<String>,
 }
@@ -121,40 +124,47 @@ impl<T: Kept> Journal<T> {
     pub fn open(path: PathBuf, key: &str, arguments: &[String], jobs: usize) -> Result<Self, ReportError> {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
-        let mut journal = Self::begin(path, key, &options)?;
-        journal.resume(arguments, jobs).map_err(|source| journal.failed(source))?;
+        let mut journal = Self::empty(key);
+        journal.lock(path, &options)?;
+        journal.resume(arguments, jobs).map_err(|source| journal.failed(0, source))?;
         Ok(journal)
     }
 
-    /// Opens the journal of another run of the same batch for reading only.
-    pub fn open_finished(
-        path: PathBuf,
+    /// The finished jobs in the journals of all shards of a batch, for reading only.
+    pub fn join(
+        paths: impl IntoIterator<Item = PathBuf>,
         key: &str,
         arguments: &[String],
         jobs: usize,
     ) -> Result<Self, ReportError> {
-        let mut journal = Self::begin(path, key, OpenOptions::new().read(true))?;
-        let header = journal.header(arguments);
-        match journal.scan(&header, jobs) {
-            Ok(Scan { other: None, .. }) => Ok(journal),
-            Ok(Scan { other: Some(of), .. }) => {
-                Err(journal
-                    .failed(io::Error::other(format!("it is of {of}, so it is not part of this batch"))))
+        let mut journal = Self::empty(key);
+        for (number, path) in paths.into_iter().enumerate() {
+            journal.lock(path, OpenOptions::new().read(true))?;
+            let other = journal.scan(number, &journal.header(arguments), jobs);
+            if let Some(of) = other.map_err(|source| journal.failed(number, source))? {
+                let of_other = format!("it is of {of}, so it is not part of this batch");
+                return Err(journal.failed(number, io::Error::other(of_other)));
             }
-            Err(source) => Err(journal.failed(source)),
         }
+        Ok(journal)
     }
 
-    fn begin(path: PathBuf, key: &str, options: &OpenOptions) -> Result<Self, ReportError> {
-        let fail = |source| ReportError::Journal { path: path.clone(), source };
-        regular(&path).map_err(fail)?;
-        let file = options.open(&path).map_err(fail)?;
-        file.try_lock().map_err(|error| match error {
-            TryLockError::WouldBlock => fail(io::Error::other("another batch is writing into it")),
-            TryLockError::Error(source) => fail(source),
-        })?;
-        let (done, notes) = (BTreeMap::new(), Vec::new());
-        Ok(Self { path: path.clone(), file, key: key.to_owned(), end: 0, done, notes })
+    fn empty(key: &str) -> Self {
+        Self { files: Vec::new(), end: 0, key: key.to_owned(), done: BTreeMap::new(), notes: Vec::new() }
+    }
+
+    fn lock(&mut self, path: PathBuf, options: &OpenOptions) -> Result<(), ReportError> {
+        let locked =
+            regular(&path).and_then(|()| options.open(&path)).and_then(|file| match file.try_lock() {
+                Ok(()) => Ok(file),
+                Err(TryLockError::WouldBlock) => Err(io::Error::other("another batch is writing into it")),
+                Err(TryLockError::Error(source)) => Err(source),
+            });
+        match locked {
+            Ok(file) => self.files.push((path, file)),
+            Err(source) => return Err(ReportError::Journal { path, source }),
+        }
+        Ok(())
     }
 
     fn header(&self, arguments: &[String]) -> Header {
@@ -166,70 +176,61 @@ impl<T: Kept> Journal<T> {
         }
     }
 
-    /// Reads the entries of the batch with this header.
-    fn scan(&mut self, header: &Header, jobs: usize) -> io::Result<Scan> {
-        let mut reader = BufReader::new(self.file.try_clone()?);
+    /// Reads the finished jobs of a file of the batch with this header. What the file is of, if it is of another batch.
+    fn scan(&mut self, file: usize, header: &Header, jobs: usize) -> io::Result<Option<String>> {
+        let mut reader = BufReader::new(self.files[file].1.try_clone()?);
         let mut line = Vec::new();
         let mut next = |line: &mut Vec<u8>| -> io::Result<bool> {
             line.clear();
             reader.by_ref().take(LONGEST_LINE).read_until(b'\n', line)?;
             Ok(line.last() == Some(&b'\n'))
         };
-        let mut scan = Scan { other: None, dropped: 0 };
-        if next(&mut line)? {
-            let found = serde_json::from_slice::<Header>(&line);
-            match found {
-                Ok(found) if found != *header => {
-                    let of = if found.version == header.version { "other inputs" } else { &found.version };
-                    scan.other = Some(of.to_owned());
-                }
-                found => {
-                    scan.dropped += usize::from(found.is_err());
-                    self.end = line.len() as u64;
-                    while next(&mut line)? {
-                        match self.entry(&line).filter(|entry| entry.job < jobs) {
-                            Some(entry) => self.place(&entry, self.end, line.len()),
-                            None => scan.dropped += 1,
-                        }
-                        self.end += line.len() as u64;
-                    }
-                }
-            }
+        if !next(&mut line)? {
+            return Ok(None);
         }
-        if scan.dropped > 0 {
+        let mut dropped = 0;
+        match serde_json::from_slice::<Header>(&line) {
+            Ok(found) if found != *header => {
+                let is_of_this_version = found.version == header.version;
+                return Ok(Some(if is_of_this_version { "other inputs".to_owned() } else { found.version }));
+            }
+            found => dropped += usize::from(found.is_err()),
+        }
+        let mut offset = line.len() as u64;
+        while next(&mut line)? {
+            match self.read_line::<Brief<T::Digest>>(&line).filter(|brief| brief.job < jobs) {
+                Some(Brief { job, result }) => {
+                    let place = Place { file, offset, length: line.len(), digest: result.ok() };
+                    self.done.insert(job, place);
+                }
+                None => dropped += 1,
+            }
+            offset += line.len() as u64;
+        }
+        if file == 0 {
+            self.end = offset;
+        }
+        if dropped > 0 {
             self.notes.push(format!(
-                "lines of the journal that are damaged or not of this batch, left out: {}; their jobs are done again",
-                scan.dropped
+                "lines of the journal that are damaged or not of this batch, left out: {dropped}; their jobs are done again"
             ));
         }
-        Ok(scan)
+        Ok(None)
     }
 
     fn resume(&mut self, arguments: &[String], jobs: usize) -> io::Result<()> {
         let header = self.header(arguments);
-        if let Some(of) = self.scan(&header, jobs)?.other {
+        if let Some(of) = self.scan(0, &header, jobs)? {
             self.notes.push(format!("the journal in this folder was of {of}: it was replaced by a new one"));
         }
         if self.done.is_empty() {
             self.end = 0;
         }
-        self.file.set_len(self.end)?;
+        self.files[0].1.set_len(self.end)?;
         if self.end == 0 {
             let mut first = serde_json::to_vec(&header)?;
             first.push(b'\n');
             self.append_bytes(&first)?;
-        }
-        Ok(())
-    }
-
-    /// Adds the entries of another journal of the same batch that this one lacks.
-    pub fn take_over(&mut self, other: &Self) -> Result<(), ReportError> {
-        for &job in other.done.keys() {
-            if !self.has(job)
-                && let Some(entry) = other.read(job)?
-            {
-                self.append(&entry)?;
-            }
         }
         Ok(())
     }
@@ -255,22 +256,22 @@ impl<T: Kept> Journal<T> {
         self.done.is_empty()
     }
 
-    /// Digests of the records, in the order of the jobs.
-    pub fn digests(&self) -> impl Iterator<Item = &T::Digest> + Clone {
-        self.done.values().filter_map(|p| p.digest.as_ref())
+    /// The jobs that succeeded, in their order.
+    pub fn digests(&self) -> impl Iterator<Item = (usize, &T::Digest)> + Clone {
+        self.done.iter().filter_map(|(job, place)| Some((*job, place.digest.as_ref()?)))
     }
 
-    /// Appends an entry.
     pub fn append(&mut self, entry: &Entry<T>) -> Result<(), ReportError> {
         let write = |this: &mut Self| -> io::Result<()> {
             let json = serde_json::to_string(entry)?;
             let line = format!("{} {json}\n", this.checksum(&json));
-            let offset = this.end;
+            let digest = entry.result.as_ref().ok().map(Kept::digest);
+            let place = Place { file: 0, offset: this.end, length: line.len(), digest };
             this.append_bytes(line.as_bytes())?;
-            this.place(entry, offset, line.len());
+            this.done.insert(entry.job, place);
             Ok(())
         };
-        write(self).map_err(|source| self.failed(source))
+        write(self).map_err(|source| self.failed(0, source))
     }
 
     /// The entry of a job, or `None` if it is not done.
@@ -278,42 +279,40 @@ impl<T: Kept> Journal<T> {
         let Some(place) = self.done.get(&job) else { return Ok(None) };
         let read = || -> io::Result<Entry<T>> {
             let mut bytes = vec![0; place.length];
-            let mut file = &self.file;
+            let mut file = &self.files[place.file].1;
             file.seek(SeekFrom::Start(place.offset))?;
             file.read_exact(&mut bytes)?;
-            self.entry(&bytes).ok_or_else(|| io::Error::other("it was changed while a batch was using it"))
+            let entry = self.read_line(&bytes);
+            entry.ok_or_else(|| io::Error::other("it was changed while a batch was using it"))
         };
-        read().map(Some).map_err(|source| self.failed(source))
+        read().map(Some).map_err(|source| self.failed(place.file, source))
     }
 
     /// Removes the journal after its content was written to the outputs.
     pub fn remove(self) -> Result<(), ReportError> {
-        std::fs::remove_file(&self.path).map_err(|source| self.failed(source))
+        self.files.iter().enumerate().try_for_each(|(number, (path, _))| {
+            std::fs::remove_file(path).map_err(|source| self.failed(number, source))
+        })
     }
 
-    fn failed(&self, source: io::Error) -> ReportError {
-        ReportError::Journal { path: self.path.clone(), source }
+    fn failed(&self, file: usize, source: io::Error) -> ReportError {
+        ReportError::Journal { path: self.files[file].0.clone(), source }
     }
 
     fn checksum(&self, json: &str) -> String {
         sha256(&[&self.key, json])[..DIGITS].to_owned()
     }
 
-    /// The entry of a line; `None` if the line is damaged.
-    fn entry(&self, line: &[u8]) -> Option<Entry<T>> {
+    /// What a line has after its checksum; `None` if the line is damaged.
+    fn read_line<E: DeserializeOwned>(&self, line: &[u8]) -> Option<E> {
         let (sum, json) = std::str::from_utf8(line).ok()?.trim_end_matches('\n').split_once(' ')?;
         (sum == self.checksum(json)).then(|| serde_json::from_str(json).ok())?
     }
 
-    /// Stores the offset and the length of an entry's line.
-    fn place(&mut self, entry: &Entry<T>, offset: u64, length: usize) {
-        let digest = entry.result.as_ref().ok().map(Kept::digest);
-        self.done.insert(entry.job, Place { offset, length, digest });
-    }
-
     fn append_bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.file.seek(SeekFrom::Start(self.end))?;
-        self.file.write_all(bytes)?;
+        let mut file = &self.files[0].1;
+        file.seek(SeekFrom::Start(self.end))?;
+        file.write_all(bytes)?;
         self.end += bytes.len() as u64;
         Ok(())
     }

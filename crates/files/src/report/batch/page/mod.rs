@@ -10,7 +10,7 @@ use std::io::{self, Write};
 use maud::{Markup, PreEscaped, html};
 
 use super::summary::PassiveGroup;
-use super::{Batch, BatchJournal, all_refusals, each_fit};
+use super::{Batch, BatchJournal, all_refusals};
 use crate::report::svg::{self, Found, Svg, colours, frame};
 use crate::report::{Export, page};
 use tongue_core::body::Mesh;
@@ -22,49 +22,36 @@ pub const MOST_FITS: usize = 200;
 
 const SCRIPT: &str = include_str!("page.js");
 
-/// Writes the page.
-///
-/// # Errors
-/// As the operating system.
-pub fn write(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
-    let fits = shown(batch, journal)?;
+pub fn write(
+    w: &mut dyn Write,
+    batch: &Batch<'_>,
+    journal: &BatchJournal,
+    fits: &[PageFit],
+) -> io::Result<()> {
     let body = html! {
                     (top(batch, fits.len()))
-                    (fit_table(&fits, batch.muscles))
-                    (posteriors(&fits, batch.muscles))
-                    (viewer(&fits))
-                    (heat_map(&fits, batch.muscles))
+                    (fit_table(fits, batch.muscles))
+                    (posteriors(fits, batch.muscles))
+                    (viewer(fits))
+                    (heat_map(fits, batch.muscles))
                     (passive(&batch.summary.passive))
                     section {
                         h2 { "Every fit" }
                         p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and reasons to trust or to doubt the answer." }
-                        @for f in &fits { (PreEscaped(&f.detail)) }
+                        @for f in fits { (PreEscaped(&f.detail)) }
                     }
                     (others(batch, journal)?)
-                    script type="application/json" id="data" { (PreEscaped(data(batch.mesh, &fits))) }
+                    script type="application/json" id="data" { (PreEscaped(data(batch.mesh, fits))) }
                     script { (PreEscaped(SCRIPT)) }
     };
     w.write_all(page::document("tongue-fit batch", &body).as_bytes())
 }
 
 /// Writes the picture of the tensions as a file of its own.
-pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<()> {
+pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, fits: &[PageFit]) -> io::Result<()> {
     let p = batch.provenance;
     let by = crate::report::Provenance::new(&p.command).with_inputs(&p.inputs_sha256);
-    tensions(batch.muscles, &shown(batch, journal)?).write(w, &by)
-}
-
-/// The fits on the page.
-fn shown(batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<Vec<PageFit>> {
-    let mut fits = Vec::new();
-    each_fit(batch, journal, |number, _, fit| {
-        if let Some(shown) = fit.shown {
-            let page = PageFit::new(number, &fit.record, shown, batch.muscles);
-            fits.push(page.map_err(io::Error::other)?);
-        }
-        Ok(())
-    })?;
-    Ok(fits)
+    tensions(batch.muscles, fits).write(w, &by)
 }
 
 fn top(batch: &Batch<'_>, shown: usize) -> Markup {
