@@ -18,9 +18,6 @@ pub fn read(path: impl AsRef<Path>) -> io::Result<Vec<u8>> {
 }
 
 /// Reads a file of UTF-8 text of at most 16 MiB.
-///
-/// # Errors
-/// As [`read`], and for text that is not UTF-8.
 #[cfg(feature = "files")]
 pub fn read_text(path: impl AsRef<Path>) -> io::Result<String> {
     String::from_utf8(read_up_to(LARGEST_TEXT, path.as_ref())?)

@@ -8,9 +8,7 @@ use tongue_input::measured::{Dataset, Lengths, Target, TargetKind, Vowel};
 /// A vowel of a subject against a baseline, in a body.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// The subject.
     pub subject: String,
-    /// The vowel.
     pub vowel: Vowel,
     /// The measurements, and the muscles of the body that they belong to.
     pub matched: Matched,

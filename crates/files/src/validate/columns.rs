@@ -9,7 +9,6 @@ use super::{Prediction, Scored, ScoredBaseline, ScoredOpponent, ValidationStudy}
 /// The scores of an opponent with another baseline.
 pub type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
 
-/// The opponents.
 pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
     type Of<'a> = Column<'a, ScoredOpponent>;
     vec![

@@ -98,7 +98,6 @@ impl Levers {
 /// Fits of one case, each started at the answer of the previous one.
 #[derive(Debug, Clone)]
 pub struct NestedChain<'a> {
-    /// The case.
     pub case: &'a Case,
     settings: FitSettings,
     x: Vec<f64>,

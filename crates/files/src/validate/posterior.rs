@@ -32,9 +32,7 @@ const MOST_PERMUTATIONS: u64 = 10;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(serde::Deserialize))]
 pub struct ScoredBaseline {
-    /// The baseline.
     pub baseline: Vowel,
-    /// The subjects.
     pub subjects: Vec<String>,
     /// Why the posterior is not reliable with this baseline; empty if there is no reason.
     pub warning: String,

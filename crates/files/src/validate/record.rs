@@ -41,11 +41,8 @@ pub struct ScoredOpponent {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(Deserialize))]
 pub struct Prediction {
-    /// The subject.
     pub subject: String,
-    /// The vowel.
     pub vowel: Vowel,
-    /// The muscle.
     pub muscle: String,
     /// Measured stretch.
     pub measured: f64,
@@ -75,15 +72,12 @@ pub struct Permuted {
 pub struct ValidationStudy {
     /// The table of lengths.
     pub data: String,
-    /// The baseline.
     pub baseline: Vowel,
     /// Poisson's ratio of the body.
     pub poisson_ratio: f64,
-    /// The subjects.
     pub subjects: Vec<String>,
     /// Number of fits.
     pub fits: usize,
-    /// Seed.
     pub seed: u64,
     /// Every opponent.
     pub opponents: Vec<ScoredOpponent>,

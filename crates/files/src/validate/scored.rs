@@ -56,13 +56,9 @@ impl Scored {
 /// What the opponents say of one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Told {
-    /// The baseline.
     pub baseline: Vowel,
-    /// The subject.
     pub subject: String,
-    /// The vowel.
     pub vowel: Vowel,
-    /// The muscle.
     pub muscle: String,
     /// Its measured stretch.
     pub measured: f64,

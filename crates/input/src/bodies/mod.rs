@@ -30,12 +30,11 @@ pub enum BodyFileError {
     ArtiSynth { origin: String, place: FilePlace, problem: artisynth::ArtiSynthProblem },
 }
 
-/// A place in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FilePlace {
     /// The file as a whole.
     Whole,
-    /// A line, from 1.
+    /// From 1.
     Line(usize),
     /// A byte of a binary file, from 0.
     Byte(usize),
@@ -113,9 +112,6 @@ pub enum AnyBody {
 
 impl AnyBody {
     /// Reads a file, as [`MeshContent::read`] and [`MeshContent::body`].
-    ///
-    /// # Errors
-    /// As these two.
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
         MeshContent::read(path, unit)?.body(&path.display().to_string(), &mut |_| ())
     }

@@ -36,7 +36,6 @@ type Cell = Result<Option<f64>, Malformed>;
 pub struct Measured {
     /// Name of the muscle or group.
     pub name: String,
-    /// The muscles that it is of.
     pub muscles: Vec<usize>,
     /// Relative activity in each vowel that has one, 0 to 1.
     pub by_vowel: Vec<(Vowel, f64)>,

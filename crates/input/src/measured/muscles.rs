@@ -47,7 +47,6 @@ pub struct MuscleInfo {
 /// The largest force of all portions of a muscle together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Capacity {
-    /// The muscle.
     pub muscle: String,
     /// Its portions: positions in the given names.
     pub portions: Vec<usize>,
@@ -62,9 +61,6 @@ pub struct Muscles(Vec<MuscleInfo>);
 impl Muscles {
     /// The eight portions that Takano and Honda (2007) measured; capacities from the public ArtiSynth tongue
     /// model.
-    ///
-    /// # Errors
-    /// As the CSV reader; a test checks that the built-in table has no error.
     pub fn reference() -> Result<Self, csv::Error> {
         csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
     }

@@ -28,7 +28,6 @@ use crate::files;
 /// What was seen, in the frame of the body (x to the back, y to the right, z upwards), and how surely.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceMark {
-    /// What it is.
     pub what: Marked,
     /// Standard deviation of each coordinate, of the distance, or of the length, m.
     pub sd_m: f64,
@@ -92,9 +91,6 @@ pub struct SpaceFrame {
 }
 
 /// Reads tables as one recording: frames of the same time are one. `usual_sd_m` is the standard deviation where a table gives none.
-///
-/// # Errors
-/// [`TableError`], with the file and the line.
 pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Vec<SpaceFrame>, TableError> {
     let mut all: Vec<SpaceFrame> = Vec::new();
     for path in paths {
@@ -122,9 +118,6 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
 }
 
 /// Whether a file is such a table rather than a recording, by its columns.
-///
-/// # Errors
-/// As [`files::read`].
 pub fn is_space_table(path: &Path) -> std::io::Result<bool> {
     let bytes = files::read(path)?;
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_HEADER)]);
@@ -265,9 +258,6 @@ impl Row<'_> {
 }
 
 /// As [`read_space_marks`], from the bytes of one table; `origin` is its name in messages.
-///
-/// # Errors
-/// [`TableError`], with the line.
 pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<Vec<SpaceFrame>, TableError> {
     let text = String::from_utf8_lossy(bytes);
     let wrong = |line: u64, problem: String| TableError::malformed(origin, Some(line), problem);

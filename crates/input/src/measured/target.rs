@@ -21,7 +21,6 @@ pub struct TargetOptions {
 /// it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
-    /// The subject.
     pub subject: String,
     /// The vowel to fit.
     pub vowel: Vowel,
@@ -219,18 +218,12 @@ impl Target {
 impl Dataset {
     /// The target of a fit to stretches: the lengths of the muscles that shortened in `vowel` of `subject`
     /// over those in /ɯ/.
-    ///
-    /// # Errors
-    /// As [`Target::new`], and for a name that is not a vowel.
     pub fn stretches(&self, subject: &str, vowel: &str) -> Result<Target, LengthsError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Stretch, &TargetOptions::default())
     }
 
     /// The target of a fit to ratios: the lengths of the muscles that are shorter in `vowel` of `subject`
     /// than in /ɯ/ over that of GGa (in a table without it, of the muscle of [`reference_muscle`]).
-    ///
-    /// # Errors
-    /// As [`Target::new`], and for a name that is not a vowel.
     pub fn ratios(&self, subject: &str, vowel: &str) -> Result<Target, LengthsError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Ratio, &TargetOptions::default())
     }

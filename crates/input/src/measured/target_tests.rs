@@ -129,3 +129,12 @@ fn muscles_without_a_length_or_in_no_body_are_left_out() {
     assert_eq!(without.rounding_range(without.fitted[0]), reference.rounding_range(reference.fitted[0]));
     assert_eq!(reference.of_body(|name| name != "GGa"), Err("GGa".to_owned()));
 }
+
+#[test]
+fn a_stretch_that_no_muscle_can_have_is_refused() {
+    let table = "subject,vowel,GGa_mm,GGp_mm\nX,ɯ,46,45\nX,a,41,150\n";
+    let data = Dataset::from_reader(table.as_bytes(), "my.csv").unwrap();
+    let target = Target::new(&data, "X", &vowel("a"), TargetKind::Stretch, &TargetOptions::default());
+    let told = message(target);
+    assert!(told.contains("GGp") && told.contains("1.7"), "{told}");
+}

@@ -10,7 +10,6 @@ const REFERENCE: &str = include_str!("../../../../targets/kato2014_tables.csv");
 /// Published values of one muscle.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct ThesisRow {
-    /// The muscle.
     pub muscle: String,
     /// Table 4.5: length of the model's muscle at rest, mm, printed to 0.1 mm.
     #[serde(rename = "table4_5_rest_length_mm")]
@@ -33,9 +32,6 @@ pub struct Thesis(Vec<ThesisRow>);
 
 impl Thesis {
     /// The built-in tables.
-    ///
-    /// # Errors
-    /// As the CSV reader; a test checks that the built-in table has no error.
     pub fn reference() -> Result<Self, csv::Error> {
         csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
     }

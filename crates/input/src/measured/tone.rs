@@ -14,9 +14,6 @@ struct Row {
 
 /// The built-in tones, N per metre of thickness: fitted at 2d1a5d4 to the passive muscles of S1
 /// to S3 of Takano and Honda (2007).
-///
-/// # Errors
-/// As [`read`]; a test checks that the built-in table has no error.
 pub fn reference() -> Result<Vec<(String, f64)>, TableError> {
     read(REFERENCE, "targets/takano2007_tone.csv (built in)")
 }

@@ -96,9 +96,6 @@ pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<File, BodyFileErro
 }
 
 /// Reads a body in space of hexahedra, as [`read`].
-///
-/// # Errors
-/// As [`read`].
 pub fn read_space(bytes: &[u8], origin: &str, unit: Unit) -> Result<SpaceBody, BodyFileError> {
     parsed(bytes, origin, |raw| space::assemble(raw, origin, unit))
 }

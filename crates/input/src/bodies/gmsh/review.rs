@@ -21,15 +21,27 @@ const BENT: f64 = 1e-6;
 #[derive(Debug, Clone, PartialEq)]
 pub enum Concern {
     /// It does not have the size of a tongue, perhaps because of the unit.
-    Size { extent_m: f64, unit: Option<&'static str> },
+    Size {
+        extent_m: f64,
+        unit: Option<&'static str>,
+    },
     /// Some of the published muscles are missing.
-    MissingMuscles { names: Vec<String> },
-    /// Cells are thin.
-    ThinCells { smallest_angle_deg: f64 },
+    MissingMuscles {
+        names: Vec<String>,
+    },
+    ThinCells {
+        smallest_angle_deg: f64,
+    },
     /// Sides that are curved in the file are taken as straight.
-    BentSides { sides: usize, largest_m: f64 },
+    BentSides {
+        sides: usize,
+        largest_m: f64,
+    },
     /// A part of a muscle outside the tissue that bends in the file is taken as straight.
-    BentMuscle { muscle: String, longer_m: f64 },
+    BentMuscle {
+        muscle: String,
+        longer_m: f64,
+    },
 }
 
 impl fmt::Display for Concern {

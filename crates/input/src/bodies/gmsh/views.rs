@@ -7,7 +7,6 @@ use super::error::{Found, Located, MshProblem};
 
 /// The vectors of a view.
 pub(super) struct View {
-    /// Its name.
     pub name: String,
     /// Whether nodes have the vectors; otherwise elements.
     pub of_nodes: bool,

@@ -26,7 +26,6 @@ pub struct Malformed {
 
 /// An unusable row, with its subject and vowel if they can be read.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-#[allow(missing_docs, reason = "the names say it")]
 pub struct BrokenRow {
     pub subject: Option<String>,
     pub vowel: Option<Vowel>,

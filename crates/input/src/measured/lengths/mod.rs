@@ -35,7 +35,6 @@ use std::sync::Arc;
 pub struct Lengths {
     /// The subject, e.g. `S2`.
     pub subject: String,
-    /// The vowel.
     pub vowel: Vowel,
     /// The muscles of the table, in the order of its columns.
     pub muscles: Arc<[String]>,

@@ -20,7 +20,6 @@ const MISSING: [&str; 10] = ["na", "n/a", "#n/a", "nan", "null", "-", "â€“", "â€
 /// The unit that a column's name gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
-#[allow(missing_docs, reason = "the names say it")]
 pub enum TableUnit {
     Mm,
     Cm,

@@ -7,7 +7,6 @@ use super::{DecimalMark, Encoding, LineEnds, TableUnit};
 /// Separator between the fields of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-#[allow(missing_docs, reason = "the names say it")]
 pub enum Separator {
     Comma,
     Semicolon,
@@ -40,7 +39,6 @@ impl Separator {
 /// Origin of the half widths of a muscle's lengths.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "from", rename_all = "snake_case")]
-#[allow(missing_docs, reason = "fields with their unit in the name")]
 pub enum HalfWidth {
     /// A column of the table; for its empty cells, `else_mm`.
     Column { name: String, else_mm: f64 },
@@ -55,7 +53,6 @@ pub enum HalfWidth {
 
 /// A muscle's column.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "the names say it")]
 pub struct Column {
     pub muscle: String,
     /// Name of the column in the header.
@@ -81,7 +78,6 @@ pub struct SetAside {
 
 /// How the text of a table was understood.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[allow(missing_docs, reason = "the names say it")]
 pub struct Reading {
     pub encoding: Encoding,
     pub line_ends: LineEnds,

@@ -43,9 +43,7 @@ pub fn distance(muscles: &[String], rest: &[f64], row: &Lengths, reference: &str
 /// The row that is nearest to the body at rest.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NearestRow {
-    /// Its subject.
     pub subject: String,
-    /// Its vowel.
     pub vowel: Vowel,
     /// How far it is.
     pub distance: RestDistance,

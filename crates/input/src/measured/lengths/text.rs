@@ -11,7 +11,6 @@ use super::error::{Malformed, Place};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Encoding {
-    /// UTF-8.
     Utf8,
     /// UTF-8 with a byte order mark, as Excel writes it.
     Utf8Bom,

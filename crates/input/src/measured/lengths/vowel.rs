@@ -44,9 +44,6 @@ impl Vowel {
 
     /// Reads a label as [`Vowel::new`] does, but keeps `u`: for tables that have both, and for looking up a
     /// row, which is found as `ɯ` if there is no `u`.
-    ///
-    /// # Errors
-    /// As [`Vowel::new`].
     pub fn as_written(label: &str) -> Result<Self, BadLabel> {
         let folded = fold(label);
         let bare = &*folded;
