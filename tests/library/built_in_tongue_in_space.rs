@@ -4,10 +4,8 @@ use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
 use tongue_core::geometry::hexahedron;
 use tongue_fit::body::{Anatomy, SpaceBody};
-use tongue_fit::inverse::in_space::SpaceSearch;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
-use tongue_input::measured::SpaceMark;
 
 /// The foremost node of the middle.
 fn tip(body: &SpaceBody) -> usize {
@@ -83,31 +81,6 @@ fn each_muscle_alone_converges_on_one_half_as_on_the_whole() {
             let apart = largest_distance(w.positions(), &positions);
             assert!(apart < 1e-7, "{name} {apart}");
         }
-    }
-}
-
-#[test]
-fn activations_come_back_from_its_own_surface() {
-    let body = SpaceBody::tongue(1).unwrap();
-    let system = System::in_space(&body, &SpaceModel::default()).unwrap();
-    let truth = [("GGP", 0.08), ("TRANS", 0.05), ("HG_L", 0.03), ("SL", 0.04)];
-    let truth = body.activations(&truth).unwrap();
-    let mut w = Workspace::new(&system);
-    assert_eq!(
-        statics::solve(&system, &mut w, &truth, &SolveSettings::default()).status,
-        SolveStatus::Converged
-    );
-    let on_surface: std::collections::BTreeSet<usize> =
-        body.mesh.outward_quadrilaterals().into_iter().flat_map(|(_, face)| face).collect();
-    let place = |node: usize| SpaceMark::node(node, w.positions()[node], 5e-4);
-    let free = on_surface.into_iter().filter(|n| body.mesh.fixed.binary_search(n).is_err());
-    let seen: Vec<SpaceMark> = free.map(place).collect();
-    let mut search = SpaceSearch { sides_apart: true, prior_sd: 100.0, ..SpaceSearch::default() };
-    search.settings.starts = 1;
-    let fit = search.fit(&body, &system, &seen, None).unwrap();
-    eprintln!("{} nodes, {} factorisations, {:?}", seen.len(), fit.factorisations, fit.answer.status);
-    for ((found, truth), muscle) in fit.activations.iter().zip(&truth).zip(&body.muscles) {
-        assert!((found - truth).abs() < 1e-3, "{} {found} {truth}", muscle.name);
     }
 }
 

@@ -1,25 +1,12 @@
 //! Recordings in the formats of laboratories, in files written from each format's description.
 
-use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{AlignedRecording, Format, Map, Recording};
 use tongue_input::measured::recording::Times;
 
-use crate::recordings::{DLC, fan_row, headerless_pos, matlab, mocha, mview, txy};
-
-fn read(bytes: &[u8], origin: &str) -> Vec<Recording> {
-    Recording::from_bytes(bytes, origin, None).unwrap()
-}
-
-fn refused(bytes: &[u8], origin: &str) -> String {
-    Recording::from_bytes(bytes, origin, None).unwrap_err().to_string()
-}
+use crate::recordings::{DLC, fan_row, headerless_pos, matlab, mocha, mview, near, read, refused, txy};
 
 fn seen(recording: &Recording, map: &str) -> AlignedRecording {
     AlignedRecording::new(recording, &Map::from_toml(map, "m.toml").unwrap()).unwrap()
-}
-
-fn near(a: Option<Point>, b: [f64; 2]) -> bool {
-    a.is_some_and(|a| (a - Point::from(b)).norm() < 1e-9)
 }
 
 #[test]

@@ -5,8 +5,6 @@ use crate::fixtures;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use nalgebra::SVector;
-use proptest::prelude::*;
 use tongue_core::geometry::simplex;
 use tongue_fit::body::BodyFileError;
 use tongue_fit::body::gmsh::{Concern, Content, File};
@@ -338,64 +336,4 @@ fn triangles_listed_clockwise_are_turned() {
         panic!()
     };
     assert_eq!(back.body.mesh.cells, upright);
-}
-
-/// Reads arbitrary bytes; an accepted body is consistent.
-fn never_panics(bytes: &[u8]) {
-    match gmsh::read(bytes, "fuzz.msh", Unit::Mm) {
-        Ok(File::Flat(body)) => whole(&body),
-        Ok(File::Solid(body)) => whole(&body),
-        Err(error) => assert!(!error.to_string().is_empty()),
-    }
-}
-
-fn whole<const D: usize>(body: &Content<D>) {
-    body.body.mesh.check().unwrap();
-    assert!(body.body.mesh.nodes.iter().all(|x: &SVector<f64, D>| x.iter().all(|c| c.is_finite())));
-    assert_eq!(body.tags.len(), body.body.mesh.nodes.len());
-    for concern in &body.concerns {
-        assert!(!concern.to_string().is_empty());
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
-
-    #[test]
-    fn no_damage_to_a_file_makes_the_reader_panic(
-        file in 0usize..8,
-        damage in prop::collection::vec((any::<prop::sample::Index>(), 0u8..4, any::<u8>()), 1..6),
-    ) {
-        let names = [
-            "tongue_41.msh", "tongue_41_binary.msh", "tongue_22.msh", "tongue_22_binary.msh", "cylinder_41.msh",
-            "cylinder_22_binary.msh", "broken/square.msh", "broken/branch.msh",
-        ];
-        let mut bytes = bytes(names[file]);
-        for (at, how, byte) in damage {
-            if bytes.is_empty() {
-                break;
-            }
-            let at = at.index(bytes.len());
-            match how {
-                0 => bytes[at] = byte,
-                1 => bytes.insert(at, byte),
-                2 => { bytes.remove(at); }
-                _ if byte < 40 => bytes.truncate(at),
-                // A digit instead of the byte, which makes numbers out of range.
-                _ => bytes[at] = b'0' + byte % 10,
-            }
-        }
-        never_panics(&bytes);
-    }
-
-    #[test]
-    fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-        never_panics(&bytes);
-        let mut headed = b"$MeshFormat\n4.1 1 8\n\x01\0\0\0\n$EndMeshFormat\n$Nodes\n".to_vec();
-        headed.extend(&bytes);
-        never_panics(&headed);
-        let mut headed = b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Elements\n".to_vec();
-        headed.extend(&bytes);
-        never_panics(&headed);
-    }
 }

@@ -53,27 +53,6 @@ fn a_block_of_gmsh_has_its_hexahedra_regions_and_directions() {
     }
 }
 
-#[test]
-fn a_block_of_gmsh_contracts_alike_on_both_sides() {
-    let body = body();
-    let half = body.half().expect("the same on both sides");
-    let model = SpaceModel::default();
-    let (whole, left) = (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
-    let activations = body.activations(&[("A", 0.3), ("M", 0.2)]).unwrap();
-    let (mut w, mut l) = (Workspace::new(&whole), Workspace::new(&left));
-    let of_half = half.activations(&activations).unwrap();
-    for found in [
-        statics::solve(&whole, &mut w, &activations, &SolveSettings::default()),
-        statics::solve(&left, &mut l, &of_half, &SolveSettings::default()),
-    ] {
-        assert_eq!(found.status, SolveStatus::Converged);
-    }
-    let apart = largest_distance(w.positions(), &half.whole(l.positions()));
-    assert!(apart < 1e-7, "{apart}");
-    let shortened = (0..body.mesh.nodes.len()).map(|n| w.positions()[n].x).fold(0.0, f64::max);
-    assert!(shortened < 0.058, "{shortened}");
-}
-
 /// The block with a curve for the fibres of M whose nodes are none of the mesh, as Gmsh makes of a curve that is not embedded.
 fn with_curve(places: &[[f64; 3]]) -> String {
     let text = String::from_utf8(bytes("hexahedra_41.msh")).unwrap();

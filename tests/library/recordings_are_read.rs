@@ -3,19 +3,7 @@
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{AlignedRecording, FaultKind, Format, Map, Recording, screen};
 
-use crate::recordings::{est, pos};
-
-fn read(bytes: &[u8], origin: &str) -> Vec<Recording> {
-    Recording::from_bytes(bytes, origin, None).unwrap()
-}
-
-fn refused(bytes: &[u8], origin: &str) -> String {
-    Recording::from_bytes(bytes, origin, None).unwrap_err().to_string()
-}
-
-fn near(a: Option<Point>, b: [f64; 2]) -> bool {
-    a.is_some_and(|a| (a - Point::from(b)).norm() < 1e-9)
-}
+use crate::recordings::{est, near, pos, read, refused};
 
 const AAA: &str = "Client family name\tDate Time of recording\tTime of sample in recording\tPrompt\tX0 DLC_Tongue\tY0 DLC_Tongue\t\
     X1 DLC_Tongue\tY1 DLC_Tongue\tX0 DLC_HyoidMandible\tY0 DLC_HyoidMandible\tX1 DLC_HyoidMandible\tY1 DLC_HyoidMandible\t\

@@ -1,21 +1,12 @@
 //! Premises of the baseline and of movable bones: options, outputs, and the thesis's numbers with
 //! `--preset thesis`.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
-use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
 
-fn run_in(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap()
-}
+use super::run::{json, refused, run};
 
-fn fit(arguments: &[&str]) -> Value {
-    let folder = tempfile::tempdir().unwrap();
-    let output = run_in(folder.path(), &[&["--target", "stretch", "--json"], arguments].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
+fn fit(options: &str) -> Value {
+    json(tempfile::tempdir().unwrap().path(), &format!("--target stretch --json {options}"))
 }
 
 fn tensions(fit: &Value) -> Vec<f64> {
@@ -58,20 +49,20 @@ fn the_preset_thesis_gives_the_numbers_from_before_there_was_a_tone() {
         ),
     ];
     for (subject, vowel, wanted, passive_rms, evaluations) in before {
-        let row = ["--vowel", vowel, "--subject", subject];
-        let found = fit(&[&row[..], &["--preset", "thesis"]].concat());
+        let row = format!("--vowel {vowel} --subject {subject}");
+        let found = fit(&format!("{row} --preset thesis"));
         near(&tensions(&found), wanted, 1e-9);
         near(&[found["passive_rms"].as_f64().unwrap()], &[passive_rms], 1e-9);
         assert_eq!(found["evaluations"].as_u64(), Some(evaluations));
         assert_eq!((&found["tone_n_per_m"], &found["hyoid_mm"]), (&0.0.into(), &Value::Null));
-        let same = fit(&[&row[..], &["--tone", "0", "--hyoid", "fixed"]].concat());
+        let same = fit(&format!("{row} --tone 0 --hyoid fixed"));
         assert_eq!(found["tensions_n"], same["tensions_n"]);
     }
 }
 
 #[test]
 fn stretches_are_counted_from_a_baseline_with_tone_and_the_hyoid_is_found() {
-    let found = fit(&["--vowel", "i", "--subject", "S3"]);
+    let found = fit("--vowel i --subject S3");
     assert_eq!(found["tone_n_per_m"], 8.0);
     let pair = |value: &Value| [0, 1].map(|i| value[i].as_f64().unwrap());
     let hyoid = pair(&found["hyoid_mm"]);
@@ -86,10 +77,10 @@ fn stretches_are_counted_from_a_baseline_with_tone_and_the_hyoid_is_found() {
         near(&[of("lengths_mm") / of("model_baseline_lengths_mm")], &[stretch.as_f64().unwrap()], 1e-12);
         assert_ne!(found["rest_lengths_mm"][muscle], found["model_baseline_lengths_mm"][muscle]);
     }
-    let table = fit(&["--vowel", "i", "--subject", "S3", "--tone", "table", "--hyoid", "fixed"]);
+    let table = fit("--vowel i --subject S3 --tone table --hyoid fixed");
     assert!(table["tone_n_per_m"]["HGa"].as_f64().unwrap() > 0.0);
     assert_eq!(table["hyoid_mm"], Value::Null);
-    let both = fit(&["--vowel", "i", "--subject", "S3", "--hyoid", "forward", "--free-bone", "mental_spine"]);
+    let both = fit("--vowel i --subject S3 --hyoid forward --free-bone mental_spine");
     assert_eq!(pair(&both["hyoid_mm"])[1], 0.0);
     assert_eq!(both["bones"]["mental_spine"]["shift_mm"].as_array().unwrap().len(), 2);
 }
@@ -97,8 +88,7 @@ fn stretches_are_counted_from_a_baseline_with_tone_and_the_hyoid_is_found() {
 #[test]
 fn tables_and_pictures_say_from_which_posture_changes_are_counted() {
     let folder = tempfile::tempdir().unwrap();
-    let output = run_in(folder.path(), &["--vowel", "a", "--target", "stretch"]);
-    let text = String::from_utf8(output.stdout).unwrap();
+    let text = run(folder.path(), "--vowel a --target stretch").out;
     for line in text.lines() {
         assert!(line.chars().count() <= 100, "{} columns: {line}", line.chars().count());
     }
@@ -118,9 +108,8 @@ fn a_scene_can_have_a_tone() {
     let scene = "title = \"t\"\nwant = \"lengths\"\n[body.tongue]\n[fit]\nsubject = \"S2\"\nvowel = \"a\"\n\
                  target = \"stretch\"\ntone_n_per_m = 8.0\n[effects]\nincompressibility = true\n";
     std::fs::write(folder.path().join("my.toml"), scene).unwrap();
-    let output = run_in(folder.path(), &["scene", "run", "my.toml", "--json"]);
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let same = fit(&["--vowel", "a", "--tone", "8", "--hyoid", "fixed"]);
+    let found = json(folder.path(), "scene run my.toml --json");
+    let same = fit("--vowel a --tone 8 --hyoid fixed");
     for muscle in found["muscles"].as_array().unwrap() {
         let name = muscle["muscle"].as_str().unwrap();
         let of = |what: &str| same[what][name].as_f64().unwrap();
@@ -133,19 +122,13 @@ fn a_scene_can_have_a_tone() {
 fn invalid_premises_are_refused_in_one_message() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("tone.csv"), "muscle,tone_n_per_m\nGGa,3\nGGx,1\n").unwrap();
-    let refused = |options: &[&str]| {
-        let output = run_in(folder.path(), &[&["--vowel", "a", "--target", "stretch"], options].concat());
-        assert_eq!(output.status.code(), Some(1), "{options:?}");
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(message.matches("error:").count(), 1, "{message}");
-        message
-    };
-    assert!(refused(&["--tone", "-1"]).contains("finite and not negative"));
-    assert!(refused(&["--tone", "soft"]).contains("neither a number nor `table`, nor a file"));
-    assert!(refused(&["--tone", "tone.csv"]).contains("the tone names GGx"));
-    assert!(refused(&["--tone", "1e5"]).contains("no equilibrium of the baseline at this tone"));
-    assert!(
-        refused(&["--free-bone", "jaw"]).contains("the bones of this body are hyoid, mental_spine, styloid")
-    );
-    assert!(refused(&["--free-bone", "hyoid"]).contains("free already"));
+    for (options, told) in [
+        ("--tone soft", "neither a number nor `table`, nor a file"),
+        ("--tone tone.csv", "the tone names GGx"),
+        ("--tone 1e5", "no equilibrium of the baseline at this tone"),
+        ("--free-bone hyoid", "free already"),
+    ] {
+        let message = refused(folder.path(), &format!("--vowel a --target stretch {options}"));
+        assert!(message.contains(told), "{message}");
+    }
 }

@@ -171,8 +171,8 @@ fn place_of(heading: &str) -> String {
 fn every_file_and_heading_that_the_pages_link_to_exists() {
     for page in pages() {
         let text = fs::read_to_string(&page).unwrap();
-        for target in text.split("](").skip(1) {
-            let target = target.split(')').next().unwrap();
+        for target in text.split("](").skip(1).chain(text.split("src=\"").skip(1)) {
+            let target = target.split([')', '"']).next().unwrap();
             let (path, place) = target.split_once('#').unwrap_or((target, ""));
             if path.starts_with("http") {
                 continue;

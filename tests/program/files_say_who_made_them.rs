@@ -1,17 +1,14 @@
 //! Every file written by a command contains version, command line and tissue.
 
 use std::path::Path;
-use std::process::Command;
 
-use assert_cmd::cargo::cargo_bin;
+use super::run::{run, shell};
 
 /// Runs a command with `--out` and returns the name and the text of every file, entities of XML resolved.
-fn written(arguments: &[&str]) -> Vec<(String, String)> {
+fn written(line: &str) -> Vec<(String, String)> {
     let folder = tempfile::tempdir().unwrap();
-    let mut command = Command::new(cargo_bin("tongue-fit"));
-    let done = command.args(arguments).args(["--out", "out"]).current_dir(folder.path()).output().unwrap();
-    let told = String::from_utf8_lossy(&done.stderr);
-    assert!(matches!(done.status.code(), Some(0 | 3)), "{arguments:?}: {told}");
+    let done = run(folder.path(), &format!("{line} --out out"));
+    assert!(matches!(done.status, Some(0 | 3)), "{line}: {}", done.err);
     let files = |folder: &Path| -> Vec<(String, String)> {
         let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
         entries
@@ -29,25 +26,22 @@ fn written(arguments: &[&str]) -> Vec<(String, String)> {
 
 #[test]
 fn every_file_of_every_command_has_version_and_command() {
-    let commands: [(&[&str], &[&str]); 10] = [
-        (&["--vowel", "a", "--method", "gauss-newton"], &["json", "csv", "svg"]),
-        (&["simulate", "--tension", "GGa=12"], &["json", "svg", "vtu"]),
-        (
-            &["simulate", "--tension", "GGa=2", "--trajectory", "--t-end", "0.1", "--frames", "3"],
-            &["json", "csv", "sto", "svg", "pvd", "vtu"],
-        ),
-        (&["scene", "run", "vowel-a"], &["json", "svg", "vtu"]),
-        (&["scene", "run", "vowel-a-trajectory"], &["json", "svg", "vtu", "csv"]),
-        (&["scene", "run", "block-3d"], &["json", "svg", "vtu"]),
-        (&["muscles", "--h", "8mm"], &["svg", "csv"]),
-        (&["mesh", "--h", "8mm"], &["json", "vtu", "msh"]),
-        (&["page", "--no-fits"], &["html"]),
-        (&["batch", "--draws", "0", "--subjects", "S2", "--vowels", "a"], &["json", "csv", "html"]),
+    let commands: [(&str, &str); 10] = [
+        ("--vowel a --method gauss-newton", "json csv svg"),
+        ("simulate --tension GGa=12", "json svg vtu"),
+        ("simulate --tension GGa=2 --trajectory --t-end 0.1 --frames 3", "json csv sto svg pvd vtu"),
+        ("scene run vowel-a", "json svg vtu"),
+        ("scene run vowel-a-trajectory", "json svg vtu csv"),
+        ("scene run block-3d", "json svg vtu"),
+        ("muscles --h 8mm", "svg csv"),
+        ("mesh --h 8mm", "json vtu msh"),
+        ("page --no-fits", "html"),
+        ("batch --draws 0 --subjects S2 --vowels a", "json csv html"),
     ];
     for (arguments, formats) in commands {
         let files = written(arguments);
-        let command = format!("tongue-fit {}", arguments.join(" "));
-        for format in formats {
+        let command = format!("tongue-fit {arguments}");
+        for format in formats.split(' ') {
             assert!(
                 files.iter().any(|(name, _)| name.ends_with(&format!(".{format}"))),
                 "{command}: {format}"
@@ -62,15 +56,14 @@ fn every_file_of_every_command_has_version_and_command() {
 
 #[test]
 fn files_of_a_simulation_say_what_the_tissue_was() {
-    let simulate = ["simulate", "--direct", "--tension", "GGa=2"];
-    let motion = ["simulate", "--tension", "GGa=2", "--trajectory", "--t-end", "0.1"];
-    for (body, name) in [("springs", "springs"), ("continuum", "continuum")] {
-        let of_body = |command: &[&str]| written(&[command, &["--body", body]].concat());
-        for (file, text) in of_body(&simulate).into_iter().chain(of_body(&motion)) {
-            assert!(text.contains(name), "{file} of {body}");
+    for body in ["springs", "continuum"] {
+        let line = format!("simulate --body {body} --tension GGa=2");
+        let still = written(&format!("{line} --direct"));
+        for (file, text) in still.into_iter().chain(written(&format!("{line} --trajectory --t-end 0.1"))) {
+            assert!(text.contains(body), "{file} of {body}");
         }
     }
-    for (file, text) in written(&["--vowel", "a", "--method", "gauss-newton"]) {
+    for (file, text) in written("--vowel a --method gauss-newton") {
         assert!(text.contains("springs"), "{file}");
     }
 }
@@ -80,13 +73,7 @@ fn files_of_a_simulation_say_what_the_tissue_was() {
 fn more_frames_are_written_than_files_can_be_open() {
     let folder = tempfile::tempdir().unwrap();
     let motion = "simulate --tension GGa=2 --trajectory --t-end 0.1 --frames 200 --out out";
-    let limited = format!("ulimit -n 64; exec \"$0\" {motion}");
-    let done = Command::new("sh")
-        .args(["-c", &limited])
-        .arg(cargo_bin("tongue-fit"))
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    assert_eq!(done.status.code(), Some(0), "{}", String::from_utf8_lossy(&done.stderr));
+    let done = shell(folder.path(), &format!("ulimit -n 64; $TONGUE_FIT {motion}"));
+    assert_eq!(done.status, Some(0), "{}", done.out);
     assert_eq!(std::fs::read_dir(folder.path().join("out")).unwrap().count(), 5 + 200);
 }

@@ -3,10 +3,11 @@
 
 use std::io::Write;
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 
-use assert_cmd::cargo::cargo_bin;
-use serde_json::{Value, json};
+use serde_json::json;
+
+use super::run::{Done, program, refused, run};
 
 /// An export of a German Excel under a title, with a bad cell, a missing cell, columns that are not lengths, and a subject
 /// without a baseline.
@@ -14,28 +15,22 @@ const EXPORT: &str = "\u{feff}Zungenmuskeln;;;;;\r\nProband;Vokal;GGa (mm);GGm (
                       M;u;46,5;56;3,6;gut, sehr\r\nM;a;38;;3,4;\r\nM;ɔ;38,5;57;x;\r\nN;a;40;40;4;\r\nN;e;-;-;;\r\n\
                       M;o;47;57;3,7;\r\n";
 
-fn tongue_fit(arguments: &[&str], stdin: &[u8]) -> Output {
-    let mut child = Command::new(cargo_bin("tongue-fit"))
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+/// A run that reads a table from stdin.
+fn fed(line: &str, table: &str) -> Done {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = program(folder.path(), line);
+    let mut child =
+        command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     // The program may already have ended with a refusal of the command line.
-    let _ = child.stdin.take().unwrap().write_all(stdin);
-    child.wait_with_output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
+    let _ = child.stdin.take().unwrap().write_all(table.as_bytes());
+    child.wait_with_output().unwrap().into()
 }
 
 #[test]
 fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
-    let output = tongue_fit(&["lengths", "check", "-", "--json"], EXPORT.as_bytes());
-    assert_eq!(output.status.code(), Some(1));
-    let record: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let done = fed("lengths check - --json", EXPORT);
+    assert_eq!(done.status, Some(1));
+    let record = done.record();
     assert_eq!(record["muscles"], json!(["GGa", "GGm", "HG"]));
     let reading = &record["reading"];
     assert_eq!((&reading["separator"], &reading["decimal_mark"]), (&json!("semicolon"), &json!("comma")));
@@ -51,12 +46,10 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
     assert_eq!(m["rows"][2]["not_measured"], json!(["HG"]));
 
     let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("mine.csv");
-    std::fs::write(&file, EXPORT).unwrap();
-    let file = file.to_str().unwrap();
-    let output = tongue_fit(&["lengths", "check", file, "--error-mm", "1"], b"");
-    assert_eq!(output.status.code(), Some(1));
-    let printed = text(&output.stdout);
+    std::fs::write(folder.path().join("mine.csv"), EXPORT).unwrap();
+    let done = run(folder.path(), "lengths check mine.csv --error-mm 1");
+    assert_eq!(done.status, Some(1));
+    let printed = done.out;
     for said in [
         "UTF-8 with byte order mark, CRLF line ends, semicolons between fields, decimal comma\n",
         "header              line 2\n",
@@ -75,29 +68,14 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
         ("N", "a", "no row for the baseline vowel /ɯ/"),
         ("M", "o", "no muscle of M is shorter in /o/ than in /ɯ/"),
     ] {
-        let fit = tongue_fit(&["--vowel", vowel, "--subject", subject, "--lengths", file], b"");
-        assert_eq!(fit.status.code(), Some(1));
-        let refused = text(&fit.stderr);
-        let refused = refused.trim_start_matches("error: ").trim_end();
+        let refused =
+            refused(folder.path(), &format!("--vowel {vowel} --subject {subject} --lengths mine.csv"));
+        let refused = refused.trim_start_matches("error: ");
         assert!(refused.contains(reason) && printed.contains(refused), "{refused} is not in\n{printed}");
     }
     // A fit of a row with a bad cell names it and goes on without the muscle.
-    let out = folder.path().join("out");
-    let fit = [
-        "--vowel",
-        "ɔ",
-        "--subject",
-        "M",
-        "--lengths",
-        file,
-        "--target",
-        "stretch",
-        "--preset",
-        "thesis",
-        "--json",
-    ];
-    let fit = tongue_fit(&[&fit[..], &["--out", out.to_str().unwrap()]].concat(), b"");
-    let told = text(&fit.stderr);
+    let line = "--vowel ɔ --subject M --lengths mine.csv --target stretch --preset thesis --json";
+    let told = run(folder.path(), line).err;
     assert!(
         told.contains("mine.csv:5:5: HG_cm is \"x\"") && told.contains("(this length is left out)"),
         "{told}"
@@ -108,39 +86,23 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
 #[test]
 fn the_built_in_table_is_all_understood() {
     let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/takano2007_lengths.csv");
-    let output = tongue_fit(&["lengths", "check", table.to_str().unwrap()], b"");
-    assert_eq!(output.status.code(), Some(0));
-    let printed = text(&output.stdout);
-    assert!(printed.contains("19 rows\n"), "{printed}");
-    assert!(
-        printed.contains("S4 has no /ɯ/: batch compares with /e/, a fit of one vowel needs --baseline e"),
-        "{printed}"
-    );
+    let done = run(Path::new("."), &format!("lengths check '{}'", table.display()));
+    assert_eq!(done.status, Some(0));
+    for said in ["19 rows\n", "S4 has no /ɯ/: batch compares with /e/, a fit of one vowel needs --baseline e"]
+    {
+        assert!(done.out.contains(said), "{}", done.out);
+    }
 }
 
 #[test]
 fn files_that_are_not_tables_are_refused_with_one_message() {
-    for (arguments, stdin, expected) in [
-        (&["-"][..], "", "error: stdin:1:1: the file is empty; begin with a line like"),
-        (&["-"], "name,what\nX,a\n", "error: stdin:1:3: missing from the header: subject, vowel, a length"),
-        (&["."], "", "error: cannot read .: it is a folder; name a file in it"),
-        (
-            &["-", "--error-mm", "-1"],
-            EXPORT,
-            "error: the half width of rounding is -1 mm; give one from 0 to",
-        ),
+    for (options, table, expected) in [
+        ("-", "name,what\nX,a\n", "error: stdin:1:3: missing from the header: subject, vowel, a length"),
+        (".", "", "error: cannot read .: it is a folder; name a file in it"),
+        ("- --error-mm -1", EXPORT, "error: the half width of rounding is -1 mm; give one from 0 to"),
     ] {
-        let output = tongue_fit(&[&["lengths", "check"], arguments].concat(), stdin.as_bytes());
-        let message = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{message}");
-        assert!(message.starts_with(expected) && message.lines().count() == 1, "{message}");
-        assert!(output.stdout.is_empty());
+        let done = fed(&format!("lengths check {options}"), table);
+        assert!(done.status == Some(1) && done.out.is_empty(), "{}", done.err);
+        assert!(done.err.starts_with(expected) && done.err.lines().count() == 1, "{}", done.err);
     }
-    let out = tempfile::tempdir().unwrap();
-    let out = out.path().join("out");
-    let batch = tongue_fit(
-        &["batch", "--lengths", "-", "--out", out.to_str().unwrap()],
-        b"subjct,vowel,GGa_mm\nX,a,40\n",
-    );
-    assert_eq!((batch.status.code(), batch.stdout.is_empty(), out.exists()), (Some(1), true, false));
 }

@@ -2,26 +2,14 @@
 #![cfg(unix)]
 
 use std::fs;
-use std::path::Path;
-use std::process::Command;
 use std::time::Instant;
 
-use assert_cmd::cargo::cargo_bin;
-
-/// Status and everything that a line of the shell prints.
-fn run(folder: &Path, line: &str) -> (Option<i32>, String) {
-    let mut command = Command::new("sh");
-    command.args(["-c", &format!("{line} 2>&1")]).current_dir(folder);
-    let output = command.env("TONGUE_FIT", cargo_bin("tongue-fit")).output().unwrap();
-    (output.status.code(), String::from_utf8(output.stdout).unwrap())
-}
+use super::run::{json, refused, run, shell};
 
 #[test]
 fn a_fine_mesh_and_a_high_poisson_ratio_are_noted_before_the_work() {
     let folder = tempfile::tempdir().unwrap();
-    let (status, printed) =
-        run(folder.path(), "\"$TONGUE_FIT\" simulate --direct --h 0.5mm --poisson-ratio 0.49995");
-    assert_eq!(status, Some(0), "{printed}");
+    let printed = shell(folder.path(), "$TONGUE_FIT simulate --direct --h 0.5mm --poisson-ratio 0.49995").out;
     let lines: Vec<&str> = printed.lines().collect();
     assert!(
         lines[0].starts_with("the mesh has ") && lines[0].contains("a larger --h is faster"),
@@ -29,8 +17,7 @@ fn a_fine_mesh_and_a_high_poisson_ratio_are_noted_before_the_work() {
     );
     assert!(lines[1].starts_with("--poisson-ratio 0.49995: the bulk modulus is 1e4 times"), "{printed}");
     assert!(lines[2].starts_with("| muscle"), "{printed}");
-    let (_, printed) = run(folder.path(), "\"$TONGUE_FIT\" simulate --direct --poisson-ratio 0.499");
-    assert!(printed.starts_with("| muscle"), "{printed}");
+    assert_eq!(run(folder.path(), "simulate --direct --poisson-ratio 0.499").err, "");
 }
 
 /// Every row has a time and a point of its own, so that a table of all points at all times has a hundred million places.
@@ -42,10 +29,10 @@ fn a_small_recording_of_many_places_needs_little_memory() {
     fs::write(folder.path().join("sparse.csv"), format!("time_s,point,x_mm,y_mm\n{table}")).unwrap();
     let clock = Instant::now();
     // Kilobytes of address space, the program and the stacks of its threads among them.
-    let (status, printed) =
-        run(folder.path(), "ulimit -v 1000000; \"$TONGUE_FIT\" track sparse.csv --threads 1 --out track");
-    assert_eq!(status, Some(1), "{printed}");
-    assert!(printed.starts_with("error: sparse.csv") && printed.contains("places"), "{printed}");
+    let done =
+        shell(folder.path(), "ulimit -v 1000000; $TONGUE_FIT track sparse.csv --threads 1 --out track");
+    assert!(done.status == Some(1) && done.out.starts_with("error: sparse.csv"), "{}", done.out);
+    assert!(done.out.contains("places"), "{}", done.out);
     assert!(clock.elapsed().as_secs() < 60);
 }
 
@@ -61,10 +48,8 @@ fn a_map_of_numbers_that_cannot_be_meant_is_refused_with_its_line() {
         ("[points]\nT1 = { surface_mm = \"x\" }", "m.toml:2: T1: surface_mm is \"x\"; give a number"),
     ] {
         fs::write(folder.path().join("m.toml"), map).unwrap();
-        let (status, printed) =
-            run(folder.path(), "\"$TONGUE_FIT\" track coils.csv --map m.toml --out track");
-        assert!(status == Some(1) && printed.contains(said), "{map}: {printed}");
-        assert!(!printed.contains("untagged") && printed.lines().count() == 1, "{map}: {printed}");
+        let told = refused(folder.path(), "track coils.csv --map m.toml");
+        assert!(told.contains(said) && !told.contains("untagged"), "{map}: {told}");
     }
 }
 
@@ -86,26 +71,17 @@ fn numbers_that_would_need_too_much_memory_are_refused_at_once() {
         ("sound --vowel a --tract tract.toml", "a coordinate is 4294967296"),
         ("track coil.csv --body space", "x_mm: a coordinate is 1000000 mm"),
     ] {
-        let (status, printed) =
-            run(folder.path(), &format!("ulimit -v 1000000; \"$TONGUE_FIT\" {line} --threads 1"));
-        assert!(status == Some(1) && printed.contains(said), "{line}: {printed}");
+        let done = shell(folder.path(), &format!("ulimit -v 1000000; $TONGUE_FIT {line} --threads 1"));
+        assert!(done.status == Some(1) && done.out.contains(said), "{line}: {}", done.out);
     }
-    let (status, printed) =
-        run(folder.path(), "\"$TONGUE_FIT\" simulate --tension GGa=1 --poisson-ratio -0.5 --body continuum");
-    assert!(status == Some(0), "{printed}");
+    json(folder.path(), "simulate --tension GGa=1 --poisson-ratio -0.5 --body continuum --json");
 }
 
 #[test]
 fn a_body_in_space_that_is_strained_too_far_is_an_alarm() {
     let folder = tempfile::tempdir().unwrap();
-    let (status, printed) = run(
-        folder.path(),
-        "(\"$TONGUE_FIT\" simulate --body space --activation GGP=1 --direct --json 2>/dev/null)",
-    );
-    let record: serde_json::Value = serde_json::from_str(&printed).unwrap();
-    let alarm = record["alarms"].as_array().unwrap().iter().find(|a| a["kind"] == "overstrained");
-    assert!(
-        status == Some(3) && alarm.is_some_and(|a| a["text"].as_str().unwrap().contains("volume at rest")),
-        "{printed}"
-    );
+    let done = run(folder.path(), "simulate --body space --activation GGP=1 --direct --json");
+    let record = done.record();
+    let alarm = record["alarms"].as_array().unwrap().iter().find(|a| a["kind"] == "overstrained").unwrap();
+    assert!(done.status == Some(3) && alarm["text"].as_str().unwrap().contains("volume at rest"), "{alarm}");
 }

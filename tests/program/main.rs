@@ -30,6 +30,7 @@ mod page_moves;
 mod posterior_command;
 mod readme_is_true;
 mod results_are_as_told;
+mod run;
 mod scene_command;
 mod sound_command;
 mod space_command;

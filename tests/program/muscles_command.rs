@@ -1,27 +1,13 @@
 //! `tongue-fit muscles`: the effect of each muscle, side by side.
 
 use std::collections::BTreeSet;
-use std::process::Command;
 
-use assert_cmd::cargo::cargo_bin;
-
-fn muscles(folder: &std::path::Path, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let done = Command::new(cargo_bin("tongue-fit"))
-        .arg("muscles")
-        .args(arguments)
-        .current_dir(folder)
-        .output()
-        .unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    (done.status.code(), text(done.stdout), text(done.stderr))
-}
+use super::run::{json, refused};
 
 #[test]
 fn every_muscle_shortens_where_it_pulls_and_all_are_drawn_with_the_same_axes() {
     let folder = tempfile::tempdir().unwrap();
-    let (status, json, told) = muscles(folder.path(), &["--json", "--out", "out"]);
-    assert_eq!(status, Some(0), "{told}");
-    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let json = json(folder.path(), "muscles --json --out out");
     let rows = json["muscles"].as_array().unwrap();
     assert_eq!(rows.len(), 8 * 8);
     for row in rows.iter().filter(|r| r["pulling"] == r["muscle"]) {
@@ -65,8 +51,6 @@ fn every_muscle_shortens_where_it_pulls_and_all_are_drawn_with_the_same_axes() {
 fn an_invalid_tension_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     for tension in ["0", "-3", "nan"] {
-        let (status, _, told) = muscles(folder.path(), &["--tension", tension]);
-        assert_eq!(status, Some(1));
-        assert!(told.contains("--tension"), "{told}");
+        assert!(refused(folder.path(), &format!("muscles --tension {tension}")).contains("--tension"));
     }
 }

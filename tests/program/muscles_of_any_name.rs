@@ -3,9 +3,8 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
-use assert_cmd::cargo::cargo_bin;
+use super::run::json as run;
 use serde_json::Value;
 use tongue_fit::body::{Bone, MuscleChain, REFERENCE, gmsh, solid};
 
@@ -27,12 +26,6 @@ const SIX_MORE: &str = r#"
     V3 = [[37.0, 4.0], [39.0, 26.0]]
 "#;
 
-fn run(folder: &Path, arguments: &[&str]) -> Value {
-    let done = Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap();
-    assert!(done.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
-    serde_json::from_slice(&done.stdout).unwrap()
-}
-
 fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
@@ -53,21 +46,19 @@ fn make_body(folder: &Path, muscles: &str, count: usize) {
     let outline = &REFERENCE[..REFERENCE.find("[muscles]").unwrap()];
     let bones = "[bones]\n\"mental spine\" = [[0.0, 0.0]]\nhyoid = [[37.625, -3.066]]\n";
     fs::write(folder.join("own.toml"), format!("{outline}\n[muscles]\n{muscles}\n{bones}")).unwrap();
-    run(folder, &["mesh", "--anatomy", "own.toml", "--json", "--out", "."]);
+    run(folder, "mesh --anatomy own.toml --json --out .");
     fs::rename(folder.join("mesh.msh"), folder.join("body.msh")).unwrap();
     let text = fs::read_to_string(folder.join("body.msh")).unwrap();
     assert!(text.contains("\"muscle:verticalis\""), "as whoever draws it in Gmsh would call it");
-    let read = run(folder, &["mesh", "--mesh", "body.msh", "--json"]);
+    let read = run(folder, "mesh --mesh body.msh --json");
     assert_eq!(names(&read["rest_lengths_mm"]).len(), count);
 }
 
 /// Lengths of the body at rest and under tension, as the table of a subject, in `own.csv`.
 fn measure(folder: &Path) -> Value {
-    let pull: Vec<String> = PULL.iter().map(|(muscle, n)| format!("{muscle}={n}")).collect();
-    let mut arguments = vec!["simulate", "--mesh", "body.msh", "--json", "--out", "simulated"];
-    pull.iter().for_each(|p| arguments.extend(["--tension", p]));
-    let simulated = run(folder, &arguments);
-    let rest = run(folder, &["mesh", "--mesh", "body.msh", "--json"]);
+    let pull: String = PULL.iter().map(|(muscle, n)| format!(" --tension '{muscle}={n}'")).collect();
+    let simulated = run(folder, &format!("simulate --mesh body.msh --json --out simulated{pull}"));
+    let rest = run(folder, "mesh --mesh body.msh --json");
     let muscles = names(&simulated["lengths_mm"]);
     let row = |lengths: &Value| -> String {
         muscles.iter().map(|m| format!(",{}", lengths[*m])).collect::<Vec<_>>().concat()
@@ -94,22 +85,20 @@ fn goes_all_the_way(muscles: &str, count: usize) {
     let muscles = names(&simulated["lengths_mm"]);
     assert_eq!(muscles.len(), count);
 
-    let own = ["--lengths", "own.csv", "--mesh", "body.msh", "--json"];
+    let own = "--lengths own.csv --mesh body.msh --json";
     // The baseline of this table is the body at rest.
-    let from_rest = [&own[..], &["--preset", "thesis"]].concat();
-    let fitted =
-        [&["--vowel", "a", "--subject", "X", "--target", "stretch", "--out", "fit"], &from_rest[..]].concat();
-    let fit = run(folder, &fitted);
+    let stretches = format!("--target stretch --preset thesis {own}");
+    let fit = run(folder, &format!("--vowel a --subject X --out fit {stretches}"));
     assert_eq!((&fit["status"], names(&fit["tensions_n"])), (&"converged".into(), muscles.clone()));
     assert_pull(&fit["tensions_n"], &muscles, 1e-3);
-    let ratios = [&["--vowel", "a", "--subject", "X", "--method", "gauss-newton", "--muscles"][..]].concat();
     let active = PULL.map(|(muscle, _)| muscle).join(",");
-    let fit = run(folder, &[&ratios[..], &[&active, "--out", "ratio"], &own].concat());
-    assert_pull(&fit["tensions_n"], &muscles, 1e-3);
-
-    let batch = ["batch", "--target", "stretch", "--draws", "3", "--subsets", "1", "--out", "batch"];
-    let batch = run(folder, &[&batch[..], &from_rest].concat());
+    let ratios =
+        format!("--vowel a --subject X --method gauss-newton --muscles '{active}' --out ratio {own}");
+    assert_pull(&run(folder, &ratios)["tensions_n"], &muscles, 1e-3);
+    let batch = run(folder, &format!("batch --draws 3 --subsets 1 --out batch {stretches}"));
     assert_pull(&batch["fits"][0]["tensions_n"], &muscles, 1e-3);
+    let moved = "simulate --trajectory --t-end 0.01 --frames 2 --tension hyoglossus=5 --mesh body.msh --json";
+    assert_eq!(run(folder, moved)["status"], "completed");
 
     // Every muscle has its row, its column and its name in every picture and on the page.
     let mut rows = csv::Reader::from_path(folder.join("fit/fit.csv")).unwrap();
@@ -155,7 +144,7 @@ fn a_scene_fits_a_solid() {
     let scene = "title = \"t\"\nwant = \"lengths\"\n[body.mesh]\nfile = \"block.msh\"\n\
                  [fit]\nsubject = \"S3\"\nvowel = \"i\"\ntarget = \"stretch\"\n[effects]\nincompressibility = true\n";
     fs::write(folder.path().join("block.toml"), scene).unwrap();
-    let answer = run(folder.path(), &["scene", "run", "block.toml", "--json"]);
+    let answer = run(folder.path(), "scene run block.toml --json");
     assert_eq!(answer["fit"], "converged", "{answer}");
     for (name, measured) in [("GGm", 53.0 / 59.0), ("GGp", 43.0 / 48.0), ("HGp", 28.0 / 30.0)] {
         let muscle = answer["muscles"].as_array().unwrap().iter().find(|m| m["muscle"] == name).unwrap();

@@ -1,28 +1,17 @@
 //! What cannot be right in recordings, landmarks and tables is told by the program once, with what to do, and good inputs are not suspected.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
-use assert_cmd::cargo::cargo_bin;
+use super::run::{refused as refuses, run};
 
 const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv");
 
-fn run(folder: &Path, arguments: &str) -> Output {
-    let arguments = arguments.split(' ').map(|a| if a == "RECORDING" { RECORDING } else { a });
-    Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap()
-}
-
 /// The message with which a command is refused; it leaves nothing in its folder.
-fn refused(folder: &Path, arguments: &str) -> String {
-    let output = run(folder, &format!("{arguments} --out refused"));
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{arguments}: {told}");
-    assert!(output.stdout.is_empty() && !told.contains("panicked"), "{told}");
-    let left = fs::read_dir(folder.join("refused")).map_or(0, Iterator::count);
-    assert_eq!(left, 0, "{arguments} left files behind");
-    // Lines are broken for the terminal.
-    told.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ")
+fn refused(folder: &std::path::Path, line: &str) -> String {
+    fs::create_dir_all(folder.join("refused")).unwrap();
+    let told = refuses(folder, &format!("{} --out refused", line.replace("RECORDING", RECORDING)));
+    assert_eq!(fs::read_dir(folder.join("refused")).unwrap().count(), 0, "{line} left files behind");
+    told
 }
 
 /// The built-in recording as a tidy table, each coordinate changed.
@@ -53,18 +42,15 @@ fn recordings_that_cannot_be_right_are_refused_with_what_to_do() {
     let at = folder.path();
     let write = |name: &str, text: &str| fs::write(at.join(name), text).unwrap();
     write("large.csv", &tidy(|_, x, y| [10.0 * x, 10.0 * y]));
-    write("small.csv", &tidy(|_, x, y| [0.1 * x, 0.1 * y]));
     write("far.csv", &tidy(|_, x, y| [x, y + 40.0]));
     let two = fs::read_to_string(RECORDING).unwrap().replacen("synthetic\t", "other\t", 1);
     write("two.tsv", &two);
     for (arguments, told) in [
         ("track large.csv", "unit_mm"),
-        ("track small.csv", "unit_mm"),
         ("adapt large.csv --rest similarity", "unit_mm"),
         ("track far.csv --as-is", "not in the body's frame"),
         ("track two.tsv", "are of 2 speakers (other, synthetic)"),
         ("track two.tsv --speaker nobody", "no recording is of this speaker"),
-        ("batch --vowels q --draws 0", "q"),
     ] {
         let said = refused(at, arguments);
         assert!(said.contains(told), "{arguments}: {said}");
@@ -106,44 +92,25 @@ fn landmarks_of_no_tongue_are_refused_or_end_with_3() {
     // A contour that no tongue has: every third point is far above its neighbours.
     let spikes = (0..12).map(|i| format!("p{i},{},{}\n", 48 - 5 * i, 25 + (i % 3) * 14)).collect::<String>();
     fs::write(at.join("spikes.csv"), format!("point,x_mm,y_mm\n{spikes}")).unwrap();
-    let output = run(at, "adapt --landmarks bones.csv --contour spikes.csv --out body");
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(3), "{told}");
-    assert!(told.contains("not to be trusted"), "{told}");
-}
-
-#[test]
-fn lengths_that_no_muscle_can_have_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    let good = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/takano2007_lengths.csv");
-    let table = fs::read_to_string(good).unwrap();
-    let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
-    let column = header.iter().position(|c| c.starts_with("GGp")).unwrap();
-    let changed = table.lines().map(|line| {
-        let mut cells: Vec<&str> = line.split(',').collect();
-        if cells.iter().take(3).any(|c| *c == "S2") && cells.iter().take(3).any(|c| *c == "a") {
-            cells[column] = "150";
-        }
-        cells.join(",") + "\n"
-    });
-    fs::write(at.join("odd.csv"), changed.collect::<String>()).unwrap();
-    let said = refused(at, "--lengths odd.csv --subject S2 --vowel a --target stretch");
-    assert!(said.contains("GGp") && said.contains("1.7"), "{said}");
+    let done = run(at, "adapt --landmarks bones.csv --contour spikes.csv --out body");
+    assert!(done.status == Some(3) && done.err.contains("not to be trusted"), "{}", done.err);
 }
 
 #[test]
 fn a_refused_recording_leaves_no_journal_and_a_good_one_is_not_suspected() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    refused(at, "track RECORDING --muscles GGa,GGa");
-    refused(at, "track RECORDING --hold-out 99");
-    refused(at, "track RECORDING --free-bone jaw");
-    refused(at, "track RECORDING --palate nowhere.csv");
-    refused(at, "track RECORDING --prior 1e300");
-    refused(at, "track RECORDING --memory 1e300");
-    let output = run(at, "track RECORDING --rest similarity --frames 0 --out good");
-    let told = String::from_utf8(output.stderr).unwrap();
+    for option in [
+        "--muscles GGa,GGa",
+        "--hold-out 99",
+        "--free-bone jaw",
+        "--palate nowhere.csv",
+        "--prior 1e300",
+        "--memory 1e300",
+    ] {
+        refused(at, &format!("track RECORDING {option}"));
+    }
+    let told = run(at, &format!("track '{RECORDING}' --rest similarity --frames 0 --out good")).err;
     for word in ["upside down", "exchanged", "follow one another", "faster than", "unit", "very same place"] {
         assert!(!told.contains(word), "{told}");
     }
@@ -163,8 +130,8 @@ fn faults_that_leave_an_answer_are_told_once_on_terminal_json_and_page_and_statu
     };
     let spike: String = tidy(|_, x, y| [x, y]).lines().map(raised).collect();
     fs::write(at.join("spike.csv"), spike).unwrap();
-    let output = run(at, "track spike.csv --frames 0 --draws 100 --prior 1000 --out spike");
-    let told = String::from_utf8(output.stderr).unwrap();
+    let done = run(at, "track spike.csv --frames 0 --draws 100 --prior 1000 --out spike");
+    let told = &done.err;
     let name = "synthetic one: tongue_4 stands out of the contour by 1";
     assert_eq!(told.matches(name).count(), 1, "{told}");
     for file in ["track.json", "track.html"] {
@@ -174,13 +141,13 @@ fn faults_that_leave_an_answer_are_told_once_on_terminal_json_and_page_and_statu
             "{file}"
         );
     }
-    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert_eq!(done.status, Some(3), "{told}");
     assert!(told.contains(" of the 90 frames cannot be trusted (") && told.contains(" off branch"), "{told}");
     let json = fs::read_to_string(at.join("spike/track.json")).unwrap();
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert!(json["untrusted"].as_str().unwrap().contains("cannot be trusted"), "{}", json["untrusted"]);
-    let output = run(at, "adapt spike.csv --rest similarity --out body");
-    let told = String::from_utf8(output.stderr).unwrap();
+    let done = run(at, "adapt spike.csv --rest similarity --out body");
+    let told = &done.err;
     let json = fs::read_to_string(at.join("body/adapt.json")).unwrap();
     assert_eq!((told.matches(name).count(), json.matches(name).count()), (1, 1), "{told} {json}");
 }
@@ -199,10 +166,10 @@ fn a_recording_whose_tensions_mean_nothing_is_left_out_everywhere_and_a_gap_can_
         .map(|line| format!("{line}\n"))
         .collect();
     fs::write(at.join("slip.csv"), text).unwrap();
-    let output = run(at, "track slip.csv --frames 0 --draws 100 --out slip");
-    let told = String::from_utf8(output.stderr).unwrap();
+    let done = run(at, "track slip.csv --frames 0 --draws 100 --out slip");
+    let told = &done.err;
     let name = "left out: slip.csv, synthetic two: all points of the tongue are shifted";
-    assert_eq!((output.status.code(), told.matches(name).count()), (Some(1), 1), "{told}");
+    assert_eq!((done.status, told.matches(name).count()), (Some(1), 1), "{told}");
     let read = |file: &str| fs::read_to_string(at.join("slip").join(file)).unwrap();
     assert!(read("track.json").contains(name) && read("track.html").contains(name));
     assert!(read("track.csv").contains("synthetic one,") && !read("track.csv").contains("synthetic two,"));
@@ -216,13 +183,13 @@ fn a_recording_whose_tensions_mean_nothing_is_left_out_everywhere_and_a_gap_can_
             .collect::<String>()
     };
     fs::write(at.join("sizes.csv"), coils(0.75)).unwrap();
-    let output = run(at, "track sizes.csv --frames 0 --draws 100 --out sizes");
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.code() == Some(1) && told.contains("its tongue is 0.7"), "{told}");
+    let done = run(at, "track sizes.csv --frames 0 --draws 100 --out sizes");
+    let told = &done.err;
+    assert!(done.status == Some(1) && told.contains("its tongue is 0.7"), "{told}");
     fs::write(at.join("small.csv"), tidy(|_, x, y| [0.61 * x, 0.61 * y])).unwrap();
-    let output = run(at, "adapt small.csv --rest similarity --out small");
-    let told = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.code() == Some(0) && told.contains("where 0.7 to 1.45 are usual"), "{told}");
+    let done = run(at, "adapt small.csv --rest similarity --out small");
+    let told = &done.out;
+    assert!(done.status == Some(0) && told.contains("where 0.7 to 1.45 are usual"), "{told}");
     // Coils in axes that are turned are out of reach; turned back they are not.
     let turned: String = coils(1.0)
         .lines()
@@ -239,11 +206,11 @@ fn a_recording_whose_tensions_mean_nothing_is_left_out_everywhere_and_a_gap_can_
     fs::write(at.join("back.toml"), "turn_deg = 50\n").unwrap();
     let told = refused(at, "track turned.csv");
     assert!(told.contains("turn_deg"), "{told}");
-    let output = run(at, "track turned.csv --map back.toml --frames 0 --draws 100 --out turned");
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let done = run(at, "track turned.csv --map back.toml --frames 0 --draws 100 --out turned");
+    assert_eq!(done.status, Some(0), "{}", done.err);
     fs::write(at.join("alike.csv"), coils(1.0)).unwrap();
-    let output = run(at, "track alike.csv --frames 0 --draws 100 --out alike");
-    let told = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{told}");
+    let done = run(at, "track alike.csv --frames 0 --draws 100 --out alike");
+    let told = &done.err;
+    assert_eq!(done.status, Some(0), "{told}");
     assert!(told.contains("synthetic one; synthetic two: the hyoid was never seen"), "{told}");
 }

@@ -4,17 +4,8 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
-use assert_cmd::cargo::cargo_bin;
-
-/// Exit status and all output.
-fn run(folder: &Path, line: &str) -> (Option<i32>, String) {
-    let mut command = Command::new("sh");
-    command.args(["-c", &format!("{line} 2>&1")]).current_dir(folder);
-    let output = command.env("TONGUE_FIT", cargo_bin("tongue-fit")).output().unwrap();
-    (output.status.code(), String::from_utf8(output.stdout).unwrap())
-}
+use super::run::shell;
 
 /// A recording of three coils by this name.
 fn record(folder: &Path, name: &str) {
@@ -27,14 +18,13 @@ fn record(folder: &Path, name: &str) {
     fs::write(folder.join("coils.toml"), map).unwrap();
 }
 
-const TRACK: &str = "\"$TONGUE_FIT\" track coils.csv --map coils.toml --as-is --frames 0 --out track";
+const TRACK: &str = "$TONGUE_FIT track coils.csv --map coils.toml --as-is --frames 0 --out track";
 
 #[test]
 fn escapes_in_names_are_shown_and_not_obeyed() {
     let folder = tempfile::tempdir().unwrap();
     record(folder.path(), "o\u{1b}]0;title\u{7}ne");
-    let (status, printed) = run(folder.path(), TRACK);
-    assert_eq!(status, Some(0), "{printed}");
+    let printed = shell(folder.path(), TRACK).out;
     assert!(printed.contains("o\\u001b]0;title\\u0007ne: the hyoid was never seen"), "{printed}");
     for file in fs::read_dir(folder.path().join("track")).unwrap() {
         let file = file.unwrap().path();
@@ -43,30 +33,24 @@ fn escapes_in_names_are_shown_and_not_obeyed() {
     let csv = fs::read_to_string(folder.path().join("track/track.csv")).unwrap();
     assert!(csv.contains("o\\u001b]0;title\\u0007ne"), "{csv}");
     // JSON contains the name itself.
-    let (_, printed) = run(folder.path(), &format!("{TRACK} --json 2>/dev/null | cat"));
-    assert!(!printed.contains(['\u{1b}', '\u{7}']), "{printed}");
-    let record: serde_json::Value = serde_json::from_str(&printed).unwrap();
+    let done = shell(folder.path(), &format!("{TRACK} --json 2>/dev/null | cat"));
+    assert!(!done.out.contains(['\u{1b}', '\u{7}']), "{}", done.out);
+    let record = done.record();
     assert!(record.to_string().contains("o\\u001b]0;title\\u0007ne"));
     // The name of a file in a message.
-    let (status, printed) =
-        run(folder.path(), "\"$TONGUE_FIT\" --vowel a --lengths \"$(printf 'a\\033[31mb')\"");
-    assert_eq!(
-        (status, printed.contains('\u{1b}'), printed.contains("a\\u001b[31mb")),
-        (Some(1), false, true)
-    );
+    let done = shell(folder.path(), "$TONGUE_FIT --vowel a --lengths \"$(printf 'a\\033[31mb')\"");
+    assert!(!done.out.contains('\u{1b}') && done.out.contains("a\\u001b[31mb"), "{}", done.out);
 }
 
 #[test]
 fn names_that_look_like_formulas_are_text() {
     let folder = tempfile::tempdir().unwrap();
     record(folder.path(), "=cmd|x");
-    let (status, printed) = run(folder.path(), TRACK);
-    assert_eq!(status, Some(0), "{printed}");
+    let done = shell(folder.path(), TRACK);
+    assert_eq!(done.status, Some(0), "{}", done.out);
     let lengths = "subject,vowel,GGa_mm,SGm_mm,HGa_mm\n@SUM(1),u,46,25,36\n@SUM(1),a,38,21,33\n";
     fs::write(folder.path().join("my.csv"), lengths).unwrap();
-    let (status, printed) =
-        run(folder.path(), "\"$TONGUE_FIT\" batch --lengths my.csv --draws 0 --subsets 0 --out batch");
-    assert!(matches!(status, Some(0 | 3)), "{printed}");
+    shell(folder.path(), "$TONGUE_FIT batch --lengths my.csv --draws 0 --subsets 0 --out batch");
     let mut seen = 0;
     for file in ["track/track.csv", "batch/fits.csv", "batch/muscles.csv"] {
         let text = fs::read_to_string(folder.path().join(file)).unwrap();
@@ -81,22 +65,12 @@ fn names_that_look_like_formulas_are_text() {
 #[test]
 fn a_file_that_reaches_the_limit_of_file_sizes_is_reported() {
     let folder = tempfile::tempdir().unwrap();
-    let (status, printed) = run(folder.path(), "ulimit -f 4; \"$TONGUE_FIT\" --vowel a --out fit");
-    assert_eq!((status, printed.contains("raise the limit of file sizes")), (Some(1), true), "{printed}");
+    let done = shell(folder.path(), "ulimit -f 4; $TONGUE_FIT --vowel a --out fit");
+    assert!(done.status == Some(1) && done.out.contains("raise the limit of file sizes"), "{}", done.out);
     assert_eq!(fs::read_dir(folder.path().join("fit")).unwrap().count(), 0, "nothing half-written");
-    let batch = "\"$TONGUE_FIT\" batch --subjects S2 --draws 0 --subsets 0 --out batch";
-    let (status, printed) = run(folder.path(), &format!("ulimit -f 64; {batch}"));
-    assert_eq!((status, printed.contains("the same command resumes")), (Some(1), true), "{printed}");
-    let (status, printed) = run(folder.path(), batch);
-    assert!(matches!(status, Some(0 | 3)) && printed.contains("resuming after"), "{printed}");
-}
-
-#[test]
-fn a_folder_of_shards_may_be_named_twice() {
-    let folder = tempfile::tempdir().unwrap();
-    let shard =
-        "\"$TONGUE_FIT\" batch --subjects S2 --vowels a,u --draws 0 --subsets 0 --shard 1/1 --out shards";
-    assert_eq!(run(folder.path(), shard).0, Some(0));
-    let (status, printed) = run(folder.path(), "\"$TONGUE_FIT\" merge shards ./shards shards --out batch");
-    assert!(matches!(status, Some(0 | 3)) && printed.contains("batch.json"), "{printed}");
+    let batch = "$TONGUE_FIT batch --subjects S2 --draws 0 --subsets 0 --out batch";
+    let done = shell(folder.path(), &format!("ulimit -f 64; {batch}"));
+    assert!(done.status == Some(1) && done.out.contains("the same command resumes"), "{}", done.out);
+    let done = shell(folder.path(), batch);
+    assert!(matches!(done.status, Some(0 | 3)) && done.out.contains("resuming after"), "{}", done.out);
 }

@@ -5,9 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use assert_cmd::cargo::CommandCargoExt;
 use serde::Deserialize;
 use serde_json::Value;
+
+use super::run::json as tongue_fit;
 
 /// A Python with the packages meshio and gmsh.
 const PYTHON: &str = "TONGUE_FIT_PYTHON";
@@ -31,13 +32,6 @@ fn read_back<T: for<'a> Deserialize<'a>>(python: &Path, reader: &str, file: &Pat
     serde_json::from_slice(&done.stdout).unwrap()
 }
 
-fn tongue_fit(folder: &Path, arguments: &[&str]) -> Value {
-    let done =
-        Command::cargo_bin("tongue-fit").unwrap().current_dir(folder).args(arguments).output().unwrap();
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    serde_json::from_slice(&done.stdout).unwrap()
-}
-
 fn numbers<T: for<'a> Deserialize<'a>>(value: &Value) -> T {
     serde_json::from_value(value.clone()).unwrap()
 }
@@ -52,13 +46,12 @@ struct Seen {
     names: BTreeMap<String, [i64; 2]>,
 }
 
-const TENSIONS: [&str; 6] = ["--tension", "GGa=12", "--tension", "SGm=11.5", "--tension", "HGa=4.5"];
+const TENSIONS: &str = "--tension GGa=12 --tension SGm=11.5 --tension HGa=4.5";
 
 /// Simulates into `out`; returns the record and the mesh at rest.
 fn simulated(folder: &Path) -> (Value, Value) {
-    let mesh = tongue_fit(folder, &["mesh", "--json", "--out", "out"]);
-    let arguments = [&["simulate"][..], &TENSIONS, &["--json", "--out", "out"]].concat();
-    (tongue_fit(folder, &arguments), mesh)
+    let mesh = tongue_fit(folder, "mesh --json --out out");
+    (tongue_fit(folder, &format!("simulate {TENSIONS} --json --out out")), mesh)
 }
 
 fn assert_has_points(seen: &Seen, points_m: &Value) {
@@ -139,13 +132,10 @@ fn tensors(of: &Value) -> Vec<Vec<f64>> {
 fn a_continuum_is_read_as_quadratic_triangles_with_strain_stress_and_pressure() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let body = ["--body", "continuum", "--h", "8mm", "--json", "--out", "out"];
-    let load = ["simulate", "--direct", "--tension", "GGa=12"];
-    let record = tongue_fit(folder.path(), &[&load[..], &body].concat());
-    let (deformed, rest): (Vec<[f64; 2]>, Vec<[f64; 2]>) = (
-        numbers(&record["positions_m"]),
-        numbers(&tongue_fit(folder.path(), &[&["mesh"][..], &body].concat())["nodes_m"]),
-    );
+    let body = "--body continuum --h 8mm --json --out out";
+    let record = tongue_fit(folder.path(), &format!("simulate --direct --tension GGa=12 {body}"));
+    let mesh = tongue_fit(folder.path(), &format!("mesh {body}"));
+    let [deformed, rest]: [Vec<[f64; 2]>; 2] = [&record["positions_m"], &mesh["nodes_m"]].map(numbers);
     for (file, at) in [("tongue.vtu", &deformed), ("mesh.msh", &rest)] {
         let seen: Value = read_back(&python, "meshio", &folder.path().join("out").join(file));
         let cells: Vec<Vec<usize>> = numbers(&seen["cells"]["triangle6"]);
@@ -191,7 +181,7 @@ struct SeenByGmsh {
 fn gmsh_itself_reads_the_groups() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let mesh = tongue_fit(folder.path(), &["mesh", "--json", "--out", "out"]);
+    let mesh = tongue_fit(folder.path(), "mesh --json --out out");
     let seen: SeenByGmsh = read_back(&python, "gmsh", &folder.path().join("out/mesh.msh"));
     assert!(seen.complaints.is_empty(), "{:?}", seen.complaints);
     assert_eq!(seen.nodes, mesh["nodes_m"].as_array().unwrap().len());
@@ -211,9 +201,8 @@ struct Storage {
 fn a_motion_reads_back_frame_by_frame_and_as_storage() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
-    let motion =
-        ["--trajectory", "--t-end", "0.2", "--frames", "3", "--tolerance", "1e-3", "--json", "--out", "out"];
-    let record = tongue_fit(folder.path(), &[&["simulate"][..], &TENSIONS, &motion].concat());
+    let motion = "--trajectory --t-end 0.2 --frames 3 --tolerance 1e-3 --json --out out";
+    let record = tongue_fit(folder.path(), &format!("simulate {TENSIONS} {motion}"));
     let out = folder.path().join("out");
 
     let storage: Storage = read_back(&python, "sto", &out.join("trajectory.sto"));

@@ -1,20 +1,14 @@
 //! What the README shows, the program prints.
 
-use std::process::Command;
-
-use crate::posterior_command::of_the_readme;
+use super::posterior_command::of_the_readme;
+use super::run::run;
 
 const README: &str = include_str!("../../README.md");
 
 #[test]
 fn the_table_in_the_readme_is_what_the_main_command_prints() {
     let folder = tempfile::tempdir().unwrap();
-    let output = Command::new(assert_cmd::cargo::cargo_bin("tongue-fit"))
-        .args(["--vowel", "a"])
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let printed = String::from_utf8(output.stdout).unwrap();
+    let printed = run(folder.path(), "--vowel a").out;
     let shown = README.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     // All but the milliseconds, which are the machine's.
     let lines = |text: &str| -> Vec<String> {
@@ -85,19 +79,4 @@ fn the_citation_is_of_this_version() {
     for source in ["Takano", "Kato", "49", "2007", "2014"] {
         assert!(citation.contains(source) && README.contains(source), "{source}");
     }
-}
-
-#[test]
-fn every_file_that_the_readme_links_to_exists() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
-    let targets = README.split("](").skip(1).chain(README.split("src=\"").skip(1));
-    let mut seen = 0;
-    for target in targets {
-        let path = target.split([')', '"', '#']).next().unwrap();
-        if !path.starts_with("http") && !path.is_empty() {
-            assert!(root.join(path).exists(), "{path}");
-            seen += 1;
-        }
-    }
-    assert!(seen >= 4);
 }

@@ -1,44 +1,24 @@
 //! `tongue-fit scene` as its users meet it.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
-use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
 
-fn run_in(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap()
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let output = run_in(folder, arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let output = run_in(folder, arguments);
-    let message = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(output.stdout.is_empty() && message.matches("error:").count() == 1, "{message}");
-    message
-}
+use super::run::{json, refused, run};
 
 #[test]
 fn every_listed_scene_can_be_explained_in_100_columns() {
     let folder = tempfile::tempdir().unwrap();
-    let list = json(folder.path(), &["scene", "list", "--json"]);
+    let list = json(folder.path(), "scene list --json");
     let names: Vec<&str> =
         list["scenes"].as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
     assert!(names.len() >= 15 && names.contains(&"vowel-a"), "{names:?}");
     for name in names {
-        let output = run_in(folder.path(), &["scene", "explain", name]);
-        assert_eq!(output.status.code(), Some(0), "{name}");
-        for line in String::from_utf8(output.stdout).unwrap().lines() {
+        let done = run(folder.path(), &format!("scene explain {name}"));
+        assert_eq!(done.status, Some(0), "{name}");
+        for line in done.out.lines() {
             assert!(line.chars().count() <= 100, "{name}: {line}");
         }
     }
-    let plan = json(folder.path(), &["scene", "explain", "vowel-a", "--json"]);
+    let plan = json(folder.path(), "scene explain vowel-a --json");
     let inertia = plan["effects"].as_array().unwrap().iter().find(|e| e["effect"] == "inertia").unwrap();
     assert_eq!(inertia["simulated"], false);
 }
@@ -46,9 +26,9 @@ fn every_listed_scene_can_be_explained_in_100_columns() {
 #[test]
 fn a_run_gives_the_lengths_of_simulate_and_writes_whole_files() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = json(folder.path(), &["scene", "run", "vowel-a", "--json", "--out", "out"]);
-    let tensions = ["--tension", "GGa=12", "--tension", "SGm=11.5", "--tension", "HGa=4.5"];
-    let simulated = json(folder.path(), &[&["simulate", "--json"][..], &tensions].concat());
+    let scene = json(folder.path(), "scene run vowel-a --json --out out");
+    let tensions = "--tension GGa=12 --tension SGm=11.5 --tension HGa=4.5";
+    let simulated = json(folder.path(), &format!("simulate --json {tensions}"));
     for muscle in scene["muscles"].as_array().unwrap() {
         let name = muscle["muscle"].as_str().unwrap();
         assert_eq!(muscle["length_mm"], simulated["lengths_mm"][name], "{name}");
@@ -65,8 +45,8 @@ fn a_run_gives_the_lengths_of_simulate_and_writes_whole_files() {
 #[test]
 fn a_mesh_file_is_the_body_that_it_was_printed_from() {
     let folder = tempfile::tempdir().unwrap();
-    let mesh = run_in(folder.path(), &["mesh", "--json"]);
-    std::fs::write(folder.path().join("mesh.json"), &mesh.stdout).unwrap();
+    let mesh = run(folder.path(), "mesh --json");
+    std::fs::write(folder.path().join("mesh.json"), &mesh.out).unwrap();
     let scene = |body: &str| {
         format!(
             "title = \"t\"\nwant = \"lengths\"\n{body}\n[tensions_n]\nGGp = 20.0\n[effects]\nincompressibility = true\n"
@@ -74,41 +54,41 @@ fn a_mesh_file_is_the_body_that_it_was_printed_from() {
     };
     std::fs::write(folder.path().join("a.toml"), scene("[body.mesh]\nfile = \"mesh.json\"")).unwrap();
     std::fs::write(folder.path().join("b.toml"), scene("[body.tongue]")).unwrap();
-    let [a, b] = ["a.toml", "b.toml"].map(|file| json(folder.path(), &["scene", "run", file, "--json"]));
+    let [a, b] = ["a.toml", "b.toml"].map(|file| json(folder.path(), &format!("scene run {file} --json")));
     assert_eq!(a["muscles"], b["muscles"]);
     assert_eq!(a["positions_m"], b["positions_m"]);
 
-    let mut bare: Value = serde_json::from_slice(&mesh.stdout).unwrap();
+    let mut bare = mesh.record();
     bare["triangles"] = Value::Array(Vec::new());
     std::fs::write(folder.path().join("bare.json"), bare.to_string()).unwrap();
     std::fs::write(folder.path().join("bare.toml"), scene("[body.mesh]\nfile = \"bare.json\"")).unwrap();
-    let message = refused(folder.path(), &["scene", "run", "bare.toml"]);
+    let message = refused(folder.path(), "scene run bare.toml");
     assert!(message.contains("bare.json") && message.contains("no triangles"), "{message}");
 
     // The results of mesh.toml would have the name of its mesh.
     std::fs::copy(folder.path().join("a.toml"), folder.path().join("mesh.toml")).unwrap();
-    let message = refused(folder.path(), &["scene", "run", "mesh.toml", "--out", "."]);
+    let message = refused(folder.path(), "scene run mesh.toml --out .");
     assert!(message.contains("mesh.json") && message.contains("--out"), "{message}");
-    assert_eq!(std::fs::read(folder.path().join("mesh.json")).unwrap(), mesh.stdout);
+    assert_eq!(std::fs::read_to_string(folder.path().join("mesh.json")).unwrap(), mesh.out);
 }
 
 #[test]
 fn faults_of_a_scene_file_are_reported_with_their_place() {
     let folder = tempfile::tempdir().unwrap();
-    let message = refused(folder.path(), &["scene", "run", "vowel-x"]);
+    let message = refused(folder.path(), "scene run vowel-x");
     assert!(message.contains("unknown scene \"vowel-x\"; did you mean \"vowel-a\"?"), "{message}");
-    let message = refused(folder.path(), &["scene", "explain", "missing.toml"]);
+    let message = refused(folder.path(), "scene explain missing.toml");
     assert!(message.contains("unknown scene") || message.contains("cannot read"), "{message}");
     let text = "title = \"t\"\nwant = \"shape\"\n[body.tongue]\n[effects]\nincompresibility = true\n";
     std::fs::write(folder.path().join("slip.toml"), text).unwrap();
-    let message = refused(folder.path(), &["scene", "run", "slip.toml"]);
+    let message = refused(folder.path(), "scene run slip.toml");
     assert!(
         message.contains("slip.toml:5:1:") && message.contains("did you mean `incompressibility`?"),
         "{message}"
     );
     let text = text.replace("incompresibility = true", "finite_elements = true");
     std::fs::write(folder.path().join("gone.toml"), text).unwrap();
-    let message = refused(folder.path(), &["scene", "run", "gone.toml", "--out", "out"]);
+    let message = refused(folder.path(), "scene run gone.toml --out out");
     assert!(message.contains("gone.toml:5:1: unknown field `finite_elements`"), "{message}");
     assert_eq!(std::fs::read_dir(folder.path().join("out")).map_or(0, Iterator::count), 0);
 }

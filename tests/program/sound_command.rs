@@ -2,25 +2,14 @@
 
 use std::ffi::OsString;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
-use assert_cmd::cargo::CommandCargoExt;
 use serde_json::Value;
 
-fn sound(folder: &Path, arguments: &[&str]) -> Output {
-    Command::cargo_bin("tongue-fit")
-        .unwrap()
-        .current_dir(folder)
-        .arg("sound")
-        .args(arguments)
-        .output()
-        .unwrap()
-}
+use super::run::{json, refused, refused_with};
 
-fn heard(folder: &Path, arguments: &[&str]) -> Value {
-    let done = sound(folder, &[arguments, &["--json"]].concat());
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-    serde_json::from_slice(&done.stdout).unwrap()
+fn heard(folder: &Path, options: &str) -> Value {
+    json(folder, &format!("sound {options} --json"))
 }
 
 fn formants(record: &Value) -> Vec<f64> {
@@ -30,7 +19,7 @@ fn formants(record: &Value) -> Vec<f64> {
 #[test]
 fn a_vowel_has_formants_areas_a_picture_and_a_voice() {
     let folder = tempfile::tempdir().unwrap();
-    let record = heard(folder.path(), &["--vowel", "a", "--out", "out"]);
+    let record = heard(folder.path(), "--vowel a --out out");
     let f = formants(&record);
     assert!(f.windows(2).all(|w| w[0] < w[1]) && f.len() >= 4, "{f:?}");
     assert!(record["by_tension"].as_array().unwrap().iter().any(|b| b["muscle"] == "HGa"), "{record}");
@@ -51,16 +40,16 @@ fn a_vowel_has_formants_areas_a_picture_and_a_voice() {
 fn tensions_jaw_lips_and_another_tract_change_the_sound() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
-    let pulled = ["--tension", "GGp=10", "--tension", "GGa=2"];
-    let plain = formants(&heard(at, &pulled));
-    for more in [["--jaw", "4"], ["--lip-opening", "4"], ["--lip-protrusion", "5"], ["--hyoid", "0,-6"]] {
-        let other = formants(&heard(at, &[&pulled[..], &more].concat()));
+    let pulled = "--tension GGp=10 --tension GGa=2";
+    let plain = formants(&heard(at, pulled));
+    for more in ["--jaw 4", "--lip-opening 4", "--lip-protrusion 5", "--hyoid 0,-6"] {
+        let other = formants(&heard(at, &format!("{pulled} {more}")));
         assert!(plain.iter().zip(&other).any(|(a, b)| (a - b).abs() > 2.0), "{more:?}: {plain:?} {other:?}");
     }
     let drawn =
         std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/tract.toml")).unwrap();
     std::fs::write(at.join("mine.toml"), drawn.replace("step_mm = 4.0", "step_mm = 2.0")).unwrap();
-    let finer = formants(&heard(at, &[&pulled[..], &["--tract", "mine.toml"]].concat()));
+    let finer = formants(&heard(at, &format!("{pulled} --tract mine.toml")));
     // Half the step changes the first four formants by less than 2 %, so the grid is fine enough.
     for (a, b) in plain.iter().zip(&finer).take(4) {
         assert!((a / b - 1.0).abs() < 0.02 && a != b, "{plain:?} {finer:?}");
@@ -72,25 +61,22 @@ fn input_without_a_sound_is_refused_in_a_line() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     std::fs::write(at.join("bad.toml"), "name = 3").unwrap();
-    for (arguments, status, says) in [
-        (&["--tension", "GGp=150", "--tension", "SGa=60"][..], 1, "there is no airway"),
-        (&["--vowel", "a", "--lip-opening", "0"], 1, "lip_opening_mm"),
-        (&["--vowel", "a", "--tract", "none.toml"], 1, "none.toml"),
-        (&["--vowel", "a", "--tract", "bad.toml"], 1, "bad.toml:1:"),
-        (&["--vowel", "a", "--pitch", "NaN"], 1, "--pitch"),
-        (&["--vowel", "a", "--seconds", "1e9"], 1, "--seconds"),
-        (&["--vowel", "a", "--hyoid", "1"], 1, "--hyoid"),
-        (&["--tension", "GGp"], 1, "GGp=20"),
-        (&["--tension", "GGq=1"], 1, "GGp"),
-        (&["--vowel", "y"], 1, "y"),
-        (&[], 2, "--vowel"),
+    for (options, says) in [
+        ("--tension GGp=150 --tension SGa=60", "there is no airway"),
+        ("--vowel a --lip-opening 0", "lip_opening_mm"),
+        ("--vowel a --tract none.toml", "none.toml"),
+        ("--vowel a --tract bad.toml", "bad.toml:1:"),
+        ("--vowel a --pitch NaN", "--pitch"),
+        ("--vowel a --seconds 1e9", "--seconds"),
+        ("--vowel a --hyoid 1", "--hyoid"),
+        ("--tension GGp", "GGp=20"),
+        ("--tension GGq=1", "GGp"),
+        ("--vowel y", "y"),
     ] {
-        let done = sound(at, arguments);
-        let told = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert_eq!(done.status.code(), Some(status), "{arguments:?}: {told}");
-        assert!(told.contains(says), "{arguments:?}: {told}");
-        assert!(!told.contains("panicked") && done.stdout.is_empty(), "{arguments:?}: {told}");
+        let message = refused(at, &format!("sound {options}"));
+        assert!(message.contains(says), "{options}: {message}");
     }
+    assert!(refused_with(2, at, "sound").contains("--vowel"));
     assert!(!at.join("results/sound/sound.wav").exists());
 }
 
@@ -109,15 +95,14 @@ fn praat_finds_the_computed_formants() {
     let folder = tempfile::tempdir().unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/praat/formants.py");
     // /ɯ/ is the baseline of the others: the tongue at rest.
-    let rest = ["--tension", "GGp=0"];
     for (vowel, said, file) in [
-        ("i", ["--vowel", "i"], "i"),
-        ("e", ["--vowel", "e"], "e"),
-        ("a", ["--vowel", "a"], "a"),
-        ("o", ["--vowel", "o"], "o"),
-        ("ɯ", rest, "sound"),
+        ("i", "--vowel i", "i"),
+        ("e", "--vowel e", "e"),
+        ("a", "--vowel a", "a"),
+        ("o", "--vowel o", "o"),
+        ("ɯ", "--tension GGp=0", "sound"),
     ] {
-        let ours = formants(&heard(folder.path(), &[&said[..], &["--out", "out"]].concat()));
+        let ours = formants(&heard(folder.path(), &format!("{said} --out out")));
         let wav = folder.path().join(format!("out/{file}.wav"));
         let done = Command::new(&python).arg(&script).arg(wav).output().unwrap();
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));

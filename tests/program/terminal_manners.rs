@@ -21,7 +21,7 @@ const COMMANDS: [(&str, i32); 16] = [
     ("scene explain vowel-a", 0),
     ("scene run vowel-a", 0),
     ("scene schema", 0),
-    ("mesh", 0),
+    ("mesh --h 1mm --json", 0),
     ("completions bash", 0),
     ("--help", 0),
     ("-h", 0),

@@ -1,22 +1,12 @@
 //! `tongue-fit simulate --trajectory` as its users meet it.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
-use assert_cmd::cargo::cargo_bin;
-
-fn simulate(folder: &Path, arguments: &[&str]) -> Output {
-    let all = ["simulate", "--trajectory"].iter().chain(arguments);
-    Command::new(cargo_bin("tongue-fit")).args(all).current_dir(folder).output().unwrap()
-}
+use super::run::{json, refused, refused_with, run};
 
 #[test]
 fn lengths_frames_and_an_animation_are_written() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = ["--tension", "GGa=12", "--t-end", "0.5", "--ramp", "0.2", "--frames", "6", "--json"];
-    let output = simulate(folder.path(), &arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let line = "simulate --trajectory --tension GGa=12 --t-end 0.5 --ramp 0.2 --frames 6 --json";
+    let json = json(folder.path(), line);
     assert_eq!(json["status"], "completed");
     assert_eq!(json["time_s"], 0.5);
     assert!(json["counts"]["steps"].as_u64().unwrap() > 5);
@@ -52,67 +42,56 @@ fn lengths_frames_and_an_animation_are_written() {
 #[test]
 fn a_motion_before_equilibrium_reports_its_part_of_the_way() {
     let folder = tempfile::tempdir().unwrap();
-    let load = ["--tension", "GGa=12", "--tension", "SGm=11.5", "--tension", "HGa=4.5", "--frames", "2"];
+    let load = "simulate --trajectory --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --frames 2";
     for (t_end, said) in [("3", "at 3 s the body has gone 82"), ("30", "at 30 s the body has gone 100.0 %")] {
-        let output = simulate(folder.path(), &[&load[..], &["--t-end", t_end]].concat());
-        assert_eq!(output.status.code(), Some(0));
-        let text = String::from_utf8(output.stdout).unwrap();
-        assert!(text.contains(said) && text.contains("% of the way to its equilibrium"), "{text}");
+        let done = run(folder.path(), &format!("{load} --t-end {t_end}"));
+        assert_eq!(done.status, Some(0));
+        assert!(
+            done.out.contains(said) && done.out.contains("% of the way to its equilibrium"),
+            "{}",
+            done.out
+        );
     }
 }
 
 #[test]
 fn invalid_runs_are_refused_with_one_message_and_leave_nothing() {
-    let curves = tempfile::tempdir().unwrap();
-    let file = curves.path().join("curves.csv");
-    std::fs::write(&file, "time_s,GGa\n0,0\n0.2,5\n0.1,6\n").unwrap();
-    let file = file.to_str().unwrap();
-    let cases: [(&[&str], &str); 12] = [
-        (&["--t-end", "0"], "--t-end is 0"),
-        (&["--t-end", "nan"], "--t-end is NaN"),
-        (&["--dt", "-1"], "--dt is -1"),
-        (&["--tolerance", "0"], "--tolerance is 0"),
-        (&["--ramp", "-0.1"], "--ramp is -0.1"),
-        (&["--t-end", "1e-320"], "--t-end is 1e-320"),
-        (&["--ramp", "1e-320"], "--ramp is 1e-320"),
-        (&["--frames", "1"], "--frames is 1"),
-        (&["--method", "verlet", "--dt", "1e-3"], "beyond the stability limit of verlet, 1.1"),
-        (&["--method", "verlet", "--tolerance", "1e-3"], "verlet has no error control"),
-        (&["--method", "verlet", "--t-end", "1e4"], "take --method tr-bdf2"),
-        (&["--tension-curves", file], "line 4, column 1 (time_s)"),
-    ];
-    for (arguments, expected) in cases {
-        let folder = tempfile::tempdir().unwrap();
-        let output = simulate(folder.path(), arguments);
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {message}");
-        assert!(message.contains(expected), "{arguments:?}: {message}");
-        assert_eq!(message.matches("error:").count(), 1, "{message}");
-        assert!(output.stdout.is_empty());
-        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "{arguments:?}");
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("curves.csv"), "time_s,GGa\n0,0\n0.2,5\n0.1,6\n").unwrap();
+    for (options, expected) in [
+        ("--t-end 0", "--t-end is 0"),
+        ("--t-end nan", "--t-end is NaN"),
+        ("--dt -1", "--dt is -1"),
+        ("--tolerance 0", "--tolerance is 0"),
+        ("--ramp -0.1", "--ramp is -0.1"),
+        ("--t-end 1e-320", "--t-end is 1e-320"),
+        ("--ramp 1e-320", "--ramp is 1e-320"),
+        ("--frames 1", "--frames is 1"),
+        ("--method verlet --dt 1e-3", "beyond the stability limit of verlet, 1.1"),
+        ("--method verlet --tolerance 1e-3", "verlet has no error control"),
+        ("--method verlet --t-end 1e4", "take --method tr-bdf2"),
+        ("--tension-curves curves.csv", "line 4, column 1 (time_s)"),
+    ] {
+        let message = refused(folder.path(), &format!("simulate --trajectory {options}"));
+        assert!(message.contains(expected), "{options}: {message}");
     }
 }
 
 #[test]
 fn a_method_of_a_wrong_name_is_told_with_and_without_a_trajectory() {
-    for arguments in
-        [&["simulate", "--method", "verlett"][..], &["simulate", "--trajectory", "--method", "verlett"]]
-    {
-        let output = Command::new(cargo_bin("tongue-fit")).args(arguments).output().unwrap();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{message}");
-        assert!(message.contains("did you mean \"verlet\"?"), "{message}");
+    let folder = tempfile::tempdir().unwrap();
+    for line in ["simulate --method verlett", "simulate --trajectory --method verlett"] {
+        assert!(refused_with(2, folder.path(), line).contains("did you mean \"verlet\"?"));
     }
 }
 
 #[test]
 fn a_failed_run_reports_it_and_keeps_its_frames() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments =
-        ["--tension", "GGa=12", "--method", "verlet", "--dt", "1e-5", "--t-end", "0.1", "--force", "--json"];
-    let output = simulate(folder.path(), &arguments);
-    assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let line = "simulate --trajectory --tension GGa=12 --method verlet --dt 1e-5 --t-end 0.1 --force --json";
+    let done = run(folder.path(), line);
+    assert_eq!(done.status, Some(3), "{}", done.err);
+    let json = done.record();
     assert_ne!(json["status"], "completed");
     assert!(json["time_s"].as_f64().unwrap() < 0.1);
 }

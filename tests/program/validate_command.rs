@@ -2,14 +2,10 @@
 //! README and the committed results agree.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
-use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
 
-fn run_in(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(cargo_bin("tongue-fit")).args(arguments).current_dir(folder).output().unwrap()
-}
+use super::run::{json, refused};
 
 /// Two subjects, one of whom lacks a muscle, with a vowel that is not built in.
 const TABLE: &str = "speaker,phoneme,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm\n\
@@ -21,10 +17,8 @@ fn any_table_of_two_subjects_is_validated_with_the_same_bits_on_one_and_two_thre
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("own.csv"), TABLE).unwrap();
     let run = |threads: &str| -> Value {
-        let own = ["validate", "--lengths", "own.csv", "--permutations", "1", "--json", "--out", threads];
-        let output = run_in(folder.path(), &[&own[..], &["--threads", threads]].concat());
-        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-        let mut found: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let line = "validate --lengths own.csv --permutations 1 --json";
+        let mut found = json(folder.path(), &format!("{line} --out {threads} --threads {threads}"));
         found.as_object_mut().unwrap().remove("command");
         found
     };
@@ -69,9 +63,7 @@ fn a_table_with_one_subject_is_refused_in_a_sentence() {
     let folder = tempfile::tempdir().unwrap();
     let one: String = TABLE.lines().filter(|l| !l.starts_with('B')).map(|l| l.to_owned() + "\n").collect();
     std::fs::write(folder.path().join("one.csv"), one).unwrap();
-    let output = run_in(folder.path(), &["validate", "--lengths", "one.csv"]);
-    assert_eq!(output.status.code(), Some(1));
-    let message = String::from_utf8(output.stderr).unwrap();
+    let message = refused(folder.path(), "validate --lengths one.csv");
     assert!(message.starts_with("error: 1 subject of one.csv has a row for /ɯ/"), "{message}");
 }
 

@@ -47,7 +47,7 @@ fn shards_brought_together_are_byte_for_byte_one_run() {
     assert!(!folder.join("merged").exists());
     shard(folder, "2/3", "b");
     let before = files(&folder.join("a"));
-    assert_eq!(run(folder, &["merge", "a", "b", "--out", "merged"]).0, Some(3), "as one run");
+    assert_eq!(run(folder, &["merge", "a", "b", "./a", "--out", "merged"]).0, Some(3), "as one run");
     assert!(files(&folder.join("one")) == files(&folder.join("merged")), "the files differ");
     assert!(before == files(&folder.join("a")), "shards are left as they are");
 }

@@ -134,7 +134,7 @@ fn the_tables_are_tidy_and_residuals_are_correct() {
     let muscles = rows(&outputs[3].1);
     assert_eq!(muscles.len(), 30 * 8);
     // Both tables have the same tensions, and only muscles that contract pull.
-    for (fit, own) in fits.iter().filter(|fit| fit["misfit"] != "").zip(muscles.chunks(8)) {
+    for (fit, own) in fits.iter().filter(|fit| !fit["misfit"].is_empty()).zip(muscles.chunks(8)) {
         for row in own {
             let muscle = &row["muscle"];
             assert_eq!(row["tension_n_per_m"], fit[&format!("tension_{muscle}_n_per_m")], "{fit:?}");

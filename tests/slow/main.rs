@@ -22,6 +22,7 @@ mod inputs;
 mod fixtures;
 
 #[path = "../fixtures/recordings.rs"]
+#[allow(dead_code, reason = "the tests of the library take more of it")]
 mod recordings;
 
 #[path = "../fixtures/speakers.rs"]
