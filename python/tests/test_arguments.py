@@ -127,7 +127,7 @@ WRONG: dict[str, tuple[Any, tuple[str, ...]]] = {
     "NaN": (float("nan"), ("NaN", "nan")),
     "infinity": (float("inf"), ("inf",)),
     "minus one": (-1, ("-1",)),
-    "a text": ("nonsense", ("nonsense", "key with no value", "missing from the header")),
+    "a text": ("nonsense", ("nonsense", "a name without = and a value", "missing from the header")),
     "bytes": (b"nonsense", ("nonsense", "missing from the header")),
     "no items": ([], ("none", "no ", "0 ", "at least one observation")),
     "three numbers": ([1.0, 2.0, 3.0], ("1",)),

@@ -17,12 +17,27 @@ use tongue_fit::system::Model;
 use super::choice::choice;
 use super::output;
 
-/// Meshes with more triangles get a note on their cost.
-const MANY_TRIANGLES: usize = 20_000;
-/// Triangles of the reference tongue at the default spacing.
-const TRIANGLES_AT_DEFAULT: usize = 188;
+/// Nodes of the reference tongue at the default spacing.
+const NODES_AT_DEFAULT: f64 = 123.0;
+/// Time of one equilibrium that is followed from rest, at the default spacing on one core, s.
+pub const EQUILIBRIUM_S: f64 = 0.01;
+/// Time of one fit with its verdict, at the default spacing on one core, s.
+pub const FIT_S: f64 = 3.0;
 /// Above this Poisson's ratio the equations are ill-conditioned, which gets a note.
 const HIGH_POISSON_RATIO: f64 = 0.4999;
+
+/// How many times longer an equilibrium takes than on the reference tongue at the default spacing: a factorisation by
+/// nested dissection in the plane takes the 1.5th power of the nodes.
+pub fn growth(nodes: usize) -> f64 {
+    (nodes as f64 / NODES_AT_DEFAULT).max(1.0).powf(1.5)
+}
+
+/// A note, before they begin, on solves that take longer than a minute; `at_default_s` is their time at the default
+/// spacing.
+pub fn tell_duration(what: &str, nodes: usize, at_default_s: f64) {
+    let what = format!("{what} on a body of {nodes} nodes");
+    output::tell_duration(&what, at_default_s * growth(nodes), "a larger --h is faster");
+}
 
 /// The body and its model.
 #[derive(Debug, Clone, clap::Args)]
@@ -175,7 +190,7 @@ impl Arguments {
     /// The body.
     pub fn body(&self) -> miette::Result<Body<2>> {
         let body = self.made(&self.plane()?)?;
-        self.warn(body.mesh.cells.len());
+        self.warn();
         output::step(|| {
             let mesh = &body.mesh;
             let (nodes, triangles) = (mesh.nodes.len(), mesh.cells.len());
@@ -190,14 +205,8 @@ impl Arguments {
         plane.make(&mut |concern| output::note(&format!("{file}: {concern}"))).into_diagnostic()
     }
 
-    /// Notes before the first solve on what takes long.
-    fn warn(&self, triangles: usize) {
-        if triangles > MANY_TRIANGLES {
-            output::note(&format!(
-                "the mesh has {triangles} triangles ({TRIANGLES_AT_DEFAULT} at 5.5 mm): each equilibrium takes longer in \
-                 proportion, and a fit solves hundreds; a larger --h is faster"
-            ));
-        }
+    /// A note before the first solve on a tissue that is hardly compressible.
+    fn warn(&self) {
         let nu = self.poisson_ratio;
         if nu > HIGH_POISSON_RATIO && nu < 0.5 {
             let bulk_over_shear = 2.0 * (1.0 + nu) / (3.0 * (1.0 - 2.0 * nu));

@@ -140,6 +140,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let settings = FitSettings { method: arguments.method, ..FitSettings::default() };
     let tongue = arguments.body.body()?;
+    body::tell_duration("a fit with its verdict", tongue.mesh.nodes.len(), body::FIT_S);
     let out = global.folder("results")?;
     let model = arguments.body.model();
     let ground = arguments.posterior.ground(&tongue, &model)?;

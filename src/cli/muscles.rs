@@ -90,6 +90,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out = global.folder("results/muscles")?;
     let mut names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
     names.dedup();
+    let equilibria = names.len() as f64;
+    body::tell_duration("each muscle alone", body.mesh.nodes.len(), equilibria * body::EQUILIBRIUM_S);
     if names.is_empty() {
         return Err(miette!("{} has no muscles; name curves of its mesh after them", body.what));
     }

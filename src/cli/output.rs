@@ -9,6 +9,7 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
+use tongue_core::limits::short_numbers;
 use tongue_fit::report::{Clean, Export, OutputDir, Provenance};
 
 use super::Global;
@@ -42,7 +43,7 @@ pub fn is_verbose() -> bool {
 /// Writes to stdout at every volume. A closed pipe (`| head`) is not an error: the run goes on and ends
 /// normally.
 pub fn print(text: &str) -> miette::Result<()> {
-    stream(|out| out.write_all(text.as_bytes()))
+    stream(|out| out.write_all(short_numbers(text).as_bytes()))
 }
 
 /// As [`print`], but not with `-q` if the files contain the same.
@@ -105,6 +106,23 @@ pub fn note(what: &str) {
     }
 }
 
+/// A note, before it begins, on what takes longer than a minute.
+pub fn tell_duration(what: &str, seconds: f64, advice: &str) {
+    if seconds > 60.0 {
+        note(&format!("{what}: about {} on one core; {advice}", duration(seconds)));
+    }
+}
+
+pub fn duration(seconds: f64) -> String {
+    if seconds < 2.0 * 3600.0 {
+        format!("{:.0} minutes", (seconds / 60.0).max(1.0))
+    } else if seconds < 2.0 * 86400.0 {
+        format!("{:.0} hours", seconds / 3600.0)
+    } else {
+        format!("{:.1e} days", seconds / 86400.0)
+    }
+}
+
 /// With `-v`: reports a step on stderr after the time since the start.
 pub fn step(what: impl FnOnce() -> String) {
     if let Some((Volume::Verbose, start)) = BEGUN.get() {
@@ -125,5 +143,5 @@ pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
 
 /// An error of writing to stderr cannot be reported.
 fn line(what: impl Display) {
-    let _ = writeln!(Clean::new(io::stderr().lock()), "{what}");
+    let _ = writeln!(Clean::new(io::stderr().lock()), "{}", short_numbers(&what.to_string()));
 }

@@ -16,8 +16,8 @@ use tongue_fit::report::{self, Draws, Export, Svg};
 use tongue_fit::system::Model;
 
 use super::Global;
-use super::output;
 use super::table::{counted, table};
+use super::{body, output};
 
 /// Time that a draw takes on one core, s.
 const SECONDS_A_DRAW: f64 = 3.5e-3;
@@ -119,12 +119,12 @@ impl Arguments {
         let settings = self.settings();
         let Sampling { draws, seed } = settings;
         settings.check().into_diagnostic().wrap_err("--posterior")?;
-        let minutes = draws as f64 * SECONDS_A_DRAW / 60.0;
-        if minutes > 1.0 {
-            output::note(&format!(
-                "--posterior {draws}: about {minutes:.0} min on one core, more for a continuum"
-            ));
-        }
+        let growth = body::growth(ground.body.mesh.nodes.len());
+        output::tell_duration(
+            &format!("--posterior {draws}"),
+            draws as f64 * SECONDS_A_DRAW * growth,
+            "fewer draws are faster",
+        );
         let matched = targets.iter().map(|target| Matched::new(&ground.body.mesh, target));
         let matched: Vec<Matched> = matched.collect::<Result<_, _>>().into_diagnostic()?;
         let first =

@@ -11,7 +11,7 @@ use tongue_fit::report::{
     self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, SpaceVtu, Svg, Vtu,
 };
 use tongue_fit::scene::body;
-use tongue_fit::scene::file::SceneBody;
+use tongue_fit::scene::file::{SceneBody, Want};
 use tongue_fit::scene::prepare::{Prepared, SceneExtent, prepare};
 use tongue_fit::scene::run::{self, SceneOutcome as Answer};
 use tongue_fit::scene::{self, Scene, ScenePlan};
@@ -181,6 +181,13 @@ fn answered<const D: usize>(
     draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>], &[f64]) -> Result<Svg, ReportError>,
 ) -> miette::Result<(Answer, Provenance, Vec<PathBuf>)> {
     tell(&prepared.plan);
+    let plan = &prepared.plan;
+    let an_iteration_us = plan.effects.iter().map(|e| e.estimated_us).sum::<f64>() + plan.estimated_factor_us;
+    output::tell_duration(
+        &format!("{} nodes", plan.nodes),
+        an_iteration_us * 1e-6 * iterations(scene),
+        "a larger h_mm is faster",
+    );
     let settings = prepared.body.mesh.continuum.as_ref().map(|c| &c.settings);
     let by = super::provenance().with_tissue(prepared.system.tissue()).with_chosen(settings);
     let result = run::run(scene, &mut prepared).into_diagnostic()?;
@@ -209,6 +216,16 @@ fn answered<const D: usize>(
     files.extend(lengths.iter().map(|table| (names[3].as_str(), table as &dyn Export)));
     let written = out.export(&files, &by).into_diagnostic()?;
     Ok((result, by, written))
+}
+
+/// About how many iterations of Newton's method a scene takes.
+fn iterations(scene: &Scene) -> f64 {
+    match scene.want {
+        _ if scene.fit.is_some() => 20_000.0,
+        Want::Trajectory => 1000.0,
+        _ if scene.points.is_some() => 1000.0,
+        Want::Lengths | Want::Shape | Want::Sound => 30.0,
+    }
 }
 
 /// With `-v`: reports what is simulated.
@@ -240,6 +257,8 @@ fn outcome(result: &Answer) -> Outcome {
         "the barrier acts instead of the published law"
     } else if solution.is_some_and(|s| s.connection == Connection::Downhill) {
         "its shape may not be the one to which the tensions lead"
+    } else if !result.alarms.is_empty() {
+        "its tissue is strained further than any tongue's"
     } else {
         return Outcome::Good;
     };

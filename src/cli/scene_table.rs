@@ -112,6 +112,9 @@ pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
         text += &table::alarms(alarms::barrier(s.guarded));
         text += table::way_from_rest(s.connection);
     }
+    for alarm in &o.alarms {
+        let _ = writeln!(text, "but {}", alarm.text);
+    }
     if o.min_cell_ratio <= 0.0 {
         text += "A CELL IS INVERTED: springs alone do not prevent that; ask for effects.incompressibility = true\n";
     }

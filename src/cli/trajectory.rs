@@ -156,7 +156,7 @@ impl Arguments {
                 return Err(miette!(
                     "{method} with a step of {dt:.2e} s would take about {} for {} s ({:.1e} steps of {:.1} us each): \
                      take --method tr-bdf2, which needs a few hundred steps (or --force to run it all the same)",
-                    duration(seconds),
+                    output::duration(seconds),
                     self.t_end,
                     self.t_end / dt,
                     cost.as_secs_f64() * 1e6
@@ -164,16 +164,6 @@ impl Arguments {
             }
         }
         method.integrator(motion, control).into_diagnostic()
-    }
-}
-
-fn duration(seconds: f64) -> String {
-    if seconds < 2.0 * 3600.0 {
-        format!("{:.0} minutes", seconds / 60.0)
-    } else if seconds < 2.0 * 86400.0 {
-        format!("{:.0} hours", seconds / 3600.0)
-    } else {
-        format!("{:.1e} days", seconds / 86400.0)
     }
 }
 

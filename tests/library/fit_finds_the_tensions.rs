@@ -304,10 +304,10 @@ fn settings_out_of_range_are_named() {
     };
     assert!(bad(FitSettings { starts: 0, ..FitSettings::default() }).contains("number of starts"));
     assert!(bad(FitSettings { upper_bound: f64::NAN, ..FitSettings::default() }).contains("upper bound"));
-    assert!(bad(FitSettings { upper_bound: 1e10, ..FitSettings::default() }).contains("at most 1e9 N"));
+    assert!(bad(FitSettings { upper_bound: 1e10, ..FitSettings::default() }).contains("to 1e9 N"));
     assert!(bad(FitSettings { cost_tolerance: -1.0, ..FitSettings::default() }).contains("cost tolerance"));
     assert!(
         bad(FitSettings { starts: 1_000_000, ..FitSettings::default() })
-            .contains("1000000; it must be at most 10000")
+            .contains("1000000; it must be from 1 to 10000")
     );
 }

@@ -401,7 +401,7 @@ fn contradictions_are_named() {
             ),
             vec!["[points]", "[body.cylinder]", "midsagittal"],
         ),
-        (format!("{TONGUE}[tensions_n]\nGGa = -1.0\n"), vec!["tensions_n", "-1", "not negative"]),
+        (format!("{TONGUE}[tensions_n]\nGGa = -1.0\n"), vec!["tensions_n", "-1", "muscles pull"]),
         (format!("{TONGUE}[effects]\njaw = {{ opening_deg = 90.0 }}\n"), vec!["opening_deg", "90", "60"]),
         (TONGUE.replace("5.5", "-5.5"), vec!["-5.5 mm", "not usable"]),
         (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.01"), vec!["h_mm", "0.01", "sixtieth"]),

@@ -123,6 +123,7 @@ fn invalid_premises_are_refused_in_one_message() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("tone.csv"), "muscle,tone_n_per_m\nGGa,3\nGGx,1\n").unwrap();
     for (options, told) in [
+        ("--tone -1", "the tone is -1 N; it must be from 0"),
         ("--tone soft", "neither a number nor `table`, nor a file"),
         ("--tone tone.csv", "the tone names GGx"),
         ("--tone 1e5", "no equilibrium of the baseline at this tone"),

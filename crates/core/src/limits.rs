@@ -13,10 +13,37 @@ pub struct Limit {
 
 /// A number beyond its limits.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("{} is {value}{}; it must be from {} to {}{}: {}", .limit.name, .limit.unit, .limit.least, .limit.most, .limit.unit, .limit.reason)]
+#[error("{} is {value}{}; it must be from {} to {}{}: {}", .limit.name, .limit.unit, round(.limit.least), round(.limit.most), .limit.unit, .limit.reason)]
 pub struct BeyondLimit {
     pub limit: &'static Limit,
     pub value: f64,
+}
+
+/// A limit in few digits: `1e12` rather than `1000000000000`.
+fn round(limit: f64) -> String {
+    if (1e-5..1e7).contains(&limit.abs()) || limit == 0.0 { limit.to_string() } else { format!("{limit:e}") }
+}
+
+/// Digits of the longest number that is printed in full.
+const MOST_DIGITS: usize = 20;
+
+/// A text in which numbers of more than 20 digits are written with an exponent.
+pub fn short_numbers(text: &str) -> String {
+    let (mut out, mut rest) = (String::with_capacity(text.len()), text);
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let (before, from) = rest.split_at(start);
+        let end = from.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(from.len());
+        let digits = from[..end].trim_end_matches('.');
+        out.push_str(before);
+        match digits.parse::<f64>() {
+            Ok(value) if digits.len() > MOST_DIGITS && !out.ends_with(char::is_alphanumeric) => {
+                out.push_str(&format!("{value:e}"));
+            }
+            _ => out.push_str(digits),
+        }
+        rest = &from[digits.len()..];
+    }
+    out + rest
 }
 
 impl Limit {
@@ -32,29 +59,94 @@ const fn limit(name: &'static str, range: [f64; 2], unit: &'static str, reason: 
     Limit { name, least: range[0], most: range[1], unit, reason }
 }
 
+const MUCH_MEMORY: &str = "more need over 1 GB of memory; take a larger spacing or a coarser mesh";
+const NO_TONGUE: &str = "a tongue is smaller; is the unit right?";
+const TOO_STIFF: &str = "forces and lengths would overflow beyond";
+
+// Constants of the tissue.
+pub static YOUNG_MODULUS: Limit = limit("Young's modulus", [1e-6, 1e12], " Pa", "the tongue's is 6900 Pa");
+pub static POISSON_RATIO: Limit = limit(
+    "Poisson's ratio",
+    [-0.999_999, 0.499_999_9],
+    "",
+    "it lies between -1 and 0.5; the tongue's is 0.49",
+);
+pub static DENSITY: Limit = limit("the density", [1e-6, 1e12], " kg/m^3", "the tongue's is 1000 kg/m^3");
+pub static VISCOSITY: Limit = limit("the viscosity", [0.0, 1e12], " N s/m^2", "the tongue's is 3000 N s/m^2");
+/// Stiffening of a muscle's tissue by its activation.
+pub static STIFFENING: Limit =
+    limit("--stiffening", [0.0, 1000.0], "", "it is a multiple of the passive stiffness, 9 in ArtiSynth");
+
+// Sizes of bodies.
+pub static CONTINUUM_ELEMENTS: Limit =
+    limit("the number of elements of the continuum", [1.0, 25_000.0], "", MUCH_MEMORY);
+pub static PLANE_NODES: Limit =
+    limit("the number of nodes of the body in the plane", [1.0, 60_000.0], "", MUCH_MEMORY);
+pub static FACTOR_ENTRIES: Limit =
+    limit("the number of entries of the factorised stiffness matrix", [0.0, 6e7], "", MUCH_MEMORY);
+/// A coordinate of a table or a file.
+pub static COORDINATE_MM: Limit = limit("a coordinate", [-1000.0, 1000.0], " mm", NO_TONGUE);
+
+// Fits and posteriors.
 /// Draws of lengths within their rounding.
 pub static ROUNDING_DRAWS: Limit =
     limit("--draws", [0.0, 10_000.0], "", "each is a fit of its own, and more narrow no interval");
-/// Draws of a posterior.
 pub static POSTERIOR_DRAWS: Limit = limit(
     "--posterior",
     [100.0, 200_000.0],
     " draws",
     "fewer cannot tell whether they have mixed, more need much memory",
 );
-/// Elements of which a continuum is made.
-pub static CONTINUUM_ELEMENTS: Limit = limit(
-    "the number of elements of the continuum",
-    [1.0, 25_000.0],
+pub static STARTS: Limit = limit("the number of starts", [1.0, 10_000.0], "", "more gain nothing");
+pub static UPPER_BOUND: Limit =
+    limit("the upper bound of the tensions", [1e-9, 1e9], " N", "no muscle of the tongue pulls as hard");
+pub static TENSION_TOLERANCE: Limit =
+    limit("the tension tolerance", [1e-15, 1e9], " N", "below it tensions count as equal");
+pub static MISFIT_TOLERANCE: Limit =
+    limit("the misfit tolerance", [1e-30, 1e9], "", "below it a target counts as met");
+pub static COST_TOLERANCE: Limit =
+    limit("the cost tolerance", [0.0, 1e9], "", "below it two answers count as equally good");
+pub static BONE_SD_M: Limit = limit("the standard deviation of a bone", [1e-9, 1.0], " m", NO_TONGUE);
+pub static TENSION_SD: Limit =
+    limit("the standard deviation of a tension", [1e-9, 1e9], " N", "it is that of a muscle of the tongue");
+pub static TONE: Limit = limit("the tone", [0.0, 1e9], " N", "muscles pull, they do not push");
+
+// Maps of recordings.
+const PRECISION: &str = "beyond it coordinates and times would be lost to rounding";
+pub static UNIT_MM: Limit = limit("unit_mm", [1e-6, 1e4], "", PRECISION);
+pub static RATE_HZ: Limit = limit("rate_hz", [1e-6, 1e5], "", PRECISION);
+pub static NOISE_MM: Limit = limit("noise_mm", [1e-3, 100.0], "", "it is the error of one point");
+pub static SCALE: Limit = limit("scale", [0.5, 2.0], "", "another tongue is not smaller or larger than that");
+pub static TURN_DEG: Limit = limit("turn_deg", [-180.0, 180.0], "", "it is an angle");
+pub static SHIFT_MM: Limit = limit("shift_mm", [-1e4, 1e4], "", NO_TONGUE);
+pub static SURFACE_MM: Limit =
+    limit("surface_mm", [0.0, 150.0], "", "it is counted from the tip along the tongue");
+
+// Scenes.
+pub static SIZE_MM: Limit = limit("a size of the body", [1e-3, 1000.0], " mm", NO_TONGUE);
+pub static SPACING_MM: Limit = limit("h_mm", [1e-3, 1000.0], " mm", NO_TONGUE);
+pub static SCENE_TENSION: Limit =
+    limit("a tension of tensions_n", [0.0, 1e9], " N", "muscles pull, and none of the tongue pulls as hard");
+pub static GRAVITY: Limit =
+    limit("effects.gravity.acceleration_m_per_s2", [0.0, 1e6], "", "that of the earth is 9.81");
+pub static REACH_MM: Limit = limit(
+    "effects.contact.reach_mm",
+    [1e-3, 1000.0],
     "",
-    "more need over 1 GB of memory; take a larger --h or a coarser mesh",
+    "a wall that acts only nearer than that is too stiff for double precision",
 );
-/// A coordinate of a table or a file, mm.
-pub static COORDINATE_MM: Limit =
-    limit("a coordinate", [-1000.0, 1000.0], " mm", "a tongue is smaller; is the unit right?");
-/// Stiffening of a muscle's tissue by its activation.
-pub static STIFFENING: Limit =
-    limit("--stiffening", [0.0, 1000.0], "", "it is a multiple of the passive stiffness, 9 in ArtiSynth");
+pub static WALL_STIFFNESS: Limit = limit("effects.contact.stiffness_n_per_m", [0.0, 1e12], "", TOO_STIFF);
+pub static OPENING_DEG: Limit = limit("effects.jaw.opening_deg", [-60.0, 60.0], "", "no jaw opens further");
+pub static DURATION_S: Limit =
+    limit("trajectory.duration_s", [1e-9, 1e6], "", "nothing moves faster or longer");
+pub static RAMP_S: Limit = limit("trajectory.ramp_s", [0.0, 1e6], "", "it is within the duration");
+pub static TOLERANCE_MM: Limit =
+    limit("trajectory.tolerance_mm", [1e-9, 1000.0], "", "it is the error of a step");
+pub static LIP_OPENING_MM: Limit = limit("tract.lip_opening_mm", [1e-3, 100.0], "", "no mouth opens wider");
+pub static LIP_PROTRUSION_MM: Limit =
+    limit("tract.lip_protrusion_mm", [-100.0, 100.0], "", "no lips reach as far");
+pub static PRIOR: Limit =
+    limit("points.prior_n_per_m", [1e-6, 1e9], "", "it is the scale of a muscle's tension");
 
 #[cfg(test)]
 mod tests {
@@ -69,5 +161,16 @@ mod tests {
             "a coordinate is 1000000 mm; it must be from -1000 to 1000 mm: a tongue is smaller; is the unit right?"
         );
         assert!(STIFFENING.check(f64::NAN).is_err());
+        let told = YOUNG_MODULUS.check(0.0).unwrap_err().to_string();
+        assert!(told.contains("from 1e-6 to 1e12 Pa"), "{told}");
+    }
+
+    #[test]
+    fn long_numbers_have_an_exponent() {
+        let long =
+            format!("h is {} mm, not {}. Build 0.1.0 (5e10), 46.97, 0.30000000000000004.", 1e308, -1e-30);
+        let short = "h is 1e308 mm, not -1e-30. Build 0.1.0 (5e10), 46.97, 0.30000000000000004.";
+        assert_eq!(short_numbers(&long), short);
+        assert_eq!(short_numbers("a12345678901234567890123 ..."), "a12345678901234567890123 ...");
     }
 }

@@ -33,7 +33,7 @@ pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, Misread> {
 
 /// A message of serde in the words of this program.
 pub fn plain(message: &str) -> String {
-    const WORDS: [(&str, &str); 9] = [
+    const WORDS: [(&str, &str); 14] = [
         ("invalid type: ", "there is a wrong kind of value, "),
         ("invalid value: ", "there is a wrong value, "),
         ("invalid length ", "there is a wrong number of values, "),
@@ -43,10 +43,20 @@ pub fn plain(message: &str) -> String {
         ("expected value", "there is no value that can be read"),
         ("trailing characters", "there is more text after the end"),
         ("key must be a string", "a name must be in double quotes"),
+        ("string values must be quoted", "a word must be in double quotes, and a number must be all digits"),
+        ("unexpected key or value", "there is more on the line than one value"),
+        ("key with no value", "there is a name without = and a value"),
+        ("invalid boolean", "there is a wrong value; true and false are written so"),
+        ("unexpected character in array", "values between [ and ] must be separated by commas"),
     ];
     let serde = WORDS.iter().find_map(|(of_serde, ours)| Some((message.strip_prefix(of_serde)?, ours)));
     match serde {
-        Some((rest, ours)) => format!("{ours}{}", rest.replace(", expected ", "; needed is ")),
+        // What the reader of TOML expects is told in its own words, which explain nothing.
+        Some((rest, ours)) if rest.starts_with(", expected") && !ours.ends_with(' ') => (*ours).to_owned(),
+        Some((rest, ours)) => {
+            let needed = rest.replace(", expected ", "; needed is ").replace(" as i128", "");
+            format!("{ours}{}", needed.replace("needed is f64", "needed is a number"))
+        }
         None => message.to_owned(),
     }
 }
@@ -68,7 +78,7 @@ mod tests {
         let Misread { line, column, problem } = read("a = 1.0\n\"ä\" = x\n");
         assert_eq!((line, column), (2, 7), "{problem}");
         let Misread { problem, .. } = read("a = true");
-        assert_eq!(problem, "there is a wrong kind of value, boolean `true`; needed is f64");
+        assert_eq!(problem, "there is a wrong kind of value, boolean `true`; needed is a number");
         assert_eq!(line_and_column("ä\nb", 3), (2, 1));
     }
 }

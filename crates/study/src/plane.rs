@@ -51,11 +51,8 @@ pub struct PlaneRow {
 /// What the plane finds in a contour that was made in space.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct InverseRow {
-    /// The posture.
     pub posture: String,
-    /// The muscle.
     pub muscle: String,
-    /// Its activation in space.
     pub true_activation: f64,
     /// What the plane finds.
     pub found_in_plane: f64,
@@ -66,9 +63,7 @@ pub struct InverseRow {
 /// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneStudy {
-    /// What the body is.
     pub body: String,
-    /// A row a muscle.
     pub alone: Vec<PlaneRow>,
     /// Rows of muscles that act, or that the plane takes for acting.
     pub inverse: Vec<InverseRow>,
@@ -77,7 +72,6 @@ pub struct PlaneStudy {
 /// The midsagittal section of a body.
 #[derive(Debug)]
 struct Section {
-    /// Its quadrilaterals.
     faces: Vec<[usize; 4]>,
     /// Free nodes of its contour.
     contour: Vec<usize>,
@@ -201,7 +195,6 @@ impl<'a> Both<'a> {
     }
 }
 
-/// The page.
 pub fn page(study: &PlaneStudy, made: &str) -> Result<String, Error> {
     let middle = upper_median(study.alone.iter().map(|r| r.error)).unwrap_or(f64::NAN);
     Ok(format!(

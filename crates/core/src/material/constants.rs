@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::system::SystemError;
+use crate::limits::{self, BeyondLimit};
 
 /// Physical constants of tongue tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -23,26 +23,13 @@ impl Constants {
         Self { density: 1.0e3, young_modulus: 6.9e3, poisson_ratio: 0.49, viscosity: 3.0e3 };
 }
 
-/// Largest constant that is accepted, SI. With larger ones lengths and forces would overflow.
-const LARGEST: f64 = 1e12;
-
 impl Constants {
     /// Checks that all constants are in their physical range.
-    pub fn check(&self) -> Result<(), SystemError> {
-        let positive = |v: f64| v > 0.0 && v <= LARGEST;
-        if !positive(self.young_modulus) {
-            return Err(SystemError::YoungModulus(self.young_modulus));
-        }
-        if !(self.poisson_ratio > -1.0 && self.poisson_ratio < 0.5) {
-            return Err(SystemError::PoissonRatio(self.poisson_ratio));
-        }
-        if !positive(self.density) {
-            return Err(SystemError::Density(self.density));
-        }
-        if !(0.0..=LARGEST).contains(&self.viscosity) {
-            return Err(SystemError::Viscosity(self.viscosity));
-        }
-        Ok(())
+    pub fn check(&self) -> Result<(), BeyondLimit> {
+        limits::YOUNG_MODULUS.check(self.young_modulus)?;
+        limits::POISSON_RATIO.check(self.poisson_ratio)?;
+        limits::DENSITY.check(self.density)?;
+        limits::VISCOSITY.check(self.viscosity)
     }
 
     /// Lamé's constants (λ, μ), Pa.

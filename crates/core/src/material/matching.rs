@@ -171,8 +171,12 @@ mod tests {
     fn constants_out_of_range_are_named() {
         let bad = |c: Constants| match_stiffness::<2>(&c, &regular_simplex(1.0)).unwrap_err();
         let t = Constants::TONGUE;
-        assert_eq!(bad(Constants { poisson_ratio: 0.5, ..t }), SystemError::PoissonRatio(0.5));
-        assert_eq!(bad(Constants { young_modulus: -1.0, ..t }), SystemError::YoungModulus(-1.0));
-        assert!(matches!(bad(Constants { density: f64::NAN, ..t }), SystemError::Density(_)));
+        for (constants, name) in [
+            (Constants { poisson_ratio: 0.5, ..t }, "Poisson's ratio is 0.5"),
+            (Constants { young_modulus: -1.0, ..t }, "Young's modulus is -1 Pa"),
+            (Constants { density: f64::NAN, ..t }, "the density is NaN"),
+        ] {
+            assert!(bad(constants).to_string().starts_with(name));
+        }
     }
 }

@@ -17,6 +17,7 @@ use super::{
     Additions, Model, StraightPath, System, SystemError, TissueModel, cell_measure, coefficients,
     connection_stiffness, connections, path,
 };
+use crate::limits::{FACTOR_ENTRIES, PLANE_NODES};
 
 /// The width that is assumed for muscles without a width, m.
 const LEAST_WIDTH_M: f64 = 1e-3;
@@ -156,7 +157,11 @@ impl<const D: usize> System<D> {
         if let Some(node) = loose_node(rest.len(), &cliques, &is_unknown, &mesh.fixed) {
             return Err(SystemError::Loose { node });
         }
+        if D == 2 {
+            PLANE_NODES.check(rest.len() as f64)?;
+        }
         let pattern = Pattern::new(rest.len(), &is_unknown, cliques);
+        FACTOR_ENTRIES.check(pattern.factor_entries::<D>() as f64)?;
         effects.iter_mut().for_each(|e| e.bind(&pattern));
         Ok(Self {
             tissue,

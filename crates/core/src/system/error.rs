@@ -1,22 +1,14 @@
 //! Errors of making a system from a mesh and a model.
 
 use crate::body::{MeshFault, SpaceFault, TooLarge};
+use crate::limits::BeyondLimit;
 
 /// Why a system cannot be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SystemError {
-    /// Young's modulus is out of range, Pa.
-    #[error("Young's modulus is {0} Pa; it must be positive and at most 1e12 (tongue: 6.9e3)")]
-    YoungModulus(f64),
-    /// Poisson's ratio is out of range.
-    #[error("Poisson's ratio is {0}; it must lie between -1 and 0.5, both excluded (tongue: 0.49)")]
-    PoissonRatio(f64),
-    /// The density is out of range, kg/m³.
-    #[error("the density is {0} kg/m^3; it must be positive and at most 1e12 (tongue: 1.0e3)")]
-    Density(f64),
-    /// The viscosity is out of range, N s/m².
-    #[error("the viscosity is {0} N s/m^2; it must be not negative and at most 1e12 (tongue: 3.0e3)")]
-    Viscosity(f64),
+    /// A constant out of range, or a body that would need too much memory.
+    #[error(transparent)]
+    Limit(#[from] BeyondLimit),
     /// A cell to which coefficients are matched has no area (m²) or volume (m³).
     #[error("the cell to match has measure {0}; it must be positive")]
     Degenerate(f64),
@@ -45,7 +37,7 @@ pub enum SystemError {
     /// A negative coefficient of incompressibility: the energy has no minimum.
     #[error(
         "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
-         energy has no minimum; springs alone already have 0.25, so give at least that, or take finite elements"
+         energy has no minimum; springs alone already have 0.25, so give at least that, or take a continuum"
     )]
     NegativeKappa {
         /// The identified kappa_s or kappa_v, J.

@@ -7,6 +7,7 @@ use super::file::{self, Block, Cylinder, Scene};
 use super::tongue_in_space::{Operation, in_space, space_body};
 use crate::run::{Kind, PlaneBody};
 use tongue_core::body::{Body, BodyError, ContinuumSettings, solid};
+use tongue_core::limits::{SIZE_MM, SPACING_MM};
 use tongue_input::bodies::AnyBody;
 
 /// Maximum number of cells along an edge of a solid.
@@ -45,9 +46,10 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
 }
 
 fn cylinder(c: &Cylinder) -> Result<Body<3>, SceneError> {
-    let radius = positive("body.cylinder.radius_mm", c.radius_mm)?;
-    let length = positive("body.cylinder.length_mm", c.length_mm)?;
-    let h = positive("body.cylinder.h_mm", c.h_mm)?;
+    let &Cylinder { radius_mm: radius, length_mm: length, h_mm: h, .. } = c;
+    SIZE_MM.check(radius)?;
+    SIZE_MM.check(length)?;
+    SPACING_MM.check(h)?;
     let (rings, layers) = (divisions(radius, h)?, divisions(length, h)?);
     limited((3 * rings * (rings + 1) + 1) * (layers + 1), h)?;
     let mesh = solid::cylinder(radius * 1e-3, length * 1e-3, rings, layers);
@@ -55,10 +57,12 @@ fn cylinder(c: &Cylinder) -> Result<Body<3>, SceneError> {
 }
 
 fn block(b: &Block) -> Result<Body<3>, SceneError> {
-    let h = positive("body.block.h_mm", b.h_mm)?;
+    let h = b.h_mm;
+    SPACING_MM.check(h)?;
     let mut counts = [0; 3];
     for (count, size) in counts.iter_mut().zip(b.size_mm) {
-        *count = divisions(positive("body.block.size_mm", size)?, h)?;
+        SIZE_MM.check(size)?;
+        *count = divisions(size, h)?;
     }
     limited(counts.iter().map(|n| n + 1).product(), h)?;
     let [x, y, z] = b.size_mm;
@@ -78,24 +82,4 @@ fn divisions(size: f64, h: f64) -> Result<usize, SceneError> {
 fn limited(nodes: usize, h: f64) -> Result<(), SceneError> {
     let must = "larger, so that the body has at most 12,000 nodes";
     if nodes > MOST_NODES { Err(SceneError::Value { key: "body h_mm", value: h, must }) } else { Ok(()) }
-}
-
-pub(super) fn positive(key: &'static str, value: f64) -> Result<f64, SceneError> {
-    if value > 0.0 && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(SceneError::Value { key, value, must: "positive and finite" })
-    }
-}
-
-pub(super) fn not_negative(key: &'static str, value: f64) -> Result<f64, SceneError> {
-    if value >= 0.0 && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(SceneError::Value { key, value, must: "finite and not negative" })
-    }
-}
-
-pub(super) fn finite(key: &'static str, value: f64) -> Result<f64, SceneError> {
-    if value.is_finite() { Ok(value) } else { Err(SceneError::Value { key, value, must: "finite" }) }
 }

@@ -1,16 +1,23 @@
 //! Consistency of a scene, as far as it can be checked without the mesh.
 
 use super::SceneError;
-use super::body::{finite, not_negative, positive};
 use super::file::{Scene, SceneBody, Want};
 use crate::run::Kind;
 use tongue_core::dynamics::SHORTEST_S;
+use tongue_core::limits::{self, BeyondLimit};
 use tongue_infer::track;
 
-/// Minimum reach of a wall, mm: a smaller one makes its barrier stiffer than double precision can resolve.
-const LEAST_REACH_MM: f64 = 1e-3;
 /// Minimum distance of neighbouring points of a wall, mm.
 const LEAST_SEGMENT_MM: f64 = 1e-3;
+
+/// The error for a number of a key.
+fn of(key: &'static str) -> impl Fn(BeyondLimit) -> SceneError {
+    move |beyond| SceneError::Beyond { key, beyond }
+}
+
+fn coordinates<'a>(key: &'static str, mut mm: impl Iterator<Item = &'a f64>) -> Result<(), SceneError> {
+    mm.try_for_each(|&x| limits::COORDINATE_MM.check(x)).map_err(of(key))
+}
 
 impl Scene {
     /// Checks a scene for contradictions and for numbers out of range.
@@ -95,14 +102,12 @@ impl Scene {
             let why = "cells of springs alone invert at tensions of the search; ask for effects.incompressibility = true";
             return Err(contradiction("[points]", "effects.incompressibility = false", why));
         }
-        positive("points.noise_mm", points.noise_mm)?;
-        positive("points.prior_n_per_m", points.prior_n_per_m)?;
-        for &x in points.contour_mm.iter().flatten() {
-            finite("points.contour_mm", x)?;
-        }
+        limits::NOISE_MM.check(points.noise_mm).map_err(of("points"))?;
+        limits::PRIOR.check(points.prior_n_per_m)?;
+        coordinates("points.contour_mm", points.contour_mm.iter().flatten())?;
         for sensor in &points.sensors {
-            sensor.at_mm.iter().try_for_each(|&x| finite("points.sensors.at_mm", x).map(|_| ()))?;
-            not_negative("points.sensors.surface_mm", sensor.surface_mm)?;
+            coordinates("points.sensors.at_mm", sensor.at_mm.iter())?;
+            limits::SURFACE_MM.check(sensor.surface_mm).map_err(of("points.sensors"))?;
         }
         let seen = points.contour_mm.len() + 2 * points.sensors.len();
         if seen < track::FEWEST {
@@ -119,8 +124,8 @@ impl Scene {
     fn check_tract(&self) -> Result<(), SceneError> {
         let wanted = self.want == Want::Sound;
         if let Some(tract) = &self.tract {
-            positive("tract.lip_opening_mm", tract.lip_opening_mm)?;
-            finite("tract.lip_protrusion_mm", tract.lip_protrusion_mm)?;
+            limits::LIP_OPENING_MM.check(tract.lip_opening_mm)?;
+            limits::LIP_PROTRUSION_MM.check(tract.lip_protrusion_mm)?;
         }
         first_broken(&[
             (
@@ -140,26 +145,18 @@ impl Scene {
 
     fn check_numbers(&self) -> Result<(), SceneError> {
         for &tension in self.tensions_n.values() {
-            not_negative("a tension of tensions_n", tension)?;
+            limits::SCENE_TENSION.check(tension)?;
         }
         if let Some(g) = &self.effects.gravity {
-            not_negative("effects.gravity.acceleration_m_per_s2", g.acceleration_m_per_s2)?;
-            for &x in g.direction.iter().flatten() {
-                finite("effects.gravity.direction", x)?;
+            limits::GRAVITY.check(g.acceleration_m_per_s2)?;
+            if let Some(&value) = g.direction.iter().flatten().find(|x| !x.is_finite()) {
+                return Err(SceneError::Value { key: "effects.gravity.direction", value, must: "finite" });
             }
         }
         if let Some(c) = &self.effects.contact {
-            positive("effects.contact.reach_mm", c.reach_mm)?;
-            if let Some(k) = c.stiffness_n_per_m {
-                not_negative("effects.contact.stiffness_n_per_m", k)?;
-            }
-            for &x in c.outline_mm.iter().flatten().flatten() {
-                finite("effects.contact.outline_mm", x)?;
-            }
-            if c.reach_mm < LEAST_REACH_MM {
-                let must = "at least 0.001: a wall that acts only nearer than that is too stiff for double precision";
-                return Err(SceneError::Value { key: "effects.contact.reach_mm", value: c.reach_mm, must });
-            }
+            limits::REACH_MM.check(c.reach_mm)?;
+            limits::WALL_STIFFNESS.check(c.stiffness_n_per_m.unwrap_or_default())?;
+            coordinates("effects.contact.outline_mm", c.outline_mm.iter().flatten().flatten())?;
             let points = c.outline_mm.as_deref().unwrap_or(&[[0.0, 0.0], [1.0, 0.0]]);
             if points.len() < 2 {
                 let key = "the number of points of effects.contact.outline_mm";
@@ -172,32 +169,20 @@ impl Scene {
             }
         }
         if let Some(jaw) = &self.effects.jaw {
-            if !(-60.0..=60.0).contains(&jaw.opening_deg) {
-                let must = "between -60 and 60";
-                return Err(SceneError::Value {
-                    key: "effects.jaw.opening_deg",
-                    value: jaw.opening_deg,
-                    must,
-                });
-            }
-            jaw.joint_mm.iter().try_for_each(|&x| finite("effects.jaw.joint_mm", x).map(|_| ()))?;
+            limits::OPENING_DEG.check(jaw.opening_deg)?;
+            coordinates("effects.jaw.joint_mm", jaw.joint_mm.iter())?;
         }
         if let Some(hyoid) = &self.effects.hyoid {
-            hyoid.shift_mm.iter().try_for_each(|&x| finite("effects.hyoid.shift_mm", x).map(|_| ()))?;
+            coordinates("effects.hyoid.shift_mm", hyoid.shift_mm.iter())?;
         }
         if let Some(t) = &self.trajectory {
-            positive("trajectory.duration_s", t.duration_s)?;
-            not_negative("trajectory.ramp_s", t.ramp_s)?;
-            for (key, value) in [("trajectory.duration_s", t.duration_s), ("trajectory.ramp_s", t.ramp_s)] {
-                if value > 0.0 && value < SHORTEST_S {
-                    return Err(SceneError::Value {
-                        key,
-                        value,
-                        must: "at least 1e-9: nothing moves faster",
-                    });
-                }
+            limits::DURATION_S.check(t.duration_s)?;
+            limits::RAMP_S.check(t.ramp_s)?;
+            if t.ramp_s > 0.0 && t.ramp_s < SHORTEST_S {
+                let must = "0 or at least 1e-9: nothing moves faster";
+                return Err(SceneError::Value { key: "trajectory.ramp_s", value: t.ramp_s, must });
             }
-            positive("trajectory.tolerance_mm", t.tolerance_mm)?;
+            limits::TOLERANCE_MM.check(t.tolerance_mm)?;
         }
         Ok(())
     }

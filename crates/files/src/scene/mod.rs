@@ -22,6 +22,7 @@ pub mod tract;
 
 use tongue_core::body::BodyError;
 use tongue_core::dynamics::MotionError;
+use tongue_core::limits::BeyondLimit;
 use tongue_core::statics;
 use tongue_core::suggest;
 use tongue_core::system::SystemError;
@@ -55,6 +56,10 @@ pub enum SceneError {
     Contradiction { first: String, second: String, why: String },
     #[error("{key} is {value}; it must be {must}")]
     Value { key: &'static str, value: f64, must: &'static str },
+    #[error(transparent)]
+    Limit(#[from] BeyondLimit),
+    #[error("{key}: {beyond}")]
+    Beyond { key: &'static str, beyond: BeyondLimit },
     #[error("activations: {0}")]
     Activation(#[from] tongue_core::body::space::BadActivation),
     #[error("[surgery]: {0}")]

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::plan::ScenePlan;
 use super::points::PointsFit;
-use crate::report::{OperationRecord, SoundRecord};
+use crate::report::{AlarmRecord, OperationRecord, SoundRecord};
 use tongue_core::dynamics::{self, StepCounts};
 use tongue_core::statics::Solution;
 use tongue_infer::inverse;
@@ -135,6 +135,9 @@ pub struct SceneOutcome {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub operation: Option<OperationRecord>,
     pub trajectory: Option<Way>,
+    /// What is wrong with the shape of a tongue in space: strained too far.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub alarms: Vec<AlarmRecord>,
     pub wall_s: f64,
     /// Time by effect, for a trajectory or the last equilibrium; the rest is mostly linear algebra.
     pub time_by_effect: Vec<EffectTime>,

@@ -10,7 +10,7 @@ use super::points::PointsFit;
 use super::prepare::{Prepared, prepare};
 use super::tongue_in_space::{Operation, in_space};
 use super::{SceneError, airway, body, contradiction, sound};
-use crate::report::OperationRecord;
+use crate::report::{AlarmRecord, OperationRecord};
 use nalgebra::{SVector, Vector3};
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Observer, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
@@ -19,6 +19,7 @@ use tongue_core::statics::{self, Connection, Solution, SolveSettings, Workspace}
 use tongue_core::system::System;
 use tongue_infer::heard::Articulation;
 use tongue_infer::inverse;
+use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::track::FrameStatus;
 use tongue_input::bodies::AnyBody;
 
@@ -88,6 +89,10 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         && trajectory.as_ref().is_none_or(|t| t.status == dynamics::MotionStatus::Completed)
         && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
         && min_cell_ratio > 0.0;
+    let in_space = positions.iter().map(|p| Vector3::from_fn(|i, _| p.get(i).copied().unwrap_or(0.0)));
+    let in_space: Vec<Vector3<f64>> = in_space.collect();
+    let strained = prepared.body.space.iter().flat_map(|body| alarms::of_strain(body, &in_space));
+    let strained: Vec<Alarm> = strained.collect();
     Ok(SceneOutcome {
         converged,
         pulls: match prepared.body.space.is_some() {
@@ -106,6 +111,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         sound: heard,
         operation: compared(scene, prepared, &positions)?,
         trajectory,
+        alarms: strained.iter().map(AlarmRecord::from).collect(),
         wall_s,
         time_by_effect: time_by_effect(prepared, at, evaluations),
         positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),

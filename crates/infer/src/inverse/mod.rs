@@ -39,6 +39,7 @@ pub mod valley;
 
 use serde::{Deserialize, Serialize};
 
+use tongue_core::limits::{self, BeyondLimit};
 use tongue_core::statics;
 use tongue_core::system::SystemError;
 
@@ -115,31 +116,12 @@ impl Default for FitSettings {
 
 impl FitSettings {
     /// Checks that every setting is in its range.
-    pub fn check(&self) -> Result<(), FitError> {
-        let positive = [
-            ("the number of starts", self.starts as f64),
-            ("the upper bound of the tensions", self.upper_bound),
-            ("the tension tolerance", self.tension_tolerance),
-            ("the misfit tolerance", self.misfit_tolerance),
-        ];
-        for (name, value) in positive {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(FitError::Setting { name, value, must: "positive and finite" });
-            }
-        }
-        if self.starts > MOST_STARTS {
-            let (name, value) = ("the number of starts", self.starts as f64);
-            return Err(FitError::Setting { name, value, must: "at most 10000: more gain nothing" });
-        }
-        if self.upper_bound > LARGEST_BOUND {
-            let name = "the upper bound of the tensions";
-            return Err(FitError::Setting { name, value: self.upper_bound, must: "at most 1e9 N" });
-        }
-        if !(self.cost_tolerance.is_finite() && self.cost_tolerance >= 0.0) {
-            let (name, value) = ("the cost tolerance", self.cost_tolerance);
-            return Err(FitError::Setting { name, value, must: "finite and not negative" });
-        }
-        Ok(())
+    pub fn check(&self) -> Result<(), BeyondLimit> {
+        limits::STARTS.check(self.starts as f64)?;
+        limits::UPPER_BOUND.check(self.upper_bound)?;
+        limits::TENSION_TOLERANCE.check(self.tension_tolerance)?;
+        limits::MISFIT_TOLERANCE.check(self.misfit_tolerance)?;
+        limits::COST_TOLERANCE.check(self.cost_tolerance)
     }
 }
 
@@ -154,8 +136,8 @@ pub enum FitError {
     MissingMuscle { muscle: String },
     #[error("{what}")]
     Unknown { what: String },
-    #[error("{name} is {value}; it must be {must}")]
-    Setting { name: &'static str, value: f64, must: &'static str },
+    #[error(transparent)]
+    Limit(#[from] BeyondLimit),
     #[error("the search failed: {0}")]
     Search(String),
 }
@@ -174,11 +156,6 @@ pub enum FitStatus {
     ReplayDiffers,
     NoEquilibrium,
 }
-
-/// Maximum number of starting points.
-const MOST_STARTS: usize = 10_000;
-/// Largest upper bound of a tension, N: with larger ones forces and lengths lose all digits.
-const LARGEST_BOUND: f64 = 1e9;
 
 /// Answers nearer to the lower bound than this count as on it, in units of the unknowns (N).
 pub const AT_BOUND: f64 = 1e-3;

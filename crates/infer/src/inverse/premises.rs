@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, SVector};
 use serde::{Deserialize, Serialize};
 
 use tongue_core::body::{Body, HYOID};
+use tongue_core::limits;
 use tongue_core::statics::{self, Workspace};
 use tongue_core::system::{Model, System};
 use tongue_input::measured::TargetKind;
@@ -224,7 +225,7 @@ impl<const D: usize> Setup<D> {
     /// not free.
     ///
     /// # Errors
-    /// [`FitError::Setting`] for a tone or a standard deviation out of range; [`FitError::Unknown`] if there
+    /// [`FitError::Limit`] for a tone or a standard deviation out of range; [`FitError::Unknown`] if there
     /// is no equilibrium at the tone, or if the body lacks the muscle of a tone.
     pub fn in_system(
         system: impl Into<Arc<System<D>>>,
@@ -232,19 +233,11 @@ impl<const D: usize> Setup<D> {
         premises: Premises,
     ) -> Result<Self, FitError> {
         let system = system.into();
-        for (name, sd) in [
-            ("the standard deviation of a bone", premises.bone_sd_m),
-            ("that of a tension", premises.tension_sd),
-        ] {
-            if !(sd.is_finite() && sd > 0.0) {
-                return Err(FitError::Setting { name, value: sd, must: "positive and finite" });
-            }
-        }
+        limits::BONE_SD_M.check(premises.bone_sd_m)?;
+        limits::TENSION_SD.check(premises.tension_sd)?;
         let muscles: Vec<String> = muscles.iter().map(|m| (*m).to_owned()).collect();
         let tensions: Vec<f64> = muscles.iter().map(|m| premises.tone.of(m)).collect();
-        if let Some(&value) = tensions.iter().find(|t| !(t.is_finite() && **t >= 0.0)) {
-            return Err(FitError::Setting { name: "the tone", value, must: "finite and not negative" });
-        }
+        tensions.iter().try_for_each(|t| limits::TONE.check(*t))?;
         if let Tone::ByMuscle(all) = &premises.tone
             && let Some((name, _)) =
                 all.iter().find(|(name, _)| !muscles.iter().any(|m| m.eq_ignore_ascii_case(name)))

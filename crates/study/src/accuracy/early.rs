@@ -25,9 +25,7 @@ pub struct Stopped {
     pub ratio_error: f64,
     /// Median wall-clock time to reach that time, s.
     pub seconds: f64,
-    /// Steps.
     pub steps: u64,
-    /// Factorisations.
     pub factorisations: u64,
 }
 

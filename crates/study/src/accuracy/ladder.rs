@@ -7,7 +7,6 @@ use serde::{Serialize, Serializer};
 use tongue_core::dynamics::StepCounts;
 use tongue_core::statistics::median;
 
-/// Effort of a study.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
     /// Maximum number of repeats of a run; its time is their median.
@@ -53,7 +52,6 @@ impl Effort {
 /// How a run ended. Failed and refused runs stay in the tables.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ended {
-    /// Completed.
     Done,
     /// Stopped by itself before its tolerance; its last state is measured.
     Short(String),
@@ -64,7 +62,6 @@ pub enum Ended {
 }
 
 impl Ended {
-    /// In words.
     pub fn words(&self) -> String {
         match self {
             Self::Done => "done".into(),
@@ -84,7 +81,6 @@ impl Serialize for Ended {
 /// One run of a method: a point in the diagram of time against accuracy.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Run {
-    /// Name of the method.
     pub method: String,
     /// The setting of this run, in words and units.
     pub setting: String,
@@ -94,15 +90,11 @@ pub struct Run {
     pub ratio_error: Option<f64>,
     /// Wall-clock time, s: the median of the repeats.
     pub seconds: Option<f64>,
-    /// Number of timed repeats.
     pub repeats: usize,
-    /// Steps or iterations.
     pub steps: u64,
     /// Evaluations of the force (for methods on the energy, of energy and force together).
     pub force_evaluations: u64,
-    /// Factorisations of a matrix.
     pub factorisations: u64,
-    /// How it ended.
     pub ended: Ended,
 }
 
@@ -162,7 +154,6 @@ pub fn fastest_within<'a>(runs: impl IntoIterator<Item = &'a Run>, error_mm: f64
     fastest(runs.into_iter().filter(|r| r.is_within(r.error_mm, error_mm)))
 }
 
-/// The fastest run whose ratio error is at most `error`.
 pub fn fastest_within_ratio<'a>(runs: impl IntoIterator<Item = &'a Run>, error: f64) -> Option<&'a Run> {
     fastest(runs.into_iter().filter(|r| r.is_within(r.ratio_error, error)))
 }
@@ -174,7 +165,6 @@ pub struct Timed<T> {
     pub result: T,
     /// Median wall-clock time, s.
     pub seconds: f64,
-    /// Number of repeats.
     pub repeats: usize,
 }
 

@@ -31,7 +31,6 @@ pub struct Stop {
 pub struct Marched {
     /// States at the times that were reached.
     pub stops: Vec<Stop>,
-    /// Number of repeats.
     pub repeats: usize,
     /// Why later times were not reached: refused or failed.
     pub missing: Option<Ended>,

@@ -21,13 +21,9 @@ const FORCE_TOLERANCE: f64 = 1e-9;
 pub struct MeshRun {
     /// Name of the set of tensions.
     pub scene: &'static str,
-    /// The tissue: one of [`TISSUES`].
     pub tissue: &'static str,
-    /// Spacing, mm.
     pub h_mm: f64,
-    /// Number of nodes with unknown positions.
     pub unknown_nodes: usize,
-    /// Triangles.
     pub triangles: usize,
     /// Ratio of every muscle to GGa, for a separate table.
     #[serde(skip)]
@@ -46,13 +42,9 @@ pub struct MeshRun {
     pub force_s: f64,
     /// Median time of one stiffness, assembled and factorised, s.
     pub factor_s: f64,
-    /// Newton iterations.
     pub iterations: usize,
-    /// Factorisations.
     pub factorisations: usize,
-    /// Bytes of the matrix and its factor.
     pub matrix_bytes: usize,
-    /// How it ended.
     pub ended: Ended,
 }
 
@@ -131,7 +123,6 @@ fn one(
     })
 }
 
-/// The ratios of all runs, a row a muscle.
 pub fn ratio_rows(runs: &[MeshRun], muscles: &[String]) -> Vec<RatioRow> {
     let of_run = |r: &MeshRun| {
         let row = |(muscle, ratio): (&String, &f64)| RatioRow {

@@ -36,26 +36,20 @@ pub use ladder::Effort;
 #[cfg(test)]
 mod tests;
 
-/// All measurements.
 #[derive(Debug, Clone)]
 pub(crate) struct AccuracyStudy {
-    /// Axis 1.
     pub equilibrium: Vec<ladder::Run>,
     /// Residual force at the reference of axis 1, N.
     pub reference_residual_n: f64,
-    /// Axis 2.
     pub trajectory: Vec<ladder::Run>,
     /// Distance of the reference of axis 2 from one of ten times its tolerance, mm.
     pub reference_doubt_mm: f64,
-    /// Axis 3.
     pub early: Vec<early::Stopped>,
-    /// Axes 4 and 5.
     pub meshes: Vec<mesh::MeshRun>,
     /// Ratios of every muscle in axes 4 and 5.
     pub ratios: Vec<mesh::RatioRow>,
     /// Axis 5, the patch test.
     pub patches: Vec<tissue::PatchRun>,
-    /// Axis 6.
     pub fits: Vec<search::FitRun>,
 }
 

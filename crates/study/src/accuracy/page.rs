@@ -17,7 +17,6 @@ use super::search::FitRun;
 /// An error of 0.01 of a ratio.
 const ONE_PER_CENT: f64 = 0.01;
 
-/// Writes the page.
 pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
     let mut p = format!(
         "# What accuracy costs in time\n\n\

@@ -17,17 +17,13 @@ const STEP_TOLERANCES: [f64; 4] = [1.0, 1e-1, 1e-2, 1e-4];
 /// Numbers of starts beside the default of four.
 const STARTS: [usize; 3] = [1, 2, 8];
 
-/// One fit with one setting.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitRun {
     /// Quantity of the target: ratios or stretches.
     #[serde(serialize_with = "kind_name")]
     pub target: TargetKind,
-    /// Search method.
     pub method: Method,
-    /// Number of starts.
     pub starts: usize,
-    /// Tension tolerance, N.
     pub tolerance_n: f64,
     /// Whether candidates were solved from the nearest solved one (or else from rest).
     pub warm: bool,
@@ -37,15 +33,12 @@ pub struct FitRun {
     pub misfit: f64,
     /// Wall-clock time of the whole fit, identifiability and replay included, s (median).
     pub seconds: f64,
-    /// Number of timed repeats.
     pub repeats: usize,
     /// Equilibria solved by the search.
     pub equilibria: usize,
-    /// Factorisations made by the search.
     pub factorisations: usize,
     /// Iterations over all starts.
     pub iterations: u64,
-    /// How it ended.
     pub ended: Ended,
 }
 

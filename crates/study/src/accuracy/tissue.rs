@@ -17,15 +17,12 @@ pub const SCENES: [(&str, &[(&str, f64)]); 3] =
 /// Patch test: a homogeneous deformation of the outline, which the inner nodes should follow.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PatchRun {
-    /// Which tissue.
     pub tissue: &'static str,
-    /// Spacing, mm.
     pub h_mm: f64,
     /// Largest distance of an inner node from the homogeneous deformation, mm.
     pub error_mm: f64,
 }
 
-/// The model of one of [`TISSUES`].
 pub fn model(tissue: &str) -> Model {
     match tissue {
         "finite elements" => Model { tissue: TissueModel::FiniteElement, ..Model::default() },

@@ -35,17 +35,14 @@ pub const NEARLY_INCOMPRESSIBLE: f64 = 0.4998;
 const REPEATS: usize = 25;
 /// Number of nested meshes, from 11 mm to 1.4 mm.
 pub const LEVELS: usize = 4;
-/// Number of repeats of a fit.
 const FITS: usize = 3;
 
 /// One kind of body on one mesh, at the tensions published for /a/.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spacing {
-    /// Which body.
     pub body: &'static str,
     /// Mean spacing, mm.
     pub h_mm: f64,
-    /// Nodes that are solved for.
     pub unknown_nodes: usize,
     /// Largest change of a ratio from the next coarser mesh.
     pub change_of_ratio: Option<f64>,
@@ -69,7 +66,6 @@ pub struct Spacing {
 /// Ratios at one Poisson's ratio, on the default mesh and on a fine one.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Locking {
-    /// Poisson's ratio.
     pub poisson_ratio: f64,
     /// Largest difference of a ratio between the default spacing, 4 mm, and 2 mm: it grows where elements
     /// lock.
@@ -81,13 +77,10 @@ pub struct Locking {
 /// Tensions with changed settings, as factors of those with the default settings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sensitivity {
-    /// The changed setting.
     pub setting: String,
     /// The 10 % quantile, over all muscles of the fits of S1 to S3 that reach their stretches.
     pub low: f64,
-    /// Their median.
     pub median: f64,
-    /// The 90 % quantile.
     pub high: f64,
     /// Fits that reach their stretches.
     pub reached: usize,
@@ -99,7 +92,6 @@ pub struct Sensitivity {
     pub rms_at_best: f64,
 }
 
-/// All measurements.
 #[derive(Debug, Clone)]
 pub struct ContinuumStudy {
     /// Bodies on nested meshes.

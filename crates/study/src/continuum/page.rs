@@ -37,7 +37,6 @@ pub fn verdict(spacings: &[Spacing]) -> String {
     }
 }
 
-/// The page.
 pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, Error> {
     let mut p = format!(
         "# The continuum: accuracy, time, and what was chosen\n\n{made}\n\n{}\n\n",

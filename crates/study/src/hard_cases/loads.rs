@@ -23,7 +23,6 @@ const CONTINUUM_M: f64 = 8e-3;
 /// much takes hours to find.
 const FOLLOWED_N: f64 = 100.0;
 
-/// Case 11: subsets of the muscles of a continuum.
 pub(super) fn subsets_of_continuum(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let body = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?;
     let model = Model { tissue: TissueModel::Continuum, ..Model::default() };

@@ -42,9 +42,7 @@ pub enum HowMany {
 /// Result of one solver in one variant of a case.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct HardCase {
-    /// Number of the case.
     pub case: u8,
-    /// Name of the variant.
     pub variant: String,
     /// `equilibrium`, `trace`, `fit`, `system`, or a method of integration.
     pub solver: &'static str,
@@ -60,7 +58,6 @@ pub struct HardCase {
     pub load_reached: f64,
     /// Smallest ratio of a cell's measure to that at rest.
     pub min_area_ratio: Option<f64>,
-    /// Smallest eigenvalue of the stiffness, N/m.
     pub smallest_eigenvalue_n_per_m: Option<f64>,
     /// Elements in which the barrier against inversion acts.
     pub guarded: usize,
@@ -72,7 +69,6 @@ pub struct HardCase {
     pub apart_from_branch_m: Option<f64>,
     /// Wall-clock time, s.
     pub wall_s: f64,
-    /// Remarks.
     pub note: String,
 }
 
@@ -205,7 +201,6 @@ fn note_of(solution: &Solution) -> String {
     notes.join("; ")
 }
 
-/// A status as in JSON.
 fn name_of<T: Serialize>(status: &T) -> String {
     match serde_json::to_value(status) {
         Ok(serde_json::Value::String(name)) => name,

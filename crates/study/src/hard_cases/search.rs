@@ -134,7 +134,6 @@ fn row(
     Ok(of_fit(case, variant.to_owned(), &found, kept, wall_s, note(&found)))
 }
 
-/// The row of a fit.
 pub(super) fn of_fit(
     case: u8,
     variant: String,

@@ -69,12 +69,10 @@ pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Err
     Ok(out)
 }
 
-/// Number of rows for which something holds.
 fn count(rows: &[&HardCase], holds: impl Fn(&HardCase) -> bool) -> usize {
     rows.iter().filter(|r| holds(r)).count()
 }
 
-/// The columns of the summary: a row for each case.
 fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
     type Of<'a> = Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>;
     let on_branch = |rows: &[&HardCase]| match count(rows, |r| r.branch_ends_at.is_some()) {

@@ -87,7 +87,7 @@ fn case_3_nearly_incompressible_uneven_and_area_less_tissue_converges() {
     let continuum: Vec<_> = rows.iter().filter(|r| r.variant.ends_with("finite elements")).collect();
     assert!(continuum.len() == 6 && continuum.iter().all(|r| r.converged), "{continuum:?}");
     let springs = rows.iter().find(|r| r.variant == "nu = 0").unwrap();
-    assert!(springs.note.contains("or take finite elements"), "{}", springs.note);
+    assert!(springs.note.contains("or take a continuum"), "{}", springs.note);
 }
 
 #[test]

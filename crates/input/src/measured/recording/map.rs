@@ -27,6 +27,7 @@ use serde::Deserialize;
 
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
+use tongue_core::limits;
 use tongue_core::suggest;
 use tongue_core::toml_text;
 
@@ -37,9 +38,6 @@ use super::{Format, Recording, RecordingError, Stated, Times, names};
 pub const CONTOUR_SD_M: f64 = 0.93e-3;
 /// Standard deviation of an electromagnetic sensor, m (AG500; newer ones are better).
 pub const SENSOR_SD_M: f64 = 0.5e-3;
-/// Smallest unit, mm, and rate, Hz: with smaller ones coordinates and times would be lost to rounding.
-const LEAST: f64 = 1e-6;
-const LARGEST_MM: f64 = 1e4;
 
 /// The line of a map with which the bones of a recording are not used.
 pub const WITHOUT_BONES: &str = "points = { hyoid = \"ignore\", mental_spine = \"ignore\" }";
@@ -110,14 +108,6 @@ const WORDS: [&str; 4] = ["contour", "coil", "reference", "ignore"];
 const ROLE_KEYS: [&str; 5] = ["surface_mm", "coil", "bone", "contour", "noise_mm"];
 /// The possible roles of a point, for messages.
 const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { coil = 1 }, { surface_mm = 10 } or { bone = \"hyoid\" }";
-/// Largest distance of a coil behind the tip, mm.
-const FARTHEST_COIL_MM: f64 = 150.0;
-/// Range of standard deviations of points, mm.
-const NOISES_MM: std::ops::RangeInclusive<f64> = 1e-3..=100.0;
-/// Range of the scale that brings a recording into the body's frame.
-const SCALES: std::ops::RangeInclusive<f64> = 0.5..=2.0;
-/// Largest shift that brings a recording into the body's frame, mm.
-const FARTHEST_SHIFT_MM: f64 = 1e4;
 /// Usual distance of neighbouring coils, mm, from which the unit is guessed (metres, centimetres,
 /// millimetres, their hundredths and thousandths).
 const USUAL_GAP_MM: f64 = 15.0;
@@ -138,30 +128,18 @@ impl Map {
         };
         let file: File = toml_text::read(text).map_err(|e| wrong(Some(e.line), key_problem(&e.problem)))?;
         let line_of = |word: &str| text.lines().position(|l| l.trim_start().starts_with(word)).map(|n| n + 1);
-        let positive = |name: &str, value: Option<f64>, most: f64| match value {
-            Some(v) if !(LEAST..=most).contains(&v) => {
-                Err(wrong(line_of(name), format!("{name} is {v:?}; it must be from {LEAST} to {most}")))
-            }
-            _ => Ok(()),
-        };
-        positive("unit_mm", file.unit_mm, LARGEST_MM)?;
-        positive("rate_hz", file.rate_hz, 1e5)?;
-        if let Some(mm) = file.noise_mm.filter(|mm| !NOISES_MM.contains(mm)) {
-            return Err(wrong(line_of("noise_mm"), noise_problem(mm)));
-        }
-        if let Some(scale) = file.scale.filter(|s| !SCALES.contains(s)) {
-            let most = format!("it must be from {} to {}", SCALES.start(), SCALES.end());
-            return Err(wrong(line_of("scale"), format!("scale is {scale}; {most}")));
-        }
-        if let Some(turn) = file.turn_deg.filter(|t| t.is_nan() || t.abs() > 180.0) {
-            return Err(wrong(
-                line_of("turn_deg"),
-                format!("turn_deg is {turn}; it must be from -180 to 180"),
-            ));
-        }
-        if file.shift_mm.is_some_and(|s| !s.iter().all(|v| v.abs() <= FARTHEST_SHIFT_MM)) {
-            let problem = format!("shift_mm must be two numbers of at most {FARTHEST_SHIFT_MM} mm");
-            return Err(wrong(line_of("shift_mm"), problem));
+        let shifts = file.shift_mm.map(|[x, y]| [Some(x), Some(y)]).unwrap_or_default();
+        for (limit, value) in [
+            (&limits::UNIT_MM, file.unit_mm),
+            (&limits::RATE_HZ, file.rate_hz),
+            (&limits::NOISE_MM, file.noise_mm),
+            (&limits::SCALE, file.scale),
+            (&limits::TURN_DEG, file.turn_deg),
+            (&limits::SHIFT_MM, shifts[0]),
+            (&limits::SHIFT_MM, shifts[1]),
+        ] {
+            let checked = value.map_or(Ok(()), |value| limit.check(value));
+            checked.map_err(|beyond| wrong(line_of(limit.name), beyond.to_string()))?;
         }
         for (name, text) in [("back", &file.back), ("up", &file.up)] {
             if text.as_ref().is_some_and(|t| axis(t).is_none()) {
@@ -346,9 +324,7 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
     };
     let mut roles: Vec<Role> = Vec::new();
     if let Some(mm) = number("surface_mm")? {
-        if !(0.0..=FARTHEST_COIL_MM).contains(&mm) {
-            return Err(format!("surface_mm is {mm}; it must be from 0 (the tip) to {FARTHEST_COIL_MM}"));
-        }
+        limits::SURFACE_MM.check(mm).map_err(|beyond| beyond.to_string())?;
         roles.push(Role::Surface(mm * 1e-3));
     }
     if let Some(nth) = number("coil")? {
@@ -368,17 +344,13 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
         Some(other) => return Err(format!("contour is {other}; write contour = true")),
     }
     let noise_mm = number("noise_mm")?;
-    if let Some(mm) = noise_mm.filter(|mm| !NOISES_MM.contains(mm)) {
-        return Err(noise_problem(mm));
+    if let Some(mm) = noise_mm {
+        limits::NOISE_MM.check(mm).map_err(|beyond| beyond.to_string())?;
     }
     let [role] = &roles[..] else {
         return Err("give one of surface_mm, coil, bone and contour = true".to_owned());
     };
     Ok(Entry { role: role.clone(), noise_mm })
-}
-
-fn noise_problem(mm: f64) -> String {
-    format!("noise_mm is {mm:?}; it must be from {} to {}", NOISES_MM.start(), NOISES_MM.end())
 }
 
 /// The error for the keys of a map, made from the parser's message.
