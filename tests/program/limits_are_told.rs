@@ -83,7 +83,10 @@ fn a_body_in_space_that_is_strained_too_far_is_an_alarm() {
         let record = done.record();
         let mut alarms = record["alarms"].as_array().unwrap().iter();
         let alarm = alarms.find(|a| a["kind"] == "overstrained").unwrap();
-        assert!(done.status == Some(3) && alarm["text"].as_str().unwrap().contains("volume at rest"), "{alarm}");
+        assert!(
+            done.status == Some(3) && alarm["text"].as_str().unwrap().contains("volume at rest"),
+            "{alarm}"
+        );
     }
 }
 
