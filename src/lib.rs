@@ -248,7 +248,7 @@ pub mod measured {
         #[doc(inline)]
         pub use tongue_input::measured::recording::{
             AlignedRecording, Doubt, Fault, FaultKind, Format, Map, Mark, Recording, RecordingError,
-            Severity, doubts, is_coil, other_size, palate_doubt, screen,
+            Severity, WITHOUT_BONES, doubts, is_coil, other_size, palate_doubt, screen,
         };
     }
 

@@ -115,7 +115,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             (speaker.into_diagnostic()?, drawn(&seen))
         }
     };
-    speaker.notes.extend(recording_checks::check_scale(speaker.similarity.scale())?);
+    let apart_m = recording_checks::bones_apart_m(&speaker.followed);
+    speaker.notes.extend(recording_checks::check_scale(speaker.similarity.scale(), apart_m)?);
     let out = global.folder("results/speaker")?;
     let mut doubts = speaker.doubts(&given.body);
     doubts.extend(implausible);

@@ -51,7 +51,7 @@ use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use outcome::{Outcome, word};
+use outcome::{Outcome, untrusted, word};
 
 /// Exit status of bad input and of I/O that failed.
 const FAILED: u8 = 1;

@@ -53,7 +53,7 @@ impl Outcome {
 }
 
 /// How many of the results have a status that is not one of `good`; `None` if all can be trusted.
-fn untrusted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> Option<String> {
+pub fn untrusted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> Option<String> {
     let all: usize = statuses.values().sum();
     let bad: Vec<_> = statuses.iter().filter(|(status, _)| !good.contains(&status.as_str())).collect();
     let count: usize = bad.iter().map(|(_, n)| **n).sum();

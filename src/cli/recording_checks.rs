@@ -1,8 +1,8 @@
 //! What cannot be right in recordings, and in what was found for them: refused, left out or told.
 
 use miette::miette;
-use tongue_fit::body::Body;
-use tongue_fit::measured::recording::FaultKind;
+use tongue_fit::body::{Body, HYOID, MANDIBLE};
+use tongue_fit::measured::recording::{FaultKind, WITHOUT_BONES};
 use tongue_fit::report::RecordingResult;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{Followed, FrameStatus, TongueSurface, Tracked};
@@ -64,10 +64,21 @@ const SCALES: std::ops::RangeInclusive<f64> = 0.6..=1.6;
 /// The same of nearly all speakers, children among them.
 const USUAL_SCALES: std::ops::RangeInclusive<f64> = 0.7..=1.45;
 
-/// Refuses a body of an implausible size, and returns a note about one of an unusual size.
-pub fn check_scale(scale: f64) -> miette::Result<Option<String>> {
+/// Distances of the hyoid from the mental spine in speakers of all sizes, m. Where they lie so, the unit and the names of the two are right.
+const USUAL_BONES_M: std::ops::RangeInclusive<f64> = 30e-3..=60e-3;
+
+/// Refuses a body of an implausible size, and returns a note about one of an unusual size. `bones_apart_m` is how far the mental spine and
+/// the hyoid were seen from each other.
+pub fn check_scale(scale: f64, bones_apart_m: Option<f64>) -> miette::Result<Option<String>> {
     let what = format!("the speaker would need a body {scale:.3} times as large as the one given");
-    let help = "correct the unit (unit_mm in a map), or the names of the bones";
+    let help = match bones_apart_m.filter(|m| USUAL_BONES_M.contains(m)) {
+        Some(m) => format!(
+            "the mental spine and the hyoid are apart by a usual {:.0} mm, so the contour is not of their size: give both in one frame, or \
+             leave the bones out with a map (--map) of the line {WITHOUT_BONES}",
+            m * 1e3
+        ),
+        None => "correct the unit (unit_mm in a map), or the names of the bones".to_owned(),
+    };
     if !SCALES.contains(&scale) {
         let (least, most) = (SCALES.start(), SCALES.end());
         return Err(miette!("{what}, where {least} to {most} are possible; {help}"));
@@ -75,6 +86,12 @@ pub fn check_scale(scale: f64) -> miette::Result<Option<String>> {
     let (least, most) = (USUAL_SCALES.start(), USUAL_SCALES.end());
     let is_usual = USUAL_SCALES.contains(&scale);
     Ok((!is_usual).then(|| format!("{what}, where {least} to {most} are usual; if that is wrong, {help}")))
+}
+
+/// How far the mental spine and the hyoid were seen from each other, m.
+pub fn bones_apart_m(followed: &[Followed]) -> Option<f64> {
+    let mark = |bone: &str| followed.iter().find(|f| f.name == bone).map(|f| f.mark);
+    Some((mark(MANDIBLE)? - mark(HYOID)?).norm())
 }
 
 /// Why the tensions of a recording are not reported: most of its frames cannot be reached, or are met badly.
@@ -168,7 +185,7 @@ fn notes_of(Screened { seen, faults, .. }: &Screened, body: &Body<2>, freed: &[S
     for (name, shown) in rare.filter(|(_, shown)| (1..count / 2).contains(shown)) {
         out.push(format!("{name} was seen in {shown} of {count} frames"));
     }
-    for bone in [tongue_fit::body::MANDIBLE, tongue_fit::body::HYOID] {
+    for bone in [MANDIBLE, HYOID] {
         if seen.shows_bone(bone) || body.bone(bone).is_empty() {
             continue;
         }
@@ -181,4 +198,24 @@ fn notes_of(Screened { seen, faults, .. }: &Screened, body: &Body<2>, freed: &[S
         out.push(format!("the {} was never seen; {what}", bone.replace('_', " ")));
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::check_scale;
+
+    #[test]
+    fn a_size_of_bones_that_are_usually_far_apart_is_no_matter_of_units() {
+        for scale in [0.5, 2.1] {
+            let said = |apart_m| check_scale(scale, apart_m).unwrap_err().to_string();
+            let usual = said(Some(42e-3));
+            assert!(
+                usual.contains("in one frame") && usual.contains("ignore") && !usual.contains("unit"),
+                "{usual}"
+            );
+            assert!([said(Some(4e-3)), said(None)].iter().all(|said| said.contains("unit_mm")));
+        }
+        assert!(check_scale(1.5, Some(42e-3)).unwrap().unwrap().contains("in one frame"));
+        assert_eq!(check_scale(1.0, None).unwrap(), None);
+    }
 }

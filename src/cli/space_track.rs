@@ -18,7 +18,7 @@ use tongue_fit::system::System;
 
 use super::body::SpaceSource;
 use super::space::ModelArguments;
-use super::{Global, Outcome, output, recording_checks, recordings, table, word};
+use super::{Global, Outcome, output, recording_checks, recordings, table, untrusted, word};
 
 /// A share of a combination below this is not worth a word.
 const SHARE: f64 = 0.2;
@@ -58,16 +58,18 @@ pub fn run(
         return Err(miette!("--sd is {}; it must be a positive number of millimetres", arguments.sd));
     }
     let body = arguments.model.body(source)?;
-    let (recorded, notes) = match are_tables(&recordings.files)? && !recordings.example {
+    let (recorded, notes, implausible) = match are_tables(&recordings.files)? && !recordings.example {
         true if as_is || recordings.is_interpreted() => {
             return Err(miette!(
                 "--map, --palate, --speaker, --format and --as-is are for recordings; leave them out with a table of a body in space"
             ));
         }
-        true => (Recorded::of_tables(&recordings.files, 1e-3 * arguments.sd).into_diagnostic()?, Vec::new()),
+        true => {
+            (Recorded::of_tables(&recordings.files, 1e-3 * arguments.sd).into_diagnostic()?, Vec::new(), None)
+        }
         false => recorded(source, &body, recordings, as_is)?,
     };
-    arguments.answer(&body, &recorded, notes, "results/space-track", global)
+    arguments.answer(&body, &recorded, (notes, implausible), "results/space-track", global)
 }
 
 /// Finds the activations of one vowel from its lengths: every measured muscle is an observation, and every muscle of the body may pull.
@@ -83,16 +85,16 @@ pub fn fit(source: &SpaceSource, target: &Target, global: &Global) -> miette::Re
         "{} /{}/ against /{}/, {}, in {}: the lines between the same points as in the plane; rest is /{}/ without tone",
         target.subject, target.vowel, target.baseline, target.kind, body.what, target.baseline
     );
-    arguments.answer(&body, &Recorded::of_lengths(target, &body), vec![note], "results/space", global)
+    arguments.answer(&body, &Recorded::of_lengths(target, &body), (vec![note], None), "results/space", global)
 }
 
 impl Arguments {
-    /// Searches frame after frame, and writes and prints what was found.
+    /// Searches frame after frame, and writes and prints what was found. `implausible` says which recordings cannot be trusted.
     fn answer(
         &self,
         body: &SpaceBody,
         recorded: &Recorded,
-        notes: Vec<String>,
+        (notes, implausible): (Vec<String>, Option<String>),
         folder: &str,
         global: &Global,
     ) -> miette::Result<Outcome> {
@@ -118,10 +120,19 @@ impl Arguments {
                 let (status, rms) = (fit.answer.status, 1e3 * fit.rms_m);
                 format!("{status:?}: {rms:.2} mm RMS in {} factorisations", fit.factorisations)
             });
-            record.push((recording.as_deref(), frame.time_s), &fit, search.open_above);
+            record.push(body, (recording.as_deref(), frame.time_s), &fit, search.open_above);
             last = Some(fit.answer);
         }
         record.wall_s = clock.elapsed().as_secs_f64();
+        let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
+        for frame in &record.frames {
+            let is_doubtful = frame.status == FitStatus::Converged && !frame.alarms.is_empty();
+            let status = if is_doubtful { "with alarms".to_owned() } else { word(&frame.status) };
+            *statuses.entry(status).or_default() += 1;
+        }
+        let doubtful = untrusted(&statuses, &["converged"], "frames");
+        record.untrusted =
+            implausible.into_iter().chain(doubtful).reduce(|all, next| format!("{all}; {next}"));
         let out = global.folder(folder)?;
         let Some(answer) = last else { return Err(miette!("no frame was found")) };
         let title = "Tongue in space: at rest (light) and as it was seen";
@@ -133,13 +144,7 @@ impl Arguments {
             [("track.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
         let written = out.export(&files, &by).into_diagnostic()?;
         output::answer(global, &json, &by, &written, || text(&record) + &table::files(&written))?;
-        let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
-        for frame in &record.frames {
-            let is_doubtful = frame.status == FitStatus::Converged && !frame.alarms.is_empty();
-            let status = if is_doubtful { "with alarms".to_owned() } else { word(&frame.status) };
-            *statuses.entry(status).or_default() += 1;
-        }
-        Ok(Outcome::counted(&statuses, &["converged"], "frames"))
+        Ok(Outcome::of_reason(record.untrusted.clone()))
     }
 }
 
@@ -151,13 +156,13 @@ fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
         .wrap_err_with(|| format!("cannot read \"{}\"; name a table or a recording", first.display()))
 }
 
-/// The frames of recordings of the midsagittal plane, and notes about them.
+/// The frames of recordings of the midsagittal plane, notes about them, and which cannot be trusted.
 fn recorded(
     source: &SpaceSource,
     body: &SpaceBody,
     recordings: &recordings::Arguments,
     as_is: bool,
-) -> miette::Result<(Recorded, Vec<String>)> {
+) -> miette::Result<(Recorded, Vec<String>, Option<String>)> {
     let (screened, left_out) = recordings.read(None)?;
     let seen: Vec<&AlignedRecording> = screened.iter().map(|r| &r.seen).collect();
     let is_placed = as_is || recordings.map()?.is_in_frame();
@@ -175,7 +180,7 @@ fn recorded(
             .to_owned(),
     ];
     if let Some(placed) = &found.placed {
-        notes.extend(recording_checks::check_scale(placed.similarity.scale())?);
+        notes.extend(recording_checks::check_scale(placed.similarity.scale(), placed.bones_apart_m)?);
         notes.push(format!(
             "the body was placed by what was seen: {:.3} times as large, turned by {:.1} degrees; that is uncertain by about a tenth and 9 \
              degrees, which the widths of activations do not include",
@@ -184,7 +189,7 @@ fn recorded(
         ));
     }
     notes.extend(left_out);
-    Ok((found, notes))
+    Ok((found, notes, recording_checks::with_implausible(&screened, None)))
 }
 
 /// The record for a terminal.

@@ -130,7 +130,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         false => {
             let placed = run.basis.place(&seen, &hide).into_diagnostic()?;
             notes.extend(placed.doubt());
-            notes.extend(recording_checks::check_scale(placed.similarity.scale())?);
+            notes.extend(recording_checks::check_scale(placed.similarity.scale(), placed.bones_apart_m)?);
         }
     }
     let sound = arguments.sound.read()?;
@@ -250,14 +250,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<String> {
     let most = 100.0 * MOST_UNTRUSTED;
     let said = |frames: &[&Tracked]| {
-        let mut kinds: BTreeMap<String, usize> = BTreeMap::new();
-        let bad = frames.iter().filter(|f| !f.status.is_trusted());
-        bad.for_each(|f| *kinds.entry(status_name(f.status).replace('_', " ")).or_default() += 1);
-        let told: Vec<String> = kinds.iter().map(|(kind, n)| format!("{n} {kind}")).collect();
-        let count: usize = kinds.values().sum();
-        (count > 0).then(|| {
-            format!("{count} of the {} frames cannot be trusted ({})", frames.len(), told.join(", "))
-        })
+        let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
+        frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
+        super::untrusted(&statuses, &["converged", "unresolved", "gap"], "frames")
     };
     let bad: Vec<&RecordingResult> = results.iter().filter(|one| is_untrusted(&one.frames)).collect();
     let all = said(&results.iter().flat_map(|one| &one.frames).collect::<Vec<_>>())?;

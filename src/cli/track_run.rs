@@ -22,7 +22,7 @@ pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result
     bar.finish_and_clear();
     let made = made.into_diagnostic()?;
     if let Some(similarity) = &made.similarity {
-        recording_checks::check_scale(similarity.scale())?;
+        recording_checks::check_scale(similarity.scale(), recording_checks::bones_apart_m(&made.followed))?;
         output::step(|| {
             let rms = made.rms_m.map_or_else(String::new, |r| format!(", contours met to {:.2} mm", r * 1e3));
             format!("{}: scale {:.3}{rms}", made.body.what, similarity.scale())

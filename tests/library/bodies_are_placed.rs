@@ -2,8 +2,10 @@
 
 use tongue_fit::body::{Body, HYOID, MANDIBLE};
 use tongue_fit::geometry::{Point, Similarity};
+use tongue_fit::inverse::in_space::Recorded;
+use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::track::TongueSurface;
-use tongue_infer::adapt::{Sight, by_bones, mark_of};
+use tongue_infer::adapt::{Placed, RestError, Sight, by_bones, mark_of};
 
 fn body() -> Body<2> {
     Body::tongue(5.5e-3).unwrap()
@@ -79,4 +81,32 @@ fn a_recording_in_the_frame_of_the_body_leaves_it_there() {
     assert!(apart(&found.similarity, &Similarity::IDENTITY, &body) < 0.1e-3);
     let told = Sight::default().place(&body).unwrap_err().to_string();
     assert!(told.contains("mental spine and the hyoid"), "{told}");
+}
+
+#[test]
+fn a_bone_more_than_10_mm_from_its_place_refuses_a_recording_in_the_plane_and_in_space() {
+    let body = body();
+    let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
+    let drawn = contour(&body, 11);
+    for (off_m, is_refused) in [([0.0, 0.0], false), ([0.0, -8e-3], false), ([8e-3, -28e-3], true)] {
+        let seen = hyoid + Point::from(off_m);
+        let placed = Sight::drawn(&drawn, Some(spine), Some(seen)).place(&body);
+        let in_plane = placed.and_then(Placed::in_one_frame).map(drop);
+        let mut recording = AlignedRecording::of_contours(&[&drawn]);
+        recording.bones = vec![MANDIBLE.to_owned(), HYOID.to_owned()];
+        recording.frames[0].bones = vec![Some(spine), Some(seen)];
+        let in_space = Recorded::of_recordings(&[&recording], Some(&body), None).map(drop);
+        for found in [in_plane, in_space] {
+            match found {
+                Ok(()) => assert!(!is_refused, "{off_m:?}"),
+                Err(RestError::NotOneFrame(why)) => {
+                    assert!(
+                        is_refused && why.contains("the hyoid lies") && why.contains("hyoid = \"ignore\""),
+                        "{why}"
+                    );
+                }
+                Err(other) => panic!("{other}"),
+            }
+        }
+    }
 }

@@ -214,3 +214,40 @@ fn a_recording_whose_tensions_mean_nothing_is_left_out_everywhere_and_a_gap_can_
     assert_eq!(done.status, Some(0), "{told}");
     assert!(told.contains("synthetic one; synthetic two: the hyoid was never seen"), "{told}");
 }
+
+#[test]
+fn frames_that_cannot_be_trusted_end_with_3_above_5_percent_of_a_recording_and_are_a_note_below() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    for (bad, status) in [(2, 0), (4, 3)] {
+        // Every other point of these frames of the first recording is moved up, the others down: no tongue has such a contour.
+        let mut point = 0;
+        let scattered: String = tidy(|_, x, y| [x, y])
+            .lines()
+            .enumerate()
+            .map(|(line, text)| {
+                let frame = line.saturating_sub(1) / 13;
+                point += 1;
+                match text.rsplit_once(',') {
+                    Some((row, y))
+                        if row.contains(",tongue_") && frame < 45 && frame % 8 == 5 && frame / 8 < bad =>
+                    {
+                        let by = if point % 2 == 0 { 7.0 } else { -7.0 };
+                        format!("{row},{}\n", y.parse::<f64>().unwrap() + by)
+                    }
+                    _ => format!("{text}\n"),
+                }
+            })
+            .collect();
+        fs::write(at.join("scattered.csv"), scattered).unwrap();
+        let output = run(at, "track scattered.csv --frames 0 --draws 100 --out scattered");
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(status), "{told}");
+        let json: serde_json::Value =
+            serde_json::from_str(&fs::read_to_string(at.join("scattered/track.json")).unwrap()).unwrap();
+        assert_eq!(json["untrusted"].is_string(), status == 3, "{json}");
+        let told = told.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
+        assert!(told.contains(&format!("{bad} of the ")) && told.contains("cannot be trusted ("), "{told}");
+        assert_eq!(told.contains("no more than 5 % of any recording"), status == 0, "{told}");
+    }
+}

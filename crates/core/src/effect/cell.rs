@@ -23,12 +23,11 @@ pub(super) struct Cell<const D: usize> {
 impl<const D: usize> Cell<D> {
     /// The cells with their measure at the given rest positions, m, not yet bound to a matrix.
     pub fn all(cells: &Cells<D>, rest_positions: &[SVector<f64, D>]) -> impl Iterator<Item = Self> {
-        let bin = Pattern::new(0, &[], []).bin();
         cells.iter().map(move |cell| {
             let mut nodes = [0; MAX_CORNERS];
             nodes[..=D].copy_from_slice(cell);
             let rest = simplex::measure(&simplex::corners(rest_positions, cell));
-            Self { nodes, rest, diagonal: [bin; MAX_CORNERS], pairs: [bin; 6] }
+            Self { nodes, rest, diagonal: [Slot::UNBOUND; MAX_CORNERS], pairs: [Slot::UNBOUND; 6] }
         })
     }
 

@@ -46,8 +46,7 @@ impl Contact {
     /// A wall of stiffness `stiffness` (κ, N/m; with zero it does not act) that acts on `nodes` nearer than
     /// `reach` (d̂, m; positive).
     pub fn new(outline: Vec<Vector2<f64>>, nodes: &[usize], stiffness: f64, reach: f64) -> Self {
-        let unbound = Pattern::new(0, &[], []).bin();
-        Self { outline, nodes: nodes.iter().map(|&n| (n, unbound)).collect(), stiffness, reach }
+        Self { outline, nodes: nodes.iter().map(|&n| (n, Slot::UNBOUND)).collect(), stiffness, reach }
     }
 
     pub fn outline(&self) -> &[Vector2<f64>] {

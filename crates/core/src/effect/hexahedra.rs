@@ -62,7 +62,6 @@ impl Hexahedra {
         hexahedra: &[[usize; CORNERS]],
         rest_positions: &[Vector3<f64>],
     ) -> Option<Self> {
-        let unbound = Pattern::new(0, &[], []).bin();
         let element = |nodes: &[usize; CORNERS]| {
             let x = hexahedron::corners(rest_positions, nodes);
             let (mut shapes, mut shares) = ([[Vector3::zeros(); CORNERS]; POINTS], [0.0; POINTS]);
@@ -70,7 +69,7 @@ impl Hexahedra {
                 (*shape, *share) = hexahedron::gradients(&x, at)?;
             }
             let volume = shares.iter().sum();
-            let slots = [unbound; PAIRS];
+            let slots = [Slot::UNBOUND; PAIRS];
             Some(Element { nodes: *nodes, volume, shares, shapes, factor: 1.0, slots })
         };
         let elements = hexahedra.iter().map(element).collect::<Option<Vec<_>>>()?;

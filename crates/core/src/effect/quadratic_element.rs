@@ -64,7 +64,6 @@ impl<const D: usize> QuadraticElements<D> {
         elements: impl Iterator<Item = &'a [usize]>,
         rest_positions: &[SVector<f64, D>],
     ) -> Self {
-        let unbound = Pattern::new(0, &[], []).bin();
         let element = |given: &[usize]| {
             let mut nodes = [0; MAX_NODES];
             nodes[..Self::NODES].copy_from_slice(given);
@@ -77,7 +76,7 @@ impl<const D: usize> QuadraticElements<D> {
                 *shape = quadratic::gradients(at, &of_coordinates);
             }
             let share = measure / points.len() as f64;
-            Element { nodes, share, shapes, products: [0.0; MAX_PAIRS], slots: [unbound; MAX_PAIRS] }
+            Element { nodes, share, shapes, products: [0.0; MAX_PAIRS], slots: [Slot::UNBOUND; MAX_PAIRS] }
         };
         Self { law, viscosity, rest: rest_positions.to_vec(), elements: elements.map(element).collect() }
     }

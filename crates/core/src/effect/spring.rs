@@ -35,8 +35,7 @@ pub(crate) fn length_and_direction<const D: usize>(
 impl Spring {
     /// A spring not yet bound to a matrix.
     pub fn new(nodes: [usize; 2], stiffness: f64, rest_length: f64) -> Self {
-        let unbound = Pattern::new(0, &[], []).bin();
-        Self { nodes, stiffness, rest_length, slots: [unbound; 3] }
+        Self { nodes, stiffness, rest_length, slots: [Slot::UNBOUND; 3] }
     }
 
     /// Looks up the places of the stiffness blocks.

@@ -10,6 +10,8 @@ pub struct Slot(u32);
 
 impl Slot {
     const TURNED: u32 = 1 << 31;
+    /// The place of a block that is not bound to a matrix yet.
+    pub(crate) const UNBOUND: Self = Self(0);
 
     fn new(position: usize, transposed: bool) -> Self {
         Self(position as u32 | if transposed { Self::TURNED } else { 0 })

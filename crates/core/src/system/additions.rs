@@ -1,8 +1,12 @@
 //! Additions of a scene to the plain model of tissue, muscles and bones, and removals from it.
 
+use std::sync::Arc;
+
 use nalgebra::SVector;
 
 use crate::effect::{Contact, Effect, Gravity};
+
+use super::Layout;
 
 /// Changes to the plain model. The default changes nothing.
 #[derive(Debug)]
@@ -13,11 +17,13 @@ pub struct Additions<const D: usize> {
     pub carried: Vec<(usize, SVector<f64, D>)>,
     /// Whether the cells of mass-spring tissue keep their measure. Default true.
     pub incompressible: bool,
+    /// The layout of another body, which is used again if this body has the same.
+    pub layout: Option<Arc<Layout>>,
 }
 
 impl<const D: usize> Default for Additions<D> {
     fn default() -> Self {
-        Self { effects: Vec::new(), carried: Vec::new(), incompressible: true }
+        Self { effects: Vec::new(), carried: Vec::new(), incompressible: true, layout: None }
     }
 }
 

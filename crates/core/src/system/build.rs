@@ -1,8 +1,8 @@
 //! How systems are made of meshes.
 
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::SVector;
 
@@ -14,7 +14,7 @@ use crate::material::Coefficients;
 use crate::sparse::Pattern;
 
 use super::{
-    Additions, Model, StraightPath, System, SystemError, TissueModel, cell_measure, coefficients,
+    Additions, Layout, Model, StraightPath, System, SystemError, TissueModel, cell_measure, coefficients,
     connection_stiffness, connections, path,
 };
 use crate::limits::{FACTOR_ENTRIES, PLANE_NODES};
@@ -45,7 +45,7 @@ impl<const D: usize> System<D> {
         mesh: &Mesh<D>,
         model: &Model,
         contracting: &[usize],
-        additions: Additions<D>,
+        mut additions: Additions<D>,
     ) -> Result<Self, SystemError> {
         mesh.check()?;
         if let Some(&muscle) = contracting.iter().find(|&&m| m >= mesh.muscles.len()) {
@@ -57,18 +57,10 @@ impl<const D: usize> System<D> {
         let rounding = 1e-12 * coefficients.tissue_stiffness * mesh.extent().powi(2);
         if let Some(continuum) = &mesh.continuum {
             let effects = continuum_effects(mesh, continuum, model, &coefficients, contracting)
-                .chain(additions.effects)
+                .chain(std::mem::take(&mut additions.effects))
                 .collect();
             let tissue = TissueModel::Continuum;
-            return Self::assemble(
-                mesh,
-                tissue,
-                coefficients,
-                effects,
-                &additions.carried,
-                Vec::new(),
-                contracting,
-            );
+            return Self::assemble(mesh, tissue, coefficients, effects, additions, Vec::new(), contracting);
         }
         let incompressible = model.tissue == TissueModel::MassSpring && additions.incompressible;
         if incompressible && coefficients.kappa < -rounding {
@@ -103,8 +95,8 @@ impl<const D: usize> System<D> {
             }
             TissueModel::Continuum | TissueModel::Hexahedra => {}
         }
-        effects.extend(additions.effects);
-        Self::assemble(mesh, model.tissue, coefficients, effects, &additions.carried, paths, contracting)
+        effects.append(&mut additions.effects);
+        Self::assemble(mesh, model.tissue, coefficients, effects, additions, paths, contracting)
     }
 
     /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that
@@ -120,7 +112,7 @@ impl<const D: usize> System<D> {
         contracting: &[usize],
     ) -> Result<Self, SystemError> {
         let tissue = TissueModel::MassSpring;
-        Self::assemble(mesh, tissue, coefficients, effects, &[], Vec::new(), contracting)
+        Self::assemble(mesh, tissue, coefficients, effects, Additions::default(), Vec::new(), contracting)
     }
 
     pub(super) fn assemble(
@@ -128,7 +120,7 @@ impl<const D: usize> System<D> {
         tissue: TissueModel,
         coefficients: Coefficients,
         mut effects: Vec<Box<dyn Effect<D>>>,
-        carried: &[(usize, SVector<f64, D>)],
+        additions: Additions<D>,
         paths: Vec<StraightPath>,
         contracting: &[usize],
     ) -> Result<Self, SystemError> {
@@ -138,7 +130,7 @@ impl<const D: usize> System<D> {
         let all = mesh.cells.iter().chain(mesh.hexahedra.iter().map(|corners| &corners[..]));
         let cells = all.map(|cell| (cell.to_vec(), cell_measure(&rest, cell))).collect();
         let mut held: BTreeMap<usize, SVector<f64, D>> = mesh.fixed.iter().map(|&n| (n, rest[n])).collect();
-        for &(node, position) in carried {
+        for &(node, position) in &additions.carried {
             *held.get_mut(&node).ok_or(SystemError::NotOnBone { node })? = position;
         }
         let mut is_unknown = vec![true; rest.len()];
@@ -150,26 +142,33 @@ impl<const D: usize> System<D> {
             .chain(held.keys().copied())
             .for_each(|n| is_unknown[n] = false);
         let carried = held.iter().map(|(&n, &x)| (n, x)).filter(|&(n, x)| x != rest[n]).collect();
-        let mut cliques = Vec::new();
+        let mut stencils = Vec::new();
         for effect in &effects {
-            effect.stencils(&mut |nodes| cliques.push(nodes.to_vec()));
+            effect.stencils(&mut |nodes| {
+                stencils.push(nodes.len());
+                stencils.extend(nodes);
+            });
         }
-        if let Some(node) = loose_node(rest.len(), &cliques, &is_unknown, &mesh.fixed) {
+        if let Some(node) = loose_node(&stencils, &is_unknown, &mesh.fixed) {
             return Err(SystemError::Loose { node });
         }
         if D == 2 {
             PLANE_NODES.check(rest.len() as f64)?;
         }
-        let pattern = Pattern::new(rest.len(), &is_unknown, cliques);
-        FACTOR_ENTRIES.check(pattern.factor_entries::<D>() as f64)?;
-        effects.iter_mut().for_each(|e| e.bind(&pattern));
+        let is_same = |known: &Arc<Layout>| known.is_unknown == is_unknown && known.stencils == stencils;
+        let layout = additions.layout.filter(is_same).unwrap_or_else(|| {
+            let pattern = Pattern::new(rest.len(), &is_unknown, cliques(&stencils).map(<[usize]>::to_vec));
+            Arc::new(Layout { is_unknown, stencils, pattern })
+        });
+        FACTOR_ENTRIES.check(layout.pattern.factor_entries::<D>() as f64)?;
+        effects.iter_mut().for_each(|e| e.bind(&layout.pattern));
         Ok(Self {
             tissue,
             coefficients,
             rest,
             carried,
             effects,
-            pattern,
+            layout,
             paths,
             continuum: mesh.continuum.clone(),
             muscle_ends: mesh.muscles.iter().map(|m| m.ends()).collect(),
@@ -214,8 +213,19 @@ fn continuum_effects<const D: usize>(
     effects.into_iter()
 }
 
+/// The nodes of each stencil of a layout.
+fn cliques(stencils: &[usize]) -> impl Iterator<Item = &[usize]> {
+    let mut left = stencils;
+    std::iter::from_fn(move || {
+        let (clique, rest) = left.get(1..)?.split_at(*left.first()?);
+        left = rest;
+        Some(clique)
+    })
+}
+
 /// A node of a part of the body that is joined to no held node, if there is one.
-fn loose_node(nodes: usize, cliques: &[Vec<usize>], is_unknown: &[bool], held: &[usize]) -> Option<usize> {
+fn loose_node(stencils: &[usize], is_unknown: &[bool], held: &[usize]) -> Option<usize> {
+    let nodes = is_unknown.len();
     let mut leader: Vec<usize> = (0..nodes).collect();
     fn find(leader: &mut [usize], mut i: usize) -> usize {
         while leader[i] != i {
@@ -224,7 +234,7 @@ fn loose_node(nodes: usize, cliques: &[Vec<usize>], is_unknown: &[bool], held: &
         }
         i
     }
-    for clique in cliques {
+    for clique in cliques(stencils) {
         for pair in clique.windows(2) {
             let (a, b) = (find(&mut leader, pair[0]), find(&mut leader, pair[1]));
             leader[a.max(b)] = a.min(b);

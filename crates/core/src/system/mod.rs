@@ -34,6 +34,15 @@ pub use space::{MusclesAs, SpaceModel};
 
 use elements::{AtRest, Elements};
 
+/// Which nodes are unknowns, how they are coupled, and the pattern that follows from both.
+#[derive(Debug)]
+pub struct Layout {
+    is_unknown: Vec<bool>,
+    /// The number of nodes of every stencil, then these nodes.
+    stencils: Vec<usize>,
+    pattern: Pattern,
+}
+
 /// A body ready to be solved.
 #[derive(Debug)]
 pub struct System<const D: usize> {
@@ -43,7 +52,8 @@ pub struct System<const D: usize> {
     /// Bone nodes that are displaced from rest, and their new positions, m.
     carried: Vec<(usize, SVector<f64, D>)>,
     effects: Vec<Box<dyn Effect<D>>>,
-    pattern: Pattern,
+    /// Shared by bodies that differ in the places of their nodes alone.
+    layout: Arc<Layout>,
     paths: Vec<StraightPath>,
     continuum: Option<Arc<Continuum<D>>>,
     muscle_ends: Vec<[usize; 2]>,
@@ -82,8 +92,13 @@ impl<const D: usize> System<D> {
         let inner = self.paths.iter().flat_map(StraightPath::inner_nodes);
         let followers = self.continuum.iter().flat_map(|c| c.followers.iter().map(|f| f.node));
         let placed: Vec<usize> = inner.chain(followers).collect();
-        let is_held = |n: &usize| self.pattern.unknown(*n).is_none() && !placed.contains(n);
+        let is_held = |n: &usize| self.layout.pattern.unknown(*n).is_none() && !placed.contains(n);
         (0..self.rest.len()).filter(is_held).collect()
+    }
+
+    /// For [`Additions::layout`] of a body that differs in the places of its nodes alone.
+    pub fn layout(&self) -> Arc<Layout> {
+        Arc::clone(&self.layout)
     }
 
     /// The effects that are simulated.
@@ -99,7 +114,7 @@ impl<const D: usize> System<D> {
     /// The effects as flat lists, if this is a plain body of the plane; made at the first call.
     pub(crate) fn elements(&self) -> Option<&Arc<Elements>> {
         let make = || {
-            let is_small = !self.pattern.is_for_supernodes::<D>();
+            let is_small = !self.layout.pattern.is_for_supernodes::<D>();
             is_small.then(|| Elements::new(self)).flatten().map(Arc::new)
         };
         self.elements.get_or_init(make).as_ref()
@@ -112,7 +127,7 @@ impl<const D: usize> System<D> {
 
     /// Unknowns and sparsity.
     pub fn pattern(&self) -> &Pattern {
-        &self.pattern
+        &self.layout.pattern
     }
 
     /// Straight elements in place of chains outside the tissue.

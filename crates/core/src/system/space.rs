@@ -86,7 +86,7 @@ impl System<3> {
     pub fn in_space_with(
         body: &SpaceBody,
         model: &SpaceModel,
-        additions: Additions<3>,
+        mut additions: Additions<3>,
     ) -> Result<Self, SystemError> {
         body.check()?;
         body.mesh.check_size()?;
@@ -116,11 +116,11 @@ impl System<3> {
             };
             effects.push(Box::new(Fibres::new(number, &strands, &mesh.nodes, CONTRACTION_TIME_S, BAR)));
         }
-        effects.extend(additions.effects);
+        effects.append(&mut additions.effects);
         let contracting: Vec<usize> = (0..body.muscles.len()).collect();
         let coefficients = carried_along(body, law)?;
         let tissue = TissueModel::Hexahedra;
-        Self::assemble(mesh, tissue, coefficients, effects, &additions.carried, Vec::new(), &contracting)
+        Self::assemble(mesh, tissue, coefficients, effects, additions, Vec::new(), &contracting)
     }
 }
 

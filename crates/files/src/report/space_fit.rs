@@ -12,7 +12,11 @@ use super::record::AlarmRecord;
 /// `tongue-fit track FILES --body space --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpaceTrackRecord {
+    #[serde(rename = "tongue")]
     pub body: String,
+    /// Why frames cannot be trusted: the reason for an exit status of 3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub untrusted: Option<String>,
     pub frames: Vec<SpaceFitRecord>,
     /// What to know of all frames.
     pub notes: Vec<String>,
@@ -22,12 +26,18 @@ pub struct SpaceTrackRecord {
 impl SpaceTrackRecord {
     /// The record of a body without frames.
     pub fn new(body: &SpaceBody, notes: Vec<String>) -> Self {
-        Self { body: body.what.clone(), frames: Vec::new(), notes, wall_s: 0.0 }
+        Self { body: body.what.clone(), untrusted: None, frames: Vec::new(), notes, wall_s: 0.0 }
     }
 
     /// Adds a frame of a recording at a time; its combinations count as open above a standard deviation.
-    pub fn push(&mut self, of: (Option<&str>, Option<f64>), fit: &SpaceFit, open_above: f64) {
-        self.frames.push(SpaceFitRecord::new(of, fit, open_above));
+    pub fn push(
+        &mut self,
+        body: &SpaceBody,
+        of: (Option<&str>, Option<f64>),
+        fit: &SpaceFit,
+        open_above: f64,
+    ) {
+        self.frames.push(SpaceFitRecord::new(body, of, fit, open_above));
     }
 }
 
@@ -58,8 +68,15 @@ pub struct SpaceFitRecord {
 const AS_GOOD: f64 = 0.05;
 
 impl SpaceFitRecord {
-    fn new((recording, time_s): (Option<&str>, Option<f64>), fit: &SpaceFit, open_above: f64) -> Self {
+    fn new(
+        body: &SpaceBody,
+        (recording, time_s): (Option<&str>, Option<f64>),
+        fit: &SpaceFit,
+        open_above: f64,
+    ) -> Self {
         let replay = &fit.answer.replay;
+        let mut alarms = alarms::of_equilibrium(&replay.solution, replay.critical);
+        alarms.extend(alarms::of_strain(body, &fit.answer.positions));
         Self {
             recording: recording.map(str::to_owned),
             time_s,
@@ -72,10 +89,7 @@ impl SpaceFitRecord {
             starts: fit.starts.clone(),
             others_as_good: fit.others_as_good(AS_GOOD).map(|s| s.activations.clone()).collect(),
             factorisations: fit.factorisations,
-            alarms: alarms::of_equilibrium(&replay.solution, replay.critical)
-                .iter()
-                .map(AlarmRecord::from)
-                .collect(),
+            alarms: alarms.iter().map(AlarmRecord::from).collect(),
         }
     }
 }

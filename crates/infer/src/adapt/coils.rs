@@ -53,10 +53,8 @@ const COIL_UNIT_M: f64 = 4e-3;
 /// Turns from which the search begins, rad.
 const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
 
-/// A coil on the tongue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coil {
-    /// Its name.
     pub name: String,
     /// Its median place, m.
     pub at: Point,

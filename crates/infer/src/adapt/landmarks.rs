@@ -55,9 +55,6 @@ impl Landmarks {
     ///
     /// In Slicer's markups the labels are the names of points; open and closed curves are contours. Coordinates are LPS (y to the back, z
     /// up), or RAS (y to the front) if the file says so.
-    ///
-    /// # Errors
-    /// [`RecordingError`] with the place in the file.
     pub fn from_bytes(bytes: &[u8], origin: &str, map: &Map) -> Result<Self, RecordingError> {
         let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
         if first == Some(&b'{') {

@@ -67,9 +67,6 @@ pub struct Adaptation {
 
 impl Adaptation {
     /// Reads the adaptation from the text of a body's file (`tongue-fit adapt`); `None` for other bodies.
-    ///
-    /// # Errors
-    /// The message of the JSON reader, or a description of an inconsistency.
     pub fn from_json(text: &str) -> Result<Option<Self>, String> {
         #[derive(Deserialize)]
         struct File {

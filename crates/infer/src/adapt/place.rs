@@ -56,7 +56,6 @@ pub struct Sight {
     pub hyoid: Option<Point>,
     /// Coils on the tongue, which are used if no contour was observed.
     pub coils: Vec<Coil>,
-    /// A trace of the palate.
     pub palate: Vec<Point>,
 }
 
@@ -69,6 +68,8 @@ pub struct Placed {
     pub rms_m: f64,
     /// How far the mental spine and the hyoid were seen from where the placed body has them, m.
     pub bones_m: Vec<(&'static str, f64)>,
+    /// How far the two were seen from each other, m.
+    pub bones_apart_m: Option<f64>,
     /// Sum of the squared distances of contour and bones, in standard deviations. Where the speaker is larger than the body, distances
     /// are first divided by the scale.
     pub cost: f64,
@@ -79,18 +80,20 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// Why contour and bones cannot be used together: a bone is farther from its place than in any recording whose contour and bones were
-    /// in one frame, or the contour needs a tongue of another size than the bones.
-    pub fn refusal(&self) -> Option<String> {
-        let (bone, off_m) = self.bones_m.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        (*off_m > FARTHEST_BONE_M).then(|| {
-            format!(
+    /// The placement, unless a bone is farther from its place than in any recording whose contour and bones were in one frame.
+    ///
+    /// # Errors
+    /// [`RestError::NotOneFrame`] with the bone and the way on.
+    pub fn in_one_frame(self) -> Result<Self, RestError> {
+        match self.bones_m.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((bone, off_m)) if *off_m > FARTHEST_BONE_M => Err(RestError::NotOneFrame(format!(
                 "the {} lies {:.0} mm from where a tongue with this contour has it, where 10 mm are the most: contour and bones are not in one \
                  frame; export both in the same one, or leave the bones out with a map (--map) of the line {WITHOUT_BONES}",
                 bone.replace('_', " "),
                 off_m * 1e3
-            )
-        })
+            ))),
+            _ => Ok(self),
+        }
     }
 
     /// The doubt about observations that no place of the body explains together.
@@ -152,9 +155,6 @@ impl Sight {
     }
 
     /// Places a body at these observations.
-    ///
-    /// # Errors
-    /// [`RestError::Body`]: a body without an outline, or neither a contour nor three coils nor both bones.
     pub fn place(&self, body: &Body<2>) -> Result<Placed, RestError> {
         // A bone that is recorded together with coils is a coil on the jaw, which is not at the mental spine.
         if self.contour.is_empty() && self.hyoid.is_none() && self.coils.len() >= FEWEST_COILS {
@@ -165,6 +165,7 @@ impl Sight {
                 similarity,
                 rms_m: 0.0,
                 bones_m: Vec::new(),
+                bones_apart_m: None,
                 cost: 0.0,
                 by_coils,
                 without_palate: false,
@@ -231,7 +232,8 @@ impl Sight {
                 return Ok(Placed { without_palate: true, ..without });
             }
         }
-        Ok(Placed { similarity, rms_m, bones_m, cost, by_coils: None, without_palate: false })
+        let bones_apart_m = self.spine.zip(self.hyoid).map(|(spine, hyoid)| (hyoid - spine).norm());
+        Ok(Placed { similarity, rms_m, bones_m, bones_apart_m, cost, by_coils: None, without_palate: false })
     }
 }
 

@@ -47,7 +47,6 @@ pub enum RestError {
     /// A bone lies where no bone of a tongue with this contour is.
     #[error("{0}")]
     NotOneFrame(String),
-    /// Cells would fold.
     #[error(
         "the rest shape would fold the tissue: a cell would keep {ratio:.2} of its area (at least {LEAST_AREA_RATIO} is needed)"
     )]
@@ -68,9 +67,6 @@ pub struct ControlPoints {
 
 impl ControlPoints {
     /// The control points of a tongue: the built-in ones, moved to the body by its spine and hyoid.
-    ///
-    /// # Errors
-    /// [`RestError::Body`] for a body without these bones.
     pub fn of(body: &Body<2>) -> Result<Self, RestError> {
         let missing = || RestError::Body(format!("it needs the bones \"{MANDIBLE}\" and \"{HYOID}\""));
         let spine = mark_of(body, MANDIBLE).ok_or_else(missing)?;
@@ -110,9 +106,6 @@ pub struct Rest<'a> {
 
 impl<'a> Rest<'a> {
     /// Prepares a body, which is first changed and then placed.
-    ///
-    /// # Errors
-    /// [`RestError::Body`] for a body without the bones of a tongue.
     pub fn new(body: &'a Body<2>, similarity: Similarity) -> Result<Self, RestError> {
         let controls = ControlPoints::of(body)?;
         let plate = ThinPlate::new(&controls.points)
@@ -207,9 +200,6 @@ pub(crate) fn straighten(mesh: &Mesh<2>, nodes: &mut [Point]) {
 }
 
 /// The displacements (m) with which the body at rest, without tensions, best fits contour points and the marks of bones.
-///
-/// # Errors
-/// [`RestError::Folds`] where the cells would fold.
 pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Result<DVector<f64>, RestError> {
     let residuals = |d: &DVector<f64>| {
         let body = rest.body(d);

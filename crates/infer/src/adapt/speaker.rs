@@ -34,7 +34,6 @@ const ON_OUTLINE_M: f64 = 1e-6;
 /// A body adapted to a speaker.
 #[derive(Debug, Clone)]
 pub struct Speaker {
-    /// The body.
     pub body: Body<2>,
     /// The bones that follow their observed places.
     pub followed: Vec<Followed>,
@@ -98,13 +97,10 @@ impl Speaker {
 /// A body to be adapted, and assumptions of the adaptation.
 #[derive(Debug, Clone)]
 pub struct Basis<'a> {
-    /// The body to be adapted.
     pub body: &'a Body<2>,
     /// The anatomy from which it was meshed, if there was one.
     pub anatomy: Option<&'a Anatomy>,
-    /// The material.
     pub model: Model,
-    /// Numbers of the muscles that contract.
     pub contracting: Vec<usize>,
     /// Prior of their tensions and errors of the recordings.
     pub settings: TrackSettings,
@@ -119,14 +115,14 @@ impl Basis<'_> {
     /// # Errors
     /// [`RestError::Body`] for recordings that contain too little, [`RestError::NotOneFrame`] for bones that belong to no such contour.
     pub fn place(&self, seen: &[&AlignedRecording], hide: &[String]) -> Result<Placed, RestError> {
-        let placed = Sight::of(seen, hide).under(self.palate).place(self.body).map_err(|why| {
+        let placed = Sight::of(seen, hide).under(self.palate).place(self.body);
+        placed.and_then(Placed::in_one_frame).map_err(|why| {
             let RestError::Body(why) = why else { return why };
             RestError::Body(format!(
                 "{why}; name their channels in a map (--map; --map-template writes one), or give a body that fits the speaker (--mesh, \
                  --anatomy, or --as-is for the built-in one)"
             ))
-        })?;
-        placed.refusal().map_or(Ok(placed), |why| Err(RestError::NotOneFrame(why)))
+        })
     }
 
     /// Adapts the body to recordings; `hide` are points that are not used.
@@ -173,9 +169,6 @@ impl Basis<'_> {
     }
 
     /// Adapts the body to landmarks of one posture at rest, and to its contour.
-    ///
-    /// # Errors
-    /// [`RestError::Body`] if the mental spine or the hyoid is missing.
     pub fn to_landmarks(&self, landmarks: &Landmarks) -> Result<Speaker, RestError> {
         let at = |bone: &str| landmarks.named.get(bone).copied();
         let by_landmarks = by_bones(self.body, at);

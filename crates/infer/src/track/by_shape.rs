@@ -80,7 +80,7 @@ impl Columns for RestShape {
     }
 
     fn changes(&self) -> Option<Vec<Change<'_, 2>>> {
-        Some(self.in_lanes.as_ref()?.iter().map(Change::Rest).collect())
+        Some(self.in_lanes()?.iter().map(Change::Rest).collect())
     }
 
     fn by_unknown(&self, _: usize, _: &DVector<f64>) -> f64 {
@@ -97,7 +97,7 @@ impl Columns for RestShape {
         let (mut before, mut after) =
             (vec![SVector::zeros(); positions.len()], vec![SVector::zeros(); positions.len()]);
         self.system.force(Configuration { positions: &positions, tensions: &tensions }, &mut before);
-        for (k, (direction, changed)) in self.prior.directions.iter().zip(&self.changed).enumerate() {
+        for (k, (direction, changed)) in self.prior.directions.iter().zip(self.changed()?).enumerate() {
             // Nodes on bone move with the body at rest.
             let moved = |(n, p): (usize, &Point)| if free[n] { *p } else { p + direction[n] * STEP };
             let there: Vec<Point> = positions.iter().enumerate().map(moved).collect();

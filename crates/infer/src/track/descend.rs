@@ -8,7 +8,7 @@ use nalgebra::DVector;
 
 use tongue_core::parallel;
 
-use super::by_shape::{ByShape, by_shape};
+use super::by_shape::ByShape;
 use super::eliminate::{Eliminated, windows};
 use super::frame::Solver;
 use super::linearise::Linear;
@@ -115,27 +115,37 @@ fn costs(mode: &Mode<'_, '_>, courses: &[Course]) -> f64 {
     prior(mode, courses, &mode.shared, |nth, t| &courses[nth].here[t].z) + frames.sum::<f64>()
 }
 
-/// The step of the shared unknowns, those of the shape behind the others, and of every state. A shape comes with the weight of its
-/// prior and with its damping in units of that prior's precision.
+/// A shape that takes a step together with the states.
+#[derive(Clone, Copy)]
+pub(super) struct ShapeStep<'a> {
+    pub shape: &'a RestShape,
+    /// Its derivatives in every frame of every recording.
+    pub rates: &'a [Vec<Option<ByShape>>],
+    /// The weight of its prior, and its damping in units of that prior's precision.
+    pub weight: f64,
+    pub damping: f64,
+}
+
+/// The step of the shared unknowns, those of the shape behind the others, and of every state.
 pub(super) fn stepped(
     mode: &Mode<'_, '_>,
     courses: &[Course],
     damping: &[Vec<f64>],
-    shape: Option<(&RestShape, f64, f64)>,
+    shape: Option<ShapeStep<'_>>,
 ) -> Option<(DVector<f64>, Vec<Step>)> {
-    let (n, more) = (mode.sizes.shared(), shape.map_or(0, |(s, ..)| s.count()));
+    let (n, more) = (mode.sizes.shared(), shape.map_or(0, |s| s.shape.count()));
     let mut curvature = mode.shared_precision.clone().resize(n + more, n + more, 0.0);
     let mut gradient = (&mode.shared_precision * &mode.shared).resize_vertically(n + more, 0.0);
-    if let Some((shape, weight, damping)) = shape {
+    if let Some(ShapeStep { shape, weight, damping, .. }) = shape {
         curvature
             .view_mut((n, n), (more, more))
             .copy_from(&(&shape.prior.precision * (weight * (1.0 + damping))));
         gradient.rows_mut(n, more).copy_from(&(&shape.prior.gradient * weight));
     }
-    let by_shape: Vec<Vec<Option<ByShape>>> =
-        courses.iter().map(|course| by_shape(mode, course, shape.map(|(shape, ..)| shape))).collect();
-    let of_shape: Vec<_> =
-        by_shape.iter().map(|all| |t: usize| all[t].as_ref().map(|b: &ByShape| b.seen.clone())).collect();
+    let of_shape = |nth: usize| {
+        move |t: usize| shape.and_then(|s| s.rates[nth][t].as_ref()).map(|by_shape| by_shape.seen.clone())
+    };
+    let of_shape: Vec<_> = (0..courses.len()).map(of_shape).collect();
     let mut all = Vec::with_capacity(courses.len());
     for ((course, damping), of_shape) in courses.iter().zip(damping).zip(&of_shape) {
         let eliminated = Eliminated::new(mode, course, damping, of_shape, more)?;
@@ -306,7 +316,6 @@ fn solved(
 
 /// A frame that is to take a step.
 struct Trial {
-    /// Its number.
     t: usize,
     /// Its state after the whole step.
     z: DVector<f64>,

@@ -39,7 +39,6 @@ impl Means {
         Self(other.0.iter().map(|draws| vec![0.0; draws.len()]).collect())
     }
 
-    /// Adds the tensions of a frame.
     pub fn add(&mut self, tensions: &[Vec<f32>]) {
         for (sums, draws) in self.0.iter_mut().zip(tensions) {
             sums.iter_mut().zip(draws).for_each(|(sum, draw)| *sum += f64::from(*draw));
@@ -57,11 +56,9 @@ pub(super) struct Sampler<'a, 's> {
     pub heard: Vec<Option<DMatrix<f64>>>,
     /// Draws of the shared unknowns.
     pub shared: &'a DMatrix<f64>,
-    /// Number of the recording.
     pub number: usize,
 }
 
-/// A batch of draws.
 #[derive(Clone)]
 struct Batch {
     number: usize,
@@ -136,7 +133,6 @@ impl Sampler<'_, '_> {
         noise
     }
 
-    /// The draws of a window.
     fn window(&self, window: &Range<usize>, batches: &mut [Batch]) -> Draws {
         let Self { mode, course, .. } = self;
         let (m, bones, link) = (mode.sizes.muscles, mode.sizes.bones, mode.settings.link);

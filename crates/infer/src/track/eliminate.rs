@@ -14,7 +14,7 @@ use super::chain::Factors;
 use super::mode::{CHUNK, Course, Mode, Rows};
 
 /// Number of frames in a window.
-pub(super) const WINDOW: usize = 16 * CHUNK;
+pub(super) const WINDOW: usize = 4 * CHUNK;
 
 /// The windows of a recording of so many frames.
 pub(super) fn windows(frames: usize) -> Vec<Range<usize>> {
@@ -49,8 +49,6 @@ impl Contribution {
 /// Rows of a window of frames, and the responses of their states to the shared unknowns.
 pub(super) struct Window {
     pub rows: Vec<Option<Rows>>,
-    /// The coupling of the states with the shared unknowns, and the responses, which solve it.
-    across: Vec<DMatrix<f64>>,
     pub answers: Vec<DMatrix<f64>>,
 }
 
@@ -153,16 +151,17 @@ impl<'a, 's> Eliminated<'a, 's> {
             after,
             kept: None,
         };
-        match kept {
-            Some((rows, across)) => out.kept = Some(Arc::new(out.answered(0..z.len(), rows, across))),
-            None => out.meet(&windows),
+        if kept.is_none() {
+            out.meet(&windows);
         }
         for window in windows {
-            let here = out.window(&window);
-            for ((across, answer), t) in here.across.iter().zip(&here.answers).zip(window) {
+            let (rows, across) = kept.take().unwrap_or_else(|| out.rows_and_coupling(&window));
+            let answers = out.answers(&window, across.clone());
+            for ((across, answer), t) in across.iter().zip(&answers).zip(window.clone()) {
                 out.curvature -= across.tr_mul(answer);
                 out.gradient -= across.tr_mul(&out.steps[t].column(0));
             }
+            out.kept = Some(Arc::new(Window { rows, answers })).filter(|_| window.len() == z.len());
         }
         Some(out)
     }
@@ -173,7 +172,7 @@ impl<'a, 's> Eliminated<'a, 's> {
             return Arc::clone(kept);
         }
         let (rows, across) = self.rows_and_coupling(window);
-        Arc::new(self.answered(window.clone(), rows, across))
+        Arc::new(Window { rows, answers: self.answers(window, across) })
     }
 
     /// Finds the blocks at the ends of the windows of a long recording.
@@ -208,13 +207,13 @@ impl<'a, 's> Eliminated<'a, 's> {
         window.clone().zip(found).map(one).unzip()
     }
 
-    fn answered(&self, window: Range<usize>, rows: Vec<Option<Rows>>, across: Vec<DMatrix<f64>>) -> Window {
+    /// The responses of the states of a window to the shared unknowns, with which they are coupled by `across`.
+    fn answers(&self, window: &Range<usize>, mut across: Vec<DMatrix<f64>>) -> Vec<DMatrix<f64>> {
         let number = window.start / WINDOW;
-        let mut answers = across.clone();
         let before = number.checked_sub(1).and_then(|n| self.before.get(n));
-        self.factors.forward(&mut answers, window.start, before);
-        self.factors.backward(&mut answers, window.start, self.after.get(number));
-        Window { rows, across, answers }
+        self.factors.forward(&mut across, window.start, before);
+        self.factors.backward(&mut across, window.start, self.after.get(number));
+        across
     }
 }
 

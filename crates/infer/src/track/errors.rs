@@ -154,7 +154,6 @@ impl Knots {
         if a.channel == b.channel { a.sd_mm * b.sd_mm * (-apart).exp() } else { 0.0 }
     }
 
-    /// The errors of a frame with these observations.
     pub fn frame(&self, along: &[Along]) -> Option<FrameErrors> {
         let n = along.len();
         let (basis, left) = self.basis(along);
@@ -184,7 +183,6 @@ fn correlation(a: (usize, f64), b: (usize, f64), length: f64) -> f64 {
     if a.0 == b.0 { alike(a.1 - b.1, length) } else { 0.0 }
 }
 
-/// The errors of one frame.
 #[derive(Debug, Clone)]
 pub(super) struct FrameErrors {
     factor: Cholesky<f64, Dyn>,
@@ -209,7 +207,6 @@ impl FrameErrors {
 /// The error at a place that was not observed: `weights . (residuals - basis knots) + row . knots ± sd`.
 #[derive(Debug, Clone)]
 pub(super) struct Kriging {
-    /// Weights of the residuals.
     pub weights: DVector<f64>,
     /// Total weights of the values at the knots.
     pub of_knots: DVector<f64>,

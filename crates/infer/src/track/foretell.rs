@@ -49,7 +49,6 @@ struct Split {
     hidden: Line,
 }
 
-/// One candidate.
 #[derive(Clone, Copy)]
 struct Process {
     weight: f64,

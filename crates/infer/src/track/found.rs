@@ -25,7 +25,6 @@ const REACH_M: f64 = 10e-3;
 /// A direction of tensions is resolved if its standard deviation is below this part of the prior's.
 const RESOLVED: f64 = 0.5;
 
-/// Outcome of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FrameStatus {
@@ -71,7 +70,6 @@ pub struct Displacement {
 /// A held-out point: its distance from the place that the fit predicts, with the interval of that prediction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Foretold {
-    /// Its name.
     pub point: String,
     /// Distance of the point from its predicted place, m: across the contour; for a coil, which is reported once for each axis, along
     /// that axis.
@@ -80,12 +78,9 @@ pub struct Foretold {
     pub interval_m: [f64; 2],
 }
 
-/// Results for a frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Tracked {
-    /// Time, s.
     pub time_s: f64,
-    /// Its outcome.
     pub status: FrameStatus,
     /// Tensions of the contracting muscles, N per metre of thickness.
     pub levels: Vec<Ranged>,
@@ -125,14 +120,11 @@ impl Tracked {
     }
 }
 
-/// Results for a recording.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrackedRecording {
     /// Positions of all nodes of the displayed body at rest, m: the body with its most probable shape.
     pub rest: Vec<SVector<f64, 2>>,
-    /// All frames.
     pub frames: Vec<Tracked>,
-    /// The intervals of its labels.
     pub segments: Vec<LabelMean>,
 }
 

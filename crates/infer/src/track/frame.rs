@@ -68,9 +68,7 @@ impl TongueSurface {
 /// A bone of a body that follows its observed place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Followed {
-    /// Its name.
     pub name: String,
-    /// Its nodes.
     pub nodes: Vec<usize>,
     /// Place where its mark is seen when the bone is at its rest position, m.
     pub mark: Point,
@@ -79,11 +77,9 @@ pub struct Followed {
 /// The prepared observations of one frame.
 #[derive(Debug, Clone)]
 pub struct Frame {
-    /// Time, s.
     pub time_s: f64,
     /// Observations that are fitted, in metres, with their standard deviations.
     pub observations: Vec<Observation<2>>,
-    /// The names of their points.
     pub names: Vec<String>,
     /// For every observation, its place along the contour and its error.
     pub along: Vec<Along>,
@@ -100,7 +96,6 @@ pub struct Frame {
 /// A held-out contour point or coordinate of a coil.
 #[derive(Debug, Clone)]
 pub struct Hidden {
-    /// The name of the point.
     pub name: String,
     /// Its distance from the surface, or the simulated less the measured coordinate; of weight 1.
     pub observation: Observation<2>,

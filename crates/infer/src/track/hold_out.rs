@@ -22,11 +22,8 @@ const RIDGE: f64 = 1e-3;
 /// Accuracy of one method for hidden points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Opponent {
-    /// Name of the method.
     pub name: String,
-    /// Number of predicted points.
     pub points: usize,
-    /// Median distance, mm.
     pub median_mm: f64,
     /// Root mean square distance, mm.
     pub pooled_mm: f64,
@@ -35,7 +32,6 @@ pub struct Opponent {
 /// Comparison of predictions of the held-out points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldOut {
-    /// Names of the points.
     pub points: Vec<String>,
     /// The recordings from which the other methods learned: `others` (leave one recording out), or `the same` if there is only one.
     pub trained_on: &'static str,

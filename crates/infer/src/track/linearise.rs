@@ -102,7 +102,6 @@ impl Solver<'_> {
         self.rates(&unknowns, postures).into_iter().zip(postures).map(linear).collect()
     }
 
-    /// The linearisation of one frame.
     pub fn linearise(&mut self, frame: &Frame, x: &DVector<f64>, from: Option<&[Point]>) -> Option<Linear> {
         self.linearise_all(&[(frame, x, from)]).pop()?
     }

@@ -43,7 +43,6 @@ impl Link {
         }
     }
 
-    /// The scale of the tensions, N/m.
     pub fn scale_n(&self) -> f64 {
         SCALE_N * self.bend_n / BEND_N
     }

@@ -21,7 +21,6 @@ use super::mode::{CHUNK, Course, Mode};
 use super::shape::RestShape;
 use crate::heard::{Airway, Articulation, Heard};
 
-/// A formant of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrackedFormant {
     /// Its frequency at the most probable shape, Hz.

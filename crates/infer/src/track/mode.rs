@@ -24,7 +24,6 @@ pub const FEWEST: usize = 3;
 /// Numbers of the unknowns, in their order.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sizes {
-    /// Contracting muscles.
     pub muscles: usize,
     /// Displacements of freed bones.
     pub bones: usize,
@@ -47,7 +46,6 @@ impl Sizes {
 /// State and linearisation of a frame.
 #[derive(Debug, Clone)]
 pub(super) struct Here {
-    /// Its state.
     pub z: DVector<f64>,
     /// Its linearisation, which during the search may be that at a state nearby; `None` without an equilibrium or data.
     pub linear: Option<Arc<Linear>>,

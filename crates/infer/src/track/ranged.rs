@@ -11,13 +11,11 @@ const TAILS: [f64; 3] = [0.025, 0.5, 0.975];
 /// A number with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Ranged {
-    /// The median of its draws.
     pub median: f64,
     /// Lower end of the interval.
     pub low: f64,
     /// Upper end.
     pub high: f64,
-    /// Variance of the draws.
     pub variance: f64,
 }
 

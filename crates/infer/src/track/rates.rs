@@ -21,7 +21,6 @@ pub(super) struct Rates {
     pub residuals: DVector<f64>,
     /// Positions of all nodes, m.
     pub positions: Vec<Point>,
-    /// A column for each unknown.
     pub by_unknown: DMatrix<f64>,
     /// For each row, the nodes on which it depends with the derivative by their positions, and a factor.
     rows: Vec<(Vec<(usize, Point)>, f64)>,
@@ -80,7 +79,6 @@ pub(super) trait Columns {
     /// The unit of the derivatives of the residuals.
     const UNIT: Unit;
 
-    /// The number of columns.
     fn count(&self) -> usize;
 
     /// The changes in lanes, one for each column; `None` where lanes do not take them.

@@ -44,7 +44,6 @@ pub struct Repeats {
     pub tier: String,
     /// Labels that repeat, and how often each does.
     pub labels: Vec<(String, usize)>,
-    /// The results for every muscle.
     pub muscles: Vec<Repeated>,
 }
 

@@ -10,9 +10,7 @@ use super::ranged::Ranged;
 /// Means of all tensions over the interval of a label, less those over the recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LabelMean {
-    /// Number of the label in its recording.
     pub label: usize,
-    /// Number of frames in the interval.
     pub frames: usize,
     /// Changes of the contracting muscles, N per metre of thickness.
     pub changes: Vec<Ranged>,
@@ -20,7 +18,6 @@ pub struct LabelMean {
 
 /// The labels of a recording while its frames are taken one after another.
 pub(super) struct Segments<'a> {
-    /// The numbers of the labels of every frame.
     labels: &'a [&'a [usize]],
     /// The last frame of every label; `None` for labels without frames.
     last: Vec<Option<usize>>,

@@ -10,13 +10,10 @@ pub struct TrackSettings {
     pub link: Link,
     /// Time over which tensions and slow errors are remembered, s; 0: frames are independent.
     pub memory_s: f64,
-    /// Errors of the observations.
     pub errors: Errors,
     /// Weight of the frames' information about the shape at rest: 1 would be right for an exact model.
     pub trust: f64,
-    /// Number of draws.
     pub draws: usize,
-    /// Seed of the draws.
     pub seed: u64,
     /// Upper bound of every tension, N per metre of thickness: larger tensions are reported as at the bound.
     pub upper_n: f64,

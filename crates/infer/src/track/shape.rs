@@ -4,6 +4,7 @@
 //! may be shifted, turned, scaled and sheared, and the ends of muscles may move on the outline or in the tissue.
 
 use std::ops::Range;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{DMatrix, DVector};
 
@@ -12,7 +13,7 @@ use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::geometry::{Point, Similarity, ThinPlate};
 use tongue_core::statics::lanes::{Lanes, Reshaped};
-use tongue_core::system::{Additions, Model, System};
+use tongue_core::system::{Additions, Layout, Model, System};
 
 use super::TongueSurface;
 use super::ends::ends;
@@ -51,9 +52,6 @@ pub struct ShapePrior {
 
 impl ShapePrior {
     /// The prior for a body in the frame of its recordings; `seen` gives the median places of its bones where they are known.
-    ///
-    /// # Errors
-    /// [`RestError::Body`] for a body without the bones of a tongue.
     pub fn of(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Result<Self, RestError> {
         let mesh = &body.mesh;
         let controls = ControlPoints::of(body)?;
@@ -184,29 +182,41 @@ impl ShapePrior {
     }
 }
 
+/// A body of a mesh with its nodes elsewhere.
+fn assembled(
+    mesh: &Mesh<2>,
+    nodes: &[Point],
+    (model, contracting): (&Model, &[usize]),
+    wall: Option<&Contact>,
+    layout: Option<Arc<Layout>>,
+) -> Result<System<2>, RestError> {
+    let mesh = Mesh { nodes: nodes.to_vec(), ..mesh.clone() };
+    let effects = wall.map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).into_iter().collect();
+    let additions = Additions { effects, layout, ..Additions::default() };
+    System::with(&mesh, model, contracting, additions).map_err(|e| RestError::Body(e.to_string()))
+}
+
 /// The uncertainty of a body's shape, with slightly changed bodies.
 pub struct RestShape {
-    /// Directions with their prior.
     pub prior: ShapePrior,
+    /// The mesh about which the amounts of directions count, and the nodes of this body.
     mesh: Mesh<2>,
+    nodes: Vec<Point>,
     model: Model,
     contracting: Vec<usize>,
     /// A wall that the tongue does not pass, such as its palate.
     wall: Option<Contact>,
     /// The body itself.
     pub system: System<2>,
-    /// For every direction, the body a small step along it.
-    pub(super) changed: Vec<System<2>>,
-    /// The directions for lanes; `None` if lanes cannot take the body.
-    pub(super) in_lanes: Option<Vec<Reshaped<2>>>,
+    /// For every direction, the body a small step along it, and that body for lanes; each from the first time that it is used. Most
+    /// bodies of a search for a shape are left before that.
+    changed: OnceLock<Option<Vec<System<2>>>>,
+    in_lanes: OnceLock<Option<Vec<Reshaped<2>>>>,
     is_kept: bool,
 }
 
 impl RestShape {
     /// The shape of a body in the frame of its recordings, as [`ShapePrior::of`].
-    ///
-    /// # Errors
-    /// [`RestError::Body`]: a body without the bones of a tongue, or one that cannot be assembled.
     pub fn of(
         body: &Body<2>,
         model: &Model,
@@ -215,13 +225,10 @@ impl RestShape {
     ) -> Result<Self, RestError> {
         let prior = ShapePrior::of(body, seen)?;
         let nodes = body.mesh.nodes.clone();
-        Self::about(prior, &body.mesh, nodes, (model, contracting), None)
+        Self::about(prior, &body.mesh, nodes, (model, contracting), None)?.checked()
     }
 
     /// The same for a body that was placed by coils.
-    ///
-    /// # Errors
-    /// As [`RestShape::of`].
     pub fn of_coils(
         body: &Body<2>,
         model: &Model,
@@ -232,7 +239,7 @@ impl RestShape {
         let surface = TongueSurface::of(body).ok_or_else(missing)?;
         let prior = ShapePrior::of(body, |_| None)?.placed(&body.mesh, &surface, by);
         let nodes = body.mesh.nodes.clone();
-        Self::about(prior, &body.mesh, nodes, (model, contracting), None)
+        Self::about(prior, &body.mesh, nodes, (model, contracting), None)?.checked()
     }
 
     fn about(
@@ -242,44 +249,64 @@ impl RestShape {
         (model, contracting): (&Model, &[usize]),
         wall: Option<Contact>,
     ) -> Result<Self, RestError> {
-        let assembled = |nodes: Vec<Point>| {
-            let mesh = Mesh { nodes, ..mesh.clone() };
-            let effects = wall.iter().map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).collect();
-            let additions = Additions { effects, ..Additions::default() };
-            System::with(&mesh, model, contracting, additions).map_err(|e| RestError::Body(e.to_string()))
+        let (mesh, model, contracting) = (mesh.clone(), *model, contracting.to_vec());
+        let system = assembled(&mesh, &nodes, (&model, &contracting), wall.as_ref(), None)?;
+        let (changed, in_lanes) = (OnceLock::new(), OnceLock::new());
+        Ok(Self { prior, mesh, nodes, model, contracting, wall, system, changed, in_lanes, is_kept: false })
+    }
+
+    /// The same, unless the body cannot be assembled a small step along one of the directions.
+    fn checked(self) -> Result<Self, RestError> {
+        let all = tongue_core::parallel::map(&self.prior.directions, |d| self.step(d).map(drop));
+        all.into_iter().collect::<Result<(), _>>().map(|()| self)
+    }
+
+    /// The body a small step along a direction.
+    fn step(&self, direction: &Vec<Point>) -> Result<System<2>, RestError> {
+        let nodes: Vec<Point> = self.nodes.iter().zip(direction).map(|(p, d)| p + d * STEP).collect();
+        let premises = (&self.model, self.contracting.as_slice());
+        assembled(&self.mesh, &nodes, premises, self.wall.as_ref(), Some(self.system.layout()))
+    }
+
+    /// For every direction, the body a small step along it.
+    pub(super) fn changed(&self) -> Option<&[System<2>]> {
+        let make = || {
+            let all = tongue_core::parallel::map(&self.prior.directions, |d| self.step(d));
+            all.into_iter().collect::<Result<_, _>>().ok()
         };
-        let one = |direction: &Vec<Point>| {
-            assembled(nodes.iter().zip(direction).map(|(p, d)| p + d * STEP).collect())
+        self.changed.get_or_init(make).as_deref()
+    }
+
+    /// The directions for lanes; `None` if lanes cannot take the body.
+    pub(super) fn in_lanes(&self) -> Option<&[Reshaped<2>]> {
+        let make = || {
+            let lanes = Lanes::new(&self.system);
+            let one = |d: &Vec<Point>| lanes.reshaped(&self.step(d).ok()?, d.clone(), STEP);
+            tongue_core::parallel::map(&self.prior.directions, one).into_iter().collect()
         };
-        let changed = tongue_core::parallel::map(&prior.directions, one);
-        let changed = changed.into_iter().collect::<Result<Vec<_>, _>>()?;
-        let system = assembled(nodes)?;
-        let lanes = Lanes::new(&system);
-        let directions = prior.directions.iter().zip(&changed);
-        let in_lanes = directions.map(|(d, changed)| lanes.reshaped(changed, d.clone(), STEP)).collect();
-        let (mesh, contracting) = (mesh.clone(), contracting.to_vec());
-        Ok(Self { prior, mesh, model: *model, contracting, wall, system, changed, in_lanes, is_kept: false })
+        self.in_lanes.get_or_init(make).as_deref()
     }
 
     /// The same body in contact with a wall.
-    ///
-    /// # Errors
-    /// [`RestError::Body`]: a body that cannot be assembled.
     pub fn under(self, wall: Contact) -> Result<Self, RestError> {
         let nodes = self.mesh.nodes.clone();
-        Self::about(self.prior, &self.mesh, nodes, (&self.model, &self.contracting), Some(wall))
+        Self::about(self.prior, &self.mesh, nodes, (&self.model, &self.contracting), Some(wall))?.checked()
     }
 
-    /// The same directions about a body displaced by these amounts; `None` if it passes the wall.
+    /// The body displaced by these amounts, with the prior of this one; `None` if it passes the wall.
     pub(super) fn moved(&self, amounts: &DVector<f64>) -> Option<Self> {
         let mut nodes = self.prior.moved(&self.mesh, amounts);
         straighten(&self.mesh, &mut nodes);
         if self.wall.as_ref().is_some_and(|w| w.penetrated(&nodes, &self.mesh.connections).is_some()) {
             return None;
         }
-        let prior = self.prior.clone().at(&self.mesh, amounts);
         let premises = (&self.model, self.contracting.as_slice());
-        Self::about(prior, &self.mesh, nodes, premises, self.wall.clone()).ok()
+        Self::about(self.prior.clone(), &self.mesh, nodes, premises, self.wall.clone()).ok()
+    }
+
+    /// The same body with the prior expanded about these amounts.
+    pub(super) fn expanded(self, amounts: &DVector<f64>) -> Self {
+        Self { prior: self.prior.at(&self.mesh, amounts), ..self }
     }
 
     /// Cost of these amounts relative to that of zero amounts.
@@ -318,7 +345,6 @@ impl RestShape {
         self.is_kept || !self.prior.coils.is_empty()
     }
 
-    /// Number of directions.
     pub fn count(&self) -> usize {
         self.prior.directions.len()
     }

@@ -6,7 +6,8 @@ use nalgebra::DVector;
 
 use tongue_core::geometry::Point;
 
-use super::descend::{descend, follow, stepped};
+use super::by_shape::by_shape;
+use super::descend::{ShapeStep, descend, follow, stepped};
 use super::errors::{Errors, Knots};
 use super::frame::Solver;
 use super::mode::{Course, Here, Mode, Sizes};
@@ -33,7 +34,6 @@ pub(super) struct Shown {
     /// `None` for the placed body.
     pub body: Option<RestShape>,
     pub courses: Vec<Course>,
-    /// Levels of the muscles on it.
     pub levels: DVector<f64>,
 }
 
@@ -69,6 +69,8 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
     let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
     let mut amounts = DVector::zeros(shape.count());
     let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
+    // The derivatives by the shape, until a step is taken.
+    let mut known: Option<Vec<_>> = None;
     let steps = if shape.is_kept() { 0 } else { SHAPES };
     for _ in 0..steps {
         if damping > MOST_DAMPING {
@@ -79,12 +81,14 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
         let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
         let from = Mode { solver: &solver, ..at.clone() };
         let damped: Vec<Vec<f64>> = sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
-        let of_shape = Some((here, 1.0 / trust, damping));
-        let Some((step, steps)) = stepped(&from, &sample, &damped, of_shape) else { break };
+        let of = |course: &Course| by_shape(&from, course, Some(here));
+        let rates = known.take().unwrap_or_else(|| sample.iter().map(of).collect());
+        let of_shape = ShapeStep { shape: here, rates: &rates, weight: 1.0 / trust, damping };
+        let Some((step, steps)) = stepped(&from, &sample, &damped, Some(of_shape)) else { break };
         let n = at.shared.len();
         let there = shape.stepped(&amounts, &step.rows(n, step.len() - n).into_owned());
         let Some(body) = shape.moved(&there) else {
-            damping *= MORE;
+            (damping, known) = (damping * MORE, Some(rates));
             continue;
         };
         let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
@@ -97,14 +101,16 @@ pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, c
         if cost < least {
             let is_done = least - cost < SHAPE_WON * cost;
             at.shared.copy_from(&again.shared);
-            (amounts, least, out) = (there, cost, Some(body));
             damping *= LESS;
             if is_done {
+                out = Some(body);
                 break;
             }
+            out = Some(body.expanded(&there));
+            (amounts, least) = (there, cost);
         } else {
             sample.iter_mut().zip(before).for_each(|(course, here)| course.here = here);
-            damping *= MORE;
+            (damping, known) = (damping * MORE, Some(rates));
         }
     }
     let system = out.as_ref().map_or(stage.system, |body| &body.system);

@@ -11,7 +11,6 @@ use super::shape::RestShape;
 /// A body on which recordings are tracked.
 #[derive(Clone, Copy)]
 pub struct Stage<'a> {
-    /// The body.
     pub system: &'a System<2>,
     /// Bones that are moved to their observed places.
     pub followed: &'a [Followed],
@@ -22,7 +21,6 @@ pub struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    /// Numbers of the unknowns.
     pub(super) fn sizes(&self, knots: &Knots) -> Sizes {
         let muscles = self.system.contracting().len();
         Sizes { muscles, bones: 2 * self.freed.len(), knots: knots.len() }

@@ -8,7 +8,6 @@ use super::link::Link;
 /// What is known of the course of one muscle over all frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CourseSummary {
-    /// The muscle.
     pub muscle: String,
     /// Whether its course can be read: it varies by more than it is uncertain, and single frames are narrow enough.
     pub known: bool,
@@ -16,7 +15,6 @@ pub struct CourseSummary {
     pub reliability: f64,
     /// Mean width of the 95 % intervals of its course, N per metre of thickness.
     pub course_width_n: f64,
-    /// The same of its level.
     pub level_width_n: f64,
     /// That as part of the prior's width: 1 is all prior, 0 all data.
     pub unknown_part: f64,

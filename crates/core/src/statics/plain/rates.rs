@@ -28,7 +28,8 @@ impl Neighbour {
         part: f64,
     ) -> Option<Self> {
         let mut numbers = elements.numbers();
-        let same = (0..LANES).all(|lane| elements.fill(changed, lane, &mut numbers));
+        let same = elements.fill(changed, 0, &mut numbers);
+        numbers.spread();
         same.then_some(Self { numbers, bones, part })
     }
 

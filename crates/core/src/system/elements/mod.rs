@@ -60,6 +60,14 @@ pub(crate) struct Numbers<const L: usize> {
     pub inverse_area: Vec<Wide<L>>,
 }
 
+impl<const L: usize> Numbers<L> {
+    /// Puts the numbers of the first lane into all lanes.
+    pub fn spread(&mut self) {
+        let all = self.stiffness.iter_mut().chain(&mut self.rest);
+        all.chain(&mut self.kappa).chain(&mut self.inverse_area).for_each(|n| n.0 = [n.0[0]; L]);
+    }
+}
+
 /// Linear response of a body at rest to its muscles.
 #[derive(Debug)]
 pub(crate) struct AtRest {

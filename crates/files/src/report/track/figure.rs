@@ -107,7 +107,6 @@ impl SharedFigure {
     }
 }
 
-/// The figure of a recording.
 #[derive(Serialize)]
 pub(super) struct Figure {
     times: Packed,
@@ -182,9 +181,6 @@ impl TrackResults {
     }
 
     /// The animation of a recording: measured points over the simulated shapes.
-    ///
-    /// # Errors
-    /// As [`animation_of_seen`].
     pub fn animation(&self, one: &RecordingResult) -> Result<Svg, ReportError> {
         let shown = one.frames.iter().filter(|f| !f.positions.is_empty());
         let shapes: Vec<AnimationFrame> = shown.map(|f| self.shape(f)).collect();
@@ -198,9 +194,6 @@ impl TrackResults {
     }
 
     /// Writes the shape of a frame for ParaView.
-    ///
-    /// # Errors
-    /// As `out`.
     pub fn write_vtu(
         &self,
         one: &RecordingResult,

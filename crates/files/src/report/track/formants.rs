@@ -47,7 +47,6 @@ impl FormantsRecord {
         }
     }
 
-    /// In a sentence.
     pub fn said(&self, of: usize) -> String {
         let one = |(i, [hz, sd]): (usize, &[f64; 2])| format!("F{} {hz:.0} Hz (sd {sd:.0})", i + 1);
         let all: Vec<String> = self.medians_hz.iter().enumerate().map(one).collect();

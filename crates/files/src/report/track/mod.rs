@@ -25,7 +25,6 @@ use tongue_infer::track::{
 };
 use tongue_input::measured::recording::{AlignedRecording, Fault, Label};
 
-/// One frame of a recording.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct FrameRecord<'a> {
     recording: &'a str,
@@ -89,14 +88,10 @@ struct SegmentRecord<'a> {
     high: ByMuscle<f64>,
 }
 
-/// The results of one recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordingResult {
-    /// Its name.
     pub name: String,
-    /// Its labels.
     pub labels: Vec<Label>,
-    /// Bones that were freed in it.
     pub freed: Vec<String>,
     /// The nodes of its body at rest, m.
     pub rest: Vec<Point>,
@@ -106,7 +101,6 @@ pub struct RecordingResult {
     pub mirrored: bool,
     /// Its frames, with the faults that were found before the fit and in it.
     pub frames: Vec<Tracked>,
-    /// Means of its labels.
     pub segments: Vec<LabelMean>,
 }
 
@@ -146,16 +140,13 @@ pub struct TrackResults {
     pub body: Body<2>,
     /// Names of the contracting muscles, and their numbers in the body.
     pub muscles: Vec<String>,
-    /// See `muscles`.
     pub contracting: Vec<usize>,
     /// The traced palate, m.
     pub palate: Vec<Point>,
-    /// One for each recording.
     pub recordings: Vec<RecordingResult>,
 }
 
 impl TrackResults {
-    /// The frames, each with its recording.
     pub fn frames(&self) -> impl Iterator<Item = (&RecordingResult, &Tracked)> {
         self.recordings.iter().flat_map(|r| r.frames.iter().map(move |frame| (r, frame)))
     }
@@ -249,9 +240,7 @@ pub fn status_name(status: FrameStatus) -> String {
 /// A run of `tongue-fit track`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackRecord {
-    /// Names of the recordings.
     pub recordings: Vec<String>,
-    /// The body that was placed.
     #[serde(rename = "tongue")]
     pub body: String,
     /// Origin of its rest shape; null for a given body.
@@ -259,7 +248,6 @@ pub struct TrackRecord {
     /// Where it lies, if coils placed it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementRecord>,
-    /// The prior of the intervals.
     pub prior: PriorRecord,
     /// Number of frames by status.
     pub statuses: std::collections::BTreeMap<String, usize>,
@@ -279,7 +267,6 @@ pub struct TrackRecord {
     /// The held-out points: this model and other methods.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
-    /// Notes for the reader.
     pub notes: Vec<String>,
     /// Segments and frames of all recordings.
     #[serde(flatten)]

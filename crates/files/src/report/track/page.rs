@@ -12,7 +12,6 @@ use tongue_infer::track::{FrameStatus, NARROW};
 
 const SCRIPT: &str = include_str!("page.js");
 
-/// The page.
 #[derive(Debug)]
 pub struct TrackPage<'a>(pub &'a TrackRecord);
 

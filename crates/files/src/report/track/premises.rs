@@ -19,7 +19,6 @@ pub struct PriorRecord {
     pub course_sd_n: f64,
     /// Median of a tension before anything is seen, and the ends of its 95 % interval, N per metre of thickness.
     pub median_n: f64,
-    /// See `median_n`.
     pub interval_n: [f64; 2],
     /// Standard deviation of the error of a contour that lasts from frame to frame for `memory_s`, mm.
     pub slow_error_mm: f64,
@@ -27,12 +26,10 @@ pub struct PriorRecord {
     pub static_error_mm: f64,
     /// Seed of the draws, and how many.
     pub seed: u64,
-    /// See `seed`.
     pub draws: usize,
 }
 
 impl PriorRecord {
-    /// Of settings.
     pub fn new(settings: &TrackSettings) -> Self {
         let link = &settings.link;
         Self {
@@ -66,7 +63,6 @@ pub struct PlacementRecord {
 }
 
 impl PlacementRecord {
-    /// Of a placement.
     pub fn new(placement: &Placement) -> Self {
         let [back, up, turn, scale] = placement.intervals();
         let mm = |interval: [f64; 3]| interval.map(|m| 1e3 * m);
@@ -79,7 +75,6 @@ impl PlacementRecord {
         }
     }
 
-    /// In a sentence.
     pub fn said(&self) -> String {
         let [scale, turn] = [self.scale, self.turn_deg];
         let coils: Vec<String> = self.coils_mm.iter().map(|(name, mm)| format!("{name} {mm:.0}")).collect();
@@ -105,18 +100,15 @@ pub struct RepeatsRecord {
     pub tier: String,
     /// How often each of them does.
     pub labels: std::collections::BTreeMap<String, usize>,
-    /// Of every muscle.
     pub muscles: ByMuscle<Repeated>,
 }
 
 impl RepeatsRecord {
-    /// Of muscles with these names.
     pub fn new(repeats: Repeats, muscles: &[String]) -> Self {
         let Repeats { tier, labels, muscles: all } = repeats;
         Self { tier, labels: labels.into_iter().collect(), muscles: ByMuscle::new(muscles, all) }
     }
 
-    /// In a sentence.
     pub fn said(&self) -> String {
         let labels: Vec<String> = self.labels.iter().map(|(name, n)| format!("{name} {n} times")).collect();
         format!("repetitions of {}: {}", self.tier, labels.join(", "))

@@ -74,13 +74,13 @@ impl Recorded {
     /// Bones are not followed: they stay where the body has them at rest.
     ///
     /// # Errors
-    /// [`RestError`] for recordings that contain too little to place a body.
+    /// [`RestError`] for recordings that contain too little to place a body, or whose bones belong to no such contour.
     pub fn of_recordings(
         seen: &[&AlignedRecording],
         section: Option<&Body<2>>,
         palate: Option<&[Point]>,
     ) -> Result<Self, RestError> {
-        let place = |section| Sight::of(seen, &[]).under(palate).place(section);
+        let place = |section| Sight::of(seen, &[]).under(palate).place(section)?.in_one_frame();
         let placed = section.map(place).transpose()?;
         let similarity = placed.as_ref().map_or(Similarity::IDENTITY, |p| p.similarity);
         let mut frames = Vec::new();

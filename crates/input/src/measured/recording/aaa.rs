@@ -15,7 +15,6 @@ const TIMES: [&str; 4] =
 /// Beginnings of the columns that identify a recording: the speaker's, and two more.
 const OF_RECORDING: [&str; 3] = ["Client", "Date", "Prompt"];
 
-/// Columns of one point.
 struct Columns {
     name: String,
     x: usize,
@@ -191,7 +190,6 @@ impl Found {
 }
 
 impl Rows {
-    /// No rows, with these channels.
     pub fn new(channels: Vec<String>, restarts: bool, has_speaker: bool) -> Self {
         let budget = Budget::default();
         Self {

@@ -31,7 +31,6 @@ pub struct Mark {
 /// Points at one time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AlignedFrame {
-    /// Time, s.
     pub time_s: f64,
     /// Contour points, in the order of [`AlignedRecording::contour`].
     pub contour: Vec<Option<Mark>>,
@@ -53,18 +52,14 @@ pub struct Stated {
 /// A recording in the frame of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AlignedRecording {
-    /// Name of the recording.
     pub name: String,
-    /// The speaker, if the file names one.
     pub speaker: Option<String>,
-    /// Names of the contour points.
     pub contour: Vec<String>,
     /// Names of the sensors and the distance of each behind the tip along the surface at rest, m; in order
     /// from the tip if distances were not measured.
     pub sensors: Vec<(String, f64)>,
     /// Whether the distance of each sensor was measured; otherwise it is a usual value.
     pub measured: Vec<bool>,
-    /// Names of the bones that were seen.
     pub bones: Vec<String>,
     /// Channels that are not used.
     pub ignored: Vec<String>,

@@ -12,8 +12,10 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
+use super::dynamics::bone_slips;
 use super::flat::{Flat, Places};
 use super::map::ContourFrame;
+use super::measures::{STEEPEST_BONES_DEG, steep_deg};
 use super::{Map, Role};
 
 /// A factor k above which a contour is in the frame of each sample (0.8 to 1; a probe that shakes lowers it, and makes that of others
@@ -46,7 +48,6 @@ pub(super) struct SampleFrame {
     reflected: bool,
 }
 
-/// The axes of a sample.
 #[derive(Clone, Copy)]
 struct Axes {
     origin: Point,
@@ -109,6 +110,14 @@ impl SampleFrame {
             };
             return Err(problem.to_owned());
         }
+        // Recordings in which a bone slips say nothing about the frame.
+        let slips = |flat: &Flat<'_>, c: usize| {
+            bone_slips(flat.times.iter().zip(&flat.places).filter_map(|(t, frame)| Some((*t, frame[c]?))))
+        };
+        let bones: Vec<usize> = bone(HYOID).into_iter().chain(ends.iter().copied()).collect();
+        let steady = group.iter().filter(|flat| is_stated || !bones.iter().any(|&c| slips(flat, c)));
+        let steady: Vec<&Flat<'_>> = steady.copied().collect();
+        let group = steady.as_slice();
         let is_of_samples = |frame: &&Self| is_stated || frame.explains(group);
         let rough = |frame: &Self| frame.steadiness(group).map_or(0.0, |s| s.rough_m);
         let is_upright = |frame: &&Self| frame.middle(group, true).is_some_and(|m| m.y > 0.0);
@@ -150,8 +159,14 @@ impl SampleFrame {
         match self.steadiness(group) {
             Some(s) if s.factor > LEAST_FACTOR.max(CERTAIN_SD * s.sd) => true,
             Some(s) if s.factor + CERTAIN_SD * s.sd < LEAST_FACTOR => false,
-            _ => off_as_is > OFF_MIDDLE.max(off + FARTHER_OFF),
+            _ => !self.are_bones_steep(group) && off_as_is > OFF_MIDDLE.max(off + FARTHER_OFF),
         }
+    }
+
+    /// Whether the bones lie one above the other, as where the tracking of one of them has slipped.
+    fn are_bones_steep(&self, group: &[&Flat<'_>]) -> bool {
+        let axes = group.iter().flat_map(|flat| &flat.places).filter_map(|frame| self.axes(frame));
+        upper_median(axes.map(|a| steep_deg(a.x))).is_some_and(|deg| deg > STEEPEST_BONES_DEG)
     }
 
     /// Median place of the contour in front of the hyoid and above the line to the mandible, over the distance of these two: of the

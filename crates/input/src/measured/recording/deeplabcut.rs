@@ -27,7 +27,6 @@ const TONGUE: [&str; 11] = [
 ];
 const HELP: &str = "give the .csv that DeepLabCut's analyze_videos(.., save_as_csv=True) writes";
 
-/// Columns of one part.
 struct Part {
     name: String,
     x: usize,

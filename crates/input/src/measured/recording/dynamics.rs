@@ -14,8 +14,11 @@ const MOVES_SD: f64 = 2.5;
 const HELD_SD: f64 = 1.5;
 /// Longer steps are not compared, s.
 const CONTINUOUS_S: f64 = 0.05;
-/// Largest acceleration of a tongue, m/s².
+/// Largest acceleration of a tongue, and of bones, m/s².
 const ACCELERATION_M_S2: f64 = 30.0;
+const ACCELERATION_OF_BONES_M_S2: f64 = 10.0;
+/// Standard deviation of the place of a bone in a frame, m.
+pub(super) const BONE_SD_M: f64 = 1e-3;
 
 /// The course of a point of the tongue over the frames that show it.
 struct Course<'a> {
@@ -28,7 +31,19 @@ struct Course<'a> {
     variance: f64,
 }
 
-impl Course<'_> {
+impl<'a> Course<'a> {
+    fn new(name: &'a str, seen: impl Iterator<Item = (f64, Mark)>) -> Self {
+        let (times, marks): (Vec<f64>, Vec<Mark>) = seen.unzip();
+        let mean = marks.iter().map(|m| m.at).sum::<Point>() / marks.len() as f64;
+        let variance = marks.iter().map(|m| (m.at - mean).norm_squared()).sum::<f64>() / marks.len() as f64;
+        let apart_s = upper_median(times.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0);
+        Self { name, times, marks, apart_s, variance }
+    }
+
+    fn of_bone(name: &'a str, seen: impl Iterator<Item = (f64, Point)>) -> Self {
+        Self::new(name, seen.map(|(time_s, at)| (time_s, Mark { at, sd: BONE_SD_M })))
+    }
+
     /// Distances over so many frames, m, in ascending order.
     fn moved(&self, lag: usize) -> Vec<f64> {
         let pairs = self.marks.iter().zip(self.marks.get(lag..).unwrap_or_default());
@@ -103,8 +118,8 @@ impl Course<'_> {
         part.is_finite().then(|| (part * (OVER_S / over_s).min(1.0), over_s / part))
     }
 
-    /// The frame in which the point jumps farther than a tongue can move, by so much, m, and stays there.
-    fn slip(&self) -> Option<(usize, f64)> {
+    /// The frame in which the point jumps farther than this acceleration allows, by so much, m, and stays there.
+    fn slip(&self, acceleration_m_s2: f64) -> Option<(usize, f64)> {
         const SLIP_M: f64 = 8e-3;
         const STAYS: usize = 4;
         let step = |f: usize| (self.marks[f].at - self.marks[f - 1].at).norm();
@@ -112,7 +127,7 @@ impl Course<'_> {
             let by = step(*f);
             let apart = self.times[*f] - self.times[f - 1];
             let least =
-                SLIP_M + 4.0 * self.sd() + ACCELERATION_M_S2 * apart.powi(2) + step(f - 1).max(step(f + 1));
+                SLIP_M + 4.0 * self.sd() + acceleration_m_s2 * apart.powi(2) + step(f - 1).max(step(f + 1));
             let stays = |k: usize| (self.marks[f + k].at - self.marks[f - 1].at).norm() > 0.5 * by;
             by > least && apart < 1.5 * self.apart_s && (0..STAYS).all(stays)
         };
@@ -121,9 +136,16 @@ impl Course<'_> {
     }
 }
 
-/// The courses of all points of the tongue that enough frames show.
+/// Whether the tracking of a bone slips: it jumps farther than a bone can move, and stays there.
+pub(super) fn bone_slips(seen: impl Iterator<Item = (f64, Point)>) -> bool {
+    let course = Course::of_bone("", seen);
+    course.marks.len() >= FEW && course.slip(ACCELERATION_OF_BONES_M_S2).is_some()
+}
+
+/// The courses of all points of the tongue, and of all bones, that enough frames show.
 pub(super) struct Motion<'a> {
     courses: Vec<Course<'a>>,
+    bones: Vec<Course<'a>>,
 }
 
 /// A point of the tongue: of the contour, then sensors.
@@ -134,17 +156,16 @@ fn mark(frame: &AlignedFrame, point: usize) -> Option<Mark> {
 impl<'a> Motion<'a> {
     pub fn of(recording: &'a AlignedRecording) -> Self {
         let names = recording.contour.iter().chain(recording.sensors.iter().map(|(n, _)| n));
+        let frames = &recording.frames;
         let course = |(point, name): (usize, &'a String)| {
-            let seen = || recording.frames.iter().filter_map(move |f| Some((f.time_s, mark(f, point)?)));
-            let (times, marks): (Vec<f64>, Vec<Mark>) = seen().unzip();
-            let mean = marks.iter().map(|m| m.at).sum::<Point>() / marks.len() as f64;
-            let variance =
-                marks.iter().map(|m| (m.at - mean).norm_squared()).sum::<f64>() / marks.len() as f64;
-            let apart_s = upper_median(times.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0);
-            Course { name, times, marks, apart_s, variance }
+            Course::new(name, frames.iter().filter_map(|f| Some((f.time_s, mark(f, point)?))))
         };
-        let courses = names.enumerate().map(course).filter(|c| c.marks.len() >= FEW).collect();
-        Self { courses }
+        let bone = |(bone, name): (usize, &'a String)| {
+            Course::of_bone(name, frames.iter().filter_map(|f| Some((f.time_s, f.bones[bone]?))))
+        };
+        let many = |course: &Course<'_>| course.marks.len() >= FEW;
+        let courses = names.enumerate().map(course).filter(many).collect();
+        Self { courses, bones: recording.bones.iter().enumerate().map(bone).filter(many).collect() }
     }
 
     /// Whether at least half of the points move by more than their noise.
@@ -202,25 +223,33 @@ impl Measures<'_> {
         part.zip(whole_s).map_or_else(Vec::new, |(part, s)| named(part, format!("{s:.1} s")))
     }
 
-    /// Points that jump and stay, while most others do not.
+    /// Points and bones that jump and stay, while most points do not.
     pub fn slipped_points_mm(&self) -> Vec<Value> {
-        let courses = &self.motion.courses;
-        let slips: Vec<(&Course<'_>, usize, f64)> =
-            courses.iter().filter_map(|c| c.slip().map(|(f, by)| (c, f, by))).collect();
-        let Some((first, frame, by)) = slips.first() else { return Vec::new() };
+        let Motion { courses, bones } = &self.motion;
+        let slips_of = |courses: &'_ [Course<'_>], acceleration_m_s2: f64| -> Vec<(String, f64, f64)> {
+            let slip = |c: &Course<'_>| {
+                let (frame, by) = c.slip(acceleration_m_s2)?;
+                Some((c.name.to_owned(), c.times[frame], by))
+            };
+            courses.iter().filter_map(slip).collect()
+        };
+        let mut slips = slips_of(courses, ACCELERATION_M_S2);
         if 2 * slips.len() > courses.len() {
             return Vec::new();
         }
-        let others: Vec<&str> = slips[1..].iter().map(|(c, ..)| c.name).collect();
+        slips.extend(slips_of(bones, ACCELERATION_OF_BONES_M_S2));
+        let Some((first, time_s, by)) = slips.first() else { return Vec::new() };
+        let others: Vec<&str> = slips[1..].iter().map(|(name, ..)| name.as_str()).collect();
         let more =
             if others.is_empty() { String::new() } else { format!(" (as does {})", others.join(", ")) };
-        let what = format!(
-            "{} jumps by {:.0} mm at {:.3} s and stays there{more}",
-            first.name,
-            by * 1e3,
-            first.times[*frame]
-        );
+        let what = format!("{first} jumps by {:.0} mm at {time_s:.3} s and stays there{more}", by * 1e3);
         named(by * 1e3, what)
+    }
+
+    /// The time between frames, if many show a tongue that moves.
+    pub fn sparse_ms(&self) -> Vec<Value> {
+        let is_many = self.recording.frames.len() >= FEW;
+        if is_many && self.is_moving() { self.step_ms() } else { Vec::new() }
     }
 
     /// The first shift of all points alike at once by more than a tongue can move, which stays: the head or the probe has slipped.

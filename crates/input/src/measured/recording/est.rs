@@ -9,7 +9,6 @@ use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, Times, is_coordina
 const LARGEST_HEADER: usize = 1 << 20;
 const END: &[u8] = b"EST_Header_End";
 
-/// Content of the header.
 #[derive(Default)]
 struct Header {
     ascii: bool,

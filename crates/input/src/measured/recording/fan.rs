@@ -67,7 +67,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
 
 /// Meaning of the fields before the fan.
 struct Columns {
-    /// The time.
     time: Option<usize>,
     /// Fields that identify a recording.
     of_recording: Vec<usize>,

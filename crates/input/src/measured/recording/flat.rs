@@ -95,7 +95,6 @@ fn axis_along(recording: &Recording, roles: &[Role], up: usize, usual: usize) ->
     if usual == up || spread(other) > 2.0 * spread(usual) { other } else { usual }
 }
 
-/// The number at the end of a name.
 fn number(name: &str) -> u64 {
     let digits = name.len() - name.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     name.get(name.len() - digits..).and_then(|d| d.parse().ok()).unwrap_or(u64::MAX)

@@ -16,10 +16,8 @@ const MOST_LABELS: usize = 100_000;
 pub struct Label {
     /// The tier that it belongs to: `annotation` and `prompt` of AAA, or a tier of a TextGrid.
     pub tier: String,
-    /// What it says.
     #[serde(rename = "label")]
     pub name: String,
-    /// When it begins, s.
     pub from_s: f64,
     /// When it ends, s.
     pub to_s: f64,

@@ -56,7 +56,6 @@ pub enum Role {
     Bone(String),
     /// Moves with the head.
     Reference,
-    /// Not used.
     Ignored,
 }
 
@@ -117,9 +116,6 @@ pub(super) type Axis = (usize, f64);
 
 impl Map {
     /// Reads a map; `origin` is its name in messages.
-    ///
-    /// # Errors
-    /// [`RecordingError::Map`] with the line.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, RecordingError> {
         let wrong = |line: Option<usize>, problem: String| RecordingError::Map {
             origin: origin.to_owned(),
@@ -175,7 +171,6 @@ impl Map {
         self.file.shift_mm.is_some()
     }
 
-    /// What it states of a recording.
     pub(super) fn stated(&self) -> Stated {
         Stated { unit: self.file.unit_mm.is_some(), axes: self.file.up.is_some() }
     }
@@ -190,12 +185,10 @@ impl Map {
         ))
     }
 
-    /// Whether it names a channel.
     pub(super) fn names(&self, channel: &str) -> bool {
         self.entries.contains_key(channel)
     }
 
-    /// What it states of the frame of the contour.
     pub(super) fn contour_frame(&self) -> Option<ContourFrame> {
         self.file.contour_frame
     }
@@ -218,7 +211,6 @@ impl Map {
         roles.into_iter().zip(channels).map(used).collect()
     }
 
-    /// The role of a channel, by the map or by its name.
     fn role(&self, channel: &str) -> Role {
         self.entries.get(channel).map_or_else(|| names::role(channel), |e| e.role.clone())
     }

@@ -31,10 +31,8 @@ pub(super) enum Value<'a> {
         kind: u32,
         /// Whether the most significant byte comes first.
         big_endian: bool,
-        /// The numbers as stored.
         bytes: &'a [u8],
     },
-    /// Text.
     Text(String),
     /// An array of structures: the fields of each.
     Structures(Vec<Vec<(String, Value<'a>)>>),
@@ -172,7 +170,6 @@ impl<'a> File<'a> {
         Ok(Self { origin, big_endian, variables })
     }
 
-    /// Every variable with its name.
     pub fn variables(&self) -> Result<Vec<(String, Value<'_>)>, Malformed> {
         let start = Place { origin: self.origin, line: 1, column: 1 };
         let mut left = MOST_ELEMENTS;
@@ -188,7 +185,6 @@ impl<'a> File<'a> {
     }
 }
 
-/// The name and value of an array.
 fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(String, Value<'a>)> {
     *left = left.checked_sub(1)?;
     // An empty field has no bytes.

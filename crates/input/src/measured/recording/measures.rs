@@ -7,7 +7,6 @@ use tongue_core::statistics::upper_median;
 use super::dynamics::Motion;
 use super::{AlignedFrame, AlignedRecording, names};
 
-/// A measured value, and what has it.
 #[derive(Debug)]
 pub(super) struct Value {
     pub value: f64,
@@ -56,7 +55,10 @@ fn length(points: &[Point]) -> f64 {
     points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
 }
 
-fn steep_deg(apart: Point) -> f64 {
+/// The steepest line of the bones to the horizontal, degrees.
+pub(super) const STEEPEST_BONES_DEG: f64 = 60.0;
+
+pub(super) fn steep_deg(apart: Point) -> f64 {
     apart.y.abs().atan2(apart.x.abs()).to_degrees()
 }
 
@@ -75,7 +77,6 @@ impl<'a> Measures<'a> {
         }
     }
 
-    /// Mental spine and hyoid.
     fn spine_and_hyoid(&self) -> Option<(Point, Point)> {
         let bone = |name: &str| self.bones[self.recording.bone(name)?];
         bone(MANDIBLE).zip(bone(HYOID))

@@ -80,7 +80,6 @@ pub enum Format {
     Ag50x,
     /// Edinburgh Speech Tools' track.
     Est,
-    /// EdgeTrak's contours.
     Edgetrak,
     /// Articulate Assistant Advanced's export of a spline on a fan, without a header.
     AaaFan,
@@ -146,7 +145,6 @@ impl Format {
 /// Positions at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
-    /// Time, s.
     pub time_s: f64,
     /// Position of every channel, in the axes and unit of the file; `None` if it was not seen.
     pub places: Vec<Option<[f64; 3]>>,
@@ -163,7 +161,6 @@ impl Sample {
 /// Origin of the times of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Times {
-    /// The file has times.
     InFile,
     /// The file has no times; its instrument usually has this rate, Hz.
     Usual(f64),
@@ -176,7 +173,6 @@ pub enum Times {
 pub struct Recording {
     /// Name that distinguishes it from other recordings of the file.
     pub name: String,
-    /// The speaker, if the file names one.
     pub speaker: Option<String>,
     /// Names of the channels; each channel is a point.
     pub channels: Vec<String>,
@@ -190,9 +186,7 @@ pub struct Recording {
     pub samples: Vec<Sample>,
     /// Metres in a unit of the file, if the format defines it.
     pub metres: Option<f64>,
-    /// Origin of the times.
     pub times: Times,
-    /// Format of the file.
     pub format: Format,
 }
 
@@ -202,7 +196,6 @@ pub enum RecordingError {
     /// The file cannot be read.
     #[error("cannot read {origin}: {source}; {}", crate::files::advice(source))]
     Unreadable {
-        /// File name.
         origin: String,
         /// The error of the operating system, or that it is not a file or too large.
         source: std::io::Error,
@@ -213,7 +206,6 @@ pub enum RecordingError {
     /// The text is not a valid map.
     #[error("the map {origin}{}: {problem}", line.map_or_else(String::new, |l| format!(":{l}")))]
     Map {
-        /// Its file.
         origin: String,
         /// Line, from 1, if it is known.
         line: Option<usize>,
@@ -223,7 +215,6 @@ pub enum RecordingError {
     /// The recording cannot be interpreted as points of a tongue with this map, or without one.
     #[error("the recording {recording:?}: {problem}")]
     Uninterpreted {
-        /// Its name.
         recording: String,
         /// What is wrong and what to do.
         problem: String,
@@ -231,7 +222,6 @@ pub enum RecordingError {
     /// Slicer's file is no markups.
     #[error("{origin}: {problem}")]
     Markups {
-        /// The file.
         origin: String,
         /// What is wrong and what to do.
         problem: String,
@@ -269,9 +259,6 @@ impl Recording {
 
     /// Reads all recordings of a file. Its format is found from its content and name unless it is given. A Praat TextGrid of the same
     /// name beside a file of one recording gives its labels.
-    ///
-    /// # Errors
-    /// [`RecordingError`] with the place.
     pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, RecordingError> {
         let origin = path.display().to_string();
         match crate::files::read_up_to(limits::LARGEST, path) {

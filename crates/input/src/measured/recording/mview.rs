@@ -11,7 +11,6 @@ use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
 const HELP: &str = "give an array of structures with NAME, SRATE and SIGNAL, as MVIEW has them";
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
-/// A sensor's channel.
 struct Channel<'a> {
     name: &'a str,
     rate_hz: f64,

@@ -55,7 +55,6 @@ pub(super) fn rank(channel: &str) -> Option<u32> {
     }
 }
 
-/// Whether a channel of this name is a lip, and if so whether it is the upper one.
 pub(super) fn lip(channel: &str) -> Option<bool> {
     let name = plain(channel);
     match name.as_str() {

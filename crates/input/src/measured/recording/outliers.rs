@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::median;
 
-use super::AlignedRecording;
+use super::dynamics::BONE_SD_M;
+use super::{AlignedFrame, AlignedRecording};
 
-/// Kind of a fault in a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultKind {
@@ -40,13 +40,10 @@ impl FaultKind {
 /// A fault in a frame, and the points that have it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
-    /// Kind of the fault.
     pub kind: FaultKind,
-    /// Names of the points.
     pub points: Vec<String>,
 }
 
-/// Faults of every frame.
 pub type Screened = Vec<Vec<Fault>>;
 
 /// Number of frames on either side from which the position of a point is predicted.
@@ -55,6 +52,9 @@ const AROUND: usize = 3;
 const JUMP_M: f64 = 12e-3;
 /// A jump must also be faster than this between two frames, m/s; the tip reaches about 0.5.
 const FASTEST_M_S: f64 = 1.2;
+/// The same of bones, which move less.
+const BONE_JUMP_M: f64 = 8e-3;
+const BONE_FASTEST_M_S: f64 = 0.6;
 /// Limit of a residual, in standard deviations of the noise.
 const MOST_SD: f64 = 4.0;
 /// Largest number of points of a contour of keypoints; the order of longer contours is not checked.
@@ -76,17 +76,19 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
             for (mark, _) in frame.sensors.iter_mut().zip(&seen.sensors).filter(|(_, (n, _))| named(n)) {
                 *mark = None;
             }
+            for (bone, _) in frame.bones.iter_mut().zip(&seen.bones).filter(|(_, n)| named(n)) {
+                *bone = None;
+            }
         }
     };
     apply(seen, &faults);
     let points = seen.contour.len() + seen.sensors.len();
-    let name = |p: usize| match seen.contour.get(p) {
-        Some(name) => name.clone(),
-        None => seen.sensors[p - seen.contour.len()].0.clone(),
-    };
+    let sensors = seen.sensors.iter().map(|(name, _)| name);
+    let names: Vec<String> = seen.contour.iter().chain(sensors).chain(&seen.bones).cloned().collect();
+    let name = |p: usize| names[p].clone();
     let mut found: Vec<Vec<Fault>> = vec![Vec::new(); faults.len()];
     for (f, fault) in found.iter_mut().enumerate() {
-        let jumped: Vec<String> = (0..points).filter(|&p| has_jumped(seen, f, p)).map(name).collect();
+        let jumped: Vec<String> = (0..names.len()).filter(|&p| has_jumped(seen, f, p)).map(name).collect();
         if !jumped.is_empty() {
             fault.push(Fault { kind: FaultKind::Jumped, points: jumped });
         }
@@ -105,6 +107,7 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
         let missing: Vec<String> = (0..seen.bones.len())
             .filter(|&b| seen.frames[f].bones[b].is_none())
             .map(|b| seen.bones[b].clone())
+            .filter(|name| !fault.iter().any(|f| f.points.contains(name)))
             .collect();
         if !missing.is_empty() {
             fault.push(Fault { kind: FaultKind::BoneMissing, points: missing });
@@ -113,12 +116,11 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
     faults
 }
 
+/// A point of a frame: of the contour, then sensors, then bones.
 fn mark(seen: &AlignedRecording, frame: usize, point: usize) -> Option<super::Mark> {
-    let frame = &seen.frames[frame];
-    match frame.contour.get(point) {
-        Some(mark) => *mark,
-        None => frame.sensors.get(point - frame.contour.len()).copied().flatten(),
-    }
+    let AlignedFrame { contour, sensors, bones, .. } = &seen.frames[frame];
+    let bones = bones.iter().map(|bone| bone.map(|at| super::Mark { at, sd: BONE_SD_M }));
+    contour.iter().chain(sensors).copied().chain(bones).nth(point).flatten()
 }
 
 fn has_jumped(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
@@ -134,12 +136,16 @@ fn has_jumped(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
     let apart = |f: usize| (seen.frames[f].time_s - seen.frames[frame].time_s).abs();
     let nearest = near.iter().map(|(f, _)| apart(*f)).fold(f64::INFINITY, f64::min);
     let away = (here.at - Point::new(x, y)).norm();
-    away > JUMP_M.max(FASTEST_M_S * nearest) + MOST_SD * here.sd
+    let (jump_m, fastest_m_s) = match point < seen.contour.len() + seen.sensors.len() {
+        true => (JUMP_M, FASTEST_M_S),
+        false => (BONE_JUMP_M, BONE_FASTEST_M_S),
+    };
+    away > jump_m.max(fastest_m_s * nearest) + MOST_SD * here.sd
 }
 
 /// Frames in which exchanging two points makes the contour shorter by more than noise.
 fn ordered(seen: &AlignedRecording) -> Vec<Option<Fault>> {
-    let fault = |frame: &super::AlignedFrame| {
+    let fault = |frame: &AlignedFrame| {
         let at: Vec<(usize, super::Mark)> =
             frame.contour.iter().enumerate().filter_map(|(i, m)| Some((i, (*m)?))).collect();
         if !(4..=MOST_ORDERED).contains(&at.len()) {

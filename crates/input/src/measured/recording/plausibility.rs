@@ -3,7 +3,7 @@
 use tongue_core::geometry::Point;
 
 use super::AlignedRecording;
-use super::measures::{Measures, Value, sag};
+use super::measures::{Measures, STEEPEST_BONES_DEG, Value, sag};
 use super::outliers::above;
 use Severity::{Note, Refused, Untrusted};
 
@@ -90,10 +90,10 @@ impl<'a> Check<'a> {
             "{name} lies {value} mm from the other points, which is too far; correct it, or write \"{name}\" = \"ignore\" into a map"),
         check("slip", Measures::slipped_points_mm, [0.0, 8.0], Refused,
             "{name}, while the other points do not: its tracking has slipped; correct it, or leave the point out with \"ignore\" in a map"),
-        check("axes", Measures::bones_alone_steep_deg, [0.0, 60.0], Refused,
+        check("axes", Measures::bones_alone_steep_deg, [0.0, STEEPEST_BONES_DEG], Refused,
             "the hyoid and the mental spine lie one above the other, while the tongue is the right way up: the tracking of one of them has \
              slipped; correct it, or leave the bones out with a map (--map) of the line points = { hyoid = \"ignore\", mental_spine = \"ignore\" }"),
-        check("axes", Measures::bones_steep_deg, [0.0, 60.0], Refused, EXCHANGED),
+        check("axes", Measures::bones_steep_deg, [0.0, STEEPEST_BONES_DEG], Refused, EXCHANGED),
         check("axes", Measures::tongue_above_bones_mm, [0.0, ANY], Refused,
             "the tongue lies below the hyoid and the mental spine: the recording is upside down; give the axis that grows upwards in a map, \
              such as up = \"-y\""),
@@ -134,7 +134,7 @@ impl<'a> Check<'a> {
     /// Checks of motion. Pellets on the tongue move at 60 to 130 mm/s on average in speech (Tasko and Westbury 2002), and tips at 400 mm/s in the
     /// fastest gestures; a gesture takes 0.1 to 0.3 s.
     #[rustfmt::skip]
-    const MOTION: [Check<'a>; 8] = [
+    const MOTION: [Check<'a>; 9] = [
         check("still", Measures::frozen, [0.0, 0.0], Refused,
             "nothing moves: all {value} frames have exactly the same places, which no measurement has; export the recording anew, or give one \
              frame alone"),
@@ -150,6 +150,9 @@ impl<'a> Check<'a> {
         check("rate", Measures::quickest_part, [0.3, ANY], Untrusted,
             "the quickest motion takes {name}, where a tongue in speech needs 0.1 to 0.3 s: the times are too long, or nothing is spoken; if they \
              are wrong, correct rate_hz in the map, or the times, which are in seconds"),
+        check("rate", Measures::sparse_ms, [0.0, 200.0], Untrusted,
+            "its frames are {value} ms apart, where 2 to 200 ms are usual, so nothing is known of the motion between them; if that is wrong, \
+             correct rate_hz in the map, or the times, which are in seconds"),
         check("rate", Measures::step_ms, [1.99, 200.0], Note,
             "its frames are {value} ms apart, where 2 to 200 ms are usual; if that is wrong, correct rate_hz in the map, or the times, which \
              are in seconds"),
@@ -162,7 +165,6 @@ impl<'a> Check<'a> {
 const EXCHANGED: &str = "coils or bones that lie one behind the other are recorded one above the other: x and y seem to be exchanged; give back = \
      \"y\" and up = \"x\" in a map, with a minus before an axis that grows the other way";
 
-/// All doubts about a recording.
 pub fn doubts(recording: &AlignedRecording) -> Vec<Doubt> {
     let measures = Measures::of(recording);
     let mut told: Vec<&str> = Vec::new();

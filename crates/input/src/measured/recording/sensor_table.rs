@@ -10,7 +10,6 @@ use super::{Budget, Format, Recording, Sample, Times, aaa, limits};
 const HELP: &str = "give a header with a time and, for each sensor, x, y and z in mm (NDI Wave: Wav Time, State, Tx, Ty, Tz; AG501: Ch1_x, Ch1_y, \
                     Ch1_z), separated by tabs, semicolons or commas";
 
-/// Columns of a sensor.
 struct Sensor {
     name: String,
     /// x, y, z.
