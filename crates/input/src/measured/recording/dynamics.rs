@@ -174,6 +174,11 @@ impl<'a> Motion<'a> {
         moving > 0 && 2 * moving >= self.courses.len()
     }
 
+    /// Whether the tracking of a bone slips.
+    pub fn has_slipping_bone(&self) -> bool {
+        self.bones.iter().any(|bone| bone.slip(ACCELERATION_OF_BONES_M_S2).is_some())
+    }
+
     /// The median over the points that move; `None` if these are less than half, since one that jumps among others that rest says nothing of
     /// the recording.
     fn middle(&self, continuous: bool, of: impl Fn(&Course<'_>) -> Option<f64>) -> Option<f64> {

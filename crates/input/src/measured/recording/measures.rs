@@ -149,7 +149,8 @@ impl<'a> Measures<'a> {
     }
 
     pub fn bones_apart_mm(&self) -> Vec<Value> {
-        self.spine_and_hyoid().map_or_else(Vec::new, |(a, b)| value((a - b).norm() * MM))
+        let steady = self.spine_and_hyoid().filter(|_| !self.motion.has_slipping_bone());
+        steady.map_or_else(Vec::new, |(a, b)| value((a - b).norm() * MM))
     }
 
     /// The diameter that contains half of the points, so that one distant point does not make it large.
