@@ -246,8 +246,14 @@ fn frames_that_cannot_be_trusted_end_with_3_above_5_percent_of_a_recording_and_a
         let json: serde_json::Value =
             serde_json::from_str(&fs::read_to_string(at.join("scattered/track.json")).unwrap()).unwrap();
         assert_eq!(json["untrusted"].is_string(), status == 3, "{json}");
+        let count = |status: &str| json["statuses"][status].as_u64().unwrap_or(0);
+        let untrusted = 90 - count("converged") - count("unresolved") - count("gap");
+        assert!(untrusted > 0 && (untrusted as f64 > 0.05 * 45.0) == (status == 3), "{untrusted}");
         let told = told.split_whitespace().filter(|w| *w != "│").collect::<Vec<_>>().join(" ");
-        assert!(told.contains(&format!("{bad} of the ")) && told.contains("cannot be trusted ("), "{told}");
+        assert!(
+            told.contains(&format!("{untrusted} of the ")) && told.contains("cannot be trusted ("),
+            "{told}"
+        );
         assert_eq!(told.contains("no more than 5 % of any recording"), status == 0, "{told}");
     }
 }
