@@ -241,8 +241,8 @@ fn frames_that_cannot_be_trusted_end_with_3_above_5_percent_of_a_recording_and_a
             .collect();
         fs::write(at.join("scattered.csv"), scattered).unwrap();
         let output = run(at, "track scattered.csv --frames 0 --draws 100 --out scattered");
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(status), "{told}");
+        let told = output.err;
+        assert_eq!(output.status, Some(status), "{told}");
         let json: serde_json::Value =
             serde_json::from_str(&fs::read_to_string(at.join("scattered/track.json")).unwrap()).unwrap();
         assert_eq!(json["untrusted"].is_string(), status == 3, "{json}");
