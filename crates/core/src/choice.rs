@@ -16,7 +16,6 @@ pub fn named<T: DeserializeOwned>(name: &str) -> Option<T> {
     T::deserialize(IntoDeserializer::<Error>::into_deserializer(name)).ok()
 }
 
-/// The name of a variant.
 pub fn name_of<T: DeserializeOwned + PartialEq>(variant: &T) -> &'static str {
     names::<T>().iter().find(|name| named::<T>(name).as_ref() == Some(variant)).copied().unwrap_or_default()
 }

@@ -24,7 +24,6 @@ pub struct TooLarge {
     pub size_m: f64,
 }
 
-/// A fault of a mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeshFault {
     #[error("the position of node {node} is not finite")]

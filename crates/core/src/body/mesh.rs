@@ -22,7 +22,6 @@ impl<const D: usize> Cells<D> {
         Self { nodes: Vec::new() }
     }
 
-    /// Number of cells.
     pub fn len(&self) -> usize {
         self.nodes.len() / (D + 1)
     }
@@ -85,7 +84,6 @@ pub struct Mesh<const D: usize> {
     pub hexahedra: Vec<[usize; 8]>,
     /// Joined pairs of nodes, each once, lower node number first.
     pub connections: Vec<[usize; 2]>,
-    /// Muscles as chains of connections.
     pub muscles: Vec<MuscleChain>,
     /// Nodes on bone, in ascending order.
     pub fixed: Vec<usize>,

@@ -32,7 +32,6 @@ pub use tongue::{
 
 /// The part of the jaw at which the genioglossus and the geniohyoid begin.
 pub const MANDIBLE: &str = "mental_spine";
-/// The hyoid bone.
 pub const HYOID: &str = "hyoid";
 
 /// A bone: nodes that are held.
@@ -72,7 +71,6 @@ pub struct Origin<const D: usize> {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("there is no muscle \"{name}\" in this body; {}", hint(name, known))]
 pub struct NoSuchMuscle {
-    /// The given name.
     pub name: String,
     /// The muscles of the body.
     pub known: Vec<String>,
@@ -85,7 +83,6 @@ fn hint(name: &str, known: &[String]) -> String {
     }
 }
 
-/// Errors of making a body.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BodyError {
     /// The anatomy cannot be used.
@@ -100,7 +97,6 @@ pub enum BodyError {
     /// A file that cannot be used.
     #[error("the mesh file \"{file}\" {problem}")]
     File {
-        /// Its path.
         file: String,
         /// What is wrong with it, and what to do.
         problem: String,
@@ -110,7 +106,6 @@ pub enum BodyError {
     Dimension {
         /// Description of the body.
         what: String,
-        /// Its cells.
         is: &'static str,
         /// The cells that it should have.
         wanted: &'static str,
@@ -125,9 +120,6 @@ impl<const D: usize> Body<D> {
 
     /// The number of the first muscle of this name in `mesh.muscles`. If no name is exactly the same, upper
     /// and lower case do not count.
-    ///
-    /// # Errors
-    /// [`NoSuchMuscle`], with the nearest name.
     pub fn muscle(&self, name: &str) -> Result<usize, NoSuchMuscle> {
         let any_case = || self.mesh.muscles.iter().position(|m| m.name.eq_ignore_ascii_case(name));
         self.muscles_called(name).next().or_else(any_case).ok_or_else(|| {
@@ -144,18 +136,12 @@ impl<const D: usize> Body<D> {
 
     /// The same body as a continuum ([`continuum`]): quadratic elements, muscles of finite width along their
     /// chains, bones that hold patches.
-    ///
-    /// # Errors
-    /// As [`continuum::lay`].
     pub fn into_continuum(self, settings: &ContinuumSettings) -> Result<Self, ContinuumError> {
         Origin { body: self, lines: None }.lay(settings)
     }
 
     /// A continuum on the same linear cells with other settings; `None` if the body is not a continuum, or
     /// its linear cells are not known.
-    ///
-    /// # Errors
-    /// As [`continuum::lay`].
     pub fn with_continuum(&self, settings: &ContinuumSettings) -> Option<Result<Self, ContinuumError>> {
         self.origin.as_ref().map(|origin| Origin::clone(origin).lay(settings))
     }
@@ -203,9 +189,6 @@ impl Body<2> {
 
     /// A body that was meshed from an anatomy as a continuum, whose muscles run along the lines of the
     /// anatomy.
-    ///
-    /// # Errors
-    /// As [`continuum::lay`].
     pub fn into_continuum_of(
         self,
         anatomy: &Anatomy,
@@ -216,9 +199,6 @@ impl Body<2> {
     }
 
     /// A tongue of an anatomy at a mesh spacing, m.
-    ///
-    /// # Errors
-    /// As [`build`].
     pub fn from_anatomy(anatomy: &Anatomy, spacing_m: f64) -> Result<Self, MeshError> {
         let mesh = build(anatomy, spacing_m)?;
         let bones = tongue::bones(anatomy, &mesh);

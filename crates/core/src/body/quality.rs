@@ -8,17 +8,13 @@ use crate::geometry::plane;
 /// Counts and extremes of a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quality {
-    /// Nodes.
     pub nodes: usize,
     /// Nodes that belong to no triangle: those of muscles outside the tissue.
     pub nodes_outside_tissue: usize,
     /// Nodes on the outline of the tissue.
     pub boundary_nodes: usize,
-    /// Triangles.
     pub cells: usize,
-    /// Connections.
     pub connections: usize,
-    /// Area of all triangles, m².
     pub area_m2: f64,
     /// The smallest angle of any triangle, degrees; 0 without triangles.
     pub smallest_angle_deg: f64,

@@ -64,14 +64,12 @@ pub struct State<const D: usize> {
 /// Cost of a trajectory, in counts that do not depend on the machine.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct StepCounts {
-    /// Steps taken.
     pub steps: u64,
     /// Steps rejected for their error, or because Newton's method did not converge.
     pub rejected: u64,
     /// Steps of TR-BDF2 that were made by backward Euler, because its own stages could not be solved at the
     /// fixed step.
     pub damped: u64,
-    /// Evaluations of the force.
     pub force_evaluations: u64,
     /// Factorisations of a matrix, failed ones included.
     pub factorisations: u64,

@@ -31,7 +31,6 @@ pub struct Motion<'a, const D: usize> {
 /// Why a motion cannot be set up or followed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MotionError {
-    /// The number of tensions is not that of the muscles.
     #[error("tensions are given for {given} muscles, but the mesh has {muscles}; give one for each")]
     TensionCount {
         /// How many are given.
@@ -42,7 +41,6 @@ pub enum MotionError {
     /// A coefficient that motion needs to be positive.
     #[error("the {name} is {value}; for a trajectory it must be positive and finite")]
     Coefficient {
-        /// Which.
         name: &'static str,
         /// Its value, SI.
         value: f64,
@@ -63,10 +61,7 @@ pub enum MotionError {
     #[error(
         "{method} has no error control, so it takes a step, not a tolerance: give a step, or use tr-bdf2"
     )]
-    NotAdaptive {
-        /// The method.
-        method: IntegrationMethod,
-    },
+    NotAdaptive { method: IntegrationMethod },
     /// A step beyond the stability limit.
     #[error(
         "a step of {dt:.3e} s is beyond the stability limit of {method}, {limit:.3e} s \
@@ -74,7 +69,6 @@ pub enum MotionError {
          Take a step below the limit, or tr-bdf2, which has none"
     )]
     Unstable {
-        /// The method.
         method: IntegrationMethod,
         /// The step asked for, s.
         dt: f64,
@@ -111,9 +105,6 @@ impl<'a, const D: usize> Motion<'a, D> {
     }
 
     /// As [`Motion::new`] with another mass of every node, kg.
-    ///
-    /// # Errors
-    /// As [`Motion::new`].
     pub fn with_mass(system: &'a System<D>, tensions: Tensions, mass: f64) -> Result<Self, MotionError> {
         let (given, muscles) = (tensions.muscle_count(), system.muscle_count());
         if given != muscles {
@@ -142,7 +133,6 @@ impl<'a, const D: usize> Motion<'a, D> {
         Ok(Self { system, tensions, slack: vec![0.0; muscles], mass, internal })
     }
 
-    /// The system.
     pub fn system(&self) -> &'a System<D> {
         self.system
     }
@@ -199,7 +189,6 @@ impl<'a, const D: usize> Motion<'a, D> {
         (solution.status == SolveStatus::Converged).then(|| workspace.positions().to_vec())
     }
 
-    /// Space for the rates.
     pub fn rates(&self) -> Rates<D> {
         let zeros = vec![SVector::zeros(); self.system.rest().len()];
         Rates {

@@ -27,9 +27,7 @@ pub enum MotionStatus {
     Unstable,
     /// A node has diverged: the step is far beyond the stability limit.
     Diverged,
-    /// A position is not a finite number.
     NotFinite,
-    /// A cell was inverted.
     InvertedCell,
 }
 
@@ -40,7 +38,6 @@ pub struct MotionOutcome {
     pub status: MotionStatus,
     /// Where it ended, s; the state is the last good one.
     pub time_s: f64,
-    /// Its cost.
     pub counts: StepCounts,
 }
 

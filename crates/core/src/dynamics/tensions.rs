@@ -22,7 +22,6 @@ pub enum Tensions {
 }
 
 impl Tensions {
-    /// Number of muscles.
     pub fn muscle_count(&self) -> usize {
         match self {
             Self::Constant(to) | Self::Ramp { to, .. } => to.len(),

@@ -269,7 +269,6 @@ impl<const D: usize> Integrator<D> for TrBdf2<D> {
 mod tests {
     use super::*;
 
-    /// Residuals of the conditions for orders 1, 2, 3, 3.
     fn order_conditions(b: [f64; STAGES]) -> [f64; 4] {
         let sum = |f: &dyn Fn(usize) -> f64| (0..STAGES).map(|i| b[i] * f(i)).sum::<f64>();
         let a_c = [0.0, GAMMA * NODES[1], W * NODES[1] + GAMMA];

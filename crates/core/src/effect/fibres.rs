@@ -51,7 +51,6 @@ struct Group<const D: usize> {
     slots: Vec<Slot>,
 }
 
-/// A fibre at rest.
 #[derive(Debug, Clone)]
 struct AtRest<const D: usize> {
     weight: f64,

@@ -4,12 +4,10 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-/// Number of corners.
 pub const CORNERS: usize = 8;
 /// Number of points of Gauss's rule that integrates the volume exactly.
 pub const POINTS: usize = 8;
 
-/// Something of each corner.
 pub type Of<T> = [T; CORNERS];
 
 /// Local coordinates of the corners.
@@ -28,7 +26,6 @@ pub const LOCAL: Of<[f64; 3]> = [
 pub const FACES: [[usize; 4]; 6] =
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
-/// The twelve edges.
 pub const EDGES: [[usize; 2]; 12] =
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
 
@@ -70,7 +67,6 @@ pub fn volume(x: &Of<Vector3<f64>>) -> f64 {
     points().iter().map(|&at| jacobian(x, at).determinant()).sum()
 }
 
-/// The positions of the corners of one hexahedron.
 pub fn corners(positions: &[Vector3<f64>], nodes: &[usize; CORNERS]) -> Of<Vector3<f64>> {
     nodes.map(|n| positions[n])
 }

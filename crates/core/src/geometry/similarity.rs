@@ -10,7 +10,6 @@ pub struct Similarity {
 }
 
 impl Similarity {
-    /// The identity.
     pub const IDENTITY: Self = Self { turn: [1.0, 0.0], shift: Point::new(0.0, 0.0) };
 
     /// Turns by an angle (rad, from x towards y) and scales about the origin, then shifts (m).
@@ -72,7 +71,6 @@ impl Similarity {
         self.turn[1].atan2(self.turn[0])
     }
 
-    /// The place that a point is carried to.
     pub fn place(&self, p: Point) -> Point {
         if *self == Self::IDENTITY {
             return p;

@@ -14,7 +14,6 @@ pub struct LineEnd<const D: usize> {
 }
 
 impl<const D: usize> LineEnd<D> {
-    /// At a node.
     pub fn node(node: usize) -> Self {
         Self { weights: vec![(node, 1.0)], fixed: SVector::zeros() }
     }

@@ -36,7 +36,6 @@ pub(crate) struct Symbolic {
     left: Vec<[u32; 2]>,
 }
 
-/// The factors.
 #[derive(Debug)]
 pub(crate) struct Factor<const L: usize> {
     lower: Vec<Block<L>>,

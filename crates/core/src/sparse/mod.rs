@@ -29,7 +29,6 @@ pub struct BlockMatrix<const D: usize> {
 }
 
 impl<const D: usize> BlockMatrix<D> {
-    /// A zero matrix.
     pub fn zeros(pattern: &Pattern) -> Self {
         Self { blocks: vec![SMatrix::zeros(); pattern.blocks() + 1] }
     }

@@ -33,7 +33,6 @@ impl Slot {
 pub struct Pattern {
     /// Unknown number of each node; `NONE` for nodes that are not unknowns.
     unknown: Vec<u32>,
-    /// Node of each unknown number.
     node: Vec<usize>,
     /// Column `j` occupies places `start[j]..start[j + 1]`, its diagonal block first, then ascending rows.
     start: Vec<usize>,

@@ -100,11 +100,9 @@ pub enum Connection {
 pub struct Solution {
     /// How it ended.
     pub status: SolveStatus,
-    /// Newton iterations.
     pub iterations: usize,
     /// Factorisations, failed ones included.
     pub factorisations: usize,
-    /// Evaluations of the energy.
     pub energy_evaluations: usize,
     /// Iterations in which the exact stiffness was not positive definite and a safeguarded one was used.
     pub safeguarded: usize,

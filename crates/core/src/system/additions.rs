@@ -11,7 +11,6 @@ use super::Layout;
 /// Changes to the plain model. The default changes nothing.
 #[derive(Debug)]
 pub struct Additions<const D: usize> {
-    /// Further effects.
     pub effects: Vec<Box<dyn Effect<D>>>,
     /// Bone nodes that are carried away from where they are at rest, and where to, m.
     pub carried: Vec<(usize, SVector<f64, D>)>,

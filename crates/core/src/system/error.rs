@@ -15,7 +15,6 @@ pub enum SystemError {
     /// A muscle number that the mesh does not have.
     #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
     NoSuchMuscle {
-        /// The number asked for.
         muscle: usize,
         /// How many there are.
         count: usize,
@@ -30,10 +29,7 @@ pub enum SystemError {
     },
     /// A node is to be carried along by a bone that does not hold it.
     #[error("node {node} is to be carried by a bone, but no bone holds it; fix it in the mesh")]
-    NotOnBone {
-        /// The node.
-        node: usize,
-    },
+    NotOnBone { node: usize },
     /// A negative coefficient of incompressibility: the energy has no minimum.
     #[error(
         "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
@@ -50,7 +46,6 @@ pub enum SystemError {
         "the body is a mesh of linear cells; make it a continuum first (--body continuum, Body::into_continuum)"
     )]
     NotAContinuum,
-    /// The mesh is inconsistent.
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),
     /// A body in space that cannot be used.

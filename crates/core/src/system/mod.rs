@@ -67,12 +67,10 @@ pub struct System<const D: usize> {
 }
 
 impl<const D: usize> System<D> {
-    /// Model of the tissue.
     pub fn tissue(&self) -> TissueModel {
         self.tissue
     }
 
-    /// Coefficients in use.
     pub fn coefficients(&self) -> &Coefficients {
         &self.coefficients
     }
@@ -101,7 +99,6 @@ impl<const D: usize> System<D> {
         Arc::clone(&self.layout)
     }
 
-    /// The effects that are simulated.
     pub fn effects(&self) -> &[Box<dyn Effect<D>>] {
         &self.effects
     }

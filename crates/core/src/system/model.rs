@@ -12,7 +12,6 @@ use crate::material::{Coefficients, Constants};
 pub struct Model {
     /// Physical constants of the tissue.
     pub constants: Constants,
-    /// Model of the tissue.
     pub tissue: TissueModel,
 }
 
@@ -43,9 +42,6 @@ impl Default for Model {
 
 /// Coefficients for a mesh: identified on an equilateral cell with the mesh's mean connection length as its
 /// side, as in thesis 4.1.1.
-///
-/// # Errors
-/// [`SystemError`] for constants out of range.
 pub fn coefficients<const D: usize>(mesh: &Mesh<D>, model: &Model) -> Result<Coefficients, SystemError> {
     let total: f64 = mesh.connections.iter().map(|&[a, b]| (mesh.nodes[b] - mesh.nodes[a]).norm()).sum();
     let side = total / mesh.connections.len().max(1) as f64;

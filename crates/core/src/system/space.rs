@@ -27,9 +27,7 @@ pub enum MusclesAs {
 /// Choices that make a body in space into a system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceModel {
-    /// The law of the tissue.
     pub law: MooneyRivlin,
-    /// Model of the muscles.
     pub muscles: MusclesAs,
     /// Additional stiffness of a muscle's tissue at full activation, as a multiple of its passive stiffness;
     /// 0 for none. ArtiSynth: 9.
@@ -37,7 +35,6 @@ pub struct SpaceModel {
 }
 
 impl SpaceModel {
-    /// Checks the stiffening.
     pub fn check(&self) -> Result<(), BeyondLimit> {
         STIFFENING.check(self.stiffening)
     }
@@ -70,9 +67,6 @@ impl System<3> {
     }
 
     /// The same of one half of a symmetric body, held in the plane that halves it.
-    ///
-    /// # Errors
-    /// As [`System::in_space`].
     pub fn of_half(half: &Half, model: &SpaceModel) -> Result<Self, SystemError> {
         let mirror = Mirror::new(1, MIRROR, &half.plane, &half.body.mesh.nodes);
         let effects: Vec<Box<dyn Effect<3>>> = vec![Box::new(mirror)];
@@ -80,9 +74,6 @@ impl System<3> {
     }
 
     /// The same, with what a scene adds.
-    ///
-    /// # Errors
-    /// As [`System::in_space`].
     pub fn in_space_with(
         body: &SpaceBody,
         model: &SpaceModel,

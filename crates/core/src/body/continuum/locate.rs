@@ -36,7 +36,6 @@ impl<'a, const D: usize> Locator<'a, D> {
         Self { elements, corners, boxes }
     }
 
-    /// Nodes of an element.
     pub fn nodes(&self, element: usize) -> &[usize] {
         &self.elements[element]
     }

@@ -64,9 +64,6 @@ impl std::fmt::Display for ContinuumSettings {
 
 impl ContinuumSettings {
     /// Checks that every setting is within its range, SI.
-    ///
-    /// # Errors
-    /// [`ContinuumError::Setting`] names the first setting that is out of range.
     pub fn check(&self) -> Result<(), ContinuumError> {
         let within = |name, value: f64, low: f64, high: f64| match (low..=high).contains(&value) {
             true => Ok(()),
@@ -85,13 +82,10 @@ pub enum ContinuumError {
     /// A setting out of range.
     #[error("the {name} is {value}; give {low} to {high}")]
     Setting {
-        /// Which.
         name: &'static str,
         /// Its value, SI.
         value: f64,
-        /// The least.
         low: f64,
-        /// The largest.
         high: f64,
     },
     /// A mesh of lines only.
@@ -107,25 +101,18 @@ pub enum ContinuumError {
     #[error(
         "muscle {muscle} ends outside the tissue and on no bone, so it has nothing to pull at; fix its end"
     )]
-    Dangling {
-        /// Its name.
-        muscle: String,
-    },
+    Dangling { muscle: String },
     /// A muscle that has no part in the tissue and joins no bone to it.
     #[error(
         "muscle {muscle} leaves the tissue between its ends; only a part from a bone to the tissue may be outside"
     )]
-    LeavesTissue {
-        /// Its name.
-        muscle: String,
-    },
+    LeavesTissue { muscle: String },
 }
 
 /// The data that make a [`Mesh`] a continuum. The cells of the mesh are then the linear parts of the
 /// elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Continuum<const D: usize> {
-    /// The settings.
     pub settings: ContinuumSettings,
     /// Nodes of the elements, one after another ([`Continuum::elements`]).
     elements: Vec<usize>,
@@ -213,7 +200,6 @@ impl<const D: usize> Continuum<D> {
 /// A node that is at rest where it is, and moves by the mean displacement of others.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Follower<const D: usize> {
-    /// The node.
     pub node: usize,
     /// The nodes that it follows, with weights whose sum is 1.
     pub weights: Vec<(usize, f64)>,
@@ -230,7 +216,6 @@ impl<const D: usize> Follower<D> {
 /// A part of a muscle that pulls along a vector `y = sum c_a x_a` of the positions of nodes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strand {
-    /// The nodes.
     pub nodes: Vec<usize>,
     /// The coefficient of each: 1/m for a point of a fibre in the tissue, 1 for a part outside it.
     pub coefficients: Vec<f64>,
@@ -241,7 +226,6 @@ pub struct Strand {
 /// A quadratic form in the positions of nodes of the tissue and of a bone.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tie {
-    /// The nodes.
     pub nodes: Vec<usize>,
     /// Row by row, symmetric; m (in space m²), for a stiffness in N/m³.
     pub form: Vec<f64>,

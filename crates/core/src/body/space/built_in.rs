@@ -301,7 +301,6 @@ impl<'a> Section<'a> {
     }
 }
 
-/// The value at x of a table of x and value.
 fn between(table: &[[f64; 2]], x: f64) -> f64 {
     let after = table.iter().position(|p| p[0] >= x).unwrap_or(table.len() - 1).max(1);
     let [[x0, y0], [x1, y1]] = [table[after - 1], table[after]];

@@ -38,7 +38,6 @@ pub enum Side {
 /// A part of a fibre between two nodes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
-    /// The nodes.
     pub nodes: [usize; 2],
     /// Its force as a line when its muscle is fully active, N.
     pub force_n: f64,
@@ -46,7 +45,6 @@ pub struct Segment {
     pub outside: bool,
 }
 
-/// A muscle of one side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceMuscle {
     /// Its name, with its side, such as `GGP_L`.
@@ -69,10 +67,8 @@ pub struct SpaceMuscle {
 /// Directions at the points of Gauss of an element; none far from every fibre.
 pub type Directions = [Option<Vector3<f64>>; hexahedron::POINTS];
 
-/// A body in space with its muscles.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SpaceBody {
-    /// Description.
     pub what: String,
     /// Nodes, hexahedra, fixed nodes; of each muscle one fibre, whose ends measure its length.
     pub mesh: Mesh<3>,
@@ -111,7 +107,6 @@ pub enum SpaceFault {
     /// A segment of a fibre has no length.
     #[error("a fibre of muscle {muscle} has two nodes at one place (nodes {} and {}, from 1)", nodes[0] + 1, nodes[1] + 1)]
     NoLength {
-        /// The muscle.
         muscle: String,
         /// The nodes, from 0.
         nodes: [usize; 2],
@@ -119,7 +114,6 @@ pub enum SpaceFault {
     /// A muscle has no fibres or no region.
     #[error("muscle {muscle} has no {what}, so nothing can contract; give it some, or leave the muscle out")]
     Empty {
-        /// The muscle.
         muscle: String,
         /// The missing part.
         what: &'static str,
@@ -135,25 +129,15 @@ pub enum BadActivation {
     /// A name that no muscle has.
     #[error("there is no muscle \"{name}\" in this body; {hint}")]
     NoSuchMuscle {
-        /// The given name.
         name: String,
         /// The nearest names.
         hint: String,
     },
-    /// A value out of range.
     #[error("the activation of {name} is {value}; it must lie between 0 and 1")]
-    OutOfRange {
-        /// The muscle.
-        name: String,
-        /// The given activation.
-        value: f64,
-    },
+    OutOfRange { name: String, value: f64 },
     /// A muscle that is named twice.
     #[error("the activation of {name} is given twice; give it once")]
-    Repeated {
-        /// The muscle.
-        name: String,
-    },
+    Repeated { name: String },
 }
 
 impl SpaceBody {

@@ -44,7 +44,6 @@ pub enum SurgeryFault {
         "the region removes the tissue at {bone} ({nodes} of its nodes); a region may not remove a bone: make it smaller, or fill it"
     )]
     Bone {
-        /// Which bone.
         bone: String,
         /// How many of its nodes.
         nodes: usize,
@@ -60,13 +59,11 @@ pub enum SurgeryFault {
 /// A body after surgery.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Operated {
-    /// The body.
     pub body: SpaceBody,
     /// Numbers in the body before of its muscles; those that lost all of their tissue are gone.
     pub muscles: Vec<usize>,
     /// How many elements were operated.
     pub elements: usize,
-    /// Their volume, m³.
     pub volume_m3: f64,
 }
 

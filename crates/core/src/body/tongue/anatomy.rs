@@ -11,7 +11,6 @@ use crate::geometry::ClosedSpline;
 use crate::geometry::plane::{self, Point};
 use crate::toml_text::{Exactly, line_and_column, plain};
 
-/// The reference anatomy, as text.
 pub const REFERENCE: &str = include_str!("../../../../../targets/anatomy.toml");
 
 /// Points nearer to each other than this are one point, m. Files are written to 1 µm or 10 µm.
@@ -27,7 +26,6 @@ pub struct Anatomy {
     bones: Vec<AnatomyBone>,
 }
 
-/// A straight muscle line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MuscleLine {
     /// The muscle's name.
@@ -122,9 +120,6 @@ type Found<T> = Result<T, (Range<usize>, AnatomyProblem)>;
 
 impl Anatomy {
     /// The reference anatomy (`targets/anatomy.toml`), which meets the published aggregate numbers.
-    ///
-    /// # Errors
-    /// Never with the embedded file as published; it is checked like any other.
     pub fn reference() -> Result<Self, AnatomyError> {
         Self::from_toml(REFERENCE, "targets/anatomy.toml (embedded)")
     }
@@ -167,7 +162,6 @@ impl Anatomy {
         Ok(Self { outline, muscles, bones })
     }
 
-    /// The outline of the tissue.
     pub fn outline(&self) -> &ClosedSpline {
         &self.outline
     }
@@ -177,7 +171,6 @@ impl Anatomy {
         &self.muscles
     }
 
-    /// The bones, by name.
     pub fn bones(&self) -> &[AnatomyBone] {
         &self.bones
     }

@@ -14,11 +14,9 @@ const OUTLINE_SPACING: f64 = 1.036;
 /// How a node may move while the mesh is smoothed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Freedom {
-    /// Not at all.
     None,
     /// Along its muscle (unit vector).
     Along(Point),
-    /// Anywhere.
     Plane,
 }
 

@@ -133,7 +133,6 @@ impl<'a, const D: usize> Load<'a, D> {
     }
 }
 
-/// One equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium<const D: usize> {
     /// Result of the solver.
