@@ -52,6 +52,11 @@ impl<'a> Cells<'a> {
     ) -> Result<Self, Malformed> {
         let Text { text, encoding, line_ends } = decode(bytes, origin)?;
         let start = Place { origin, line: 1, column: 1 };
+        if ["{", "[{", "<"].iter().any(|begin| text.trim_start().starts_with(begin)) {
+            return Err(
+                start.error("the file is JSON, XML or a page, not a table", "export the table as CSV")
+            );
+        }
         let (mut body, mut before, mut told) = (&*text, 0, None);
         while let Some((line, rest)) = body.split_once('\n') {
             let sep = line.trim().strip_prefix("sep=").and_then(|sep| match sep {
@@ -97,6 +102,11 @@ impl<'a> Cells<'a> {
             && cells.rows.iter().all(|row| row.cells.len() == width + 1)
         {
             cells.header.cells = std::iter::once("").chain(&cells.header.cells).collect();
+        }
+        if cells.header.cells.len() < 2 {
+            let what = format!("the table has fewer than two columns; {}", cells.header_quoted());
+            let help = format!("put commas, semicolons or tabs between the fields, as in {wanted}");
+            return Err(cells.at(&cells.header, 0).error(what, help));
         }
         Ok(cells)
     }

@@ -6,7 +6,7 @@ use super::error::Malformed;
 use super::number::TableUnit;
 use super::reading::SetAside;
 use super::text::clip;
-use crate::measured::table::Cells;
+use crate::measured::table::{Cells, Line};
 use tongue_core::suggest;
 
 /// Names of the column of subjects, the best first; case does not count, and a space counts as `_`.
@@ -14,11 +14,16 @@ const SUBJECT: &str = "subject speaker participant subject_id speaker_id partici
                        locuteur sujet sujeto 話者 被験者 発話者";
 /// Names of the column of vowels, the best first.
 const VOWEL: &str = "vowel phoneme phone segment sound label vokal laut voyelle phonème vocal 母音 音素";
+/// Names of a column of muscles, which tables of another form have: a row for each muscle.
+const MUSCLE: &str = "muscle muscles muskel 筋 筋肉";
 /// Names of a column of half widths, behind a muscle's name or alone.
 const HALF_WIDTH: [&str; 4] = ["half_width", "halfwidth", "error", "uncertainty"];
 
 /// Characters between a name and its unit.
 const BETWEEN: [char; 9] = [' ', '_', '.', '-', '(', '[', '/', ',', ':'];
+
+/// Number of rows in which a column without a unit is looked at.
+const FEW: usize = 20;
 
 /// Field (from 0) and unit of a column.
 type Field = (usize, TableUnit);
@@ -86,6 +91,17 @@ impl Columns {
         };
         let mut lengths: Vec<Length> = fields.iter().filter_map(length).collect();
         lengths.sort_by_key(|length| length.field);
+        let of_muscle =
+            cells.header.cells.iter().position(|name| MUSCLE.split(' ').any(|n| n == plain(name)));
+        if let Some(field) = of_muscle.filter(|_| lengths.len() < 2) {
+            let name = clip(cells.header.cell(field));
+            let what = format!(
+                "column {name} names muscles, so that each has rows of its own; {}",
+                cells.header_quoted()
+            );
+            let help = "give each muscle a column and each subject and vowel one row, as in subject,vowel,GGa_mm,GGm_mm";
+            return Err(cells.at(&cells.header, field).error(what, help));
+        }
         let (Some(subject), Some(vowel), false) = (subject, vowel, lengths.is_empty()) else {
             let missing = [
                 (subject.is_none(), "subject"),
@@ -129,6 +145,15 @@ fn incomplete(missing: Vec<&str>, cells: &Cells<'_>) -> Malformed {
         Some(format!("; is column {:?} meant to be {name}?", clip(near)))
     });
     what.push_str(&near.unwrap_or_default());
+    if missing.iter().any(|name| name.contains(' ')) {
+        let has_numbers = |field: &usize| {
+            let starts = |line: &Line| line.cell(*field).starts_with(|c: char| c.is_ascii_digit());
+            meaning(cells.header.cell(*field)).is_none() && cells.rows.iter().take(FEW).any(starts)
+        };
+        if let Some(name) = (0..cells.header.cells.len()).find(has_numbers).map(|f| cells.header.cell(f)) {
+            what += &format!("; if column {:?} has lengths, its name must end with their unit", clip(name));
+        }
+    }
     cells.at(&cells.header, cells.header.cells.len()).error(
         format!("{what}; {}", cells.header_quoted()),
         "it must name, in any order, subject, vowel, and for each muscle its length with the unit, like \
@@ -161,8 +186,9 @@ fn quantity(name: &str) -> Option<(&str, TableUnit)> {
     TableUnit::ALL.into_iter().find_map(|unit| {
         let rest = name.get(..lower.strip_suffix(unit.symbol())?.len())?;
         let quantity = rest.trim_end_matches(BETWEEN).trim_start();
-        let is_name =
-            quantity.len() < rest.len() && !quantity.is_empty() && !quantity.contains(char::is_control);
+        let is_name = quantity.len() < rest.len()
+            && quantity.contains(char::is_alphabetic)
+            && !quantity.contains(char::is_control);
         is_name.then_some((quantity, unit))
     })
 }

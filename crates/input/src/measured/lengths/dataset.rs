@@ -40,9 +40,6 @@ pub struct Dataset {
 impl Dataset {
     /// The built-in lengths of Takano and Honda (2007), thesis table 4.4: eight muscles of the subjects S1 to
     /// S4, 19 rows (S4 has no /ɯ/).
-    ///
-    /// # Errors
-    /// As [`Dataset::from_reader`]; a test checks that the built-in table has no error.
     pub fn reference() -> Result<Self, LengthsError> {
         Self::parse(REFERENCE.as_bytes(), REFERENCE_ORIGIN)
     }
@@ -180,7 +177,6 @@ impl Dataset {
     }
 
     /// The vowels of `subject`, in the order of the table.
-    ///
     pub fn vowels(&self, subject: &str) -> Result<Vec<Vowel>, LengthsError> {
         Ok(self.of_subject(subject)?.map(|lengths| lengths.vowel.clone()).collect())
     }
@@ -200,15 +196,11 @@ impl Dataset {
     }
 
     /// The baseline of `subject`: its own /ɯ/, as in thesis 4.3.2.
-    ///
     pub fn baseline(&self, subject: &str) -> Result<&Lengths, LengthsError> {
         self.baseline_vowel(subject, &Vowel::unrounded_u())
     }
 
     /// The lengths of `subject` in the baseline vowel `vowel`.
-    ///
-    /// # Errors
-    /// As [`Dataset::row`].
     pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, LengthsError> {
         self.find(subject, vowel)?.ok_or_else(|| LengthsError::MissingBaseline {
             origin: self.origin.clone(),
@@ -239,7 +231,12 @@ impl Dataset {
     fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, LengthsError> {
         let numbers = self.index.get(&fold(subject)).ok_or_else(|| {
             let known = self.subjects();
+            let is_vowel = self.rows.iter().any(|row| row.lengths.vowel.label() == subject);
+            let Reading { subject: of_subjects, vowel: of_vowels, .. } = &self.reading;
             let hint = match suggest::nearest(subject, known.iter().copied()) {
+                _ if is_vowel => {
+                    format!("it is in column {of_vowels}; are {of_subjects} and {of_vowels} exchanged?")
+                }
                 Some(near) if known.len() > NAMED_SUBJECTS => {
                     format!("did you mean \"{near}\"? (one of {} subjects)", known.len())
                 }

@@ -211,7 +211,13 @@ impl RowReader<'_> {
             })
         };
         let lengths = &self.columns.lengths;
-        let length_mm = lengths.iter().map(|l| number((l.field, l.unit), |n, cell| n.length(cell))).collect();
+        let length_mm: Vec<_> =
+            lengths.iter().map(|l| number((l.field, l.unit), |n, cell| n.length(cell))).collect();
+        let in_mm = lengths.iter().all(|l| l.unit == TableUnit::Mm);
+        if in_mm && length_mm.len() > 2 && length_mm.iter().all(|mm| *mm == Some(100.0)) {
+            let help = "write the measured lengths, not percent of those in the baseline";
+            return Err(at(lengths[0].field).error("every length is 100", help));
+        }
         let common = self.columns.half_width.and_then(|field| number(field, |n, cell| n.half_width(cell)));
         let own = lengths.iter().zip(&self.else_mm);
         let half_width = |(l, else_mm): (&super::columns::Length, &f64)| {

@@ -369,13 +369,17 @@ fn header_faults_quote_the_line_that_was_taken() {
     let bare = HEADER.replace("_mm", "");
     assert_eq!(
         refusal(format!("{bare}\n{ROW}\n")),
-        format!("my.csv:1:11: missing from the header: a length, like GGa_mm; {}", taken(&bare))
+        format!(
+            "my.csv:1:11: missing from the header: a length, like GGa_mm; if column \"GGa\" has lengths, its name must end with \
+             their unit; {}",
+            taken(&bare)
+        )
     );
     assert_eq!(
         refusal("Lengths\nname,vowel,GGa\nX,a,40\n"),
         format!(
-            "my.csv:2:4: missing from the header: subject, a length, like GGa_mm; line 2 was taken for the header: \
-             \"name,vowel,GGa\"; {WANTED}"
+            "my.csv:2:4: missing from the header: subject, a length, like GGa_mm; if column \"GGa\" has lengths, its name \
+             must end with their unit; line 2 was taken for the header: \"name,vowel,GGa\"; {WANTED}"
         )
     );
     for (to, expected) in [
@@ -386,6 +390,29 @@ fn header_faults_quote_the_line_that_was_taken() {
         assert_eq!(with("GGm_mm", to), format!("my.csv:1:4: {expected}; keep one of the two"));
     }
     assert!(refusal("x,".repeat(20_000)).contains("the header has 20001 columns"));
+}
+
+/// As ten new users wrote them.
+#[test]
+fn tables_of_other_forms_are_refused_with_what_to_write_instead() {
+    for (table, told) in [
+        ("subject vowel GGa_mm\nP1 a 41\n", "1:1: the table has fewer than two columns; line 1 was"),
+        ("| subject | vowel | GGa_mm |\n|---|---|---|\n", "1:1: the table has fewer than two columns"),
+        ("[{\"subject\": \"P1\", \"GGa_mm\": 41}]", "1:1: the file is JSON, XML or a page, not a table"),
+        ("subject,vowel,muscle,length_mm\nP1,a,GGa,41\n", "1:3: column muscle names muscles, so that each"),
+        ("muscle,u,a\nGGa,46,41\n", "1:1: column muscle names muscles, so that each has rows of its own"),
+        ("subject,vowel,GGa\nP1,a,46 mm\n", "1:4: missing from the header: a length, like GGa_mm; if column"),
+        ("subject,vowel,GGa\n,,mm\nP1,a,46\n", "1:4: missing from the header: a length, like GGa_mm; if"),
+        ("subject,vowel,A_mm,B_mm,C_mm\nP1,u,100,100,100\n", "2:3: every length is 100; write the measured"),
+    ] {
+        let message = refusal(table);
+        assert!(message.starts_with(&format!("my.csv:{told}")), "{message}");
+    }
+    let exchanged = dataset("subject,vowel,GGa_mm\na,P1,41\n");
+    assert_eq!(
+        exchanged.row("P1", &vowel("a")).unwrap_err().to_string(),
+        "unknown subject \"P1\" in my.csv; it is in column vowel; are subject and vowel exchanged?"
+    );
 }
 
 #[test]
