@@ -162,7 +162,7 @@ pub mod heard {
     //! What is heard of a tongue: formants, how they answer to its nodes, a voice.
     #[doc(inline)]
     pub use tongue_infer::heard::{
-        Airway, Articulation, Formant, Formants, Heard, MeanVowel, Sound, SpaceAirway, Tract, mean_vowels,
+        Airway, Articulation, Formant, Heard, MeanVowel, Sound, SpaceAirway, Tract, mean_vowels,
     };
 }
 
@@ -284,9 +284,9 @@ pub mod posterior {
     //! The posterior of tensions: which tensions data and model allow, with every unknown included.
     #[doc(inline)]
     pub use tongue_infer::posterior::{
-        Beside, Contradiction, Contrast, Density, Draw, Gain, Ground, Measurements, Mode, Posterior,
-        PosteriorError, Priors, Quantiles, Report, Sampling, Shares, ShortRun, Status, StretchSummary,
-        Summary, Verdict, VerdictFrom, contradictions, gains, sample,
+        Beside, Contrast, Density, Draw, Ground, Measurements, Mode, Posterior,
+        PosteriorError, Priors, Quantiles, Report, Sampling, ShortRun, Status, StretchSummary,
+        Summary, Verdict, VerdictFrom, sample,
     };
 }
 

@@ -180,7 +180,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let by = super::provenance().with_tissue(model.tissue);
     let sampled = match &ground {
         Some(ground) => {
-            Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>(), (beside, posture))?)
+            Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>(), beside)?)
         }
         None => None,
     };

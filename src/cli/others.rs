@@ -7,28 +7,22 @@ use tongue_fit::adapt::Landmarks;
 use tongue_fit::body::Body;
 use tongue_fit::files;
 use tongue_fit::geometry::Point;
-use tongue_fit::heard::{Airway, Formants};
-use tongue_fit::inverse::Matched;
 use tongue_fit::measured::emg::Activity;
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::recording::{self, AlignedRecording, Map, Mark, Recording};
 use tongue_fit::measured::{Target, Vowel};
-use tongue_fit::posterior::{Beside, Density, Ground, Measurements, Mode};
+use tongue_fit::posterior::{Beside, Ground};
 use tongue_fit::statistics::{distinct, upper_median};
 use tongue_fit::track::TongueSurface;
 
 use super::output;
 
-/// Standard deviation of a measured formant as a part of its frequency; the tract's own error is added.
-const FORMANT_SD: f64 = 0.03;
 /// Points of a contour that are used, evenly taken from all.
 const MOST_POINTS: usize = 40;
 /// A contour further from the surface at rest is in another frame, m.
 const FARTHEST_M: f64 = 30e-3;
 /// Axes of points that are in the frame of the body.
 const OF_THE_BODY: &str = "back = \"x\"\nup = \"y\"\n";
-/// Formants that may be given.
-const MOST_FORMANTS: usize = 4;
 
 /// Options for data beside the lengths.
 #[derive(Debug, Clone, clap::Args)]
@@ -36,21 +30,9 @@ const MOST_FORMANTS: usize = 4;
 #[command(next_help_heading = "Posterior: data beside the lengths")]
 pub struct Arguments {
     /// Relative muscle activity, 0 to 1, of the fitted vowel, its baseline and, with --joint, other vowels: CSV with a column muscle and a column
-    /// for each vowel. The gain of each electrode is unknown, so a muscle needs two of these vowels, and full_n_per_m is not used. For each kind of data
-    /// the posterior is sampled once more, to tell what it adds
+    /// for each vowel. The gain of each electrode is unknown, so a muscle needs two of these vowels, and full_n_per_m is not used
     #[arg(long, value_name = "FILE", requires = "posterior", hide_short_help = true)]
     emg: Option<PathBuf>,
-    /// Measured formants of the fitted vowel from the first on, Hz, such as 700,1200, with jaw and lips as in targets/tract.toml. The walls of
-    /// the vocal tract are a drawing, not this speaker's, so that each computed formant is trusted to 17 % only
-    #[arg(
-        long,
-        value_name = "HZ,HZ",
-        value_delimiter = ',',
-        num_args = 1,
-        requires = "posterior",
-        hide_short_help = true
-    )]
-    formants: Option<Vec<f64>>,
     /// Contour of the fitted vowel, or of another one that is sampled or the baseline where its name stands before it (ɯ=FILE), in the body's
     /// own millimetres (as `tongue-fit mesh` draws it, or `adapt` writes it), in the formats of `adapt --contour`. Contours of several
     /// postures say most: they share the error of their place (5 mm), angle (9 degrees) and size (10 %; standard deviations)
@@ -71,9 +53,6 @@ impl Arguments {
         let sampled = Sampled { targets, fitted: posture };
         if let Some(path) = &self.emg {
             out.push(emg(path, ground, &sampled)?);
-        }
-        if let Some(hz) = &self.formants {
-            out.push(formants(hz, ground, &sampled)?);
         }
         let contours = sampled.files("--contour", &self.contour, contour)?;
         let coils = sampled.files("--points", &self.points, coils)?;
@@ -221,8 +200,8 @@ fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Be
             (row.name, row.muscles, told)
         })
         .collect();
-    let alone: Vec<&str> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.as_str()).collect();
-    let beside = Beside::emg(&electrodes, |posture| format!("in /{}/", sampled.vowel(posture)));
+    let alone: Vec<String> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.clone()).collect();
+    let beside = Beside::emg(&electrodes.into_iter().map(|(_, muscles, told)| (muscles, told)).collect::<Vec<_>>());
     if beside.is_empty() {
         return Err(miette!(
             "--emg {origin}: no muscle has activity in both /{}/ and /{}/; the gain of an electrode is unknown, so give columns for two \
@@ -238,25 +217,6 @@ fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Be
         ));
     }
     Ok(beside)
-}
-
-fn formants(hz: &[f64], ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Beside> {
-    let target = &sampled.targets[sampled.fitted];
-    let rises = hz.windows(2).all(|pair| pair[0] < pair[1]);
-    if hz.len() > MOST_FORMANTS || !rises || !hz.iter().all(|f| (100.0..=5000.0).contains(f)) {
-        return Err(miette!(
-            "--formants takes up to {MOST_FORMANTS} rising frequencies in Hz from the first formant on, such as 700,1200"
-        ));
-    }
-    let tract = Airway::drawn().into_diagnostic()?;
-    let articulation = tract.posture.get(target.vowel.label()).copied().unwrap_or_default();
-    let airway = Airway::round(&ground.body, tract).into_diagnostic().wrap_err("--formants")?;
-    // Formants are linear about the shape that the lengths lead to.
-    let matched = Matched::new(&ground.body.mesh, target).into_diagnostic()?;
-    let mut density = Density::new(ground, Measurements::of(&matched)).into_diagnostic()?;
-    let shape = Mode::find(&mut density).into_diagnostic()?.place.postures.swap_remove(0);
-    let formants = Formants::about(&airway, &articulation, hz.len(), &shape);
-    Ok(formants.into_diagnostic().wrap_err("--formants")?.measured(sampled.fitted, hz, FORMANT_SD))
 }
 
 fn contour(path: &Path) -> miette::Result<Vec<Point>> {

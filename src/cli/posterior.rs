@@ -9,20 +9,18 @@ use tongue_fit::body::Body;
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
-    self, Beside, Contrast, Gain, Ground, Measurements, Posterior, Priors, Quantiles, Report, Sampling,
-    Shares, StretchSummary, Summary,
+    self, Beside, Contrast, Ground, Measurements, Posterior, Priors, Quantiles, Report, Sampling,
+    StretchSummary, Summary,
 };
 use tongue_fit::report::{self, Draws, Export, Svg};
 use tongue_fit::system::Model;
 
 use super::Global;
-use super::table::{counted, table};
+use super::table::table;
 use super::{body, output};
 
 /// Time that a draw takes on one core, s.
 const SECONDS_A_DRAW: f64 = 3.5e-3;
-/// Smallest share that is printed, as a part of one.
-const TOLD: f64 = 5e-4;
 
 /// Options of a posterior.
 #[derive(Debug, Clone, clap::Args)]
@@ -107,13 +105,12 @@ impl Arguments {
         Sampling { draws: self.posterior.unwrap_or_default(), seed: self.posterior_seed }
     }
 
-    /// Samples the posterior of a speaker's targets, which share a baseline, together; with what else was seen of them and the number of the
-    /// posture in which it is told what that adds.
+    /// Samples the posterior of a speaker's targets, which share a baseline, together, with what else was seen of them.
     pub fn sample<'a>(
         &self,
         ground: &'a Ground,
         targets: &[&Target],
-        (beside, posture): (Vec<Beside>, usize),
+        beside: Vec<Beside>,
     ) -> miette::Result<Sampled<'a>> {
         let clock = Instant::now();
         let settings = self.settings();
@@ -136,8 +133,7 @@ impl Arguments {
         });
         let posterior =
             posterior::sample(ground, seen, &settings).into_diagnostic().wrap_err("--posterior")?;
-        let mut reports = Report::of_each(&posterior, true, seed).into_diagnostic()?;
-        reports[posture].gains = posterior::gains(&posterior, posture, &settings);
+        let reports = Report::of_each(&posterior, true, seed).into_diagnostic()?;
         Ok(Sampled {
             contrasts: Contrast::all(&posterior),
             posterior,
@@ -168,7 +164,7 @@ impl Sampled<'_> {
         std::iter::once(("posterior.csv", draws)).chain(ridges).collect()
     }
 
-    /// For a terminal: every tension with its intervals; with `-v` also the sources of their variance, and every stretch.
+    /// For a terminal: every tension with its intervals; with `-v` also every stretch.
     pub fn text(&self, posture: usize, is_verbose: bool) -> String {
         let report = &self.reports[posture];
         let seen = &self.posterior.density.seen;
@@ -199,26 +195,6 @@ impl Sampled<'_> {
             None => {
                 let _ = writeln!(text, "NOT MIXED: {}; no interval is printed", report.why);
             }
-        }
-        if let Some(share) = report.variance_share.as_ref().filter(|_| is_verbose) {
-            let of_tension = shares(&share.tension);
-            if !of_tension.is_empty() {
-                let _ = writeln!(text, "error budget, variance of a tension: {of_tension}");
-                let gains = shares(&Shares { unresolved: 0.0, ..share.tension_if_known });
-                let _ = writeln!(
-                    text,
-                    "reduction of the standard deviation of a tension if a source were known: {gains}"
-                );
-            }
-            let _ = writeln!(text, "error budget of a stretch left out: {}", shares(&share.left_out_stretch));
-        }
-        report.gains.iter().for_each(|gain| text += &gained(gain));
-        for c in &report.contradictions {
-            let _ = writeln!(
-                text,
-                "CONTRADICTION: {} is further from what all other data lead to expect than the errors allow (p {:.0e}); check it",
-                c.name, c.p
-            );
         }
         text += &self.told_contrasts(posture);
         if report.draws == 0 {
@@ -257,28 +233,6 @@ impl Sampled<'_> {
         }
         text
     }
-}
-
-/// What a kind of data adds, a line.
-fn gained(gain: &Gain) -> String {
-    let Some(without) = &gain.sd_without_n else {
-        return format!(
-            "what {} adds is not known: the chains without it have not mixed or could not begin\n",
-            gain.kind
-        );
-    };
-    let each = without.0.iter().zip(&gain.sd_with_n.0);
-    let each: Vec<String> =
-        each.map(|((name, before), (_, after))| format!("{name} {before:.1} -> {after:.1}")).collect();
-    format!("sd of F - F0, N/m, without {} -> with it: {}\n", gain.kind, each.join(", "))
-}
-
-/// Sources with their parts, the largest first.
-fn shares(shares: &Shares) -> String {
-    let mut each = shares.each();
-    each.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let told = each.iter().filter(|(_, v)| *v >= TOLD);
-    told.map(|(name, v)| format!("{name} {:.1} %", 100.0 * v)).collect::<Vec<_>>().join(", ")
 }
 
 fn range(ends: [f64; 2], digits: usize) -> String {
@@ -320,30 +274,9 @@ fn changes(summary: &Summary) -> String {
     text
 }
 
-/// Directions that the data resolve, the hyoid, and every stretch with its prediction without its own measurement.
+/// The hyoid, and every stretch with its prediction without its own measurement.
 fn details(summary: &Summary, moves_hyoid: bool) -> String {
     let mut text = String::new();
-    let resolved: Vec<String> = summary
-        .directions
-        .iter()
-        .filter(|d| d.resolved)
-        .map(|d| {
-            let large = d.direction.0.iter().filter(|(_, v)| v.abs() > 0.3);
-            let named = large.map(|(m, v)| format!("{} {m}", if *v < 0.0 { "-" } else { "+" }));
-            format!(
-                "  {:.2} of it left: {}",
-                d.sd_left,
-                named.collect::<Vec<_>>().join(" ").trim_start_matches("+ ")
-            )
-        })
-        .collect();
-    let _ = writeln!(
-        text,
-        "{} resolved to half of {} prior{}",
-        counted(resolved.len(), "direction") + if resolved.len() == 1 { " is" } else { " are" },
-        if resolved.len() == 1 { "its" } else { "their" },
-        resolved.iter().map(|d| format!("\n{d}")).collect::<String>()
-    );
     if moves_hyoid {
         let [back, up] = [0, 1].map(|axis| range(summary.hyoid_mm[axis].interval_95, 1));
         let _ = write!(text, "hyoid, 95 %: back {back} mm, up {up} mm; ");

@@ -297,26 +297,3 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
     }
     assert!(snapped <= 2, "{snapped} of 100");
 }
-
-#[test]
-fn shares_of_variance_are_those_of_the_linear_problem_and_draws_agree_with_it() {
-    // Small errors: the posterior is nearly linear.
-    let priors = "tension.scale_n_per_m = 2.0\nbaseline.scale_n_per_m = 2.0\nhyoid.sd_mm = 0.3\ncompressibility.off = true\nmuscle_ends.sd_mm = 0.5\noutline.sd_mm = 0.3\n";
-    let ground = ground(&Priors::from_toml(priors, "test").unwrap());
-    let posterior = sample(&ground, seen("S1", "e"), &Sampling { draws: 1000, seed: 1 }).unwrap();
-    let report = Report::of_each(&posterior, false, 1).unwrap().remove(0);
-    let shares = report.variance_share.unwrap();
-    for s in shares.tensions.0.iter().map(|(_, s)| s).chain([&shares.change, &shares.left_out_stretch]) {
-        assert!((s.each().iter().map(|(_, v)| v).sum::<f64>() - 1.0).abs() < 1e-12);
-    }
-    // The same written out, for the first tension.
-    let linear = &posterior.mode.linear;
-    let before = &linear.jacobian * linear.jacobian.transpose() + posterior.density.covariance();
-    let inverse = before.try_inverse().unwrap();
-    let column = linear.jacobian.column(0).into_owned();
-    let gain = &inverse * &column;
-    let variance = 1.0 - column.dot(&gain);
-    let missed = -linear.jacobian.tr_mul(&gain);
-    let unresolved: f64 = (0..8).map(|i| (missed[i] + if i == 0 { 1.0 } else { 0.0 }).powi(2)).sum();
-    assert!((shares.tensions.0[0].1.unresolved - unresolved / variance).abs() < 1e-9);
-}

@@ -55,12 +55,7 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
     for muscle in ["GGa", "SGm", "HGa"] {
         let rises = summary["changes_n"][muscle]["probability_rises"].as_f64().unwrap();
         assert!(rises > 0.9, "{muscle}: {rises}");
-        assert!(posterior["shrinkage"][muscle].as_f64().unwrap() > 0.1, "{muscle}");
     }
-    let shares = posterior["variance_share"]["tension"].as_object().unwrap();
-    assert!((shares.values().map(|v| v.as_f64().unwrap()).sum::<f64>() - 1.0).abs() < 1e-9);
-    // What the front page says of a point answer.
-    assert!(shares["rounding"].as_f64().unwrap() < 0.01, "{shares:?}");
     let stretches = summary["stretches"].as_object().unwrap();
     assert_eq!(stretches.len(), 8);
     assert!(
@@ -222,10 +217,6 @@ fn a_continuum_has_a_posterior_with_its_widths_and_patches_in_it() {
     let posterior = &fit["posterior"];
     assert!(posterior["draws"].as_u64().unwrap() >= 100, "{posterior}");
     assert_eq!((&posterior["poisson_ratio"], &posterior["summary"]), (&0.499.into(), &Value::Null));
-    let share = &posterior["variance_share"]["left_out_stretch"];
-    for source in ["bundle_width", "bone_patch", "muscle_ends", "outline"] {
-        assert!(share[source].as_f64().unwrap() > 1e-4, "{source}: {share}");
-    }
     // Bodies of springs have neither, and a prior that makes no sense is refused in words.
     std::fs::write(folder.path().join("priors.toml"), "bundle_width.median_mm = 0.0").unwrap();
     let output = run(folder.path(), "--vowel a --body continuum --posterior 100 --priors priors.toml");
@@ -242,25 +233,24 @@ fn the_priors_that_are_printed_are_read_back() {
 }
 
 #[test]
-fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
+fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("emg.csv"), "muscle,a,ɯ\nGGa,0.9,0.3\nHG,0.8,0.1\nSGm,1,\n").unwrap();
-    // The contour of the baseline is that of the body at rest, 2 mm away; one of its points is 9 mm off. The coil lies on it.
+    // The contour of the baseline is that of the body at rest, 2 mm away. The coil lies on it.
     let body = tongue_fit::body::Body::tongue(8e-3).unwrap();
     let surface = tongue_fit::track::TongueSurface::of(&body).unwrap();
     let point = |at: f64| -> tongue_fit::geometry::Point {
         surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
     };
-    let row = |name: &str, at: tongue_fit::geometry::Point, up: f64| {
-        format!("{name},{},{}\n", 1e3 * at.x + 2.0, 1e3 * at.y + up)
+    let row = |name: &str, at: tongue_fit::geometry::Point| {
+        format!("{name},{},{}\n", 1e3 * at.x + 2.0, 1e3 * at.y)
     };
-    let up = |i: u32| if i == 6 { 9.0 } else { 0.0 };
-    let rows: String =
-        (1..=12).map(|i| row(&i.to_string(), point(0.02 + 5e-3 * f64::from(i)), up(i))).collect();
+    let rows: String = (1..=12).map(|i| row(&i.to_string(), point(0.02 + 5e-3 * f64::from(i)))).collect();
     std::fs::write(folder.path().join("rest.csv"), format!("point,x_mm,y_mm\n{rows}")).unwrap();
-    let coil = row("TT", point(surface.tip - 0.01), 0.0) + &row("TD", point(surface.tip - 0.04), 0.0);
+    let coil = row("TT", point(surface.tip - 0.01)) + &row("TD", point(surface.tip - 0.04));
     std::fs::write(folder.path().join("coils.csv"), format!("point,x_mm,y_mm\n{coil}rim,0,0\n")).unwrap();
-    let line = "--points ɯ=coils.csv --vowel a --h 8 --posterior 1000 --contour ɯ=rest.csv --json --out out";
+    let line =
+        "--points ɯ=coils.csv --vowel a --h 8 --posterior 1000 --contour ɯ=rest.csv --emg emg.csv --json --out out";
     let output = run(folder.path(), line);
     assert!(
         text(&output.stderr).contains("rim left out: not a usual name of a coil"),
@@ -268,28 +258,12 @@ fn data_beside_the_lengths_are_taken_with_what_they_add_or_refused_in_words() {
         text(&output.stderr)
     );
     let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let gain = &fit["posterior"]["gains"][0];
-    assert!(
-        gain["kind"] == "contour and coils" && gain["sd_without_n"]["GGa"].as_f64().unwrap() > 1.0,
-        "{gain}"
-    );
-    let told: Vec<&Value> = fit["posterior"]["contradictions"].as_array().unwrap().iter().collect();
-    assert!(told.iter().any(|c| c["name"] == "contour and coils point 6 in the baseline"), "{told:?}");
-
-    let line = "--vowel a --h 8 --posterior 1000 --formants 2500 --emg emg.csv --json --out out";
-    let output = run(folder.path(), line);
-    let fit: Value = serde_json::from_slice(&output.stdout).unwrap();
-    let gains = fit["posterior"]["gains"].as_array().unwrap();
-    assert_eq!(gains.iter().map(|g| g["kind"].as_str().unwrap()).collect::<Vec<_>>(), ["EMG", "formants"]);
-    assert!(gains[0]["sd_with_n"]["GGa"].as_f64().unwrap() > 1.0, "{gains:?}");
-    let told = &fit["posterior"]["contradictions"][0];
-    assert!(told["name"] == "formants F1 in /a/" && told["p"].as_f64().unwrap() < 1e-3, "{told}");
+    assert_eq!((output.status.code(), &fit["posterior"]["status"]), (Some(0), &Value::from("mixed")));
 
     std::fs::write(folder.path().join("one.csv"), "muscle,a\nGGa,0.9\n").unwrap();
     std::fs::write(folder.path().join("far.csv"), "point,x_mm,y_mm\n1,20,160\n2,30,162\n3,40,164\n").unwrap();
     std::fs::write(folder.path().join("two.csv"), "point,x_mm,y_mm\n1,20,60\n2,30,62\n").unwrap();
     for (options, reason) in [
-        ("--formants 1200,700", "up to 4 rising frequencies in Hz"),
         ("--emg one.csv", "no muscle has activity in both /a/ and /ɯ/"),
         ("--emg none.csv", "--emg none.csv"),
         ("--contour two.csv", "it has 2 points; three are needed"),

@@ -141,7 +141,7 @@ impl Prepared {
     fn posteriors(&self, rows: &[usize]) -> Vec<(usize, Result<RowPosterior, String>)> {
         let (how, Some(ground)) = &self.posterior else { return Vec::new() };
         let targets: Vec<&Target> = rows.iter().map(|&n| &self.run.plan.jobs[n].target).collect();
-        let sampled = match how.sample(ground, &targets, (Vec::new(), 0)) {
+        let sampled = match how.sample(ground, &targets, Vec::new()) {
             Ok(sampled) => sampled,
             // The caller adds the row to the message.
             Err(e) => return rows.iter().map(|&n| (n, Err(e.root_cause().to_string()))).collect(),

@@ -10,7 +10,7 @@ mod in_space;
 mod published;
 
 pub use airway::{Airway, AirwayError, Rates, Sound};
-pub use formant::{Formants, Heard, TRACT_SD};
+pub use formant::{Heard, TRACT_SD};
 pub use in_space::SpaceAirway;
 pub use published::{MeanVowel, mean_vowels};
 pub use tongue_sound::Formant;

@@ -1,7 +1,6 @@
-//! Measurements of a speaker's postures other than muscle lengths: numbers that follow from a shape, such as formants or the distances of
-//! contour points from the surface, and muscle activity (EMG).
+//! Measurements of a speaker's postures other than muscle lengths: numbers that follow from a shape, such as the distances of contour
+//! points from the surface, and muscle activity (EMG).
 
-use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -10,27 +9,6 @@ use nalgebra::{DMatrix, SVector};
 use tongue_core::observe::Observable;
 
 use super::unknowns::{Meaning, Parameter, Place};
-
-/// Numbers that follow from the shape of a posture.
-pub trait Sight: Debug + Send + Sync {
-    /// The numbers at these positions of the nodes, m. A number that is not finite marks a shape as impossible.
-    fn values(&self, positions: &[SVector<f64, 2>]) -> Vec<f64>;
-
-    /// Adds to `by_node` the derivatives of the sum of the numbers times `weights` by the positions, 1/m times the unit of the numbers.
-    fn gradient(&self, positions: &[SVector<f64, 2>], weights: &[f64], by_node: &mut [SVector<f64, 2>]);
-}
-
-impl Sight for Vec<Arc<dyn Observable<2>>> {
-    fn values(&self, positions: &[SVector<f64, 2>]) -> Vec<f64> {
-        self.iter().map(|o| o.value(positions)).collect()
-    }
-
-    fn gradient(&self, positions: &[SVector<f64, 2>], weights: &[f64], by_node: &mut [SVector<f64, 2>]) {
-        for (observable, weight) in self.iter().zip(weights) {
-            observable.gradient(positions, &mut |node, slope| by_node[node] += slope * *weight);
-        }
-    }
-}
 
 /// Muscles whose activity was measured together, in one posture or in the baseline.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -70,9 +48,13 @@ impl Active {
 #[derive(Debug, Clone)]
 pub struct View {
     pub posture: Option<usize>,
-    /// How many numbers these are.
-    pub count: usize,
-    pub sight: Arc<dyn Sight>,
+    pub numbers: Vec<Arc<dyn Observable<2>>>,
+}
+
+impl View {
+    fn values<'a>(&'a self, positions: &'a [SVector<f64, 2>]) -> impl Iterator<Item = f64> + 'a {
+        self.numbers.iter().map(|number| number.value(positions))
+    }
 }
 
 /// The quantity from which measured numbers follow.
@@ -87,8 +69,6 @@ pub enum Of {
 /// Measured numbers of one kind with their errors.
 #[derive(Debug, Clone)]
 pub struct Beside {
-    pub kind: String,
-    pub names: Vec<String>,
     /// The quantity from which the numbers follow.
     pub of: Of,
     pub measured: Vec<f64>,
@@ -102,19 +82,19 @@ const GAIN_SD: f64 = 30.0;
 /// Below this relative activity an electrode cannot tell pulling from rest.
 const LEAST_ACTIVITY: f64 = 0.025;
 
-/// An electrode: its name, the numbers of its muscles, and the relative activity, 0 to 1, in each posture (`None`: in the baseline).
-pub type Electrode = (String, Vec<usize>, Vec<(Option<usize>, f64)>);
+/// An electrode: the numbers of its muscles, and the relative activity, 0 to 1, in each posture (`None`: in the baseline).
+pub type Electrode = (Vec<usize>, Vec<(Option<usize>, f64)>);
 
 impl Beside {
     /// Muscle activity. The logarithm of an activity is the logarithm of the mean tension of the muscles plus that of the electrode's own
     /// gain. An electrode with a single measurement therefore says nothing and is left out.
-    pub fn emg(electrodes: &[Electrode], label: impl Fn(Option<usize>) -> String) -> Self {
-        let told: Vec<&Electrode> = electrodes.iter().filter(|(_, _, each)| each.len() > 1).collect();
+    pub fn emg(electrodes: &[Electrode]) -> Self {
+        let told: Vec<&Electrode> = electrodes.iter().filter(|(_, each)| each.len() > 1).collect();
         let rows: Vec<(usize, &Electrode, Option<usize>, f64)> = told
             .iter()
             .enumerate()
             .flat_map(|(e, &electrode)| {
-                electrode.2.iter().map(move |&(posture, a)| (e, electrode, posture, a))
+                electrode.1.iter().map(move |&(posture, a)| (e, electrode, posture, a))
             })
             .collect();
         let error = |i: usize, j: usize| {
@@ -122,14 +102,9 @@ impl Beside {
             of_gain + if i == j { EMG_SD * EMG_SD } else { 0.0 }
         };
         Self {
-            kind: "EMG".to_owned(),
-            names: rows
-                .iter()
-                .map(|(_, (name, ..), posture, _)| format!("{name} {}", label(*posture)))
-                .collect(),
             of: Of::Activity(
                 rows.iter()
-                    .map(|(_, (_, muscles, _), posture, _)| Active {
+                    .map(|(_, (muscles, _), posture, _)| Active {
                         posture: *posture,
                         muscles: muscles.clone(),
                     })
@@ -155,7 +130,7 @@ impl Beside {
             Of::Activity(_) => &[],
         };
         views.iter().scan(0, |from, view| {
-            let own = *from..*from + view.count;
+            let own = *from..*from + view.numbers.len();
             *from = own.end;
             Some((own, view))
         })
@@ -166,24 +141,18 @@ impl Beside {
         self.views().find(|(own, _)| own.contains(&number)).map(|(_, view)| view.posture)
     }
 
-    /// The posture that all numbers are of; `None` where they are of several or of the baseline.
-    pub(crate) fn only_posture(&self) -> Option<usize> {
-        let first = self.posture(0)??;
-        self.views().all(|(_, view)| view.posture == Some(first)).then_some(first)
-    }
-
     /// The numbers that follow from shapes, given by posture (`None`: the baseline) as positions of all nodes, m; zero for those that follow
     /// from tensions.
     pub fn of_shapes<'p>(&self, shape: impl Fn(Option<usize>) -> &'p [SVector<f64, 2>]) -> Vec<f64> {
         match &self.of {
-            Of::Shapes(views) => views.iter().flat_map(|v| v.sight.values(shape(v.posture))).collect(),
+            Of::Shapes(views) => views.iter().flat_map(|v| v.values(shape(v.posture))).collect(),
             Of::Activity(all) => vec![0.0; all.len()],
         }
     }
 
     pub(super) fn of_shape(&self, posture: Option<usize>, positions: &[SVector<f64, 2>]) -> Vec<f64> {
         let own = self.views().filter(|(_, view)| view.posture == posture);
-        own.flat_map(|(_, view)| view.sight.values(positions)).collect()
+        own.flat_map(|(_, view)| view.values(positions)).collect()
     }
 
     /// Adds to `by_node` the derivatives of the sum of the numbers times `weights` by the positions in one posture.
@@ -194,7 +163,9 @@ impl Beside {
         by_node: &mut [SVector<f64, 2>],
     ) {
         for (own, view) in self.views().filter(|(_, view)| view.posture == posture) {
-            view.sight.gradient(positions, &weights[own], by_node);
+            for (number, weight) in view.numbers.iter().zip(&weights[own]) {
+                number.gradient(positions, &mut |node, slope| by_node[node] += slope * *weight);
+            }
         }
     }
 

@@ -4,7 +4,7 @@
 //! covariance due to geometry is therefore the mean over draws of the posterior's normal approximation at the mode. At the mode alone it
 //! would be too small, because tensions that the data do not resolve are small there.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 
 use crate::least_squares::{Rule, descend};
 use tongue_core::parallel;
@@ -18,31 +18,15 @@ use super::evaluator::{Evaluator, Linear};
 use super::hmc::Whitened;
 use super::unknowns::Place;
 
-/// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other measurements.
-#[derive(Debug, Clone)]
-pub struct Geometry {
-    pub ends: DMatrix<f64>,
-    pub outline: DMatrix<f64>,
-    pub kappa: DMatrix<f64>,
-    pub width: DMatrix<f64>,
-    pub patch: DMatrix<f64>,
-}
-
-impl Geometry {
-    /// The mean over several linearisations; `None` without any.
-    fn mean(all: &[Linear]) -> Option<Self> {
-        let count = all.first()?.values.len();
-        let mean = |of: fn(&Answers) -> &DMatrix<f64>| {
-            let sum = |sum, linear: &Linear| sum + of(&linear.geometry) * of(&linear.geometry).transpose();
-            all.iter().fold(DMatrix::zeros(count, count), sum) / all.len() as f64
-        };
-        let (ends, outline, kappa) = (mean(|a| &a.ends), mean(|a| &a.outline), mean(|a| &a.kappa));
-        Some(Self { ends, outline, kappa, width: mean(|a| &a.width), patch: mean(|a| &a.patch) })
-    }
-
-    fn covariance(&self) -> DMatrix<f64> {
-        &self.ends + &self.outline + &self.kappa + &self.width + &self.patch
-    }
+/// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other measurements: the
+/// mean over several linearisations; `None` without any.
+fn geometry(all: &[Linear]) -> Option<DMatrix<f64>> {
+    let count = all.first()?.values.len();
+    let mean = |of: fn(&Answers) -> &DMatrix<f64>| {
+        let sum = |sum, linear: &Linear| sum + of(&linear.geometry) * of(&linear.geometry).transpose();
+        all.iter().fold(DMatrix::zeros(count, count), sum) / all.len() as f64
+    };
+    Some(mean(|a| &a.ends) + mean(|a| &a.outline) + mean(|a| &a.kappa) + mean(|a| &a.width) + mean(|a| &a.patch))
 }
 
 /// The most probable point.
@@ -51,7 +35,8 @@ pub struct Mode {
     pub scores: DVector<f64>,
     pub place: Place,
     pub linear: Linear,
-    pub geometry: Geometry,
+    /// Covariance due to geometry and constants about it.
+    pub geometry: DMatrix<f64>,
     /// `I + Jᵀ C⁻¹ J` there, the precision of the scores.
     pub precision: DMatrix<f64>,
     /// Logarithm of the density there, up to a constant.
@@ -81,8 +66,8 @@ impl Mode {
             Some((start, linear, place))
         });
         let (start, linear, place) = begin.ok_or(PosteriorError::NoMode)?;
-        let geometry = Geometry::mean(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?;
-        density.set_geometry(geometry.covariance())?;
+        let geometry = geometry(std::slice::from_ref(&linear)).ok_or(PosteriorError::NoMode)?;
+        density.set_geometry(geometry.clone())?;
         let mut mode = Self::at(density, start, linear, geometry, place, 1);
         for _ in 0..ROUNDS {
             mode.climb(density);
@@ -93,7 +78,7 @@ impl Mode {
 
     /// As [`Mode::find`], started at the mode for nearly the same stretches.
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
-        density.set_geometry(near.geometry.covariance())?;
+        density.set_geometry(near.geometry.clone())?;
         let Self { scores, linear, geometry, place, .. } = near.clone();
         let mut mode = Self::at(density, scores, linear, geometry, place, 0);
         mode.climb(density);
@@ -109,8 +94,8 @@ impl Mode {
 
     /// Sets the covariance due to geometry about this point.
     fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
-        if let Some(geometry) = Geometry::mean(&self.about(density)?) {
-            density.set_geometry(geometry.covariance())?;
+        if let Some(geometry) = geometry(&self.about(density)?) {
+            density.set_geometry(geometry.clone())?;
             self.geometry = geometry;
         }
         Ok(())
@@ -138,7 +123,7 @@ impl Mode {
         density: &Density<'_>,
         scores: DVector<f64>,
         linear: Linear,
-        geometry: Geometry,
+        geometry: DMatrix<f64>,
         place: Place,
         evaluations: usize,
     ) -> Self {
@@ -173,14 +158,6 @@ impl Mode {
         };
         *self = descend(begin, &CLIMB, |mode| -mode.log, normal, moved);
         self.evaluations = evaluations;
-    }
-
-    /// Logarithm of the marginal density of the measurements, by Laplace's approximation.
-    pub fn evidence(&self, density: &Density<'_>) -> Option<f64> {
-        let precision = self.precision.clone().cholesky()?;
-        let half_ln = |factor: &Cholesky<f64, Dyn>| factor.l_dirty().diagonal().map(f64::ln).sum();
-        let constant = 0.5 * density.rows().len() as f64 * std::f64::consts::TAU.ln();
-        Some(self.log - half_ln(&precision) - half_ln(density.factor()) - constant)
     }
 
     /// Coordinates in which the posterior is nearly a standard normal distribution.

@@ -19,7 +19,7 @@ use crate::adapt::{FIRST_COIL_SD_M, GAP_SD_M, MEASURED_COIL_SD_M};
 use crate::track::{Along, Errors, SCALE_SD, SHIFT_SD_M, TURN_SD, TongueSurface};
 use tongue_input::measured::recording::{AlignedRecording, Mark};
 
-use super::beside::{Beside, Of, Sight, View};
+use super::beside::{Beside, Of, View};
 
 /// Step of a central difference along shift, turn and scale, in standard deviations.
 const STEP: f64 = 1e-4;
@@ -55,7 +55,6 @@ impl Shared {
 
 struct Number {
     frame: usize,
-    name: String,
     observable: Arc<dyn Observable<2>>,
     measured: f64,
     along: Along,
@@ -78,21 +77,12 @@ impl Beside {
             frames.flat_map(|f| marks.of_contour(f).into_iter().chain(marks.of_coils(f))).collect();
         let views = numbers.chunk_by(|a, b| a.frame == b.frame).map(|own| View {
             posture: postures[own[0].frame],
-            count: own.len(),
-            sight: Arc::new(own.iter().map(|n| n.observable.clone()).collect::<Vec<_>>()) as Arc<dyn Sight>,
+            numbers: own.iter().map(|n| n.observable.clone()).collect(),
         });
-        let has = |is: fn(usize) -> bool| numbers.iter().any(|n| is(n.along.channel));
-        let kind = match (has(|channel| channel == 0), has(|channel| channel > 0)) {
-            (true, true) => "contour and coils",
-            (true, false) => "contour",
-            _ => "coils",
-        };
         (!numbers.is_empty()).then(|| Self {
-            kind: kind.to_owned(),
             of: Of::Shapes(views.collect()),
             measured: numbers.iter().map(|n| n.measured).collect(),
             errors: errors(&numbers),
-            names: numbers.iter().map(|n| n.name.clone()).collect(),
         })
     }
 }
@@ -135,26 +125,21 @@ impl Marks<'_> {
     fn of_contour(&self, frame: usize) -> Vec<Number> {
         let Self { rest, seen, .. } = *self;
         let curve = &self.surface.curve;
-        let points: Vec<(&String, Mark)> = seen
-            .contour
-            .iter()
-            .zip(&seen.frames[frame].contour)
-            .filter_map(|(n, m)| Some((n, (*m)?)))
-            .collect();
+        let points: Vec<Mark> =
+            seen.contour.iter().zip(&seen.frames[frame].contour).filter_map(|(_, m)| *m).collect();
         let mut along = vec![0.0];
         for pair in points.windows(2) {
-            along.push(along[along.len() - 1] + (pair[1].1.at - pair[0].1.at).norm());
+            along.push(along[along.len() - 1] + (pair[1].at - pair[0].at).norm());
         }
         // Distances along a contour are counted from where the surface begins, so that those of several contours agree.
-        let feet: Vec<f64> = points.iter().map(|(_, m)| curve.nearest_place(&m.at, rest)).collect();
+        let feet: Vec<f64> = points.iter().map(|m| curve.nearest_place(&m.at, rest)).collect();
         let forwards = if feet.first() <= feet.last() { 1.0 } else { -1.0 };
         let offset: f64 = feet.iter().zip(&along).map(|(foot, a)| foot - forwards * a).sum();
         let offset = offset / feet.len().max(1) as f64;
-        let number = |((name, mark), along): ((&String, Mark), f64)| {
+        let number = |(mark, along): (Mark, f64)| {
             let distance = |at: Point| Contour::new(curve.clone(), at).value(rest);
             Number {
                 frame,
-                name: name.clone(),
                 observable: Arc::new(Contour::new(curve.clone(), mark.at)),
                 measured: 0.0,
                 along: Along { channel: 0, at_mm: 1e3 * (offset + forwards * along), sd_mm: 1e3 * mark.sd },
@@ -172,16 +157,13 @@ impl Marks<'_> {
         let points = seen.frames[frame].sensors.iter().enumerate();
         let mut out = Vec::new();
         for (coil, mark) in points.filter_map(|(c, m)| Some((c, (*m)?))) {
-            let (name, behind) = &seen.sensors[coil];
+            let behind = seen.sensors[coil].1;
             let at = (self.surface.tip - behind).clamp(0.0, curve.length());
             let tangent = (place(at + STEP_M) - place(at - STEP_M)) / (2.0 * STEP_M);
-            for (axis, (direction, label)) in
-                [(Point::x(), "back"), (Point::y(), "up")].into_iter().enumerate()
-            {
+            for (axis, direction) in [Point::x(), Point::y()].into_iter().enumerate() {
                 let glue = glue(seen, coil).into_iter().map(|(source, sd)| (source, tangent[axis] * sd));
                 out.push(Number {
                     frame,
-                    name: format!("{name} {label}"),
                     observable: Arc::new(NodePosition::on_curve(curve, at, direction)),
                     measured: mark.at[axis],
                     along: Along { channel: 1 + axis, at_mm: -1e3 * behind, sd_mm: 1e3 * mark.sd },

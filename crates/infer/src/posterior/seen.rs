@@ -86,35 +86,12 @@ impl Measurements {
         seen
     }
 
-    pub(crate) fn without_kind(&self, kind: &str) -> Self {
-        let mut seen = self.clone();
-        seen.beside.retain(|b| b.kind != kind);
-        seen
-    }
-
     /// The index of each measured number in a list of the stretches of all muscles of the body in the first posture, then in the second
     /// one, and so on, followed by the other measurements.
     pub fn rows(&self, muscles: usize) -> Vec<usize> {
         let stretches = self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m);
         let from = self.labels.len() * muscles;
         stretches.chain(from..from + self.beside_len()).collect()
-    }
-
-    /// A name for each measured number, in the order of [`Measurements::rows`], and its posture (`None` for the baseline, and for activity).
-    pub(crate) fn measured_names(&self) -> Vec<(String, Option<usize>)> {
-        let stretches = self.names.iter().zip(&self.postures);
-        let stretches =
-            stretches.map(|(name, &p)| (format!("stretch of {name} in /{}/", self.labels[p]), Some(p)));
-        let beside = self.numbers().map(|(b, number)| {
-            let posture = b.posture(number);
-            let place = match posture {
-                Some(Some(p)) => format!(" in /{}/", self.labels[p]),
-                Some(None) => " in the baseline".to_owned(),
-                None => String::new(),
-            };
-            (format!("{} {}{place}", b.kind, b.names[number]), posture.flatten())
-        });
-        stretches.chain(beside).collect()
     }
 
     pub(crate) fn beside_len(&self) -> usize {

@@ -1,25 +1,19 @@
-//! Report of a posterior for one posture: changes, tensions, directions, sources of variance, stretches. It is `posterior` of `fit.json`.
+//! Report of a posterior for one posture: changes, tensions, stretches. It is `posterior` of `fit.json`.
 
-use nalgebra::DVector;
 use serde::Serialize;
 
-use super::half_normal;
 use tongue_core::random::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
 use super::PosteriorError;
-use super::directions::{Direction, directions};
 use super::draw::Draw;
-use super::gain::{Contradiction, Gain, contradictions};
 use super::ground::Ground;
 use super::leave_out::{fitted, without_each};
 use super::priors::Priors;
 use super::run::{Posterior, Status};
 use super::score::LeftOut;
 use super::sensitivity::{Scaled, Sensitivity};
-use super::share::{Parts, Shares};
 use super::spread::{Quantiles, part_above_zero};
-use super::unknowns::Parameter;
 
 /// Factor of another scale of the prior, and the part by which the upper end of an interval may move under it before this is reported.
 const OTHER_SCALE: f64 = 1.5;
@@ -73,25 +67,7 @@ pub struct Summary {
     pub hyoid_mm: [Quantiles; 2],
     /// The speaker's tilt of the hyoid for every metre that it moves back, rad/m.
     pub hyoid_tilt_rad_per_m: Quantiles,
-    /// Directions of tensions, tones and the hyoid's place, the most resolved first.
-    pub directions: Vec<Direction>,
     pub stretches: ByMuscle<StretchSummary>,
-}
-
-/// Shares of the sources in variances.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct VarianceShare {
-    pub tension: Shares,
-    /// Budget of errors of the tension of every muscle.
-    pub tensions: ByMuscle<Shares>,
-    /// Budget of errors of a change: the mean over muscles.
-    pub change: Shares,
-    /// The part by which the standard deviation of a tension would shrink if a source were known: the mean over muscles.
-    pub tension_if_known: Shares,
-    /// The same for a change.
-    pub change_if_known: Shares,
-    /// Budget of errors of a stretch that is left out: the mean over measured muscles.
-    pub left_out_stretch: Shares,
 }
 
 /// Effective sample sizes.
@@ -113,9 +89,6 @@ pub struct Report {
     pub postures: Vec<String>,
     /// The results; null where the chains have not mixed, because such intervals cannot be trusted.
     pub summary: Option<Summary>,
-    /// For every muscle, the part of the prior variance of its tension's score that the data removed.
-    pub shrinkage: ByMuscle<f64>,
-    pub variance_share: Option<VarianceShare>,
     /// Largest rank-normalised split R-hat of all reported quantities, from the kept draws.
     pub r_hat: f64,
     pub ess: Effective,
@@ -127,11 +100,6 @@ pub struct Report {
     pub off_branch: usize,
     pub equilibria: usize,
     pub poisson_ratio: f64,
-    /// Measured numbers and kinds of data that are further from what all others lead to expect than their errors allow.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub contradictions: Vec<Contradiction>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub gains: Vec<Gain>,
     pub priors: Priors,
 }
 
@@ -153,32 +121,19 @@ impl Report {
         };
         let fitted = if mixed { fitted(posterior, seed_of(seed, 1 << 23)) } else { Vec::new() };
         let scaled = Scaled::new(&posterior.density, &posterior.draws);
-        let contradictions = contradictions(&posterior.density, &posterior.mode);
-        let all = All { posterior, left_out, fitted, scaled, contradictions, seed };
+        let all = All { posterior, left_out, fitted, scaled, seed };
         Ok((0..posterior.density.postures()).map(|posture| Self::new(&all, posture)).collect())
     }
 
     fn new(all: &All<'_>, posture: usize) -> Self {
         let posterior = all.posterior;
         let ground = posterior.density.ground;
-        let muscles = &ground.muscles;
-        let shrinkage = (0..muscles.len()).map(|m| {
-            let scores = scores_of(posterior, posture, m);
-            let mean = scores.iter().sum::<f64>() / scores.len().max(1) as f64;
-            // Without draws no variance was removed.
-            if scores.is_empty() {
-                return 0.0;
-            }
-            1.0 - scores.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / scores.len().max(1) as f64
-        });
         Self {
             status: posterior.status,
             why: posterior.why.clone(),
             draws: posterior.draws.len(),
             postures: posterior.density.seen.labels.clone(),
             summary: (posterior.status == Status::Mixed).then(|| Summary::new(all, posture)),
-            shrinkage: ByMuscle::new(muscles, shrinkage),
-            variance_share: VarianceShare::new(posterior, posture),
             r_hat: posterior.mixing.r_hat,
             ess: Effective { bulk: posterior.mixing.bulk, tail: posterior.mixing.tail },
             divergences: posterior.divergences,
@@ -186,13 +141,6 @@ impl Report {
             off_branch: posterior.off_branch,
             equilibria: posterior.equilibria,
             poisson_ratio: ground.model.constants.poisson_ratio,
-            contradictions: all
-                .contradictions
-                .iter()
-                .filter(|c| c.posture.is_none_or(|p| p == posture))
-                .cloned()
-                .collect(),
-            gains: Vec::new(),
             priors: ground.priors.clone(),
         }
     }
@@ -204,14 +152,7 @@ struct All<'a> {
     left_out: Vec<Option<LeftOut>>,
     fitted: Vec<Quantiles>,
     scaled: Scaled,
-    contradictions: Vec<Contradiction>,
     seed: u64,
-}
-
-/// Scores of the tension of a muscle in all draws.
-fn scores_of(posterior: &Posterior<'_>, posture: usize, muscle: usize) -> Vec<f64> {
-    let scale = posterior.density.ground.priors.tension.scale_n_per_m;
-    posterior.draws.iter().map(|d| half_normal::score(d.tension(posture, muscle) / scale)).collect()
 }
 
 /// Probability from which a sign is reported, and the probability that it must keep under another prior.
@@ -277,7 +218,6 @@ impl Summary {
             baseline_tensions_n: ByMuscle::new(muscles, (0..count).map(|m| spread(&|d| d.meaning.tones[m]))),
             hyoid_mm: [0, 1].map(|axis| spread(&|d| 1e3 * d.meaning.postures[posture].hyoid[axis])),
             hyoid_tilt_rad_per_m: spread(&|d| d.meaning.tilt),
-            directions: directions(posterior, posture),
             stretches: ByMuscle::new(&names, stretches),
         }
     }
@@ -298,38 +238,4 @@ pub(super) fn moved_by_prior(ground: &Ground, muscle: usize, tensions: &[f64], u
 /// Whether the upper end of a tension's interval depends on the prior more than on the data.
 pub(super) fn is_of_prior(moved_by_prior: f64, sensitivity: &Sensitivity) -> bool {
     moved_by_prior > MOST_MOVED || sensitivity.is_of_prior()
-}
-
-impl VarianceShare {
-    fn new(posterior: &Posterior<'_>, posture: usize) -> Option<Self> {
-        let density = &posterior.density;
-        let ground = density.ground;
-        let parts = Parts::new(density, &posterior.mode);
-        let unit = |weights: &[(Parameter, f64)]| {
-            let each = density.parameters.iter();
-            let weight = |p: &Parameter| weights.iter().find(|(q, _)| q == p).map_or(0.0, |(_, w)| *w);
-            DVector::from_iterator(density.parameters.len(), each.map(weight))
-        };
-        let scales = (ground.priors.tension.scale_n_per_m, ground.priors.baseline.scale_n_per_m);
-        let (mut tensions, mut changes) = (Vec::new(), Vec::new());
-        for (m, name) in ground.muscles.iter().enumerate() {
-            let (own, over) = (Parameter::Tension(posture, m), Parameter::Tone(m));
-            if density.parameters.contains(&own) {
-                tensions.push((name.clone(), parts.of_scores(&unit(&[(own, 1.0)]))?));
-                changes.push(parts.of_scores(&unit(&[(own, scales.0), (over, -scales.1)]))?);
-            }
-        }
-        let positions = density.seen.of_posture(posture);
-        let left_out: Vec<Shares> =
-            positions.into_iter().map(|i| parts.of_left_out(i)).collect::<Option<_>>()?;
-        let mean = |all: &mut dyn Iterator<Item = Shares>| Shares::mean(&all.collect::<Vec<_>>());
-        Some(Self {
-            tension: mean(&mut tensions.iter().map(|(_, s)| s.0)),
-            change: mean(&mut changes.iter().map(|s| s.0)),
-            tension_if_known: mean(&mut tensions.iter().map(|(_, s)| s.1)),
-            change_if_known: mean(&mut changes.iter().map(|s| s.1)),
-            tensions: ByMuscle(tensions.into_iter().map(|(name, s)| (name, s.0)).collect()),
-            left_out_stretch: Shares::mean(&left_out),
-        })
-    }
 }

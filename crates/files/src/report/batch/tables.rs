@@ -37,7 +37,7 @@ fn posterior_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>
     fn part(r: &OfMuscle<'_>, of: &str, pointer: &str) -> Value {
         r.record.of(of, r.muscle).pointer(pointer).cloned().unwrap_or_default()
     }
-    let columns: [(_, _, _, Of<'a>); 20] = [
+    let columns: [(_, _, _, Of<'a>); 19] = [
         ("subject", "", "subject", |r| r.fit("/subject")),
         ("vowel", "", "vowel", |r| r.fit("/vowel")),
         ("baseline", "", "vowel that changes are counted from", |r| r.fit("/baseline")),
@@ -61,9 +61,6 @@ fn posterior_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>
         ("tension_high_95_n_per_m", "N/m", "upper end", |r| part(r, TENSIONS, "/interval_95/1")),
         ("depends_on_prior", "", "whether that interval is the prior's rather than the data's", |r| {
             part(r, TENSIONS, "/depends_on_prior")
-        }),
-        ("shrinkage", "", "part of the prior variance that the data took away", |r| {
-            r.own("/posterior/shrinkage")
         }),
         ("measured_stretch", "", "measured length over that in the baseline", |r| {
             part(r, STRETCHES, "/measured")
@@ -260,7 +257,9 @@ pub fn muscle_lines(record: &Told, by: &BatchProvenance, with_header: bool) -> s
 
 /// The rows of `posterior.csv` for one fit; none where it has no posterior.
 pub fn posterior_lines(record: &Told, by: &BatchProvenance, with_header: bool) -> std::io::Result<String> {
-    rows(&posterior_columns(by), &of_muscles(record, "/posterior/shrinkage"), with_header)
+    let has_posterior = !record.at("/posterior").is_null();
+    let muscles = if has_posterior { of_muscles(record, "/tensions_n") } else { Vec::new() };
+    rows(&posterior_columns(by), &muscles, with_header)
 }
 
 /// The row of `fits.csv` for a fit, a baseline or a row that could not be fitted, with the header in front where that is asked for.
