@@ -170,8 +170,7 @@ pub mod inverse {
     //! The inverse problem: tensions, displaced bones and constants that meet what was measured.
     #[doc(inline)]
     pub use tongue_infer::inverse::{
-        Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, HyoidMotion, Matched, Method, Prior, Said,
-        Tone, Unknown, fit, solve,
+        Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, Matched, Method, Prior, Unknown, fit, solve,
     };
 
     pub mod alarms {
@@ -186,7 +185,7 @@ pub mod inverse {
         //! Every subject and vowel of a table.
         #[doc(inline)]
         pub use tongue_infer::inverse::batch::{
-            BatchPlan, Job, Refusal, SUBSTITUTE_BASELINE, Selection, Thoroughness, plan,
+            BatchPlan, Job, Refusal, SUBSTITUTE_BASELINE, Selection, plan, settings,
         };
     }
 
@@ -257,12 +256,6 @@ pub mod measured {
         #[doc(inline)]
         pub use tongue_input::measured::thesis::Thesis;
     }
-
-    pub mod tone {
-        //! Tensions at rest.
-        #[doc(inline)]
-        pub use tongue_input::measured::tone::{read, reference};
-    }
 }
 
 pub mod observe {
@@ -284,9 +277,8 @@ pub mod posterior {
     //! The posterior of tensions: which tensions data and model allow, with every unknown included.
     #[doc(inline)]
     pub use tongue_infer::posterior::{
-        Beside, Contrast, Density, Draw, Ground, Measurements, Mode, Posterior,
-        PosteriorError, Priors, Quantiles, Report, Sampling, ShortRun, Status, StretchSummary,
-        Summary, Verdict, VerdictFrom, sample,
+        Beside, Contrast, Density, Draw, Ground, Measurements, Mode, Posterior, PosteriorError, Priors,
+        Quantiles, Report, Sampling, ShortRun, Status, StretchSummary, Summary, Verdict, VerdictFrom, sample,
     };
 }
 

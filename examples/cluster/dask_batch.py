@@ -1,4 +1,4 @@
-"""A batch in shards on Dask: python dask_batch.py my.csv fits.json 16 target=stretch draws=50
+"""A batch in shards on Dask: python dask_batch.py my.csv fits.json 16 target=stretch
 
 What stands behind the number of shards are options of `tongue_fit.batch`. Without --scheduler a worker is started for each core of this
 machine."""
@@ -21,7 +21,7 @@ def shard(table: str, cut: str, options: dict[str, Any]) -> tf.Batch:
 
 
 def option(word: str) -> tuple[str, Any]:
-    """`draws=50` or `subjects=["S1", "S2"]`: JSON, or else text."""
+    """`method="nelder-mead"` or `subjects=["S1", "S2"]`: JSON, or else text."""
     name, given, value = word.partition("=")
     names = [name for name in inspect.signature(tf.batch).parameters if name not in ("data", "shard", "threads", "progress")]
     if not given or name not in names:

@@ -8,7 +8,7 @@ import pandas as pd
 import tongue_fit as tf
 
 data = tf.dataset(pd.read_csv(sys.argv[1])) if len(sys.argv) > 1 else tf.Dataset.reference()
-found = tf.batch(data, target="stretch", draws=50, subsets=0).frame()
+found = tf.batch(data, target="stretch").frame()
 active, muscles, vowels = found[found.active], list(found.muscle.unique()), list(found.vowel.unique())
 figure, axes = plt.subplots(1, active.subject.nunique(), sharey=True, figsize=(11, 3.2), squeeze=False)
 for axis, (subject, rows) in zip(axes[0], active.groupby("subject"), strict=True):

@@ -7,8 +7,8 @@ use std::sync::mpsc::channel;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use tongue_fit::inverse::batch::{self, Selection, Thoroughness};
-use tongue_fit::inverse::{FitSettings, Said, Tone};
+use tongue_fit::inverse::FitSettings;
+use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{TargetKind, Vowel};
 use tongue_fit::posterior::Verdict;
 use tongue_fit::report::batch as outputs;
@@ -19,39 +19,9 @@ use tongue_fit::{body, parallel};
 use super::answer::loads;
 use super::body::{Body, Model};
 use super::errors::{chosen, refused, wrong};
-use super::given::{self, Given};
+use super::given;
 use super::measured::{Dataset, target};
 use super::work::{aside_on, defect, give_up, next, pool};
-
-/// The tone argument: one number for all muscles, or one for each.
-pub struct GivenTone(Tone);
-
-impl<'a, 'py> FromPyObject<'a, 'py> for GivenTone {
-    type Error = PyErr;
-
-    fn extract(tone: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
-        if given::is_number(&tone) {
-            return given::number("tone", &tone).map(Tone::Uniform).map(Self);
-        }
-        match Given::read("tone", &tone)? {
-            Given::Named(tones) => Ok(Self(Tone::ByMuscle(tones.into_iter().collect()))),
-            Given::Listed(_) => Err(wrong("tone must be one number for all muscles, or a dict by muscle")),
-        }
-    }
-}
-
-/// The choices of premises.
-fn said(
-    thesis: bool,
-    tone: Option<GivenTone>,
-    hyoid: Option<&str>,
-    free_bones: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Said> {
-    let free_bones = free_bones.map(|bones| given::names("free_bones", bones)).transpose()?;
-    let free_bones = free_bones.unwrap_or_default();
-    let hyoid = hyoid.map(|name| chosen("hyoid", name)).transpose()?;
-    Ok(Said { thesis, tone: tone.map(|tone| tone.0), hyoid, free_bones })
-}
 
 /// A body and a model; the reference if they are not given.
 fn body_and_model(
@@ -66,7 +36,7 @@ fn body_and_model(
 /// Fits one row: the implementation of `tongue_fit.fit`, with the picture of the fitted shape (SVG).
 #[pyfunction]
 #[pyo3(signature = (data, subject, vowel, *, target = "ratio", muscles = None, baseline = None, body = None, model = None,
-    method = "nelder-mead", thesis = false, tone = None, hyoid = None, free_bones = None, verdict = true, threads = None))]
+    method = "nelder-mead", verdict = true, threads = None))]
 #[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn fit_row<'py>(
     py: Python<'py>,
@@ -79,10 +49,6 @@ pub fn fit_row<'py>(
     body: Option<Body>,
     model: Option<Model>,
     method: &str,
-    thesis: bool,
-    tone: Option<GivenTone>,
-    hyoid: Option<&str>,
-    free_bones: Option<&Bound<'py, PyAny>>,
     verdict: bool,
     threads: Option<usize>,
 ) -> PyResult<(Bound<'py, PyDict>, String)> {
@@ -92,8 +58,7 @@ pub fn fit_row<'py>(
     let kind: TargetKind = target.parse().map_err(refused)?;
     let target = self::target(data, subject, vowel, kind, muscles, baseline)?.target;
     let (body, model) = body_and_model(body, model)?;
-    let said = said(thesis, tone, hyoid, free_bones)?;
-    let asked = FitRun { target: Arc::unwrap_or_clone(target), settings, said, walls: false };
+    let asked = FitRun { target: Arc::unwrap_or_clone(target), settings, walls: false };
     let (text, picture) = aside_on(py, &pool(py, threads)?, move || {
         let found = asked.run(&body, &model).map_err(refused)?;
         let by = Provenance::new("python").with_tissue(model.tissue);
@@ -121,14 +86,7 @@ pub fn fit_rows<'py>(
     baselines: BTreeMap<String, String>,
     body: Option<Body>,
     model: Option<Model>,
-    draws: usize,
-    seed: u64,
-    subsets: u32,
     method: &str,
-    thesis: bool,
-    tone: Option<GivenTone>,
-    hyoid: Option<&str>,
-    free_bones: Option<&Bound<'py, PyAny>>,
     shard: &str,
     threads: Option<usize>,
     command: String,
@@ -153,18 +111,15 @@ pub fn fit_rows<'py>(
         baseline: baseline.map(|v| parse(&v.to_owned())).transpose()?,
         baseline_of: baseline_of.collect::<PyResult<_>>()?,
     };
-    let method = chosen("method", method)?;
-    let settings = FitSettings { method, ..Thoroughness::default().settings };
-    let how = Thoroughness { settings, draws, seed, subset_changes: subsets };
+    let settings = batch::settings(chosen("method", method)?);
     let shard: outputs::Shard = shard.parse().map_err(wrong)?;
     let threads = pool(py, threads)?;
     let (body, model) = body_and_model(body, model)?;
-    let said = said(thesis, tone, hyoid, free_bones)?;
     let data = Arc::clone(&data.data);
     let table = Arc::clone(&data);
     let run = aside_on(py, &threads, move || {
         let plan = batch::plan(&table, &selection).map_err(refused)?;
-        BatchRun::new(plan, &selection.kinds, how, &said, &body, &model).map_err(refused)
+        BatchRun::new(plan, settings, &body, &model).map_err(refused)
     })??;
     let (all, refusals) = (run.plan.jobs.len(), run.plan.refusals.clone());
     let not_fitted = data
@@ -184,7 +139,6 @@ pub fn fit_rows<'py>(
     let provenance = outputs::BatchProvenance {
         version: tongue_fit::VERSION.to_owned(),
         command,
-        seed,
         inputs_sha256: String::new(),
     };
     let by = provenance.clone();

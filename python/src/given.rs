@@ -4,7 +4,7 @@
 use nalgebra::SVector;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyFloat, PyInt, PyList, PyMapping, PyString, PyTuple};
+use pyo3::types::{PyBytes, PyDict, PyFloat, PyList, PyMapping, PyString, PyTuple};
 
 use super::errors::wrong;
 
@@ -173,12 +173,6 @@ pub fn number(what: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
         return Err(refuse());
     }
     given.extract().map_err(|_| refuse())
-}
-
-/// Whether the argument is one number rather than several.
-pub fn is_number(given: &Bound<'_, PyAny>) -> bool {
-    let of_numpy = || given.getattr("ndim").and_then(|n| n.extract::<usize>()).is_ok_and(|axes| axes == 0);
-    given.is_instance_of::<PyFloat>() || given.is_instance_of::<PyInt>() || of_numpy()
 }
 
 /// A value for messages, shortened if it is long.

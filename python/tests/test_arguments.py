@@ -26,7 +26,7 @@ POINTS = np.round(SHAPE.positions * 1024) / 1024  # exact in float32
 LENGTH = MODEL.length("GGa")
 SEEN = [tf.Observation(LENGTH, 0.041), tf.Observation(MODEL.length("HGa"), 0.0275)]
 FRAME = pd.DataFrame({"subject": "X", "vowel": ["ɯ", "a"], "GGa_mm": [46, 38], "SGm_mm": [25, 21], "HGa_mm": [36, 33]})
-ROWS: dict[str, Any] = {"target": "stretch", "draws": 0, "subsets": 0, "progress": False}
+ROWS: dict[str, Any] = {"target": "stretch", "progress": False}
 
 
 def problem() -> tf.InverseProblem:
@@ -98,8 +98,8 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "Trajectory.lengths": (MODEL.trajectory([1.0, 2.0], 0.01, samples=3).lengths, {"muscle": "GGa"}),
     "batch": (
         tf.batch,
-        {"data": DATA, "subjects": ["S2"], "vowels": ["a"], **ROWS, "baseline": "e", "baselines": {"S2": "e"}, "seed": 1, "method": "gauss-newton"}
-        | {"body": BODY, "model": tf.Model(), "thesis": False, "tone": 8.0, "hyoid": "free", "free_bones": [], "shard": "1/1"}
+        {"data": DATA, "subjects": ["S2"], "vowels": ["a"], **ROWS, "baseline": "e", "baselines": {"S2": "e"}, "method": "gauss-newton"}
+        | {"body": BODY, "model": tf.Model(), "shard": "1/1"}
         | {"threads": 1},
     ),
     "check": (tf.check, {"table": FRAME}),
@@ -107,8 +107,7 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "fit": (
         tf.fit,
         {"data": DATA, "subject": "S2", "vowel": "a", "target": "stretch", "muscles": ["GGa", "HGa", "SGm"], "baseline": "e", "body": BODY}
-        | {"model": tf.Model(), "method": "gauss-newton", "thesis": False, "tone": 8.0}
-        | {"hyoid": "free", "free_bones": [], "verdict": False, "threads": 1},
+        | {"model": tf.Model(), "method": "gauss-newton", "verdict": False, "threads": 1},
     ),
     "merge": (tf.merge, {"shards": [tf.batch(DATA, subjects="S2", vowels="a", **ROWS)]}),
     "posterior": (tf.posterior, {"data": DATA, "subject": "S2", "vowel": "a", "draws": 100, "seed": 1, "threads": 1}),
@@ -140,13 +139,13 @@ WRONG: dict[str, tuple[Any, tuple[str, ...]]] = {
 
 def is_meant(call: str, name: str, kind: str, right: Any) -> bool:
     """Whether an argument may be such a value after all."""
-    without = {"muscles", "baseline", "baselines", "body", "model", "tone", "hyoid", "threads", "standard_deviation", "subjects", "vowels"}
+    without = {"muscles", "baseline", "baselines", "body", "model", "threads", "standard_deviation", "subjects", "vowels"}
     if kind == "None":
-        return name in without or (call, name) in {("fit", "free_bones"), ("batch", "free_bones")} or (call == "posterior" and name != "draws")
+        return name in without or (call == "posterior" and name != "draws")
     if kind == "a text":
         return name in {"origin", "title"} or (call, name) in {("batch", "baseline"), ("Posterior.save", "folder")}
     if kind == "no items":
-        return name in {"free_bones", "baselines"} or (call, name) == ("Model.assemble", "muscles")
+        return name == "baselines" or (call, name) == ("Model.assemble", "muscles")
     # A length or a ratio below zero is measured wrongly, but it is a number; so is the mean of a prior.
     return kind == "minus one" and (call, name) in {("Observation", "measured"), ("InverseProblem.with_prior", "mean")}
 

@@ -205,14 +205,14 @@ def test_names_of_every_kind(kind: Callable[[list[str]], Any]) -> None:
     assert tf.Model().assemble(tf.Body.tongue(), kind(MUSCLES)).contracting == MUSCLES
     assert data.stretches("S2", "a", muscles=kind(MUSCLES)).active == MUSCLES
     given: dict[str, Any] = {"target": "stretch", "method": "gauss-newton", "verdict": False}
-    fits = [plain(tf.fit(data, "S2", "a", muscles=m, free_bones=f, **given)) for m, f in ((MUSCLES, []), (kind(MUSCLES), kind([])))]
+    fits = [plain(tf.fit(data, "S2", "a", muscles=m, **given)) for m in (MUSCLES, kind(MUSCLES))]
     assert fits[0] == fits[1]
-    found = tf.batch(data, subjects=kind(["S2"]), vowels=kind(["a"]), target="stretch", draws=0, subsets=0, progress=False)
+    found = tf.batch(data, subjects=kind(["S2"]), vowels=kind(["a"]), target="stretch", progress=False)
     assert [(fit["subject"], fit["vowel"]) for fit in found.fits] == [("S2", "a")]
 
 
 def test_a_text_is_one_name() -> None:
-    found = tf.batch(tf.Dataset.reference(), subjects="S2", vowels="a", target="stretch", draws=0, subsets=0, progress=False)
+    found = tf.batch(tf.Dataset.reference(), subjects="S2", vowels="a", target="stretch", progress=False)
     assert [(fit["subject"], fit["vowel"]) for fit in found.fits] == [("S2", "a")]
     assert tf.Model().assemble(tf.Body.tongue(), "GGa").contracting == ["GGa"]
 
@@ -224,33 +224,11 @@ def test_names_that_cannot_be_used_are_refused_by_name(given: Any) -> None:
         ("muscles", lambda: tf.Model().assemble(tf.Body.tongue(), given)),
         ("muscles", lambda: data.ratios("S2", "a", muscles=given)),
         ("muscles", lambda: tf.fit(data, "S2", "a", muscles=given)),
-        ("free_bones", lambda: tf.fit(data, "S2", "a", free_bones=given)),
         ("subjects", lambda: tf.batch(data, subjects=given, progress=False)),
         ("vowels", lambda: tf.batch(data, vowels=given, progress=False)),
     ):
         with pytest.raises(tf.Error, match=name):
             call()
-
-
-TONE = {"GGa": 6.0, "SGm": 7.0, "HGa": 8.0}
-
-
-@pytest.mark.parametrize("tone", [pd.Series(TONE), UserDict(TONE), MappingProxyType(TONE), {n: np.float32(t) for n, t in TONE.items()}])
-def test_a_tone_by_muscle_of_every_kind(tone: Any) -> None:
-    given: dict[str, Any] = {"target": "stretch", "method": "gauss-newton", "verdict": False}
-    data = tf.Dataset.reference()
-    assert plain(tf.fit(data, "S2", "a", tone=tone, **given)) == plain(tf.fit(data, "S2", "a", tone=TONE, **given))
-    numbers: list[Any] = [6, np.float32(6.0), np.array(6.0)]
-    uniform = [plain(tf.fit(data, "S2", "a", tone=number, **given)) for number in numbers]
-    assert uniform[0] == uniform[1] == uniform[2]
-
-
-@pytest.mark.parametrize("tone", ["6", [6.0], {"GGa": None}])
-def test_a_tone_that_cannot_be_used_is_refused_by_name(tone: Any) -> None:
-    with pytest.raises(tf.Error, match="tone"):
-        tf.fit(tf.Dataset.reference(), "S2", "a", tone=tone)
-    with pytest.raises(tf.Error, match="tone"):
-        tf.batch(tf.Dataset.reference(), tone=tone, progress=False)
 
 
 def test_frames_of_every_kind_are_the_table() -> None:

@@ -26,7 +26,7 @@ def one(row: tuple[str, str]) -> dict[str, Any]:
 
 
 def some(subject: str) -> str:
-    return tf.batch(tf.Dataset.reference(), subjects=subject, target="stretch", draws=2, subsets=0, progress=False).to_json()
+    return tf.batch(tf.Dataset.reference(), subjects=subject, target="stretch", progress=False).to_json()
 
 
 @pytest.mark.parametrize("start", ["fork", "spawn"])
@@ -111,7 +111,7 @@ LONG = {
     "trajectory": ("", "fine.trajectory({'GGa': 20.0}, 10.0)"),
     "fit": ("", "tf.fit(data, 'S2', 'a', body=tf.Body.tongue(0.001))"),
     "problem": ("seen = fine.observations(data.stretches('S2', 'a'))", "tf.InverseProblem(fine, seen, starts=5000).fit()"),
-    "batch": ("", "tf.batch(data, draws=200_000, progress=False)"),
+    "batch": ("", "tf.batch(data, body=tf.Body.tongue(1e-3), progress=False)"),
     "mesh": ("", "tf.Body.continuum(0.0003)"),
 }
 

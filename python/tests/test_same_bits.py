@@ -46,13 +46,8 @@ def test_an_equilibrium_that_is_not_to_be_believed_says_so(asked: Asked) -> None
     [
         (["--vowel", "a"], {}),
         (["--vowel", "a", "--target", "stretch"], {"target": "stretch"}),
-        (["--vowel", "a", "--target", "stretch", "--preset", "thesis"], {"target": "stretch", "thesis": True}),
         (["--vowel", "i", "--method", "gauss-newton"], {"method": "gauss-newton"}),
         (["--vowel", "a", "--muscles", "GGa,SGm,HGa,SGp"], {"muscles": ["GGa", "SGm", "HGa", "SGp"]}),
-        (
-            ["--vowel", "o", "--target", "stretch", "--tone", "4", "--hyoid", "forward", "--free-bone", "mental_spine"],
-            {"target": "stretch", "tone": 4.0, "hyoid": "forward", "free_bones": ["mental_spine"]},
-        ),
     ],
 )
 def test_a_fit(asked: Asked, words: list[str], given: dict[str, Any]) -> None:
@@ -65,16 +60,14 @@ def test_all_rows(asked: Asked, tmp_path: Path) -> None:
         tf.Dataset.reference(),
         subjects=["S2", "S4"],
         vowels=["a", "e"],
-        draws=10,
-        subsets=1,
         progress=lambda done, of: seen.append((done, of)),
     )
-    words = ("batch", "--subjects", "S2,S4", "--vowels", "a,e", "--draws", "10", "--subsets", "1")
+    words = ("batch", "--subjects", "S2,S4", "--vowels", "a,e")
     of_program = asked(*words, "--out", str(tmp_path / "out"))
     assert [plain(fit) for fit in found.fits] == [plain(fit) for fit in of_program["fits"]]
     assert found.not_fitted == []
     assert seen == [(n, len(found)) for n in range(1, len(found) + 1)]
-    one = tf.batch(tf.Dataset.reference(), subjects=["S2", "S4"], vowels=["a", "e"], draws=10, subsets=1, threads=1, progress=False)
+    one = tf.batch(tf.Dataset.reference(), subjects=["S2", "S4"], vowels=["a", "e"], threads=1, progress=False)
     assert one.to_json() == found.to_json()
     # The tidy table, but for who made it.
     pd = pytest.importorskip("pandas")
@@ -87,7 +80,7 @@ def test_shards_brought_together_are_one_run_and_a_missing_one_is_named() -> Non
     data = tf.Dataset.reference()
 
     def shard(cut: str) -> tf.Batch:
-        return tf.batch(data, subjects=["S2", "S3"], draws=5, subsets=0, shard=cut, progress=False)
+        return tf.batch(data, subjects=["S2", "S3"], shard=cut, progress=False)
 
     parts = [shard("3/3"), shard("1/3")]
     with pytest.raises(tf.Error, match="not every shard is done, so nothing is merged: 2/3 is missing"):
@@ -110,7 +103,7 @@ def test_a_frame_is_the_table_that_it_was_read_from() -> None:
     data = tf.dataset(frame)
     assert (data.rows, data.muscles) == (read.rows, read.muscles)
     np.testing.assert_array_equal(data.lengths_mm, read.lengths_mm)
-    first, second = (tf.fit(d, "X", "e", target="stretch", thesis=True) for d in (data, read))
+    first, second = (tf.fit(d, "X", "e", target="stretch") for d in (data, read))
     assert plain(first) == plain(second)
 
 

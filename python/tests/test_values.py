@@ -43,8 +43,8 @@ VALUES: dict[str, tuple[Callable[[], object], Callable[[], object]]] = {
         lambda: MODEL.observations(DATA.stretches("S2", "a", muscles=["GGa", "HGa"]))[0],
     ),
     "Batch": (
-        lambda: tf.batch(DATA, subjects="S2", vowels="a", target="stretch", draws=0, subsets=0, progress=False),
-        lambda: tf.batch(DATA, subjects="S2", vowels="e", target="stretch", draws=0, subsets=0, progress=False),
+        lambda: tf.batch(DATA, subjects="S2", vowels="a", target="stretch", progress=False),
+        lambda: tf.batch(DATA, subjects="S2", vowels="e", target="stretch", progress=False),
     ),
 }
 
@@ -99,7 +99,7 @@ def test_notebooks_show_tables_and_shapes() -> None:
     estimate = tf.InverseProblem(model, [tf.Observation(model.length("GGa"), 0.041)]).with_tension("HGa", 3.0).fit()
     for drawn in (model.body, model.solver().equilibrium([1.0, 2.0]), estimate, tf.fit(DATA, "S2", "a", **QUICK)):
         assert ElementTree.fromstring(drawn._repr_svg_()).tag.endswith("svg")
-    batch = tf.batch(DATA, subjects="S2", target="stretch", draws=0, subsets=0, progress=False)
+    batch = tf.batch(DATA, subjects="S2", target="stretch", progress=False)
     table = tf.Dataset.from_text(TABLE)
     for shown, cells in ((table, 3 * 5), (batch, 5 * len(batch))):
         html = shown._repr_html_()

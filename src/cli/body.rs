@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use miette::{IntoDiagnostic, WrapErr, miette};
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Anatomy, Body, Unit};
@@ -58,9 +57,6 @@ pub struct Arguments {
     /// Unit of the coordinates in that file
     #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", requires = "mesh", hide_short_help = true)]
     mesh_unit: Unit,
-    /// Assumptions of a fit: `thesis` has a baseline without tone, and fixed bones
-    #[arg(long, value_enum, default_value = "consistent", hide_short_help = true)]
-    preset: PresetName,
     /// Poisson's ratio of the tissue (the thesis: 0.49), below 0.5
     #[arg(
         long,
@@ -73,12 +69,6 @@ pub struct Arguments {
     /// tongue in space, a folder with ArtiSynth's, or hexahedra from Gmsh [springs, continuum, space, FOLDER, FILE.msh]
     #[arg(long, value_parser = body_name, default_value = "springs")]
     body: BodyName,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum PresetName {
-    Consistent,
-    Thesis,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -226,7 +216,6 @@ impl Arguments {
             springs_h_mm: plane.spacing_m.map(|h| h * 1e3),
             continuum_h_mm: given.map(|h| h * 1e3),
             continuum,
-            thesis: self.is_thesis(),
             model: self.model(),
             file: String::new(),
             anatomy: None,
@@ -264,11 +253,6 @@ impl Arguments {
             ));
         }
         Ok(())
-    }
-
-    /// Whether the thesis's assumptions are asked for.
-    pub fn is_thesis(&self) -> bool {
-        matches!(self.preset, PresetName::Thesis)
     }
 
     /// The model of the tissue.

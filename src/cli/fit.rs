@@ -17,7 +17,7 @@ use tongue_fit::system::Model;
 use super::choice::choice;
 use super::fit_table::Shown;
 use super::published::{self, Published};
-use super::{Global, Outcome, body, others, output, posterior, premises, space_track, word};
+use super::{Global, Outcome, body, others, output, posterior, space_track, word};
 
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
@@ -53,8 +53,6 @@ pub struct Arguments {
     /// millimetres]
     #[arg(long, value_name = "MM", hide_short_help = true)]
     error_mm: Option<f64>,
-    #[command(flatten)]
-    premises: premises::Arguments,
     #[command(flatten)]
     posterior: posterior::Arguments,
     #[command(flatten)]
@@ -160,15 +158,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             target.active_names().join(", ")
         )
     });
-    let said = arguments.premises.said(&[kind], &tongue, arguments.body.is_thesis())?;
-    let asked = FitRun { target: target.clone(), settings, said, walls: false };
+    let asked = FitRun { target: target.clone(), settings, walls: false };
     let found = asked.run(&tongue, &model).into_diagnostic()?;
     let FitFound { fit, alarms } = &found;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
     let published = match arguments.lengths {
-        // The published tensions are those of a model at rest in the baseline.
-        None if fit.tone.is_none() => published::answer(&tongue.mesh, &model, &fit.target)?,
-        _ => None,
+        None => published::answer(&tongue.mesh, &model, &fit.target)?,
+        Some(_) => None,
     };
 
     // A table that only -v shows.
@@ -179,9 +175,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
     let by = super::provenance().with_tissue(model.tissue);
     let sampled = match &ground {
-        Some(ground) => {
-            Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>(), beside)?)
-        }
+        Some(ground) => Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>(), beside)?),
         None => None,
     };
     let verdict = match sampled.as_ref().map(|s| &s.reports[posture]) {
@@ -253,9 +247,8 @@ fn stretches(
 ) -> Option<Fit> {
     let kind = TargetKind::Stretch;
     let target = arguments.target(data, kind).ok()?;
-    let said = arguments.premises.said(&[kind], body, arguments.body.is_thesis()).ok()?;
     let settings = FitSettings { method: Method::GaussNewton, ..asked.settings };
-    FitRun { target, settings, said, ..asked.clone() }.run(body, model).ok().map(|found| found.fit)
+    FitRun { target, settings, ..asked.clone() }.run(body, model).ok().map(|found| found.fit)
 }
 
 /// Figure 4.9 of the thesis: changes measured, simulated and published.
@@ -275,7 +268,7 @@ fn changes(fit: &Fit, published: Option<&Published>) -> miette::Result<Svg> {
         },
         Series {
             name: "simulated".into(),
-            values: stretches(&fit.lengths[..measured], &fit.baseline_lengths[..measured]),
+            values: stretches(&fit.lengths[..measured], &fit.rest_lengths[..measured]),
         },
     ];
     if let Some(p) = published {

@@ -19,17 +19,13 @@ pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     }
     let mut t = table(&header);
     for (i, muscle) in target.muscles.iter().enumerate() {
-        let mark = match () {
-            () if fit.contracts(i) => "*",
-            () if fit.relaxes(i) => "~",
-            () => "",
-        };
+        let mark = if fit.contracts(i) { "*" } else { "" };
         let doubt = if target.activation[i].uncertain { "?" } else { "" };
         let shortening = |now: f64, then: f64| percent(1.0 - now / then);
         let mut row = vec![
             format!("{muscle}{mark}{doubt}"),
             shortening(target.measured_mm[i], target.baseline_mm[i]),
-            shortening(fit.lengths[i], fit.baseline_lengths[i]),
+            shortening(fit.lengths[i], fit.rest_lengths[i]),
             format!("{:.3}", target.values[i]),
             format!("{:.3}", fit.simulated[i]),
             residual(fit.residuals[i]),
@@ -41,14 +37,8 @@ pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
         }
         t.add_row(row);
     }
-    let over = match fit.tone.is_none() {
-        true => format!("of the length in /{}/ (measured) or at rest (simulated)", target.baseline),
-        false => format!("of the length in /{}/, measured and simulated", target.baseline),
-    };
+    let over = format!("of the length in /{}/ (measured) or at rest (simulated)", target.baseline);
     let mut text = format!("\n{t}\n* contracting: more tension than in the baseline; shortening: {over}\n");
-    if (0..target.muscles.len()).any(|m| fit.relaxes(m)) {
-        text += "~ relaxing: less tension than in the baseline\n";
-    }
     if published.is_some() {
         let _ = writeln!(
             text,

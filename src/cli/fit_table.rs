@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use comfy_table::Cell;
 use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::inverse::valley::Valley;
-use tongue_fit::inverse::{Fit, FitStatus, Tone};
+use tongue_fit::inverse::{Fit, FitStatus};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::posterior::Verdict;
 
 use super::fit_muscles::muscles;
-use super::posterior::Sampled;
+use super::posterior::{Sampled, rounded};
 use super::published::Published;
 use super::table::{counted, newtons, table};
 
@@ -52,7 +52,6 @@ impl Shown<'_> {
             text += &posterior.text(posture, self.is_verbose);
         }
         text += &self.heading();
-        text += &self.premises();
         text += &self.tensions();
         text += &self.met();
         text += &self.not_measured();
@@ -75,6 +74,11 @@ impl Shown<'_> {
             Ok(verdict) => {
                 for sentence in verdict.sentences(target.baseline.label()) {
                     text += &wrapped(&sentence);
+                }
+                if let Some([back, up]) = verdict.hyoid_mm.filter(|_| self.is_verbose) {
+                    let range =
+                        |[low, high]: [f64; 2]| format!("{} to {} mm", rounded(low, 1), rounded(high, 1));
+                    text += &wrapped(&format!("Hyoid, 95 %: back {}, up {}.", range(back), range(up)));
                 }
             }
             Err(why) => text += &wrapped(&format!("No verdict of which muscles pull harder: {why}.")),
@@ -110,40 +114,6 @@ impl Shown<'_> {
         self.fit.identifiability.as_ref().map_or(0, |i| i.null_directions.len())
     }
 
-    /// Premises that differ from the thesis's, if there are any.
-    fn premises(&self) -> String {
-        let fit = self.fit;
-        if fit.tone.is_none() && fit.bones.is_empty() {
-            return String::new();
-        }
-        let names: Vec<&str> = fit.bones.iter().map(|b| b.name.as_str()).collect();
-        let bones = match names[..] {
-            [] => "every bone stays where it is".to_owned(),
-            _ => format!("{} may move (prior 5 mm)", names.join(" and ")),
-        };
-        format!("changes are counted from the tongue {}\n{bones}\n\n", fit.tone.posture())
-    }
-
-    /// Displacements of the free bones.
-    fn bones(&self) -> String {
-        let mut text = String::new();
-        for b in &self.fit.bones {
-            let [x, y] = [0, 1].map(|axis| 1e3 * b.shift[axis]);
-            let [half_x, half_y] = [0, 1].map(|axis| 1e3 * b.half_width[axis]);
-            let way = |value: f64, half: f64, names: [&str; 2]| {
-                let name = names[usize::from(value < 0.0)];
-                let (value, [low, high]) = (value.abs(), [value.abs() - half, value.abs() + half]);
-                format!("{value:.1} mm {name} ({low:.1} to {high:.1})")
-            };
-            let mut ways = vec![way(x, half_x, ["back", "forward"])];
-            if half_y != 0.0 {
-                ways.push(way(y, half_y, ["up", "down"]));
-            }
-            let _ = writeln!(text, "{} moves {}: 95 % intervals", b.name, ways.join(", "));
-        }
-        text
-    }
-
     fn tensions(&self) -> String {
         let target = &self.fit.target;
         let mut header = vec!["tension, N/m"];
@@ -154,14 +124,8 @@ impl Shown<'_> {
             row.extend(target.active.iter().map(|&m| Cell::new(newtons(values[m]))));
             row
         };
-        let tone: Vec<f64> = self.fit.muscles.iter().map(|m| self.fit.tone.of(m)).collect();
         let mut rows = vec![("found", self.fit.tensions.as_slice())];
-        rows.extend((!self.fit.tone.is_none()).then_some(("in the baseline (tone)", tone.as_slice())));
-        let other = self.from_stretches.map(|f| match &f.tone {
-            Tone::Uniform(tone) if *tone > 0.0 => (format!("found from stretches, tone {tone}"), f),
-            _ => ("found from stretches".to_owned(), f),
-        });
-        rows.extend(other.as_ref().map(|(name, f)| (name.as_str(), f.tensions.as_slice())));
+        rows.extend(self.from_stretches.map(|f| ("found from stretches", f.tensions.as_slice())));
         let curve: Vec<[Vec<f64>; 2]> = self.valleys().filter_map(|v| self.ends(v)).collect();
         for [first, last] in &curve {
             rows.push(("fits as well, from", first.as_slice()));
@@ -190,8 +154,7 @@ impl Shown<'_> {
         if names.is_empty() {
             return String::new();
         }
-        let with = if self.fit.tone.is_none() { "no tension" } else { "the tension of the baseline" };
-        wrapped(&format!("not measured, so neither fitted nor compared, and given {with}: {names}"))
+        wrapped(&format!("not measured, so neither fitted nor compared, and given no tension: {names}"))
     }
 
     /// How well the answer meets the measurements, and the reasons for doubt.
@@ -235,7 +198,7 @@ impl Shown<'_> {
                 ),
             };
         }
-        text + &self.bones()
+        text
     }
 
     /// What to believe, where no draws say it.
@@ -260,10 +223,6 @@ impl Shown<'_> {
         }
         if open == 0 {
             return match fit.status {
-                FitStatus::Converged if !fit.bones.is_empty() => format!(
-                    "unique nearby: {} and the priors determine every tension and displacement\n",
-                    counted(target.fitted.len(), "equation")
-                ),
                 FitStatus::Converged => {
                     "unique nearby: the target determines every direction of tension\n".to_owned()
                 }

@@ -20,7 +20,6 @@ mod outcome;
 mod output;
 mod page;
 mod posterior;
-mod premises;
 mod published;
 mod pulls;
 mod recording_checks;

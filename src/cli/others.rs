@@ -201,7 +201,8 @@ fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Be
         })
         .collect();
     let alone: Vec<String> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.clone()).collect();
-    let beside = Beside::emg(&electrodes.into_iter().map(|(_, muscles, told)| (muscles, told)).collect::<Vec<_>>());
+    let beside =
+        Beside::emg(&electrodes.into_iter().map(|(_, muscles, told)| (muscles, told)).collect::<Vec<_>>());
     if beside.is_empty() {
         return Err(miette!(
             "--emg {origin}: no muscle has activity in both /{}/ and /{}/; the gain of an electrode is unknown, so give columns for two \

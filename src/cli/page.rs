@@ -72,11 +72,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             plan.jobs.len()
         ));
     }
-    let thesis = arguments.body.is_thesis();
     let mut fits = Vec::new();
-    for found in
-        parallel::map(jobs, |job| FitRun::quick(job.target.clone(), thesis, true).run(&tongue, &model))
-    {
+    for found in parallel::map(jobs, |job| FitRun::quick(job.target.clone(), true).run(&tongue, &model)) {
         match found {
             Ok(found) => fits.push(found.record(by.clone(), None)),
             Err(error) => not_fitted.push(error.to_string()),

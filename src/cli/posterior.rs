@@ -29,7 +29,7 @@ const SECONDS_A_DRAW: f64 = 3.5e-3;
 pub struct Arguments {
     /// Number of draws from the posterior of the tensions. It uses all measured stretches, lets every muscle
     /// pull, and includes baseline posture, hyoid, anatomy, constants and the model's own error. Its premises
-    /// are --priors, not those of the fit (--tone, --hyoid, --muscles, --poisson-ratio). An interval needs
+    /// are --priors, not those of the fit (--muscles, --poisson-ratio). An interval needs
     /// 400 effective draws: 1000 draws have them, fewer than 500 seldom do; for a continuum take 2000
     #[arg(long, value_name = "N")]
     posterior: Option<usize>,
@@ -189,7 +189,7 @@ impl Sampled<'_> {
             Some(summary) => {
                 text += &changes(summary);
                 if is_verbose {
-                    text += &details(summary, self.posterior.density.ground.moves_hyoid());
+                    text += &details(summary);
                 }
             }
             None => {
@@ -240,7 +240,7 @@ fn range(ends: [f64; 2], digits: usize) -> String {
 }
 
 /// A rounded number without the sign of a zero.
-fn rounded(value: f64, digits: usize) -> String {
+pub fn rounded(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     let is_zero = text.trim_start_matches(['-', '0', '.']).is_empty();
     if is_zero { text.trim_start_matches('-').to_owned() } else { text }
@@ -274,14 +274,9 @@ fn changes(summary: &Summary) -> String {
     text
 }
 
-/// The hyoid, and every stretch with its prediction without its own measurement.
-fn details(summary: &Summary, moves_hyoid: bool) -> String {
-    let mut text = String::new();
-    if moves_hyoid {
-        let [back, up] = [0, 1].map(|axis| range(summary.hyoid_mm[axis].interval_95, 1));
-        let _ = write!(text, "hyoid, 95 %: back {back} mm, up {up} mm; ");
-    }
-    text += "Young's modulus scales all tensions and is not in these intervals\n";
+/// Every stretch with its prediction without its own measurement.
+fn details(summary: &Summary) -> String {
+    let mut text = "Young's modulus scales all tensions and is not in these intervals\n".to_owned();
     let mut t = table(&["muscle", "stretch measured", "fitted, 95 %", "without its own, 95 %"]);
     for (muscle, s) in &summary.stretches.0 {
         let left_out = s.left_out.as_ref().map_or_else(

@@ -41,9 +41,6 @@ pub struct Arguments {
     /// Quantity to fit: ratio (to GGa) or stretch (to the subject's own /ɯ/)
     #[arg(long, value_name = "KIND", default_value = "stretch", hide_short_help = true)]
     target: String,
-    /// Tension of every muscle in the baseline, N per metre of thickness
-    #[arg(long, value_name = "N", default_value_t = 0.0, hide_short_help = true)]
-    tone: f64,
     /// Tension of a muscle instead of a vowel, N per metre of thickness; may be given several times
     #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
     tension: Vec<String>,
@@ -172,7 +169,6 @@ impl Arguments {
                 subject: self.subject.clone(),
                 vowel: v.label().to_owned(),
                 target: self.target.clone(),
-                tone_n_per_m: self.tone,
             }),
             activations: BTreeMap::new(),
             surgery: None,

@@ -191,17 +191,7 @@ pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> 
             o.correlation.map_or("–".to_owned(), |r| format!("{r:.2}")),
         ]);
     }
-    let permuted = &study.permuted_labels;
     let _ = writeln!(text, "{t}\n");
-    if !permuted.permuted_rms.is_empty() {
-        let _ = writeln!(
-            text,
-            "permuted names of muscles: {:.3} at best of {}, with the true ones {:.3}",
-            permuted.lowest,
-            permuted.permuted_rms.len(),
-            permuted.true_rms
-        );
-    }
     if let Some(posterior) = &study.posterior {
         let mut t = table(&[
             "one muscle left out, as a distribution",
@@ -314,7 +304,7 @@ fn decided(all: &[SubjectContrast]) -> String {
 
 /// One line for each fit.
 fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
-    let mut t = table(&["fit", "tensions, N/m (rounding)", "misfit", "passive", "alarms"]);
+    let mut t = table(&["fit", "tensions, N/m", "misfit", "passive", "alarms"]);
     if let Some(c) = t.column_mut(1) {
         c.set_cell_alignment(CellAlignment::Left);
     }
@@ -328,10 +318,9 @@ fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
             let tension = record.number_of("/tensions_n", m).unwrap_or(f64::NAN);
             let posterior = record.of("/posterior/summary/tensions_n", m);
             let end = |end: &str| posterior.pointer(end).and_then(serde_json::Value::as_f64);
-            match (end("/interval_95/0").zip(end("/interval_95/1")), record.rounding("tensions_n", m)) {
-                (Some((low, high)), _) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
-                (None, Some([low, high])) => format!("{m} {tension:.1} ({low:.1}–{high:.1})"),
-                (None, None) => format!("{m} {tension:.1}"),
+            match end("/interval_95/0").zip(end("/interval_95/1")) {
+                Some((low, high)) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
+                None => format!("{m} {tension:.1}"),
             }
         });
         t.add_row([

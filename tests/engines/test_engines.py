@@ -22,7 +22,7 @@ import tongue_fit as tf
 
 ROOT = Path(__file__).resolve().parents[2]
 CLUSTER = ROOT / "examples/cluster"
-OPTIONS = ["--subjects", "S2,S3", "--draws", "150", "--subsets", "1"]
+OPTIONS = ["--subjects", "S2,S3"]
 SHARDS = 3
 
 
@@ -132,7 +132,7 @@ def test_snakemake_makes_shards_again_for_a_corrected_table_and_for_other_option
     rows = [sys.executable, str(CLUSTER / "cohort.py"), "5"]
     table = subprocess.run(rows, capture_output=True, check=True, text=True).stdout
     (tmp_path / "my.csv").write_text(table, encoding="utf-8")
-    few = ["--lengths", "my.csv", "--draws", "2", "--subsets", "0", "--target", "stretch"]
+    few = ["--lengths", "my.csv", "--target", "stretch"]
 
     def batch(options: list[str]) -> tuple[str, str]:
         done = snakemake(tmp_path, "--cores", "2", options=options)
@@ -146,7 +146,7 @@ def test_snakemake_makes_shards_again_for_a_corrected_table_and_for_other_option
     (tmp_path / "my.csv").write_text(f"{head},{float(last) + 1}\n", encoding="utf-8")
     _, corrected = batch(few)
     assert corrected != first
-    assert batch([*few, "--tone", "4"])[1] != corrected
+    assert batch([*few, "--poisson-ratio", "0.4"])[1] != corrected
 
 
 def test_snakemake_tries_a_shard_again_that_failed(tmp_path: Path) -> None:
@@ -161,7 +161,7 @@ def test_snakemake_tries_a_shard_again_that_failed(tmp_path: Path) -> None:
     )
     (folder / "tongue-fit").chmod(0o755)
     env = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
-    done = snakemake(tmp_path, "--cores", "2", options=["--subjects", "S2", "--draws", "2", "--subsets", "0"], env=env)
+    done = snakemake(tmp_path, "--cores", "2", options=["--subjects", "S2"], env=env)
     assert done.returncode == 0, done.stderr
     assert len(list(tmp_path.glob("failed-*"))) == SHARDS and (tmp_path / "batch/batch.json").exists()
 
@@ -181,7 +181,7 @@ def test_dask_whose_worker_is_killed(tmp_path: Path) -> None:
     sys.path.insert(0, str(CLUSTER))
     from dask_batch import shard
 
-    options = {"target": "stretch", "draws": 200, "subsets": 0, "subjects": ["S1", "S2", "S3"]}
+    options = {"target": "stretch", "subjects": ["S1", "S2", "S3"]}
     words = [f"{name}={value if isinstance(value, str) else json.dumps(value)}" for name, value in options.items()]
     example = [sys.executable, str(CLUSTER / "dask_batch.py"), str(table), str(out), str(SHARDS), *words]
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, Client(cluster) as client:

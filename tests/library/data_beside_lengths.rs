@@ -15,7 +15,7 @@ use tongue_infer::posterior::{
     Beside, Density, Draw, Evaluator, Ground, Measurements, Mode, Priors, Sampling, Status, sample,
 };
 
-use crate::posterior::{derivatives, solved};
+use crate::posterior::{coarse_ground, derivatives, solved};
 
 fn grounds() -> Vec<Ground> {
     let elements = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
@@ -75,11 +75,8 @@ fn with_all(ground: &Ground) -> Measurements {
     let rest = ground.system.rest();
     let points: Vec<Point> = points_of(ground, rest).iter().map(|p| p + Point::new(1e-3, 2e-3)).collect();
     let baseline = points_of(ground, rest);
-    let beside = vec![
-        emg([0.8, 0.1]),
-        contours(ground, &points, Some(&baseline)),
-        coils(ground, [rest, rest]),
-    ];
+    let beside =
+        vec![emg([0.8, 0.1]), contours(ground, &points, Some(&baseline)), coils(ground, [rest, rest])];
     Measurements { beside, ..stretches() }
 }
 
@@ -158,10 +155,7 @@ fn what_geometry_does_to_other_data_is_what_bodies_that_are_moved_show() {
                 for (row, difference) in difference.iter().enumerate() {
                     let exact = derivative[(of_muscles + row, f)];
                     largest = largest.max(1e3 * difference.abs());
-                    assert!(
-                        (exact - difference).abs() < 1e-6,
-                        "{which} {f} {row}: {exact} {difference}"
-                    );
+                    assert!((exact - difference).abs() < 1e-6, "{which} {f} {row}: {exact} {difference}");
                 }
             }
         }
@@ -200,7 +194,7 @@ fn each_kind_adds_to_what_is_known() {
 
 #[test]
 fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
-    let ground = &grounds()[0];
+    let ground = &coarse_ground(&Priors::default());
     let settings = Sampling { draws: 1000, seed: 1 };
     let sds = |beside: Vec<Beside>| -> Vec<f64> {
         let found = sample(ground, Measurements { beside, ..stretches() }, &settings).unwrap();

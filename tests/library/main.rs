@@ -40,7 +40,6 @@ mod simulation_by_name;
 mod sparse_cholesky_agrees_with_faer;
 mod surgery_in_space;
 mod tensions_are_tracked;
-mod tone_and_hyoid;
 mod tongue_in_space;
 mod unknowns_are_recovered;
 mod vowels_are_heard;

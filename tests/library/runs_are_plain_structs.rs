@@ -2,11 +2,10 @@
 
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Body, ContinuumSettings, MeshContent};
-use tongue_fit::inverse::{FitSettings, Method, Said};
+use tongue_fit::inverse::{FitSettings, Method, fit};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
 use tongue_fit::run::{BodySource, FitRun, Kind, PlaneBody};
 use tongue_fit::system::Model;
-use tongue_infer::inverse::{Premises, fit_under};
 
 fn made(plane: &PlaneBody) -> Body<2> {
     let text = serde_json::to_string(plane).unwrap();
@@ -49,8 +48,7 @@ fn a_fit_from_options_is_that_of_the_inverse_problem() {
     let kind = TargetKind::Stretch;
     let target = Target::new(&data, "S2", &"a".parse().unwrap(), kind, &TargetOptions::default()).unwrap();
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
-    let found = FitRun::quick(target.clone(), false, false).run(&body, &model).unwrap();
-    let premises = Premises::of(kind, &body, &Said::default()).unwrap();
+    let found = FitRun::quick(target.clone(), false).run(&body, &model).unwrap();
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
-    assert_eq!(found.fit, fit_under(&body, &model, &target, premises, &settings).unwrap());
+    assert_eq!(found.fit, fit(&body.mesh, &model, &target, &settings).unwrap());
 }

@@ -184,7 +184,7 @@ fn a_table_of_nothing_but_contracting_muscles_is_fitted_and_drawn_anew() {
     let folder = tempfile::tempdir().unwrap();
     let rows = "subject,vowel,GGa_mm,SGm_mm,HGa_mm\nX,ɯ,45,30,40\nX,a,41,26,35\n";
     std::fs::write(folder.path().join("three.csv"), rows).unwrap();
-    let batch = run(folder.path(), "batch --lengths three.csv --draws 5 --subsets 0 --json").record();
+    let batch = run(folder.path(), "batch --lengths three.csv --json").record();
     assert_eq!(batch["summary"]["fits"], 2, "{}", batch["summary"]);
 }
 
@@ -208,7 +208,7 @@ fn invalid_tensions_are_refused() {
 #[test]
 fn the_tissue_of_finite_elements_and_the_printed_table_are_no_options() {
     let folder = tempfile::tempdir().unwrap();
-    for (option, told) in [("--tissue fe", "--tissue"), ("--preset as-printed", "consistent, thesis")] {
+    for (option, told) in [("--tissue fe", "--tissue"), ("--preset as-printed", "--preset")] {
         let message = refused_with(2, folder.path(), &format!("simulate {option} --tension GGa=1"));
         assert!(message.contains(told), "{message}");
     }
@@ -233,7 +233,7 @@ fn wrong_usage_exits_with_2() {
         ("--vowl a", ""),
         ("", ""),
         ("simulate --tension", ""),
-        ("mesh --preset golden", ""),
+        ("mesh --mesh-unit golden", ""),
         ("--vowel a mesh", "--vowel"),
         ("--h 2.75mm mesh", "--h"),
         ("--method nelder-mead simulate", "--method"),

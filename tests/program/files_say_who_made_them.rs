@@ -36,7 +36,7 @@ fn every_file_of_every_command_has_version_and_command() {
         ("muscles --h 8mm", "svg csv"),
         ("mesh --h 8mm", "json vtu msh"),
         ("page --no-fits", "html"),
-        ("batch --draws 0 --subjects S2 --vowels a", "json csv html"),
+        ("batch --subjects S2 --vowels a", "json csv html"),
     ];
     for (arguments, formats) in commands {
         let files = written(arguments);

@@ -74,7 +74,7 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
         assert!(refused.contains(reason) && printed.contains(refused), "{refused} is not in\n{printed}");
     }
     // A fit of a row with a bad cell names it and goes on without the muscle.
-    let line = "--vowel ɔ --subject M --lengths mine.csv --target stretch --preset thesis --json";
+    let line = "--vowel ɔ --subject M --lengths mine.csv --target stretch --json";
     let told = run(folder.path(), line).err;
     assert!(
         told.contains("mine.csv:5:5: HG_cm is \"x\"") && told.contains("(this length is left out)"),

@@ -8,7 +8,6 @@
     reason = "a test says by panicking"
 )]
 
-mod baseline_and_bones;
 mod batch_page_works;
 mod browser;
 mod contracts;
@@ -34,6 +33,7 @@ mod run;
 mod scene_command;
 mod sound_command;
 mod space_command;
+mod stretches_from_rest;
 mod surface_is_small;
 mod terminal_manners;
 mod track_command;

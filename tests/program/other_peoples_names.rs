@@ -50,7 +50,7 @@ fn names_that_look_like_formulas_are_text() {
     assert_eq!(done.status, Some(0), "{}", done.out);
     let lengths = "subject,vowel,GGa_mm,SGm_mm,HGa_mm\n@SUM(1),u,46,25,36\n@SUM(1),a,38,21,33\n";
     fs::write(folder.path().join("my.csv"), lengths).unwrap();
-    shell(folder.path(), "$TONGUE_FIT batch --lengths my.csv --draws 0 --subsets 0 --out batch");
+    shell(folder.path(), "$TONGUE_FIT batch --lengths my.csv --out batch");
     let mut seen = 0;
     for file in ["track/track.csv", "batch/fits.csv", "batch/muscles.csv"] {
         let text = fs::read_to_string(folder.path().join(file)).unwrap();
@@ -68,7 +68,7 @@ fn a_file_that_reaches_the_limit_of_file_sizes_is_reported() {
     let done = shell(folder.path(), "ulimit -f 4; $TONGUE_FIT --vowel a --out fit");
     assert!(done.status == Some(1) && done.out.contains("raise the limit of file sizes"), "{}", done.out);
     assert_eq!(fs::read_dir(folder.path().join("fit")).unwrap().count(), 0, "nothing half-written");
-    let batch = "$TONGUE_FIT batch --subjects S2 --draws 0 --subsets 0 --out batch";
+    let batch = "$TONGUE_FIT batch --subjects S2 --out batch";
     let done = shell(folder.path(), &format!("ulimit -f 64; {batch}"));
     assert!(done.status == Some(1) && done.out.contains("the same command resumes"), "{}", done.out);
     let done = shell(folder.path(), batch);

@@ -93,16 +93,7 @@ fn the_numbers_of_the_page_are_those_of_the_program() {
     let page = browser.open(&kept(), "");
     let simulated =
         ["/status", "/lengths_mm", "/ratios", "/stretches", "/positions_m", "/tensions_n", "/energy_j"];
-    let fitted = [
-        "/status",
-        "/active",
-        "/tensions_n",
-        "/lengths_mm",
-        "/ratios",
-        "/stretches",
-        "/residuals",
-        "/hyoid_mm",
-    ];
+    let fitted = ["/status", "/active", "/tensions_n", "/lengths_mm", "/ratios", "/stretches", "/residuals"];
     for (h_mm, continuum) in [(5.5, false), (2.75, false), (8.0, true)] {
         open(&mut browser, &page, h_mm, continuum);
         let h = format!("{h_mm}mm");
@@ -150,10 +141,7 @@ fn the_numbers_of_the_page_are_those_of_the_program() {
         assert!(fit["misfit"].as_f64().unwrap() < 0.01, "{vowel} {target}: {fit}");
         let tensions = fit["tensions_n"].as_object().unwrap().iter();
         let tensions: Vec<String> = tensions.map(|(name, n)| format!("{name}={n}")).collect();
-        let mut effects = json!({"contact": {}});
-        if fit["hyoid_mm"].is_array() {
-            effects["hyoid"] = json!({"shift_mm": fit["hyoid_mm"]});
-        }
+        let effects = json!({"contact": {}});
         let request = json!({"ask": "simulate", "tensions": tensions, "scene": scene(effects)});
         let found = ask(&mut browser, &page, &request);
         assert_eq!(found["status"], "converged");
@@ -399,7 +387,7 @@ fn a_page_holds_a_table_of_ones_own_whatever_its_labels() {
     let request = json!({"ask": "fit", "subject": label, "vowel": "a", "target": "stretch", "walls": true});
     let found = ask(&mut browser, &page, &request);
     let embedded = browser.run(&page, "fit");
-    agree(&found, &embedded, &["/tensions_n", "/lengths_mm", "/hyoid_mm"], CLOSE, "own table");
+    agree(&found, &embedded, &["/tensions_n", "/lengths_mm"], CLOSE, "own table");
     assert_eq!(browser.complaints(), [""; 0]);
 
     // The page contains the user's own body.

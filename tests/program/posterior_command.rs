@@ -103,10 +103,8 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
 #[test]
 fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
     let folder = tempfile::tempdir().unwrap();
-    let output = run(
-        folder.path(),
-        "batch --subjects S2 --vowels a --h 10 --draws 0 --subsets 0 --posterior 1000 --out out --json",
-    );
+    let output =
+        run(folder.path(), "batch --subjects S2 --vowels a --h 10 --posterior 1000 --out out --json");
     let batch: Value = serde_json::from_slice(&output.stdout).unwrap();
     let fits = batch["fits"].as_array().unwrap();
     let page = std::fs::read_to_string(folder.path().join("out/batch.html")).unwrap();
@@ -118,7 +116,7 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
     assert!(fits[0]["posterior"].is_null() && fits[0]["verdict"].is_null());
     // The sentences with which a fit of the row begins.
     let said: Vec<Said> = serde_json::from_value(fits[1]["verdict"].clone()).unwrap();
-    let sentences = Verdict { from: VerdictFrom::Draws, muscles: said }.sentences("ɯ");
+    let sentences = Verdict { from: VerdictFrom::Draws, hyoid_mm: None, muscles: said }.sentences("ɯ");
     let detail = page.split("<details id=\"fit-1\">").nth(1).unwrap().split("</details>").next().unwrap();
     assert!(
         sentences[0].starts_with("Harder than in /ɯ/") && detail.contains(&sentences.join(" ")),
@@ -182,7 +180,7 @@ fn a_posterior_that_cannot_be_told_leaves_its_fit_in_a_batch_and_is_an_alarm_of_
     let folder = tempfile::tempdir().unwrap();
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gmsh/second_order.msh");
     std::fs::write(folder.path().join("gga.csv"), "subject,vowel,GGa_mm\nX,ɯ,20\nX,a,18\n").unwrap();
-    let rows = "batch --target stretch --draws 0 --subsets 0 --out out --json --vowels a";
+    let rows = "batch --target stretch --out out --json --vowels a";
     // The mesh names no hyoid.
     let of_mesh = format!("{rows} --lengths gga.csv --mesh {} --posterior 1000", mesh.display());
     let rows = format!("{rows} --subjects S2");
@@ -242,15 +240,13 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     let point = |at: f64| -> tongue_fit::geometry::Point {
         surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum()
     };
-    let row = |name: &str, at: tongue_fit::geometry::Point| {
-        format!("{name},{},{}\n", 1e3 * at.x + 2.0, 1e3 * at.y)
-    };
+    let row =
+        |name: &str, at: tongue_fit::geometry::Point| format!("{name},{},{}\n", 1e3 * at.x + 2.0, 1e3 * at.y);
     let rows: String = (1..=12).map(|i| row(&i.to_string(), point(0.02 + 5e-3 * f64::from(i)))).collect();
     std::fs::write(folder.path().join("rest.csv"), format!("point,x_mm,y_mm\n{rows}")).unwrap();
     let coil = row("TT", point(surface.tip - 0.01)) + &row("TD", point(surface.tip - 0.04));
     std::fs::write(folder.path().join("coils.csv"), format!("point,x_mm,y_mm\n{coil}rim,0,0\n")).unwrap();
-    let line =
-        "--points ɯ=coils.csv --vowel a --h 8 --posterior 1000 --contour ɯ=rest.csv --emg emg.csv --json --out out";
+    let line = "--points ɯ=coils.csv --vowel a --h 8 --posterior 1000 --contour ɯ=rest.csv --emg emg.csv --json --out out";
     let output = run(folder.path(), line);
     assert!(
         text(&output.stderr).contains("rim left out: not a usual name of a coil"),

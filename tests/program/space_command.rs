@@ -151,7 +151,7 @@ fn what_cannot_be_used_is_refused_in_one_message() {
         ("muscles --body space --activation 2", "it must lie between 0 and 1"),
         ("simulate --body none.msh", "cannot read the mesh"),
         ("simulate --activation GGP=0.1", "--body space"),
-        ("simulate --body space --preset consistent", "--preset is for bodies in the plane"),
+        ("simulate --body space --poisson-ratio 0.4", "--poisson-ratio is for bodies in the plane"),
         ("track --body space far.csv --draws 1000", "--draws is for bodies in the plane"),
         ("sound --body space --subject S2", "--subject is for bodies in the plane"),
         ("sound --body space --jaw 3", "--jaw is for bodies in the plane"),

@@ -5,7 +5,6 @@
 mod batch_in_shards;
 mod batch_survives;
 mod coils_place_the_body;
-mod intervals_cover_the_truth;
 mod left_out_muscles;
 mod mutated_inputs;
 mod posterior_covers_the_truth;

@@ -1,19 +1,14 @@
-//! A posterior is as sure as it says: simulation-based calibration of the sampler (Talts and others 2018), where
-//! nothing but rounding is unknown also against a bootstrap, and the dependence of signs on the prior.
+//! A posterior is as sure as it says: simulation-based calibration of the sampler (Talts and others 2018), and the dependence of signs on
+//! the prior.
 
 use tongue_core::random::{normals, seed_of};
-use tongue_fit::MM;
-use tongue_fit::body::Body;
-use tongue_fit::inverse::batch::Thoroughness;
-use tongue_fit::inverse::{FitSettings, Matched, Method};
-use tongue_fit::measured::{Dataset, TargetKind};
+use tongue_fit::inverse::Matched;
+use tongue_fit::measured::Dataset;
 use tongue_fit::parallel;
-use tongue_fit::system::Model;
-use tongue_infer::inverse::batch::{Known, assess};
 use tongue_infer::posterior::{Meaning, Measurements, Report, Sampling, sample};
 
 use crate::cases;
-use crate::fixtures::{target, tongue};
+use crate::fixtures::tongue;
 use crate::synthetic_speakers::{coarse_ground, ground, p_of_uniform, seen, stretches, unknowns, unseen};
 
 #[test]
@@ -58,53 +53,6 @@ fn ranks_of_the_truth_among_draws_are_uniform() {
         assert!(low[0].0 > 0.01 / unknowns.len() as f64, "{postures}: {low:?}");
         let first = ranks.iter().map(|r| r[1].powi(4)).collect();
         assert!(count < 20 || p_of_uniform(first) < 0.01, "the test can fail");
-    }
-}
-
-#[test]
-fn with_everything_but_rounding_off_intervals_are_as_wide_as_those_of_the_bootstrap() {
-    // Draws of both lengths within their rounding, refitted: rest for a baseline, and tensions in who
-    // contracts alone.
-    let mesh = Body::tongue(10.0 * MM).unwrap().mesh;
-    let target = target("S2", "a", TargetKind::Stretch);
-    let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
-    let how = Thoroughness { settings, draws: 16_000, subset_changes: 0, ..Thoroughness::default() };
-    let known = Known::built_in();
-    let drawn = assess(&mesh, &Model::default(), None, &target, &known, &how).unwrap().intervals.unwrap();
-
-    let off = [
-        "baseline",
-        "hyoid",
-        "hyoid_tilt",
-        "muscle_ends",
-        "outline",
-        "compressibility",
-        "discrepancy",
-        "young_modulus",
-    ];
-    let off: String = off.iter().map(|name| format!("[{name}]\noff = true\n")).collect();
-    let passive = ["GGm", "GGp", "SGp", "SGa", "HGp"].map(|name| format!("{name} = 0.0\n")).concat();
-    let ground =
-        coarse_ground(&format!("{off}[tension]\nscale_n_per_m = 1e3\n[tension.fixed_n_per_m]\n{passive}"));
-    let mut seen = Measurements::of(&Matched::new(&mesh, &target).unwrap());
-    for position in (0..seen.names.len()).rev().filter(|m| !target.active.contains(m)) {
-        seen = seen.without(position);
-    }
-    let posterior = sample(&ground, seen, &Sampling { draws: 16_000, seed: 3 }).unwrap();
-    for (&muscle, bootstrap) in target.active.iter().zip(&drawn.tensions) {
-        let mut all: Vec<f64> = posterior.draws.iter().map(|d| d.tension(0, muscle)).collect();
-        all.sort_by(f64::total_cmp);
-        let at = |p: f64| all[((all.len() - 1) as f64 * p).round() as usize];
-        let ratio = (at(0.975) - at(0.025)) / (bootstrap.high - bootstrap.low);
-        eprintln!(
-            "{}: {:.1} to {:.1}, {ratio:.3} of {bootstrap:?}",
-            target.muscles[muscle],
-            at(0.025),
-            at(0.975)
-        );
-        // The middle 95 % of two uniform roundings are 3 % narrower than those of a normal number of the same
-        // variance.
-        assert!((ratio - 1.03).abs() < 0.04, "{}: {ratio}", target.muscles[muscle]);
     }
 }
 

@@ -344,8 +344,8 @@ async function choose(vowel, keep = false) {
   const { subject, target } = state;
   showControls();
   if (vowel === state.baseline) {
-    forget(`/${vowel}/ is ${subject}’s baseline: every other vowel is compared with it. ${target === "ratio" ? "Ratios take it for the shape at rest." : "Stretches take it for a posture with 8 N/m in every muscle."}`);
-    if (!keep) plain(body.muscles.map(() => target === "ratio" || own.thesis ? 0 : 8), [0, 0, 0]);
+    forget(`/${vowel}/ is ${subject}’s baseline: every other vowel is compared with it, and the fit takes it for the shape at rest.`);
+    if (!keep) plain(body.muscles.map(() => 0), [0, 0, 0]);
     return;
   }
   const mine = ++fitting;
@@ -371,7 +371,7 @@ async function choose(vowel, keep = false) {
   if (fit.valley) drawPath();
   if (keep) { showControls(); show(); } else back();
 }
-const fitted = () => ({ tensions: body.muscles.map((m) => fit.tensions_n[m.name] ?? 0), bones: [0, ...(fit.hyoid_mm ?? [0, 0])] });
+const fitted = () => ({ tensions: body.muscles.map((m) => fit.tensions_n[m.name] ?? 0), bones: [0, 0, 0] });
 const back = () => plain(fitted().tensions, fitted().bones);
 // What has been changed by hand since the fit was made.
 function showChanged() {
@@ -456,7 +456,7 @@ function act() {
   move();
 }
 function open() {
-  const request = { ask: "open", body: { ...(own.body ?? {}), h_mm: spacing(), continuum: state.continuum }, thesis: own.thesis ?? false, scene: scene([0, 0, 0], false) };
+  const request = { ask: "open", body: { ...(own.body ?? {}), h_mm: spacing(), continuum: state.continuum }, scene: scene([0, 0, 0], false) };
   const made = live.ask(request);
   complain("open", made.error);
   if (made.error) return false;

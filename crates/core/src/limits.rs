@@ -88,9 +88,7 @@ pub static FACTOR_ENTRIES: Limit =
 pub static COORDINATE_MM: Limit = limit("a coordinate", [-1000.0, 1000.0], " mm", NO_TONGUE);
 
 // Fits and posteriors.
-/// Draws of lengths within their rounding.
-pub static ROUNDING_DRAWS: Limit =
-    limit("--draws", [0.0, 10_000.0], "", "each is a fit of its own, and more narrow no interval");
+/// Draws of a posterior.
 pub static POSTERIOR_DRAWS: Limit = limit(
     "--posterior",
     [100.0, 200_000.0],
@@ -154,7 +152,7 @@ mod tests {
 
     #[test]
     fn a_number_beyond_its_limits_is_refused_with_the_reason() {
-        assert_eq!(ROUNDING_DRAWS.check(200.0), Ok(()));
+        assert_eq!(POSTERIOR_DRAWS.check(200.0), Ok(()));
         let told = COORDINATE_MM.check(1e6).unwrap_err().to_string();
         assert_eq!(
             told,

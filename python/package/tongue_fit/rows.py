@@ -80,10 +80,6 @@ def fit(
     body: native.Body | None = None,
     model: native.Model | None = None,
     method: str = "nelder-mead",
-    thesis: bool = False,
-    tone: float | Mapping[str, float] | None = None,
-    hyoid: str | None = None,
-    free_bones: Sequence[str] = (),
     verdict: bool = True,
     threads: int | None = None,
 ) -> Fit:
@@ -92,7 +88,6 @@ def fit(
     baseline; False leaves it out."""
     record, picture = native.fit_row(
         _measured(data), subject, vowel, target=target, muscles=muscles, baseline=baseline, body=body, model=model, method=method,
-        thesis=thesis, tone=tone, hyoid=hyoid, free_bones=free_bones,
         verdict=verdict, threads=threads,
     )  # fmt: skip
     found = Fit(record)
@@ -140,7 +135,7 @@ class Batch:
 
     def frame(self) -> pd.DataFrame:
         """A pandas frame with a row for each muscle of each fit: the columns of the program's `muscles.csv`, such as
-        `tension_n_per_m`, `tension_low_n_per_m` and `tension_high_n_per_m` (95 % interval), `simulated_stretch`."""
+        `tension_n_per_m` and `simulated_stretch`."""
         import pandas as pd
 
         tables = [lines for _, fit, lines in self._found if fit is not None]
@@ -181,26 +176,18 @@ def batch(
     baselines: Mapping[str, str] | None = None,
     body: native.Body | None = None,
     model: native.Model | None = None,
-    draws: int = 200,
-    seed: int = 1,
-    subsets: int = 2,
     method: str = "gauss-newton",
-    thesis: bool = False,
-    tone: float | Mapping[str, float] | None = None,
-    hyoid: str | None = None,
-    free_bones: Sequence[str] = (),
     shard: str = "1/1",
     threads: int | None = None,
     progress: bool | Callable[[int, int], object] = True,
 ) -> Batch:
     """Fits every row of a table, as `tongue-fit batch` does, with the same names, defaults and bits.
 
-    `target` is ratio, stretch or both; `baseline` is the baseline vowel (default: ɯ, and e for subjects without ɯ), `baselines`\n    that of single subjects; `draws` is the number of draws of the lengths within their rounding for the 95 % intervals (0:\n    none); `subsets` is the number of muscles in which other subsets of contracting muscles may differ; `tone` (N per metre of\n    thickness) and `hyoid` (free, forward, fixed) are premises of the baseline. `shard`, such as "3/16", makes every sixteenth\n    fit from the third on; `merge` merges the shards. `progress` shows a progress bar if tqdm is installed, or is called with\n    (done, all).
+    `target` is ratio, stretch or both; `baseline` is the baseline vowel (default: ɯ, and e for subjects without ɯ), `baselines`\n    that of single subjects; `shard`, such as "3/16", makes every sixteenth\n    fit from the third on; `merge` merges the shards. `progress` shows a progress bar if tqdm is installed, or is called with\n    (done, all).
     """
     said: dict[str, Any] = {
         "subjects": subjects, "vowels": vowels, "target": target, "baseline": baseline, "baselines": baselines, "body": body,
-        "model": model, "draws": draws, "seed": seed, "subsets": subsets, "method": method,
-        "thesis": thesis, "tone": tone, "hyoid": hyoid, "free_bones": _listed(free_bones) or None,
+        "model": model, "method": method,
     }  # fmt: skip
     plain = {name: value.item() if getattr(value, "shape", None) == () else value for name, value in said.items()}
     given = ", ".join(f"{name}={value!r}" for name, value in plain.items() if value is not None and value is not False)
@@ -209,9 +196,8 @@ def batch(
     report, close = _bar(progress)
     try:
         all_fits, found, not_fitted = native.fit_rows(
-            data, subjects, vowels, target, baseline, words, body, model, draws, seed, subsets,
-            method, thesis, tone, hyoid, free_bones, shard,
-            threads, f"tongue_fit.batch({given})", report,
+            data, subjects, vowels, target, baseline, words, body, model,
+            method, shard, threads, f"tongue_fit.batch({given})", report,
         )  # fmt: skip
     finally:
         close()
@@ -256,13 +242,6 @@ def _items(what: str, words: Mapping[str, str] | None) -> list[tuple[str, str]]:
     if not all(isinstance(word, str) for item in items for word in item):
         raise native.Error(f"{what} must be a dict of texts, such as {{'S4': 'e'}}, not {_shown(words)}")
     return [(str(name), str(word)) for name, word in items]
-
-
-def _listed(names: Any) -> Any:
-    """Names as a list, if they can be one; what cannot be a list of names the library refuses."""
-    if isinstance(names, str):
-        return [names]
-    return list(names) if hasattr(names, "__iter__") else names
 
 
 def _shown(value: object) -> str:

@@ -10,15 +10,15 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, miette};
 use rayon::prelude::*;
 use tongue_fit::choice::name_of;
-use tongue_fit::inverse::batch::{Job, Selection, Thoroughness};
-use tongue_fit::inverse::{FitSettings, Method};
+use tongue_fit::inverse::Method;
+use tongue_fit::inverse::batch::{Job, Selection};
 use tongue_fit::measured::{Target, TargetKind, Vowel};
 use tongue_fit::report::ReportError;
 use tongue_fit::report::batch::journal::{Entry, NAME};
 use tongue_fit::report::batch::{BatchJournal, Fitted, Shard};
 
 use super::choice::choice;
-use super::{Global, Outcome, body, interrupt, output, posterior, premises};
+use super::{Global, Outcome, body, interrupt, output, posterior};
 
 pub use self::prepared::Prepared;
 
@@ -29,7 +29,7 @@ pub const DEFAULT_OUT: &str = "results/batch";
 #[group(skip)]
 #[command(after_help = "Examples:\n  \
     tongue-fit batch\n  \
-    tongue-fit batch --target stretch --draws 0 --subsets 0\n  \
+    tongue-fit batch --target stretch\n  \
     tongue-fit batch --lengths mine.csv --baseline e --baseline P7=i\n\n\
     A run that was stopped goes on where it was when it is started again with the same options and folder.")]
 pub struct Arguments {
@@ -49,15 +49,6 @@ pub struct Arguments {
     /// and e for subjects without ɯ]
     #[arg(long, value_name = "V|SUBJECT=V", hide_short_help = true)]
     baseline: Vec<String>,
-    /// Number of draws of the lengths within their rounding, for intervals by rounding; 0 for none
-    #[arg(long, value_name = "N", default_value_t = Thoroughness::default().draws)]
-    draws: usize,
-    /// Seed of the draws
-    #[arg(long, value_name = "N", default_value_t = Thoroughness::default().seed, hide_short_help = true)]
-    seed: u64,
-    /// Try other subsets of contracting muscles that differ in up to N muscles; 0 tries none, 8 all
-    #[arg(long, value_name = "N", default_value_t = Thoroughness::default().subset_changes, hide_short_help = true)]
-    subsets: u32,
     /// Search method: by the derivatives of the equilibrium, or by the simplex of the thesis, which finds the
     /// same tensions ten times slower (and is the default for the fit of one vowel, as in the thesis)
     #[arg(long, value_parser = choice::<Method>(), default_value = "gauss-newton", hide_short_help = true)]
@@ -70,8 +61,6 @@ pub struct Arguments {
     /// `tongue-fit merge` merges them
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
-    #[command(flatten)]
-    premises: premises::Arguments,
     #[command(flatten)]
     posterior: posterior::Arguments,
     #[command(flatten)]
@@ -113,18 +102,6 @@ impl Arguments {
         }
         Ok(selection)
     }
-
-    fn thoroughness(&self) -> miette::Result<Thoroughness> {
-        let usual = Thoroughness::default();
-        let how = Thoroughness {
-            settings: FitSettings { method: self.method, ..usual.settings },
-            draws: self.draws,
-            seed: self.seed,
-            subset_changes: self.subsets,
-        };
-        how.check().into_diagnostic()?;
-        Ok(how)
-    }
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
@@ -148,12 +125,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     output::step(|| {
         format!(
-            "{} fits; {} from {} starts, {} draws with seed {}, inputs {}",
+            "{} fits; {} from {} starts, inputs {}",
             mine.len(),
             name_of(&arguments.method),
-            prepared.run.how.settings.starts,
-            prepared.run.how.draws,
-            prepared.run.how.seed,
+            prepared.run.settings.starts,
             prepared.provenance.inputs_sha256
         )
     });

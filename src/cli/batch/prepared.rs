@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use tongue_fit::inverse::alarms::THICKNESS_M;
 use tongue_fit::inverse::batch;
 use tongue_fit::measured::lengths::rest_distance;
-use tongue_fit::measured::{Dataset, Target, reference_muscle};
+use tongue_fit::measured::{Dataset, Target, TargetKind, reference_muscle};
 use tongue_fit::posterior::Ground;
 use tongue_fit::report::batch::contrasts;
 use tongue_fit::report::batch::journal::Entry;
@@ -30,6 +30,7 @@ pub struct Prepared {
     unreadable: Vec<String>,
     /// The fits.
     pub run: BatchRun,
+    kinds: Vec<TargetKind>,
     /// Names of the mesh's muscles in the order of columns: those of the table first.
     muscles: Vec<String>,
     /// Options of the posterior, and the body under its priors if posteriors are asked for.
@@ -45,7 +46,7 @@ impl Prepared {
     /// Prepares the batch of these arguments; `words` are the arguments without those that do not change
     /// results.
     pub fn new(arguments: &Arguments, words: &[String]) -> miette::Result<Self> {
-        let (selection, how) = (arguments.selection()?, arguments.thoroughness()?);
+        let selection = arguments.selection()?;
         let data = match &arguments.lengths {
             Some(path) => Dataset::from_path(path),
             None => Dataset::reference(),
@@ -57,16 +58,15 @@ impl Prepared {
         let unreadable: Vec<String> = data.left_out();
         let plan = batch::plan(&data, &selection).into_diagnostic()?;
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
-        let said = arguments.premises.said(&selection.kinds, &tongue, arguments.body.is_thesis())?;
         // An error that concerns all fits is reported before anything is written.
-        let run = BatchRun::new(plan, &selection.kinds, how, &said, &tongue, &model).into_diagnostic()?;
+        let run =
+            BatchRun::new(plan, batch::settings(arguments.method), &tongue, &model).into_diagnostic()?;
         let ground = arguments.posterior.ground(&tongue, &model)?;
-        let (mesh, how) = (&run.mesh, &run.how);
+        let (mesh, settings) = (&run.mesh, &run.settings);
 
         let command = line_of(words.to_vec());
         let rows =
             data.rows().iter().map(|r| format!("{} {:?}", r.line, r.lengths)).collect::<Vec<_>>().join("\n");
-        let premises = run.setups.iter().map(|(kind, s)| (kind, s.as_ref().map(|s| &s.premises)));
         let mut inputs = vec![
             tongue_fit::VERSION.to_owned(),
             rows,
@@ -74,18 +74,18 @@ impl Prepared {
             format!("{selection:?}"),
             format!("{mesh:?}"),
             format!("{model:?}"),
-            format!("{how:?}"),
-            format!("{:?}", premises.collect::<Vec<_>>()),
+            format!("{settings:?}"),
         ];
         inputs.extend(ground.as_ref().map(|g| format!("{:?} {:?}", arguments.posterior, g.priors)));
         let inputs_sha256 = outputs::sha256(&inputs.iter().map(String::as_str).collect::<Vec<_>>());
         let key = outputs::sha256(&[&inputs_sha256, &command]);
         let version = tongue_fit::VERSION.to_owned();
-        let provenance = BatchProvenance { version, command, seed: how.seed, inputs_sha256 };
+        let provenance = BatchProvenance { version, command, inputs_sha256 };
         Ok(Self {
             muscles: outputs::columns(&data, mesh),
             data,
             unreadable,
+            kinds: selection.kinds,
             run,
             posterior: (arguments.posterior.clone(), ground),
             sampled: BTreeMap::new(),
@@ -133,7 +133,7 @@ impl Prepared {
     /// Whether the posterior of a job's row is reported with this job: with the last of the row's fits, since it does not depend on the
     /// quantity that is fitted.
     fn has_posterior(&self, number: usize) -> bool {
-        let last = self.run.setups.last().map(|(kind, _)| *kind);
+        let last = self.kinds.last().copied();
         self.posterior.1.is_some() && last == Some(self.run.plan.jobs[number].target.kind)
     }
 
@@ -233,8 +233,6 @@ impl Prepared {
             rest_shape_measure: rest_distance::measure(ratios, reference),
             nearest_row_to_rest: rest_distance::nearest(&self.muscles, &rest, &self.data, reference),
             passive: outputs::passive_groups(digests),
-            draws: self.run.how.draws,
-            subset_changes: self.run.how.subset_changes,
             thickness_m: THICKNESS_M,
         }
     }

@@ -65,8 +65,6 @@ const FORMANTS: usize = 5;
 pub struct Engine {
     pub body: Body<2>,
     pub model: Model,
-    /// Whether fits make the thesis's assumptions.
-    pub thesis: bool,
     pub data: Dataset,
     /// The scene as it was opened, with the origin of the body.
     scene: Scene,
@@ -88,7 +86,7 @@ impl Engine {
     ///
     /// # Errors
     /// As the program's.
-    pub fn new(text: &BodyText, thesis: bool, scene: Scene, data: Option<Dataset>) -> Result<Self, String> {
+    pub fn new(text: &BodyText, scene: Scene, data: Option<Dataset>) -> Result<Self, String> {
         let body = text.plane().make(&mut |_| ()).map_err(|e| e.to_string())?;
         let mut model = scene.model();
         if body.mesh.continuum.is_some() {
@@ -111,7 +109,6 @@ impl Engine {
         Ok(Self {
             body,
             model,
-            thesis,
             data,
             scene,
             system,

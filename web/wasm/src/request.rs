@@ -13,12 +13,7 @@ use crate::fits;
 #[serde(tag = "ask", rename_all = "snake_case", deny_unknown_fields)]
 enum Request {
     /// Makes the body of a scene.
-    Open {
-        body: BodyText,
-        #[serde(default)]
-        thesis: bool,
-        scene: Scene,
-    },
+    Open { body: BodyText, scene: Scene },
     /// Sets weight and palate.
     Act { scene: Scene },
     /// One equilibrium from rest, and whether it is on the branch from there.
@@ -63,9 +58,9 @@ pub fn answer(request: &[u8], engine: &mut Option<Engine>) -> Result<String, Str
     let request =
         serde_json::from_slice(request).map_err(|e| format!("the page sent an unknown request: {e}"))?;
     let value = match (request, engine) {
-        (Request::Open { body, thesis, scene }, engine) => {
+        (Request::Open { body, scene }, engine) => {
             let data = engine.take().map(|e| e.data);
-            let made = engine.insert(Engine::new(&body, thesis, scene, data)?);
+            let made = engine.insert(Engine::new(&body, scene, data)?);
             Ok(made.describe())
         }
         (_, None) => return Err("there is no body yet".to_owned()),

@@ -1,6 +1,6 @@
 //! What is told of a muscle of a fit: the columns that `fit.csv` and `muscles.csv` have in common.
 
-use serde_json::{Value, json};
+use serde_json::Value;
 
 use super::Told;
 use super::column::Column;
@@ -29,10 +29,6 @@ impl OfMuscle<'_> {
         self.record.lists(pointer, self.muscle).into()
     }
 
-    fn rounding(&self, what: &str, end: usize) -> Value {
-        number(self.record.rounding(what, self.muscle).map(|ends| ends[end]))
-    }
-
     /// The measured length in the size of the model, mm, for the quantity that was fitted.
     fn target_mm(&self) -> Option<f64> {
         Some(match self.record.text("/target_kind") {
@@ -40,23 +36,13 @@ impl OfMuscle<'_> {
                 let reference = self.record.number_of("/lengths_mm", self.record.text("/reference"));
                 self.number("/target_ratios")? * reference.unwrap_or(f64::NAN)
             }
-            _ => self.number("/target_stretches")? * self.number("/model_baseline_lengths_mm")?,
+            _ => self.number("/target_stretches")? * self.number("/rest_lengths_mm")?,
         })
     }
 
     /// Simulated less measured.
     fn residual(&self, simulated: &str, target: Option<f64>) -> Value {
         number(self.number(simulated).zip(target).map(|(s, t)| s - t))
-    }
-
-    fn tone(&self) -> Value {
-        match self.record.at("/tone_n_per_m") {
-            Value::Object(all) => {
-                let own = all.iter().find(|(muscle, _)| muscle.eq_ignore_ascii_case(self.muscle));
-                own.map_or(json!(0.0), |(_, tone)| tone.clone())
-            }
-            uniform => uniform.clone(),
-        }
     }
 }
 
@@ -69,7 +55,7 @@ pub(super) fn number(value: Option<f64>) -> Value {
 /// is another. What was not measured is empty.
 pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
     type Of<'a> = fn(&OfMuscle<'a>) -> Value;
-    let columns: [(_, _, _, Of<'a>); 31] = [
+    let columns: [(_, _, _, Of<'a>); 23] = [
         ("subject", "", "subject", |r| r.fit("/subject")),
         ("vowel", "", "vowel", |r| r.fit("/vowel")),
         ("baseline", "", "vowel that changes are counted from", |r| r.fit("/baseline")),
@@ -85,17 +71,9 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
             r.listed("/uncertain")
         }),
         ("tension_n_per_m", "N/m", "tension that was found", |r| r.own("/tensions_n")),
-        ("tension_low_n_per_m", "N/m", "lower end of its range by rounding", |r| r.rounding("tensions_n", 0)),
-        ("tension_high_n_per_m", "N/m", "upper end of its range by rounding", |r| {
-            r.rounding("tensions_n", 1)
-        }),
-        ("tone_n_per_m", "N/m", "tension in the baseline", |r| r.tone()),
         ("baseline_length_mm", "mm", "measured in the baseline", |r| r.own("/baseline_lengths_mm")),
         ("measured_length_mm", "mm", "measured in the vowel", |r| r.own("/measured_lengths_mm")),
         ("rest_length_mm", "mm", "length of the model at rest", |r| r.own("/rest_lengths_mm")),
-        ("model_baseline_length_mm", "mm", "length of the model in the baseline", |r| {
-            r.own("/model_baseline_lengths_mm")
-        }),
         ("target_length_mm", "mm", "measured, in the size of the model", |r| number(r.target_mm())),
         ("simulated_length_mm", "mm", "length of the model", |r| r.own("/lengths_mm")),
         ("residual_mm", "mm", "simulated less target length", |r| r.residual("/lengths_mm", r.target_mm())),
@@ -106,15 +84,11 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
         ("residual_ratio", "", "simulated less measured ratio", |r| {
             r.residual("/ratios", r.number("/target_ratios"))
         }),
-        ("ratio_low", "", "lower end of the ratio's range by rounding", |r| r.rounding("ratios", 0)),
-        ("ratio_high", "", "upper end of the ratio's range by rounding", |r| r.rounding("ratios", 1)),
         ("target_stretch", "", "measured length over that in the baseline", |r| r.own("/target_stretches")),
-        ("simulated_stretch", "", "simulated length over that in the baseline", |r| r.own("/stretches")),
+        ("simulated_stretch", "", "simulated length over that at rest", |r| r.own("/stretches")),
         ("residual_stretch", "", "simulated less measured stretch", |r| {
             r.residual("/stretches", r.number("/target_stretches"))
         }),
-        ("stretch_low", "", "lower end of the stretch's range by rounding", |r| r.rounding("stretches", 0)),
-        ("stretch_high", "", "upper end of the stretch's range by rounding", |r| r.rounding("stretches", 1)),
     ];
     columns.into_iter().map(|(name, unit, meaning, value)| Column::new(name, unit, meaning, value)).collect()
 }

@@ -10,11 +10,10 @@ use super::export::{Export, Provenance};
 use super::of_muscle::{self, OfMuscle};
 use super::told::Told;
 use super::valley_record::ValleyRecord;
-use tongue_core::body::HYOID;
 use tongue_core::statics::{self, Solution};
 use tongue_core::system::System;
 use tongue_infer::inverse::alarms::Alarm;
-use tongue_infer::inverse::{self, Fit, Tone};
+use tongue_infer::inverse::{self, Fit};
 use tongue_input::measured::{TargetKind, Vowel, reference_muscle};
 
 /// One equilibrium: `tongue-fit simulate --json`.
@@ -110,12 +109,11 @@ pub struct BodySegment {
     pub to_n: ByMuscle<f64>,
 }
 
-/// A bone whose displacement was fitted.
+/// A bone whose displacement was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BoneRecord {
     pub shift_mm: Vec<f64>,
-    /// The 95 % interval of each. In a fit: from a standard deviation of 0.01 of every stretch and the
-    /// priors, linearised at the answer; in a recording as those of the tensions.
+    /// The 95 % interval of each.
     pub interval_mm: Vec<[f64; 2]>,
 }
 
@@ -135,7 +133,8 @@ pub struct FitRecord {
     #[serde(flatten)]
     pub made_by: Provenance,
     /// `verdict`: for every muscle whether it pulls harder than in the baseline (`muscle`, `p_rises`, `word`, `tension_n_per_m`,
-    /// `mostly_prior`); and `verdict_from`: `draws` or `short_run`. Left out where there is none.
+    /// `mostly_prior`); `verdict_hyoid_mm`, the 95 % intervals of the hyoid's displacement (back, up); and `verdict_from`: `draws` or
+    /// `short_run`. Left out where there is none.
     #[serde(flatten)]
     pub verdict: Option<tongue_infer::posterior::Verdict>,
     pub subject: String,
@@ -154,27 +153,17 @@ pub struct FitRecord {
     pub status: inverse::FitStatus,
     /// Fitted tensions, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
-    /// Tension in the baseline, N per metre of thickness: one number for every muscle, or one for each.
-    /// Changes are counted from the posture of the baseline; 0 is rest.
-    pub tone_n_per_m: Tone,
-    /// Displacement of the hyoid, mm by axis (to the back of the head, up); null if it was fixed.
-    pub hyoid_mm: Option<Vec<f64>>,
-    pub hyoid_interval_mm: Option<Vec<[f64; 2]>>,
-    /// All free bones, by name.
-    pub bones: ByMuscle<BoneRecord>,
     /// Simulated lengths, mm (of the model, whose size is not the subject's).
     pub lengths_mm: ByMuscle<f64>,
+    /// Lengths of the model at rest, mm, which stretches are counted from.
     pub rest_lengths_mm: ByMuscle<f64>,
-    /// Lengths of the model in the baseline, mm, which stretches are counted from. Without tone they are
-    /// those at rest.
-    pub model_baseline_lengths_mm: ByMuscle<f64>,
     pub measured_lengths_mm: ByMuscle<f64>,
     pub baseline_lengths_mm: ByMuscle<f64>,
     /// Simulated lengths over that of GGa.
     pub ratios: ByMuscle<f64>,
     /// Measured lengths over that of GGa.
     pub target_ratios: ByMuscle<f64>,
-    /// Simulated lengths over those of the model in the baseline.
+    /// Simulated lengths over those of the model at rest.
     pub stretches: ByMuscle<f64>,
     /// Measured lengths over those in the baseline.
     pub target_stretches: ByMuscle<f64>,
@@ -244,17 +233,9 @@ impl FitRecord {
                 .collect(),
         });
         let valley = fit.valley().map(|v| ValleyRecord::new(v, &active, all, |lengths| fit.of_body(lengths)));
-        let simulated = |kind: TargetKind| kind.values(&fit.lengths, &fit.baseline_lengths, target.reference);
+        let simulated = |kind: TargetKind| kind.values(&fit.lengths, &fit.rest_lengths, target.reference);
         let of_target =
             |kind: TargetKind| kind.values(&target.measured_mm, &target.baseline_mm, target.reference);
-        let bone = |b: &inverse::MovedBone<D>| {
-            let ends =
-                b.shift.iter().zip(b.half_width.iter()).map(|(x, half)| [1e3 * (x - half), 1e3 * (x + half)]);
-            let shift_mm = b.shift.iter().map(|x| 1e3 * x).collect();
-            (b.name.clone(), BoneRecord { shift_mm, interval_mm: ends.collect() })
-        };
-        let bones = ByMuscle(fit.bones.iter().map(bone).collect());
-        let hyoid = bones.of(HYOID);
         Self {
             made_by,
             subject: target.subject.clone(),
@@ -266,11 +247,7 @@ impl FitRecord {
             status: fit.status,
             tensions_n: by(all, &fit.tensions),
             lengths_mm: mm(all, &fit.lengths),
-            tone_n_per_m: fit.tone.clone(),
-            hyoid_mm: hyoid.map(|h| h.shift_mm.clone()),
-            hyoid_interval_mm: hyoid.map(|h| h.interval_mm.clone()),
             rest_lengths_mm: mm(all, &fit.rest_lengths),
-            model_baseline_lengths_mm: mm(all, &fit.baseline_lengths),
             measured_lengths_mm: by(measured, &target.measured_mm),
             baseline_lengths_mm: by(measured, &target.baseline_mm),
             ratios: by(all, &simulated(TargetKind::Ratio)),
@@ -289,7 +266,6 @@ impl FitRecord {
             guarded: fit.replay.solution.guarded,
             connection: fit.replay.solution.connection,
             identifiability,
-            bones,
             max_residual_force_n: fit.replay.solution.max_residual_force,
             replay_difference_m: fit.replay.largest_difference,
             min_area_ratio: fit.replay.min_area_ratio,
@@ -308,7 +284,7 @@ impl FitRecord {
 
     /// A tidy table with one row for each muscle.
     pub fn to_csv(&self) -> std::io::Result<String> {
-        const COLUMNS: [&str; 21] = [
+        const COLUMNS: [&str; 19] = [
             "subject",
             "vowel",
             "baseline",
@@ -318,9 +294,7 @@ impl FitRecord {
             "active",
             "uncertain",
             "tension_n_per_m",
-            "tone_n_per_m",
             "rest_length_mm",
-            "model_baseline_length_mm",
             "simulated_length_mm",
             "baseline_length_mm",
             "measured_length_mm",

@@ -60,12 +60,6 @@ impl Told {
     pub fn muscles(&self, pointer: &str) -> Vec<&str> {
         self.at(pointer).as_object().map_or_else(Vec::new, |all| all.keys().map(String::as_str).collect())
     }
-
-    /// The ends of the range that rounding leaves to a value of a muscle: of `tensions_n`, `ratios` or `stretches`.
-    pub fn rounding(&self, what: &str, muscle: &str) -> Option<[f64; 2]> {
-        let range = self.at("/intervals").get(what)?.get(muscle)?;
-        Some([range.get("low")?.as_f64()?, range.get("high")?.as_f64()?])
-    }
 }
 
 impl std::fmt::Display for Told {

@@ -24,8 +24,6 @@ pub struct PageBody {
     pub continuum_h_mm: Option<f64>,
     /// Whether the page opens with a continuum.
     pub continuum: bool,
-    /// Whether fits make the thesis's assumptions.
-    pub thesis: bool,
     /// What the body is made from.
     pub model: Model,
     /// The name of its text in messages.
@@ -53,8 +51,7 @@ pub struct TonguePage {
 
 impl TonguePage {
     fn own(&self, by: &Provenance) -> Result<Value, serde_json::Error> {
-        let PageBody { springs_h_mm, continuum_h_mm, continuum, thesis, model, file, anatomy, mesh } =
-            &self.body;
+        let PageBody { springs_h_mm, continuum_h_mm, continuum, model, file, anatomy, mesh } = &self.body;
         let fits = self.fits.iter().map(shortened).collect::<Result<Vec<Value>, _>>()?;
         Ok(json!({
             "version": by.version,
@@ -63,7 +60,6 @@ impl TonguePage {
             "springs_h_mm": springs_h_mm,
             "continuum_h_mm": continuum_h_mm,
             "continuum": continuum,
-            "thesis": thesis,
             "material": material(model),
             "table": self.table,
             "fits": fits,

@@ -2,9 +2,8 @@
 
 use tongue_core::body::{Body, Mesh};
 use tongue_core::system::{Model, System};
-use tongue_infer::inverse::batch::{self, BatchPlan, Known, Thoroughness};
-use tongue_infer::inverse::{FitError, Premises, Said, Setup};
-use tongue_input::measured::TargetKind;
+use tongue_infer::inverse::batch::{self, BatchPlan, Known};
+use tongue_infer::inverse::{FitError, FitSettings};
 use tongue_input::measured::thesis::Thesis;
 
 use crate::report::ReportError;
@@ -16,32 +15,21 @@ pub struct BatchRun {
     pub plan: BatchPlan,
     pub mesh: Mesh<2>,
     pub model: Model,
-    /// The body under the premises of each kind of target; `None` for those of the thesis.
-    pub setups: Vec<(TargetKind, Option<Setup>)>,
-    pub how: Thoroughness,
+    pub settings: FitSettings,
     known: Known,
     thesis: Option<Thesis>,
 }
 
 impl BatchRun {
-    /// The fits of a plan for these quantities, under premises as chosen.
     pub fn new(
         plan: BatchPlan,
-        kinds: &[TargetKind],
-        how: Thoroughness,
-        said: &Said,
+        settings: FitSettings,
         body: &Body<2>,
         model: &Model,
     ) -> Result<Self, FitError> {
         System::new(&body.mesh, model, &[])?;
-        let setup = |&kind: &TargetKind| {
-            let premises = Premises::of(kind, body, said)?;
-            let setup = (!premises.is_thesis()).then(|| Setup::new(body, model, premises)).transpose()?;
-            Ok((kind, setup))
-        };
-        let setups = kinds.iter().map(setup).collect::<Result<_, FitError>>()?;
         let (known, thesis) = (Known::built_in(), Thesis::reference().ok());
-        Ok(Self { plan, mesh: body.mesh.clone(), model: *model, setups, how, known, thesis })
+        Ok(Self { plan, mesh: body.mesh.clone(), model: *model, settings, known, thesis })
     }
 
     /// Makes the fit of a job of the plan and its parts of the outputs, with the posterior of the row or why
@@ -55,9 +43,7 @@ impl BatchRun {
         provenance: &BatchProvenance,
     ) -> Result<Result<Fitted, String>, ReportError> {
         let job = &self.plan.jobs[number];
-        let setup = self.setups.iter().find(|(kind, _)| *kind == job.target.kind);
-        let setup = setup.and_then(|(_, setup)| setup.as_ref());
-        match batch::assess(&self.mesh, &self.model, setup, &job.target, &self.known, &self.how) {
+        match batch::assess(&self.mesh, &self.model, &job.target, &self.known, &self.settings) {
             Ok(assessment) => {
                 let beside = (self.thesis.as_ref(), posterior);
                 fitted(on_page, job, &assessment, &self.mesh, beside, provenance).map(Ok)

@@ -1,11 +1,11 @@
 //! One fit of a target, with what there is to doubt in it.
 
 use nalgebra::SVector;
-use tongue_core::body::{Body, Mesh};
+use tongue_core::body::Body;
 use tongue_core::effect::Contact;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
-use tongue_infer::inverse::{self, Fit, FitError, FitSettings, Matched, Method, Premises, Said, Setup};
+use tongue_infer::inverse::{self, Fit, FitError, FitSettings, Matched, Method};
 use tongue_input::measured::Target;
 use tongue_input::measured::muscles::Muscles;
 
@@ -17,8 +17,7 @@ use crate::scene::effects::CONTACT_REACH_MM;
 pub struct FitRun {
     pub target: Target,
     pub settings: FitSettings,
-    pub said: Said,
-    /// Whether the palate and teeth of the body stop the tongue, in the baseline too.
+    /// Whether the palate and teeth of the body stop the tongue.
     pub walls: bool,
 }
 
@@ -30,32 +29,24 @@ pub struct FitFound {
 }
 
 impl FitRun {
-    /// A fit by derivatives under the usual premises or the thesis's: what `tongue-fit --vowel` makes with
-    /// `--method gauss-newton` and nothing else.
-    pub fn quick(target: Target, thesis: bool, walls: bool) -> Self {
+    /// A fit by derivatives: what `tongue-fit --vowel` makes with `--method gauss-newton` and nothing else.
+    pub fn quick(target: Target, walls: bool) -> Self {
         let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
-        let said = Said { thesis, ..Said::default() };
-        Self { target, settings, said, walls }
+        Self { target, settings, walls }
     }
 
     pub fn run(&self, body: &Body<2>, model: &Model) -> Result<FitFound, FitError> {
         let Self { target, settings, .. } = self;
-        let premises = Premises::of(target.kind, body, &self.said)?;
         let fit = match body.palate.as_ref().filter(|_| self.walls) {
-            None => inverse::fit_under(body, model, target, premises, settings)?,
+            None => inverse::fit(&body.mesh, model, target, settings)?,
             Some(palate) => {
                 let matched = Matched::new(&body.mesh, target)?;
-                let all = (0..body.mesh.muscles.len()).collect();
-                let pulling = if premises.is_thesis() { matched.contracting() } else { all };
-                let system = walled(body, model, palate, &pulling)?;
-                let names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
-                let bones = Setup::new(body, model, premises.clone())?.bones;
-                let setup = Setup { bones, ..Setup::in_system(system, &names, premises)? };
-                inverse::fit_in(&setup, &matched, settings)?
+                let system = walled(body, model, palate, &matched.contracting())?;
+                inverse::fit_in(&system, &matched, settings)?
             }
         };
         let known = Muscles::built_in();
-        let alarms = alarms::alarms(&body.mesh, &fit, &known, None, settings);
+        let alarms = alarms::alarms(&body.mesh, &fit, &known, settings);
         Ok(FitFound { fit, alarms })
     }
 }
@@ -66,18 +57,14 @@ impl FitFound {
         FitRecord { wall_s, ..FitRecord::new(&self.fit, &self.alarms, made_by, 0.0) }
     }
 
-    /// The shape at the tensions found over the one that changes are counted from.
+    /// The shape at the tensions found over that at rest.
     pub fn picture(&self, body: &Body<2>) -> Result<Svg, ReportError> {
-        let Fit { target, tone, .. } = &self.fit;
-        let posture = tone.posture();
+        let target = &self.fit.target;
         let title =
-            format!("{} /{}/: {posture} (grey) and at the tensions found", target.subject, target.vowel);
-        let grey = Mesh { nodes: self.fit.baseline_positions.clone(), ..body.mesh.clone() };
+            format!("{} /{}/: at rest (grey) and at the tensions found", target.subject, target.vowel);
         let palate = body.palate.as_deref().unwrap_or_default();
         let tensions = self.fit.shown_tensions();
-        let section = SectionPicture::new(&grey, &self.fit.positions, &tensions, palate, &title);
-        let grey = if tone.is_none() { "rest" } else { "baseline" };
-        report::tongue(&SectionPicture { grey, ..section })
+        report::tongue(&SectionPicture::new(&body.mesh, &self.fit.positions, &tensions, palate, &title))
     }
 }
 

@@ -194,10 +194,6 @@ pub struct FitTarget {
     /// `ratio` (to GGa) or `stretch` (to the subject's own /ɯ/).
     #[serde(default = "default_kind")]
     pub target: String,
-    /// Tension of every muscle in the baseline vowel, N (2D: per metre of thickness), from which changes are
-    /// counted; default 0, as in the thesis. Muscles that are longer than in the baseline have no tension.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub tone_n_per_m: f64,
 }
 
 /// Points of one posture in the frame of the body, measured on the surface of the tongue in the midsagittal
@@ -246,12 +242,6 @@ pub struct SceneTrajectory {
 
 fn default_spacing() -> f64 {
     5.5
-}
-
-/// Whether the value is the default and need not be written.
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 fn default_kind() -> String {

@@ -55,7 +55,7 @@ pub struct MuscleLength {
     pub interval_n: Option<[f64; 2]>,
     pub rest_mm: f64,
     pub length_mm: f64,
-    /// Length over that in the baseline, which is rest unless a fit has a tone.
+    /// Length over that at rest.
     pub stretch: f64,
 }
 

@@ -14,7 +14,7 @@ use tongue_core::material::Constants;
 use tongue_core::system::locking::bending_kept;
 use tongue_core::system::{self, Additions, Model, SpaceModel, System};
 use tongue_infer::heard::Airway;
-use tongue_infer::inverse::{Matched, Premises, Setup, Tone};
+use tongue_infer::inverse::Matched;
 use tongue_infer::track::Frame;
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
@@ -26,8 +26,6 @@ pub struct Prepared<const D: usize> {
     /// The surgery that left this body, if there was any.
     pub(super) operation: Option<Operation>,
     pub system: Arc<System<D>>,
-    /// For a fit, the body in its baseline.
-    pub setup: Option<Setup<D>>,
     /// For a trajectory with carried bones: the system without weight and contraction, whose equilibrium is
     /// the start.
     pub start: Option<System<D>>,
@@ -52,10 +50,9 @@ pub fn prepare<const D: usize>(
     let seen = points::frame(scene, &body)?;
     let airway = airway::airway(scene, &body)?;
     let all = 0..body.mesh.muscles.len();
-    let tone = Tone::Uniform(scene.fit.as_ref().map_or(0.0, |fit| fit.tone_n_per_m));
     let contracting: Vec<usize> = match (&target, extent) {
         (_, SceneExtent::Full) => all.collect(),
-        _ if !tone.is_none() || seen.is_some() => all.collect(),
+        _ if seen.is_some() => all.collect(),
         (None, _) if body.space.is_some() => all.filter(|&m| tensions[m] > 0.0).collect(),
         (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
         (Some(target), _) => Matched::new(&body.mesh, target)?.contracting(),
@@ -100,17 +97,13 @@ pub fn prepare<const D: usize>(
         Some(space) => of_hexahedra(space, additions)?,
     };
     let system = Arc::new(system);
-    let names: Vec<&str> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
-    let premises = Premises { tone, ..Premises::default() };
-    let setup =
-        target.as_ref().map(|_| Setup::in_system(Arc::clone(&system), &names, premises)).transpose()?;
     let roles = match &body.space {
         None => roles(scene, &body, &contracting, target.as_ref()),
         Some(space) => activated(space, &tensions),
     };
     let method = method(scene);
     let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
-    Ok(Prepared { plan, body, operation, system, setup, start, tensions, wall, target, seen, airway })
+    Ok(Prepared { plan, body, operation, system, start, tensions, wall, target, seen, airway })
 }
 
 /// The system of a tongue in space: `D` is 3 where a body has one.

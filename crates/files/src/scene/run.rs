@@ -46,9 +46,9 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
     let mut fitted = None;
-    if let (Some(target), Some(setup)) = (&prepared.target, &prepared.setup) {
+    if let Some(target) = &prepared.target {
         let matched = inverse::Matched::new(&prepared.body.mesh, target)?;
-        let fit = inverse::fit_in(setup, &matched, &inverse::FitSettings::default())?;
+        let fit = inverse::fit_in(&prepared.system, &matched, &inverse::FitSettings::default())?;
         fitted = Some(fit.status);
         prepared.tensions = fit.body_tensions;
     }
@@ -203,7 +203,6 @@ fn muscles<const D: usize>(
             same.iter().map(|&m| system.length(x, m)).sum::<f64>() / same.len().max(1) as f64
         };
         let (rest, length) = (mean(system.rest()), mean(positions));
-        let baseline = prepared.setup.as_ref().map_or(rest, |setup| mean(&setup.positions));
         out.push(MuscleLength {
             muscle: role.muscle.clone(),
             interval_n: points.zip(same.first()).map(|(p, &m)| [p.low_n[m], p.high_n[m]]),
@@ -213,7 +212,7 @@ fn muscles<const D: usize>(
             },
             rest_mm: 1e3 * rest,
             length_mm: 1e3 * length,
-            stretch: length / baseline,
+            stretch: length / rest,
         });
     }
     out

@@ -19,9 +19,6 @@ pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
             o.tuned_parameters.into()
         })
         .headed("tuned"),
-        Of::new("unknowns_a_fit", "", "unknowns of each fit beside the tensions", |o| {
-            o.unknowns_a_fit.into()
-        }),
         Of::new("rms", "", "root mean square error over fits", |o| o.rms.into())
             .headed("RMS")
             .shown(|o| format!("**{:.3}**", o.rms)),
@@ -46,10 +43,6 @@ pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
         })
         .headed("r")
         .decimals(2),
-        Of::new("chosen", "", "chosen settings, for each subject that was left out", |o| {
-            o.chosen.join("; ").into()
-        })
-        .in_csv_alone(),
     ]
 }
 

@@ -8,7 +8,7 @@
 
 mod cases;
 mod columns;
-mod levers;
+mod model;
 mod page;
 mod posterior;
 mod record;
@@ -19,7 +19,6 @@ mod statistics;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use tongue_core::body::Body;
-use tongue_core::material::Constants;
 use tongue_core::parallel;
 use tongue_core::system::Model;
 use tongue_infer::inverse::FitError;
@@ -28,12 +27,11 @@ use tongue_input::measured::{Dataset, Vowel};
 
 use crate::report::ByMuscle;
 use cases::{Case, subjects};
-use levers::{Bench, Levers, best_column, errors};
 use statistics::{best_shrunk, bootstraps, constant, correlation, gaussian, middle, root_mean, vowel_means};
 
 pub use page::{files, page};
 pub use posterior::{PosteriorStudy, ScoredBaseline};
-pub use record::{Permuted, Prediction, ScoredOpponent, ValidationStudy};
+pub use record::{Prediction, ScoredOpponent, ValidationStudy};
 pub use scored::{Scored, Told};
 
 /// Why a validation cannot begin.
@@ -52,8 +50,6 @@ pub enum ValidationError {
     Subjects { subjects: usize, origin: String, baseline: Vowel },
 }
 
-/// Poisson's ratio above which predictions no longer depend on it.
-const NEARLY_INCOMPRESSIBLE: f64 = 0.499;
 /// Number of bootstrap draws.
 const DRAWS: usize = 2000;
 
@@ -89,9 +85,7 @@ struct Entry {
     name: &'static str,
     what: &'static str,
     tuned_parameters: usize,
-    unknowns_a_fit: usize,
     predicted: Vec<Vec<f64>>,
-    chosen: Vec<String>,
 }
 
 /// Runs the validation; `tell` gets the units of work done, their total, and the name of the current part.
@@ -106,51 +100,34 @@ pub fn run(
     tell: &(dyn Fn(usize, usize, &str) + Sync),
 ) -> Result<ValidationStudy, ValidationError> {
     let (mesh, baseline) = (&body.mesh, &plan.baseline);
-    let bench = Bench::new(body, model)?;
     let all = cases::cases(data, mesh, baseline);
     let names: Vec<String> = subjects(&all).into_iter().map(str::to_owned).collect();
     if names.len() < 2 {
         let (subjects, origin) = (names.len(), data.origin().to_owned());
         return Err(ValidationError::Subjects { subjects, origin, baseline: baseline.clone() });
     }
-    // Units of about equal work: a case on the grid, a permutation, a case predicted.
-    let total = 2 * all.len() + plan.permutations as usize + data.rows().len() * 8;
+    // Units of about equal work: a case, a case predicted.
+    let total = all.len() + data.rows().len() * 8;
     let progress = Progress { done: AtomicUsize::new(0), total, tell };
 
     let mut entries = statistical(&all);
-    let thesis = bench.setup(&Levers::uniform(0.0, false))?;
     entries.push(Entry {
         name: "thesis",
         what: "the thesis's model: the baseline is rest, bones are fixed",
         tuned_parameters: 0,
-        unknowns_a_fit: 0,
-        predicted: robustness::judged(&bench, &thesis, &all),
-        chosen: Vec::new(),
+        predicted: parallel::map(&all, |case| model::of_thesis(mesh, model, case)),
     });
-    let hyoid = tuned(&bench, &all, &names, Levers::grid(), &progress)?;
+    let ground = model::ground(body, model)?;
     entries.push(Entry {
-        name: "tone_hyoid",
-        what: "one tone, and a hyoid that may move",
-        tuned_parameters: 3,
-        unknowns_a_fit: 2,
-        predicted: hyoid.predicted,
-        chosen: told(&names, &hyoid.levers),
+        name: "most_probable",
+        what: "the most probable point of the posterior's model: every muscle may pull, the baseline has tensions, the hyoid moves",
+        tuned_parameters: 0,
+        predicted: parallel::map(&all, |case| {
+            let predicted = model::most_probable(&ground, case);
+            progress.add(1, "most probable points");
+            predicted
+        }),
     });
-    if model.constants.poisson_ratio < NEARLY_INCOMPRESSIBLE {
-        let constants = Constants { poisson_ratio: NEARLY_INCOMPRESSIBLE, ..model.constants };
-        let firm = Bench::new(body, &Model { constants, ..*model })?;
-        let hyoid = tuned(&firm, &all, &names, Levers::grid(), &progress)?;
-        entries.push(Entry {
-            name: "tone_hyoid_nu_0.499",
-            what: "one tone, and a hyoid that may move, in a body of ν 0.499",
-            tuned_parameters: 3,
-            unknowns_a_fit: 2,
-            predicted: hyoid.predicted,
-            chosen: told(&names, &hyoid.levers),
-        });
-    }
-    let permuted_labels =
-        robustness::permuted(&bench, data, mesh, baseline, [plan.permutations, plan.seed], &progress)?;
     let seeds = [plan.permutations, plan.seed];
     let posterior = || posterior::study(body, model, data, baseline, seeds, &progress);
     let posterior = match plan.posterior.then(posterior) {
@@ -169,13 +146,8 @@ pub fn run(
         seed: plan.seed,
         predictions: predictions(&all, &entries),
         opponents: summary(&all, &entries, plan.seed),
-        permuted_labels,
         posterior,
     })
-}
-
-fn told(names: &[String], levers: &[Levers]) -> Vec<String> {
-    names.iter().zip(levers).map(|(name, levers)| format!("{name}: {}", levers.told())).collect()
 }
 
 /// Predictions of each case by statistics of the others, without a model.
@@ -189,9 +161,7 @@ fn statistical(all: &[Case]) -> Vec<Entry> {
         name,
         what,
         tuned_parameters,
-        unknowns_a_fit: 0,
         predicted: all.iter().map(predict).collect(),
-        chosen: Vec::new(),
     };
     let flat = |case: &Case| vec![constant(others(case)); case.target().muscles.len()];
     vec![
@@ -215,29 +185,6 @@ fn statistical(all: &[Case]) -> Vec<Entry> {
             },
         ),
     ]
-}
-
-/// For each subject, the levers that are best for the others.
-struct Tuned {
-    levers: Vec<Levers>,
-    /// Predictions of complete fits with them, for each case.
-    predicted: Vec<Vec<f64>>,
-}
-
-fn tuned(
-    bench: &Bench,
-    all: &[Case],
-    names: &[String],
-    tried: Vec<Levers>,
-    progress: &Progress<'_>,
-) -> Result<Tuned, ValidationError> {
-    let setups = tried.iter().map(|l| bench.setup(l)).collect::<Result<Vec<_>, _>>()?;
-    let errors = errors(bench, all, &setups, || progress.add(1, "tone and priors"));
-    let best: Vec<usize> =
-        names.iter().map(|name| best_column(&errors, |row| all[row].subject != *name)).collect();
-    let fold = |case: &Case| best[names.iter().position(|n| *n == case.subject).unwrap_or(0)];
-    let predicted = parallel::map(all, |case| bench.judge(&setups[fold(case)], case));
-    Ok(Tuned { levers: best.iter().map(|&b| tried[b]).collect(), predicted })
 }
 
 fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<ScoredOpponent> {
@@ -264,14 +211,12 @@ fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<ScoredOpponent> {
             name: e.name.to_owned(),
             what: e.what.to_owned(),
             tuned_parameters: e.tuned_parameters,
-            unknowns_a_fit: e.unknowns_a_fit,
             rms: root_mean(&errors[i]),
             low,
             high,
             worse_than_no_change: errors[i].iter().zip(&errors[none]).filter(|(a, b)| a > b).count(),
             better_than_constant: better as f64 / DRAWS as f64,
             correlation: correlation(&pairs),
-            chosen: e.chosen.clone(),
         }
     };
     entries.iter().enumerate().map(one).collect()

@@ -12,7 +12,7 @@ use super::{PosteriorStudy, ScoredOpponent, ValidationStudy, columns};
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
 /// The opponents in the figure.
-const DRAWN: [&str; 5] = ["constant", "gaussian", "thesis", "tone_hyoid", "tone_hyoid_nu_0.499"];
+const DRAWN: [&str; 4] = ["constant", "gaussian", "thesis", "most_probable"];
 
 /// Every file but the page and the JSON.
 pub fn files(study: &ValidationStudy) -> Files<'_> {
@@ -50,7 +50,7 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
     let mut p = format!(
         "# Muscles that were not fitted\n\n\
          Made by `{command}`. A fit sees the muscles that are shorter than in /{}/ and predicts the others: here the passive stretches of {} \
-         fits of {} subjects ({}), ν = {}. Every opponent predicts each subject from the other ones; what it is tuned by is tuned on \
+         fits of {} subjects ({}), ν = {}. Opponents without mechanics predict each subject from the other ones; what they are tuned by is tuned on \
          them alone, and how strongly is chosen by leaving each of them out in turn. The error of a fit is the root mean square over its \
          passive muscles, that of an opponent over fits.\n\n",
         study.baseline,
@@ -61,7 +61,7 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
     );
     opponents(&mut p, study);
     p += "![Predicted against measured](predicted.svg)\n\n";
-    doubts(&mut p, study);
+    limits(&mut p);
     if let Some(posterior) = &study.posterior {
         distributions(&mut p, posterior);
         let _ = writeln!(p, "\n**{}**", posterior.verdict);
@@ -72,30 +72,13 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
 fn opponents(p: &mut String, study: &ValidationStudy) {
     *p += &markdown(&columns::opponents(study), &study.opponents);
     *p += "\nTuned: numbers learned from the other subjects. Bootstraps draw fits with repetition, so they say nothing of subjects that were \
-           not measured. What was chosen:\n\n";
-    for o in study.opponents.iter().filter(|o| !o.chosen.is_empty()) {
-        let _ = writeln!(p, "- `{}`: {}", o.name, o.chosen.join("; "));
-    }
-    *p += "\n";
+           not measured.\n\n";
 }
 
-fn doubts(p: &mut String, study: &ValidationStudy) {
-    let permuted = &study.permuted_labels;
-    *p += "## Is it real?\n\n";
-    if !permuted.permuted_rms.is_empty() {
-        let _ = writeln!(
-            p,
-            "- **Permuted names.** With the muscles' names permuted in the table (the same in all rows; one tone and a hyoid, the tone tuned \
-             anew outside each subject) the error is {:.3} at best of {} permutations and {:.3} on average; with the true names {:.3}.",
-            permuted.lowest,
-            permuted.permuted_rms.len(),
-            permuted.mean,
-            permuted.true_rms,
-        );
-    }
-    *p += "- Tuning is honest fold by fold; the choice of levers is not: that the baseline has a tone and the hyoid moves was found on all \
-           three subjects of Takano and Honda (2007), S1 to S3, so figures of that table are somewhat optimistic. They are three speakers of \
-           one study.\n\n";
+fn limits(p: &mut String) {
+    *p += "The thesis's fit and the most probable point learn nothing from the other subjects. But that the baseline has tensions and the hyoid \
+           moves, and the priors of both, were found on all three subjects of Takano and Honda (2007), S1 to S3, so figures of that table \
+           are somewhat optimistic. They are three speakers of one study.\n\n";
 }
 
 fn distributions(p: &mut String, study: &PosteriorStudy) {

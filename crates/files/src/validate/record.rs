@@ -19,8 +19,6 @@ pub struct ScoredOpponent {
     pub what: String,
     /// Number of parameters tuned on other subjects.
     pub tuned_parameters: usize,
-    /// Number of unknowns of each fit beside the tensions.
-    pub unknowns_a_fit: usize,
     /// Root mean square error over fits.
     pub rms: f64,
     /// Lower end of the 95 % interval by bootstraps over fits.
@@ -33,8 +31,6 @@ pub struct ScoredOpponent {
     pub better_than_constant: f64,
     /// Pearson's correlation of predicted and measured stretches; null if the predictions do not vary.
     pub correlation: Option<f64>,
-    /// Chosen settings, for each subject that was left out.
-    pub chosen: Vec<String>,
 }
 
 /// A passive muscle of a fit.
@@ -50,20 +46,6 @@ pub struct Prediction {
     #[serde(flatten)]
     #[cfg_attr(test, serde(deserialize_with = "in_order"))]
     pub predicted: ByMuscle<f64>,
-}
-
-/// Errors with permuted names of muscles.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[cfg_attr(test, derive(Deserialize))]
-pub struct Permuted {
-    /// Error with the true names.
-    pub true_rms: f64,
-    /// Lowest error with permuted names.
-    pub lowest: f64,
-    /// Mean error with permuted names.
-    pub mean: f64,
-    /// All errors with permuted names.
-    pub permuted_rms: Vec<f64>,
 }
 
 /// All results.
@@ -83,8 +65,6 @@ pub struct ValidationStudy {
     pub opponents: Vec<ScoredOpponent>,
     /// Every passive muscle.
     pub predictions: Vec<Prediction>,
-    /// Permuted names.
-    pub permuted_labels: Permuted,
     /// Validation of the posterior, with every muscle predicted as a distribution from all others; null if it
     /// was not asked for or the body has no posterior.
     pub posterior: Option<PosteriorStudy>,

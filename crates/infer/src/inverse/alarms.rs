@@ -9,7 +9,6 @@ use tongue_core::body::{Mesh, SpaceBody};
 use tongue_core::statics::{self, Connection, Critical, Solution};
 use tongue_input::measured::muscles::Muscles;
 
-use super::uncertainty::Intervals;
 use super::{AT_BOUND, Fit, FitSettings, FitStatus};
 
 /// Thickness of the tongue over which a tension per metre acts, m, which makes published forces (left and
@@ -51,7 +50,7 @@ pub enum Alarm {
     /// A muscle that should contract shortens much more or less than measured.
     ShorteningMissed {
         muscle: String,
-        /// Simulated shortening, per cent of the model's length in the baseline.
+        /// Simulated shortening, per cent of the model's length at rest.
         simulated_percent: f64,
         /// Measured shortening, per cent of its length in the baseline.
         measured_percent: f64,
@@ -81,11 +80,6 @@ pub enum Alarm {
         muscle: String,
         /// Largest angle beyond that at rest, degrees.
         turn_degrees: f64,
-    },
-    /// The draws ended away from the answer: the same tensions have several shapes, or there are several
-    /// optima.
-    IntervalMissesAnswer {
-        muscle: String,
     },
     NoPosterior {
         reason: String,
@@ -152,9 +146,6 @@ impl Alarm {
             Self::FoldedChain { muscle, turn_degrees } => {
                 format!("the chain of {muscle} folds by {turn_degrees:.0} degrees")
             }
-            Self::IntervalMissesAnswer { muscle } => format!(
-                "the interval of {muscle} does not contain the answer: redrawn lengths lead to another optimum"
-            ),
             Self::NoPosterior { reason } => format!("no posterior: {reason}"),
             Self::EquilibriumNotCertain { reason } => format!("equilibrium not certain: {reason}"),
         }
@@ -166,7 +157,6 @@ pub fn alarms<const D: usize>(
     mesh: &Mesh<D>,
     fit: &Fit<D>,
     known: &Muscles,
-    intervals: Option<&Intervals>,
     settings: &FitSettings,
 ) -> Vec<Alarm> {
     let mut out = Vec::new();
@@ -183,7 +173,7 @@ pub fn alarms<const D: usize>(
     }
     for &m in &fit.target.active {
         let shortens = |length: f64, over: f64| 100.0 * (1.0 - length / over);
-        let simulated_percent = shortens(fit.lengths[m], fit.baseline_lengths[m]);
+        let simulated_percent = shortens(fit.lengths[m], fit.rest_lengths[m]);
         let measured_percent = shortens(fit.target.measured_mm[m], fit.target.baseline_mm[m]);
         if (simulated_percent - measured_percent).abs() > MISSED_PERCENT {
             out.push(Alarm::ShorteningMissed { muscle: name(m), simulated_percent, measured_percent });
@@ -205,12 +195,6 @@ pub fn alarms<const D: usize>(
             out.push(Alarm::FoldedChain { muscle: muscle.clone(), turn_degrees: turn.to_degrees() });
         }
     }
-    let missed = intervals.iter().flat_map(|i| fit.target.active.iter().zip(&i.tensions));
-    out.extend(
-        missed
-            .filter(|(m, i)| fit.tensions[**m] < i.low - AT_BOUND || fit.tensions[**m] > i.high + AT_BOUND)
-            .map(|(m, _)| Alarm::IntervalMissesAnswer { muscle: name(*m) }),
-    );
     let doubts = [
         (fit.status == FitStatus::ReplayDiffers, "solving again from rest gives another shape"),
         (fit.status == FitStatus::NoEquilibrium, "none was found"),

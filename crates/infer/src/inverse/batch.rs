@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use tongue_core::body::Mesh;
-use tongue_core::limits::{BeyondLimit, ROUNDING_DRAWS};
 use tongue_core::statistics::distinct;
-use tongue_core::system::{Model, System};
+use tongue_core::system::Model;
 use tongue_input::measured::lengths::rest_distance::{self, RestDistance};
 use tongue_input::measured::lengths::{self, Lengths};
 use tongue_input::measured::muscles::Muscles;
@@ -15,11 +14,8 @@ use tongue_input::measured::published_patterns::{PatternCheck, Patterns};
 use tongue_input::measured::{Dataset, Target, TargetKind, Vowel};
 
 use super::alarms::{self, Alarm};
-use super::alternatives::{self, Optimum, Subset};
-use super::forward::Forward;
-use super::rounding::{self, RoundingSegment};
-use super::uncertainty::{self, Intervals};
-use super::{Fit, FitError, FitSettings, Matched, Method, Setup};
+use super::alternatives::{self, Optimum};
+use super::{Fit, FitError, FitSettings, Method};
 
 /// The baseline of a subject without /ɯ/: other published models use it as the rest posture.
 pub const SUBSTITUTE_BASELINE: &str = "e";
@@ -157,93 +153,35 @@ fn baseline<'a>(
     }
 }
 
-/// Settings of a fit and its assessment.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Thoroughness {
-    /// Default: Gauss-Newton from eight starts.
-    pub settings: FitSettings,
-    /// Number of draws of the lengths within their rounding; 0 for no intervals.
-    pub draws: usize,
-    /// Seed of the draws; every fit has its own stream.
-    pub seed: u64,
-    /// Largest number of muscles in which other subsets differ from the rule's; 0 tries none.
-    pub subset_changes: u32,
-}
-
-impl Thoroughness {
-    /// Checks the number of draws.
-    pub fn check(&self) -> Result<(), BeyondLimit> {
-        ROUNDING_DRAWS.check(self.draws as f64)
-    }
-}
-
-impl Default for Thoroughness {
-    fn default() -> Self {
-        Self {
-            settings: FitSettings { method: Method::GaussNewton, starts: 8, ..FitSettings::default() },
-            draws: 200,
-            seed: 1,
-            subset_changes: 2,
-        }
-    }
+/// Settings of the fits of a batch by a method: eight starts.
+pub fn settings(method: Method) -> FitSettings {
+    FitSettings { method, starts: 8, ..FitSettings::default() }
 }
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Assessment<const D: usize = 2> {
     pub fit: Fit<D>,
-    /// Ranges of the tensions within the rounding of the data; `None` if the equilibrium is singular.
-    pub segments: Option<Vec<RoundingSegment>>,
-    pub intervals: Option<Intervals>,
     pub optima: Vec<Optimum>,
-    /// Other subsets of muscles, best first.
-    pub subsets: Vec<Subset>,
     pub pattern: Option<PatternCheck>,
-    /// Distance of the model in its baseline (at rest, if that has no tone) from the row's; `None` if they
-    /// have no common ratio.
+    /// Distance of the model at rest from the row's baseline; `None` if they have no common ratio.
     pub rest: Option<RestDistance>,
     pub alarms: Vec<Alarm>,
 }
 
-/// Fits a target and assesses the answer; `setup` is the body under premises other than the thesis's. The
-/// result has the same bits for any number of threads and does not depend on other fits.
+/// Fits a target and assesses the answer. The result has the same bits for any number of threads and does not depend on other fits.
 pub fn assess(
     mesh: &Mesh<2>,
     model: &Model,
-    setup: Option<&Setup<2>>,
     target: &Target,
     known: &Known,
-    how: &Thoroughness,
+    settings: &FitSettings,
 ) -> Result<Assessment<2>, FitError> {
-    let matched = Matched::new(mesh, target)?;
-    let own;
-    let setup = match setup {
-        Some(setup) => setup,
-        None => {
-            own = Setup::at_rest(System::new(mesh, model, &matched.contracting())?);
-            &own
-        }
-    };
-    let settings = &setup.settings(&how.settings);
-    let fit = super::fit_in(setup, &matched, settings)?;
-    let inverse = matched.inverse(setup, settings);
-    let mut forward = Forward::new(&inverse, settings);
-    forward.begin_at(&fit.unknowns, &fit.positions);
-    let segments = rounding::segments(&mut forward, &fit.unknowns);
-    let intervals = match how.draws {
-        0 => None,
-        draws => {
-            let seed = stream(how.seed, target);
-            uncertainty::intervals(setup, &matched, &fit, settings, draws, seed)
-        }
-    };
+    let fit = super::fit(mesh, model, target, settings)?;
     Ok(Assessment {
-        segments,
         optima: alternatives::optima(&fit),
-        subsets: alternatives::subsets(mesh, model, setup, &matched, &fit, settings, how.subset_changes)?,
         pattern: known.patterns.check(&target.vowel, &fit.muscles, &fit.tensions, &known.muscles),
         rest: rest_distance(&fit),
-        alarms: alarms::alarms(mesh, &fit, &known.muscles, intervals.as_ref(), settings),
-        intervals,
+        alarms: alarms::alarms(mesh, &fit, &known.muscles, settings),
         fit,
     })
 }
@@ -274,17 +212,10 @@ fn rest_distance<const D: usize>(fit: &Fit<D>) -> Option<RestDistance> {
     };
     rest_distance::distance(
         &t.muscles,
-        &fit.baseline_lengths[..t.muscles.len()],
+        &fit.rest_lengths[..t.muscles.len()],
         &baseline,
         &t.muscles[t.reference],
     )
-}
-
-/// A seed for one fit, from that of the batch and the target (FNV-1a, 64 bits), so that a row's draws do not
-/// depend on other rows.
-fn stream(seed: u64, target: &Target) -> u64 {
-    let name = format!("{seed}\n{}\n{}\n{}\n{}", target.subject, target.vowel, target.baseline, target.kind);
-    name.bytes().fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3))
 }
 
 #[cfg(test)]

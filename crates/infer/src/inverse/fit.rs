@@ -2,36 +2,16 @@
 
 use nalgebra::SVector;
 
-use tongue_core::body::{Body, Mesh};
+use tongue_core::body::Mesh;
 use tongue_core::statics::Connection;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::Target;
 
-use super::forward::Forward;
 use super::matched::Matched;
-use super::premises::{MovedBone, Premises, Setup, standard_deviations};
-use super::problem::Problem;
 use super::solve::{Replay, solve};
 use super::start::Start;
-use super::statement::Inverse;
-use super::unknown::Quantity;
 use super::valley::Valley;
-use super::{AT_BOUND, Answer, FitError, FitSettings, FitStatus, Identifiability, Tone};
-
-/// Fits a target in a body of the plane under premises.
-pub fn fit_under(
-    body: &Body<2>,
-    model: &Model,
-    target: &Target,
-    premises: Premises,
-    settings: &FitSettings,
-) -> Result<Fit, FitError> {
-    if premises.is_thesis() {
-        return fit(&body.mesh, model, target, settings);
-    }
-    let setup = Setup::new(body, model, premises)?;
-    fit_in(&setup, &Matched::new(&body.mesh, target)?, settings)
-}
+use super::{AT_BOUND, FitError, FitSettings, FitStatus, Identifiability};
 
 /// A fit of a target.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,15 +29,8 @@ pub struct Fit<const D: usize = 2> {
     pub body_tensions: Vec<f64>,
     /// Lengths at the answer, m.
     pub lengths: Vec<f64>,
+    /// Lengths of the model at rest, m, from which changes are counted.
     pub rest_lengths: Vec<f64>,
-    /// Lengths of the model in the baseline, m, from which changes are counted; those at rest if the baseline
-    /// has no tone.
-    pub baseline_lengths: Vec<f64>,
-    pub baseline_positions: Vec<SVector<f64, D>>,
-    pub tone: Tone,
-    pub bones: Vec<MovedBone<D>>,
-    /// All unknowns: tensions of the active muscles, then displacements of the free bones, mm.
-    pub unknowns: Vec<f64>,
     /// Simulated ratio or stretch of every muscle of the target.
     pub simulated: Vec<f64>,
     /// Simulated less measured ratio or stretch of every muscle of the target.
@@ -88,18 +61,12 @@ impl<const D: usize> Fit<D> {
         (!unseen.is_empty()).then(|| (squares / unseen.len() as f64).sqrt())
     }
 
-    /// Whether muscle `m` of [`Fit::muscles`] contracts: whether it has more tension than in the baseline.
+    /// Whether muscle `m` of [`Fit::muscles`] contracts.
     pub fn contracts(&self, m: usize) -> bool {
-        self.tensions[m] - self.tone.of(&self.muscles[m]) >= AT_BOUND
+        self.tensions[m] >= AT_BOUND
     }
 
-    /// Whether muscle `m` of [`Fit::muscles`] relaxes: whether it has less tension than in the baseline.
-    pub fn relaxes(&self, m: usize) -> bool {
-        self.tone.of(&self.muscles[m]) - self.tensions[m] >= AT_BOUND
-    }
-
-    /// The tensions of all chains of the body, in its order, for pictures: zero for muscles that do not contract, which keep their tone
-    /// or relax.
+    /// The tensions of all chains of the body, in its order, for pictures: zero for muscles that do not contract.
     pub fn shown_tensions(&self) -> Vec<f64> {
         let mut shown = vec![0.0; self.body_tensions.len()];
         let contracting = (0..self.muscles.len()).filter(|m| self.contracts(*m)).map(|m| self.numbers[m]);
@@ -176,26 +143,21 @@ pub fn fit<const D: usize>(
 ) -> Result<Fit<D>, FitError> {
     let matched = Matched::new(mesh, target)?;
     let system = System::new(mesh, model, &matched.contracting())?;
-    fit_in(&Setup::at_rest(system), &matched, settings)
+    fit_in(&system, &matched, settings)
 }
 
-/// As [`fit`], in a prepared body in which all of the target's active muscles can contract, under its
-/// premises.
+/// As [`fit`], in a prepared body in which all of the target's active muscles can contract.
 pub fn fit_in<const D: usize>(
-    setup: &Setup<D>,
+    system: &System<D>,
     matched: &Matched,
     settings: &FitSettings,
 ) -> Result<Fit<D>, FitError> {
-    let (target, system) = (&matched.target, &setup.system);
-    let settings = &setup.settings(settings);
-    let inverse = matched.inverse(setup, settings);
-    let answer = solve(&inverse, settings)?;
-    let bones = moved_bones(setup, &inverse, settings, &answer);
+    let target = &matched.target;
+    let answer = solve(&matched.inverse(system, settings), settings)?;
     let lengths = matched.pick(&answer.lengths);
     let rest_lengths = matched.pick(&system.lengths(system.rest()));
-    let baseline_lengths = matched.pick(&setup.lengths);
     let measured = target.muscles.len();
-    let simulated = target.simulated(&lengths[..measured], &baseline_lengths[..measured]);
+    let simulated = target.simulated(&lengths[..measured], &rest_lengths[..measured]);
     Ok(Fit {
         target: target.clone(),
         muscles: matched.muscles.clone(),
@@ -205,11 +167,6 @@ pub fn fit_in<const D: usize>(
         body_tensions: answer.tensions,
         lengths,
         rest_lengths,
-        baseline_lengths,
-        baseline_positions: setup.positions.clone(),
-        tone: setup.premises.tone.clone(),
-        bones,
-        unknowns: answer.x,
         residuals: simulated.iter().zip(&target.values).map(|(s, m)| s - m).collect(),
         simulated,
         misfit: answer.misfit,
@@ -221,32 +178,3 @@ pub fn fit_in<const D: usize>(
         positions: answer.positions,
     })
 }
-
-fn moved_bones<const D: usize>(
-    setup: &Setup<D>,
-    inverse: &Inverse<'_, D>,
-    settings: &FitSettings,
-    answer: &Answer<D>,
-) -> Vec<MovedBone<D>> {
-    if setup.bones.is_empty() {
-        return Vec::new();
-    }
-    let mut forward = Forward::new(inverse, settings);
-    forward.begin_at(&answer.x, &answer.positions);
-    let sds = forward.linearise(&answer.x).and_then(|linear| standard_deviations(&linear.jacobian));
-    let none = || SVector::<f64, D>::zeros();
-    let names = setup.premises.bones.iter().map(|b| b.name.clone());
-    let mut bones: Vec<MovedBone<D>> =
-        names.map(|name| MovedBone { name, shift: none(), half_width: none() }).collect();
-    for (i, unknown) in inverse.unknowns.iter().enumerate() {
-        if let Quantity::Bone { bone, axis } = unknown.quantity {
-            bones[bone].shift[axis] = answer.x[i] * unknown.unit;
-            let sd = sds.as_ref().map_or(f64::NAN, |sds| sds[i] * unknown.unit);
-            bones[bone].half_width[axis] = TWO_SIDED_95 * sd;
-        }
-    }
-    bones
-}
-
-/// Half width of the 95 % interval of a normal distribution, in standard deviations.
-const TWO_SIDED_95: f64 = 1.959_963_984_540_054;

@@ -176,11 +176,10 @@ impl<'a, const D: usize> Forward<'a, D> {
         Ok(())
     }
 
-    /// Weighted residuals of the observations, then of the signs, then of the priors, at the shape in the
-    /// workspace.
+    /// Weighted residuals of the observations, then of the priors, at the shape in the workspace.
     fn residuals_here(&self, x: &[f64]) -> Option<DVector<f64>> {
         let inverse = self.inverse;
-        let seen = inverse.seen().map(|o| o.residual(self.positions()));
+        let seen = inverse.observations.iter().map(|o| o.residual(self.positions()));
         let priors =
             inverse.unknowns.iter().zip(x).filter_map(|(u, x)| u.prior.map(|p| (x - p.mean) * p.weight));
         let all: Vec<f64> = seen.chain(priors).collect();
@@ -257,7 +256,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             observation.rates(response.positions(), &self.motions, &mut rates);
             rates.iter().enumerate().for_each(|(column, rate)| matrix[(row, column)] = *rate);
         };
-        inverse.seen().enumerate().for_each(|(row, o)| fill(o, row, jacobian));
+        inverse.observations.iter().enumerate().for_each(|(row, o)| fill(o, row, jacobian));
         inverse.others.iter().enumerate().for_each(|(row, o)| fill(o, row, others));
         Some(())
     }
@@ -324,7 +323,7 @@ impl<const D: usize> Problem for Forward<'_, D> {
         self.rates(x, &mut jacobian, &mut other_jacobian)?;
         let priors = inverse.unknowns.iter().enumerate().filter_map(|(i, u)| u.prior.map(|p| (i, p.weight)));
         for (row, (column, weight)) in priors.enumerate() {
-            jacobian[(inverse.seen().count() + row, column)] = weight;
+            jacobian[(inverse.observations.len() + row, column)] = weight;
         }
         Some(Linearised { jacobian, residuals, other_jacobian, other_residuals })
     }

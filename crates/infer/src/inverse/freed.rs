@@ -12,6 +12,9 @@ use tongue_core::system::{Model, System, SystemError};
 
 use super::FitError;
 
+/// Standard deviation of the displacement of a bone, m.
+pub const BONE_SD_M: f64 = 5e-3;
+
 /// A bone that may be displaced: its nodes, and the system in which they are free, for the forces of the
 /// tissue on them.
 #[derive(Debug, Clone)]

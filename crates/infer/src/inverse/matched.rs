@@ -1,13 +1,12 @@
 //! A target beside the muscles of a body, and the inverse problem that it states.
 
 use tongue_core::body::Mesh;
-use tongue_core::observe::{Length, Observation, Ratio, Sense, Stretch};
+use tongue_core::observe::{Length, Observation, Ratio, Stretch};
 use tongue_core::system::System;
 use tongue_input::measured::{Target, TargetKind};
 
-use super::premises::{MOST_SDS, STRETCH_SD, Setup};
 use super::statement::Inverse;
-use super::unknown::{Quantity, Unknown};
+use super::unknown::Unknown;
 use super::{FitError, FitSettings};
 
 /// A target and the muscles of a body that it is about.
@@ -79,55 +78,15 @@ impl Matched {
         [self.observations_of(system, baseline, fitted), self.observations_of(system, baseline, others)]
     }
 
-    /// The inverse problem of the target for a body in which its active muscles can contract.
-    pub fn inverse<'a, const D: usize>(&self, setup: &'a Setup<D>, settings: &FitSettings) -> Inverse<'a, D> {
-        let (system, target) = (&setup.system, &self.target);
-        let [observations, others] = self.observations(system, &setup.lengths);
+    /// The inverse problem of the target for a body in which its active muscles can contract; its baseline is rest.
+    pub fn inverse<'a, const D: usize>(
+        &self,
+        system: &'a System<D>,
+        settings: &FitSettings,
+    ) -> Inverse<'a, D> {
+        let [observations, others] = self.observations(system, &system.lengths(system.rest()));
         let unknowns = self.contracting().into_iter().map(|m| Unknown::tension(m, settings.upper_bound));
-        let mut inverse = Inverse { others, ..Inverse::new(system, observations, unknowns.collect()) };
-        // A measured muscle that does not contract has no tension; an unmeasured muscle keeps the tension of
-        // the baseline.
-        inverse.tensions.clone_from(&setup.tensions);
-        let measured = |name: &str| target.muscles.iter().any(|m| m.eq_ignore_ascii_case(name));
-        for (chain, name) in setup.muscles.iter().enumerate() {
-            if measured(name) {
-                inverse.tensions[chain] = 0.0;
-            }
-        }
-        if !setup.bones.is_empty() {
-            self.free_bones(setup, &mut inverse);
-        }
-        inverse
-    }
-
-    /// Adds displacements of the free bones, the signs of the changes of muscles that do not contract, and
-    /// priors.
-    fn free_bones<'a, const D: usize>(&self, setup: &'a Setup<D>, inverse: &mut Inverse<'a, D>) {
-        let (premises, target) = (&setup.premises, &self.target);
-        for unknown in &mut inverse.unknowns {
-            if let Quantity::Tension { muscle } = unknown.quantity {
-                *unknown = unknown.with_prior(setup.tensions[muscle], STRETCH_SD / premises.tension_sd);
-            }
-        }
-        for (number, bone) in premises.bones.iter().enumerate() {
-            inverse.unknowns.extend(bone.axes.iter().map(|&axis| {
-                let unknown = Unknown::bone(number, axis, 1.0);
-                let [most, sd] =
-                    [MOST_SDS * premises.bone_sd_m, premises.bone_sd_m].map(|m| m / unknown.unit);
-                Unknown { lower: -most, upper: most, ..unknown.with_prior(0.0, STRETCH_SD / sd) }
-            }));
-        }
-        inverse.bones = &setup.bones;
-        let lengthened = |m: &usize| !target.active.contains(m) && !target.activation[*m].contracting;
-        inverse.signs = (0..target.muscles.len())
-            .filter(lengthened)
-            .map(|m| {
-                let number = self.numbers[m];
-                let length = Length::new(setup.system.muscle_ends(number));
-                let stretch = Stretch::new(length, setup.lengths[number]);
-                Observation { sense: Sense::AtLeast, ..Observation::new(stretch, 1.0) }
-            })
-            .collect();
+        Inverse { others, ..Inverse::new(system, observations, unknowns.collect()) }
     }
 
     /// Selects the values of this target's muscles from those of all muscles of the body.

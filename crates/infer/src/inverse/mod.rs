@@ -27,13 +27,10 @@ mod known;
 mod matched;
 mod nelder_mead;
 mod on_target;
-mod premises;
 mod problem;
-pub mod rounding;
 mod solve;
 mod start;
 mod statement;
-pub mod uncertainty;
 mod unknown;
 pub mod valley;
 
@@ -44,15 +41,12 @@ use tongue_core::statics;
 use tongue_core::system::SystemError;
 
 pub use constants::TissueUnknown;
-pub use fit::{Fit, fit, fit_in, fit_under};
+pub use fit::{Fit, fit, fit_in};
 pub use forward::Forward;
-pub use freed::FreedBone;
+pub use freed::{BONE_SD_M, FreedBone};
 pub use gauss_newton::refit;
 pub use identifiability::Identifiability;
 pub use matched::Matched;
-pub use premises::{
-    BONE_SD_M, HyoidMotion, LooseBone, MovedBone, Premises, STRETCH_SD, Said, Setup, TONE, Tone,
-};
 pub use problem::{Linearised, Problem};
 pub use solve::{Answer, Replay, solve};
 pub use start::{SearchCounts, Start};

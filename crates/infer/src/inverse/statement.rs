@@ -20,9 +20,6 @@ pub struct Inverse<'a, const D: usize> {
     /// Other observations, which are not fitted: among answers that meet the fitted ones equally well, they
     /// select the best.
     pub others: Vec<Observation<D>>,
-    /// Inequalities such as "not shorter" about other muscles, which count in the objective but are not
-    /// measurements.
-    pub signs: Vec<Observation<D>>,
     pub unknowns: Vec<Unknown>,
     pub bones: &'a [FreedBone<D>],
     /// Makes the system with other constants, if constants of the tissue are unknowns.
@@ -41,12 +38,10 @@ impl<'a, const D: usize> Inverse<'a, D> {
     /// The problem in which only tensions are unknown, and all other tensions are zero.
     pub fn new(system: &'a System<D>, observations: Vec<Observation<D>>, unknowns: Vec<Unknown>) -> Self {
         let tensions = vec![0.0; system.muscle_count()];
-        let (others, signs) = (Vec::new(), Vec::new());
         Self {
             system,
             observations,
-            others,
-            signs,
+            others: Vec::new(),
             unknowns,
             bones: &[],
             tissue: None,
@@ -54,10 +49,6 @@ impl<'a, const D: usize> Inverse<'a, D> {
             tied: Vec::new(),
             begin: None,
         }
-    }
-
-    pub(super) fn seen(&self) -> impl Iterator<Item = &Observation<D>> {
-        self.observations.iter().chain(&self.signs)
     }
 
     /// Whether the observations leave directions undetermined and no prior determines them.

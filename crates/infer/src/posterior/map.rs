@@ -26,7 +26,13 @@ fn geometry(all: &[Linear]) -> Option<DMatrix<f64>> {
         let sum = |sum, linear: &Linear| sum + of(&linear.geometry) * of(&linear.geometry).transpose();
         all.iter().fold(DMatrix::zeros(count, count), sum) / all.len() as f64
     };
-    Some(mean(|a| &a.ends) + mean(|a| &a.outline) + mean(|a| &a.kappa) + mean(|a| &a.width) + mean(|a| &a.patch))
+    Some(
+        mean(|a| &a.ends)
+            + mean(|a| &a.outline)
+            + mean(|a| &a.kappa)
+            + mean(|a| &a.width)
+            + mean(|a| &a.patch),
+    )
 }
 
 /// The most probable point.

@@ -39,7 +39,9 @@ pub struct Change {
 pub struct Tension {
     #[serde(flatten)]
     pub spread: Quantiles,
-    /// The same with the uncertainty of Young's modulus in its prior.
+    /// At the most probable point of the posterior.
+    pub most_probable: f64,
+    /// The spread with the uncertainty of Young's modulus in its prior.
     pub with_young_modulus: Quantiles,
     /// The part by which the upper end of the 95 % interval moves if the scale of the prior is half as large again.
     pub moved_by_prior: f64,
@@ -185,6 +187,7 @@ impl Summary {
         let values = |of: &dyn Fn(&Draw) -> f64| draws.iter().map(of).collect::<Vec<f64>>();
         let spread = |of: &dyn Fn(&Draw) -> f64| Quantiles::of(draws.iter().map(of));
         let change = |m: usize| Change::new(&values(&|d| d.change(posture, m)), &all.scaled);
+        let (most_probable, _) = density.meaning(&posterior.mode.scores);
         let modulus = &ground.priors.young_modulus;
         let mut random = fastrand::Rng::with_seed(seed_of(all.seed, 1 << 21));
         let factors: Vec<f64> = draws
@@ -198,6 +201,7 @@ impl Summary {
             let moved_by_prior = moved_by_prior(ground, m, &own, spread.interval_95[1]);
             Tension {
                 spread,
+                most_probable: most_probable.postures[posture].tensions[m],
                 with_young_modulus: Quantiles::of(own.iter().zip(&factors).map(|(t, f)| t * f)),
                 moved_by_prior,
                 sensitivity,

@@ -96,6 +96,9 @@ pub enum VerdictFrom {
 pub struct Verdict {
     #[serde(rename = "verdict_from")]
     pub from: VerdictFrom,
+    /// The 95 % intervals of the hyoid's displacement, mm: to the back and up. `None` where it is held.
+    #[serde(rename = "verdict_hyoid_mm", default, skip_serializing_if = "Option::is_none")]
+    pub hyoid_mm: Option<[[f64; 2]; 2]>,
     /// In the order of the body's muscles.
     #[serde(rename = "verdict")]
     pub muscles: Vec<Said>,
@@ -167,7 +170,11 @@ impl Verdict {
                 mostly_prior: is_of_prior(moved, &scaled.of(&tensions)),
             }
         });
-        Ok(Self { from: VerdictFrom::ShortRun, muscles: said.collect() })
+        let shift = |axis: usize| {
+            Quantiles::of(draws.iter().map(|d| 1e3 * d.meaning.postures[0].hyoid[axis])).interval_95
+        };
+        let hyoid_mm = ground.moves_hyoid().then(|| [shift(0), shift(1)]);
+        Ok(Self { from: VerdictFrom::ShortRun, hyoid_mm, muscles: said.collect() })
     }
 
     /// The verdict from draws; `None` where the chains have not mixed.
@@ -181,7 +188,8 @@ impl Verdict {
             tension_n_per_m: tension.spread.interval_95,
             mostly_prior: tension.depends_on_prior,
         });
-        Some(Self { from: VerdictFrom::Draws, muscles: said.collect() })
+        let hyoid_mm = (!report.priors.hyoid.off).then(|| summary.hyoid_mm.map(|s| s.interval_95));
+        Some(Self { from: VerdictFrom::Draws, hyoid_mm, muscles: said.collect() })
     }
 
     pub fn named(&self, word: Word) -> Vec<&str> {
@@ -251,14 +259,14 @@ mod tests {
             said("HGp", 0.11, true),
             said("SGa", 0.01, true),
         ];
-        let [harder, open, how_hard] = Verdict { from, muscles }.sentences("ɯ");
+        let [harder, open, how_hard] = Verdict { from, hyoid_mm: None, muscles }.sentences("ɯ");
         assert_eq!(
             harder,
             "Harder than in /ɯ/, surely: SGm, HGa; probably: GGa. Not harder, surely: SGa; probably: HGp."
         );
         assert_eq!(open, "Not known: GGm.");
         assert_eq!(how_hard, "How hard: GGa 14 to 69 N/m; SGm 14 to 69, HGa 14 to 69 N/m, mostly prior.");
-        let nobody = Verdict { from, muscles: vec![said("GGa", 0.5, true)] }.sentences("e");
+        let nobody = Verdict { from, hyoid_mm: None, muscles: vec![said("GGa", 0.5, true)] }.sentences("e");
         assert_eq!(nobody[0], "No muscle is known to pull harder than in /e/.");
         assert_eq!(nobody[2], "No muscle is known to pull harder, so no tension is listed.");
     }

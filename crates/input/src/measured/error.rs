@@ -1,6 +1,6 @@
 //! Errors of small tables.
 
-/// Why a table of nodes, tones, activity or tension curves cannot be used.
+/// Why a table of nodes, activity or tension curves cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     /// It cannot be read.

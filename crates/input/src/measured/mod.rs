@@ -6,7 +6,7 @@
 //!
 //! The built-in lengths are those of Takano and Honda (2007), printed in table 4.4 of the thesis (Kato 2014)
 //! to 1 mm. Any table of any muscles can be used instead ([`lengths`]). Facts about muscles by name are data
-//! too: [`muscles`], [`published_patterns`], [`thesis`], [`tone`].
+//! too: [`muscles`], [`published_patterns`], [`thesis`].
 
 mod by_muscle;
 pub mod emg;
@@ -20,7 +20,6 @@ mod space_marks;
 mod table;
 mod target;
 pub mod thesis;
-pub mod tone;
 
 pub use by_muscle::ByMuscle;
 pub use error::TableError;

@@ -39,8 +39,6 @@ pub struct BatchProvenance {
     pub version: String,
     /// The command line without options that do not change results.
     pub command: String,
-    /// Seed of the draws.
-    pub seed: u64,
     /// Hash of all inputs: version, data, mesh, model and settings.
     pub inputs_sha256: String,
 }

@@ -123,10 +123,6 @@ pub struct BatchSummary {
     pub nearest_row_to_rest: Option<NearestRow>,
     /// Errors of the passive muscles, by kind of target and vowel.
     pub passive: Vec<PassiveGroup>,
-    /// Number of draws of a fit for the intervals.
-    pub draws: usize,
-    /// Number of muscles in which other subsets may differ.
-    pub subset_changes: u32,
     /// Thickness assumed, m.
     pub thickness_m: f64,
 }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use super::BatchProvenance;
 use crate::report::Told;
 use crate::report::column::{Column, lines};
-use crate::report::of_muscle::{self, OfMuscle, number};
+use crate::report::of_muscle::{self, OfMuscle};
 use tongue_infer::inverse::batch::{BaselineRow, Refusal};
 
 /// The columns of `muscles.csv`. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
@@ -19,10 +19,9 @@ fn muscle_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>>> 
 }
 
 /// The last columns of every table.
-fn provenance<'a, R: 'a>(by: &'a BatchProvenance) -> [Column<'a, R>; 4] {
+fn provenance<'a, R: 'a>(by: &'a BatchProvenance) -> [Column<'a, R>; 3] {
     [
         Column::new("version", "", "version of tongue-fit", |_| by.version.as_str().into()),
-        Column::new("seed", "", "seed of the draws", |_| by.seed.into()),
         Column::new("inputs_sha256", "", "hash of all inputs", |_| by.inputs_sha256.as_str().into()),
         Column::new("command", "", "command line", |_| by.command.as_str().into()),
     ]
@@ -76,8 +75,8 @@ fn posterior_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>
     ];
     let columns =
         columns.into_iter().map(|(name, unit, meaning, value)| Column::new(name, unit, meaning, value));
-    // Neither seed nor hash: its draws have seeds of their own.
-    let [version, _, _, command] = provenance(by);
+    // Without the hash: its draws have seeds of their own.
+    let [version, _, command] = provenance(by);
     columns.chain([version, command]).collect()
 }
 
@@ -99,15 +98,6 @@ impl OfRow<'_> {
     fn alarms(&self) -> Value {
         let all: Vec<_> = self.0.list("/alarms").iter().filter_map(|a| a.get("text")?.as_str()).collect();
         all.join("; ").into()
-    }
-
-    fn tone(&self) -> Value {
-        match self.0.at("/tone_n_per_m") {
-            Value::Object(all) => {
-                all.iter().map(|(m, tone)| format!("{m} {tone}")).collect::<Vec<_>>().join("; ").into()
-            }
-            uniform => uniform.clone(),
-        }
     }
 }
 
@@ -132,7 +122,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column
         ("equations", "", "muscles that the fit has to meet", Made(|r| r.count("/fitted"))),
         ("undetermined", "", "directions that the data leave open", At("/identifiability/undetermined")),
     ];
-    let after: [(_, _, _, From<'a>); 25] = [
+    let after: [(_, _, _, From<'a>); 17] = [
         ("cost", "", "smallest objective", At("/cost")),
         ("misfit", "", "RMS residual of the fitted muscles", At("/misfit")),
         ("passive_rms_stretch", "", "RMS residual of the passive stretches", At("/passive/rms_stretch")),
@@ -151,30 +141,9 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column
             "smallest_singular_value_per_n",
             "1/N",
             "how weakly the fitted values answer to tensions",
-            Made(|r| {
-                let last = r.0.list("/within_rounding").last();
-                last.and_then(|s| s.get("singular_value")).cloned().unwrap_or_default()
-            }),
+            Made(|r| r.0.list("/identifiability/singular_values").last().cloned().unwrap_or_default()),
         ),
-        ("draws", "", "draws of the lengths within their rounding", At("/intervals/draws")),
-        ("draws_failed", "", "draws without an equilibrium", At("/intervals/failed")),
-        ("draws_not_met", "", "draws that no tensions meet", At("/intervals/not_met")),
         ("other_optima", "", "other local optima", Made(|r| r.count("/other_optima"))),
-        (
-            "other_subsets_within_rounding",
-            "",
-            "other sets of muscles that meet the target",
-            At("/other_subsets_within_rounding"),
-        ),
-        (
-            "best_other_subset",
-            "",
-            "the best of them",
-            Made(|r| match r.0.muscles("/other_subsets/0/tensions_n") {
-                none if none.is_empty() => Value::Null,
-                muscles => muscles.join("+").into(),
-            }),
-        ),
         (
             "pattern_found",
             "",
@@ -190,34 +159,15 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column
         ),
         ("alarms", "", "reasons for doubt", Made(OfRow::alarms)),
         ("evaluations", "", "equilibria that were solved", At("/evaluations")),
-        ("tone_n_per_m", "N/m", "tension in the baseline", Made(OfRow::tone)),
-        ("hyoid_x_mm", "mm", "displacement of the hyoid to the back", At("/hyoid_mm/0")),
-        ("hyoid_y_mm", "mm", "displacement of the hyoid upwards", At("/hyoid_mm/1")),
         ("line", "", "line of the row in its file", At("/line")),
     ];
     let column = |(name, unit, meaning, from): (&'static str, _, _, From<'a>)| match from {
         At(pointer) => Column::new(name, unit, meaning, move |r: &OfRow<'a>| r.0.at(pointer).clone()),
         Made(value) => Column::new(name, unit, meaning, value),
     };
-    let tensions = muscles.iter().flat_map(|m| {
+    let tensions = muscles.iter().map(|m| {
         let own = move |r: &OfRow<'a>| r.0.of("/tensions_n", m).clone();
-        let end =
-            |end: usize| move |r: &OfRow<'a>| number(r.0.rounding("tensions_n", m).map(|ends| ends[end]));
-        [
-            Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", own),
-            Column::new(
-                format!("tension_{m}_low_n_per_m"),
-                "N/m",
-                "lower end of its range by rounding",
-                end(0),
-            ),
-            Column::new(
-                format!("tension_{m}_high_n_per_m"),
-                "N/m",
-                "upper end of its range by rounding",
-                end(1),
-            ),
-        ]
+        Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", own)
     });
     before
         .into_iter()
@@ -296,12 +246,8 @@ mod tests {
 
     /// The columns of all tables, explained: the content of docs/columns.md.
     fn explained() -> String {
-        let by = BatchProvenance {
-            version: String::new(),
-            command: String::new(),
-            seed: 0,
-            inputs_sha256: String::new(),
-        };
+        let by =
+            BatchProvenance { version: String::new(), command: String::new(), inputs_sha256: String::new() };
         format!(
             "# Columns of the tables of a batch\n\nWritten by `tongue-fit batch`. Empty where a value does not exist.\n\n\
              ## fits.csv: a row for each fit, baseline and row that could not be fitted\n\n{}\n\

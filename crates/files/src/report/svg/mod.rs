@@ -38,7 +38,7 @@ pub(super) use section::check;
 pub(super) use section::frame;
 pub use section::{SectionPicture, tongue};
 #[cfg(feature = "files")]
-pub use tensions::{Found, Tension, tensions};
+pub use tensions::{Found, tensions};
 pub use timelines::{Timeline, timelines};
 pub use valley::valley;
 pub use views::{solid, views};

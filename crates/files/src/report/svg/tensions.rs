@@ -1,7 +1,4 @@
-//! The tensions of many fits: a row for each fit, a column for each muscle, and a dot with its interval for
-//! each contracting muscle.
-
-use serde::{Deserialize, Serialize};
+//! The tensions of many fits: a row for each fit, a column for each muscle, and a dot for each contracting muscle.
 
 use super::muscle_lines::colours;
 use super::plot::{Axis, Plot, Scale, around};
@@ -13,31 +10,19 @@ const COLUMN: f64 = 150.0;
 const GAP: f64 = 36.0;
 const ROW: f64 = 34.0;
 
-/// A fitted tension, N per metre of thickness.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Tension {
-    pub value: f64,
-    /// The range by the rounding of the lengths, if it is known.
-    pub interval: Option<[f64; 2]>,
-}
-
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// Name of the fit.
     pub label: String,
-    /// One for every muscle; `None` if it has no tension.
-    pub tensions: Vec<Option<Tension>>,
+    /// One for every muscle, N per metre of thickness; `None` if it has no tension.
+    pub tensions: Vec<Option<f64>>,
 }
 
 /// Draws the tensions of `found`, with values in the order of `muscles`, on common axes.
 pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
-    let all = || found.iter().flat_map(|f| f.tensions.iter().flatten());
-    let most = all().map(|t| t.interval.map_or(t.value, |i| i[1].max(t.value))).fold(1.0, f64::max);
+    let most = found.iter().flat_map(|f| f.tensions.iter().flatten()).copied().fold(1.0, f64::max);
     let told: Vec<String> = found.iter().map(|f| described(muscles, f)).collect();
-    let shown = format!(
-        "Tensions in N per metre of thickness, with the range left by the rounding of the lengths alone. {}",
-        told.join(" ")
-    );
+    let shown = format!("Tensions in N per metre of thickness. {}", told.join(" "));
     let names = found.iter().map(|f| Face::Plain.width(&f.label) + GAP).fold(NAMES, f64::max);
     let width = names + muscles.len() as f64 * (COLUMN + GAP) + 2.0 * MARGIN;
     let (mut svg, top) = Svg::new(title, &shown, width);
@@ -60,26 +45,17 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
         plot.axes(&mut svg, [Axis::Numbers, Axis::Nothing]);
         svg.text([left + 0.5 * COLUMN, top - TEXT], Anchor::Middle, Face::Bold, name);
         for (nth, f) in found.iter().enumerate() {
-            let y = nth as f64 + 0.5;
-            let Some(Some(Tension { value, interval })) = f.tensions.get(column) else { continue };
-            if let Some(ends) = interval {
-                svg.stroke(&plot.path(ends.map(|end| [end, y])), &colour, 2.5);
-            }
-            svg.dot(plot.place(*value, y), 6.5, &colour, INK);
+            let Some(Some(value)) = f.tensions.get(column) else { continue };
+            svg.dot(plot.place(*value, nth as f64 + 0.5), 6.5, &colour, INK);
         }
     }
     let below = top + height + 56.0;
-    let unit = "tension, N per metre of thickness; thin line: range by the rounding of the lengths alone";
-    svg.text([MARGIN + names, below], Anchor::Start, Face::Plain, unit);
+    svg.text([MARGIN + names, below], Anchor::Start, Face::Plain, "tension, N per metre of thickness");
     svg.finish(below + TEXT)
 }
 
 fn described(muscles: &[String], found: &Found) -> String {
-    let of = |(name, tension): (&String, &Option<Tension>)| {
-        let Tension { value, interval } = (*tension)?;
-        let interval = interval.map_or(String::new(), |[low, high]| format!(" ({low:.1} to {high:.1})"));
-        Some(format!("{name} {value:.1}{interval}"))
-    };
+    let of = |(name, tension): (&String, &Option<f64>)| Some(format!("{name} {:.1}", (*tension)?));
     let all: Vec<String> = muscles.iter().zip(&found.tensions).filter_map(of).collect();
     format!("{}: {}.", found.label, all.join(", "))
 }
@@ -91,10 +67,9 @@ mod tests {
     #[test]
     fn a_dot_for_each_tension_on_one_scale_and_none_for_a_muscle_at_rest() {
         let muscles = ["GGa", "my own"].map(String::from);
-        let one = |value, interval| Some(Tension { value, interval });
         let found = [
-            Found { label: "S2 /a/".into(), tensions: vec![one(10.0, Some([8.0, 20.0])), None] },
-            Found { label: "S2 /i/".into(), tensions: vec![one(5.0, None), one(20.0, None)] },
+            Found { label: "S2 /a/".into(), tensions: vec![Some(10.0), None] },
+            Found { label: "S2 /i/".into(), tensions: vec![Some(5.0), Some(20.0)] },
         ];
         let svg = tensions(&muscles, &found, "Tensions").to_string();
         let document = roxmltree::Document::parse(&svg).unwrap();
@@ -107,6 +82,6 @@ mod tests {
         // 5 N are a quarter of the largest value, 20 N, and so of the column's width.
         assert!((dots[0] - dots[1] - 0.25 * COLUMN).abs() < 0.11);
         assert!((dots[2] - dots[1] - (COLUMN + GAP) - 0.75 * COLUMN).abs() < 0.11);
-        assert!(svg.contains("S2 /a/: GGa 10.0 (8.0 to 20.0)."));
+        assert!(svg.contains("S2 /a/: GGa 10.0."));
     }
 }

@@ -6,7 +6,6 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::number;
-use crate::report::svg::Tension;
 use crate::report::{ReportError, Series, Told, changes};
 use tongue_core::body::Mesh;
 use tongue_infer::posterior::{Said, Verdict, VerdictFrom};
@@ -49,7 +48,7 @@ pub struct PageFit {
     /// Names of the contracting muscles, which have a tension.
     pub active: Vec<String>,
     /// One for every muscle that was fitted.
-    pub tensions: Vec<Option<Tension>>,
+    pub tensions: Vec<Option<f64>>,
 }
 
 /// Metres as whole micrometres.
@@ -63,10 +62,7 @@ impl PageFit {
         let mark = if r.is("/substitute_baseline") { "†" } else { "" };
         let label = format!("{}{mark} /{}/ {}", r.text("/subject"), r.text("/vowel"), r.text("/target_kind"));
         let contracts = |m: &str| r.number_of("/tensions_n", m).is_some_and(|t| t > 0.0);
-        let tension = |m: &String| {
-            let value = r.number_of("/tensions_n", m).filter(|_| r.lists("/active", m))?;
-            Some(Tension { value, interval: r.rounding("tensions_n", m) })
-        };
+        let tension = |m: &String| r.number_of("/tensions_n", m).filter(|_| r.lists("/active", m));
         let ridges = shown.ridges.as_deref();
         Ok(Self {
             number,
@@ -138,9 +134,6 @@ fn table_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup {
                 td data-v=(tension) {
                     @if r.lists("/active", m) {
                         (format!("{tension:.1}"))
-                        @if let Some([low, high]) = r.rounding("tensions_n", m) {
-                            span.interval { " [" (format!("{low:.1}")) ", " (format!("{high:.1}")) "]" }
-                        }
                     }
                 }
             }
@@ -179,7 +172,7 @@ fn posterior_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup 
 /// What the program says first of a row with a posterior.
 fn sentences(r: &Told) -> Option<[String; 3]> {
     let muscles: Vec<Said> = serde_json::from_value(r.at("/verdict").clone()).ok()?;
-    Some(Verdict { from: VerdictFrom::Draws, muscles }.sentences(r.text("/baseline")))
+    Some(Verdict { from: VerdictFrom::Draws, hyoid_mm: None, muscles }.sentences(r.text("/baseline")))
 }
 
 fn detail(id: usize, r: &Told, label: &str, figure: &str, ridges: Option<&str>) -> Markup {
@@ -214,25 +207,9 @@ fn detail(id: usize, r: &Told, label: &str, figure: &str, ridges: Option<&str>) 
                     "; unexpected " (groups("/pattern/unexpected")) "."
                 }
             }
-            @if !r.at("/within_rounding").is_null() {
-                p { "Along each singular direction, tensions that keep the targets within the rounding of the data:" }
-                ul { @for s in r.list("/within_rounding") {
-                    li { (exponent(&s["singular_value"])) " per N: " (tensions(&s["from_n"])) " to " (tensions(&s["to_n"])) }
-                } }
-            }
             @if !r.list("/other_optima").is_empty() {
                 p { "Other local optima:" }
                 ul { @for o in r.list("/other_optima") { li { (tensions(&o["tensions_n"])) ", cost " (exponent(&o["cost"])) " against " (exponent(r.at("/cost"))) } } }
-            }
-            @if !r.list("/other_subsets").is_empty() {
-                p { (r.at("/other_subsets_within_rounding")) " other subsets of contracting muscles meet the target within rounding. The best:" }
-                ul { @for s in r.list("/other_subsets") {
-                    li {
-                        (tensions(&s["tensions_n"])) ": misfit " (exponent(&s["misfit"])) ", whole row "
-                        (format!("{:.3}", s["row_rms"].as_f64().unwrap_or(f64::NAN)))
-                        @if s["within_rounding"] == true { ", within rounding" }
-                    }
-                } }
             }
         }
     }

@@ -60,7 +60,7 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
         header {
             h1 { "Tongue muscle tensions fitted to measured lengths" }
             button #theme type="button" { "Dark or light" }
-            p { "tongue-fit " (p.version) " · " code { (p.command) } " · seed " (p.seed) " · inputs " code { (p.inputs_sha256) } }
+            p { "tongue-fit " (p.version) " · " code { (p.command) } " · inputs " code { (p.inputs_sha256) } }
             p {
                 (s.rows) " rows: " (s.fits) " fits ("
                 @for (i, (status, n)) in s.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
@@ -73,7 +73,7 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
             @if let Some(n) = &s.nearest_row_to_rest {
                 p { "The model at rest is nearest to /" (n.vowel) "/ of " (n.subject) ": " (format!("{:.3}", n.distance.rms_ratio)) " (" (s.rest_shape_measure) ")." }
             }
-            p { "Tensions are newtons per metre of thickness. In brackets: rounding, the middle 95 of 100 answers to lengths redrawn within their rounding (" (s.draws) " draws a fit); none on a bound or where most draws cannot be met. What else is uncertain, the model above all, is not in them: --posterior has it." }
+            p { "Tensions are newtons per metre of thickness. How well they are known --posterior says." }
         }
     }
 }
