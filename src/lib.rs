@@ -309,7 +309,7 @@ pub mod report {
         #[doc(inline)]
         pub use tongue_files::report::batch::{
             Batch, BatchJournal, BatchProvenance, BatchSummary, Fitted, MOST_FITS_ON_PAGE, RowPosterior,
-            Shard, columns, digests, muscle_lines, passive_groups, sha256, write_files, write_json,
+            Shard, columns, digests, passive_groups, sha256, write_files, write_json,
         };
 
         pub mod contrasts {

@@ -141,7 +141,6 @@ pub fn fit_rows<'py>(
         command,
         inputs_sha256: String::new(),
     };
-    let by = provenance.clone();
     std::thread::spawn(move || {
         let work = |&number: &usize| {
             if seen.load(Ordering::Relaxed) {
@@ -160,7 +159,8 @@ pub fn fit_rows<'py>(
             let (number, made) = next(py, &mut receiver)?.ok_or_else(defect)?;
             found.push(match made.map_err(refused)? {
                 Ok(fit) => {
-                    let rows = outputs::muscle_lines(&fit.record, &by, true)?;
+                    let [_, muscles, _] = fit.tables;
+                    let rows = muscles.csv()?;
                     (number, Some(fit.record.to_string()), rows)
                 }
                 Err(why) => (number, None, why),

@@ -73,18 +73,13 @@ pub struct Arguments {
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum BodyName {
-    /// A body in the plane.
     Plane(Kind),
-    /// A body in space.
     Space(SpaceSource),
 }
 
-/// Where a body in space comes from.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SpaceSource {
-    /// The built-in one.
     BuiltIn,
-    /// Files of ArtiSynth.
     Folder(PathBuf),
     /// Hexahedra from Gmsh.
     Mesh(PathBuf),
@@ -110,9 +105,6 @@ fn body_name(word: &str) -> Result<BodyName, String> {
 }
 
 /// Parses the name of a body in space.
-///
-/// # Errors
-/// A word that is neither `space` nor a folder nor a file .msh.
 pub fn space_name(word: &str) -> Result<SpaceSource, String> {
     match word {
         "space" => Ok(SpaceSource::BuiltIn),
@@ -177,7 +169,6 @@ impl Arguments {
         Ok(PlaneBody { source, kind: self.kind(), spacing_m })
     }
 
-    /// The body.
     pub fn body(&self) -> miette::Result<Body<2>> {
         let body = self.made(&self.plane()?)?;
         self.warn();
@@ -255,7 +246,6 @@ impl Arguments {
         Ok(())
     }
 
-    /// The model of the tissue.
     pub fn model(&self) -> Model {
         Model {
             constants: Constants { poisson_ratio: self.poisson_ratio, ..Constants::TONGUE },

@@ -15,14 +15,12 @@ use super::posterior::{Sampled, rounded};
 use super::published::Published;
 use super::table::{counted, newtons, table};
 
-/// Content of the table.
 pub struct Shown<'a> {
     pub fit: &'a Fit,
     /// Which muscles pull harder than in the baseline, or why that is not said.
     pub verdict: Result<&'a Verdict, &'a str>,
     /// Whether the tables of single muscles are shown too.
     pub is_verbose: bool,
-    /// Reasons for doubt.
     pub alarms: &'a [Alarm],
     /// For a fit of ratios, the fit of the same row by stretches.
     pub from_stretches: Option<&'a Fit>,
@@ -30,7 +28,6 @@ pub struct Shown<'a> {
     pub published: Option<&'a Published>,
     /// What data and model leave open, where it was asked for.
     pub posterior: Option<(&'a Sampled<'a>, usize)>,
-    /// The files that were written.
     pub written: &'a [PathBuf],
     /// Duration of the whole run, s.
     pub wall_s: f64,
@@ -148,7 +145,6 @@ impl Shown<'_> {
         Some([all(&valley.points.first()?.x), all(&valley.points.last()?.x)])
     }
 
-    /// Muscles without measurements.
     fn not_measured(&self) -> String {
         let names = self.fit.not_measured().join(", ");
         if names.is_empty() {
@@ -214,7 +210,6 @@ impl Shown<'_> {
         }
     }
 
-    /// How many answers there are, in words.
     fn uniqueness(&self) -> String {
         let (fit, target, open) = (self.fit, &self.fit.target, self.open());
         if fit.identifiability.is_none() {

@@ -93,7 +93,6 @@ impl Sampled<'_> {
         Ok((posture, Path::new(path)))
     }
 
-    /// The vowel of a posture (`None`: the baseline).
     fn vowel(&self, posture: Option<usize>) -> &Vowel {
         posture.map_or(&self.targets[0].baseline, |p| &self.targets[p].vowel)
     }
@@ -106,7 +105,6 @@ impl Sampled<'_> {
         }
     }
 
-    /// What is read from files, each of another posture.
     fn files<T>(
         &self,
         option: &str,

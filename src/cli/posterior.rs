@@ -57,9 +57,7 @@ pub fn priors(global: &Global) -> miette::Result<()> {
 /// A posterior and the reports of its postures.
 pub struct Sampled<'a> {
     posterior: Posterior<'a>,
-    /// The report of each posture.
     pub reports: Vec<Report>,
-    /// Differences between postures.
     pub contrasts: Vec<Contrast>,
     subject: String,
     baseline: String,
@@ -91,7 +89,6 @@ impl Arguments {
         ground.map(Some)
     }
 
-    /// Whether a posterior was asked for.
     pub fn is_given(&self) -> bool {
         self.posterior.is_some()
     }
@@ -157,7 +154,6 @@ impl Sampled<'_> {
         is_told.then(|| report::ridges(&self.posterior, posture, &title))
     }
 
-    /// The files of a posture.
     pub fn files<'s>(&'s self, posture: usize) -> Vec<(&'static str, Box<dyn Export + 's>)> {
         let draws: Box<dyn Export + 's> = Box::new(Draws(&self.posterior, posture));
         let ridges = self.ridges(posture).map(|ridges| ("ridges.svg", Box::new(ridges) as Box<dyn Export>));

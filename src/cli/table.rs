@@ -220,7 +220,6 @@ pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> 
 /// Maximum number of fits that are listed one by one.
 const MOST_LISTED: usize = 60;
 
-/// A batch.
 pub fn batch(
     batch: &Batch<'_>,
     journal: &BatchJournal,
@@ -302,51 +301,19 @@ fn decided(all: &[SubjectContrast]) -> String {
     text
 }
 
-/// One line for each fit.
 fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
     let mut t = table(&["fit", "tensions, N/m", "misfit", "passive", "alarms"]);
     if let Some(c) = t.column_mut(1) {
         c.set_cell_alignment(CellAlignment::Left);
     }
-    for (number, job) in batch.jobs.iter().enumerate() {
-        let Some(Entry { result: Ok(fit), .. }) = journal.read(number).into_diagnostic()? else {
-            continue;
-        };
-        let record = &fit.record;
-        let target = &job.target;
-        let tensions = target.active_names().into_iter().map(|m| {
-            let tension = record.number_of("/tensions_n", m).unwrap_or(f64::NAN);
-            let posterior = record.of("/posterior/summary/tensions_n", m);
-            let end = |end: &str| posterior.pointer(end).and_then(serde_json::Value::as_f64);
-            match end("/interval_95/0").zip(end("/interval_95/1")) {
-                Some((low, high)) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
-                None => format!("{m} {tension:.1}"),
-            }
-        });
-        t.add_row([
-            format!(
-                "{}{} /{}/ {}",
-                target.subject,
-                if job.substitute { "†" } else { "" },
-                target.vowel,
-                target.kind
-            ),
-            wrapped(tensions),
-            record.number("/misfit").map(|x| format!("{x:.0e}")).unwrap_or_default(),
-            record.number("/passive/rms_stretch").map(|x| format!("{x:.3}")).unwrap_or_default(),
-            record.list("/alarms").len().to_string(),
-        ]);
+    for number in 0..batch.jobs.len() {
+        if let Some(Entry { result: Ok(fit), .. }) = journal.read(number).into_diagnostic()? {
+            t.add_row(fit.line);
+        }
     }
     Ok(format!("{t}\n\n"))
 }
 
-/// Two on each line, so that the table stays within 100 columns.
-fn wrapped(parts: impl Iterator<Item = String>) -> String {
-    let parts: Vec<String> = parts.collect();
-    parts.chunks(2).map(|pair| pair.join(", ")).collect::<Vec<_>>().join("\n")
-}
-
-/// What surgery changed, in words.
 pub fn operation(o: &OperationRecord) -> String {
     let way = |[x, y, z]: [f64; 3]| format!("{x:.2} {y:.2} {z:.2}");
     let mut text = format!(

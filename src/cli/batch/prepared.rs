@@ -31,8 +31,6 @@ pub struct Prepared {
     /// The fits.
     pub run: BatchRun,
     kinds: Vec<TargetKind>,
-    /// Names of the mesh's muscles in the order of columns: those of the table first.
-    muscles: Vec<String>,
     /// Options of the posterior, and the body under its priors if posteriors are asked for.
     posterior: (posterior::Arguments, Option<Ground>),
     /// With `--joint`, the posteriors of rows by the numbers of their jobs; made by [`Prepared::sample`].
@@ -59,8 +57,9 @@ impl Prepared {
         let plan = batch::plan(&data, &selection).into_diagnostic()?;
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
         // An error that concerns all fits is reported before anything is written.
-        let run =
+        let mut run =
             BatchRun::new(plan, batch::settings(arguments.method), &tongue, &model).into_diagnostic()?;
+        run.muscles = outputs::columns(&data, &run.mesh);
         let ground = arguments.posterior.ground(&tongue, &model)?;
         let (mesh, settings) = (&run.mesh, &run.settings);
 
@@ -82,7 +81,6 @@ impl Prepared {
         let version = tongue_fit::VERSION.to_owned();
         let provenance = BatchProvenance { version, command, inputs_sha256 };
         Ok(Self {
-            muscles: outputs::columns(&data, mesh),
             data,
             unreadable,
             kinds: selection.kinds,
@@ -174,7 +172,7 @@ impl Prepared {
             unreadable: &self.unreadable,
             summary: &summary,
             mesh: &self.run.mesh,
-            muscles: &self.muscles,
+            muscles: &self.run.muscles,
             contrasts: &contrasts,
         };
         let written = outputs::write_files(out, &batch, journal).into_diagnostic()?;
@@ -203,10 +201,10 @@ impl Prepared {
             let chain = self.run.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
             chain.map_or(f64::NAN, |chain| self.run.mesh.distance(chain.ends()))
         };
-        let rest: Vec<f64> = self.muscles.iter().map(length).collect();
+        let rest: Vec<f64> = self.run.muscles.iter().map(length).collect();
         let reference = &self.data.muscles()[reference_muscle(self.data.muscles())];
         let ratios =
-            self.muscles.iter().filter(|m| *m != reference && self.data.muscles().contains(m)).count();
+            self.run.muscles.iter().filter(|m| *m != reference && self.data.muscles().contains(m)).count();
         let mut statuses = BTreeMap::new();
         let digests = outputs::digests(journal).map(|(_, digest)| digest);
         for digest in digests.clone() {
@@ -231,7 +229,7 @@ impl Prepared {
             posteriors_untold: digests.clone().filter(|d| d.posterior_untold).count(),
             substitute_baselines: substitutes,
             rest_shape_measure: rest_distance::measure(ratios, reference),
-            nearest_row_to_rest: rest_distance::nearest(&self.muscles, &rest, &self.data, reference),
+            nearest_row_to_rest: rest_distance::nearest(&self.run.muscles, &rest, &self.data, reference),
             passive: outputs::passive_groups(digests),
             thickness_m: THICKNESS_M,
         }

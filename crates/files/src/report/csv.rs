@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::cells;
 use super::export::{Export, Provenance};
@@ -21,11 +21,21 @@ impl<T: Serialize> Export for Rows<'_, T> {
 
 /// A CSV table whose columns are not known at compile time, such as those of muscles; then `version`,
 /// `command` and, if it is known, `tissue`.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Table {
     pub columns: Vec<String>,
     /// One value for each column.
     pub rows: Vec<Vec<String>>,
+}
+
+#[cfg(feature = "files")]
+impl Table {
+    /// The table as CSV without provenance.
+    pub fn csv(self) -> io::Result<String> {
+        let mut out = Vec::new();
+        super::column::lines(&mut out, std::iter::once(self.columns).chain(self.rows))?;
+        String::from_utf8(out).map_err(io::Error::other)
+    }
 }
 
 impl Export for Table {

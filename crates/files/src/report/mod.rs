@@ -32,7 +32,6 @@ mod space_fit;
 mod staged;
 mod sto;
 mod svg;
-mod told;
 #[cfg(feature = "files")]
 mod tongue_page;
 mod track;
@@ -65,7 +64,6 @@ pub use svg::{
     animation, animation_of_seen, changes, panels, ridges, scatter, solid, timelines, tongue, valley, views,
     vowel, work_precision, wrapped,
 };
-pub use told::Told;
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
 pub use tongue_page::{PageBody, PageTable, TonguePage};

@@ -1,54 +1,45 @@
 //! What is told of a muscle of a fit: the columns that `fit.csv` and `muscles.csv` have in common.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
-use super::Told;
 use super::column::Column;
+use super::record::FitRecord;
+use tongue_input::measured::{ByMuscle, TargetKind};
 
-/// A muscle of a fit, or of its posterior.
+/// A muscle of a fit; what only a batch tells of it is empty elsewhere.
 #[derive(Clone, Copy)]
 pub(super) struct OfMuscle<'a> {
-    pub record: &'a Told,
+    pub fit: &'a FitRecord,
+    pub substitute_baseline: bool,
+    pub fitted: &'a [String],
     pub muscle: &'a str,
 }
 
 impl OfMuscle<'_> {
-    pub fn fit(&self, pointer: &str) -> Value {
-        self.record.at(pointer).clone()
+    fn own(&self, values: &ByMuscle<f64>) -> Option<f64> {
+        values.of(self.muscle).copied()
     }
 
-    pub fn own(&self, pointer: &str) -> Value {
-        self.record.of(pointer, self.muscle).clone()
-    }
-
-    fn number(&self, pointer: &str) -> Option<f64> {
-        self.record.number_of(pointer, self.muscle)
-    }
-
-    fn listed(&self, pointer: &str) -> Value {
-        self.record.lists(pointer, self.muscle).into()
+    fn is_in(&self, list: &[String]) -> Value {
+        list.iter().any(|name| name == self.muscle).into()
     }
 
     /// The measured length in the size of the model, mm, for the quantity that was fitted.
     fn target_mm(&self) -> Option<f64> {
-        Some(match self.record.text("/target_kind") {
-            "ratio" => {
-                let reference = self.record.number_of("/lengths_mm", self.record.text("/reference"));
-                self.number("/target_ratios")? * reference.unwrap_or(f64::NAN)
+        let fit = self.fit;
+        Some(match fit.target_kind {
+            TargetKind::Ratio => {
+                let reference = fit.lengths_mm.of(&fit.reference).copied();
+                self.own(&fit.target_ratios)? * reference.unwrap_or(f64::NAN)
             }
-            _ => self.number("/target_stretches")? * self.number("/rest_lengths_mm")?,
+            TargetKind::Stretch => self.own(&fit.target_stretches)? * self.own(&fit.rest_lengths_mm)?,
         })
     }
 
     /// Simulated less measured.
-    fn residual(&self, simulated: &str, target: Option<f64>) -> Value {
-        number(self.number(simulated).zip(target).map(|(s, t)| s - t))
+    fn residual(&self, simulated: &ByMuscle<f64>, target: Option<f64>) -> Value {
+        json!(self.own(simulated).zip(target).map(|(s, t)| s - t))
     }
-}
-
-/// A value that may be missing.
-pub(super) fn number(value: Option<f64>) -> Value {
-    value.map_or(Value::Null, Value::from)
 }
 
 /// What is told of a muscle of a fit. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
@@ -56,38 +47,46 @@ pub(super) fn number(value: Option<f64>) -> Value {
 pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
     type Of<'a> = fn(&OfMuscle<'a>) -> Value;
     let columns: [(_, _, _, Of<'a>); 23] = [
-        ("subject", "", "subject", |r| r.fit("/subject")),
-        ("vowel", "", "vowel", |r| r.fit("/vowel")),
-        ("baseline", "", "vowel that changes are counted from", |r| r.fit("/baseline")),
+        ("subject", "", "subject", |r| json!(r.fit.subject)),
+        ("vowel", "", "vowel", |r| json!(r.fit.vowel)),
+        ("baseline", "", "vowel that changes are counted from", |r| json!(r.fit.baseline)),
         ("substitute_baseline", "", "whether the baseline stands in for a missing /ɯ/", |r| {
-            r.fit("/substitute_baseline")
+            r.substitute_baseline.into()
         }),
-        ("target_kind", "", "quantity that was fitted: ratio or stretch", |r| r.fit("/target_kind")),
-        ("status", "", "how the fit ended", |r| r.fit("/status")),
+        ("target_kind", "", "quantity that was fitted: ratio or stretch", |r| json!(r.fit.target_kind)),
+        ("status", "", "how the fit ended", |r| json!(r.fit.status)),
         ("muscle", "", "muscle", |r| r.muscle.into()),
-        ("active", "", "whether it may contract", |r| r.listed("/active")),
-        ("fitted", "", "whether the fit has to meet it", |r| r.listed("/fitted")),
+        ("active", "", "whether it may contract", |r| r.is_in(&r.fit.active)),
+        ("fitted", "", "whether the fit has to meet it", |r| r.is_in(r.fitted)),
         ("uncertain", "", "whether its change is within the rounding of the data", |r| {
-            r.listed("/uncertain")
+            r.is_in(&r.fit.uncertain)
         }),
-        ("tension_n_per_m", "N/m", "tension that was found", |r| r.own("/tensions_n")),
-        ("baseline_length_mm", "mm", "measured in the baseline", |r| r.own("/baseline_lengths_mm")),
-        ("measured_length_mm", "mm", "measured in the vowel", |r| r.own("/measured_lengths_mm")),
-        ("rest_length_mm", "mm", "length of the model at rest", |r| r.own("/rest_lengths_mm")),
-        ("target_length_mm", "mm", "measured, in the size of the model", |r| number(r.target_mm())),
-        ("simulated_length_mm", "mm", "length of the model", |r| r.own("/lengths_mm")),
-        ("residual_mm", "mm", "simulated less target length", |r| r.residual("/lengths_mm", r.target_mm())),
+        ("tension_n_per_m", "N/m", "tension that was found", |r| json!(r.own(&r.fit.tensions_n))),
+        ("baseline_length_mm", "mm", "measured in the baseline", |r| {
+            json!(r.own(&r.fit.baseline_lengths_mm))
+        }),
+        ("measured_length_mm", "mm", "measured in the vowel", |r| json!(r.own(&r.fit.measured_lengths_mm))),
+        ("rest_length_mm", "mm", "length of the model at rest", |r| json!(r.own(&r.fit.rest_lengths_mm))),
+        ("target_length_mm", "mm", "measured, in the size of the model", |r| json!(r.target_mm())),
+        ("simulated_length_mm", "mm", "length of the model", |r| json!(r.own(&r.fit.lengths_mm))),
+        ("residual_mm", "mm", "simulated less target length", |r| {
+            r.residual(&r.fit.lengths_mm, r.target_mm())
+        }),
         ("target_ratio", "", "measured length over that of the reference muscle", |r| {
-            r.own("/target_ratios")
+            json!(r.own(&r.fit.target_ratios))
         }),
-        ("simulated_ratio", "", "simulated length over that of the reference muscle", |r| r.own("/ratios")),
+        ("simulated_ratio", "", "simulated length over that of the reference muscle", |r| {
+            json!(r.own(&r.fit.ratios))
+        }),
         ("residual_ratio", "", "simulated less measured ratio", |r| {
-            r.residual("/ratios", r.number("/target_ratios"))
+            r.residual(&r.fit.ratios, r.own(&r.fit.target_ratios))
         }),
-        ("target_stretch", "", "measured length over that in the baseline", |r| r.own("/target_stretches")),
-        ("simulated_stretch", "", "simulated length over that at rest", |r| r.own("/stretches")),
+        ("target_stretch", "", "measured length over that in the baseline", |r| {
+            json!(r.own(&r.fit.target_stretches))
+        }),
+        ("simulated_stretch", "", "simulated length over that at rest", |r| json!(r.own(&r.fit.stretches))),
         ("residual_stretch", "", "simulated less measured stretch", |r| {
-            r.residual("/stretches", r.number("/target_stretches"))
+            r.residual(&r.fit.stretches, r.own(&r.fit.target_stretches))
         }),
     ];
     columns.into_iter().map(|(name, unit, meaning, value)| Column::new(name, unit, meaning, value)).collect()

@@ -8,7 +8,6 @@ use super::by_muscle::{by, mm};
 use super::column;
 use super::export::{Export, Provenance};
 use super::of_muscle::{self, OfMuscle};
-use super::told::Told;
 use super::valley_record::ValleyRecord;
 use tongue_core::statics::{self, Solution};
 use tongue_core::system::System;
@@ -48,7 +47,6 @@ pub struct SimulationRecord {
     pub max_area_ratio: f64,
     /// Potential energy, J per metre of thickness.
     pub energy_j: f64,
-    /// Time of the solve, s.
     pub wall_s: f64,
 }
 
@@ -141,7 +139,6 @@ pub struct FitRecord {
     pub vowel: Vowel,
     /// The vowel that changes are counted from.
     pub baseline: Vowel,
-    /// `ratio` or `stretch`.
     pub target_kind: TargetKind,
     /// The reference muscle of ratios.
     pub reference: String,
@@ -172,11 +169,8 @@ pub struct FitRecord {
     pub misfit: f64,
     /// Root mean square residual of the muscles that do not contract and that the fit does not see.
     pub passive_rms: Option<f64>,
-    /// Number of equilibria solved in the search.
     pub evaluations: usize,
-    /// End of each start of the search.
     pub starts: Vec<inverse::Start>,
-    /// Reasons for doubt.
     pub alarms: Vec<AlarmRecord>,
     /// The curve of all tensions that fit as well, if one direction is undetermined.
     pub valley: Option<ValleyRecord>,
@@ -305,9 +299,9 @@ impl FitRecord {
             "target_stretch measured_stretch",
             "residual_stretch stretch_residual",
         ];
-        let record = Told::new(self)?;
-        let muscles = record.muscles("/tensions_n").into_iter();
-        let rows: Vec<_> = muscles.map(|muscle| OfMuscle { record: &record, muscle }).collect();
+        let names = self.tensions_n.0.iter().map(|(muscle, _)| muscle.as_str());
+        let row = |muscle| OfMuscle { fit: self, substitute_baseline: false, fitted: &[], muscle };
+        let rows: Vec<_> = names.map(row).collect();
         column::table(&of_muscle::picked(&COLUMNS), &rows).text(&self.made_by)
     }
 }

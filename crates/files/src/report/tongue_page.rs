@@ -11,7 +11,6 @@ use super::record::FitRecord;
 use tongue_core::material::Constants;
 use tongue_core::system::Model;
 
-/// The page, made by `web/build.py`.
 const PAGE: &str = include_str!("../../../../web/tongue.html");
 /// The place in the page for the user's data.
 const OWN: &str = r#"<script type="application/json" id="own">{}</script>"#;

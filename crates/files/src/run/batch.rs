@@ -14,6 +14,8 @@ use crate::report::batch::{BatchProvenance, Fitted, RowPosterior, fitted};
 pub struct BatchRun {
     pub plan: BatchPlan,
     pub mesh: Mesh<2>,
+    /// Names of its muscles in the order of columns.
+    pub muscles: Vec<String>,
     pub model: Model,
     pub settings: FitSettings,
     known: Known,
@@ -29,7 +31,8 @@ impl BatchRun {
     ) -> Result<Self, FitError> {
         System::new(&body.mesh, model, &[])?;
         let (known, thesis) = (Known::built_in(), Thesis::reference().ok());
-        Ok(Self { plan, mesh: body.mesh.clone(), model: *model, settings, known, thesis })
+        let (mesh, muscles) = (body.mesh.clone(), body.mesh.muscle_names());
+        Ok(Self { plan, mesh, muscles, model: *model, settings, known, thesis })
     }
 
     /// Makes the fit of a job of the plan and its parts of the outputs, with the posterior of the row or why
@@ -46,7 +49,7 @@ impl BatchRun {
         match batch::assess(&self.mesh, &self.model, &job.target, &self.known, &self.settings) {
             Ok(assessment) => {
                 let beside = (self.thesis.as_ref(), posterior);
-                fitted(on_page, job, &assessment, &self.mesh, beside, provenance).map(Ok)
+                fitted(on_page, job, &assessment, (&self.mesh, &self.muscles), beside, provenance).map(Ok)
             }
             Err(e) => Ok(Err(e.to_string())),
         }

@@ -12,7 +12,6 @@ use tongue_input::measured::muscles::Muscles;
 use crate::report::{self, FitRecord, Provenance, ReportError, SectionPicture, Svg};
 use crate::scene::effects::CONTACT_REACH_MM;
 
-/// What is asked of a fit.
 #[derive(Debug, Clone)]
 pub struct FitRun {
     pub target: Target,
@@ -21,7 +20,6 @@ pub struct FitRun {
     pub walls: bool,
 }
 
-/// A fit that was made.
 #[derive(Debug, Clone)]
 pub struct FitFound {
     pub fit: Fit,

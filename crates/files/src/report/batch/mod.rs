@@ -14,6 +14,7 @@ use std::io::{self, Write};
 
 use serde::ser::{Error as _, SerializeSeq as _};
 use serde::{Deserialize, Serialize, Serializer};
+use serde_json::Value;
 
 use tongue_core::body::Mesh;
 use tongue_infer::inverse::alarms::Alarm;
@@ -24,13 +25,13 @@ use tongue_input::measured::thesis::Thesis;
 
 use self::journal::{Entry, Kept};
 use self::record::AssessedRecord;
+use super::column::lines;
 use super::record::AlarmRecord;
-use super::{OutputDir, ReportError, Told, Writes};
+use super::{OutputDir, ReportError, Table, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
 pub use self::shard::Shard;
 pub use self::summary::{BatchSummary, Digest, PassiveGroup, passive_groups};
-pub use self::tables::muscle_lines;
 
 /// Provenance of an output.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -63,14 +64,18 @@ pub struct Batch<'a> {
     pub contrasts: &'a [contrasts::SubjectContrast],
 }
 
-/// A fit as the journal keeps it: its record, from which all outputs are made.
+/// A fit as the journal keeps it: its parts of all outputs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
-    /// For the summary.
     pub digest: Digest,
-    pub record: Told,
-    /// What the page shows of it beside the record, for as many fits as the page shows.
-    pub shown: Option<page::Shown>,
+    /// Its record, for `batch.json`.
+    pub record: Value,
+    /// Its rows in `fits.csv`, `muscles.csv` and `posterior.csv`.
+    pub tables: [Table; 3],
+    /// Its row on the terminal: name, tensions, misfit, error of the passive stretches and number of alarms.
+    pub line: [String; 5],
+    /// What the page shows of it, for as many fits as the page shows.
+    pub shown: Option<page::PageFit>,
 }
 
 /// What of a [`Fitted`] stays in memory.
@@ -133,7 +138,7 @@ pub fn fitted(
     number: usize,
     job: &Job,
     assessment: &Assessment,
-    mesh: &Mesh<2>,
+    (mesh, muscles): (&Mesh<2>, &[String]),
     (thesis, posterior): (Option<&Thesis>, Option<&Result<RowPosterior, String>>),
     provenance: &BatchProvenance,
 ) -> Result<Fitted, ReportError> {
@@ -149,19 +154,45 @@ pub fn fitted(
     record.fit.posterior = posterior.map(|p| p.report.clone());
     let with_tones = record.fit.posterior.as_ref().filter(|report| !report.priors.baseline.off);
     record.fit.verdict = with_tones.and_then(Verdict::of);
-    let shown = (number < page::MOST_FITS).then(|| page::Shown {
-        moved: page::displacements(&assessment.fit.positions, mesh),
-        ridges: posterior.and_then(|p| p.ridges.clone()),
-    });
+    let ridges = posterior.and_then(|p| p.ridges.as_deref());
+    let moved = || page::displacements(&assessment.fit.positions, mesh);
+    let shown =
+        (number < page::MOST_FITS).then(|| page::PageFit::new(number, &record, (moved(), ridges), muscles));
     Ok(Fitted {
         digest: Digest {
             posterior_untold: untold.is_some(),
             contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
             ..Digest::new(&record)
         },
-        record: Told::new(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
-        shown,
+        tables: [
+            tables::of_rows(muscles, &[tables::Row::Fit(&record)], provenance),
+            tables::of_muscles(&record, provenance),
+            tables::of_posterior(&record, provenance),
+        ],
+        line: line(&record),
+        shown: shown.transpose()?,
+        record: serde_json::to_value(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
     })
+}
+
+fn line(r: &AssessedRecord) -> [String; 5] {
+    let summary = r.fit.posterior.as_ref().and_then(|p| p.summary.as_ref());
+    let tension = |m: &String| {
+        let tension = r.fit.tensions_n.of(m).copied().unwrap_or(f64::NAN);
+        match summary.and_then(|s| s.tensions_n.of(m)).map(|t| t.spread.interval_95) {
+            Some([low, high]) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
+            None => format!("{m} {tension:.1}"),
+        }
+    };
+    let tensions: Vec<String> = r.fit.active.iter().map(tension).collect();
+    [
+        r.label(),
+        // Two on each line, so that the table stays within 100 columns.
+        tensions.chunks(2).map(|pair| pair.join(", ")).collect::<Vec<_>>().join("\n"),
+        format!("{:.0e}", r.fit.misfit),
+        r.passive.rms_stretch.map(|x| format!("{x:.3}")).unwrap_or_default(),
+        r.fit.alarms.len().to_string(),
+    ]
 }
 
 /// Writes all files of a finished batch, completely or not at all, and returns their paths.
@@ -171,25 +202,22 @@ pub fn write_files(
     journal: &BatchJournal,
 ) -> Result<Vec<std::path::PathBuf>, ReportError> {
     // Fits are read once for the longest file, for what the shorter ones say of them, and once more for `muscles.csv`.
-    let (lines, shown) = (RefCell::new(String::new()), RefCell::new(Vec::new()));
-    let also = |number: usize, fit: &mut Fitted| {
-        let mut lines = lines.borrow_mut();
-        let is_first = lines.is_empty();
-        *lines += &tables::fit_line(batch.muscles, &fit.record, batch.provenance, is_first)?;
-        if let Some(page) = fit.shown.take() {
-            let page = page::PageFit::new(number, &fit.record, page, batch.muscles);
-            shown.borrow_mut().push(page.map_err(io::Error::other)?);
-        }
+    let (rows, shown) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
+    let also = |_: usize, fit: &mut Fitted| {
+        let mut rows = rows.borrow_mut();
+        let mut is_first = rows.is_empty();
+        write_table(&mut *rows, std::mem::take(&mut fit.tables[0]), &mut is_first)?;
+        shown.borrow_mut().extend(fit.shown.take());
         Ok(())
     };
     let has_posterior = digests(journal).any(|(_, digest)| digest.has_posterior);
     let files: [(&str, &Writes<'_>); 7] = [
         ("batch.json", &|w| write_json(w, batch, journal, false, &also)),
-        ("fits.csv", &|w| write_fits(w, batch, journal, &lines.borrow())),
-        ("muscles.csv", &|w| write_rows(w, batch, journal, muscle_lines)),
+        ("fits.csv", &|w| write_fits(w, batch, journal, &rows.borrow())),
+        ("muscles.csv", &|w| write_rows(w, batch, journal, 1)),
         ("batch.html", &|w| page::write(w, batch, journal, &shown.borrow())),
         ("tensions.svg", &|w| page::write_tensions(w, batch, &shown.borrow())),
-        ("posterior.csv", &|w| write_rows(w, batch, journal, tables::posterior_lines)),
+        ("posterior.csv", &|w| write_rows(w, batch, journal, 2)),
         ("contrasts.csv", &|w| contrasts::write_csv(w, batch)),
     ];
     let count = match (has_posterior, !batch.contrasts.is_empty()) {
@@ -270,7 +298,12 @@ impl Serialize for Fits<'_> {
         let mut all = serializer.serialize_seq(None)?;
         each_fit(self.batch, self.journal, |number, wall_s, mut fit| {
             (self.also)(number, &mut fit)?;
-            let record = if self.with_times { fit.record.with_first("wall_s", wall_s) } else { fit.record };
+            let record = match fit.record {
+                Value::Object(fields) if self.with_times => {
+                    std::iter::once(("wall_s".to_owned(), wall_s.into())).chain(fields).collect()
+                }
+                record => record,
+            };
             all.serialize_element(&record).map_err(|e| io::Error::other(e.to_string()))
         })
         .map_err(S::Error::custom)?;
@@ -278,35 +311,30 @@ impl Serialize for Fits<'_> {
     }
 }
 
-/// Writes the rows of every fit under one header.
-fn write_rows(
-    w: &mut dyn Write,
-    batch: &Batch<'_>,
-    journal: &BatchJournal,
-    rows: fn(&Told, &BatchProvenance, bool) -> io::Result<String>,
-) -> io::Result<()> {
-    let mut first = true;
-    each_fit(batch, journal, |_, _, fit| {
-        let text = rows(&fit.record, batch.provenance, first)?;
-        // A fit without rows has no header either.
-        if text.lines().count() > usize::from(first) {
-            first = false;
-            w.write_all(text.as_bytes())?;
-        }
-        Ok(())
+/// Writes rows, under the header the first time.
+fn write_table(w: &mut dyn Write, table: Table, header: &mut bool) -> io::Result<()> {
+    if table.rows.is_empty() {
+        return Ok(());
+    }
+    lines(w, std::mem::take(header).then_some(table.columns).into_iter().chain(table.rows))
+}
+
+/// Writes the rows of every fit in the table of this number.
+fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal, table: usize) -> io::Result<()> {
+    let mut header = true;
+    each_fit(batch, journal, |_, _, mut fit| {
+        write_table(w, std::mem::take(&mut fit.tables[table]), &mut header)
     })
 }
 
-/// Writes the lines of the fits, and then those of the other rows.
-fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal, fits: &str) -> io::Result<()> {
-    w.write_all(fits.as_bytes())?;
-    let mut first = fits.is_empty();
-    let mut write = |record: &Told| {
-        let header = std::mem::take(&mut first);
-        w.write_all(tables::fit_line(batch.muscles, record, batch.provenance, header)?.as_bytes())
-    };
-    batch.baselines.iter().map(tables::of_baseline).try_for_each(|row| write(&row))?;
-    all_refusals(batch, journal)?.iter().map(tables::of_refusal).try_for_each(|row| write(&row))
+/// Writes the rows of the fits, and then the other rows.
+fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal, fits: &[u8]) -> io::Result<()> {
+    w.write_all(fits)?;
+    let refusals = all_refusals(batch, journal)?;
+    let rows =
+        batch.baselines.iter().map(tables::Row::Baseline).chain(refusals.iter().map(tables::Row::Refused));
+    let rows: Vec<_> = rows.collect();
+    write_table(w, tables::of_rows(batch.muscles, &rows, batch.provenance), &mut fits.is_empty())
 }
 
 /// The fits in the order of the jobs, with the duration of each, s.

@@ -88,6 +88,18 @@ impl AssessedRecord {
     }
 }
 
+impl AssessedRecord {
+    /// `S2 /a/ ratio`, with a mark where the baseline replaces a missing /ɯ/.
+    pub fn label(&self) -> String {
+        let FitRecord { subject, vowel, target_kind, .. } = &self.fit;
+        format!("{subject}{} /{vowel}/ {target_kind}", self.mark())
+    }
+
+    pub fn mark(&self) -> &'static str {
+        if self.substitute_baseline { "†" } else { "" }
+    }
+}
+
 /// Errors of the passive muscles and their references; `thesis` is used if it simulated this row.
 fn passive<const D: usize>(a: &Assessment<D>, thesis: Option<&Thesis>) -> Passive {
     let (fit, target) = (&a.fit, &a.fit.target);

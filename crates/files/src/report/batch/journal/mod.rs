@@ -20,7 +20,7 @@ use tongue_infer::track::TrackedRecording;
 
 pub const NAME: &str = "batch.journal";
 /// Format of the journal; a journal of another format is replaced.
-const FORMAT: u32 = 5;
+const FORMAT: u32 = 6;
 /// Number of digits of the checksum in front of a line.
 const DIGITS: usize = 16;
 /// Maximum length of a line, bytes.

@@ -3,24 +3,16 @@
 use maud::{Markup, PreEscaped, html};
 use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 
 use super::number;
-use crate::report::{ReportError, Series, Told, changes};
+use crate::report::batch::record::AssessedRecord;
+use crate::report::batch::tables::name;
+use crate::report::{ByMuscle, ReportError, Series, changes};
 use tongue_core::body::Mesh;
-use tongue_infer::posterior::{Said, Verdict, VerdictFrom};
+use tongue_infer::posterior::Verdict;
 
 /// Residual at which a cell of the heat map has its full colour.
 const FULL_COLOUR: f64 = 0.25;
-
-/// What the page shows of a fit that is not in its record.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Shown {
-    /// Displacement of every node from rest, µm.
-    pub moved: Vec<[i64; 2]>,
-    /// The ridges of its posterior, SVG.
-    pub ridges: Option<String>,
-}
 
 /// Displacements of all nodes from rest, µm.
 pub fn displacements(positions: &[SVector<f64, 2>], mesh: &Mesh<2>) -> Vec<[i64; 2]> {
@@ -29,17 +21,13 @@ pub fn displacements(positions: &[SVector<f64, 2>], mesh: &Mesh<2>) -> Vec<[i64;
 }
 
 /// What the page shows of one fit, ready to be put in its places.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PageFit {
-    /// Number of the job.
     pub number: usize,
     /// `S2 /a/ ratio`.
     pub label: String,
-    /// Row of the heat map.
     pub heat_row: String,
-    /// Row of the table of fits.
     pub table_row: String,
-    /// Figure and findings.
     pub detail: String,
     /// Row of the table of posteriors; empty where the fit has none.
     pub posterior_row: String,
@@ -51,46 +39,53 @@ pub struct PageFit {
     pub tensions: Vec<Option<f64>>,
 }
 
-/// Metres as whole micrometres.
 pub fn micrometres(metres: f64) -> i64 {
     (metres * 1e6).round() as i64
 }
 
 impl PageFit {
-    /// Of a record; `muscles` are those of the mesh in the order of columns.
-    pub fn new(number: usize, r: &Told, shown: Shown, muscles: &[String]) -> Result<Self, ReportError> {
-        let mark = if r.is("/substitute_baseline") { "†" } else { "" };
-        let label = format!("{}{mark} /{}/ {}", r.text("/subject"), r.text("/vowel"), r.text("/target_kind"));
-        let contracts = |m: &str| r.number_of("/tensions_n", m).is_some_and(|t| t > 0.0);
-        let tension = |m: &String| r.number_of("/tensions_n", m).filter(|_| r.lists("/active", m));
-        let ridges = shown.ridges.as_deref();
+    /// Of a record, with the displacements and the ridges of its posterior (SVG); `muscles` are those of the mesh in the order of columns.
+    pub fn new(
+        number: usize,
+        r: &AssessedRecord,
+        (moved, ridges): (Vec<[i64; 2]>, Option<&str>),
+        muscles: &[String],
+    ) -> Result<Self, ReportError> {
+        let tension = |m: &String| r.fit.tensions_n.of(m).copied();
+        let has_posterior = r.fit.posterior.is_some();
         Ok(Self {
             number,
-            heat_row: heat_row(number, r, mark, muscles).into_string(),
-            table_row: table_row(number, r, mark, muscles).into_string(),
-            detail: detail(number, r, &label, &figure(r)?, ridges).into_string(),
-            posterior_row: match r.at("/posterior") {
-                Value::Null => String::new(),
-                _ => posterior_row(number, r, mark, muscles).into_string(),
-            },
-            moved: shown.moved,
-            active: muscles.iter().filter(|m| contracts(m)).cloned().collect(),
-            tensions: muscles.iter().map(tension).collect(),
-            label,
+            heat_row: heat_row(number, r, muscles).into_string(),
+            table_row: table_row(number, r, muscles).into_string(),
+            detail: detail(number, r, &figure(r)?, ridges).into_string(),
+            posterior_row: has_posterior
+                .then(|| posterior_row(number, r, muscles).into_string())
+                .unwrap_or_default(),
+            moved,
+            active: muscles.iter().filter(|m| tension(m).is_some_and(|t| t > 0.0)).cloned().collect(),
+            tensions: muscles.iter().map(|m| tension(m).filter(|_| r.fit.active.contains(m))).collect(),
+            label: r.label(),
         })
     }
 }
 
-fn heat_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup {
+/// The first cells of every row: subject and vowel.
+fn first_cells(id: usize, r: &AssessedRecord) -> Markup {
+    html! {
+        td { (r.fit.subject) (r.mark()) }
+        td { a href={ "#fit-" (id) } { "/" (r.fit.vowel) "/" } }
+    }
+}
+
+fn heat_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     html! {
         tr {
-            td { (r.text("/subject")) (mark) }
-            td { a href={ "#fit-" (id) } { "/" (r.text("/vowel")) "/" } }
-            td { (r.text("/target_kind")) }
+            (first_cells(id, r))
+            td { (r.fit.target_kind) }
             @for m in muscles {
-                @match r.number_of("/residuals", m) {
-                    Some(residual) => td data-v=(residual) style=(colour(residual)) {
-                        @if r.lists("/fitted", m) { "● " }
+                @match r.fit.residuals.of(m) {
+                    Some(&residual) => td data-v=(residual) style=(shade(residual / FULL_COLOUR)) {
+                        @if r.fitted.contains(m) { "● " }
                         (format!("{:+.1}", (1000.0 * residual).round() / 10.0 + 0.0))
                     },
                     None => td { "–" },
@@ -100,42 +95,35 @@ fn heat_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup {
     }
 }
 
-/// Vermilion for too long, blue for too short: colours that colour-blind readers can distinguish.
-fn colour(residual: f64) -> String {
-    shade(residual / FULL_COLOUR)
-}
-
-/// Vermilion for 1, blue for -1.
+/// Vermilion for 1, blue for -1: colours that colour-blind readers can distinguish.
 fn shade(part: f64) -> String {
     let strength = 0.85 * part.abs().min(1.0);
     let rgb = if part > 0.0 { "213 94 0" } else { "0 114 178" };
     format!("background: rgb({rgb} / {strength:.2})")
 }
 
-fn table_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup {
-    let optional = |pointer: &str| match r.number(pointer) {
+fn status(r: &AssessedRecord) -> String {
+    name(&r.fit.status).replace('_', " ")
+}
+
+fn table_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
+    let optional = |value: Option<f64>| match value {
         Some(v) => number(v, 3),
         None => html! { td { "–" } },
     };
-    let misfit = r.number("/misfit").unwrap_or(f64::NAN);
     html! {
         tr {
-            td { (r.text("/subject")) (mark) }
-            td { a href={ "#fit-" (id) } { "/" (r.text("/vowel")) "/" } }
-            td { "/" (r.text("/baseline")) "/" }
-            td { (r.text("/target_kind")) }
-            td { (r.text("/status").replace('_', " ")) }
-            td data-v=(misfit) { (format!("{misfit:.1e}")) }
-            (optional("/passive/rms_stretch"))
-            (optional("/passive/no_change_rms_stretch"))
-            (number(r.list("/alarms").len() as f64, 0))
+            (first_cells(id, r))
+            td { "/" (r.fit.baseline) "/" }
+            td { (r.fit.target_kind) }
+            td { (status(r)) }
+            td data-v=(r.fit.misfit) { (format!("{:.1e}", r.fit.misfit)) }
+            (optional(r.passive.rms_stretch))
+            (optional(r.passive.no_change_rms_stretch))
+            (number(r.fit.alarms.len() as f64, 0))
             @for m in muscles {
-                @let tension = r.number_of("/tensions_n", m).unwrap_or(0.0);
-                td data-v=(tension) {
-                    @if r.lists("/active", m) {
-                        (format!("{tension:.1}"))
-                    }
-                }
+                @let tension = r.fit.tensions_n.of(m).copied().unwrap_or(0.0);
+                td data-v=(tension) { @if r.fit.active.contains(m) { (format!("{tension:.1}")) } }
             }
         }
     }
@@ -143,26 +131,21 @@ fn table_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup {
 
 /// Row of the posterior: the change of every muscle's tension from the baseline, in deeper colour the surer
 /// its sign.
-fn posterior_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup {
+fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     // Adding zero removes the sign of -0.
     let whole = |v: f64| format!("{:.0}", v.round() + 0.0);
-    let change = |m: &str| {
-        let change = r.of("/posterior/summary/changes_n", m);
-        let number = |pointer: &str| change.pointer(pointer).and_then(Value::as_f64);
-        Some((number("/probability_rises")?, number("/interval_95/0")?, number("/interval_95/1")?))
-    };
+    let summary = r.fit.posterior.as_ref().and_then(|p| p.summary.as_ref());
     html! {
         tr {
-            td { (r.text("/subject")) (mark) }
-            td { a href={ "#fit-" (id) } { "/" (r.text("/vowel")) "/" } }
-            td title=(sentences(r).unwrap_or_default().join(" ")) { "/" (r.text("/baseline")) "/" }
+            (first_cells(id, r))
+            td title=(sentences(r).unwrap_or_default().join(" ")) { "/" (r.fit.baseline) "/" }
             @for m in muscles {
-                @match change(m) {
-                    Some((rises, low, high)) => td data-v=(rises) style=(shade(2.0 * rises - 1.0)) {
-                        (format!("{rises:.2}"))
-                        span.interval { " [" (whole(low)) ", " (whole(high)) "]" }
+                @match summary.and_then(|s| s.changes_n.of(m)) {
+                    Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
+                        (format!("{:.2}", change.probability_rises))
+                        span.interval { " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
                     },
-                    None => td title=(r.text("/posterior/why")) { "not mixed" },
+                    None => td title=(r.fit.posterior.as_ref().map_or("", |p| p.why.as_str())) { "not mixed" },
                 }
             }
         }
@@ -170,74 +153,63 @@ fn posterior_row(id: usize, r: &Told, mark: &str, muscles: &[String]) -> Markup 
 }
 
 /// What the program says first of a row with a posterior.
-fn sentences(r: &Told) -> Option<[String; 3]> {
-    let muscles: Vec<Said> = serde_json::from_value(r.at("/verdict").clone()).ok()?;
-    Some(Verdict { from: VerdictFrom::Draws, hyoid_mm: None, muscles }.sentences(r.text("/baseline")))
+fn sentences(r: &AssessedRecord) -> Option<[String; 3]> {
+    let verdict = Verdict { hyoid_mm: None, ..r.fit.verdict.clone()? };
+    Some(verdict.sentences(r.fit.baseline.label()))
 }
 
-fn detail(id: usize, r: &Told, label: &str, figure: &str, ridges: Option<&str>) -> Markup {
-    let groups = |pointer: &str| match r.names(pointer) {
-        none if none.is_empty() => "none".to_owned(),
-        all => all.join(", "),
+fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> Markup {
+    let groups = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    let rms = |value: Option<f64>| value.map_or("–".to_owned(), |x| format!("{x:.3}"));
+    let thesis = |value: Option<f64>| {
+        value.map(|t| format!(", the thesis's own simulation {t:.3}")).unwrap_or_default()
     };
-    let rms = |pointer: &str| r.number(pointer).map_or("–".to_owned(), |x| format!("{x:.3}"));
-    let thesis = |pointer: &str| {
-        let said = |t: f64| format!(", the thesis's own simulation {t:.3}");
-        r.number(pointer).map(said).unwrap_or_default()
-    };
-    let exponent = |value: &Value| format!("{:.1e}", value.as_f64().unwrap_or(f64::NAN));
-    let alarms = r.list("/alarms");
+    let (alarms, passive) = (&r.fit.alarms, &r.passive);
     html! {
         details id={ "fit-" (id) } {
-            summary { (label) ": " (r.text("/status").replace('_', " ")) @if !alarms.is_empty() { ", " (alarms.len()) @if alarms.len() == 1 { " alarm" } @else { " alarms" } } }
+            summary { (r.label()) ": " (status(r)) @if !alarms.is_empty() { ", " (alarms.len()) @if alarms.len() == 1 { " alarm" } @else { " alarms" } } }
             div.figure { (PreEscaped(figure)) }
             @if let Some(sentences) = sentences(r) { p.verdict { (sentences.join(" ")) } }
             @if let Some(ridges) = ridges { " " div.figure { (PreEscaped(ridges)) } }
-            @if !alarms.is_empty() { ul.alarms { @for a in alarms { li { (a["text"].as_str().unwrap_or_default()) } } } }
+            @if !alarms.is_empty() { ul.alarms { @for a in alarms { li { (a.text) } } } }
             p {
-                "Passive muscles, stretches: " (rms("/passive/rms_stretch")) " RMS, no change " (rms("/passive/no_change_rms_stretch"))
-                (thesis("/passive/thesis_rms_stretch"))
-                ". Ratios: " (rms("/passive/rms_ratio")) ", no change " (rms("/passive/no_change_rms_ratio"))
-                (thesis("/passive/thesis_rms_ratio"))
+                "Passive muscles, stretches: " (rms(passive.rms_stretch)) " RMS, no change " (rms(passive.no_change_rms_stretch))
+                (thesis(passive.thesis_rms_stretch))
+                ". Ratios: " (rms(passive.rms_ratio)) ", no change " (rms(passive.no_change_rms_ratio))
+                (thesis(passive.thesis_rms_ratio))
                 "."
             }
-            @if !r.at("/pattern").is_null() {
+            @if let Some(pattern) = &r.pattern {
                 p {
-                    "Published pattern: found " (groups("/pattern/found")) "; missing " (groups("/pattern/missing"))
-                    "; unexpected " (groups("/pattern/unexpected")) "."
+                    "Published pattern: found " (groups(&pattern.found)) "; missing " (groups(&pattern.missing))
+                    "; unexpected " (groups(&pattern.unexpected)) "."
                 }
             }
-            @if !r.list("/other_optima").is_empty() {
+            @if !r.other_optima.is_empty() {
                 p { "Other local optima:" }
-                ul { @for o in r.list("/other_optima") { li { (tensions(&o["tensions_n"])) ", cost " (exponent(&o["cost"])) " against " (exponent(r.at("/cost"))) } } }
+                ul { @for o in &r.other_optima { li { (tensions(&o.tensions_n)) ", cost " (format!("{:.1e}", o.cost)) " against " (format!("{:.1e}", r.cost)) } } }
             }
         }
     }
 }
 
-fn tensions(values: &Value) -> String {
-    let one = |(m, v): (&String, &Value)| format!("{m} {:.1}", v.as_f64().unwrap_or(f64::NAN));
-    let all: Vec<String> = values.as_object().into_iter().flatten().map(one).collect();
+fn tensions(values: &ByMuscle<f64>) -> String {
+    let all: Vec<String> = values.0.iter().map(|(m, v)| format!("{m} {v:.1}")).collect();
     all.join(", ") + " N"
 }
 
 /// Figure 4.9 for this fit. The page has the title, so the figure has only the label.
-fn figure(r: &Told) -> Result<String, ReportError> {
-    let measured = r.muscles("/target_stretches");
-    let contracts = |m: &str| r.number_of("/tensions_n", m).is_some_and(|t| t > 0.0);
+fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
+    let measured: Vec<&str> = r.fit.target_stretches.0.iter().map(|(m, _)| m.as_str()).collect();
+    let contracts = |m: &str| r.fit.tensions_n.of(m).is_some_and(|t| *t > 0.0);
     let labels: Vec<String> =
         measured.iter().map(|m| format!("{m}{}", if contracts(m) { "*" } else { "" })).collect();
-    let values = |pointer: &str| measured.iter().filter_map(|m| r.number_of(pointer, m)).collect();
+    let values = |of: &ByMuscle<f64>| measured.iter().filter_map(|m| of.of(m).copied()).collect();
     let series = [
-        Series { name: "measured".into(), values: values("/target_stretches") },
-        Series { name: "simulated".into(), values: values("/stretches") },
+        Series { name: "measured".into(), values: values(&r.fit.target_stretches) },
+        Series { name: "simulated".into(), values: values(&r.fit.stretches) },
     ];
-    let baseline = r.text("/baseline");
-    let title = format!(
-        "{} /{}/ against /{baseline}/, {}",
-        r.text("/subject"),
-        r.text("/vowel"),
-        r.text("/target_kind")
-    );
+    let (fit, baseline) = (&r.fit, r.fit.baseline.label());
+    let title = format!("{} /{}/ against /{baseline}/, {}", fit.subject, fit.vowel, fit.target_kind);
     Ok(changes(&labels, &series, baseline, &title)?.to_string())
 }
