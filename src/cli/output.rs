@@ -9,7 +9,6 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
-use tongue_core::limits::short_numbers;
 use tongue_fit::report::{Clean, Export, OutputDir, Provenance};
 
 use super::Global;
@@ -144,4 +143,40 @@ pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
 /// An error of writing to stderr cannot be reported.
 fn line(what: impl Display) {
     let _ = writeln!(Clean::new(io::stderr().lock()), "{}", short_numbers(&what.to_string()));
+}
+
+/// Digits of the longest number that is printed in full.
+const MOST_DIGITS: usize = 20;
+
+/// A text in which numbers of more than 20 digits are written with an exponent.
+fn short_numbers(text: &str) -> String {
+    let (mut out, mut rest) = (String::with_capacity(text.len()), text);
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let (before, from) = rest.split_at(start);
+        let end = from.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(from.len());
+        let digits = from[..end].trim_end_matches('.');
+        out.push_str(before);
+        match digits.parse::<f64>() {
+            Ok(value) if digits.len() > MOST_DIGITS && !out.ends_with(char::is_alphanumeric) => {
+                out.push_str(&format!("{value:e}"));
+            }
+            _ => out.push_str(digits),
+        }
+        rest = &from[digits.len()..];
+    }
+    out + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_numbers_have_an_exponent() {
+        let long =
+            format!("h is {} mm, not {}. Build 0.1.0 (5e10), 46.97, 0.30000000000000004.", 1e308, -1e-30);
+        let short = "h is 1e308 mm, not -1e-30. Build 0.1.0 (5e10), 46.97, 0.30000000000000004.";
+        assert_eq!(short_numbers(&long), short);
+        assert_eq!(short_numbers("a12345678901234567890123 ..."), "a12345678901234567890123 ...");
+    }
 }
