@@ -1,4 +1,4 @@
-"""Every row of a table of lengths fitted, and the tensions with their 95 % intervals drawn: python fit_table.py [table.csv]"""
+"""Every row of a table of lengths fitted, and the tensions drawn: python fit_table.py [table.csv]"""
 
 import sys
 
@@ -14,9 +14,8 @@ figure, axes = plt.subplots(1, active.subject.nunique(), sharey=True, figsize=(1
 for axis, (subject, rows) in zip(axes[0], active.groupby("subject"), strict=True):
     for n, vowel in enumerate(vowels):
         r = rows[rows.vowel == vowel]
-        low, high = r.tension_n_per_m - r.tension_low_n_per_m, r.tension_high_n_per_m - r.tension_n_per_m
         at = [muscles.index(muscle) + 0.15 * (n - 1.5) for muscle in r.muscle]
-        axis.errorbar(at, r.tension_n_per_m, [low.clip(0), high.clip(0)], fmt="o", ms=3, capsize=2, label=f"/{vowel}/")
+        axis.plot(at, r.tension_n_per_m, "o", ms=3, label=f"/{vowel}/")
     axis.set(title=subject, xticks=range(len(muscles)), xticklabels=muscles)
     axis.tick_params(axis="x", rotation=60)
 axes[0][0].set_ylabel("tension, N per metre")

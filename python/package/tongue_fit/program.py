@@ -103,7 +103,9 @@ def _ran(kind: type[_R], words: Iterable[Any], threads: int | None, options: Map
                 child.kill()
                 raise
         told = said.decode(errors="replace").replace(str(given) + "/", "")
-        if child.returncode not in (0, _UNTRUSTWORTHY) or not printed:
+        # A check of a table that has faults answers with them.
+        answered = child.returncode in (0, _UNTRUSTWORTHY) or line[:2] == ["lengths", "check"]
+        if not answered or not printed:
             raise native.Error(told.strip().removeprefix("error: ") or f"the program ended with status {child.returncode}")
         files = {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*")) if path.is_file()}
         return kind(json.loads(printed), files, told, child.returncode == 0)
