@@ -8,7 +8,7 @@ use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::parallel;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{Model, System};
-use tongue_infer::adapt::Placement;
+use tongue_infer::adapt::{Placement, RestError};
 use tongue_infer::track::{RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames, track};
 
 use crate::cases;
@@ -81,16 +81,24 @@ fn a_palate_brings_the_placement_by_a_contour_nearer() {
     let body = Body::tongue(5.5e-3).unwrap();
     let outline: Vec<Point> = body.mesh.surface_nodes().iter().map(|&n| body.mesh.nodes[n]).collect();
     let seeds: Vec<u64> = (0..cases(60) as u64).collect();
+    // A bone more than 10 mm from where a tongue with this contour has it refuses the recording.
     let all = parallel::map(&seeds, |&seed| {
         let speaker = recorded(seed, Seeing::Contour);
         let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
         [None, Some(speaker.palate.as_slice())].map(|palate| {
-            let found = basis(&body, palate).place(&seen, &[]).unwrap().similarity;
+            let found = match basis(&body, palate).place(&seen, &[]) {
+                Ok(placed) => placed.similarity,
+                Err(RestError::NotOneFrame(_)) => return None,
+                Err(other) => panic!("{other}"),
+            };
             let squares = outline.iter().map(|p| (found.place(*p) - speaker.placed.place(*p)).norm_squared());
-            (squares.sum::<f64>() / outline.len() as f64).sqrt()
+            Some((squares.sum::<f64>() / outline.len() as f64).sqrt())
         })
     });
-    let [without, with] = [0, 1].map(|i| upper_median(all.iter().map(|a| a[i])).unwrap());
+    let placed: Vec<[f64; 2]> = all.iter().filter_map(|[a, b]| Some([(*a)?, (*b)?])).collect();
+    println!("{} of {} speakers placed", placed.len(), all.len());
+    assert!(placed.len() * 20 >= all.len() * 19, "{} of {}", placed.len(), all.len());
+    let [without, with] = [0, 1].map(|i| upper_median(placed.iter().map(|a| a[i])).unwrap());
     println!("outline off by {without:.5} m without a palate, {with:.5} m with one (medians)");
     assert!(with < 0.9 * without, "{with} {without}");
 }
