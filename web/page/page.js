@@ -155,7 +155,7 @@ function simulated() {
     const over = mm[body.muscles.findIndex((m) => m.name === fit.reference)] || 1;
     return mm.map((l) => l / over);
   }
-  return mm.map((l, i) => l / (fit ? fit.model_baseline_lengths_mm[body.muscles[i].name] : 1e3 * body.muscles[i].rest_length_m));
+  return mm.map((l, i) => l / (1e3 * body.muscles[i].rest_length_m));
 }
 function measured(name) {
   if (!fit) return undefined;
