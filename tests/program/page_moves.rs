@@ -343,6 +343,9 @@ fn a_shape_beyond_palate_or_teeth_is_told() {
     for (palate, goes_through) in [(0, true), (1, false)] {
         let page = browser.open(&kept(), &format!("#s=S2&v=i&k=stretch&palate={palate}"));
         browser.wait(&page, "settled() && fit?.vowel === 'i'");
+        // The tensions of the shipped scene of /i/ against the palate.
+        browser.run(&page, "state.tensions = [0, 0, 45, 0, 0, 4, 0, 0]; showControls(); move()");
+        browser.wait(&page, "settled() && state.tensions[2] === 45");
         let said = browser.run(&page, told);
         let expected =
             said.as_str().unwrap().ends_with(" mm through palate or teeth, which are set not to stop it.");
