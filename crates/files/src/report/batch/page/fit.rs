@@ -58,9 +58,11 @@ impl PageFit {
             heat_row: heat_row(number, r, muscles).into_string(),
             table_row: table_row(number, r, muscles).into_string(),
             detail: detail(number, r, &figure(r)?, ridges).into_string(),
-            posterior_row: has_posterior
-                .then(|| posterior_row(number, r, muscles).into_string())
-                .unwrap_or_default(),
+            posterior_row: if has_posterior {
+                posterior_row(number, r, muscles).into_string()
+            } else {
+                String::new()
+            },
             moved,
             active: muscles.iter().filter(|m| tension(m).is_some_and(|t| t > 0.0)).cloned().collect(),
             tensions: muscles.iter().map(|m| tension(m).filter(|_| r.fit.active.contains(m))).collect(),
