@@ -1,7 +1,7 @@
 //! `tongue-fit muscles`: the effect of each muscle alone, of bodies in the plane and in space.
 
 use miette::{IntoDiagnostic, miette};
-use nalgebra::{SVector, Vector2, Vector3};
+use nalgebra::{SVector, Vector3};
 use serde::Serialize;
 use tongue_fit::body::{Body, Mesh, SpaceBody};
 use tongue_fit::geometry::Point;
@@ -193,8 +193,8 @@ fn in_space(
 ) -> miette::Result<(Vec<Effect>, Panel)> {
     let activations = body.activations(&[(name, activation)]).map_err(|e| miette!("--activation: {e}"))?;
     let solved = space::solve(body, model, &activations, false)?;
+    let flat = solved.midsagittal_positions();
     let (status, alarms) = (solved.found.solution.status, solved.found.alarms);
-    let flat: Vec<Vector2<f64>> = solved.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect();
     let surface = body.mesh.surface_nodes();
     let width = |x: &[Vector3<f64>]| {
         let sides = surface.iter().map(|&n| x[n].y);

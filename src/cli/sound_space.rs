@@ -48,7 +48,6 @@ impl Arguments {
         let mut sound = SoundRecord::new(airway.tract(), &airway.acoustics, &sound, *posture);
         sound.areas_from = Some("cross-sections of the tongue between walls of the tract's width");
         let names = body.muscles.iter().map(|m| m.name.clone());
-        let flat = |x: &[nalgebra::Vector3<f64>]| x.iter().map(|p| [p.x, p.z].into()).collect();
         let record = Record {
             subject: None,
             vowel: None,
@@ -64,8 +63,9 @@ impl Arguments {
             true => format!("{}, at rest", body.what),
             false => format!("{}, {}", body.what, self.activation.join(", ")),
         };
-        let (tissue, mesh) = (solved.system.tissue(), body.midsagittal_mesh());
-        Ok(Heard { title, tissue, mesh, positions: flat(&solved.positions), record })
+        let (tissue, mesh, positions) =
+            (solved.system.tissue(), body.midsagittal_mesh(), solved.midsagittal_positions());
+        Ok(Heard { title, tissue, mesh, positions, record })
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr, miette};
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use tongue_fit::body::{SpaceBody, Unit, artisynth, gmsh};
 use tongue_fit::inverse::alarms::{self, Alarm};
@@ -119,6 +119,13 @@ pub struct Solved {
     pub positions: Vec<Vector3<f64>>,
     pub system: System<3>,
     pub wall_s: f64,
+}
+
+impl Solved {
+    /// The nodes of the body's midsagittal mesh, moved.
+    pub fn midsagittal_positions(&self) -> Vec<Vector2<f64>> {
+        self.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect()
+    }
 }
 
 /// Solves for the equilibrium; unless `direct`, the equilibria from rest are followed as the activations

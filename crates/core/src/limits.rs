@@ -39,7 +39,6 @@ const fn limit(name: &'static str, range: [f64; 2], unit: &'static str, reason: 
 
 const MUCH_MEMORY: &str = "more need over 1 GB of memory; take a larger spacing or a coarser mesh";
 const NO_TONGUE: &str = "a tongue is smaller; is the unit right?";
-const TOO_STIFF: &str = "forces and lengths would overflow beyond";
 
 // Constants of the tissue.
 pub static YOUNG_MODULUS: Limit = limit("Young's modulus", [1e-6, 1e12], " Pa", "the tongue's is 6900 Pa");
@@ -83,9 +82,6 @@ pub static MISFIT_TOLERANCE: Limit =
 pub static COST_TOLERANCE: Limit =
     limit("the cost tolerance", [0.0, 1e9], "", "below it two answers count as equally good");
 pub static BONE_SD_M: Limit = limit("the standard deviation of a bone", [1e-9, 1.0], " m", NO_TONGUE);
-pub static TENSION_SD: Limit =
-    limit("the standard deviation of a tension", [1e-9, 1e9], " N", "it is that of a muscle of the tongue");
-pub static TONE: Limit = limit("the tone", [0.0, 1e9], " N", "muscles pull, they do not push");
 
 // Maps of recordings.
 const PRECISION: &str = "beyond it coordinates and times would be lost to rounding";
@@ -111,7 +107,8 @@ pub static REACH_MM: Limit = limit(
     "",
     "a wall that acts only nearer than that is too stiff for double precision",
 );
-pub static WALL_STIFFNESS: Limit = limit("effects.contact.stiffness_n_per_m", [0.0, 1e12], "", TOO_STIFF);
+pub static WALL_STIFFNESS: Limit =
+    limit("effects.contact.stiffness_n_per_m", [0.0, 1e12], "", "a stiffer wall makes forces overflow");
 pub static OPENING_DEG: Limit = limit("effects.jaw.opening_deg", [-60.0, 60.0], "", "no jaw opens further");
 pub static DURATION_S: Limit =
     limit("trajectory.duration_s", [1e-9, 1e6], "", "nothing moves faster or longer");
