@@ -59,6 +59,8 @@
 //! `parallel`: starts and fits on rayon's threads, with the same bits as without. `files`: reading and
 //! writing of files; without it the library takes and gives bytes and text. `cli` (the default, with both):
 //! the program `tongue-fit` itself.
+//!
+//! In a workspace of your own, debug builds compute fast with `[profile.dev.package."*"]` and `opt-level = 3` in its `Cargo.toml`.
 
 #![warn(missing_docs)]
 
