@@ -290,9 +290,10 @@ pub mod report {
     pub use tongue_files::report::{
         AnimationFrame, Draws, Export, FitRecord, History, Json, Markdown, Msh, OperationRecord, Panel,
         PriorRecord, Provenance, Pvd, RecordingResult, ReportError, Rows, SectionPicture, Series,
-        SimulationRecord, SoundRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table, Timeline,
-        TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, animation_of_seen,
-        changes, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
+        SimulationRecord, SoundRecord, SpaceFitRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table,
+        Timeline, TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
+        animation_of_seen, changes, panels, ridges, solid, status_name, timelines, tongue, valley, views,
+        vowel, wrapped,
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{

@@ -155,7 +155,6 @@ impl Arguments {
         }
     }
 
-    /// What the body in the plane is made from.
     fn plane(&self) -> miette::Result<PlaneBody> {
         self.check()?;
         let spacing_m = self.h.as_deref().map(spacing).transpose()?;
@@ -235,7 +234,6 @@ impl Arguments {
         }
     }
 
-    /// Checks the options for contradictions.
     fn check(&self) -> miette::Result<()> {
         if let BodyName::Space(source) = &self.body {
             return Err(miette!(

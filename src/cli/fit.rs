@@ -62,7 +62,6 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Whether a fit was asked for.
     pub fn is_given(&self) -> bool {
         self.vowel.is_some()
     }

@@ -29,15 +29,12 @@ pub struct Shown<'a> {
     /// What data and model leave open, where it was asked for.
     pub posterior: Option<(&'a Sampled<'a>, usize)>,
     pub written: &'a [PathBuf],
-    /// Duration of the whole run, s.
     pub wall_s: f64,
 }
 
 /// Advice below a verdict.
 const BELIEVE: &str = "Believe the verdict before these tensions; --posterior 1000 says more";
-/// Alarms that are printed without `-v`.
 const ALARMS: usize = 3;
-/// Columns of a terminal.
 const COLUMNS: usize = 100;
 /// Smallest printed misfit: below it digits are rounding and differ between machines.
 const NO_MISFIT: f64 = 1e-9;

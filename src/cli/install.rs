@@ -18,7 +18,6 @@ pub struct Completions {
     shell: Shell,
 }
 
-/// Prints a completion script.
 pub fn completions(arguments: &Completions) -> miette::Result<Outcome> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut Cli::command(), "tongue-fit", &mut script);

@@ -15,7 +15,6 @@ use tongue_fit::measured::{Dataset, Lengths, TargetKind, Vowel};
 use super::scene_table::left;
 use super::{Global, Outcome, output, table};
 
-/// Maximum number of subjects, rows and columns that are listed, except in JSON.
 const MOST_LISTED: usize = 50;
 
 /// Options of `tongue-fit lengths`.

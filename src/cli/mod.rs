@@ -52,7 +52,6 @@ use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
 use outcome::{Outcome, untrusted, word};
 
-/// Exit status of bad input and of I/O that failed.
 const FAILED: u8 = 1;
 
 /// Exit status of a completed run with a result that did not converge or cannot be trusted.
@@ -149,10 +148,8 @@ enum Command {
     Completions(install::Completions),
 }
 
-/// The words of the command line, the name of the program first.
 static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
 
-/// Runs the command line of this process.
 pub fn main() -> ExitCode {
     ExitCode::from(run(std::env::args_os().collect()))
 }

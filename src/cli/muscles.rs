@@ -128,7 +128,6 @@ fn answer(
     Ok(Outcome::of_muscles(solved))
 }
 
-/// The effects that muscles have on themselves, for a terminal.
 fn text(title: &str, effects: &[Effect], surface: &str) -> String {
     let own: Vec<&Effect> =
         effects.iter().filter(|e| e.muscle.as_ref().is_none_or(|m| *m == e.pulling)).collect();

@@ -17,7 +17,6 @@ use tongue_fit::track::TongueSurface;
 
 use super::output;
 
-/// Points of a contour that are used, evenly taken from all.
 const MOST_POINTS: usize = 40;
 /// A contour further from the surface at rest is in another frame, m.
 const FARTHEST_M: f64 = 30e-3;
@@ -161,7 +160,6 @@ impl Sampled<'_> {
     }
 }
 
-/// Refuses points that are far from the surface of the body at rest.
 fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> miette::Result<()> {
     let Some(surface) = TongueSurface::of(body) else { return Ok(()) };
     let away = marks.iter().flatten().map(|m| surface.distance(m.at, &body.mesh.nodes).abs());

@@ -45,7 +45,6 @@ pub struct Arguments {
     joint: bool,
 }
 
-/// Prints the built-in priors.
 pub fn priors(global: &Global) -> miette::Result<()> {
     if global.json {
         return output::print(&output::json(&Priors::default())?);
@@ -54,7 +53,6 @@ pub fn priors(global: &Global) -> miette::Result<()> {
     output::print(&text)
 }
 
-/// A posterior and the reports of its postures.
 pub struct Sampled<'a> {
     posterior: Posterior<'a>,
     pub reports: Vec<Report>,
@@ -65,7 +63,6 @@ pub struct Sampled<'a> {
 }
 
 impl Arguments {
-    /// The body under its priors; `None` if no posterior was asked for.
     pub fn ground(&self, body: &Body<2>, model: &Model) -> miette::Result<Option<Ground>> {
         if self.posterior.is_none() {
             return Ok(None);

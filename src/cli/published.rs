@@ -8,20 +8,16 @@ use tongue_fit::measured::{Target, TargetKind};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
 
-/// The published answer, simulated here. Lists are parallel to the target's muscles.
 #[derive(Debug, Clone)]
 pub struct Published {
     /// The tensions of thesis 4.4.1, N.
     pub tensions: Vec<f64>,
-    /// Lengths over that of GGa, simulated here.
     pub ratios: Vec<f64>,
-    /// Lengths over those at rest, simulated here.
     pub stretches: Vec<f64>,
     /// Table 4.8: lengths over that of GGa in the thesis's own simulation.
     pub thesis_ratios: Vec<f64>,
     /// These ratios as stretches of the thesis's rest lengths, with the stretch of GGa of this simulation.
     pub thesis_stretches: Vec<f64>,
-    /// Root mean square difference of both ratios.
     pub rms: f64,
 }
 
@@ -41,7 +37,6 @@ impl Published {
     }
 }
 
-/// Solves the published tensions, if they were published for this target.
 pub fn answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<Option<Published>> {
     let thesis = Thesis::reference().into_diagnostic()?;
     let published = thesis.tensions_a();

@@ -164,7 +164,6 @@ pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<S
     all.into_iter().map(named).collect()
 }
 
-/// Faults of a recording.
 fn notes_of(Screened { seen, faults, .. }: &Screened, body: &Body<2>, freed: &[String]) -> Vec<String> {
     let mut out = seen.notes.clone();
     let count = seen.frames.len();

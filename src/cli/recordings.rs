@@ -53,7 +53,6 @@ impl Arguments {
     }
 }
 
-/// The format of this name.
 fn format(name: &str) -> Result<Format, String> {
     let found = Format::NAMES.iter().find(|(n, _)| n.eq_ignore_ascii_case(name));
     found.map(|(_, format)| *format).ok_or_else(|| {
@@ -89,7 +88,6 @@ pub struct PriorArguments {
 }
 
 impl PriorArguments {
-    /// Settings of tracking with this prior.
     pub fn settings(&self) -> miette::Result<TrackSettings> {
         if !(0.1..=1000.0).contains(&self.prior) {
             return Err(miette!("--prior is {}; it must be from 0.1 to 1000 N/m", self.prior));
@@ -104,11 +102,8 @@ impl PriorArguments {
 /// The methods for a rest shape from recordings; another one is for contours alone.
 pub const REST: [&str; 2] = ["joint", "similarity"];
 
-/// A screened recording.
 pub struct Screened {
-    /// The remaining points.
     pub seen: AlignedRecording,
-    /// Faults of every frame.
     pub faults: Vec<Vec<Fault>>,
     /// The given palate in the frame of the body, m.
     pub palate: Option<Vec<Point>>,
@@ -117,7 +112,6 @@ pub struct Screened {
 }
 
 impl Arguments {
-    /// The map, or an empty one.
     pub fn map(&self) -> miette::Result<Map> {
         let Some(path) = &self.map else { return Ok(Map::default()) };
         let text = tongue_fit::files::read_text(path).into_diagnostic().wrap_err_with(|| {
@@ -250,7 +244,6 @@ fn list(names: &[String]) -> String {
 pub struct Given {
     pub body: Body<2>,
     pub anatomy: Option<Anatomy>,
-    /// The adaptation that `tongue-fit adapt` wrote into its file.
     pub adaptation: Option<Adaptation>,
 }
 

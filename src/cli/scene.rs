@@ -98,7 +98,6 @@ fn list(global: &Global) -> miette::Result<Outcome> {
     Ok(Outcome::Good)
 }
 
-/// A built-in scene, or that in a file of this name.
 fn load(path: &Path) -> miette::Result<Scene> {
     let name = path.to_string_lossy();
     if scene::names().any(|n| n == name) || !(path.exists() || name.ends_with(".toml")) {
@@ -236,7 +235,6 @@ fn tell(plan: &ScenePlan) {
     });
 }
 
-/// Refuses to overwrite the mesh that the scene was made from.
 fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miette::Result<()> {
     let SceneBody::Mesh(mesh) = &scene.body else { return Ok(()) };
     let Ok(mesh) = std::fs::canonicalize(&mesh.file) else { return Ok(()) };

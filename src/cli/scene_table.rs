@@ -109,12 +109,10 @@ pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
         100.0 * o.measure_ratio
     );
     if let Some(s) = &o.solution {
-        text += &table::alarms(alarms::barrier(s.guarded));
+        text += &table::alarms(alarms::barrier(s.guarded).as_slice());
         text += table::way_from_rest(s.connection);
     }
-    for alarm in &o.alarms {
-        let _ = writeln!(text, "but {}", alarm.text);
-    }
+    text += &table::alarms(&o.alarms);
     if o.min_cell_ratio <= 0.0 {
         text += "A CELL IS INVERTED: springs alone do not prevent that; ask for effects.incompressibility = true\n";
     }

@@ -62,10 +62,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let found = Equilibrium::of(&system, &mut workspace, &all, arguments.direct);
     let wall_s = clock.elapsed().as_secs_f64();
-    let Equilibrium { solution, alarms, .. } = &found;
-    output::step(|| format!("{:?} in {} iterations", solution.status, solution.iterations));
-    let record = found.record((&system, &workspace), &mesh.muscle_names(), &all, wall_s);
+    output::step(|| format!("{:?} in {} iterations", found.solution.status, found.solution.iterations));
     let positions = workspace.positions();
+    let record = found.record(&system, positions, &mesh.muscle_names(), &all, wall_s);
     let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
     let mut written = Vec::new();
     if let Some(out) = &out {
@@ -79,6 +78,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
         written = out.export(&files, &by).into_diagnostic()?;
     }
-    output::answer(global, &json, &by, &written, || table::simulation(&record, alarms, &written))?;
-    Ok(Outcome::of_equilibrium(solution.status, alarms))
+    output::answer(global, &json, &by, &written, || table::simulation(&record, &written))?;
+    Ok(Outcome::of_equilibrium(record.status, &record.alarms))
 }

@@ -79,7 +79,6 @@ pub struct Arguments {
     space: sound_space::Arguments,
 }
 
-/// Result of the command.
 #[derive(Debug, Clone, Serialize)]
 pub struct Record {
     pub subject: Option<String>,
@@ -189,7 +188,6 @@ impl Arguments {
         })
     }
 
-    /// The sound of a vowel or of tensions in the plane.
     fn in_plane(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Heard> {
         let scene = self.scene(tract, vowel)?;
         scene.check().into_diagnostic()?;

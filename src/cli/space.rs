@@ -8,8 +8,8 @@ use miette::{IntoDiagnostic, WrapErr, miette};
 use nalgebra::{Vector2, Vector3};
 
 use tongue_fit::body::{SpaceBody, Unit, artisynth, gmsh};
-use tongue_fit::inverse::alarms::{self, Alarm};
-use tongue_fit::report::{self, Export, Json, OutputDir, SpaceRecord, SpaceVtu};
+use tongue_fit::inverse::alarms;
+use tongue_fit::report::{self, Export, Json, OperationRecord, OutputDir, SpaceRecord, SpaceVtu};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::Workspace;
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
@@ -184,7 +184,7 @@ pub fn run(
         let before = found.positions;
         (body, activations) = (&operated.body, operated.muscles.iter().map(|&m| all[m]).collect());
         found = solve(body, &model, &activations, direct)?;
-        let mut record = surgery.record(&whole, operated, [&before, &found.positions]);
+        let mut record = OperationRecord::new(surgery, &whole, operated, [&before, &found.positions]);
         let tip = whole.foremost();
         if surgery.make_up {
             // Both sides are searched, also where one half was enough for the equilibrium.
@@ -199,10 +199,8 @@ pub fn run(
         operation = Some(record);
     }
     let Solved { found, positions, system, wall_s } = found;
-    let mut record = SpaceRecord::new(body, (&system, &found.solution), &activations, &positions, wall_s);
-    record.branch = found.branch;
-    record.alarms = found.told();
-    record.operation = operation;
+    let record = SpaceRecord::new(body, (&system, &found), &activations, &positions, wall_s);
+    let record = SpaceRecord { operation, ..record };
     let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
     let mut written = Vec::new();
     if let Some(out) = &out {
@@ -213,11 +211,11 @@ pub fn run(
             [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
         written = out.export(&files, &by).into_diagnostic()?;
     }
-    output::answer(global, &json, &by, &written, || text(&record, &found.alarms, &written))?;
+    output::answer(global, &json, &by, &written, || text(&record, &written))?;
     Ok(Outcome::of_equilibrium(found.solution.status, &found.alarms))
 }
 
-fn text(record: &SpaceRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
+fn text(record: &SpaceRecord, written: &[PathBuf]) -> String {
     let mut t = table::table(&["muscle", "activation", "fibre mm", "stretch"]);
     for (i, (muscle, activation)) in record.activations.0.iter().enumerate() {
         t.add_row([
@@ -248,5 +246,5 @@ fn text(record: &SpaceRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
     );
     text += &record.operation.as_ref().map_or_else(String::new, table::operation);
     text += &table::way(record.branch.as_ref(), record.connection);
-    text + &table::alarms(alarms.iter().cloned()) + &table::files(written)
+    text + &table::alarms(&record.alarms) + &table::files(written)
 }

@@ -13,7 +13,7 @@ use tongue_fit::inverse::in_space::{Recorded, SpaceSearch};
 use tongue_fit::inverse::{FitSettings, FitStatus};
 use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, SpaceTrackRecord, SpaceVtu};
+use tongue_fit::report::{self, Export, Json, SpaceFitRecord, SpaceTrackRecord, SpaceVtu};
 use tongue_fit::system::System;
 
 use super::body::SpaceSource;
@@ -107,9 +107,8 @@ impl Arguments {
         let settings = FitSettings { starts: self.starts, ..usual.settings };
         settings.check().into_diagnostic()?;
         let search = SpaceSearch { sides_apart: self.sides_apart, settings, ..usual };
-        let mut record = SpaceTrackRecord::new(body, notes);
-        record.notes.iter().for_each(|note| output::note(note));
-        let mut last = None;
+        notes.iter().for_each(|note| output::note(note));
+        let (mut frames, mut last) = (Vec::new(), None);
         for (recording, frame) in &recorded.frames {
             let fit = match half.as_ref().zip(left.as_ref()) {
                 Some(alike) => search.fit_alike((body, &system), alike, &frame.marks, last.as_ref()),
@@ -120,19 +119,19 @@ impl Arguments {
                 let (status, rms) = (fit.answer.status, 1e3 * fit.rms_m);
                 format!("{status:?}: {rms:.2} mm RMS in {} factorisations", fit.factorisations)
             });
-            record.push(body, (recording.as_deref(), frame.time_s), &fit, search.open_above);
+            frames.push(SpaceFitRecord::new(body, recording.clone(), frame.time_s, &fit, search.open_above));
             last = Some(fit.answer);
         }
-        record.wall_s = clock.elapsed().as_secs_f64();
+        let wall_s = clock.elapsed().as_secs_f64();
         let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
-        for frame in &record.frames {
+        for frame in &frames {
             let is_doubtful = frame.status == FitStatus::Converged && !frame.alarms.is_empty();
             let status = if is_doubtful { "with alarms".to_owned() } else { word(&frame.status) };
             *statuses.entry(status).or_default() += 1;
         }
         let doubtful = untrusted(&statuses, &["converged"], "frames");
-        record.untrusted =
-            implausible.into_iter().chain(doubtful).reduce(|all, next| format!("{all}; {next}"));
+        let untrusted = implausible.into_iter().chain(doubtful).reduce(|all, next| format!("{all}; {next}"));
+        let record = SpaceTrackRecord { body: body.what.clone(), untrusted, frames, notes, wall_s };
         let out = global.folder(folder)?;
         let Some(answer) = last else { return Err(miette!("no frame was found")) };
         let title = "Tongue in space: at rest (light) and as it was seen";
@@ -192,7 +191,6 @@ fn recorded(
     Ok((found, notes, recording_checks::with_implausible(&screened, None)))
 }
 
-/// The record for a terminal.
 fn text(record: &SpaceTrackRecord) -> String {
     let mut text = String::new();
     for frame in &record.frames {
@@ -230,7 +228,7 @@ fn text(record: &SpaceTrackRecord) -> String {
             let _ = writeln!(text, "as good: {}", active.join(", "));
         }
         for alarm in &frame.alarms {
-            let _ = writeln!(text, "alarm   {}", alarm.text);
+            let _ = writeln!(text, "alarm   {}", alarm.text());
         }
     }
     text

@@ -12,7 +12,6 @@ use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{OperationRecord, SimulationRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
-use tongue_fit::surgery::FillingKind;
 use tongue_fit::validate::ValidationStudy;
 
 pub(super) fn table(header: &[&str]) -> Table {
@@ -26,7 +25,6 @@ pub(super) fn table(header: &[&str]) -> Table {
     t
 }
 
-/// The written files, one on each line.
 pub(super) fn files(written: &[PathBuf]) -> String {
     let mut text = String::new();
     for (i, path) in written.iter().enumerate() {
@@ -35,7 +33,7 @@ pub(super) fn files(written: &[PathBuf]) -> String {
     text
 }
 
-pub fn simulation(record: &SimulationRecord, alarms: &[Alarm], written: &[PathBuf]) -> String {
+pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
     let ratio = match record.ratios.0.iter().find(|(_, ratio)| *ratio == 1.0) {
         Some((reference, _)) => format!("ratio to {reference}"),
         None => "ratio".to_owned(),
@@ -64,7 +62,7 @@ pub fn simulation(record: &SimulationRecord, alarms: &[Alarm], written: &[PathBu
         text += "A CELL IS INVERTED: no effect in this model prevents that\n";
     }
     text += &way(record.branch.as_ref(), record.connection);
-    text + &self::alarms(alarms.iter().cloned()) + &files(written)
+    text + &alarms(&record.alarms) + &files(written)
 }
 
 /// The connection of an equilibrium to rest.
@@ -108,8 +106,8 @@ pub(super) fn way_from_rest(connection: Connection) -> &'static str {
 }
 
 /// Alarms, one on each line.
-pub(super) fn alarms(alarms: impl IntoIterator<Item = Alarm>) -> String {
-    alarms.into_iter().map(|alarm| format!("but {}\n", alarm.text())).collect()
+pub(super) fn alarms(alarms: &[Alarm]) -> String {
+    alarms.iter().map(|alarm| format!("but {}\n", alarm.text())).collect()
 }
 
 pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
@@ -136,7 +134,7 @@ pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
         text += "the steps grow there: take a shorter one (--dt), or --method tr-bdf2, which has no limit\n";
     }
     text += &way_gone(record.time_s, record.part_of_way_to_equilibrium);
-    text += &alarms(tongue_fit::inverse::alarms::barrier(record.guarded));
+    text += &alarms(tongue_fit::inverse::alarms::barrier(record.guarded).as_slice());
     let _ = writeln!(
         text,
         "areas at {:.1} % to {:.1} % of rest",
@@ -217,7 +215,6 @@ pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> 
     text + &files(written)
 }
 
-/// Maximum number of fits that are listed one by one.
 const MOST_LISTED: usize = 60;
 
 pub fn batch(
@@ -321,7 +318,7 @@ pub fn operation(o: &OperationRecord) -> String {
          front and deviates {:.2} mm to the {}\n",
         o.elements,
         o.volume_cm3,
-        o.filling.map_or("", FillingKind::word),
+        o.filling.word(),
         way(o.tip_before_mm),
         way(o.tip_after_mm),
         o.reach_lost_mm,

@@ -272,7 +272,6 @@ fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<Str
     })
 }
 
-/// The muscles that can contract.
 fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<String>> {
     if arguments.muscles.is_empty() {
         let mut names = body.mesh.muscle_names();
@@ -294,7 +293,6 @@ fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<Stri
     Ok(names)
 }
 
-/// Names of the held-out points.
 fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<String>> {
     let mut out = Vec::new();
     for word in &arguments.hold_out {
@@ -325,7 +323,6 @@ fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<
     Ok(out)
 }
 
-/// The points of a recording that are fitted.
 fn points(seen: &AlignedRecording) -> Vec<String> {
     seen.contour.iter().chain(seen.sensors.iter().map(|(name, _)| name)).cloned().collect()
 }

@@ -9,7 +9,6 @@ use tongue_fit::track::{Displacement, FrameStatus, NARROW, Tracked};
 
 use super::table;
 
-/// A run of `tongue-fit track`.
 pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
     let frames = || record.results.frames().map(|(_, frame)| frame);
     let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
@@ -139,7 +138,6 @@ fn ways(record: &TrackRecord) -> String {
     text
 }
 
-/// Free bones and their displacements.
 fn freed(record: &TrackRecord) -> Vec<(String, String)> {
     let recordings = &record.results.recordings;
     let mut names: Vec<&String> = recordings.iter().flat_map(|r| &r.freed).collect();

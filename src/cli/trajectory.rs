@@ -22,13 +22,10 @@ use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, pulls, table, word};
 
-/// Default step of Verlet, as a part of the stability limit.
 const PART_OF_LIMIT: f64 = 0.9;
 /// Number of times at which lengths are written, for each frame.
 const LENGTHS_PER_FRAME: usize = 10;
-/// Maximum number of frames: each is a file.
 const MOST_FRAMES: usize = 2000;
-/// Longest expected duration of a run; longer runs are refused.
 const LONGEST_RUN: Duration = Duration::from_secs(30 * 60);
 /// Shortest duration of a run with a progress bar.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -95,7 +92,6 @@ pub struct Arguments {
     force: bool,
 }
 
-/// Default tolerance of a step, mm.
 const TOLERANCE_MM: f64 = 1e-6;
 
 impl Arguments {
@@ -103,7 +99,6 @@ impl Arguments {
         self.trajectory
     }
 
-    /// Checks all numbers before anything is computed.
     fn check(&self) -> miette::Result<()> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
         if !is_time(self.t_end) {
@@ -280,9 +275,7 @@ fn write(
 /// Collects lengths and frames, and shows the progress of a long run.
 struct Watch<'a> {
     system: &'a System<2>,
-    /// Times, s, and lengths, m.
     lengths: Vec<(f64, Vec<f64>)>,
-    /// Times, s, and positions, m.
     frames: Vec<(f64, Vec<SVector<f64, 2>>)>,
     t_end: f64,
     begin: Instant,

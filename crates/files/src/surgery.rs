@@ -81,7 +81,6 @@ pub enum SurgeryError {
 }
 
 impl Surgery {
-    /// The body after surgery.
     pub fn operate(&self, body: &SpaceBody) -> Result<Operated, SurgeryError> {
         let filling = match self.filling {
             FillingKind::Scar if !(self.scar.is_finite() && self.scar > 0.0 && self.scar <= 1e6) => {
@@ -102,19 +101,6 @@ impl Surgery {
             return Err(SurgeryError::Nowhere);
         }
         Ok(body.operated(&elements, filling)?)
-    }
-
-    /// What surgery changed of a body: positions of all nodes before and after, m, in its axes.
-    pub fn record(
-        &self,
-        whole: &SpaceBody,
-        operated: &Operated,
-        positions: [&[Vector3<f64>]; 2],
-    ) -> OperationRecord {
-        let mut record = OperationRecord::new(whole, operated, positions);
-        record.regions.clone_from(&self.operate);
-        record.filling = Some(self.filling);
-        record
     }
 
     /// Adds the activations that bring the tip, which is around a node, back to where it was before surgery, if these are asked for. The

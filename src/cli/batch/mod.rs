@@ -22,7 +22,6 @@ use super::{Global, Outcome, body, interrupt, output, posterior};
 
 pub use self::prepared::Prepared;
 
-/// The default folder for outputs.
 pub const DEFAULT_OUT: &str = "results/batch";
 /// Options of `tongue-fit batch`.
 #[derive(Debug, Clone, clap::Args)]

@@ -21,7 +21,6 @@ use tongue_fit::run::BatchRun;
 use super::Arguments;
 use crate::cli::{Global, Outcome, line_of, output, posterior, table};
 
-/// Maximum number of broken rows that are reported one by one.
 const MOST_NOTES: usize = 10;
 
 /// Jobs and inputs of a batch, shared by threads. They depend on the arguments and files only.
@@ -154,7 +153,6 @@ impl Prepared {
         rows.iter().enumerate().map(of_row).collect()
     }
 
-    /// Writes the outputs of all jobs and prints a summary.
     pub fn finish(
         &self,
         out: &OutputDir,

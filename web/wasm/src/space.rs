@@ -90,8 +90,7 @@ impl Space {
         self.workspace.start_from_rest(&self.system);
         let found = Equilibrium::of(&self.system, &mut self.workspace, &own, false);
         let positions = self.half.whole(self.workspace.positions());
-        let record = SpaceRecord::new(&self.body, (&self.system, &found.solution), &whole, &positions, 0.0);
-        Ok(SpaceRecord { alarms: found.told(), branch: found.branch, ..record })
+        Ok(SpaceRecord::new(&self.body, (&self.system, &found), &whole, &positions, 0.0))
     }
 
     /// Activations of all muscles of the body and of its half, from those of the muscles of both sides.

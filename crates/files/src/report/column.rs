@@ -13,6 +13,7 @@ use super::csv::Table;
 
 type Of<'a, R, T> = Rc<dyn Fn(&R) -> T + 'a>;
 
+#[derive(Clone)]
 pub struct Column<'a, R> {
     /// Its name in CSV and JSON.
     pub name: Cow<'static, str>,
@@ -72,7 +73,6 @@ impl<'a, R: 'a> Column<'a, R> {
         Self { shown: Some(Rc::new(text)), ..self }
     }
 
-    /// As [`Column::shown`], aligned to the left.
     pub fn shown_as_text(self, text: impl Fn(&R) -> String + 'a) -> Self {
         Self { is_text: true, ..self.shown(text) }
     }
@@ -142,7 +142,6 @@ pub fn lines(out: &mut dyn io::Write, lines: impl IntoIterator<Item = Vec<String
     writer.flush()
 }
 
-/// What the columns mean, as a table of Markdown.
 #[cfg(all(test, feature = "files"))]
 pub(crate) fn explained<'a, R: 'a>(columns: &[Column<'a, R>]) -> String {
     type Of<'a, R> = Column<'a, Column<'a, R>>;

@@ -24,7 +24,6 @@ impl<T: Serialize> Export for Rows<'_, T> {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Table {
     pub columns: Vec<String>,
-    /// One value for each column.
     pub rows: Vec<Vec<String>>,
 }
 

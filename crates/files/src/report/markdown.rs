@@ -4,7 +4,6 @@ use std::io::{self, Write};
 
 use super::export::{Export, Provenance};
 
-/// A page of Markdown, with version and command in its last line.
 #[derive(Debug, Clone)]
 pub struct Markdown(pub String);
 

@@ -52,7 +52,7 @@ pub use json::Json;
 pub use markdown::Markdown;
 pub use msh::Msh;
 pub use plane::{MISSED_BY_PLANE, limit_of_plane};
-pub use record::{AlarmRecord, BodySegment, BoneRecord, FitRecord, IdentifiabilityRecord, SimulationRecord};
+pub use record::{BodySegment, FitRecord, IdentifiabilityRecord, SimulationRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{OperationRecord, SpaceRecord, SpaceVtu};
 pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};

@@ -14,7 +14,6 @@ pub struct Msh<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Msh<'a, D> {
-    /// The mesh with a group for each bone.
     pub fn at_rest(mesh: &'a Mesh<D>, bones: &'a [Bone]) -> Self {
         Self { mesh, bones }
     }

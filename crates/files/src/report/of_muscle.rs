@@ -93,14 +93,13 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
 }
 
 /// Those of the columns with these names, in this order; `a b` shows the column `a` under the name `b`.
-pub(super) fn picked<'a>(names: &[&'static str]) -> Vec<Column<'a, OfMuscle<'a>>> {
-    let mut all: Vec<_> = columns().into_iter().map(Some).collect();
-    let pick = |name: &&'static str| {
+pub(super) fn picked<'a>(names: &'static str) -> Vec<Column<'a, OfMuscle<'a>>> {
+    let all = columns();
+    let pick = |name: &'static str| {
         let (name, shown) = name.split_once(' ').unwrap_or((name, name));
-        let found = all.iter_mut().find(|c| c.as_ref().is_some_and(|c| c.name == name))?.take()?;
-        Some(Column { name: shown.into(), ..found })
+        Some(Column { name: shown.into(), ..all.iter().find(|c| c.name == name)?.clone() })
     };
-    let picked: Vec<_> = names.iter().filter_map(pick).collect();
-    debug_assert_eq!(picked.len(), names.len(), "a name is not that of a column, or stands twice: {names:?}");
+    let picked: Vec<_> = names.split(',').filter_map(pick).collect();
+    debug_assert_eq!(picked.len(), names.split(',').count(), "a name is not that of a column: {names:?}");
     picked
 }

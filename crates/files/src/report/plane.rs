@@ -4,7 +4,6 @@
 /// muscles of the built-in body in space (`results/plane`). A test of the studies compares it with theirs.
 pub const MISSED_BY_PLANE: f64 = 0.20;
 
-/// [`MISSED_BY_PLANE`] in a sentence, for commands in the plane.
 pub fn limit_of_plane() -> String {
     let percent = 100.0 * MISSED_BY_PLANE;
     format!(

@@ -1,6 +1,5 @@
 //! Results as records for JSON and CSV: stable field names, units in the names, muscles by name.
 
-use nalgebra::SVector;
 use serde::Serialize;
 
 use super::ByMuscle;
@@ -9,37 +8,30 @@ use super::column;
 use super::export::{Export, Provenance};
 use super::of_muscle::{self, OfMuscle};
 use super::valley_record::ValleyRecord;
-use tongue_core::statics::{self, Solution};
-use tongue_core::system::System;
+use tongue_core::statics;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::{self, Fit};
-use tongue_input::measured::{TargetKind, Vowel, reference_muscle};
+use tongue_input::measured::{TargetKind, Vowel};
 
 /// One equilibrium: `tongue-fit simulate --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SimulationRecord {
     pub status: statics::SolveStatus,
-    /// Tensions given, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
     pub lengths_mm: ByMuscle<f64>,
     /// Lengths over that of the reference muscle (GGa if there is one).
     pub ratios: ByMuscle<f64>,
-    /// Lengths over those at rest.
     pub stretches: ByMuscle<f64>,
     pub positions_m: Vec<Vec<f64>>,
-    /// Largest residual force on a free node, N.
     pub max_residual_force_n: f64,
     pub load_reached: f64,
-    /// Stability: what is known of the eigenvalues of the stiffness.
     pub stability: statics::Stability,
-    /// What is known of the way from rest.
     pub connection: statics::Connection,
     /// Elements in which the barrier against inversion acts. If there are any, the published law does not
     /// hold there.
     pub guarded: usize,
-    /// The branch of equilibria from rest, if it was followed.
     pub branch: Option<statics::Trace>,
-    pub alarms: Vec<AlarmRecord>,
+    pub alarms: Vec<Alarm>,
     pub iterations: usize,
     pub factorisations: usize,
     /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element.
@@ -50,44 +42,6 @@ pub struct SimulationRecord {
     pub wall_s: f64,
 }
 
-impl SimulationRecord {
-    /// The record of a solve: tensions (N) and positions (m) in a system whose muscles have these names.
-    pub fn new<const D: usize>(
-        system: &System<D>,
-        muscles: &[String],
-        solution: &Solution,
-        tensions: &[f64],
-        positions: &[SVector<f64, D>],
-        wall_s: f64,
-    ) -> Self {
-        let (lengths, rest) = (system.lengths(positions), system.lengths(system.rest()));
-        let reference = reference_muscle(muscles);
-        let area_ratios = system.tissue_ratios(positions);
-        Self {
-            status: solution.status,
-            tensions_n: by(muscles, tensions),
-            lengths_mm: mm(muscles, &lengths),
-            ratios: by(muscles, &TargetKind::Ratio.values(&lengths, &rest, reference)),
-            stretches: by(muscles, &TargetKind::Stretch.values(&lengths, &rest, reference)),
-            positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
-            max_residual_force_n: solution.max_residual_force,
-            load_reached: solution.load_reached,
-            stability: solution.stability,
-            connection: solution.connection,
-            guarded: solution.guarded,
-            branch: None,
-            alarms: Vec::new(),
-            iterations: solution.iterations,
-            factorisations: solution.factorisations,
-            min_area_ratio: area_ratios.0,
-            max_area_ratio: area_ratios.1,
-            energy_j: solution.energy,
-            wall_s,
-        }
-    }
-}
-
-/// What the data leave undetermined, by muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct IdentifiabilityRecord {
     /// Singular values of d(fitted value)/d(tension), 1/N, largest first.
@@ -107,23 +61,6 @@ pub struct BodySegment {
     pub to_n: ByMuscle<f64>,
 }
 
-/// A bone whose displacement was found.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BoneRecord {
-    pub shift_mm: Vec<f64>,
-    /// The 95 % interval of each.
-    pub interval_mm: Vec<[f64; 2]>,
-}
-
-/// A reason for doubt, in a word and in a sentence.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct AlarmRecord {
-    #[serde(flatten)]
-    pub alarm: Alarm,
-    /// A sentence for readers.
-    pub text: String,
-}
-
 /// One fit: `tongue-fit --vowel a --json`, and `fit.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitRecord {
@@ -140,7 +77,6 @@ pub struct FitRecord {
     /// The vowel that changes are counted from.
     pub baseline: Vowel,
     pub target_kind: TargetKind,
-    /// The reference muscle of ratios.
     pub reference: String,
     pub active: Vec<String>,
     /// Muscles whose change is within the rounding of the data.
@@ -148,7 +84,6 @@ pub struct FitRecord {
     /// Muscles of the table or the body that were not measured in both rows, which are not observations.
     pub not_measured: Vec<String>,
     pub status: inverse::FitStatus,
-    /// Fitted tensions, N per metre of thickness.
     pub tensions_n: ByMuscle<f64>,
     /// Simulated lengths, mm (of the model, whose size is not the subject's).
     pub lengths_mm: ByMuscle<f64>,
@@ -171,17 +106,15 @@ pub struct FitRecord {
     pub passive_rms: Option<f64>,
     pub evaluations: usize,
     pub starts: Vec<inverse::Start>,
-    pub alarms: Vec<AlarmRecord>,
+    pub alarms: Vec<Alarm>,
     /// The curve of all tensions that fit as well, if one direction is undetermined.
     pub valley: Option<ValleyRecord>,
     /// Elements in which the barrier against inversion acts. If there are any, the published law does not
     /// hold there.
     pub guarded: usize,
-    /// How the answer is connected to rest.
     pub connection: statics::Connection,
     /// What the data leave undetermined; null if the equilibrium is singular.
     pub identifiability: Option<IdentifiabilityRecord>,
-    /// Largest residual force of the answer solved again from rest, N.
     pub max_residual_force_n: f64,
     /// Largest distance of a node between the search's answer and the shape to which its tensions lead from
     /// rest, m.
@@ -199,15 +132,9 @@ pub struct FitRecord {
     pub wall_s: Option<f64>,
 }
 
-impl From<&Alarm> for AlarmRecord {
-    fn from(alarm: &Alarm) -> Self {
-        Self { text: alarm.text(), alarm: alarm.clone() }
-    }
-}
-
 impl FitRecord {
-    /// The record of a fit that took `wall_s` seconds, with its provenance and the `alarms` about it.
-    pub fn new<const D: usize>(fit: &Fit<D>, alarms: &[Alarm], made_by: Provenance, wall_s: f64) -> Self {
+    /// The record of a fit with its provenance and the `alarms` about it.
+    pub fn new<const D: usize>(fit: &Fit<D>, alarms: &[Alarm], made_by: Provenance) -> Self {
         let (target, all) = (&fit.target, &fit.muscles);
         let measured = &target.muscles;
         let names = |positions: &mut dyn Iterator<Item = usize>| positions.map(|m| all[m].clone()).collect();
@@ -255,7 +182,7 @@ impl FitRecord {
             passive_rms: fit.passive_rms(),
             evaluations: fit.evaluations,
             starts: fit.starts.clone(),
-            alarms: alarms.iter().map(AlarmRecord::from).collect(),
+            alarms: alarms.to_vec(),
             valley,
             guarded: fit.replay.solution.guarded,
             connection: fit.replay.solution.connection,
@@ -267,7 +194,7 @@ impl FitRecord {
             verdict: None,
             posterior: None,
             contrasts: Vec::new(),
-            wall_s: Some(wall_s),
+            wall_s: None,
         }
     }
 
@@ -276,32 +203,14 @@ impl FitRecord {
         serde_json::to_string_pretty(self).map(|s| s + "\n")
     }
 
-    /// A tidy table with one row for each muscle.
     pub fn to_csv(&self) -> std::io::Result<String> {
-        const COLUMNS: [&str; 19] = [
-            "subject",
-            "vowel",
-            "baseline",
-            "target_kind",
-            "status",
-            "muscle",
-            "active",
-            "uncertain",
-            "tension_n_per_m",
-            "rest_length_mm",
-            "simulated_length_mm",
-            "baseline_length_mm",
-            "measured_length_mm",
-            "simulated_ratio",
-            "target_ratio measured_ratio",
-            "residual_ratio ratio_residual",
-            "simulated_stretch",
-            "target_stretch measured_stretch",
-            "residual_stretch stretch_residual",
-        ];
+        const COLUMNS: &str = "subject,vowel,baseline,target_kind,status,muscle,active,uncertain,tension_n_per_m,\
+            rest_length_mm,simulated_length_mm,baseline_length_mm,measured_length_mm,simulated_ratio,\
+            target_ratio measured_ratio,residual_ratio ratio_residual,simulated_stretch,\
+            target_stretch measured_stretch,residual_stretch stretch_residual";
         let names = self.tensions_n.0.iter().map(|(muscle, _)| muscle.as_str());
         let row = |muscle| OfMuscle { fit: self, substitute_baseline: false, fitted: &[], muscle };
         let rows: Vec<_> = names.map(row).collect();
-        column::table(&of_muscle::picked(&COLUMNS), &rows).text(&self.made_by)
+        column::table(&of_muscle::picked(COLUMNS), &rows).text(&self.made_by)
     }
 }

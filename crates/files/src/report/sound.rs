@@ -13,7 +13,6 @@ pub struct AreaRow {
     pub area_cm2: f64,
 }
 
-/// Derivatives of the formants by the tension of a muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FormantsByTension {
     pub muscle: String,
@@ -25,17 +24,13 @@ pub struct FormantsByTension {
 pub struct SoundRecord {
     pub formants_hz: Vec<f64>,
     pub bandwidths_hz: Vec<f64>,
-    /// Derivatives by the tensions of the contracting muscles.
     pub by_tension: Vec<FormantsByTension>,
     pub tract: String,
-    /// Posture of jaw, hyoid and lips.
     pub posture: Articulation,
     /// How the areas were found, where not from the distances across in the midsagittal plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub areas_from: Option<&'static str>,
-    /// Distance from the glottis to the lips along the midline, mm.
     pub tract_length_mm: f64,
-    /// Areas from the glottis to the lips.
     pub area_function: Vec<AreaRow>,
     /// Lines across the airway, mm: `[x, y]` at the outer and at the inner wall.
     pub across_mm: Vec<[[f64; 2]; 2]>,

@@ -7,14 +7,15 @@ use serde::Serialize;
 use tongue_core::body::SpaceBody;
 use tongue_core::body::space::Operated;
 use tongue_core::geometry::hexahedron;
-use tongue_core::statics::{self, Solution};
+use tongue_core::statics;
 use tongue_core::system::System;
 
 use super::by_muscle::{by, mm};
 use super::export::{Export, Provenance};
-use super::record::AlarmRecord;
 use super::vtu::{END_OF_GRID, array, begin, grid, point};
-use crate::surgery::FillingKind;
+use crate::run::Equilibrium;
+use crate::surgery::{FillingKind, Surgery};
+use tongue_infer::inverse::alarms::Alarm;
 use tongue_input::measured::ByMuscle;
 
 /// One equilibrium in space: `tongue-fit simulate --body FOLDER --json`.
@@ -36,23 +37,18 @@ pub struct SpaceRecord {
     pub positions_m: Vec<[f64; 3]>,
     /// Displacement of the foremost node in the midsagittal plane, mm: back, right, up.
     pub foremost_moved_mm: [f64; 3],
-    /// Root mean square displacement of all nodes, mm.
     pub rms_displacement_mm: f64,
-    /// Smallest ratio of an element's volume to that at rest.
     pub min_volume_ratio: f64,
     pub max_volume_ratio: f64,
-    /// Largest residual force on a free node, N.
     pub max_residual_force_n: f64,
     pub stability: statics::Stability,
-    /// What is known of the way from rest.
     pub connection: statics::Connection,
     /// Number of fibres so short that the barrier acts in them.
     pub guarded: usize,
     pub iterations: usize,
     pub factorisations: usize,
-    /// The branch of equilibria from rest, if it was followed.
     pub branch: Option<statics::Trace>,
-    pub alarms: Vec<AlarmRecord>,
+    pub alarms: Vec<Alarm>,
     /// Changes by surgery, if there was any; everything else describes the body after it.
     pub operation: Option<OperationRecord>,
     pub wall_s: f64,
@@ -62,22 +58,21 @@ impl SpaceRecord {
     /// The record of a solve: activations of all muscles and positions of all nodes, m.
     pub fn new(
         body: &SpaceBody,
-        (system, solution): (&System<3>, &Solution),
+        (system, found): (&System<3>, &Equilibrium),
         activations: &[f64],
         positions: &[Vector3<f64>],
         wall_s: f64,
     ) -> Self {
-        let mesh = &body.mesh;
+        let (mesh, solution) = (&body.mesh, &found.solution);
         let names = mesh.muscle_names();
         let length = |x: &[Vector3<f64>], [a, b]: [usize; 2]| (x[b] - x[a]).norm();
         let lengths: Vec<f64> = mesh.muscles.iter().map(|m| length(positions, m.ends())).collect();
-        let rest: Vec<f64> = mesh.muscles.iter().map(|m| length(&mesh.nodes, m.ends())).collect();
-        let stretches: Vec<f64> = lengths.iter().zip(&rest).map(|(l, r)| l / r).collect();
-        let volume = |x: &[Vector3<f64>], c| hexahedron::volume(&hexahedron::corners(x, c));
+        let rest = mesh.muscles.iter().map(|m| length(&mesh.nodes, m.ends()));
         let ratios = mesh.hexahedra.iter().map(|c| volume(positions, c) / volume(&mesh.nodes, c));
-        let (least, most) = ratios.fold((f64::INFINITY, 0.0), |(l, m): (f64, f64), r| (l.min(r), m.max(r)));
-        let moved = |n: usize| (positions[n] - mesh.nodes[n]) * 1e3;
-        let squares: f64 = (0..mesh.nodes.len()).map(|n| moved(n).norm_squared()).sum();
+        let (min_volume_ratio, max_volume_ratio) =
+            ratios.fold((f64::INFINITY, 0.0), |(l, m): (f64, f64), r| (l.min(r), m.max(r)));
+        let squares: f64 =
+            positions.iter().zip(&mesh.nodes).map(|(x, rest)| ((x - rest) * 1e3).norm_squared()).sum();
         Self {
             body: body.what.clone(),
             nodes: mesh.nodes.len(),
@@ -87,33 +82,32 @@ impl SpaceRecord {
             status: solution.status,
             activations: by(&names, activations),
             lengths_mm: mm(&names, &lengths),
-            stretches: by(&names, &stretches),
+            stretches: ByMuscle::new(&names, lengths.iter().zip(rest).map(|(l, r)| l / r)),
             positions_m: positions.iter().map(|p| [p.x, p.y, p.z]).collect(),
-            foremost_moved_mm: body.foremost().map_or([0.0; 3], |n| moved(n).into()),
+            foremost_moved_mm: foremost_moved_mm(body, positions),
             rms_displacement_mm: (squares / mesh.nodes.len().max(1) as f64).sqrt(),
-            min_volume_ratio: least,
-            max_volume_ratio: most,
+            min_volume_ratio,
+            max_volume_ratio,
             max_residual_force_n: solution.max_residual_force,
             stability: solution.stability,
             connection: solution.connection,
             guarded: solution.guarded,
             iterations: solution.iterations,
             factorisations: solution.factorisations,
-            branch: None,
-            alarms: Vec::new(),
+            branch: found.branch,
+            alarms: found.alarms.clone(),
             operation: None,
             wall_s,
         }
     }
 }
 
-/// A body before and after surgery, at the same activations.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OperationRecord {
     /// Where, as it was asked for.
     pub regions: Vec<String>,
     /// What is left there: removed, scar, flap or silent.
-    pub filling: Option<FillingKind>,
+    pub filling: FillingKind,
     pub elements: usize,
     /// Their volume at rest, cm³.
     pub volume_cm3: f64,
@@ -131,15 +125,17 @@ pub struct OperationRecord {
 }
 
 impl OperationRecord {
-    /// Compares positions of all nodes before and after, m.
-    pub fn new(body: &SpaceBody, operated: &Operated, [before, after]: [&[Vector3<f64>]; 2]) -> Self {
-        let way = |x: &[Vector3<f64>]| -> [f64; 3] {
-            body.foremost().map_or([0.0; 3], |n| ((x[n] - body.mesh.nodes[n]) * 1e3).into())
-        };
-        let (tip_before_mm, tip_after_mm) = (way(before), way(after));
+    /// Compares positions of all nodes before and after surgery, m.
+    pub fn new(
+        surgery: &Surgery,
+        body: &SpaceBody,
+        operated: &Operated,
+        [before, after]: [&[Vector3<f64>]; 2],
+    ) -> Self {
+        let [tip_before_mm, tip_after_mm] = [before, after].map(|x| foremost_moved_mm(body, x));
         Self {
-            regions: Vec::new(),
-            filling: None,
+            regions: surgery.operate.clone(),
+            filling: surgery.filling,
             elements: operated.elements,
             volume_cm3: 1e6 * operated.volume_m3,
             tip_before_mm,
@@ -152,6 +148,15 @@ impl OperationRecord {
     }
 }
 
+fn foremost_moved_mm(body: &SpaceBody, positions: &[Vector3<f64>]) -> [f64; 3] {
+    body.foremost().map_or([0.0; 3], |n| ((positions[n] - body.mesh.nodes[n]) * 1e3).into())
+}
+
+/// The volume of a hexahedron, m³.
+fn volume(x: &[Vector3<f64>], nodes: &[usize; 8]) -> f64 {
+    hexahedron::volume(&hexahedron::corners(x, nodes))
+}
+
 /// One shape of a body in space as a VTU file. Points have the given positions (m) and `displacement_m`. Each
 /// hexahedron has `volume_ratio` (to that at rest), `muscle` (number of the most active muscle through it; -1
 /// if there is none), its `activation`, and at its centre the present direction `fibre` of its fibres and
@@ -159,15 +164,12 @@ impl OperationRecord {
 #[derive(Debug, Clone, Copy)]
 pub struct SpaceVtu<'a> {
     pub body: &'a SpaceBody,
-    /// Positions of all nodes, m.
     pub positions: &'a [Vector3<f64>],
     pub activations: &'a [f64],
 }
 
-/// VTK's cell type of a hexahedron.
 const HEXAHEDRON: u8 = 12;
 
-/// The fibres of the most active muscle in an element.
 struct Fibre {
     muscle: usize,
     direction: Vector3<f64>,
@@ -209,7 +211,6 @@ impl Export for SpaceVtu<'_> {
         let muscles = most_active(self.body, self.activations);
         let fibres: Vec<Option<Fibre>> =
             muscles.iter().enumerate().map(|(e, m)| m.and_then(|m| self.fibre(e, m))).collect();
-        let volume = |x: &[Vector3<f64>], c| hexahedron::volume(&hexahedron::corners(x, c));
         begin(out, "UnstructuredGrid", by)?;
         let of_grid: Vec<_> = cells.iter().map(|c| (c.as_slice(), HEXAHEDRON)).collect();
         grid(out, &mesh.nodes, self.positions, &of_grid)?;

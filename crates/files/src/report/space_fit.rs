@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 use tongue_core::body::SpaceBody;
+use tongue_infer::inverse::FitStatus;
+use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::in_space::{Combination, Ended, SpaceFit};
-use tongue_infer::inverse::{FitStatus, alarms};
 use tongue_input::measured::ByMuscle;
 
 use super::by_muscle::by;
-use super::record::AlarmRecord;
 
 /// `tongue-fit track FILES --body space --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -18,34 +18,13 @@ pub struct SpaceTrackRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub untrusted: Option<String>,
     pub frames: Vec<SpaceFitRecord>,
-    /// What to know of all frames.
     pub notes: Vec<String>,
     pub wall_s: f64,
 }
 
-impl SpaceTrackRecord {
-    /// The record of a body without frames.
-    pub fn new(body: &SpaceBody, notes: Vec<String>) -> Self {
-        Self { body: body.what.clone(), untrusted: None, frames: Vec::new(), notes, wall_s: 0.0 }
-    }
-
-    /// Adds a frame of a recording at a time; its combinations count as open above a standard deviation.
-    pub fn push(
-        &mut self,
-        body: &SpaceBody,
-        of: (Option<&str>, Option<f64>),
-        fit: &SpaceFit,
-        open_above: f64,
-    ) {
-        self.frames.push(SpaceFitRecord::new(body, of, fit, open_above));
-    }
-}
-
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SpaceFitRecord {
-    /// The name of its recording, where it is of one.
     pub recording: Option<String>,
-    /// Its time, s, where it has one.
     pub time_s: Option<f64>,
     pub status: FitStatus,
     /// Root of the mean squared distance from what was seen, mm; stretches and ratios count times the length at rest.
@@ -61,16 +40,18 @@ pub struct SpaceFitRecord {
     /// Starts that ended elsewhere and meet the data as well (misfit at most a twentieth larger).
     pub others_as_good: Vec<ByMuscle<f64>>,
     pub factorisations: usize,
-    pub alarms: Vec<AlarmRecord>,
+    pub alarms: Vec<Alarm>,
 }
 
 /// Misfits that differ by this part are as good as each other.
 const AS_GOOD: f64 = 0.05;
 
 impl SpaceFitRecord {
-    fn new(
+    /// The record of a frame; its combinations count as open above a standard deviation.
+    pub fn new(
         body: &SpaceBody,
-        (recording, time_s): (Option<&str>, Option<f64>),
+        recording: Option<String>,
+        time_s: Option<f64>,
         fit: &SpaceFit,
         open_above: f64,
     ) -> Self {
@@ -78,7 +59,7 @@ impl SpaceFitRecord {
         let mut alarms = alarms::of_equilibrium(&replay.solution, replay.critical);
         alarms.extend(alarms::of_strain(body, &fit.answer.positions));
         Self {
-            recording: recording.map(str::to_owned),
+            recording,
             time_s,
             status: fit.answer.status,
             rms_mm: 1e3 * fit.rms_m,
@@ -89,7 +70,7 @@ impl SpaceFitRecord {
             starts: fit.starts.clone(),
             others_as_good: fit.others_as_good(AS_GOOD).map(|s| s.activations.clone()).collect(),
             factorisations: fit.factorisations,
-            alarms: alarms.iter().map(AlarmRecord::from).collect(),
+            alarms,
         }
     }
 }

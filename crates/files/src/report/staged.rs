@@ -62,7 +62,6 @@ impl Staged {
         Ok(Self { file: Some(file), closed: None })
     }
 
-    /// Closes the file after its content is written.
     pub(super) fn close(&mut self) {
         if let Some(file) = self.file.take() {
             self.closed = Some(file.into_temp_path());

@@ -19,15 +19,10 @@ const OWN: &str = r#"<script type="application/json" id="own">{}</script>"#;
 pub struct PageBody {
     /// Mesh spacing of springs, mm; the page's own if none is given.
     pub springs_h_mm: Option<f64>,
-    /// Mesh spacing of a continuum, mm.
     pub continuum_h_mm: Option<f64>,
-    /// Whether the page opens with a continuum.
     pub continuum: bool,
-    /// What the body is made from.
     pub model: Model,
-    /// The name of its text in messages.
     pub file: String,
-    /// The user's own anatomy (TOML).
     pub anatomy: Option<String>,
     /// The user's own mesh, in the format of `tongue-fit mesh --json`.
     pub mesh: Option<String>,

@@ -14,9 +14,7 @@ pub struct TrajectoryRecord {
     pub dt_s: Option<f64>,
     /// Error allowed in a step, mm; null with a fixed step.
     pub tolerance_mm: Option<f64>,
-    /// The requested end, s.
     pub t_end_s: f64,
-    /// The time reached, s.
     pub time_s: f64,
     /// Part of the way to its equilibrium, under the tensions at the time reached, that the body has moved;
     /// null if there is no such way.
@@ -66,7 +64,6 @@ impl TrajectoryRecord {
     }
 }
 
-/// Lengths and tensions of a body's muscles over time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct History {
     pub muscles: Vec<String>,

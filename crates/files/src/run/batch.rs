@@ -9,12 +9,10 @@ use tongue_input::measured::thesis::Thesis;
 use crate::report::ReportError;
 use crate::report::batch::{BatchProvenance, Fitted, RowPosterior, fitted};
 
-/// The fits of a table in one body, each made by [`BatchRun::fit`].
 #[derive(Debug, Clone)]
 pub struct BatchRun {
     pub plan: BatchPlan,
     pub mesh: Mesh<2>,
-    /// Names of its muscles in the order of columns.
     pub muscles: Vec<String>,
     pub model: Model,
     pub settings: FitSettings,

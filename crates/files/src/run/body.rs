@@ -9,7 +9,6 @@ use tongue_core::system::TissueModel;
 use tongue_input::bodies::gmsh::Concern;
 use tongue_input::bodies::{BodyFileError, MeshContent, Unit};
 
-/// Default mesh spacing of a continuum, m.
 const CONTINUUM_SPACING_M: f64 = 4e-3;
 
 /// Elements of a body.
@@ -62,7 +61,6 @@ impl BodySource {
     }
 }
 
-/// A body in the midsagittal plane.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct PlaneBody {

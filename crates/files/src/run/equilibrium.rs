@@ -1,16 +1,17 @@
 //! One equilibrium, with what there is to doubt in it.
 
+use nalgebra::SVector;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::System;
 use tongue_infer::inverse::alarms::{self, Alarm};
+use tongue_input::measured::{ByMuscle, TargetKind, reference_muscle};
 
-use crate::report::{AlarmRecord, SimulationRecord};
+use crate::report::SimulationRecord;
 
 /// An equilibrium at given tensions (activations in space); its positions are in the workspace.
 #[derive(Debug, Clone)]
 pub struct Equilibrium {
     pub solution: Solution,
-    /// The branch of equilibria from rest, if it was followed.
     pub branch: Option<statics::Trace>,
     pub alarms: Vec<Alarm>,
 }
@@ -36,21 +37,38 @@ impl Equilibrium {
         Self { solution: found.solution, branch: Some(found), alarms }
     }
 
-    pub fn told(&self) -> Vec<AlarmRecord> {
-        self.alarms.iter().map(AlarmRecord::from).collect()
-    }
-
-    /// Its record in the plane: of muscles with these names and tensions, N per metre of thickness, after a
-    /// solve of `wall_s` seconds.
-    pub fn record(
+    /// Its record: of muscles with these names and tensions, N (2D: per metre of thickness), in these positions, m.
+    pub fn record<const D: usize>(
         &self,
-        (system, workspace): (&System<2>, &Workspace<2>),
+        system: &System<D>,
+        positions: &[SVector<f64, D>],
         names: &[String],
         tensions: &[f64],
         wall_s: f64,
     ) -> SimulationRecord {
-        let positions = workspace.positions();
-        let record = SimulationRecord::new(system, names, &self.solution, tensions, positions, wall_s);
-        SimulationRecord { branch: self.branch, alarms: self.told(), ..record }
+        let (lengths, rest) = (system.lengths(positions), system.lengths(system.rest()));
+        let of_kind = |kind: TargetKind| kind.values(&lengths, &rest, reference_muscle(names));
+        let (min_area_ratio, max_area_ratio) = system.tissue_ratios(positions);
+        SimulationRecord {
+            status: self.solution.status,
+            tensions_n: ByMuscle::new(names, tensions.iter().copied()),
+            lengths_mm: ByMuscle::new(names, lengths.iter().map(|l| 1e3 * l)),
+            ratios: ByMuscle::new(names, of_kind(TargetKind::Ratio)),
+            stretches: ByMuscle::new(names, of_kind(TargetKind::Stretch)),
+            positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
+            max_residual_force_n: self.solution.max_residual_force,
+            load_reached: self.solution.load_reached,
+            stability: self.solution.stability,
+            connection: self.solution.connection,
+            guarded: self.solution.guarded,
+            branch: self.branch,
+            alarms: self.alarms.clone(),
+            iterations: self.solution.iterations,
+            factorisations: self.solution.factorisations,
+            min_area_ratio,
+            max_area_ratio,
+            energy_j: self.solution.energy,
+            wall_s,
+        }
     }
 }

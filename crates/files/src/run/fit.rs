@@ -16,7 +16,6 @@ use crate::scene::effects::CONTACT_REACH_MM;
 pub struct FitRun {
     pub target: Target,
     pub settings: FitSettings,
-    /// Whether the palate and teeth of the body stop the tongue.
     pub walls: bool,
 }
 
@@ -52,10 +51,9 @@ impl FitRun {
 impl FitFound {
     /// Its record, with the time that it took, s, if that is wanted.
     pub fn record(&self, made_by: Provenance, wall_s: Option<f64>) -> FitRecord {
-        FitRecord { wall_s, ..FitRecord::new(&self.fit, &self.alarms, made_by, 0.0) }
+        FitRecord { wall_s, ..FitRecord::new(&self.fit, &self.alarms, made_by) }
     }
 
-    /// The shape at the tensions found over that at rest.
     pub fn picture(&self, body: &Body<2>) -> Result<Svg, ReportError> {
         let target = &self.fit.target;
         let title =

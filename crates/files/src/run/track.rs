@@ -50,9 +50,7 @@ pub struct TrackRun<'a> {
     pub is_given: bool,
     /// Method for the rest shape of a body that is placed.
     pub rest: How,
-    /// Names of the bones that may be displaced where they were not seen.
     pub free_bones: &'a [String],
-    /// Points that are predicted instead of fitted.
     pub hide: &'a [String],
 }
 
@@ -61,7 +59,6 @@ pub struct TrackRun<'a> {
 pub struct TrackedBody {
     pub body: Body<2>,
     pub followed: Vec<Followed>,
-    /// How it was adapted; `None` for a body that was not.
     pub adaptation: Option<Adaptation>,
     /// What is known of where coils placed it.
     pub placement: Option<Placement>,
@@ -72,7 +69,6 @@ pub struct TrackedBody {
 }
 
 impl TrackedBody {
-    /// Whether its shape at rest was fitted to recordings.
     pub fn is_fitted(&self) -> bool {
         self.adaptation.as_ref().is_some_and(|a| a.rest == How::Joint)
     }
@@ -259,7 +255,6 @@ pub fn sittings(seen: &[&AlignedRecording]) -> Vec<Range<usize>> {
     out
 }
 
-/// A body with its adaptation.
 fn known(body: Body<2>, adaptation: Option<&Adaptation>) -> TrackedBody {
     let followed = match adaptation {
         Some(a) => a.followed(&body),

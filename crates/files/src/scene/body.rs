@@ -10,9 +10,7 @@ use tongue_core::body::{Body, BodyError, ContinuumSettings, solid};
 use tongue_core::limits::{SIZE_MM, SPACING_MM};
 use tongue_input::bodies::AnyBody;
 
-/// Maximum number of cells along an edge of a solid.
 const MOST_LAYERS: f64 = 60.0;
-/// Maximum number of nodes of a solid: more take minutes to order and factorise.
 const MOST_NODES: usize = 12_000;
 
 pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {

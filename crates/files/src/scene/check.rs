@@ -7,7 +7,6 @@ use tongue_core::dynamics::SHORTEST_S;
 use tongue_core::limits::{self, BeyondLimit};
 use tongue_infer::track;
 
-/// Minimum distance of neighbouring points of a wall, mm.
 const LEAST_SEGMENT_MM: f64 = 1e-3;
 
 /// The error for a number of a key.

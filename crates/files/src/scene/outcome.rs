@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::plan::ScenePlan;
 use super::points::PointsFit;
-use crate::report::{AlarmRecord, OperationRecord, SoundRecord};
+use crate::report::{OperationRecord, SoundRecord};
 use tongue_core::dynamics::{self, StepCounts};
 use tongue_core::statics::Solution;
-use tongue_infer::inverse;
+use tongue_infer::inverse::{self, alarms::Alarm};
 
 /// How hard a muscle pulls.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -63,11 +63,8 @@ pub struct MuscleLength {
 pub struct ContactForce {
     /// Force of the body on the wall, N (2D: per metre of thickness).
     pub on_wall_n: Vec<f64>,
-    /// Largest force of a node on the wall, N.
     pub largest_n: f64,
-    /// Number of nodes on which the wall acts.
     pub touching: usize,
-    /// Smallest distance of a node from the wall, mm.
     pub closest_mm: f64,
     /// Whether a corner of the wall is between two nodes: the wall acts on nodes, not on the lines between
     /// them.
@@ -85,7 +82,6 @@ pub struct EffectTime {
     pub total_us: f64,
 }
 
-/// The body at one time of a trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Moment {
     pub time_s: f64,
@@ -103,7 +99,6 @@ pub struct Way {
     /// Part of the way to its equilibrium that the body has moved; null if there is no such way.
     pub part_of_way_to_equilibrium: Option<f64>,
     pub counts: StepCounts,
-    /// The body at equidistant times.
     pub moments: Vec<Moment>,
 }
 
@@ -124,7 +119,6 @@ pub struct SceneOutcome {
     /// Force of the body on the bones, N, by dimension; null at the end of a trajectory, where dampers and
     /// masses act on them too.
     pub on_bones_n: Option<Vec<f64>>,
-    /// The last equilibrium, if one was wanted.
     pub solution: Option<Solution>,
     pub fit: Option<inverse::FitStatus>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -137,7 +131,7 @@ pub struct SceneOutcome {
     pub trajectory: Option<Way>,
     /// What is wrong with the shape of a tongue in space: strained too far.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub alarms: Vec<AlarmRecord>,
+    pub alarms: Vec<Alarm>,
     pub wall_s: f64,
     /// Time by effect, for a trajectory or the last equilibrium; the rest is mostly linear algebra.
     pub time_by_effect: Vec<EffectTime>,

@@ -44,7 +44,6 @@ pub struct ScenePlan {
     pub method: String,
     pub dimension: usize,
     pub nodes: usize,
-    /// Scalar unknowns of a solve.
     pub unknowns: usize,
     /// Structurally nonzero scalar entries of the stiffness matrix, both triangles.
     pub nonzeros: usize,
@@ -52,12 +51,9 @@ pub struct ScenePlan {
     pub factor_nonzeros: usize,
     /// Whether the factor is computed in supernodes, by faer, rather than block by block.
     pub factor_in_supernodes: bool,
-    /// Floating-point operations of one factorisation.
     pub factor_operations: usize,
-    /// Estimated cost of a factorisation, microseconds.
     pub estimated_factor_us: f64,
     pub effects: Vec<Planned>,
-    /// Every muscle of the mesh, each name once.
     pub muscles: Vec<EffectRole>,
 }
 

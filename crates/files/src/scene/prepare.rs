@@ -23,7 +23,6 @@ use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 pub struct Prepared<const D: usize> {
     pub plan: ScenePlan,
     pub body: Body<D>,
-    /// The surgery that left this body, if there was any.
     pub(super) operation: Option<Operation>,
     pub system: Arc<System<D>>,
     /// For a trajectory with carried bones: the system without weight and contraction, whose equilibrium is
@@ -36,7 +35,6 @@ pub struct Prepared<const D: usize> {
     pub airway: Option<Airway>,
 }
 
-/// Plans a scene and makes its system.
 pub fn prepare<const D: usize>(
     scene: &Scene,
     body: Body<D>,
@@ -303,7 +301,6 @@ fn method(scene: &Scene) -> String {
 }
 
 impl<const D: usize> Prepared<D> {
-    /// The effects of the system by name, each name once.
     pub(crate) fn effects_by_name(&self) -> Vec<(&'static str, Vec<&dyn Effect<D>>)> {
         let mut groups: Vec<(&'static str, Vec<&dyn Effect<D>>)> = Vec::new();
         for effect in self.system.effects() {

@@ -10,7 +10,7 @@ use super::points::PointsFit;
 use super::prepare::{Prepared, prepare};
 use super::tongue_in_space::{Operation, in_space};
 use super::{SceneError, airway, body, contradiction, sound};
-use crate::report::{AlarmRecord, OperationRecord};
+use crate::report::OperationRecord;
 use nalgebra::{SVector, Vector3};
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Observer, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
@@ -19,11 +19,10 @@ use tongue_core::statics::{self, Connection, Solution, SolveSettings, Workspace}
 use tongue_core::system::System;
 use tongue_infer::heard::Articulation;
 use tongue_infer::inverse;
-use tongue_infer::inverse::alarms::{self, Alarm};
+use tongue_infer::inverse::alarms;
 use tongue_infer::track::FrameStatus;
 use tongue_input::bodies::AnyBody;
 
-/// Number of sampled times of a trajectory.
 const SAMPLES: usize = 121;
 /// Number of repetitions of each evaluation when effects are timed.
 const REPETITIONS: u32 = 50;
@@ -91,8 +90,6 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         && min_cell_ratio > 0.0;
     let in_space = positions.iter().map(|p| Vector3::from_fn(|i, _| p.get(i).copied().unwrap_or(0.0)));
     let in_space: Vec<Vector3<f64>> = in_space.collect();
-    let strained = prepared.body.space.iter().flat_map(|body| alarms::of_strain(body, &in_space));
-    let strained: Vec<Alarm> = strained.collect();
     Ok(SceneOutcome {
         converged,
         pulls: match prepared.body.space.is_some() {
@@ -111,7 +108,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         sound: heard,
         operation: compared(scene, prepared, &positions)?,
         trajectory,
-        alarms: strained.iter().map(AlarmRecord::from).collect(),
+        alarms: prepared.body.space.iter().flat_map(|body| alarms::of_strain(body, &in_space)).collect(),
         wall_s,
         time_by_effect: time_by_effect(prepared, at, evaluations),
         positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
@@ -306,7 +303,7 @@ fn compared<const D: usize>(
         before.positions_m.iter().map(|p| Vector3::from_column_slice(p)).collect();
     let own = |x: &[Vector3<f64>]| x.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect::<Vec<_>>();
     let after: Vec<Vector3<f64>> = after.iter().map(|p| Vector3::from_fn(|axis, _| p[axis])).collect();
-    let mut record = surgery.record(whole, operated, [&own(&before), &own(&after)]);
+    let mut record = OperationRecord::new(surgery, whole, operated, [&own(&before), &own(&after)]);
     surgery.make_up(&mut record, whole.foremost(), (body, system), &before)?;
     Ok(Some(record))
 }

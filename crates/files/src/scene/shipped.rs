@@ -2,7 +2,6 @@
 
 use super::{Scene, SceneError};
 
-/// Name and text of every built-in scene.
 const SHIPPED: [(&str, &str); 17] = [
     ("vowel-a", include_str!("../../../../targets/scenes/vowel-a.toml")),
     ("vowel-a-jaw", include_str!("../../../../targets/scenes/vowel-a-jaw.toml")),
@@ -27,7 +26,6 @@ pub fn names() -> impl Iterator<Item = &'static str> + Clone {
     SHIPPED.iter().map(|(name, _)| *name)
 }
 
-/// The built-in scene of a name.
 pub fn shipped(name: &str) -> Result<Scene, SceneError> {
     let (name, text) = SHIPPED
         .iter()

@@ -42,7 +42,6 @@ pub struct Operation {
 }
 
 impl Operation {
-    /// The surgery of a scene; `None` for a scene without any.
     pub(super) fn of(scene: &Scene) -> Result<Option<Self>, SceneError> {
         let Some(surgery) = &scene.surgery else { return Ok(None) };
         let SceneBody::TongueInSpace(given) = &scene.body else {

@@ -95,13 +95,11 @@ impl<const D: usize> Assembly<D> {
         Ok(Length::new(self.system().muscle_ends(self.line(muscle)?)))
     }
 
-    /// The length of a muscle over its length at rest.
     pub fn stretch(&self, muscle: &str) -> Result<Stretch, SimulationError> {
         let rest = self.system().length(self.system().rest(), self.line(muscle)?);
         Ok(Stretch::new(self.length(muscle)?, rest))
     }
 
-    /// The length of a muscle over another's.
     pub fn ratio(&self, muscle: &str, over: &str) -> Result<Ratio, SimulationError> {
         Ok(Ratio::new(self.length(muscle)?, self.length(over)?))
     }
@@ -118,7 +116,6 @@ impl<const D: usize> Assembly<D> {
         Ok(Observations { fitted, others })
     }
 
-    /// Numbers of the chains of a muscle.
     pub(super) fn fibres(&self, muscle: &str) -> Result<Vec<usize>, SimulationError> {
         fibres(self.body(), muscle)
     }
@@ -163,7 +160,6 @@ impl<const D: usize> Assembly<D> {
         Ok(all)
     }
 
-    /// The nodes of a bone: at least one.
     pub(super) fn bone(&self, name: &str) -> Result<&[usize], SimulationError> {
         match self.body().bone(name) {
             [] => Err(SimulationError::NoSuchBone {

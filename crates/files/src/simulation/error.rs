@@ -25,12 +25,7 @@ pub enum SimulationError {
     #[error("{name} is not searched for; {what}")]
     NotUnknown { name: String, what: &'static str },
     #[error("{name} is {value}; it must be {must}")]
-    Value {
-        name: String,
-        /// Its value, SI.
-        value: f64,
-        must: &'static str,
-    },
+    Value { name: String, value: f64, must: &'static str },
     #[error("the shape to start from has {given} nodes, the body {nodes}; take a shape of the same body")]
     OtherBody { given: usize, nodes: usize },
     #[error(transparent)]
@@ -58,7 +53,6 @@ pub(super) fn checked(
     if good { Ok(value) } else { Err(SimulationError::Value { name: name.to_owned(), value, must }) }
 }
 
-/// Checks the tension of a muscle, N (2D: per metre of thickness).
 pub fn check_tension(muscle: &str, tension: f64) -> Result<(), SimulationError> {
     let good = tension.is_finite() && tension >= 0.0;
     let must = "finite and not negative: muscles pull, they do not push";

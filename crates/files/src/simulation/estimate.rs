@@ -15,7 +15,6 @@ pub struct Estimate<const D: usize> {
     pub status: FitStatus,
     /// The whole answer: misfit, what the data leave undetermined, the ends of the starts.
     pub answer: Answer<D>,
-    /// The shape at the answer, solved from rest.
     pub shape: Shape<D>,
     /// The value of each observable in that shape, in the order and units of the observations.
     pub simulated: Vec<f64>,
@@ -53,7 +52,6 @@ impl<const D: usize> Estimate<D> {
         self.status == FitStatus::Converged && self.shape.is_traced() && self.shape.guarded() == 0
     }
 
-    /// The tension of a muscle, N (2D: per metre of thickness), fitted or given.
     pub fn tension(&self, muscle: &str) -> Result<f64, SimulationError> {
         self.shape.tension(muscle)
     }
@@ -64,7 +62,6 @@ impl<const D: usize> Estimate<D> {
         self.contracting.iter().filter_map(|name| Some((name.as_str(), self.tension(name).ok()?))).collect()
     }
 
-    /// Displacement of a free bone from its place at rest, m.
     pub fn displacement(&self, bone: &str) -> Result<SVector<f64, D>, SimulationError> {
         let what = "free the bone (InverseProblem::free_bone)";
         let number = self.bones.iter().position(|b| b == bone);
@@ -149,11 +146,8 @@ pub struct EstimateRecord {
     /// The value of each observable in the fitted shape, in the order and units of the observations.
     pub simulated: Vec<f64>,
     pub measured: Vec<f64>,
-    /// Displacements of the free bones, mm.
     pub displacements_mm: ByMuscle<Vec<f64>>,
-    /// Young's modulus, Pa, if it was an unknown.
     pub young_modulus_pa: Option<f64>,
-    /// Poisson's ratio, if it was an unknown.
     pub poisson_ratio: Option<f64>,
     pub evaluations: usize,
     /// Singular values of d(residual)/d(unknown in its unit), largest first.

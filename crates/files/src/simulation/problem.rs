@@ -6,7 +6,6 @@ use tongue_infer::inverse::{self, FitSettings, FreedBone, Inverse, Prior, Quanti
 use super::error::checked;
 use super::{Assembly, Estimate, SimulationError};
 
-/// The observations of a body.
 #[derive(Debug, Clone, Default)]
 pub struct Observations<const D: usize> {
     pub fitted: Vec<Observation<D>>,
@@ -36,7 +35,6 @@ pub struct InverseProblem<const D: usize> {
     unknowns: Vec<Unknown>,
     bone_names: Vec<String>,
     bones: Vec<FreedBone<D>>,
-    /// Known tensions of all muscles of the body, N.
     tensions: Vec<f64>,
 }
 
@@ -195,7 +193,6 @@ impl<const D: usize> InverseProblem<D> {
 
 const POSITIVE: &str = "positive and finite";
 
-/// The inverse of a standard deviation.
 fn weight(name: &str, sd: f64) -> Result<f64, SimulationError> {
     let what = format!("the standard deviation of {name}");
     checked(&what, sd, sd.is_finite() && sd > 0.0, POSITIVE).map(|sd| 1.0 / sd)

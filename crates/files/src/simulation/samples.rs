@@ -7,7 +7,6 @@ use tongue_core::system::System;
 
 use super::SimulationError;
 
-/// Error allowed in a step, m.
 const TOLERANCE: f64 = 1e-6;
 
 /// Follows the motion of a system from rest: returns how it ended, the part of its way to equilibrium, and

@@ -2,7 +2,8 @@
 
 use nalgebra::SVector;
 
-use crate::report::{self, AlarmRecord, ReportError, SectionPicture, SimulationRecord, Svg, Vtu};
+use crate::report::{self, ReportError, SectionPicture, SimulationRecord, Svg, Vtu};
+use crate::run::Equilibrium;
 use tongue_core::statics::{Connection, Solution, SolveStatus, Trace};
 use tongue_infer::inverse::alarms;
 
@@ -11,9 +12,7 @@ use super::{Assembly, SimulationError};
 /// A shape of a body under tensions, independent of the solver.
 #[derive(Debug, Clone)]
 pub struct Shape<const D: usize> {
-    /// How the solve ended, and what it cost.
     pub solution: Solution,
-    /// The branch of equilibria from rest, if it was followed.
     pub trace: Option<Trace>,
     assembly: Assembly<D>,
     /// Of all chains of the body, in its order, N (2D: per metre of thickness).
@@ -31,7 +30,6 @@ impl<const D: usize> Shape<D> {
         Self { solution, trace: None, assembly: assembly.clone(), tensions, positions }
     }
 
-    /// The body under these tensions.
     pub fn assembly(&self) -> &Assembly<D> {
         &self.assembly
     }
@@ -57,7 +55,6 @@ impl<const D: usize> Shape<D> {
         &self.positions
     }
 
-    /// The tension of a muscle, N (2D: per metre of thickness).
     pub fn tension(&self, muscle: &str) -> Result<f64, SimulationError> {
         Ok(self.tensions[self.assembly.fibres(muscle)?[0]])
     }
@@ -67,7 +64,6 @@ impl<const D: usize> Shape<D> {
         self.mean_length(muscle, &self.positions)
     }
 
-    /// The length of a muscle at rest, m.
     pub fn rest_length(&self, muscle: &str) -> Result<f64, SimulationError> {
         self.mean_length(muscle, self.assembly.system().rest())
     }
@@ -83,7 +79,6 @@ impl<const D: usize> Shape<D> {
         Ok(self.length(muscle)? / self.rest_length(muscle)?)
     }
 
-    /// The length of a muscle over another's.
     pub fn ratio(&self, muscle: &str, over: &str) -> Result<f64, SimulationError> {
         Ok(self.length(muscle)? / self.length(over)?)
     }
@@ -96,21 +91,14 @@ impl<const D: usize> Shape<D> {
     /// A record for JSON ([`report::Json`]), as of `tongue-fit simulate --json`, without the duration.
     pub fn record(&self) -> SimulationRecord {
         let names = self.assembly.body().mesh.muscle_names();
-        let (system, positions) = (self.assembly.system(), &self.positions);
-        let record =
-            SimulationRecord::new(system, &names, &self.solution, &self.tensions, positions, f64::NAN);
         let alarms = match &self.trace {
             Some(trace) => alarms::of_equilibrium(&self.solution, trace.critical),
             None => alarms::barrier(self.solution.guarded).into_iter().collect(),
         };
-        SimulationRecord {
-            branch: self.trace,
-            alarms: alarms.iter().map(AlarmRecord::from).collect(),
-            ..record
-        }
+        let found = Equilibrium { solution: self.solution, branch: self.trace, alarms };
+        found.record(self.assembly.system(), &self.positions, &names, &self.tensions, f64::NAN)
     }
 
-    /// Shape and tensions as a file for ParaView.
     pub fn vtu(&self) -> Result<Vtu<'_, D>, ReportError> {
         Vtu::new(&self.assembly.body().mesh, &self.positions, &self.tensions)
     }

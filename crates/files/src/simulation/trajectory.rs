@@ -11,7 +11,6 @@ use super::{Assembly, SimulationError};
 /// The motion of a body from rest, at equidistant times.
 #[derive(Debug, Clone)]
 pub struct Trajectory<const D: usize> {
-    /// How it ended, and what it cost.
     pub outcome: MotionOutcome,
     /// Part of the way to equilibrium that the body has moved at the end; `None` if there is no such way.
     pub part_of_way: Option<f64>,

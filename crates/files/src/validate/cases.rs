@@ -26,12 +26,10 @@ impl Case {
         Some(Self { subject: target.subject.clone(), vowel: target.vowel.clone(), unseen, matched })
     }
 
-    /// The measurements.
     pub fn target(&self) -> &Target {
         &self.matched.target
     }
 
-    /// Measured stretch of a muscle by its name.
     pub fn stretch_of(&self, muscle: &str) -> Option<f64> {
         let at = self.target().muscles.iter().position(|m| m == muscle)?;
         Some(self.target().values[at])
@@ -43,7 +41,6 @@ impl Case {
         squares.sum::<f64>() / self.unseen.len() as f64
     }
 
-    /// Mean square error of the prediction that no muscle changes.
     pub fn no_change(&self) -> f64 {
         self.error(&vec![1.0; self.target().muscles.len()])
     }
@@ -70,7 +67,6 @@ pub fn of_rows(
     rows.filter_map(case).collect()
 }
 
-/// The subjects of cases, each once, in their order.
 pub fn subjects(cases: &[Case]) -> Vec<&str> {
     distinct(cases.iter().map(|case| case.subject.as_str()))
 }

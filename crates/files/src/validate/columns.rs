@@ -6,7 +6,6 @@ use crate::report::column::Column;
 
 use super::{Prediction, Scored, ScoredBaseline, ScoredOpponent, ValidationStudy};
 
-/// The scores of an opponent with another baseline.
 pub type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
 
 pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
@@ -46,7 +45,6 @@ pub fn opponents(study: &ValidationStudy) -> Vec<Column<'_, ScoredOpponent>> {
     ]
 }
 
-/// The passive muscles, each with its stretch by every opponent.
 pub fn predictions(study: &ValidationStudy) -> Vec<Column<'_, Prediction>> {
     type Of<'a> = Column<'a, Prediction>;
     let mut columns = vec![
@@ -67,7 +65,6 @@ fn brief(stretch: f64) -> Value {
     if stretch.fract() == 0.0 { Value::from(stretch as i64) } else { stretch.into() }
 }
 
-/// Scores of predicted distributions.
 pub fn scores<'a>() -> Vec<Column<'a, Scored>> {
     type Of<'a> = Column<'a, Scored>;
     vec![

@@ -50,7 +50,6 @@ pub enum ValidationError {
     Subjects { subjects: usize, origin: String, baseline: Vowel },
 }
 
-/// Number of bootstrap draws.
 const DRAWS: usize = 2000;
 
 /// What is validated, and how thoroughly.
@@ -58,15 +57,12 @@ const DRAWS: usize = 2000;
 pub struct ValidationPlan {
     /// The vowel that others are compared with.
     pub baseline: Vowel,
-    /// Number of permutations of the names of muscles.
     pub permutations: u64,
-    /// Seed of permutations and bootstraps.
     pub seed: u64,
     /// Whether to validate the posterior, which takes longer than all other opponents together.
     pub posterior: bool,
 }
 
-/// Progress of a study.
 pub struct Progress<'a> {
     done: AtomicUsize,
     total: usize,
@@ -150,7 +146,6 @@ pub fn run(
     })
 }
 
-/// Predictions of each case by statistics of the others, without a model.
 fn statistical(all: &[Case]) -> Vec<Entry> {
     let others = |case: &Case| all.iter().filter(|c| c.subject != case.subject).collect::<Vec<&Case>>();
     let count = all.iter().map(|c| c.target().muscles.len()).max().unwrap_or(0);

@@ -16,7 +16,6 @@ pub fn of_thesis(mesh: &Mesh<2>, model: &Model, case: &Case) -> Vec<f64> {
     }
 }
 
-/// The body under the default priors of the posterior.
 pub fn ground(body: &Body<2>, model: &Model) -> Result<Ground, PosteriorError> {
     let mut priors = Priors::default();
     priors.hyoid.off = body.bone(HYOID).is_empty();

@@ -8,7 +8,6 @@ use tongue_core::statistics::distinct;
 
 use super::{PosteriorStudy, ScoredOpponent, ValidationStudy, columns};
 
-/// Names and contents of files.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
 /// The opponents in the figure.

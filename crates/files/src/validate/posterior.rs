@@ -28,7 +28,6 @@ use super::{Progress, ValidationError};
 /// Most permutations of names: each takes as long as the table itself.
 const MOST_PERMUTATIONS: u64 = 10;
 
-/// Scores with another vowel as baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(serde::Deserialize))]
 pub struct ScoredBaseline {
@@ -40,13 +39,10 @@ pub struct ScoredBaseline {
     pub scores: Vec<Scored>,
 }
 
-/// Validation of the posterior.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(serde::Deserialize))]
 pub struct PosteriorStudy {
-    /// Poisson's ratio of the body.
     pub poisson_ratio: f64,
-    /// Priors of the posterior.
     pub priors: Priors,
     /// All opponents with the usual baseline.
     pub scores: Vec<Scored>,
@@ -57,11 +53,8 @@ pub struct PosteriorStudy {
     /// Every prediction, for `posterior_predictions.csv`.
     #[serde(skip)]
     pub predictions: Vec<Told>,
-    /// The result in one sentence.
     pub verdict: String,
-    /// Root mean square errors with permuted names of muscles.
     pub permuted_rms: Vec<f64>,
-    /// Mean log scores with permuted names of muscles.
     pub permuted_log_score: Vec<f64>,
 }
 
@@ -174,7 +167,6 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
     (0..count).map(one).collect()
 }
 
-/// Validates the posterior.
 pub fn study(
     body: &Body<2>,
     model: &Model,

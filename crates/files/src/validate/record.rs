@@ -13,19 +13,13 @@ use crate::report::ByMuscle;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(Deserialize))]
 pub struct ScoredOpponent {
-    /// Its name in tables and JSON.
     pub name: String,
-    /// Description.
     pub what: String,
-    /// Number of parameters tuned on other subjects.
     pub tuned_parameters: usize,
-    /// Root mean square error over fits.
     pub rms: f64,
     /// Lower end of the 95 % interval by bootstraps over fits.
     pub low: f64,
-    /// Upper end.
     pub high: f64,
-    /// Number of fits in which it is worse than "no change".
     pub worse_than_no_change: usize,
     /// Part of the bootstraps in which it is better than the constant.
     pub better_than_constant: f64,
@@ -33,14 +27,12 @@ pub struct ScoredOpponent {
     pub correlation: Option<f64>,
 }
 
-/// A passive muscle of a fit.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(Deserialize))]
 pub struct Prediction {
     pub subject: String,
     pub vowel: Vowel,
     pub muscle: String,
-    /// Measured stretch.
     pub measured: f64,
     /// Predicted stretch by the name of the opponent.
     #[serde(flatten)]
@@ -52,18 +44,13 @@ pub struct Prediction {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(Deserialize))]
 pub struct ValidationStudy {
-    /// The table of lengths.
     pub data: String,
     pub baseline: Vowel,
-    /// Poisson's ratio of the body.
     pub poisson_ratio: f64,
     pub subjects: Vec<String>,
-    /// Number of fits.
     pub fits: usize,
     pub seed: u64,
-    /// Every opponent.
     pub opponents: Vec<ScoredOpponent>,
-    /// Every passive muscle.
     pub predictions: Vec<Prediction>,
     /// Validation of the posterior, with every muscle predicted as a distribution from all others; null if it
     /// was not asked for or the body has no posterior.
@@ -79,7 +66,6 @@ fn in_order<'de, D: serde::Deserializer<'de>>(from: D) -> Result<ByMuscle<f64>, 
 }
 
 impl ValidationStudy {
-    /// An opponent by its name.
     pub fn opponent(&self, name: &str) -> Option<&ScoredOpponent> {
         self.opponents.iter().find(|o| o.name == name)
     }

@@ -16,7 +16,6 @@ pub fn orders(muscles: usize, count: u64, seed: u64) -> Vec<Vec<usize>> {
     orders
 }
 
-/// Lengths under permuted names of muscles.
 pub fn renamed(lengths: &Lengths, order: &[usize]) -> Lengths {
     Lengths {
         length_mm: order.iter().map(|&o| lengths.length_mm[o]).collect(),

@@ -24,23 +24,17 @@ const JOINT_TILT: usize = 4;
 /// The predictions of every muscle of a case by each opponent; `None` for opponents that were not asked.
 pub type Predicted = Vec<Vec<Option<LeftOut>>>;
 
-/// Scores of predicted distributions.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(serde::Deserialize))]
 pub struct Scored {
-    /// Name of the opponent.
     pub name: String,
-    /// Root mean square error of the means.
     pub rms: f64,
-    /// Mean continuous ranked probability score.
     pub crps: f64,
-    /// Mean logarithm of the density of what was measured.
     pub log_score: f64,
     /// Part of the measured stretches inside the 50 % intervals.
     pub coverage_50: f64,
     /// Part of them inside the 95 % intervals.
     pub coverage_95: f64,
-    /// Number of predictions.
     pub predictions: usize,
     /// Predictions that were sampled by themselves, since too few draws of the run for all of them counted.
     pub sampled: usize,
@@ -60,19 +54,14 @@ pub struct Told {
     pub subject: String,
     pub vowel: Vowel,
     pub muscle: String,
-    /// Its measured stretch.
     pub measured: f64,
-    /// The opponent that predicts.
     pub opponent: String,
-    /// Mean of the prediction.
     pub mean: f64,
     /// Lower end of its middle 95 %.
     pub low_95: f64,
     /// Upper end.
     pub high_95: f64,
-    /// Logarithm of the density of what was measured.
     pub log_score: f64,
-    /// Effective draws.
     pub effective: f64,
 }
 
@@ -98,13 +87,11 @@ pub fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl F
     }
 }
 
-/// The scores of the opponents that were asked.
 pub fn all_scored(all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Vec<Scored> {
     let each = (0..OPPONENTS.len()).map(|which| scored(which, all, predicted, &is_in));
     each.filter(|s| s.predictions > 0).collect()
 }
 
-/// Every prediction of every opponent.
 pub fn told(baseline: &Vowel, all: &[Case], predicted: &[Predicted]) -> Vec<Told> {
     let mut out = Vec::new();
     for (case, row) in all.iter().zip(predicted) {

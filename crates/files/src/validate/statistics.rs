@@ -16,7 +16,6 @@ pub struct Shrunk {
 }
 
 impl Shrunk {
-    /// All candidates.
     fn all() -> Vec<Self> {
         let mut all = Vec::new();
         for about_no_change in [false, true] {
@@ -33,7 +32,6 @@ impl Shrunk {
 
 /// Default if there are no other subjects to choose by.
 const MIDDLE: Shrunk = Shrunk { about_no_change: true, ridge: false, by: 0.5 };
-/// Smallest variance of a stretch.
 const LEAST_VARIANCE: f64 = 1e-6;
 
 /// Mean of the unseen stretches of cases; 1 if there are none.
@@ -124,7 +122,6 @@ pub fn best_shrunk(
     errors.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(MIDDLE, |(_, how)| how)
 }
 
-/// Square root of the mean.
 pub fn root_mean(squares: &[f64]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }

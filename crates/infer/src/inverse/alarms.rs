@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use nalgebra::{SVector, Vector3};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use tongue_core::body::{Mesh, SpaceBody};
 use tongue_core::statics::{self, Connection, Critical, Solution};
@@ -26,9 +26,9 @@ const VOLUME_RATIOS: RangeInclusive<f64> = 0.25..=2.0;
 /// (Gordon, Huxley and Julian 1966).
 const STRETCHES: RangeInclusive<f64> = 0.4..=2.0;
 
-/// A reason for doubt.
+/// A reason for doubt; serialised with its sentence.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[serde(tag = "kind", rename_all = "snake_case", remote = "Self")]
 pub enum Alarm {
     /// A muscle that should contract ended without tension.
     AtLowerBound {
@@ -87,6 +87,21 @@ pub enum Alarm {
     EquilibriumNotCertain {
         reason: &'static str,
     },
+}
+
+impl Serialize for Alarm {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        fn fields<S: Serializer>(alarm: &&Alarm, serializer: S) -> Result<S::Ok, S::Error> {
+            Alarm::serialize(alarm, serializer)
+        }
+        #[derive(Serialize)]
+        struct Told<'a> {
+            #[serde(flatten, serialize_with = "fields")]
+            alarm: &'a Alarm,
+            text: String,
+        }
+        Serialize::serialize(&Told { alarm: self, text: self.text() }, serializer)
+    }
 }
 
 impl Alarm {

@@ -16,7 +16,6 @@ pub struct SubjectContrast {
     pub contrast: Contrast,
 }
 
-/// The contrasts of all subjects, in the order of rows.
 pub fn all(jobs: &[Job], journal: &BatchJournal) -> Vec<SubjectContrast> {
     let of_fit = |(number, digest): (usize, &Digest)| {
         let target = &jobs[number].target;

@@ -26,41 +26,32 @@ use tongue_input::measured::thesis::Thesis;
 use self::journal::{Entry, Kept};
 use self::record::AssessedRecord;
 use super::column::lines;
-use super::record::AlarmRecord;
 use super::{OutputDir, ReportError, Table, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
 pub use self::shard::Shard;
 pub use self::summary::{BatchSummary, Digest, PassiveGroup, passive_groups};
 
-/// Provenance of an output.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct BatchProvenance {
-    /// Version of tongue-fit.
     pub version: String,
-    /// The command line without options that do not change results.
     pub command: String,
     /// Hash of all inputs: version, data, mesh, model and settings.
     pub inputs_sha256: String,
 }
 
-/// Content of a batch beside the fits.
 #[derive(Debug)]
 pub struct Batch<'a> {
     pub provenance: &'a BatchProvenance,
-    /// The jobs, in order.
     pub jobs: &'a [Job],
-    /// The rows that are baselines.
     pub baselines: &'a [BaselineRow],
     /// The rows that could not be fitted; rows that fail later are added.
     pub refusals: &'a [Refusal],
-    /// Faults of the rows and cells that could not be read.
     pub unreadable: &'a [String],
     pub summary: &'a BatchSummary,
     pub mesh: &'a Mesh<2>,
     /// Names of its muscles, in the order of columns.
     pub muscles: &'a [String],
-    /// The contrasts between the vowels of each subject; none without posteriors.
     pub contrasts: &'a [contrasts::SubjectContrast],
 }
 
@@ -68,7 +59,6 @@ pub struct Batch<'a> {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Fitted {
     pub digest: Digest,
-    /// Its record, for `batch.json`.
     pub record: Value,
     /// Its rows in `fits.csv`, `muscles.csv` and `posterior.csv`.
     pub tables: [Table; 3],
@@ -92,10 +82,8 @@ impl Kept for Fitted {
     }
 }
 
-/// The journal of a batch.
 pub type BatchJournal = journal::Journal<Fitted>;
 
-/// The digests of the fits in a journal, with the numbers of their jobs.
 pub fn digests(journal: &BatchJournal) -> impl Iterator<Item = (usize, &Digest)> + Clone {
     journal.digests().map(|(job, fit)| (job, &fit.digest))
 }
@@ -148,8 +136,7 @@ pub fn fitted(
         Some(Ok(posterior)) => Some(&posterior.report.why).filter(|_| posterior.report.summary.is_none()),
         None => None,
     };
-    let alarm = untold.map(|reason| Alarm::NoPosterior { reason: reason.clone() });
-    record.fit.alarms.extend(alarm.as_ref().map(AlarmRecord::from));
+    record.fit.alarms.extend(untold.map(|reason| Alarm::NoPosterior { reason: reason.clone() }));
     let posterior = posterior.and_then(|p| p.as_ref().ok());
     record.fit.posterior = posterior.map(|p| p.report.clone());
     let with_tones = record.fit.posterior.as_ref().filter(|report| !report.priors.baseline.off);
@@ -319,7 +306,6 @@ fn write_table(w: &mut dyn Write, table: Table, header: &mut bool) -> io::Result
     lines(w, std::mem::take(header).then_some(table.columns).into_iter().chain(table.rows))
 }
 
-/// Writes the rows of every fit in the table of this number.
 fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal, table: usize) -> io::Result<()> {
     let mut header = true;
     each_fit(batch, journal, |_, _, mut fit| {
@@ -327,7 +313,6 @@ fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal, tabl
     })
 }
 
-/// Writes the rows of the fits, and then the other rows.
 fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal, fits: &[u8]) -> io::Result<()> {
     w.write_all(fits)?;
     let refusals = all_refusals(batch, journal)?;

@@ -18,19 +18,13 @@ pub struct AssessedRecord {
     /// The fields of `tongue-fit --vowel`.
     #[serde(flatten)]
     pub fit: FitRecord,
-    /// Line of the row in its file.
     pub line: u64,
-    /// Whether the baseline replaces a missing /ɯ/.
     pub substitute_baseline: bool,
-    /// The muscles that the fit has to hit.
     pub fitted: Vec<String>,
-    /// Smallest objective.
     pub cost: f64,
     /// Errors of the muscles that the fit does not see, with two references.
     pub passive: Passive,
-    /// Distance of the model at rest from the row's baseline.
     pub rest_shape: Option<RestDistance>,
-    /// Other local optima, where other starts ended.
     pub other_optima: Vec<OptimumRecord>,
     /// Comparison with the published activation pattern (Fang et al. 2009).
     pub pattern: Option<PatternCheck>,
@@ -40,16 +34,12 @@ pub struct AssessedRecord {
 /// GGa, whose ratio is 1 by definition.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Passive {
-    /// Stretches of the fit.
     pub rms_stretch: Option<f64>,
-    /// Stretches if nothing changed against the baseline.
     pub no_change_rms_stretch: Option<f64>,
     /// Stretches of the thesis's own simulation (table 4.8 over table 4.5), with the stretch of GGa of this
     /// fit.
     pub thesis_rms_stretch: Option<f64>,
-    /// Ratios of the fit.
     pub rms_ratio: Option<f64>,
-    /// Ratios if nothing changed against the baseline.
     pub no_change_rms_ratio: Option<f64>,
     /// Ratios of the thesis's own simulation (table 4.8).
     pub thesis_rms_ratio: Option<f64>,
@@ -59,17 +49,14 @@ pub struct Passive {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OptimumRecord {
     pub tensions_n: ByMuscle<f64>,
-    /// Objective.
     pub cost: f64,
-    /// Number of starts that ended there.
     pub starts: usize,
 }
 
 impl AssessedRecord {
     /// The record of a finished job of the batch of `command`; `thesis` is for comparison.
     pub fn new<const D: usize>(job: &Job, a: &Assessment<D>, thesis: Option<&Thesis>, command: &str) -> Self {
-        let mut fit = FitRecord::new(&a.fit, &a.alarms, Provenance::new(command), 0.0);
-        fit.wall_s = None;
+        let fit = FitRecord::new(&a.fit, &a.alarms, Provenance::new(command));
         let names = &a.fit.muscles;
         let named = |values: &[f64]| ByMuscle::new(&fit.active, values.iter().copied());
         let optimum =

@@ -15,7 +15,6 @@ pub struct Shard {
 const MOST: usize = 100_000;
 
 impl Shard {
-    /// Whether a job is in this part.
     pub fn has(self, job: usize) -> bool {
         job % self.of == self.number - 1
     }

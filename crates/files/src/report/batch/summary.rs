@@ -11,21 +11,17 @@ use tongue_infer::posterior::Contrast;
 use tongue_input::measured::Vowel;
 use tongue_input::measured::lengths::rest_distance::NearestRow;
 
-/// Data of one fit for the summary.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Digest {
     /// `ratio` or `stretch`.
     pub target_kind: String,
     pub vowel: Vowel,
-    /// Whether the baseline replaces a missing /ɯ/.
     pub substitute_baseline: bool,
-    /// How it ended.
     pub status: String,
     /// Mean square residual of the passive stretches.
     pub passive: Option<f64>,
     /// Mean square of the passive stretches' changes, the error of "no change".
     pub no_change: Option<f64>,
-    /// Number of passive muscles.
     pub passive_muscles: usize,
     /// Whether the fit saw a combination of them: they decide which tensions it takes among those that its
     /// target leaves open.
@@ -33,12 +29,10 @@ pub struct Digest {
     pub has_posterior: bool,
     /// Whether a posterior was asked for and cannot be reported.
     pub posterior_untold: bool,
-    /// Differences of tensions between earlier rows of the subject and this one.
     pub contrasts: Vec<Contrast>,
 }
 
 impl Digest {
-    /// The digest of a record.
     pub fn new(r: &AssessedRecord) -> Self {
         Self {
             target_kind: r.fit.target_kind.to_string(),
@@ -61,11 +55,9 @@ impl Digest {
 pub struct PassiveGroup {
     /// `ratio` or `stretch`.
     pub target_kind: String,
-    /// One vowel, or all.
     pub vowel: Option<Vowel>,
     /// Whether the fits are against a baseline that replaces a missing /ɯ/.
     pub substitute_baseline: bool,
-    /// Number of fits with passive muscles.
     pub fits: usize,
     /// Error over the fits, each of the same weight.
     pub rms_stretch: f64,
@@ -102,28 +94,19 @@ fn is_none(count: &usize) -> bool {
 pub struct BatchSummary {
     /// Number of rows that were read.
     pub rows: usize,
-    /// Number of fits.
     pub fits: usize,
-    /// Number of fits by status.
     pub statuses: BTreeMap<String, usize>,
-    /// Number of rows that are baselines.
     pub baselines: usize,
-    /// Number of rows, or fits of rows, that could not be made.
     pub not_fitted: usize,
-    /// Number of rows of the file that could not be read.
     pub unreadable_rows: usize,
     /// Number of posteriors that were asked for and cannot be reported; the alarms of their fits say why.
     #[serde(skip_serializing_if = "is_none")]
     pub posteriors_untold: usize,
     /// Subjects whose baseline replaces a missing /ɯ/.
     pub substitute_baselines: Vec<String>,
-    /// Measure of the distance between the model at rest and rows.
     pub rest_shape_measure: String,
-    /// The measured row that is nearest to the model at rest.
     pub nearest_row_to_rest: Option<NearestRow>,
-    /// Errors of the passive muscles, by kind of target and vowel.
     pub passive: Vec<PassiveGroup>,
-    /// Thickness assumed, m.
     pub thickness_m: f64,
 }
 

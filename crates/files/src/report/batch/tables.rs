@@ -9,6 +9,7 @@ use super::record::AssessedRecord;
 use crate::report::Table;
 use crate::report::column::{self, Column};
 use crate::report::of_muscle::{self, OfMuscle};
+use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::{BaselineRow, Refusal};
 use tongue_infer::posterior::Summary;
 
@@ -30,7 +31,6 @@ fn provenance<'a, R: 'a>(by: &'a BatchProvenance) -> [Column<'a, R>; 3] {
 
 fn posterior_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>>> {
     type Of<'a> = fn(&OfMuscle<'a>) -> Value;
-    /// What the summary of the posterior says of the muscle.
     fn of(r: &OfMuscle<'_>, value: fn(&Summary, &str) -> Value) -> Value {
         let summary = r.fit.posterior.as_ref().and_then(|p| p.summary.as_ref());
         summary.map_or(Value::Null, |s| value(s, r.muscle))
@@ -106,7 +106,6 @@ pub(super) enum Row<'a> {
 }
 
 impl Row<'_> {
-    /// A value that only fits have.
     fn of(&self, value: impl FnOnce(&AssessedRecord) -> Value) -> Value {
         match self {
             Self::Fit(fit) => value(fit),
@@ -115,7 +114,6 @@ impl Row<'_> {
     }
 }
 
-/// The columns of `fits.csv` for a body with these muscles.
 fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column<'a, Row<'a>>> {
     use Row::{Baseline, Fit, Refused};
     type Of<'a> = fn(&Row<'a>) -> Value;
@@ -199,7 +197,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column
             r.of(|f| json!(f.pattern.as_ref().map(|p| p.unexpected.join("+"))))
         }),
         ("alarms", "", "reasons for doubt", |r| {
-            r.of(|f| f.fit.alarms.iter().map(|a| a.text.as_str()).collect::<Vec<_>>().join("; ").into())
+            r.of(|f| f.fit.alarms.iter().map(Alarm::text).collect::<Vec<_>>().join("; ").into())
         }),
         ("evaluations", "", "equilibria that were solved", |r| r.of(|f| f.fit.evaluations.into())),
         ("line", "", "line of the row in its file", |r| match r {

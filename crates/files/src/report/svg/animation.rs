@@ -19,9 +19,7 @@ use tongue_core::body::Mesh;
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnimationFrame {
     pub time: f64,
-    /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, 2>>,
-    /// Tension of every muscle of the mesh, N per metre of thickness.
     pub tensions: Vec<f64>,
 }
 

@@ -11,12 +11,9 @@ pub(super) const LEFT: f64 = 84.0;
 pub(super) const BELOW: f64 = 76.0;
 const TICK: f64 = 6.0;
 
-/// A rectangle of the plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::report) struct Bounds {
-    /// Corner, m.
     pub low: [f64; 2],
-    /// Opposite corner, m.
     pub high: [f64; 2],
 }
 
@@ -91,7 +88,6 @@ impl View {
         ]
     }
 
-    /// Chains of nodes as the data of a path.
     pub fn path<'a>(
         &self,
         positions: &[SVector<f64, 2>],

@@ -11,10 +11,8 @@ const PLOT: f64 = 420.0;
 const LABELS: f64 = 48.0;
 const AXIS: f64 = 100.0;
 const SAMPLE: f64 = 46.0;
-/// Part of the distance between groups that bars fill.
 const FILLED: f64 = 0.78;
 
-/// A series with one bar for each muscle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     pub name: String,

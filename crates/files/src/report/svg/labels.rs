@@ -2,12 +2,10 @@
 
 use super::{Face, Px, TEXT};
 
-/// Gap between a name and its line, px.
 const GAP: f64 = 7.0;
 /// Candidate positions of a name along its line, best first.
 const PARTS: [f64; 9] = [0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2, 0.9, 0.1];
 
-/// A line and its name.
 pub(super) struct Named<'a> {
     pub name: &'a str,
     pub face: Face,

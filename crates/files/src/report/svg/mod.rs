@@ -47,17 +47,14 @@ pub use work_precision::{PrecisionCurve, work_precision};
 
 /// Width of an ordinary figure, px. In a journal column of 85 mm, 24 px are 6.4 points, the smallest text.
 const WIDTH: f64 = 900.0;
-/// Size of ordinary text, px.
 const TEXT: f64 = 24.0;
 /// Mean width of a letter of a sans-serif face over its size, plain and bold.
 const LETTER: f64 = 0.55;
 const BOLD_LETTER: f64 = 0.62;
-/// Size of the title, px, and the height of one of its lines.
 const TITLE: f64 = 28.0;
 const TITLE_LINE: f64 = 36.0;
 /// Maximum number of visible lines of a title; the accessible title is complete.
 const TITLE_LINES: usize = 6;
-/// Free margin at the edges, px.
 const MARGIN: f64 = 16.0;
 
 const INK: &str = "#222222";
@@ -84,7 +81,6 @@ enum Anchor {
     End,
 }
 
-/// Plain or bold text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Face {
     Plain,
@@ -92,7 +88,6 @@ enum Face {
 }
 
 impl Face {
-    /// Estimated width of a text, px.
     fn width(self, text: &str) -> f64 {
         let letter = if self == Self::Bold { BOLD_LETTER } else { LETTER };
         text.chars().count() as f64 * TEXT * letter
@@ -218,7 +213,6 @@ fn text_attributes(at: Px, anchor: Anchor, face: Face, size: f64) -> String {
 }
 
 impl Svg {
-    /// The SVG text of the figure, with the content of `metadata`.
     fn render(&self, out: &mut impl fmt::Write, metadata: &str) -> fmt::Result {
         let Self { title, description, width, height, elements } = self;
         write!(
@@ -261,7 +255,6 @@ fn data<L: IntoIterator<Item = Px>>(lines: impl IntoIterator<Item = L>) -> Strin
     out
 }
 
-/// As [`data`], each chain closed.
 fn closed<L: IntoIterator<Item = Px>>(lines: impl IntoIterator<Item = L>) -> String {
     lines.into_iter().map(|line| data([line]) + "Z").collect()
 }
@@ -305,7 +298,6 @@ impl<'a> Entry<'a> {
     }
 }
 
-/// Height of a row of a legend, px.
 const LEGEND_ROW: f64 = 36.0;
 
 impl Svg {

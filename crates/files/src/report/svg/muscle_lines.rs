@@ -17,7 +17,6 @@ pub(super) struct Line<'a> {
     pub name: String,
     pub colour: String,
     pub contracting: bool,
-    /// The visible part, px.
     pub seen: Vec<Px>,
     /// Its exit from the view: a point inside and the point at the edge.
     pub leaves: Option<[Px; 2]>,
@@ -30,7 +29,6 @@ impl Line<'_> {
     }
 }
 
-/// The colours of muscles for SVG and CSS.
 pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
     let known = Muscles::reference().map(|m| m.of(names)).unwrap_or_default();
     known.iter().map(|m| m.colour.to_string().to_lowercase()).collect()
@@ -95,12 +93,10 @@ pub(super) fn muscle(svg: &mut Svg, d: &str, colour: &str, contracting: bool) {
     }
 }
 
-/// Width of a muscle's line and of its edge, px.
 pub(super) fn widths(contracting: bool) -> [f64; 2] {
     if contracting { CONTRACTING } else { PASSIVE }
 }
 
-/// The head of an arrow with its tip at `to`.
 pub(super) fn arrow(svg: &mut Svg, from: Px, to: Px, colour: &str) {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0].hypot(way[1]).max(1e-9);

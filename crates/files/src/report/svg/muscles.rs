@@ -9,15 +9,12 @@ use super::{Anchor, Face, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, data};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 
-/// Number of pictures in a row.
 const COLUMNS: usize = 4;
 /// Width of a picture, px: a row fills the width of a page.
 const PANEL: f64 = 400.0;
-/// Gap between pictures, px.
 const GAP: f64 = 28.0;
 /// Room for the name and two lines of text above a picture, px.
 const HEAD: f64 = 4.2 * TEXT;
-/// Spacing of the grid, m.
 const GRID: f64 = 0.02;
 
 /// A shape of a body with few active muscles, for comparison with others.
@@ -26,9 +23,7 @@ pub struct Panel {
     pub title: String,
     /// Description of the effect, in at most two short lines.
     pub lines: Vec<String>,
-    /// Position of every node, m.
     pub positions: Vec<SVector<f64, 2>>,
-    /// Tension of every muscle of the mesh, N per metre of thickness.
     pub tensions: Vec<f64>,
 }
 

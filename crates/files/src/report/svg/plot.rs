@@ -3,7 +3,6 @@
 use super::axes::ticks;
 use super::{Anchor, Face, INK, Px, RULE, Svg, data};
 
-/// Positions of values on the sheet.
 #[derive(Debug, Clone)]
 pub(super) struct Plot {
     pub corner: Px,
@@ -12,11 +11,9 @@ pub(super) struct Plot {
     pub x: [f64; 2],
     /// Values at the lower and at the upper edge; the second may be smaller.
     pub y: [f64; 2],
-    /// How values are spread along both axes.
     pub scale: Scale,
 }
 
-/// How values are spread along an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Scale {
     Linear,
@@ -42,7 +39,6 @@ impl Scale {
         }
     }
 
-    /// Marked values between two edges, with their labels.
     fn marks(self, edges: [f64; 2]) -> Vec<(f64, String)> {
         let [low, high] = [self.of(edges[0].min(edges[1])), self.of(edges[0].max(edges[1]))];
         match self {
@@ -93,17 +89,14 @@ impl Plot {
         data([points.into_iter().map(|[x, y]| self.place(x, y))])
     }
 
-    /// A line from the lower to the upper edge at a value.
     pub fn upright(&self, x: f64) -> String {
         self.path([[x, self.y[0]], [x, self.y[1]]])
     }
 
-    /// A rectangle between two pairs of values.
     pub fn rectangle(&self, svg: &mut Svg, [a, b]: [[f64; 2]; 2], fill: &str, edge: Option<&str>) {
         svg.rectangle(self.place(a[0], a[1]), self.place(b[0], b[1]), fill, edge);
     }
 
-    /// Both axes.
     pub fn axes(&self, svg: &mut Svg, [x, y]: [Axis<'_>; 2]) {
         let every = |all: Vec<(f64, String)>, room: f64| {
             let step = (all.len() as f64 * room).ceil().max(1.0) as usize;

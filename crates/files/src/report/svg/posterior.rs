@@ -11,7 +11,6 @@ const FREE: f64 = 62.0;
 /// Room for the names of muscles and for the probabilities, px.
 const NAMES: f64 = 90.0;
 const ODDS: f64 = 120.0;
-/// Number of points of a curve.
 const POINTS: usize = 160;
 
 /// A ridge for every muscle: the density of the change of its tension from the baseline, with a bar over its

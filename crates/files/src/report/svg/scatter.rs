@@ -12,13 +12,11 @@ const FOOT: f64 = 3.0 * TEXT;
 const COLUMNS: usize = 3;
 const DOT: f64 = 6.5;
 
-/// Predictions of one method.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scatter {
     pub title: String,
     /// A line below it, such as its error.
     pub line: String,
-    /// Number of the muscle, measured and predicted value.
     pub points: Vec<(usize, f64, f64)>,
 }
 

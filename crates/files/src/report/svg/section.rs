@@ -20,7 +20,6 @@ pub(super) const PALATE: &str = "#a8a8a8";
 const REST_NAME: &str = "rest";
 /// A bone moved by less than this counts as not moved, m.
 const MOVED: f64 = 1e-5;
-/// Thickness of the drawn palate, m.
 const PALATE_THICKNESS: f64 = 0.0025;
 /// Margin around the tissue at rest, over its longest side.
 const ROOM: f64 = 0.14;
@@ -30,7 +29,6 @@ const SAMPLE: f64 = 62.0;
 /// A shape of a body in the plane with everything to draw.
 #[derive(Debug, Clone, Copy)]
 pub struct SectionPicture<'a> {
-    /// The body at rest.
     pub mesh: &'a Mesh<2>,
     pub positions: &'a [SVector<f64, 2>],
     /// Tension of every muscle of the mesh, N per metre of thickness: muscles with a tension are drawn as
@@ -42,7 +40,6 @@ pub struct SectionPicture<'a> {
     pub seen: &'a [SVector<f64, 2>],
     /// Whether the body can touch the palate; otherwise it is for orientation.
     pub contact: bool,
-    /// Whether the tissue is coloured by its largest principal stretch.
     pub stretch: bool,
     /// Name of the grey shape, which may be another posture than rest.
     pub grey: &'a str,
@@ -103,7 +100,6 @@ pub(super) fn dots(svg: &mut Svg, view: &View, seen: &[SVector<f64, 2>]) {
     }
 }
 
-/// Checks all numbers and positions that are drawn.
 pub(in crate::report) fn check<const D: usize>(
     mesh: &Mesh<D>,
     deformed: &[SVector<f64, D>],
@@ -177,7 +173,6 @@ pub(in crate::report) fn frame<'a>(
     shapes.fold(room, Bounds::with).paged()
 }
 
-/// The outlines of the tissue as the data of a path.
 pub(super) fn ring(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> String {
     let loops = topology::outlines(mesh.cells.iter());
     let place = |&n: &usize| Some(view.place(positions.get(n)?));
@@ -258,7 +253,6 @@ fn places_of_moved_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, positions: 
     }
 }
 
-/// Content of a picture, for its legend.
 pub(super) struct AlignedRecording<'a> {
     pub grey: &'a str,
     pub tensions: &'a [f64],

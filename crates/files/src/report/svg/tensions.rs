@@ -12,7 +12,6 @@ const ROW: f64 = 34.0;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
-    /// Name of the fit.
     pub label: String,
     /// One for every muscle, N per metre of thickness; `None` if it has no tension.
     pub tensions: Vec<Option<f64>>,

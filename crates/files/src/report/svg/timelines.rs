@@ -14,7 +14,6 @@ const GREY_LINE: &str = "#a0a0a0";
 const DOUBTFUL: &str = "#fff0e0";
 /// Fill of an interval whose course is not known.
 const HATCH: &str = "url(#hatch)";
-/// Most labels that are drawn: more would hide the courses.
 const MOST_LABELS: usize = 60;
 
 #[derive(Debug, Clone, PartialEq)]

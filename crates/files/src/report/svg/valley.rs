@@ -8,15 +8,12 @@ use super::axes::BELOW;
 use super::plot::{Axis, Plot, Scale};
 use super::{Anchor, Face, INK, MARGIN, Svg, WIDTH, data};
 
-/// Room for the numbers and the name of the vertical axes, px.
 const LEFT: f64 = 104.0;
 /// Heights of the two plots, px, and the gap between them.
 const UPPER: f64 = 330.0;
 const LOWER: f64 = 170.0;
 const BETWEEN: f64 = 40.0;
-/// Room for the names of the muscles at the right, px.
 const NAMES: f64 = 70.0;
-/// Minimum distance of two names, px.
 const APART: f64 = 26.0;
 
 /// Draws a valley; `reference` is the reference muscle of ratios.

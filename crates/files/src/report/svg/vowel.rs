@@ -17,7 +17,6 @@ const CHART: f64 = 330.0;
 
 #[derive(Debug, Clone, Copy)]
 pub struct VowelPicture<'a> {
-    /// The body at rest.
     pub mesh: &'a Mesh<2>,
     pub positions: &'a [SVector<f64, 2>],
     pub sound: &'a SoundRecord,

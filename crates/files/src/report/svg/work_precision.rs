@@ -17,7 +17,6 @@ const PLOT: f64 = 520.0;
 const LEFT: f64 = 120.0;
 const BOTTOM: f64 = 100.0;
 const SAMPLE: f64 = 56.0;
-/// Half the size of a marker, px.
 const MARK: f64 = 10.5;
 
 #[derive(Debug, Clone, PartialEq)]
@@ -77,7 +76,6 @@ fn decades(values: impl Iterator<Item = f64>) -> [f64; 2] {
     [low, high.max(low + 1)].map(|e| 10f64.powi(e))
 }
 
-/// The marker of curve `number`.
 fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
     let (corners, first) = SHAPES[number % SHAPES.len()];
     let corner = |i: u32| first + TAU * f64::from(i) / f64::from(corners);

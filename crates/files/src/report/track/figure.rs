@@ -13,11 +13,8 @@ use tongue_core::body::Mesh;
 use tongue_core::geometry::Point;
 use tongue_infer::track::{Ranged, Tracked};
 
-/// Most frames of a recording in the figure of its tensions.
 const MOST_FRAMES: usize = 2000;
-/// Most labels in a figure.
 const MOST_LABELS: usize = 60;
-/// The digits of packed numbers.
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 /// The largest packed number; the one above stands for a missing one.
 const LARGEST: f64 = 4094.0;
@@ -72,7 +69,6 @@ struct Line {
     nodes: Vec<usize>,
 }
 
-/// The nodes that are drawn: those of outlines, muscles and bones.
 fn drawn(mesh: &Mesh<2>) -> Vec<usize> {
     let lines = mesh.muscles.iter().flat_map(|m| m.nodes.iter().copied());
     let mut nodes: Vec<usize> = lines.chain(mesh.outlines().concat()).chain(mesh.fixed.clone()).collect();
@@ -167,7 +163,6 @@ pub(super) fn in_html(value: &impl Serialize) -> io::Result<String> {
 }
 
 impl TrackResults {
-    /// The body of a recording at rest.
     fn mesh(&self, one: &RecordingResult) -> Mesh<2> {
         Mesh { nodes: one.rest.clone(), ..self.body.mesh.clone() }
     }
@@ -180,7 +175,6 @@ impl TrackResults {
         AnimationFrame { time: frame.time_s, positions: frame.positions.clone(), tensions }
     }
 
-    /// The animation of a recording: measured points over the simulated shapes.
     pub fn animation(&self, one: &RecordingResult) -> Result<Svg, ReportError> {
         let shown = one.frames.iter().filter(|f| !f.positions.is_empty());
         let shapes: Vec<AnimationFrame> = shown.map(|f| self.shape(f)).collect();
@@ -193,7 +187,6 @@ impl TrackResults {
         animation_of_seen(&self.mesh(one), &self.palate, &shapes, &marks, one.mirrored, &title)
     }
 
-    /// Writes the shape of a frame for ParaView.
     pub fn write_vtu(
         &self,
         one: &RecordingResult,
@@ -208,7 +201,6 @@ impl TrackResults {
 }
 
 impl TrackRecord {
-    /// The figure of the tensions of a recording.
     pub fn timelines(&self, one: &RecordingResult) -> Svg {
         let frames = &one.frames;
         let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();

@@ -60,7 +60,6 @@ impl FormantsRecord {
     }
 }
 
-/// A row for each frame and formant.
 #[derive(Debug)]
 pub struct FormantsTable<'a>(pub &'a TrackRecord);
 

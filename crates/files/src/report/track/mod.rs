@@ -16,7 +16,7 @@ pub use tables::{SegmentsTable, TrackTable};
 
 use serde::{Serialize, Serializer};
 
-use super::{BoneRecord, ByMuscle};
+use super::ByMuscle;
 use tongue_core::body::Body;
 use tongue_core::geometry::Point;
 use tongue_infer::track::{
@@ -65,13 +65,19 @@ struct FrameRecord<'a> {
     faults: &'a [Fault],
 }
 
-/// A held-out point in one frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 struct HiddenRecord<'a> {
     point: &'a str,
     /// How far across the contour it was seen from where it was predicted, and the 95 % interval of that distance, mm.
     missed_mm: f64,
     interval_mm: [f64; 2],
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct BoneRecord {
+    shift_mm: [f64; 2],
+    /// The 95 % interval of each.
+    interval_mm: [[f64; 2]; 2],
 }
 
 /// Means over a labelled stretch of a recording, less those over the recording.
@@ -93,7 +99,6 @@ pub struct RecordingResult {
     pub name: String,
     pub labels: Vec<Label>,
     pub freed: Vec<String>,
-    /// The nodes of its body at rest, m.
     pub rest: Vec<Point>,
     /// The measured points of the frames that are shown, m: contour, sensors and bones.
     pub marks: Vec<Vec<Option<Point>>>,
@@ -141,7 +146,6 @@ pub struct TrackResults {
     /// Names of the contracting muscles, and their numbers in the body.
     pub muscles: Vec<String>,
     pub contracting: Vec<usize>,
-    /// The traced palate, m.
     pub palate: Vec<Point>,
     pub recordings: Vec<RecordingResult>,
 }
@@ -157,8 +161,8 @@ impl TrackResults {
 
     fn frame<'a>(&self, recording: &'a RecordingResult, frame: &'a Tracked) -> FrameRecord<'a> {
         let bone = |d: &Displacement| BoneRecord {
-            shift_mm: d.shift_m.iter().map(|x| x * 1e3).collect(),
-            interval_mm: d.low_m.iter().zip(&d.high_m).map(|(l, h)| [l * 1e3, h * 1e3]).collect(),
+            shift_mm: d.shift_m.map(|x| x * 1e3),
+            interval_mm: [0, 1].map(|axis| [d.low_m[axis] * 1e3, d.high_m[axis] * 1e3]),
         };
         let squares: f64 = frame.hidden.iter().map(|h| h.missed_m * h.missed_m).sum();
         let hidden = |h: &'a Foretold| HiddenRecord {
@@ -237,7 +241,6 @@ pub fn status_name(status: FrameStatus) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-/// A run of `tongue-fit track`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrackRecord {
     pub recordings: Vec<String>,
@@ -245,20 +248,16 @@ pub struct TrackRecord {
     pub body: String,
     /// Origin of its rest shape; null for a given body.
     pub rest: Option<tongue_infer::adapt::How>,
-    /// Where it lies, if coils placed it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub placement: Option<PlacementRecord>,
     pub prior: PriorRecord,
-    /// Number of frames by status.
     pub statuses: std::collections::BTreeMap<String, usize>,
     /// Why recordings cannot be trusted: the reason for an exit status of 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub untrusted: Option<String>,
     /// Median over the frames of the root mean square distance, mm.
     pub median_rms_mm: Option<f64>,
-    /// What is known of each muscle.
     pub courses: Vec<CourseSummary>,
-    /// How well courses repeat, where labels do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeats: Option<RepeatsRecord>,
     /// What its formants are those of, if they are wanted.
@@ -268,9 +267,7 @@ pub struct TrackRecord {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
     pub notes: Vec<String>,
-    /// Segments and frames of all recordings.
     #[serde(flatten)]
     pub results: TrackResults,
-    /// Duration of the run, s.
     pub wall_s: f64,
 }

@@ -6,10 +6,8 @@ use crate::report::{ByMuscle, Table};
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{Repeated, Repeats, TWO_SIDED_95, TrackSettings};
 
-/// The prior that the intervals stand under.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PriorRecord {
-    /// Scale of the tensions, N per metre of thickness.
     pub scale_n: f64,
     /// Time over which tensions are remembered, s.
     pub memory_s: f64,
@@ -93,10 +91,8 @@ impl PlacementRecord {
     }
 }
 
-/// How well courses repeat where labels do.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RepeatsRecord {
-    /// The tier whose labels repeat.
     pub tier: String,
     /// How often each of them does.
     pub labels: std::collections::BTreeMap<String, usize>,
@@ -114,7 +110,6 @@ impl RepeatsRecord {
         format!("repetitions of {}: {}", self.tier, labels.join(", "))
     }
 
-    /// A row for every muscle.
     pub fn table(&self) -> Table {
         let columns = ["muscle", "icc", "by_chance", "chance_95", "tier", "labels", "repetitions"];
         let (labels, repetitions) = (self.labels.len(), self.labels.values().sum::<usize>());

@@ -63,7 +63,6 @@ impl Export for TrackTable<'_> {
     }
 }
 
-/// A row for each labelled stretch and muscle.
 #[derive(Debug)]
 pub struct SegmentsTable<'a>(pub &'a TrackRecord);
 

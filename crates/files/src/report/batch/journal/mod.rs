@@ -21,9 +21,7 @@ use tongue_infer::track::TrackedRecording;
 pub const NAME: &str = "batch.journal";
 /// Format of the journal; a journal of another format is replaced.
 const FORMAT: u32 = 6;
-/// Number of digits of the checksum in front of a line.
 const DIGITS: usize = 16;
-/// Maximum length of a line, bytes.
 const LONGEST_LINE: u64 = 64 << 20;
 
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
@@ -31,7 +29,6 @@ struct Header {
     tongue_fit_batch_journal: u32,
     version: String,
     inputs_sha256: String,
-    /// Arguments of the command, without those that do not change results.
     arguments: Vec<String>,
 }
 
@@ -235,7 +232,6 @@ impl<T: Kept> Journal<T> {
         Ok(())
     }
 
-    /// Notes about parts of an earlier journal that were left out.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -256,7 +252,6 @@ impl<T: Kept> Journal<T> {
         self.done.is_empty()
     }
 
-    /// The jobs that succeeded, in their order.
     pub fn digests(&self) -> impl Iterator<Item = (usize, &T::Digest)> + Clone {
         self.done.iter().filter_map(|(job, place)| Some((*job, place.digest.as_ref()?)))
     }
@@ -288,7 +283,6 @@ impl<T: Kept> Journal<T> {
         read().map(Some).map_err(|source| self.failed(place.file, source))
     }
 
-    /// Removes the journal after its content was written to the outputs.
     pub fn remove(self) -> Result<(), ReportError> {
         self.files.iter().enumerate().try_for_each(|(number, (path, _))| {
             std::fs::remove_file(path).map_err(|source| self.failed(number, source))

@@ -14,7 +14,6 @@ use tongue_infer::posterior::Verdict;
 /// Residual at which a cell of the heat map has its full colour.
 const FULL_COLOUR: f64 = 0.25;
 
-/// Displacements of all nodes from rest, µm.
 pub fn displacements(positions: &[SVector<f64, 2>], mesh: &Mesh<2>) -> Vec<[i64; 2]> {
     let ways = positions.iter().zip(&mesh.nodes).map(|(p, rest)| p - rest);
     ways.map(|way| [way.x, way.y].map(micrometres)).collect()
@@ -29,9 +28,7 @@ pub struct PageFit {
     pub heat_row: String,
     pub table_row: String,
     pub detail: String,
-    /// Row of the table of posteriors; empty where the fit has none.
     pub posterior_row: String,
-    /// Displacement of every node from rest, µm.
     pub moved: Vec<[i64; 2]>,
     /// Names of the contracting muscles, which have a tension.
     pub active: Vec<String>,
@@ -173,7 +170,7 @@ fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> 
             div.figure { (PreEscaped(figure)) }
             @if let Some(sentences) = sentences(r) { p.verdict { (sentences.join(" ")) } }
             @if let Some(ridges) = ridges { " " div.figure { (PreEscaped(ridges)) } }
-            @if !alarms.is_empty() { ul.alarms { @for a in alarms { li { (a.text) } } } }
+            @if !alarms.is_empty() { ul.alarms { @for a in alarms { li { (a.text()) } } } }
             p {
                 "Passive muscles, stretches: " (rms(passive.rms_stretch)) " RMS, no change " (rms(passive.no_change_rms_stretch))
                 (thesis(passive.thesis_rms_stretch))

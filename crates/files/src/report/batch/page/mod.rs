@@ -47,7 +47,6 @@ pub fn write(
     w.write_all(page::document("tongue-fit batch", &body).as_bytes())
 }
 
-/// Writes the picture of the tensions as a file of its own.
 pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, fits: &[PageFit]) -> io::Result<()> {
     let p = batch.provenance;
     let by = crate::report::Provenance::new(&p.command).with_inputs(&p.inputs_sha256);
@@ -118,7 +117,6 @@ fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
     }
 }
 
-/// The posteriors of all rows, if there are any.
 fn posteriors(fits: &[PageFit], muscles: &[String]) -> Markup {
     let rows: Vec<&str> =
         fits.iter().map(|f| f.posterior_row.as_str()).filter(|row| !row.is_empty()).collect();
@@ -191,7 +189,6 @@ fn others(batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<Markup> {
     })
 }
 
-/// The tensions of all fits in one figure.
 fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
     let found: Vec<Found> =
         fits.iter().map(|f| Found { label: f.label.clone(), tensions: f.tensions.clone() }).collect();
