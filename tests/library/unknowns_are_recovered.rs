@@ -7,8 +7,8 @@ use tongue_fit::inverse::{self, Answer, FitSettings, FitStatus, FreedBone, Metho
 use tongue_fit::observe::{Length, NodePosition, Observation, Stretch, Surface};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System, TissueModel};
+use tongue_infer::inverse::TissueUnknown;
 use tongue_infer::inverse::{Forward, Inverse};
-use tongue_infer::inverse::{Problem, TissueUnknown};
 use tongue_input::bodies::gmsh;
 
 use crate::fixtures::block;

@@ -9,12 +9,13 @@ use tongue_core::system::{System, SystemError, TissueModel};
 
 use super::FitSettings;
 use super::known::{BestKnown, Known, distance_squared};
-use super::problem::{Linearised, Problem};
-use super::start::SearchCounts;
-use super::start::starting_point;
+use super::start::{SearchCounts, starting_point};
 use super::statement::Inverse;
 use super::unknown::{Quantity, Unknown};
 
+/// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
+/// panics on errors in its first simplex and gives up on NaN.
+pub(super) const FAILED: f64 = 1e6;
 /// Number of steps in which the branch from rest is followed.
 const TRACE_STEPS: usize = 10;
 
@@ -31,6 +32,16 @@ pub struct Shape<const D: usize> {
     /// Smallest and largest ratio of a cell's area or volume to that at rest.
     pub cell_ratios: (f64, f64),
     pub positions: Vec<SVector<f64, D>>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Linearised {
+    /// One row for each residual, one column for each unknown.
+    pub jacobian: DMatrix<f64>,
+    pub residuals: DVector<f64>,
+    /// The derivative of the other measurements, which are not fitted; without rows if there are none.
+    pub other_jacobian: DMatrix<f64>,
+    pub other_residuals: DVector<f64>,
 }
 
 /// The shape from which a candidate is solved.
@@ -58,8 +69,8 @@ pub struct Forward<'a, const D: usize> {
     /// Workspace with the equilibrium of the last candidate.
     workspace: Workspace<D>,
     tensions: Vec<f64>,
-    effort: f64,
-    known: BestKnown<D>,
+    pub(super) effort: f64,
+    pub(super) known: BestKnown<D>,
     begin: Begin<D>,
     /// The candidate whose equilibrium is in the workspace.
     last: Option<Vec<f64>>,
@@ -260,14 +271,13 @@ impl<'a, const D: usize> Forward<'a, D> {
         inverse.others.iter().enumerate().for_each(|(row, o)| fill(o, row, others));
         Some(())
     }
-}
 
-impl<const D: usize> Problem for Forward<'_, D> {
-    fn unknowns(&self) -> &[Unknown] {
+    pub(super) fn unknowns(&self) -> &[Unknown] {
         &self.inverse.unknowns
     }
 
-    fn start(&mut self, number: usize) -> Vec<f64> {
+    /// Where search number `number` begins.
+    pub(super) fn start(&mut self, number: usize) -> Vec<f64> {
         match self.inverse.begin {
             Some((x, positions)) if number == 0 => {
                 self.begin_at(x, positions);
@@ -277,24 +287,20 @@ impl<const D: usize> Problem for Forward<'_, D> {
         }
     }
 
-    fn measurements(&self) -> usize {
-        self.inverse.observations.len()
-    }
-
-    fn other_residuals(&self) -> DVector<f64> {
+    /// Residuals of the other measurements at the last candidate; empty if there are none.
+    pub(super) fn other_residuals(&self) -> DVector<f64> {
         let all = self.inverse.others.iter().map(|o| o.residual(self.positions()));
         DVector::from_vec(all.collect())
     }
 
-    fn lengths(&self) -> Vec<f64> {
+    /// Lengths of all muscles at the last candidate, m.
+    pub(super) fn lengths(&self) -> Vec<f64> {
         self.system().lengths(self.positions())
     }
 
-    fn effort(&self) -> f64 {
-        self.effort
-    }
-
-    fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
+    /// Residuals of a candidate, which may be solved from its solved neighbours, so that it can differ from
+    /// [`Forward::residuals_from_rest`]; `None` if it has no equilibrium.
+    pub fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let possible = self.set(x).is_ok();
         if let Begin::OnBranch(positions) = &self.begin {
             self.workspace.start_from(positions);
@@ -309,12 +315,13 @@ impl<const D: usize> Problem for Forward<'_, D> {
         Some(residuals)
     }
 
-    fn residuals_from_rest(&mut self, x: &[f64]) -> Option<DVector<f64>> {
+    pub(super) fn residuals_from_rest(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let solved = self.set(x).is_ok() && self.solve_from_rest();
         self.outcome(x, solved)
     }
 
-    fn linearise(&mut self, x: &[f64]) -> Option<Linearised> {
+    /// Residuals and their derivative; `None` if there is no equilibrium or it is singular.
+    pub fn linearise(&mut self, x: &[f64]) -> Option<Linearised> {
         let residuals = self.residuals(x)?;
         let inverse = self.inverse;
         let mut jacobian = DMatrix::zeros(residuals.len(), inverse.unknowns.len());
@@ -328,8 +335,8 @@ impl<const D: usize> Problem for Forward<'_, D> {
         Some(Linearised { jacobian, residuals, other_jacobian, other_residuals })
     }
 
-    /// Solves each candidate from rest in its own workspace and keeps it as a start.
-    fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
+    /// Residuals of several candidates: solves each from rest in its own workspace and keeps it as a start.
+    pub(super) fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
         let solved: Vec<(Option<DVector<f64>>, usize, Option<Known<D>>)> = parallel::map(candidates, |x| {
             let mut own = Forward::new(self.inverse, self.settings);
             let residuals = own.residuals(x);
@@ -348,38 +355,48 @@ impl<const D: usize> Problem for Forward<'_, D> {
         out
     }
 
-    fn on_branch(&self) -> Option<Box<dyn Problem + '_>> {
+    /// The same problem on the branch of equilibria that leads from rest, which takes many times as long; `None` if it is on it already.
+    pub(super) fn on_branch(&self) -> Option<Self> {
         let is_on_it = matches!(self.begin, Begin::Branch | Begin::OnBranch(_));
-        (!is_on_it)
-            .then(|| Box::new(Forward::new(self.inverse, self.settings).traced()) as Box<dyn Problem + '_>)
+        (!is_on_it).then(|| Forward::new(self.inverse, self.settings).traced())
     }
 
-    fn move_on(&mut self) {
+    /// On the branch from rest: moves to the shape of the last candidate, from which alone later candidates are solved.
+    pub(super) fn move_on(&mut self) {
         self.begin = Begin::OnBranch(self.workspace.positions().to_vec());
     }
 
-    fn count(&mut self, more: SearchCounts) {
+    /// Adds work that was done for this problem elsewhere.
+    pub(super) fn count(&mut self, more: SearchCounts) {
         self.counts.evaluations += more.evaluations;
         self.counts.failures += more.failures;
         self.counts.factorisations += more.factorisations;
     }
 
-    fn forget_neighbours(&mut self) {
+    /// Makes every later candidate start from rest.
+    pub(super) fn forget_neighbours(&mut self) {
         if self.begin == Begin::Neighbour {
             self.begin = Begin::Rest;
         }
         self.known.clear();
     }
 
-    fn keep_best(&mut self) {
-        self.known.keep_best();
-    }
-
-    fn spread(&self) -> f64 {
-        self.known.spread()
-    }
-
-    fn counts(&self) -> SearchCounts {
+    pub(super) fn counts(&self) -> SearchCounts {
         self.counts
+    }
+
+    /// The objective of a candidate with these residuals: their squares and the effort. It is always finite.
+    pub(super) fn cost(&self, x: &[f64], residuals: Option<&DVector<f64>>) -> f64 {
+        let Some(r) = residuals else { return FAILED };
+        let tensions = self.unknowns().iter().zip(x).filter(|(u, _)| u.is_tension()).map(|(_, x)| x);
+        let cost = r.iter().map(|r| r.powi(2)).sum::<f64>() + self.effort * tensions.sum::<f64>();
+        if cost.is_finite() { cost } else { FAILED }
+    }
+
+    /// Root mean square residual of the observations; infinite for a candidate without an equilibrium.
+    pub(super) fn misfit(&self, residuals: Option<&DVector<f64>>) -> f64 {
+        let n = self.inverse.observations.len();
+        let squares = |r: &DVector<f64>| r.iter().take(n).map(|r| r.powi(2)).sum::<f64>();
+        residuals.map_or(f64::INFINITY, |r| (squares(r) / n as f64).sqrt())
     }
 }

@@ -11,7 +11,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::FitSettings;
-use super::problem::{FAILED, Linearised, Problem};
+use super::forward::{FAILED, Forward, Linearised};
 use super::start::{SAME_COST, Start};
 use super::unknown::Unknown;
 
@@ -31,9 +31,9 @@ struct Point {
 }
 
 impl Point {
-    fn new(problem: &mut dyn Problem, x: DVector<f64>) -> Option<Self> {
+    fn new<const D: usize>(problem: &mut Forward<'_, D>, x: DVector<f64>) -> Option<Self> {
         let linear = problem.linearise(x.as_slice())?;
-        let effort = problem.effort();
+        let effort = problem.effort;
         let mut gradient = linear.jacobian.tr_mul(&linear.residuals) * 2.0;
         let mut tensions = 0.0;
         for (i, _) in problem.unknowns().iter().enumerate().filter(|(_, u)| u.is_tension()) {
@@ -53,7 +53,11 @@ impl Point {
 
 /// Searches from start number `number`. The result has the structure of a Nelder-Mead start; there are no
 /// restarts.
-pub(super) fn run(problem: &mut dyn Problem, settings: &FitSettings, number: usize) -> Start {
+pub(super) fn run<const D: usize>(
+    problem: &mut Forward<'_, D>,
+    settings: &FitSettings,
+    number: usize,
+) -> Start {
     let first = problem.start(number);
     // A start without an equilibrium is replaced by the rest shape, which always has one.
     let rest = problem.unknowns().iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
@@ -84,15 +88,15 @@ pub(super) fn run(problem: &mut dyn Problem, settings: &FitSettings, number: usi
 }
 
 /// Whether the candidate has an equilibrium when solved from rest, and its cost.
-fn from_rest(problem: &mut dyn Problem, here: &Point) -> (bool, f64) {
+fn from_rest<const D: usize>(problem: &mut Forward<'_, D>, here: &Point) -> (bool, f64) {
     let residuals = problem.residuals_from_rest(here.x.as_slice());
     (residuals.is_some(), problem.cost(here.x.as_slice(), residuals.as_ref()))
 }
 
 /// Searches from values that are nearly right, within the bounds; afterwards the problem is at the answer,
 /// whose residuals are returned too. `None` if there is no equilibrium at the beginning or at the end.
-pub fn refit(
-    problem: &mut dyn Problem,
+pub(super) fn refit<const D: usize>(
+    problem: &mut Forward<'_, D>,
     settings: &FitSettings,
     from: &[f64],
 ) -> Option<(Vec<f64>, DVector<f64>)> {
@@ -104,8 +108,8 @@ pub fn refit(
 }
 
 /// Minimises from `here`, and returns whether it converged.
-fn descend(
-    problem: &mut dyn Problem,
+fn descend<const D: usize>(
+    problem: &mut Forward<'_, D>,
     settings: &FitSettings,
     here: &mut Point,
     iterations: &mut u64,

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::FitSettings;
 use super::directions::{UNDETERMINED, decompose};
-use super::problem::Problem;
+use super::forward::{Forward, Linearised};
 use super::valley::{self, Valley};
 
 /// Local analysis at the answer.
@@ -28,13 +28,13 @@ pub struct NullDirection {
 /// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as
 /// long as the target is met ([`valley`]); a curve `followed` before is used if `x` is on it. `None` if the
 /// equilibrium was not found or is singular.
-pub(super) fn analyse(
-    problem: &mut dyn Problem,
+pub(super) fn analyse<const D: usize>(
+    problem: &mut Forward<'_, D>,
     settings: &FitSettings,
     x: &[f64],
     followed: Option<Valley>,
 ) -> Option<Identifiability> {
-    let super::problem::Linearised { jacobian, residuals, .. } = problem.linearise(x)?;
+    let Linearised { jacobian, residuals, .. } = problem.linearise(x)?;
     let on_target = problem.misfit(Some(&residuals)) <= settings.misfit_tolerance;
     let (singular_values, directions) = decompose(&jacobian)?;
     let open = singular_values.iter().map(|s| *s < UNDETERMINED * singular_values[0]);

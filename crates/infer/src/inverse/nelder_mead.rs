@@ -9,7 +9,7 @@ use argmin::core::{
 };
 use argmin::solver::neldermead::NelderMead;
 
-use super::problem::Problem as LeastSquares;
+use super::forward::Forward;
 use super::start::{FIRST_SIDE, SAME_COST, Start};
 use super::unknown::Unknown;
 use super::{FitError, FitSettings};
@@ -23,17 +23,17 @@ const CONFIRMED: f64 = 1e-3;
 type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
 
 /// The problem of one search, shared between argmin's problem and its stop.
-type Shared<'a> = RefCell<&'a mut dyn LeastSquares>;
+type Shared<'a, 'i, const D: usize> = RefCell<&'a mut Forward<'i, D>>;
 
 /// The objective for argmin: unbounded parameters, folded into the bounds.
-struct Folded<'a, 'b> {
-    problem: &'b Shared<'a>,
+struct Folded<'a, 'b, 'i, const D: usize> {
+    problem: &'b Shared<'a, 'i, D>,
     unknowns: Vec<Unknown>,
     /// Corners of the first simplex, solved in parallel in advance, with their costs.
     solved: Vec<(Vec<f64>, f64)>,
 }
 
-impl CostFunction for Folded<'_, '_> {
+impl<const D: usize> CostFunction for Folded<'_, '_, '_, D> {
     type Param = Vec<f64>;
     type Output = f64;
 
@@ -60,20 +60,20 @@ fn fold(parameters: &[f64], unknowns: &[Unknown]) -> Vec<f64> {
 }
 
 /// Nelder-Mead that also stops when the best candidates are close together.
-struct Search<'a, 'b> {
+struct Search<'a, 'b, 'i, const D: usize> {
     inner: NelderMead<Vec<f64>, f64>,
-    problem: &'b Shared<'a>,
+    problem: &'b Shared<'a, 'i, D>,
     tolerance: f64,
 }
 
-impl<'a, 'b> Solver<Folded<'a, 'b>, NmState> for Search<'a, 'b> {
+impl<'a, 'b, 'i, const D: usize> Solver<Folded<'a, 'b, 'i, D>, NmState> for Search<'a, 'b, 'i, D> {
     fn name(&self) -> &str {
         "Nelder-Mead method with a test on the spread of the parameters"
     }
 
     fn init(
         &mut self,
-        problem: &mut Problem<Folded<'a, 'b>>,
+        problem: &mut Problem<Folded<'a, 'b, 'i, D>>,
         state: NmState,
     ) -> Result<(NmState, Option<KV>), Error> {
         self.inner.init(problem, state)
@@ -81,23 +81,23 @@ impl<'a, 'b> Solver<Folded<'a, 'b>, NmState> for Search<'a, 'b> {
 
     fn next_iter(
         &mut self,
-        problem: &mut Problem<Folded<'a, 'b>>,
+        problem: &mut Problem<Folded<'a, 'b, 'i, D>>,
         state: NmState,
     ) -> Result<(NmState, Option<KV>), Error> {
         self.inner.next_iter(problem, state)
     }
 
     fn terminate(&mut self, state: &NmState) -> TerminationStatus {
-        if self.problem.borrow().spread() < self.tolerance {
+        if self.problem.borrow().known.spread() < self.tolerance {
             return TerminationStatus::Terminated(TerminationReason::SolverConverged);
         }
-        Solver::<Folded<'a, 'b>, NmState>::terminate(&mut self.inner, state)
+        Solver::<Folded<'a, 'b, 'i, D>, NmState>::terminate(&mut self.inner, state)
     }
 }
 
 /// Searches from start number `number` until a restart confirms the answer.
-pub(super) fn run(
-    problem: &mut dyn LeastSquares,
+pub(super) fn run<const D: usize>(
+    problem: &mut Forward<'_, D>,
     settings: &FitSettings,
     number: usize,
 ) -> Result<Start, FitError> {
@@ -133,15 +133,15 @@ pub(super) fn run(
         }
         corner = start.x.clone();
         side = FRESH_SIDE;
-        shared.borrow_mut().keep_best();
+        shared.borrow_mut().known.keep_best();
     }
     start.count(shared.borrow().counts());
     Ok(start)
 }
 
 /// One run of argmin: values, cost, iterations, and whether it stopped by itself.
-fn one_simplex(
-    problem: &Shared<'_>,
+fn one_simplex<const D: usize>(
+    problem: &Shared<'_, '_, D>,
     settings: &FitSettings,
     unknowns: &[Unknown],
     corner: &[f64],

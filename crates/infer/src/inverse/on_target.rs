@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::directions::null_space;
-use super::problem::{Linearised, Problem};
+use super::forward::{Forward, Linearised};
 use super::unknown::Unknown;
 
 /// Misfit of an answer that is on the target.
@@ -20,8 +20,8 @@ pub(super) const ON_BOUND: f64 = 1e-9;
 /// Moves `tensions` by the smallest correction that meets the targets to first order within the bounds:
 /// tensions that would leave them are held there and the others corrected again. Returns the sensitivities
 /// used.
-pub(super) fn correct(
-    problem: &mut dyn Problem,
+pub(super) fn correct<const D: usize>(
+    problem: &mut Forward<'_, D>,
     x: &mut DVector<f64>,
     unknowns: &[Unknown],
 ) -> Option<DMatrix<f64>> {
@@ -48,7 +48,7 @@ pub(super) fn correct(
 
 /// Moves an answer that the effort term keeps at a small distance from the target onto it: the nearest values
 /// that meet the targets. Returns the unchanged answer if there is no improvement.
-pub(super) fn onto_target(problem: &mut dyn Problem, answer: &[f64]) -> Vec<f64> {
+pub(super) fn onto_target<const D: usize>(problem: &mut Forward<'_, D>, answer: &[f64]) -> Vec<f64> {
     let unknowns = problem.unknowns().to_vec();
     let residuals = problem.residuals(answer);
     let mut best = (problem.misfit(residuals.as_ref()), answer.to_vec());
@@ -91,7 +91,7 @@ pub(super) fn room(here: &DVector<f64>, along: &DVector<f64>, unknowns: &[Unknow
 
 /// Moves values that meet the target along it to the least-squares fit of the other measurements, within the
 /// bounds: Gauss-Newton in the undetermined directions, with each step corrected onto the target.
-pub(super) fn nearest_to_others(problem: &mut dyn Problem, answer: &[f64]) -> Vec<f64> {
+pub(super) fn nearest_to_others<const D: usize>(problem: &mut Forward<'_, D>, answer: &[f64]) -> Vec<f64> {
     let unknowns = problem.unknowns().to_vec();
     let mut here = DVector::from_column_slice(answer);
     for _ in 0..MOST_STEPS {

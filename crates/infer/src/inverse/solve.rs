@@ -10,7 +10,6 @@ use tongue_core::statics::{self, Critical, Solution};
 use super::forward::Forward;
 use super::identifiability::{self, Identifiability};
 use super::on_target::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
-use super::problem::Problem;
 use super::start::Start;
 use super::statement::Inverse;
 use super::unknown::Unknown;

@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::FitSettings;
 use super::directions::decompose;
+use super::forward::Forward;
 use super::on_target::{ON_BOUND, correct, room};
-use super::problem::Problem;
 use super::start::SearchCounts;
 use super::unknown::Unknown;
 
@@ -86,9 +86,9 @@ pub struct Valley {
 
 impl Valley {
     /// The same curve with `x` as its answer, in the order given by `direction`; `None` if `x` is not on it.
-    pub(super) fn through(
+    pub(super) fn through<const D: usize>(
         mut self,
-        problem: &mut dyn Problem,
+        problem: &mut Forward<'_, D>,
         x: &[f64],
         direction: &DVector<f64>,
     ) -> Option<Self> {
@@ -122,8 +122,8 @@ impl Valley {
 }
 
 /// Follows the points that meet the target from `start` in both directions of `direction`.
-pub(super) fn follow(
-    problem: &mut dyn Problem,
+pub(super) fn follow<const D: usize>(
+    problem: &mut Forward<'_, D>,
     settings: &FitSettings,
     start: &[f64],
     direction: &DVector<f64>,
@@ -137,7 +137,7 @@ pub(super) fn follow(
     Valley { points: before, answer, ends: [first_end, last_end] }
 }
 
-fn point(problem: &mut dyn Problem, x: &[f64]) -> Option<ValleyPoint> {
+fn point<const D: usize>(problem: &mut Forward<'_, D>, x: &[f64]) -> Option<ValleyPoint> {
     let residuals = problem.residuals(x)?;
     let others = problem.other_residuals();
     let other_rms = (!others.is_empty()).then(|| (others.norm_squared() / others.len() as f64).sqrt());
@@ -149,8 +149,8 @@ fn point(problem: &mut dyn Problem, x: &[f64]) -> Option<ValleyPoint> {
     })
 }
 
-fn one_way(
-    problem: &mut dyn Problem,
+fn one_way<const D: usize>(
+    problem: &mut Forward<'_, D>,
     settings: &FitSettings,
     start: &[f64],
     direction: &DVector<f64>,
@@ -169,7 +169,7 @@ fn one_way(
             if branch.residuals_from_rest(way.here.as_slice()).is_some() {
                 way.moves_on = true;
                 branch.move_on();
-                end = way.go_on(&mut *branch, SHORTEST_STRIDE);
+                end = way.go_on(&mut branch, SHORTEST_STRIDE);
             }
             spent = branch.counts();
         }
@@ -192,7 +192,7 @@ struct Way {
 
 impl Way {
     /// Follows the curve until it ends or cannot be followed; the first step has the length `stride`.
-    fn go_on(&mut self, problem: &mut dyn Problem, mut stride: f64) -> End {
+    fn go_on<const D: usize>(&mut self, problem: &mut Forward<'_, D>, mut stride: f64) -> End {
         let unknowns = problem.unknowns().to_vec();
         let mut why = End::TargetLost;
         while self.points.len() < MOST_STRIDES {
@@ -215,7 +215,12 @@ impl Way {
     }
 
     /// Takes a step along the curve, or returns why there is none.
-    fn step(&mut self, problem: &mut dyn Problem, length: f64, unknowns: &[Unknown]) -> Result<(), End> {
+    fn step<const D: usize>(
+        &mut self,
+        problem: &mut Forward<'_, D>,
+        length: f64,
+        unknowns: &[Unknown],
+    ) -> Result<(), End> {
         let mut next = &self.here + &self.along * length;
         let mut jacobian = None;
         for _ in 0..MOST_CORRECTIONS {

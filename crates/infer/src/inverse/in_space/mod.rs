@@ -17,7 +17,6 @@ use self::marks::{Observed, on_half};
 pub use self::recorded::Recorded;
 use super::directions::decompose;
 use super::forward::Forward;
-use super::problem::Problem;
 use super::statement::Inverse;
 use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
 use tongue_input::measured::{ByMuscle, SpaceMark};
