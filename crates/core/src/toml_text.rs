@@ -33,7 +33,7 @@ pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, Misread> {
 
 /// A message of serde in the words of this program.
 pub fn plain(message: &str) -> String {
-    const WORDS: [(&str, &str); 14] = [
+    const WORDS: [(&str, &str); 16] = [
         ("invalid type: ", "there is a wrong kind of value, "),
         ("invalid value: ", "there is a wrong value, "),
         ("invalid length ", "there is a wrong number of values, "),
@@ -47,6 +47,8 @@ pub fn plain(message: &str) -> String {
         ("unexpected key or value", "there is more on the line than one value"),
         ("key with no value", "there is a name without = and a value"),
         ("invalid boolean", "there is a wrong value; true and false are written so"),
+        ("duplicate key", "this name stands here a second time; keep one of the two"),
+        ("invalid unquoted key", "a name of other than letters, digits, _ and - must be in double quotes"),
         ("unexpected character in array", "values between [ and ] must be separated by commas"),
     ];
     let serde = WORDS.iter().find_map(|(of_serde, ours)| Some((message.strip_prefix(of_serde)?, ours)));
@@ -79,6 +81,13 @@ mod tests {
         assert_eq!((line, column), (2, 7), "{problem}");
         let Misread { problem, .. } = read("a = true");
         assert_eq!(problem, "there is a wrong kind of value, boolean `true`; needed is a number");
+        for (text, said) in [
+            ("a = 1.0\na = 2.0", "this name stands here a second time"),
+            ("ä = 1.0", "must be in double quotes"),
+        ] {
+            let Misread { problem, .. } = read(text);
+            assert!(problem.contains(said), "{problem}");
+        }
         assert_eq!(line_and_column("ä\nb", 3), (2, 1));
     }
 }

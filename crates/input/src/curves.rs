@@ -10,10 +10,8 @@ use tongue_core::suggest;
 
 use tongue_core::dynamics::{SHORTEST_S, Tensions};
 
-/// Name of the column of times.
 const TIME: &str = "time_s";
 
-/// Tensions of some muscles at ascending times.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {
     /// Numbers of the driven muscles, in the order of the columns.
@@ -130,7 +128,6 @@ fn after(last: Option<f64>, time: f64) -> Result<f64, String> {
     }
 }
 
-/// Checks that a tension is finite and not negative.
 fn pull(muscle: &str, tension: f64) -> Result<f64, String> {
     if tension < 0.0 {
         return Err(format!(

@@ -1,6 +1,7 @@
 //! Tensions as words: `GGa=12`.
 
 use tongue_core::body::Body;
+use tongue_core::limits;
 
 use super::{SimulationError, check_tension};
 
@@ -30,6 +31,7 @@ pub fn read_tensions<const D: usize>(
             .parse()
             .map_err(|_| bad(format!("\"{value}\" is not a number; write newtons, like {name}=12")))?;
         check_tension(name, tension).map_err(|e| bad(e.to_string()))?;
+        limits::TENSION.check(tension).map_err(|beyond| bad(beyond.to_string()))?;
         if out.iter().any(|(m, _)| *m == muscle) {
             return Err(bad(SimulationError::Repeated { name: name.clone() }.to_string()));
         }

@@ -16,25 +16,19 @@ pub use gmsh::Unit;
 /// Why a file contains no usable body.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BodyFileError {
-    /// Its body cannot be used.
     #[error(transparent)]
     Body(#[from] BodyError),
     /// No body can be made of the anatomy in this file.
     #[error("{origin}: {error}")]
     Made { origin: String, error: BodyError },
-    /// The file of Gmsh is invalid.
+    /// A file of Gmsh or ArtiSynth is missing or invalid.
     #[error("{origin}{place}: {problem}")]
-    Gmsh { origin: String, place: FilePlace, problem: gmsh::MshProblem },
-    /// A file of ArtiSynth is missing or invalid.
-    #[error("{origin}{place}: {problem}")]
-    ArtiSynth { origin: String, place: FilePlace, problem: artisynth::ArtiSynthProblem },
+    Malformed { origin: String, place: FilePlace, problem: String },
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FilePlace {
-    /// The file as a whole.
     Whole,
-    /// From 1.
     Line(usize),
     /// A byte of a binary file, from 0.
     Byte(usize),
@@ -50,17 +44,13 @@ impl fmt::Display for FilePlace {
     }
 }
 
-/// The content of a file with a mesh.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MeshContent {
     /// The JSON of `tongue-fit mesh --json`.
     Json(String),
-    /// Gmsh's.
     Gmsh {
-        /// The bytes of the file.
         bytes: Vec<u8>,
-        /// Unit of its coordinates.
         unit: Unit,
     },
 }
@@ -87,7 +77,7 @@ impl MeshContent {
     /// The body; `origin` is the name of the file in messages, and concerns about it are passed to `tell`.
     ///
     /// # Errors
-    /// [`BodyError::File`] and [`BodyFileError::Gmsh`] for a file that contains no body or one that is far too
+    /// [`BodyError::File`] and [`BodyFileError::Malformed`] for a file that contains no body or one that is far too
     /// large.
     pub fn body(&self, origin: &str, tell: &mut dyn FnMut(gmsh::Concern)) -> Result<AnyBody, BodyFileError> {
         match self {
@@ -101,12 +91,9 @@ impl MeshContent {
     }
 }
 
-/// A body in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyBody {
-    /// In the midsagittal plane.
     Flat(Body<2>),
-    /// In space.
     Solid(Body<3>),
 }
 

@@ -7,17 +7,14 @@ use serde::{Serialize, Serializer};
 pub struct ByMuscle<T>(pub Vec<(String, T)>);
 
 impl<T> ByMuscle<T> {
-    /// Values of muscles; both lists have the same length.
     pub fn new(names: &[String], values: impl IntoIterator<Item = T>) -> Self {
         Self(names.iter().cloned().zip(values).collect())
     }
 
-    /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The value of a muscle.
     pub fn of(&self, muscle: &str) -> Option<&T> {
         self.0.iter().find(|(name, _)| name == muscle).map(|(_, value)| value)
     }

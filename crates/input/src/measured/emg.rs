@@ -24,7 +24,6 @@ struct Row {
     muscle: String,
     /// Tension at activity 1, N per metre of thickness.
     full: Cell,
-    /// One for each vowel.
     activity: Vec<Cell>,
 }
 
@@ -34,7 +33,6 @@ type Cell = Result<Option<f64>, Malformed>;
 /// What a row of the table says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
-    /// Name of the muscle or group.
     pub name: String,
     pub muscles: Vec<usize>,
     /// Relative activity in each vowel that has one, 0 to 1.

@@ -3,10 +3,8 @@
 /// Why a table of nodes, activity or tension curves cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    /// It cannot be read.
     #[error("cannot read {origin}: {source}")]
     Unreadable { origin: String, source: std::io::Error },
-    /// Its content is wrong.
     #[error("{origin}{}{}: {problem}", behind(", line ", line), behind(", column ", column))]
     Malformed {
         origin: String,
@@ -19,7 +17,6 @@ pub enum TableError {
 }
 
 impl TableError {
-    /// Something is wrong in a line, or in the whole table.
     pub(crate) fn malformed(origin: &str, line: Option<u64>, problem: String) -> Self {
         Self::Malformed { origin: origin.to_owned(), line, column: None, problem }
     }

@@ -20,7 +20,6 @@ pub enum TargetKind {
 }
 
 impl TargetKind {
-    /// Both kinds.
     pub const ALL: [TargetKind; 2] = [TargetKind::Ratio, TargetKind::Stretch];
 
     /// The name on the command line and in outputs.
@@ -59,11 +58,9 @@ impl fmt::Display for TargetKind {
     }
 }
 
-/// A name that is not a kind of target.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("unknown target kind \"{name}\"; {}", suggest::hint(name, TargetKind::ALL.map(TargetKind::name)))]
 pub struct UnknownTargetKind {
-    /// The given name.
     pub name: String,
 }
 

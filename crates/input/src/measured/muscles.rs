@@ -26,13 +26,11 @@ pub const PALETTE: [Colour; 8] = [
     Colour(0x00, 0x00, 0x00), // black
 ];
 
-/// Facts about one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MuscleInfo {
     /// Its name in tables and bodies.
     #[serde(rename = "muscle")]
     pub name: String,
-    /// Its anatomical name.
     pub full_name: String,
     /// The whole muscle of a portion, by its name in published patterns of activation.
     pub group: String,
@@ -40,11 +38,9 @@ pub struct MuscleInfo {
     pub capacity_group: Option<String>,
     /// The largest force of that muscle, all portions and both sides together, N.
     pub capacity_n: Option<f64>,
-    /// Its colour in drawings.
     pub colour: Colour,
 }
 
-/// The largest force of all portions of a muscle together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Capacity {
     pub muscle: String,
@@ -54,7 +50,6 @@ pub struct Capacity {
     pub capacity_n: f64,
 }
 
-/// Facts about muscles, looked up by name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Muscles(Vec<MuscleInfo>);
 

@@ -13,7 +13,6 @@ const REFERENCE: &str = include_str!("../../../../targets/fang2009_patterns.csv"
 /// Tension from which a muscle counts as active, N per metre of thickness.
 pub const ACTIVE_N: f64 = 1e-3;
 
-/// A muscle that is active in a vowel.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 struct Active {
     vowel: Vowel,
@@ -21,7 +20,6 @@ struct Active {
     group: String,
 }
 
-/// The active muscles of each vowel.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Patterns(Vec<Active>);
 
@@ -32,7 +30,6 @@ pub struct PatternCheck {
     pub found: Vec<String>,
     /// Expected muscles of which no portion was found active.
     pub missing: Vec<String>,
-    /// Active muscles that are not expected.
     pub unexpected: Vec<String>,
 }
 

@@ -36,11 +36,8 @@ pub struct SpaceMark {
 /// What can be seen of a body in space.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Marked {
-    /// The place of a node.
     Node {
-        /// Its number in the body.
         node: usize,
-        /// Its place, m.
         place: Vector3<f64>,
     },
     /// A place somewhere on the surface, m.
@@ -56,37 +53,29 @@ pub enum Marked {
     },
     /// The length of a muscle; of both sides where the name has none.
     Muscle {
-        /// Its name.
         muscle: String,
-        /// The length, or what it is compared with.
         measure: LengthMeasure,
     },
 }
 
-/// A measured length of a muscle.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LengthMeasure {
-    /// The length, m.
     Length(f64),
-    /// Over its length at rest.
     Stretch(f64),
     /// Over the length of another muscle in the same shape: that of the name, or else the anterior genioglossus.
     Ratio(f64, Option<String>),
 }
 
 impl SpaceMark {
-    /// The place of a node, m.
     pub fn node(node: usize, place: Vector3<f64>, sd_m: f64) -> Self {
         Self { what: Marked::Node { node, place }, sd_m }
     }
 }
 
-/// What was seen at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceFrame {
     /// The time, s, where the table has times.
     pub time_s: Option<f64>,
-    /// What was seen.
     pub marks: Vec<SpaceMark>,
 }
 
@@ -131,7 +120,6 @@ fn reader(text: &str) -> csv::Reader<&[u8]> {
     csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes())
 }
 
-/// What the rows of a table are.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Node,
@@ -177,7 +165,6 @@ impl Kind {
         }
     }
 
-    /// The columns that its table must have.
     fn columns(self) -> Vec<&'static str> {
         match self {
             Self::Node => vec!["node", "x_mm", "y_mm", "z_mm"],
@@ -189,7 +176,6 @@ impl Kind {
     }
 }
 
-/// A row of a table.
 struct Row<'a> {
     header: &'a StringRecord,
     record: StringRecord,

@@ -16,7 +16,6 @@ const HEADER_WITHIN: usize = 20;
 
 /// A line that has a cell with content.
 pub(super) struct Line {
-    /// Line in the file, from 1.
     pub number: u64,
     pub cells: StringRecord,
 }
@@ -116,7 +115,6 @@ impl<'a> Cells<'a> {
         Place { origin: self.origin, line: line.number, column: field + 1 }
     }
 
-    /// The end of the file.
     pub fn end(&self) -> Place<'a> {
         Place { origin: self.origin, line: self.last, column: 1 }
     }

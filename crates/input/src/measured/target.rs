@@ -22,24 +22,18 @@ pub struct TargetOptions {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
     pub subject: String,
-    /// The vowel to fit.
     pub vowel: Vowel,
     /// The vowel it is compared with, taken as the shape at rest.
     pub baseline: Vowel,
-    /// The quantity compared.
     pub kind: TargetKind,
-    /// The muscles measured in both rows.
     pub muscles: Vec<String>,
-    /// Position of the reference muscle of ratios.
     pub reference: usize,
     /// Positions of the muscles with unknown tensions, ascending; at least one.
     pub active: Vec<usize>,
     /// Positions of the muscles whose value is an equation of the fit, at least one: the active ones, for
     /// ratios without the reference, whose ratio is 1 by definition.
     pub fitted: Vec<usize>,
-    /// Measured lengths, mm.
     pub measured_mm: Vec<f64>,
-    /// Measured lengths in the baseline vowel, mm.
     pub baseline_mm: Vec<f64>,
     /// Half widths of the rounding of the measured lengths, mm.
     pub half_width_mm: Vec<f64>,
@@ -192,7 +186,6 @@ impl Target {
         (0..self.muscles.len()).filter(|&m| self.kind.constrains(m, self.reference))
     }
 
-    /// Names of the active muscles.
     pub fn active_names(&self) -> Vec<&str> {
         self.active.iter().map(|&m| self.muscles[m].as_str()).collect()
     }

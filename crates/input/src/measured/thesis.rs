@@ -7,7 +7,6 @@ use super::Target;
 
 const REFERENCE: &str = include_str!("../../../../targets/kato2014_tables.csv");
 
-/// Published values of one muscle.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct ThesisRow {
     pub muscle: String,
@@ -31,7 +30,6 @@ pub struct ThesisRow {
 pub struct Thesis(Vec<ThesisRow>);
 
 impl Thesis {
-    /// The built-in tables.
     pub fn reference() -> Result<Self, csv::Error> {
         csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
     }
@@ -41,7 +39,6 @@ impl Thesis {
         &self.0
     }
 
-    /// Values of a muscle; case does not count.
     pub fn of(&self, muscle: &str) -> Option<&ThesisRow> {
         self.0.iter().find(|row| row.muscle.eq_ignore_ascii_case(muscle))
     }

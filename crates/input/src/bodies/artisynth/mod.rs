@@ -14,7 +14,6 @@
 //! The volume is that of the bundle's elements with both nodes of the segment, or, if there are none, the
 //! mean volume of those with its first node.
 
-mod error;
 mod tables;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -25,12 +24,27 @@ use nalgebra::Vector3;
 use tongue_core::body::space::{Segment, Side};
 use tongue_core::body::{Bone, HYOID, MANDIBLE, Mesh, MuscleChain, SpaceBody, SpaceMuscle};
 
-use error::fail;
 use tables::{Table, elements, fibres, nodes, numbers, regions, strengths};
 
-pub use error::ArtiSynthProblem;
-
 use super::{BodyFileError, FilePlace};
+
+/// The error for a line of a file.
+fn fail(text: &Text, line: Option<usize>, problem: impl Into<String>) -> BodyFileError {
+    wrong(&text.file, line, problem)
+}
+
+fn wrong(file: &str, line: Option<usize>, problem: impl Into<String>) -> BodyFileError {
+    let place = line.map_or(FilePlace::Whole, FilePlace::Line);
+    BodyFileError::Malformed { origin: file.to_owned(), place, problem: problem.into() }
+}
+
+fn unreadable(file: &str, error: &std::io::Error) -> BodyFileError {
+    let problem = format!(
+        "cannot be read: {error}; name a folder with ArtiSynth's tongue (.node, .elem, CreateMuscles.mac, Fibers.mac, \
+         MuscleMaxForce.txt, jawAttachments.txt, hyoidAttachments.txt)"
+    );
+    wrong(file, None, problem)
+}
 
 /// The styloid processes, which ArtiSynth's program places and its mesh lacks: ids in `Fibers.mac` and
 /// positions, m.
@@ -42,26 +56,17 @@ const STYLOID_NAME: &str = "styloid_process";
 /// The texts of the files, each with its path.
 #[derive(Debug, Clone, Default)]
 pub struct Files {
-    /// `*.node`.
     pub nodes: Text,
-    /// `*.elem`.
     pub elements: Text,
-    /// `CreateMuscles.mac`.
     pub muscles: Text,
-    /// `Fibers.mac`.
     pub fibres: Text,
-    /// `MuscleMaxForce.txt`.
     pub strengths: Text,
-    /// `jawAttachments.txt`.
     pub jaw: Text,
-    /// `hyoidAttachments.txt`.
     pub hyoid: Text,
 }
 
-/// The text of a file.
 #[derive(Debug, Clone, Default)]
 pub struct Text {
-    /// Its name in messages.
     pub file: String,
     /// Content; bytes that are not UTF-8 occur in comments only.
     pub text: String,
@@ -70,7 +75,7 @@ pub struct Text {
 /// Reads a folder.
 ///
 /// # Errors
-/// [`BodyFileError::ArtiSynth`] for a file that is missing or wrong, with its line.
+/// [`BodyFileError::Malformed`] for a file that is missing or wrong, with its line.
 pub fn read(folder: &Path) -> Result<SpaceBody, BodyFileError> {
     let named = |name: &str| text(&folder.join(name));
     let files = Files {
@@ -88,17 +93,18 @@ pub fn read(folder: &Path) -> Result<SpaceBody, BodyFileError> {
 /// The name of the only file in a folder with this ending.
 fn find(folder: &Path, ending: &str) -> Result<String, BodyFileError> {
     let name = folder.display().to_string();
-    let whole = |problem| BodyFileError::ArtiSynth { origin: name.clone(), place: FilePlace::Whole, problem };
-    let entries =
-        std::fs::read_dir(folder).map_err(|e| whole(ArtiSynthProblem::Unreadable { why: e.to_string() }))?;
+    let whole = |problem: String| wrong(&name, None, problem);
+    let entries = std::fs::read_dir(folder).map_err(|e| unreadable(&name, &e))?;
     let mut found: Vec<String> = entries
         .filter_map(|e| e.ok()?.file_name().into_string().ok())
         .filter(|n| Path::new(n).extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)))
         .collect();
     match (found.pop(), found.is_empty()) {
         (Some(one), true) => Ok(one),
-        (None, _) => Err(whole(ArtiSynthProblem::NoFile { ending: ending.to_owned() })),
-        (Some(_), false) => Err(whole(ArtiSynthProblem::Several { ending: ending.to_owned() })),
+        (None, _) => {
+            Err(whole(format!("contains no file that ends in .{ending}; a body of ArtiSynth has one")))
+        }
+        (Some(_), false) => Err(whole(format!("contains several files that end in .{ending}; keep one"))),
     }
 }
 
@@ -107,18 +113,14 @@ fn text(path: &Path) -> Result<Text, BodyFileError> {
     match crate::files::read(path) {
         // Comments are in Latin-1.
         Ok(bytes) => Ok(Text { file, text: String::from_utf8_lossy(&bytes).into_owned() }),
-        Err(e) => Err(BodyFileError::ArtiSynth {
-            origin: file,
-            place: FilePlace::Whole,
-            problem: ArtiSynthProblem::Unreadable { why: e.to_string() },
-        }),
+        Err(e) => Err(unreadable(&file, &e)),
     }
 }
 
 /// The body of these files; `origin` is its name.
 ///
 /// # Errors
-/// [`BodyFileError::ArtiSynth`], with file and line.
+/// [`BodyFileError::Malformed`], with file and line.
 pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyFileError> {
     let Table { of: places, numbers: ids } = nodes(&files.nodes)?;
     let mut mesh = Mesh { nodes: places, ..Mesh::default() };
@@ -152,19 +154,21 @@ pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyFileError> {
     body.mesh.fixed = fixed.into_iter().collect();
     let volumes = body.volumes();
     for (number, (name, line)) in &regions.names {
-        let wrong = |problem| fail(&files.muscles, Some(*line), problem);
+        let wrong = |problem: String| fail(&files.muscles, Some(*line), problem);
         let (group, side) = match name.rsplit_once('_') {
             Some((group, "L")) => (group, Side::Left),
             Some((group, "R")) => (group, Side::Right),
             _ => (name.as_str(), Side::Middle),
         };
-        let region =
-            regions.of.get(name).ok_or_else(|| wrong(ArtiSynthProblem::NoRegion { muscle: name.clone() }))?;
+        let region = regions
+            .of
+            .get(name)
+            .ok_or_else(|| wrong(format!("muscle {name} has no elements: no CM,{name},ELEM follows")))?;
         let chains =
-            fibres.get(number).ok_or_else(|| wrong(ArtiSynthProblem::NoFibres { muscle: name.clone() }))?;
+            fibres.get(number).ok_or_else(|| wrong(format!("muscle {name} has no fibres in Fibers.mac")))?;
         let strength = strengths
             .get(group)
-            .ok_or_else(|| wrong(ArtiSynthProblem::NoStrength { muscle: group.to_owned() }))?;
+            .ok_or_else(|| wrong(format!("muscle {group} has no strength in MuscleMaxForce.txt")))?;
         let strength_n = if side == Side::Middle { *strength } else { 0.5 * strength };
         let muscle = Laid { body: &body, volumes: &volumes, in_tissue, region, strength_n };
         let (segments, stress_pa) = muscle.segments(chains.values());
@@ -183,7 +187,7 @@ pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyFileError> {
         });
     }
     body.mesh.connect();
-    body.check().map_err(|fault| fail(&files.elements, None, ArtiSynthProblem::Faulty { fault }))?;
+    body.check().map_err(|fault| fail(&files.elements, None, format!("is not a valid body: {fault}")))?;
     Ok(body)
 }
 

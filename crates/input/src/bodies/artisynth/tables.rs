@@ -5,11 +5,9 @@ use std::str::FromStr;
 
 use nalgebra::Vector3;
 
-use super::error::{ArtiSynthProblem, fail};
-use super::{Fibres, Text};
+use super::{Fibres, Text, fail};
 use crate::bodies::BodyFileError;
 
-/// Items with the ids of the file.
 pub(super) struct Table<T> {
     pub of: Vec<T>,
     /// Index of each id in the list.
@@ -29,6 +27,14 @@ fn lines(text: &Text) -> impl Iterator<Item = (usize, &str)> {
     whole.filter(|(_, line)| !line.is_empty() && !line.starts_with('!') && !line.starts_with('#'))
 }
 
+fn nothing(text: &Text, what: &str) -> BodyFileError {
+    fail(text, None, format!("it contains nothing that could be read as {what}"))
+}
+
+fn expected(text: &Text, line: usize, what: &str, found: impl std::fmt::Display) -> BodyFileError {
+    fail(text, Some(line), format!("\"{found}\" stands where {what} was expected"))
+}
+
 fn number<T: FromStr>(
     text: &Text,
     line: usize,
@@ -36,14 +42,12 @@ fn number<T: FromStr>(
     what: &'static str,
 ) -> Result<T, BodyFileError> {
     let found = word.unwrap_or("nothing").trim();
-    let wrong = || fail(text, Some(line), ArtiSynthProblem::Expected { what, found: found.to_owned() });
-    found.parse().map_err(|_| wrong())
+    found.parse().map_err(|_| expected(text, line, what, found))
 }
 
 fn finite(text: &Text, line: usize, word: Option<&str>, what: &'static str) -> Result<f64, BodyFileError> {
     let value: f64 = number(text, line, word, what)?;
-    let wrong = || fail(text, Some(line), ArtiSynthProblem::Expected { what, found: value.to_string() });
-    value.is_finite().then_some(value).ok_or_else(wrong)
+    value.is_finite().then_some(value).ok_or_else(|| expected(text, line, what, value))
 }
 
 pub(super) fn nodes(text: &Text) -> Result<Table<Vector3<f64>>, BodyFileError> {
@@ -54,11 +58,11 @@ pub(super) fn nodes(text: &Text) -> Result<Table<Vector3<f64>>, BodyFileError> {
         let mut coordinate = || finite(text, line, words.next(), "a coordinate");
         table.of.push(Vector3::new(coordinate()?, coordinate()?, coordinate()?));
         if table.numbers.insert(id, table.of.len() - 1).is_some() {
-            return Err(fail(text, Some(line), ArtiSynthProblem::Twice { what: "node", id }));
+            return Err(fail(text, Some(line), format!("node {id} comes twice")));
         }
     }
     match table.of.is_empty() {
-        true => Err(fail(text, None, ArtiSynthProblem::Nothing { what: "nodes" })),
+        true => Err(nothing(text, "nodes")),
         false => Ok(table),
     }
 }
@@ -76,16 +80,16 @@ pub(super) fn elements(
         for corner in &mut corners {
             let id: u64 = number(text, line, words.next(), "the id of a node")?;
             *corner =
-                *nodes.get(&id).ok_or_else(|| fail(text, Some(line), ArtiSynthProblem::NoSuchNode { id }))?;
+                *nodes.get(&id).ok_or_else(|| fail(text, Some(line), format!("node {id} does not exist")))?;
         }
         let id: u64 = number(text, line, words.last(), "the id of the element")?;
         hexahedra.push(corners);
         if ids.insert(id, hexahedra.len() - 1).is_some() {
-            return Err(fail(text, Some(line), ArtiSynthProblem::Twice { what: "element", id }));
+            return Err(fail(text, Some(line), format!("element {id} comes twice")));
         }
     }
     match hexahedra.is_empty() {
-        true => Err(fail(text, None, ArtiSynthProblem::Nothing { what: "hexahedra" })),
+        true => Err(nothing(text, "hexahedra")),
         false => Ok((hexahedra, ids)),
     }
 }
@@ -97,7 +101,7 @@ pub(super) fn numbers(text: &Text, count: usize) -> Result<Vec<usize>, BodyFileE
         for word in row.split_whitespace() {
             let node: usize = number(text, line, Some(word), "the number of a node, from 0")?;
             if node >= count {
-                return Err(fail(text, Some(line), ArtiSynthProblem::NoSuchNode { id: node as u64 }));
+                return Err(fail(text, Some(line), format!("node {node} does not exist")));
             }
             all.push(node);
         }
@@ -105,7 +109,7 @@ pub(super) fn numbers(text: &Text, count: usize) -> Result<Vec<usize>, BodyFileE
     all.sort_unstable();
     all.dedup();
     match all.is_empty() {
-        true => Err(fail(text, None, ArtiSynthProblem::Nothing { what: "numbers of nodes on bone" })),
+        true => Err(nothing(text, "numbers of nodes on bone")),
         false => Ok(all),
     }
 }
@@ -120,20 +124,14 @@ pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Re
     let mut regions = Regions::default();
     let mut selected = Vec::new();
     for (line, row) in lines(text) {
-        let expected = |what, found: &str| {
-            fail(text, Some(line), ArtiSynthProblem::Expected { what, found: found.to_owned() })
-        };
+        let expected = |what, found: &str| expected(text, line, what, found);
         if let Some(rest) = after(row, "muscleName(") {
             let what = "a muscle like muscleName(1) = 'GGP_L'";
             let (number, name) = rest.split_once(')').ok_or_else(|| expected(what, row))?;
             let number: usize = self::number(text, line, Some(number), "the number of a muscle")?;
             let name = name.split('\'').nth(1).ok_or_else(|| expected(what, row))?.trim();
             if regions.names.insert(number, (name.to_owned(), line)).is_some() {
-                return Err(fail(
-                    text,
-                    Some(line),
-                    ArtiSynthProblem::Twice { what: "muscle", id: number as u64 },
-                ));
+                return Err(fail(text, Some(line), format!("muscle {number} comes twice")));
             }
         } else if let Some(rest) = after(row, "ESEL,") {
             let words: Vec<&str> = rest.split(',').map(str::trim).collect();
@@ -158,7 +156,7 @@ pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Re
             for id in (from..=to).step_by(step as usize) {
                 let found = elements.get(&id);
                 selected.push(
-                    *found.ok_or_else(|| fail(text, Some(line), ArtiSynthProblem::NoSuchElement { id }))?,
+                    *found.ok_or_else(|| fail(text, Some(line), format!("element {id} does not exist")))?,
                 );
             }
         } else if let Some(rest) = after(row, "CM,") {
@@ -170,7 +168,7 @@ pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Re
         }
     }
     match regions.names.is_empty() {
-        true => Err(fail(text, None, ArtiSynthProblem::Nothing { what: "muscles" })),
+        true => Err(nothing(text, "muscles")),
         false => Ok(regions),
     }
 }
@@ -179,10 +177,7 @@ pub(super) fn fibres(text: &Text, nodes: &BTreeMap<u64, usize>) -> Result<Fibres
     let mut places: BTreeMap<usize, BTreeMap<usize, BTreeMap<usize, usize>>> = BTreeMap::new();
     for (line, row) in lines(text) {
         let Some(rest) = after(row, "FIBER(") else { continue };
-        let wrong = || {
-            let (what, found) = ("a node of a fibre like FIBER(1,2,3)=398", row.to_owned());
-            fail(text, Some(line), ArtiSynthProblem::Expected { what, found })
-        };
+        let wrong = || expected(text, line, "a node of a fibre like FIBER(1,2,3)=398", row);
         let (inside, id) = rest.split_once(')').ok_or_else(wrong)?;
         let id = id.trim().strip_prefix('=').ok_or_else(wrong)?;
         let mut three = inside.split(',');
@@ -191,17 +186,21 @@ pub(super) fn fibres(text: &Text, nodes: &BTreeMap<u64, usize>) -> Result<Fibres
             (next("the number of a node")?, next("the number of a fibre")?, next("the number of a muscle")?);
         let id: u64 = number(text, line, Some(id), "the id of a node")?;
         let at =
-            *nodes.get(&id).ok_or_else(|| fail(text, Some(line), ArtiSynthProblem::NoSuchNode { id }))?;
+            *nodes.get(&id).ok_or_else(|| fail(text, Some(line), format!("node {id} does not exist")))?;
         places.entry(muscle).or_default().entry(fibre).or_default().insert(node, at);
     }
     if places.is_empty() {
-        return Err(fail(text, None, ArtiSynthProblem::Nothing { what: "fibres" }));
+        return Err(nothing(text, "fibres"));
     }
     let mut all = Fibres::new();
     for (muscle, fibres) in places {
         for (fibre, chain) in fibres {
             if let Some(missing) = (1..=chain.len().max(2)).find(|i| !chain.contains_key(i)) {
-                return Err(fail(text, None, ArtiSynthProblem::Gap { muscle, fibre, missing }));
+                return Err(fail(
+                    text,
+                    None,
+                    format!("fibre {fibre} of muscle number {muscle} has no node number {missing}"),
+                ));
             }
             all.entry(muscle).or_default().insert(fibre, chain.into_values().collect());
         }
@@ -216,8 +215,7 @@ pub(super) fn strengths(text: &Text) -> Result<BTreeMap<String, f64>, BodyFileEr
         let name = words.next().unwrap_or_default();
         let force = finite(text, line, words.next(), "a force in newtons")?;
         if force <= 0.0 {
-            let (what, found) = ("a force in newtons above 0", force.to_string());
-            return Err(fail(text, Some(line), ArtiSynthProblem::Expected { what, found }));
+            return Err(expected(text, line, "a force in newtons above 0", force));
         }
         strengths.insert(name.to_owned(), force);
     }

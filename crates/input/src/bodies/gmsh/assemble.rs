@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::SVector;
 
-use super::chain::{NoChain, chain};
-use super::error::{Found, Located, MshProblem};
+use super::chain::chain;
+use super::error::{Found, Located, wrong};
 use super::groups::{Form, Group, Parts, Role, positions};
 use super::parse::Raw;
 use super::review::{Concern, review};
@@ -59,7 +59,12 @@ fn body<const D: usize>(raw: &Raw, parts: &Parts<'_>, origin: &str, unit: Unit) 
     let tags: Vec<u64> = kept.into_iter().collect();
     let tag = |node: usize| tags.get(node).copied().unwrap_or_default();
     if let Some(&[a, b]) = mesh.connections.iter().find(|[a, b]| mesh.nodes[*a] == mesh.nodes[*b]) {
-        return Err(Located::whole(MshProblem::SamePlace { a: tag(a), b: tag(b) }));
+        return Err(Located::whole(format!(
+            "nodes {a} and {b} lie at the same place but are joined; merge them (gmsh: Coherence \
+             Mesh) and mesh again",
+            a = tag(a),
+            b = tag(b)
+        )));
     }
     embedded(&mesh, parts, &chains, tag)?;
     let bones = parts.bones(&numbers)?;
@@ -67,12 +72,10 @@ fn body<const D: usize>(raw: &Raw, parts: &Parts<'_>, origin: &str, unit: Unit) 
         bones.iter().flat_map(|b| b.nodes.iter().copied()).collect::<BTreeSet<_>>().into_iter().collect();
     mesh.check().map_err(|fault| match fault {
         MeshFault::Degenerate { cell } | MeshFault::Inverted { cell } => match cells.get(cell) {
-            Some(of) => {
-                Located::at(of.at, MshProblem::Degenerate { element: of.tag, nodes: of.nodes.clone() })
-            }
-            None => Located::whole(fault.into()),
+            Some(of) => wrong!(of.at, "element {element} (nodes {nodes:?}) has no area or volume; mesh again, or move the nodes apart", element = of.tag, nodes = of.nodes),
+            None => Located::whole(fault.to_string()),
         },
-        other => Located::whole(other.into()),
+        other => Located::whole(other.to_string()),
     })?;
     parts.check_held(mesh.connections.iter().copied(), &bones, &numbers)?;
     let concerns = review(&mesh).into_iter().chain(bent(raw, parts, unit)).collect();
@@ -115,18 +118,14 @@ fn chains<'a>(groups: &'a [Group<'a>]) -> Found<Vec<TaggedChain<'a>>> {
         let earlier = chains.iter().find(|c| c.name == name && known.published(&name).is_some());
         if let Some(earlier) = earlier {
             let (first, second) = (earlier.group.name.to_owned(), group.name.to_owned());
-            return Err(group.located(MshProblem::MuscleTwice { name, first, second }));
+            return Err(group.located(format!(
+                "muscle {name} is given twice, as \"{first}\" and as \"{second}\"; join them to one \
+                 physical curve"
+            )));
         }
         let lines: Vec<[u64; 2]> =
             group.elements.iter().filter_map(|e| <[u64; 2]>::try_from(e.nodes.as_slice()).ok()).collect();
-        let nodes = chain(&lines).map_err(|broken| {
-            let name = name.clone();
-            group.located(match broken {
-                NoChain::Branch { node, lines } => MshProblem::Branch { name, node, lines },
-                NoChain::Gap { ends } => MshProblem::Gap { name, ends },
-                NoChain::Loop { node } => MshProblem::Loop { name, node },
-            })
-        })?;
+        let nodes = chain(&lines).map_err(|broken| group.located(format!("muscle {name} {broken}")))?;
         chains.push(TaggedChain { name, nodes, group });
     }
     chains.sort_by_key(|c| known.published(&c.name).map_or(usize::MAX, |(place, _)| place));
@@ -148,11 +147,19 @@ fn embedded<const D: usize>(
             let around = mesh.cells.iter().position(|cell| inside(&simplex::corners(&mesh.nodes, cell), &x));
             if let Some(element) = around.and_then(|c| parts.cells.get(c)) {
                 let (node, element) = (tag(node), element.tag);
-                return Err(group.located(MshProblem::NotEmbedded { name: name.clone(), node, element }));
+                return Err(group.located(format!(
+                    "node {node} of muscle {name} lies in element {element} without being one of its \
+                     nodes, so the muscle would slide through the tissue; embed its curve in the \
+                     surface (Curve {{...}} In Surface {{...}}) or fragment both, and mesh again"
+                )));
             }
         }
         if outside.len() == muscle.nodes.len() {
-            return Err(group.located(MshProblem::Apart { name: name.clone() }));
+            return Err(group.located(format!(
+                "muscle {name} shares no node with the tissue, so it would pull on nothing; embed \
+                 its curve in the surface (Curve {{...}} In Surface {{...}}) or fragment both, and \
+                 mesh again"
+            )));
         }
     }
     Ok(())

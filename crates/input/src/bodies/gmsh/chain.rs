@@ -2,36 +2,40 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Why lines do not form a chain, by node tags.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) enum NoChain {
-    /// More than two lines meet at a node.
-    Branch { node: u64, lines: usize },
-    /// There are more than two ends.
-    Gap { ends: Vec<u64> },
-    /// A part without ends runs through this node.
-    Loop { node: u64 },
+/// Lines of which a part without ends runs through a node.
+fn in_circle(node: u64) -> String {
+    format!("runs in a circle through node {node}; a muscle is one chain with two ends: leave out one curve")
 }
 
 /// The nodes of `lines` from one end to the other. The chain begins at the end that is the start of a line;
 /// if both or neither are, at the one with the lower tag.
-pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, NoChain> {
+///
+/// # Errors
+/// Why the lines of a muscle are no chain, to follow its name.
+pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, String> {
     let mut neighbours: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
     for &[a, b] in lines {
         if a == b {
-            return Err(NoChain::Loop { node: a });
+            return Err(in_circle(a));
         }
         neighbours.entry(a).or_default().insert(b);
         neighbours.entry(b).or_default().insert(a);
     }
     if let Some((&node, of)) = neighbours.iter().find(|(_, of)| of.len() > 2) {
-        return Err(NoChain::Branch { node, lines: of.len() });
+        return Err(format!(
+            "branches at node {node}, where {} of its lines meet; a muscle is one chain: leave out the curves that branch off",
+            of.len()
+        ));
     }
     let ends: Vec<u64> = neighbours.iter().filter(|(_, of)| of.len() == 1).map(|(n, _)| *n).collect();
     let (first, second) = match ends[..] {
         [first, second] => (first, second),
-        [] => return Err(NoChain::Loop { node: neighbours.keys().next().copied().unwrap_or_default() }),
-        _ => return Err(NoChain::Gap { ends }),
+        [] => return Err(in_circle(neighbours.keys().next().copied().unwrap_or_default())),
+        _ => {
+            return Err(format!(
+                "has gaps: it ends at the nodes {ends:?}; a muscle is one chain with two ends: add the curves between, or make two groups"
+            ));
+        }
     };
     let begins = |end: u64| lines.iter().any(|[a, _]| *a == end);
     let start = if begins(second) && !begins(first) { second } else { first };
@@ -45,7 +49,7 @@ pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, NoChain> {
     }
     let visited: BTreeSet<u64> = chain.iter().copied().collect();
     match neighbours.keys().find(|n| !visited.contains(n)) {
-        Some(&node) => Err(NoChain::Loop { node }),
+        Some(&node) => Err(in_circle(node)),
         None => Ok(chain),
     }
 }
@@ -68,11 +72,16 @@ mod tests {
 
     #[test]
     fn lines_that_are_not_a_chain_are_distinguished() {
-        assert_eq!(chain(&[[1, 2], [2, 3], [2, 4]]), Err(NoChain::Branch { node: 2, lines: 3 }));
-        assert_eq!(chain(&[[1, 2], [3, 4]]), Err(NoChain::Gap { ends: vec![1, 2, 3, 4] }));
-        assert_eq!(chain(&[[1, 2], [2, 3], [3, 1]]), Err(NoChain::Loop { node: 1 }));
-        assert_eq!(chain(&[[1, 2], [5, 6], [6, 7], [7, 5]]), Err(NoChain::Loop { node: 5 }));
-        assert_eq!(chain(&[[1, 1]]), Err(NoChain::Loop { node: 1 }));
-        assert_eq!(chain(&[]), Err(NoChain::Loop { node: 0 }), "which no group of lines is");
+        for (lines, told) in [
+            (&[[1, 2], [2, 3], [2, 4]][..], "branches at node 2, where 3 of its lines meet"),
+            (&[[1, 2], [3, 4]], "has gaps: it ends at the nodes [1, 2, 3, 4]"),
+            (&[[1, 2], [2, 3], [3, 1]], "runs in a circle through node 1"),
+            (&[[1, 2], [5, 6], [6, 7], [7, 5]], "runs in a circle through node 5"),
+            (&[[1, 1]], "runs in a circle through node 1"),
+            (&[], "runs in a circle through node 0"),
+        ] {
+            let why = chain(lines).unwrap_err();
+            assert!(why.starts_with(told), "{why}");
+        }
     }
 }

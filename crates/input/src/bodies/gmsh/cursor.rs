@@ -1,6 +1,6 @@
 //! Cursor through the bytes of a Gmsh file, which are text, or text with binary numbers.
 
-use super::error::{Found, Located, MshProblem};
+use super::error::{Found, Located, wrong};
 
 /// A position in the bytes, and the format of the numbers.
 pub(super) struct Cursor<'a> {
@@ -38,7 +38,10 @@ impl<'a> Cursor<'a> {
                 self.big_endian = true;
                 Ok(())
             }
-            _ => Err(Located::at(at, MshProblem::ByteOrder)),
+            _ => Err(Located::at(
+                at,
+                "the byte order is neither big-endian nor little-endian; save the file again",
+            )),
         }
     }
 
@@ -52,22 +55,29 @@ impl<'a> Cursor<'a> {
         let line = self.line("a section")?;
         match line.trim().strip_prefix('$') {
             Some(name) if !name.is_empty() && !name.starts_with("End") => Ok(Some((name, at))),
-            _ => Err(Located::at(at, MshProblem::NoSection { found: shortened(line) })),
+            _ => Err(wrong!(
+                at,
+                "\"{found}\" stands where a section (like $Nodes) was expected; save the file again",
+                found = shortened(line)
+            )),
         }
     }
 
-    /// Reads the end of a section.
     pub fn end(&mut self, section: &'static str) -> Found<()> {
         self.skip_space();
         let at = self.at;
         let found = self.token(section)?;
         match found.strip_prefix("$End") == Some(section) {
             true => Ok(()),
-            false => Err(Located::at(at, MshProblem::NoEnd { section, found: shortened(found) })),
+            false => Err(wrong!(
+                at,
+                "\"{found}\" stands where $End{section} was expected: the section has more entries than it announces; save the file \
+                     again",
+                found = shortened(found)
+            )),
         }
     }
 
-    /// Skips the rest of a section.
     pub fn skip(&mut self, section: &str) -> Found<()> {
         let end = format!("$End{section}");
         let rest = self.bytes.get(self.at..).unwrap_or_default();
@@ -76,7 +86,7 @@ impl<'a> Cursor<'a> {
                 self.at += offset + end.len();
                 Ok(())
             }
-            None => Err(Located::at(self.at, MshProblem::Ended { what: format!("${end}", end = &end[1..]) })),
+            None => Err(self.ended(&end)),
         }
     }
 
@@ -84,7 +94,7 @@ impl<'a> Cursor<'a> {
     pub fn line(&mut self, what: &str) -> Found<&'a str> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         if rest.is_empty() {
-            return Err(Located::at(self.at, MshProblem::Ended { what: what.to_owned() }));
+            return Err(self.ended(what));
         }
         let length = rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len());
         let text = self.text(self.at, self.at + length, what)?;
@@ -100,13 +110,12 @@ impl<'a> Cursor<'a> {
         text.parse().map_err(|_| not_a_number(at, what, text))
     }
 
-    /// The next word.
     pub fn token(&mut self, what: &str) -> Found<&'a str> {
         self.skip_space();
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
         if length == 0 {
-            return Err(Located::at(self.at, MshProblem::Ended { what: what.to_owned() }));
+            return Err(self.ended(what));
         }
         let text = self.text(self.at, self.at + length, what)?;
         self.at += length;
@@ -148,7 +157,7 @@ impl<'a> Cursor<'a> {
     fn array<const N: usize>(&mut self, what: &str) -> Found<[u8; N]> {
         let bytes = self.bytes.get(self.at..self.at.saturating_add(N));
         let Some(bytes) = bytes.and_then(|b| <[u8; N]>::try_from(b).ok()) else {
-            return Err(Located::at(self.at, MshProblem::Ended { what: what.to_owned() }));
+            return Err(self.ended(what));
         };
         self.at += N;
         Ok(bytes)
@@ -156,8 +165,11 @@ impl<'a> Cursor<'a> {
 
     fn text(&self, from: usize, to: usize, what: &str) -> Found<&'a str> {
         let bytes = self.bytes.get(from..to).unwrap_or_default();
-        std::str::from_utf8(bytes)
-            .map_err(|_| Located::at(from, MshProblem::NotText { what: what.to_owned() }))
+        std::str::from_utf8(bytes).map_err(|_| wrong!(from, "{what} is not UTF-8 text; save the file again"))
+    }
+
+    fn ended(&self, what: &str) -> Located {
+        wrong!(self.at, "the file ends where {what} was expected: it was cut off; save it again")
     }
 
     fn skip_space(&mut self) {
@@ -167,7 +179,12 @@ impl<'a> Cursor<'a> {
 }
 
 fn not_a_number(at: usize, what: &str, found: &str) -> Located {
-    Located::at(at, MshProblem::NotANumber { what: what.to_owned(), found: shortened(found) })
+    wrong!(
+        at,
+        "\"{found}\" stands where {what} was expected; correct it, or save the file again (are there as many entries as the \
+                     section announces?)",
+        found = shortened(found)
+    )
 }
 
 /// The beginning of a word, for messages.

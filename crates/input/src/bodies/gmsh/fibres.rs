@@ -15,7 +15,6 @@ const INSIDE: f64 = 0.02;
 const TETRAHEDRA: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
 
-/// The fibres of one muscle.
 pub(super) struct Fibres {
     /// Parts between two nodes of the mesh.
     pub segments: Vec<[usize; 2]>,

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::SVector;
 
 use super::Unit;
-use super::error::{Found, Located, MshProblem};
+use super::error::{Found, Located, wrong};
 use super::parse::{Element, Raw, check_cell};
 use crate::measured::muscles::Muscles;
 use tongue_core::body::Bone;
@@ -74,7 +74,7 @@ fn words(dimension: usize, form: Form) -> Vec<(&'static str, &'static str)> {
 }
 
 /// The refusal of a group whose name is not known.
-fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles) -> MshProblem {
+fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles) -> String {
     let (kind, rest) = split(name);
     let words = words(dimension, form);
     let all = known.all();
@@ -88,10 +88,12 @@ fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles) -> MshProb
     let usual: Vec<&str> = words.iter().map(|(_, whole)| *whole).collect();
     let on = ["points", "curves", "surfaces", "volumes"].get(dimension).copied().unwrap_or("elements");
     let hint = format!("{}{on} may be called {}", meant.unwrap_or_default(), usual.join(", "));
-    MshProblem::UnknownGroup { name: name.to_owned(), on, hint }
+    format!(
+        "the physical group \"{name}\" of {on} has no meaning here; {hint}; rename it, or call it \
+         \"other:{name}\" to leave it out"
+    )
 }
 
-/// A physical group and its elements.
 pub(super) struct Group<'a> {
     pub dimension: usize,
     pub name: &'a str,
@@ -102,12 +104,11 @@ pub(super) struct Group<'a> {
 }
 
 impl Group<'_> {
-    pub fn located(&self, problem: MshProblem) -> Located {
+    pub fn located(&self, problem: impl Into<String>) -> Located {
         Located::at(self.at, problem)
     }
 }
 
-/// The groups of a file and the cells of its body.
 pub(super) struct Parts<'a> {
     pub groups: Vec<Group<'a>>,
     /// The elements of the tissue in the order of the file, each once.
@@ -139,7 +140,10 @@ impl<'a> Parts<'a> {
             let role = Role::of(name, dimension, form, &known)
                 .ok_or_else(|| Located::at(*at, unknown(name, dimension, form, &known)))?;
             if elements.is_empty() && role != Role::Other {
-                return Err(Located::at(*at, MshProblem::EmptyGroup { name: name.clone() }));
+                return Err(wrong!(
+                    *at,
+                    "the physical group \"{name}\" has no elements; mesh what it is of, or remove the group"
+                ));
             }
             groups.push(Group { dimension, name, at: *at, role, elements });
         }
@@ -154,8 +158,16 @@ impl<'a> Parts<'a> {
                     false => format!("it has {}", names.join(", ")),
                 };
                 return Err(Located::whole(match form {
-                    Form::Simplices => MshProblem::NoTissue { found },
-                    Form::Hexahedra => MshProblem::NoHexahedra { found },
+                    Form::Simplices => format!(
+                        "no triangle or tetrahedron is in a physical group called \"tissue\" \
+                         ({found}); add Physical Surface(\"tissue\") = {{...}}; in space Physical \
+                         Volume(\"tissue\")"
+                    ),
+                    Form::Hexahedra => format!(
+                        "no hexahedron is in a physical group called \"tissue\" ({found}); add \
+                         Physical Volume(\"tissue\") = {{...}} of all volumes, which must be meshed \
+                         with hexahedra (Transfinite Volume, Recombine)"
+                    ),
                 }));
             }
         };
@@ -180,7 +192,13 @@ impl<'a> Parts<'a> {
             let Role::Bone(name) = &group.role else { continue };
             let mut nodes = BTreeSet::new();
             for node in group.elements.iter().flat_map(|e| &e.nodes) {
-                let nothing = || MshProblem::BoneHoldsNothing { name: name.clone(), node: *node };
+                let nothing = || {
+                    format!(
+                        "bone \"{name}\" holds node {node}, which belongs to no triangle, tetrahedron or \
+                     muscle; take a point of them",
+                        node = *node
+                    )
+                };
                 nodes.insert(*numbers.get(node).ok_or_else(|| group.located(nothing()))?);
             }
             match bones.iter_mut().find(|(n, _)| n == name) {
@@ -206,7 +224,10 @@ impl<'a> Parts<'a> {
         numbers: &BTreeMap<u64, usize>,
     ) -> Found<()> {
         if bones.is_empty() {
-            return Err(Located::whole(MshProblem::NoBone));
+            return Err(Located::whole(
+                "no bone holds the body; add Physical Point(\"bone\") = {...}, or Curve or Surface, \
+                 of what does not move",
+            ));
         }
         let mut neighbours = vec![Vec::new(); numbers.len()];
         for [a, b] in joined {
@@ -222,7 +243,12 @@ impl<'a> Parts<'a> {
         }
         let is_loose = |c: &&&Element| c.nodes.iter().any(|tag| numbers.get(tag).is_some_and(|&n| !held[n]));
         match self.cells.iter().find(is_loose) {
-            Some(cell) => Err(Located::at(cell.at, MshProblem::Loose { element: cell.tag })),
+            Some(cell) => Err(wrong!(
+                cell.at,
+                "the part with element {element} is joined to no bone, so it could move freely: join it to the rest (gmsh: Coherence), \
+                     or give it one",
+                element = cell.tag
+            )),
             None => Ok(()),
         }
     }
@@ -241,7 +267,12 @@ pub(super) fn positions<const D: usize>(
     if D == 2 {
         let extent = given().flat_map(|(_, x)| [x[0].abs(), x[1].abs()]).fold(0.0, f64::max);
         if let Some((node, x)) = given().find(|(_, x)| x[2].abs() > FLAT * extent) {
-            return Err(Located::whole(MshProblem::OutOfPlane { node, z: x[2] }));
+            return Err(Located::whole(format!(
+                "node {node} lies at z = {z}; a body of triangles lies in the midsagittal plane, z = \
+                 0 (x to the back, y up): turn or shift the model, or mesh a volume of tetrahedra \
+                 (gmsh -3)",
+                z = x[2]
+            )));
         }
     }
     Ok(given().map(|(_, x)| SVector::from_iterator(x.iter().map(|c| c * unit.metres()))).collect())

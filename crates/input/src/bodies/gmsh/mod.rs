@@ -36,8 +36,6 @@ mod write;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use error::MshProblem;
-
 use super::BodyFileError;
 pub(super) use review::review;
 pub use review::{Concern, TONGUE_M};
@@ -48,15 +46,12 @@ pub use write::write;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Unit {
-    /// Metres.
     #[default]
     M,
-    /// Millimetres.
     Mm,
 }
 
 impl Unit {
-    /// Its length in metres.
     pub const fn metres(self) -> f64 {
         match self {
             Self::M => 1.0,
@@ -65,32 +60,26 @@ impl Unit {
     }
 }
 
-/// Content of a file: a body in the plane or in space.
 #[derive(Debug, Clone, PartialEq)]
 pub enum File {
-    /// Triangles in the midsagittal plane.
     Flat(Content<2>),
-    /// Tetrahedra.
     Solid(Content<3>),
 }
 
-/// A body that was read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Content<const D: usize> {
     /// The body, m. Nodes are in the order of their tags, without those that no cell and no muscle uses;
     /// cells in the order of the file; the eight published muscles in the order of the tables, then others in
     /// the order of their groups.
     pub body: Body<D>,
-    /// Gmsh's tag of every node.
     pub tags: Vec<u64>,
-    /// What a user should look at.
     pub concerns: Vec<Concern>,
 }
 
 /// Reads a body of triangles or tetrahedra. `origin` is its name in messages, usually its path.
 ///
 /// # Errors
-/// [`BodyFileError::Gmsh`] with the line (in binary files: the byte) and what to do.
+/// [`BodyFileError::Malformed`] with the line (in binary files: the byte) and what to do.
 pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<File, BodyFileError> {
     parsed(bytes, origin, |raw| assemble::assemble(raw, origin, unit))
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::cursor::Cursor;
-use super::error::{Found, Located, MshProblem};
+use super::error::{Found, Located, wrong};
 use super::groups::Form;
 use super::views::{View, view};
 
@@ -25,7 +25,6 @@ pub(super) struct Element {
     pub dimension: usize,
     /// Its physical group; 0 for none.
     pub group: i64,
-    /// Its corners.
     pub nodes: Vec<u64>,
     /// Nodes of the sides of an element of the second order.
     pub middles: Vec<u64>,
@@ -59,7 +58,7 @@ fn shape(kind: i64, element: u64, at: usize) -> Found<[usize; 3]> {
         29..=31 => ("tetrahedron of a higher order".to_owned(), linear),
         other => (format!("cell of Gmsh's type {other}"), linear),
     };
-    Err(Located::at(at, MshProblem::Element { element, what, remedy }))
+    Err(wrong!(at, "element {element} is a {what}; {remedy}"))
 }
 
 /// What to do about elements that are no simplices.
@@ -84,14 +83,17 @@ pub(super) fn check_cell(element: &Element, form: Form) -> Found<()> {
         ),
         _ => return Ok(()),
     };
-    let problem = MshProblem::Element { element: element.tag, what: what.to_owned(), remedy };
+    let problem = format!("element {element} is a {what}; {remedy}", element = element.tag);
     Err(Located::at(element.at, problem))
 }
 
-/// Reads a file.
 pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
     if !matches!(cursor.section(), Ok(Some(("MeshFormat", _)))) {
-        return Err(Located::at(0, MshProblem::NotGmsh));
+        return Err(Located::at(
+            0,
+            "this is not a Gmsh mesh: it does not begin with $MeshFormat; save it as .msh (gmsh \
+             my.geo -2)",
+        ));
     }
     let version = header(cursor)?;
     let mut names = BTreeMap::new();
@@ -100,7 +102,12 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
     while let Some((section, at)) = cursor.section()? {
         match section {
             "PhysicalNames" => physical_names(cursor, &mut names)?,
-            "PartitionedEntities" => return Err(Located::at(at, MshProblem::Partitioned)),
+            "PartitionedEntities" => {
+                return Err(Located::at(
+                    at,
+                    "the mesh is partitioned; save it whole (Mesh.NbPartitions = 0)",
+                ));
+            }
             "Entities" if version == "4.1" => {
                 once(&mut entities, "Entities", at, entities_4(cursor)?)?;
             }
@@ -117,7 +124,12 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
             other => cursor.skip(other)?,
         }
     }
-    let missing = |section| Located::whole(MshProblem::NoSuchSection { section });
+    let missing = |section| {
+        Located::whole(format!(
+            "there is no section ${section}; mesh the model before it is saved (gmsh my.geo -2, or -3 in \
+         space)"
+        ))
+    };
     let nodes = nodes.ok_or_else(|| missing("Nodes"))?;
     let mut elements = elements.ok_or_else(|| missing("Elements"))?;
     if version == "4.1" {
@@ -125,7 +137,11 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
     }
     for element in &elements {
         if let Some(&node) = element.nodes.iter().chain(&element.middles).find(|n| !nodes.contains_key(n)) {
-            return Err(Located::at(element.at, MshProblem::NoSuchNode { element: element.tag, node }));
+            return Err(wrong!(
+                element.at,
+                "element {element} refers to node {node}, which is not in $Nodes; save the file again",
+                element = element.tag
+            ));
         }
     }
     Ok(Raw { names, nodes, elements, views })
@@ -134,7 +150,7 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
 fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> Found<()> {
     match slot.replace(value) {
         None => Ok(()),
-        Some(_) => Err(Located::at(at, MshProblem::SectionTwice { section })),
+        Some(_) => Err(wrong!(at, "the section ${section} comes twice; keep one")),
     }
 }
 
@@ -144,19 +160,28 @@ fn header(cursor: &mut Cursor<'_>) -> Found<&'static str> {
         "4.1" => "4.1",
         "2.2" => "2.2",
         other => {
-            let found = other.chars().take(10).collect();
-            return Err(Located::at(at, MshProblem::Version { found }));
+            let found: String = other.chars().take(10).collect();
+            return Err(wrong!(
+                at,
+                "the format is {found}; 4.1 and 2.2 are read: save it with -format msh41, or with Mesh.MshFileVersion = 4.1"
+            ));
         }
     };
     let kind = cursor.int("0 for text or 1 for binary")?;
     let binary = match kind {
         0 => false,
         1 => true,
-        number => return Err(Located::at(at, MshProblem::OutOfRange { what: "file type", number })),
+        number => {
+            return Err(wrong!(at, "file type {number} is out of range; save the file again"));
+        }
     };
     let size = cursor.line("the size of numbers")?.trim();
     if size != "8" {
-        return Err(Located::at(at, MshProblem::DataSize { found: size.chars().take(10).collect() }));
+        return Err(wrong!(
+            at,
+            "numbers have {found} bytes; 8 are read: save it with -format msh41 by Gmsh on a 64-bit computer",
+            found = size.chars().take(10).collect::<String>()
+        ));
     }
     if binary {
         cursor.begin_binary()?;
@@ -178,7 +203,11 @@ fn physical_names(cursor: &mut Cursor<'_>, names: &mut BTreeMap<(usize, i64), (S
             Some(((dimension, tag.parse().ok()?), (name.to_owned(), at)))
         };
         let (key, name) = parsed().ok_or_else(|| {
-            Located::at(at, MshProblem::PhysicalName { found: line.trim().chars().take(60).collect() })
+            wrong!(
+                at,
+                "physical group without dimension, number and quoted name, like `1 2 \"GGa\"`: \"{found}\"",
+                found = line.trim().chars().take(60).collect::<String>()
+            )
         })?;
         names.insert(key, name);
     }
@@ -191,7 +220,7 @@ fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Found<u64> {
     let number = cursor.int(what)?;
     match u64::try_from(number) {
         Ok(n) if n > 0 => Ok(n),
-        _ => Err(Located::at(at, MshProblem::OutOfRange { what, number })),
+        _ => Err(wrong!(at, "{what} {number} is out of range; save the file again")),
     }
 }
 
@@ -203,7 +232,9 @@ fn position(cursor: &mut Cursor<'_>, node: u64) -> Found<[f64; 3]> {
     }
     match x.iter().all(|c| c.is_finite()) {
         true => Ok(x),
-        false => Err(Located::at(at, MshProblem::NotFinite { node })),
+        false => {
+            Err(wrong!(at, "a coordinate of node {node} is not finite; correct the model and mesh it again"))
+        }
     }
 }
 
@@ -214,7 +245,7 @@ fn nodes_2(cursor: &mut Cursor<'_>) -> Found<BTreeMap<u64, [f64; 3]>> {
         let at = cursor.at();
         let node = positive(cursor, "node")?;
         if nodes.insert(node, position(cursor, node)?).is_some() {
-            return Err(Located::at(at, MshProblem::NodeTwice { node }));
+            return Err(wrong!(at, "node {node} is defined twice; keep one"));
         }
     }
     cursor.end("Nodes")?;
@@ -304,7 +335,7 @@ fn nodes_4(cursor: &mut Cursor<'_>) -> Found<BTreeMap<u64, [f64; 3]>> {
         }
         for (at, node) in tags {
             if nodes.insert(node, position(cursor, node)?).is_some() {
-                return Err(Located::at(at, MshProblem::NodeTwice { node }));
+                return Err(wrong!(at, "node {node} is defined twice; keep one"));
             }
             for _ in 0..if parametric == 0 { 0 } else { dimension.clamp(0, 3) } {
                 cursor.real("a parametric coordinate")?;

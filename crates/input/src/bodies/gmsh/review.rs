@@ -17,7 +17,6 @@ const THIN_DEG: f64 = 10.0;
 /// A part outside the tissue that is longer than the straight line by more than this part is bent.
 const BENT: f64 = 1e-6;
 
-/// A concern about a body that can be used.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Concern {
     /// It does not have the size of a tongue, perhaps because of the unit.
@@ -88,7 +87,6 @@ impl fmt::Display for Concern {
     }
 }
 
-/// All concerns about a mesh.
 pub(in crate::bodies) fn review<const D: usize>(mesh: &Mesh<D>) -> Vec<Concern> {
     let mut concerns = Vec::new();
     let extent_m = mesh.extent();

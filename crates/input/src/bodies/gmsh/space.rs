@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Vector3;
 
 use super::Unit;
-use super::error::{Found, Located, MshProblem};
+use super::error::{Found, Located, wrong};
 use super::fibres::{Fibres, parts};
 use super::groups::{Form, Parts, Role, positions, sorted};
 use super::parse::Raw;
@@ -27,7 +27,6 @@ use tongue_core::body::space::{Directions, Segment, Side};
 use tongue_core::body::{Bone, Mesh, MuscleChain, SpaceBody, SpaceMuscle};
 use tongue_core::geometry::hexahedron;
 
-/// Strength of a muscle at full activation.
 #[derive(Clone, Copy)]
 enum Strength {
     Newtons(f64),
@@ -45,7 +44,6 @@ struct Given<'a> {
     at: usize,
 }
 
-/// The body of hexahedra of a file.
 pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<SpaceBody> {
     let parts = Parts::new(raw, Form::Hexahedra)?;
     let mut kept: BTreeSet<u64> = parts.cells.iter().flat_map(|e| &e.nodes).copied().collect();
@@ -78,7 +76,12 @@ impl<'a> Assembly<'a> {
                 std::array::from_fn(|i| self.numbers.get(&cell.nodes[i]).copied().unwrap_or_default());
             let x = hexahedron::corners(&self.mesh.nodes, &corners);
             if !hexahedron::points().iter().all(|&at| hexahedron::jacobian(&x, at).determinant() > 0.0) {
-                return Err(Located::at(cell.at, MshProblem::InvertedHexahedron { element: cell.tag }));
+                return Err(wrong!(
+                    cell.at,
+                    "hexahedron {element} is turned inside out or flat at one of its points; repair the mesh, or reverse the order of its \
+                     corners",
+                    element = cell.tag
+                ));
             }
             self.mesh.hexahedra.push(corners);
         }
@@ -98,7 +101,7 @@ impl<'a> Assembly<'a> {
         mesh.connect();
         let what = format!("the mesh of \"{origin}\"");
         let body = SpaceBody { what, mesh, bones, muscles, ..SpaceBody::default() };
-        body.check().map_err(|fault| Located::whole(MshProblem::Space(fault)))?;
+        body.check().map_err(|fault| Located::whole(fault.to_string()))?;
         Ok(body)
     }
 
@@ -110,7 +113,10 @@ impl<'a> Assembly<'a> {
             let (name, strength) = strength(rest).map_err(|problem| group.located(problem))?;
             if out.iter().any(|g| g.name == name) {
                 let (first, second) = (name.clone(), rest.clone());
-                return Err(group.located(MshProblem::MuscleTwice { name, first, second }));
+                return Err(group.located(format!(
+                    "muscle {name} is given twice, as \"{first}\" and as \"{second}\"; join them to \
+                     one physical curve"
+                )));
             }
             let region = group.elements.iter().map(|e| sorted(&e.nodes)).collect();
             let view = self.raw.views.iter().find(|v| fibre_of(v) == Some(name.as_str()));
@@ -124,11 +130,20 @@ impl<'a> Assembly<'a> {
                 _ => continue,
             };
             if !out.iter().any(|g| g.name == other) {
-                let problem = MshProblem::NoOtherSide { name: given.name.clone(), other };
+                let problem = format!(
+                    "muscle {name} has no other side: no group is called \"muscle:{other} ..\"; add \
+                     it, or give the muscle a name without a side",
+                    name = given.name
+                );
                 return Err(Located::at(given.at, problem));
             }
         }
-        let nothing = |name: &str, at| Located::at(at, MshProblem::NoMuscleOfFibre { name: name.to_owned() });
+        let nothing = |name: &str, at| {
+            wrong!(
+                at,
+                "fibres are given of {name}, but no volume is called \"muscle:{name} ..\"; correct the name, or add the volume"
+            )
+        };
         for group in &self.parts.groups {
             let Role::Fibre(name) = &group.role else { continue };
             let muscle = out.iter_mut().find(|g| g.name == *name).ok_or_else(|| nothing(name, group.at))?;
@@ -155,15 +170,25 @@ impl<'a> Assembly<'a> {
             .map(|&e| hexahedron::volume(&hexahedron::corners(&mesh.nodes, &mesh.hexahedra[e])))
             .sum();
         let place = |tag: &u64| self.raw.nodes.get(tag).map(|x| Vector3::from(*x) * self.unit.metres());
-        let fibres = Fibres::lay(mesh, &self.numbers, &given.lines, place)
-            .map_err(|node| located(MshProblem::FibreLeaves { name: name(), node }))?;
+        let fibres = Fibres::lay(mesh, &self.numbers, &given.lines, place).map_err(|node| {
+            located(format!(
+                "a curve \"fibre:{name}\" lies outside the tissue at node {node}, where it must run \
+                 from a node of the tissue to one of a bone; let it end inside the tissue, or give \
+                 it a node of the mesh where it leaves and one on bone:NAME where it ends",
+                name = name()
+            ))
+        })?;
         let directions = match given.view {
             Some(view) => self.directions(view, &region, &given.name)?,
             None => fibres.directions(mesh, &region),
         };
         let (stress_pa, force_n) = match (given.strength, given.lines.is_empty()) {
             (Strength::Newtons(_), true) => {
-                return Err(located(MshProblem::NoFibreForForce { name: name() }));
+                return Err(located(format!(
+                    "muscle {name} has a force, but no curves \"fibre:{name}\" whose length makes a \
+                     stress of it; add them, or give the stress in kPa",
+                    name = name()
+                )));
             }
             // The force of the muscle is that of all its fibres together.
             (Strength::Newtons(force), false) => {
@@ -174,7 +199,11 @@ impl<'a> Assembly<'a> {
             (Strength::Pascals(stress), false) => (stress, stress * volume / fibres.length),
         };
         if given.lines.is_empty() && directions.is_empty() {
-            return Err(located(MshProblem::NoFibres { name: name() }));
+            return Err(located(format!(
+                "muscle {name} has no directions; add a view \"fibre:{name}\" of vectors, or curves \
+                 called \"fibre:{name}\"",
+                name = name()
+            )));
         }
         let on_nodes = fibres.guides.is_empty() && !fibres.segments.is_empty();
         let measure = match on_nodes {
@@ -235,7 +264,11 @@ impl<'a> Assembly<'a> {
                 }),
             };
             if directions.iter().any(Option::is_none) {
-                let problem = MshProblem::NoDirection { name: name.to_owned(), element: cell.tag };
+                let problem = format!(
+                    "the view \"fibre:{name}\" has no direction in element {element}, or one of \
+                     length zero; give every element of the muscle one",
+                    element = cell.tag
+                );
                 return Err(Located::at(view.at, problem));
             }
             out.push(directions);
@@ -251,9 +284,15 @@ fn fibre_of(view: &View) -> Option<&str> {
 }
 
 /// `NAME 18.5 N` or `NAME 49.8 kPa`.
-fn strength(rest: &str) -> Result<(String, Strength), MshProblem> {
+fn strength(rest: &str) -> Result<(String, Strength), String> {
     let words: Vec<&str> = rest.split_whitespace().collect();
-    let wrong = || MshProblem::Strength { found: rest.to_owned() };
+    let wrong = || {
+        format!(
+            "\"muscle:{found}\": name the muscle and its strength with a unit, like `muscle:GGP_L 18.5 \
+         N` or `muscle:GGP_L 49.8 kPa`",
+            found = rest
+        )
+    };
     let &[name, number, unit] = words.as_slice() else { return Err(wrong()) };
     let number = number.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0).ok_or_else(wrong)?;
     let strength = match unit {

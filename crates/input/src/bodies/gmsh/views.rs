@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::cursor::Cursor;
-use super::error::{Found, Located, MshProblem};
+use super::error::{Found, Located, wrong};
 
-/// The vectors of a view.
 pub(super) struct View {
     pub name: String,
     /// Whether nodes have the vectors; otherwise elements.
@@ -46,8 +45,8 @@ pub(super) fn view(cursor: &mut Cursor<'_>, section: &'static str, at: usize) ->
         for c in &mut vector {
             *c = cursor.real("a component of a vector")?;
         }
-        let tag = u64::try_from(tag)
-            .map_err(|_| Located::at(at, MshProblem::OutOfRange { what: "entry", number: tag }))?;
+        let tag =
+            u64::try_from(tag).map_err(|_| wrong!(at, "entry {tag} is out of range; save the file again"))?;
         vectors.insert(tag, vector);
     }
     cursor.end(section)?;

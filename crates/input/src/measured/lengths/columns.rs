@@ -28,7 +28,6 @@ const FEW: usize = 20;
 /// Field (from 0) and unit of a column.
 type Field = (usize, TableUnit);
 
-/// Column of a muscle's lengths.
 pub(super) struct Length {
     pub muscle: String,
     pub field: usize,
@@ -47,25 +46,21 @@ pub(super) struct Columns {
     pub set_aside: Vec<SetAside>,
 }
 
-/// Meaning of a column's name.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 enum Meaning {
     /// With the index of the name among its aliases.
     Subject(usize),
     Vowel(usize),
-    /// Lengths of a muscle.
     Length(String),
     /// Half widths of a muscle's lengths, or of all without a name.
     HalfWidth(String),
 }
 
-/// Whether a column's name has a meaning.
 pub(super) fn is_known(name: &str) -> bool {
     meaning(name).is_some()
 }
 
 impl Columns {
-    /// Reads the header of a table.
     pub fn of(cells: &Cells<'_>) -> Result<Self, Malformed> {
         let mut fields = BTreeMap::<Meaning, Field>::new();
         for (field, name) in cells.header.cells.iter().enumerate() {

@@ -18,7 +18,6 @@ use tongue_core::suggest;
 const REFERENCE: &str = include_str!("../../../../../targets/takano2007_lengths.csv");
 const REFERENCE_ORIGIN: &str = "targets/takano2007_lengths.csv (built in)";
 
-/// Largest size of a table, bytes.
 const LARGEST: u64 = 64 << 20;
 
 /// Largest number of subjects that a message lists by name.
@@ -129,17 +128,14 @@ impl Dataset {
         &self.origin
     }
 
-    /// The muscles, in the order of their columns.
     pub fn muscles(&self) -> &[String] {
         &self.muscles
     }
 
-    /// All usable rows, in the order of the table.
     pub fn rows(&self) -> &[Row] {
         &self.rows
     }
 
-    /// How the text was understood.
     pub fn reading(&self) -> &Reading {
         &self.reading
     }
@@ -200,7 +196,6 @@ impl Dataset {
         self.baseline_vowel(subject, &Vowel::unrounded_u())
     }
 
-    /// The lengths of `subject` in the baseline vowel `vowel`.
     pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, LengthsError> {
         self.find(subject, vowel)?.ok_or_else(|| LengthsError::MissingBaseline {
             origin: self.origin.clone(),

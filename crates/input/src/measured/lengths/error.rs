@@ -8,19 +8,15 @@ use super::{BadLabel, Vowel};
 use crate::files::advice;
 use tongue_core::suggest;
 
-/// A fault of the table, with its place.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
 #[error("{origin}:{line}:{column}: {what}; {help}")]
 pub struct Malformed {
     /// The file, or another description of where the data came from.
     pub origin: String,
-    /// Line in the file, from 1.
     pub line: u64,
     /// Column of the table (field of the line, not character), from 1.
     pub column: usize,
-    /// What is wrong.
     pub what: String,
-    /// What to do about it.
     pub help: String,
 }
 
@@ -35,67 +31,52 @@ pub struct BrokenRow {
 /// Why lengths could not be read, looked up or made a target. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum LengthsError {
-    /// The file could not be opened or read.
     #[error("cannot read {origin}: {source}; {}", advice(source))]
     Unreadable { origin: String, source: io::Error },
     /// The file is not a table of lengths, or the requested row is broken.
     #[error(transparent)]
     Malformed(#[from] Malformed),
-    /// No row has this subject.
     #[error("unknown subject {name:?} in {origin}; {hint}")]
     UnknownSubject { origin: String, name: String, hint: String },
-    /// The subject has rows, but not for this vowel.
     #[error("{subject} has no row for /{vowel}/ in {origin}; it has {}", Vowel::list(has))]
     MissingRow { origin: String, subject: String, vowel: Vowel, has: Vec<Vowel> },
-    /// None of the subjects has a row for this vowel.
     #[error("{origin} has no row for /{vowel}/; it has {}", Vowel::list(has))]
     UnknownVowel { origin: String, vowel: Vowel, has: Vec<Vowel> },
-    /// The subject has no row for the baseline vowel.
     #[error(
         "{subject} has no row for the baseline vowel /{vowel}/ in {origin}; it has {}: choose one of these as \
          the baseline instead",
         Vowel::list(has)
     )]
     MissingBaseline { origin: String, subject: String, vowel: Vowel, has: Vec<Vowel> },
-    /// The half width of rounding is out of range.
     #[error("the half width of rounding is {mm} mm; give one from 0 to {largest} mm, like 0.5")]
     BadHalfWidth { mm: f64, largest: f64 },
-    /// The name is not a vowel.
     #[error(transparent)]
     Vowel(#[from] BadLabel),
-    /// The row is its own baseline, so every change is zero.
     #[error(
         "/{vowel}/ of {subject} is the baseline itself, so there is nothing to fit; choose another vowel or \
          another baseline"
     )]
     IsBaseline { subject: String, vowel: Vowel },
-    /// The two lengths of a muscle are incompatible.
     #[error(
         "{muscle} of {subject} is {mm} mm in /{vowel}/ and {baseline_mm} mm in /{baseline}/, but no muscle of a tongue changes its length \
          to less than 0.5 or more than 1.7 times; correct the length that is wrong, or leave it empty"
     )]
     Impossible { muscle: String, subject: String, vowel: Vowel, mm: f64, baseline: Vowel, baseline_mm: f64 },
-    /// No muscle is shorter than in the baseline.
     #[error(
         "no muscle of {subject} is shorter in /{vowel}/ than in /{baseline}/, so none contracts; name the \
          contracting muscles yourself"
     )]
     NoContraction { subject: String, vowel: Vowel, baseline: Vowel },
-    /// The list of contracting muscles is empty.
     #[error("the list of contracting muscles is empty; name at least one of {}", known.join(", "))]
     NoMuscles { known: Vec<String> },
-    /// A chosen muscle is not in the table.
     #[error("unknown muscle \"{name}\"; {}", suggest::hint(name, known.iter().map(String::as_str)))]
     UnknownMuscle { name: String, known: Vec<String> },
-    /// A chosen muscle has no length in one of the two rows.
     #[error(
         "{muscle} of {subject} was not measured in both /{vowel}/ and /{baseline}/; choose other muscles"
     )]
     NotMeasured { muscle: String, subject: String, vowel: Vowel, baseline: Vowel },
-    /// A muscle was chosen twice.
     #[error("muscle {muscle} is listed twice; name each contracting muscle once")]
     RepeatedMuscle { muscle: String },
-    /// The reference muscle of ratios has no length.
     #[error(
         "{reference} of {subject} was not measured in /{vowel}/, but ratios are relative to it; use the stretch target, or add its length"
     )]
@@ -108,7 +89,6 @@ pub enum LengthsError {
     NoEquation { reference: String, subject: String, vowel: Vowel },
 }
 
-/// A place in the table, from which errors are made.
 #[derive(Clone, Copy)]
 pub(in crate::measured) struct Place<'a> {
     pub origin: &'a str,

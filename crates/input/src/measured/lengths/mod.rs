@@ -30,10 +30,8 @@ pub use vowel::{BadLabel, Vowel};
 
 use std::sync::Arc;
 
-/// The muscle lengths of one subject in one vowel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lengths {
-    /// The subject, e.g. `S2`.
     pub subject: String,
     pub vowel: Vowel,
     /// The muscles of the table, in the order of its columns.
@@ -51,7 +49,6 @@ impl Lengths {
         *self.length_mm.get(position_of(&self.muscles, muscle)?)?
     }
 
-    /// The half width of the rounding of that length, mm.
     pub fn half_width_mm_of(&self, muscle: &str) -> Option<f64> {
         self.half_width_mm.get(position_of(&self.muscles, muscle)?).copied()
     }
@@ -62,12 +59,9 @@ impl Lengths {
     }
 }
 
-/// A row of a data file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
-    /// Line in the file, from 1.
     pub line: u64,
-    /// The lengths of the row.
     pub lengths: Lengths,
 }
 

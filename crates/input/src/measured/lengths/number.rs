@@ -17,7 +17,6 @@ pub(super) const LARGEST_HALF_WIDTH_MM: f64 = 100.0;
 /// Marks of a number that was not measured, in any case, beside the empty cell.
 const MISSING: [&str; 10] = ["na", "n/a", "#n/a", "nan", "null", "-", "–", "—", "*", "."];
 
-/// The unit that a column's name gives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TableUnit {
@@ -48,9 +47,7 @@ impl TableUnit {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum DecimalMark {
-    /// 57.8
     Point,
-    /// 57,8
     Comma,
 }
 
@@ -61,7 +58,6 @@ impl DecimalMark {
     }
 }
 
-/// What is wrong with a cell, and what to do.
 pub(in crate::measured) type CellFault = (String, String);
 
 /// Whether the cell says that nothing was measured.
@@ -123,10 +119,8 @@ pub(super) fn decimals_mm(cell: &str, mark: DecimalMark, unit: TableUnit) -> Opt
     i32::try_from(decimals).ok()?.checked_sub(exponent.parse().ok()?)?.checked_sub(unit.facts().2)
 }
 
-/// A column of lengths or half widths.
 #[derive(Clone, Copy)]
 pub(super) struct Numbers<'a> {
-    /// Name in the header.
     pub column: &'a str,
     pub unit: TableUnit,
     pub mark: DecimalMark,
@@ -179,7 +173,6 @@ impl Numbers<'_> {
         Err((format!("{} is {}, {why}", clip(self.column), clip(cell)), help))
     }
 
-    /// A half width, mm; `None` if none is given.
     pub fn half_width(self, cell: &str) -> Result<Option<f64>, CellFault> {
         if is_missing(cell) {
             return Ok(None);

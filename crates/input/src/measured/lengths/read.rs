@@ -17,7 +17,6 @@ const DEFAULT_HALF_WIDTH_MM: f64 = 0.5;
 /// Largest number of decimals of a millimetre that counts as measured; more decimals are a program's.
 const MOST_DECIMALS: i32 = 2;
 
-/// Content of a text.
 pub(super) struct Table {
     pub muscles: Arc<[String]>,
     pub rows: Vec<Row>,
@@ -117,7 +116,6 @@ fn half_width_by_digits(
 }
 
 impl HalfWidth {
-    /// The half width if no column gives one, mm.
     fn without_column_mm(&self) -> f64 {
         match self {
             HalfWidth::Column { else_mm: mm, .. }
@@ -128,7 +126,6 @@ impl HalfWidth {
     }
 }
 
-/// Columns and settings for reading a row.
 struct RowReader<'a> {
     cells: &'a Cells<'a>,
     columns: &'a Columns,

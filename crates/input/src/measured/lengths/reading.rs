@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::{DecimalMark, Encoding, LineEnds, TableUnit};
 
-/// Separator between the fields of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Separator {
@@ -26,7 +25,6 @@ impl Separator {
         }
     }
 
-    /// Its name in the plural.
     pub const fn plural(self) -> &'static str {
         match self {
             Separator::Comma => "commas",
@@ -41,38 +39,39 @@ impl Separator {
 #[serde(tag = "from", rename_all = "snake_case")]
 pub enum HalfWidth {
     /// A column of the table; for its empty cells, `else_mm`.
-    Column { name: String, else_mm: f64 },
-    /// A value given by the user for all lengths.
-    Given { mm: f64 },
+    Column {
+        name: String,
+        else_mm: f64,
+    },
+    Given {
+        mm: f64,
+    },
     /// Half of the last digit of the lengths.
-    Digits { mm: f64 },
+    Digits {
+        mm: f64,
+    },
     /// 0.5 mm, as for lengths read off an MR image to 1 mm, because the lengths have more digits than a
     /// measurement.
-    Default { mm: f64 },
+    Default {
+        mm: f64,
+    },
 }
 
-/// A muscle's column.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Column {
     pub muscle: String,
-    /// Name of the column in the header.
     pub name: String,
     /// Number of the column, from 1.
     pub column: usize,
-    /// The unit in its name.
     pub unit: TableUnit,
-    /// Origin of its half widths.
     pub half_width: HalfWidth,
 }
 
-/// A column that is not used.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct SetAside {
     /// Number of the column, from 1.
     pub column: usize,
-    /// Its name in the header.
     pub name: String,
-    /// Why it is not used.
     pub why: String,
 }
 
@@ -89,7 +88,6 @@ pub struct Reading {
     pub subject: String,
     pub vowel: String,
     pub columns: Vec<Column>,
-    /// Columns that are not used.
     pub set_aside: Vec<SetAside>,
     /// Lines (from 1) of rows without any measured length; these rows are ignored.
     pub rows_without_lengths: Vec<u64>,

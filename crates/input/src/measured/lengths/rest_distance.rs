@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use super::{Dataset, Lengths, Vowel, position_of};
 
-/// Distance of a body's ratios at rest from those of a measured row.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct RestDistance {
     /// Root mean square difference of the ratios to the reference muscle.
@@ -40,12 +39,10 @@ pub fn distance(muscles: &[String], rest: &[f64], row: &Lengths, reference: &str
         .then(|| RestDistance { rms_ratio: (squares / f64::from(count)).sqrt(), largest_relative: largest })
 }
 
-/// The row that is nearest to the body at rest.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NearestRow {
     pub subject: String,
     pub vowel: Vowel,
-    /// How far it is.
     pub distance: RestDistance,
 }
 

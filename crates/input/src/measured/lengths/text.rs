@@ -7,7 +7,6 @@ use unicode_normalization::UnicodeNormalization;
 
 use super::error::{Malformed, Place};
 
-/// Encoding of a table's characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Encoding {
@@ -18,11 +17,9 @@ pub enum Encoding {
     Utf16,
 }
 
-/// Line ends of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LineEnds {
-    /// Line feed, as on Unix.
     Lf,
     /// Carriage return and line feed, as on Windows.
     Crlf,

@@ -62,7 +62,6 @@ impl Vowel {
         Self("ɯ".to_owned())
     }
 
-    /// The label, without slashes.
     pub fn label(&self) -> &str {
         &self.0
     }
@@ -113,7 +112,6 @@ impl From<Vowel> for String {
     }
 }
 
-/// The text is not a label of a vowel.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{label:?} is not a label of a vowel; write one of 1 to {LONGEST} printable characters, like a, ɔ or ə"

@@ -5,9 +5,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
-use super::{Budget, Format, Label, Recording, Sample, Times, coordinate, limits};
+use super::super::lengths::error::{Malformed, Place};
+use super::{Budget, Format, Label, Recording, Sample, coordinate, limits};
 
 const TIMES: [&str; 4] =
     ["Time of sample in recording", "Time of sample in annot", "Time of sample in sweep", "time_s"];
@@ -129,7 +128,6 @@ fn cut_in_a_number(text: &str, start: Place<'_>) -> Option<Malformed> {
     Some(at.error("the last number is cut off", "the file is cut off; export it anew"))
 }
 
-/// Seconds in AAA's format.
 pub(super) fn seconds(text: &str, at: Place<'_>) -> Result<f64, Malformed> {
     number(text).ok_or_else(|| at.error(format!("the time is {text:?}"), "give a finite number of seconds"))
 }
@@ -145,12 +143,10 @@ pub(super) fn value(text: &str, point: &str, at: Place<'_>) -> Result<Option<f64
     })
 }
 
-/// Whether a cell marks a point that was not seen.
 pub(super) fn is_missing(text: &str) -> bool {
     matches!(text, "" | "*" | "NA")
 }
 
-/// A number with a decimal point, or with a decimal comma.
 pub(super) fn number(text: &str) -> Option<f64> {
     let comma = text.matches(',').count() == 1 && !text.contains('.');
     coordinate(text).or_else(|| coordinate(&text.replace(',', ".")).filter(|_| comma))
@@ -270,15 +266,9 @@ impl Rows {
             let words: Vec<&str> = key.iter().map(String::as_str).filter(|w| !w.is_empty()).collect();
             out.push(Recording {
                 labels,
-                notes: Vec::new(),
                 speaker: key.first().filter(|s| self.has_speaker && !s.is_empty()).cloned(),
                 name: if words.is_empty() { Recording::stem(start.origin) } else { words.join(", ") },
-                sigma: vec![None; self.channels.len()],
-                channels: self.channels.clone(),
-                samples,
-                metres: Some(1e-3),
-                times: Times::InFile,
-                format,
+                ..Recording::of_file(start.origin, format, Some(1e-3), self.channels.iter().cloned(), samples)
             });
         }
         Ok(out)

@@ -3,11 +3,9 @@
 //! extra. After Praat's reader (Weenink 2023, `EMA.cpp`) and the manufacturer's manual. Files of the AG500
 //! without a header have twelve sensors at 200 frames a second (the manufacturer's `loaddata.m`).
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
+use super::super::lengths::error::{Malformed, Place};
 use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
 
-/// Number of values of a sensor in a frame.
 const VALUES: usize = 7;
 const LARGEST_HEADER: usize = 1 << 20;
 /// Number of sensors and rate (Hz) of a file without a header.
@@ -100,15 +98,13 @@ fn recording(
         Sample::new(n as f64 / rate, frame.chunks_exact(VALUES * 4).map(place).collect())
     });
     Ok(Recording {
-        labels: Vec::new(),
-        notes: Vec::new(),
-        name: Recording::stem(start.origin),
-        speaker: None,
-        channels: (1..=sensors).map(|n| format!("sensor_{n}")).collect(),
-        sigma: vec![None; sensors],
-        samples: samples.collect(),
-        metres: Some(1e-3),
         times,
-        format: Format::Ag50x,
+        ..Recording::of_file(
+            start.origin,
+            Format::Ag50x,
+            Some(1e-3),
+            (1..=sensors).map(|n| format!("sensor_{n}")),
+            samples.collect(),
+        )
     })
 }

@@ -19,16 +19,12 @@ const FEWEST_OF_ARCH: usize = 4;
 const REVERSED: &str =
     "the contour runs from the tip to the root (its lower end is the root), and was turned round";
 
-/// A measured point and its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {
-    /// Position, m.
     pub at: Point,
-    /// Standard deviation, m.
     pub sd: f64,
 }
 
-/// Points at one time.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AlignedFrame {
     pub time_s: f64,
@@ -43,9 +39,7 @@ pub struct AlignedFrame {
 /// Whether a map states the unit, and the axis upwards.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Stated {
-    /// It states `unit_mm`.
     pub unit: bool,
-    /// It states `up`.
     pub axes: bool,
 }
 
@@ -61,7 +55,6 @@ pub struct AlignedRecording {
     /// Whether the distance of each sensor was measured; otherwise it is a usual value.
     pub measured: Vec<bool>,
     pub bones: Vec<String>,
-    /// Channels that are not used.
     pub ignored: Vec<String>,
     /// Whether the axis to the back is reversed against the file: its face looks to the right.
     pub mirrored: bool,
@@ -69,9 +62,7 @@ pub struct AlignedRecording {
     pub notes: Vec<String>,
     /// What its map states, so that it is not doubted.
     pub stated: Stated,
-    /// Labelled stretches of time.
     pub labels: Vec<Label>,
-    /// Frames in the order of time.
     pub frames: Vec<AlignedFrame>,
 }
 
@@ -244,7 +235,6 @@ impl AlignedRecording {
         })
     }
 
-    /// The number of a bone among those that were seen.
     pub fn bone(&self, name: &str) -> Option<usize> {
         self.bones.iter().position(|b| b == name)
     }
@@ -260,7 +250,6 @@ impl AlignedRecording {
         seen
     }
 
-    /// Whether a bone was seen in any frame.
     pub fn shows_bone(&self, name: &str) -> bool {
         self.bone(name).is_some_and(|b| self.frames.iter().any(|f| f.bones[b].is_some()))
     }

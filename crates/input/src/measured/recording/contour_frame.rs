@@ -34,7 +34,6 @@ const OFF_MIDDLE: f64 = 0.6;
 /// A contour is in the other frame by its place alone if it is farther from the usual one by this much as it is.
 const FARTHER_OFF: f64 = 0.5;
 
-/// The note about a contour that was brought back.
 pub(super) const TOLD: &str = "its contour is in a frame of each sample (origin at the hyoid, x towards the mandible) and its bones are \
                                not; it was brought back to the frame of the bones; if that is wrong, write contour_frame = \"bones\" \
                                into a map";

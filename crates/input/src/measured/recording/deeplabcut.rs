@@ -5,8 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
+use super::super::lengths::error::{Malformed, Place};
 use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
 
 /// Likelihood below which a point counts as not seen.
@@ -82,20 +81,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         return Err(start.error("there is no line of titles that begins with coords", HELP));
     }
     Ok(Recording {
-        labels: Vec::new(),
-        notes: Vec::new(),
-        name: Recording::stem(origin),
-        speaker: None,
-        channels: parts.iter().map(|p| p.name.clone()).collect(),
-        sigma: vec![None; parts.len()],
-        samples,
-        metres: None,
         times: Times::Frames,
-        format: Format::DeepLabCut,
+        ..Recording::of_file(origin, Format::DeepLabCut, None, parts.into_iter().map(|p| p.name), samples)
     })
 }
 
-/// The parts in the header lines.
 fn parts_of(titles: &[(String, csv::StringRecord)], at: Place<'_>) -> Result<Vec<Part>, Malformed> {
     let row = |name: &str| titles.iter().find(|(first, _)| first == name).map(|(_, row)| row);
     let names =

@@ -25,7 +25,6 @@ struct Course<'a> {
     name: &'a str,
     times: Vec<f64>,
     marks: Vec<Mark>,
-    /// Median time between frames, s.
     apart_s: f64,
     /// Mean square distance from the mean place, m².
     variance: f64,
@@ -177,7 +176,6 @@ impl<'a> Motion<'a> {
         moving > 0 && 2 * moving >= self.courses.len()
     }
 
-    /// Whether the tracking of a bone slips.
     pub fn has_slipping_bone(&self) -> bool {
         self.bones.iter().any(|bone| bone.slip(ACCELERATION_OF_BONES_M_S2).is_some())
     }

@@ -3,8 +3,7 @@
 //! 2020), whose two header lines (`FRAME1 ..`, `X Y ..`) are accepted too, and of other readers of `.con`
 //! files (Faytak, `ssanova-formatter.py`).
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
+use super::super::lengths::error::{Malformed, Place};
 use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
@@ -47,15 +46,13 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         Sample::new(frame as f64, rows.iter().map(place).collect())
     };
     Ok(Recording {
-        labels: Vec::new(),
-        notes: Vec::new(),
-        name: Recording::stem(origin),
-        speaker: None,
-        channels: (0..rows.len()).map(|n| format!("tongue_{n}")).collect(),
-        sigma: vec![None; rows.len()],
-        samples: (0..frames).map(sample).collect(),
-        metres: None,
         times: Times::Frames,
-        format: Format::Edgetrak,
+        ..Recording::of_file(
+            origin,
+            Format::Edgetrak,
+            None,
+            (0..rows.len()).map(|n| format!("tongue_{n}")),
+            (0..frames).map(sample).collect(),
+        )
     })
 }

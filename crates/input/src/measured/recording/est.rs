@@ -2,9 +2,8 @@
 //! each frame its time (s), a flag if breaks are present (0: nothing seen), and the channels, as 32-bit
 //! floats or as text. The format of `EST_TrackFile.cc`, `save_est_binary_ts` and `save_est_ts`.
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
-use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, Times, is_coordinate, mocha};
+use super::super::lengths::error::{Malformed, Place};
+use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, mocha};
 
 const LARGEST_HEADER: usize = 1 << 20;
 const END: &[u8] = b"EST_Header_End";
@@ -17,7 +16,6 @@ struct Header {
     channels: usize,
     breaks: bool,
     names: Vec<String>,
-    /// Size of the header, bytes.
     size: usize,
 }
 
@@ -63,18 +61,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         };
         samples.push(Sample::new(time_s, axes.iter().map(|(_, c)| place(c)).collect()));
     }
-    Ok(Recording {
-        labels: Vec::new(),
-        notes: Vec::new(),
-        name: Recording::stem(origin),
-        speaker: None,
-        sigma: vec![None; axes.len()],
-        channels: axes.into_iter().map(|(name, _)| name).collect(),
-        samples,
-        metres: None,
-        times: Times::InFile,
-        format: Format::Est,
-    })
+    Ok(Recording::of_file(origin, Format::Est, None, axes.into_iter().map(|(name, _)| name), samples))
 }
 
 fn header(bytes: &[u8], start: Place<'_>) -> Result<Header, Malformed> {

@@ -3,17 +3,14 @@
 //! before them are the user's choice, among them a time, a date, a prompt, a label (rticulate, Coretta 2021,
 //! `read_aaa`).
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
+use super::super::lengths::error::{Malformed, Place};
 use super::aaa::{self, Rows};
 use super::{Format, Recording, limits};
 
-/// Number of fan lines of an export.
 const FAN_LINES: usize = 42;
 const FIELDS: usize = 2 * FAN_LINES;
 const HELP: &str = "export the spline from AAA anew with x and y of 42 fan lines in the last 84 columns";
 
-/// Whether a first line looks like a row of a fan.
 pub(super) fn is_row(line: &str) -> bool {
     let cells = cells(line);
     let fan = |c: &&str| aaa::is_missing(c) || aaa::number(c).is_some();
@@ -65,10 +62,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     rows.recordings(Format::AaaFan, start)
 }
 
-/// Meaning of the fields before the fan.
 struct Columns {
     time: Option<usize>,
-    /// Fields that identify a recording.
     of_recording: Vec<usize>,
 }
 

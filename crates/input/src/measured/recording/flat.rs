@@ -7,7 +7,6 @@ use super::channels::{hold_head, moves_as_a_tongue};
 use super::map::Axis;
 use super::{Format, Map, Recording, RecordingError, Role};
 
-/// Places of all channels in every frame, m.
 pub(super) type Places = Vec<Vec<Option<Point>>>;
 
 /// A recording in metres, with the axis to the back of the head (perhaps reversed) as x and y upwards.
@@ -18,7 +17,6 @@ pub(super) struct Flat<'a> {
     pub contour: Vec<usize>,
     pub places: Places,
     pub times: Vec<f64>,
-    /// Metres in a unit of the file.
     pub metres: f64,
     /// The axis of the file to the back of the head, and whether nobody stated it.
     pub back: Axis,

@@ -4,14 +4,11 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
+use super::super::lengths::error::{Malformed, Place};
 use super::{Recording, RecordingError, limits};
 
-/// Most labels of a file.
 const MOST_LABELS: usize = 100_000;
 
-/// A labelled stretch of time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Label {
     /// The tier that it belongs to: `annotation` and `prompt` of AAA, or a tier of a TextGrid.
@@ -19,7 +16,6 @@ pub struct Label {
     #[serde(rename = "label")]
     pub name: String,
     pub from_s: f64,
-    /// When it ends, s.
     pub to_s: f64,
 }
 

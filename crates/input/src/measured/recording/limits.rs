@@ -2,14 +2,12 @@
 
 use std::borrow::Cow;
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
+use super::super::lengths::error::{Malformed, Place};
 use super::super::lengths::text::decode;
 
 /// Maximum number of frames in a file: twenty minutes at 80 a second. The results of a frame take about 20
 /// kB.
 pub const MOST_FRAMES: usize = 100_000;
-/// Maximum number of channels.
 pub const MOST_CHANNELS: usize = 2048;
 /// Maximum number of positions in a file (frames times channels, over all recordings), so that reading it needs
 /// at most 300 MB.
@@ -74,7 +72,6 @@ impl Budget {
         Ok(())
     }
 
-    /// Adds a whole recording.
     pub fn whole(&mut self, frames: usize, channels: usize, at: Place<'_>) -> Result<(), Malformed> {
         self.recording();
         let places = frames.saturating_mul(channels.saturating_add(FRAME));

@@ -42,7 +42,6 @@ pub const SENSOR_SD_M: f64 = 0.5e-3;
 /// The line of a map with which the bones of a recording are not used.
 pub const WITHOUT_BONES: &str = "points = { hyoid = \"ignore\", mental_spine = \"ignore\" }";
 
-/// Anatomical meaning of a channel.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Role {
     /// A point somewhere on the surface of the tongue.
@@ -52,14 +51,11 @@ pub enum Role {
     /// A material point of the surface at an unknown distance behind the tip; its number counted from the
     /// tip, if known.
     Coil(Option<u32>),
-    /// Moves with the bone of this name.
     Bone(String),
-    /// Moves with the head.
     Reference,
     Ignored,
 }
 
-/// The meaning of channels, axes and unit.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Map {
     file: File,
@@ -92,7 +88,6 @@ pub(super) enum ContourFrame {
     Bones,
 }
 
-/// Entry of a map for a point.
 #[derive(Debug, Clone, PartialEq)]
 struct Entry {
     role: Role,
@@ -105,7 +100,6 @@ const KEYS: [&str; 10] = [
 ];
 const WORDS: [&str; 4] = ["contour", "coil", "reference", "ignore"];
 const ROLE_KEYS: [&str; 5] = ["surface_mm", "coil", "bone", "contour", "noise_mm"];
-/// The possible roles of a point, for messages.
 const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { coil = 1 }, { surface_mm = 10 } or { bone = \"hyoid\" }";
 /// Usual distance of neighbouring coils, mm, from which the unit is guessed (metres, centimetres,
 /// millimetres, their hundredths and thousandths).
@@ -252,7 +246,6 @@ impl Map {
         Ok((mm * 1e-3, Some(told)))
     }
 
-    /// Seconds in a unit of the file's time.
     pub(super) fn seconds(&self, recording: &Recording) -> Result<f64, RecordingError> {
         let wrong = |problem: &str| {
             Err(RecordingError::Uninterpreted {
@@ -287,7 +280,6 @@ impl Map {
     }
 }
 
-/// The entry of a map for a point.
 fn entry(value: &toml::Value) -> Result<Entry, String> {
     let table = match value {
         toml::Value::String(word) => {

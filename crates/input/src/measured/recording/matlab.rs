@@ -6,12 +6,10 @@
 //! 5). Every size is checked against the available bytes and decompression is limited, so that no file needs
 //! more memory than [`MOST_INFLATED`] and its own size.
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
+use super::super::lengths::error::{Malformed, Place};
 
 /// Limit of the decompressed size of all variables of a file, bytes.
 const MOST_INFLATED: usize = 64 << 20;
-/// Limit of the depth of nested structures.
 const DEEPEST: usize = 6;
 /// Limit of the number of elements in all arrays of structures and cells.
 const MOST_ELEMENTS: usize = 200_000;
@@ -20,7 +18,6 @@ const HELP: &str = "save it in MATLAB with save(file, '-v7'), or copy it anew";
 const COMPRESSED: u32 = 15;
 const MATRIX: u32 = 14;
 
-/// Value of a variable or a field.
 #[derive(Debug, PartialEq)]
 pub(super) enum Value<'a> {
     /// Numbers, column by column.
@@ -36,7 +33,6 @@ pub(super) enum Value<'a> {
     Text(String),
     /// An array of structures: the fields of each.
     Structures(Vec<Vec<(String, Value<'a>)>>),
-    /// Anything else.
     Other,
 }
 
@@ -121,7 +117,6 @@ impl<'a> Piece<'a> {
 }
 
 impl<'a> File<'a> {
-    /// Reads the header and decompresses the variables.
     pub fn read(bytes: &'a [u8], origin: &'a str) -> Result<Self, Malformed> {
         let fail = |byte: usize, what: &str| Place { origin, line: 1, column: byte + 1 }.error(what, HELP);
         if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {

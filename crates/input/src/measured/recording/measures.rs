@@ -33,7 +33,6 @@ pub(super) struct Measures<'a> {
 /// A coil on the tongue: its name, its place behind the tip, and its median position, m.
 type Coil<'a> = (&'a str, f64, Point);
 
-/// Fewest frames from which motion is judged.
 pub(super) const FEW: usize = 20;
 const MM: f64 = 1e3;
 
@@ -276,7 +275,6 @@ impl<'a> Measures<'a> {
         sag(&contour).filter(|_| contour.len() >= 5).map_or_else(Vec::new, |m| value(m * MM))
     }
 
-    /// Whether three neighbouring coils go forth and back.
     pub fn coils_that_turn(&self) -> Vec<Value> {
         let coils = self.coils();
         let turn = coils.windows(3).find(|w| (w[1].2 - w[0].2).dot(&(w[2].2 - w[1].2)) < 0.0);

@@ -3,10 +3,9 @@
 //! twenty channels alone. The order is that of MOCHA's EST files, as in some corpora (Wrench 1999; Qin and
 //! Carreira-Perpinan 2009, `MOCHAread.m`, whose columns these are).
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
+use super::super::lengths::error::Malformed;
 use super::numbers::Numbers;
-use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
+use super::{Format, Recording, Sample, Times, is_coordinate};
 
 /// The sensors and the columns of their x and y among the channels.
 const SENSORS: [(&str, usize, usize); 9] = [
@@ -26,35 +25,28 @@ const HELP: &str = "a MOCHA .ema as text has 22 numbers in a line: the time, a f
                     sensors go into a table recording,time_s,point,x_mm,y_mm";
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let table = Numbers::read(bytes, origin, &[CHANNELS + 2, CHANNELS], HELP, &mut Budget::default())?;
+    let table = Numbers::read(bytes, origin, &[CHANNELS + 2, CHANNELS], HELP)?;
     let timed = table.width == CHANNELS + 2;
-    let mut samples: Vec<Sample> = Vec::new();
-    for (n, (line, row)) in table.rows().enumerate() {
-        let at = Place { origin, line, column: 1 };
+    let sample = |n: usize, row: &[f64]| {
         let (time_s, seen, values) = match timed {
             true => (row[0], row[1] != 0.0, &row[2..]),
             false => (n as f64 / RATE_HZ, true, row),
         };
-        if !is_coordinate(time_s) || samples.last().is_some_and(|last| last.time_s >= time_s) {
-            let what = format!("the time {time_s} s does not come after that of the line before");
-            return Err(at.error(what, HELP));
-        }
         let place = |&(_, x, y): &(&str, usize, usize)| {
             let place = [values[x], values[y], 0.0];
             (seen && place.iter().all(|v| is_coordinate(*v))).then_some(place)
         };
-        samples.push(Sample::new(time_s, SENSORS.iter().map(place).collect()));
-    }
+        Sample::new(time_s, SENSORS.iter().map(place).collect())
+    };
+    let samples = table.samples(origin, HELP, sample)?;
     Ok(Recording {
-        labels: Vec::new(),
-        notes: Vec::new(),
-        name: Recording::stem(origin),
-        speaker: None,
-        channels: SENSORS.iter().map(|(name, ..)| (*name).to_owned()).collect(),
-        sigma: vec![None; SENSORS.len()],
-        samples,
-        metres: Some(1e-5),
         times: if timed { Times::InFile } else { Times::Usual(RATE_HZ) },
-        format: Format::Est,
+        ..Recording::of_file(
+            origin,
+            Format::Est,
+            Some(1e-5),
+            SENSORS.iter().map(|(name, ..)| (*name).to_owned()),
+            samples,
+        )
     })
 }

@@ -52,8 +52,7 @@ use std::path::Path;
 use serde::Serialize;
 use tongue_core::statistics::distinct;
 
-use super::lengths::Malformed;
-use super::lengths::error::Place;
+use super::lengths::error::{Malformed, Place};
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark, Stated};
 pub use channels::{FIRST_COIL_M, LONGER_THAN_CHORD};
@@ -68,7 +67,6 @@ pub use plausibility::{Doubt, Severity, doubts, other_size, palate_doubt};
 /// Limit of coordinates, in the unit of the file.
 const FARTHEST: f64 = 1e9;
 
-/// A file format of recordings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Format {
@@ -78,16 +76,12 @@ pub enum Format {
     Tidy,
     /// Carstens AG500 and AG501, head-corrected positions.
     Ag50x,
-    /// Edinburgh Speech Tools' track.
     Est,
     Edgetrak,
     /// Articulate Assistant Advanced's export of a spline on a fan, without a header.
     AaaFan,
-    /// The X-ray microbeam's pellets.
     Microbeam,
-    /// MATLAB structures of MVIEW.
     Mview,
-    /// DeepLabCut's tables.
     DeepLabCut,
     /// Tables of sensors: NDI Wave's, and AG501's as text.
     NdiWave,
@@ -142,7 +136,6 @@ impl Format {
     }
 }
 
-/// Positions at one time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
     pub time_s: f64,
@@ -174,13 +167,10 @@ pub struct Recording {
     /// Name that distinguishes it from other recordings of the file.
     pub name: String,
     pub speaker: Option<String>,
-    /// Names of the channels; each channel is a point.
     pub channels: Vec<String>,
     /// Standard deviation of every channel, in the unit of the file, if the file has it.
     pub sigma: Vec<Option<f64>>,
-    /// Labelled stretches of time.
     pub labels: Vec<Label>,
-    /// What is doubtful about the file.
     pub notes: Vec<String>,
     /// Frames sorted by time.
     pub samples: Vec<Sample>,
@@ -193,42 +183,47 @@ pub struct Recording {
 /// Why a recording, its map or landmarks cannot be used. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordingError {
-    /// The file cannot be read.
     #[error("cannot read {origin}: {source}; {}", crate::files::advice(source))]
     Unreadable {
         origin: String,
         /// The error of the operating system, or that it is not a file or too large.
         source: std::io::Error,
     },
-    /// The file is not a valid recording of its format.
     #[error(transparent)]
     Malformed(#[from] Malformed),
-    /// The text is not a valid map.
     #[error("the map {origin}{}: {problem}", line.map_or_else(String::new, |l| format!(":{l}")))]
-    Map {
-        origin: String,
-        /// Line, from 1, if it is known.
-        line: Option<usize>,
-        /// What is wrong and what to do.
-        problem: String,
-    },
+    Map { origin: String, line: Option<usize>, problem: String },
     /// The recording cannot be interpreted as points of a tongue with this map, or without one.
     #[error("the recording {recording:?}: {problem}")]
-    Uninterpreted {
-        recording: String,
-        /// What is wrong and what to do.
-        problem: String,
-    },
-    /// Slicer's file is no markups.
+    Uninterpreted { recording: String, problem: String },
     #[error("{origin}: {problem}")]
-    Markups {
-        origin: String,
-        /// What is wrong and what to do.
-        problem: String,
-    },
+    Markups { origin: String, problem: String },
 }
 
 impl Recording {
+    /// A recording with times of its own, named after its file.
+    fn of_file(
+        origin: &str,
+        format: Format,
+        metres: Option<f64>,
+        channels: impl Iterator<Item = String>,
+        samples: Vec<Sample>,
+    ) -> Self {
+        let channels: Vec<String> = channels.collect();
+        Self {
+            name: Self::stem(origin),
+            speaker: None,
+            sigma: vec![None; channels.len()],
+            channels,
+            labels: Vec::new(),
+            notes: Vec::new(),
+            samples,
+            metres,
+            times: Times::InFile,
+            format,
+        }
+    }
+
     /// The coils of recordings of one frame each as one recording, with a sample of each in their order. Other channels are left out.
     ///
     /// # Errors
@@ -311,13 +306,11 @@ impl Recording {
         tongue_core::statistics::upper_median(gaps).filter(|g| *g > 0.0)
     }
 
-    /// The name of a file without folder and extension.
     fn stem(origin: &str) -> String {
         Path::new(origin).file_stem().map_or_else(|| origin.to_owned(), |s| s.to_string_lossy().into_owned())
     }
 }
 
-/// A finite number within the limit of coordinates.
 fn coordinate(text: &str) -> Option<f64> {
     text.parse().ok().filter(|v| is_coordinate(*v))
 }

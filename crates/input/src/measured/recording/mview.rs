@@ -3,10 +3,9 @@
 //! for each frame. A sensor's signal has two columns (to the front, upwards) or at least three (to the front,
 //! sideways, upwards, then angles), mm; channels with one column, such as the sound, are not read.
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
+use super::super::lengths::error::{Malformed, Place};
 use super::matlab::{File, Value};
-use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
+use super::{Budget, Format, Recording, Sample, is_coordinate};
 
 const HELP: &str = "give an array of structures with NAME, SRATE and SIGNAL, as MVIEW has them";
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
@@ -59,16 +58,14 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             Sample::new(frame as f64 / first.rate_hz, places)
         });
         found.push(Recording {
-            labels: Vec::new(),
-            notes: Vec::new(),
             name: if name.is_empty() { Recording::stem(origin) } else { name.clone() },
-            speaker: None,
-            channels: channels.iter().map(|c| c.name.to_owned()).collect(),
-            sigma: vec![None; channels.len()],
-            samples: samples.collect(),
-            metres: Some(1e-3),
-            times: Times::InFile,
-            format: Format::Mview,
+            ..Recording::of_file(
+                origin,
+                Format::Mview,
+                Some(1e-3),
+                channels.iter().map(|c| c.name.to_owned()),
+                samples.collect(),
+            )
         });
     }
     match found.is_empty() {

@@ -1,8 +1,8 @@
 //! Reader of tables of numbers without a header, separated by spaces, tabs or commas.
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
+use super::super::lengths::error::{Malformed, Place};
 use super::limits::{self, Budget};
+use super::{Sample, is_coordinate};
 
 /// A doubt if a text file seems to be cut off: it ends without a line end, and its last number has fewer digits
 /// than those above it in the same column.
@@ -41,11 +41,9 @@ pub(super) fn cut(bytes: &[u8]) -> Option<String> {
 
 /// A table with the same number of values in every line.
 pub(super) struct Numbers {
-    /// Number of values in a line.
     pub width: usize,
     /// All values, line by line; NaN for those that the file marks as missing.
     values: Vec<f64>,
-    /// Line number of each row in the file.
     lines: Vec<u64>,
 }
 
@@ -54,13 +52,8 @@ impl Numbers {
     /// other lines.
     ///
     /// A first line of words alone is a header and is skipped.
-    pub fn read(
-        bytes: &[u8],
-        origin: &str,
-        widths: &[usize],
-        help: &str,
-        budget: &mut Budget,
-    ) -> Result<Self, Malformed> {
+    pub fn read(bytes: &[u8], origin: &str, widths: &[usize], help: &str) -> Result<Self, Malformed> {
+        let mut budget = Budget::default();
         let text = limits::text(bytes, origin)?;
         let start = Place { origin, line: 1, column: 1 };
         let mut out = Self { width: 0, values: Vec::new(), lines: Vec::new() };
@@ -96,9 +89,25 @@ impl Numbers {
         Ok(out)
     }
 
-    /// The rows with their line numbers in the file.
-    pub fn rows(&self) -> impl Iterator<Item = (u64, &[f64])> {
-        self.lines.iter().copied().zip(self.values.chunks_exact(self.width.max(1)))
+    /// The places of every row, of which `read` takes the time in seconds and the rest. Times must ascend.
+    pub fn samples(
+        &self,
+        origin: &str,
+        help: &str,
+        read: impl Fn(usize, &[f64]) -> Sample,
+    ) -> Result<Vec<Sample>, Malformed> {
+        let mut samples: Vec<Sample> = Vec::with_capacity(self.lines.len());
+        let rows = self.values.chunks_exact(self.width.max(1)).enumerate();
+        for ((n, row), &line) in rows.zip(&self.lines) {
+            let sample = read(n, row);
+            let time_s = sample.time_s;
+            if !is_coordinate(time_s) || samples.last().is_some_and(|last| last.time_s >= time_s) {
+                let what = format!("the time {time_s} s does not come after that of the line before");
+                return Err(Place { origin, line, column: 1 }.error(what, help));
+            }
+            samples.push(sample);
+        }
+        Ok(samples)
     }
 }
 

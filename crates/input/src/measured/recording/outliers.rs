@@ -14,9 +14,7 @@ use super::{AlignedFrame, AlignedRecording};
 pub enum FaultKind {
     /// A point is far from its position in the neighbouring frames.
     Jumped,
-    /// Two points of the contour are exchanged.
     OutOfOrder,
-    /// A point lies beyond the palate.
     BeyondPalate,
     /// A bone was not seen; its position is taken from the nearest frames.
     BoneMissing,
@@ -25,7 +23,6 @@ pub enum FaultKind {
 }
 
 impl FaultKind {
-    /// A description in words.
     pub fn said(self) -> &'static str {
         match self {
             Self::Jumped => "jumped",

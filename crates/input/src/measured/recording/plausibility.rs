@@ -18,17 +18,13 @@ pub enum Severity {
     Refused,
 }
 
-/// An implausible property of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Doubt {
-    /// What is wrong and what to do.
     pub said: String,
-    /// What follows from it.
     pub severity: Severity,
 }
 
 impl Doubt {
-    /// Whether the recording cannot be used.
     pub fn is_refused(&self) -> bool {
         self.severity == Refused
     }

@@ -3,16 +3,14 @@
 //! and Carstens AG501's exported as text (a time, then x, y, z, phi, theta of every channel). Columns of positions are known by x, y, z or Tx, Ty,
 //! Tz before or behind the sensor's name, mm.
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
-use super::{Budget, Format, Recording, Sample, Times, aaa, limits};
+use super::super::lengths::error::{Malformed, Place};
+use super::{Budget, Format, Recording, Sample, aaa, limits};
 
 const HELP: &str = "give a header with a time and, for each sensor, x, y and z in mm (NDI Wave: Wav Time, State, Tx, Ty, Tz; AG501: Ch1_x, Ch1_y, \
                     Ch1_z), separated by tabs, semicolons or commas";
 
 struct Sensor {
     name: String,
-    /// x, y, z.
     columns: [Option<usize>; 3],
     /// Where NDI writes OK or why the sensor was not seen.
     state: Option<usize>,
@@ -25,7 +23,6 @@ struct Header {
     format: Format,
 }
 
-/// The words of a title, without its unit.
 fn words(title: &str) -> Vec<&str> {
     let plain = title.split(['(', '[']).next().unwrap_or_default();
     plain.split(|c: char| !c.is_alphanumeric()).filter(|w| !w.is_empty()).collect()
@@ -156,16 +153,5 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         let places = sensors.iter().map(place).collect::<Result<_, _>>()?;
         samples.push(Sample::new(time_s, places));
     }
-    Ok(Recording {
-        labels: Vec::new(),
-        notes: Vec::new(),
-        name: Recording::stem(origin),
-        speaker: None,
-        sigma: vec![None; sensors.len()],
-        channels: sensors.into_iter().map(|s| s.name).collect(),
-        samples,
-        metres: Some(1e-3),
-        times: Times::InFile,
-        format,
-    })
+    Ok(Recording::of_file(origin, format, Some(1e-3), sensors.into_iter().map(|s| s.name), samples))
 }

@@ -11,45 +11,35 @@ impl Map {
     /// suggest, and the position and motion of every channel in comments.
     pub fn template(recording: &Recording) -> String {
         let map = Self::default();
-        let mut text = String::new();
         let name = recording.name.replace(char::is_control, " ");
-        let _ = writeln!(text, "# The meaning of the channels of \"{name}\"; give this file with --map.");
-        let _ = writeln!(
-            text,
-            "# Lines that begin with # are not read: remove the # of a line that is needed.\n"
-        );
-        match (recording.metres, map.metres(recording)) {
+        let unit = match (recording.metres, map.metres(recording)) {
             (Some(metres), _) => {
-                let _ = writeln!(
-                    text,
+                format!(
                     "# unit_mm = {}  # millimetres in a unit of the file: the format says it",
                     metres * 1e3
-                );
+                )
             }
-            (None, Ok((metres, _))) => {
-                let mm = metres * 1e3;
-                let _ = writeln!(
-                    text,
-                    "unit_mm = {mm}  # millimetres in a unit of the file: guessed from the way from coil to coil"
-                );
-            }
+            (None, Ok((metres, _))) => format!(
+                "unit_mm = {}  # millimetres in a unit of the file: guessed from the way from coil to coil",
+                metres * 1e3
+            ),
             (None, Err(_)) => {
-                let _ = writeln!(
-                    text,
-                    "unit_mm = 1.0  # millimetres in a unit of the file (in a pixel): WRITE YOURS"
-                );
+                "unit_mm = 1.0  # millimetres in a unit of the file (in a pixel): WRITE YOURS".to_owned()
             }
-        }
-        let _ = match recording.times {
-            Times::InFile => writeln!(text, "# The file has its own times: no rate_hz."),
-            Times::Usual(hz) => {
-                writeln!(text, "# rate_hz = {hz}  # frames a second: usual with this instrument")
-            }
-            Times::Frames => writeln!(text, "rate_hz = 60.0  # frames a second: WRITE YOURS"),
+        };
+        let rate = match recording.times {
+            Times::InFile => "# The file has its own times: no rate_hz.".to_owned(),
+            Times::Usual(hz) => format!("# rate_hz = {hz}  # frames a second: usual with this instrument"),
+            Times::Frames => "rate_hz = 60.0  # frames a second: WRITE YOURS".to_owned(),
         };
         let (_, up) = map.axes(recording.format, false);
-        text += "# back = \"x\"  # the axis that grows to the back of the head (x, y, z, -x, -y, -z), where it is not found\n";
-        let _ = writeln!(text, "# up = \"{}\"  # the axis that grows upwards", ["x", "y", "z"][up.0]);
+        let mut text = format!(
+            "# The meaning of the channels of \"{name}\"; give this file with --map.\n\
+             # Lines that begin with # are not read: remove the # of a line that is needed.\n\n{unit}\n{rate}\n\
+             # back = \"x\"  # the axis that grows to the back of the head (x, y, z, -x, -y, -z), where it is not found\n\
+             # up = \"{}\"  # the axis that grows upwards\n",
+            ["x", "y", "z"][up.0]
+        );
         text += "# contour_frame = \"bones\"  # the frame of the contour; \"hyoid\": origin at the hyoid of each sample, x towards the mandible\n";
         text += "# noise_mm = 0.5  # standard deviation of a point\n\
                  # scale = 1.0  # these three bring the recording into the body's frame: multiplied,\n\

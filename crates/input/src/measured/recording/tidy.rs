@@ -3,11 +3,9 @@
 
 use std::collections::BTreeMap;
 
-use super::super::lengths::Malformed;
-use super::super::lengths::error::Place;
-use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
+use super::super::lengths::error::{Malformed, Place};
+use super::{Budget, Format, Recording, Sample, coordinate, limits};
 
-/// Smallest standard deviation, mm.
 const LEAST_SIGMA_MM: f64 = 1e-3;
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
@@ -58,16 +56,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let nth = *numbers.entry(named).or_insert_with_key(|name| {
             budget.recording();
             found.push(Recording {
-                labels: Vec::new(),
-                notes: Vec::new(),
                 name: name.clone(),
-                speaker: None,
-                channels: Vec::new(),
-                sigma: Vec::new(),
-                samples: Vec::new(),
-                metres: Some(1e-3),
-                times: Times::InFile,
-                format: Format::Tidy,
+                ..Recording::of_file(origin, Format::Tidy, Some(1e-3), std::iter::empty(), Vec::new())
             });
             channels.push(BTreeMap::new());
             found.len() - 1
