@@ -52,7 +52,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     let shape = solver.equilibrium(&[("genioglossus", 10.0), ("longitudinalis", 10.0)])?;
-    let (picture, mesh) = (shape.picture("A tongue of my own")?, Msh::at_rest(&body.mesh, &body.bones));
+    let (picture, mesh) =
+        (shape.picture("A tongue of my own")?, Msh { mesh: &body.mesh, bones: &body.bones });
     report::write(&folder, "own_body", &[("tongue.svg", &picture), ("tongue.msh", &mesh)])?;
     Ok(())
 }

@@ -169,7 +169,6 @@ fn record(speaker: &Speaker, before: &Body<2>) -> Record {
     }
 }
 
-/// Writes the body, its anatomy and a picture.
 fn write(
     out: &OutputDir,
     speaker: &Speaker,

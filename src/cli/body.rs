@@ -94,7 +94,6 @@ impl std::fmt::Display for SpaceSource {
     }
 }
 
-/// Parses the value of `--body`.
 fn body_name(word: &str) -> Result<BodyName, String> {
     match named(word) {
         Some(kind) => Ok(BodyName::Plane(kind)),
@@ -104,7 +103,6 @@ fn body_name(word: &str) -> Result<BodyName, String> {
     }
 }
 
-/// Parses the name of a body in space.
 pub fn space_name(word: &str) -> Result<SpaceSource, String> {
     match word {
         "space" => Ok(SpaceSource::BuiltIn),
@@ -125,12 +123,10 @@ fn not_a_body(word: &str, known: &[&str]) -> String {
 }
 
 impl Arguments {
-    /// Whether a body other than the built-in one was given.
     pub fn is_given(&self) -> bool {
         self.mesh.is_some() || self.anatomy.is_some()
     }
 
-    /// The file of its mesh, if there is one.
     pub fn mesh_file(&self) -> Option<&Path> {
         self.mesh.as_deref()
     }
@@ -147,7 +143,6 @@ impl Arguments {
         }
     }
 
-    /// Elements of the body; springs where it is in space.
     fn kind(&self) -> Kind {
         match self.body {
             BodyName::Plane(kind) => kind,

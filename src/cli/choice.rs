@@ -4,12 +4,10 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::de::DeserializeOwned;
 use tongue_fit::choice::{named, names};
 
-/// A parser of the names of a choice.
 pub fn choice<T: DeserializeOwned + Clone + Send + Sync + 'static>() -> impl TypedValueParser<Value = T> {
     choice_among(names::<T>())
 }
 
-/// A parser of some of the names of a choice.
 pub fn choice_among<T: DeserializeOwned + Clone + Send + Sync + 'static>(
     names: &'static [&'static str],
 ) -> impl TypedValueParser<Value = T> {

@@ -6,7 +6,6 @@ use miette::miette;
 
 use super::body::space_name;
 
-/// Headings of options that only bodies in space have.
 const OF_SPACE: [&str; 2] = ["Body in space", "Surgery"];
 
 /// Options of a command that bodies in the plane and in space share, and options of space under other headings, by their names in

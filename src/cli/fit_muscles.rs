@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 
 use tongue_fit::inverse::Fit;
+use tongue_fit::report::fixed;
 
 use super::published::Published;
 use super::table::table;
 
-/// A table of every muscle with its measurement, for `-v`.
 pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     let target = &fit.target;
     let quantity = target.kind.name();
@@ -69,6 +69,5 @@ fn residual(value: f64) -> String {
 }
 
 fn percent(part: f64) -> String {
-    let text = format!("{:.1} %", 100.0 * part);
-    if text.starts_with("-0.0 ") { "0.0 %".into() } else { text }
+    fixed(100.0 * part, 1) + " %"
 }

@@ -9,9 +9,10 @@ use tongue_fit::inverse::valley::Valley;
 use tongue_fit::inverse::{Fit, FitStatus};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::posterior::Verdict;
+use tongue_fit::report::{self, fixed};
 
 use super::fit_muscles::muscles;
-use super::posterior::{Sampled, rounded};
+use super::posterior::Sampled;
 use super::published::Published;
 use super::table::{counted, newtons, table};
 
@@ -19,12 +20,10 @@ pub struct Shown<'a> {
     pub fit: &'a Fit,
     /// Which muscles pull harder than in the baseline, or why that is not said.
     pub verdict: Result<&'a Verdict, &'a str>,
-    /// Whether the tables of single muscles are shown too.
     pub is_verbose: bool,
     pub alarms: &'a [Alarm],
     /// For a fit of ratios, the fit of the same row by stretches.
     pub from_stretches: Option<&'a Fit>,
-    /// The published answer, if there is one for the row.
     pub published: Option<&'a Published>,
     /// What data and model leave open, where it was asked for.
     pub posterior: Option<(&'a Sampled<'a>, usize)>,
@@ -36,6 +35,8 @@ pub struct Shown<'a> {
 const BELIEVE: &str = "Believe the verdict before these tensions; --posterior 1000 says more";
 const ALARMS: usize = 3;
 const COLUMNS: usize = 100;
+/// What all lines of a sentence but the first begin with.
+const INDENT: &str = "  ";
 /// Smallest printed misfit: below it digits are rounding and differ between machines.
 const NO_MISFIT: f64 = 1e-9;
 
@@ -70,8 +71,7 @@ impl Shown<'_> {
                     text += &wrapped(&sentence);
                 }
                 if let Some([back, up]) = verdict.hyoid_mm.filter(|_| self.is_verbose) {
-                    let range =
-                        |[low, high]: [f64; 2]| format!("{} to {} mm", rounded(low, 1), rounded(high, 1));
+                    let range = |[low, high]: [f64; 2]| format!("{} to {} mm", fixed(low, 1), fixed(high, 1));
                     text += &wrapped(&format!("Hyoid, 95 %: back {}, up {}.", range(back), range(up)));
                 }
             }
@@ -201,10 +201,7 @@ impl Shown<'_> {
             (None, Err(_)) => "These tensions ignore errors of anatomy and model\n".to_owned(),
             (Some(_), _) => String::new(),
         };
-        match self.is_verbose {
-            true => advice + &wrapped(&tongue_fit::report::limit_of_plane()),
-            false => advice,
-        }
+        if self.is_verbose { advice + &wrapped(&report::limit_of_plane()) } else { advice }
     }
 
     fn uniqueness(&self) -> String {
@@ -246,21 +243,7 @@ impl Shown<'_> {
 
 /// A sentence in lines of the terminal's width, broken between words.
 fn wrapped(sentence: &str) -> String {
-    let mut text = String::new();
-    let mut column = 0;
-    for word in sentence.split(' ') {
-        let width = word.chars().count();
-        if column > 0 && column + 1 + width > COLUMNS {
-            text += "\n  ";
-            column = 2;
-        } else if column > 0 {
-            text.push(' ');
-            column += 1;
-        }
-        text += word;
-        column += width;
-    }
-    text + "\n"
+    report::wrapped(sentence, COLUMNS - INDENT.len()).join(&format!("\n{INDENT}")) + "\n"
 }
 
 /// The files that were written, by their folder.

@@ -7,7 +7,6 @@ use std::sync::{Mutex, PoisonError};
 
 static LAST_WORDS: Mutex<Option<String>> = Mutex::new(None);
 
-/// Sets the message at an interruption at a terminal.
 pub fn set_last_words(words: Option<String>) {
     *LAST_WORDS.lock().unwrap_or_else(PoisonError::into_inner) = words;
 }

@@ -70,7 +70,6 @@ struct Record<'a> {
 #[derive(Serialize)]
 struct SubjectRecord<'a> {
     subject: &'a str,
-    /// The baseline of this subject.
     baseline: Option<&'a Vowel>,
     rows: Vec<RowRecord<'a>>,
 }

@@ -12,7 +12,6 @@ use tongue_fit::report::batch::{BatchJournal, Shard};
 use super::batch::{self, Prepared};
 use super::{Cli, Command, Global, Outcome, line_of, output};
 
-/// Maximum number of shards that are named one by one.
 const MOST_NAMED: usize = 20;
 
 /// Options of `tongue-fit merge`.
@@ -105,7 +104,6 @@ fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>
     Ok(all.filter(|s| !shards.contains_key(s)).map(|s| format!("{s} is missing")).collect())
 }
 
-/// The batch of a command with these words.
 fn prepare(words: &[String]) -> miette::Result<Prepared> {
     let typed = std::iter::once("tongue-fit").chain(words.iter().map(String::as_str));
     let parsed = Cli::try_parse_from(typed).into_diagnostic()?;

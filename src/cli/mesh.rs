@@ -35,7 +35,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(out) => {
             let at_rest = vec![0.0; mesh.muscles.len()];
             let vtu = Vtu::new(mesh, &mesh.nodes, &at_rest).into_diagnostic()?;
-            let msh = Msh::at_rest(mesh, &body.bones);
+            let msh = Msh { mesh, bones: &body.bones };
             let files: [(&str, &dyn Export); 3] =
                 [("mesh.json", &json), ("mesh.msh", &msh), ("mesh.vtu", &vtu)];
             out.export(&files, &by).into_diagnostic()?

@@ -102,7 +102,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     answer(each, (&body.mesh, palate, &title, "surface"), model.tissue, &out, global)
 }
 
-/// Writes and prints what muscles do.
 fn answer(
     found: Vec<(Vec<Effect>, Panel)>,
     (mesh, palate, title, surface): (&Mesh<2>, &[Point], &str, &str),

@@ -61,7 +61,6 @@ impl Arguments {
         Ok(out)
     }
 
-    /// Whether there are points of postures.
     pub fn has_points(&self) -> bool {
         !self.points.is_empty()
     }

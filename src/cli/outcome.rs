@@ -16,12 +16,10 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// Good, or untrustworthy for a reason.
     pub fn judged(good: bool, why: impl FnOnce() -> String) -> Self {
         Self::of_reason((!good).then(why))
     }
 
-    /// Untrustworthy if there is a reason, else good.
     pub fn of_reason(why: Option<String>) -> Self {
         why.map_or(Self::Good, |why| Self::Untrustworthy(format!("{why}; see the results")))
     }
@@ -31,7 +29,6 @@ impl Outcome {
         Self::of_reason(untrusted(statuses, good, what))
     }
 
-    /// The outcome of a search for an equilibrium.
     pub fn of_equilibrium(status: SolveStatus, alarms: &[Alarm]) -> Self {
         let is_found = status == SolveStatus::Converged;
         Self::judged(is_found && alarms.is_empty(), || {
@@ -62,6 +59,5 @@ pub fn untrusted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) 
 }
 
 pub fn word(status: &impl serde::Serialize) -> String {
-    let name = serde_json::to_value(status).ok();
-    name.as_ref().and_then(|n| n.as_str()).unwrap_or_default().replace('_', " ")
+    tongue_fit::report::status_name(status).replace('_', " ")
 }

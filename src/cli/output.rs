@@ -93,12 +93,10 @@ pub fn error(report: &miette::Report) {
     complain(&message);
 }
 
-/// Reports a problem on stderr at every volume.
 pub fn complain(what: &str) {
     line(format_args!("error: {what}"));
 }
 
-/// Reports a note on stderr, not with `-q`.
 pub fn note(what: &str) {
     if volume() >= Volume::Normal {
         line(what);

@@ -12,14 +12,13 @@ use tongue_fit::posterior::{
     self, Beside, Contrast, Ground, Measurements, Posterior, Priors, Quantiles, Report, Sampling,
     StretchSummary, Summary,
 };
-use tongue_fit::report::{self, Draws, Export, Svg};
+use tongue_fit::report::{self, Draws, Export, Svg, fixed};
 use tongue_fit::system::Model;
 
 use super::Global;
 use super::table::table;
 use super::{body, output};
 
-/// Time that a draw takes on one core, s.
 const SECONDS_A_DRAW: f64 = 3.5e-3;
 
 /// Options of a posterior.
@@ -90,7 +89,6 @@ impl Arguments {
         self.posterior.is_some()
     }
 
-    /// Whether the vowels of a subject are sampled together.
     pub fn is_joint(&self) -> bool {
         self.joint
     }
@@ -221,7 +219,7 @@ impl Sampled<'_> {
                 text,
                 "{} pulls {word} in /{own}/ than in /{other}/: P {sure:.2}, by {} N/m",
                 c.muscle,
-                rounded((sign * c.median).abs(), 0)
+                fixed((sign * c.median).abs(), 0)
             );
         }
         text
@@ -229,17 +227,9 @@ impl Sampled<'_> {
 }
 
 fn range(ends: [f64; 2], digits: usize) -> String {
-    format!("{} to {}", rounded(ends[0], digits), rounded(ends[1], digits))
+    format!("{} to {}", fixed(ends[0], digits), fixed(ends[1], digits))
 }
 
-/// A rounded number without the sign of a zero.
-pub fn rounded(value: f64, digits: usize) -> String {
-    let text = format!("{value:.digits$}");
-    let is_zero = text.trim_start_matches(['-', '0', '.']).is_empty();
-    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
-}
-
-/// By how much more every muscle pulls than in the baseline.
 fn changes(summary: &Summary) -> String {
     let mut t = table(&["muscle", "F - F0, N/m", "50 %", "95 %", "P(rises)", "F, 95 %", "F0, 95 %"]);
     for (i, (muscle, change)) in summary.changes_n.0.iter().enumerate() {
@@ -248,7 +238,7 @@ fn changes(summary: &Summary) -> String {
         let of = |s: &Quantiles| range(s.interval_95, 0);
         t.add_row([
             muscle.clone(),
-            rounded(change.spread.median, 0),
+            fixed(change.spread.median, 0),
             range(change.spread.interval_50, 0),
             format!("{}{}", of(&change.spread), mark(change.depends_on_prior)),
             format!("{:.2}{}", change.probability_rises, if change.sign_depends_on_prior { "‡" } else { "" }),
@@ -267,7 +257,6 @@ fn changes(summary: &Summary) -> String {
     text
 }
 
-/// Every stretch with its prediction without its own measurement.
 fn details(summary: &Summary) -> String {
     let mut text = "Young's modulus scales all tensions and is not in these intervals\n".to_owned();
     let mut t = table(&["muscle", "stretch measured", "fitted, 95 %", "without its own, 95 %"]);

@@ -10,7 +10,6 @@ use tongue_fit::system::{Model, System};
 
 #[derive(Debug, Clone)]
 pub struct Published {
-    /// The tensions of thesis 4.4.1, N.
     pub tensions: Vec<f64>,
     pub ratios: Vec<f64>,
     pub stretches: Vec<f64>,

@@ -47,7 +47,6 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// Whether an option says how a recording is read.
     pub fn is_interpreted(&self) -> bool {
         self.map.is_some() || self.palate.is_some() || self.speaker.is_some() || self.format.is_some()
     }
@@ -240,7 +239,6 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
-/// The given or default body, with the adaptation in its file.
 pub struct Given {
     pub body: Body<2>,
     pub anatomy: Option<Anatomy>,
@@ -263,7 +261,6 @@ impl Given {
         Ok(Self { body, anatomy: arguments.anatomy()?, adaptation })
     }
 
-    /// The basis of its adaptation.
     pub fn basis(&self, arguments: &body::Arguments, settings: TrackSettings) -> Basis<'_> {
         Basis {
             body: &self.body,

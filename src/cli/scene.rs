@@ -164,7 +164,6 @@ fn turned(places: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     places.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect()
 }
 
-/// A tongue of a scene in its own axes, for pictures.
 fn upright(body: &SpaceBody) -> SpaceBody {
     let mut body = body.clone();
     body.mesh.nodes = turned(&body.mesh.nodes);
@@ -217,7 +216,6 @@ fn answered<const D: usize>(
     Ok((result, by, written))
 }
 
-/// About how many iterations of Newton's method a scene takes.
 fn iterations(scene: &Scene) -> f64 {
     match scene.want {
         _ if scene.fit.is_some() => 20_000.0,
@@ -227,7 +225,6 @@ fn iterations(scene: &Scene) -> f64 {
     }
 }
 
-/// With `-v`: reports what is simulated.
 fn tell(plan: &ScenePlan) {
     output::step(|| {
         let on: Vec<&str> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();

@@ -9,8 +9,8 @@ use tongue_fit::scene::ScenePlan;
 use tongue_fit::scene::run::{Moment, SceneOutcome};
 
 use super::table::{self, files, table};
+use super::word;
 
-/// Maximum length of a reason beside the other columns.
 const REASON: usize = 50;
 
 /// What is simulated, what is left out, and why.
@@ -89,7 +89,7 @@ pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
             text,
             "points met to {:.2} mm (RMS), {}; {} of {muscles} directions of tension are resolved, the others come from the prior\n",
             p.rms_mm.unwrap_or(f64::NAN),
-            report::status_name(p.status).replace('_', " "),
+            word(&p.status),
             p.resolved,
         );
     }
@@ -179,8 +179,7 @@ pub fn lengths_over_time(o: &SceneOutcome) -> report::Table {
 }
 
 fn vector(v: &[f64]) -> String {
-    // Adding zero turns -0.000 into 0.000.
-    let parts: Vec<String> = v.iter().map(|x| format!("{:.3}", (x * 1e3).round() / 1e3 + 0.0)).collect();
+    let parts: Vec<String> = v.iter().map(|x| report::fixed(*x, 3)).collect();
     format!("({})", parts.join(", "))
 }
 

@@ -20,7 +20,6 @@ use tongue_sound::voice::{self, Voice};
 use super::body::SpaceSource;
 use super::{Global, Outcome, output, sound_space, table};
 
-/// The baseline vowel.
 const BASELINE: &str = "ɯ";
 
 /// Options of `tongue-fit sound`.
@@ -87,7 +86,6 @@ pub struct Record {
     /// Tensions, N per metre of thickness; of a body in the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tensions_n: Option<BTreeMap<String, f64>>,
-    /// Activations; of a body in space.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub activations: Option<ByMuscle<f64>>,
     #[serde(flatten)]
@@ -142,7 +140,6 @@ impl Arguments {
         }
     }
 
-    /// The scene with the sound.
     fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Scene> {
         let posture = self.posture(tract, vowel);
         let mut tensions_n = BTreeMap::new();

@@ -28,12 +28,10 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    /// The body in space, if one was given.
     pub fn source(&self) -> Option<&SpaceSource> {
         self.body.as_ref()
     }
 
-    /// The sound of the body at its activations.
     pub fn heard(
         &self,
         source: &SpaceSource,
@@ -69,7 +67,6 @@ impl Arguments {
     }
 }
 
-/// The drawn tract, which fits the built-in body only.
 pub fn drawn(source: &SpaceSource) -> miette::Result<Tract> {
     match source {
         SpaceSource::BuiltIn => Airway::drawn().into_diagnostic(),

@@ -34,7 +34,7 @@ pub struct Arguments {
 }
 
 /// Options of the model in space.
-#[derive(Debug, Clone, clap::Args)]
+#[derive(Debug, Clone, Default, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Body in space")]
 pub struct ModelArguments {
@@ -58,13 +58,6 @@ pub struct ModelArguments {
     /// Unit of the coordinates of a body from Gmsh (--body FILE.msh)
     #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", hide_short_help = true)]
     body_unit: Unit,
-}
-
-impl Default for ModelArguments {
-    fn default() -> Self {
-        let (muscles_as, body_unit) = (MusclesAs::Stress, Unit::M);
-        Self { muscles_as, stiffening: 0.0, refined: false, body_unit }
-    }
 }
 
 impl ModelArguments {
@@ -122,7 +115,6 @@ pub struct Solved {
 }
 
 impl Solved {
-    /// The nodes of the body's midsagittal mesh, moved.
     pub fn midsagittal_positions(&self) -> Vec<Vector2<f64>> {
         self.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect()
     }

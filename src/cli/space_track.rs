@@ -47,7 +47,6 @@ pub struct Arguments {
     model: ModelArguments,
 }
 
-/// Finds the activations of every frame of tables or recordings.
 pub fn run(
     source: &SpaceSource,
     (recordings, as_is): (&recordings::Arguments, bool),
@@ -74,12 +73,8 @@ pub fn run(
 
 /// Finds the activations of one vowel from its lengths: every measured muscle is an observation, and every muscle of the body may pull.
 pub fn fit(source: &SpaceSource, target: &Target, global: &Global) -> miette::Result<Outcome> {
-    let arguments = Arguments {
-        sides_apart: false,
-        starts: FitSettings::default().starts,
-        sd: 0.0,
-        model: ModelArguments::default(),
-    };
+    let (starts, model) = (FitSettings::default().starts, ModelArguments::default());
+    let arguments = Arguments { sides_apart: false, starts, sd: 0.0, model };
     let body = arguments.model.body(source)?;
     let note = format!(
         "{} /{}/ against /{}/, {}, in {}: the lines between the same points as in the plane; rest is /{}/ without tone",

@@ -105,7 +105,6 @@ pub(super) fn way_from_rest(connection: Connection) -> &'static str {
     }
 }
 
-/// Alarms, one on each line.
 pub(super) fn alarms(alarms: &[Alarm]) -> String {
     alarms.iter().map(|alarm| format!("but {}\n", alarm.text())).collect()
 }

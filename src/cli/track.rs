@@ -204,7 +204,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let outcome = Outcome::of_reason(untrusted.clone());
     let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
     let frames: Vec<&Tracked> = results.iter().flat_map(|one| &one.frames).collect();
-    frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
+    frames.iter().for_each(|f| *statuses.entry(status_name(&f.status)).or_default() += 1);
     let of_recordings: Vec<&[Tracked]> = results.iter().map(|one| one.frames.as_slice()).collect();
     let labelled = results.iter().map(|one| (one.frames.as_slice(), one.labels.as_slice()));
     let mut record = TrackRecord {
@@ -251,7 +251,7 @@ fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<Str
     let most = 100.0 * MOST_UNTRUSTED;
     let said = |frames: &[&Tracked]| {
         let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
-        frames.iter().for_each(|f| *statuses.entry(status_name(f.status)).or_default() += 1);
+        frames.iter().for_each(|f| *statuses.entry(status_name(&f.status)).or_default() += 1);
         super::untrusted(&statuses, &["converged", "unresolved", "gap"], "frames")
     };
     let bad: Vec<&RecordingResult> = results.iter().filter(|one| is_untrusted(&one.frames)).collect();

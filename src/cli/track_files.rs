@@ -75,7 +75,6 @@ impl<'a> Bodies<'a> {
     }
 }
 
-/// Writes all files and returns those of interest to a reader.
 pub fn write(
     out: &OutputDir,
     record: &TrackRecord,

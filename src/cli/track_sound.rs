@@ -10,7 +10,6 @@ use tongue_fit::heard::{Airway, Articulation, Tract};
 use tongue_fit::report::{FormantsRecord, TrackResults};
 use tongue_fit::track::{Followed, Frame, listen};
 
-/// Number of formants that are reported.
 const FORMANTS: usize = 2;
 /// A traced palate replaces the drawn one where they are nearer to each other than this, mm.
 const REACH_MM: f64 = 12.0;
@@ -41,7 +40,6 @@ pub struct Arguments {
     lip_protrusion: f64,
 }
 
-/// A tract around a speaker's tongue.
 pub struct Sound {
     airway: Arc<Airway>,
     lips: Articulation,
@@ -72,7 +70,6 @@ impl Arguments {
     }
 }
 
-/// What was read for the sound, before there is a body.
 #[derive(Debug)]
 pub struct Read {
     given: Option<Tract>,
@@ -96,7 +93,6 @@ impl Read {
 }
 
 impl Sound {
-    /// Makes formants a part of the results of frames.
     pub fn listen(&self, frames: &mut [Frame], followed: &[Followed]) {
         listen(frames, &self.airway, followed, &self.lips, FORMANTS);
     }

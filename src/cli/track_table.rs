@@ -7,11 +7,10 @@ use tongue_fit::report::{TrackRecord, fixed};
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{Displacement, FrameStatus, NARROW, Tracked};
 
-use super::table;
+use super::table::{self, counted};
 
 pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
     let frames = || record.results.frames().map(|(_, frame)| frame);
-    let counted = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
     let mut text = format!(
         "{} of {}",
         counted(record.results.frames().count(), "frame"),

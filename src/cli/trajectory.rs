@@ -27,7 +27,6 @@ const PART_OF_LIMIT: f64 = 0.9;
 const LENGTHS_PER_FRAME: usize = 10;
 const MOST_FRAMES: usize = 2000;
 const LONGEST_RUN: Duration = Duration::from_secs(30 * 60);
-/// Shortest duration of a run with a progress bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Options of a trajectory.
@@ -206,14 +205,26 @@ pub fn run(
     let mut tensions = vec![0.0; system.muscle_count()];
     motion.tensions().at(state.time, &mut tensions);
     let at_the_end = Configuration { positions: &state.positions, tensions: &tensions };
-    let record = TrajectoryRecord::new(
-        (method, control),
-        arguments.t_end,
-        (outcome, motion.part_of_way(system.rest(), &state)),
-        ByMuscle::new(&names, system.lengths(&state.positions).into_iter().map(|l| l * 1e3)),
-        (system.tissue_ratios(&state.positions), system.guarded(at_the_end)),
-        clock.elapsed().as_secs_f64(),
-    );
+    let (dt_s, tolerance_mm) = match control {
+        Control::Fixed(dt) => (Some(dt), None),
+        Control::Adaptive(tolerance) => (None, Some(tolerance * 1e3)),
+    };
+    let (min_area_ratio, max_area_ratio) = system.tissue_ratios(&state.positions);
+    let record = TrajectoryRecord {
+        status: outcome.status,
+        method,
+        dt_s,
+        tolerance_mm,
+        t_end_s: arguments.t_end,
+        time_s: outcome.time_s,
+        part_of_way_to_equilibrium: motion.part_of_way(system.rest(), &state),
+        guarded: system.guarded(at_the_end),
+        counts: outcome.counts,
+        lengths_mm: ByMuscle::new(&names, system.lengths(&state.positions).into_iter().map(|l| l * 1e3)),
+        min_area_ratio,
+        max_area_ratio,
+        wall_s: clock.elapsed().as_secs_f64(),
+    };
     let by = super::provenance().with_tissue(system.tissue());
     let written = write(&out, &record, &by, (&mesh, &palate), &motion, watch)?;
     output::answer(global, &Json(&record), &by, &written, || table::trajectory(&record, &written))?;
@@ -225,7 +236,6 @@ pub fn run(
     })
 }
 
-/// Writes all files and returns those of interest to a reader.
 fn write(
     out: &OutputDir,
     record: &TrajectoryRecord,

@@ -105,9 +105,6 @@ impl Surgery {
 
     /// Adds the activations that bring the tip, which is around a node, back to where it was before surgery, if these are asked for. The
     /// operated body, its system and the positions before, m, are in any one frame.
-    ///
-    /// # Errors
-    /// [`SurgeryError::Fit`] if the search cannot begin.
     pub fn make_up(
         &self,
         record: &mut OperationRecord,

@@ -193,7 +193,6 @@ fn fit_all(prepared: &Prepared, mine: &[usize], journal: BatchJournal) -> miette
     Ok(journal.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-/// A finished job in one line.
 fn told(job: &Job, entry: &Entry<Fitted>) -> String {
     let Target { subject, vowel, kind, .. } = &job.target;
     let came = match &entry.result {

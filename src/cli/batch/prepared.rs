@@ -27,7 +27,6 @@ const MOST_NOTES: usize = 10;
 pub struct Prepared {
     data: Dataset,
     unreadable: Vec<String>,
-    /// The fits.
     pub run: BatchRun,
     kinds: Vec<TargetKind>,
     /// Options of the posterior, and the body under its priors if posteriors are asked for.
@@ -91,7 +90,6 @@ impl Prepared {
         })
     }
 
-    /// Makes the fit of a job.
     pub fn fit(&self, number: usize) -> Result<Entry<Fitted>, ReportError> {
         let clock = std::time::Instant::now();
         let own = match self.has_posterior(number) && !self.posterior.0.is_joint() {

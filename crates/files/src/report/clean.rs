@@ -12,7 +12,6 @@ pub struct Clean<W: Write> {
 }
 
 impl<W: Write> Clean<W> {
-    /// A writer into `out`.
     pub fn new(out: W) -> Self {
         Self { out, begun: Vec::new() }
     }

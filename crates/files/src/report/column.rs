@@ -19,7 +19,6 @@ pub struct Column<'a, R> {
     pub name: Cow<'static, str>,
     /// Unit of its values; empty where they have none.
     pub unit: &'static str,
-    /// What it holds, in a few words.
     pub meaning: &'static str,
     pub(super) value: Of<'a, R, Value>,
     /// Its heading on a page; `None` where only CSV has it.
@@ -43,7 +42,6 @@ impl<'a, R: 'a> Column<'a, R> {
         Self { name, unit, meaning, value, heading, shown: None, is_text: false }
     }
 
-    /// A column of pages alone, with this heading and value.
     pub fn of_page(heading: impl Into<Cow<'static, str>>, value: impl Fn(&R) -> Value + 'a) -> Self {
         let heading = heading.into();
         Self::new(heading.clone(), "", "", value).headed(heading)
@@ -53,7 +51,6 @@ impl<'a, R: 'a> Column<'a, R> {
         Self { heading: Some(heading.into()), ..self }
     }
 
-    /// The column with this many decimals on pages.
     pub fn decimals(self, count: usize) -> Self {
         self.numbers(move |v| format!("{v:.count$}"))
     }
@@ -68,7 +65,6 @@ impl<'a, R: 'a> Column<'a, R> {
         self.shown(move |row| value(row).as_f64().map_or_else(|| "–".to_owned(), &text))
     }
 
-    /// The column with the text of each row on pages.
     pub fn shown(self, text: impl Fn(&R) -> String + 'a) -> Self {
         Self { shown: Some(Rc::new(text)), ..self }
     }
@@ -112,6 +108,12 @@ impl<'a, R: 'a> Column<'a, R> {
         let is_number = |row| matches!((self.value)(row), Value::Number(_) | Value::Null);
         !self.is_text && !rows.is_empty() && rows.iter().all(is_number)
     }
+}
+
+pub(super) type Named<R> = (&'static str, &'static str, &'static str, fn(&R) -> Value);
+
+pub(super) fn columns<'a, R: 'a, const N: usize>(all: [Named<R>; N]) -> Vec<Column<'a, R>> {
+    all.into_iter().map(|(name, unit, meaning, value)| Column::new(name, unit, meaning, value)).collect()
 }
 
 pub fn table<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Table {

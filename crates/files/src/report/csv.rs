@@ -29,7 +29,6 @@ pub struct Table {
 
 #[cfg(feature = "files")]
 impl Table {
-    /// The table as CSV without provenance.
     pub fn csv(self) -> io::Result<String> {
         let mut out = Vec::new();
         super::column::lines(&mut out, std::iter::once(self.columns).chain(self.rows))?;

@@ -14,7 +14,6 @@ mod csv;
 mod draws;
 mod error;
 mod export;
-mod fields;
 #[cfg(feature = "files")]
 mod file;
 mod json;

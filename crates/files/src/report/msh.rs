@@ -9,14 +9,9 @@ use tongue_input::bodies::gmsh;
 /// A body at rest as a Gmsh file of format 4.1, as [`gmsh::write`] writes and [`gmsh::read`] reads it.
 #[derive(Debug, Clone)]
 pub struct Msh<'a, const D: usize> {
-    mesh: &'a Mesh<D>,
-    bones: &'a [Bone],
-}
-
-impl<'a, const D: usize> Msh<'a, D> {
-    pub fn at_rest(mesh: &'a Mesh<D>, bones: &'a [Bone]) -> Self {
-        Self { mesh, bones }
-    }
+    pub mesh: &'a Mesh<D>,
+    /// Each is a group.
+    pub bones: &'a [Bone],
 }
 
 impl<const D: usize> Export for Msh<'_, D> {
@@ -40,7 +35,7 @@ mod tests {
     #[test]
     fn comments_do_not_end_their_section_and_the_mesh_reads_back() {
         let mesh = tongue_core::body::solid::cylinder(0.01, 0.02, 1, 2);
-        let text = Msh::at_rest(&mesh, &[]).text(&Provenance::new("$EndComments")).unwrap();
+        let text = Msh { mesh: &mesh, bones: &[] }.text(&Provenance::new("$EndComments")).unwrap();
         assert_eq!(text.matches("$EndComments").count(), 1);
         let gmsh::File::Solid(back) = gmsh::read(text.as_bytes(), "own", gmsh::Unit::M).unwrap() else {
             panic!("a solid")

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::column::Column;
+use super::column::{self, Column};
 use super::record::FitRecord;
 use tongue_input::measured::{ByMuscle, TargetKind};
 
@@ -45,8 +45,7 @@ impl OfMuscle<'_> {
 /// What is told of a muscle of a fit. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
 /// is another. What was not measured is empty.
 pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
-    type Of<'a> = fn(&OfMuscle<'a>) -> Value;
-    let columns: [(_, _, _, Of<'a>); 23] = [
+    column::columns::<OfMuscle<'a>, _>([
         ("subject", "", "subject", |r| json!(r.fit.subject)),
         ("vowel", "", "vowel", |r| json!(r.fit.vowel)),
         ("baseline", "", "vowel that changes are counted from", |r| json!(r.fit.baseline)),
@@ -88,8 +87,7 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
         ("residual_stretch", "", "simulated less measured stretch", |r| {
             r.residual(&r.fit.stretches, r.own(&r.fit.target_stretches))
         }),
-    ];
-    columns.into_iter().map(|(name, unit, meaning, value)| Column::new(name, unit, meaning, value)).collect()
+    ])
 }
 
 /// Those of the columns with these names, in this order; `a b` shows the column `a` under the name `b`.

@@ -74,12 +74,10 @@ pub struct FitRecord {
     pub verdict: Option<tongue_infer::posterior::Verdict>,
     pub subject: String,
     pub vowel: Vowel,
-    /// The vowel that changes are counted from.
     pub baseline: Vowel,
     pub target_kind: TargetKind,
     pub reference: String,
     pub active: Vec<String>,
-    /// Muscles whose change is within the rounding of the data.
     pub uncertain: Vec<String>,
     /// Muscles of the table or the body that were not measured in both rows, which are not observations.
     pub not_measured: Vec<String>,
@@ -93,11 +91,9 @@ pub struct FitRecord {
     pub baseline_lengths_mm: ByMuscle<f64>,
     /// Simulated lengths over that of GGa.
     pub ratios: ByMuscle<f64>,
-    /// Measured lengths over that of GGa.
     pub target_ratios: ByMuscle<f64>,
     /// Simulated lengths over those of the model at rest.
     pub stretches: ByMuscle<f64>,
-    /// Measured lengths over those in the baseline.
     pub target_stretches: ByMuscle<f64>,
     /// Simulated less measured, in the quantity that was fitted.
     pub residuals: ByMuscle<f64>,
@@ -124,7 +120,6 @@ pub struct FitRecord {
     pub max_area_ratio: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub posterior: Option<tongue_infer::posterior::Report>,
-    /// Differences of tensions between vowels that were sampled together.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contrasts: Vec<tongue_infer::posterior::Contrast>,
     /// Duration of the whole fit, s; left out of files that must be the same after every run.
@@ -198,7 +193,6 @@ impl FitRecord {
         }
     }
 
-    /// The record as indented JSON with a newline at the end.
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self).map(|s| s + "\n")
     }

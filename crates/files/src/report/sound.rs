@@ -43,7 +43,6 @@ const STEP_HZ: f64 = 20.0;
 const HIGHEST_HZ: f64 = 5000.0;
 
 impl SoundRecord {
-    /// A sound in a posture, without derivatives.
     pub fn new(tract: &Tract, acoustics: &Acoustics, sound: &Sound, posture: Articulation) -> Self {
         let sections = &sound.profile.sections;
         let mut from_glottis = 0.0;

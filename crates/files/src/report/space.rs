@@ -28,11 +28,9 @@ pub struct SpaceRecord {
     /// Whether only one half was solved, because both sides are alike.
     pub half: bool,
     pub status: statics::SolveStatus,
-    /// Activations, 0 to 1.
     pub activations: ByMuscle<f64>,
     /// Lengths of one fibre of each muscle, mm.
     pub lengths_mm: ByMuscle<f64>,
-    /// Their lengths over those at rest.
     pub stretches: ByMuscle<f64>,
     pub positions_m: Vec<[f64; 3]>,
     /// Displacement of the foremost node in the midsagittal plane, mm: back, right, up.
@@ -106,7 +104,6 @@ impl SpaceRecord {
 pub struct OperationRecord {
     /// Where, as it was asked for.
     pub regions: Vec<String>,
-    /// What is left there: removed, scar, flap or silent.
     pub filling: FillingKind,
     pub elements: usize,
     /// Their volume at rest, cm³.
@@ -125,7 +122,6 @@ pub struct OperationRecord {
 }
 
 impl OperationRecord {
-    /// Compares positions of all nodes before and after surgery, m.
     pub fn new(
         surgery: &Surgery,
         body: &SpaceBody,
@@ -152,7 +148,6 @@ fn foremost_moved_mm(body: &SpaceBody, positions: &[Vector3<f64>]) -> [f64; 3] {
     body.foremost().map_or([0.0; 3], |n| ((positions[n] - body.mesh.nodes[n]) * 1e3).into())
 }
 
-/// The volume of a hexahedron, m³.
 fn volume(x: &[Vector3<f64>], nodes: &[usize; 8]) -> f64 {
     hexahedron::volume(&hexahedron::corners(x, nodes))
 }

@@ -12,7 +12,6 @@ use tongue_core::material::Constants;
 use tongue_core::system::Model;
 
 const PAGE: &str = include_str!("../../../../web/tongue.html");
-/// The place in the page for the user's data.
 const OWN: &str = r#"<script type="application/json" id="own">{}</script>"#;
 
 #[derive(Debug, Clone)]
@@ -24,7 +23,6 @@ pub struct PageBody {
     pub model: Model,
     pub file: String,
     pub anatomy: Option<String>,
-    /// The user's own mesh, in the format of `tongue-fit mesh --json`.
     pub mesh: Option<String>,
 }
 
@@ -37,7 +35,6 @@ pub struct PageTable {
 #[derive(Debug)]
 pub struct TonguePage {
     pub body: PageBody,
-    /// The lengths; the built-in ones where there are none.
     pub table: Option<PageTable>,
     /// Fits that the page has when it opens; it computes the others itself.
     pub fits: Vec<FitRecord>,
@@ -61,7 +58,6 @@ impl TonguePage {
     }
 }
 
-/// The differences from a scene's defaults, by their names in scenes.
 fn material(model: &Model) -> Value {
     let mut keys = serde_json::Map::new();
     if model.constants.poisson_ratio != Constants::TONGUE.poisson_ratio {
@@ -70,7 +66,6 @@ fn material(model: &Model) -> Value {
     Value::Object(keys)
 }
 
-/// A fit, without the fields that the page does not show.
 fn shortened(fit: &FitRecord) -> Result<Value, serde_json::Error> {
     let mut value = serde_json::to_value(fit)?;
     if let Some(fields) = value.as_object_mut() {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{ByMuscle, StoTable, Table};
-use tongue_core::dynamics::{Control, IntegrationMethod, MotionOutcome, MotionStatus, StepCounts};
+use tongue_core::dynamics::{IntegrationMethod, MotionStatus, StepCounts};
 
 /// One trajectory: `tongue-fit simulate --trajectory --json`, and `trajectory.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -23,45 +23,11 @@ pub struct TrajectoryRecord {
     /// there.
     pub guarded: usize,
     pub counts: StepCounts,
-    /// Lengths at the time reached, mm.
     pub lengths_mm: ByMuscle<f64>,
     /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element, at the end.
     pub min_area_ratio: f64,
     pub max_area_ratio: f64,
     pub wall_s: f64,
-}
-
-impl TrajectoryRecord {
-    /// The record of a run: method and control, the requested end (s), the outcome and the part of the way to
-    /// equilibrium, lengths (mm) and area ratios at the time reached, and the duration (s).
-    pub fn new(
-        (method, control): (IntegrationMethod, Control),
-        t_end: f64,
-        (outcome, part_of_way): (MotionOutcome, Option<f64>),
-        lengths: ByMuscle<f64>,
-        (area_ratios, guarded): ((f64, f64), usize),
-        wall_s: f64,
-    ) -> Self {
-        let (dt_s, tolerance_mm) = match control {
-            Control::Fixed(dt) => (Some(dt), None),
-            Control::Adaptive(tolerance) => (None, Some(tolerance * 1e3)),
-        };
-        Self {
-            status: outcome.status,
-            method,
-            dt_s,
-            tolerance_mm,
-            t_end_s: t_end,
-            time_s: outcome.time_s,
-            part_of_way_to_equilibrium: part_of_way,
-            guarded,
-            counts: outcome.counts,
-            lengths_mm: lengths,
-            min_area_ratio: area_ratios.0,
-            max_area_ratio: area_ratios.1,
-            wall_s,
-        }
-    }
 }
 
 #[derive(Debug, Clone, Default, PartialEq)]

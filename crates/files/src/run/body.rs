@@ -96,17 +96,19 @@ impl PlaneBody {
             BodySource::Anatomy { toml, origin } => {
                 let anatomy = Anatomy::from_toml(toml, origin).map_err(BodyError::from)?;
                 let body = Body::from_anatomy(&anatomy, spacing_m).map_err(BodyError::from);
-                let body = match continuum {
-                    true => body.and_then(|body| body.into_continuum_of(&anatomy, &settings)),
-                    false => body,
+                let body = if continuum {
+                    body.and_then(|body| body.into_continuum_of(&anatomy, &settings))
+                } else {
+                    body
                 };
                 body.map_err(|error| BodyFileError::Made { origin: origin.clone(), error })
             }
             BodySource::Mesh { content, origin } => {
                 let body = content.body(origin, tell)?.flat()?;
-                match continuum {
-                    true => Ok(body.into_continuum(&settings).map_err(BodyError::from)?),
-                    false => Ok(body),
+                if continuum {
+                    Ok(body.into_continuum(&settings).map_err(BodyError::from)?)
+                } else {
+                    Ok(body)
                 }
             }
         }

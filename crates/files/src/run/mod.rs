@@ -7,6 +7,7 @@ mod batch;
 mod body;
 mod equilibrium;
 mod fit;
+pub(crate) mod motion;
 mod track;
 
 #[cfg(feature = "files")]

@@ -11,13 +11,13 @@ use super::prepare::{Prepared, prepare};
 use super::tongue_in_space::{Operation, in_space};
 use super::{SceneError, airway, body, contradiction, sound};
 use crate::report::OperationRecord;
+use crate::run::motion::follow as follow_from;
 use nalgebra::{SVector, Vector3};
-use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, Observer, Tensions};
+use tongue_core::dynamics::{self, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
 use tongue_core::statics::{self, Connection, Solution, SolveSettings, Workspace};
 use tongue_core::system::System;
-use tongue_infer::heard::Articulation;
 use tongue_infer::inverse;
 use tongue_infer::inverse::alarms;
 use tongue_infer::track::FrameStatus;
@@ -131,21 +131,6 @@ fn equilibrium<const D: usize>(
     statics::trace_beside(system, workspace, &direct, tensions, &settings, statics::TRACE_STEPS).solution
 }
 
-struct Lengths<'a, const D: usize> {
-    posture: Articulation,
-    prepared: &'a Prepared<D>,
-    moments: Vec<Moment>,
-}
-
-impl<const D: usize> Observer<D> for Lengths<'_, D> {
-    fn sample(&mut self, time_s: f64, positions: &[SVector<f64, D>]) {
-        let lengths_mm = muscles(self.prepared, positions, None).into_iter().map(|m| m.length_mm).collect();
-        let formants_hz = sound::formants(self.prepared, &self.posture, positions);
-        self.moments.push(Moment { time_s, lengths_mm, formants_hz });
-    }
-}
-
-/// The tensions of a scene's trajectory.
 fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {
     let duration = scene.trajectory.as_ref().map_or(0.0, |t| t.ramp_s);
     Tensions::Ramp { to: prepared.tensions.clone(), duration }
@@ -159,31 +144,34 @@ fn follow<const D: usize>(
 ) -> Result<(Way, Vec<SVector<f64, D>>), SceneError> {
     let wanted = scene.trajectory.as_ref();
     let (duration, tolerance) = wanted.map_or((0.0, 1e-6), |t| (t.duration_s, t.tolerance_mm * 1e-3));
-    let motion = Motion::new(&prepared.system, tensions_over_time(scene, prepared))?;
-    let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance))?;
-    let mut state = motion.at_rest();
-    if let Some(start) = &prepared.start {
-        let mut workspace = Workspace::new(start);
-        let slack = vec![0.0; prepared.tensions.len()];
-        let solution = statics::solve(start, &mut workspace, &slack, &SolveSettings::default());
-        if solution.status != statics::SolveStatus::Converged {
-            return Err(SceneError::NotCarried { status: solution.status });
+    let start = match &prepared.start {
+        None => None,
+        Some(start) => {
+            let mut workspace = Workspace::new(start);
+            let slack = vec![0.0; prepared.tensions.len()];
+            let solution = statics::solve(start, &mut workspace, &slack, &SolveSettings::default());
+            if solution.status != statics::SolveStatus::Converged {
+                return Err(SceneError::NotCarried { status: solution.status });
+            }
+            Some(workspace.positions().to_vec())
         }
-        state.positions.copy_from_slice(workspace.positions());
-    }
-    let start = state.positions.clone();
-    let mut lengths =
-        Lengths { posture: airway::posture(scene), prepared, moments: Vec::with_capacity(SAMPLES) };
-    let times = dynamics::sample_times(duration, SAMPLES);
-    let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, duration, &times, &mut lengths);
-    let way = Way {
-        status: outcome.status,
-        time_s: outcome.time_s,
-        part_of_way_to_equilibrium: motion.part_of_way(&start, &state),
-        counts: outcome.counts,
-        moments: lengths.moments,
     };
-    Ok((way, state.positions))
+    let tensions = tensions_over_time(scene, prepared);
+    let found = follow_from(&prepared.system, tensions, start.as_deref(), tolerance, duration, SAMPLES)?;
+    let posture = airway::posture(scene);
+    let moment = |(&time_s, positions): (&f64, &Vec<SVector<f64, D>>)| Moment {
+        time_s,
+        lengths_mm: muscles(prepared, positions, None).into_iter().map(|m| m.length_mm).collect(),
+        formants_hz: sound::formants(prepared, &posture, positions),
+    };
+    let way = Way {
+        status: found.outcome.status,
+        time_s: found.outcome.time_s,
+        part_of_way_to_equilibrium: found.part_of_way,
+        counts: found.outcome.counts,
+        moments: found.samples.times.iter().zip(&found.samples.positions).map(moment).collect(),
+    };
+    Ok((way, found.end))
 }
 
 fn muscles<const D: usize>(

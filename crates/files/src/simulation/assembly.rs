@@ -88,9 +88,6 @@ impl<const D: usize> Assembly<D> {
     }
 
     /// The length of a muscle, m.
-    ///
-    /// # Errors
-    /// [`SimulationError::NoSuchMuscle`], and [`SimulationError::Fibres`] if it has several fibres.
     pub fn length(&self, muscle: &str) -> Result<Length, SimulationError> {
         Ok(Length::new(self.system().muscle_ends(self.line(muscle)?)))
     }
@@ -106,9 +103,6 @@ impl<const D: usize> Assembly<D> {
 
     /// The observations of this body in a target: one for every fitted muscle, with its range of rounding,
     /// and one for every other measured muscle.
-    ///
-    /// # Errors
-    /// [`SimulationError::Fit`] with a muscle that the target needs and the body lacks.
     pub fn observations(&self, target: &Target) -> Result<Observations<D>, SimulationError> {
         let matched = Matched::new(&self.body().mesh, target)?;
         let system = self.system();

@@ -77,12 +77,10 @@ impl<const D: usize> Estimate<D> {
         Ok(shift)
     }
 
-    /// Young's modulus, Pa, if it was an unknown.
     pub fn young_modulus(&self) -> Option<f64> {
         self.constant(Constant::YoungModulus)
     }
 
-    /// Poisson's ratio, if it was an unknown.
     pub fn poisson_ratio(&self) -> Option<f64> {
         self.constant(Constant::PoissonRatio)
     }
@@ -114,7 +112,6 @@ impl<const D: usize> Estimate<D> {
         Some(ValleyRecord::new(open.valley.as_ref()?, &unknowns, &names, <[f64]>::to_vec))
     }
 
-    /// The whole answer as a record for JSON ([`crate::report::Json`]).
     pub fn record(&self) -> EstimateRecord {
         let displacement = |name: &String| {
             let shift = self.displacement(name).ok()?;
@@ -155,6 +152,5 @@ pub struct EstimateRecord {
     /// Number of directions in which the unknowns can change without a worse fit.
     pub undetermined: Option<usize>,
     pub valley: Option<ValleyRecord>,
-    /// The fitted shape: tensions, lengths, ratios, stretches, positions.
     pub shape: SimulationRecord,
 }

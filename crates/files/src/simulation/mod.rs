@@ -45,7 +45,6 @@ mod assembly;
 mod error;
 mod estimate;
 mod problem;
-mod samples;
 mod shape;
 mod solver;
 mod trajectory;

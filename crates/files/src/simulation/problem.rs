@@ -15,7 +15,6 @@ pub struct Observations<const D: usize> {
 }
 
 impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
-    /// All observations are fitted.
     fn from(fitted: Vec<Observation<D>>) -> Self {
         Self { fitted, others: Vec::new() }
     }
@@ -68,9 +67,6 @@ impl<const D: usize> InverseProblem<D> {
     }
 
     /// The problem with other bounds of a tension, N (2D: per metre of thickness).
-    ///
-    /// # Errors
-    /// A name that is not among the unknowns; bounds that are not finite, not in order or negative.
     pub fn with_bounds(mut self, muscle: &str, lower: f64, upper: f64) -> Result<Self, SimulationError> {
         let name = format!("the lower bound of {muscle}");
         checked(&name, lower, lower.is_finite() && lower >= 0.0, "finite and not negative")?;
@@ -83,10 +79,6 @@ impl<const D: usize> InverseProblem<D> {
 
     /// The problem with a normal prior of a tension: its mean and standard deviation, N (2D: per metre of
     /// thickness).
-    ///
-    /// # Errors
-    /// A name that is not among the unknowns; a mean that is not finite, a standard deviation that is not
-    /// positive.
     pub fn with_prior(mut self, muscle: &str, mean: f64, sd: f64) -> Result<Self, SimulationError> {
         checked(&format!("the mean of the tension of {muscle}"), mean, mean.is_finite(), "finite")?;
         let weight = weight(muscle, sd)?;
@@ -139,7 +131,6 @@ impl<const D: usize> InverseProblem<D> {
         self
     }
 
-    /// The problem with Poisson's ratio as an unknown between these values.
     pub fn free_poisson_ratio(mut self, lower: f64, upper: f64) -> Self {
         self.unknowns.push(Unknown::poisson_ratio(lower * 100.0, upper * 100.0));
         self

@@ -5,10 +5,12 @@ use nalgebra::SVector;
 use tongue_core::dynamics::{MotionOutcome, SHORTEST_S, Tensions};
 
 use super::error::checked;
-use super::samples::{Samples, follow};
 use super::{Assembly, SimulationError};
+use crate::run::motion::follow;
 
-/// The motion of a body from rest, at equidistant times.
+/// Error allowed in a step, m.
+const TOLERANCE: f64 = 1e-6;
+
 #[derive(Debug, Clone)]
 pub struct Trajectory<const D: usize> {
     pub outcome: MotionOutcome,
@@ -38,8 +40,9 @@ impl<const D: usize> Assembly<D> {
         checked("the time of the ramp", ramp_s, ramp_s == 0.0 || is_time(ramp_s), "0 or at least 1 ns")?;
         checked("the time to the end", t_end_s, is_time(t_end_s), "finite and at least 1 ns")?;
         let tensions = Tensions::Ramp { to: self.tensions(tensions)?, duration: ramp_s };
-        let (outcome, part_of_way, seen) = follow(self.system(), tensions, t_end_s, samples)?;
-        let Samples { times, positions } = seen;
+        let found = follow(self.system(), tensions, None, TOLERANCE, t_end_s, samples)?;
+        let (times, positions) = (found.samples.times, found.samples.positions);
+        let (outcome, part_of_way) = (found.outcome, found.part_of_way);
         Ok(Trajectory { outcome, part_of_way, times, positions, assembly: self.clone() })
     }
 }

@@ -5,7 +5,6 @@ use tongue_core::limits;
 
 use super::{SimulationError, check_tension};
 
-/// A word that is not a muscle with its tension.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{word}: {why}")]
 pub struct BadTension {

@@ -5,14 +5,12 @@ use tongue_core::statistics::distinct;
 use tongue_infer::inverse::Matched;
 use tongue_input::measured::{Dataset, Lengths, Target, TargetKind, Vowel};
 
-/// A vowel of a subject against a baseline, in a body.
 #[derive(Debug, Clone)]
 pub struct Case {
     pub subject: String,
     pub vowel: Vowel,
     /// The measurements, and the muscles of the body that they belong to.
     pub matched: Matched,
-    /// Positions in the target of the muscles to be predicted.
     pub unseen: Vec<usize>,
 }
 

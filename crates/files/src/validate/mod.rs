@@ -34,7 +34,6 @@ pub use posterior::{PosteriorStudy, ScoredBaseline};
 pub use record::{Prediction, ScoredOpponent, ValidationStudy};
 pub use scored::{Scored, Told};
 
-/// Why a validation cannot begin.
 #[derive(Debug, thiserror::Error)]
 pub enum ValidationError {
     #[error(transparent)]
@@ -52,10 +51,8 @@ pub enum ValidationError {
 
 const DRAWS: usize = 2000;
 
-/// What is validated, and how thoroughly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ValidationPlan {
-    /// The vowel that others are compared with.
     pub baseline: Vowel,
     pub permutations: u64,
     pub seed: u64,
@@ -85,9 +82,6 @@ struct Entry {
 }
 
 /// Runs the validation; `tell` gets the units of work done, their total, and the name of the current part.
-///
-/// # Errors
-/// [`ValidationError`] if the validation cannot begin.
 pub fn run(
     data: &Dataset,
     body: &Body<2>,

@@ -10,10 +10,8 @@ use super::{PosteriorStudy, ScoredOpponent, ValidationStudy, columns};
 
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
-/// The opponents in the figure.
 const DRAWN: [&str; 4] = ["constant", "gaussian", "thesis", "most_probable"];
 
-/// Every file but the page and the JSON.
 pub fn files(study: &ValidationStudy) -> Files<'_> {
     let mut files: Files<'_> = vec![
         ("opponents.csv", Box::new(table(&columns::opponents(study), &study.opponents))),
@@ -44,7 +42,6 @@ fn picture(study: &ValidationStudy) -> Svg {
     scatter(&muscles, &shown, "Passive muscles: predicted from the other subjects, against measured")
 }
 
-/// The page in Markdown; all numbers come from the study.
 pub fn page(study: &ValidationStudy, command: &str) -> String {
     let mut p = format!(
         "# Muscles that were not fitted\n\n\

@@ -44,13 +44,10 @@ pub struct ScoredBaseline {
 pub struct PosteriorStudy {
     pub poisson_ratio: f64,
     pub priors: Priors,
-    /// All opponents with the usual baseline.
     pub scores: Vec<Scored>,
     /// Difference of the mean log scores of the best posterior and the normal distribution, and its standard error over cases.
     pub log_score_gain: [f64; 2],
-    /// Some opponents with other baselines, and for each subject.
     pub other_baselines: Vec<ScoredBaseline>,
-    /// Every prediction, for `posterior_predictions.csv`.
     #[serde(skip)]
     pub predictions: Vec<Told>,
     pub verdict: String,
@@ -58,7 +55,6 @@ pub struct PosteriorStudy {
     pub permuted_log_score: Vec<f64>,
 }
 
-/// What a posterior is told about a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Way {
     /// The row alone; the hyoid does not tilt.

@@ -9,7 +9,6 @@ use tongue_input::measured::Vowel;
 use super::posterior::PosteriorStudy;
 use crate::report::ByMuscle;
 
-/// An opponent: one way to predict.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(Deserialize))]
 pub struct ScoredOpponent {
@@ -34,13 +33,11 @@ pub struct Prediction {
     pub vowel: Vowel,
     pub muscle: String,
     pub measured: f64,
-    /// Predicted stretch by the name of the opponent.
     #[serde(flatten)]
     #[cfg_attr(test, serde(deserialize_with = "in_order"))]
     pub predicted: ByMuscle<f64>,
 }
 
-/// All results.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[cfg_attr(test, derive(Deserialize))]
 pub struct ValidationStudy {

@@ -2,7 +2,6 @@
 
 use tongue_input::measured::Lengths;
 
-/// `count` permutations of the muscles, without the identity.
 pub fn orders(muscles: usize, count: u64, seed: u64) -> Vec<Vec<usize>> {
     let mut random = fastrand::Rng::with_seed(seed);
     let mut orders = Vec::new();

@@ -7,7 +7,6 @@ use tongue_input::measured::Vowel;
 
 use super::cases::Case;
 
-/// The opponents in the order of the tables.
 pub const OPPONENTS: [&str; 6] = [
     "no_change",
     "gaussian",
@@ -47,7 +46,6 @@ impl Scored {
     }
 }
 
-/// What the opponents say of one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Told {
     pub baseline: Vowel,
@@ -65,7 +63,6 @@ pub struct Told {
     pub effective: f64,
 }
 
-/// Scores of one of the opponents over cases.
 pub fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Scored {
     let rows = all.iter().zip(predicted).filter(|(case, _)| is_in(case));
     let each: Vec<(f64, &LeftOut)> = rows

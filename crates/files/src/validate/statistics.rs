@@ -30,7 +30,6 @@ impl Shrunk {
     }
 }
 
-/// Default if there are no other subjects to choose by.
 const MIDDLE: Shrunk = Shrunk { about_no_change: true, ridge: false, by: 0.5 };
 const LEAST_VARIANCE: f64 = 1e-6;
 
@@ -132,7 +131,6 @@ pub fn bootstraps(count: usize, draws: usize, seed: u64) -> Vec<Vec<usize>> {
     (0..draws).map(|_| (0..count).map(|_| random.usize(0..count)).collect()).collect()
 }
 
-/// The central 95 % interval of values.
 pub fn middle(mut values: Vec<f64>) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
     let at = |part: f64| values[((values.len() - 1) as f64 * part).round() as usize];

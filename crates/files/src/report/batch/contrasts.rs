@@ -3,8 +3,11 @@
 use std::io::{self, Write};
 
 use serde::Serialize;
+use serde_json::json;
 
+use super::tables::provenance;
 use super::{Batch, BatchJournal, Digest, digests};
+use crate::report::column;
 use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::Contrast;
 
@@ -29,43 +32,23 @@ pub fn all(jobs: &[Job], journal: &BatchJournal) -> Vec<SubjectContrast> {
     digests(journal).flat_map(of_fit).collect()
 }
 
-#[derive(Serialize)]
-struct Row<'a> {
-    subject: &'a str,
-    baseline: &'a str,
-    vowel: &'a str,
-    other_vowel: &'a str,
-    muscle: &'a str,
-    difference_median_n_per_m: f64,
-    difference_low_95_n_per_m: f64,
-    difference_high_95_n_per_m: f64,
-    probability_more: f64,
-    decided: bool,
-    depends_on_prior: bool,
-    sign_depends_on_prior: bool,
-    version: &'a str,
-    command: &'a str,
-}
-
 pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
-    let mut writer = csv::Writer::from_writer(w);
-    for SubjectContrast { subject, baseline, contrast: c } in batch.contrasts {
-        writer.serialize(Row {
-            subject,
-            baseline,
-            vowel: &c.posture,
-            other_vowel: &c.other,
-            muscle: &c.muscle,
-            difference_median_n_per_m: c.median,
-            difference_low_95_n_per_m: c.interval_95[0],
-            difference_high_95_n_per_m: c.interval_95[1],
-            probability_more: c.probability_more,
-            decided: c.is_decided(),
-            depends_on_prior: c.depends_on_prior,
-            sign_depends_on_prior: c.sign_depends_on_prior,
-            version: &batch.provenance.version,
-            command: &batch.provenance.command,
-        })?;
-    }
-    writer.flush()
+    let mut columns = column::columns::<SubjectContrast, _>([
+        ("subject", "", "", |c| json!(c.subject)),
+        ("baseline", "", "", |c| json!(c.baseline)),
+        ("vowel", "", "", |c| json!(c.contrast.posture)),
+        ("other_vowel", "", "", |c| json!(c.contrast.other)),
+        ("muscle", "", "", |c| json!(c.contrast.muscle)),
+        ("difference_median_n_per_m", "N/m", "", |c| c.contrast.median.into()),
+        ("difference_low_95_n_per_m", "N/m", "", |c| c.contrast.interval_95[0].into()),
+        ("difference_high_95_n_per_m", "N/m", "", |c| c.contrast.interval_95[1].into()),
+        ("probability_more", "", "", |c| c.contrast.probability_more.into()),
+        ("decided", "", "", |c| c.contrast.is_decided().into()),
+        ("depends_on_prior", "", "", |c| c.contrast.depends_on_prior.into()),
+        ("sign_depends_on_prior", "", "", |c| c.contrast.sign_depends_on_prior.into()),
+    ]);
+    let [version, _, command] = provenance(batch.provenance);
+    columns.extend([version, command]);
+    let table = column::table(&columns, batch.contrasts);
+    column::lines(w, std::iter::once(table.columns).chain(table.rows))
 }

@@ -36,7 +36,6 @@ pub use self::summary::{BatchSummary, Digest, PassiveGroup, passive_groups};
 pub struct BatchProvenance {
     pub version: String,
     pub command: String,
-    /// Hash of all inputs: version, data, mesh, model and settings.
     pub inputs_sha256: String,
 }
 
@@ -298,7 +297,6 @@ impl Serialize for Fits<'_> {
     }
 }
 
-/// Writes rows, under the header the first time.
 fn write_table(w: &mut dyn Write, table: Table, header: &mut bool) -> io::Result<()> {
     if table.rows.is_empty() {
         return Ok(());

@@ -15,7 +15,6 @@ use tongue_input::measured::thesis::Thesis;
 /// One fit of a batch: the record of the fit, and its reliability.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AssessedRecord {
-    /// The fields of `tongue-fit --vowel`.
     #[serde(flatten)]
     pub fit: FitRecord,
     pub line: u64,
@@ -26,7 +25,6 @@ pub struct AssessedRecord {
     pub passive: Passive,
     pub rest_shape: Option<RestDistance>,
     pub other_optima: Vec<OptimumRecord>,
-    /// Comparison with the published activation pattern (Fang et al. 2009).
     pub pattern: Option<PatternCheck>,
 }
 
@@ -45,7 +43,6 @@ pub struct Passive {
     pub thesis_rms_ratio: Option<f64>,
 }
 
-/// [`Optimum`] by muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OptimumRecord {
     pub tensions_n: ByMuscle<f64>,

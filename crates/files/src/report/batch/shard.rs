@@ -7,7 +7,6 @@ use std::str::FromStr;
 /// One of several parts of a batch: every `of`th job, so that all parts take about equally long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Shard {
-    /// Number of the part, from 1.
     pub number: usize,
     pub of: usize,
 }
@@ -23,7 +22,6 @@ impl Shard {
         format!("batch-{}-of-{}.journal", self.number, self.of)
     }
 
-    /// The shard whose journal has this name.
     pub fn of_journal(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?.strip_prefix("batch-")?.strip_suffix(".journal")?;
         let (number, of) = name.split_once("-of-")?;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::record::AssessedRecord;
-use super::tables::name;
+use crate::report::status_name;
 use tongue_core::statistics::distinct;
 use tongue_infer::posterior::Contrast;
 use tongue_input::measured::Vowel;
@@ -38,7 +38,7 @@ impl Digest {
             target_kind: r.fit.target_kind.to_string(),
             vowel: r.fit.vowel.clone(),
             substitute_baseline: r.substitute_baseline,
-            status: name(&r.fit.status),
+            status: status_name(&r.fit.status),
             passive: r.passive.rms_stretch.map(|x| x * x),
             no_change: r.passive.no_change_rms_stretch.map(|x| x * x),
             passive_muscles: r.fit.residuals.0.len() - r.fit.active.len(),
@@ -75,7 +75,6 @@ pub struct PassiveGroup {
 }
 
 impl PassiveGroup {
-    /// The conclusion in words.
     pub fn verdict(&self) -> String {
         match (self.seen_in_part, self.worse_than_no_change) {
             (0, false) => "better".to_owned(),
@@ -92,7 +91,6 @@ fn is_none(count: &usize) -> bool {
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BatchSummary {
-    /// Number of rows that were read.
     pub rows: usize,
     pub fits: usize,
     pub statuses: BTreeMap<String, usize>,
@@ -102,7 +100,6 @@ pub struct BatchSummary {
     /// Number of posteriors that were asked for and cannot be reported; the alarms of their fits say why.
     #[serde(skip_serializing_if = "is_none")]
     pub posteriors_untold: usize,
-    /// Subjects whose baseline replaces a missing /ɯ/.
     pub substitute_baselines: Vec<String>,
     pub rest_shape_measure: String,
     pub nearest_row_to_rest: Option<NearestRow>,

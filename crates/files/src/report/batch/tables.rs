@@ -1,7 +1,6 @@
 //! The columns of the tables of a batch: `muscles.csv`, a row for each muscle of each fit; `fits.csv`, a row for each fit, baseline
 //! and row that could not be fitted; `posterior.csv`, a row for each muscle of each posterior.
 
-use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::BatchProvenance;
@@ -11,7 +10,7 @@ use crate::report::column::{self, Column};
 use crate::report::of_muscle::{self, OfMuscle};
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::{BaselineRow, Refusal};
-use tongue_infer::posterior::Summary;
+use tongue_infer::posterior::{Change, LeftOut, Summary, Tension};
 
 /// The columns of `muscles.csv`. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
 /// is another. What was not measured is empty.
@@ -21,7 +20,7 @@ fn muscle_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>>> 
     columns
 }
 
-fn provenance<'a, R: 'a>(by: &'a BatchProvenance) -> [Column<'a, R>; 3] {
+pub(super) fn provenance<'a, R: 'a>(by: &'a BatchProvenance) -> [Column<'a, R>; 3] {
     [
         Column::new("version", "", "version of tongue-fit", |_| by.version.as_str().into()),
         Column::new("inputs_sha256", "", "hash of all inputs", |_| by.inputs_sha256.as_str().into()),
@@ -30,12 +29,19 @@ fn provenance<'a, R: 'a>(by: &'a BatchProvenance) -> [Column<'a, R>; 3] {
 }
 
 fn posterior_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>>> {
-    type Of<'a> = fn(&OfMuscle<'a>) -> Value;
-    fn of(r: &OfMuscle<'_>, value: fn(&Summary, &str) -> Value) -> Value {
-        let summary = r.fit.posterior.as_ref().and_then(|p| p.summary.as_ref());
-        summary.map_or(Value::Null, |s| value(s, r.muscle))
+    fn summary<'r>(r: &OfMuscle<'r>) -> Option<&'r Summary> {
+        r.fit.posterior.as_ref()?.summary.as_ref()
     }
-    let columns: [(_, _, _, Of<'a>); 19] = [
+    fn change(r: &OfMuscle<'_>, value: fn(&Change) -> f64) -> Value {
+        json!(summary(r).and_then(|s| s.changes_n.of(r.muscle)).map(value))
+    }
+    fn tension(r: &OfMuscle<'_>, value: fn(&Tension) -> Value) -> Value {
+        json!(summary(r).and_then(|s| s.tensions_n.of(r.muscle)).map(value))
+    }
+    fn left_out(r: &OfMuscle<'_>, value: fn(&LeftOut) -> f64) -> Value {
+        json!(summary(r).and_then(|s| s.stretches.of(r.muscle)?.left_out.as_ref()).map(value))
+    }
+    let mut columns = column::columns::<OfMuscle<'a>, _>([
         ("subject", "", "subject", |r| json!(r.fit.subject)),
         ("vowel", "", "vowel", |r| json!(r.fit.vowel)),
         ("baseline", "", "vowel that changes are counted from", |r| json!(r.fit.baseline)),
@@ -44,57 +50,44 @@ fn posterior_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>
             json!(r.fit.posterior.as_ref().map(|p| p.status))
         }),
         ("change_median_n_per_m", "N/m", "median of the change of tension", |r| {
-            of(r, |s, m| json!(s.changes_n.of(m).map(|v| v.spread.median)))
+            change(r, |c| c.spread.median)
         }),
         ("change_low_50_n_per_m", "N/m", "lower end of its 50 % interval", |r| {
-            of(r, |s, m| json!(s.changes_n.of(m).map(|v| v.spread.interval_50[0])))
+            change(r, |c| c.spread.interval_50[0])
         }),
-        ("change_high_50_n_per_m", "N/m", "upper end", |r| {
-            of(r, |s, m| json!(s.changes_n.of(m).map(|v| v.spread.interval_50[1])))
-        }),
+        ("change_high_50_n_per_m", "N/m", "upper end", |r| change(r, |c| c.spread.interval_50[1])),
         ("change_low_95_n_per_m", "N/m", "lower end of its 95 % interval", |r| {
-            of(r, |s, m| json!(s.changes_n.of(m).map(|v| v.spread.interval_95[0])))
+            change(r, |c| c.spread.interval_95[0])
         }),
-        ("change_high_95_n_per_m", "N/m", "upper end", |r| {
-            of(r, |s, m| json!(s.changes_n.of(m).map(|v| v.spread.interval_95[1])))
-        }),
+        ("change_high_95_n_per_m", "N/m", "upper end", |r| change(r, |c| c.spread.interval_95[1])),
         ("probability_rises", "", "probability that the muscle pulls harder than in the baseline", |r| {
-            of(r, |s, m| json!(s.changes_n.of(m).map(|v| v.probability_rises)))
+            change(r, |c| c.probability_rises)
         }),
         ("tension_low_95_n_per_m", "N/m", "lower end of the 95 % interval of the tension", |r| {
-            of(r, |s, m| json!(s.tensions_n.of(m).map(|v| v.spread.interval_95[0])))
+            tension(r, |t| t.spread.interval_95[0].into())
         }),
-        ("tension_high_95_n_per_m", "N/m", "upper end", |r| {
-            of(r, |s, m| json!(s.tensions_n.of(m).map(|v| v.spread.interval_95[1])))
-        }),
+        ("tension_high_95_n_per_m", "N/m", "upper end", |r| tension(r, |t| t.spread.interval_95[1].into())),
         ("depends_on_prior", "", "whether that interval is the prior's rather than the data's", |r| {
-            of(r, |s, m| json!(s.tensions_n.of(m).map(|v| v.depends_on_prior)))
+            tension(r, |t| t.depends_on_prior.into())
         }),
         ("measured_stretch", "", "measured length over that in the baseline", |r| {
-            of(r, |s, m| json!(s.stretches.of(m).map(|v| v.measured)))
+            json!(summary(r).and_then(|s| s.stretches.of(r.muscle)).map(|s| s.measured))
         }),
         ("left_out_mean", "", "mean of what is predicted without this measurement", |r| {
-            of(r, |s, m| json!(s.stretches.of(m).and_then(|v| v.left_out.as_ref()).map(|l| l.spread.mean)))
+            left_out(r, |l| l.spread.mean)
         }),
         ("left_out_low_95", "", "lower end of its 95 % interval", |r| {
-            of(r, |s, m| {
-                json!(s.stretches.of(m).and_then(|v| v.left_out.as_ref()).map(|l| l.spread.interval_95[0]))
-            })
+            left_out(r, |l| l.spread.interval_95[0])
         }),
-        ("left_out_high_95", "", "upper end", |r| {
-            of(r, |s, m| {
-                json!(s.stretches.of(m).and_then(|v| v.left_out.as_ref()).map(|l| l.spread.interval_95[1]))
-            })
-        }),
+        ("left_out_high_95", "", "upper end", |r| left_out(r, |l| l.spread.interval_95[1])),
         ("r_hat", "", "largest split R-hat of the posterior", |r| {
             json!(r.fit.posterior.as_ref().map(|p| p.r_hat))
         }),
-    ];
-    let columns =
-        columns.into_iter().map(|(name, unit, meaning, value)| Column::new(name, unit, meaning, value));
+    ]);
     // Without the hash: its draws have seeds of their own.
     let [version, _, command] = provenance(by);
-    columns.chain([version, command]).collect()
+    columns.extend([version, command]);
+    columns
 }
 
 /// A row of `fits.csv`: a fit, a baseline or a row that could not be fitted.
@@ -116,8 +109,7 @@ impl Row<'_> {
 
 fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column<'a, Row<'a>>> {
     use Row::{Baseline, Fit, Refused};
-    type Of<'a> = fn(&Row<'a>) -> Value;
-    let before: [(_, _, _, Of<'a>); 10] = [
+    let before = column::columns::<Row<'a>, _>([
         ("subject", "", "subject", |r| match r {
             Fit(f) => json!(f.fit.subject),
             Baseline(b) => json!(b.subject),
@@ -158,8 +150,8 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column
         ("undetermined", "", "directions that the data leave open", |r| {
             r.of(|f| json!(f.fit.identifiability.as_ref().map(|i| i.undetermined)))
         }),
-    ];
-    let after: [(_, _, _, Of<'a>); 17] = [
+    ]);
+    let after = column::columns::<Row<'a>, _>([
         ("cost", "", "smallest objective", |r| r.of(|f| f.cost.into())),
         ("misfit", "", "RMS residual of the fitted muscles", |r| r.of(|f| f.fit.misfit.into())),
         ("passive_rms_stretch", "", "RMS residual of the passive stretches", |r| {
@@ -205,18 +197,14 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column
             Baseline(b) => b.line.into(),
             Refused(r) => r.line.into(),
         }),
-    ];
-    let column =
-        |(name, unit, meaning, value): (&'static str, _, _, Of<'a>)| Column::new(name, unit, meaning, value);
+    ]);
     let tensions = muscles.iter().map(|m| {
         let own = move |r: &Row<'a>| r.of(|f| json!(f.fit.tensions_n.of(m)));
         Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", own)
     });
-    let (before, after) = (before.into_iter().map(column), after.into_iter().map(column));
-    before.chain(tensions).chain(after).chain(provenance(by)).collect()
+    before.into_iter().chain(tensions).chain(after).chain(provenance(by)).collect()
 }
 
-/// The header of `muscles.csv`, and its rows for one fit.
 pub fn of_muscles(r: &AssessedRecord, by: &BatchProvenance) -> Table {
     column::table(&muscle_columns(by), &muscles(r))
 }
@@ -236,11 +224,6 @@ fn muscles(r: &AssessedRecord) -> Vec<OfMuscle<'_>> {
     let (fit, fitted) = (&r.fit, r.fitted.as_slice());
     let names = fit.tensions_n.0.iter().map(|(muscle, _)| muscle.as_str());
     names.map(|muscle| OfMuscle { fit, substitute_baseline: r.substitute_baseline, fitted, muscle }).collect()
-}
-
-/// The name that serde gives a unit variant.
-pub(super) fn name(value: &impl Serialize) -> String {
-    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -62,7 +62,6 @@ impl Bounds {
     }
 }
 
-/// Position of a rectangle of the plane on the sheet.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct View {
     pub bounds: Bounds,
@@ -96,7 +95,6 @@ impl View {
         data(chains.into_iter().map(|c| c.iter().filter_map(|&n| Some(self.place(positions.get(n)?)))))
     }
 
-    /// The left and the lower axis, each with a name.
     pub fn axes(&self, svg: &mut Svg, [x, y]: [&str; 2]) {
         let [left, top] = self.corner;
         let [right, bottom] = self.end();

@@ -1,6 +1,6 @@
 //! Bar chart of muscle lengths relative to a baseline vowel: figure 4.9 of Kato (2014).
 
-use super::plot::{Axis, Plot, Scale, around};
+use super::plot::{Axis, Plot, around};
 use super::{Anchor, Entry, Face, INK, LEGEND_ROW, MARGIN, Svg, TEXT, WIDTH};
 use crate::report::ReportError;
 
@@ -78,13 +78,7 @@ fn bars(svg: &mut Svg, labels: &[String], series: &[Series], baseline: &str, top
     let values = || series.iter().flat_map(|s| s.values.iter().copied());
     let [low, high] = around(values().fold(0.9, f64::min) - 0.02, values().fold(1.1, f64::max) + 0.02);
     let groups = labels.len() as f64;
-    let plot = Plot {
-        corner: [AXIS, top],
-        size: [WIDTH - MARGIN - AXIS, PLOT],
-        x: [0.0, groups],
-        y: [low.max(0.0), high],
-        scale: Scale::Linear,
-    };
+    let plot = Plot::linear([AXIS, top], [WIDTH - MARGIN - AXIS, PLOT], [0.0, groups], [low.max(0.0), high]);
     plot.axes(svg, [Axis::Nothing, Axis::Named(&format!("length relative to /{baseline}/"))]);
     svg.stroke(&plot.path([[0.0, 1.0], [groups, 1.0]]), INK, 2.0);
     let width = FILLED / series.len() as f64;

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, SVector};
 
 use super::axes::{View, ticks};
-use super::plot::{Plot, Scale, around};
+use super::plot::{Plot, around};
 use super::{Anchor, Face, INK, MARGIN, Svg, WIDTH, closed};
 use tongue_core::body::Mesh;
 
@@ -52,7 +52,7 @@ pub(super) fn fill(
 pub(super) fn key(svg: &mut Svg, scale: [f64; 2], left: f64, top: f64) -> f64 {
     let parts = COLOURS.len() as f64;
     let size = [WIDTH - MARGIN - 30.0 - left, 22.0];
-    let plot = Plot { corner: [left, top + 34.0], size, x: scale, y: [0.0, 1.0], scale: Scale::Linear };
+    let plot = Plot::linear([left, top + 34.0], size, scale, [0.0, 1.0]);
     svg.text([left, top + 14.0], Anchor::Start, Face::Plain, "largest stretch of the tissue, to rest");
     for (nth, paint) in COLOURS.iter().enumerate() {
         let [from, to] = [nth, nth + 1].map(|n| scale[0] + (scale[1] - scale[0]) * n as f64 / parts);

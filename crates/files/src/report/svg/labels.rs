@@ -27,7 +27,6 @@ impl Area {
         (0..2).all(|i| (self.low[i]..=self.high[i]).contains(&p[i]))
     }
 
-    /// Common area of both, px².
     fn shared(&self, other: &Self) -> f64 {
         let side = |i: usize| (self.high[i].min(other.high[i]) - self.low[i].max(other.low[i])).max(0.0);
         side(0) * side(1)
@@ -90,7 +89,6 @@ pub(super) fn point_at(line: &[Px], part: f64) -> Option<(Px, Px)> {
     None
 }
 
-/// Points of a line, a few px apart.
 fn samples(line: &[Px]) -> Vec<Px> {
     let between = |pair: &[Px]| -> Vec<Px> {
         (0..=20)

@@ -21,7 +21,6 @@ pub(super) enum Scale {
     Logarithmic,
 }
 
-/// What is drawn of an axis beside its line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Axis<'a> {
     /// Lines across the plot, their numbers, and the name of the axis.
@@ -73,6 +72,10 @@ pub(super) fn around(low: f64, high: f64) -> [f64; 2] {
 }
 
 impl Plot {
+    pub fn linear(corner: Px, size: [f64; 2], x: [f64; 2], y: [f64; 2]) -> Self {
+        Self { corner, size, x, y, scale: Scale::Linear }
+    }
+
     /// The position of a pair of values, px, moved to the edge if it is outside.
     pub fn place(&self, x: f64, y: f64) -> Px {
         let part = |v: f64, edges: [f64; 2]| {

@@ -1,6 +1,6 @@
 //! Figure of a posterior: ridges of the changes.
 
-use super::plot::{Axis, Plot, Scale};
+use super::plot::{Axis, Plot};
 use super::{Anchor, Face, INK, MARGIN, Svg, WIDTH, closed};
 use tongue_infer::posterior::{Posterior, Quantiles};
 use tongue_input::measured::muscles::Muscles;
@@ -8,7 +8,6 @@ use tongue_input::measured::muscles::Muscles;
 /// Height of a ridge, px, and the part that the next one leaves free.
 const RIDGE: f64 = 84.0;
 const FREE: f64 = 62.0;
-/// Room for the names of muscles and for the probabilities, px.
 const NAMES: f64 = 90.0;
 const ODDS: f64 = 120.0;
 const POINTS: usize = 160;
@@ -35,13 +34,7 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let head = top + 2.0 * MARGIN;
     let height = RIDGE + FREE * (names.len().max(1) - 1) as f64 + MARGIN;
     // The vertical axis counts pixels from the foot.
-    let plot = Plot {
-        corner: [left, head],
-        size: [right - left, height],
-        x: [low, high],
-        y: [0.0, height],
-        scale: Scale::Linear,
-    };
+    let plot = Plot::linear([left, head], [right - left, height], [low, high], [0.0, height]);
     plot.axes(&mut svg, [Axis::Named("change of tension from the baseline, N per metre"), Axis::Nothing]);
     svg.stroke(&plot.upright(0.0), INK, 1.0);
     svg.text([right + 0.5 * ODDS, head], Anchor::Middle, Face::Plain, "P(rises)");

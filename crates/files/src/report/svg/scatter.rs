@@ -1,7 +1,7 @@
 //! Predicted against measured values: a panel for each method, a colour for each muscle.
 
 use super::muscle_lines::colours;
-use super::plot::{Axis, Plot, Scale, around};
+use super::plot::{Axis, Plot, around};
 use super::{Anchor, Entry, Face, INK, MARGIN, Svg, TEXT};
 
 /// Side of a panel, px, and room for its axis and its title.
@@ -39,7 +39,7 @@ pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
     for (nth, panel) in panels.iter().enumerate() {
         let left = MARGIN + AXIS + (nth % columns) as f64 * (SIDE + AXIS);
         let above = top + HEAD + (nth / columns) as f64 * (HEAD + SIDE + FOOT);
-        let plot = Plot { corner: [left, above], size: [SIDE, SIDE], x: ends, y: ends, scale: Scale::Linear };
+        let plot = Plot::linear([left, above], [SIDE, SIDE], ends, ends);
         svg.text([left, above - 1.9 * TEXT], Anchor::Start, Face::Bold, &panel.title);
         svg.text([left, above - 0.8 * TEXT], Anchor::Start, Face::Plain, &panel.line);
         plot.axes(&mut svg, [Axis::Named("measured stretch"), Axis::Named("predicted")]);

@@ -185,7 +185,6 @@ pub(super) fn tissue_edges(mesh: &Mesh<2>) -> Vec<&[usize]> {
     mesh.connections.iter().filter(kept).map(<[usize; 2]>::as_slice).collect()
 }
 
-/// A grey band on the outer side of the outline.
 pub(super) fn draw_palate(svg: &mut Svg, view: &View, mesh: &Mesh<2>, outline: &[SVector<f64, 2>]) {
     if outline.len() < 2 {
         return;
@@ -262,7 +261,6 @@ pub(super) struct AlignedRecording<'a> {
     pub bones: bool,
 }
 
-/// The legend, from `top` on; returns its height.
 pub(super) fn key(svg: &mut Svg, seen: &AlignedRecording<'_>, top: f64) -> f64 {
     let contracting = seen.tensions.iter().any(|t| *t > 0.0);
     let passive = seen.tensions.iter().any(|t| *t <= 0.0);

@@ -1,7 +1,7 @@
 //! The tensions of many fits: a row for each fit, a column for each muscle, and a dot for each contracting muscle.
 
 use super::muscle_lines::colours;
-use super::plot::{Axis, Plot, Scale, around};
+use super::plot::{Axis, Plot, around};
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT};
 
 /// Minimum width of the names of the fits, width of a column, px, and height of a row.
@@ -34,13 +34,7 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
     for (column, (name, colour)) in muscles.iter().zip(colours(muscles)).enumerate() {
         let left = MARGIN + names + column as f64 * (COLUMN + GAP) + 0.5 * GAP;
         // The vertical axis counts the rows.
-        let plot = Plot {
-            corner: [left, top],
-            size: [COLUMN, height],
-            x: around(0.0, most),
-            y: [found.len() as f64, 0.0],
-            scale: Scale::Linear,
-        };
+        let plot = Plot::linear([left, top], [COLUMN, height], around(0.0, most), [found.len() as f64, 0.0]);
         plot.axes(&mut svg, [Axis::Numbers, Axis::Nothing]);
         svg.text([left + 0.5 * COLUMN, top - TEXT], Anchor::Middle, Face::Bold, name);
         for (nth, f) in found.iter().enumerate() {

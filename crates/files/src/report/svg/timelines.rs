@@ -1,6 +1,6 @@
 //! Tensions over time with their 95 % intervals, a panel for each muscle, and how well what was seen is met.
 
-use super::plot::{Axis, Plot, Scale, around};
+use super::plot::{Axis, Plot, around};
 use super::{Anchor, Entry, Face, MARGIN, Svg, TEXT, WIDTH, closed};
 use tongue_input::measured::recording::Label;
 
@@ -85,13 +85,12 @@ pub fn timelines(
     for (nth, course) in panels.iter().enumerate() {
         let is_finite = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
         let most = course.values.iter().filter(|v| is_finite(v)).map(|v| v[2]).fold(1e-3, f64::max);
-        let plot = Plot {
-            corner: [LEFT, top + (PANEL + GAP) * nth as f64],
-            size: [x(ends[1]) - LEFT, PANEL],
-            x: ends,
-            y: around(0.0, most),
-            scale: Scale::Linear,
-        };
+        let plot = Plot::linear(
+            [LEFT, top + (PANEL + GAP) * nth as f64],
+            [x(ends[1]) - LEFT, PANEL],
+            ends,
+            around(0.0, most),
+        );
         for i in (0..times.len()).filter(|i| doubtful.get(*i) == Some(&true)) {
             let side =
                 |j: Option<usize>| j.and_then(|j| times.get(j)).map_or(times[i], |t| 0.5 * (t + times[i]));

@@ -5,7 +5,7 @@ use crate::report::ValleyRecord;
 use tongue_input::measured::muscles::Muscles;
 
 use super::axes::BELOW;
-use super::plot::{Axis, Plot, Scale};
+use super::plot::{Axis, Plot};
 use super::{Anchor, Face, INK, MARGIN, Svg, WIDTH, data};
 
 const LEFT: f64 = 104.0;
@@ -16,7 +16,6 @@ const BETWEEN: f64 = 40.0;
 const NAMES: f64 = 70.0;
 const APART: f64 = 26.0;
 
-/// Draws a valley; `reference` is the reference muscle of ratios.
 pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
     let names: Vec<String> =
         valley.points.first().map_or(Vec::new(), |p| p.tensions_n.0.iter().map(|(m, _)| m.clone()).collect());
@@ -39,12 +38,8 @@ pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
     );
     let (mut svg, top) = Svg::new("Tensions that meet the target equally well", &description, WIDTH);
     let end = way.last().copied().unwrap_or(0.0).max(1e-9);
-    let plot = |most: f64, top: f64, height: f64| Plot {
-        corner: [LEFT, top],
-        size: [WIDTH - LEFT - NAMES - MARGIN, height],
-        x: [0.0, end],
-        y: [0.0, 1.05 * most],
-        scale: Scale::Linear,
+    let plot = |most: f64, top: f64, height: f64| {
+        Plot::linear([LEFT, top], [WIDTH - LEFT - NAMES - MARGIN, height], [0.0, end], [0.0, 1.05 * most])
     };
     let all = valley.points.iter().flat_map(|p| p.tensions_n.0.iter().map(|(_, t)| *t));
     let largest = all.fold(1.0, f64::max);

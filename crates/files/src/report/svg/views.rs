@@ -32,7 +32,6 @@ const COLOURS: [[f64; 3]; 11] = [
 ];
 const TISSUE: [f64; 3] = [214.0, 205.0, 205.0];
 const SOLID: [f64; 3] = [205.0, 222.0, 240.0];
-/// Below this a muscle is not drawn as active.
 const ACTIVE: f64 = 5e-3;
 const SAMPLE: f64 = 34.0;
 

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::axes::{BELOW, Bounds, LEFT, View};
-use super::plot::{Axis, Plot, Scale, around};
+use super::plot::{Axis, Plot, around};
 use super::section::{DEFORMED, REST_TISSUE, ring};
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
 use crate::report::{AreaRow, ReportError, SoundRecord};
@@ -76,13 +76,12 @@ fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     let heard = [0, 1].map(|i| shown.sound.formants_hz.get(i).copied().unwrap_or(0.0));
     let all = || shown.means.iter().map(|(_, f)| *f).chain([heard]);
     let most = |i: usize, least: f64| all().map(|f| f[i]).fold(least, f64::max);
-    let plot = Plot {
-        corner: [0.5 * WIDTH + LEFT + MARGIN, top],
-        size: [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
-        x: [around(600.0, most(1, 2400.0))[1], 600.0],
-        y: [around(200.0, most(0, 900.0))[1], 200.0],
-        scale: Scale::Linear,
-    };
+    let plot = Plot::linear(
+        [0.5 * WIDTH + LEFT + MARGIN, top],
+        [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
+        [around(600.0, most(1, 2400.0))[1], 600.0],
+        [around(200.0, most(0, 900.0))[1], 200.0],
+    );
     plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"].map(Axis::Named));
     for (vowel, [f1, f2]) in shown.means {
         svg.text(plot.place(*f2, *f1), Anchor::Middle, Face::Plain, vowel);
@@ -98,10 +97,9 @@ fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     foot + 2.2 * TEXT
 }
 
-/// A plot over the width of the sheet.
 fn wide(top: f64, x: [f64; 2], y: [f64; 2]) -> Plot {
     let (corner, size) = ([LEFT + MARGIN, top], [WIDTH - LEFT - 3.0 * MARGIN, LOWER]);
-    Plot { corner, size, x, y, scale: Scale::Linear }
+    Plot::linear(corner, size, x, y)
 }
 
 fn areas(svg: &mut Svg, rows: &[AreaRow], top: f64) {

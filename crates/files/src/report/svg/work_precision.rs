@@ -68,7 +68,6 @@ pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) 
     Ok(svg.finish(plot.corner[1] + PLOT + BOTTOM))
 }
 
-/// The ends of the whole decades that contain all values.
 fn decades(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = values.map(f64::log10).fold(none, |(l, h), v| (l.min(v), h.max(v)));

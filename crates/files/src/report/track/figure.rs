@@ -157,7 +157,6 @@ impl Figure {
     }
 }
 
-/// An object as JSON inside a script element of HTML.
 pub(super) fn in_html(value: &impl Serialize) -> io::Result<String> {
     Ok(serde_json::to_string(value)?.replace('<', "\\u003c"))
 }

@@ -72,6 +72,6 @@ impl Export for FormantsTable<'_> {
                 begin.into_iter().chain(numbers).collect()
             })
         });
-        write(out, by, &["recording", "time_s", "formant", "hz", "sd_hz"], rows)
+        write(out, by, "recording,time_s,formant,hz,sd_hz", rows)
     }
 }

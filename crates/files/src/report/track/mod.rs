@@ -30,7 +30,6 @@ struct FrameRecord<'a> {
     recording: &'a str,
     time_s: f64,
     status: FrameStatus,
-    /// Tensions, N per metre of thickness: medians.
     tensions_n: ByMuscle<f64>,
     /// Ends of the 95 % intervals; the same as `level_low` and `level_high`.
     low: ByMuscle<f64>,
@@ -237,7 +236,7 @@ impl<T: Serialize> Serialize for Each<'_, T> {
 }
 
 /// The name of a status as outputs write it.
-pub fn status_name(status: FrameStatus) -> String {
+pub fn status_name(status: &impl Serialize) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
@@ -260,10 +259,8 @@ pub struct TrackRecord {
     pub courses: Vec<CourseSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeats: Option<RepeatsRecord>,
-    /// What its formants are those of, if they are wanted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub formants: Option<FormantsRecord>,
-    /// The held-out points: this model and other methods.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
     pub notes: Vec<String>,

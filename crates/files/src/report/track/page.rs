@@ -143,7 +143,7 @@ fn doubts(record: &TrackRecord) -> Markup {
                     tbody { @for (recording, f) in doubtful().take(MOST) { tr {
                         td { (recording.name) }
                         td { (format!("{:.3}", f.time_s)) }
-                        td { (status_name(f.status).replace('_', " ")) }
+                        td { (status_name(&f.status).replace('_', " ")) }
                         td { @if let Some(r) = f.rms_m { (format!("{:.2}", 1e3 * r)) } }
                         td { @for (i, fault) in f.faults.iter().enumerate() { @if i > 0 { "; " } (fault.kind.said()) ": " (fault.points.join(", ")) } }
                     } } }

@@ -94,7 +94,6 @@ impl PlacementRecord {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RepeatsRecord {
     pub tier: String,
-    /// How often each of them does.
     pub labels: std::collections::BTreeMap<String, usize>,
     pub muscles: ByMuscle<Repeated>,
 }

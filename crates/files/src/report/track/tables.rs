@@ -11,42 +11,28 @@ use tongue_infer::track::{Ranged, Tracked};
 pub(super) fn write(
     out: &mut dyn Write,
     by: &Provenance,
-    columns: &[&str],
+    columns: &str,
     rows: impl Iterator<Item = Vec<String>>,
 ) -> io::Result<()> {
     let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
     let mut writer = cells::writer(out);
-    writer.write_record(columns.iter().copied().chain(names))?;
+    writer.write_record(columns.split(',').chain(names))?;
     for row in rows {
         writer.write_record(row.iter().chain(&values))?;
     }
     writer.flush()
 }
 
-/// A row for each recording, frame and muscle.
 #[derive(Debug)]
 pub struct TrackTable<'a>(pub &'a TrackRecord);
 
 impl Export for TrackTable<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let columns = [
-            "recording",
-            "time_s",
-            "muscle",
-            "tension_n_per_m",
-            "low_n_per_m",
-            "high_n_per_m",
-            "course_n_per_m",
-            "course_low_n_per_m",
-            "course_high_n_per_m",
-            "course_known",
-            "status",
-            "resolved",
-            "rms_mm",
-        ];
+        let columns = "recording,time_s,muscle,tension_n_per_m,low_n_per_m,high_n_per_m,course_n_per_m,\
+                       course_low_n_per_m,course_high_n_per_m,course_known,status,resolved,rms_mm";
         let TrackRecord { courses, results, .. } = self.0;
         let rows = results.frames().flat_map(|(recording, frame)| {
-            let status = status_name(frame.status);
+            let status = status_name(&frame.status);
             courses.iter().enumerate().map(move |(i, course)| {
                 let numbers = [&frame.levels[i], &frame.courses[i]].map(|r| [r.median, r.low, r.high]);
                 let begin = [recording.name.clone(), frame.time_s.to_string(), course.muscle.clone()];
@@ -59,7 +45,7 @@ impl Export for TrackTable<'_> {
                 begin.into_iter().chain(numbers.concat().iter().map(f64::to_string)).chain(end).collect()
             })
         });
-        write(out, by, &columns, rows)
+        write(out, by, columns, rows)
     }
 }
 
@@ -68,18 +54,8 @@ pub struct SegmentsTable<'a>(pub &'a TrackRecord);
 
 impl Export for SegmentsTable<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let columns = [
-            "recording",
-            "tier",
-            "label",
-            "from_s",
-            "to_s",
-            "frames",
-            "muscle",
-            "course_n_per_m",
-            "low_n_per_m",
-            "high_n_per_m",
-        ];
+        let columns =
+            "recording,tier,label,from_s,to_s,frames,muscle,course_n_per_m,low_n_per_m,high_n_per_m";
         let rows = self.0.results.segments().flat_map(|s| {
             let row = |(i, (muscle, course)): (usize, &(String, f64))| {
                 vec![
@@ -97,7 +73,7 @@ impl Export for SegmentsTable<'_> {
             };
             s.course.0.iter().enumerate().map(row).collect::<Vec<_>>()
         });
-        write(out, by, &columns, rows)
+        write(out, by, columns, rows)
     }
 }
 

@@ -60,7 +60,6 @@ fn regular(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The record that a journal keeps of a successful job.
 pub trait Kept: Serialize + DeserializeOwned {
     /// Those of its fields that are kept in memory while the batch runs; only they are read when a journal is opened.
     type Digest: DeserializeOwned;

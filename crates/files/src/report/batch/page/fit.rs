@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::number;
 use crate::report::batch::record::AssessedRecord;
-use crate::report::batch::tables::name;
-use crate::report::{ByMuscle, ReportError, Series, changes};
+use crate::report::{ByMuscle, ReportError, Series, changes, status_name};
 use tongue_core::body::Mesh;
 use tongue_infer::posterior::Verdict;
 
@@ -68,7 +67,6 @@ impl PageFit {
     }
 }
 
-/// The first cells of every row: subject and vowel.
 fn first_cells(id: usize, r: &AssessedRecord) -> Markup {
     html! {
         td { (r.fit.subject) (r.mark()) }
@@ -102,7 +100,7 @@ fn shade(part: f64) -> String {
 }
 
 fn status(r: &AssessedRecord) -> String {
-    name(&r.fit.status).replace('_', " ")
+    status_name(&r.fit.status).replace('_', " ")
 }
 
 fn table_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
