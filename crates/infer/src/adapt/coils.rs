@@ -19,7 +19,6 @@ use tongue_core::statistics::median;
 use tongue_input::measured::recording::{AlignedRecording, FIRST_COIL_M, LONGER_THAN_CHORD};
 
 use super::RestError;
-use super::evenly::evenly;
 use crate::least_squares::{by_differences, minimise};
 
 /// Smallest number of coils that place a body.
@@ -102,6 +101,25 @@ pub(super) fn coils(seen: &[&AlignedRecording]) -> Vec<Coil> {
     }
     out.sort_by(|a, b| a.0.total_cmp(&b.0));
     out.into_iter().map(|(_, coil)| coil).collect()
+}
+
+/// This number of points evenly along a polyline; `None` for fewer than two different points.
+pub(super) fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
+    let steps: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
+    let whole: f64 = steps.iter().sum();
+    if points.len() < 2 || whole.is_nan() || whole <= 0.0 {
+        return None;
+    }
+    let at = |i: usize| {
+        let (mut left, mut piece) = (whole * i as f64 / (count - 1) as f64, 0);
+        while piece + 1 < steps.len() && left > steps[piece] {
+            left -= steps[piece];
+            piece += 1;
+        }
+        let part = if steps[piece] > 0.0 { (left / steps[piece]).min(1.0) } else { 0.0 };
+        points[piece] + (points[piece + 1] - points[piece]) * part
+    };
+    Some((0..count).map(at).collect())
 }
 
 /// The part of a palate behind the gum, as this number of points evenly along it, m; empty if there is none.

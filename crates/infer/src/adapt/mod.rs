@@ -7,7 +7,6 @@
 
 mod areas;
 mod coils;
-mod evenly;
 mod landmarks;
 mod place;
 mod rest;

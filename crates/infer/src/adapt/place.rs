@@ -14,8 +14,8 @@ use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_input::measured::recording::{AlignedRecording, WITHOUT_BONES};
 
+use super::coils::evenly;
 use super::coils::{self, Coil, FEWEST_COILS, Placement, Vault};
-use super::evenly::evenly;
 use super::{RestError, mark_of};
 use crate::least_squares::minimise;
 

@@ -11,10 +11,9 @@ use super::beside::Beside;
 use super::branch::on_branch;
 use super::density::{Density, is_found};
 use super::differences::{self, Adjoints, Answers, Solid};
-use super::draw::Draw;
 use super::hmc::{Point, Target};
 use super::shape;
-use super::unknowns::{Meaning, Parameter, Place};
+use super::unknowns::{Draw, Meaning, Parameter, Place};
 
 /// The likelihood of the residuals of the measurements.
 pub trait Errors: Sync {

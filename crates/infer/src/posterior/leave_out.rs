@@ -18,13 +18,13 @@ use tongue_core::random::{normals, seed_of};
 
 use super::PosteriorError;
 use super::density::Density;
-use super::draw::Draw;
 use super::evaluator::Errors;
 use super::hmc::Whitened;
 use super::map::Mode;
 use super::run::{Posterior, Sampling, chains, numbered, sample_at};
 use super::score::{How, LeftOut, Part, about, left_out};
 use super::spread::Quantiles;
+use super::unknowns::Draw;
 
 /// Draws of the mixture for each stretch of one posture, and draws of a posterior that is sampled separately. Postures that are sampled
 /// together have as many draws as one: leaving one of many stretches out changes little, so that nearly all draws count for each.

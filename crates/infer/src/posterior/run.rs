@@ -7,13 +7,12 @@ use super::PosteriorError;
 use super::branch::SAME_M;
 use super::density::Density;
 use super::diagnostics::{Mixing, mixing, most_r_hat};
-use super::draw::Draw;
 use super::evaluator::{Errors, Evaluator};
 use super::ground::Ground;
 use super::hmc::{self, Whitened};
 use super::map::Mode;
 use super::seen::Measurements;
-use super::unknowns::Place;
+use super::unknowns::{Draw, Place};
 
 /// Number of chains: two groups of four.
 const CHAINS: usize = 8;

@@ -8,8 +8,7 @@ use serde::Serialize;
 use tongue_core::statistics::mean_and_variance;
 
 use super::density::Density;
-use super::draw::Draw;
-use super::unknowns::Parameter;
+use super::unknowns::{Draw, Parameter};
 
 /// Difference of the power from one.
 const STEP: f64 = 0.01;

@@ -6,7 +6,6 @@ use tongue_core::random::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
 use super::PosteriorError;
-use super::draw::Draw;
 use super::ground::Ground;
 use super::leave_out::{fitted, without_each};
 use super::priors::Priors;
@@ -14,6 +13,7 @@ use super::run::{Posterior, Status};
 use super::score::LeftOut;
 use super::sensitivity::{Scaled, Sensitivity};
 use super::spread::{Quantiles, part_above_zero};
+use super::unknowns::Draw;
 
 /// Factor of another scale of the prior, and the part by which the upper end of an interval may move under it before this is reported.
 const OTHER_SCALE: f64 = 1.5;

@@ -8,7 +8,6 @@ use tongue_core::system::Model;
 use tongue_input::measured::Target;
 
 use super::density::Density;
-use super::draw::Draw;
 use super::ground::Ground;
 use super::map::Mode;
 use super::priors::Priors;
@@ -17,6 +16,7 @@ use super::seen::Measurements;
 use super::sensitivity::Scaled;
 use super::spread::{Quantiles, part_above_zero};
 use super::summary::{Report, is_of_prior, moved_by_prior};
+use super::unknowns::Draw;
 use super::{DECIDED, PosteriorError};
 
 /// Probability from which a muscle "probably" pulls harder, or not harder; from [`DECIDED`] on it does "surely".

@@ -12,8 +12,8 @@ use tongue_core::statics::{self, Connection, SolveSettings, SolveStatus};
 use crate::least_squares::{Rule, descend};
 
 use super::frame::{Frame, Solver};
-use super::linearise::Linear;
 use super::mode::{CHUNK, Course, Mode};
+use super::rates::Linear;
 
 /// Shapes nearer to each other than this are the same, m.
 const SAME_SHAPE_M: f64 = 1e-8;

@@ -11,8 +11,8 @@ use tongue_core::parallel;
 use super::by_shape::ByShape;
 use super::eliminate::{Eliminated, windows};
 use super::frame::Solver;
-use super::linearise::Linear;
 use super::mode::{CHUNK, Course, Here, Mode, Rows};
+use super::rates::Linear;
 use super::shape::RestShape;
 
 /// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and

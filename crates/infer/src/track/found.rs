@@ -10,9 +10,9 @@ use super::branch::{Reached, Way};
 use super::draws::{Draws, Means};
 use super::errors::Along;
 use super::frame::{self, Frame, Solver};
-use super::linearise::Linear;
 use super::listen::{self, TrackedFormant};
 use super::ranged::Ranged;
+use super::rates::Linear;
 use super::segments::LabelMean;
 use super::settings::TrackSettings;
 

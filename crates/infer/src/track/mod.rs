@@ -20,7 +20,6 @@ mod foretell;
 mod found;
 mod frame;
 mod hold_out;
-mod linearise;
 mod link;
 mod listen;
 mod mode;

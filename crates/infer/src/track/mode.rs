@@ -12,7 +12,7 @@ use tongue_core::geometry::Point;
 use super::chain::Chain;
 use super::errors::{Along, FrameErrors, Knots};
 use super::frame::{Frame, Solver};
-use super::linearise::Linear;
+use super::rates::Linear;
 use super::settings::TrackSettings;
 
 /// Number of frames in a chunk: each is solved from the one before, and the first from rest. Chunks do not depend on threads, so the
