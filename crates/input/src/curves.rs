@@ -14,7 +14,6 @@ const TIME: &str = "time_s";
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves {
-    /// Numbers of the driven muscles, in the order of the columns.
     pub muscles: Vec<usize>,
     /// The tensions of all muscles, zero for those that are not driven.
     pub tensions: Tensions,

@@ -45,7 +45,6 @@ pub fn read_up_to(_: u64, _: &Path) -> io::Result<Vec<u8>> {
     Err(io::Error::new(io::ErrorKind::Unsupported, "this build reads no files (feature `files`)"))
 }
 
-/// Reads all bytes of `reader`.
 pub fn take_up_to(limit: u64, reader: impl Read) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     reader.take(limit + 1).read_to_end(&mut bytes)?;

@@ -12,7 +12,6 @@ use super::table::{Cells, Line};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Activity {
     origin: String,
-    /// Line of the header.
     header: u64,
     vowels: Vec<Vowel>,
     rows: Vec<Row>,
@@ -30,7 +29,6 @@ struct Row {
 /// A number, `None` where nothing was measured, or what is wrong with the cell.
 type Cell = Result<Option<f64>, Malformed>;
 
-/// What a row of the table says.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Measured {
     pub name: String,
@@ -39,7 +37,6 @@ pub struct Measured {
     pub by_vowel: Vec<(Vowel, f64)>,
 }
 
-/// Meaning of a column.
 #[derive(PartialEq)]
 enum Meaning {
     Muscle,

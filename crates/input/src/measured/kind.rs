@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use tongue_core::suggest;
 
-/// The quantity that is compared between measurement and simulation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TargetKind {
@@ -22,7 +21,6 @@ pub enum TargetKind {
 impl TargetKind {
     pub const ALL: [TargetKind; 2] = [TargetKind::Ratio, TargetKind::Stretch];
 
-    /// The name on the command line and in outputs.
     pub const fn name(self) -> &'static str {
         match self {
             TargetKind::Ratio => "ratio",

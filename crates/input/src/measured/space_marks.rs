@@ -48,7 +48,6 @@ pub enum Marked {
     Coil {
         /// Its distance behind the tip along that surface at rest, m.
         behind_tip_m: f64,
-        /// Its place: x and z, m.
         place: Vector2<f64>,
     },
     /// The length of a muscle; of both sides where the name has none.
@@ -74,7 +73,6 @@ impl SpaceMark {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceFrame {
-    /// The time, s, where the table has times.
     pub time_s: Option<f64>,
     pub marks: Vec<SpaceMark>,
 }
@@ -129,9 +127,7 @@ enum Kind {
     Muscle(&'static str),
 }
 
-/// Bytes in which the header of a table ends.
 const LONGEST_HEADER: usize = 4096;
-/// Columns of lengths, of which a table has one.
 const MEASURES: [&str; 3] = ["length_mm", "stretch", "ratio"];
 
 impl Kind {

@@ -110,7 +110,6 @@ impl<'a> Cells<'a> {
         Ok(cells)
     }
 
-    /// A place in a line; fields count from 0.
     pub fn at(&self, line: &Line, field: usize) -> Place<'a> {
         Place { origin: self.origin, line: line.number, column: field + 1 }
     }

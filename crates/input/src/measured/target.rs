@@ -4,7 +4,6 @@ use super::lengths::LengthsError;
 use super::lengths::{Activation, Dataset, Lengths, Vowel, position_of};
 use super::{TargetKind, reference_muscle};
 
-/// Range of plausible stretches of a muscle between two vowels.
 const STRETCHES: std::ops::RangeInclusive<f64> = 0.5..=1.7;
 
 /// The user's choices instead of the rules of thesis 4.3.2.

@@ -34,7 +34,6 @@ impl Thesis {
         csv::Reader::from_reader(REFERENCE.as_bytes()).deserialize().collect::<Result<_, _>>().map(Self)
     }
 
-    /// All muscles, in the order of the tables.
     pub fn rows(&self) -> &[ThesisRow] {
         &self.0
     }

@@ -7,7 +7,6 @@ use super::Lengths;
 /// Floating-point tolerance, mm, so that 43.1 - 42.1 still counts as a change of exactly 1 mm.
 const SLACK_MM: f64 = 1e-9;
 
-/// Change of a muscle's length against the baseline.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Activation {
     /// Measured minus baseline length, mm; negative if shorter.

@@ -22,10 +22,8 @@ const HALF_WIDTH: [&str; 4] = ["half_width", "halfwidth", "error", "uncertainty"
 /// Characters between a name and its unit.
 const BETWEEN: [char; 9] = [' ', '_', '.', '-', '(', '[', '/', ',', ':'];
 
-/// Number of rows in which a column without a unit is looked at.
 const FEW: usize = 20;
 
-/// Field (from 0) and unit of a column.
 type Field = (usize, TableUnit);
 
 pub(super) struct Length {
@@ -36,7 +34,6 @@ pub(super) struct Length {
     pub half_width: Option<Field>,
 }
 
-/// Columns of a table; fields count from 0.
 pub(super) struct Columns {
     pub subject: usize,
     pub vowel: usize,

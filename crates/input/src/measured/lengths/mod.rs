@@ -34,7 +34,6 @@ use std::sync::Arc;
 pub struct Lengths {
     pub subject: String,
     pub vowel: Vowel,
-    /// The muscles of the table, in the order of its columns.
     pub muscles: Arc<[String]>,
     /// Straight length of each muscle from end to end, mm, 10 to 200; `None` if it was not measured.
     pub length_mm: Vec<Option<f64>>,

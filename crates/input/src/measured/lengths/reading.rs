@@ -13,7 +13,6 @@ pub enum Separator {
 }
 
 impl Separator {
-    /// In the order of preference.
     pub(in crate::measured) const ALL: [Separator; 3] =
         [Separator::Comma, Separator::Semicolon, Separator::Tab];
 
@@ -46,7 +45,6 @@ pub enum HalfWidth {
     Given {
         mm: f64,
     },
-    /// Half of the last digit of the lengths.
     Digits {
         mm: f64,
     },
@@ -61,7 +59,6 @@ pub enum HalfWidth {
 pub struct Column {
     pub muscle: String,
     pub name: String,
-    /// Number of the column, from 1.
     pub column: usize,
     pub unit: TableUnit,
     pub half_width: HalfWidth,
@@ -69,7 +66,6 @@ pub struct Column {
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct SetAside {
-    /// Number of the column, from 1.
     pub column: usize,
     pub name: String,
     pub why: String,
@@ -84,7 +80,6 @@ pub struct Reading {
     pub decimal_mark: DecimalMark,
     /// Line (from 1) that was taken for the header; those before it are a title or comments.
     pub header_line: u64,
-    /// Names of the columns of subjects and of vowels.
     pub subject: String,
     pub vowel: String,
     pub columns: Vec<Column>,

@@ -8,7 +8,6 @@ use super::{Dataset, Lengths, Vowel, position_of};
 pub struct RestDistance {
     /// Root mean square difference of the ratios to the reference muscle.
     pub rms_ratio: f64,
-    /// Largest difference of a ratio, relative to the measured one.
     pub largest_relative: f64,
 }
 

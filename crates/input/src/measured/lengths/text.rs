@@ -21,9 +21,7 @@ pub enum Encoding {
 #[serde(rename_all = "lowercase")]
 pub enum LineEnds {
     Lf,
-    /// Carriage return and line feed, as on Windows.
     Crlf,
-    /// Carriage return, as on old Macs.
     Cr,
 }
 

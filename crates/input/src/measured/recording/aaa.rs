@@ -165,7 +165,6 @@ pub(super) struct Rows {
     count: usize,
 }
 
-/// The rows of a recording with their line numbers.
 struct Found {
     key: Vec<String>,
     rows: Vec<(u64, Sample)>,

@@ -17,7 +17,6 @@ const CONTINUOUS_S: f64 = 0.05;
 /// Largest acceleration of a tongue, and of bones, m/s².
 const ACCELERATION_M_S2: f64 = 30.0;
 const ACCELERATION_OF_BONES_M_S2: f64 = 10.0;
-/// Standard deviation of the place of a bone in a frame, m.
 pub(super) const BONE_SD_M: f64 = 1e-3;
 
 /// The course of a point of the tongue over the frames that show it.

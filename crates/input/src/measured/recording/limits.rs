@@ -35,7 +35,6 @@ pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Ma
     }
 }
 
-/// Amount of data read so far.
 #[derive(Debug, Default)]
 pub(super) struct Budget {
     values: usize,

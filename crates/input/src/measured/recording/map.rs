@@ -79,7 +79,6 @@ struct File {
     points: BTreeMap<String, toml::Value>,
 }
 
-/// The frame of a contour beside bones.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum ContourFrame {
@@ -105,7 +104,6 @@ const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { c
 /// millimetres, their hundredths and thousandths).
 const USUAL_GAP_MM: f64 = 15.0;
 
-/// An axis of a file and its sign.
 pub(super) type Axis = (usize, f64);
 
 impl Map {

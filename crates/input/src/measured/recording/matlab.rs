@@ -63,7 +63,6 @@ impl Value<'_> {
     }
 }
 
-/// Number of bytes of a stored type.
 fn width_of(kind: u32) -> Option<usize> {
     match kind {
         1 | 2 => Some(1),

@@ -88,7 +88,6 @@ impl<'a> Measures<'a> {
         all().filter(|p| (p - centre).norm() <= 0.15).collect()
     }
 
-    /// The coils from the tip backwards.
     fn coils(&self) -> Vec<Coil<'_>> {
         let all = self.recording.sensors.iter().zip(&self.sensors);
         let mut coils: Vec<Coil<'_>> =

@@ -72,7 +72,6 @@ const FARTHEST: f64 = 1e9;
 pub enum Format {
     /// Articulate Assistant Advanced's export of splines.
     Aaa,
-    /// One row for each point.
     Tidy,
     /// Carstens AG500 and AG501, head-corrected positions.
     Ag50x,
@@ -88,7 +87,6 @@ pub enum Format {
 }
 
 impl Format {
-    /// The names on a command line.
     pub const NAMES: [(&'static str, Format); 10] = [
         ("aaa", Format::Aaa),
         ("csv", Format::Tidy),
@@ -172,7 +170,6 @@ pub struct Recording {
     pub sigma: Vec<Option<f64>>,
     pub labels: Vec<Label>,
     pub notes: Vec<String>,
-    /// Frames sorted by time.
     pub samples: Vec<Sample>,
     /// Metres in a unit of the file, if the format defines it.
     pub metres: Option<f64>,

@@ -15,7 +15,6 @@ const COILS: [&str; 25] = [
 const INCISORS: [&str; 9] =
     ["li", "jaw", "mani", "lowerincisor", "lowerincisors", "lowincisor", "linc", "lowerjaw", "jawi"];
 const BESIDE_INCISORS: [&str; 4] = ["manm", "jawl", "jawr", "jawm"];
-/// Names of coils that are always foremost.
 const TIPS: [&str; 5] = ["t1", "tt", "ta", "tonguetip", "ttip"];
 
 /// A name in lower case without punctuation.
@@ -74,12 +73,10 @@ pub(super) fn is_incisor(channel: &str) -> bool {
     INCISORS.contains(&plain(channel).as_str())
 }
 
-/// Whether this is a usual name of a coil on the tongue.
 pub fn is_coil(channel: &str) -> bool {
     role(channel) == Role::Coil(None)
 }
 
-/// Whether a coil of this name is in front of all others.
 pub(super) fn is_tip(channel: &str) -> bool {
     TIPS.contains(&plain(channel).as_str())
 }

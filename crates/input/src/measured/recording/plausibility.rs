@@ -10,11 +10,9 @@ use Severity::{Note, Refused, Untrusted};
 /// What follows from an implausible property of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// The user should know it.
     Note,
     /// Results exist, but cannot be trusted unless the user knows better.
     Untrusted,
-    /// Every result would be worthless.
     Refused,
 }
 
