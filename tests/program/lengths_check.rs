@@ -73,6 +73,8 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
         let refused = refused.trim_start_matches("error: ");
         assert!(refused.contains(reason) && printed.contains(refused), "{refused} is not in\n{printed}");
     }
+    let none = refused(folder.path(), "batch --subjects N --lengths mine.csv --out none");
+    assert!(none.starts_with("error: none of the 1 rows can be fitted; line 6, N /a/: "), "{none}");
     // A fit of a row with a bad cell names it and goes on without the muscle.
     let line = "--vowel ɔ --subject M --lengths mine.csv --target stretch --json";
     let told = run(folder.path(), line).err;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use miette::IntoDiagnostic;
+use miette::{IntoDiagnostic, miette};
 use rayon::prelude::*;
 use tongue_fit::inverse::alarms::THICKNESS_M;
 use tongue_fit::inverse::batch;
@@ -53,6 +53,16 @@ impl Prepared {
         }
         let unreadable: Vec<String> = data.left_out();
         let plan = batch::plan(&data, &selection).into_diagnostic()?;
+        if let (true, Some(first)) = (plan.jobs.is_empty(), plan.refusals.first()) {
+            return Err(miette!(
+                "none of the {} rows can be fitted; line {}, {} /{}/: {}",
+                plan.refusals.len(),
+                first.line,
+                first.subject,
+                first.vowel,
+                first.message
+            ));
+        }
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
         // An error that concerns all fits is reported before anything is written.
         let mut run =
