@@ -301,6 +301,10 @@ fn exchanged_bones_and_axes_are_reported() {
         points[12].0 = "hyoid".to_owned();
     });
     noticed(&exchanged, "", "the names of these two are wrong", Refused);
+    // The mental spine where the hyoid is: the contour tells that the unit is right.
+    let near = changed(|_, _, points| points[12].1 = [points[11].1[0] - 8.0, 1.0]);
+    noticed(&near, "", "one of them is another point; correct their names", Refused);
+    assert!(!said(&near, "").0.contains("unit_mm"));
     noticed(&tongue(90), "back = \"-x\"", "behind the hyoid", Refused);
     noticed(&tongue(90), "up = \"-y\"", "upside down", Refused);
     let contour = changed(|_, _, points| points.truncate(11));

@@ -154,13 +154,13 @@ fn a_head_that_moves_is_brought_back_to_its_references() {
     assert!(near(seen.frames[1].contour[0].map(|m| m.at), [0.020, 0.010]));
 }
 
-/// Seven points along a line, eight frames; frame 4 is changed by `change`.
-fn changed(change: impl Fn(&mut [[f64; 2]; 7])) -> AlignedRecording {
+/// Seven points along a line, eight frames; those of `frames` are changed by `change`.
+fn changed_in(frames: &[i32], change: impl Fn(&mut [[f64; 2]; 7])) -> AlignedRecording {
     let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
     for frame in 0..8 {
         let mut places: [[f64; 2]; 7] =
             std::array::from_fn(|i| [50.0 - 8.0 * i as f64, 30.0 + 0.2 * f64::from(frame)]);
-        if frame == 4 {
+        if frames.contains(&frame) {
             change(&mut places);
         }
         for (i, [x, y]) in places.iter().enumerate() {
@@ -172,6 +172,7 @@ fn changed(change: impl Fn(&mut [[f64; 2]; 7])) -> AlignedRecording {
 
 #[test]
 fn implausible_points_are_removed_and_reported() {
+    let changed = |change: fn(&mut [[f64; 2]; 7])| changed_in(&[4], change);
     let told = |seen: &mut AlignedRecording, palate: Option<&[Point]>| {
         let faults = screen(seen, palate);
         assert!(faults.iter().enumerate().all(|(t, f)| t == 4 || f.is_empty()), "{faults:?}");
@@ -198,4 +199,10 @@ fn implausible_points_are_removed_and_reported() {
         (faults[0].kind, faults[0].points.as_slice()),
         (FaultKind::BeyondPalate, &["tongue_2".to_owned()][..])
     );
+    // A point that stands out of the contour in every third frame by as much as tongues move.
+    let faults = screen(&mut changed_in(&[0, 3, 6], |p| p[3][1] += 12.0), None);
+    for (frame, fault) in faults.iter().enumerate() {
+        let named: Vec<&str> = fault.iter().flat_map(|f| &f.points).map(String::as_str).collect();
+        assert_eq!(named, if frame % 3 == 0 { vec!["tongue_3"] } else { vec![] }, "{frame}: {faults:?}");
+    }
 }

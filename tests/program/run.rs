@@ -65,9 +65,9 @@ pub fn json(folder: &Path, line: &str) -> Value {
     done.record()
 }
 
-/// Number of files in a folder and those in it.
+/// Number of files and folders in a folder and those in it.
 fn files(folder: &Path) -> usize {
-    let count = |path: &Path| if path.is_dir() { files(path) } else { 1 };
+    let count = |path: &Path| 1 + if path.is_dir() { files(path) } else { 0 };
     std::fs::read_dir(folder).unwrap().map(|entry| count(&entry.unwrap().path())).sum()
 }
 

@@ -12,7 +12,7 @@ use super::staged::{Staged, persist};
 /// Endings of files of text, in which control characters are escaped.
 const TEXT: [&str; 8] = ["csv", "html", "json", "md", "pvd", "sto", "svg", "vtu"];
 
-/// A folder that can be written to.
+/// A folder that can be written to. One that was created for it and is empty at its end is removed.
 ///
 /// # Example
 /// ```
@@ -25,9 +25,19 @@ const TEXT: [&str; 8] = ["csv", "html", "json", "md", "pvd", "sto", "svg", "vtu"
 /// assert_eq!(written[1], folder.join("fit.csv"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug)]
 pub struct OutputDir {
     path: PathBuf,
+    /// The outermost folder that was created.
+    created: Option<PathBuf>,
+}
+
+impl Drop for OutputDir {
+    fn drop(&mut self) {
+        let Some(created) = &self.created else { return };
+        let folders = self.path.ancestors().take_while(|folder| folder.starts_with(created));
+        folders.take_while(|folder| fs::remove_dir(folder).is_ok()).for_each(drop);
+    }
 }
 
 impl OutputDir {
@@ -38,6 +48,9 @@ impl OutputDir {
             empty if empty.as_os_str().is_empty() => Path::new("."),
             given => given,
         };
+        let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
+        let created = path.ancestors().take_while(is_missing).last().map(Path::to_owned);
+        let out = Self { path: path.to_owned(), created };
         fs::create_dir_all(path).and_then(|()| Staged::begin(path)).map(drop).map_err(|source| {
             ReportError::Folder {
                 path: path.to_owned(),
@@ -48,7 +61,7 @@ impl OutputDir {
                 source,
             }
         })?;
-        Ok(Self { path: path.to_owned() })
+        Ok(out)
     }
 
     pub fn path(&self) -> &Path {
@@ -168,6 +181,16 @@ mod tests {
             assert_eq!(fs::read_to_string(root.path().join("fit.csv")).unwrap(), "old");
             assert_eq!(names(root.path()), ["fit.csv", "taken"]);
         }
+    }
+
+    #[test]
+    fn folders_that_were_created_for_nothing_are_removed() {
+        let root = tempfile::tempdir().unwrap();
+        fs::create_dir(root.path().join("mine")).unwrap();
+        for path in ["mine", "mine/a", "b/c"] {
+            drop(OutputDir::prepare(root.path().join(path)).unwrap());
+        }
+        assert_eq!((names(root.path()), names(&root.path().join("mine"))), (vec!["mine".to_owned()], vec![]));
     }
 
     #[test]

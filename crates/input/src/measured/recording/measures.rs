@@ -1,5 +1,7 @@
 //! What is measured of a recording to judge whether it is plausible: sizes, and places of points to one another.
 
+use std::ops::RangeInclusive;
+
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
@@ -149,6 +151,13 @@ impl<'a> Measures<'a> {
     pub fn bones_apart_mm(&self) -> Vec<Value> {
         let steady = self.spine_and_hyoid().filter(|_| !self.motion.has_slipping_bone());
         steady.map_or_else(Vec::new, |(a, b)| value((a - b).norm() * MM))
+    }
+
+    /// The same where the contour has the size of a tongue, so that the unit is right.
+    pub fn bones_apart_beside_tongue_mm(&self) -> Vec<Value> {
+        const TONGUE_MM: RangeInclusive<f64> = 30.0..=90.0;
+        let is_tongue = self.contour_width_mm().iter().any(|w| TONGUE_MM.contains(&w.value));
+        if is_tongue { self.bones_apart_mm() } else { Vec::new() }
     }
 
     /// The diameter that contains half of the points, so that one distant point does not make it large.

@@ -52,6 +52,9 @@ const FASTEST_M_S: f64 = 1.2;
 /// The same of bones, which move less.
 const BONE_JUMP_M: f64 = 8e-3;
 const BONE_FASTEST_M_S: f64 = 0.6;
+/// Smallest change of a point's distance from the middle between its neighbours on a contour, against the
+/// frames around, that counts as a jump, m.
+const SPIKE_M: f64 = 6e-3;
 /// Limit of a residual, in standard deviations of the noise.
 const MOST_SD: f64 = 4.0;
 /// Largest number of points of a contour of keypoints; the order of longer contours is not checked.
@@ -85,7 +88,8 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
     let name = |p: usize| names[p].clone();
     let mut found: Vec<Vec<Fault>> = vec![Vec::new(); faults.len()];
     for (f, fault) in found.iter_mut().enumerate() {
-        let jumped: Vec<String> = (0..names.len()).filter(|&p| has_jumped(seen, f, p)).map(name).collect();
+        let has_moved = |&p: &usize| has_jumped(seen, f, p) || stands_out(seen, f, p);
+        let jumped: Vec<String> = (0..names.len()).filter(has_moved).map(name).collect();
         if !jumped.is_empty() {
             fault.push(Fault { kind: FaultKind::Jumped, points: jumped });
         }
@@ -120,19 +124,50 @@ fn mark(seen: &AlignedRecording, frame: usize, point: usize) -> Option<super::Ma
     contour.iter().chain(sensors).copied().chain(bones).nth(point).flatten()
 }
 
+/// The value of a function of frames in those nearest to `frame` that have one, with their numbers.
+fn around<T>(
+    seen: &AlignedRecording,
+    frame: usize,
+    of_frame: impl Fn(usize) -> Option<T>,
+) -> Vec<(usize, T)> {
+    let before = (0..frame).rev().filter_map(|f| Some((f, of_frame(f)?))).take(AROUND);
+    let after = (frame + 1..seen.frames.len()).filter_map(|f| Some((f, of_frame(f)?))).take(AROUND);
+    before.chain(after).collect()
+}
+
+fn middle(points: &[(usize, Point)]) -> Option<Point> {
+    let along = |axis: usize| median(points.iter().map(|(_, p)| p[axis]));
+    (points.len() >= 2).then(|| Some(Point::new(along(0)?, along(1)?))).flatten()
+}
+
+/// By how much more a point stands out of its contour than in the frames around, m.
+fn standing_out(seen: &AlignedRecording, frame: usize, point: usize) -> Option<f64> {
+    let neighbours = [point.checked_sub(1)?, point, point + 1];
+    let out_of_line = |f: usize| {
+        let [before, here, after] = neighbours.map(|p| seen.frames[f].contour.get(p).copied().flatten());
+        Some(here?.at - (before?.at + after?.at) / 2.0)
+    };
+    let usual = middle(&around(seen, frame, out_of_line))?;
+    Some((out_of_line(frame)? - usual).norm())
+}
+
+/// Whether a point stands out of its contour, more than the points beside it, as it does not in the frames
+/// around.
+fn stands_out(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
+    let by = |p: usize| standing_out(seen, frame, p).unwrap_or(0.0);
+    let Some(mark) = seen.frames[frame].contour.get(point).copied().flatten() else { return false };
+    let mut beside = point.checked_sub(1).into_iter().chain([point + 1]);
+    by(point) > SPIKE_M + MOST_SD * 1.5_f64.sqrt() * mark.sd
+        && beside.all(|p| by(p) < by(point) && !has_jumped(seen, frame, p))
+}
+
 fn has_jumped(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
     let Some(here) = mark(seen, frame, point) else { return false };
-    let before = (0..frame).rev().filter_map(|f| Some((f, mark(seen, f, point)?))).take(AROUND);
-    let after = (frame + 1..seen.frames.len()).filter_map(|f| Some((f, mark(seen, f, point)?))).take(AROUND);
-    let near: Vec<(usize, super::Mark)> = before.chain(after).collect();
-    if near.len() < 2 {
-        return false;
-    }
-    let middle = |axis: usize| median(near.iter().map(|(_, m)| m.at[axis]));
-    let Some((x, y)) = middle(0).zip(middle(1)) else { return false };
+    let near = around(seen, frame, |f| Some(mark(seen, f, point)?.at));
+    let Some(usual) = middle(&near) else { return false };
     let apart = |f: usize| (seen.frames[f].time_s - seen.frames[frame].time_s).abs();
     let nearest = near.iter().map(|(f, _)| apart(*f)).fold(f64::INFINITY, f64::min);
-    let away = (here.at - Point::new(x, y)).norm();
+    let away = (here.at - usual).norm();
     let (jump_m, fastest_m_s) = match point < seen.contour.len() + seen.sensors.len() {
         true => (JUMP_M, FASTEST_M_S),
         false => (BONE_JUMP_M, BONE_FASTEST_M_S),

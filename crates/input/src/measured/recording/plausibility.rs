@@ -54,7 +54,7 @@ const ANY: f64 = f64::INFINITY;
 impl<'a> Check<'a> {
     /// Checks of times, number of points and size. After one that refuses, the shape is not checked.
     #[rustfmt::skip]
-    const SIZE: [Check<'a>; 9] = [
+    const SIZE: [Check<'a>; 10] = [
         check("rate", Measures::step_ms, [0.1, 1e4], Refused,
             "its frames are {value} ms apart, which is implausible for speech; correct rate_hz in the map, or the times, which are in seconds"),
         check("labels", Measures::labels_within, [1.0, ANY], Note,
@@ -64,6 +64,10 @@ impl<'a> Check<'a> {
             "only {value} of the points of the contour is seen at once, which does not determine the shape of a tongue; give three or more"),
         check("points", Measures::most_points, [2.0, ANY], Refused,
             "only {value} coil is seen, which does not determine the shape of a tongue; give three or more (two at least)"),
+        check("size", Measures::bones_apart_beside_tongue_mm, [20.0, 75.0], Refused,
+            "the mental spine and the hyoid are apart by {value} mm, where 20 to 75 are possible, while the contour is as large as a tongue: \
+             one of them is another point; correct their names in the map, or leave the bones out with a map (--map) of the line \
+             points = { hyoid = \"ignore\", mental_spine = \"ignore\" }"),
         check("size", Measures::bones_apart_mm, [20.0, 75.0], Refused,
             "the mental spine and the hyoid are apart by {value} mm, where 20 to 75 are possible; correct unit_mm in the map, or give a table \
              in millimetres"),
