@@ -298,8 +298,8 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.system().lengths(self.positions())
     }
 
-    /// Residuals of a candidate, which may be solved from its solved neighbours, so that it can differ from
-    /// [`Forward::residuals_from_rest`]; `None` if it has no equilibrium.
+    /// Residuals of a candidate, which may be solved from its solved neighbours and not from rest; `None` if it
+    /// has no equilibrium.
     pub fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let possible = self.set(x).is_ok();
         if let Begin::OnBranch(positions) = &self.begin {

@@ -26,7 +26,7 @@ const MOST_STARTS: i32 = 32;
 /// Largest number of steps of a trajectory.
 const MOST_STEPS: usize = 100;
 
-/// A density to sample, of which up to [`LANES`](tongue_core::statics::lanes::LANES) points are evaluated at once.
+/// A density to sample, of which up to [`LANES`] points are evaluated at once.
 pub trait Target {
     /// State of a solved point, from which its neighbours are solved.
     type Place: Clone + Send + Sync;

@@ -46,8 +46,10 @@ pub use write::write;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Unit {
+    /// Metres.
     #[default]
     M,
+    /// Millimetres.
     Mm,
 }
 
