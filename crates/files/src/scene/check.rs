@@ -144,7 +144,7 @@ impl Scene {
 
     fn check_numbers(&self) -> Result<(), SceneError> {
         for &tension in self.tensions_n.values() {
-            limits::TENSION.check(tension)?;
+            limits::SCENE_TENSION.check(tension)?;
         }
         if let Some(g) = &self.effects.gravity {
             limits::GRAVITY.check(g.acceleration_m_per_s2)?;
