@@ -55,6 +55,8 @@ const BONE_FASTEST_M_S: f64 = 0.6;
 /// Smallest change of a point's distance from the middle between its neighbours on a contour, against the
 /// frames around, that counts as a jump, m.
 const SPIKE_M: f64 = 6e-3;
+/// Where more points of a frame than this stand out, the whole contour is wrong, and the fit tells the frame.
+const MOST_SPIKES: usize = 2;
 /// Limit of a residual, in standard deviations of the noise.
 const MOST_SD: f64 = 4.0;
 /// Largest number of points of a contour of keypoints; the order of longer contours is not checked.
@@ -88,7 +90,11 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
     let name = |p: usize| names[p].clone();
     let mut found: Vec<Vec<Fault>> = vec![Vec::new(); faults.len()];
     for (f, fault) in found.iter_mut().enumerate() {
-        let has_moved = |&p: &usize| has_jumped(seen, f, p) || stands_out(seen, f, p);
+        let mut standing: Vec<usize> = (0..seen.contour.len()).filter(|&p| stands_out(seen, f, p)).collect();
+        if standing.len() > MOST_SPIKES {
+            standing.clear();
+        }
+        let has_moved = |p: &usize| has_jumped(seen, f, *p) || standing.contains(p);
         let jumped: Vec<String> = (0..names.len()).filter(has_moved).map(name).collect();
         if !jumped.is_empty() {
             fault.push(Fault { kind: FaultKind::Jumped, points: jumped });
