@@ -55,8 +55,6 @@ const BONE_FASTEST_M_S: f64 = 0.6;
 /// Smallest change of a point's distance from the middle between its neighbours on a contour, against the
 /// frames around, that counts as a jump, m.
 const SPIKE_M: f64 = 6e-3;
-/// Where more points of a frame than this stand out, the whole contour is wrong, and the fit tells the frame.
-const MOST_SPIKES: usize = 2;
 /// Limit of a residual, in standard deviations of the noise.
 const MOST_SD: f64 = 4.0;
 /// Largest number of points of a contour of keypoints; the order of longer contours is not checked.
@@ -90,11 +88,8 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
     let name = |p: usize| names[p].clone();
     let mut found: Vec<Vec<Fault>> = vec![Vec::new(); faults.len()];
     for (f, fault) in found.iter_mut().enumerate() {
-        let mut standing: Vec<usize> = (0..seen.contour.len()).filter(|&p| stands_out(seen, f, p)).collect();
-        if standing.len() > MOST_SPIKES {
-            standing.clear();
-        }
-        let has_moved = |p: &usize| has_jumped(seen, f, *p) || standing.contains(p);
+        let spikes = spikes(seen, f);
+        let has_moved = |p: &usize| has_jumped(seen, f, *p) || spikes.contains(p);
         let jumped: Vec<String> = (0..names.len()).filter(has_moved).map(name).collect();
         if !jumped.is_empty() {
             fault.push(Fault { kind: FaultKind::Jumped, points: jumped });
@@ -157,14 +152,22 @@ fn standing_out(seen: &AlignedRecording, frame: usize, point: usize) -> Option<f
     Some((out_of_line(frame)? - usual).norm())
 }
 
-/// Whether a point stands out of its contour, more than the points beside it, as it does not in the frames
-/// around.
-fn stands_out(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
-    let by = |p: usize| standing_out(seen, frame, p).unwrap_or(0.0);
-    let Some(mark) = seen.frames[frame].contour.get(point).copied().flatten() else { return false };
-    let mut beside = point.checked_sub(1).into_iter().chain([point + 1]);
-    by(point) > SPIKE_M + MOST_SD * 1.5_f64.sqrt() * mark.sd
-        && beside.all(|p| by(p) < by(point) && !has_jumped(seen, frame, p))
+/// The points that stand out of the contour, more than the points beside them, as they do not in the frames
+/// around. Where most points do, the whole contour is wrong, which the fit tells.
+fn spikes(seen: &AlignedRecording, frame: usize) -> Vec<usize> {
+    let contour = &seen.frames[frame].contour;
+    let by: Vec<f64> = (0..contour.len()).map(|p| standing_out(seen, frame, p).unwrap_or(0.0)).collect();
+    let limit = |sd: f64| SPIKE_M + MOST_SD * 1.5_f64.sqrt() * sd;
+    let mut out: Vec<usize> =
+        (0..by.len()).filter(|&p| contour[p].is_some_and(|mark| by[p] > limit(mark.sd))).collect();
+    if 2 * out.len() > by.len() {
+        return Vec::new();
+    }
+    out.retain(|&p| {
+        let mut beside = p.checked_sub(1).into_iter().chain([p + 1]).filter(|&q| q < by.len());
+        beside.all(|q| by[q] < by[p] && !has_jumped(seen, frame, q))
+    });
+    out
 }
 
 fn has_jumped(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
