@@ -65,7 +65,7 @@ impl<'a, const D: usize> Vtu<'a, D> {
     /// `stretch`: of every line to its length at rest, 1 for tissue. Then `tension_n_per_m` (in space
     /// `tension_n`: the plane has unit thickness): of every line that of its muscle, 0 for tissue.
     ///
-    /// For finite elements follow Green's `strain` and `cauchy_stress_pa` as 3 x 3 tensors, row by row, in
+    /// Finite elements add Green's `strain` and `cauchy_stress_pa` as 3 x 3 tensors, row by row, in
     /// the plane with the components across it; `von_mises_pa`; `pressure_pa`, a third of Cauchy's trace with
     /// the sign of a pressure; and `fibre_stress_pa` along the muscle in the cell, 0 if there is none. They
     /// are 0 for lines.

@@ -37,7 +37,8 @@ impl Equilibrium {
         Self { solution: found.solution, branch: Some(found), alarms }
     }
 
-    /// Its record: of muscles with these names and tensions, N (2D: per metre of thickness), in these positions, m.
+    /// The record of this equilibrium of `system`: `positions` of all nodes, m; `names` and `tensions` of all muscles,
+    /// N (2D: N per metre of thickness).
     pub fn record<const D: usize>(
         &self,
         system: &System<D>,

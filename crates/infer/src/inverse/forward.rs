@@ -355,7 +355,8 @@ impl<'a, const D: usize> Forward<'a, D> {
         out
     }
 
-    /// The same problem on the branch of equilibria that leads from rest, which takes many times as long; `None` if it is on it already.
+    /// This problem with every candidate followed along the branch of equilibria from rest, which takes many times
+    /// as long; `None` if this one already is.
     pub(super) fn on_branch(&self) -> Option<Self> {
         let is_on_it = matches!(self.begin, Begin::Branch | Begin::OnBranch(_));
         (!is_on_it).then(|| Forward::new(self.inverse, self.settings).traced())

@@ -125,58 +125,61 @@ fn mark(seen: &AlignedRecording, frame: usize, point: usize) -> Option<super::Ma
     contour.iter().chain(sensors).copied().chain(bones).nth(point).flatten()
 }
 
-/// The value of a function of frames in those nearest to `frame` that have one, with their numbers.
-fn around<T>(
+/// How far a position in a frame is from its median over the frames around, m, and the time to the nearest of
+/// these, s; `None` where it is known in fewer than two of them.
+fn departure(
     seen: &AlignedRecording,
     frame: usize,
-    of_frame: impl Fn(usize) -> Option<T>,
-) -> Vec<(usize, T)> {
-    let before = (0..frame).rev().filter_map(|f| Some((f, of_frame(f)?))).take(AROUND);
-    let after = (frame + 1..seen.frames.len()).filter_map(|f| Some((f, of_frame(f)?))).take(AROUND);
-    before.chain(after).collect()
+    position: impl Fn(usize) -> Option<Point>,
+) -> Option<(f64, f64)> {
+    let here = position(frame)?;
+    let before = (0..frame).rev().filter_map(|f| Some((f, position(f)?))).take(AROUND);
+    let after = (frame + 1..seen.frames.len()).filter_map(|f| Some((f, position(f)?))).take(AROUND);
+    let near: Vec<(usize, Point)> = before.chain(after).collect();
+    if near.len() < 2 {
+        return None;
+    }
+    let middle = |axis: usize| median(near.iter().map(|(_, p)| p[axis]));
+    let apart = |f: usize| (seen.frames[f].time_s - seen.frames[frame].time_s).abs();
+    let nearest = near.iter().map(|(f, _)| apart(*f)).fold(f64::INFINITY, f64::min);
+    Some(((here - Point::new(middle(0)?, middle(1)?)).norm(), nearest))
 }
 
-fn middle(points: &[(usize, Point)]) -> Option<Point> {
-    let along = |axis: usize| median(points.iter().map(|(_, p)| p[axis]));
-    (points.len() >= 2).then(|| Some(Point::new(along(0)?, along(1)?))).flatten()
-}
-
-/// By how much more a point stands out of its contour than in the frames around, m.
-fn standing_out(seen: &AlignedRecording, frame: usize, point: usize) -> Option<f64> {
+/// How much farther a point is from the middle between its neighbours on the contour than in the frames
+/// around, m.
+fn spike_height(seen: &AlignedRecording, frame: usize, point: usize) -> Option<f64> {
     let neighbours = [point.checked_sub(1)?, point, point + 1];
-    let out_of_line = |f: usize| {
+    let from_middle = |f: usize| {
         let [before, here, after] = neighbours.map(|p| seen.frames[f].contour.get(p).copied().flatten());
         Some(here?.at - (before?.at + after?.at) / 2.0)
     };
-    let usual = middle(&around(seen, frame, out_of_line))?;
-    Some((out_of_line(frame)? - usual).norm())
+    Some(departure(seen, frame, from_middle)?.0)
 }
 
-/// The points that stand out of the contour, more than the points beside them, as they do not in the frames
-/// around. Where most points do, the whole contour is wrong, which the fit tells.
+/// Points that stand out of the contour of a frame but not of those of the frames around. If most points do,
+/// the whole contour is wrong: none is named, and the fit reports the frame.
 fn spikes(seen: &AlignedRecording, frame: usize) -> Vec<usize> {
     let contour = &seen.frames[frame].contour;
-    let by: Vec<f64> = (0..contour.len()).map(|p| standing_out(seen, frame, p).unwrap_or(0.0)).collect();
+    let heights: Vec<f64> = (0..contour.len()).map(|p| spike_height(seen, frame, p).unwrap_or(0.0)).collect();
     let limit = |sd: f64| SPIKE_M + MOST_SD * 1.5_f64.sqrt() * sd;
     let mut out: Vec<usize> =
-        (0..by.len()).filter(|&p| contour[p].is_some_and(|mark| by[p] > limit(mark.sd))).collect();
-    if 2 * out.len() > by.len() {
+        (0..heights.len()).filter(|&p| contour[p].is_some_and(|mark| heights[p] > limit(mark.sd))).collect();
+    if 2 * out.len() > heights.len() {
         return Vec::new();
     }
+    // A point that is off also makes its neighbours stand out, by half as much.
     out.retain(|&p| {
-        let mut beside = p.checked_sub(1).into_iter().chain([p + 1]).filter(|&q| q < by.len());
-        beside.all(|q| by[q] < by[p] && !has_jumped(seen, frame, q))
+        let mut beside = p.checked_sub(1).into_iter().chain([p + 1]).filter(|&q| q < heights.len());
+        beside.all(|q| heights[q] < heights[p] && !has_jumped(seen, frame, q))
     });
     out
 }
 
 fn has_jumped(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
-    let Some(here) = mark(seen, frame, point) else { return false };
-    let near = around(seen, frame, |f| Some(mark(seen, f, point)?.at));
-    let Some(usual) = middle(&near) else { return false };
-    let apart = |f: usize| (seen.frames[f].time_s - seen.frames[frame].time_s).abs();
-    let nearest = near.iter().map(|(f, _)| apart(*f)).fold(f64::INFINITY, f64::min);
-    let away = (here.at - usual).norm();
+    let position = |f: usize| Some(mark(seen, f, point)?.at);
+    let Some((here, (away, nearest))) = mark(seen, frame, point).zip(departure(seen, frame, position)) else {
+        return false;
+    };
     let (jump_m, fastest_m_s) = match point < seen.contour.len() + seen.sensors.len() {
         true => (JUMP_M, FASTEST_M_S),
         false => (BONE_JUMP_M, BONE_FASTEST_M_S),

@@ -3,6 +3,7 @@
 use tongue_core::geometry::Point;
 
 use super::AlignedRecording;
+use super::map::WITHOUT_BONES;
 use super::measures::{Measures, STEEPEST_BONES_DEG, Value, sag};
 use super::outliers::above;
 use Severity::{Note, Refused, Untrusted};
@@ -35,7 +36,7 @@ struct Check<'a> {
     measure: fn(&Measures<'a>) -> Vec<Value>,
     range: [f64; 2],
     severity: Severity,
-    /// `{value}` is the value, `{name}` what has it.
+    /// `{value}` is the value, `{name}` what has it, `{without_bones}` the line of a map that leaves the bones out.
     words: &'static str,
 }
 
@@ -67,7 +68,7 @@ impl<'a> Check<'a> {
         check("size", Measures::bones_apart_beside_tongue_mm, [20.0, 75.0], Refused,
             "the mental spine and the hyoid are apart by {value} mm, where 20 to 75 are possible, while the contour is as large as a tongue: \
              one of them is another point; correct their names in the map, or leave the bones out with a map (--map) of the line \
-             points = { hyoid = \"ignore\", mental_spine = \"ignore\" }"),
+             {without_bones}"),
         check("size", Measures::bones_apart_mm, [20.0, 75.0], Refused,
             "the mental spine and the hyoid are apart by {value} mm, where 20 to 75 are possible; correct unit_mm in the map, or give a table \
              in millimetres"),
@@ -90,7 +91,7 @@ impl<'a> Check<'a> {
             "{name}, while the other points do not: its tracking has slipped; correct it, or leave the point out with \"ignore\" in a map"),
         check("axes", Measures::bones_alone_steep_deg, [0.0, STEEPEST_BONES_DEG], Refused,
             "the hyoid and the mental spine lie one above the other, while the tongue is the right way up: the tracking of one of them has \
-             slipped; correct it, or leave the bones out with a map (--map) of the line points = { hyoid = \"ignore\", mental_spine = \"ignore\" }"),
+             slipped; correct it, or leave the bones out with a map (--map) of the line {without_bones}"),
         check("axes", Measures::bones_steep_deg, [0.0, STEEPEST_BONES_DEG], Refused, EXCHANGED),
         check("axes", Measures::tongue_above_bones_mm, [0.0, ANY], Refused,
             "the tongue lies below the hyoid and the mental spine: the recording is upside down; give the axis that grows upwards in a map, \
@@ -99,8 +100,7 @@ impl<'a> Check<'a> {
             "the mental spine lies behind the hyoid; correct back in the map, or the names of the two"),
         check("axes", Measures::root_nearer_to_spine_mm, [-ANY, 0.0], Refused,
             "the end of the contour at the root lies by the mental spine and not by the hyoid: the names of these two are wrong, or contour and \
-             bones are not in one frame; correct them, or leave the bones out with a map (--map) of the line points = { hyoid = \"ignore\", \
-             mental_spine = \"ignore\" }"),
+             bones are not in one frame; correct them, or leave the bones out with a map (--map) of the line {without_bones}"),
         check("axes", Measures::detour_of_contour, [0.0, 1.6], Refused,
             "the points of the contour are not in their order along the tongue; number them from the root to the tip"),
         check("axes", Measures::sag_of_contour_mm, [-ANY, 5.0], Refused,
@@ -176,6 +176,7 @@ pub fn doubts(recording: &AlignedRecording) -> Vec<Doubt> {
             let found = (check.measure)(&measures);
             for found in found.iter().filter(|f| f.value < least || f.value > most) {
                 let said = check.words.replace("{value}", &shown(found.value)).replace("{name}", &found.name);
+                let said = said.replace("{without_bones}", WITHOUT_BONES);
                 out.push(Doubt { said, severity: check.severity });
                 told.push(check.subject);
             }
