@@ -26,12 +26,8 @@ impl Curves {
     /// [`TableError`] with the file name.
     pub fn from_path(path: &Path, names: &[String]) -> Result<Self, TableError> {
         let origin = path.display().to_string();
-        match files::read(path) {
-            Ok(bytes) => Self::from_reader(bytes.as_slice(), &origin, names),
-            Err(source) => {
-                Err(TableError::Unreadable { origin: format!("the tension curves \"{origin}\""), source })
-            }
-        }
+        let bytes = files::read(path).map_err(|e| unreadable(&origin, e))?;
+        Self::from_reader(bytes.as_slice(), &origin, names)
     }
 
     /// Reads a comma-separated table whose header names `time_s` and one or more of the muscles `names` of a
@@ -50,17 +46,14 @@ impl Curves {
         };
         let broken = |e: csv::Error| {
             let line = e.position().map_or(1, csv::Position::line);
-            match e.into_kind() {
-                csv::ErrorKind::Io(source) => {
-                    TableError::Unreadable { origin: format!("the tension curves \"{origin}\""), source }
+            let problem = match e.into_kind() {
+                csv::ErrorKind::Io(source) => return unreadable(origin, source),
+                csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                    format!("{len} fields, but the header has {expected_len}; give every column a value")
                 }
-                csv::ErrorKind::UnequalLengths { expected_len, len, .. } => wrong(
-                    line,
-                    None,
-                    format!("{len} fields, but the header has {expected_len}; give every column a value"),
-                ),
-                other => wrong(line, None, format!("not a UTF-8 table ({other:?}); save it as CSV")),
-            }
+                other => format!("not a UTF-8 table ({other:?}); save it as CSV"),
+            };
+            wrong(line, None, problem)
         };
         let header = reader.headers().map_err(broken)?.clone();
         let named = |i: usize| Some(format!("{} ({})", i + 1, header.get(i).unwrap_or_default()));
@@ -77,44 +70,55 @@ impl Curves {
             }
             columns.push(column);
         }
-        if !columns.contains(&None) {
-            return Err(wrong(1, None, format!("no column {TIME}; name the column of times {TIME}")));
-        }
         let muscles: Vec<usize> = columns.iter().copied().flatten().collect();
-        if muscles.is_empty() {
-            return Err(wrong(1, None, "no column of a muscle; add one named GGa, for instance".to_owned()));
-        }
         let (mut times, mut values): (Vec<f64>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
+        let whole = |problem: &str| Err(wrong(1, None, problem.to_owned()));
+        if !columns.contains(&None) {
+            return whole("no column time_s; name the column of times time_s");
+        }
+        if muscles.is_empty() {
+            return whole("no column of a muscle; add one named GGa, for instance");
+        }
         for record in reader.records() {
             let record = record.map_err(broken)?;
             let line = record.position().map_or(1, csv::Position::line);
             let mut row = vec![0.0; names.len()];
             for (i, (text, column)) in record.iter().zip(&columns).enumerate() {
-                let number = |what: &str| match text.parse::<f64>() {
+                let what = if column.is_none() { "time" } else { "tension" };
+                let number = match text.parse::<f64>() {
                     Ok(value) if value.is_finite() => Ok(value),
                     Ok(value) => Err(format!("the {what} is {value}; it must be finite")),
                     Err(_) if text.is_empty() => Err(format!("the {what} is missing; give a number")),
                     Err(_) => Err(format!("\"{text}\" is not a number; give the {what} as one")),
                 };
-                match column {
-                    None => {
-                        number("time").and_then(|t| after(times.last().copied(), t)).map(|t| times.push(t))
+                let checked = number.and_then(|value| match column {
+                    None => after(times.last().copied(), value).map(|()| times.push(value)),
+                    Some(m) if value < 0.0 => Err(format!(
+                        "the tension of {} is {value} N; it must not be negative (muscles pull, they do not push)",
+                        names[*m]
+                    )),
+                    Some(m) => {
+                        row[*m] = value;
+                        Ok(())
                     }
-                    Some(m) => number("tension").and_then(|v| pull(&names[*m], v)).map(|v| row[*m] = v),
-                }
-                .map_err(|problem| wrong(line, named(i), problem))?;
+                });
+                checked.map_err(|problem| wrong(line, named(i), problem))?;
             }
             values.push(row);
         }
         if times.is_empty() {
-            return Err(wrong(1, None, "no row below the header; give at least one time".to_owned()));
+            return whole("no row below the header; give at least one time");
         }
         Ok(Self { muscles, tensions: Tensions::Table { times, values } })
     }
 }
 
+fn unreadable(origin: &str, source: std::io::Error) -> TableError {
+    TableError::Unreadable { origin: format!("the tension curves \"{origin}\""), source }
+}
+
 /// Checks that a time comes after the previous one by at least the shortest step.
-fn after(last: Option<f64>, time: f64) -> Result<f64, String> {
+fn after(last: Option<f64>, time: f64) -> Result<(), String> {
     match last {
         None if time > 0.0 && time < SHORTEST_S => {
             Err(format!("the time {time:e} s is too short; take 0 for the start"))
@@ -123,17 +127,8 @@ fn after(last: Option<f64>, time: f64) -> Result<f64, String> {
             "the time {time} s does not come after {last} s of the row before by at least {SHORTEST_S:e} s; sort the rows by \
              time, each time once"
         )),
-        _ => Ok(time),
+        _ => Ok(()),
     }
-}
-
-fn pull(muscle: &str, tension: f64) -> Result<f64, String> {
-    if tension < 0.0 {
-        return Err(format!(
-            "the tension of {muscle} is {tension} N; it must not be negative (muscles pull, they do not push)"
-        ));
-    }
-    Ok(tension)
 }
 
 #[cfg(test)]

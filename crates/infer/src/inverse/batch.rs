@@ -75,8 +75,7 @@ pub struct BatchPlan {
 /// Sorts the rows of `data` into fits, baselines and refusals.
 ///
 /// # Errors
-/// [`lengths::LengthsError::UnknownSubject`] for a selected subject or a subject with a baseline that has no
-/// row; [`lengths::LengthsError::UnknownVowel`] for a selected vowel without a row.
+/// For a selected subject, a subject with a baseline, or a selected vowel that has no row.
 pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, lengths::LengthsError> {
     for subject in selection.subjects.iter().flatten().chain(selection.baseline_of.keys()) {
         data.vowels(subject)?;
@@ -91,8 +90,8 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, lengths:
     for asked in selection.vowels.iter().flatten() {
         if !rows().any(|l| is_of(asked, &l.subject, &l.vowel)) {
             let has = distinct(rows().map(|lengths| lengths.vowel.clone()));
-            let (origin, vowel) = (data.origin().to_owned(), asked.clone());
-            return Err(lengths::LengthsError::UnknownVowel { origin, vowel, has });
+            let told = format!("{} has no row for /{asked}/; it has {}", data.origin(), Vowel::list(&has));
+            return Err(lengths::LengthsError::Refused(told));
         }
     }
     let mut plan = BatchPlan::default();

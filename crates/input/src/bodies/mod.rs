@@ -9,6 +9,7 @@ use std::fmt;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use tongue_core::body::space::Side;
 use tongue_core::body::{Body, BodyError};
 
 pub use gmsh::Unit;
@@ -80,14 +81,27 @@ impl MeshContent {
     /// [`BodyError::File`] and [`BodyFileError::Malformed`] for a file that contains no body or one that is far too
     /// large.
     pub fn body(&self, origin: &str, tell: &mut dyn FnMut(gmsh::Concern)) -> Result<AnyBody, BodyFileError> {
-        match self {
+        let (bytes, unit) = match self {
             Self::Json(text) => {
                 let body = json::read(text, origin)?;
                 gmsh::review(&body.mesh).into_iter().for_each(tell);
-                Ok(AnyBody::Flat(body))
+                return Ok(AnyBody::Flat(body));
             }
-            Self::Gmsh { bytes, unit } => AnyBody::from_msh(bytes, origin, *unit, tell),
-        }
+            Self::Gmsh { bytes, unit } => (bytes, *unit),
+        };
+        let (size, concerns, any) = match gmsh::read(bytes, origin, unit)? {
+            gmsh::File::Flat(gmsh::Content { body, concerns, .. }) => {
+                (body.mesh.check_size(), concerns, AnyBody::Flat(body))
+            }
+            gmsh::File::Solid(gmsh::Content { body, concerns, .. }) => {
+                (body.mesh.check_size(), concerns, AnyBody::Solid(body))
+            }
+        };
+        concerns.into_iter().for_each(tell);
+        size.map(|()| any).map_err(|error| {
+            let how = "--mesh-unit mm (in a scene: [body.mesh] unit = \"mm\")";
+            wrong(origin, format!("cannot be used: {error}, or read them with {how}"))
+        })
     }
 }
 
@@ -101,27 +115,6 @@ impl AnyBody {
     /// Reads a file, as [`MeshContent::read`] and [`MeshContent::body`].
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
         MeshContent::read(path, unit)?.body(&path.display().to_string(), &mut |_| ())
-    }
-
-    fn from_msh(
-        bytes: &[u8],
-        origin: &str,
-        unit: Unit,
-        tell: &mut dyn FnMut(gmsh::Concern),
-    ) -> Result<Self, BodyFileError> {
-        let (size, concerns, any) = match gmsh::read(bytes, origin, unit)? {
-            gmsh::File::Flat(gmsh::Content { body, concerns, .. }) => {
-                (body.mesh.check_size(), concerns, Self::Flat(body))
-            }
-            gmsh::File::Solid(gmsh::Content { body, concerns, .. }) => {
-                (body.mesh.check_size(), concerns, Self::Solid(body))
-            }
-        };
-        concerns.into_iter().for_each(tell);
-        size.map(|()| any).map_err(|error| {
-            let how = "--mesh-unit mm (in a scene: [body.mesh] unit = \"mm\")";
-            wrong(origin, format!("cannot be used: {error}, or read them with {how}"))
-        })
     }
 
     /// The body in the plane.
@@ -155,4 +148,13 @@ impl AnyBody {
 
 fn wrong(file: &str, problem: String) -> BodyFileError {
     BodyError::File { file: file.to_owned(), problem }.into()
+}
+
+/// The group and the side of a muscle by its name, such as `GGP_L`.
+fn group_and_side(name: &str) -> (&str, Side) {
+    match name.rsplit_once('_') {
+        Some((group, "L")) => (group, Side::Left),
+        Some((group, "R")) => (group, Side::Right),
+        _ => (name, Side::Middle),
+    }
 }

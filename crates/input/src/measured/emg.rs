@@ -37,7 +37,6 @@ pub struct Measured {
     pub by_vowel: Vec<(Vowel, f64)>,
 }
 
-#[derive(PartialEq)]
 enum Meaning {
     Muscle,
     Full,
@@ -70,65 +69,55 @@ impl Activity {
     /// who asks for it.
     pub fn read(bytes: &[u8], origin: &str) -> Result<Self, Malformed> {
         let wanted = "muscle,i,a, then a line for each muscle with its activity in each vowel, 0 to 1";
-        let cells = Cells::read(bytes, origin, wanted, |name| {
-            matches!(meaning(name), Some(Meaning::Muscle | Meaning::Full))
-        })?;
-        let meanings: Vec<Option<Meaning>> = cells.header.cells.iter().map(meaning).collect();
-        for (field, meaning) in meanings.iter().enumerate() {
-            let same = |other: &Option<Meaning>| match (other, meaning) {
-                (Some(Meaning::Activity(a, _)), Some(Meaning::Activity(b, _))) => a == b,
-                (other, meaning) => meaning.is_some() && other == meaning,
+        let is_known = |name: &str| matches!(meaning(name), Some(Meaning::Muscle | Meaning::Full));
+        let cells = Cells::read(bytes, origin, wanted, is_known)?;
+        let (mut of_muscle, mut of_full) = (None, None);
+        let mut columns: Vec<(usize, Vowel, f64)> = Vec::new();
+        for (field, meaning) in cells.header.cells.iter().map(meaning).enumerate() {
+            let first = match meaning {
+                None => None,
+                Some(Meaning::Muscle) => of_muscle.replace(field),
+                Some(Meaning::Full) => of_full.replace(field),
+                Some(Meaning::Activity(vowel, unit)) => {
+                    let first =
+                        columns.iter().find(|(_, other, _)| *other == vowel).map(|(field, ..)| *field);
+                    columns.push((field, vowel, unit));
+                    first
+                }
             };
-            if let Some(first) = meanings[..field].iter().position(same) {
+            if let Some(first) = first {
                 return Err(cells.twice(first, field));
             }
         }
-        let of_muscle = meanings.iter().position(|m| *m == Some(Meaning::Muscle));
-        let columns: Vec<(usize, &Vowel, f64)> = (meanings.iter().enumerate())
-            .filter_map(|(field, m)| match m {
-                Some(Meaning::Activity(vowel, unit)) => Some((field, vowel, *unit)),
-                _ => None,
-            })
-            .collect();
         let (Some(of_muscle), false, false) = (of_muscle, columns.is_empty(), cells.rows.is_empty()) else {
-            let lists = cells.header.cells.iter().any(|name| name == "vowel");
-            let lists = if lists {
-                "; a list of the active muscles of each vowel does not say how active they are"
-            } else {
-                ""
+            let lists = match cells.header.cells.iter().any(|name| name == "vowel") {
+                true => "; a list of the active muscles of each vowel does not say how active they are",
+                false => "",
             };
             let what = format!("it has no column muscle, no vowel or no row; {}", cells.header_quoted());
-            let help = format!(
-                "write a header like muscle,i,a and a row for each muscle with its activity, 0 to 1{lists}"
-            );
-            return Err(cells.at(&cells.header, 0).error(what, help));
+            let help = "write a header like muscle,i,a and a row for each muscle with its activity, 0 to 1";
+            return Err(cells.at(&cells.header, 0).error(what, format!("{help}{lists}")));
         };
-        let numeric: Vec<usize> = columns.iter().map(|(field, ..)| *field).collect();
-        let mark = cells.decimal_mark(&numeric);
-        let of_full = meanings.iter().position(|m| *m == Some(Meaning::Full));
+        let mark = cells.decimal_mark(&columns.iter().map(|(field, ..)| *field).collect::<Vec<_>>());
         let mut rows: Vec<Row> = Vec::new();
         for line in &cells.rows {
             cells.check_shape(line)?;
-            let muscle = line.cell(of_muscle).to_owned();
+            let (muscle, at) = (line.cell(of_muscle).to_owned(), cells.at(line, of_muscle));
             if muscle.is_empty() || muscle.contains(char::is_control) {
                 let what = format!("the muscle is {:?}", clip(&muscle));
-                return Err(cells.at(line, of_muscle).error(what, "give it a name, like GGa"));
+                return Err(at.error(what, "give it a name, like GGa"));
             }
             if let Some(first) = rows.iter().find(|row| row.muscle.eq_ignore_ascii_case(&muscle)) {
                 let what = format!("{muscle} is given twice, here and on line {}", first.line);
-                return Err(cells.at(line, of_muscle).error(what, "keep one row of each muscle"));
+                return Err(at.error(what, "keep one row of each muscle"));
             }
             let full = |field| cell(&cells, line, field, mark, f64::INFINITY, 1.0);
+            let full = of_full.map_or(Ok(None), full);
             let activity =
-                columns.iter().map(|(field, _, unit)| cell(&cells, line, *field, mark, 1.0, *unit));
-            rows.push(Row {
-                line: line.number,
-                full: of_full.map_or(Ok(None), full),
-                activity: activity.collect(),
-                muscle,
-            });
+                columns.iter().map(|(field, _, unit)| cell(&cells, line, *field, mark, 1.0, *unit)).collect();
+            rows.push(Row { line: line.number, full, activity, muscle });
         }
-        let vowels = columns.iter().map(|(_, vowel, _)| (*vowel).clone()).collect();
+        let vowels = columns.into_iter().map(|(_, vowel, _)| vowel).collect();
         Ok(Self { origin: origin.to_owned(), header: cells.header.number, vowels, rows })
     }
 
@@ -148,13 +137,11 @@ impl Activity {
         muscles: &Muscles,
     ) -> Result<Vec<(usize, f64)>, Malformed> {
         let portions = self.portions(names, muscles)?;
-        let column = self.vowels.iter().position(|v| v == vowel);
-        let column =
-            column.or_else(|| self.vowels.iter().position(|v| v.is_like(vowel))).ok_or_else(|| {
-                let known: Vec<String> = self.vowels.iter().map(|v| format!("/{v}/")).collect();
-                self.at(self.header)
-                    .error(format!("it has no column /{vowel}/"), format!("it has {}", known.join(", ")))
-            })?;
+        let position = |is: fn(&Vowel, &Vowel) -> bool| self.vowels.iter().position(|v| is(v, vowel));
+        let column = position(Vowel::eq).or_else(|| position(Vowel::is_like)).ok_or_else(|| {
+            let known = Vowel::list(&self.vowels);
+            self.at(self.header).error(format!("it has no column /{vowel}/"), format!("it has {known}"))
+        })?;
         let mut out: Vec<(usize, f64)> = Vec::new();
         for (row, portions) in self.rows.iter().zip(portions) {
             let Some(activity) = row.activity[column].clone()? else { continue };
@@ -225,16 +212,13 @@ fn cell(cells: &Cells<'_>, line: &Line, field: usize, mark: DecimalMark, most: f
     if value.is_finite() && (0.0..=most).contains(&value) {
         return Ok(Some(value));
     }
-    Err(fault(match most {
-        1.0 => (
-            format!("{} is {}, but an activity lies between 0 and 1", clip(name), clip(text)),
-            "divide by the largest activity of the muscle, or end the column's name with (%)".to_owned(),
-        ),
-        _ => (
-            format!("{} is {}", clip(name), clip(text)),
-            "write a finite tension that is not negative".to_owned(),
-        ),
-    }))
+    let what = format!("{} is {}", clip(name), clip(text));
+    Err(if most.is_finite() {
+        let help = "divide by the largest activity of the muscle, or end the column's name with (%)";
+        fault((format!("{what}, but an activity lies between 0 and 1"), help.to_owned()))
+    } else {
+        fault((what, "write a finite tension that is not negative".to_owned()))
+    })
 }
 
 #[cfg(test)]

@@ -66,10 +66,8 @@ impl FromStr for TargetKind {
     type Err = UnknownTargetKind;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        TargetKind::ALL
-            .into_iter()
-            .find(|k| k.name().eq_ignore_ascii_case(name.trim()))
-            .ok_or_else(|| UnknownTargetKind { name: name.to_owned() })
+        let found = TargetKind::ALL.into_iter().find(|k| k.name().eq_ignore_ascii_case(name.trim()));
+        found.ok_or_else(|| UnknownTargetKind { name: name.to_owned() })
     }
 }
 

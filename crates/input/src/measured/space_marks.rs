@@ -82,16 +82,15 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
     let mut all: Vec<SpaceFrame> = Vec::new();
     for path in paths {
         let origin = path.as_ref().display().to_string();
+        let wrong = |problem: String| TableError::malformed(&origin, None, problem);
         let bytes = files::read(path.as_ref()).map_err(|e| {
-            let columns = Kind::Node.columns().join(",");
-            let problem =
-                format!("cannot be read: {e}; name a CSV table, such as one with the columns {columns}");
-            TableError::malformed(&origin, None, problem)
+            let columns = NODE.join(",");
+            wrong(format!("cannot be read: {e}; name a CSV table, such as one with the columns {columns}"))
         })?;
         let frames = space_marks_from(&bytes, &origin, usual_sd_m)?;
         if all.iter().chain(&frames).map(|f| f.time_s.is_some()).collect::<BTreeSet<_>>().len() > 1 {
             let problem = "give time_s in all tables of a recording or in none of them";
-            return Err(TableError::malformed(&origin, None, problem.to_owned()));
+            return Err(wrong(problem.to_owned()));
         }
         for frame in frames {
             match all.iter_mut().find(|f| f.time_s == frame.time_s) {
@@ -106,75 +105,56 @@ pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<V
 
 /// Whether a file is such a table rather than a recording, by its columns.
 pub fn is_space_table(path: &Path) -> std::io::Result<bool> {
+    const LONGEST_HEADER: usize = 4096;
     let bytes = files::read(path)?;
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_HEADER)]);
     let mut reader = reader(&text);
-    let Ok(header) = reader.headers() else { return Ok(false) };
-    let has = |name: &str| header.iter().any(|h| h == name);
-    Ok(!has("point") && (has("node") || has("muscle") || has("z_mm")))
+    let has = |header: &StringRecord, name: &str| header.iter().any(|h| h == name);
+    Ok(reader
+        .headers()
+        .is_ok_and(|h| !has(h, "point") && (has(h, "node") || has(h, "muscle") || has(h, "z_mm"))))
 }
 
 fn reader(text: &str) -> csv::Reader<&[u8]> {
     csv::ReaderBuilder::new().comment(Some(b'#')).trim(csv::Trim::All).from_reader(text.as_bytes())
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Node,
-    Surface,
-    Contour,
-    Coil,
-    Muscle(&'static str),
-}
+/// The columns that a table of each kind must have.
+type Columns = [&'static str];
+const NODE: &Columns = &["node", "x_mm", "y_mm", "z_mm"];
+const SURFACE: &Columns = &["x_mm", "y_mm", "z_mm"];
+const CONTOUR: &Columns = &["x_mm", "z_mm"];
+const COIL: &Columns = &["surface_mm", "x_mm", "z_mm"];
+const MUSCLE: [&Columns; 3] = [&["muscle", "length_mm"], &["muscle", "stretch"], &["muscle", "ratio"]];
 
-const LONGEST_HEADER: usize = 4096;
-const MEASURES: [&str; 3] = ["length_mm", "stretch", "ratio"];
-
-impl Kind {
-    fn of(header: &StringRecord) -> Result<Self, String> {
-        let has = |name: &str| header.iter().any(|h| h == name);
-        let measures: Vec<&'static str> = MEASURES.into_iter().filter(|m| has(m)).collect();
-        let kind = match &measures[..] {
-            [_, _, ..] => {
-                return Err(format!(
-                    "has the columns {}; give one of them in a table",
-                    measures.join(" and ")
-                ));
-            }
-            _ if has("node") => Self::Node,
-            [measure] => Self::Muscle(measure),
-            [] if has("muscle") => Self::Muscle(MEASURES[0]),
-            [] if has("surface_mm") => Self::Coil,
-            [] if has("x_mm") && has("z_mm") && !has("y_mm") => Self::Contour,
-            [] if has("x_mm") || has("y_mm") || has("z_mm") => Self::Surface,
-            [] => Self::Node,
-        };
-        match kind.columns().iter().find(|c| !has(c)) {
-            None => Ok(kind),
-            Some(missing) => {
-                let all = [Self::Node, Self::Surface, Self::Contour, Self::Coil, Self::Muscle("length_mm")];
-                let all = all.map(|kind| kind.columns().join(",")).join("; ");
-                Err(format!(
-                    "has no column {missing}; a table of a body in space has one of these headers: {all}"
-                ))
-            }
+fn kind(header: &StringRecord) -> Result<&'static Columns, String> {
+    let has = |name: &str| header.iter().any(|h| h == name);
+    let measured: Vec<_> = MUSCLE.into_iter().filter(|columns| has(columns[1])).collect();
+    let kind = match &measured[..] {
+        [_, _, ..] => {
+            let names: Vec<&str> = measured.iter().map(|columns| columns[1]).collect();
+            return Err(format!("has the columns {}; give one of them in a table", names.join(" and ")));
         }
-    }
-
-    fn columns(self) -> Vec<&'static str> {
-        match self {
-            Self::Node => vec!["node", "x_mm", "y_mm", "z_mm"],
-            Self::Surface => vec!["x_mm", "y_mm", "z_mm"],
-            Self::Contour => vec!["x_mm", "z_mm"],
-            Self::Coil => vec!["surface_mm", "x_mm", "z_mm"],
-            Self::Muscle(measure) => vec!["muscle", measure],
-        }
-    }
+        _ if has("node") => NODE,
+        [measured] => *measured,
+        [] if has("muscle") => MUSCLE[0],
+        [] if has("surface_mm") => COIL,
+        [] if has("x_mm") && has("z_mm") && !has("y_mm") => CONTOUR,
+        [] if has("x_mm") || has("y_mm") || has("z_mm") => SURFACE,
+        [] => NODE,
+    };
+    let all = || [NODE, SURFACE, CONTOUR, COIL, MUSCLE[0]].map(|kind| kind.join(",")).join("; ");
+    kind.iter().find(|c| !has(c)).map_or(Ok(kind), |missing| {
+        Err(format!(
+            "has no column {missing}; a table of a body in space has one of these headers: {}",
+            all()
+        ))
+    })
 }
 
 struct Row<'a> {
     header: &'a StringRecord,
-    record: StringRecord,
+    record: &'a StringRecord,
 }
 
 impl Row<'_> {
@@ -188,54 +168,52 @@ impl Row<'_> {
         value.map(Some).ok_or_else(|| format!("{name} is \"{text}\"; give a finite number"))
     }
 
-    /// A number of a column that is there, scaled.
-    fn needed(&self, name: &str, unit: f64) -> Result<f64, String> {
-        Ok(unit * self.number(name)?.unwrap_or_default())
+    /// A number of a column that is there.
+    fn needed(&self, name: &str) -> Result<f64, String> {
+        Ok(self.number(name)?.unwrap_or_default())
     }
 
-    fn mark(&self, kind: Kind, usual_sd_m: f64) -> Result<SpaceMark, String> {
+    fn mark(&self, kind: &Columns, usual_sd_m: f64) -> Result<SpaceMark, String> {
         let mm = |name: &str| {
-            let value = self.needed(name, 1e-3)?;
+            let value = 1e-3 * self.needed(name)?;
             COORDINATE_MM.check(1e3 * value).map_err(|beyond| format!("{name}: {beyond}"))?;
             Ok::<f64, String>(value)
         };
+        let in_plane = || Ok::<_, String>(Vector2::new(mm("x_mm")?, mm("z_mm")?));
+        let in_space = || Ok::<_, String>(Vector3::new(mm("x_mm")?, mm("y_mm")?, mm("z_mm")?));
         let what = match kind {
-            Kind::Node => {
-                let node = self.needed("node", 1.0)?;
-                if node < 1.0 || node.fract() != 0.0 {
+            ["node", ..] => match self.needed("node")? {
+                node if node < 1.0 || node.fract() != 0.0 => {
                     return Err(format!("node is {node}; nodes are numbered from 1"));
                 }
-                let place = Vector3::new(mm("x_mm")?, mm("y_mm")?, mm("z_mm")?);
-                Marked::Node { node: node as usize - 1, place }
-            }
-            Kind::Surface => Marked::Surface(Vector3::new(mm("x_mm")?, mm("y_mm")?, mm("z_mm")?)),
-            Kind::Contour => Marked::Contour(Vector2::new(mm("x_mm")?, mm("z_mm")?)),
-            Kind::Coil => {
-                let behind_tip_m = mm("surface_mm")?;
-                if behind_tip_m < 0.0 {
+                node => Marked::Node { node: node as usize - 1, place: in_space()? },
+            },
+            ["surface_mm", ..] => match mm("surface_mm")? {
+                behind if behind < 0.0 => {
                     return Err("surface_mm is negative; it is the distance behind the tip".to_owned());
                 }
-                Marked::Coil { behind_tip_m, place: Vector2::new(mm("x_mm")?, mm("z_mm")?) }
-            }
-            Kind::Muscle(measure) => {
-                let value = self.needed(measure, if measure == "length_mm" { 1e-3 } else { 1.0 })?;
+                behind_tip_m => Marked::Coil { behind_tip_m, place: in_plane()? },
+            },
+            ["muscle", measure] => {
+                let value = self.needed(measure)?;
                 if value <= 0.0 {
                     return Err(format!("{measure} must be positive"));
                 }
                 let over = || self.text("over").filter(|o| !o.is_empty()).map(str::to_owned);
-                let measure = match measure {
+                let measure = match *measure {
                     "stretch" => LengthMeasure::Stretch(value),
                     "ratio" => LengthMeasure::Ratio(value, over()),
-                    _ => LengthMeasure::Length(value),
+                    _ => LengthMeasure::Length(1e-3 * value),
                 };
                 Marked::Muscle { muscle: self.text("muscle").unwrap_or_default().to_owned(), measure }
             }
+            ["x_mm", "z_mm"] => Marked::Contour(in_plane()?),
+            _ => Marked::Surface(in_space()?),
         };
-        let sd_m = self.number("sd_mm")?.map_or(usual_sd_m, |sd| 1e-3 * sd);
-        if sd_m <= 0.0 {
-            return Err("sd_mm must be positive".to_owned());
+        match self.number("sd_mm")?.map_or(usual_sd_m, |sd| 1e-3 * sd) {
+            sd_m if sd_m <= 0.0 => Err("sd_mm must be positive".to_owned()),
+            sd_m => Ok(SpaceMark { what, sd_m }),
         }
-        Ok(SpaceMark { what, sd_m })
     }
 }
 
@@ -247,40 +225,38 @@ pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<V
     let broken =
         |e: csv::Error| wrong(e.position().map_or(1, csv::Position::line), format!("is no table: {e}"));
     let header = reader.headers().map_err(broken)?.clone();
-    let kind = Kind::of(&header).map_err(|problem| wrong(1, problem))?;
+    let kind = kind(&header).map_err(|problem| wrong(1, problem))?;
     let mut frames: Vec<SpaceFrame> = Vec::new();
     // Nodes and muscles that came in the frame.
     let mut of_frame: BTreeSet<String> = BTreeSet::new();
     for record in reader.records() {
         let record = record.map_err(broken)?;
-        let line = record.position().map_or(1, csv::Position::line);
-        let row = Row { header: &header, record };
-        let mark = row.mark(kind, usual_sd_m).map_err(|problem| wrong(line, problem))?;
-        let time_s = row.number("time_s").map_err(|problem| wrong(line, problem))?;
+        let wrong = |problem: String| wrong(record.position().map_or(1, csv::Position::line), problem);
+        let row = Row { header: &header, record: &record };
+        let mark = row.mark(kind, usual_sd_m).map_err(wrong)?;
+        let time_s = row.number("time_s").map_err(wrong)?;
         let name = match &mark.what {
             Marked::Node { node, .. } => Some(format!("node {}", node + 1)),
             Marked::Muscle { muscle, .. } => Some(format!("muscle {muscle}")),
             _ => None,
         };
-        let is_earlier = frames.last().is_some_and(|f| f.time_s > time_s);
+        if frames.last().is_some_and(|f| f.time_s > time_s) {
+            return Err(wrong(
+                "its time comes before that of the rows above; sort them by time_s".to_owned(),
+            ));
+        }
         if frames.last().is_none_or(|f| f.time_s != time_s) {
-            if is_earlier {
-                let problem = "its time comes before that of the rows above; sort them by time_s";
-                return Err(wrong(line, problem.to_owned()));
-            }
             of_frame.clear();
             frames.push(SpaceFrame { time_s, marks: Vec::new() });
         }
-        if let Some(name) = name
-            && !of_frame.insert(name.clone())
-        {
-            return Err(wrong(line, format!("{name} comes twice in a frame; give it once")));
+        if let Some(name) = name.filter(|name| !of_frame.insert(name.clone())) {
+            return Err(wrong(format!("{name} comes twice in a frame; give it once")));
         }
-        frames.iter_mut().last().into_iter().for_each(|f| f.marks.push(mark.clone()));
+        frames.last_mut().into_iter().for_each(|f| f.marks.push(mark.clone()));
     }
     if frames.is_empty() {
-        let problem = "has no row below its header; give at least one".to_owned();
-        return Err(TableError::malformed(origin, None, problem));
+        let problem = "has no row below its header; give at least one";
+        return Err(TableError::malformed(origin, None, problem.to_owned()));
     }
     Ok(frames)
 }

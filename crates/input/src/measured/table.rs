@@ -120,8 +120,8 @@ impl<'a> Cells<'a> {
 
     /// The line that was taken for the header, for messages.
     pub fn header_quoted(&self) -> String {
-        let names =
-            self.header.cells.iter().collect::<Vec<_>>().join(&char::from(self.separator.byte()).to_string());
+        let between = char::from(self.separator.byte()).to_string();
+        let names = self.header.cells.iter().collect::<Vec<_>>().join(&between);
         format!("line {} was taken for the header: {:?}", self.header.number, clip(&names))
     }
 
@@ -138,46 +138,38 @@ impl<'a> Cells<'a> {
     /// The mark with which most numbers of some columns are written.
     pub fn decimal_mark(&self, fields: &[usize]) -> DecimalMark {
         let cells = self.rows.iter().flat_map(|row| fields.iter().map(|field| row.cell(*field)));
-        let (mut points, mut commas) = (0, 0);
-        for mark in cells.filter_map(number::mark_of) {
-            *(if mark == DecimalMark::Comma { &mut commas } else { &mut points }) += 1;
-        }
-        if commas > points { DecimalMark::Comma } else { DecimalMark::Point }
+        let commas: i64 = cells
+            .filter_map(number::mark_of)
+            .map(|mark| if mark == DecimalMark::Comma { 1 } else { -1 })
+            .sum();
+        if commas > 0 { DecimalMark::Comma } else { DecimalMark::Point }
     }
 
     /// Refuses a row that has not the fields of the header.
     pub fn check_shape(&self, row: &Line) -> Result<(), Malformed> {
         let (header, width) = (&self.header.cells, row.cells.len());
         let at = self.at(row, width.min(header.len()));
-        let fields = format!(
-            "the line has {width} fields where the header, line {}, has {}",
-            self.header.number,
-            header.len()
-        );
+        let (line, wanted) = (self.header.number, header.len());
+        let told = format!("the line has {width} fields where the header, line {line}, has {wanted}");
         if row.cells.iter().skip(header.len()).any(|surplus| !surplus.is_empty()) {
-            return Err(at.error(
-                fields,
-                match self.separator {
-                    Separator::Comma => {
-                        "take out the surplus; between commas decimals are written with a point, like 57.8"
-                    }
-                    _ => "take out the surplus",
-                },
-            ));
+            let help = match self.separator {
+                Separator::Comma => "; between commas decimals are written with a point, like 57.8",
+                _ => "",
+            };
+            return Err(at.error(told, format!("take out the surplus{help}")));
         }
         if header.iter().skip(width).all(str::is_empty) {
             return Ok(());
         }
-        let other = Separator::ALL
-            .into_iter()
-            .find(|s| *s != self.separator && row.cell(0).as_bytes().contains(&s.byte()));
+        let (own, first) = (self.separator, row.cell(0).as_bytes());
+        let other = Separator::ALL.into_iter().find(|s| *s != own && first.contains(&s.byte()));
         Err(match other.filter(|_| width == 1) {
             Some(other) => self.at(row, 0).error(
                 format!("the fields are separated by {}", other.plural()),
-                format!("separate them by {}, as in the header", self.separator.plural()),
+                format!("separate them by {}, as in the header", own.plural()),
             ),
             None => {
-                at.error(fields, "give every column a value; check for a quotation mark that is never closed")
+                at.error(told, "give every column a value; check for a quotation mark that is never closed")
             }
         })
     }

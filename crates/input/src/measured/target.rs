@@ -1,8 +1,8 @@
 //! Target of a fit: which muscles contract and which numbers are to be met.
 
-use super::lengths::LengthsError;
-use super::lengths::{Activation, Dataset, Lengths, Vowel, position_of};
+use super::lengths::{Activation, Dataset, Lengths, LengthsError, Vowel, position_of};
 use super::{TargetKind, reference_muscle};
+use tongue_core::suggest;
 
 const STRETCHES: std::ops::RangeInclusive<f64> = 0.5..=1.7;
 
@@ -77,22 +77,23 @@ impl Target {
         kind: TargetKind,
         muscles: Option<&[String]>,
     ) -> Result<Self, LengthsError> {
-        let (subject, vowel) = (measured.subject.clone(), measured.vowel.clone());
-        if vowel == baseline.vowel {
-            return Err(LengthsError::IsBaseline { subject, vowel });
+        let Lengths { subject, vowel, muscles: table, .. } = measured;
+        let (of, refused) = (&baseline.vowel, |why: String| Err(LengthsError::Refused(why)));
+        if vowel == of {
+            return refused(format!(
+                "/{vowel}/ of {subject} is the baseline itself, so there is nothing to fit; choose another vowel or another baseline"
+            ));
         }
-        let changes = measured.activation(baseline);
+        let changes = measured.activation(baseline).into_iter().enumerate();
         let both: Vec<(usize, f64, f64, Activation)> = changes
-            .into_iter()
-            .enumerate()
             .filter_map(|(i, change)| Some((i, measured.length_mm[i]?, baseline.length_mm[i]?, change?)))
             .collect();
-        let table: &[String] = &measured.muscles;
-        if let Some((i, mm, baseline_mm, _)) = both.iter().find(|(_, a, b, _)| !STRETCHES.contains(&(a / b)))
-        {
-            let (muscle, baseline) = (table[*i].clone(), baseline.vowel.clone());
-            let (mm, baseline_mm) = (*mm, *baseline_mm);
-            return Err(LengthsError::Impossible { muscle, subject, vowel, mm, baseline, baseline_mm });
+        if let Some((i, mm, from_mm, _)) = both.iter().find(|(_, a, b, _)| !STRETCHES.contains(&(a / b))) {
+            return refused(format!(
+                "{} of {subject} is {mm} mm in /{vowel}/ and {from_mm} mm in /{of}/, but no muscle of a tongue changes its length to less \
+                 than 0.5 or more than 1.7 times; correct the length that is wrong, or leave it empty",
+                table[*i]
+            ));
         }
         let names: Vec<String> = both.iter().map(|(i, ..)| table[*i].clone()).collect();
         let activation: Vec<Activation> = both.iter().map(|(.., change)| *change).collect();
@@ -101,29 +102,36 @@ impl Target {
             None => (0..names.len()).filter(|&m| activation[m].contracting).collect(),
         };
         if active.is_empty() {
-            let baseline = baseline.vowel.clone();
-            return Err(LengthsError::NoContraction { subject, vowel, baseline });
+            return refused(format!(
+                "no muscle of {subject} is shorter in /{vowel}/ than in /{of}/, so none contracts; name the contracting muscles yourself"
+            ));
         }
-        let reference_name = &table[reference_muscle(table)];
-        let reference = match names.iter().position(|n| n == reference_name) {
+        let of_ratios = &table[reference_muscle(table)];
+        let reference = match names.iter().position(|n| n == of_ratios) {
             Some(reference) => reference,
             None if kind == TargetKind::Stretch => 0,
             None => {
-                let reference = reference_name.clone();
-                return Err(LengthsError::NoReference { reference, subject, vowel });
+                return refused(format!(
+                    "{of_ratios} of {subject} was not measured in /{vowel}/, but ratios are relative to it; use the stretch target, or \
+                     add its length"
+                ));
             }
         };
         let fitted: Vec<usize> = active.iter().copied().filter(|&m| kind.constrains(m, reference)).collect();
         if fitted.is_empty() {
-            return Err(LengthsError::NoEquation { reference: names[reference].clone(), subject, vowel });
+            return refused(format!(
+                "only {} contracts in /{vowel}/ of {subject}, and its ratio to itself is always 1, so a ratio target says nothing about \
+                 it; use the stretch target or name more muscles",
+                names[reference]
+            ));
         }
         let measured_mm: Vec<f64> = both.iter().map(|b| b.1).collect();
         let baseline_mm: Vec<f64> = both.iter().map(|b| b.2).collect();
         let widths = |row: &Lengths| both.iter().map(|b| row.half_width_mm[b.0]).collect();
         Ok(Self {
-            subject,
-            vowel,
-            baseline: baseline.vowel.clone(),
+            subject: subject.clone(),
+            vowel: vowel.clone(),
+            baseline: of.clone(),
             kind,
             reference,
             active,
@@ -145,20 +153,16 @@ impl Target {
     /// The name of a muscle that the body lacks but the target needs, because it contracts or is the
     /// reference of ratios.
     pub fn of_body(&self, has: impl Fn(&str) -> bool) -> Result<Self, String> {
-        let kept: Vec<usize> = (0..self.muscles.len()).filter(|&m| has(&self.muscles[m])).collect();
-        if kept.len() == self.muscles.len() {
-            return Ok(self.clone());
-        }
-        let needed =
-            |m: &&usize| self.active.contains(m) || (self.kind == TargetKind::Ratio && **m == self.reference);
-        let all: Vec<usize> = (0..self.muscles.len()).collect();
-        if let Some(missing) = all.iter().filter(|m| !kept.contains(m)).find(needed) {
-            return Err(self.muscles[*missing].clone());
-        }
-        let position = |m: &usize| kept.iter().position(|k| k == m);
         fn pick<T: Clone>(from: &[T], kept: &[usize]) -> Vec<T> {
             kept.iter().map(|&m| from[m].clone()).collect()
         }
+        let (kept, lacking): (Vec<usize>, Vec<usize>) =
+            (0..self.muscles.len()).partition(|&m| has(&self.muscles[m]));
+        let is_reference = |m: usize| self.kind == TargetKind::Ratio && m == self.reference;
+        if let Some(&missing) = lacking.iter().find(|m| self.active.contains(m) || is_reference(**m)) {
+            return Err(self.muscles[missing].clone());
+        }
+        let position = |m: &usize| kept.iter().position(|k| k == m);
         Ok(Self {
             muscles: pick(&self.muscles, &kept),
             reference: position(&self.reference).unwrap_or(0),
@@ -199,12 +203,6 @@ impl Target {
         let (length, half) = (self.measured_mm[muscle], self.half_width_mm[muscle]);
         ((length - half) / (over + half_over), (length + half) / (over - half_over))
     }
-
-    /// The target with other measured lengths, mm, and the same contracting muscles.
-    pub fn with_lengths(&self, measured_mm: Vec<f64>, baseline_mm: Vec<f64>) -> Self {
-        let values = self.kind.values(&measured_mm, &baseline_mm, self.reference);
-        Self { measured_mm, baseline_mm, values, ..self.clone() }
-    }
 }
 
 impl Dataset {
@@ -228,26 +226,31 @@ fn chosen_positions(
     measured: &Lengths,
     baseline: &Lengths,
 ) -> Result<Vec<usize>, LengthsError> {
-    let known = || measured.muscles.to_vec();
+    let Lengths { subject, vowel, muscles: known, .. } = measured;
+    let refused = |why: String| Err(LengthsError::Refused(why));
     let mut positions = Vec::new();
     for name in chosen {
         let Some(position) = position_of(names, name) else {
-            return Err(match position_of(&measured.muscles, name) {
-                Some(i) => LengthsError::NotMeasured {
-                    muscle: measured.muscles[i].clone(),
-                    subject: measured.subject.clone(),
-                    vowel: measured.vowel.clone(),
-                    baseline: baseline.vowel.clone(),
+            let hint = suggest::hint(name, known.iter().map(String::as_str));
+            return refused(position_of(known, name).map_or_else(
+                || format!("unknown muscle \"{name}\"; {hint}"),
+                |i| {
+                    let (muscle, baseline) = (&known[i], &baseline.vowel);
+                    format!("{muscle} of {subject} was not measured in both /{vowel}/ and /{baseline}/; choose other muscles")
                 },
-                None => LengthsError::UnknownMuscle { name: name.clone(), known: known() },
-            });
+            ));
         };
         positions.push(position);
     }
     positions.sort_unstable();
+    if positions.is_empty() {
+        let known = known.join(", ");
+        return refused(format!("the list of contracting muscles is empty; name at least one of {known}"));
+    }
     match positions.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => Err(LengthsError::RepeatedMuscle { muscle: names[pair[0]].clone() }),
-        None if positions.is_empty() => Err(LengthsError::NoMuscles { known: known() }),
+        Some(pair) => {
+            refused(format!("muscle {} is listed twice; name each contracting muscle once", names[pair[0]]))
+        }
         None => Ok(positions),
     }
 }

@@ -24,27 +24,9 @@ use nalgebra::Vector3;
 use tongue_core::body::space::{Segment, Side};
 use tongue_core::body::{Bone, HYOID, MANDIBLE, Mesh, MuscleChain, SpaceBody, SpaceMuscle};
 
-use tables::{Table, elements, fibres, nodes, numbers, regions, strengths};
+use tables::{elements, fibres, nodes, numbers, regions, strengths};
 
-use super::{BodyFileError, FilePlace};
-
-/// The error for a line of a file.
-fn fail(text: &Text, line: Option<usize>, problem: impl Into<String>) -> BodyFileError {
-    wrong(&text.file, line, problem)
-}
-
-fn wrong(file: &str, line: Option<usize>, problem: impl Into<String>) -> BodyFileError {
-    let place = line.map_or(FilePlace::Whole, FilePlace::Line);
-    BodyFileError::Malformed { origin: file.to_owned(), place, problem: problem.into() }
-}
-
-fn unreadable(file: &str, error: &std::io::Error) -> BodyFileError {
-    let problem = format!(
-        "cannot be read: {error}; name a folder with ArtiSynth's tongue (.node, .elem, CreateMuscles.mac, Fibers.mac, \
-         MuscleMaxForce.txt, jawAttachments.txt, hyoidAttachments.txt)"
-    );
-    wrong(file, None, problem)
-}
+use super::{BodyFileError, FilePlace, group_and_side};
 
 /// The styloid processes, which ArtiSynth's program places and its mesh lacks: ids in `Fibers.mac` and
 /// positions, m.
@@ -72,15 +54,38 @@ pub struct Text {
     pub text: String,
 }
 
+impl Text {
+    fn read(path: &Path) -> Result<Self, BodyFileError> {
+        let file = path.display().to_string();
+        let bytes = crate::files::read(path).map_err(|e| unreadable(&file, &e))?;
+        // Comments are in Latin-1.
+        Ok(Self { file, text: String::from_utf8_lossy(&bytes).into_owned() })
+    }
+
+    /// The error for a line of the file, or for all of it.
+    fn wrong(&self, line: Option<usize>, problem: String) -> BodyFileError {
+        let place = line.map_or(FilePlace::Whole, FilePlace::Line);
+        BodyFileError::Malformed { origin: self.file.clone(), place, problem }
+    }
+}
+
+fn unreadable(file: &str, error: &std::io::Error) -> BodyFileError {
+    let problem = format!(
+        "cannot be read: {error}; name a folder with ArtiSynth's tongue (.node, .elem, CreateMuscles.mac, Fibers.mac, \
+         MuscleMaxForce.txt, jawAttachments.txt, hyoidAttachments.txt)"
+    );
+    BodyFileError::Malformed { origin: file.to_owned(), place: FilePlace::Whole, problem }
+}
+
 /// Reads a folder.
 ///
 /// # Errors
 /// [`BodyFileError::Malformed`] for a file that is missing or wrong, with its line.
 pub fn read(folder: &Path) -> Result<SpaceBody, BodyFileError> {
-    let named = |name: &str| text(&folder.join(name));
+    let named = |name: &str| Text::read(&folder.join(name));
     let files = Files {
-        nodes: text(&folder.join(find(folder, "node")?))?,
-        elements: text(&folder.join(find(folder, "elem")?))?,
+        nodes: named(&find(folder, "node")?)?,
+        elements: named(&find(folder, "elem")?)?,
         muscles: named("CreateMuscles.mac")?,
         fibres: named("Fibers.mac")?,
         strengths: named("MuscleMaxForce.txt")?,
@@ -92,29 +97,18 @@ pub fn read(folder: &Path) -> Result<SpaceBody, BodyFileError> {
 
 /// The name of the only file in a folder with this ending.
 fn find(folder: &Path, ending: &str) -> Result<String, BodyFileError> {
-    let name = folder.display().to_string();
-    let whole = |problem: String| wrong(&name, None, problem);
-    let entries = std::fs::read_dir(folder).map_err(|e| unreadable(&name, &e))?;
-    let mut found: Vec<String> = entries
+    let origin = folder.display().to_string();
+    let mut found: Vec<String> = std::fs::read_dir(folder)
+        .map_err(|e| unreadable(&origin, &e))?
         .filter_map(|e| e.ok()?.file_name().into_string().ok())
         .filter(|n| Path::new(n).extension().is_some_and(|e| e.eq_ignore_ascii_case(ending)))
         .collect();
-    match (found.pop(), found.is_empty()) {
-        (Some(one), true) => Ok(one),
-        (None, _) => {
-            Err(whole(format!("contains no file that ends in .{ending}; a body of ArtiSynth has one")))
-        }
-        (Some(_), false) => Err(whole(format!("contains several files that end in .{ending}; keep one"))),
-    }
-}
-
-fn text(path: &Path) -> Result<Text, BodyFileError> {
-    let file = path.display().to_string();
-    match crate::files::read(path) {
-        // Comments are in Latin-1.
-        Ok(bytes) => Ok(Text { file, text: String::from_utf8_lossy(&bytes).into_owned() }),
-        Err(e) => Err(unreadable(&file, &e)),
-    }
+    let problem = match (found.pop(), found.is_empty()) {
+        (Some(one), true) => return Ok(one),
+        (None, _) => format!("contains no file that ends in .{ending}; a body of ArtiSynth has one"),
+        (Some(_), false) => format!("contains several files that end in .{ending}; keep one"),
+    };
+    Err(BodyFileError::Malformed { origin, place: FilePlace::Whole, problem })
 }
 
 /// The body of these files; `origin` is its name.
@@ -122,18 +116,15 @@ fn text(path: &Path) -> Result<Text, BodyFileError> {
 /// # Errors
 /// [`BodyFileError::Malformed`], with file and line.
 pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyFileError> {
-    let Table { of: places, numbers: ids } = nodes(&files.nodes)?;
-    let mut mesh = Mesh { nodes: places, ..Mesh::default() };
-    let in_tissue = mesh.nodes.len();
+    let (places, mut ids) = nodes(&files.nodes)?;
+    let in_tissue = places.len();
     let (hexahedra, element_ids) = elements(&files.elements, &ids)?;
-    mesh.hexahedra = hexahedra;
+    let mut mesh = Mesh { nodes: places, hexahedra, ..Mesh::default() };
     let mut bones = vec![
         Bone { name: MANDIBLE.to_owned(), nodes: numbers(&files.jaw, in_tissue)? },
         Bone { name: HYOID.to_owned(), nodes: numbers(&files.hyoid, in_tissue)? },
     ];
-    let mut fixed: BTreeSet<usize> = bones.iter().flat_map(|b| b.nodes.iter().copied()).collect();
     let regions = regions(&files.muscles, &element_ids)?;
-    let mut ids = ids;
     let mut styloid = Vec::new();
     for (id, place) in STYLOID.into_iter().filter(|(id, _)| files.fibres.text.contains(&format!("={id}"))) {
         ids.entry(id).or_insert_with(|| {
@@ -142,52 +133,36 @@ pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyFileError> {
             mesh.nodes.len() - 1
         });
     }
-    fixed.extend(&styloid);
     if !styloid.is_empty() {
         bones.push(Bone { name: STYLOID_NAME.to_owned(), nodes: styloid });
     }
     let fibres = fibres(&files.fibres, &ids)?;
     let strengths = strengths(&files.strengths)?;
-    let mut body = SpaceBody { what: format!("the tongue of {origin}"), ..SpaceBody::default() };
-    body.mesh = mesh;
-    body.bones = bones;
-    body.mesh.fixed = fixed.into_iter().collect();
+    let fixed: BTreeSet<usize> = bones.iter().flat_map(|b| b.nodes.iter().copied()).collect();
+    mesh.fixed = fixed.into_iter().collect();
+    let mut body = SpaceBody { what: format!("the tongue of {origin}"), mesh, bones, ..SpaceBody::default() };
     let volumes = body.volumes();
     for (number, (name, line)) in &regions.names {
-        let wrong = |problem: String| fail(&files.muscles, Some(*line), problem);
-        let (group, side) = match name.rsplit_once('_') {
-            Some((group, "L")) => (group, Side::Left),
-            Some((group, "R")) => (group, Side::Right),
-            _ => (name.as_str(), Side::Middle),
-        };
-        let region = regions
-            .of
-            .get(name)
+        let wrong = |problem: String| files.muscles.wrong(Some(*line), problem);
+        let (group, side) = group_and_side(name);
+        let region = regions.of.get(name);
+        let region = region
             .ok_or_else(|| wrong(format!("muscle {name} has no elements: no CM,{name},ELEM follows")))?;
-        let chains =
-            fibres.get(number).ok_or_else(|| wrong(format!("muscle {name} has no fibres in Fibers.mac")))?;
-        let strength = strengths
-            .get(group)
-            .ok_or_else(|| wrong(format!("muscle {group} has no strength in MuscleMaxForce.txt")))?;
+        let chains = fibres.get(number);
+        let chains = chains.ok_or_else(|| wrong(format!("muscle {name} has no fibres in Fibers.mac")))?;
+        let strength = strengths.get(group);
+        let strength =
+            strength.ok_or_else(|| wrong(format!("muscle {group} has no strength in MuscleMaxForce.txt")))?;
         let strength_n = if side == Side::Middle { *strength } else { 0.5 * strength };
         let muscle = Laid { body: &body, volumes: &volumes, in_tissue, region, strength_n };
         let (segments, stress_pa) = muscle.segments(chains.values());
         let longest = chains.values().max_by_key(|chain| chain.len()).cloned().unwrap_or_default();
         body.mesh.muscles.push(MuscleChain { name: name.clone(), nodes: longest });
-        let (name, group) = (name.clone(), group.to_owned());
-        let region = region.clone();
-        body.muscles.push(SpaceMuscle {
-            name,
-            group,
-            side,
-            segments,
-            region,
-            stress_pa,
-            directions: Vec::new(),
-        });
+        let (name, group, region, directions) = (name.clone(), group.to_owned(), region.clone(), Vec::new());
+        body.muscles.push(SpaceMuscle { name, group, side, segments, region, stress_pa, directions });
     }
     body.mesh.connect();
-    body.check().map_err(|fault| fail(&files.elements, None, format!("is not a valid body: {fault}")))?;
+    body.check().map_err(|fault| files.elements.wrong(None, format!("is not a valid body: {fault}")))?;
     Ok(body)
 }
 

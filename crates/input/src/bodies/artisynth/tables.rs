@@ -1,18 +1,18 @@
 //! Parsers of ArtiSynth's files.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::str::FromStr;
 
 use nalgebra::Vector3;
 
-use super::{Fibres, Text, fail};
+use super::{Fibres, Text};
 use crate::bodies::BodyFileError;
 
-pub(super) struct Table<T> {
-    pub of: Vec<T>,
-    /// Index of each id in the list.
-    pub numbers: BTreeMap<u64, usize>,
-}
+type Read<T> = Result<T, BodyFileError>;
+
+/// What has an id, with its place in the order of the file by its id.
+pub(super) type Ids = BTreeMap<u64, usize>;
 
 /// Regions by muscle name, and muscles by number with the line of their name.
 #[derive(Default)]
@@ -21,186 +21,180 @@ pub(super) struct Regions {
     pub of: BTreeMap<String, Vec<usize>>,
 }
 
-/// Lines that are neither empty nor comments, with their numbers from 1.
-fn lines(text: &Text) -> impl Iterator<Item = (usize, &str)> {
-    let whole = text.text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
-    whole.filter(|(_, line)| !line.is_empty() && !line.starts_with('!') && !line.starts_with('#'))
+/// A line that is neither empty nor a comment, with its number from 1.
+struct Line<'a> {
+    text: &'a Text,
+    number: usize,
+    row: &'a str,
 }
 
-fn nothing(text: &Text, what: &str) -> BodyFileError {
-    fail(text, None, format!("it contains nothing that could be read as {what}"))
-}
+impl<'a> Line<'a> {
+    /// Reads every line of a text; there must be one that is of what is wanted.
+    fn each(text: &'a Text, wanted: &str, mut read: impl FnMut(&Self) -> Read<bool>) -> Read<()> {
+        let mut is_any = false;
+        for (line, row) in text.text.lines().enumerate().map(|(n, line)| (n + 1, line.trim())) {
+            if !row.is_empty() && !row.starts_with('!') && !row.starts_with('#') {
+                is_any |= read(&Self { text, number: line, row })?;
+            }
+        }
+        let nothing = || format!("it contains nothing that could be read as {wanted}");
+        if is_any { Ok(()) } else { Err(text.wrong(None, nothing())) }
+    }
 
-fn expected(text: &Text, line: usize, what: &str, found: impl std::fmt::Display) -> BodyFileError {
-    fail(text, Some(line), format!("\"{found}\" stands where {what} was expected"))
-}
+    fn wrong(&self, problem: String) -> BodyFileError {
+        self.text.wrong(Some(self.number), problem)
+    }
 
-fn number<T: FromStr>(
-    text: &Text,
-    line: usize,
-    word: Option<&str>,
-    what: &'static str,
-) -> Result<T, BodyFileError> {
-    let found = word.unwrap_or("nothing").trim();
-    found.parse().map_err(|_| expected(text, line, what, found))
-}
+    fn expected(&self, what: &str, found: impl Display) -> BodyFileError {
+        self.wrong(format!("\"{found}\" stands where {what} was expected"))
+    }
 
-fn finite(text: &Text, line: usize, word: Option<&str>, what: &'static str) -> Result<f64, BodyFileError> {
-    let value: f64 = number(text, line, word, what)?;
-    value.is_finite().then_some(value).ok_or_else(|| expected(text, line, what, value))
-}
+    fn parsed<T: FromStr>(&self, word: Option<&str>, what: &str) -> Read<T> {
+        let found = word.unwrap_or("nothing").trim();
+        found.parse().map_err(|_| self.expected(what, found))
+    }
 
-pub(super) fn nodes(text: &Text) -> Result<Table<Vector3<f64>>, BodyFileError> {
-    let mut table = Table { of: Vec::new(), numbers: BTreeMap::new() };
-    for (line, row) in lines(text) {
-        let mut words = row.split_whitespace();
-        let id: u64 = number(text, line, words.next(), "the id of a node")?;
-        let mut coordinate = || finite(text, line, words.next(), "a coordinate");
-        table.of.push(Vector3::new(coordinate()?, coordinate()?, coordinate()?));
-        if table.numbers.insert(id, table.of.len() - 1).is_some() {
-            return Err(fail(text, Some(line), format!("node {id} comes twice")));
+    fn finite(&self, word: Option<&str>, what: &str) -> Read<f64> {
+        let value: f64 = self.parsed(word, what)?;
+        value.is_finite().then_some(value).ok_or_else(|| self.expected(what, value))
+    }
+
+    /// The place of the node or element of an id.
+    fn known(&self, ids: &Ids, what: &str, id: u64) -> Read<usize> {
+        ids.get(&id).copied().ok_or_else(|| self.wrong(format!("{what} {id} does not exist")))
+    }
+
+    fn once<K: Ord + Copy + Display, V>(
+        &self,
+        map: &mut BTreeMap<K, V>,
+        what: &str,
+        key: K,
+        value: V,
+    ) -> Read<bool> {
+        match map.insert(key, value) {
+            None => Ok(true),
+            Some(_) => Err(self.wrong(format!("{what} {key} comes twice"))),
         }
     }
-    match table.of.is_empty() {
-        true => Err(nothing(text, "nodes")),
-        false => Ok(table),
+
+    /// The rest of a line that begins with a word (in any case), up to a comment.
+    fn after(&self, word: &str) -> Option<&'a str> {
+        let head = self.row.get(..word.len()).filter(|head| head.eq_ignore_ascii_case(word))?;
+        Some(self.row[head.len()..].split('!').next().unwrap_or_default().trim())
     }
 }
 
-/// The hexahedra, and the index of each id.
-#[allow(clippy::type_complexity, reason = "a list and its index")]
-pub(super) fn elements(
-    text: &Text,
-    nodes: &BTreeMap<u64, usize>,
-) -> Result<(Vec<[usize; 8]>, BTreeMap<u64, usize>), BodyFileError> {
-    let (mut hexahedra, mut ids) = (Vec::new(), BTreeMap::new());
-    for (line, row) in lines(text) {
-        let mut words = row.split_whitespace();
+pub(super) fn nodes(text: &Text) -> Read<(Vec<Vector3<f64>>, Ids)> {
+    let (mut nodes, mut ids) = (Vec::new(), Ids::new());
+    Line::each(text, "nodes", |line| {
+        let mut words = line.row.split_whitespace();
+        let id: u64 = line.parsed(words.next(), "the id of a node")?;
+        let mut coordinate = || line.finite(words.next(), "a coordinate");
+        nodes.push(Vector3::new(coordinate()?, coordinate()?, coordinate()?));
+        line.once(&mut ids, "node", id, nodes.len() - 1)
+    })?;
+    Ok((nodes, ids))
+}
+
+pub(super) fn elements(text: &Text, nodes: &Ids) -> Read<(Vec<[usize; 8]>, Ids)> {
+    let (mut hexahedra, mut ids) = (Vec::new(), Ids::new());
+    Line::each(text, "hexahedra", |line| {
+        let mut words = line.row.split_whitespace();
         let mut corners = [0; 8];
         for corner in &mut corners {
-            let id: u64 = number(text, line, words.next(), "the id of a node")?;
-            *corner =
-                *nodes.get(&id).ok_or_else(|| fail(text, Some(line), format!("node {id} does not exist")))?;
+            *corner = line.known(nodes, "node", line.parsed(words.next(), "the id of a node")?)?;
         }
-        let id: u64 = number(text, line, words.last(), "the id of the element")?;
         hexahedra.push(corners);
-        if ids.insert(id, hexahedra.len() - 1).is_some() {
-            return Err(fail(text, Some(line), format!("element {id} comes twice")));
-        }
-    }
-    match hexahedra.is_empty() {
-        true => Err(nothing(text, "hexahedra")),
-        false => Ok((hexahedra, ids)),
-    }
+        let id: u64 = line.parsed(words.last(), "the id of the element")?;
+        line.once(&mut ids, "element", id, hexahedra.len() - 1)
+    })?;
+    Ok((hexahedra, ids))
 }
 
 /// Node numbers from 0, each below `count`.
-pub(super) fn numbers(text: &Text, count: usize) -> Result<Vec<usize>, BodyFileError> {
+pub(super) fn numbers(text: &Text, count: usize) -> Read<Vec<usize>> {
     let mut all = Vec::new();
-    for (line, row) in lines(text) {
-        for word in row.split_whitespace() {
-            let node: usize = number(text, line, Some(word), "the number of a node, from 0")?;
+    Line::each(text, "numbers of nodes on bone", |line| {
+        for word in line.row.split_whitespace() {
+            let node: usize = line.parsed(Some(word), "the number of a node, from 0")?;
             if node >= count {
-                return Err(fail(text, Some(line), format!("node {node} does not exist")));
+                return Err(line.wrong(format!("node {node} does not exist")));
             }
             all.push(node);
         }
-    }
+        Ok(true)
+    })?;
     all.sort_unstable();
     all.dedup();
-    match all.is_empty() {
-        true => Err(nothing(text, "numbers of nodes on bone")),
-        false => Ok(all),
-    }
+    Ok(all)
 }
 
-/// The rest of a line that begins with a word (in any case), up to a comment.
-fn after<'a>(line: &'a str, word: &str) -> Option<&'a str> {
-    let head = line.get(..word.len()).filter(|head| head.eq_ignore_ascii_case(word))?;
-    Some(line[head.len()..].split('!').next().unwrap_or_default().trim())
-}
-
-pub(super) fn regions(text: &Text, elements: &BTreeMap<u64, usize>) -> Result<Regions, BodyFileError> {
+pub(super) fn regions(text: &Text, elements: &Ids) -> Read<Regions> {
     let mut regions = Regions::default();
     let mut selected = Vec::new();
-    for (line, row) in lines(text) {
-        let expected = |what, found: &str| expected(text, line, what, found);
-        if let Some(rest) = after(row, "muscleName(") {
-            let what = "a muscle like muscleName(1) = 'GGP_L'";
-            let (number, name) = rest.split_once(')').ok_or_else(|| expected(what, row))?;
-            let number: usize = self::number(text, line, Some(number), "the number of a muscle")?;
-            let name = name.split('\'').nth(1).ok_or_else(|| expected(what, row))?.trim();
-            if regions.names.insert(number, (name.to_owned(), line)).is_some() {
-                return Err(fail(text, Some(line), format!("muscle {number} comes twice")));
-            }
-        } else if let Some(rest) = after(row, "ESEL,") {
+    Line::each(text, "muscles", |line| {
+        if let Some(rest) = line.after("muscleName(") {
+            let wrong = || line.expected("a muscle like muscleName(1) = 'GGP_L'", line.row);
+            let (number, name) = rest.split_once(')').ok_or_else(wrong)?;
+            let number: usize = line.parsed(Some(number), "the number of a muscle")?;
+            let name = name.split('\'').nth(1).ok_or_else(wrong)?.trim().to_owned();
+            return line.once(&mut regions.names, "muscle", number, (name, line.number));
+        }
+        if let Some(rest) = line.after("ESEL,") {
             let words: Vec<&str> = rest.split(',').map(str::trim).collect();
-            match words.first() {
-                Some(w) if w.eq_ignore_ascii_case("S") => selected.clear(),
-                Some(w) if w.eq_ignore_ascii_case("A") => {}
-                _ => continue,
+            match words[0] {
+                w if w.eq_ignore_ascii_case("S") => selected.clear(),
+                w if w.eq_ignore_ascii_case("A") => {}
+                _ => return Ok(false),
             }
             if !words.get(1).is_some_and(|w| w.eq_ignore_ascii_case("ELEM")) {
-                return Err(expected("ELEM", row));
+                return Err(line.expected("ELEM", line.row));
             }
-            let from: u64 = number(text, line, words.get(3).copied(), "the id of an element")?;
-            let given = |at: usize| words.get(at).copied().filter(|w| !w.is_empty());
-            let optional = |at: usize, or: u64| match given(at) {
+            let from: u64 = line.parsed(words.get(3).copied(), "the id of an element")?;
+            let optional = |at: usize, or: u64| match words.get(at).filter(|w| !w.is_empty()) {
                 None => Ok(or),
-                word => number(text, line, word, "the id of an element, or a step"),
+                Some(word) => line.parsed(Some(word), "the id of an element, or a step"),
             };
             let (to, step) = (optional(4, from)?, optional(5, 1)?);
             if step == 0 || to < from || (to - from) / step > elements.len() as u64 {
-                return Err(expected("from,to,step in ascending order", rest));
+                return Err(line.expected("from,to,step in ascending order", rest));
             }
             for id in (from..=to).step_by(step as usize) {
-                let found = elements.get(&id);
-                selected.push(
-                    *found.ok_or_else(|| fail(text, Some(line), format!("element {id} does not exist")))?,
-                );
+                selected.push(line.known(elements, "element", id)?);
             }
-        } else if let Some(rest) = after(row, "CM,") {
+        } else if let Some(rest) = line.after("CM,") {
             let name = rest.split(',').next().unwrap_or_default().trim();
             let mut region = selected.clone();
             region.sort_unstable();
             region.dedup();
             regions.of.insert(name.to_owned(), region);
         }
-    }
-    match regions.names.is_empty() {
-        true => Err(nothing(text, "muscles")),
-        false => Ok(regions),
-    }
+        Ok(false)
+    })?;
+    Ok(regions)
 }
 
-pub(super) fn fibres(text: &Text, nodes: &BTreeMap<u64, usize>) -> Result<Fibres, BodyFileError> {
+pub(super) fn fibres(text: &Text, nodes: &Ids) -> Read<Fibres> {
     let mut places: BTreeMap<usize, BTreeMap<usize, BTreeMap<usize, usize>>> = BTreeMap::new();
-    for (line, row) in lines(text) {
-        let Some(rest) = after(row, "FIBER(") else { continue };
-        let wrong = || expected(text, line, "a node of a fibre like FIBER(1,2,3)=398", row);
+    Line::each(text, "fibres", |line| {
+        let Some(rest) = line.after("FIBER(") else { return Ok(false) };
+        let wrong = || line.expected("a node of a fibre like FIBER(1,2,3)=398", line.row);
         let (inside, id) = rest.split_once(')').ok_or_else(wrong)?;
         let id = id.trim().strip_prefix('=').ok_or_else(wrong)?;
         let mut three = inside.split(',');
-        let mut next = |what| number::<usize>(text, line, three.next(), what);
+        let mut next = |what| line.parsed::<usize>(three.next(), what);
         let (node, fibre, muscle) =
             (next("the number of a node")?, next("the number of a fibre")?, next("the number of a muscle")?);
-        let id: u64 = number(text, line, Some(id), "the id of a node")?;
-        let at =
-            *nodes.get(&id).ok_or_else(|| fail(text, Some(line), format!("node {id} does not exist")))?;
+        let at = line.known(nodes, "node", line.parsed(Some(id), "the id of a node")?)?;
         places.entry(muscle).or_default().entry(fibre).or_default().insert(node, at);
-    }
-    if places.is_empty() {
-        return Err(nothing(text, "fibres"));
-    }
+        Ok(true)
+    })?;
     let mut all = Fibres::new();
     for (muscle, fibres) in places {
         for (fibre, chain) in fibres {
             if let Some(missing) = (1..=chain.len().max(2)).find(|i| !chain.contains_key(i)) {
-                return Err(fail(
-                    text,
-                    None,
-                    format!("fibre {fibre} of muscle number {muscle} has no node number {missing}"),
-                ));
+                let problem = format!("fibre {fibre} of muscle number {muscle} has no node number {missing}");
+                return Err(text.wrong(None, problem));
             }
             all.entry(muscle).or_default().insert(fibre, chain.into_values().collect());
         }
@@ -208,16 +202,17 @@ pub(super) fn fibres(text: &Text, nodes: &BTreeMap<u64, usize>) -> Result<Fibres
     Ok(all)
 }
 
-pub(super) fn strengths(text: &Text) -> Result<BTreeMap<String, f64>, BodyFileError> {
+pub(super) fn strengths(text: &Text) -> Read<BTreeMap<String, f64>> {
     let mut strengths = BTreeMap::new();
-    for (line, row) in lines(text) {
-        let mut words = row.split_whitespace();
+    Line::each(text, "strengths", |line| {
+        let mut words = line.row.split_whitespace();
         let name = words.next().unwrap_or_default();
-        let force = finite(text, line, words.next(), "a force in newtons")?;
+        let force = line.finite(words.next(), "a force in newtons")?;
         if force <= 0.0 {
-            return Err(expected(text, line, "a force in newtons above 0", force));
+            return Err(line.expected("a force in newtons above 0", force));
         }
         strengths.insert(name.to_owned(), force);
-    }
+        Ok(true)
+    })?;
     Ok(strengths)
 }

@@ -58,26 +58,26 @@ fn body<const D: usize>(raw: &Raw, parts: &Parts<'_>, origin: &str, unit: Unit) 
     mesh.connect();
     let tags: Vec<u64> = kept.into_iter().collect();
     let tag = |node: usize| tags.get(node).copied().unwrap_or_default();
-    if let Some(&[a, b]) = mesh.connections.iter().find(|[a, b]| mesh.nodes[*a] == mesh.nodes[*b]) {
-        return Err(Located::whole(format!(
-            "nodes {a} and {b} lie at the same place but are joined; merge them (gmsh: Coherence \
-             Mesh) and mesh again",
-            a = tag(a),
-            b = tag(b)
-        )));
+    if let Some(pair) = mesh.connections.iter().find(|[a, b]| mesh.nodes[*a] == mesh.nodes[*b]) {
+        let [a, b] = pair.map(tag);
+        return Err(wrong!(
+            None,
+            "nodes {a} and {b} lie at the same place but are joined; merge them (gmsh: Coherence Mesh) and mesh again"
+        ));
     }
     embedded(&mesh, parts, &chains, tag)?;
-    let bones = parts.bones(&numbers)?;
-    mesh.fixed =
-        bones.iter().flat_map(|b| b.nodes.iter().copied()).collect::<BTreeSet<_>>().into_iter().collect();
+    let (bones, fixed) = parts.bones(&numbers)?;
+    mesh.fixed = fixed;
     mesh.check().map_err(|fault| match fault {
-        MeshFault::Degenerate { cell } | MeshFault::Inverted { cell } => match cells.get(cell) {
-            Some(of) => wrong!(of.at, "element {element} (nodes {nodes:?}) has no area or volume; mesh again, or move the nodes apart", element = of.tag, nodes = of.nodes),
-            None => Located::whole(fault.to_string()),
-        },
-        other => Located::whole(other.to_string()),
+        MeshFault::Degenerate { cell } | MeshFault::Inverted { cell } if cell < cells.len() => wrong!(
+            cells[cell].at,
+            "element {} (nodes {:?}) has no area or volume; mesh again, or move the nodes apart",
+            cells[cell].tag,
+            cells[cell].nodes
+        ),
+        other => wrong!(None, "{other}"),
     })?;
-    parts.check_held(mesh.connections.iter().copied(), &bones, &numbers)?;
+    parts.check_held(mesh.connections.iter().copied(), &mesh.fixed, &numbers)?;
     let concerns = review(&mesh).into_iter().chain(bent(raw, parts, unit)).collect();
     let body = Body { what: format!("the mesh of \"{origin}\""), mesh, bones, ..Body::default() };
     Ok(Content { body, tags, concerns })
@@ -114,22 +114,22 @@ fn chains<'a>(groups: &'a [Group<'a>]) -> Found<Vec<TaggedChain<'a>>> {
     let mut chains: Vec<TaggedChain<'a>> = Vec::new();
     for group in groups {
         let Role::Muscle(name) = &group.role else { continue };
-        let name = name.clone();
-        let earlier = chains.iter().find(|c| c.name == name && known.published(&name).is_some());
-        if let Some(earlier) = earlier {
-            let (first, second) = (earlier.group.name.to_owned(), group.name.to_owned());
-            return Err(group.located(format!(
-                "muscle {name} is given twice, as \"{first}\" and as \"{second}\"; join them to one \
-                 physical curve"
-            )));
+        let is_published = known.published(name).is_some();
+        if let Some(earlier) = chains.iter().find(|c| c.name == *name && is_published) {
+            return Err(given_twice(name, earlier.group.name, group.name, group.at));
         }
-        let lines: Vec<[u64; 2]> =
-            group.elements.iter().filter_map(|e| <[u64; 2]>::try_from(e.nodes.as_slice()).ok()).collect();
-        let nodes = chain(&lines).map_err(|broken| group.located(format!("muscle {name} {broken}")))?;
-        chains.push(TaggedChain { name, nodes, group });
+        let nodes = chain(&group.lines()).map_err(|broken| wrong!(group.at, "muscle {name} {broken}"))?;
+        chains.push(TaggedChain { name: name.clone(), nodes, group });
     }
     chains.sort_by_key(|c| known.published(&c.name).map_or(usize::MAX, |(place, _)| place));
     Ok(chains)
+}
+
+pub(super) fn given_twice(muscle: &str, first: &str, second: &str, at: usize) -> Located {
+    wrong!(
+        at,
+        "muscle {muscle} is given twice, as \"{first}\" and as \"{second}\"; join them to one physical curve"
+    )
 }
 
 /// Checks that every muscle shares nodes with the tissue and that none of its other nodes lies inside a cell.
@@ -139,6 +139,8 @@ fn embedded<const D: usize>(
     chains: &[TaggedChain<'_>],
     tag: impl Fn(usize) -> u64,
 ) -> Found<()> {
+    let help =
+        "embed its curve in the surface (Curve {...} In Surface {...}) or fragment both, and mesh again";
     let in_tissue = mesh.in_tissue();
     for (muscle, TaggedChain { name, group, .. }) in mesh.muscles.iter().zip(chains) {
         let outside: Vec<usize> = muscle.nodes.iter().copied().filter(|n| !in_tissue[*n]).collect();
@@ -146,20 +148,20 @@ fn embedded<const D: usize>(
             let x = mesh.nodes[node];
             let around = mesh.cells.iter().position(|cell| inside(&simplex::corners(&mesh.nodes, cell), &x));
             if let Some(element) = around.and_then(|c| parts.cells.get(c)) {
-                let (node, element) = (tag(node), element.tag);
-                return Err(group.located(format!(
-                    "node {node} of muscle {name} lies in element {element} without being one of its \
-                     nodes, so the muscle would slide through the tissue; embed its curve in the \
-                     surface (Curve {{...}} In Surface {{...}}) or fragment both, and mesh again"
-                )));
+                return Err(wrong!(
+                    group.at,
+                    "node {} of muscle {name} lies in element {} without being one of its nodes, so the muscle would slide through the \
+                     tissue; {help}",
+                    tag(node),
+                    element.tag
+                ));
             }
         }
         if outside.len() == muscle.nodes.len() {
-            return Err(group.located(format!(
-                "muscle {name} shares no node with the tissue, so it would pull on nothing; embed \
-                 its curve in the surface (Curve {{...}} In Surface {{...}}) or fragment both, and \
-                 mesh again"
-            )));
+            return Err(wrong!(
+                group.at,
+                "muscle {name} shares no node with the tissue, so it would pull on nothing; {help}"
+            ));
         }
     }
     Ok(())

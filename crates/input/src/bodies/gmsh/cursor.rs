@@ -32,16 +32,13 @@ impl<'a> Cursor<'a> {
     pub fn begin_binary(&mut self) -> Found<()> {
         self.binary = true;
         let at = self.at;
-        match self.array::<4>("the number that tells the order of the bytes")? {
-            [1, 0, 0, 0] => Ok(()),
-            [0, 0, 0, 1] => {
-                self.big_endian = true;
-                Ok(())
+        let one = self.array::<4>("the number that tells the order of the bytes")?;
+        self.big_endian = one == [0, 0, 0, 1];
+        match self.big_endian || one == [1, 0, 0, 0] {
+            true => Ok(()),
+            false => {
+                Err(wrong!(at, "the byte order is neither big-endian nor little-endian; save the file again"))
             }
-            _ => Err(Located::at(
-                at,
-                "the byte order is neither big-endian nor little-endian; save the file again",
-            )),
         }
     }
 
@@ -55,11 +52,13 @@ impl<'a> Cursor<'a> {
         let line = self.line("a section")?;
         match line.trim().strip_prefix('$') {
             Some(name) if !name.is_empty() && !name.starts_with("End") => Ok(Some((name, at))),
-            _ => Err(wrong!(
-                at,
-                "\"{found}\" stands where a section (like $Nodes) was expected; save the file again",
-                found = shortened(line)
-            )),
+            _ => {
+                let found = shortened(line);
+                Err(wrong!(
+                    at,
+                    "\"{found}\" stands where a section (like $Nodes) was expected; save the file again"
+                ))
+            }
         }
     }
 
@@ -67,15 +66,14 @@ impl<'a> Cursor<'a> {
         self.skip_space();
         let at = self.at;
         let found = self.token(section)?;
-        match found.strip_prefix("$End") == Some(section) {
-            true => Ok(()),
-            false => Err(wrong!(
-                at,
-                "\"{found}\" stands where $End{section} was expected: the section has more entries than it announces; save the file \
-                     again",
-                found = shortened(found)
-            )),
+        if found.strip_prefix("$End") == Some(section) {
+            return Ok(());
         }
+        let found = shortened(found);
+        Err(wrong!(
+            at,
+            "\"{found}\" stands where $End{section} was expected: the section has more entries than it announces; save the file again"
+        ))
     }
 
     pub fn skip(&mut self, section: &str) -> Found<()> {
@@ -124,29 +122,33 @@ impl<'a> Cursor<'a> {
 
     /// An integer; in binary of four bytes.
     pub fn int(&mut self, what: &'static str) -> Found<i64> {
-        match (self.binary, self.big_endian) {
-            (false, _) => self.number(what),
-            (true, false) => Ok(i32::from_le_bytes(self.array(what)?).into()),
-            (true, true) => Ok(i32::from_be_bytes(self.array(what)?).into()),
-        }
+        self.read(what, |little| i32::from_le_bytes(little).into())
     }
 
     /// A count or a tag; in binary of eight bytes.
     pub fn size(&mut self, what: &'static str) -> Found<u64> {
-        match (self.binary, self.big_endian) {
-            (false, _) => self.number(what),
-            (true, false) => Ok(u64::from_le_bytes(self.array(what)?)),
-            (true, true) => Ok(u64::from_be_bytes(self.array(what)?)),
-        }
+        self.read(what, u64::from_le_bytes)
     }
 
     /// A real number; in binary of eight bytes.
     pub fn real(&mut self, what: &'static str) -> Found<f64> {
-        match (self.binary, self.big_endian) {
-            (false, _) => self.number(what),
-            (true, false) => Ok(f64::from_le_bytes(self.array(what)?)),
-            (true, true) => Ok(f64::from_be_bytes(self.array(what)?)),
+        self.read(what, f64::from_le_bytes)
+    }
+
+    /// A number of text, or of bytes of which the least significant comes first.
+    fn read<T: std::str::FromStr, const N: usize>(
+        &mut self,
+        what: &'static str,
+        of: fn([u8; N]) -> T,
+    ) -> Found<T> {
+        if !self.binary {
+            return self.number(what);
         }
+        let mut bytes = self.array(what)?;
+        if self.big_endian {
+            bytes.reverse();
+        }
+        Ok(of(bytes))
     }
 
     fn number<T: std::str::FromStr>(&mut self, what: &'static str) -> Found<T> {
@@ -179,11 +181,11 @@ impl<'a> Cursor<'a> {
 }
 
 fn not_a_number(at: usize, what: &str, found: &str) -> Located {
+    let found = shortened(found);
     wrong!(
         at,
         "\"{found}\" stands where {what} was expected; correct it, or save the file again (are there as many entries as the \
-                     section announces?)",
-        found = shortened(found)
+         section announces?)"
     )
 }
 

@@ -10,14 +10,6 @@ pub(super) struct Located {
 }
 
 impl Located {
-    pub fn at(at: usize, problem: impl Into<String>) -> Self {
-        Self { at: Some(at), problem: problem.into() }
-    }
-
-    pub fn whole(problem: impl Into<String>) -> Self {
-        Self { at: None, problem: problem.into() }
-    }
-
     /// The error for a file of these bytes.
     pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> BodyFileError {
         let place = match self.at {
@@ -31,10 +23,13 @@ impl Located {
 
 pub(super) type Found<T> = Result<T, Located>;
 
-/// A problem at a byte, in words as of `format!`.
+/// A problem at a byte, or at none, in words as of `format!`.
 macro_rules! wrong {
+    (None, $($words:tt)*) => {
+        $crate::bodies::gmsh::error::Located { at: None, problem: format!($($words)*) }
+    };
     ($at:expr, $($words:tt)*) => {
-        Located::at($at, format!($($words)*))
+        $crate::bodies::gmsh::error::Located { at: Some($at), problem: format!($($words)*) }
     };
 }
 pub(super) use wrong;

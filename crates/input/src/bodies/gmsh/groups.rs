@@ -74,22 +74,23 @@ fn words(dimension: usize, form: Form) -> Vec<(&'static str, &'static str)> {
 }
 
 /// The refusal of a group whose name is not known.
-fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles) -> String {
+fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles, at: usize) -> Located {
     let (kind, rest) = split(name);
     let words = words(dimension, form);
     let all = known.all();
     let published = all.iter().map(|m| m.name.as_str()).filter(|_| form == Form::Simplices && dimension == 1);
-    let near = suggest::nearest(kind, words.iter().map(|(word, _)| *word).chain(published));
-    let takes_a_name = |near: &str| words.iter().any(|(word, _)| *word == near);
-    let meant = near.map(|near| match rest.filter(|_| takes_a_name(near)) {
-        Some(rest) => format!("did you mean \"{near}:{rest}\"? "),
-        None => format!("did you mean \"{near}\"? "),
+    let meant = suggest::nearest(kind, words.iter().map(|(word, _)| *word).chain(published));
+    let meant = meant.map_or_else(String::new, |near| {
+        match rest.filter(|_| words.iter().any(|(word, _)| *word == near)) {
+            Some(rest) => format!("did you mean \"{near}:{rest}\"? "),
+            None => format!("did you mean \"{near}\"? "),
+        }
     });
-    let usual: Vec<&str> = words.iter().map(|(_, whole)| *whole).collect();
+    let usual = words.iter().map(|(_, whole)| *whole).collect::<Vec<_>>().join(", ");
     let on = ["points", "curves", "surfaces", "volumes"].get(dimension).copied().unwrap_or("elements");
-    let hint = format!("{}{on} may be called {}", meant.unwrap_or_default(), usual.join(", "));
-    format!(
-        "the physical group \"{name}\" of {on} has no meaning here; {hint}; rename it, or call it \
+    wrong!(
+        at,
+        "the physical group \"{name}\" of {on} has no meaning here; {meant}{on} may be called {usual}; rename it, or call it \
          \"other:{name}\" to leave it out"
     )
 }
@@ -104,8 +105,9 @@ pub(super) struct Group<'a> {
 }
 
 impl Group<'_> {
-    pub fn located(&self, problem: impl Into<String>) -> Located {
-        Located::at(self.at, problem)
+    /// The lines of a group of curves.
+    pub fn lines(&self) -> Vec<[u64; 2]> {
+        self.elements.iter().filter_map(|e| <[u64; 2]>::try_from(e.nodes.as_slice()).ok()).collect()
     }
 }
 
@@ -136,41 +138,37 @@ impl<'a> Parts<'a> {
         }
         let mut groups = Vec::new();
         for (key, (name, at)) in &raw.names {
-            let (dimension, elements) = (key.0, by_key.remove(key).unwrap_or_default());
-            let role = Role::of(name, dimension, form, &known)
-                .ok_or_else(|| Located::at(*at, unknown(name, dimension, form, &known)))?;
+            let (dimension, at, elements) = (key.0, *at, by_key.remove(key).unwrap_or_default());
+            let Some(role) = Role::of(name, dimension, form, &known) else {
+                return Err(unknown(name, dimension, form, &known, at));
+            };
             if elements.is_empty() && role != Role::Other {
                 return Err(wrong!(
-                    *at,
+                    at,
                     "the physical group \"{name}\" has no elements; mesh what it is of, or remove the group"
                 ));
             }
-            groups.push(Group { dimension, name, at: *at, role, elements });
+            groups.push(Group { dimension, name, at, role, elements });
         }
         let found = groups.iter().filter(|g| g.role == Role::Tissue).map(|g| g.dimension).max();
-        let dimension = match (found, form) {
-            (Some(3), _) => 3,
-            (Some(_), Form::Simplices) => 2,
-            _ => {
-                let names: Vec<String> = groups.iter().map(|g| format!("\"{}\"", g.name)).collect();
-                let found = match names.is_empty() {
-                    true => "it has no named physical groups".to_owned(),
-                    false => format!("it has {}", names.join(", ")),
-                };
-                return Err(Located::whole(match form {
-                    Form::Simplices => format!(
-                        "no triangle or tetrahedron is in a physical group called \"tissue\" \
-                         ({found}); add Physical Surface(\"tissue\") = {{...}}; in space Physical \
-                         Volume(\"tissue\")"
-                    ),
-                    Form::Hexahedra => format!(
-                        "no hexahedron is in a physical group called \"tissue\" ({found}); add \
-                         Physical Volume(\"tissue\") = {{...}} of all volumes, which must be meshed \
-                         with hexahedra (Transfinite Volume, Recombine)"
-                    ),
-                }));
-            }
-        };
+        let dimension = found.filter(|d| *d == 3 || form == Form::Simplices).ok_or_else(|| {
+            let names: Vec<String> = groups.iter().map(|g| format!("\"{}\"", g.name)).collect();
+            let found = match names.is_empty() {
+                true => "it has no named physical groups".to_owned(),
+                false => format!("it has {}", names.join(", ")),
+            };
+            let (cells, advice) = match form {
+                Form::Simplices => (
+                    "triangle or tetrahedron",
+                    "Physical Surface(\"tissue\") = {...}; in space Physical Volume(\"tissue\")",
+                ),
+                Form::Hexahedra => (
+                    "hexahedron",
+                    "Physical Volume(\"tissue\") = {...} of all volumes, which must be meshed with hexahedra (Transfinite Volume, Recombine)",
+                ),
+            };
+            wrong!(None, "no {cells} is in a physical group called \"tissue\" ({found}); add {advice}")
+        })?;
         let (mut cells, mut seen): (Vec<&Element>, BTreeSet<Vec<u64>>) = (Vec::new(), BTreeSet::new());
         // In the plane no muscle is on surfaces, and the surface of a tissue in space may be called tissue too.
         let is_cell =
@@ -185,48 +183,47 @@ impl<'a> Parts<'a> {
         Ok(Self { groups, cells, dimension })
     }
 
-    /// The bones in the order of their groups; groups of one name are one bone.
-    pub fn bones(&self, numbers: &BTreeMap<u64, usize>) -> Found<Vec<Bone>> {
+    /// The bones in the order of their groups, of which those of one name are one bone, and all their nodes.
+    pub fn bones(&self, numbers: &BTreeMap<u64, usize>) -> Found<(Vec<Bone>, Vec<usize>)> {
         let mut bones: Vec<(&str, BTreeSet<usize>)> = Vec::new();
         for group in &self.groups {
             let Role::Bone(name) = &group.role else { continue };
             let mut nodes = BTreeSet::new();
             for node in group.elements.iter().flat_map(|e| &e.nodes) {
-                let nothing = || {
-                    format!(
-                        "bone \"{name}\" holds node {node}, which belongs to no triangle, tetrahedron or \
-                     muscle; take a point of them",
-                        node = *node
-                    )
-                };
-                nodes.insert(*numbers.get(node).ok_or_else(|| group.located(nothing()))?);
+                let nothing = "which belongs to no triangle, tetrahedron or muscle; take a point of them";
+                let number = numbers.get(node);
+                nodes.insert(
+                    *number
+                        .ok_or_else(|| wrong!(group.at, "bone \"{name}\" holds node {node}, {nothing}"))?,
+                );
             }
             match bones.iter_mut().find(|(n, _)| n == name) {
                 Some((_, of)) => of.extend(nodes),
                 None => bones.push((name, nodes)),
             }
         }
+        let fixed: BTreeSet<usize> = bones.iter().flat_map(|(_, nodes)| nodes).copied().collect();
         let bone = |(name, nodes): (&str, BTreeSet<usize>)| Bone {
             name: name.to_owned(),
             nodes: nodes.into_iter().collect(),
         };
-        Ok(bones.into_iter().map(bone).collect())
+        Ok((bones.into_iter().map(bone).collect(), fixed.into_iter().collect()))
     }
 
-    /// Checks that every cell hangs together with a bone through the pairs of joined nodes.
+    /// Checks that every cell hangs together with one of the fixed nodes through the pairs of joined nodes.
     ///
     /// # Errors
     /// No bone, or the first cell without one.
     pub fn check_held(
         &self,
         joined: impl Iterator<Item = [usize; 2]>,
-        bones: &[Bone],
+        fixed: &[usize],
         numbers: &BTreeMap<u64, usize>,
     ) -> Found<()> {
-        if bones.is_empty() {
-            return Err(Located::whole(
-                "no bone holds the body; add Physical Point(\"bone\") = {...}, or Curve or Surface, \
-                 of what does not move",
+        if fixed.is_empty() {
+            return Err(wrong!(
+                None,
+                "no bone holds the body; add Physical Point(\"bone\") = {{...}}, or Curve or Surface, of what does not move"
             ));
         }
         let mut neighbours = vec![Vec::new(); numbers.len()];
@@ -235,22 +232,20 @@ impl<'a> Parts<'a> {
             neighbours[b].push(a);
         }
         let mut held = vec![false; numbers.len()];
-        let mut next: Vec<usize> = bones.iter().flat_map(|b| b.nodes.iter().copied()).collect();
+        let mut next = fixed.to_vec();
         while let Some(node) = next.pop() {
             if !std::mem::replace(&mut held[node], true) {
                 next.extend(&neighbours[node]);
             }
         }
         let is_loose = |c: &&&Element| c.nodes.iter().any(|tag| numbers.get(tag).is_some_and(|&n| !held[n]));
-        match self.cells.iter().find(is_loose) {
-            Some(cell) => Err(wrong!(
+        self.cells.iter().find(is_loose).map_or(Ok(()), |cell| {
+            Err(wrong!(
                 cell.at,
-                "the part with element {element} is joined to no bone, so it could move freely: join it to the rest (gmsh: Coherence), \
-                     or give it one",
-                element = cell.tag
-            )),
-            None => Ok(()),
-        }
+                "the part with element {} is joined to no bone, so it could move freely: join it to the rest (gmsh: Coherence), or give it one",
+                cell.tag
+            ))
+        })
     }
 }
 
@@ -267,12 +262,12 @@ pub(super) fn positions<const D: usize>(
     if D == 2 {
         let extent = given().flat_map(|(_, x)| [x[0].abs(), x[1].abs()]).fold(0.0, f64::max);
         if let Some((node, x)) = given().find(|(_, x)| x[2].abs() > FLAT * extent) {
-            return Err(Located::whole(format!(
-                "node {node} lies at z = {z}; a body of triangles lies in the midsagittal plane, z = \
-                 0 (x to the back, y up): turn or shift the model, or mesh a volume of tetrahedra \
-                 (gmsh -3)",
-                z = x[2]
-            )));
+            return Err(wrong!(
+                None,
+                "node {node} lies at z = {}; a body of triangles lies in the midsagittal plane, z = 0 (x to the back, y up): turn or shift \
+                 the model, or mesh a volume of tetrahedra (gmsh -3)",
+                x[2]
+            ));
         }
     }
     Ok(given().map(|(_, x)| SVector::from_iterator(x.iter().map(|c| c * unit.metres()))).collect())

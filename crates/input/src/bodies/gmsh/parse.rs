@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::cursor::Cursor;
-use super::error::{Found, Located, wrong};
+use super::error::{Found, wrong};
 use super::groups::Form;
 use super::views::{View, view};
 
@@ -12,7 +12,7 @@ pub(super) struct Raw {
     /// Names of the physical groups, by dimension and tag, each with its byte.
     pub names: BTreeMap<(usize, i64), (String, usize)>,
     /// Positions by tag, in the unit of the file.
-    pub nodes: BTreeMap<u64, [f64; 3]>,
+    pub nodes: Nodes,
     /// Elements in the order of the file; an element in several physical groups is repeated for each.
     pub elements: Vec<Element>,
     /// Views of vectors.
@@ -31,6 +31,8 @@ pub(super) struct Element {
     /// The byte at which it begins.
     pub at: usize,
 }
+
+type Nodes = BTreeMap<u64, [f64; 3]>;
 
 /// Physical groups by dimension and tag of the entity.
 type Entities = BTreeMap<(i64, i64), Vec<i64>>;
@@ -83,65 +85,50 @@ pub(super) fn check_cell(element: &Element, form: Form) -> Found<()> {
         ),
         _ => return Ok(()),
     };
-    let problem = format!("element {element} is a {what}; {remedy}", element = element.tag);
-    Err(Located::at(element.at, problem))
+    Err(wrong!(element.at, "element {element} is a {what}; {remedy}", element = element.tag))
 }
 
 pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
     if !matches!(cursor.section(), Ok(Some(("MeshFormat", _)))) {
-        return Err(Located::at(
+        return Err(wrong!(
             0,
-            "this is not a Gmsh mesh: it does not begin with $MeshFormat; save it as .msh (gmsh \
-             my.geo -2)",
+            "this is not a Gmsh mesh: it does not begin with $MeshFormat; save it as .msh (gmsh my.geo -2)"
         ));
     }
-    let version = header(cursor)?;
-    let mut names = BTreeMap::new();
-    let (mut entities, mut nodes, mut elements) = (None, None, None);
-    let mut views = Vec::new();
+    let is_new = header(cursor)?;
+    let (mut names, mut views, mut entities) = (BTreeMap::new(), Vec::new(), None);
+    let (mut nodes, mut elements) = (None, None);
     while let Some((section, at)) = cursor.section()? {
         match section {
             "PhysicalNames" => physical_names(cursor, &mut names)?,
             "PartitionedEntities" => {
-                return Err(Located::at(
-                    at,
-                    "the mesh is partitioned; save it whole (Mesh.NbPartitions = 0)",
-                ));
+                return Err(wrong!(at, "the mesh is partitioned; save it whole (Mesh.NbPartitions = 0)"));
             }
-            "Entities" if version == "4.1" => {
-                once(&mut entities, "Entities", at, entities_4(cursor)?)?;
-            }
-            "Nodes" => {
-                let read = if version == "4.1" { nodes_4(cursor)? } else { nodes_2(cursor)? };
-                once(&mut nodes, "Nodes", at, read)?;
-            }
-            "Elements" => {
-                let read = if version == "4.1" { elements_4(cursor)? } else { elements_2(cursor)? };
-                once(&mut elements, "Elements", at, read)?;
-            }
+            "Entities" if is_new => once(&mut entities, "Entities", at, entities_4(cursor)?)?,
+            "Nodes" if is_new => once(&mut nodes, "Nodes", at, nodes_4(cursor)?)?,
+            "Nodes" => once(&mut nodes, "Nodes", at, nodes_2(cursor)?)?,
+            "Elements" if is_new => once(&mut elements, "Elements", at, elements_4(cursor)?)?,
+            "Elements" => once(&mut elements, "Elements", at, elements_2(cursor)?)?,
             "NodeData" => views.extend(view(cursor, "NodeData", at)?),
             "ElementData" => views.extend(view(cursor, "ElementData", at)?),
             other => cursor.skip(other)?,
         }
     }
     let missing = |section| {
-        Located::whole(format!(
-            "there is no section ${section}; mesh the model before it is saved (gmsh my.geo -2, or -3 in \
-         space)"
-        ))
+        wrong!(
+            None,
+            "there is no section ${section}; mesh the model before it is saved (gmsh my.geo -2, or -3 in space)"
+        )
     };
-    let nodes = nodes.ok_or_else(|| missing("Nodes"))?;
+    let nodes: Nodes = nodes.ok_or_else(|| missing("Nodes"))?;
     let mut elements = elements.ok_or_else(|| missing("Elements"))?;
-    if version == "4.1" {
+    if is_new {
         elements = in_groups(elements, &entities.unwrap_or_default());
     }
-    for element in &elements {
-        if let Some(&node) = element.nodes.iter().chain(&element.middles).find(|n| !nodes.contains_key(n)) {
-            return Err(wrong!(
-                element.at,
-                "element {element} refers to node {node}, which is not in $Nodes; save the file again",
-                element = element.tag
-            ));
+    for Element { tag, nodes: corners, middles, at, .. } in &elements {
+        if let Some(&node) = corners.iter().chain(middles).find(|n| !nodes.contains_key(n)) {
+            let told = "which is not in $Nodes; save the file again";
+            return Err(wrong!(*at, "element {tag} refers to node {node}, {told}"));
         }
     }
     Ok(Raw { names, nodes, elements, views })
@@ -154,61 +141,54 @@ fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> 
     }
 }
 
-fn header(cursor: &mut Cursor<'_>) -> Found<&'static str> {
+/// Reads the header, and returns whether the format is 4.1 rather than 2.2.
+fn header(cursor: &mut Cursor<'_>) -> Found<bool> {
     let at = cursor.at();
-    let version = match cursor.token("the version of the format")? {
-        "4.1" => "4.1",
-        "2.2" => "2.2",
-        other => {
-            let found: String = other.chars().take(10).collect();
-            return Err(wrong!(
-                at,
-                "the format is {found}; 4.1 and 2.2 are read: save it with -format msh41, or with Mesh.MshFileVersion = 4.1"
-            ));
-        }
-    };
-    let kind = cursor.int("0 for text or 1 for binary")?;
-    let binary = match kind {
-        0 => false,
-        1 => true,
-        number => {
-            return Err(wrong!(at, "file type {number} is out of range; save the file again"));
-        }
-    };
-    let size = cursor.line("the size of numbers")?.trim();
-    if size != "8" {
+    let version = cursor.token("the version of the format")?;
+    if !matches!(version, "4.1" | "2.2") {
+        let found: String = version.chars().take(10).collect();
         return Err(wrong!(
             at,
-            "numbers have {found} bytes; 8 are read: save it with -format msh41 by Gmsh on a 64-bit computer",
-            found = size.chars().take(10).collect::<String>()
+            "the format is {found}; 4.1 and 2.2 are read: save it with -format msh41, or with Mesh.MshFileVersion = 4.1"
         ));
     }
-    if binary {
+    let kind = cursor.int("0 for text or 1 for binary")?;
+    if !matches!(kind, 0 | 1) {
+        return Err(wrong!(at, "file type {kind} is out of range; save the file again"));
+    }
+    let size = cursor.line("the size of numbers")?.trim();
+    if size != "8" {
+        let found: String = size.chars().take(10).collect();
+        return Err(wrong!(
+            at,
+            "numbers have {found} bytes; 8 are read: save it with -format msh41 by Gmsh on a 64-bit computer"
+        ));
+    }
+    if kind == 1 {
         cursor.begin_binary()?;
     }
     cursor.end("MeshFormat")?;
-    Ok(version)
+    Ok(version == "4.1")
 }
 
 fn physical_names(cursor: &mut Cursor<'_>, names: &mut BTreeMap<(usize, i64), (String, usize)>) -> Found<()> {
-    let count = cursor.count_in_text("the number of physical groups")?;
-    for _ in 0..count {
+    for _ in 0..cursor.count_in_text("the number of physical groups")? {
         let at = cursor.at();
-        let line = cursor.line("a physical group")?;
+        let line = cursor.line("a physical group")?.trim();
         let parsed = || {
-            let (dimension, rest) = line.trim().split_once(char::is_whitespace)?;
+            let (dimension, rest) = line.split_once(char::is_whitespace)?;
             let (tag, name) = rest.trim().split_once(char::is_whitespace)?;
             let name = name.trim().strip_prefix('"')?.strip_suffix('"')?;
             let dimension = dimension.parse().ok().filter(|d| *d <= 3)?;
             Some(((dimension, tag.parse().ok()?), (name.to_owned(), at)))
         };
-        let (key, name) = parsed().ok_or_else(|| {
-            wrong!(
+        let Some((key, name)) = parsed() else {
+            let found: String = line.chars().take(60).collect();
+            return Err(wrong!(
                 at,
-                "physical group without dimension, number and quoted name, like `1 2 \"GGa\"`: \"{found}\"",
-                found = line.trim().chars().take(60).collect::<String>()
-            )
-        })?;
+                "physical group without dimension, number and quoted name, like `1 2 \"GGa\"`: \"{found}\""
+            ));
+        };
         names.insert(key, name);
     }
     cursor.end("PhysicalNames")
@@ -224,32 +204,47 @@ fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Found<u64> {
     }
 }
 
-fn position(cursor: &mut Cursor<'_>, node: u64) -> Found<[f64; 3]> {
+/// Reads the position of a node whose tag begins at a byte.
+fn position(cursor: &mut Cursor<'_>, nodes: &mut Nodes, node: u64, tag_at: usize) -> Found<()> {
     let at = cursor.at();
     let mut x = [0.0; 3];
     for c in &mut x {
         *c = cursor.real("a coordinate")?;
     }
-    match x.iter().all(|c| c.is_finite()) {
-        true => Ok(x),
-        false => {
-            Err(wrong!(at, "a coordinate of node {node} is not finite; correct the model and mesh it again"))
-        }
+    if !x.iter().all(|c| c.is_finite()) {
+        return Err(wrong!(
+            at,
+            "a coordinate of node {node} is not finite; correct the model and mesh it again"
+        ));
+    }
+    match nodes.insert(node, x) {
+        None => Ok(()),
+        Some(_) => Err(wrong!(tag_at, "node {node} is defined twice; keep one")),
     }
 }
 
-fn nodes_2(cursor: &mut Cursor<'_>) -> Found<BTreeMap<u64, [f64; 3]>> {
-    let count = cursor.count_in_text("the number of nodes")?;
+fn nodes_2(cursor: &mut Cursor<'_>) -> Found<Nodes> {
     let mut nodes = BTreeMap::new();
-    for _ in 0..count {
+    for _ in 0..cursor.count_in_text("the number of nodes")? {
         let at = cursor.at();
         let node = positive(cursor, "node")?;
-        if nodes.insert(node, position(cursor, node)?).is_some() {
-            return Err(wrong!(at, "node {node} is defined twice; keep one"));
-        }
+        position(cursor, &mut nodes, node, at)?;
     }
     cursor.end("Nodes")?;
     Ok(nodes)
+}
+
+/// Reads the nodes of an element of this type, the corners apart from the middles of its sides.
+fn element(
+    [kind, group]: [i64; 2],
+    tag: u64,
+    at: usize,
+    mut node: impl FnMut() -> Found<u64>,
+) -> Found<Element> {
+    let [dimension, corners, count] = shape(kind, tag, at)?;
+    let mut nodes = (0..count).map(|_| node()).collect::<Found<Vec<_>>>()?;
+    let middles = nodes.split_off(corners);
+    Ok(Element { tag, dimension, group, nodes, middles, at })
 }
 
 fn elements_2(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
@@ -257,32 +252,19 @@ fn elements_2(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
     let mut elements: Vec<Element> = Vec::new();
     while (elements.len() as u64) < count {
         // In binary, elements of one type follow each other behind a common header.
-        let (kind, follow, tags, first) = match cursor.is_binary() {
-            true => {
-                let kind = cursor.int("the type of an element")?;
-                let follow = positive(cursor, "number of elements")?;
-                (kind, follow, cursor.int("the number of tags")?, None)
-            }
-            false => {
-                let tag = positive(cursor, "element")?;
-                let kind = cursor.int("the type of an element")?;
-                (kind, 1, cursor.int("the number of tags")?, Some(tag))
-            }
-        };
+        let first = if cursor.is_binary() { None } else { Some(positive(cursor, "element")?) };
+        let kind = cursor.int("the type of an element")?;
+        let follow = if first.is_none() { positive(cursor, "number of elements")? } else { 1 };
+        let tags = cursor.int("the number of tags")?;
         for _ in 0..follow {
             let at = cursor.at();
             let tag = first.map_or_else(|| positive(cursor, "element"), Ok)?;
             let mut group = 0;
             for nth in 0..tags {
                 let value = cursor.int("a tag of an element")?;
-                if nth == 0 {
-                    group = value.saturating_abs();
-                }
+                group = if nth == 0 { value.saturating_abs() } else { group };
             }
-            let [dimension, corners, count] = shape(kind, tag, at)?;
-            let mut nodes = (0..count).map(|_| positive(cursor, "node")).collect::<Found<Vec<_>>>()?;
-            let middles = nodes.split_off(corners);
-            elements.push(Element { tag, dimension, group, nodes, middles, at });
+            elements.push(element([kind, group], tag, at, || positive(cursor, "node"))?);
         }
     }
     cursor.end("Elements")?;
@@ -302,23 +284,21 @@ fn entities_4(cursor: &mut Cursor<'_>) -> Found<Entities> {
                 cursor.real("a coordinate of an entity")?;
             }
             let groups = cursor.size("the number of physical groups")?;
-            let mut of_entity = Vec::new();
-            for _ in 0..groups {
-                of_entity.push(cursor.int("a physical group")?.saturating_abs());
-            }
+            let group = |_| Ok(cursor.int("a physical group")?.saturating_abs());
+            let groups: Vec<i64> = (0..groups).map(group).collect::<Found<_>>()?;
             if dimension > 0 {
                 for _ in 0..cursor.size("the number of bounding entities")? {
                     cursor.int("a bounding entity")?;
                 }
             }
-            entities.insert((dimension as i64, tag), of_entity);
+            entities.insert((dimension as i64, tag), groups);
         }
     }
     cursor.end("Entities")?;
     Ok(entities)
 }
 
-fn nodes_4(cursor: &mut Cursor<'_>) -> Found<BTreeMap<u64, [f64; 3]>> {
+fn nodes_4(cursor: &mut Cursor<'_>) -> Found<Nodes> {
     let blocks = cursor.size("the number of blocks")?;
     for what in ["the number of nodes", "the lowest node", "the highest node"] {
         cursor.size(what)?;
@@ -328,15 +308,12 @@ fn nodes_4(cursor: &mut Cursor<'_>) -> Found<BTreeMap<u64, [f64; 3]>> {
         let dimension = cursor.int("the dimension of an entity")?;
         cursor.int("an entity")?;
         let parametric = cursor.int("0, or 1 for parametric coordinates")?;
-        let count = cursor.size("the number of nodes of a block")?;
         let mut tags = Vec::new();
-        for _ in 0..count {
+        for _ in 0..cursor.size("the number of nodes of a block")? {
             tags.push((cursor.at(), cursor.size("a node")?));
         }
         for (at, node) in tags {
-            if nodes.insert(node, position(cursor, node)?).is_some() {
-                return Err(wrong!(at, "node {node} is defined twice; keep one"));
-            }
+            position(cursor, &mut nodes, node, at)?;
             for _ in 0..if parametric == 0 { 0 } else { dimension.clamp(0, 3) } {
                 cursor.real("a parametric coordinate")?;
             }
@@ -360,10 +337,7 @@ fn elements_4(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
         for _ in 0..cursor.size("the number of elements of a block")? {
             let at = cursor.at();
             let tag = cursor.size("an element")?;
-            let [dimension, corners, count] = shape(kind, tag, at)?;
-            let mut nodes = (0..count).map(|_| cursor.size("a node")).collect::<Found<Vec<_>>>()?;
-            let middles = nodes.split_off(corners);
-            elements.push(Element { tag, dimension, group: entity, nodes, middles, at });
+            elements.push(element([kind, entity], tag, at, || cursor.size("a node"))?);
         }
     }
     cursor.end("Elements")?;

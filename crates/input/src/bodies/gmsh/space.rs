@@ -18,13 +18,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::Vector3;
 
 use super::Unit;
-use super::error::{Found, Located, wrong};
+use super::assemble::given_twice;
+use super::error::{Found, wrong};
 use super::fibres::{Fibres, parts};
 use super::groups::{Form, Parts, Role, positions, sorted};
 use super::parse::Raw;
 use super::views::View;
-use tongue_core::body::space::{Directions, Segment, Side};
-use tongue_core::body::{Bone, Mesh, MuscleChain, SpaceBody, SpaceMuscle};
+use crate::bodies::group_and_side;
+use tongue_core::body::space::{Directions, Segment};
+use tongue_core::body::{Mesh, MuscleChain, SpaceBody, SpaceMuscle};
 use tongue_core::geometry::hexahedron;
 
 #[derive(Clone, Copy)]
@@ -44,6 +46,14 @@ struct Given<'a> {
     at: usize,
 }
 
+struct Assembly<'a> {
+    raw: &'a Raw,
+    unit: Unit,
+    parts: Parts<'a>,
+    numbers: BTreeMap<u64, usize>,
+    mesh: Mesh<3>,
+}
+
 pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<SpaceBody> {
     let parts = Parts::new(raw, Form::Hexahedra)?;
     let mut kept: BTreeSet<u64> = parts.cells.iter().flat_map(|e| &e.nodes).copied().collect();
@@ -55,155 +65,132 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<SpaceBody> 
     let on_bone = of(|role| matches!(role, Role::Bone(_)));
     kept.extend(of(|role| matches!(role, Role::Fibre(_))).intersection(&on_bone));
     let numbers: BTreeMap<u64, usize> = kept.iter().enumerate().map(|(i, tag)| (*tag, i)).collect();
-    let mesh = Mesh::<3> { nodes: positions(raw, &kept, unit)?, ..Mesh::default() };
-    let bones = parts.bones(&numbers)?;
-    Assembly { raw, unit, parts, numbers, mesh }.body(bones, origin)
-}
-
-struct Assembly<'a> {
-    raw: &'a Raw,
-    unit: Unit,
-    parts: Parts<'a>,
-    numbers: BTreeMap<u64, usize>,
-    mesh: Mesh<3>,
+    let mut mesh = Mesh::<3> { nodes: positions(raw, &kept, unit)?, ..Mesh::default() };
+    let (bones, fixed) = parts.bones(&numbers)?;
+    mesh.fixed = fixed;
+    for cell in &parts.cells {
+        // Every tag of a cell is in `numbers`, so the default is never used.
+        let corners: [usize; 8] =
+            std::array::from_fn(|i| numbers.get(&cell.nodes[i]).copied().unwrap_or_default());
+        let x = hexahedron::corners(&mesh.nodes, &corners);
+        if !hexahedron::points().iter().all(|&at| hexahedron::jacobian(&x, at).determinant() > 0.0) {
+            return Err(wrong!(
+                cell.at,
+                "hexahedron {} is turned inside out or flat at one of its points; repair the mesh, or reverse the order of its corners",
+                cell.tag
+            ));
+        }
+        mesh.hexahedra.push(corners);
+    }
+    let mut assembly = Assembly { raw, unit, parts, numbers, mesh };
+    let (mut muscles, mut chains): (Vec<SpaceMuscle>, Vec<MuscleChain>) = (Vec::new(), Vec::new());
+    for given in assembly.given()? {
+        let (muscle, ends) = assembly.muscle(&given)?;
+        chains.push(MuscleChain { name: muscle.name.clone(), nodes: ends.to_vec() });
+        muscles.push(muscle);
+    }
+    let Assembly { parts, numbers, mesh, .. } = &mut assembly;
+    let edges = mesh.hexahedra.iter().flat_map(|c| hexahedron::EDGES.map(|e| e.map(|i| c[i])));
+    let outside = muscles.iter().flat_map(|m| &m.segments).filter(|s| s.outside).map(|s| s.nodes);
+    parts.check_held(edges.chain(outside), &mesh.fixed, numbers)?;
+    mesh.muscles = chains;
+    mesh.connect();
+    let (what, mesh) = (format!("the mesh of \"{origin}\""), std::mem::take(mesh));
+    let body = SpaceBody { what, mesh, bones, muscles, ..SpaceBody::default() };
+    body.check().map_err(|fault| wrong!(None, "{fault}"))?;
+    Ok(body)
 }
 
 impl<'a> Assembly<'a> {
-    fn body(mut self, bones: Vec<Bone>, origin: &str) -> Found<SpaceBody> {
-        for cell in &self.parts.cells {
-            // Every tag of a cell is in `numbers`, so the default is never used.
-            let corners: [usize; 8] =
-                std::array::from_fn(|i| self.numbers.get(&cell.nodes[i]).copied().unwrap_or_default());
-            let x = hexahedron::corners(&self.mesh.nodes, &corners);
-            if !hexahedron::points().iter().all(|&at| hexahedron::jacobian(&x, at).determinant() > 0.0) {
-                return Err(wrong!(
-                    cell.at,
-                    "hexahedron {element} is turned inside out or flat at one of its points; repair the mesh, or reverse the order of its \
-                     corners",
-                    element = cell.tag
-                ));
-            }
-            self.mesh.hexahedra.push(corners);
-        }
-        self.mesh.fixed =
-            bones.iter().flat_map(|b| b.nodes.iter().copied()).collect::<BTreeSet<_>>().into_iter().collect();
-        let (mut muscles, mut chains): (Vec<SpaceMuscle>, Vec<MuscleChain>) = (Vec::new(), Vec::new());
-        for given in self.given()? {
-            let (muscle, ends) = self.muscle(&given)?;
-            chains.push(MuscleChain { name: muscle.name.clone(), nodes: ends.to_vec() });
-            muscles.push(muscle);
-        }
-        let edges = self.mesh.hexahedra.iter().flat_map(|c| hexahedron::EDGES.map(|e| e.map(|i| c[i])));
-        let outside = muscles.iter().flat_map(|m| &m.segments).filter(|s| s.outside).map(|s| s.nodes);
-        self.parts.check_held(edges.chain(outside), &bones, &self.numbers)?;
-        let mut mesh = self.mesh;
-        mesh.muscles = chains;
-        mesh.connect();
-        let what = format!("the mesh of \"{origin}\"");
-        let body = SpaceBody { what, mesh, bones, muscles, ..SpaceBody::default() };
-        body.check().map_err(|fault| Located::whole(fault.to_string()))?;
-        Ok(body)
-    }
-
     /// The muscles with their strengths; sides are checked to pair.
     fn given(&self) -> Found<Vec<Given<'a>>> {
         let mut out: Vec<Given<'a>> = Vec::new();
         for group in &self.parts.groups {
             let Role::Muscle(rest) = &group.role else { continue };
-            let (name, strength) = strength(rest).map_err(|problem| group.located(problem))?;
+            let Some((name, strength)) = strength(rest) else {
+                return Err(wrong!(
+                    group.at,
+                    "\"muscle:{rest}\": name the muscle and its strength with a unit, like `muscle:GGP_L 18.5 N` or `muscle:GGP_L 49.8 kPa`"
+                ));
+            };
             if out.iter().any(|g| g.name == name) {
-                let (first, second) = (name.clone(), rest.clone());
-                return Err(group.located(format!(
-                    "muscle {name} is given twice, as \"{first}\" and as \"{second}\"; join them to \
-                     one physical curve"
-                )));
+                return Err(given_twice(&name, &name, rest, group.at));
             }
             let region = group.elements.iter().map(|e| sorted(&e.nodes)).collect();
             let view = self.raw.views.iter().find(|v| fibre_of(v) == Some(name.as_str()));
             out.push(Given { name, strength, region, lines: Vec::new(), view, at: group.at });
         }
-        for given in &out {
-            let Some((group, side)) = given.name.rsplit_once('_') else { continue };
-            let other = match side {
-                "L" => format!("{group}_R"),
-                "R" => format!("{group}_L"),
+        for Given { name, at, .. } in &out {
+            let other = match name.rsplit_once('_') {
+                Some((group, "L")) => format!("{group}_R"),
+                Some((group, "R")) => format!("{group}_L"),
                 _ => continue,
             };
             if !out.iter().any(|g| g.name == other) {
-                let problem = format!(
-                    "muscle {name} has no other side: no group is called \"muscle:{other} ..\"; add \
-                     it, or give the muscle a name without a side",
-                    name = given.name
-                );
-                return Err(Located::at(given.at, problem));
+                return Err(wrong!(
+                    *at,
+                    "muscle {name} has no other side: no group is called \"muscle:{other} ..\"; add it, or give the muscle a name without a \
+                     side"
+                ));
             }
         }
         let nothing = |name: &str, at| {
-            wrong!(
-                at,
-                "fibres are given of {name}, but no volume is called \"muscle:{name} ..\"; correct the name, or add the volume"
-            )
+            let help = "correct the name, or add the volume";
+            wrong!(at, "fibres are given of {name}, but no volume is called \"muscle:{name} ..\"; {help}")
         };
         for group in &self.parts.groups {
             let Role::Fibre(name) = &group.role else { continue };
             let muscle = out.iter_mut().find(|g| g.name == *name).ok_or_else(|| nothing(name, group.at))?;
-            let lines = group.elements.iter().filter_map(|e| <[u64; 2]>::try_from(e.nodes.as_slice()).ok());
-            muscle.lines.extend(lines);
+            muscle.lines.extend(group.lines());
         }
-        for (name, at) in self.raw.views.iter().filter_map(|v| Some((fibre_of(v)?, v.at))) {
-            if !out.iter().any(|g| g.name == name) {
-                return Err(nothing(name, at));
-            }
+        let mut views = self.raw.views.iter().filter_map(|v| Some((fibre_of(v)?, v.at)));
+        match views.find(|(name, _)| !out.iter().any(|g| g.name == *name)) {
+            Some((name, at)) => Err(nothing(name, at)),
+            None => Ok(out),
         }
-        Ok(out)
     }
 
     /// A muscle, and the ends of the fibre that measures it.
     fn muscle(&self, given: &Given<'a>) -> Found<(SpaceMuscle, [usize; 2])> {
         let (mesh, cells) = (&self.mesh, &self.parts.cells);
-        let located = |problem| Located::at(given.at, problem);
-        let name = || given.name.clone();
+        let Given { name, lines, at, .. } = given;
         let region: Vec<usize> =
             (0..cells.len()).filter(|&c| given.region.contains(&sorted(&cells[c].nodes))).collect();
-        let volume: f64 = region
-            .iter()
-            .map(|&e| hexahedron::volume(&hexahedron::corners(&mesh.nodes, &mesh.hexahedra[e])))
-            .sum();
+        let corners = region.iter().map(|&e| hexahedron::corners(&mesh.nodes, &mesh.hexahedra[e]));
+        let volume: f64 = corners.map(|x| hexahedron::volume(&x)).sum();
         let place = |tag: &u64| self.raw.nodes.get(tag).map(|x| Vector3::from(*x) * self.unit.metres());
-        let fibres = Fibres::lay(mesh, &self.numbers, &given.lines, place).map_err(|node| {
-            located(format!(
-                "a curve \"fibre:{name}\" lies outside the tissue at node {node}, where it must run \
-                 from a node of the tissue to one of a bone; let it end inside the tissue, or give \
-                 it a node of the mesh where it leaves and one on bone:NAME where it ends",
-                name = name()
-            ))
+        let fibres = Fibres::lay(mesh, &self.numbers, lines, place).map_err(|node| {
+            wrong!(
+                *at,
+                "a curve \"fibre:{name}\" lies outside the tissue at node {node}, where it must run from a node of the tissue to one of a \
+                 bone; let it end inside the tissue, or give it a node of the mesh where it leaves and one on bone:NAME where it ends"
+            )
         })?;
         let directions = match given.view {
-            Some(view) => self.directions(view, &region, &given.name)?,
+            Some(view) => self.directions(view, &region, name)?,
             None => fibres.directions(mesh, &region),
         };
-        let (stress_pa, force_n) = match (given.strength, given.lines.is_empty()) {
+        let (stress_pa, force_n) = match (given.strength, lines.is_empty()) {
             (Strength::Newtons(_), true) => {
-                return Err(located(format!(
-                    "muscle {name} has a force, but no curves \"fibre:{name}\" whose length makes a \
-                     stress of it; add them, or give the stress in kPa",
-                    name = name()
-                )));
+                return Err(wrong!(
+                    *at,
+                    "muscle {name} has a force, but no curves \"fibre:{name}\" whose length makes a stress of it; add them, or give the \
+                     stress in kPa"
+                ));
             }
             // The force of the muscle is that of all its fibres together.
             (Strength::Newtons(force), false) => {
-                let count = parts(&given.lines).len() as f64;
+                let count = parts(lines).len() as f64;
                 (force / count * fibres.length / volume, force / count)
             }
             (Strength::Pascals(stress), true) => (stress, 0.0),
             (Strength::Pascals(stress), false) => (stress, stress * volume / fibres.length),
         };
-        if given.lines.is_empty() && directions.is_empty() {
-            return Err(located(format!(
-                "muscle {name} has no directions; add a view \"fibre:{name}\" of vectors, or curves \
-                 called \"fibre:{name}\"",
-                name = name()
-            )));
+        if lines.is_empty() && directions.is_empty() {
+            return Err(wrong!(
+                *at,
+                "muscle {name} has no directions; add a view \"fibre:{name}\" of vectors, or curves called \"fibre:{name}\""
+            ));
         }
         let on_nodes = fibres.guides.is_empty() && !fibres.segments.is_empty();
         let measure = match on_nodes {
@@ -218,62 +205,38 @@ impl<'a> Assembly<'a> {
             let force_n = stress_pa * volume / mesh.distance(measure);
             segments.push(Segment { nodes: measure, force_n, outside: false });
         }
-        let (group, side) = match given.name.rsplit_once('_') {
-            Some((group, "L")) => (group.to_owned(), Side::Left),
-            Some((group, "R")) => (group.to_owned(), Side::Right),
-            _ => (name(), Side::Middle),
-        };
-        Ok((SpaceMuscle { name: name(), group, side, segments, region, stress_pa, directions }, measure))
+        let (group, side) = group_and_side(name);
+        let (group, name) = (group.to_owned(), name.clone());
+        Ok((SpaceMuscle { name, group, side, segments, region, stress_pa, directions }, measure))
     }
 
     /// Directions of a view at the points of Gauss of each element of a region.
     fn directions(&self, view: &View, region: &[usize], name: &str) -> Found<Vec<Directions>> {
         let unit = |vector: Vector3<f64>| vector.try_normalize(1e-12);
-        let at_nodes: BTreeMap<usize, Vector3<f64>> = match view.of_nodes {
-            true => view
-                .vectors
-                .iter()
-                .filter_map(|(t, v)| Some((*self.numbers.get(t)?, Vector3::from(*v))))
-                .collect(),
-            false => BTreeMap::new(),
-        };
+        let of_tag = |tag: &u64| view.vectors.get(tag).map(|v| Vector3::from(*v));
         // An element may be in the file once for each of its groups, and the view may name any of them.
-        let of_elements: BTreeMap<Vec<u64>, Vector3<f64>> = match view.of_nodes {
-            true => BTreeMap::new(),
-            false => self
-                .raw
-                .elements
-                .iter()
-                .rev()
-                .filter(|e| e.dimension == 3)
-                .filter_map(|e| Some((sorted(&e.nodes), Vector3::from(*view.vectors.get(&e.tag)?))))
-                .collect(),
-        };
-        let mut out = Vec::with_capacity(region.len());
-        for &element in region {
+        let elements = self.raw.elements.iter().rev().filter(|e| !view.of_nodes && e.dimension == 3);
+        let of_elements: BTreeMap<Vec<u64>, Vector3<f64>> =
+            elements.filter_map(|e| Some((sorted(&e.nodes), of_tag(&e.tag)?))).collect();
+        let of_region = |&element: &usize| {
             let cell = self.parts.cells[element];
             let directions: Directions = match view.of_nodes {
-                false => {
-                    let own = of_elements.get(&sorted(&cell.nodes)).copied();
-                    [own.and_then(unit); hexahedron::POINTS]
-                }
+                false => [of_elements.get(&sorted(&cell.nodes)).copied().and_then(unit); hexahedron::POINTS],
                 true => hexahedron::points().map(|at| {
-                    let shares = hexahedron::values(at);
-                    let corners = self.mesh.hexahedra[element].iter().zip(shares);
-                    unit(corners.filter_map(|(n, share)| Some(at_nodes.get(n)? * share)).sum())
+                    let corners = cell.nodes.iter().zip(hexahedron::values(at));
+                    unit(corners.filter_map(|(tag, share)| Some(of_tag(tag)? * share)).sum())
                 }),
             };
-            if directions.iter().any(Option::is_none) {
-                let problem = format!(
-                    "the view \"fibre:{name}\" has no direction in element {element}, or one of \
-                     length zero; give every element of the muscle one",
-                    element = cell.tag
-                );
-                return Err(Located::at(view.at, problem));
+            match directions.iter().all(Option::is_some) {
+                true => Ok(directions),
+                false => Err(wrong!(
+                    view.at,
+                    "the view \"fibre:{name}\" has no direction in element {}, or one of length zero; give every element of the muscle one",
+                    cell.tag
+                )),
             }
-            out.push(directions);
-        }
-        Ok(out)
+        };
+        region.iter().map(of_region).collect()
     }
 }
 
@@ -284,24 +247,16 @@ fn fibre_of(view: &View) -> Option<&str> {
 }
 
 /// `NAME 18.5 N` or `NAME 49.8 kPa`.
-fn strength(rest: &str) -> Result<(String, Strength), String> {
-    let words: Vec<&str> = rest.split_whitespace().collect();
-    let wrong = || {
-        format!(
-            "\"muscle:{found}\": name the muscle and its strength with a unit, like `muscle:GGP_L 18.5 \
-         N` or `muscle:GGP_L 49.8 kPa`",
-            found = rest
-        )
-    };
-    let &[name, number, unit] = words.as_slice() else { return Err(wrong()) };
-    let number = number.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0).ok_or_else(wrong)?;
+fn strength(rest: &str) -> Option<(String, Strength)> {
+    let &[name, number, unit] = rest.split_whitespace().collect::<Vec<_>>().as_slice() else { return None };
+    let number = number.parse::<f64>().ok().filter(|x| x.is_finite() && *x > 0.0)?;
     let strength = match unit {
         "N" => Strength::Newtons(number),
         "Pa" => Strength::Pascals(number),
         "kPa" => Strength::Pascals(1e3 * number),
-        _ => return Err(wrong()),
+        _ => return None,
     };
-    Ok((name.to_owned(), strength))
+    Some((name.to_owned(), strength))
 }
 
 /// The ends of the longest fibre: the two of its nodes that are farthest from each other.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::cursor::Cursor;
-use super::error::{Found, Located, wrong};
+use super::error::{Found, wrong};
 
 pub(super) struct View {
     pub name: String,

@@ -24,7 +24,8 @@ const BETWEEN: [char; 9] = [' ', '_', '.', '-', '(', '[', '/', ',', ':'];
 
 const FEW: usize = 20;
 
-type Field = (usize, TableUnit);
+/// A column, and the unit of its numbers.
+pub(super) type Field = (usize, TableUnit);
 
 pub(super) struct Length {
     pub muscle: String,
@@ -72,38 +73,27 @@ impl Columns {
         let subject = first(|m| matches!(m, Meaning::Subject(_)));
         let vowel = first(|m| matches!(m, Meaning::Vowel(_)));
         let half_width = |muscle: &str| fields.get(&Meaning::HalfWidth(muscle.to_owned())).copied();
-        let length = |(m, (field, unit)): (&Meaning, &Field)| match m {
-            Meaning::Length(muscle) => Some(Length {
-                muscle: muscle.clone(),
-                field: *field,
-                unit: *unit,
-                half_width: half_width(muscle),
-            }),
-            _ => None,
+        let length = |(meaning, &(field, unit)): (&Meaning, &Field)| {
+            let Meaning::Length(muscle) = meaning else { return None };
+            Some(Length { muscle: muscle.clone(), field, unit, half_width: half_width(muscle) })
         };
         let mut lengths: Vec<Length> = fields.iter().filter_map(length).collect();
         lengths.sort_by_key(|length| length.field);
-        let of_muscle =
-            cells.header.cells.iter().position(|name| MUSCLE.split(' ').any(|n| n == plain(name)));
+        let is_of_muscle = |name: &str| MUSCLE.split(' ').any(|n| n == plain(name));
+        let of_muscle = cells.header.cells.iter().position(is_of_muscle);
         if let Some(field) = of_muscle.filter(|_| lengths.len() < 2) {
-            let name = clip(cells.header.cell(field));
-            let what = format!(
-                "column {name} names muscles, so that each has rows of its own; {}",
-                cells.header_quoted()
-            );
+            let (name, quoted) = (clip(cells.header.cell(field)), cells.header_quoted());
+            let what = format!("column {name} names muscles, so that each has rows of its own; {quoted}");
             let help = "give each muscle a column and each subject and vowel one row, as in subject,vowel,GGa_mm,GGm_mm";
             return Err(cells.at(&cells.header, field).error(what, help));
         }
         let (Some(subject), Some(vowel), false) = (subject, vowel, lengths.is_empty()) else {
             let missing = [
-                (subject.is_none(), "subject"),
-                (vowel.is_none(), "vowel"),
-                (lengths.is_empty(), "a length, like GGa_mm"),
+                subject.is_none().then_some("subject"),
+                vowel.is_none().then_some("vowel"),
+                lengths.is_empty().then_some("a length, like GGa_mm"),
             ];
-            return Err(incomplete(
-                missing.into_iter().filter(|(is, _)| *is).map(|(_, name)| name).collect(),
-                cells,
-            ));
+            return Err(incomplete(&missing.into_iter().flatten().collect::<Vec<_>>(), cells));
         };
         let half_width = half_width("");
         let used = |field: usize| {
@@ -130,7 +120,7 @@ impl Columns {
 }
 
 /// The error for missing columns, with columns that may be meant.
-fn incomplete(missing: Vec<&str>, cells: &Cells<'_>) -> Malformed {
+fn incomplete(missing: &[&str], cells: &Cells<'_>) -> Malformed {
     let mut what = format!("missing from the header: {}", missing.join(", "));
     let near = missing.iter().filter(|name| !name.contains(' ')).find_map(|name| {
         let near = suggest::nearest(name, cells.header.cells.iter().filter(|h| h.len() > 2))?;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::error::Malformed;
 use super::number::LARGEST_HALF_WIDTH_MM;
-use super::read::{Table, read};
+use super::read::read;
 use super::reading::HalfWidth;
 use super::text::fold;
 use super::{BrokenRow, Lengths, LengthsError, Reading, Row, Vowel};
@@ -26,21 +26,21 @@ const NAMED_SUBJECTS: usize = 12;
 /// Measured muscle lengths: at least one usable row, and no subject and vowel twice.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
-    origin: String,
-    muscles: Arc<[String]>,
-    rows: Vec<Row>,
-    reading: Reading,
-    broken: Vec<BrokenRow>,
-    bad_cells: Vec<Malformed>,
+    pub(super) origin: String,
+    pub(super) muscles: Arc<[String]>,
+    pub(super) rows: Vec<Row>,
+    pub(super) reading: Reading,
+    pub(super) broken: Vec<BrokenRow>,
+    pub(super) bad_cells: Vec<Malformed>,
     /// Numbers of the rows of each subject.
-    index: BTreeMap<String, Vec<usize>>,
+    pub(super) index: BTreeMap<String, Vec<usize>>,
 }
 
 impl Dataset {
     /// The built-in lengths of Takano and Honda (2007), thesis table 4.4: eight muscles of the subjects S1 to
     /// S4, 19 rows (S4 has no /ɯ/).
     pub fn reference() -> Result<Self, LengthsError> {
-        Self::parse(REFERENCE.as_bytes(), REFERENCE_ORIGIN)
+        Ok(read(REFERENCE.as_bytes(), REFERENCE_ORIGIN)?)
     }
 
     /// Reads the table in the file at `path`, or on stdin if `path` is `-`; see [`Dataset::from_reader`] for
@@ -94,25 +94,19 @@ impl Dataset {
 
     fn from_input(bytes: io::Result<Vec<u8>>, origin: &str) -> Result<Self, LengthsError> {
         let bytes = bytes.map_err(|source| LengthsError::Unreadable { origin: origin.to_owned(), source })?;
-        Self::parse(&bytes, origin)
-    }
-
-    fn parse(bytes: &[u8], origin: &str) -> Result<Self, LengthsError> {
-        let Table { muscles, rows, reading, broken, bad_cells } = read(bytes, origin)?;
-        let mut index = BTreeMap::<_, Vec<usize>>::new();
-        for (number, row) in rows.iter().enumerate() {
-            index.entry(row.lengths.subject.clone()).or_default().push(number);
-        }
-        Ok(Self { origin: origin.to_owned(), muscles, rows, reading, broken, bad_cells, index })
+        Ok(read(&bytes, origin)?)
     }
 
     /// The same lengths with the half width `mm` for all of them, whatever the table has.
     ///
     /// # Errors
-    /// [`LengthsError::BadHalfWidth`] if `mm` is not from 0 to 100.
+    /// If `mm` is not from 0 to 100.
     pub fn with_half_width_mm(mut self, mm: f64) -> Result<Self, LengthsError> {
         if !(0.0..=LARGEST_HALF_WIDTH_MM).contains(&mm) {
-            return Err(LengthsError::BadHalfWidth { mm, largest: LARGEST_HALF_WIDTH_MM });
+            let told = format!(
+                "the half width of rounding is {mm} mm; give one from 0 to {LARGEST_HALF_WIDTH_MM} mm, like 0.5"
+            );
+            return Err(LengthsError::Refused(told));
         }
         for row in &mut self.rows {
             row.lengths.half_width_mm.fill(mm);
@@ -183,12 +177,7 @@ impl Dataset {
     /// # Errors
     /// The fault of that row if it is broken; else what the table has instead.
     pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, LengthsError> {
-        self.find(subject, vowel)?.ok_or_else(|| LengthsError::MissingRow {
-            origin: self.origin.clone(),
-            subject: subject.to_owned(),
-            vowel: vowel.clone(),
-            has: self.vowels(subject).unwrap_or_default(),
-        })
+        self.find(subject, vowel)?.ok_or_else(|| self.missing(subject, vowel, "", ""))
     }
 
     /// The baseline of `subject`: its own /ɯ/, as in thesis 4.3.2.
@@ -197,12 +186,14 @@ impl Dataset {
     }
 
     pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, LengthsError> {
-        self.find(subject, vowel)?.ok_or_else(|| LengthsError::MissingBaseline {
-            origin: self.origin.clone(),
-            subject: subject.to_owned(),
-            vowel: vowel.clone(),
-            has: self.vowels(subject).unwrap_or_default(),
-        })
+        let help = ": choose one of these as the baseline instead";
+        self.find(subject, vowel)?.ok_or_else(|| self.missing(subject, vowel, "the baseline vowel ", help))
+    }
+
+    fn missing(&self, subject: &str, vowel: &Vowel, what: &str, help: &str) -> LengthsError {
+        let (origin, has) = (&self.origin, Vowel::list(&self.vowels(subject).unwrap_or_default()));
+        let told = format!("{subject} has no row for {what}/{vowel}/ in {origin}; it has {has}{help}");
+        LengthsError::Refused(told)
     }
 
     fn find(&self, subject: &str, vowel: &Vowel) -> Result<Option<&Lengths>, LengthsError> {
@@ -224,12 +215,11 @@ impl Dataset {
     }
 
     fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, LengthsError> {
-        let numbers = self.index.get(&fold(subject)).ok_or_else(|| {
+        let Some(numbers) = self.index.get(&fold(subject)) else {
             let known = self.subjects();
-            let is_vowel = self.rows.iter().any(|row| row.lengths.vowel.label() == subject);
-            let Reading { subject: of_subjects, vowel: of_vowels, .. } = &self.reading;
+            let (of_subjects, of_vowels) = (&self.reading.subject, &self.reading.vowel);
             let hint = match suggest::nearest(subject, known.iter().copied()) {
-                _ if is_vowel => {
+                _ if self.rows.iter().any(|row| row.lengths.vowel.label() == subject) => {
                     format!("it is in column {of_vowels}; are {of_subjects} and {of_vowels} exchanged?")
                 }
                 Some(near) if known.len() > NAMED_SUBJECTS => {
@@ -238,8 +228,9 @@ impl Dataset {
                 None if known.len() > NAMED_SUBJECTS => format!("it has {} other subjects", known.len()),
                 _ => suggest::hint(subject, known.iter().copied()),
             };
-            LengthsError::UnknownSubject { origin: self.origin.clone(), name: subject.to_owned(), hint }
-        })?;
+            let told = format!("unknown subject {subject:?} in {}; {hint}", self.origin);
+            return Err(LengthsError::Refused(told));
+        };
         Ok(numbers.iter().filter_map(|n| self.rows.get(*n)).map(|row| &row.lengths))
     }
 }

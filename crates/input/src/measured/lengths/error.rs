@@ -6,7 +6,6 @@ use serde::Serialize;
 
 use super::{BadLabel, Vowel};
 use crate::files::advice;
-use tongue_core::suggest;
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
 #[error("{origin}:{line}:{column}: {what}; {help}")]
@@ -36,57 +35,11 @@ pub enum LengthsError {
     /// The file is not a table of lengths, or the requested row is broken.
     #[error(transparent)]
     Malformed(#[from] Malformed),
-    #[error("unknown subject {name:?} in {origin}; {hint}")]
-    UnknownSubject { origin: String, name: String, hint: String },
-    #[error("{subject} has no row for /{vowel}/ in {origin}; it has {}", Vowel::list(has))]
-    MissingRow { origin: String, subject: String, vowel: Vowel, has: Vec<Vowel> },
-    #[error("{origin} has no row for /{vowel}/; it has {}", Vowel::list(has))]
-    UnknownVowel { origin: String, vowel: Vowel, has: Vec<Vowel> },
-    #[error(
-        "{subject} has no row for the baseline vowel /{vowel}/ in {origin}; it has {}: choose one of these as \
-         the baseline instead",
-        Vowel::list(has)
-    )]
-    MissingBaseline { origin: String, subject: String, vowel: Vowel, has: Vec<Vowel> },
-    #[error("the half width of rounding is {mm} mm; give one from 0 to {largest} mm, like 0.5")]
-    BadHalfWidth { mm: f64, largest: f64 },
     #[error(transparent)]
     Vowel(#[from] BadLabel),
-    #[error(
-        "/{vowel}/ of {subject} is the baseline itself, so there is nothing to fit; choose another vowel or \
-         another baseline"
-    )]
-    IsBaseline { subject: String, vowel: Vowel },
-    #[error(
-        "{muscle} of {subject} is {mm} mm in /{vowel}/ and {baseline_mm} mm in /{baseline}/, but no muscle of a tongue changes its length \
-         to less than 0.5 or more than 1.7 times; correct the length that is wrong, or leave it empty"
-    )]
-    Impossible { muscle: String, subject: String, vowel: Vowel, mm: f64, baseline: Vowel, baseline_mm: f64 },
-    #[error(
-        "no muscle of {subject} is shorter in /{vowel}/ than in /{baseline}/, so none contracts; name the \
-         contracting muscles yourself"
-    )]
-    NoContraction { subject: String, vowel: Vowel, baseline: Vowel },
-    #[error("the list of contracting muscles is empty; name at least one of {}", known.join(", "))]
-    NoMuscles { known: Vec<String> },
-    #[error("unknown muscle \"{name}\"; {}", suggest::hint(name, known.iter().map(String::as_str)))]
-    UnknownMuscle { name: String, known: Vec<String> },
-    #[error(
-        "{muscle} of {subject} was not measured in both /{vowel}/ and /{baseline}/; choose other muscles"
-    )]
-    NotMeasured { muscle: String, subject: String, vowel: Vowel, baseline: Vowel },
-    #[error("muscle {muscle} is listed twice; name each contracting muscle once")]
-    RepeatedMuscle { muscle: String },
-    #[error(
-        "{reference} of {subject} was not measured in /{vowel}/, but ratios are relative to it; use the stretch target, or add its length"
-    )]
-    NoReference { reference: String, subject: String, vowel: Vowel },
-    /// Only the reference muscle of ratios contracts, and its ratio to itself is always 1.
-    #[error(
-        "only {reference} contracts in /{vowel}/ of {subject}, and its ratio to itself is always 1, so a ratio target \
-         says nothing about it; use the stretch target or name more muscles"
-    )]
-    NoEquation { reference: String, subject: String, vowel: Vowel },
+    /// The table lacks what is asked for, or no target can be made of its rows.
+    #[error("{0}")]
+    Refused(String),
 }
 
 #[derive(Clone, Copy)]

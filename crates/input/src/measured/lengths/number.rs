@@ -147,28 +147,31 @@ impl Numbers<'_> {
         let mm = self.in_mm(cell)?;
         let (_, unit, _, example) = self.unit.facts();
         let like = format!("write a measured length in {unit}, like {}", self.mark.written(example));
-        let (why, help) = if (SHORTEST_MM..=LONGEST_MM).contains(&mm) {
-            return Ok(Some(mm));
-        } else if !mm.is_finite() {
-            ("not finite".to_owned(), like)
-        } else if mm <= 0.0 {
-            ("not positive".to_owned(), format!("{like}, or NA where there is none"))
-        } else if self.unit != TableUnit::Mm {
-            let is = format!(
-                "which is {} mm: not a length of a tongue muscle (10 to 200 mm)",
-                clip(&mm.to_string())
-            );
-            (is, "check the number, and the unit that the column's name gives".to_owned())
-        } else if mm > LONGEST_MM {
-            let help = format!("{like}; a column that is not of a muscle is ignored if its name has no unit");
-            ("too long for a tongue muscle (above 200 mm)".to_owned(), help)
-        } else {
-            let (other, factor, unit) =
-                if mm < SHORTEST_CM { ("metres", 1000, "m") } else { ("centimetres", 10, "cm") };
-            let help = format!(
-                "multiply the lengths by {factor}, or write {unit} in place of mm in the column's name"
-            );
-            (format!("too short for millimetres (below 10): it looks like {other}"), help)
+        let (why, help) = match mm {
+            SHORTEST_MM..=LONGEST_MM => return Ok(Some(mm)),
+            mm if !mm.is_finite() => ("not finite".to_owned(), like),
+            ..=0.0 => ("not positive".to_owned(), format!("{like}, or NA where there is none")),
+            mm if self.unit != TableUnit::Mm => (
+                format!(
+                    "which is {} mm: not a length of a tongue muscle (10 to 200 mm)",
+                    clip(&mm.to_string())
+                ),
+                "check the number, and the unit that the column's name gives".to_owned(),
+            ),
+            LONGEST_MM.. => (
+                "too long for a tongue muscle (above 200 mm)".to_owned(),
+                format!("{like}; a column that is not of a muscle is ignored if its name has no unit"),
+            ),
+            mm => {
+                let (other, factor, unit) =
+                    if mm < SHORTEST_CM { ("metres", 1000, "m") } else { ("centimetres", 10, "cm") };
+                (
+                    format!("too short for millimetres (below 10): it looks like {other}"),
+                    format!(
+                        "multiply the lengths by {factor}, or write {unit} in place of mm in the column's name"
+                    ),
+                )
+            }
         };
         Err((format!("{} is {}, {why}", clip(self.column), clip(cell)), help))
     }

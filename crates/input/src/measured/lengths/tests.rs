@@ -67,7 +67,7 @@ fn the_built_in_table_is_that_of_the_thesis_and_missing_rows_are_told_with_those
     let a = data.row("S2", &vowel("a")).unwrap();
     assert_eq!(["SGm", "sgm", "XY"].map(|name| a.length_mm_of(name)), [Some(23.0), Some(23.0), None]);
     assert!(data.baseline("S2").is_ok());
-    assert!(matches!(data.baseline("S4"), Err(LengthsError::MissingBaseline { has, .. }) if has.len() == 4));
+    assert!(data.baseline("S4").unwrap_err().to_string().contains("it has /i/, /e/, /a/, /o/: choose one"));
     assert_eq!(data.baseline_vowel("S4", &vowel("e")).unwrap().vowel, vowel("e"));
     assert_eq!(data.row("S4", &vowel("A")).unwrap().vowel, vowel("a"));
 
@@ -252,7 +252,7 @@ fn missing_cells_are_unmeasured_and_rows_of_them_are_ignored() {
     assert_eq!(data.rows()[1].lengths.measured().collect::<Vec<_>>(), [("HGp", 30.0)]);
     let data = row(",,,,,,,");
     assert_eq!((data.rows().len(), &data.reading().rows_without_lengths[..]), (1, &[3][..]));
-    assert!(matches!(data.row("S1", &vowel("i")), Err(LengthsError::MissingRow { .. })));
+    assert!(data.row("S1", &vowel("i")).unwrap_err().to_string().starts_with("S1 has no row for /i/"));
     assert_eq!(
         rows_refusal("S1,i,,,,,,,,"),
         "my.csv:3:1: no row has a length; write lengths in millimetres, like 57.8, where they were measured"
@@ -284,7 +284,7 @@ fn half_widths_come_from_columns_digits_or_the_user() {
     assert_eq!((first(&given), second(&given)), (vec![1.0; 2], vec![1.0; 2]));
     assert_eq!(given.reading().columns[1].half_width, HalfWidth::Given { mm: 1.0 });
     for wrong in [-1.0, f64::NAN, f64::INFINITY] {
-        assert!(matches!(given.clone().with_half_width_mm(wrong), Err(LengthsError::BadHalfWidth { .. })));
+        assert!(given.clone().with_half_width_mm(wrong).is_err());
     }
     let nobody = table("GGa_mm,HG_mm,SG_half_width_mm,speaker", "40,41,1,Y");
     assert_eq!(set_aside(&nobody), ["SG_half_width_mm", "speaker"]);
@@ -349,7 +349,7 @@ fn a_bad_cell_loses_one_cell_and_a_broken_row_one_row() {
         let message = data.row(subject, &vowel("a")).unwrap_err().to_string();
         assert!(message.starts_with(expected), "{message}");
     }
-    assert!(matches!(data.row("S2", &vowel("i")), Err(LengthsError::UnknownSubject { .. })));
+    assert!(data.row("S2", &vowel("i")).unwrap_err().to_string().starts_with("unknown subject \"S2\""));
 }
 
 #[test]

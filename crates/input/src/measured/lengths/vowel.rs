@@ -76,7 +76,7 @@ impl Vowel {
     }
 
     /// `vowels` as in messages: `/i/, /e/`.
-    pub(super) fn list(vowels: &[Vowel]) -> String {
+    pub fn list(vowels: &[Vowel]) -> String {
         match vowels {
             [] => "no row that can be used".to_owned(),
             some => some.iter().map(|v| format!("/{v}/")).collect::<Vec<_>>().join(", "),

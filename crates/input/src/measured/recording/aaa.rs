@@ -23,69 +23,55 @@ struct Columns {
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = limits::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
-    let mut reader = csv::ReaderBuilder::new()
-        .delimiter(b'\t')
-        .has_headers(true)
-        .flexible(true)
-        .trim(csv::Trim::All)
-        .from_reader(text.as_bytes());
-    let broken = |e: csv::Error| {
-        let line = e.position().map_or(1, csv::Position::line);
-        Place { line, ..start }.error(e.to_string(), "export the table from AAA anew, separated by tabs")
-    };
-    let header = reader.headers().map_err(broken)?.clone();
-    let time = TIMES.iter().find_map(|t| header.iter().position(|h| h.eq_ignore_ascii_case(t)));
-    let time = time.ok_or_else(|| {
+    let csv = &mut csv::ReaderBuilder::new();
+    let help = "export the table from AAA anew, separated by tabs";
+    let mut records = limits::records(&text, origin, csv.delimiter(b'\t').flexible(true), help);
+    let header = records.next().transpose()?.map(|(_, header)| header).unwrap_or_default();
+    let column = |title: &str| header.iter().position(|h| h.eq_ignore_ascii_case(title));
+    let begins = |word: &str| header.iter().position(|h| h.starts_with(word));
+    let time = TIMES.iter().find_map(|t| column(t)).ok_or_else(|| {
         start.error(
             format!("no column \"{}\"", TIMES[0]),
             "export the time of the sample in the recording, as a table separated by tabs with a header",
         )
     })?;
     let (points, alone) = points(&header, start)?;
-    let of_recording: Vec<usize> =
-        OF_RECORDING.iter().filter_map(|word| header.iter().position(|h| h.starts_with(word))).collect();
-
-    let annotation = header.iter().position(|h| h.eq_ignore_ascii_case("Annotation Title"));
-    let prompt = header.iter().position(|h| h.starts_with(OF_RECORDING[2]));
+    let of_recording: Vec<usize> = OF_RECORDING.iter().filter_map(|word| begins(word)).collect();
+    let tiers = [("annotation", column("Annotation Title")), ("prompt", begins(OF_RECORDING[2]))];
     let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
-
     let mut rows = Rows::new(
         points.iter().map(|p| p.name.clone()).collect(),
         is_of_annotation(&header[time]),
-        header.iter().any(|h| h.starts_with(OF_RECORDING[0])),
+        begins(OF_RECORDING[0]).is_some(),
     );
     let mut short: Vec<u64> = Vec::new();
     let last_line = if text.ends_with('\n') { 0 } else { text.lines().count() as u64 };
-    for record in reader.records() {
-        let record = record.map_err(broken)?;
+    for record in records {
+        let (at, record) = record?;
         if record.iter().all(str::is_empty) {
             continue;
         }
-        let at = Place { line: record.position().map_or(1, csv::Position::line), ..start };
         if record.len() <= last_column && record.len() > time && at.line != last_line {
             short.push(at.line);
         } else if record.len() <= last_column {
             let what = format!("the line has {} fields where the header has {}", record.len(), header.len());
             return Err(at.at_column(record.len()).error(what, "the file is cut off; export it anew"));
         }
-        let time_s = seconds(record.get(time).unwrap_or_default(), at.at_column(time + 1))?;
-        let places = points
-            .iter()
-            .map(|p| {
-                let cell = |field: usize| record.get(field).unwrap_or_default();
-                let value = |field: usize| value(cell(field), &p.name, at.at_column(field + 1));
-                Ok(value(p.x)?.zip(value(p.y)?).map(|(x, y)| [x, y, 0.0]))
-            })
-            .collect::<Result<Vec<_>, Malformed>>()?;
-        if let Some(x) = alone.iter().find(|x| !is_missing(record.get(**x).unwrap_or_default())) {
+        let cell = |field: usize| record.get(field).unwrap_or_default();
+        let time_s = seconds(cell(time), at.at_column(time + 1))?;
+        let place = |p: &Columns| {
+            let value = |field: usize| value(cell(field), &p.name, at.at_column(field + 1));
+            Ok(value(p.x)?.zip(value(p.y)?).map(|(x, y)| [x, y, 0.0]))
+        };
+        let places = points.iter().map(place).collect::<Result<Vec<_>, Malformed>>()?;
+        if let Some(x) = alone.iter().find(|x| !is_missing(cell(**x))) {
             let what = format!("{:?} has a value, but no column for y beside it", &header[*x]);
             return Err(at.at_column(x + 1).error(what, "export both, or leave the spline out"));
         }
-        let key: Vec<String> =
-            of_recording.iter().map(|f| record.get(*f).unwrap_or_default().to_owned()).collect();
-        let number = rows.add(key, time_s, places, at)?;
-        for (tier, column) in [("annotation", annotation), ("prompt", prompt)] {
-            if let Some(name) = column.and_then(|c| record.get(c)).filter(|name| !name.is_empty()) {
+        let number =
+            rows.add(of_recording.iter().map(|f| cell(*f).to_owned()).collect(), time_s, places, at)?;
+        for (tier, column) in tiers {
+            if let Some(name) = column.map(cell).filter(|name| !name.is_empty()) {
                 rows.found[number].label(tier, name, time_s);
             }
         }
@@ -153,6 +139,7 @@ pub(super) fn number(text: &str) -> Option<f64> {
 }
 
 /// Rows in the order of the file, grouped by recording.
+#[derive(Default)]
 pub(super) struct Rows {
     channels: Vec<String>,
     /// Whether times begin again with every annotation, so that a step back begins another recording.
@@ -186,16 +173,7 @@ impl Found {
 
 impl Rows {
     pub fn new(channels: Vec<String>, restarts: bool, has_speaker: bool) -> Self {
-        let budget = Budget::default();
-        Self {
-            channels,
-            restarts,
-            has_speaker,
-            found: Vec::new(),
-            numbers: BTreeMap::new(),
-            budget,
-            count: 0,
-        }
+        Self { channels, restarts, has_speaker, ..Self::default() }
     }
 
     /// Adds a row of the recording with this key, and returns its number.
@@ -208,20 +186,17 @@ impl Rows {
     ) -> Result<usize, Malformed> {
         self.count += 1;
         self.budget.frame(self.count, self.channels.len(), at)?;
-        let known = self.numbers.get(&key).copied();
-        let begins = |n: &usize| {
+        let goes_on = |n: &usize| {
             let last = self.found[*n].rows.last();
             !(self.restarts && last.is_some_and(|(_, last)| last.time_s >= time_s))
         };
-        let number = match known.filter(begins) {
-            Some(number) => number,
-            None => {
-                self.budget.whole(0, self.channels.len(), at)?;
-                self.found.push(Found { key: key.clone(), rows: Vec::new(), labels: Vec::new() });
-                self.numbers.insert(key, self.found.len() - 1);
-                self.found.len() - 1
-            }
-        };
+        let known = self.numbers.get(&key).copied().filter(goes_on);
+        if known.is_none() {
+            self.budget.whole(0, self.channels.len(), at)?;
+            self.numbers.insert(key.clone(), self.found.len());
+            self.found.push(Found { key, rows: Vec::new(), labels: Vec::new() });
+        }
+        let number = known.unwrap_or(self.found.len() - 1);
         self.found[number].rows.push((at.line, Sample::new(time_s, places)));
         Ok(number)
     }
@@ -232,6 +207,7 @@ impl Rows {
         let mut out: Vec<Recording> = Vec::new();
         for Found { key, mut rows, labels } in self.found {
             rows.sort_by(|a, b| a.1.time_s.total_cmp(&b.1.time_s));
+            let wrong = |line, what: String, help: &str| Err(Place { line, ..start }.error(what, help));
             if let [(_, first), _, .., (line, last)] = &rows[..]
                 && first.time_s == last.time_s
                 && rows.iter().any(|(_, s)| !is_same(s, first))
@@ -240,7 +216,7 @@ impl Rows {
                     format!("all {} rows of this recording have the time {} s", rows.len(), first.time_s);
                 let help = "export the column \"Time of sample in recording\" anew, in seconds, and where the rows are of several recordings the \
                             date and time of each";
-                return Err(Place { line: *line, ..start }.error(what, help));
+                return wrong(*line, what, help);
             }
             let mut samples: Vec<Sample> = Vec::with_capacity(rows.len());
             let mut last_line = 0;
@@ -248,15 +224,13 @@ impl Rows {
                 match samples.last() {
                     Some(last) if is_same(last, &sample) => {}
                     Some(last) if last.time_s >= sample.time_s => {
-                        let at = Place { line, ..start };
                         let what = format!(
                             "the time {} s is also that of line {last_line}, which has other coordinates",
                             sample.time_s
                         );
-                        return Err(at.error(
-                            what,
-                            "export the date and time of recording, so that recordings can be told apart",
-                        ));
+                        let help =
+                            "export the date and time of recording, so that recordings can be told apart";
+                        return wrong(line, what, help);
                     }
                     _ => samples.push(sample),
                 }
@@ -297,29 +271,24 @@ fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<(Vec<Columns>,
         columns.entry(title).or_insert(at);
     }
     for (x, title) in header.iter().enumerate() {
-        let Some((number, spline)) = title.strip_prefix('X').and_then(|rest| rest.split_once(' ')) else {
-            continue;
-        };
-        if number.is_empty() || !number.bytes().all(|b| b.is_ascii_digit()) {
-            continue;
-        }
-        let other = format!("Y{number} {spline}");
-        let Some(&y) = columns.get(other.as_str()) else {
-            alone.push(x);
-            continue;
-        };
-        let name = name_of(spline.trim(), number);
-        if names.insert(name.clone()) {
-            points.push(Columns { name, x, y });
+        let split = title.strip_prefix('X').and_then(|rest| rest.split_once(' '));
+        let is_number = |n: &str| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
+        let Some((number, spline)) = split.filter(|(number, _)| is_number(number)) else { continue };
+        match columns.get(format!("Y{number} {spline}").as_str()) {
+            None => alone.push(x),
+            Some(&y) => {
+                let name = name_of(spline.trim(), number);
+                if names.insert(name.clone()) {
+                    points.push(Columns { name, x, y });
+                }
+            }
         }
     }
-    match points.is_empty() {
-        false => Ok((points, alone)),
-        true => Err(start.error(
-            "no columns of a spline (\"X0 DLC_Tongue\", \"Y0 DLC_Tongue\", ..)",
-            "export the splines with \"X,Y values\" in a column each",
-        )),
+    if points.is_empty() {
+        let help = "export the splines with \"X,Y values\" in a column each";
+        return Err(start.error("no columns of a spline (\"X0 DLC_Tongue\", \"Y0 DLC_Tongue\", ..)", help));
     }
+    Ok((points, alone))
 }
 
 /// Anatomical names of the keypoints of AAA's DeepLabCut models; other splines keep their names.

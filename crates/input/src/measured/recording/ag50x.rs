@@ -32,11 +32,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = lines.next().unwrap_or_default();
     let size = text.parse::<usize>().ok().filter(|s| (24..=head.len()).contains(s));
     let size = size.ok_or_else(|| {
-        let at = Place { line: 2, ..start };
-        at.error(
-            format!("the size of the header is {text:?}"),
-            "the file is cut off or not a .pos; copy it again",
-        )
+        let what = format!("the size of the header is {text:?}");
+        Place { line: 2, ..start }.error(what, "the file is cut off or not a .pos; copy it again")
     })?;
     let header = String::from_utf8_lossy(&bytes[..size]).into_owned();
     let value = |key: &str| {
@@ -57,18 +54,13 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
 
 /// Whether every value is plausible for twelve sensors.
 fn is_headerless(bytes: &[u8]) -> bool {
-    let whole = !bytes.is_empty() && bytes.len().is_multiple_of(AG500.0 * VALUES * 4);
-    whole
-        && bytes.chunks_exact(VALUES * 4).all(|sensor| {
-            let place = place(sensor);
-            place.iter().all(|v| v.is_nan() || (v.abs() <= FARTHEST_MM && (*v == 0.0 || v.abs() > 1e-12)))
-        })
+    let is_place = |v: f64| v.is_nan() || (v.abs() <= FARTHEST_MM && (v == 0.0 || v.abs() > 1e-12));
+    let is_whole = !bytes.is_empty() && bytes.len().is_multiple_of(AG500.0 * VALUES * 4);
+    is_whole && bytes.chunks_exact(VALUES * 4).flat_map(place).all(is_place)
 }
 
 fn place(sensor: &[u8]) -> [f64; 3] {
-    let at =
-        |i: usize| f64::from(f32::from_le_bytes(sensor[4 * i..4 * i + 4].try_into().unwrap_or_default()));
-    [at(0), at(1), at(2)]
+    [0, 4, 8].map(|i| f64::from(f32::from_le_bytes(sensor[i..i + 4].try_into().unwrap_or_default())))
 }
 
 /// The frames behind a header of this number of bytes.
@@ -89,22 +81,12 @@ fn recording(
         return Err(at.error(what, format!("a frame has {frame} bytes; copy the file anew")));
     }
     let samples = bytes[size..].chunks_exact(frame).enumerate().map(|(n, frame)| {
-        let place = |sensor: &[u8]| {
-            let place = place(sensor);
-            // The position of a sensor that was not connected or not found is zeros or not a number.
-            let seen = place.iter().all(|v| is_coordinate(*v)) && place != [0.0; 3];
-            seen.then_some(place)
-        };
-        Sample::new(n as f64 / rate, frame.chunks_exact(VALUES * 4).map(place).collect())
+        // The position of a sensor that was not connected or not found is zeros or not a number.
+        let is_seen = |place: &[f64; 3]| place.iter().all(|v| is_coordinate(*v)) && *place != [0.0; 3];
+        let places = frame.chunks_exact(VALUES * 4).map(|sensor| Some(place(sensor)).filter(is_seen));
+        Sample::new(n as f64 / rate, places.collect())
     });
-    Ok(Recording {
-        times,
-        ..Recording::of_file(
-            start.origin,
-            Format::Ag50x,
-            Some(1e-3),
-            (1..=sensors).map(|n| format!("sensor_{n}")),
-            samples.collect(),
-        )
-    })
+    let names = (1..=sensors).map(|n| format!("sensor_{n}"));
+    let found = Recording::of_file(start.origin, Format::Ag50x, Some(1e-3), names, samples.collect());
+    Ok(Recording { times, ..found })
 }

@@ -16,6 +16,8 @@ use super::{Format, Label, Map, Recording, RecordingError, Role, names};
 const LEVEL_M: f64 = 1e-3;
 /// Fewer points do not show which end is at the root.
 const FEWEST_OF_ARCH: usize = 4;
+/// Standard deviation of a bone, m.
+pub(super) const BONE_SD_M: f64 = 1e-3;
 const REVERSED: &str =
     "the contour runs from the tip to the root (its lower end is the root), and was turned round";
 
@@ -66,7 +68,38 @@ pub struct AlignedRecording {
     pub frames: Vec<AlignedFrame>,
 }
 
+impl AlignedFrame {
+    /// The points of the tongue: of the contour, then sensors.
+    pub fn points(&self) -> impl Iterator<Item = Option<Mark>> {
+        self.contour.iter().chain(&self.sensors).copied()
+    }
+
+    /// The same and then the bones, in the order of [`AlignedRecording::names`].
+    pub(super) fn all(&self) -> impl Iterator<Item = Option<Mark>> {
+        self.points().chain(self.bones.iter().map(|bone| bone.map(|at| Mark { at, sd: BONE_SD_M })))
+    }
+
+    /// Takes a point out, by its number among the names of its recording.
+    pub(super) fn forget(&mut self, point: usize) {
+        let tongue = self.contour.len() + self.sensors.len();
+        match self.contour.iter_mut().chain(&mut self.sensors).nth(point) {
+            Some(mark) => *mark = None,
+            None => self.bones[point - tongue] = None,
+        }
+    }
+}
+
 impl AlignedRecording {
+    /// Names of the points of the contour, then of sensors, then of bones.
+    pub fn names(&self) -> impl Iterator<Item = &String> {
+        self.contour.iter().chain(self.sensors.iter().map(|(name, _)| name)).chain(&self.bones)
+    }
+
+    /// The frames that show a point, by its number among the names, with their times.
+    pub(super) fn course(&self, point: usize) -> impl Iterator<Item = (f64, Mark)> {
+        self.frames.iter().filter_map(move |f| Some((f.time_s, f.all().nth(point)??)))
+    }
+
     /// Contours in the frame of a body, m, a frame of each; the points are in the order of the contour.
     pub fn of_contours(contours: &[&[Point]]) -> Self {
         let most = contours.iter().map(|c| c.len()).max().unwrap_or(0);
@@ -120,8 +153,7 @@ impl AlignedRecording {
     ) -> Result<Self, RecordingError> {
         let Flat { recording, roles, mut contour, mut places, times, metres, back, guessed, mut notes } =
             flat;
-        let wrong =
-            |problem: String| RecordingError::Uninterpreted { recording: recording.name.clone(), problem };
+        let wrong = |problem: String| recording.uninterpreted(problem);
         let of = |wanted: fn(&Role) -> bool| -> Vec<usize> {
             (0..roles.len()).filter(|&c| wanted(&roles[c])).collect()
         };
@@ -258,18 +290,16 @@ impl AlignedRecording {
     /// seen), m; if it was not seen in any of them, the nearest in time; `None` if it was never seen.
     pub fn bone_means(&self, bone: usize, window: usize) -> Vec<Option<Point>> {
         let at = |f: usize| self.frames[f].bones.get(bone).copied().flatten();
-        let seen: Vec<usize> = (0..self.frames.len()).filter(|&f| at(f).is_some()).collect();
+        let count = self.frames.len();
+        let seen: Vec<usize> = (0..count).filter(|&f| at(f).is_some()).collect();
         let half = window / 2;
-        (0..self.frames.len())
-            .map(|f| {
-                let (low, high) = (f.saturating_sub(half), (f + half + 1).min(self.frames.len()));
-                let near: Vec<Point> = (low..high).filter_map(at).collect();
-                match near.is_empty() {
-                    false => Some(near.iter().sum::<Point>() / near.len() as f64),
-                    true => seen.iter().min_by_key(|&&s| s.abs_diff(f)).and_then(|&s| at(s)),
-                }
-            })
-            .collect()
+        let mean = |f: usize| {
+            let near = (f.saturating_sub(half)..(f + half + 1).min(count)).filter_map(at);
+            let near: Vec<Point> = near.collect();
+            let nearest = || seen.iter().min_by_key(|s| s.abs_diff(f)).and_then(|&s| at(s));
+            if near.is_empty() { nearest() } else { Some(near.iter().sum::<Point>() / near.len() as f64) }
+        };
+        (0..count).map(mean).collect()
     }
 }
 
@@ -280,15 +310,15 @@ fn ends(
     channels: &[String],
     frames: &[Vec<Option<Point>>],
 ) -> Option<(f64, f64)> {
-    let tip = |c: &&usize| names::is_tip(&channels[**c]) && matches!(roles[**c], Role::Coil(None));
     let behind = |c: &usize| match roles[*c] {
         Role::Surface(at) => Some(at),
         Role::Coil(Some(nth)) => Some(f64::from(nth)),
         _ => None,
     };
-    let known = sensors.iter().filter(|c| behind(c).is_some());
-    let front = known.min_by(|a, b| behind(a).unwrap_or(0.0).total_cmp(&behind(b).unwrap_or(0.0)));
-    let front = *front.or_else(|| sensors.iter().find(tip))?;
+    let known = sensors.iter().filter_map(|c| Some((behind(c)?, *c)));
+    let front = known.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, c)| c);
+    let is_tip = |c: &usize| names::is_tip(&channels[*c]) && matches!(roles[*c], Role::Coil(None));
+    let front = front.or_else(|| sensors.iter().copied().find(is_tip))?;
     let x = median_x(frames, front)?;
     let others = sensors.iter().filter(|c| **c != front).filter_map(|c| median_x(frames, *c));
     let rear = others.max_by(|a, b| (a - x).abs().total_cmp(&(b - x).abs()))?;

@@ -19,8 +19,14 @@ pub(super) fn median_x(frames: &[Vec<Option<Point>>], channel: usize) -> Option<
 }
 
 pub(super) fn median_place(frames: &[Vec<Option<Point>>], channel: usize) -> Option<Point> {
-    let y = upper_median(frames.iter().filter_map(|f| f[channel]).map(|p| p.y))?;
-    Some(Point::new(median_x(frames, channel)?, y))
+    median_point(frames.iter().filter_map(|f| f[channel]))
+}
+
+/// The median of each coordinate.
+pub(super) fn median_point(points: impl Iterator<Item = Point>) -> Option<Point> {
+    let all: Vec<Point> = points.collect();
+    let of = |axis: usize| upper_median(all.iter().map(|p| p[axis]));
+    Some(Point::new(of(0)?, of(1)?))
 }
 
 /// Sorts coils from the tip backwards and returns the distance of each behind the tip, m: as measured, or the
@@ -88,16 +94,11 @@ pub(super) fn hold_head(frames: &mut [Vec<Option<Point>>], references: &[usize])
 
 /// From the first to the last seen point of the contour, m: the median of all frames.
 pub(super) fn rise_of_contour(frames: &[Vec<Option<Point>>], contour: &[usize]) -> Option<Point> {
-    let rises: Vec<Point> = frames
-        .iter()
-        .filter_map(|frame| {
-            let mut seen = contour.iter().filter_map(|&c| frame[c]);
-            Some((seen.next()?, seen.next_back()?))
-        })
-        .map(|(first, last)| last - first)
-        .collect();
-    let of = |axis: usize| upper_median(rises.iter().map(|r| r[axis]));
-    Some(Point::new(of(0)?, of(1)?))
+    median_point(frames.iter().filter_map(|frame| {
+        let mut seen = contour.iter().filter_map(|&c| frame[c]);
+        let first = seen.next()?;
+        Some(seen.next_back()? - first)
+    }))
 }
 
 /// Where several coils move with one bone, they give its rotation, too: the first of them is moved to the place that they carry along, and

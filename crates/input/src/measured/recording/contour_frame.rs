@@ -12,6 +12,7 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
+use super::channels::median_point;
 use super::dynamics::bone_slips;
 use super::flat::{Flat, Places};
 use super::map::ContourFrame;
@@ -172,16 +173,13 @@ impl SampleFrame {
     /// contour as it is, or `moved` from this frame to that of the bones. `None` where its end at the hyoid is in front of the other.
     fn middle(&self, group: &[&Flat<'_>], moved: bool) -> Option<Point> {
         let of_channel = |channel: usize| {
-            let places = group.iter().flat_map(|flat| &flat.places).filter_map(|frame| {
+            median_point(group.iter().flat_map(|flat| &flat.places).filter_map(|frame| {
                 let (axes, p) = (self.axes(frame)?, frame[channel]?);
                 let apart = (frame[self.mandible]? - axes.origin).norm();
                 let from_hyoid = if moved { axes.turned(p) } else { p - axes.origin };
                 let upwards = Axes { y: axes.y * axes.y.y.signum(), ..axes };
                 Some(upwards.components(from_hyoid) / apart)
-            });
-            let places: Vec<Point> = places.collect();
-            let of = |axis: usize| upper_median(places.iter().map(|p| p[axis]));
-            Some(Point::new(of(0)?, of(1)?))
+            }))
         };
         let first = group.first()?;
         let contour: Vec<Point> = first.contour.iter().filter_map(|&c| of_channel(c)).collect();

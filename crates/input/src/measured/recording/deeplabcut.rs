@@ -26,36 +26,31 @@ const TONGUE: [&str; 11] = [
 ];
 const HELP: &str = "give the .csv that DeepLabCut's analyze_videos(.., save_as_csv=True) writes";
 
+/// A body part: its name, the column of its x, which that of its y follows, and that of its likelihood.
 struct Part {
     name: String,
     x: usize,
-    y: usize,
     likelihood: Option<usize>,
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = limits::text(bytes, origin)?;
-    let start = Place { origin, line: 1, column: 1 };
-    let mut reader =
-        csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).from_reader(text.as_bytes());
-    let broken = |e: csv::Error| {
-        let line = e.position().map_or(1, csv::Position::line);
-        Place { line, ..start }.error(e.to_string(), HELP)
-    };
-    let mut titles: Vec<(String, csv::StringRecord)> = Vec::new();
+    let mut titles: Vec<csv::StringRecord> = Vec::new();
     let mut parts: Vec<Part> = Vec::new();
     let mut samples: Vec<Sample> = Vec::new();
     let mut budget = Budget::default();
-    for record in reader.records() {
-        let record = record.map_err(broken)?;
-        let at = Place { line: record.position().map_or(1, csv::Position::line), ..start };
-        let first = record.get(0).unwrap_or_default();
+    for record in limits::records(&text, origin, &mut csv::ReaderBuilder::new(), HELP) {
+        let (at, record) = record?;
         if parts.is_empty() {
-            titles.push((first.to_ascii_lowercase(), record.clone()));
-            match first.to_ascii_lowercase().as_str() {
-                "scorer" | "individuals" | "bodyparts" => continue,
+            let first = record.get(0).unwrap_or_default().to_ascii_lowercase();
+            titles.push(record.clone());
+            match first.as_str() {
+                "scorer" | "individuals" | "bodyparts" => {}
                 "coords" => parts = parts_of(&titles, at)?,
-                _ => return Err(at.error(format!("{first:?} where a line of titles is due"), HELP)),
+                _ => {
+                    let first = record.get(0).unwrap_or_default();
+                    return Err(at.error(format!("{first:?} where a line of titles is due"), HELP));
+                }
             }
             continue;
         }
@@ -71,55 +66,49 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             };
             let likelihood = part.likelihood.map(value).transpose()?.map(|l| l.unwrap_or(0.0));
             let sure = likelihood.is_none_or(|l| l >= LEAST_LIKELIHOOD);
-            let place = value(part.x)?.zip(value(part.y)?).map(|(x, y)| [x, y, 0.0]);
+            let place = value(part.x)?.zip(value(part.x + 1)?).map(|(x, y)| [x, y, 0.0]);
             sample.places.push(place.filter(|_| sure));
             sample.likelihood.push(likelihood.unwrap_or(1.0).clamp(LEAST_LIKELIHOOD, 1.0) as f32);
         }
         samples.push(sample);
     }
     if parts.is_empty() {
+        let start = Place { origin, line: 1, column: 1 };
         return Err(start.error("there is no line of titles that begins with coords", HELP));
     }
-    Ok(Recording {
-        times: Times::Frames,
-        ..Recording::of_file(origin, Format::DeepLabCut, None, parts.into_iter().map(|p| p.name), samples)
-    })
+    let names = parts.into_iter().map(|p| p.name);
+    let found = Recording::of_file(origin, Format::DeepLabCut, None, names, samples);
+    Ok(Recording { times: Times::Frames, ..found })
 }
 
-fn parts_of(titles: &[(String, csv::StringRecord)], at: Place<'_>) -> Result<Vec<Part>, Malformed> {
-    let row = |name: &str| titles.iter().find(|(first, _)| first == name).map(|(_, row)| row);
+/// The parts of the lines of titles, of which that of the coordinates is the last.
+fn parts_of(titles: &[csv::StringRecord], at: Place<'_>) -> Result<Vec<Part>, Malformed> {
+    let row = |name: &str| titles.iter().find(|row| row.get(0).is_some_and(|f| f.eq_ignore_ascii_case(name)));
     let names =
         row("bodyparts").ok_or_else(|| at.error("there is no line that begins with bodyparts", HELP))?;
     let coords = row("coords").ok_or_else(|| at.error("there is no line that begins with coords", HELP))?;
-    let individuals = row("individuals");
     let mut parts: Vec<Part> = Vec::new();
     let mut known: BTreeSet<String> = BTreeSet::new();
-    let is = |field: usize, axis: &str| coords.get(field) == Some(axis);
-    for field in 1..coords.len() {
-        if !is(field, "x") {
-            continue;
+    for x in (1..coords.len()).filter(|field| coords.get(*field) == Some("x")) {
+        let at = at.at_column(x + 1);
+        let title = names.get(x).unwrap_or_default();
+        let is =
+            |field: usize, axis: &str| coords.get(field) == Some(axis) && names.get(field) == Some(title);
+        if !is(x + 1, "y") {
+            return Err(at.error(format!("the x of {title:?} has no y beside it"), HELP));
         }
-        let title = names.get(field).unwrap_or_default();
-        let same = |f: usize| names.get(f) == Some(title) && f < coords.len();
-        if !(is(field + 1, "y") && same(field + 1)) {
-            let what = format!("the x of {title:?} has no y beside it");
-            return Err(at.at_column(field + 1).error(what, HELP));
-        }
-        let likelihood = (is(field + 2, "likelihood") && same(field + 2)).then_some(field + 2);
-        let name = match individuals.and_then(|i| i.get(field)).filter(|i| !i.is_empty()) {
+        let likelihood = is(x + 2, "likelihood").then_some(x + 2);
+        let name = match row("individuals").and_then(|i| i.get(x)).filter(|i| !i.is_empty()) {
             Some(individual) => format!("{individual} {title}"),
             None => name_of(title),
         };
         if name.is_empty() || name.contains(char::is_control) || !known.insert(name.clone()) {
             let what = format!("the body part {name:?} is empty or given twice");
-            return Err(at.at_column(field + 1).error(what, "give every part one name"));
+            return Err(at.error(what, "give every part one name"));
         }
-        parts.push(Part { name, x: field, y: field + 1, likelihood });
+        parts.push(Part { name, x, likelihood });
     }
-    match parts.is_empty() {
-        false => Ok(parts),
-        true => Err(at.error("no body part has x and y", HELP)),
-    }
+    if parts.is_empty() { Err(at.error("no body part has x and y", HELP)) } else { Ok(parts) }
 }
 
 /// Anatomical names of the keypoints of AAA's models; other parts keep their names.

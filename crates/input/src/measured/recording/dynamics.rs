@@ -1,12 +1,12 @@
 //! What is measured of the motion in a recording: stuck channels, frames out of order, speeds, a head or a point that slips.
 
-use nalgebra::Vector2;
-
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
-use super::measures::{FEW, Measures, Value, named, value};
-use super::{AlignedFrame, AlignedRecording, Mark};
+use super::aligned::BONE_SD_M;
+use super::channels::median_point;
+use super::measures::{FEW, Measures, Value, bare};
+use super::{AlignedRecording, Mark};
 
 /// The speed of a course is judged if it moves by this many standard deviations of its noise.
 const MOVES_SD: f64 = 2.5;
@@ -17,7 +17,6 @@ const CONTINUOUS_S: f64 = 0.05;
 /// Largest acceleration of a tongue, and of bones, m/s².
 const ACCELERATION_M_S2: f64 = 30.0;
 const ACCELERATION_OF_BONES_M_S2: f64 = 10.0;
-pub(super) const BONE_SD_M: f64 = 1e-3;
 
 /// The course of a point of the tongue over the frames that show it.
 struct Course<'a> {
@@ -36,10 +35,6 @@ impl<'a> Course<'a> {
         let variance = marks.iter().map(|m| (m.at - mean).norm_squared()).sum::<f64>() / marks.len() as f64;
         let apart_s = upper_median(times.windows(2).map(|w| w[1] - w[0])).unwrap_or(0.0);
         Self { name, times, marks, apart_s, variance }
-    }
-
-    fn of_bone(name: &'a str, seen: impl Iterator<Item = (f64, Point)>) -> Self {
-        Self::new(name, seen.map(|(time_s, at)| (time_s, Mark { at, sd: BONE_SD_M })))
     }
 
     /// Distances over so many frames, m, in ascending order.
@@ -139,7 +134,7 @@ impl<'a> Course<'a> {
 
 /// Whether the tracking of a bone slips: it jumps farther than a bone can move, and stays there.
 pub(super) fn bone_slips(seen: impl Iterator<Item = (f64, Point)>) -> bool {
-    let course = Course::of_bone("", seen);
+    let course = Course::new("", seen.map(|(time_s, at)| (time_s, Mark { at, sd: BONE_SD_M })));
     course.marks.len() >= FEW && course.slip(ACCELERATION_OF_BONES_M_S2).is_some()
 }
 
@@ -149,24 +144,14 @@ pub(super) struct Motion<'a> {
     bones: Vec<Course<'a>>,
 }
 
-/// A point of the tongue: of the contour, then sensors.
-fn mark(frame: &AlignedFrame, point: usize) -> Option<Mark> {
-    frame.contour.iter().chain(&frame.sensors).nth(point).copied().flatten()
-}
-
 impl<'a> Motion<'a> {
     pub fn of(recording: &'a AlignedRecording) -> Self {
-        let names = recording.contour.iter().chain(recording.sensors.iter().map(|(n, _)| n));
-        let frames = &recording.frames;
-        let course = |(point, name): (usize, &'a String)| {
-            Course::new(name, frames.iter().filter_map(|f| Some((f.time_s, mark(f, point)?))))
-        };
-        let bone = |(bone, name): (usize, &'a String)| {
-            Course::of_bone(name, frames.iter().filter_map(|f| Some((f.time_s, f.bones[bone]?))))
-        };
-        let many = |course: &Course<'_>| course.marks.len() >= FEW;
-        let courses = names.enumerate().map(course).filter(many).collect();
-        Self { courses, bones: recording.bones.iter().enumerate().map(bone).filter(many).collect() }
+        let course = |(point, name): (usize, &'a String)| Course::new(name, recording.course(point));
+        let (points, all) =
+            (recording.contour.len() + recording.sensors.len(), recording.names().enumerate());
+        let (tongue, bones): (Vec<_>, Vec<_>) = all.partition(|(point, _)| *point < points);
+        let many = |all: Vec<_>| all.into_iter().map(course).filter(|c| c.marks.len() >= FEW).collect();
+        Self { courses: many(tongue), bones: many(bones) }
     }
 
     /// Whether at least half of the points move by more than their noise.
@@ -192,105 +177,96 @@ impl<'a> Motion<'a> {
 
 impl Measures<'_> {
     /// The number of frames, if all points have the same place in all of them.
-    pub fn frozen(&self) -> Vec<Value> {
+    pub fn frozen(&self) -> Option<Value> {
         let courses = &self.motion.courses;
         let still = !courses.is_empty() && courses.iter().all(|c| c.part_still() == 1.0);
-        value(if still { self.recording.frames.len() as f64 } else { 0.0 })
+        still.then(|| bare(self.recording.frames.len() as f64))
     }
 
     /// 1 if all points repeat their place in most frames, though some move.
-    pub fn repeated(&self) -> Vec<Value> {
+    pub fn repeated(&self) -> Option<Value> {
         let courses = &self.motion.courses;
         let moving = courses.iter().any(Course::moves);
-        value(f64::from(moving && courses.iter().all(|c| c.part_still() > 0.5)))
+        (moving && courses.iter().all(|c| c.part_still() > 0.5)).then(|| bare(1.0))
     }
 
     /// The part of the frames in which points stay while others move.
-    pub fn stuck(&self) -> Vec<Value> {
+    pub fn stuck(&self) -> Option<Value> {
         let courses = &self.motion.courses;
         let stuck: Vec<&Course<'_>> = courses.iter().filter(|c| c.part_still() > 0.5).collect();
         let names: Vec<&str> = stuck.iter().map(|c| c.name).collect();
         let most = stuck.iter().map(|c| c.part_still()).fold(0.0, f64::max);
-        if courses.iter().any(Course::moves) { named(most, names.join("\" and \"")) } else { Vec::new() }
+        courses.iter().any(Course::moves).then(|| (most, names.join("\" and \"")))
     }
 
-    pub fn disorder(&self) -> Vec<Value> {
-        self.motion.middle(true, |c| Some(c.disorder())).map_or_else(Vec::new, value)
+    pub fn disorder(&self) -> Option<Value> {
+        self.motion.middle(true, |c| Some(c.disorder())).map(bare)
     }
 
-    pub fn fastest_tenth_mm_s(&self) -> Vec<Value> {
-        self.motion.middle(true, |c| Some(c.fastest_tenth_m_s() * 1e3)).map_or_else(Vec::new, value)
+    pub fn fastest_tenth_mm_s(&self) -> Option<Value> {
+        self.motion.middle(true, |c| Some(c.fastest_tenth_m_s() * 1e3)).map(bare)
     }
 
-    pub fn quickest_part(&self) -> Vec<Value> {
-        let part = self.motion.middle(false, |c| Some(c.quickest()?.0));
-        let whole_s = self.motion.middle(false, |c| Some(c.quickest()?.1));
-        part.zip(whole_s).map_or_else(Vec::new, |(part, s)| named(part, format!("{s:.1} s")))
+    pub fn quickest_part(&self) -> Option<Value> {
+        let whole_s = self.motion.middle(false, |c| Some(c.quickest()?.1))?;
+        Some((self.motion.middle(false, |c| Some(c.quickest()?.0))?, format!("{whole_s:.1} s")))
     }
 
     /// Points and bones that jump and stay, while most points do not.
-    pub fn slipped_points_mm(&self) -> Vec<Value> {
+    pub fn slipped_points_mm(&self) -> Option<Value> {
         let Motion { courses, bones } = &self.motion;
-        let slips_of = |courses: &'_ [Course<'_>], acceleration_m_s2: f64| -> Vec<(String, f64, f64)> {
+        let slips_of = |courses: &[Course<'_>], acceleration_m_s2: f64| -> Vec<(String, f64, f64)> {
             let slip = |c: &Course<'_>| {
                 let (frame, by) = c.slip(acceleration_m_s2)?;
-                Some((c.name.to_owned(), c.times[frame], by))
+                Some((c.name.to_owned(), c.times[frame], by * 1e3))
             };
             courses.iter().filter_map(slip).collect()
         };
         let mut slips = slips_of(courses, ACCELERATION_M_S2);
         if 2 * slips.len() > courses.len() {
-            return Vec::new();
+            return None;
         }
         slips.extend(slips_of(bones, ACCELERATION_OF_BONES_M_S2));
-        let Some((first, time_s, by)) = slips.first() else { return Vec::new() };
-        let others: Vec<&str> = slips[1..].iter().map(|(name, ..)| name.as_str()).collect();
+        let ((first, time_s, by_mm), others) = slips.split_first()?;
+        let others: Vec<&str> = others.iter().map(|(name, ..)| name.as_str()).collect();
         let more =
             if others.is_empty() { String::new() } else { format!(" (as does {})", others.join(", ")) };
-        let what = format!("{first} jumps by {:.0} mm at {time_s:.3} s and stays there{more}", by * 1e3);
-        named(by * 1e3, what)
+        Some((*by_mm, format!("{first} jumps by {by_mm:.0} mm at {time_s:.3} s and stays there{more}")))
     }
 
     /// The time between frames, if many show a tongue that moves.
-    pub fn sparse_ms(&self) -> Vec<Value> {
+    pub fn sparse_ms(&self) -> Option<Value> {
         let is_many = self.recording.frames.len() >= FEW;
-        if is_many && self.is_moving() { self.step_ms() } else { Vec::new() }
+        self.step_ms().filter(|_| is_many && self.motion.is_moving())
     }
 
     /// The first shift of all points alike at once by more than a tongue can move, which stays: the head or the probe has slipped.
-    pub fn slip_mm(&self) -> Vec<Value> {
+    pub fn slip_mm(&self) -> Option<Value> {
         const SLIP_M: f64 = 5e-3;
         let frames = &self.recording.frames;
-        let points = |f: usize| frames[f].contour.iter().chain(&frames[f].sensors);
         // From a frame to the next one: the median shift of the points, the largest difference of a point's shift from it, the largest
         // standard deviation of a point, and the time.
         let shift = |f: usize| {
-            let pairs = points(f).zip(points(f + 1));
-            let pairs = pairs.filter_map(|(a, b)| Some((b.as_ref()?.at - a.as_ref()?.at, a.as_ref()?.sd)));
-            let pairs: Vec<(Vector2<f64>, f64)> = pairs.collect();
-            let of = |axis: usize| upper_median(pairs.iter().map(|(d, _)| d[axis]));
-            let middle = Vector2::new(of(0)?, of(1)?);
+            let pairs = frames[f].points().zip(frames[f + 1].points());
+            let pairs: Vec<(Point, f64)> = pairs.filter_map(|(a, b)| Some((b?.at - a?.at, a?.sd))).collect();
+            let middle = median_point(pairs.iter().map(|(d, _)| *d))?;
             let unlike = pairs.iter().map(|(d, _)| (d - middle).norm()).fold(0.0, f64::max);
             let noise = pairs.iter().map(|(_, sd)| *sd).fold(0.0, f64::max);
             (pairs.len() >= 3).then_some((middle, unlike, noise, frames[f + 1].time_s - frames[f].time_s))
         };
         let shifts: Vec<_> = (0..frames.len().saturating_sub(1)).map(shift).collect();
-        let is_slip = |f: &usize| {
-            let (Some(before), Some(here), Some(after)) = (shifts[f - 1], shifts[*f], shifts[f + 1]) else {
-                return false;
-            };
-            let (by, unlike, noise, apart) = here;
+        let slips = shifts.windows(3).zip(1..).filter_map(|(w, f)| {
+            let (before, (by, unlike, noise, apart), after) = (w[0]?, w[1]?, w[2]?);
             let least = SLIP_M.max(ACCELERATION_M_S2 * apart * apart) + 4.0 * noise;
             // A point that comes back in the next frame has jumped.
             let neighbours = before.0.norm().max(after.0.norm());
-            by.norm() > least + neighbours && unlike < 0.4 * by.norm() + 4.0 * noise
-        };
-        let slips: Vec<usize> = (1..shifts.len().saturating_sub(1)).filter(is_slip).collect();
-        let Some((&first, (by, ..))) = slips.first().and_then(|f| Some((f, shifts[*f]?))) else {
-            return Vec::new();
-        };
-        let times =
-            if slips.len() == 1 { String::new() } else { format!(" (and {} times more)", slips.len() - 1) };
-        named(by.norm() * 1e3, format!("at {:.3} s{times}", frames[first + 1].time_s))
+            let is_slip = by.norm() > least + neighbours && unlike < 0.4 * by.norm() + 4.0 * noise;
+            is_slip.then(|| (by.norm() * 1e3, frames[f + 1].time_s))
+        });
+        let slips: Vec<(f64, f64)> = slips.collect();
+        let ((by_mm, time_s), others) = slips.split_first()?;
+        let more =
+            if others.is_empty() { String::new() } else { format!(" (and {} times more)", others.len()) };
+        Some((*by_mm, format!("at {time_s:.3} s{more}")))
     }
 }

@@ -3,31 +3,26 @@
 //! 2020), whose two header lines (`FRAME1 ..`, `X Y ..`) are accepted too, and of other readers of `.con`
 //! files (Faytak, `ssanova-formatter.py`).
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::lengths::error::Malformed;
 use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = limits::text(bytes, origin)?;
-    let start = Place { origin, line: 1, column: 1 };
     let mut rows: Vec<Vec<Option<f64>>> = Vec::new();
     let mut budget = Budget::default();
-    for (n, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
-        let at = Place { line: n as u64 + 1, ..start };
-        let cells: Vec<&str> = line.split([' ', '\t', ',']).filter(|c| !c.is_empty()).collect();
-        if rows.is_empty() && cells.iter().all(|c| c.starts_with("FRAME") || matches!(*c, "X" | "Y")) {
+    for (at, line) in limits::lines(&text, origin) {
+        let cells = || line.split([' ', '\t', ',']).filter(|c| !c.is_empty());
+        if rows.is_empty() && cells().all(|c| c.starts_with("FRAME") || matches!(c, "X" | "Y")) {
             continue;
         }
-        let mut row = Vec::with_capacity(cells.len());
-        for (column, cell) in cells.iter().enumerate() {
-            let value = match *cell {
-                "NaN" | "nan" | "*" | "NA" => None,
-                cell => Some(coordinate(cell).ok_or_else(|| {
-                    let what = format!("{cell:?} is not a coordinate");
-                    at.at_column(column + 1).error(what, "write pixels, and NaN where there is none")
-                })?),
-            };
-            row.push(value);
-        }
+        let value = |(column, cell)| match cell {
+            "NaN" | "nan" | "*" | "NA" => Ok(None),
+            cell => coordinate(cell).map(Some).ok_or_else(|| {
+                let what = format!("{cell:?} is not a coordinate");
+                at.at_column(column).error(what, "write pixels, and NaN where there is none")
+            }),
+        };
+        let row = (1..).zip(cells()).map(value).collect::<Result<Vec<_>, _>>()?;
         let width = rows.first().map_or(row.len(), Vec::len);
         if row.len() != width || !width.is_multiple_of(2) {
             let what = format!("the line has {} values where the first has {width}", row.len());
@@ -36,7 +31,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         rows.push(row);
         budget.channel(width / 2, rows.len(), at)?;
     }
-    let frames = rows.first().map_or(0, |r| r.len() / 2);
     // EdgeTrak writes zeros for a frame that was not traced.
     let sample = |frame: usize| {
         let place = |row: &Vec<Option<f64>>| {
@@ -45,14 +39,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         };
         Sample::new(frame as f64, rows.iter().map(place).collect())
     };
-    Ok(Recording {
-        times: Times::Frames,
-        ..Recording::of_file(
-            origin,
-            Format::Edgetrak,
-            None,
-            (0..rows.len()).map(|n| format!("tongue_{n}")),
-            (0..frames).map(sample).collect(),
-        )
-    })
+    let names = (0..rows.len()).map(|n| format!("tongue_{n}"));
+    let samples = (0..rows.first().map_or(0, |r| r.len() / 2)).map(sample).collect();
+    let found = Recording::of_file(origin, Format::Edgetrak, None, names, samples);
+    Ok(Recording { times: Times::Frames, ..found })
 }

@@ -2,10 +2,13 @@
 //! each frame its time (s), a flag if breaks are present (0: nothing seen), and the channels, as 32-bit
 //! floats or as text. The format of `EST_TrackFile.cc`, `save_est_binary_ts` and `save_est_ts`.
 
+use std::collections::BTreeMap;
+
 use super::super::lengths::error::{Malformed, Place};
 use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, mocha};
 
 const LARGEST_HEADER: usize = 1 << 20;
+const AXES: [[&str; 2]; 3] = [["x", "px"], ["y", "py"], ["z", "pz"]];
 const END: &[u8] = b"EST_Header_End";
 
 #[derive(Default)]
@@ -69,45 +72,39 @@ fn header(bytes: &[u8], start: Place<'_>) -> Result<Header, Malformed> {
     let end = head.windows(END.len()).position(|w| w == END).ok_or_else(|| {
         start.error("there is no line EST_Header_End", "give a track of the Edinburgh Speech Tools (.ema)")
     })?;
-    let line_end = head[end..].iter().position(|b| *b == b'\n').map_or(head.len(), |n| end + n + 1);
-    let text = String::from_utf8_lossy(&head[..end]).into_owned();
-    let mut header = Header { size: line_end, ..Header::default() };
-    let mut given: Vec<(usize, String)> = Vec::new();
-    for (n, line) in text.lines().enumerate() {
-        let (key, value) = line.trim().split_once(char::is_whitespace).unwrap_or((line.trim(), ""));
+    let size = head[end..].iter().position(|b| *b == b'\n').map_or(head.len(), |n| end + n + 1);
+    let mut header = Header { size, ..Header::default() };
+    let mut given: BTreeMap<usize, String> = BTreeMap::new();
+    let text = String::from_utf8_lossy(&head[..end]);
+    for (line, text) in (1..).zip(text.lines()) {
+        let (key, value) = text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
         let value = value.trim();
-        let at = Place { line: n as u64 + 1, ..start };
-        let count = |most: usize| {
-            let number = value.parse::<usize>().ok().filter(|v| *v <= most);
-            number
-                .ok_or_else(|| at.error(format!("{key} is {value:?}"), format!("it must be at most {most}")))
+        let wrong = |what: String, help: &str| Place { line, ..start }.error(what, help);
+        let count = |most: usize| match value.parse::<usize>().ok().filter(|v| *v <= most) {
+            Some(number) => Ok(number),
+            None => Err(wrong(format!("{key} is {value:?}"), &format!("it must be at most {most}"))),
         };
         match key {
             "EST_File" if value != "Track" => {
-                return Err(at.error(format!("the file is EST's {value:?}"), "give a track"));
+                return Err(wrong(format!("the file is EST's {value:?}"), "give a track"));
             }
-            "DataType" => {
-                header.ascii = value == "ascii";
-                if !matches!(value, "ascii" | "binary") {
-                    return Err(at.error(format!("the data type is {value:?}"), "give ascii or binary"));
-                }
+            "DataType" if !matches!(value, "ascii" | "binary") => {
+                return Err(wrong(format!("the data type is {value:?}"), "give ascii or binary"));
             }
+            "DataType" => header.ascii = value == "ascii",
             "ByteOrder" => header.big_endian = value == "10",
             "NumFrames" => header.frames = count(super::MOST_FRAMES)?,
             "NumChannels" => header.channels = count(MOST_CHANNELS)?,
             "BreaksPresent" => header.breaks = value.eq_ignore_ascii_case("true"),
             _ => {
-                if let Some(number) = key.strip_prefix("Channel_").and_then(|n| n.parse::<usize>().ok()) {
-                    given.push((number, value.to_owned()));
+                if let Some(number) = key.strip_prefix("Channel_").and_then(|n| n.parse().ok()) {
+                    given.entry(number).or_insert_with(|| value.to_owned());
                 }
             }
         }
     }
-    header.names = (0..header.channels)
-        .map(|n| {
-            given.iter().find(|(g, _)| *g == n).map_or_else(|| format!("channel_{n}"), |(_, v)| v.clone())
-        })
-        .collect();
+    let name = |n: usize| given.remove(&n).unwrap_or_else(|| format!("channel_{n}"));
+    header.names = (0..header.channels).map(name).collect();
     Ok(header)
 }
 
@@ -116,20 +113,11 @@ fn axes(names: &[String]) -> Vec<(String, [Option<usize>; 3])> {
     let mut points: Vec<(String, [Option<usize>; 3])> = Vec::new();
     for (channel, name) in names.iter().enumerate() {
         let Some((point, axis)) = name.rsplit_once('_') else { continue };
-        let axis = match axis {
-            "x" | "px" => 0,
-            "y" | "py" => 1,
-            "z" | "pz" => 2,
-            _ => continue,
-        };
-        match points.iter_mut().find(|(p, _)| p == point) {
-            Some((_, axes)) => axes[axis] = Some(channel),
-            None => {
-                let mut axes = [None; 3];
-                axes[axis] = Some(channel);
-                points.push((point.to_owned(), axes));
-            }
+        let Some(axis) = AXES.iter().position(|names| names.contains(&axis)) else { continue };
+        if points.iter().all(|(p, _)| p != point) {
+            points.push((point.to_owned(), [None; 3]));
         }
+        points.iter_mut().filter(|(p, _)| p == point).for_each(|(_, axes)| axes[axis] = Some(channel));
     }
     points.retain(|(_, axes)| axes.iter().flatten().count() >= 2);
     points
@@ -146,34 +134,29 @@ fn text_rows(
     let text = String::from_utf8_lossy(body);
     let before = all[..all.len() - body.len()].iter().filter(|b| **b == b'\n').count() as u64;
     let mut values = Vec::with_capacity(frames.saturating_mul(width));
-    let mut lines = text.split_inclusive('\n').enumerate().filter(|(_, l)| !l.trim().is_empty());
+    let lines = (before + 1..).map(|line| Place { line, ..start }).zip(text.split_inclusive('\n'));
+    let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
     let cut = "the file is cut off; copy it anew";
     for frame in 0..frames {
-        let Some((n, line)) = lines.next() else {
+        let Some((at, line)) = lines.next() else {
             return Err(start.error(format!("{frame} of {frames} frames follow the header"), cut));
         };
-        let at = Place { line: before + n as u64 + 1, ..start };
         if !line.ends_with('\n') {
-            return Err(
-                at.error("the last line does not end in a line end", format!("{cut} (or end the line)"))
-            );
+            let what = "the last line does not end in a line end";
+            return Err(at.error(what, format!("{cut} (or end the line)")));
         }
-        let count = values.len();
-        for (column, word) in line.split_whitespace().take(width).enumerate() {
-            let value = word.parse::<f64>().map_err(|_| {
+        for (column, word) in (1..).zip(line.split_whitespace().take(width)) {
+            values.push(word.parse::<f64>().map_err(|_| {
                 let what = format!("{word:?} is not a number");
-                at.at_column(column + 1).error(what, "write numbers, separated by blanks")
-            })?;
-            values.push(value);
+                at.at_column(column).error(what, "write numbers, separated by blanks")
+            })?);
         }
-        let found = values.len() - count;
+        let found = values.len() - frame * width;
         if found < width {
             return Err(at.error(format!("the line has {found} values of {width}"), "give them all"));
         }
     }
-    if let Some((n, _)) = lines.next() {
-        let at = Place { line: before + n as u64 + 1, ..start };
-        return Err(at.error(format!("more than {frames} frames follow the header"), "correct NumFrames"));
-    }
-    Ok(values)
+    lines.next().map_or(Ok(values), |(at, _)| {
+        Err(at.error(format!("more than {frames} frames follow the header"), "correct NumFrames"))
+    })
 }

@@ -26,36 +26,32 @@ fn cells(line: &str) -> Vec<&str> {
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = limits::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
-    let lines = || text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty());
-    let width = lines().next().map_or(0, |(_, l)| cells(l).len());
+    let lines = || limits::lines(&text, origin).map(|(at, line)| (at, cells(line)));
+    let width = lines().next().map_or(0, |(_, cells)| cells.len());
     if width <= FIELDS {
         return Err(start.error(format!("the line has {width} fields"), HELP));
     }
     let before = width - FIELDS;
-    let columns = Columns::of(lines().map(|(_, l)| cells(l)), before);
+    let columns = Columns::of(lines().map(|(_, cells)| cells), before);
     let time = columns.time.ok_or_else(|| {
-        start.error(
-            "no field before the fan is a time that grows from row to row",
-            "export the time of the sample in the recording",
-        )
+        let what = "no field before the fan is a time that grows from row to row";
+        start.error(what, "export the time of the sample in the recording")
     })?;
     let mut rows = Rows::new((1..=FAN_LINES).map(|n| format!("tongue_{n}")).collect(), false, false);
-    for (n, line) in lines() {
-        let at = Place { line: n as u64 + 1, ..start };
-        let cells = cells(line);
+    for (at, cells) in lines() {
         if cells.len() != width {
             let what = format!("the line has {} fields where the first has {width}", cells.len());
             return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it anew"));
         }
         let time_s = aaa::seconds(cells[time], at.at_column(time + 1))?;
-        let mut places = Vec::with_capacity(FAN_LINES);
-        for nth in 0..FAN_LINES {
-            let field = before + 2 * nth;
-            let name = || format!("fan line {}", nth + 1);
-            let x = aaa::value(cells[field], &name(), at.at_column(field + 1))?;
-            let y = aaa::value(cells[field + 1], &name(), at.at_column(field + 2))?;
-            places.push(x.zip(y).map(|(x, y)| [x, y, 0.0]));
-        }
+        let place = |nth: usize| {
+            let value = |field: usize| {
+                aaa::value(cells[field], &format!("fan line {}", nth + 1), at.at_column(field + 1))
+            };
+            let x = before + 2 * nth;
+            Ok(value(x)?.zip(value(x + 1)?).map(|(x, y)| [x, y, 0.0]))
+        };
+        let places = (0..FAN_LINES).map(place).collect::<Result<_, Malformed>>()?;
         let key = columns.of_recording.iter().map(|c| cells[*c].to_owned()).collect();
         rows.add(key, time_s, places, at)?;
     }
@@ -71,13 +67,8 @@ impl Columns {
     /// Words that change within one date are labels; a number that grows while all words stay the same is the
     /// time.
     fn of<'a>(rows: impl Iterator<Item = Vec<&'a str>>, before: usize) -> Self {
-        let rows: Vec<Vec<&str>> = rows
-            .filter(|r| r.len() >= before)
-            .map(|mut r| {
-                r.truncate(before);
-                r
-            })
-            .collect();
+        let mut rows: Vec<Vec<&str>> = rows.filter(|r| r.len() >= before).collect();
+        rows.iter_mut().for_each(|r| r.truncate(before));
         let is_number = |c: &usize| rows.iter().all(|r| aaa::number(r[*c]).is_some());
         let (numbers, words): (Vec<usize>, Vec<usize>) = (0..before).partition(is_number);
         let is_date = |c: &&usize| {

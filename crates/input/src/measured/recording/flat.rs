@@ -28,8 +28,7 @@ impl<'a> Flat<'a> {
     /// # Errors
     /// [`RecordingError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no channel is usable.
     pub fn new(recording: &'a Recording, map: &Map) -> Result<Self, RecordingError> {
-        let wrong =
-            |problem: String| RecordingError::Uninterpreted { recording: recording.name.clone(), problem };
+        let wrong = |problem: String| recording.uninterpreted(problem);
         if let Some(problem) = map.unknown(&recording.channels) {
             return Err(wrong(problem));
         }
@@ -54,9 +53,8 @@ impl<'a> Flat<'a> {
             )
         });
         if back.0 == up.0 {
-            return Err(wrong(
-                "the axes to the back and upwards are the same; give both in a map".to_owned(),
-            ));
+            let problem = "the axes to the back and upwards are the same; give both in a map";
+            return Err(wrong(problem.to_owned()));
         }
         let flat = |p: [f64; 3]| Point::new(back.1 * p[back.0], up.1 * p[up.0]) * metres;
         let mut places: Places =

@@ -77,15 +77,13 @@ impl Front<'_> {
         let mut above: Vec<f64> = self.places.iter().filter_map(|f| Some(f[first]?.y - f[jaw]?.y)).collect();
         above.sort_unstable_by(f64::total_cmp);
         let (low, high) = (*above.get(above.len() / 10)?, *above.get(above.len() * 9 / 10)?);
-        let wrong = if low > APART_IN_HEIGHT_M { low } else { high };
-        let is_wrong = above.len() >= FEW && (low > APART_IN_HEIGHT_M || high < -APART_IN_HEIGHT_M);
-        is_wrong.then(|| {
+        let (off, side, even) =
+            if low > APART_IN_HEIGHT_M { (low, "above", "lowest") } else { (-high, "below", "highest") };
+        (above.len() >= FEW && off > APART_IN_HEIGHT_M).then(|| {
             format!(
-                "{tongue} lies {:.0} mm {} {name}, a coil on the jaw, {}: the coils of tongue and jaw do not seem to be in one frame; \
-                 compare both with a picture, or write \"{name}\" = \"ignore\" into a map",
-                wrong.abs() * 1e3,
-                if wrong > 0.0 { "above" } else { "below" },
-                if wrong > 0.0 { "even where it is lowest" } else { "even where it is highest" }
+                "{tongue} lies {:.0} mm {side} {name}, a coil on the jaw, even where it is {even}: the coils of tongue and jaw do not seem to \
+                 be in one frame; compare both with a picture, or write \"{name}\" = \"ignore\" into a map",
+                off * 1e3
             )
         })
     }

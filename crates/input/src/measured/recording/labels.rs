@@ -42,10 +42,9 @@ pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), Re
         recordings.first_mut().iter_mut().for_each(|first| first.notes.push(note.clone()));
         return Ok(());
     };
-    match crate::files::read_up_to(limits::LARGEST, &path) {
-        Ok(bytes) => recording.labels.extend(text_grid(&bytes, &origin)?),
-        Err(source) => return Err(RecordingError::Unreadable { origin, source }),
-    }
+    let bytes = crate::files::read_up_to(limits::LARGEST, &path);
+    let bytes = bytes.map_err(|source| RecordingError::Unreadable { origin: origin.clone(), source })?;
+    recording.labels.extend(text_grid(&bytes, &origin)?);
     Ok(())
 }
 
@@ -60,26 +59,25 @@ pub fn text_grid(bytes: &[u8], origin: &str) -> Result<Vec<Label>, Malformed> {
     for _ in 0..2 {
         words.number("the time of the whole")?;
     }
-    let tiers = words.number("the number of tiers")?;
     let mut out = Vec::new();
-    for _ in 0..tiers as usize {
-        let class = words.needed("the class of a tier")?;
+    for _ in 0..words.number("the number of tiers")? as usize {
+        let is_interval = words.needed("the class of a tier")? == "IntervalTier";
         let tier = words.needed("the name of a tier")?;
         for _ in 0..2 {
             words.number("the time of a tier")?;
         }
-        let count = words.number("the number of intervals")?;
-        for _ in 0..count as usize {
+        for _ in 0..words.number("the number of intervals")? as usize {
             let from_s = words.number("the beginning of an interval")?;
-            let to_s = if class == "IntervalTier" { words.number("the end of an interval")? } else { from_s };
+            let to_s = if is_interval { words.number("the end of an interval")? } else { from_s };
             let name = words.needed("the text of an interval")?.trim().to_owned();
-            if name.is_empty() || class != "IntervalTier" {
+            if name.is_empty() || !is_interval {
                 continue;
             }
-            if from_s > to_s || out.len() == MOST_LABELS {
-                let what =
-                    if from_s > to_s { "an interval ends before it begins" } else { "too many intervals" };
-                return Err(words.wrong(what, help));
+            if from_s > to_s {
+                return Err(words.wrong("an interval ends before it begins", help));
+            }
+            if out.len() == MOST_LABELS {
+                return Err(words.wrong("too many intervals", help));
             }
             out.push(Label { tier: tier.clone(), name, from_s, to_s });
         }
@@ -102,37 +100,37 @@ impl Words<'_> {
     /// The next text in quotes (`""` is one of them in it) or number.
     fn word(&mut self) -> Result<Option<String>, Malformed> {
         loop {
-            let trimmed = self.text.trim_start_matches(|c: char| c.is_whitespace() && c != '\n');
-            self.text = trimmed;
-            if let Some(rest) = trimmed.strip_prefix('\n') {
-                self.line += 1;
-                self.text = rest;
-            } else if let Some(rest) = trimmed.strip_prefix('"') {
-                let mut out = String::new();
-                let mut rest = rest;
-                loop {
-                    let Some((part, after)) = rest.split_once('"') else {
-                        return Err(
-                            self.wrong("a text has no closing quote", "the file is cut off; export it anew")
-                        );
-                    };
-                    out.push_str(part);
-                    rest = after;
-                    let Some(after) = rest.strip_prefix('"') else { break };
-                    out.push('"');
-                    rest = after;
+            self.text = self.text.trim_start_matches(|c: char| c.is_whitespace() && c != '\n');
+            match self.text.chars().next() {
+                None => return Ok(None),
+                Some('\n') => {
+                    self.line += 1;
+                    self.text = &self.text[1..];
                 }
-                self.line += out.matches('\n').count() as u64;
-                self.text = rest;
-                return Ok(Some(out));
-            } else if trimmed.is_empty() {
-                return Ok(None);
-            } else {
-                let end = trimmed.find(|c: char| c.is_whitespace() || c == '"').unwrap_or(trimmed.len());
-                let (word, rest) = trimmed.split_at(end);
-                self.text = rest;
-                if word.parse::<f64>().is_ok_and(f64::is_finite) {
-                    return Ok(Some(word.to_owned()));
+                Some('"') => {
+                    let mut out = String::new();
+                    // A quote that follows a closing one belongs to the text, which goes on.
+                    while let Some(rest) = self.text.strip_prefix('"') {
+                        let Some((part, after)) = rest.split_once('"') else {
+                            let help = "the file is cut off; export it anew";
+                            return Err(self.wrong("a text has no closing quote", help));
+                        };
+                        out += part;
+                        self.text = after;
+                        if after.starts_with('"') {
+                            out.push('"');
+                        }
+                    }
+                    self.line += out.matches('\n').count() as u64;
+                    return Ok(Some(out));
+                }
+                Some(_) => {
+                    let end = self.text.find(|c: char| c.is_whitespace() || c == '"');
+                    let (word, rest) = self.text.split_at(end.unwrap_or(self.text.len()));
+                    self.text = rest;
+                    if word.parse::<f64>().is_ok_and(f64::is_finite) {
+                        return Ok(Some(word.to_owned()));
+                    }
                 }
             }
         }

@@ -25,14 +25,36 @@ pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Ma
     let text = decode(bytes, origin)?.text;
     let fields = |line: &str| 1 + line.bytes().filter(|b| b"\t ,;".contains(b)).count();
     let wide = text.lines().position(|line| line.len() >= MOST_FIELDS && fields(line) > MOST_FIELDS);
-    match wide {
-        None => Ok(text),
-        Some(n) => {
-            let at = Place { origin, line: n as u64 + 1, column: MOST_FIELDS + 1 };
-            let help = format!("a line may have {MOST_FIELDS}; give a table with a line for every frame");
-            Err(at.error(format!("the line has more than {MOST_FIELDS} fields"), help))
-        }
-    }
+    wide.map_or(Ok(text), |n| {
+        let at = Place { origin, line: n as u64 + 1, column: MOST_FIELDS + 1 };
+        let help = format!("a line may have {MOST_FIELDS}; give a table with a line for every frame");
+        Err(at.error(format!("the line has more than {MOST_FIELDS} fields"), help))
+    })
+}
+
+/// The lines of a text with content, each with its place.
+pub(super) fn lines<'a>(text: &'a str, origin: &'a str) -> impl Iterator<Item = (Place<'a>, &'a str)> {
+    let places = (1..).map(move |line| Place { origin, line, column: 1 });
+    places.zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
+}
+
+/// The records of a table in CSV, each with its place.
+pub(super) fn records<'a>(
+    text: &'a str,
+    origin: &'a str,
+    builder: &mut csv::ReaderBuilder,
+    help: &'static str,
+) -> impl Iterator<Item = Result<(Place<'a>, csv::StringRecord), Malformed>> {
+    let reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let place = move |at: Option<&csv::Position>| Place {
+        origin,
+        line: at.map_or(1, csv::Position::line),
+        column: 1,
+    };
+    reader.into_records().map(move |record| match record {
+        Ok(record) => Ok((place(record.position()), record)),
+        Err(e) => Err(place(e.position()).error(e.to_string(), help)),
+    })
 }
 
 #[derive(Debug, Default)]

@@ -109,40 +109,45 @@ pub(super) type Axis = (usize, f64);
 impl Map {
     /// Reads a map; `origin` is its name in messages.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, RecordingError> {
-        let wrong = |line: Option<usize>, problem: String| RecordingError::Map {
-            origin: origin.to_owned(),
-            line,
-            problem,
+        let wrong = |line: Option<usize>, problem: String| {
+            let origin = origin.to_owned();
+            RecordingError::Map { origin, line, problem }
         };
         let file: File = toml_text::read(text).map_err(|e| wrong(Some(e.line), key_problem(&e.problem)))?;
-        let line_of = |word: &str| text.lines().position(|l| l.trim_start().starts_with(word)).map(|n| n + 1);
-        let shifts = file.shift_mm.map(|[x, y]| [Some(x), Some(y)]).unwrap_or_default();
+        let at = |word: &str, problem: String| {
+            let line = text.lines().position(|l| l.trim_start().starts_with(word));
+            Err(wrong(line.map(|n| n + 1), problem))
+        };
+        let [right, up] = file.shift_mm.map(|[x, y]| [Some(x), Some(y)]).unwrap_or_default();
         for (limit, value) in [
             (&limits::UNIT_MM, file.unit_mm),
             (&limits::RATE_HZ, file.rate_hz),
             (&limits::NOISE_MM, file.noise_mm),
             (&limits::SCALE, file.scale),
             (&limits::TURN_DEG, file.turn_deg),
-            (&limits::SHIFT_MM, shifts[0]),
-            (&limits::SHIFT_MM, shifts[1]),
+            (&limits::SHIFT_MM, right),
+            (&limits::SHIFT_MM, up),
         ] {
-            let checked = value.map_or(Ok(()), |value| limit.check(value));
-            checked.map_err(|beyond| wrong(line_of(limit.name), beyond.to_string()))?;
-        }
-        for (name, text) in [("back", &file.back), ("up", &file.up)] {
-            if text.as_ref().is_some_and(|t| axis(t).is_none()) {
-                return Err(wrong(line_of(name), format!("{name} must be one of x, y, z, -x, -y, -z")));
+            if let Some(Err(beyond)) = value.map(|value| limit.check(value)) {
+                return at(limit.name, beyond.to_string());
             }
         }
-        if let (Some(back), Some(up)) = (&file.back, &file.up)
-            && axis(back).map(|a| a.0) == axis(up).map(|a| a.0)
+        let given = [("back", &file.back), ("up", &file.up)];
+        let axes = given.map(|(_, text)| text.as_deref().map(axis));
+        if let Some(((name, _), _)) = given.iter().zip(axes).find(|(_, axis)| *axis == Some(None)) {
+            return at(name, format!("{name} must be one of x, y, z, -x, -y, -z"));
+        }
+        if let [Some(Some(back)), Some(Some(up))] = axes
+            && back.0 == up.0
         {
-            return Err(wrong(line_of("up"), "back and up are the same axis; give two".to_owned()));
+            return at("up", "back and up are the same axis; give two".to_owned());
         }
         let mut entries = BTreeMap::new();
         for (name, value) in &file.points {
-            let fail = |problem: String| wrong(line_of(name), format!("{name}: {problem}"));
-            entries.insert(name.clone(), entry(value).map_err(fail)?);
+            match entry(value) {
+                Ok(entry) => entries.insert(name.clone(), entry),
+                Err(problem) => return at(name, format!("{name}: {problem}")),
+            };
         }
         Ok(Self { file, entries, origin: origin.to_owned() })
     }
@@ -222,16 +227,13 @@ impl Map {
         if let Some(metres) = self.file.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
             return Ok((metres, None));
         }
-        let coils = recording.channels.iter().enumerate();
-        let coils: Vec<usize> = coils
-            .filter(|(_, c)| matches!(self.role(c), Role::Coil(_) | Role::Surface(_)))
-            .map(|(n, _)| n)
-            .collect();
-        let gap = recording.middle_gap(&coils).ok_or_else(|| RecordingError::Uninterpreted {
-            recording: recording.name.clone(),
-            problem: "its format does not have a unit; write `unit_mm = ..` (millimetres in a unit, or \
-                      in a pixel) into a map and give that with --map"
-                .to_owned(),
+        let is_coil =
+            |c: &usize| matches!(self.role(&recording.channels[*c]), Role::Coil(_) | Role::Surface(_));
+        let coils: Vec<usize> = (0..recording.channels.len()).filter(is_coil).collect();
+        let gap = recording.middle_gap(&coils).ok_or_else(|| {
+            let problem = "its format does not have a unit; write `unit_mm = ..` (millimetres in a unit, or in a pixel) into a map and give \
+                           that with --map";
+            recording.uninterpreted(problem.to_owned())
         })?;
         let off = |mm: &f64| (gap * mm / USUAL_GAP_MM).ln().abs();
         let mm =
@@ -245,12 +247,7 @@ impl Map {
     }
 
     pub(super) fn seconds(&self, recording: &Recording) -> Result<f64, RecordingError> {
-        let wrong = |problem: &str| {
-            Err(RecordingError::Uninterpreted {
-                recording: recording.name.clone(),
-                problem: problem.to_owned(),
-            })
-        };
+        let wrong = |problem: &str| Err(recording.uninterpreted(problem.to_owned()));
         match (self.file.rate_hz, recording.times) {
             (Some(_), Times::InFile) => wrong("the file has its own times; take rate_hz out of the map"),
             (Some(rate), Times::Usual(usual)) => Ok(usual / rate),
@@ -286,10 +283,7 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
                 "coil" => Role::Coil(None),
                 "reference" => Role::Reference,
                 "ignore" => Role::Ignored,
-                _ => {
-                    let hint = suggest::hint(word, WORDS);
-                    return Err(format!("{word:?} is not a role; {hint}; {ROLES}"));
-                }
+                _ => return Err(format!("{word:?} is not a role; {}; {ROLES}", suggest::hint(word, WORDS))),
             };
             return Ok(Entry { role, noise_mm: None });
         }
@@ -315,20 +309,18 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
         }
         roles.push(Role::Coil(Some(nth as u32)));
     }
-    match table.get("bone") {
-        None => {}
-        Some(toml::Value::String(bone)) if !bone.is_empty() => roles.push(Role::Bone(bone.clone())),
-        Some(other) => return Err(format!("bone is {other}; give its name, like \"hyoid\"")),
+    match (table.get("bone"), table.get("bone").and_then(toml::Value::as_str)) {
+        (Some(_), Some(bone)) if !bone.is_empty() => roles.push(Role::Bone(bone.to_owned())),
+        (Some(other), _) => return Err(format!("bone is {other}; give its name, like \"hyoid\"")),
+        (None, _) => {}
     }
     match table.get("contour") {
-        None => {}
         Some(toml::Value::Boolean(true)) => roles.push(Role::Contour),
         Some(other) => return Err(format!("contour is {other}; write contour = true")),
+        None => {}
     }
     let noise_mm = number("noise_mm")?;
-    if let Some(mm) = noise_mm {
-        limits::NOISE_MM.check(mm).map_err(|beyond| beyond.to_string())?;
-    }
+    noise_mm.map_or(Ok(()), |mm| limits::NOISE_MM.check(mm)).map_err(|beyond| beyond.to_string())?;
     let [role] = &roles[..] else {
         return Err("give one of surface_mm, coil, bone and contour = true".to_owned());
     };
@@ -337,24 +329,18 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
 
 /// The error for the keys of a map, made from the parser's message.
 fn key_problem(message: &str) -> String {
-    let unknown = message.strip_prefix("unknown field `").and_then(|rest| rest.split_once('`'));
-    match unknown {
+    let (unknown, all) = (message.strip_prefix("unknown field `"), KEYS.join(", "));
+    match unknown.and_then(|rest| rest.split_once('`')) {
         Some((key, _)) => {
-            let role = "points are named in [points]";
-            format!(
-                "there is no {key:?}; {}; a map has {} ({role})",
-                suggest::hint(key, KEYS),
-                KEYS.join(", ")
-            )
+            let hint = suggest::hint(key, KEYS);
+            format!("there is no {key:?}; {hint}; a map has {all} (points are named in [points])")
         }
-        None => format!("{message} (a map has {})", KEYS.join(", ")),
+        None => format!("{message} (a map has {all})"),
     }
 }
 
 fn axis(text: &str) -> Option<Axis> {
-    let (sign, letter) = match text.strip_prefix('-') {
-        Some(rest) => (-1.0, rest),
-        None => (1.0, text.strip_prefix('+').unwrap_or(text)),
-    };
+    let letter = text.strip_prefix(['-', '+']).unwrap_or(text);
+    let sign = if text.starts_with('-') { -1.0 } else { 1.0 };
     Some((["x", "y", "z"].iter().position(|a| *a == letter)?, sign))
 }

@@ -6,6 +6,8 @@
 //! 5). Every size is checked against the available bytes and decompression is limited, so that no file needs
 //! more memory than [`MOST_INFLATED`] and its own size.
 
+use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
+
 use super::super::lengths::error::{Malformed, Place};
 
 /// Limit of the decompressed size of all variables of a file, bytes.
@@ -43,9 +45,9 @@ impl Value<'_> {
         let width = width_of(*kind)?;
         let stored = bytes.get(n.checked_mul(width)?..)?.get(..width)?;
         let mut little = [0_u8; 8];
-        little.get_mut(..width)?.copy_from_slice(stored);
+        little[..width].copy_from_slice(stored);
         if *big_endian {
-            little.get_mut(..width)?.reverse();
+            little[..width].reverse();
         }
         let [a, b, c, d, ..] = little;
         Some(match kind {
@@ -63,14 +65,15 @@ impl Value<'_> {
     }
 }
 
+/// Bytes of a number of this type, at most eight.
 fn width_of(kind: u32) -> Option<usize> {
-    match kind {
-        1 | 2 => Some(1),
-        3 | 4 => Some(2),
-        5..=7 => Some(4),
-        9 | 12 | 13 => Some(8),
-        _ => None,
-    }
+    Some(match kind {
+        1 | 2 => 1,
+        3 | 4 => 2,
+        5..=7 => 4,
+        9 | 12 | 13 => 8,
+        _ => return None,
+    })
 }
 
 /// A file with its compressed variables decompressed.
@@ -128,37 +131,29 @@ impl<'a> File<'a> {
         };
         let mut rest = Piece { bytes: &bytes[128..], big_endian };
         let mut variables = Vec::new();
-        let mut inflated = 0;
+        let mut left = MOST_INFLATED;
         while !rest.bytes.is_empty() {
             let at = bytes.len() - rest.bytes.len();
             let (kind, data) = rest.next().ok_or_else(|| fail(at, "a variable is cut off"))?;
-            match kind {
-                MATRIX => variables.push(data.into()),
-                COMPRESSED => {
-                    let most = MOST_INFLATED - inflated;
-                    let all = miniz_oxide::inflate::decompress_to_vec_zlib_with_limit(data, most);
-                    let all = all.map_err(|e| {
-                        let what = match e.status {
-                            miniz_oxide::inflate::TINFLStatus::HasMoreOutput => {
-                                format!(
-                                    "the decompressed variables are larger than {} MB",
-                                    MOST_INFLATED >> 20
-                                )
-                            }
-                            _ => "a compressed variable is damaged or cut off".to_owned(),
-                        };
-                        fail(at, &what)
-                    })?;
-                    inflated += all.len();
-                    // The tag is the same as in a variable that is not compressed.
-                    let inner = (Piece { bytes: &all, big_endian }).next();
-                    match inner {
-                        Some((MATRIX, data)) => variables.push(data.to_vec().into()),
-                        Some(_) => {}
-                        None => return Err(fail(at, "a compressed variable is cut off")),
-                    }
+            if kind == MATRIX {
+                variables.push(data.into());
+            }
+            if kind != COMPRESSED {
+                continue;
+            }
+            let all = decompress_to_vec_zlib_with_limit(data, left).map_err(|e| match e.status {
+                TINFLStatus::HasMoreOutput => {
+                    let most = MOST_INFLATED >> 20;
+                    fail(at, &format!("the decompressed variables are larger than {most} MB"))
                 }
-                _ => {}
+                _ => fail(at, "a compressed variable is damaged or cut off"),
+            })?;
+            left -= all.len();
+            // The tag is the same as in a variable that is not compressed.
+            match (Piece { bytes: &all, big_endian }).next() {
+                Some((MATRIX, data)) => variables.push(data.to_vec().into()),
+                Some(_) => {}
+                None => return Err(fail(at, "a compressed variable is cut off")),
             }
         }
         Ok(Self { origin, big_endian, variables })
@@ -167,15 +162,12 @@ impl<'a> File<'a> {
     pub fn variables(&self) -> Result<Vec<(String, Value<'_>)>, Malformed> {
         let start = Place { origin: self.origin, line: 1, column: 1 };
         let mut left = MOST_ELEMENTS;
-        let mut out = Vec::with_capacity(self.variables.len());
-        for (n, bytes) in self.variables.iter().enumerate() {
+        let read = self.variables.iter().enumerate().map(|(n, bytes)| {
             let piece = Piece { bytes, big_endian: self.big_endian };
-            let variable = matrix(piece, DEEPEST, &mut left);
-            out.push(
-                variable.ok_or_else(|| start.error(format!("variable {} cannot be read", n + 1), HELP))?,
-            );
-        }
-        Ok(out)
+            let wrong = || start.error(format!("variable {} cannot be read", n + 1), HELP);
+            matrix(piece, DEEPEST, &mut left).ok_or_else(wrong)
+        });
+        read.collect()
     }
 }
 
@@ -189,9 +181,8 @@ fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(S
     let (_, flags) = piece.next()?;
     let class = whole.of(flags).word(0)? & 0xff;
     let (_, sizes) = piece.next()?;
-    let sizes: Option<Vec<usize>> =
-        (0..sizes.len() / 4).map(|n| whole.of(sizes).word(4 * n).map(|s| s as usize)).collect();
-    let sizes = sizes?;
+    let size = |n: usize| whole.of(sizes).word(4 * n).map(|s| s as usize);
+    let sizes = (0..sizes.len() / 4).map(size).collect::<Option<Vec<usize>>>()?;
     let rows = *sizes.first()?;
     let columns = sizes.get(1..)?.iter().try_fold(1_usize, |a, b| a.checked_mul(*b))?;
     let count = rows.checked_mul(columns)?;
@@ -205,39 +196,28 @@ fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(S
             if length == 0 || !names.len().is_multiple_of(length) {
                 return Some((name, Value::Structures(Vec::new())));
             }
-            let names: Vec<String> = names
-                .chunks_exact(length)
-                .map(|n| {
-                    String::from_utf8_lossy(n.split(|b| *b == 0).next().unwrap_or_default()).into_owned()
-                })
-                .collect();
+            let until_zero = |n: &[u8]| n.split(|b| *b == 0).next().unwrap_or_default().to_vec();
+            let names = names.chunks_exact(length).map(until_zero);
+            let names: Vec<String> = names.map(|n| String::from_utf8_lossy(&n).into_owned()).collect();
             if count.saturating_mul(names.len().max(1)) > *left {
                 return None;
             }
-            let mut all = Vec::new();
-            for _ in 0..count {
-                let mut fields = Vec::with_capacity(names.len());
-                for name in &names {
-                    let (kind, bytes) = piece.next()?;
-                    let value = match kind {
-                        MATRIX => matrix(whole.of(bytes), depth - 1, left)?.1,
-                        _ => Value::Other,
-                    };
-                    fields.push((name.clone(), value));
-                }
-                all.push(fields);
-            }
-            Value::Structures(all)
+            let mut field = |name: &String| {
+                let (kind, bytes) = piece.next()?;
+                let is_matrix = kind == MATRIX;
+                let value =
+                    if is_matrix { matrix(whole.of(bytes), depth - 1, left)?.1 } else { Value::Other };
+                Some((name.clone(), value))
+            };
+            let all = (0..count).map(|_| names.iter().map(&mut field).collect());
+            Value::Structures(all.collect::<Option<_>>()?)
         }
         4 => {
             let (kind, bytes) = piece.next().unwrap_or((16, &[]));
-            let unit = |pair: &[u8; 2]| match whole.big_endian {
-                true => u16::from_be_bytes(*pair),
-                false => u16::from_le_bytes(*pair),
-            };
+            let of = if whole.big_endian { u16::from_be_bytes } else { u16::from_le_bytes };
             Value::Text(match kind {
                 4 | 17 => {
-                    let units = bytes.as_chunks::<2>().0.iter().map(unit);
+                    let units = bytes.as_chunks::<2>().0.iter().map(|pair| of(*pair));
                     char::decode_utf16(units).map(|c| c.unwrap_or('?')).collect()
                 }
                 _ => String::from_utf8_lossy(bytes).into_owned(),

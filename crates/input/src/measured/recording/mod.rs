@@ -103,28 +103,19 @@ impl Format {
     /// The format of a file by its content, or else by its name.
     pub fn of(bytes: &[u8], origin: &str) -> Self {
         let begins = |text: &str| bytes.starts_with(text.as_bytes());
-        if begins("AG50xDATA_V00") {
-            return Self::Ag50x;
-        }
-        if begins("EST_File") {
-            return Self::Est;
-        }
-        if begins("MATLAB ") {
-            return Self::Mview;
-        }
         let ends = |end: &str| Path::new(origin).extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
-        if ends("con") {
-            return Self::Edgetrak;
-        }
         // NUL bytes are removed, so that a header in UTF-16 is recognised too.
         let head: Vec<u8> = bytes.iter().take(65536).copied().filter(|b| *b != 0 && *b != b'"').collect();
-        let line = head.split(|b| *b == b'\n').next().unwrap_or_default();
-        let has = |word: &[u8]| line.windows(word.len()).any(|w| w == word);
+        let line = String::from_utf8_lossy(head.split(|b| *b == b'\n').next().unwrap_or_default());
         match () {
-            () if has(b"Time of sample") || has(b"X0 ") => Self::Aaa,
-            () if line.starts_with(b"scorer,") => Self::DeepLabCut,
-            () if sensor_table::is_head(&String::from_utf8_lossy(line)) => Self::NdiWave,
-            () if fan::is_row(&String::from_utf8_lossy(line)) => Self::AaaFan,
+            () if begins("AG50xDATA_V00") => Self::Ag50x,
+            () if begins("EST_File") => Self::Est,
+            () if begins("MATLAB ") => Self::Mview,
+            () if ends("con") => Self::Edgetrak,
+            () if line.contains("Time of sample") || line.contains("X0 ") => Self::Aaa,
+            () if line.starts_with("scorer,") => Self::DeepLabCut,
+            () if sensor_table::is_head(&line) => Self::NdiWave,
+            () if fan::is_row(&line) => Self::AaaFan,
             () if ends("txy") => Self::Microbeam,
             () if ends("mat") => Self::Mview,
             () if ends("pos") => Self::Ag50x,
@@ -231,20 +222,16 @@ impl Recording {
             return Err("the files are of different formats or units".to_owned());
         }
         let channels = distinct(frames.iter().flat_map(|f| &f.channels).filter(|c| is_coil(c)).cloned());
-        let sample = |(number, frame): (usize, &Self)| {
+        let number = |frame: &Self, channel: &String| frame.channels.iter().position(|c| c == channel);
+        let sample = |(nth, frame): (usize, &Self)| {
             let [only] = frame.samples.as_slice() else {
                 return Err(format!("{} has {} frames; give one", frame.name, frame.samples.len()));
             };
-            let place = |channel: &String| {
-                let own = frame.channels.iter().position(|c| c == channel)?;
-                only.places[own]
-            };
-            Ok(Sample::new(number as f64, channels.iter().map(place).collect()))
+            let place = |channel: &String| only.places[number(frame, channel)?];
+            Ok(Sample::new(nth as f64, channels.iter().map(place).collect()))
         };
         let samples = frames.iter().enumerate().map(sample).collect::<Result<_, String>>()?;
-        let sigma = |channel: &String| {
-            frames.iter().find_map(|f| f.sigma[f.channels.iter().position(|c| c == channel)?])
-        };
+        let sigma = |channel: &String| frames.iter().find_map(|f| f.sigma[number(f, channel)?]);
         let sigma = channels.iter().map(sigma).collect();
         Ok(Self { channels, sigma, samples, labels: Vec::new(), ..first.clone() })
     }
@@ -253,14 +240,11 @@ impl Recording {
     /// name beside a file of one recording gives its labels.
     pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, RecordingError> {
         let origin = path.display().to_string();
-        match crate::files::read_up_to(limits::LARGEST, path) {
-            Ok(bytes) => {
-                let mut found = Self::from_bytes(&bytes, &origin, format)?;
-                labels::beside(path, &mut found)?;
-                Ok(found)
-            }
-            Err(source) => Err(RecordingError::Unreadable { origin, source }),
-        }
+        let bytes = crate::files::read_up_to(limits::LARGEST, path);
+        let bytes = bytes.map_err(|source| RecordingError::Unreadable { origin: origin.clone(), source })?;
+        let mut found = Self::from_bytes(&bytes, &origin, format)?;
+        labels::beside(path, &mut found)?;
+        Ok(found)
     }
 
     /// Reads all recordings in the bytes of a file; `origin` is its name in messages, usually its path.
@@ -285,11 +269,15 @@ impl Recording {
         if !matches!(format, Format::Mview | Format::Ag50x) && !bytes.starts_with(b"EST_File") {
             found.last_mut().iter_mut().for_each(|last| last.notes.extend(numbers::cut(bytes)));
         }
-        match found.iter().any(|r| !r.samples.is_empty()) {
-            true => Ok(found),
-            false => Err(Place { origin, line: 1, column: 1 }
-                .error("the file has no frame", "give a recording with at least one")),
+        if found.iter().all(|r| r.samples.is_empty()) {
+            let start = Place { origin, line: 1, column: 1 };
+            return Err(start.error("the file has no frame", "give a recording with at least one"));
         }
+        Ok(found)
+    }
+
+    fn uninterpreted(&self, problem: String) -> RecordingError {
+        RecordingError::Uninterpreted { recording: self.name.clone(), problem }
     }
 
     /// Median distance between neighbouring channels of these, in the unit of the file.

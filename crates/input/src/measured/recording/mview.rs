@@ -3,6 +3,8 @@
 //! for each frame. A sensor's signal has two columns (to the front, upwards) or at least three (to the front,
 //! sideways, upwards, then angles), mm; channels with one column, such as the sound, are not read.
 
+use std::collections::BTreeSet;
+
 use super::super::lengths::error::{Malformed, Place};
 use super::matlab::{File, Value};
 use super::{Budget, Format, Recording, Sample, is_coordinate};
@@ -28,21 +30,20 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let Value::Structures(structures) = value else { continue };
         let channels: Vec<Channel<'_>> = structures.iter().filter_map(|s| channel(s)).collect();
         let Some(first) = channels.first() else { continue };
+        let wrong = |what: String, help: &str| start.error(format!("in the variable {name:?} {what}"), help);
         if let Some(other) = channels.iter().find(|c| c.rate_hz != first.rate_hz || c.frames != first.frames)
         {
             let of = |c: &Channel<'_>| format!("{} has {} frames at {} Hz", c.name, c.frames, c.rate_hz);
-            let what = format!("in the variable {name:?} {} and {}", of(first), of(other));
-            return Err(start.error(what, "resample the sensors to one rate"));
+            let what = format!("{} and {}", of(first), of(other));
+            return Err(wrong(what, "resample the sensors to one rate"));
         }
-        let twice =
-            channels.iter().enumerate().find(|(n, c)| channels[..*n].iter().any(|o| o.name == c.name));
-        if let Some((_, twice)) = twice {
-            let what = format!("in the variable {name:?} the channel {:?} is given twice", twice.name);
-            return Err(start.error(what, "give every channel a name of its own"));
+        let mut names = BTreeSet::new();
+        if let Some(twice) = channels.iter().find(|c| !names.insert(c.name)) {
+            let what = format!("the channel {:?} is given twice", twice.name);
+            return Err(wrong(what, "give every channel a name of its own"));
         }
         if !RATES_HZ.contains(&first.rate_hz) {
-            let what = format!("in the variable {name:?} SRATE is {}", first.rate_hz);
-            return Err(start.error(what, "it must be from 1 to 10000 Hz"));
+            return Err(wrong(format!("SRATE is {}", first.rate_hz), "it must be from 1 to 10000 Hz"));
         }
         budget.whole(first.frames, channels.len(), start)?;
         let place = |channel: &Channel<'_>, frame: usize| {
@@ -53,29 +54,22 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             };
             place.iter().all(|v| is_coordinate(*v)).then_some(place)
         };
-        let samples = (0..first.frames).map(|frame| {
+        let sample = |frame: usize| {
             let places = channels.iter().map(|c| place(c, frame)).collect();
             Sample::new(frame as f64 / first.rate_hz, places)
-        });
-        found.push(Recording {
-            name: if name.is_empty() { Recording::stem(origin) } else { name.clone() },
-            ..Recording::of_file(
-                origin,
-                Format::Mview,
-                Some(1e-3),
-                channels.iter().map(|c| c.name.to_owned()),
-                samples.collect(),
-            )
-        });
+        };
+        let samples = (0..first.frames).map(sample).collect();
+        let names = channels.iter().map(|c| c.name.to_owned());
+        let recording = Recording::of_file(origin, Format::Mview, Some(1e-3), names, samples);
+        let name = if name.is_empty() { recording.name.clone() } else { name.clone() };
+        found.push(Recording { name, ..recording });
     }
-    match found.is_empty() {
-        false => Ok(found),
-        true => {
-            let names: Vec<&str> = variables.iter().map(|(n, _)| n.as_str()).collect();
-            let what = format!("no variable (of {}) is a recording", names.join(", "));
-            Err(start.error(what, HELP))
-        }
+    if found.is_empty() {
+        let names: Vec<&str> = variables.iter().map(|(n, _)| n.as_str()).collect();
+        let what = format!("no variable (of {}) is a recording", names.join(", "));
+        return Err(start.error(what, HELP));
     }
+    Ok(found)
 }
 
 /// The structure as a sensor's channel; `None` for the sound and other signals.

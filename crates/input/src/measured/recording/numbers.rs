@@ -55,21 +55,16 @@ impl Numbers {
     pub fn read(bytes: &[u8], origin: &str, widths: &[usize], help: &str) -> Result<Self, Malformed> {
         let mut budget = Budget::default();
         let text = limits::text(bytes, origin)?;
-        let start = Place { origin, line: 1, column: 1 };
         let mut out = Self { width: 0, values: Vec::new(), lines: Vec::new() };
-        for (n, line) in text.lines().enumerate().filter(|(_, l)| !l.trim().is_empty()) {
-            let at = Place { line: n as u64 + 1, ..start };
+        for (at, line) in limits::lines(&text, origin) {
             let cells = || line.split([' ', '\t', ',']).map(str::trim).filter(|c| !c.is_empty());
-            let is_header = n == 0 && cells().all(|c| c.parse::<f64>().is_err());
-            if is_header {
+            if at.line == 1 && cells().all(|c| c.parse::<f64>().is_err()) {
                 continue;
             }
             let before = out.values.len();
-            for (column, cell) in cells().enumerate() {
-                let value = cell.parse::<f64>();
-                let value = value
-                    .map_err(|_| at.at_column(column + 1).error(format!("{cell:?} is not a number"), help))?;
-                out.values.push(value);
+            for (column, cell) in (1..).zip(cells()) {
+                let wrong = |_| at.at_column(column).error(format!("{cell:?} is not a number"), help);
+                out.values.push(cell.parse::<f64>().map_err(wrong)?);
             }
             let width = out.values.len() - before;
             if out.width == 0 && widths.contains(&width) {
@@ -97,9 +92,8 @@ impl Numbers {
         read: impl Fn(usize, &[f64]) -> Sample,
     ) -> Result<Vec<Sample>, Malformed> {
         let mut samples: Vec<Sample> = Vec::with_capacity(self.lines.len());
-        let rows = self.values.chunks_exact(self.width.max(1)).enumerate();
-        for ((n, row), &line) in rows.zip(&self.lines) {
-            let sample = read(n, row);
+        for (row, &line) in self.values.chunks_exact(self.width.max(1)).zip(&self.lines) {
+            let sample = read(samples.len(), row);
             let time_s = sample.time_s;
             if !is_coordinate(time_s) || samples.last().is_some_and(|last| last.time_s >= time_s) {
                 let what = format!("the time {time_s} s does not come after that of the line before");

@@ -6,8 +6,7 @@ use serde::{Deserialize, Serialize};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::median;
 
-use super::dynamics::BONE_SD_M;
-use super::{AlignedFrame, AlignedRecording};
+use super::{AlignedFrame, AlignedRecording, Mark};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -60,69 +59,54 @@ const MOST_SD: f64 = 4.0;
 /// Largest number of points of a contour of keypoints; the order of longer contours is not checked.
 const MOST_ORDERED: usize = 40;
 
+/// Points that have a fault, by their numbers among the names of a recording.
+type Found = (FaultKind, Vec<usize>);
+
+/// What is found in a frame.
+type Stage<'a> = &'a dyn Fn(&AlignedRecording, usize) -> Vec<Found>;
+
 /// Removes implausible points from a recording and returns the faults. `palate`: a line of points from front
 /// to back, m.
 pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened {
+    let names: Vec<String> = seen.names().cloned().collect();
     let mut faults: Screened = vec![Vec::new(); seen.frames.len()];
-    for (frame, fault) in ordered(seen).into_iter().zip(&mut faults) {
-        fault.extend(frame);
-    }
-    let apply = |seen: &mut AlignedRecording, faults: &[Vec<Fault>]| {
-        for (frame, found) in seen.frames.iter_mut().zip(faults) {
-            let named = |name: &String| found.iter().any(|f| f.points.contains(name));
-            for (mark, _) in frame.contour.iter_mut().zip(&seen.contour).filter(|(_, n)| named(n)) {
-                *mark = None;
-            }
-            for (mark, _) in frame.sensors.iter_mut().zip(&seen.sensors).filter(|(_, (n, _))| named(n)) {
-                *mark = None;
-            }
-            for (bone, _) in frame.bones.iter_mut().zip(&seen.bones).filter(|(_, n)| named(n)) {
-                *bone = None;
-            }
-        }
-    };
-    apply(seen, &faults);
-    let points = seen.contour.len() + seen.sensors.len();
-    let sensors = seen.sensors.iter().map(|(name, _)| name);
-    let names: Vec<String> = seen.contour.iter().chain(sensors).chain(&seen.bones).cloned().collect();
-    let name = |p: usize| names[p].clone();
-    let mut found: Vec<Vec<Fault>> = vec![Vec::new(); faults.len()];
-    for (f, fault) in found.iter_mut().enumerate() {
+    let exchanged =
+        |seen: &AlignedRecording, f: usize| vec![(FaultKind::OutOfOrder, exchanged(&seen.frames[f]))];
+    let misplaced = |seen: &AlignedRecording, f: usize| {
         let spikes = spikes(seen, f);
         let has_moved = |p: &usize| has_jumped(seen, f, *p) || spikes.contains(p);
-        let jumped: Vec<String> = (0..names.len()).filter(has_moved).map(name).collect();
-        if !jumped.is_empty() {
-            fault.push(Fault { kind: FaultKind::Jumped, points: jumped });
-        }
-        let beyond = |p: &usize| {
-            let (Some(palate), Some(mark)) = (palate, mark(seen, f, *p)) else { return false };
-            above(palate, mark.at).is_some_and(|by| by > 2.0 * mark.sd)
+        let is_beyond = |(p, mark): (usize, Option<Mark>)| {
+            let mark = mark?;
+            (above(palate?, mark.at)? > 2.0 * mark.sd).then_some(p)
         };
-        let beyond: Vec<String> = (0..points).filter(beyond).map(name).collect();
-        if !beyond.is_empty() {
-            fault.push(Fault { kind: FaultKind::BeyondPalate, points: beyond });
+        let beyond = seen.frames[f].points().enumerate().filter_map(is_beyond).collect();
+        vec![
+            (FaultKind::Jumped, (0..names.len()).filter(has_moved).collect()),
+            (FaultKind::BeyondPalate, beyond),
+        ]
+    };
+    for stage in [&exchanged as Stage<'_>, &misplaced] {
+        let found: Vec<Vec<Found>> = (0..faults.len()).map(|f| stage(seen, f)).collect();
+        for ((frame, faults), found) in seen.frames.iter_mut().zip(&mut faults).zip(found) {
+            for (kind, points) in found.into_iter().filter(|(_, points)| !points.is_empty()) {
+                points.iter().for_each(|p| frame.forget(*p));
+                faults.push(Fault { kind, points: points.iter().map(|p| names[*p].clone()).collect() });
+            }
         }
     }
-    apply(seen, &found);
-    for (f, (fault, more)) in faults.iter_mut().zip(found).enumerate() {
-        fault.extend(more);
-        let missing: Vec<String> = (0..seen.bones.len())
-            .filter(|&b| seen.frames[f].bones[b].is_none())
-            .map(|b| seen.bones[b].clone())
-            .filter(|name| !fault.iter().any(|f| f.points.contains(name)))
-            .collect();
-        if !missing.is_empty() {
-            fault.push(Fault { kind: FaultKind::BoneMissing, points: missing });
+    for (frame, faults) in seen.frames.iter().zip(&mut faults) {
+        let unseen = seen.bones.iter().zip(&frame.bones).filter(|(_, at)| at.is_none()).map(|(name, _)| name);
+        let is_new = |name: &&String| !faults.iter().any(|f| f.points.contains(name));
+        let points: Vec<String> = unseen.filter(is_new).cloned().collect();
+        if !points.is_empty() {
+            faults.push(Fault { kind: FaultKind::BoneMissing, points });
         }
     }
     faults
 }
 
-/// A point of a frame: of the contour, then sensors, then bones.
-fn mark(seen: &AlignedRecording, frame: usize, point: usize) -> Option<super::Mark> {
-    let AlignedFrame { contour, sensors, bones, .. } = &seen.frames[frame];
-    let bones = bones.iter().map(|bone| bone.map(|at| super::Mark { at, sd: BONE_SD_M }));
-    contour.iter().chain(sensors).copied().chain(bones).nth(point).flatten()
+fn mark(seen: &AlignedRecording, frame: usize, point: usize) -> Option<Mark> {
+    seen.frames[frame].all().nth(point).flatten()
 }
 
 /// How far a position in a frame is from its median over the frames around, m, and the time to the nearest of
@@ -187,42 +171,33 @@ fn has_jumped(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
     away > jump_m.max(fastest_m_s * nearest) + MOST_SD * here.sd
 }
 
-/// Frames in which exchanging two points makes the contour shorter by more than noise.
-fn ordered(seen: &AlignedRecording) -> Vec<Option<Fault>> {
-    let fault = |frame: &AlignedFrame| {
-        let at: Vec<(usize, super::Mark)> =
-            frame.contour.iter().enumerate().filter_map(|(i, m)| Some((i, (*m)?))).collect();
-        if !(4..=MOST_ORDERED).contains(&at.len()) {
-            return None;
-        }
-        let mut places: Vec<Point> = at.iter().map(|(_, m)| m.at).collect();
-        let length = |p: &[Point]| p.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>();
-        let now = length(&places);
-        let mut best: Option<(f64, usize, usize)> = None;
-        for i in 0..places.len() {
-            for j in i + 1..places.len() {
-                places.swap(i, j);
-                let gain = now - length(&places);
-                places.swap(i, j);
-                if best.is_none_or(|(g, _, _)| gain > g) {
-                    best = Some((gain, i, j));
-                }
+/// Two points of a contour whose exchange makes it shorter by more than noise.
+fn exchanged(frame: &AlignedFrame) -> Vec<usize> {
+    let seen = frame.contour.iter().enumerate().filter_map(|(i, m)| Some((i, (*m)?)));
+    let seen: Vec<(usize, Mark)> = seen.collect();
+    if !(4..=MOST_ORDERED).contains(&seen.len()) {
+        return Vec::new();
+    }
+    let length = |p: &[Point]| p.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>();
+    let mut places: Vec<Point> = seen.iter().map(|(_, m)| m.at).collect();
+    let now = length(&places);
+    let (mut most, mut i, mut j) = (f64::NEG_INFINITY, 0, 0);
+    for a in 0..places.len() {
+        for b in a + 1..places.len() {
+            places.swap(a, b);
+            let gain = now - length(&places);
+            places.swap(a, b);
+            if gain > most {
+                (most, i, j) = (gain, a, b);
             }
         }
-        let (gain, i, j) = best?;
-        // A point that jumped makes the contour long in any order: it is reported as a jump.
-        let noise = at[i].1.sd.max(at[j].1.sd);
-        let mut swapped = places.clone();
-        swapped.swap(i, j);
-        let steps: Vec<f64> = swapped.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
-        let regular =
-            steps.iter().fold(0.0, |a: f64, b| a.max(*b)) < 4.0 * length(&swapped) / steps.len() as f64;
-        (gain > MOST_SD * noise && regular).then(|| Fault {
-            kind: FaultKind::OutOfOrder,
-            points: vec![seen.contour[at[i].0].clone(), seen.contour[at[j].0].clone()],
-        })
-    };
-    seen.frames.iter().map(fault).collect()
+    }
+    // A point that jumped makes the contour long in any order: it is reported as a jump.
+    places.swap(i, j);
+    let longest = places.windows(2).map(|w| (w[1] - w[0]).norm()).fold(0.0, f64::max);
+    let is_regular = longest < 4.0 * length(&places) / (places.len() - 1) as f64;
+    let noise = seen[i].1.sd.max(seen[j].1.sd);
+    if most > MOST_SD * noise && is_regular { vec![seen[i].0, seen[j].0] } else { Vec::new() }
 }
 
 /// Height of a point above a palate at its x, m; `None` in front of and behind it.

@@ -107,43 +107,36 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     if sensors.is_empty() {
         return Err(start.error("no sensor has columns of x, y and z", HELP));
     }
-    let last_column = sensors.iter().flat_map(|s| s.columns).flatten().max().unwrap_or(0);
-    let lines = text.lines().count();
+    let last_field = 1 + sensors.iter().flat_map(|s| s.columns).flatten().max().unwrap_or(0);
+    let last_line = if text.ends_with('\n') { 0 } else { text.lines().count() as u64 };
     let mut samples: Vec<Sample> = Vec::new();
     let mut budget = Budget::default();
-    for (n, line) in text.lines().enumerate().skip(1).filter(|(_, l)| !l.trim().is_empty()) {
-        let at = Place { line: n as u64 + 1, ..start };
+    for (at, line) in limits::lines(&text, origin).filter(|(at, _)| at.line > 1) {
         let cells: Vec<&str> = line.split(separator).map(str::trim).collect();
-        if cells.len() <= last_column && n + 1 == lines && !text.ends_with('\n') {
-            let what = format!(
-                "the line has {} fields where positions end in field {}",
-                cells.len(),
-                last_column + 1
-            );
+        if cells.len() < last_field && at.line == last_line {
+            let what =
+                format!("the line has {} fields where positions end in field {last_field}", cells.len());
             return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it anew"));
         }
         let cell = |column: usize| cells.get(column).copied().unwrap_or_default();
-        let time_s = aaa::seconds(cell(time), at.at_column(time + 1))? * unit_s;
+        let time_at = at.at_column(time + 1);
+        let time_s = aaa::seconds(cell(time), time_at)? * unit_s;
         if let Some(last) = samples.last().map(|s| s.time_s).filter(|last| *last >= time_s) {
             let what = format!("the time {time_s} s comes after {last} s");
-            return Err(at
-                .at_column(time + 1)
-                .error(what, "times must ascend from row to row; export the table anew"));
+            return Err(time_at.error(what, "times must ascend from row to row; export the table anew"));
         }
         budget.frame(samples.len() + 1, sensors.len(), at)?;
         let place = |sensor: &Sensor| -> Result<Option<[f64; 3]>, Malformed> {
-            let is_bad = sensor
-                .state
-                .map(cell)
-                .is_some_and(|s| s.contains(char::is_alphabetic) && !s.eq_ignore_ascii_case("ok"));
+            let state = sensor.state.map(cell).filter(|s| s.contains(char::is_alphabetic));
+            let is_bad = state.is_some_and(|s| !s.eq_ignore_ascii_case("ok"));
             let mut place = [0.0; 3];
             for (value, column) in place.iter_mut().zip(sensor.columns.iter().flatten()) {
-                // NDI writes a number of -3.7e28 for a sensor that was not seen, and others NaN.
                 let text = cell(*column);
-                let is_none = is_bad
-                    || aaa::is_missing(text)
-                    || text.parse::<f64>().is_ok_and(|v| !super::is_coordinate(v));
-                match if is_none { None } else { aaa::value(text, &sensor.name, at.at_column(column + 1))? } {
+                // NDI writes a number of -3.7e28 for a sensor that was not seen, and others NaN.
+                if is_bad || text.parse::<f64>().is_ok_and(|v| !super::is_coordinate(v)) {
+                    return Ok(None);
+                }
+                match aaa::value(text, &sensor.name, at.at_column(column + 1))? {
                     Some(number) => *value = number,
                     None => return Ok(None),
                 }

@@ -12,20 +12,13 @@ impl Map {
     pub fn template(recording: &Recording) -> String {
         let map = Self::default();
         let name = recording.name.replace(char::is_control, " ");
+        let what = "millimetres in a unit of the file";
         let unit = match (recording.metres, map.metres(recording)) {
-            (Some(metres), _) => {
-                format!(
-                    "# unit_mm = {}  # millimetres in a unit of the file: the format says it",
-                    metres * 1e3
-                )
+            (Some(metres), _) => format!("# unit_mm = {}  # {what}: the format says it", metres * 1e3),
+            (None, Ok((metres, _))) => {
+                format!("unit_mm = {}  # {what}: guessed from the way from coil to coil", metres * 1e3)
             }
-            (None, Ok((metres, _))) => format!(
-                "unit_mm = {}  # millimetres in a unit of the file: guessed from the way from coil to coil",
-                metres * 1e3
-            ),
-            (None, Err(_)) => {
-                "unit_mm = 1.0  # millimetres in a unit of the file (in a pixel): WRITE YOURS".to_owned()
-            }
+            (None, Err(_)) => format!("unit_mm = 1.0  # {what} (in a pixel): WRITE YOURS"),
         };
         let rate = match recording.times {
             Times::InFile => "# The file has its own times: no rate_hz.".to_owned(),
@@ -75,14 +68,8 @@ fn course(recording: &Recording, channel: usize) -> String {
     let Some(middle) = middle else { return "never seen".to_owned() };
     let away = places().map(|p| (0..3).map(|a| (p[a] - middle[a]).powi(2)).sum::<f64>().sqrt());
     let moves = upper_median(away).unwrap_or(0.0);
-    let missing = recording.samples.len() - places().count();
-    let gone = if missing > 0 {
-        format!(", not seen in {missing} of {} frames", recording.samples.len())
-    } else {
-        String::new()
-    };
-    format!(
-        "at x {:.4}, y {:.4}, z {:.4}, half of the time within {moves:.3} of there{gone}",
-        middle[0], middle[1], middle[2]
-    )
+    let (count, missing) = (recording.samples.len(), recording.samples.len() - places().count());
+    let gone = if missing > 0 { format!(", not seen in {missing} of {count} frames") } else { String::new() };
+    let [x, y, z] = [middle[0], middle[1], middle[2]];
+    format!("at x {x:.4}, y {y:.4}, z {z:.4}, half of the time within {moves:.3} of there{gone}")
 }

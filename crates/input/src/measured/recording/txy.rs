@@ -21,11 +21,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     };
     let sample = |_, row: &[f64]| Sample::new(row[0] * 1e-6, row[1..].chunks_exact(2).map(place).collect());
     let samples = table.samples(origin, HELP, sample)?;
-    Ok(Recording::of_file(
-        origin,
-        Format::Microbeam,
-        Some(1e-6),
-        PELLETS.iter().map(|name| (*name).to_owned()),
-        samples,
-    ))
+    let names = PELLETS.iter().map(|name| (*name).to_owned());
+    Ok(Recording::of_file(origin, Format::Microbeam, Some(1e-6), names, samples))
 }
