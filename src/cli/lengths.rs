@@ -8,9 +8,9 @@ use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::inverse::batch::{self, Refusal, Selection};
 use tongue_fit::measured::lengths::{
-    BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LineEnds, Malformed, Reading,
+    BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LineEnds, Malformed, Reading, Row,
 };
-use tongue_fit::measured::{Dataset, Lengths, TargetKind, Vowel};
+use tongue_fit::measured::{Dataset, TargetKind, Vowel};
 
 use super::scene_table::left;
 use super::{Global, Outcome, output, table};
@@ -100,10 +100,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<Record<'a>> {
-    let mut rows: BTreeMap<&str, Vec<RowRecord<'_>>> = BTreeMap::new();
-    for row in data.rows() {
-        rows.entry(&row.lengths.subject).or_default().push(row_record(row.line, &row.lengths));
-    }
     // What a batch of all rows would do.
     let kinds = TargetKind::ALL.to_vec();
     let selection = Selection { kinds, baseline: baseline.cloned(), ..Selection::default() };
@@ -112,6 +108,23 @@ fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<Rec
         let own = plan.baselines.iter().find(|row| row.subject == name).map(|row| &row.vowel);
         own.and_then(|vowel| data.row(name, vowel).ok()).map(|lengths| &lengths.vowel)
     };
+    let row = |row: &'a Row| {
+        let lengths = &row.lengths;
+        let names = || lengths.muscles.iter().map(String::as_str);
+        let measured: BTreeMap<&str, f64> = lengths.measured().collect();
+        let half_widths = names().zip(lengths.half_width_mm.iter().copied());
+        RowRecord {
+            vowel: &lengths.vowel,
+            line: row.line,
+            half_widths_mm: half_widths.filter(|(name, _)| measured.contains_key(name)).collect(),
+            not_measured: names().filter(|name| !measured.contains_key(name)).collect(),
+            lengths_mm: measured,
+        }
+    };
+    let mut rows: BTreeMap<&str, Vec<RowRecord<'_>>> = BTreeMap::new();
+    for (name, row) in data.rows().iter().map(|r| (&r.lengths.subject, row(r))) {
+        rows.entry(name).or_default().push(row);
+    }
     let subject = |name: &'a str| SubjectRecord {
         subject: name,
         baseline: of_subject(name),
@@ -128,20 +141,6 @@ fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<Rec
         bad_cells: data.bad_cells(),
         not_fitted: plan.refusals,
     })
-}
-
-fn row_record(line: u64, lengths: &Lengths) -> RowRecord<'_> {
-    let half_widths = lengths.muscles.iter().map(String::as_str).zip(lengths.half_width_mm.iter().copied());
-    let measured: BTreeMap<&str, f64> = lengths.measured().collect();
-    RowRecord {
-        vowel: &lengths.vowel,
-        line,
-        half_widths_mm: half_widths.filter(|(name, _)| measured.contains_key(name)).collect(),
-        not_measured: (lengths.muscles.iter().map(String::as_str))
-            .filter(|name| !measured.contains_key(name))
-            .collect(),
-        lengths_mm: measured,
-    }
 }
 
 fn text(record: &Record<'_>, data: &Dataset) -> String {

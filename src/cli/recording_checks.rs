@@ -101,35 +101,33 @@ pub fn out_of_reach(frames: &[Tracked]) -> Option<String> {
     let out = frames.iter().filter(|f| f.status == FrameStatus::OutOfReach).count();
     let rms = upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3);
     let is_met = rms.is_none_or(|mm| mm <= MOST_RMS_MM);
-    (2 * out > frames.len() || !is_met).then(|| {
-        let met = rms.map_or_else(String::new, |mm| format!(" (met to {mm:.1} mm)"));
-        let what = match is_met || 2 * out > frames.len() {
-            true => format!("{out} of {} frames cannot be reached by this body{met}", frames.len()),
-            false => format!("its points are met badly by this body{met}"),
-        };
-        format!(
-            "{what}, so no tensions are reported; check the unit, the axes and the places of coils in the map (turn_deg turns a recording \
-             whose axes are not those of the head), or adapt a body to the speaker (tongue-fit adapt)"
-        )
-    })
+    if 2 * out <= frames.len() && is_met {
+        return None;
+    }
+    let what = match is_met || 2 * out > frames.len() {
+        true => format!("{out} of {} frames cannot be reached by this body", frames.len()),
+        false => "its points are met badly by this body".to_owned(),
+    };
+    let met = rms.map_or_else(String::new, |mm| format!(" (met to {mm:.1} mm)"));
+    Some(format!(
+        "{what}{met}, so no tensions are reported; check the unit, the axes and the places of coils in the map (turn_deg turns a recording \
+         whose axes are not those of the head), or adapt a body to the speaker (tongue-fit adapt)"
+    ))
 }
 
 /// Points that are left out in most frames of a recording, in sentences.
 pub fn left_out(recordings: &[Screened], results: &[RecordingResult]) -> Vec<String> {
     let mut out = Vec::new();
     for Screened { seen, .. } in recordings {
-        let Some(RecordingResult { frames: own, .. }) = results.iter().find(|one| one.name == seen.name)
-        else {
-            continue;
-        };
-        for name in seen.contour.iter().chain(seen.sensors.iter().map(|(n, _)| n)) {
+        let Some(result) = results.iter().find(|one| one.name == seen.name) else { continue };
+        let (all, points) = (result.frames.len(), seen.contour.len() + seen.sensors.len());
+        for name in seen.names().take(points) {
             let has = |f: &&Tracked| f.faults.iter().any(|fault| fault.points.contains(name));
-            let count = own.iter().filter(has).count();
-            if own.len() > 1 && 2 * count > own.len() {
+            let count = result.frames.iter().filter(has).count();
+            if all > 1 && 2 * count > all {
                 out.push(format!(
-                    "{}: {name} is left out in {count} of {} frames; correct it, or write \"{name}\" = \"ignore\" into a map",
-                    seen.name,
-                    own.len()
+                    "{}: {name} is left out in {count} of {all} frames; correct it, or write \"{name}\" = \"ignore\" into a map",
+                    seen.name
                 ));
             }
         }
@@ -167,16 +165,17 @@ pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<S
 fn notes_of(Screened { seen, faults, .. }: &Screened, body: &Body<2>, freed: &[String]) -> Vec<String> {
     let mut out = seen.notes.clone();
     let count = seen.frames.len();
-    let mut tell = |kind: FaultKind, what: &str| {
+    for (kind, what) in [
+        (FaultKind::Jumped, "points jump; they are left out"),
+        (FaultKind::OutOfOrder, "points of the contour are exchanged; they are left out"),
+        (FaultKind::BeyondPalate, "points lie beyond the palate; they are left out"),
+        (FaultKind::BoneMissing, "a bone was not seen; it is placed where the nearest frames show it"),
+    ] {
         let n = faults.iter().flatten().filter(|f| f.kind == kind).count();
         if n > 0 {
             out.push(format!("in {n} of {count} frames {what}"));
         }
-    };
-    tell(FaultKind::Jumped, "points jump; they are left out");
-    tell(FaultKind::OutOfOrder, "points of the contour are exchanged; they are left out");
-    tell(FaultKind::BeyondPalate, "points lie beyond the palate; they are left out");
-    tell(FaultKind::BoneMissing, "a bone was not seen; it is placed where the nearest frames show it");
+    }
     let shown =
         |nth: usize| seen.frames.iter().filter(|f| f.contour.get(nth).is_some_and(Option::is_some)).count();
     // Lines of a fan that the tongue never meets are usual.

@@ -1,5 +1,6 @@
 //! Options for recordings, and how they are read.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, WrapErr, miette};
@@ -131,14 +132,16 @@ impl Arguments {
         }
     }
 
+    fn example(&self) -> miette::Result<Vec<Recording>> {
+        Recording::from_bytes(EXAMPLE, "synthetic.tsv", self.format).into_diagnostic()
+    }
+
     /// Writes the map that was asked for; `None` if none was.
     pub fn write_template(&self) -> miette::Result<Option<PathBuf>> {
         let Some(path) = &self.map_template else { return Ok(None) };
         let recordings = match self.files.first() {
             Some(file) => Recording::from_path(file, self.format).into_diagnostic()?,
-            None if self.example => {
-                Recording::from_bytes(EXAMPLE, "synthetic.tsv", self.format).into_diagnostic()?
-            }
+            None if self.example => self.example()?,
             None => return Err(miette!("--map-template: name the recording that the map is for")),
         };
         let recording = recordings.iter().find(|r| !r.samples.is_empty());
@@ -155,35 +158,30 @@ impl Arguments {
     /// All recordings, screened, and a sentence for each that is left out because nothing can be read from it.
     pub fn read(&self, palate: Option<&[Point]>) -> miette::Result<(Vec<Screened>, Vec<String>)> {
         let (map, own) = (self.map()?, self.palate()?);
-        let mut all: Vec<Screened> = Vec::new();
-        let mut left_out: Vec<String> = Vec::new();
-        let format = self.format;
+        let (mut all, mut left_out): (Vec<Screened>, Vec<String>) = (Vec::new(), Vec::new());
         let mut sources: Vec<(PathBuf, Vec<Recording>)> = Vec::new();
         if self.example {
-            let name = PathBuf::from("synthetic.tsv");
-            sources.push((name, Recording::from_bytes(EXAMPLE, "synthetic.tsv", format).into_diagnostic()?));
+            sources.push((PathBuf::from("synthetic.tsv"), self.example()?));
         }
         for file in &self.files {
-            sources.push((file.clone(), Recording::from_path(file, format).into_diagnostic()?));
+            sources.push((file.clone(), Recording::from_path(file, self.format).into_diagnostic()?));
         }
         let chosen = |recording: &&Recording| self.speaker.is_none() || recording.speaker == self.speaker;
-        let read: Vec<(&PathBuf, &Recording)> = sources
-            .iter()
-            .flat_map(|(file, all)| all.iter().filter(chosen).map(move |recording| (file, recording)))
-            .collect();
-        let recordings: Vec<&Recording> = read.iter().map(|(_, recording)| *recording).collect();
-        for ((file, _), seen) in read.into_iter().zip(AlignedRecording::all(&recordings, &map)) {
-            let mut seen = seen.into_diagnostic().wrap_err_with(|| file.display().to_string())?;
+        let read = sources.iter().flat_map(|(file, all)| {
+            all.iter().filter(chosen).map(move |recording| (file.display().to_string(), recording))
+        });
+        let (files, recordings): (Vec<String>, Vec<&Recording>) = read.unzip();
+        for (file, seen) in files.into_iter().zip(AlignedRecording::all(&recordings, &map)) {
+            let mut seen = seen.into_diagnostic().wrap_err_with(|| file.clone())?;
             let side = if seen.mirrored { -1.0 } else { 1.0 };
             let own = own.as_ref().map(|p| {
                 let placed = |p: Point| map.placement().map_or(p, |placement| placement.place(p));
                 p.iter().map(|p| placed(Point::new(side * p.x, p.y))).collect::<Vec<_>>()
             });
-            let name = || format!("{}, {}", file.display(), seen.name);
             let mut told = doubts(&seen);
             told.extend(own.as_deref().and_then(|p| palate_doubt(&seen, p)));
             if let Some(doubt) = told.iter().find(|d| d.is_refused()) {
-                left_out.push(format!("{}: {}", name(), doubt.said));
+                left_out.push(format!("{file}, {}: {}", seen.name, doubt.said));
                 continue;
             }
             let is_trusted = told.iter().all(|d| d.severity < Severity::Untrusted);
@@ -210,16 +208,14 @@ impl Arguments {
             return Err(miette!("{why}"));
         }
         left_out.iter_mut().for_each(|why| *why = format!("left out: {why}"));
-        match (&self.speaker, all.is_empty()) {
-            (None, true) => return Err(miette!("name at least one recording")),
-            (Some(speaker), true) => {
-                return Err(miette!("--speaker {speaker}: no recording is of this speaker"));
-            }
-            _ => {}
+        if all.is_empty() {
+            return Err(match &self.speaker {
+                None => miette!("name at least one recording"),
+                Some(speaker) => miette!("--speaker {speaker}: no recording is of this speaker"),
+            });
         }
-        let mut speakers: Vec<&str> = all.iter().filter_map(|s| s.seen.speaker.as_deref()).collect();
-        speakers.sort_unstable();
-        speakers.dedup();
+        let speakers: BTreeSet<&str> = all.iter().filter_map(|s| s.seen.speaker.as_deref()).collect();
+        let speakers: Vec<&str> = speakers.into_iter().collect();
         if let [first, _, ..] = speakers[..] {
             return Err(miette!(
                 "the recordings are of {} speakers ({}), and each needs a body of his or her own; take one at a time, such as \

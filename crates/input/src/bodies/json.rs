@@ -3,21 +3,13 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector2;
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
+use crate::measured::ByMuscle;
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, BodyError, Bone, Cells, Mesh, MuscleChain, Quality};
 use tongue_core::system::{self, Model, SystemError};
 use tongue_core::toml_text::plain;
-
-/// Values by name, serialised as an object in their order.
-struct ByName<T>(Vec<(String, T)>);
-
-impl<T: Serialize> Serialize for ByName<T> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(self.0.iter().map(|(name, value)| (name, value)))
-    }
-}
 
 #[derive(Serialize)]
 struct Connection {
@@ -33,11 +25,11 @@ pub struct MeshRecord {
     triangles: Vec<Vec<usize>>,
     connections: Vec<Connection>,
     fixed: Vec<usize>,
-    muscles: ByName<Vec<usize>>,
-    bones: ByName<Vec<usize>>,
+    muscles: ByMuscle<Vec<usize>>,
+    bones: ByMuscle<Vec<usize>>,
     kappa_s_j: f64,
     node_mass_kg: f64,
-    rest_lengths_mm: ByName<f64>,
+    rest_lengths_mm: ByMuscle<f64>,
     quality: Quality,
 }
 
@@ -61,11 +53,11 @@ impl MeshRecord {
             triangles: mesh.cells.iter().map(<[usize]>::to_vec).collect(),
             connections: mesh.connections.iter().zip(&stiffness).map(connection).collect(),
             fixed: mesh.fixed.clone(),
-            muscles: ByName(mesh.muscles.iter().map(|m| (m.name.clone(), m.nodes.clone())).collect()),
-            bones: ByName(body.bones.iter().map(|b| (b.name.clone(), b.nodes.clone())).collect()),
+            muscles: ByMuscle(mesh.muscles.iter().map(|m| (m.name.clone(), m.nodes.clone())).collect()),
+            bones: ByMuscle(body.bones.iter().map(|b| (b.name.clone(), b.nodes.clone())).collect()),
             kappa_s_j: coefficients.kappa,
             node_mass_kg: coefficients.node_mass,
-            rest_lengths_mm: ByName(lengths.collect()),
+            rest_lengths_mm: ByMuscle(lengths.collect()),
             quality: Quality::of(mesh),
         })
     }
@@ -76,7 +68,7 @@ impl MeshRecord {
 struct MeshText {
     nodes_m: Vec<[f64; 2]>,
     triangles: Vec<Vec<usize>>,
-    connections: Vec<ConnectionText>,
+    connections: Vec<Ends>,
     fixed: Vec<usize>,
     muscles: BTreeMap<String, Vec<usize>>,
     #[serde(default)]
@@ -84,7 +76,7 @@ struct MeshText {
 }
 
 #[derive(Deserialize)]
-struct ConnectionText {
+struct Ends {
     nodes: [usize; 2],
 }
 
@@ -98,8 +90,9 @@ pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
         wrong(format!("is not as `tongue-fit mesh --json` prints it: {}", plain(&e.to_string())))
     })?;
     if text.triangles.is_empty() {
-        let problem = "has no triangles, so there is no tissue; list them under \"triangles\"";
-        return Err(wrong(problem.to_owned()));
+        return Err(wrong(
+            "has no triangles, so there is no tissue; list them under \"triangles\"".to_owned(),
+        ));
     }
     let mut cells = Cells::new();
     for (number, triangle) in text.triangles.iter().enumerate() {

@@ -1,10 +1,43 @@
-//! Chains of a muscle from line elements in any order and direction.
+//! Lines of curves in any order and direction, joined to chains.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Lines of which a part without ends runs through a node.
-fn in_circle(node: u64) -> String {
-    format!("runs in a circle through node {node}; a muscle is one chain with two ends: leave out one curve")
+/// Of every node of some lines the nodes at the other ends of them; a line from a node to itself is none.
+fn neighbours(lines: &[[u64; 2]]) -> BTreeMap<u64, BTreeSet<u64>> {
+    let mut meeting: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
+    for &[a, b] in lines.iter().filter(|[a, b]| a != b) {
+        meeting.entry(a).or_default().insert(b);
+        meeting.entry(b).or_default().insert(a);
+    }
+    meeting
+}
+
+/// Lines joined to runs between nodes of the mesh, ends, and nodes where other than two lines meet.
+pub(super) fn runs(lines: &[[u64; 2]], is_of_mesh: impl Fn(&u64) -> bool) -> Vec<Vec<u64>> {
+    let meeting = neighbours(lines);
+    let is_stop = |tag: &u64| is_of_mesh(tag) || meeting[tag].len() != 2;
+    let mut seen: BTreeSet<[u64; 2]> = BTreeSet::new();
+    let mut runs = Vec::new();
+    let (stops, others): (Vec<u64>, Vec<u64>) = meeting.keys().copied().partition(&is_stop);
+    // What is left after the runs from stops are circles, which begin anywhere.
+    for start in stops.into_iter().chain(others) {
+        for &next in &meeting[&start] {
+            let mut run = vec![start];
+            let (mut from, mut to) = (start, next);
+            while seen.insert([from.min(to), from.max(to)]) {
+                run.push(to);
+                let on = meeting[&to].iter().copied().find(|n| *n != from);
+                match on.filter(|_| !is_stop(&to)) {
+                    Some(on) => (from, to) = (to, on),
+                    None => break,
+                }
+            }
+            if run.len() > 1 {
+                runs.push(run);
+            }
+        }
+    }
+    runs
 }
 
 /// The nodes of `lines` from one end to the other. The chain begins at the end that is the start of a line;
@@ -13,24 +46,23 @@ fn in_circle(node: u64) -> String {
 /// # Errors
 /// Why the lines of a muscle are no chain, to follow its name.
 pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, String> {
-    let mut neighbours: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
-    for &[a, b] in lines {
-        if a == b {
-            return Err(in_circle(a));
-        }
-        neighbours.entry(a).or_default().insert(b);
-        neighbours.entry(b).or_default().insert(a);
+    let help = "a muscle is one chain with two ends: leave out one curve";
+    let in_circle = |node: u64| Err(format!("runs in a circle through node {node}; {help}"));
+    if let Some([node, _]) = lines.iter().find(|[a, b]| a == b) {
+        return in_circle(*node);
     }
-    if let Some((&node, of)) = neighbours.iter().find(|(_, of)| of.len() > 2) {
+    let meeting = neighbours(lines);
+    if let Some((node, of)) = meeting.iter().find(|(_, of)| of.len() > 2) {
+        let count = of.len();
         return Err(format!(
-            "branches at node {node}, where {} of its lines meet; a muscle is one chain: leave out the curves that branch off",
-            of.len()
+            "branches at node {node}, where {count} of its lines meet; a muscle is one chain: leave out the curves that branch off"
         ));
     }
-    let ends: Vec<u64> = neighbours.iter().filter(|(_, of)| of.len() == 1).map(|(n, _)| *n).collect();
-    let (first, second) = match ends[..] {
-        [first, second] => (first, second),
-        [] => return Err(in_circle(neighbours.keys().next().copied().unwrap_or_default())),
+    let ends: Vec<u64> = meeting.iter().filter(|(_, of)| of.len() == 1).map(|(n, _)| *n).collect();
+    let mut runs = runs(lines, |_| false).into_iter();
+    let (mut chain, second) = match (runs.next(), &ends[..]) {
+        (Some(chain), [_, second]) => (chain, *second),
+        (_, []) => return in_circle(meeting.keys().next().copied().unwrap_or_default()),
         _ => {
             return Err(format!(
                 "has gaps: it ends at the nodes {ends:?}; a muscle is one chain with two ends: add the curves between, or make two groups"
@@ -38,20 +70,30 @@ pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, String> {
         }
     };
     let begins = |end: u64| lines.iter().any(|[a, _]| *a == end);
-    let start = if begins(second) && !begins(first) { second } else { first };
-    let mut chain = vec![start];
-    let mut before = None;
-    let mut at = start;
-    while let Some(&next) = neighbours.get(&at).and_then(|of| of.iter().find(|n| Some(**n) != before)) {
-        chain.push(next);
-        before = Some(at);
-        at = next;
+    if begins(second) && !begins(chain[0]) {
+        chain.reverse();
     }
-    let visited: BTreeSet<u64> = chain.iter().copied().collect();
-    match neighbours.keys().find(|n| !visited.contains(n)) {
-        Some(&node) => Err(in_circle(node)),
+    match runs.flatten().min() {
+        Some(node) => in_circle(node),
         None => Ok(chain),
     }
+}
+
+/// The lines of each connected fibre.
+pub(super) fn parts<T: Copy + Ord>(lines: &[[T; 2]]) -> Vec<Vec<[T; 2]>> {
+    let mut parts: Vec<(BTreeSet<T>, Vec<[T; 2]>)> = Vec::new();
+    for &line in lines {
+        let (joined, apart): (Vec<_>, Vec<_>) =
+            parts.into_iter().partition(|(nodes, _)| line.iter().any(|n| nodes.contains(n)));
+        let mut part = (BTreeSet::from(line), vec![line]);
+        for (nodes, lines) in joined {
+            part.0.extend(nodes);
+            part.1.extend(lines);
+        }
+        parts = apart;
+        parts.push(part);
+    }
+    parts.into_iter().map(|(_, lines)| lines).collect()
 }
 
 #[cfg(test)]
@@ -83,5 +125,13 @@ mod tests {
             let why = chain(lines).unwrap_err();
             assert!(why.starts_with(told), "{why}");
         }
+    }
+
+    #[test]
+    fn lines_in_any_order_are_runs_between_nodes_of_the_mesh() {
+        let mut found = runs(&[[3, 2], [1, 2], [3, 9], [9, 7], [7, 8]], |tag| [1, 9].contains(tag));
+        found.sort();
+        assert_eq!(found, [vec![1, 2, 3, 9], vec![8, 7, 9]]);
+        assert_eq!(runs(&[[1, 2], [2, 3], [3, 1]], |_| false), [vec![1, 2, 3, 1]]);
     }
 }

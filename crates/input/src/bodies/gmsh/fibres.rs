@@ -1,9 +1,10 @@
 //! Fibres of a muscle among hexahedra, from curves whose nodes need not be nodes of the mesh.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
+use super::chain::runs;
 use tongue_core::body::Mesh;
 use tongue_core::body::space::{Directions, Segment, direction_at};
 use tongue_core::geometry::{hexahedron, simplex};
@@ -83,38 +84,6 @@ impl Fibres {
     }
 }
 
-/// Lines joined to runs between nodes of the mesh, ends, and nodes where other than two lines meet.
-fn runs(lines: &[[u64; 2]], is_of_mesh: impl Fn(&u64) -> bool) -> Vec<Vec<u64>> {
-    let mut meeting: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
-    for &[a, b] in lines.iter().filter(|[a, b]| a != b) {
-        meeting.entry(a).or_default().insert(b);
-        meeting.entry(b).or_default().insert(a);
-    }
-    let is_stop = |tag: &u64| is_of_mesh(tag) || meeting[tag].len() != 2;
-    let mut seen: BTreeSet<[u64; 2]> = BTreeSet::new();
-    let mut runs = Vec::new();
-    let (stops, others): (Vec<u64>, Vec<u64>) = meeting.keys().copied().partition(&is_stop);
-    // What is left after the runs from stops are circles, which begin anywhere.
-    for start in stops.into_iter().chain(others) {
-        for &next in &meeting[&start] {
-            let mut run = vec![start];
-            let (mut from, mut to) = (start, next);
-            while seen.insert([from.min(to), from.max(to)]) {
-                run.push(to);
-                let on = meeting[&to].iter().copied().find(|n| *n != from);
-                match on.filter(|_| !is_stop(&to)) {
-                    Some(on) => (from, to) = (to, on),
-                    None => break,
-                }
-            }
-            if run.len() > 1 {
-                runs.push(run);
-            }
-        }
-    }
-    runs
-}
-
 /// Whether a place lies in an element.
 fn is_inside(mesh: &Mesh<3>, place: &Vector3<f64>) -> bool {
     mesh.hexahedra.iter().any(|corners| {
@@ -127,34 +96,4 @@ fn is_inside(mesh: &Mesh<3>, place: &Vector3<f64>) -> bool {
                 simplex::barycentric::<3>(&t.map(|i| x[i]), place).iter().all(|share| *share >= -INSIDE)
             })
     })
-}
-
-/// The lines of each connected fibre.
-pub(super) fn parts<T: Copy + Ord>(lines: &[[T; 2]]) -> Vec<Vec<[T; 2]>> {
-    let mut parts: Vec<(BTreeSet<T>, Vec<[T; 2]>)> = Vec::new();
-    for &line in lines {
-        let (joined, apart): (Vec<_>, Vec<_>) =
-            parts.into_iter().partition(|(nodes, _)| line.iter().any(|n| nodes.contains(n)));
-        let mut part = (BTreeSet::from(line), vec![line]);
-        for (nodes, lines) in joined {
-            part.0.extend(nodes);
-            part.1.extend(lines);
-        }
-        parts = apart;
-        parts.push(part);
-    }
-    parts.into_iter().map(|(_, lines)| lines).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_in_any_order_are_runs_between_nodes_of_the_mesh() {
-        let mut found = runs(&[[3, 2], [1, 2], [3, 9], [9, 7], [7, 8]], |tag| [1, 9].contains(tag));
-        found.sort();
-        assert_eq!(found, [vec![1, 2, 3, 9], vec![8, 7, 9]]);
-        assert_eq!(runs(&[[1, 2], [2, 3], [3, 1]], |_| false), [vec![1, 2, 3, 1]]);
-    }
 }

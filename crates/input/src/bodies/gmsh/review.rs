@@ -48,18 +48,15 @@ impl fmt::Display for Concern {
         match self {
             Self::Size { extent_m, unit } => {
                 let (least, most) = (TONGUE_M.start(), TONGUE_M.end());
-                write!(f, "the body is {extent_m:.3} m across, and a tongue {least} to {most} m")?;
-                match unit {
-                    Some("millimetres") => write!(
-                        f,
-                        ": these look like millimetres; read them with --mesh-unit mm (in a scene: unit = \"mm\")"
-                    ),
-                    Some(METRES) => write!(f, ": these look like metres; read them without --mesh-unit mm"),
-                    Some(unit) => {
-                        write!(f, ": these look like {unit}; scale the model to metres or millimetres")
+                let advice = match unit {
+                    Some("millimetres") => {
+                        ": these look like millimetres; read them with --mesh-unit mm (in a scene: unit = \"mm\")".to_owned()
                     }
-                    None => write!(f, "; is the unit right?"),
-                }
+                    Some(METRES) => ": these look like metres; read them without --mesh-unit mm".to_owned(),
+                    Some(unit) => format!(": these look like {unit}; scale the model to metres or millimetres"),
+                    None => "; is the unit right?".to_owned(),
+                };
+                write!(f, "the body is {extent_m:.3} m across, and a tongue {least} to {most} m{advice}")
             }
             Self::MissingMuscles { names } => write!(
                 f,
@@ -69,8 +66,7 @@ impl fmt::Display for Concern {
             ),
             Self::ThinCells { smallest_angle_deg } => write!(
                 f,
-                "the smallest angle is {smallest_angle_deg:.1}°; below {THIN_DEG}° the mesh is too stiff: \
-                 move points apart or mesh finer"
+                "the smallest angle is {smallest_angle_deg:.1}°; below {THIN_DEG}° the mesh is too stiff: move points apart or mesh finer"
             ),
             Self::BentSides { sides, largest_m } => write!(
                 f,
@@ -95,9 +91,8 @@ pub(in crate::bodies) fn review<const D: usize>(mesh: &Mesh<D>) -> Vec<Concern> 
         concerns.push(Concern::Size { extent_m, unit: unit.map(|(name, _)| *name) });
     }
     let known = Muscles::built_in();
-    let is_missing = |name: &&str| !mesh.muscles.iter().any(|chain| chain.name == **name);
-    let names: Vec<String> =
-        known.all().iter().map(|m| m.name.as_str()).filter(is_missing).map(str::to_owned).collect();
+    let mut names: Vec<String> = known.all().iter().map(|m| m.name.clone()).collect();
+    names.retain(|name| mesh.muscles.iter().all(|chain| chain.name != *name));
     // A body with some of the published muscles is meant for the published lengths; one with none of them has
     // its own.
     let own = !mesh.muscles.is_empty() && names.len() == known.all().len();

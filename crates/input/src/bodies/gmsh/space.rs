@@ -19,8 +19,9 @@ use nalgebra::Vector3;
 
 use super::Unit;
 use super::assemble::given_twice;
+use super::chain::parts;
 use super::error::{Found, wrong};
-use super::fibres::{Fibres, parts};
+use super::fibres::Fibres;
 use super::groups::{Form, Parts, Role, positions, sorted};
 use super::parse::Raw;
 use super::views::View;
