@@ -21,9 +21,6 @@ pub struct Curves {
 
 impl Curves {
     /// Reads the CSV file at `path`; see [`Curves::from_reader`] for the format.
-    ///
-    /// # Errors
-    /// [`TableError`] with the file name.
     pub fn from_path(path: &Path, names: &[String]) -> Result<Self, TableError> {
         let origin = path.display().to_string();
         let bytes = files::read(path).map_err(|e| unreadable(&origin, e))?;
@@ -33,9 +30,6 @@ impl Curves {
     /// Reads a comma-separated table whose header names `time_s` and one or more of the muscles `names` of a
     /// body, given in the order of their numbers. Columns are in any order. Times are ascending, s; tensions
     /// finite and not negative, N (2D: per metre of thickness). `origin` is the name of the table in errors.
-    ///
-    /// # Errors
-    /// [`TableError`] with line and column.
     pub fn from_reader(reader: impl Read, origin: &str, names: &[String]) -> Result<Self, TableError> {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).has_headers(true).from_reader(reader);
         let wrong = |line: u64, column: Option<String>, problem: String| TableError::Malformed {

@@ -35,9 +35,6 @@ pub struct MeshRecord {
 
 impl MeshRecord {
     /// The record of a body of this material, with its spring constants, areal stiffness and masses.
-    ///
-    /// # Errors
-    /// [`SystemError`] for a body or a material of which no coefficients can be computed.
     pub fn of(body: &Body<2>, model: &Model) -> Result<Self, SystemError> {
         let mesh = &body.mesh;
         let coefficients = system::coefficients(mesh, model)?;
@@ -81,9 +78,6 @@ struct Ends {
 }
 
 /// Reads a body; `file` is its name in messages.
-///
-/// # Errors
-/// [`BodyError::File`] if the text has another format or the mesh is inconsistent.
 pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
     let wrong = |problem: String| BodyError::File { file: file.to_owned(), problem };
     let text: MeshText = serde_json::from_str(text).map_err(|e| {

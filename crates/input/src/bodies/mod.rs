@@ -59,9 +59,6 @@ pub enum MeshContent {
 impl MeshContent {
     /// Reads a file: Gmsh's, with coordinates in `unit`, or the JSON of `tongue-fit mesh --json` if its name
     /// ends in `.json`.
-    ///
-    /// # Errors
-    /// [`BodyError::File`] for a file that cannot be read or is far too large.
     pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
         let wrong = |problem: String| wrong(&path.display().to_string(), problem);
         let bytes = crate::files::read(path)
@@ -76,10 +73,6 @@ impl MeshContent {
     }
 
     /// The body; `origin` is the name of the file in messages, and concerns about it are passed to `tell`.
-    ///
-    /// # Errors
-    /// [`BodyError::File`] and [`BodyFileError::Malformed`] for a file that contains no body or one that is far too
-    /// large.
     pub fn body(&self, origin: &str, tell: &mut dyn FnMut(gmsh::Concern)) -> Result<AnyBody, BodyFileError> {
         let (bytes, unit) = match self {
             Self::Json(text) => {
@@ -118,9 +111,6 @@ impl AnyBody {
     }
 
     /// The body in the plane.
-    ///
-    /// # Errors
-    /// [`BodyError::Dimension`] for a body in space.
     pub fn flat(self) -> Result<Body<2>, BodyError> {
         match self {
             Self::Flat(body) => Ok(body),
@@ -133,9 +123,6 @@ impl AnyBody {
     }
 
     /// The body in space.
-    ///
-    /// # Errors
-    /// [`BodyError::Dimension`] for a body in the plane.
     pub fn solid(self) -> Result<Body<3>, BodyError> {
         match self {
             Self::Solid(body) => Ok(body),

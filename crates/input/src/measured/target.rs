@@ -68,9 +68,6 @@ impl Target {
 
     /// The target of the row `measured` against the row `baseline` of the same table, with the contracting
     /// `muscles` if they are given.
-    ///
-    /// # Errors
-    /// [`LengthsError`] of what the rows lack.
     pub fn from_lengths(
         measured: &Lengths,
         baseline: &Lengths,

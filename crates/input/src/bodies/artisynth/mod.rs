@@ -78,9 +78,6 @@ fn unreadable(file: &str, error: &std::io::Error) -> BodyFileError {
 }
 
 /// Reads a folder.
-///
-/// # Errors
-/// [`BodyFileError::Malformed`] for a file that is missing or wrong, with its line.
 pub fn read(folder: &Path) -> Result<SpaceBody, BodyFileError> {
     let named = |name: &str| Text::read(&folder.join(name));
     let files = Files {
@@ -112,9 +109,6 @@ fn find(folder: &Path, ending: &str) -> Result<String, BodyFileError> {
 }
 
 /// The body of these files; `origin` is its name.
-///
-/// # Errors
-/// [`BodyFileError::Malformed`], with file and line.
 pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyFileError> {
     let (places, mut ids) = nodes(&files.nodes)?;
     let in_tissue = places.len();

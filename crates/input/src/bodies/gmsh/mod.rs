@@ -79,9 +79,6 @@ pub struct Content<const D: usize> {
 }
 
 /// Reads a body of triangles or tetrahedra. `origin` is its name in messages, usually its path.
-///
-/// # Errors
-/// [`BodyFileError::Malformed`] with the line (in binary files: the byte) and what to do.
 pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<File, BodyFileError> {
     parsed(bytes, origin, |raw| assemble::assemble(raw, origin, unit))
 }

@@ -114,22 +114,23 @@ impl SampleFrame {
         let slips = |flat: &Flat<'_>, c: usize| {
             bone_slips(flat.times.iter().zip(&flat.places).filter_map(|(t, frame)| Some((*t, frame[c]?))))
         };
-        let bones: Vec<usize> = bone(HYOID).into_iter().chain(ends.iter().copied()).collect();
-        let steady = group.iter().filter(|flat| is_stated || !bones.iter().any(|&c| slips(flat, c)));
-        let steady: Vec<&Flat<'_>> = steady.copied().collect();
+        let bones = bone(HYOID).into_iter().chain(ends.iter().copied());
+        let is_steady = |flat: &&Flat<'_>| is_stated || !bones.clone().any(|c| slips(flat, c));
+        let steady: Vec<&Flat<'_>> = group.iter().copied().filter(is_steady).collect();
         let group = steady.as_slice();
         let is_of_samples = |frame: &&Self| is_stated || frame.explains(group);
         let rough = |frame: &Self| frame.steadiness(group).map_or(0.0, |s| s.rough_m);
         let is_upright = |frame: &&Self| frame.middle(group, true).is_some_and(|m| m.y > 0.0);
-        let upright =
-            found.iter().filter(|frame| !frame.reflected || frame.looks_left(group)).filter(is_upright);
+        let looks_left = |frame: &Self| frame.typical(group, |axes| axes.x.x).is_some_and(|x| x < 0.0);
+        let upright = found.iter().filter(|frame| !frame.reflected || looks_left(frame)).filter(is_upright);
         let best = upright.filter(is_of_samples).min_by(|a, b| rough(a).total_cmp(&rough(b)));
         Ok(best.copied())
     }
 
-    fn looks_left(&self, group: &[&Flat<'_>]) -> bool {
+    /// The median of a property of the frames.
+    fn typical(&self, group: &[&Flat<'_>], of: fn(Axes) -> f64) -> Option<f64> {
         let axes = group.iter().flat_map(|flat| &flat.places).filter_map(|frame| self.axes(frame));
-        upper_median(axes.map(|a| a.x.x)).is_some_and(|x| x < 0.0)
+        upper_median(axes.map(of))
     }
 
     /// Brings contour points to the frame of the bones; where a bone was not seen they are lost.
@@ -159,14 +160,15 @@ impl SampleFrame {
         match self.steadiness(group) {
             Some(s) if s.factor > LEAST_FACTOR.max(CERTAIN_SD * s.sd) => true,
             Some(s) if s.factor + CERTAIN_SD * s.sd < LEAST_FACTOR => false,
-            _ => !self.are_bones_steep(group) && off_as_is > OFF_MIDDLE.max(off + FARTHER_OFF),
+            // The bones lie one above the other where the tracking of one of them has slipped.
+            _ if self
+                .typical(group, |axes| steep_deg(axes.x))
+                .is_some_and(|deg| deg > STEEPEST_BONES_DEG) =>
+            {
+                false
+            }
+            _ => off_as_is > OFF_MIDDLE.max(off + FARTHER_OFF),
         }
-    }
-
-    /// Whether the bones lie one above the other, as where the tracking of one of them has slipped.
-    fn are_bones_steep(&self, group: &[&Flat<'_>]) -> bool {
-        let axes = group.iter().flat_map(|flat| &flat.places).filter_map(|frame| self.axes(frame));
-        upper_median(axes.map(|a| steep_deg(a.x))).is_some_and(|deg| deg > STEEPEST_BONES_DEG)
     }
 
     /// Median place of the contour in front of the hyoid and above the line to the mandible, over the distance of these two: of the

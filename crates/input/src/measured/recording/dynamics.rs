@@ -164,6 +164,14 @@ impl<'a> Motion<'a> {
         self.bones.iter().any(|bone| bone.slip(ACCELERATION_OF_BONES_M_S2).is_some())
     }
 
+    pub fn disorder(&self) -> Option<Value> {
+        self.middle(true, |c| Some(c.disorder())).map(bare)
+    }
+
+    pub fn fastest_tenth_mm_s(&self) -> Option<Value> {
+        self.middle(true, |c| Some(c.fastest_tenth_m_s() * 1e3)).map(bare)
+    }
+
     /// The median over the points that move; `None` if these are less than half, since one that jumps among others that rest says nothing of
     /// the recording.
     fn middle(&self, continuous: bool, of: impl Fn(&Course<'_>) -> Option<f64>) -> Option<f64> {
@@ -199,14 +207,6 @@ impl Measures<'_> {
         courses.iter().any(Course::moves).then(|| (most, names.join("\" and \"")))
     }
 
-    pub fn disorder(&self) -> Option<Value> {
-        self.motion.middle(true, |c| Some(c.disorder())).map(bare)
-    }
-
-    pub fn fastest_tenth_mm_s(&self) -> Option<Value> {
-        self.motion.middle(true, |c| Some(c.fastest_tenth_m_s() * 1e3)).map(bare)
-    }
-
     pub fn quickest_part(&self) -> Option<Value> {
         let whole_s = self.motion.middle(false, |c| Some(c.quickest()?.1))?;
         Some((self.motion.middle(false, |c| Some(c.quickest()?.0))?, format!("{whole_s:.1} s")))
@@ -232,12 +232,6 @@ impl Measures<'_> {
         let more =
             if others.is_empty() { String::new() } else { format!(" (as does {})", others.join(", ")) };
         Some((*by_mm, format!("{first} jumps by {by_mm:.0} mm at {time_s:.3} s and stays there{more}")))
-    }
-
-    /// The time between frames, if many show a tongue that moves.
-    pub fn sparse_ms(&self) -> Option<Value> {
-        let is_many = self.recording.frames.len() >= FEW;
-        self.step_ms().filter(|_| is_many && self.motion.is_moving())
     }
 
     /// The first shift of all points alike at once by more than a tongue can move, which stays: the head or the probe has slipped.

@@ -25,8 +25,6 @@ pub(super) struct Flat<'a> {
 }
 
 impl<'a> Flat<'a> {
-    /// # Errors
-    /// [`RecordingError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no channel is usable.
     pub fn new(recording: &'a Recording, map: &Map) -> Result<Self, RecordingError> {
         let wrong = |problem: String| recording.uninterpreted(problem);
         if let Some(problem) = map.unknown(&recording.channels) {

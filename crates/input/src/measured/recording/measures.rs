@@ -120,10 +120,6 @@ impl<'a> Measures<'a> {
         self.recording.frames.iter().map(|f| f.points().flatten().count()).max().map(|n| bare(n as f64))
     }
 
-    pub fn most_contour_points(&self) -> Option<Value> {
-        self.most_points().filter(|_| self.recording.sensors.is_empty())
-    }
-
     pub fn bones_apart_mm(&self) -> Option<Value> {
         let steady = self.spine_and_hyoid().filter(|_| !self.motion.has_slipping_bone());
         steady.map(|(a, b)| bare((a - b).norm() * MM))
@@ -169,7 +165,7 @@ impl<'a> Measures<'a> {
     }
 
     /// How steep the line from spine to hyoid is, degrees, and whether the tongue is arched upwards all the same.
-    fn steep_bones(&self) -> Option<(Value, bool)> {
+    pub fn steep_bones(&self) -> Option<(Value, bool)> {
         let (spine, hyoid) = self.spine_and_hyoid().filter(|_| !self.recording.stated.axes)?;
         let upright = self.near_contour(1).is_some_and(|contour| {
             let centre = contour.iter().sum::<Point>() / contour.len() as f64;
@@ -177,14 +173,6 @@ impl<'a> Measures<'a> {
             arch.y > 3e-3 && arch.y > arch.x.abs()
         });
         Some((bare(steep_deg(hyoid - spine)), upright))
-    }
-
-    pub fn bones_alone_steep_deg(&self) -> Option<Value> {
-        self.steep_bones().filter(|(_, upright)| *upright).map(|(deg, _)| deg)
-    }
-
-    pub fn bones_steep_deg(&self) -> Option<Value> {
-        self.steep_bones().map(|(deg, _)| deg)
     }
 
     pub fn tongue_above_bones_mm(&self) -> Option<Value> {
@@ -271,19 +259,13 @@ impl<'a> Measures<'a> {
         Some(bare(if reversed { ANY } else { (first.2.x - last.2.x) * MM }))
     }
 
-    /// The mean distance of neighbouring coils and that of the first from the last along them.
-    fn mean_and_length_mm(&self) -> Option<(f64, f64)> {
+    /// The mean distance of neighbouring coils and that of the first from the last along them, each named by the other.
+    pub fn gap_and_length_mm(&self) -> Option<[Value; 2]> {
         let gaps = self.gaps_mm();
         let length = gaps.iter().sum::<f64>();
-        (gaps.len() >= 2 && !self.recording.stated.unit).then_some((length / gaps.len() as f64, length))
-    }
-
-    pub fn mean_gap_mm(&self) -> Option<Value> {
-        self.mean_and_length_mm().map(|(mean, length)| (mean, format!("{length:.0}")))
-    }
-
-    pub fn length_of_coils_mm(&self) -> Option<Value> {
-        self.mean_and_length_mm().map(|(mean, length)| (length, format!("{mean:.1}")))
+        let mean = length / gaps.len() as f64;
+        let is_judged = gaps.len() >= 2 && !self.recording.stated.unit;
+        is_judged.then(|| [(mean, format!("{length:.0}")), (length, format!("{mean:.1}"))])
     }
 
     /// How far the lowest coil lies below the line of the first and the last in at least four fifths of the frames. A retroflex makes one low, but

@@ -3,7 +3,7 @@
 use tongue_core::geometry::Point;
 
 use super::map::WITHOUT_BONES;
-use super::measures::{Measures, STEEPEST_BONES_DEG, Value, sag};
+use super::measures::{FEW, Measures, STEEPEST_BONES_DEG, Value, sag};
 use super::outliers::above;
 use super::{AlignedFrame, AlignedRecording};
 use Severity::{Note, Refused, Untrusted};
@@ -67,7 +67,7 @@ impl Told {
         self.check("labels", m.labels_within(), [1.0, ANY], Note,
             "its labels lie at {name}, so none is used; give both the same clock");
         self.check("points", m.most_points(), [1.0, ANY], Refused, "no point of the tongue is seen in any frame; correct the map");
-        self.check("points", m.most_contour_points(), [3.0, ANY], Refused,
+        self.check("points", m.most_points().filter(|_| m.recording.sensors.is_empty()), [3.0, ANY], Refused,
             "only {value} of the points of the contour is seen at once, which does not determine the shape of a tongue; give three or more");
         self.check("points", m.most_points(), [2.0, ANY], Refused,
             "only {value} coil is seen, which does not determine the shape of a tongue; give three or more (two at least)");
@@ -95,10 +95,10 @@ impl Told {
             "{name} lies {value} mm from the other points, which is too far; correct it, or write \"{name}\" = \"ignore\" into a map");
         self.check("slip", m.slipped_points_mm(), [0.0, 8.0], Refused,
             "{name}, while the other points do not: its tracking has slipped; correct it, or leave the point out with \"ignore\" in a map");
-        self.check("axes", m.bones_alone_steep_deg(), [0.0, STEEPEST_BONES_DEG], Refused,
+        self.check("axes", m.steep_bones().filter(|(_, upright)| *upright).map(|(deg, _)| deg), [0.0, STEEPEST_BONES_DEG], Refused,
             "the hyoid and the mental spine lie one above the other, while the tongue is the right way up: the tracking of one of them has \
              slipped; correct it, or leave the bones out with a map (--map) of the line {without_bones}");
-        self.check("axes", m.bones_steep_deg(), [0.0, STEEPEST_BONES_DEG], Refused, EXCHANGED);
+        self.check("axes", m.steep_bones().map(|(deg, _)| deg), [0.0, STEEPEST_BONES_DEG], Refused, EXCHANGED);
         self.check("axes", m.tongue_above_bones_mm(), [0.0, ANY], Refused,
             "the tongue lies below the hyoid and the mental spine: the recording is upside down; give the axis that grows upwards in a map, \
              such as up = \"-y\"");
@@ -119,10 +119,10 @@ impl Told {
             "the coil at the tip lies behind the others; correct back in the map, or correct their names or numbers in a map");
         self.check("names", m.coils_out_of_rank(), [0.0, 0.0], Note,
             "from the tip backwards the coils lie in the order {name}: their names seem to be exchanged; they are taken as they lie");
-        self.check("unit", m.mean_gap_mm(), [9.0, 28.0], Refused,
+        self.check("unit", m.gap_and_length_mm().map(|[gap, _]| gap), [9.0, 28.0], Refused,
             "its coils lie {value} mm apart, {name} mm from the first to the last, where 10 to 20 mm on the front 60 mm of a tongue are usual; give \
              unit_mm in a map: the right one, or the same (1 for millimetres) if the coils do lie so");
-        self.check("unit", m.length_of_coils_mm(), [0.0, 58.0], Refused,
+        self.check("unit", m.gap_and_length_mm().map(|[_, length]| length), [0.0, 58.0], Refused,
             "its coils lie {name} mm apart, {value} mm from the first to the last, where 10 to 20 mm on the front 60 mm of a tongue are usual; give \
              unit_mm in a map: the right one, or the same (1 for millimetres) if the coils do lie so");
         self.check("hollow", m.hollow_mm(), [-ANY, 2.0], Refused,
@@ -146,15 +146,15 @@ impl Told {
             "most frames repeat the one before; export the recording at the rate of its video, or take the repeated frames out");
         self.check("still", m.stuck(), [0.0, 0.5], Note,
             "{name} stays in the very same place in most frames while others move; write \"{name}\" = \"ignore\" into a map");
-        self.check("rate", m.disorder(), [0.0, 0.6], Refused,
+        self.check("rate", m.motion.disorder(), [0.0, 0.6], Refused,
             "its frames do not follow one another: points are as far from where they were in the frame before as from anywhere; sort them by time");
-        self.check("rate", m.fastest_tenth_mm_s(), [0.0, 320.0], Untrusted,
+        self.check("rate", m.motion.fastest_tenth_mm_s(), [0.0, 320.0], Untrusted,
             "a tenth of the time the tongue moves faster than {value} mm/s, where 80 to 200 are usual in speech; if that is wrong, correct \
              rate_hz in the map, or the times, which are in seconds");
         self.check("rate", m.quickest_part(), [0.3, ANY], Untrusted,
             "the quickest motion takes {name}, where a tongue in speech needs 0.1 to 0.3 s: the times are too long, or nothing is spoken; if they \
              are wrong, correct rate_hz in the map, or the times, which are in seconds");
-        self.check("rate", m.sparse_ms(), [0.0, 200.0], Untrusted,
+        self.check("rate", m.step_ms().filter(|_| m.recording.frames.len() >= FEW && m.motion.is_moving()), [0.0, 200.0], Untrusted,
             "its frames are {value} ms apart, where 2 to 200 ms are usual, so nothing is known of the motion between them; if that is wrong, \
              correct rate_hz in the map, or the times, which are in seconds");
         self.check("rate", m.step_ms(), [1.99, 200.0], Note,
@@ -193,7 +193,6 @@ pub fn palate_doubt(recording: &AlignedRecording, palate: &[Point]) -> Option<Do
     /// Largest plausible height of a palate above the highest points, mm: of a posture, and of speech, which touches it.
     const HIGHEST_MM: f64 = 60.0;
     const NEAREST_MM: f64 = 20.0;
-    const FEW_FRAMES: usize = 20;
     let doubt = |severity, said: String| Some(Doubt { said, severity });
     let sag_mm = sag(palate).unwrap_or(0.0) * 1e3;
     if palate.len() >= 3 && sag_mm > 2.0 {
@@ -212,7 +211,7 @@ pub fn palate_doubt(recording: &AlignedRecording, palate: &[Point]) -> Option<Do
         return doubt(Refused, format!("{percent:.0} % of the points lie beyond the palate; {help}"));
     }
     let free_mm = -over_mm.iter().fold(-ANY, |a, b| a.max(*b));
-    let limit = if recording.frames.len() < FEW_FRAMES { HIGHEST_MM } else { NEAREST_MM };
+    let limit = if recording.frames.len() < FEW { HIGHEST_MM } else { NEAREST_MM };
     if !over_mm.is_empty() && free_mm > limit {
         let severity = if free_mm > HIGHEST_MM { Refused } else { Note };
         return doubt(
