@@ -23,6 +23,7 @@ mod formats_of_laboratories;
 mod gmsh_files;
 mod gmsh_hexahedra;
 mod lanes_agree_with_one_at_a_time;
+mod lengths_are_refused;
 mod marks_in_space;
 mod mesh_meets_the_published_numbers;
 mod observables_are_derivatives_of_their_value;

@@ -1,4 +1,4 @@
-//! Formats that the reader accepts, how it understands them, and the message for everything that it refuses.
+//! Formats that the reader accepts, and how it understands them.
 
 use proptest::prelude::*;
 
@@ -8,21 +8,9 @@ use super::*;
 const REFERENCE: &str = include_str!("../../../../../targets/takano2007_lengths.csv");
 const HEADER: &str = "subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm";
 const ROW: &str = "S1,i,47,49,49,51,28,42,38,30";
-const WANTED: &str = "it must name, in any order, subject, vowel, and for each muscle its length with the unit, like \
-                      subject,vowel,GGa_mm,GGm_mm";
 
 fn dataset(table: impl AsRef<[u8]>) -> Dataset {
     Dataset::from_reader(table.as_ref(), "my.csv").unwrap()
-}
-
-/// The message for a table that must be refused.
-fn refusal(table: impl AsRef<[u8]>) -> String {
-    Dataset::from_reader(table.as_ref(), "my.csv").unwrap_err().to_string()
-}
-
-/// The message for a valid header over `rows`.
-fn rows_refusal(rows: &str) -> String {
-    refusal(format!("{HEADER}\n{rows}\n"))
 }
 
 /// Messages about rows that cannot be used, and about cells.
@@ -253,8 +241,9 @@ fn missing_cells_are_unmeasured_and_rows_of_them_are_ignored() {
     let data = row(",,,,,,,");
     assert_eq!((data.rows().len(), &data.reading().rows_without_lengths[..]), (1, &[3][..]));
     assert!(data.row("S1", &vowel("i")).unwrap_err().to_string().starts_with("S1 has no row for /i/"));
+    let none = format!("{HEADER}\nS1,i,,,,,,,,\n");
     assert_eq!(
-        rows_refusal("S1,i,,,,,,,,"),
+        Dataset::from_reader(none.as_bytes(), "my.csv").unwrap_err().to_string(),
         "my.csv:3:1: no row has a length; write lengths in millimetres, like 57.8, where they were measured"
     );
 }
@@ -320,275 +309,6 @@ fn lengths_in_other_units_have_the_bits_of_millimetres() {
     let mm =
         |cell: &str| dataset(format!("subject,vowel,A_cm\nX,a,{cell}\n")).rows()[0].lengths.half_width_mm[0];
     assert_eq!([mm("5.7"), mm("6"), mm("6.25")], [0.5, 5.0, 0.05]);
-}
-
-// What cannot be used.
-
-#[test]
-fn a_bad_cell_loses_one_cell_and_a_broken_row_one_row() {
-    let data = dataset(format!(
-        "{HEADER}\n{ROW}\nS1,a,34,57,51,abc,20,500,34,34\nS2,a,41\n,a,41,62,53,59,23,44,33,35\nS1,i,47,49,49,51,28,42,38,31\n\
-         S3,a,x,x,x,x,x,x,x,x\n"
-    ));
-    let places: Vec<_> = data.broken().iter().map(|b| (b.fault.line, b.fault.column)).collect();
-    assert_eq!(places, [(4, 4), (5, 1), (6, 1), (7, 3)]);
-    let places: Vec<_> = data.bad_cells().iter().map(|fault| (fault.line, fault.column)).collect();
-    assert_eq!(places, [(3, 6), (3, 8)]);
-    let a = data.row("S1", &vowel("a")).unwrap();
-    assert_eq!(
-        a.measured().map(|(name, _)| name).collect::<Vec<_>>(),
-        ["GGa", "GGm", "GGp", "SGm", "HGa", "HGp"]
-    );
-    assert_eq!(data.bad_cells_of(a).count(), 2);
-    assert!(data.bad_cells()[0].to_string().starts_with("my.csv:3:6: SGp_mm is \"abc\", not a number"));
-    let i = data.row("S1", &vowel("i")).unwrap();
-    assert_eq!((i.length_mm_of("HGp"), data.bad_cells_of(i).count()), (Some(30.0), 0));
-    for (subject, expected) in
-        [("S2", "my.csv:4:4: the line has 3 fields"), ("S3", "my.csv:7:3: GGa_mm is \"x\", not a number")]
-    {
-        let message = data.row(subject, &vowel("a")).unwrap_err().to_string();
-        assert!(message.starts_with(expected), "{message}");
-    }
-    assert!(data.row("S2", &vowel("i")).unwrap_err().to_string().starts_with("unknown subject \"S2\""));
-}
-
-#[test]
-fn header_faults_quote_the_line_that_was_taken() {
-    let taken = |header: &str| {
-        let quoted: String = header.chars().take(40).collect();
-        format!("line 1 was taken for the header: \"{quoted}...\"; {WANTED}")
-    };
-    let with = |from, to| refusal(format!("{}\n{ROW}\n", HEADER.replacen(from, to, 1)));
-    assert_eq!(
-        with("subject", "subjct"),
-        format!(
-            "my.csv:1:11: missing from the header: subject; is column \"subjct\" meant to be subject?; {}",
-            taken("subjct,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm")
-        )
-    );
-    let bare = HEADER.replace("_mm", "");
-    assert_eq!(
-        refusal(format!("{bare}\n{ROW}\n")),
-        format!(
-            "my.csv:1:11: missing from the header: a length, like GGa_mm; if column \"GGa\" has lengths, its name must end with \
-             their unit; {}",
-            taken(&bare)
-        )
-    );
-    assert_eq!(
-        refusal("Lengths\nname,vowel,GGa\nX,a,40\n"),
-        format!(
-            "my.csv:2:4: missing from the header: subject, a length, like GGa_mm; if column \"GGa\" has lengths, its name \
-             must end with their unit; line 2 was taken for the header: \"name,vowel,GGa\"; {WANTED}"
-        )
-    );
-    for (to, expected) in [
-        ("GGa_cm", "column GGa_cm says the same as column 3 (GGa_mm)"),
-        ("GGa_mm", "column GGa_mm appears twice, here and as column 3"),
-        ("subject", "column subject appears twice, here and as column 1"),
-    ] {
-        assert_eq!(with("GGm_mm", to), format!("my.csv:1:4: {expected}; keep one of the two"));
-    }
-    assert!(refusal("x,".repeat(20_000)).contains("the header has 20001 columns"));
-}
-
-/// As ten new users wrote them.
-#[test]
-fn tables_of_other_forms_are_refused_with_what_to_write_instead() {
-    for (table, told) in [
-        ("subject vowel GGa_mm\nP1 a 41\n", "1:1: the table has fewer than two columns; line 1 was"),
-        ("| subject | vowel | GGa_mm |\n|---|---|---|\n", "1:1: the table has fewer than two columns"),
-        ("[{\"subject\": \"P1\", \"GGa_mm\": 41}]", "1:1: the file is JSON, XML or a page, not a table"),
-        ("subject,vowel,muscle,length_mm\nP1,a,GGa,41\n", "1:3: column muscle names muscles, so that each"),
-        ("muscle,u,a\nGGa,46,41\n", "1:1: column muscle names muscles, so that each has rows of its own"),
-        ("subject,vowel,GGa\nP1,a,46 mm\n", "1:4: missing from the header: a length, like GGa_mm; if column"),
-        ("subject,vowel,GGa\n,,mm\nP1,a,46\n", "1:4: missing from the header: a length, like GGa_mm; if"),
-        ("subject,vowel,A_mm,B_mm,C_mm\nP1,u,100,100,100\n", "2:3: every length is 100; write the measured"),
-    ] {
-        let message = refusal(table);
-        assert!(message.starts_with(&format!("my.csv:{told}")), "{message}");
-    }
-    let exchanged = dataset("subject,vowel,GGa_mm\na,P1,41\n");
-    assert_eq!(
-        exchanged.row("P1", &vowel("a")).unwrap_err().to_string(),
-        "unknown subject \"P1\" in my.csv; it is in column vowel; are subject and vowel exchanged?"
-    );
-}
-
-#[test]
-fn what_is_no_table_is_refused() {
-    let latin1 = [HEADER.as_bytes(), b"\nS1,\xFC,47"].concat();
-    for (bytes, expected) in [
-        (&latin1[..], "my.csv:2:2: the text is not UTF-8; save the file as UTF-8"),
-        (b"\xFF\xFEs\0u", "my.csv:1:1: the text begins as UTF-16 does, but is damaged"),
-        (b"s\0u\0b\0", "my.csv:1:1: the text holds a zero byte; "),
-        (b"PK\x03\x04...", "my.csv:1:1: the file is a workbook of a spreadsheet program; "),
-        (b"", "my.csv:1:1: the file is empty; begin with a line like subject"),
-        (b" \n\n", "my.csv:1:1: the file is empty; begin with a line like subject"),
-        ("\u{feff}".as_bytes(), "my.csv:1:1: the file is empty; begin with a line like subject"),
-        (b"# only a comment\n", "my.csv:1:1: the file is empty; begin with a line like subject"),
-        (
-            format!("{HEADER}\n").as_bytes(),
-            "my.csv:2:1: the table has a header but no rows; line 1 was taken",
-        ),
-        (
-            REFERENCE.replace("_mm", "_cm").as_bytes(),
-            "my.csv:2:3: GGa_cm is 47, which is 470 mm: not a length",
-        ),
-    ] {
-        let message = refusal(bytes);
-        assert!(message.starts_with(expected), "{message}");
-    }
-    assert!(refusal(format!("{HEADER}\n{}", "a\n".repeat(200_001))).contains("more than 200000 rows"));
-    let message = Dataset::from_reader(std::io::repeat(b'x'), "endless").unwrap_err().to_string();
-    assert_eq!(message, "cannot read endless: it is larger than 64 MiB; split it into smaller files");
-    let message = Dataset::from_path("no/such.csv").unwrap_err().to_string();
-    assert!(message.starts_with("cannot read no/such.csv: "), "{message}");
-    #[cfg(unix)]
-    assert_eq!(
-        Dataset::from_path("/dev/zero").unwrap_err().to_string(),
-        "cannot read /dev/zero: it is a pipe or a device, which may never end; give a file"
-    );
-    // A line end at the end of the file is allowed, and a file may take the place of the built-in table.
-    assert_eq!(dataset(format!("{HEADER}\n{ROW}\r\n")).rows().len(), 1);
-    let file = tempfile::NamedTempFile::new().unwrap();
-    std::fs::write(file.path(), REFERENCE).unwrap();
-    let data = Dataset::from_path(file.path()).unwrap();
-    assert_eq!(data.rows(), Dataset::reference().unwrap().rows());
-    assert_eq!(data.origin(), file.path().display().to_string());
-}
-
-#[test]
-fn rows_are_refused_with_the_reason() {
-    for (row, expected) in [
-        (
-            ROW.replace(',', "\t"),
-            "2:1: the fields are separated by tabs; separate them by commas, as in the header",
-        ),
-        (
-            "S1,i,47".to_owned(),
-            "2:4: the line has 3 fields where the header, line 1, has 10; give every column a value; check for a \
-             quotation mark that is never closed",
-        ),
-        (
-            "S1,i,47,5,49,49,51,28,42,38,30".to_owned(),
-            "2:11: the line has 11 fields where the header, line 1, has 10; take out the surplus; between commas \
-             decimals are written with a point, like 57.8",
-        ),
-        (
-            ROW.replacen('i', "", 1),
-            "2:2: the vowel is \"\"; write a label of 1 to 40 printable characters, like a, ɔ or ə",
-        ),
-        (
-            ROW.replacen("S1", "", 1),
-            "2:1: the subject is \"\"; give it a name of printable characters, like S2",
-        ),
-        (
-            ROW.replacen("S1", "\"S\n1\"", 1),
-            "2:1: the subject is \"S\\n1\"; give it a name of printable characters, like S2",
-        ),
-        (
-            ROW.replacen("S1", "S\u{1b}[31m", 1),
-            "2:1: the subject is \"S\\u{1b}[31m\"; give it a name of printable characters, like S2",
-        ),
-    ] {
-        assert_eq!(rows_refusal(&row), format!("my.csv:{expected}"));
-    }
-    // The unclosed quotation mark includes the rest of the file.
-    assert!(rows_refusal(&format!("\"{ROW}\n{ROW}")).starts_with("my.csv:2:2: the line has 1 fields"));
-    let first = ROW.replacen('i', "ɯ", 1);
-    let (u, same) = (ROW.replacen('i', "u", 1), first.replace("47", "48"));
-    // /u/ is another vowel if a table has both.
-    assert!(dataset(format!("{HEADER}\n{u}\n{first}")).broken().is_empty());
-    let data = dataset(format!("{HEADER}\n{first}\n\n{ROW}\n{same}"));
-    let told = "my.csv:5:1: S1 /ɯ/ is given twice, here and on line 2; keep one of the two lines, or tell repetitions \
-                apart, as in a1 and a2";
-    assert_eq!(faults(&data), [vec![told], vec![]]);
-    assert_eq!(data.baseline("S1").unwrap().length_mm_of("GGa"), Some(47.0));
-}
-
-#[test]
-fn lengths_are_refused_with_the_reason_and_an_example_in_their_unit() {
-    let not_a_number = |unit: &str| {
-        format!("not a number; write {unit} with a decimal point, or NA where nothing was measured")
-    };
-    let millimetres = not_a_number("millimetres like 57.8");
-    let none = "write a measured length in millimetres, like 57.8, or NA where there is none";
-    let check = "not a length of a tongue muscle (10 to 200 mm); check the number, and the unit that the column's name gives";
-    let long = "x".repeat(100_000);
-    for (unit, cell, expected) in [
-        ("mm", "abc", format!("is \"abc\", {millimetres}")),
-        ("mm", "49 mm", format!("is \"49 mm\", {millimetres}")),
-        ("cm", "4.9 cm", format!("is \"4.9 cm\", {}", not_a_number("centimetres like 5.78"))),
-        ("m", "x", format!("is \"x\", {}", not_a_number("metres like 0.0578"))),
-        ("mm", &long, format!("is \"{}...\", {millimetres}", "x".repeat(40))),
-        ("mm", "-49", format!("is -49, not positive; {none}")),
-        ("mm", "0", format!("is 0, not positive; {none}")),
-        ("mm", "-0", format!("is -0, not positive; {none}")),
-        ("mm", "inf", "is inf, not finite; write a measured length in millimetres, like 57.8".to_owned()),
-        (
-            "mm",
-            "490",
-            "is 490, too long for a tongue muscle (above 200 mm); write a measured length in millimetres, like 57.8; a \
-             column that is not of a muscle is ignored if its name has no unit"
-                .to_owned(),
-        ),
-        (
-            "mm",
-            "4.9",
-            "is 4.9, too short for millimetres (below 10): it looks like centimetres; multiply the lengths by 10, or \
-             write cm in place of mm in the column's name"
-                .to_owned(),
-        ),
-        (
-            "mm",
-            "0.049",
-            "is 0.049, too short for millimetres (below 10): it looks like metres; multiply the lengths by 1000, or \
-             write m in place of mm in the column's name"
-                .to_owned(),
-        ),
-        ("cm", "47", format!("is 47, which is 470 mm: {check}")),
-        ("cm", "1e308", "is 1e308, not finite; write a measured length in centimetres, like 5.78".to_owned()),
-        ("cm", "1e306", format!("is 1e306, which is 1{}... mm: {check}", "0".repeat(39))),
-    ] {
-        let data = dataset(format!("subject,vowel,GGa_mm,GGm_{unit}\nX,a,40,{cell}\n"));
-        assert_eq!(faults(&data), [vec![], vec![format!("my.csv:2:4: GGm_{unit} {expected}")]]);
-        assert_eq!(data.rows()[0].lengths.length_mm, [Some(40.0), None]);
-    }
-    // What the message tells is read.
-    for (unit, cell) in
-        [("mm", "57.8"), ("cm", "5.78"), ("m", "0.0578"), ("mm", "57,8"), ("cm", "5,78"), ("m", "0,0578")]
-    {
-        let data = dataset(format!("subject;vowel;GGa_{unit}\nX;a;{cell}\nX;e;?\n"));
-        assert_eq!(data.rows()[0].lengths.length_mm, [Some(57.8)]);
-        let told = &data.broken()[0].fault.help;
-        assert!(told.contains(&format!("like {cell} ")), "{told}");
-    }
-    // The column number is that of the file.
-    let reordered = "HGp_mm,vowel,HGa_mm,SGa_mm,SGm_mm,SGp_mm,GGp_mm,GGm_mm,GGa_mm,subject";
-    let data = dataset(format!("{reordered}\n30,i,38,42,28,51,49,-1,47,S1\n"));
-    assert!(faults(&data)[1][0].starts_with("my.csv:2:8: GGm_mm is -1"));
-}
-
-#[test]
-fn one_decimal_mark_a_table() {
-    for (cells, told) in [
-        (
-            ["47,5", "47.5", "48,5"],
-            "GGa_mm is \"47.5\", with a decimal point; write it with a decimal comma, as the others: 47,5",
-        ),
-        (
-            ["47.5", "48,5", "48"],
-            "GGa_mm is \"48,5\", with a decimal comma; write it with a decimal point, as the others: 48.5",
-        ),
-    ] {
-        let rows: String = cells.iter().enumerate().map(|(n, c)| format!("X{n};a;{c}\n")).collect();
-        let data = dataset(format!("subject;vowel;GGa_mm\n{rows}"));
-        assert_eq!(data.broken()[0].fault.to_string(), format!("my.csv:3:3: {told}"));
-    }
-    // A decimal comma in quotation marks is possible with commas between fields.
-    let quoted = dataset("subject,vowel,GGa_mm\nX,a,\"47,5\"\n");
-    assert_eq!(quoted.rows()[0].lengths.length_mm, [Some(47.5)]);
 }
 
 fn csv_line(subject: &str, vowel: &str, length_mm: &[f64]) -> String {
