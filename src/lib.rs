@@ -337,7 +337,6 @@ pub mod run {
     #[doc(inline)]
     pub use tongue_files::run::{
         BodySource, Equilibrium, FitFound, FitRun, Kind, PlaneBody, TrackError, TrackRun, TrackedBody,
-        sittings,
     };
 }
 
@@ -445,7 +444,7 @@ pub mod track {
         TrackSettings, Tracked, TrackedRecording, course_summaries, held_out, is_untrusted, listen, repeats,
     };
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_infer::track::{MOST_UNTRUSTED, NARROW};
+    pub(crate) use tongue_infer::track::{MOST_UNTRUSTED, NARROW, Watch};
 }
 
 /// A millimetre in metres: `5.5 * MM`.

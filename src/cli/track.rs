@@ -7,16 +7,14 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::adapt::{Basis, How};
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::{
     Json, PlacementRecord, PriorRecord, RecordingResult, RepeatsRecord, TrackRecord, TrackResults,
     status_name,
 };
-use tongue_fit::run::{TrackRun, sittings};
+use tongue_fit::run::TrackRun;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{
-    self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, TrackedRecording, course_summaries, held_out,
-    is_untrusted,
+    self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, Watch, course_summaries, held_out, is_untrusted,
 };
 
 use super::body_file::BodyFile;
@@ -27,9 +25,6 @@ use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
     track_table,
 };
-
-/// Recordings with more frames are not kept, because their entry would be too large for a journal.
-const MOST_KEPT: usize = 5000;
 
 /// Options of `tongue-fit track`.
 #[derive(Debug, Clone, clap::Args)]
@@ -145,40 +140,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 .to_owned(),
         );
     }
-    let mut journal = track_run::journal(&run, &given, &out, &seen, &format!("{sound:?}"))?;
-    let mut found: Vec<TrackedRecording> = Vec::with_capacity(seen.len());
+    let journal = track_run::journal(&run, &given, &out, &seen, &format!("{sound:?}"))?;
     let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
-    for sitting in sittings(&seen) {
-        let kept: Option<Vec<TrackedRecording>> = sitting
-            .clone()
-            .map(|nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok())))
-            .collect::<miette::Result<_>>()?;
-        if let Some(kept) = kept {
-            found.extend(kept);
-            continue;
-        }
-        let clock = Instant::now();
-        let unknown = (shape.as_ref(), contact.as_ref());
-        let listen = |frames: &mut [Frame]| sound.iter().for_each(|s| s.listen(frames, &speaker.followed));
-        let bar = output::bar(1, "{bar:40} {percent:>3} % of the tensions, {eta} left")?;
-        let progress = |done: usize, of: usize| {
-            bar.set_length(of as u64);
-            bar.set_position(done as u64);
-        };
-        let tracked = run.track(&speaker, unknown, &seen[sitting.clone()], &listen, &progress);
-        bar.finish_and_clear();
-        let tracked = tracked.into_diagnostic()?;
-        for (nth, recording) in sitting.zip(tracked) {
-            let is_kept = journal.read(nth).into_diagnostic()?.is_some();
-            if recording.frames.len() > MOST_KEPT || is_kept {
-                found.push(recording);
-                continue;
-            }
-            let entry = Entry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result: Ok(recording) };
-            journal.append(&entry).into_diagnostic()?;
-            found.extend(entry.result.ok());
-        }
-    }
+    let listen = |frames: &mut [Frame]| sound.iter().for_each(|s| s.listen(frames, &speaker.followed));
+    let unknown = (shape.as_ref(), contact.as_ref());
+    let search = |watch: &Watch<'_>| run.track(&speaker, unknown, &seen, &listen, watch).into_diagnostic();
+    let (journal, found) = track_run::resumed(journal, seen.len(), search)?;
     // Recordings that the body cannot reach are left out.
     let (mut results, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
     for (r, found) in recordings.iter().zip(found) {

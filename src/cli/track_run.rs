@@ -1,12 +1,15 @@
 //! What a run of `tongue-fit track` shows and keeps on its way.
 
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
 use miette::IntoDiagnostic;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::OutputDir;
 use tongue_fit::report::batch;
-use tongue_fit::report::batch::journal::Journal;
+use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::run::{TrackRun, TrackedBody};
-use tongue_fit::track::TrackedRecording;
+use tongue_fit::track::{TrackedRecording, Watch};
 
 use super::recordings::Given;
 use super::{interrupt, output, recording_checks};
@@ -60,4 +63,42 @@ pub fn journal(
     }
     interrupt::set_last_words(Some(last_words));
     Ok(journal)
+}
+
+/// Recordings with more frames are not kept, because their entry would be too large for a journal.
+const MOST_KEPT: usize = 5000;
+
+/// All of so many recordings: those in the journal, and those that a search finds, which are added to it.
+pub fn resumed(
+    journal: Journal<TrackedRecording>,
+    count: usize,
+    search: impl FnOnce(&Watch<'_>) -> miette::Result<()>,
+) -> miette::Result<(Journal<TrackedRecording>, Vec<TrackedRecording>)> {
+    let clock = Instant::now();
+    let read = |nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok()));
+    let found: Vec<Option<TrackedRecording>> = (0..count).map(read).collect::<miette::Result<_>>()?;
+    let wanted: Vec<bool> = found.iter().map(Option::is_none).collect();
+    let state = Mutex::new((journal, found, Ok(())));
+    let bar = output::bar(1, "{bar:40} {percent:>3} % of the tensions, {eta} left")?;
+    let progress = |done: usize, of: usize| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+    };
+    let take = |nth: usize, recording: TrackedRecording| {
+        let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+        let (journal, found, written) = &mut *state;
+        let is_kept = recording.frames.len() <= MOST_KEPT;
+        let entry = Entry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result: Ok(recording) };
+        if is_kept && written.is_ok() {
+            *written = journal.append(&entry);
+        }
+        found[nth] = entry.result.ok();
+    };
+    if wanted.contains(&true) {
+        search(&Watch { progress: &progress, is_wanted: &|nth| wanted[nth], take: &take })?;
+    }
+    bar.finish_and_clear();
+    let (journal, found, written) = state.into_inner().unwrap_or_else(PoisonError::into_inner);
+    written.into_diagnostic()?;
+    Ok((journal, found.into_iter().flatten().collect()))
 }

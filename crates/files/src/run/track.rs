@@ -1,14 +1,14 @@
 //! Tensions over time: the speaker's body, what is not known of its shape, and the search.
 
-use std::ops::Range;
-
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::geometry::Similarity;
 use tongue_core::system::{self, Additions, System, SystemError};
 use tongue_infer::adapt::{self, Adaptation, Basis, How, Placement, RestError, Sight};
 use tongue_infer::inverse::{FitError, FreedBone};
-use tongue_infer::track::{self, Followed, Frame, RestShape, Stage, TongueSurface, TrackedRecording};
+use tongue_infer::track::{
+    self, Followed, Frame, NotFinite, RestShape, Stage, TongueSurface, TrackedRecording, Watch,
+};
 use tongue_input::measured::recording::AlignedRecording;
 
 /// Distance from the palate at which it begins to act, m.
@@ -167,35 +167,46 @@ impl TrackRun<'_> {
         Ok(Some(wall))
     }
 
-    /// Tracks recordings that share a body, levels and a shape. `listen` may add what is heard to the frames
-    /// of a recording.
+    /// Tracks all recordings, sitting after sitting: those that show the same bones share levels and a shape. `listen` may add what is
+    /// heard to the frames of a recording.
     pub fn track(
         &self,
         speaker: &TrackedBody,
         (shape, wall): (Option<&RestShape>, Option<&Contact>),
         seen: &[&AlignedRecording],
         listen: &dyn Fn(&mut [Frame]),
-        progress: &(dyn Fn(usize, usize) + Sync),
-    ) -> Result<Vec<TrackedRecording>, TrackError> {
+        watch: &Watch<'_>,
+    ) -> Result<(), TrackError> {
         let (body, model) = (&speaker.body, &self.basis.model);
         let effects = wall.map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).into_iter().collect();
         let additions = Additions { effects, ..Additions::default() };
         let system = System::with(&body.mesh, model, &self.basis.contracting, additions)?;
-        let freed = seen.first().map(|s| self.freed(s)).into_iter().flatten();
-        let freed = freed.map(|name| FreedBone::of(body, model, &self.basis.contracting, name));
-        let freed = freed.collect::<Result<Vec<_>, _>>()?;
         let surface =
             TongueSurface::of(body).ok_or_else(|| TrackError::NoOutline { what: body.what.clone() })?;
-        let mut frames: Vec<_> = seen
-            .iter()
-            .map(|s| track::frames(&speaker.seated(s), &surface, &speaker.followed, self.hide))
-            .collect();
-        frames.iter_mut().for_each(|frames| listen(frames));
-        let stage = Stage { system: &system, followed: &speaker.followed, freed: &freed, shape };
-        track::track(&stage, frames, &self.basis.settings, progress).ok_or(TrackError::NotFinite)
+        for sitting in sittings(seen) {
+            let freed = sitting.first().map(|&nth| self.freed(seen[nth])).into_iter().flatten();
+            let freed = freed.map(|name| FreedBone::of(body, model, &self.basis.contracting, name));
+            let freed = freed.collect::<Result<Vec<_>, _>>()?;
+            let frames_of = |&nth: &usize| {
+                track::frames(&speaker.seated(seen[nth]), &surface, &speaker.followed, self.hide)
+            };
+            let mut frames: Vec<_> = sitting.iter().map(frames_of).collect();
+            frames.iter_mut().for_each(|frames| listen(frames));
+            let stage = Stage { system: &system, followed: &speaker.followed, freed: &freed, shape };
+            let watch = Watch {
+                is_wanted: &|number| (watch.is_wanted)(sitting[number]),
+                take: &|number, found| (watch.take)(sitting[number], found),
+                ..*watch
+            };
+            if (0..sitting.len()).any(watch.is_wanted) {
+                track::track(&stage, frames, &self.basis.settings, &watch)
+                    .map_err(|NotFinite| TrackError::NotFinite)?;
+            }
+        }
+        Ok(())
     }
 
-    /// Places the body and tracks all recordings, in groups as [`sittings`] has them.
+    /// Places the body and tracks all recordings.
     pub fn run(
         &self,
         seen: &[&AlignedRecording],
@@ -205,12 +216,8 @@ impl TrackRun<'_> {
         let speaker = self.body(seen, &|_, _| ())?;
         let wall = self.wall(&speaker.body, tell)?;
         let shape = self.shape(&speaker, wall.as_ref(), seen, tell)?;
-        let mut found = Vec::with_capacity(seen.len());
-        for sitting in sittings(seen) {
-            let unknown = (shape.as_ref(), wall.as_ref());
-            found.extend(self.track(&speaker, unknown, &seen[sitting], &|_| (), &|_, _| ())?);
-        }
-        Ok(found)
+        let unknown = (shape.as_ref(), wall.as_ref());
+        Watch::collect(|watch| self.track(&speaker, unknown, seen, &|_| (), watch))
     }
 
     /// The bones whose displacement is an unknown in a recording.
@@ -236,20 +243,14 @@ impl TrackRun<'_> {
     }
 }
 
-/// Recordings that are tracked together, up to about a hundred frames: neighbours that show the same bones.
-/// Each group has levels and a shape of its own.
-pub fn sittings(seen: &[&AlignedRecording]) -> Vec<Range<usize>> {
-    const MOST_FRAMES: usize = 100;
-    let bones = |s: &AlignedRecording| [HYOID, MANDIBLE].map(|b| s.shows_bone(b));
-    let mut out: Vec<Range<usize>> = Vec::new();
-    for (nth, one) in seen.iter().enumerate() {
-        let goes_on = out.last().is_some_and(|range| {
-            let frames: usize = seen[range.clone()].iter().map(|s| s.frames.len()).sum();
-            frames + one.frames.len() <= MOST_FRAMES && bones(seen[range.start]) == bones(one)
-        });
-        match out.last_mut().filter(|_| goes_on) {
-            Some(range) => range.end = nth + 1,
-            None => out.push(nth..nth + 1),
+/// Numbers of the recordings that are tracked together: those that show the same bones.
+fn sittings(seen: &[&AlignedRecording]) -> Vec<Vec<usize>> {
+    let bones = |nth: usize| [HYOID, MANDIBLE].map(|b| seen[nth].shows_bone(b));
+    let mut out: Vec<Vec<usize>> = Vec::new();
+    for nth in 0..seen.len() {
+        match out.iter_mut().find(|sitting| sitting.first().is_some_and(|&one| bones(one) == bones(nth))) {
+            Some(sitting) => sitting.push(nth),
+            None => out.push(vec![nth]),
         }
     }
     out

@@ -9,7 +9,7 @@ use super::SceneError;
 use super::file::{Points, Scene};
 use tongue_core::body::Body;
 use tongue_core::system::System;
-use tongue_infer::track::{self, Errors, Frame, FrameStatus, Stage, TongueSurface, TrackSettings};
+use tongue_infer::track::{self, Errors, Frame, FrameStatus, Stage, TongueSurface, TrackSettings, Watch};
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -66,8 +66,8 @@ pub(super) fn fit<const D: usize>(
         TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(points.prior_n_per_m, 0.0) };
     // A scene says what its body is, so its shape is known.
     let stage = Stage { system, followed: &[], freed: &[], shape: None };
-    let found =
-        track::track(&stage, vec![vec![frame.clone()]], &settings, &|_, _| {})?.pop()?.frames.pop()?;
+    let found = Watch::collect(|watch| track::track(&stage, vec![vec![frame.clone()]], &settings, watch));
+    let found = found.ok()?.pop()?.frames.pop()?;
     let of_body = |values: &[f64]| {
         let mut all = vec![0.0; system.muscle_count()];
         system.contracting().iter().zip(values).for_each(|(&muscle, value)| all[muscle] = *value);

@@ -153,7 +153,10 @@ pub(super) fn stepped(
         gradient += &eliminated.gradient;
         all.push(eliminated);
     }
-    let step = -((&curvature + curvature.transpose()) * 0.5).cholesky()?.solve(&gradient);
+    let step = match mode.holds {
+        true => DVector::zeros(n + more),
+        false => -((&curvature + curvature.transpose()) * 0.5).cholesky()?.solve(&gradient),
+    };
     let of = |e: &Eliminated<'_, '_>| {
         let (mut states, mut expected) =
             (Vec::with_capacity(e.steps.len()), Vec::with_capacity(e.steps.len()));

@@ -56,35 +56,33 @@ struct Process {
     noise: f64,
 }
 
-/// Predictions of the hidden contour points of every recording and frame; empty for contours of too few points.
-pub(super) fn foretell(mode: &Mode<'_, '_>, courses: &[Course]) -> Vec<Vec<Vec<Foretold>>> {
-    let none = || courses.iter().map(|c| vec![Vec::new(); c.frames.len()]).collect();
-    let contours = |f: &Frame| f.hidden.iter().any(|h| h.along.channel == 0);
-    if !courses.iter().flat_map(|c| c.frames.iter()).any(contours) {
-        return none();
-    }
+/// Predictions of the hidden contour points of every frame of a recording by the candidate that was judged best; empty without one.
+pub(super) fn foretell(mode: &Mode<'_, '_>, course: &Course, judged: Option<&Judged>) -> Vec<Vec<Foretold>> {
+    let Some(Judged(process, reach)) = judged else { return vec![Vec::new(); course.frames.len()] };
     let solver = (mode.solver)();
-    let rest = solver.system.rest();
-    let Some((process, reach)) = judged(mode, courses, rest) else { return none() };
-    let one = |course: &Course| {
-        let told = |t: usize| {
-            let names = course.frames[t].hidden.iter().filter(|h| h.along.channel == 0).map(|h| &h.name);
-            let Some(errors) = split(rest, course, t).and_then(|s| process.errors(&s)) else {
-                return Vec::new();
-            };
-            let foretold = |(name, (missed, variance)): (&String, (f64, f64))| {
-                let far = 1e-3 * reach * variance.sqrt();
-                Foretold { point: name.clone(), missed_m: 1e-3 * missed, interval_m: [-far, far] }
-            };
-            names.zip(errors).map(foretold).collect()
+    let told = |t: usize| {
+        let names = course.frames[t].hidden.iter().filter(|h| h.along.channel == 0).map(|h| &h.name);
+        let errors = split(solver.system.rest(), course, t).and_then(|s| process.errors(&s));
+        let foretold = |(name, (missed, variance)): (&String, (f64, f64))| {
+            let far = 1e-3 * reach * variance.sqrt();
+            Foretold { point: name.clone(), missed_m: 1e-3 * missed, interval_m: [-far, far] }
         };
-        (0..course.frames.len()).map(told).collect()
+        errors.map_or_else(Vec::new, |errors| names.zip(errors).map(foretold).collect())
     };
-    courses.iter().map(one).collect()
+    (0..course.frames.len()).map(told).collect()
 }
 
 /// The best candidate, and the half width of its intervals in units of the standard deviation of a process with `s = 1 mm`.
-fn judged(mode: &Mode<'_, '_>, courses: &[Course], rest: &[Point]) -> Option<(Process, f64)> {
+pub(super) struct Judged(Process, f64);
+
+/// Judges the candidates; `None` for recordings without hidden contour points, and for contours of too few points.
+pub(super) fn judged(mode: &Mode<'_, '_>, courses: &[Course]) -> Option<Judged> {
+    let contours = |f: &Frame| f.hidden.iter().any(|h| h.along.channel == 0);
+    if !courses.iter().flat_map(|c| c.frames.iter()).any(contours) {
+        return None;
+    }
+    let solver = (mode.solver)();
+    let rest = solver.system.rest();
     let mut names: Vec<(&str, f64)> = Vec::new();
     for frame in courses.iter().flat_map(|c| c.frames.iter()) {
         let seen = frame.names.iter().zip(&frame.along).filter(|(_, a)| a.channel == 0);
@@ -127,7 +125,7 @@ fn judged(mode: &Mode<'_, '_>, courses: &[Course], rest: &[Point]) -> Option<(Pr
     let mut sizes: Vec<f64> = errors.iter().map(|(e, v)| e.abs() / v.sqrt()).collect();
     sizes.sort_by(f64::total_cmp);
     let held = (HELD * (sizes.len() + 1) as f64).ceil() as usize;
-    Some((process, *sizes.get(held.saturating_sub(1)).or(sizes.last())?))
+    Some(Judged(process, *sizes.get(held.saturating_sub(1)).or(sizes.last())?))
 }
 
 /// Makes these points of a frame hidden ones in place of those that it has.

@@ -2,7 +2,8 @@
 //!
 //! The equilibrium of a frame meets its observations up to errors that neighbours along the contour and in time share ([`Errors`]).
 //! Tensions have a level in each speaker and a course about it ([`Link`]). The shape at rest is uncertain ([`ShapePrior`]). First the
-//! most probable tensions on the placed body are found for all frames at once. Then draws of the shape, and of the tensions given the
+//! most probable tensions on the placed body are found, for all frames at once; of long recordings, levels and shape are found from frames
+//! spread over all of them. Then draws of the shape, and of the tensions given the
 //! shape, give the intervals of levels and courses. A course is a tension less its mean over the recording in the same draw, so an error
 //! of the shape that changes all frames equally cancels. Masses and dampers are not used, because the time constants of the thesis (1 s)
 //! are too long for speech.
@@ -44,7 +45,7 @@ pub use listen::{TrackedFormant, listen};
 pub use mode::FEWEST;
 pub use ranged::Ranged;
 pub use repeats::{Repeated, Repeats, repeats};
-pub use run::{RestFound, rest_shape, track};
+pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
 pub use segments::LabelMean;
 pub use settings::TrackSettings;
 pub use shape::{RestShape, ShapePrior};

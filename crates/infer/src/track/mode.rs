@@ -63,6 +63,7 @@ impl Here {
 }
 
 /// A recording during the search.
+#[derive(Clone)]
 pub(super) struct Course {
     pub frames: Arc<Vec<Frame>>,
     pub chain: Chain,
@@ -99,6 +100,8 @@ pub(super) struct Mode<'a, 's> {
     pub shared_precision: DMatrix<f64>,
     /// Whether frames keep their linearisation during the search while they are near it.
     pub keeps: bool,
+    /// Whether the shared unknowns are held where they are.
+    pub holds: bool,
 }
 
 impl<'a, 's> Mode<'a, 's> {
@@ -113,7 +116,16 @@ impl<'a, 's> Mode<'a, 's> {
         let (m, k) = (sizes.muscles, sizes.knots);
         precision.view_mut((m, m), (k, k)).copy_from(&knots.precision(settings.errors.static_mm));
         let shared = DVector::zeros(n);
-        Self { sizes, settings, knots, solver, shared, shared_precision: precision, keeps: true }
+        Self {
+            sizes,
+            settings,
+            knots,
+            solver,
+            shared,
+            shared_precision: precision,
+            keeps: true,
+            holds: false,
+        }
     }
 
     /// A recording at the start of the search.

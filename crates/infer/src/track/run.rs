@@ -1,6 +1,9 @@
 //! All recordings of a speaker: the most probable tensions, rejected observations, draws, and results.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
+use std::slice;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
@@ -14,7 +17,7 @@ use super::descend::descend;
 use super::draws::Sampler;
 use super::eliminate::Eliminated;
 use super::errors::Knots;
-use super::foretell::foretell;
+use super::foretell::{foretell, judged};
 use super::found::{Foretold, Found, Tracked, TrackedRecording, tracked};
 use super::frame::{Frame, Solver};
 use super::listen;
@@ -22,63 +25,129 @@ use super::mode::{CHUNK, Course, FEWEST, Mode};
 use super::segments::Segments;
 use super::settings::TrackSettings;
 use super::shape::RestShape;
-use super::shown::{Shown, sampled, shown};
+use super::shown::{Display, Shown, begin_beside, sampled};
 use super::stage::Stage;
 
 /// A residual larger than this many standard deviations is a fault of the observation.
 const MOST_SD: f64 = 4.0;
 
-/// Finds the tensions in all frames of recordings of one speaker. `progress` is called with the finished part of the whole. `None` where
-/// covariances cannot be factorised, which has not been observed for finite recordings.
+/// Largest number of frames by which what all recordings share is found. More are spread evenly over all recordings; levels, static error
+/// and shape are then held, with the covariance that those frames give them, while every recording is searched for its own states.
+const SHARED_FRAMES: usize = 240;
+
+/// What follows a search: its progress, and what becomes of each recording.
+#[derive(Clone, Copy)]
+pub struct Watch<'a> {
+    /// Called with the finished part of the whole.
+    pub progress: &'a (dyn Fn(usize, usize) + Sync),
+    /// Whether the recording of this number is searched. All of them say what the recordings share.
+    pub is_wanted: &'a (dyn Fn(usize) -> bool + Sync),
+    /// Gets each recording as soon as it is found, with its number.
+    pub take: &'a (dyn Fn(usize, TrackedRecording) + Sync),
+}
+
+impl Watch<'_> {
+    /// All recordings of a search, in their order; `None` where the search has no result.
+    pub fn collect<E>(search: impl FnOnce(&Watch<'_>) -> Result<(), E>) -> Result<Vec<TrackedRecording>, E> {
+        let found: Mutex<BTreeMap<usize, TrackedRecording>> = Mutex::default();
+        let take = |number: usize, one: TrackedRecording| {
+            found.lock().unwrap_or_else(PoisonError::into_inner).insert(number, one);
+        };
+        search(&Watch { progress: &|_, _| (), is_wanted: &|_| true, take: &take })?;
+        Ok(found.into_inner().unwrap_or_else(PoisonError::into_inner).into_values().collect())
+    }
+}
+
+/// Covariances cannot be factorised, which has not been observed for finite recordings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NotFinite;
+
+/// Finds the tensions in all frames of recordings of one speaker.
 pub fn track(
     stage: &Stage<'_>,
     recordings: Vec<Vec<Frame>>,
     settings: &TrackSettings,
-    progress: &(dyn Fn(usize, usize) + Sync),
-) -> Option<Vec<TrackedRecording>> {
-    let passes = settings.rounds + 3;
+    watch: &Watch<'_>,
+) -> Result<(), NotFinite> {
+    let Watch { progress, is_wanted, take } = *watch;
+    let wanted: Vec<usize> = (0..recordings.len()).filter(|number| is_wanted(*number)).collect();
+    let passes = settings.rounds + 2 + wanted.len();
     let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let knots = knots(&recordings, settings);
     let mut mode = Mode::new(stage.sizes(&knots), settings, &knots, &solver);
-    let mut courses: Vec<Course> =
-        recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
-    let (faults, lost) = placed(&mut mode, &mut courses, &|round| progress(round, passes));
-    progress(settings.rounds, passes);
-    let foretold = foretell(&mode, &courses);
-    let shown = stage.shape.map(|shape| shown(stage, shape, &mode, &courses));
-    let (system, found, shared) = match &shown {
-        Some(Shown { body, courses, levels }) => {
-            (body.as_ref().map_or(stage.system, |body| &body.system), courses, levels)
-        }
-        None => (stage.system, &courses, &mode.shared),
+    let courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
+    let frames: usize = courses.iter().map(Course::count).sum();
+    let is_whole = frames <= SHARED_FRAMES;
+    let mut sample = match is_whole {
+        true => courses.clone(),
+        false => mode.thinned(&courses, frames.div_ceil(SHARED_FRAMES)),
     };
-    let shaped = || Solver::new(system, stage.followed, settings.link).with_freed(stage.freed);
-    let again = Mode { solver: &shaped, shared: shared.clone(), ..mode.clone() };
+    let (usual, outliers) = placed(&mut mode, &mut sample, &|round| progress(round, passes));
+    progress(settings.rounds, passes);
+    let process = judged(&mode, &sample);
+    let display = Display::new(stage, settings);
+    let shown = stage.shape.map(|shape| display.shown(shape, &mode, &sample));
     progress(settings.rounds + 1, passes);
     let columns = stage.shape.map_or(0, RestShape::count);
-    let by_shape: Vec<_> = courses.iter().map(|course| by_shape(&mode, course, stage.shape)).collect();
+    let by_shape: Vec<_> = sample.iter().map(|course| by_shape(&mode, course, stage.shape)).collect();
     let of_shape: Vec<_> =
         by_shape.iter().map(|all| |t: usize| all[t].as_ref().map(|b: &ByShape| b.seen.clone())).collect();
     let linear =
-        courses.iter().zip(&of_shape).map(|(c, by_shape)| Eliminated::new(&mode, c, &[], by_shape, columns));
-    let linear = linear.collect::<Option<Vec<_>>>()?;
-    let shared = consider::draws(&mode, &courses, &linear, stage.shape)?;
-    let mut out = Vec::with_capacity(courses.len());
-    for (number, faults) in faults.into_iter().enumerate() {
-        let course = &courses[number];
+        sample.iter().zip(&of_shape).map(|(c, by_shape)| Eliminated::new(&mode, c, &[], by_shape, columns));
+    let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
+    let shared = consider::draws(&mode, &sample, &linear, stage.shape).ok_or(NotFinite)?;
+    drop(linear);
+    let done = AtomicUsize::new(settings.rounds + 2);
+    mode.holds = !is_whole;
+    let one = |&number: &usize| {
+        let mut mode = mode.clone();
+        let mut course = sample[number].clone();
+        let (mut faults, mut lost) = outliers[number].clone();
+        if !is_whole {
+            course = courses[number].clone();
+            begin_beside(&mut course, &sample[number]);
+            descend(&mut mode, slice::from_mut(&mut course), settings.rounds, &|_| ());
+            (faults, lost) = without_outliers(&mode, &mut course, usual);
+            if faults.iter().any(|f| !f.is_empty()) {
+                descend(&mut mode, slice::from_mut(&mut course), settings.rounds, &|_| ());
+            }
+        }
+        let mut of_shape = None;
+        if !is_whole {
+            of_shape = Some(super::by_shape::by_shape(&mode, &course, stage.shape));
+        }
+        let by_shape = of_shape.as_ref().unwrap_or(&by_shape[number]);
+        let seen = |t: usize| by_shape[t].as_ref().map(|b: &ByShape| b.seen.clone());
+        let linear = Eliminated::new(&mode, &course, &[], &seen, columns).ok_or(NotFinite)?;
+        let foretold = foretell(&mode, &course, process.as_ref());
+        let displayed = shown.as_ref().map(|shown| match is_whole {
+            true => shown.courses[number].clone(),
+            false => display.course(shown, mode.sizes, &course, &shown.courses[number]),
+        });
+        let (system, levels) = match &shown {
+            Some(Shown { body, levels, .. }) => {
+                (body.as_ref().map_or(stage.system, |body| &body.system), levels)
+            }
+            None => (stage.system, &mode.shared),
+        };
+        let shaped = || Solver::new(system, stage.followed, settings.link).with_freed(stage.freed);
+        let again = Mode { solver: &shaped, shared: levels.clone(), ..mode.clone() };
+        let heard = listen::rates(&mode, &course, stage.shape);
         let sampler = Sampler {
             mode: &mode,
-            course,
-            linear: &linear[number],
-            by_shape: &by_shape[number],
-            heard: listen::rates(&mode, course, stage.shape),
+            course: &course,
+            linear: &linear,
+            by_shape,
+            heard,
             shared: &shared,
             number,
         };
-        out.push(told(&again, &found[number], &sampler, &foretold[number], (faults, &lost[number])));
-    }
-    progress(passes, passes);
-    Some(out)
+        let found = displayed.as_ref().unwrap_or(&course);
+        take(number, told(&again, found, &sampler, &foretold, (faults, &lost)));
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes);
+        Ok(())
+    };
+    parallel::map(&wanted, one).into_iter().collect()
 }
 
 /// A speaker's shape at rest.
@@ -105,7 +174,7 @@ pub fn rest_shape(
     let courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
     let mut courses = sampled(&mode, &courses);
     placed(&mut mode, &mut courses, &|round| progress(round, settings.rounds));
-    let Shown { body, courses, .. } = shown(stage, shape, &mode, &courses);
+    let Shown { body, courses, .. } = Display::new(stage, settings).shown(shape, &mode, &courses);
     let frames = courses.iter().flat_map(|course| course.frames.iter().zip(&course.here));
     let (mut squares, mut count) = (0.0, 0);
     for (frame, linear) in frames.filter_map(|(frame, here)| Some((frame, here.linear.as_ref()?))) {
@@ -127,66 +196,60 @@ fn knots(recordings: &[Vec<Frame>], settings: &TrackSettings) -> Knots {
     Knots::new(settings.errors, &along)
 }
 
-/// Finds the most probable tensions on the placed body, without observations that are not points of this tongue. Returns the faults of
-/// every frame, and whether the frame is lost.
-#[allow(clippy::type_complexity, reason = "two lists of a frame each")]
-fn placed(
-    mode: &mut Mode<'_, '_>,
-    courses: &mut [Course],
-    progress: &dyn Fn(usize),
-) -> (Vec<Vec<Vec<Fault>>>, Vec<Vec<bool>>) {
+/// Faults that the search found in every frame of a recording, and whether the frame is lost.
+type Outliers = (Vec<Vec<Fault>>, Vec<bool>);
+
+/// Finds the most probable tensions on the placed body, without observations that are not points of this tongue. Returns the usual
+/// residual, in standard deviations, and the outliers of every recording.
+fn placed(mode: &mut Mode<'_, '_>, courses: &mut [Course], progress: &dyn Fn(usize)) -> (f64, Vec<Outliers>) {
     let rounds = mode.settings.rounds;
     descend(mode, courses, rounds, progress);
-    let (faults, lost) = without_outliers(mode, courses);
-    if faults.iter().flatten().any(|f| !f.is_empty()) {
+    let far = courses.iter().flat_map(|c| (0..c.frames.len()).flat_map(|t| far(mode, c, t)));
+    let usual = 1.4826 * upper_median(far).unwrap_or(0.0);
+    let found: Vec<Outliers> = courses.iter_mut().map(|c| without_outliers(mode, c, usual)).collect();
+    if found.iter().flat_map(|(faults, _)| faults).any(|f| !f.is_empty()) {
         descend(mode, courses, rounds, progress);
     }
-    (faults, lost)
+    (usual, found)
 }
 
-/// Removes observations that are much farther from the surface than their error and than all others, because they are not points of this
-/// tongue. Returns the faults of every frame, and whether the frame is lost.
-#[allow(clippy::type_complexity, reason = "two lists of a frame each")]
-fn without_outliers(mode: &Mode<'_, '_>, courses: &mut [Course]) -> (Vec<Vec<Vec<Fault>>>, Vec<Vec<bool>>) {
-    let far = |course: &Course, t: usize| -> Vec<f64> {
-        let Some(residuals) = mode.residuals_mm(course, t, &course.here[t], &mode.shared) else {
-            return Vec::new();
-        };
-        let errors = course.errors[t].as_ref();
-        residuals.iter().enumerate().map(|(i, r)| r.abs() / errors.map_or(1.0, |e| e.sd(i))).collect()
+/// Absolute residuals of a frame, in standard deviations; none without an equilibrium.
+fn far(mode: &Mode<'_, '_>, course: &Course, t: usize) -> Vec<f64> {
+    let Some(residuals) = mode.residuals_mm(course, t, &course.here[t], &mode.shared) else {
+        return Vec::new();
     };
-    let all: Vec<Vec<Vec<f64>>> =
-        courses.iter().map(|c| (0..c.frames.len()).map(|t| far(c, t)).collect()).collect();
-    let usual = 1.4826 * upper_median(all.iter().flatten().flatten().copied()).unwrap_or(0.0);
-    let (mut faults, mut lost) = (Vec::new(), Vec::new());
-    for (course, far) in courses.iter_mut().zip(&all) {
-        let (mut of_frames, mut lost_frames) = (Vec::new(), Vec::new());
-        for (t, frame) in Arc::make_mut(&mut course.frames).iter_mut().enumerate() {
-            let mut lost = frame.observations.len() >= FEWEST && course.here[t].linear.is_none();
-            let mut faults = Vec::new();
-            let wrong = |i: &usize| far[t].get(*i).is_some_and(|f| *f > MOST_SD * usual.max(1.0));
-            let mut points: Vec<String> =
-                (0..frame.names.len()).filter(wrong).map(|i| frame.names[i].clone()).collect();
-            points.dedup();
-            if !points.is_empty() {
-                let all = points.len() * 3 > frame.names.len();
-                let kept: Vec<usize> =
-                    (0..frame.names.len()).filter(|&i| !all && !points.contains(&frame.names[i])).collect();
-                frame.observations = kept.iter().map(|&i| frame.observations[i].clone()).collect();
-                frame.along = kept.iter().map(|&i| frame.along[i]).collect();
-                frame.names = kept.iter().map(|&i| frame.names[i].clone()).collect();
-                course.here[t].linear = None;
-                faults.push(Fault { kind: FaultKind::FarFromFit, points });
-                lost |= all;
-            }
-            of_frames.push(faults);
-            lost_frames.push(lost);
+    let errors = course.errors[t].as_ref();
+    residuals.iter().enumerate().map(|(i, r)| r.abs() / errors.map_or(1.0, |e| e.sd(i))).collect()
+}
+
+/// Removes observations of a recording that are much farther from the surface than their error and than is `usual`, because they are not
+/// points of this tongue.
+fn without_outliers(mode: &Mode<'_, '_>, course: &mut Course, usual: f64) -> Outliers {
+    let all: Vec<Vec<f64>> = (0..course.frames.len()).map(|t| far(mode, course, t)).collect();
+    let (mut of_frames, mut lost_frames) = (Vec::new(), Vec::new());
+    for ((t, frame), far) in Arc::make_mut(&mut course.frames).iter_mut().enumerate().zip(&all) {
+        let mut lost = frame.observations.len() >= FEWEST && course.here[t].linear.is_none();
+        let mut faults = Vec::new();
+        let wrong = |i: &usize| far.get(*i).is_some_and(|f| *f > MOST_SD * usual.max(1.0));
+        let mut points: Vec<String> =
+            (0..frame.names.len()).filter(wrong).map(|i| frame.names[i].clone()).collect();
+        points.dedup();
+        if !points.is_empty() {
+            let all = points.len() * 3 > frame.names.len();
+            let kept: Vec<usize> =
+                (0..frame.names.len()).filter(|&i| !all && !points.contains(&frame.names[i])).collect();
+            frame.observations = kept.iter().map(|&i| frame.observations[i].clone()).collect();
+            frame.along = kept.iter().map(|&i| frame.along[i]).collect();
+            frame.names = kept.iter().map(|&i| frame.names[i].clone()).collect();
+            course.here[t].linear = None;
+            faults.push(Fault { kind: FaultKind::FarFromFit, points });
+            lost |= all;
         }
-        mode.take_errors(course);
-        faults.push(of_frames);
-        lost.push(lost_frames);
+        of_frames.push(faults);
+        lost_frames.push(lost);
     }
-    (faults, lost)
+    mode.take_errors(course);
+    (of_frames, lost_frames)
 }
 
 /// Results for every frame of a recording, on the body with the most probable shape; the draws are those of the placed body.

@@ -1,5 +1,6 @@
 //! The displayed body: the speaker's most probable shape at rest, with the frames on it.
 
+use std::slice;
 use std::sync::Arc;
 
 use nalgebra::DVector;
@@ -29,7 +30,7 @@ const MOST_DAMPING: f64 = 100.0;
 const LESS: f64 = 0.4;
 const MORE: f64 = 4.0;
 
-/// The displayed body and the frames on it.
+/// The displayed body and the frames on it by which it was found.
 pub(super) struct Shown {
     /// `None` for the placed body.
     pub body: Option<RestShape>,
@@ -37,92 +38,121 @@ pub(super) struct Shown {
     pub levels: DVector<f64>,
 }
 
-/// The displayed body, which has the most probable shape for frames evenly spaced over the recordings: the Gauss-Newton method for shape
-/// and tensions together, with damping (Levenberg 1944). The linearisation holds only near a shape, so the frames are solved again on each
-/// body, and a step that increases the total cost is tried again with more damping.
+/// The search on bodies that have the speaker's shape.
 ///
 /// The static and the slow error are left out here, because they describe a body whose shape is not the speaker's. The prior limits the
 /// static error only once for all frames, so with many frames the search would change the static error instead of the shape.
-///
-/// Where the shape is kept ([`RestShape::as_found`], or a body placed by coils), the frames are found on the body itself.
-pub(super) fn shown(stage: &Stage<'_>, shape: &RestShape, mode: &Mode<'_, '_>, courses: &[Course]) -> Shown {
-    let link = mode.settings.link;
-    let errors = Errors { slow_mm: 0.0, static_mm: 0.0, ..mode.settings.errors };
-    let settings = TrackSettings { errors, ..mode.settings.clone() };
-    let (knots, sizes) = (Knots::new(errors, &[]), Sizes { knots: 0, ..mode.sizes });
-    let solver = || Solver::new(stage.system, stage.followed, link).with_freed(stage.freed);
-    let mut at = Mode::new(sizes, &settings, &knots, &solver);
-    at.shared.copy_from(&mode.shared.rows(0, sizes.muscles));
-    // Costs of two bodies differ by less than what a linearisation nearby leaves out.
-    at.keeps = false;
-    let plain = |course: &Course| {
+pub(super) struct Display<'a> {
+    stage: &'a Stage<'a>,
+    settings: TrackSettings,
+    knots: Knots,
+}
+
+impl<'a> Display<'a> {
+    pub fn new(stage: &'a Stage<'a>, settings: &TrackSettings) -> Self {
+        let errors = Errors { slow_mm: 0.0, static_mm: 0.0, ..settings.errors };
+        let knots = Knots::new(errors, &[]);
+        Self { stage, settings: TrackSettings { errors, ..settings.clone() }, knots }
+    }
+
+    /// A recording without slow errors, at the states that it has on the placed body.
+    fn plain(at: &Mode<'_, '_>, course: &Course) -> Course {
         let mut out = at.course(Arc::clone(&course.frames));
         for (here, before) in out.here.iter_mut().zip(&course.here) {
-            here.z.copy_from(&before.z.rows(0, sizes.state()));
+            here.z.copy_from(&before.z.rows(0, at.sizes.state()));
             here.positions.clone_from(&before.positions);
         }
         out
-    };
-    let mut courses: Vec<Course> = courses.iter().map(plain).collect();
-    let trust = mode.settings.trust;
-    let mut sample = sampled(&at, &courses);
-    let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
-    let mut amounts = DVector::zeros(shape.count());
-    let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
-    // The derivatives by the shape, until a step is taken.
-    let mut known: Option<Vec<_>> = None;
-    let steps = if shape.is_kept() { 0 } else { SHAPES };
-    for _ in 0..steps {
-        if damping > MOST_DAMPING {
-            break;
-        }
-        let here = out.as_ref().unwrap_or(shape);
-        let system = out.as_ref().map_or(stage.system, |s| &s.system);
-        let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
-        let from = Mode { solver: &solver, ..at.clone() };
-        let damped: Vec<Vec<f64>> = sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
-        let of = |course: &Course| by_shape(&from, course, Some(here));
-        let rates = known.take().unwrap_or_else(|| sample.iter().map(of).collect());
-        let of_shape = ShapeStep { shape: here, rates: &rates, weight: 1.0 / trust, damping };
-        let Some((step, steps)) = stepped(&from, &sample, &damped, Some(of_shape)) else { break };
-        let n = at.shared.len();
-        let there = shape.stepped(&amounts, &step.rows(n, step.len() - n).into_owned());
-        let Some(body) = shape.moved(&there) else {
-            (damping, known) = (damping * MORE, Some(rates));
-            continue;
-        };
-        let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
-        let mut again = Mode { solver: &solver, ..at.clone() };
-        let before: Vec<Vec<Here>> = sample.iter().map(|c| c.here.clone()).collect();
-        carry(&mut sample, system.rest(), body.system.rest());
-        follow(&again, &mut sample, &(&at.shared + step.rows(0, n)), &steps);
-        again.shared += step.rows(0, n);
-        let cost = descend(&mut again, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust + shape.price(&there);
-        if cost < least {
-            let is_done = least - cost < SHAPE_WON * cost;
-            at.shared.copy_from(&again.shared);
-            damping *= LESS;
-            if is_done {
-                out = Some(body);
+    }
+
+    /// A recording on the displayed body at its levels, from the states of the frames by which that body was found.
+    pub fn course(&self, shown: &Shown, sizes: Sizes, course: &Course, sample: &Course) -> Course {
+        let Self { stage, settings, knots } = self;
+        let system = shown.body.as_ref().map_or(stage.system, |body| &body.system);
+        let solver = || Solver::new(system, stage.followed, settings.link).with_freed(stage.freed);
+        let at = Mode::new(Sizes { knots: 0, ..sizes }, settings, knots, &solver);
+        let mut at = Mode { shared: shown.levels.clone(), holds: true, ..at };
+        let mut out = Self::plain(&at, course);
+        carry(slice::from_mut(&mut out), stage.system.rest(), system.rest());
+        begin_beside(&mut out, sample);
+        descend(&mut at, slice::from_mut(&mut out), settings.rounds, &|_| ());
+        out
+    }
+
+    /// The displayed body, which has the most probable shape for frames evenly spaced over the recordings: the Gauss-Newton method for
+    /// shape and tensions together, with damping (Levenberg 1944). The linearisation holds only near a shape, so the frames are solved
+    /// again on each body, and a step that increases the total cost is tried again with more damping.
+    ///
+    /// Where the shape is kept ([`RestShape::as_found`], or a body placed by coils), the frames are found on the body itself.
+    pub fn shown(&self, shape: &RestShape, mode: &Mode<'_, '_>, courses: &[Course]) -> Shown {
+        let Self { stage, settings, knots } = self;
+        let (link, sizes) = (settings.link, Sizes { knots: 0, ..mode.sizes });
+        let solver = || Solver::new(stage.system, stage.followed, link).with_freed(stage.freed);
+        let mut at = Mode::new(sizes, settings, knots, &solver);
+        at.shared.copy_from(&mode.shared.rows(0, sizes.muscles));
+        // Costs of two bodies differ by less than what a linearisation nearby leaves out.
+        at.keeps = false;
+        let mut courses: Vec<Course> = courses.iter().map(|course| Self::plain(&at, course)).collect();
+        let trust = mode.settings.trust;
+        let mut sample = sampled(&at, &courses);
+        let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
+        let mut amounts = DVector::zeros(shape.count());
+        let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
+        // The derivatives by the shape, until a step is taken.
+        let mut known: Option<Vec<_>> = None;
+        let steps = if shape.is_kept() { 0 } else { SHAPES };
+        for _ in 0..steps {
+            if damping > MOST_DAMPING {
                 break;
             }
-            out = Some(body.expanded(&there));
-            (amounts, least) = (there, cost);
-        } else {
-            sample.iter_mut().zip(before).for_each(|(course, here)| course.here = here);
-            (damping, known) = (damping * MORE, Some(rates));
+            let here = out.as_ref().unwrap_or(shape);
+            let system = out.as_ref().map_or(stage.system, |s| &s.system);
+            let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
+            let from = Mode { solver: &solver, ..at.clone() };
+            let damped: Vec<Vec<f64>> = sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
+            let of = |course: &Course| by_shape(&from, course, Some(here));
+            let rates = known.take().unwrap_or_else(|| sample.iter().map(of).collect());
+            let of_shape = ShapeStep { shape: here, rates: &rates, weight: 1.0 / trust, damping };
+            let Some((step, steps)) = stepped(&from, &sample, &damped, Some(of_shape)) else { break };
+            let n = at.shared.len();
+            let there = shape.stepped(&amounts, &step.rows(n, step.len() - n).into_owned());
+            let Some(body) = shape.moved(&there) else {
+                (damping, known) = (damping * MORE, Some(rates));
+                continue;
+            };
+            let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
+            let mut again = Mode { solver: &solver, ..at.clone() };
+            let before: Vec<Vec<Here>> = sample.iter().map(|c| c.here.clone()).collect();
+            carry(&mut sample, system.rest(), body.system.rest());
+            follow(&again, &mut sample, &(&at.shared + step.rows(0, n)), &steps);
+            again.shared += step.rows(0, n);
+            let cost = descend(&mut again, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust + shape.price(&there);
+            if cost < least {
+                let is_done = least - cost < SHAPE_WON * cost;
+                at.shared.copy_from(&again.shared);
+                damping *= LESS;
+                if is_done {
+                    out = Some(body);
+                    break;
+                }
+                out = Some(body.expanded(&there));
+                (amounts, least) = (there, cost);
+            } else {
+                sample.iter_mut().zip(before).for_each(|(course, here)| course.here = here);
+                (damping, known) = (damping * MORE, Some(rates));
+            }
         }
+        let system = out.as_ref().map_or(stage.system, |body| &body.system);
+        let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
+        let mut last = Mode { solver: &solver, keeps: true, ..at.clone() };
+        carry(&mut courses, stage.system.rest(), system.rest());
+        for (course, sample) in courses.iter_mut().zip(&sample) {
+            begin_beside(course, sample);
+        }
+        descend(&mut last, &mut courses, mode.settings.rounds, &|_| ());
+        let levels = last.shared;
+        Shown { body: out, courses, levels }
     }
-    let system = out.as_ref().map_or(stage.system, |body| &body.system);
-    let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
-    let mut last = Mode { solver: &solver, keeps: true, ..at.clone() };
-    carry(&mut courses, stage.system.rest(), system.rest());
-    for (course, sample) in courses.iter_mut().zip(&sample) {
-        begin_beside(course, sample);
-    }
-    descend(&mut last, &mut courses, mode.settings.rounds, &|_| ());
-    let levels = last.shared;
-    Shown { body: out, courses, levels }
 }
 
 /// Frames evenly spread over recordings, by which the displayed shape is found.
@@ -132,7 +162,7 @@ pub(super) fn sampled(mode: &Mode<'_, '_>, courses: &[Course]) -> Vec<Course> {
 }
 
 /// Sets the state of every frame to that of the frame of a sample that is nearest in time.
-fn begin_beside(course: &mut Course, sample: &Course) {
+pub(super) fn begin_beside(course: &mut Course, sample: &Course) {
     let found: Vec<(f64, &Here)> = sample.frames.iter().map(|f| f.time_s).zip(&sample.here).collect();
     for (frame, here) in course.frames.iter().zip(&mut course.here) {
         let apart = |(time_s, _): &(f64, &Here)| (time_s - frame.time_s).abs();
