@@ -13,8 +13,8 @@ use tongue_fit::parallel;
 use tongue_fit::run::TrackRun;
 use tongue_fit::system::Model;
 use tongue_infer::track::{
-    Errors, FrameStatus, Ranged, RestShape, Stage, TrackSettings, Tracked, frames, is_untrusted, listen,
-    track,
+    Errors, FrameStatus, Ranged, RestShape, Stage, TrackSettings, Tracked, Watch, frames, is_untrusted,
+    listen, track,
 };
 
 use crate::synthetic::{Kind, Speaker};
@@ -60,7 +60,7 @@ fn tracked_with(
     let followed = &followed(&speaker.body, &seen.bones);
     let ready = vec![frames(seen, &speaker.surface, followed, &[])];
     let stage = Stage { system: &speaker.system, followed, freed, shape };
-    track(&stage, ready, settings, &|_, _| {}).unwrap().pop().unwrap().frames
+    Watch::collect(|watch| track(&stage, ready, settings, watch)).unwrap().pop().unwrap().frames
 }
 
 #[test]
@@ -135,7 +135,8 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     listen(&mut ready, &airway, followed, &Articulation::default(), 2);
     let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
     let stage = Stage { system: &speaker.system, followed, freed: &[], shape: None };
-    let found = track(&stage, vec![ready], &settings, &|_, _| {}).unwrap().pop().unwrap().frames;
+    let found =
+        Watch::collect(|watch| track(&stage, vec![ready], &settings, watch)).unwrap().pop().unwrap().frames;
     let mut squares = [Vec::new(), Vec::new()];
     for frame in &found {
         let shape = speaker.shape(&course(frame.time_s), Point::zeros()).unwrap();

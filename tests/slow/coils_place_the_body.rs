@@ -9,7 +9,9 @@ use tongue_fit::parallel;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::{Placement, RestError};
-use tongue_infer::track::{RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames, track};
+use tongue_infer::track::{
+    RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, Watch, frames, track,
+};
 
 use crate::cases;
 use crate::speakers::{Recorded, Seeing, recorded};
@@ -118,7 +120,7 @@ fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let ready = seated.map(|s| frames(&s, &surface, &made.followed, &[])).collect();
     let stage = Stage { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { branch: false, ..TrackSettings::new(20.0, 0.1) };
-    track(&stage, ready, &settings, &|_, _| {}).unwrap()
+    Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap()
 }
 
 #[test]

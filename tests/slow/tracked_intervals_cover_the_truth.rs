@@ -15,7 +15,7 @@ use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::{RestError, Sight};
 use tongue_infer::inverse::BONE_SD_M;
 use tongue_infer::track::{
-    Errors, Link, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, frames, track,
+    Errors, Link, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, Watch, frames, track,
 };
 
 use crate::cases;
@@ -80,7 +80,8 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, recordings: usize) -> Co
         let settings = TrackSettings { seed: *seed, ..settings.clone() };
         let ready = vec![frames(&seen, &speaker.surface, &bones, &[])];
         let stage = Stage { system: &speaker.system, followed: &bones, freed, shape: None };
-        let found = track(&stage, ready, &settings, &|_, _| {}).unwrap().pop().unwrap().frames;
+        let found =
+            Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap().pop().unwrap().frames;
         let mut counts = Counts::default();
         for (frame, truth) in found.iter().zip(&truth) {
             counts.all += truth.len();
@@ -130,8 +131,8 @@ fn intervals_of_contours_and_sensors_on_a_known_body_hold_the_truth() {
 }
 
 /// Tracks a speaker on the built-in tongue, as `tongue-fit track` does; `None` where a bone more than 10 mm from where a tongue with this
-/// contour has it refuses the recording.
-fn tracked(speaker: &Recorded) -> Option<Vec<TrackedRecording>> {
+/// contour has it refuses the recording. Levels and shape are found from up to `shared_frames` of the 60 frames.
+fn tracked(speaker: &Recorded, shared_frames: usize) -> Option<Vec<TrackedRecording>> {
     let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
     let contracting: Vec<usize> = (0..8).collect();
@@ -149,8 +150,8 @@ fn tracked(speaker: &Recorded) -> Option<Vec<TrackedRecording>> {
     let surface = TongueSurface::of(&placed.body).unwrap();
     let ready = seen.iter().map(|s| frames(s, &surface, &placed.followed, &[])).collect();
     let stage = Stage { system: &system, followed: &placed.followed, freed: &[], shape: Some(&shape) };
-    let settings = TrackSettings { branch: false, ..TrackSettings::new(20.0, 0.1) };
-    Some(track(&stage, ready, &settings, &|_, _| {}).unwrap())
+    let settings = TrackSettings { branch: false, shared_frames, ..TrackSettings::new(20.0, 0.1) };
+    Some(Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap())
 }
 
 /// What became of the intervals of speakers with other bodies.
@@ -220,12 +221,21 @@ impl Held {
 }
 
 #[test]
-#[allow(clippy::print_stdout, reason = "for --nocapture")]
 fn intervals_of_speakers_with_other_bodies_hold_the_truth() {
+    other_bodies_are_held(TrackSettings::new(20.0, 0.1).shared_frames);
+}
+
+#[test]
+fn intervals_hold_the_truth_where_levels_and_shape_are_found_from_a_part_of_the_frames() {
+    other_bodies_are_held(15);
+}
+
+#[allow(clippy::print_stdout, reason = "for --nocapture")]
+fn other_bodies_are_held(shared_frames: usize) {
     let seeds: Vec<u64> = (0..cases(20) as u64).collect();
     let all = parallel::map(&seeds, |seed| {
         let (speaker, mut held) = (recorded(*seed, Seeing::Contour), Held::default());
-        let found = tracked(&speaker);
+        let found = tracked(&speaker, shared_frames);
         let placed = found.is_some();
         held.add(&speaker, found.unwrap_or_default());
         (speaker.what, held, placed)

@@ -31,10 +31,6 @@ use super::stage::Stage;
 /// A residual larger than this many standard deviations is a fault of the observation.
 const MOST_SD: f64 = 4.0;
 
-/// Largest number of frames by which what all recordings share is found. More are spread evenly over all recordings; levels, static error
-/// and shape are then held, with the covariance that those frames give them, while every recording is searched for its own states.
-const SHARED_FRAMES: usize = 240;
-
 /// What follows a search: its progress, and what becomes of each recording.
 #[derive(Clone, Copy)]
 pub struct Watch<'a> {
@@ -77,10 +73,10 @@ pub fn track(
     let mut mode = Mode::new(stage.sizes(&knots), settings, &knots, &solver);
     let courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
     let frames: usize = courses.iter().map(Course::count).sum();
-    let is_whole = frames <= SHARED_FRAMES;
+    let is_whole = frames <= settings.shared_frames;
     let mut sample = match is_whole {
         true => courses.clone(),
-        false => mode.thinned(&courses, frames.div_ceil(SHARED_FRAMES)),
+        false => mode.thinned(&courses, frames.div_ceil(settings.shared_frames.max(1))),
     };
     let (usual, outliers) = placed(&mut mode, &mut sample, &|round| progress(round, passes));
     progress(settings.rounds, passes);

@@ -21,6 +21,9 @@ pub struct TrackSettings {
     pub shapes: usize,
     /// Whether every frame is checked to lie on the branch of equilibria that begins at rest.
     pub branch: bool,
+    /// Largest number of frames by which what all recordings share is found. More are spread evenly over all recordings; levels, static
+    /// error and shape are then held, with the covariance that those frames give them, while each recording is searched for its states.
+    pub shared_frames: usize,
     /// Largest number of rounds of the search for the most probable tensions.
     pub rounds: usize,
 }
@@ -46,6 +49,7 @@ impl TrackSettings {
             upper_n: BOUND * scale_n,
             shapes: usize::MAX,
             branch: true,
+            shared_frames: 240,
             rounds: 40,
         }
     }
