@@ -94,10 +94,10 @@ pub fn resumed(
         }
         found[nth] = entry.result.ok();
     };
-    if wanted.contains(&true) {
-        search(&Watch { progress: &progress, is_wanted: &|nth| wanted[nth], take: &take })?;
-    }
+    let watch = Watch { progress: &progress, is_wanted: &|nth| wanted[nth], take: &take };
+    let searched = if wanted.contains(&true) { search(&watch) } else { Ok(()) };
     bar.finish_and_clear();
+    searched?;
     let (journal, found, written) = state.into_inner().unwrap_or_else(PoisonError::into_inner);
     written.into_diagnostic()?;
     Ok((journal, found.into_iter().flatten().collect()))
