@@ -183,7 +183,8 @@ impl TrackRun<'_> {
         let system = System::with(&body.mesh, model, &self.basis.contracting, additions)?;
         let surface =
             TongueSurface::of(body).ok_or_else(|| TrackError::NoOutline { what: body.what.clone() })?;
-        for sitting in sittings(seen) {
+        let is_open = |sitting: &Vec<usize>| sitting.iter().any(|&number| (watch.is_wanted)(number));
+        for sitting in sittings(seen).into_iter().filter(is_open) {
             let freed = sitting.first().map(|&nth| self.freed(seen[nth])).into_iter().flatten();
             let freed = freed.map(|name| FreedBone::of(body, model, &self.basis.contracting, name));
             let freed = freed.collect::<Result<Vec<_>, _>>()?;
@@ -198,10 +199,8 @@ impl TrackRun<'_> {
                 take: &|number, found| (watch.take)(sitting[number], found),
                 ..*watch
             };
-            if (0..sitting.len()).any(watch.is_wanted) {
-                track::track(&stage, frames, &self.basis.settings, &watch)
-                    .map_err(|NotFinite| TrackError::NotFinite)?;
-            }
+            track::track(&stage, frames, &self.basis.settings, &watch)
+                .map_err(|NotFinite| TrackError::NotFinite)?;
         }
         Ok(())
     }

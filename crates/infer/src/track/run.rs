@@ -43,7 +43,7 @@ pub struct Watch<'a> {
 }
 
 impl Watch<'_> {
-    /// All recordings of a search, in their order; `None` where the search has no result.
+    /// All recordings that a search finds, in their order.
     pub fn collect<E>(search: impl FnOnce(&Watch<'_>) -> Result<(), E>) -> Result<Vec<TrackedRecording>, E> {
         let found: Mutex<BTreeMap<usize, TrackedRecording>> = Mutex::default();
         let take = |number: usize, one: TrackedRecording| {
@@ -78,16 +78,16 @@ pub fn track(
         true => courses.clone(),
         false => mode.thinned(&courses, frames.div_ceil(settings.shared_frames.max(1))),
     };
-    let (usual, outliers) = placed(&mut mode, &mut sample, &|round| progress(round, passes));
+    let (usual, outliers) = placed(&mut mode, &mut sample, None, &|round| progress(round, passes));
     progress(settings.rounds, passes);
     let process = judged(&mode, &sample);
     let display = Display::new(stage, settings);
     let shown = stage.shape.map(|shape| display.shown(shape, &mode, &sample));
     progress(settings.rounds + 1, passes);
     let columns = stage.shape.map_or(0, RestShape::count);
-    let by_shape: Vec<_> = sample.iter().map(|course| by_shape(&mode, course, stage.shape)).collect();
+    let of_sample: Vec<_> = sample.iter().map(|course| by_shape(&mode, course, stage.shape)).collect();
     let of_shape: Vec<_> =
-        by_shape.iter().map(|all| |t: usize| all[t].as_ref().map(|b: &ByShape| b.seen.clone())).collect();
+        of_sample.iter().map(|all| |t: usize| all[t].as_ref().map(|b: &ByShape| b.seen.clone())).collect();
     let linear =
         sample.iter().zip(&of_shape).map(|(c, by_shape)| Eliminated::new(&mode, c, &[], by_shape, columns));
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
@@ -102,17 +102,11 @@ pub fn track(
         if !is_whole {
             course = courses[number].clone();
             begin_beside(&mut course, &sample[number]);
-            descend(&mut mode, slice::from_mut(&mut course), settings.rounds, &|_| ());
-            (faults, lost) = without_outliers(&mode, &mut course, usual);
-            if faults.iter().any(|f| !f.is_empty()) {
-                descend(&mut mode, slice::from_mut(&mut course), settings.rounds, &|_| ());
-            }
+            let (_, own) = placed(&mut mode, slice::from_mut(&mut course), Some(usual), &|_| ());
+            (faults, lost) = own.into_iter().next().unwrap_or_default();
         }
-        let mut of_shape = None;
-        if !is_whole {
-            of_shape = Some(super::by_shape::by_shape(&mode, &course, stage.shape));
-        }
-        let by_shape = of_shape.as_ref().unwrap_or(&by_shape[number]);
+        let own = (!is_whole).then(|| by_shape(&mode, &course, stage.shape));
+        let by_shape = own.as_ref().unwrap_or(&of_sample[number]);
         let seen = |t: usize| by_shape[t].as_ref().map(|b: &ByShape| b.seen.clone());
         let linear = Eliminated::new(&mode, &course, &[], &seen, columns).ok_or(NotFinite)?;
         let foretold = foretell(&mode, &course, process.as_ref());
@@ -169,7 +163,7 @@ pub fn rest_shape(
     let mut mode = Mode::new(stage.sizes(&knots), settings, &knots, &solver);
     let courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
     let mut courses = sampled(&mode, &courses);
-    placed(&mut mode, &mut courses, &|round| progress(round, settings.rounds));
+    placed(&mut mode, &mut courses, None, &|round| progress(round, settings.rounds));
     let Shown { body, courses, .. } = Display::new(stage, settings).shown(shape, &mode, &courses);
     let frames = courses.iter().flat_map(|course| course.frames.iter().zip(&course.here));
     let (mut squares, mut count) = (0.0, 0);
@@ -196,12 +190,19 @@ fn knots(recordings: &[Vec<Frame>], settings: &TrackSettings) -> Knots {
 type Outliers = (Vec<Vec<Fault>>, Vec<bool>);
 
 /// Finds the most probable tensions on the placed body, without observations that are not points of this tongue. Returns the usual
-/// residual, in standard deviations, and the outliers of every recording.
-fn placed(mode: &mut Mode<'_, '_>, courses: &mut [Course], progress: &dyn Fn(usize)) -> (f64, Vec<Outliers>) {
+/// residual, in standard deviations, which is that of these recordings unless it is given, and the outliers of every recording.
+fn placed(
+    mode: &mut Mode<'_, '_>,
+    courses: &mut [Course],
+    usual: Option<f64>,
+    progress: &dyn Fn(usize),
+) -> (f64, Vec<Outliers>) {
     let rounds = mode.settings.rounds;
     descend(mode, courses, rounds, progress);
-    let far = courses.iter().flat_map(|c| (0..c.frames.len()).flat_map(|t| far(mode, c, t)));
-    let usual = 1.4826 * upper_median(far).unwrap_or(0.0);
+    let usual = usual.unwrap_or_else(|| {
+        let far = courses.iter().flat_map(|c| (0..c.frames.len()).flat_map(|t| far(mode, c, t)));
+        1.4826 * upper_median(far).unwrap_or(0.0)
+    });
     let found: Vec<Outliers> = courses.iter_mut().map(|c| without_outliers(mode, c, usual)).collect();
     if found.iter().flat_map(|(faults, _)| faults).any(|f| !f.is_empty()) {
         descend(mode, courses, rounds, progress);

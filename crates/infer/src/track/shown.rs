@@ -67,16 +67,30 @@ impl<'a> Display<'a> {
 
     /// A recording on the displayed body at its levels, from the states of the frames by which that body was found.
     pub fn course(&self, shown: &Shown, sizes: Sizes, course: &Course, sample: &Course) -> Course {
+        let (mut out, body) = (course.clone(), shown.body.as_ref());
+        self.on(body, (sizes, &shown.levels, true), slice::from_mut(&mut out), slice::from_ref(sample));
+        out
+    }
+
+    /// Finds recordings on a body, the placed one where there is none, from the states of a sample of their frames. Returns the levels,
+    /// which are held or found too.
+    fn on(
+        &self,
+        body: Option<&RestShape>,
+        (sizes, levels, holds): (Sizes, &DVector<f64>, bool),
+        courses: &mut [Course],
+        samples: &[Course],
+    ) -> DVector<f64> {
         let Self { stage, settings, knots } = self;
-        let system = shown.body.as_ref().map_or(stage.system, |body| &body.system);
+        let system = body.map_or(stage.system, |body| &body.system);
         let solver = || Solver::new(system, stage.followed, settings.link).with_freed(stage.freed);
         let at = Mode::new(Sizes { knots: 0, ..sizes }, settings, knots, &solver);
-        let mut at = Mode { shared: shown.levels.clone(), holds: true, ..at };
-        let mut out = Self::plain(&at, course);
-        carry(slice::from_mut(&mut out), stage.system.rest(), system.rest());
-        begin_beside(&mut out, sample);
-        descend(&mut at, slice::from_mut(&mut out), settings.rounds, &|_| ());
-        out
+        let mut at = Mode { shared: levels.clone(), holds, ..at };
+        courses.iter_mut().for_each(|course| *course = Self::plain(&at, course));
+        carry(courses, stage.system.rest(), system.rest());
+        courses.iter_mut().zip(samples).for_each(|(course, sample)| begin_beside(course, sample));
+        descend(&mut at, courses, settings.rounds, &|_| ());
+        at.shared
     }
 
     /// The displayed body, which has the most probable shape for frames evenly spaced over the recordings: the Gauss-Newton method for
@@ -92,9 +106,9 @@ impl<'a> Display<'a> {
         at.shared.copy_from(&mode.shared.rows(0, sizes.muscles));
         // Costs of two bodies differ by less than what a linearisation nearby leaves out.
         at.keeps = false;
-        let mut courses: Vec<Course> = courses.iter().map(|course| Self::plain(&at, course)).collect();
+        let plain: Vec<Course> = courses.iter().map(|course| Self::plain(&at, course)).collect();
         let trust = mode.settings.trust;
-        let mut sample = sampled(&at, &courses);
+        let mut sample = sampled(&at, &plain);
         let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
         let mut amounts = DVector::zeros(shape.count());
         let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
@@ -142,15 +156,8 @@ impl<'a> Display<'a> {
                 (damping, known) = (damping * MORE, Some(rates));
             }
         }
-        let system = out.as_ref().map_or(stage.system, |body| &body.system);
-        let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
-        let mut last = Mode { solver: &solver, keeps: true, ..at.clone() };
-        carry(&mut courses, stage.system.rest(), system.rest());
-        for (course, sample) in courses.iter_mut().zip(&sample) {
-            begin_beside(course, sample);
-        }
-        descend(&mut last, &mut courses, mode.settings.rounds, &|_| ());
-        let levels = last.shared;
+        let mut courses = courses.to_vec();
+        let levels = self.on(out.as_ref(), (sizes, &at.shared, false), &mut courses, &sample);
         Shown { body: out, courses, levels }
     }
 }
