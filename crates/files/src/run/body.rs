@@ -6,7 +6,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tongue_core::body::{Anatomy, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M};
 use tongue_core::system::TissueModel;
-use tongue_input::bodies::gmsh::Concern;
 use tongue_input::bodies::{BodyFileError, MeshContent, Unit};
 
 const CONTINUUM_SPACING_M: f64 = 4e-3;
@@ -86,7 +85,7 @@ impl PlaneBody {
     /// # Errors
     /// For a text that is no anatomy, a file that contains no body of the plane, a spacing out of range, and
     /// a body that cannot be made a continuum.
-    pub fn make(&self, tell: &mut dyn FnMut(Concern)) -> Result<Body<2>, BodyFileError> {
+    pub fn make(&self, tell: &mut dyn FnMut(String)) -> Result<Body<2>, BodyFileError> {
         let settings = ContinuumSettings::default();
         let spacing_m = self.spacing_m();
         let continuum = self.kind == Kind::Continuum;
@@ -101,7 +100,7 @@ impl PlaneBody {
                 } else {
                     body
                 };
-                body.map_err(|error| BodyFileError::Made { origin: origin.clone(), error })
+                body.map_err(|error| BodyFileError::Malformed(format!("{origin}: {error}")))
             }
             BodySource::Mesh { content, origin } => {
                 let body = content.body(origin, tell)?.flat()?;

@@ -75,8 +75,6 @@ pub enum SceneError {
     #[error(transparent)]
     Vowel(#[from] measured::lengths::BadLabel),
     #[error(transparent)]
-    Kind(#[from] measured::UnknownTargetKind),
-    #[error(transparent)]
     Fit(#[from] FitError),
     #[error(transparent)]
     Motion(#[from] MotionError),

@@ -139,7 +139,7 @@ impl Landmarks {
     }
 
     fn from_markups(bytes: &[u8], origin: &str) -> Result<Self, RecordingError> {
-        let wrong = |problem: String| RecordingError::Markups { origin: origin.to_owned(), problem };
+        let wrong = |problem: String| RecordingError::Refused(format!("{origin}: {problem}"));
         let file: Markups = serde_json::from_slice(bytes).map_err(|e| {
             let e = tongue_core::toml_text::plain(&e.to_string());
             wrong(format!("not as 3D Slicer writes markups: {e}; save the node as .mrk.json"))

@@ -5,7 +5,6 @@ pub mod artisynth;
 pub mod gmsh;
 pub mod json;
 
-use std::fmt;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -19,30 +18,9 @@ pub use gmsh::Unit;
 pub enum BodyFileError {
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// No body can be made of the anatomy in this file.
-    #[error("{origin}: {error}")]
-    Made { origin: String, error: BodyError },
-    /// A file of Gmsh or ArtiSynth is missing or invalid.
-    #[error("{origin}{place}: {problem}")]
-    Malformed { origin: String, place: FilePlace, problem: String },
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FilePlace {
-    Whole,
-    Line(usize),
-    /// A byte of a binary file, from 0.
-    Byte(usize),
-}
-
-impl fmt::Display for FilePlace {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Whole => Ok(()),
-            Self::Line(line) => write!(f, ":{line}"),
-            Self::Byte(byte) => write!(f, " (byte {byte})"),
-        }
-    }
+    /// A file is missing or contains no body: the file, the place in it, what is wrong and what to do.
+    #[error("{0}")]
+    Malformed(String),
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -73,7 +51,7 @@ impl MeshContent {
     }
 
     /// The body; `origin` is the name of the file in messages, and concerns about it are passed to `tell`.
-    pub fn body(&self, origin: &str, tell: &mut dyn FnMut(gmsh::Concern)) -> Result<AnyBody, BodyFileError> {
+    pub fn body(&self, origin: &str, tell: &mut dyn FnMut(String)) -> Result<AnyBody, BodyFileError> {
         let (bytes, unit) = match self {
             Self::Json(text) => {
                 let body = json::read(text, origin)?;

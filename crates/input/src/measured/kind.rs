@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
+use super::lengths::LengthsError;
 use tongue_core::suggest;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
@@ -56,18 +57,13 @@ impl fmt::Display for TargetKind {
     }
 }
 
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown target kind \"{name}\"; {}", suggest::hint(name, TargetKind::ALL.map(TargetKind::name)))]
-pub struct UnknownTargetKind {
-    pub name: String,
-}
-
 impl FromStr for TargetKind {
-    type Err = UnknownTargetKind;
+    type Err = LengthsError;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
         let found = TargetKind::ALL.into_iter().find(|k| k.name().eq_ignore_ascii_case(name.trim()));
-        found.ok_or_else(|| UnknownTargetKind { name: name.to_owned() })
+        let hint = || suggest::hint(name, TargetKind::ALL.map(TargetKind::name));
+        found.ok_or_else(|| LengthsError::Refused(format!("unknown target kind \"{name}\"; {}", hint())))
     }
 }
 
@@ -78,7 +74,7 @@ mod tests {
     #[test]
     fn names_are_read_and_written_alike() {
         for kind in TargetKind::ALL {
-            assert_eq!(kind.name().to_uppercase().parse(), Ok(kind));
+            assert_eq!(kind.name().to_uppercase().parse::<TargetKind>().unwrap(), kind);
             assert_eq!(serde_json::to_value(kind).unwrap(), kind.name());
         }
         let message = "rato".parse::<TargetKind>().unwrap_err().to_string();

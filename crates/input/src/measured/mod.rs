@@ -23,7 +23,7 @@ pub mod thesis;
 
 pub use by_muscle::ByMuscle;
 pub use error::TableError;
-pub use kind::{TargetKind, UnknownTargetKind, reference_muscle};
+pub use kind::{TargetKind, reference_muscle};
 pub use lengths::{Dataset, Lengths, Vowel};
 pub use recording::Recording;
 pub use space_marks::{

@@ -26,7 +26,7 @@ use tongue_core::body::{Bone, HYOID, MANDIBLE, Mesh, MuscleChain, SpaceBody, Spa
 
 use tables::{elements, fibres, nodes, numbers, regions, strengths};
 
-use super::{BodyFileError, FilePlace, group_and_side};
+use super::{BodyFileError, group_and_side};
 
 /// The styloid processes, which ArtiSynth's program places and its mesh lacks: ids in `Fibers.mac` and
 /// positions, m.
@@ -64,17 +64,16 @@ impl Text {
 
     /// The error for a line of the file, or for all of it.
     fn wrong(&self, line: Option<usize>, problem: String) -> BodyFileError {
-        let place = line.map_or(FilePlace::Whole, FilePlace::Line);
-        BodyFileError::Malformed { origin: self.file.clone(), place, problem }
+        let place = line.map_or_else(String::new, |line| format!(":{line}"));
+        BodyFileError::Malformed(format!("{}{place}: {problem}", self.file))
     }
 }
 
 fn unreadable(file: &str, error: &std::io::Error) -> BodyFileError {
-    let problem = format!(
-        "cannot be read: {error}; name a folder with ArtiSynth's tongue (.node, .elem, CreateMuscles.mac, Fibers.mac, \
+    BodyFileError::Malformed(format!(
+        "{file}: cannot be read: {error}; name a folder with ArtiSynth's tongue (.node, .elem, CreateMuscles.mac, Fibers.mac, \
          MuscleMaxForce.txt, jawAttachments.txt, hyoidAttachments.txt)"
-    );
-    BodyFileError::Malformed { origin: file.to_owned(), place: FilePlace::Whole, problem }
+    ))
 }
 
 /// Reads a folder.
@@ -105,7 +104,7 @@ fn find(folder: &Path, ending: &str) -> Result<String, BodyFileError> {
         (None, _) => format!("contains no file that ends in .{ending}; a body of ArtiSynth has one"),
         (Some(_), false) => format!("contains several files that end in .{ending}; keep one"),
     };
-    Err(BodyFileError::Malformed { origin, place: FilePlace::Whole, problem })
+    Err(BodyFileError::Malformed(format!("{origin}: {problem}")))
 }
 
 /// The body of these files; `origin` is its name.

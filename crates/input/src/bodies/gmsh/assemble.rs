@@ -8,7 +8,7 @@ use super::chain::chain;
 use super::error::{Found, Located, wrong};
 use super::groups::{Form, Group, Parts, Role, positions};
 use super::parse::Raw;
-use super::review::{Concern, review};
+use super::review::review;
 use super::{Content, File, Unit};
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, Mesh, MeshFault, MuscleChain};
@@ -87,7 +87,7 @@ fn body<const D: usize>(raw: &Raw, parts: &Parts<'_>, origin: &str, unit: Unit) 
 const SIDES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]];
 
 /// The sides of tissue and muscles that are curved in the file.
-fn bent(raw: &Raw, parts: &Parts<'_>, unit: Unit) -> Option<Concern> {
+fn bent(raw: &Raw, parts: &Parts<'_>, unit: Unit) -> Option<String> {
     let of_muscles =
         parts.groups.iter().filter(|g| matches!(g.role, Role::Muscle(_))).flat_map(|g| &g.elements);
     let mut sides: BTreeMap<u64, f64> = BTreeMap::new();
@@ -104,8 +104,12 @@ fn bent(raw: &Raw, parts: &Parts<'_>, unit: Unit) -> Option<Concern> {
             }
         }
     }
-    let largest_m = sides.values().copied().fold(0.0, f64::max);
-    (!sides.is_empty()).then_some(Concern::BentSides { sides: sides.len(), largest_m })
+    let (count, mm) = (sides.len(), 1e3 * sides.into_values().fold(0.0, f64::max));
+    (count > 0).then(|| {
+        format!(
+            "sides that are curved in the file are taken as straight ({count} of them, by up to {mm:.2} mm): mesh finer where that is too much"
+        )
+    })
 }
 
 /// The muscles: those of the published tables in their order, then others in the order of their groups.

@@ -1,6 +1,6 @@
 //! Errors of reading Gmsh files: what is wrong, where, and what to do. Nodes and elements are named by their Gmsh tags.
 
-use crate::bodies::{BodyFileError, FilePlace};
+use crate::bodies::BodyFileError;
 
 /// A problem and its byte, if there is one.
 #[derive(Debug)]
@@ -13,11 +13,11 @@ impl Located {
     /// The error for a file of these bytes.
     pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> BodyFileError {
         let place = match self.at {
-            None => FilePlace::Whole,
-            Some(at) if binary => FilePlace::Byte(at),
-            Some(at) => FilePlace::Line(1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
+            None => String::new(),
+            Some(at) if binary => format!(" (byte {at})"),
+            Some(at) => format!(":{}", 1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
         };
-        BodyFileError::Malformed { origin: origin.to_owned(), place, problem: self.problem }
+        BodyFileError::Malformed(format!("{origin}{place}: {}", self.problem))
     }
 }
 

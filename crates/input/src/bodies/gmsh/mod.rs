@@ -38,7 +38,6 @@ use serde::{Deserialize, Serialize};
 
 use super::BodyFileError;
 pub(super) use review::review;
-pub use review::{Concern, TONGUE_M};
 use tongue_core::body::{Body, SpaceBody};
 pub use write::write;
 
@@ -75,7 +74,8 @@ pub struct Content<const D: usize> {
     /// the order of their groups.
     pub body: Body<D>,
     pub tags: Vec<u64>,
-    pub concerns: Vec<Concern>,
+    /// What a user should look at.
+    pub concerns: Vec<String>,
 }
 
 /// Reads a body of triangles or tetrahedra. `origin` is its name in messages, usually its path.

@@ -1,6 +1,5 @@
 //! What a user should look at in a body that was read from a file.
 
-use std::fmt;
 use std::ops::RangeInclusive;
 
 use crate::measured::muscles::Muscles;
@@ -8,100 +7,47 @@ use tongue_core::body::Mesh;
 use tongue_core::geometry::simplex;
 
 /// Plausible lengths of a tongue, from a child's to an adult's with all muscles outside it, m.
-pub const TONGUE_M: RangeInclusive<f64> = 0.02..=0.3;
-/// Units that a file may be in by mistake, each with its factor to metres.
-const MISTAKEN_M: [(&str, f64); 3] = [("millimetres", 1e-3), ("centimetres", 1e-2), (METRES, 1e3)];
-const METRES: &str = "metres taken for millimetres";
+const TONGUE_M: RangeInclusive<f64> = 0.02..=0.3;
+/// Units that a file may be in by mistake, each with its factor to metres and what to do.
+const MISTAKEN_M: [(&str, f64, &str); 3] = [
+    ("millimetres", 1e-3, "read them with --mesh-unit mm (in a scene: unit = \"mm\")"),
+    ("centimetres", 1e-2, "scale the model to metres or millimetres"),
+    ("metres", 1e3, "read them without --mesh-unit mm"),
+];
 /// Limit of thin triangles, degrees: springs of thinner ones cannot resist bending.
 const THIN_DEG: f64 = 10.0;
 /// A part outside the tissue that is longer than the straight line by more than this part is bent.
 const BENT: f64 = 1e-6;
 
-#[derive(Debug, Clone, PartialEq)]
-pub enum Concern {
-    /// It does not have the size of a tongue, perhaps because of the unit.
-    Size {
-        extent_m: f64,
-        unit: Option<&'static str>,
-    },
-    /// Some of the published muscles are missing.
-    MissingMuscles {
-        names: Vec<String>,
-    },
-    ThinCells {
-        smallest_angle_deg: f64,
-    },
-    /// Sides that are curved in the file are taken as straight.
-    BentSides {
-        sides: usize,
-        largest_m: f64,
-    },
-    /// A part of a muscle outside the tissue that bends in the file is taken as straight.
-    BentMuscle {
-        muscle: String,
-        longer_m: f64,
-    },
-}
-
-impl fmt::Display for Concern {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Size { extent_m, unit } => {
-                let (least, most) = (TONGUE_M.start(), TONGUE_M.end());
-                let advice = match unit {
-                    Some("millimetres") => {
-                        ": these look like millimetres; read them with --mesh-unit mm (in a scene: unit = \"mm\")".to_owned()
-                    }
-                    Some(METRES) => ": these look like metres; read them without --mesh-unit mm".to_owned(),
-                    Some(unit) => format!(": these look like {unit}; scale the model to metres or millimetres"),
-                    None => "; is the unit right?".to_owned(),
-                };
-                write!(f, "the body is {extent_m:.3} m across, and a tongue {least} to {most} m{advice}")
-            }
-            Self::MissingMuscles { names } => write!(
-                f,
-                "no muscle {}: measured lengths of it have nothing to be compared with; add Physical Curve(\"{}\") = {{...}}",
-                names.join(", "),
-                names.first().map_or("GGa", String::as_str)
-            ),
-            Self::ThinCells { smallest_angle_deg } => write!(
-                f,
-                "the smallest angle is {smallest_angle_deg:.1}°; below {THIN_DEG}° the mesh is too stiff: move points apart or mesh finer"
-            ),
-            Self::BentSides { sides, largest_m } => write!(
-                f,
-                "sides that are curved in the file are taken as straight ({sides} of them, by up to {:.2} mm): mesh finer where that is \
-                 too much",
-                1e3 * largest_m
-            ),
-            Self::BentMuscle { muscle, longer_m } => write!(
-                f,
-                "{muscle} bends outside the tissue; that part is taken as one straight line, which is {:.2} mm shorter",
-                1e3 * longer_m
-            ),
-        }
-    }
-}
-
-pub(in crate::bodies) fn review<const D: usize>(mesh: &Mesh<D>) -> Vec<Concern> {
+pub(in crate::bodies) fn review<const D: usize>(mesh: &Mesh<D>) -> Vec<String> {
     let mut concerns = Vec::new();
     let extent_m = mesh.extent();
     if !TONGUE_M.contains(&extent_m) {
-        let unit = MISTAKEN_M.iter().find(|(_, metres)| TONGUE_M.contains(&(extent_m * metres)));
-        concerns.push(Concern::Size { extent_m, unit: unit.map(|(name, _)| *name) });
+        let (least, most) = (TONGUE_M.start(), TONGUE_M.end());
+        let told = format!("the body is {extent_m:.3} m across, and a tongue {least} to {most} m");
+        let unit = MISTAKEN_M.iter().find(|(_, metres, _)| TONGUE_M.contains(&(extent_m * metres)));
+        concerns.push(match unit {
+            Some((unit, _, help)) => format!("{told}: these look like {unit}; {help}"),
+            None => format!("{told}; is the unit right?"),
+        });
     }
     let known = Muscles::built_in();
-    let mut names: Vec<String> = known.all().iter().map(|m| m.name.clone()).collect();
+    let mut names: Vec<&str> = known.all().iter().map(|m| m.name.as_str()).collect();
     names.retain(|name| mesh.muscles.iter().all(|chain| chain.name != *name));
     // A body with some of the published muscles is meant for the published lengths; one with none of them has
     // its own.
     let own = !mesh.muscles.is_empty() && names.len() == known.all().len();
-    if D == 2 && !names.is_empty() && !own {
-        concerns.push(Concern::MissingMuscles { names });
+    if let (2, false, Some(first)) = (D, own, names.first()) {
+        concerns.push(format!(
+            "no muscle {}: measured lengths of it have nothing to be compared with; add Physical Curve(\"{first}\") = {{...}}",
+            names.join(", ")
+        ));
     }
-    let smallest_angle_deg = smallest_angle_deg(mesh);
-    if smallest_angle_deg < THIN_DEG {
-        concerns.push(Concern::ThinCells { smallest_angle_deg });
+    let angle_deg = smallest_angle_deg(mesh);
+    if angle_deg < THIN_DEG {
+        concerns.push(format!(
+            "the smallest angle is {angle_deg:.1}°; below {THIN_DEG}° the mesh is too stiff: move points apart or mesh finer"
+        ));
     }
     concerns.extend(bent_muscles(mesh));
     concerns
@@ -123,7 +69,7 @@ fn smallest_angle_deg<const D: usize>(mesh: &Mesh<D>) -> f64 {
 }
 
 /// The muscles with a part outside the tissue that bends.
-fn bent_muscles<const D: usize>(mesh: &Mesh<D>) -> impl Iterator<Item = Concern> {
+fn bent_muscles<const D: usize>(mesh: &Mesh<D>) -> impl Iterator<Item = String> {
     let in_tissue = mesh.in_tissue();
     mesh.muscles.iter().filter_map(move |muscle| {
         let is_stop = |n: usize| in_tissue[n] || mesh.fixed.binary_search(&n).is_ok();
@@ -136,6 +82,9 @@ fn bent_muscles<const D: usize>(mesh: &Mesh<D>) -> impl Iterator<Item = Concern>
                 (from, along) = (step[1], 0.0);
             }
         }
-        (longer_m > 0.0).then(|| Concern::BentMuscle { muscle: muscle.name.clone(), longer_m })
+        (longer_m > 0.0).then(|| {
+            let (name, mm) = (&muscle.name, 1e3 * longer_m);
+            format!("{name} bends outside the tissue; that part is taken as one straight line, which is {mm:.2} mm shorter")
+        })
     })
 }

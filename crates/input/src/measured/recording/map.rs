@@ -109,14 +109,14 @@ pub(super) type Axis = (usize, f64);
 impl Map {
     /// Reads a map; `origin` is its name in messages.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, RecordingError> {
-        let wrong = |line: Option<usize>, problem: String| {
-            let origin = origin.to_owned();
-            RecordingError::Map { origin, line, problem }
+        let wrong = |place: String, problem: String| {
+            RecordingError::Refused(format!("the map {origin}{place}: {problem}"))
         };
-        let file: File = toml_text::read(text).map_err(|e| wrong(Some(e.line), key_problem(&e.problem)))?;
+        let file: File =
+            toml_text::read(text).map_err(|e| wrong(format!(":{}", e.line), key_problem(&e.problem)))?;
         let at = |word: &str, problem: String| {
             let line = text.lines().position(|l| l.trim_start().starts_with(word));
-            Err(wrong(line.map(|n| n + 1), problem))
+            Err(wrong(line.map_or_else(String::new, |n| format!(":{}", n + 1)), problem))
         };
         let [right, up] = file.shift_mm.map(|[x, y]| [Some(x), Some(y)]).unwrap_or_default();
         for (limit, value) in [

@@ -179,13 +179,9 @@ pub enum RecordingError {
     },
     #[error(transparent)]
     Malformed(#[from] Malformed),
-    #[error("the map {origin}{}: {problem}", line.map_or_else(String::new, |l| format!(":{l}")))]
-    Map { origin: String, line: Option<usize>, problem: String },
-    /// The recording cannot be interpreted as points of a tongue with this map, or without one.
-    #[error("the recording {recording:?}: {problem}")]
-    Uninterpreted { recording: String, problem: String },
-    #[error("{origin}: {problem}")]
-    Markups { origin: String, problem: String },
+    /// A map or landmarks are wrong, or no tongue can be made of the recording with its map.
+    #[error("{0}")]
+    Refused(String),
 }
 
 impl Recording {
@@ -277,7 +273,7 @@ impl Recording {
     }
 
     fn uninterpreted(&self, problem: String) -> RecordingError {
-        RecordingError::Uninterpreted { recording: self.name.clone(), problem }
+        RecordingError::Refused(format!("the recording {:?}: {problem}", self.name))
     }
 
     /// Median distance between neighbouring channels of these, in the unit of the file.
