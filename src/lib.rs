@@ -214,7 +214,7 @@ pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
     #[doc(inline)]
     pub use tongue_input::measured::{
-        ByMuscle, Dataset, Lengths, Target, TargetKind, TargetOptions, Vowel, reference_muscle,
+        ByMuscle, Dataset, Lengths, ReadError, Target, TargetKind, TargetOptions, Vowel, reference_muscle,
     };
 
     pub mod emg {
@@ -227,8 +227,7 @@ pub mod measured {
         //! Tables of lengths, and how they were read.
         #[doc(inline)]
         pub use tongue_input::measured::lengths::{
-            BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LengthsError, LineEnds, Malformed, Reading,
-            Row,
+            BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LineEnds, Malformed, Reading, Row,
         };
 
         pub mod rest_distance {
@@ -248,8 +247,8 @@ pub mod measured {
         //! Recordings of moving tongues.
         #[doc(inline)]
         pub use tongue_input::measured::recording::{
-            AlignedRecording, Doubt, Fault, FaultKind, Format, Map, Mark, Recording, RecordingError,
-            Severity, WITHOUT_BONES, doubts, is_coil, other_size, palate_doubt, screen,
+            AlignedRecording, Doubt, Fault, FaultKind, Format, Map, Mark, Recording, Severity, WITHOUT_BONES,
+            doubts, is_coil, other_size, palate_doubt, screen,
         };
     }
 

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::files;
-use crate::measured::TableError;
+use crate::measured::ReadError;
 use crate::measured::lengths::position_of;
 use tongue_core::suggest;
 
@@ -21,27 +21,25 @@ pub struct Curves {
 
 impl Curves {
     /// Reads the CSV file at `path`; see [`Curves::from_reader`] for the format.
-    pub fn from_path(path: &Path, names: &[String]) -> Result<Self, TableError> {
+    pub fn from_path(path: &Path, names: &[String]) -> Result<Self, ReadError> {
         let origin = path.display().to_string();
-        let bytes = files::read(path).map_err(|e| unreadable(&origin, e))?;
+        let bytes = files::read(path).map_err(|e| unreadable(&origin, &e))?;
         Self::from_reader(bytes.as_slice(), &origin, names)
     }
 
     /// Reads a comma-separated table whose header names `time_s` and one or more of the muscles `names` of a
     /// body, given in the order of their numbers. Columns are in any order. Times are ascending, s; tensions
     /// finite and not negative, N (2D: per metre of thickness). `origin` is the name of the table in errors.
-    pub fn from_reader(reader: impl Read, origin: &str, names: &[String]) -> Result<Self, TableError> {
+    pub fn from_reader(reader: impl Read, origin: &str, names: &[String]) -> Result<Self, ReadError> {
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).has_headers(true).from_reader(reader);
-        let wrong = |line: u64, column: Option<String>, problem: String| TableError::Malformed {
-            origin: format!("tension curves \"{origin}\""),
-            line: Some(line),
-            column,
-            problem,
+        let wrong = |line: u64, column: Option<String>, problem: String| {
+            let column = column.map_or_else(String::new, |column| format!(", column {column}"));
+            ReadError::Refused(format!("tension curves \"{origin}\", line {line}{column}: {problem}"))
         };
         let broken = |e: csv::Error| {
             let line = e.position().map_or(1, csv::Position::line);
             let problem = match e.into_kind() {
-                csv::ErrorKind::Io(source) => return unreadable(origin, source),
+                csv::ErrorKind::Io(source) => return unreadable(origin, &source),
                 csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
                     format!("{len} fields, but the header has {expected_len}; give every column a value")
                 }
@@ -107,8 +105,8 @@ impl Curves {
     }
 }
 
-fn unreadable(origin: &str, source: std::io::Error) -> TableError {
-    TableError::Unreadable { origin: format!("the tension curves \"{origin}\""), source }
+fn unreadable(origin: &str, source: &std::io::Error) -> ReadError {
+    ReadError::Refused(format!("cannot read the tension curves \"{origin}\": {source}"))
 }
 
 /// Checks that a time comes after the previous one by at least the shortest step.
@@ -129,7 +127,7 @@ fn after(last: Option<f64>, time: f64) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> Result<Curves, TableError> {
+    fn read(text: &str) -> Result<Curves, ReadError> {
         Curves::from_reader(text.as_bytes(), "t.csv", &["GGa", "GGm", "SGm"].map(String::from))
     }
 

@@ -71,9 +71,7 @@ pub enum SceneError {
     #[error(transparent)]
     System(#[from] SystemError),
     #[error(transparent)]
-    Target(#[from] measured::lengths::LengthsError),
-    #[error(transparent)]
-    Vowel(#[from] measured::lengths::BadLabel),
+    Target(#[from] measured::ReadError),
     #[error(transparent)]
     Fit(#[from] FitError),
     #[error(transparent)]

@@ -6,7 +6,8 @@ use serde::Deserialize;
 
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
-use tongue_input::measured::recording::{AlignedRecording, Format, Map, Recording, RecordingError};
+use tongue_input::measured::ReadError;
+use tongue_input::measured::recording::{AlignedRecording, Format, Map, Recording};
 
 /// Points of one posture, in the frame of a body: m, x to the back of the head, y up.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -55,7 +56,7 @@ impl Landmarks {
     ///
     /// In Slicer's markups the labels are the names of points; open and closed curves are contours. Coordinates are LPS (y to the back, z
     /// up), or RAS (y to the front) if the file says so.
-    pub fn from_bytes(bytes: &[u8], origin: &str, map: &Map) -> Result<Self, RecordingError> {
+    pub fn from_bytes(bytes: &[u8], origin: &str, map: &Map) -> Result<Self, ReadError> {
         let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
         if first == Some(&b'{') {
             return Self::from_markups(bytes, origin);
@@ -138,8 +139,8 @@ impl Landmarks {
             .collect()
     }
 
-    fn from_markups(bytes: &[u8], origin: &str) -> Result<Self, RecordingError> {
-        let wrong = |problem: String| RecordingError::Refused(format!("{origin}: {problem}"));
+    fn from_markups(bytes: &[u8], origin: &str) -> Result<Self, ReadError> {
+        let wrong = |problem: String| ReadError::Refused(format!("{origin}: {problem}"));
         let file: Markups = serde_json::from_slice(bytes).map_err(|e| {
             let e = tongue_core::toml_text::plain(&e.to_string());
             wrong(format!("not as 3D Slicer writes markups: {e}; save the node as .mrk.json"))

@@ -8,10 +8,9 @@ use tongue_core::body::Mesh;
 use tongue_core::statistics::distinct;
 use tongue_core::system::Model;
 use tongue_input::measured::lengths::rest_distance::{self, RestDistance};
-use tongue_input::measured::lengths::{self, Lengths};
 use tongue_input::measured::muscles::Muscles;
 use tongue_input::measured::published_patterns::{PatternCheck, Patterns};
-use tongue_input::measured::{Dataset, Target, TargetKind, Vowel};
+use tongue_input::measured::{Dataset, Lengths, ReadError, Target, TargetKind, Vowel};
 
 use super::alarms::{self, Alarm};
 use super::alternatives::{self, Optimum};
@@ -76,7 +75,7 @@ pub struct BatchPlan {
 ///
 /// # Errors
 /// For a selected subject, a subject with a baseline, or a selected vowel that has no row.
-pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, lengths::LengthsError> {
+pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, ReadError> {
     for subject in selection.subjects.iter().flatten().chain(selection.baseline_of.keys()) {
         data.vowels(subject)?;
     }
@@ -91,7 +90,7 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, lengths:
         if !rows().any(|l| is_of(asked, &l.subject, &l.vowel)) {
             let has = distinct(rows().map(|lengths| lengths.vowel.clone()));
             let told = format!("{} has no row for /{asked}/; it has {}", data.origin(), Vowel::list(&has));
-            return Err(lengths::LengthsError::Refused(told));
+            return Err(ReadError::Refused(told));
         }
     }
     let mut plan = BatchPlan::default();
@@ -137,7 +136,7 @@ fn baseline<'a>(
     data: &'a Dataset,
     selection: &Selection,
     subject: &str,
-) -> Result<(&'a Lengths, bool), lengths::LengthsError> {
+) -> Result<(&'a Lengths, bool), ReadError> {
     if let Some(vowel) = selection.baseline_of.get(subject).or(selection.baseline.as_ref()) {
         return data.baseline_vowel(subject, vowel).map(|l| (l, false));
     }

@@ -1,7 +1,7 @@
 //! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel, read as
 //! tables of lengths are.
 
-use super::lengths::error::{Malformed, Place};
+use super::error::{Malformed, Place};
 use super::lengths::number::{is_missing, number};
 use super::lengths::text::clip;
 use super::lengths::{DecimalMark, Vowel};

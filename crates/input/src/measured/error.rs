@@ -1,27 +1,50 @@
-//! Errors of small tables.
+//! Errors of what is measured: tables, recordings, maps, and targets made of them.
 
-/// Why a table of nodes, activity or tension curves cannot be used.
+use std::io;
+
+use serde::Serialize;
+
+use crate::files::advice;
+
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, thiserror::Error)]
+#[error("{origin}:{line}:{column}: {what}; {help}")]
+pub struct Malformed {
+    /// The file, or another description of where the data came from.
+    pub origin: String,
+    pub line: u64,
+    /// Column of the table (field of the line, not character), from 1.
+    pub column: usize,
+    pub what: String,
+    pub help: String,
+}
+
+/// Why what was measured cannot be read, looked up or used. Each message says what is wrong, where, and what to do.
 #[derive(Debug, thiserror::Error)]
-pub enum TableError {
-    #[error("cannot read {origin}: {source}")]
-    Unreadable { origin: String, source: std::io::Error },
-    #[error("{origin}{}{}: {problem}", behind(", line ", line), behind(", column ", column))]
-    Malformed {
-        origin: String,
-        /// Line, from 1, if one is to blame.
-        line: Option<u64>,
-        /// Number (from 1) and name of the column, if one is to blame.
-        column: Option<String>,
-        problem: String,
-    },
+pub enum ReadError {
+    #[error("cannot read {origin}: {source}; {}", advice(source))]
+    Unreadable { origin: String, source: io::Error },
+    /// The file is not what it should be, or the requested row is broken.
+    #[error(transparent)]
+    Malformed(#[from] Malformed),
+    /// What is asked for is missing, or nothing can be made of what is there.
+    #[error("{0}")]
+    Refused(String),
 }
 
-impl TableError {
-    pub(crate) fn malformed(origin: &str, line: Option<u64>, problem: String) -> Self {
-        Self::Malformed { origin: origin.to_owned(), line, column: None, problem }
+#[derive(Clone, Copy)]
+pub(super) struct Place<'a> {
+    pub origin: &'a str,
+    pub line: u64,
+    pub column: usize,
+}
+
+impl Place<'_> {
+    pub fn error(self, what: impl Into<String>, help: impl Into<String>) -> Malformed {
+        let Place { origin, line, column } = self;
+        Malformed { origin: origin.to_owned(), line, column, what: what.into(), help: help.into() }
     }
-}
 
-fn behind<T: std::fmt::Display>(word: &str, value: &Option<T>) -> String {
-    value.as_ref().map_or_else(String::new, |v| format!("{word}{v}"))
+    pub fn at_column(self, column: usize) -> Self {
+        Place { column, ..self }
+    }
 }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
-use super::lengths::LengthsError;
+use super::error::ReadError;
 use tongue_core::suggest;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
@@ -58,12 +58,12 @@ impl fmt::Display for TargetKind {
 }
 
 impl FromStr for TargetKind {
-    type Err = LengthsError;
+    type Err = ReadError;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
         let found = TargetKind::ALL.into_iter().find(|k| k.name().eq_ignore_ascii_case(name.trim()));
         let hint = || suggest::hint(name, TargetKind::ALL.map(TargetKind::name));
-        found.ok_or_else(|| LengthsError::Refused(format!("unknown target kind \"{name}\"; {}", hint())))
+        found.ok_or_else(|| ReadError::Refused(format!("unknown target kind \"{name}\"; {}", hint())))
     }
 }
 

@@ -22,7 +22,7 @@ mod target;
 pub mod thesis;
 
 pub use by_muscle::ByMuscle;
-pub use error::TableError;
+pub use error::ReadError;
 pub use kind::{TargetKind, reference_muscle};
 pub use lengths::{Dataset, Lengths, Vowel};
 pub use recording::Recording;

@@ -20,7 +20,7 @@ use std::path::Path;
 use csv::StringRecord;
 use nalgebra::{Vector2, Vector3};
 
-use super::TableError;
+use super::ReadError;
 use tongue_core::limits::COORDINATE_MM;
 
 use crate::files;
@@ -78,11 +78,11 @@ pub struct SpaceFrame {
 }
 
 /// Reads tables as one recording: frames of the same time are one. `usual_sd_m` is the standard deviation where a table gives none.
-pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Vec<SpaceFrame>, TableError> {
+pub fn read_space_marks(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Vec<SpaceFrame>, ReadError> {
     let mut all: Vec<SpaceFrame> = Vec::new();
     for path in paths {
         let origin = path.as_ref().display().to_string();
-        let wrong = |problem: String| TableError::malformed(&origin, None, problem);
+        let wrong = |problem: String| ReadError::Refused(format!("{origin}: {problem}"));
         let bytes = files::read(path.as_ref()).map_err(|e| {
             let columns = NODE.join(",");
             wrong(format!("cannot be read: {e}; name a CSV table, such as one with the columns {columns}"))
@@ -218,9 +218,9 @@ impl Row<'_> {
 }
 
 /// As [`read_space_marks`], from the bytes of one table; `origin` is its name in messages.
-pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<Vec<SpaceFrame>, TableError> {
+pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<Vec<SpaceFrame>, ReadError> {
     let text = String::from_utf8_lossy(bytes);
-    let wrong = |line: u64, problem: String| TableError::malformed(origin, Some(line), problem);
+    let wrong = |line: u64, problem: String| ReadError::Refused(format!("{origin}, line {line}: {problem}"));
     let mut reader = reader(&text);
     let broken =
         |e: csv::Error| wrong(e.position().map_or(1, csv::Position::line), format!("is no table: {e}"));
@@ -255,8 +255,8 @@ pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<V
         frames.last_mut().into_iter().for_each(|f| f.marks.push(mark.clone()));
     }
     if frames.is_empty() {
-        let problem = "has no row below its header; give at least one";
-        return Err(TableError::malformed(origin, None, problem.to_owned()));
+        let told = format!("{origin}: has no row below its header; give at least one");
+        return Err(ReadError::Refused(told));
     }
     Ok(frames)
 }

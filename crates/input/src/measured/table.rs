@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 
 use csv::StringRecord;
 
-use super::lengths::error::{Malformed, Place};
+use super::error::{Malformed, Place};
 use super::lengths::number::{self, DecimalMark};
 use super::lengths::text::{Text, clip, decode, fold};
 use super::lengths::{Encoding, LineEnds, Separator};

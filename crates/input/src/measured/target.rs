@@ -1,7 +1,7 @@
 //! Target of a fit: which muscles contract and which numbers are to be met.
 
-use super::lengths::{Activation, Dataset, Lengths, LengthsError, Vowel, position_of};
-use super::{TargetKind, reference_muscle};
+use super::lengths::{Activation, Dataset, Lengths, Vowel, position_of};
+use super::{ReadError, TargetKind, reference_muscle};
 use tongue_core::suggest;
 
 const STRETCHES: std::ops::RangeInclusive<f64> = 0.5..=1.7;
@@ -57,7 +57,7 @@ impl Target {
         vowel: &Vowel,
         kind: TargetKind,
         options: &TargetOptions,
-    ) -> Result<Self, LengthsError> {
+    ) -> Result<Self, ReadError> {
         let measured = data.row(subject, vowel)?;
         let baseline = match &options.baseline {
             Some(vowel) => data.baseline_vowel(subject, vowel)?,
@@ -73,9 +73,9 @@ impl Target {
         baseline: &Lengths,
         kind: TargetKind,
         muscles: Option<&[String]>,
-    ) -> Result<Self, LengthsError> {
+    ) -> Result<Self, ReadError> {
         let Lengths { subject, vowel, muscles: table, .. } = measured;
-        let (of, refused) = (&baseline.vowel, |why: String| Err(LengthsError::Refused(why)));
+        let (of, refused) = (&baseline.vowel, |why: String| Err(ReadError::Refused(why)));
         if vowel == of {
             return refused(format!(
                 "/{vowel}/ of {subject} is the baseline itself, so there is nothing to fit; choose another vowel or another baseline"
@@ -205,13 +205,13 @@ impl Target {
 impl Dataset {
     /// The target of a fit to stretches: the lengths of the muscles that shortened in `vowel` of `subject`
     /// over those in /ɯ/.
-    pub fn stretches(&self, subject: &str, vowel: &str) -> Result<Target, LengthsError> {
+    pub fn stretches(&self, subject: &str, vowel: &str) -> Result<Target, ReadError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Stretch, &TargetOptions::default())
     }
 
     /// The target of a fit to ratios: the lengths of the muscles that are shorter in `vowel` of `subject`
     /// than in /ɯ/ over that of GGa (in a table without it, of the muscle of [`reference_muscle`]).
-    pub fn ratios(&self, subject: &str, vowel: &str) -> Result<Target, LengthsError> {
+    pub fn ratios(&self, subject: &str, vowel: &str) -> Result<Target, ReadError> {
         Target::new(self, subject, &vowel.parse()?, TargetKind::Ratio, &TargetOptions::default())
     }
 }
@@ -222,9 +222,9 @@ fn chosen_positions(
     names: &[String],
     measured: &Lengths,
     baseline: &Lengths,
-) -> Result<Vec<usize>, LengthsError> {
+) -> Result<Vec<usize>, ReadError> {
     let Lengths { subject, vowel, muscles: known, .. } = measured;
-    let refused = |why: String| Err(LengthsError::Refused(why));
+    let refused = |why: String| Err(ReadError::Refused(why));
     let mut positions = Vec::new();
     for name in chosen {
         let Some(position) = position_of(names, name) else {

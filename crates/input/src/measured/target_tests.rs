@@ -5,11 +5,11 @@ fn vowel(label: &str) -> Vowel {
     Vowel::new(label).unwrap()
 }
 
-fn target(subject: &str, label: &str, kind: TargetKind) -> Result<Target, LengthsError> {
+fn target(subject: &str, label: &str, kind: TargetKind) -> Result<Target, ReadError> {
     Target::new(&Dataset::reference().unwrap(), subject, &vowel(label), kind, &TargetOptions::default())
 }
 
-fn message(result: Result<Target, LengthsError>) -> String {
+fn message(result: Result<Target, ReadError>) -> String {
     result.unwrap_err().to_string()
 }
 

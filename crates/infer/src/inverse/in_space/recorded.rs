@@ -8,7 +8,7 @@ use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::Observable;
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 use tongue_input::measured::{
-    LengthMeasure, Marked, SpaceFrame, SpaceMark, TableError, Target, TargetKind, is_space_table,
+    LengthMeasure, Marked, ReadError, SpaceFrame, SpaceMark, Target, TargetKind, is_space_table,
     read_space_marks,
 };
 
@@ -29,7 +29,7 @@ pub struct Recorded {
 
 impl Recorded {
     /// What tables of bodies in space show ([`read_space_marks`]); `usual_sd_m` is the standard deviation where a table gives none.
-    pub fn of_tables(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Self, TableError> {
+    pub fn of_tables(paths: &[impl AsRef<Path>], usual_sd_m: f64) -> Result<Self, ReadError> {
         let frames = read_space_marks(paths, usual_sd_m)?;
         Ok(Self { frames: frames.into_iter().map(|frame| (None, frame)).collect(), placed: None })
     }

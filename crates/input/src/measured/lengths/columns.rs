@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::error::Malformed;
 use super::number::TableUnit;
 use super::reading::SetAside;
 use super::text::clip;
+use crate::measured::error::Malformed;
 use crate::measured::table::{Cells, Line};
 use tongue_core::suggest;
 

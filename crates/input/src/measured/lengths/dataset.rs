@@ -5,13 +5,13 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
 
-use super::error::Malformed;
 use super::number::LARGEST_HALF_WIDTH_MM;
 use super::read::read;
 use super::reading::HalfWidth;
 use super::text::fold;
-use super::{BrokenRow, Lengths, LengthsError, Reading, Row, Vowel};
+use super::{BrokenRow, Lengths, Malformed, Reading, Row, Vowel};
 use crate::files;
+use crate::measured::error::ReadError;
 use tongue_core::suggest;
 
 /// Takano and Honda (2007), from thesis table 4.4.
@@ -39,7 +39,7 @@ pub struct Dataset {
 impl Dataset {
     /// The built-in lengths of Takano and Honda (2007), thesis table 4.4: eight muscles of the subjects S1 to
     /// S4, 19 rows (S4 has no /ɯ/).
-    pub fn reference() -> Result<Self, LengthsError> {
+    pub fn reference() -> Result<Self, ReadError> {
         Ok(read(REFERENCE.as_bytes(), REFERENCE_ORIGIN)?)
     }
 
@@ -47,8 +47,8 @@ impl Dataset {
     /// the format.
     ///
     /// # Errors
-    /// As [`Dataset::from_reader`], naming the file. Folders, pipes and devices are [`LengthsError::Unreadable`].
-    pub fn from_path(path: impl AsRef<Path>) -> Result<Self, LengthsError> {
+    /// As [`Dataset::from_reader`], naming the file. Folders, pipes and devices are [`ReadError::Unreadable`].
+    pub fn from_path(path: impl AsRef<Path>) -> Result<Self, ReadError> {
         let path = path.as_ref();
         if path.as_os_str() == "-" {
             return Self::from_reader(io::stdin().lock(), "stdin");
@@ -73,7 +73,7 @@ impl Dataset {
     /// subject, a vowel or any length is left out and listed in [`Dataset::broken`].
     ///
     /// # Errors
-    /// [`LengthsError::Unreadable`] if reading fails or the input is too large, [`LengthsError::Malformed`] with line and
+    /// [`ReadError::Unreadable`] if reading fails or the input is too large, [`ReadError::Malformed`] with line and
     /// column if no part of the table can be used.
     ///
     /// # Example
@@ -86,14 +86,14 @@ impl Dataset {
     /// assert_eq!(data.row("X", &Vowel::new("ɔ").unwrap())?.length_mm, [Some(46.5), Some(36.0)]);
     /// assert_eq!(data.row("X", &Vowel::new("ə").unwrap())?.length_mm_of("HG"), None);
     /// assert_eq!(data.reading().set_aside[0].name, "age");
-    /// # Ok::<(), tongue_input::measured::lengths::LengthsError>(())
+    /// # Ok::<(), tongue_input::measured::ReadError>(())
     /// ```
-    pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, LengthsError> {
+    pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, ReadError> {
         Self::from_input(files::take_up_to(LARGEST, reader), origin)
     }
 
-    fn from_input(bytes: io::Result<Vec<u8>>, origin: &str) -> Result<Self, LengthsError> {
-        let bytes = bytes.map_err(|source| LengthsError::Unreadable { origin: origin.to_owned(), source })?;
+    fn from_input(bytes: io::Result<Vec<u8>>, origin: &str) -> Result<Self, ReadError> {
+        let bytes = bytes.map_err(|source| ReadError::Unreadable { origin: origin.to_owned(), source })?;
         Ok(read(&bytes, origin)?)
     }
 
@@ -101,12 +101,12 @@ impl Dataset {
     ///
     /// # Errors
     /// If `mm` is not from 0 to 100.
-    pub fn with_half_width_mm(mut self, mm: f64) -> Result<Self, LengthsError> {
+    pub fn with_half_width_mm(mut self, mm: f64) -> Result<Self, ReadError> {
         if !(0.0..=LARGEST_HALF_WIDTH_MM).contains(&mm) {
             let told = format!(
                 "the half width of rounding is {mm} mm; give one from 0 to {LARGEST_HALF_WIDTH_MM} mm, like 0.5"
             );
-            return Err(LengthsError::Refused(told));
+            return Err(ReadError::Refused(told));
         }
         for row in &mut self.rows {
             row.lengths.half_width_mm.fill(mm);
@@ -167,7 +167,7 @@ impl Dataset {
     }
 
     /// The vowels of `subject`, in the order of the table.
-    pub fn vowels(&self, subject: &str) -> Result<Vec<Vowel>, LengthsError> {
+    pub fn vowels(&self, subject: &str) -> Result<Vec<Vowel>, ReadError> {
         Ok(self.of_subject(subject)?.map(|lengths| lengths.vowel.clone()).collect())
     }
 
@@ -176,27 +176,27 @@ impl Dataset {
     ///
     /// # Errors
     /// The fault of that row if it is broken; else what the table has instead.
-    pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, LengthsError> {
+    pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, ReadError> {
         self.find(subject, vowel)?.ok_or_else(|| self.missing(subject, vowel, "", ""))
     }
 
     /// The baseline of `subject`: its own /ɯ/, as in thesis 4.3.2.
-    pub fn baseline(&self, subject: &str) -> Result<&Lengths, LengthsError> {
+    pub fn baseline(&self, subject: &str) -> Result<&Lengths, ReadError> {
         self.baseline_vowel(subject, &Vowel::unrounded_u())
     }
 
-    pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, LengthsError> {
+    pub fn baseline_vowel(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, ReadError> {
         let help = ": choose one of these as the baseline instead";
         self.find(subject, vowel)?.ok_or_else(|| self.missing(subject, vowel, "the baseline vowel ", help))
     }
 
-    fn missing(&self, subject: &str, vowel: &Vowel, what: &str, help: &str) -> LengthsError {
+    fn missing(&self, subject: &str, vowel: &Vowel, what: &str, help: &str) -> ReadError {
         let (origin, has) = (&self.origin, Vowel::list(&self.vowels(subject).unwrap_or_default()));
         let told = format!("{subject} has no row for {what}/{vowel}/ in {origin}; it has {has}{help}");
-        LengthsError::Refused(told)
+        ReadError::Refused(told)
     }
 
-    fn find(&self, subject: &str, vowel: &Vowel) -> Result<Option<&Lengths>, LengthsError> {
+    fn find(&self, subject: &str, vowel: &Vowel) -> Result<Option<&Lengths>, ReadError> {
         if let Ok(rows) = self.of_subject(subject) {
             let alike: Vec<&Lengths> = rows.filter(|l| l.vowel.is_like(vowel)).collect();
             let same = alike.iter().find(|l| l.vowel == *vowel);
@@ -214,7 +214,7 @@ impl Dataset {
         }
     }
 
-    fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, LengthsError> {
+    fn of_subject(&self, subject: &str) -> Result<impl Iterator<Item = &Lengths>, ReadError> {
         let Some(numbers) = self.index.get(&fold(subject)) else {
             let known = self.subjects();
             let (of_subjects, of_vowels) = (&self.reading.subject, &self.reading.vowel);
@@ -229,7 +229,7 @@ impl Dataset {
                 _ => suggest::hint(subject, known.iter().copied()),
             };
             let told = format!("unknown subject {subject:?} in {}; {hint}", self.origin);
-            return Err(LengthsError::Refused(told));
+            return Err(ReadError::Refused(told));
         };
         Ok(numbers.iter().filter_map(|n| self.rows.get(*n)).map(|row| &row.lengths))
     }

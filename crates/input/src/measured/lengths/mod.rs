@@ -12,7 +12,6 @@
 mod change;
 mod columns;
 mod dataset;
-pub(in crate::measured) mod error;
 pub(in crate::measured) mod number;
 mod read;
 mod reading;
@@ -20,13 +19,13 @@ pub mod rest_distance;
 pub(in crate::measured) mod text;
 mod vowel;
 
+pub use super::error::Malformed;
 pub use change::Activation;
 pub use dataset::Dataset;
-pub use error::{BrokenRow, LengthsError, Malformed};
 pub use number::{DecimalMark, LONGEST_MM, SHORTEST_MM, TableUnit};
-pub use reading::{Column, HalfWidth, Reading, Separator, SetAside};
+pub use reading::{BrokenRow, Column, HalfWidth, Reading, Separator, SetAside};
 pub use text::{Encoding, LineEnds};
-pub use vowel::{BadLabel, Vowel};
+pub use vowel::Vowel;
 
 use std::sync::Arc;
 

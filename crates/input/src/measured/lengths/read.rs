@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::columns::{Columns, Field, Length, is_known};
-use super::error::{BrokenRow, Malformed};
 use super::number::{CellFault, DecimalMark, Numbers, TableUnit, decimals_mm};
-use super::reading::{Column, HalfWidth, Reading};
+use super::reading::{BrokenRow, Column, HalfWidth, Reading};
 use super::text::clip;
-use super::vowel::{BadLabel, Vowel};
+use super::vowel::Vowel;
 use super::{Dataset, Lengths, Row};
+use crate::measured::error::{Malformed, ReadError};
 use crate::measured::table::{Cells, Line};
 
 /// Default half width of a length, mm: that of lengths read off an MR image.
@@ -141,7 +141,7 @@ impl Reader<'_> {
         data.broken.push(BrokenRow { subject, vowel: self.vowel(vowel).ok(), fault });
     }
 
-    fn vowel(&self, label: &str) -> Result<Vowel, BadLabel> {
+    fn vowel(&self, label: &str) -> Result<Vowel, ReadError> {
         if self.has_both_u { Vowel::as_written(label) } else { Vowel::new(label) }
     }
 
@@ -160,8 +160,8 @@ impl Reader<'_> {
             let what = format!("the subject is {:?}", clip(&name));
             return Err(at(*subject).error(what, "give it a name of printable characters, like S2"));
         }
-        let vowel = self.vowel(line.cell(*vowel)).map_err(|e| {
-            let what = format!("the vowel is {:?}", e.label);
+        let vowel = self.vowel(line.cell(*vowel)).map_err(|_| {
+            let what = format!("the vowel is {:?}", clip(line.cell(*vowel)));
             at(*vowel).error(what, "write a label of 1 to 40 printable characters, like a, ɔ or ə")
         })?;
         let mut number = |(field, unit), read: fn(Numbers<'_>, &str) -> Result<Option<f64>, CellFault>| {

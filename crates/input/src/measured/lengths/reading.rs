@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{DecimalMark, Encoding, LineEnds, TableUnit};
+use super::{DecimalMark, Encoding, LineEnds, Malformed, TableUnit, Vowel};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -86,4 +86,12 @@ pub struct Reading {
     pub set_aside: Vec<SetAside>,
     /// Lines (from 1) of rows without any measured length; these rows are ignored.
     pub rows_without_lengths: Vec<u64>,
+}
+
+/// An unusable row, with its subject and vowel if they can be read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct BrokenRow {
+    pub subject: Option<String>,
+    pub vowel: Option<Vowel>,
+    pub fault: Malformed,
 }

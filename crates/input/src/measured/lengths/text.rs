@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use serde::Serialize;
 use unicode_normalization::UnicodeNormalization;
 
-use super::error::{Malformed, Place};
+use crate::measured::error::{Malformed, Place};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::text::{LONGEST, clip, fold};
+use crate::measured::error::ReadError;
 
 /// The Japanese vowels in kana, and as they are written here.
 const KANA: [([&str; 3], &str); 5] = [
@@ -27,7 +28,7 @@ impl Vowel {
     /// Reads `a`, `/a/` or `[a]`; `u` stands for `ɯ`, which few keyboards have.
     ///
     /// # Errors
-    /// [`BadLabel`] for an empty label, one with control characters, or one of more than 40 characters.
+    /// For an empty label, one with control characters, or one of more than 40 characters.
     ///
     /// # Example
     /// ```
@@ -35,22 +36,24 @@ impl Vowel {
     ///
     /// assert_eq!(Vowel::new(" /u/ ")?, Vowel::unrounded_u());
     /// assert_eq!(Vowel::new("o\u{303}")?.label(), "õ"); // o and a tilde are one letter
-    /// # Ok::<(), tongue_input::measured::lengths::BadLabel>(())
+    /// # Ok::<(), tongue_input::measured::ReadError>(())
     /// ```
-    pub fn new(label: &str) -> Result<Self, BadLabel> {
+    pub fn new(label: &str) -> Result<Self, ReadError> {
         let vowel = Self::as_written(label)?;
         Ok(if vowel.0 == "u" { Self::unrounded_u() } else { vowel })
     }
 
     /// Reads a label as [`Vowel::new`] does, but keeps `u`: for tables that have both, and for looking up a
     /// row, which is found as `ɯ` if there is no `u`.
-    pub fn as_written(label: &str) -> Result<Self, BadLabel> {
+    pub fn as_written(label: &str) -> Result<Self, ReadError> {
         let folded = fold(label);
         let bare = &*folded;
         let within = |open, close| bare.strip_prefix(open).and_then(|rest| rest.strip_suffix(close));
         let bare = within('/', '/').or_else(|| within('[', ']')).unwrap_or(bare).trim();
         if bare.is_empty() || bare.contains(char::is_control) || bare.chars().nth(LONGEST).is_some() {
-            return Err(BadLabel { label: clip(label) });
+            let told = format!("{:?} is not a label of a vowel", clip(label));
+            let help = format!("write one of 1 to {LONGEST} printable characters, like a, ɔ or ə");
+            return Err(ReadError::Refused(format!("{told}; {help}")));
         }
         Ok(Self(
             KANA.iter().find(|(kana, _)| kana.contains(&bare)).map_or(bare, |(_, latin)| latin).to_owned(),
@@ -91,7 +94,7 @@ impl fmt::Display for Vowel {
 }
 
 impl FromStr for Vowel {
-    type Err = BadLabel;
+    type Err = ReadError;
 
     fn from_str(label: &str) -> Result<Self, Self::Err> {
         Self::as_written(label)
@@ -99,7 +102,7 @@ impl FromStr for Vowel {
 }
 
 impl TryFrom<String> for Vowel {
-    type Error = BadLabel;
+    type Error = ReadError;
 
     fn try_from(label: String) -> Result<Self, Self::Error> {
         Self::as_written(&label)
@@ -110,15 +113,6 @@ impl From<Vowel> for String {
     fn from(vowel: Vowel) -> Self {
         vowel.0
     }
-}
-
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "{label:?} is not a label of a vowel; write one of 1 to {LONGEST} printable characters, like a, ɔ or ə"
-)]
-pub struct BadLabel {
-    /// The given text, shortened if it is long.
-    pub label: String,
 }
 
 #[cfg(test)]

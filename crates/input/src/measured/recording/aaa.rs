@@ -5,7 +5,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 use super::{Budget, Format, Label, Recording, Sample, coordinate, limits};
 
 const TIMES: [&str; 4] =

@@ -3,7 +3,7 @@
 //! extra. After Praat's reader (Weenink 2023, `EMA.cpp`) and the manufacturer's manual. Files of the AG500
 //! without a header have twelve sensors at 200 frames a second (the manufacturer's `loaddata.m`).
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
 
 const VALUES: usize = 7;

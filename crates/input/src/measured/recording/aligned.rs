@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 
+use super::super::error::ReadError;
 use super::channels::{carry_by_coils, median_place, median_x, places_of_coils, rise_of_contour};
 use super::contour_frame::{self, SampleFrame};
 use super::flat::Flat;
 use super::front::Front;
 use super::map::CONTOUR_SD_M;
-use super::{Format, Label, Map, Recording, RecordingError, Role, names};
+use super::{Format, Label, Map, Recording, Role, names};
 
 /// Ends of a contour whose heights differ by less are level, m: the first point is then taken for the root.
 const LEVEL_M: f64 = 1e-3;
@@ -117,9 +118,9 @@ impl AlignedRecording {
     /// Interprets a recording with its map, as [`AlignedRecording::all`] does.
     ///
     /// # Errors
-    /// [`RecordingError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no
+    /// [`ReadError`] if the recording lacks a point of the map, if the unit or the rate is unknown, or if no
     /// channel is usable.
-    pub fn new(recording: &Recording, map: &Map) -> Result<Self, RecordingError> {
+    pub fn new(recording: &Recording, map: &Map) -> Result<Self, ReadError> {
         let flat = Flat::new(recording, map)?;
         let frame = SampleFrame::of(&[&flat], map);
         Self::of(flat, frame, map)
@@ -131,14 +132,14 @@ impl AlignedRecording {
     /// If no map gives the axis to the back of the head, it is x, reversed if the mental spine lies at larger
     /// x than the hyoid. Without these bones it is reversed if the lower end of the contour, which is the root, lies at smaller x than
     /// the other; with coils only, if the one at the tip lies at larger x than the others.
-    pub fn all(recordings: &[&Recording], map: &Map) -> Vec<Result<Self, RecordingError>> {
+    pub fn all(recordings: &[&Recording], map: &Map) -> Vec<Result<Self, ReadError>> {
         let flat: Vec<_> = recordings.iter().map(|r| Flat::new(r, map)).collect();
         let key = |r: &Recording| (r.speaker.clone(), r.channels.clone());
         let mut groups: BTreeMap<_, Vec<&Flat<'_>>> = BTreeMap::new();
         flat.iter().flatten().for_each(|one| groups.entry(key(one.recording)).or_default().push(one));
         let frames: BTreeMap<_, _> =
             groups.into_iter().map(|(key, group)| (key, SampleFrame::of(&group, map))).collect();
-        let of = |one: Result<Flat<'_>, RecordingError>| {
+        let of = |one: Result<Flat<'_>, ReadError>| {
             let one = one?;
             let frame = frames.get(&key(one.recording)).cloned().unwrap_or(Ok(None));
             Self::of(one, frame, map)
@@ -146,11 +147,7 @@ impl AlignedRecording {
         flat.into_iter().map(of).collect()
     }
 
-    fn of(
-        flat: Flat<'_>,
-        frame: Result<Option<SampleFrame>, String>,
-        map: &Map,
-    ) -> Result<Self, RecordingError> {
+    fn of(flat: Flat<'_>, frame: Result<Option<SampleFrame>, String>, map: &Map) -> Result<Self, ReadError> {
         let Flat { recording, roles, mut contour, mut places, times, metres, back, guessed, mut notes } =
             flat;
         let wrong = |problem: String| recording.uninterpreted(problem);

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
 
 /// Likelihood below which a point counts as not seen.

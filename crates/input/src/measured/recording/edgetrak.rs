@@ -3,7 +3,7 @@
 //! 2020), whose two header lines (`FRAME1 ..`, `X Y ..`) are accepted too, and of other readers of `.con`
 //! files (Faytak, `ssanova-formatter.py`).
 
-use super::super::lengths::error::Malformed;
+use super::super::error::Malformed;
 use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {

@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, mocha};
 
 const LARGEST_HEADER: usize = 1 << 20;

@@ -3,7 +3,7 @@
 //! before them are the user's choice, among them a time, a date, a prompt, a label (rticulate, Coretta 2021,
 //! `read_aaa`).
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 use super::aaa::{self, Rows};
 use super::{Format, Recording, limits};
 

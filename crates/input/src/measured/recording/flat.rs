@@ -3,9 +3,10 @@
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
+use super::super::error::ReadError;
 use super::channels::{hold_head, moves_as_a_tongue};
 use super::map::Axis;
-use super::{Format, Map, Recording, RecordingError, Role};
+use super::{Format, Map, Recording, Role};
 
 pub(super) type Places = Vec<Vec<Option<Point>>>;
 
@@ -25,7 +26,7 @@ pub(super) struct Flat<'a> {
 }
 
 impl<'a> Flat<'a> {
-    pub fn new(recording: &'a Recording, map: &Map) -> Result<Self, RecordingError> {
+    pub fn new(recording: &'a Recording, map: &Map) -> Result<Self, ReadError> {
         let wrong = |problem: String| recording.uninterpreted(problem);
         if let Some(problem) = map.unknown(&recording.channels) {
             return Err(wrong(problem));

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::super::lengths::error::{Malformed, Place};
-use super::{Recording, RecordingError, limits};
+use super::super::error::{Malformed, Place, ReadError};
+use super::{Recording, limits};
 
 const MOST_LABELS: usize = 100_000;
 
@@ -28,7 +28,7 @@ impl Label {
 }
 
 /// Takes the labels of `NAME.TextGrid` beside `NAME.tsv` where the file has one recording.
-pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), RecordingError> {
+pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), ReadError> {
     let Some(path) =
         ["TextGrid", "textgrid"].map(|e| path.with_extension(e)).into_iter().find(|p| p.is_file())
     else {
@@ -43,7 +43,7 @@ pub(super) fn beside(path: &Path, recordings: &mut [Recording]) -> Result<(), Re
         return Ok(());
     };
     let bytes = crate::files::read_up_to(limits::LARGEST, &path);
-    let bytes = bytes.map_err(|source| RecordingError::Unreadable { origin: origin.clone(), source })?;
+    let bytes = bytes.map_err(|source| ReadError::Unreadable { origin: origin.clone(), source })?;
     recording.labels.extend(text_grid(&bytes, &origin)?);
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 use super::super::lengths::text::decode;
 
 /// Maximum number of frames in a file: twenty minutes at 80 a second. The results of a frame take about 20

@@ -31,7 +31,8 @@ use tongue_core::limits;
 use tongue_core::suggest;
 use tongue_core::toml_text;
 
-use super::{Format, Recording, RecordingError, Stated, Times, names};
+use super::super::error::ReadError;
+use super::{Format, Recording, Stated, Times, names};
 
 /// Standard deviation of a contour point, m: DeepLabCut keypoints on ultrasound (AAA's models: 0.93 mm from
 /// human labels).
@@ -108,9 +109,9 @@ pub(super) type Axis = (usize, f64);
 
 impl Map {
     /// Reads a map; `origin` is its name in messages.
-    pub fn from_toml(text: &str, origin: &str) -> Result<Self, RecordingError> {
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, ReadError> {
         let wrong = |place: String, problem: String| {
-            RecordingError::Refused(format!("the map {origin}{place}: {problem}"))
+            ReadError::Refused(format!("the map {origin}{place}: {problem}"))
         };
         let file: File =
             toml_text::read(text).map_err(|e| wrong(format!(":{}", e.line), key_problem(&e.problem)))?;
@@ -223,7 +224,7 @@ impl Map {
 
     /// Metres in a unit of the file, and a note for the user. If neither the map nor the format gives the
     /// unit, it is the power of ten with which neighbouring coils are about 15 mm apart.
-    pub(super) fn metres(&self, recording: &Recording) -> Result<(f64, Option<String>), RecordingError> {
+    pub(super) fn metres(&self, recording: &Recording) -> Result<(f64, Option<String>), ReadError> {
         if let Some(metres) = self.file.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
             return Ok((metres, None));
         }
@@ -246,7 +247,7 @@ impl Map {
         Ok((mm * 1e-3, Some(told)))
     }
 
-    pub(super) fn seconds(&self, recording: &Recording) -> Result<f64, RecordingError> {
+    pub(super) fn seconds(&self, recording: &Recording) -> Result<f64, ReadError> {
         let wrong = |problem: &str| Err(recording.uninterpreted(problem.to_owned()));
         match (self.file.rate_hz, recording.times) {
             (Some(_), Times::InFile) => wrong("the file has its own times; take rate_hz out of the map"),

@@ -8,7 +8,7 @@
 
 use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 
 /// Limit of the decompressed size of all variables of a file, bytes.
 const MOST_INFLATED: usize = 64 << 20;

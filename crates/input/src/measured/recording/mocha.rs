@@ -3,7 +3,7 @@
 //! twenty channels alone. The order is that of MOCHA's EST files, as in some corpora (Wrench 1999; Qin and
 //! Carreira-Perpinan 2009, `MOCHAread.m`, whose columns these are).
 
-use super::super::lengths::error::Malformed;
+use super::super::error::Malformed;
 use super::numbers::Numbers;
 use super::{Format, Recording, Sample, Times, is_coordinate};
 

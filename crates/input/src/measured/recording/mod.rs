@@ -52,7 +52,7 @@ use std::path::Path;
 use serde::Serialize;
 use tongue_core::statistics::distinct;
 
-use super::lengths::error::{Malformed, Place};
+use super::error::{Malformed, Place, ReadError};
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark, Stated};
 pub use channels::{FIRST_COIL_M, LONGER_THAN_CHORD};
@@ -168,22 +168,6 @@ pub struct Recording {
     pub format: Format,
 }
 
-/// Why a recording, its map or landmarks cannot be used. Each message says what is wrong, where, and what to do.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordingError {
-    #[error("cannot read {origin}: {source}; {}", crate::files::advice(source))]
-    Unreadable {
-        origin: String,
-        /// The error of the operating system, or that it is not a file or too large.
-        source: std::io::Error,
-    },
-    #[error(transparent)]
-    Malformed(#[from] Malformed),
-    /// A map or landmarks are wrong, or no tongue can be made of the recording with its map.
-    #[error("{0}")]
-    Refused(String),
-}
-
 impl Recording {
     /// A recording with times of its own, named after its file.
     fn of_file(
@@ -234,10 +218,10 @@ impl Recording {
 
     /// Reads all recordings of a file. Its format is found from its content and name unless it is given. A Praat TextGrid of the same
     /// name beside a file of one recording gives its labels.
-    pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, RecordingError> {
+    pub fn from_path(path: &Path, format: Option<Format>) -> Result<Vec<Self>, ReadError> {
         let origin = path.display().to_string();
         let bytes = crate::files::read_up_to(limits::LARGEST, path);
-        let bytes = bytes.map_err(|source| RecordingError::Unreadable { origin: origin.clone(), source })?;
+        let bytes = bytes.map_err(|source| ReadError::Unreadable { origin: origin.clone(), source })?;
         let mut found = Self::from_bytes(&bytes, &origin, format)?;
         labels::beside(path, &mut found)?;
         Ok(found)
@@ -272,8 +256,8 @@ impl Recording {
         Ok(found)
     }
 
-    fn uninterpreted(&self, problem: String) -> RecordingError {
-        RecordingError::Refused(format!("the recording {:?}: {problem}", self.name))
+    fn uninterpreted(&self, problem: String) -> ReadError {
+        ReadError::Refused(format!("the recording {:?}: {problem}", self.name))
     }
 
     /// Median distance between neighbouring channels of these, in the unit of the file.

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 use super::matlab::{File, Value};
 use super::{Budget, Format, Recording, Sample, is_coordinate};
 

@@ -1,6 +1,6 @@
 //! Reader of tables of numbers without a header, separated by spaces, tabs or commas.
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 use super::limits::{self, Budget};
 use super::{Sample, is_coordinate};
 

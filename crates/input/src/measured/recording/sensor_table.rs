@@ -3,7 +3,7 @@
 //! and Carstens AG501's exported as text (a time, then x, y, z, phi, theta of every channel). Columns of positions are known by x, y, z or Tx, Ty,
 //! Tz before or behind the sensor's name, mm.
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 use super::{Budget, Format, Recording, Sample, aaa, limits};
 
 const HELP: &str = "give a header with a time and, for each sensor, x, y and z in mm (NDI Wave: Wav Time, State, Tx, Ty, Tz; AG501: Ch1_x, Ch1_y, \

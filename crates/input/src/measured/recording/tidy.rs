@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::lengths::error::{Malformed, Place};
+use super::super::error::{Malformed, Place};
 use super::{Budget, Format, Recording, Sample, coordinate, limits};
 
 const LEAST_SIGMA_MM: f64 = 1e-3;

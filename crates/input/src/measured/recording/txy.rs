@@ -4,7 +4,7 @@
 //! upper incisors (Westbury 1994, *X-ray microbeam speech production database user's handbook*, chapters 6
 //! and 8).
 
-use super::super::lengths::error::Malformed;
+use super::super::error::Malformed;
 use super::numbers::Numbers;
 use super::{Format, Recording, Sample, is_coordinate};
 
