@@ -1,6 +1,5 @@
 //! `tongue-fit adapt`: makes a speaker's body.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, miette};
@@ -105,13 +104,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             let seen: Vec<_> = recordings.iter().map(|r| &r.seen).collect();
             notes.extend(basis.place(&seen, &[]).into_diagnostic()?.doubt());
             notes.iter().for_each(|n| output::note(n));
-            let bar = output::bar(1, "{bar:40} rest shape, {eta} left")?;
-            let progress = |done: usize, of: usize| {
-                bar.set_length(of as u64);
-                bar.set_position(done as u64);
-            };
-            let speaker = basis.to_recordings(&seen, arguments.rest, &[], &progress);
-            bar.finish_and_clear();
+            let speaker = output::with_bar("{bar:40} rest shape, {eta} left", |progress| {
+                basis.to_recordings(&seen, arguments.rest, &[], progress)
+            })?;
             (speaker.into_diagnostic()?, drawn(&seen))
         }
     };
@@ -124,8 +119,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let said = text(&record);
     record.notes.extend(notes);
     let written = write(&out, &speaker, &given.body, &seen, &record, arguments)?;
-    let text = || said + &table::files(&written);
-    output::answer(global, &Json(&record), &super::provenance(), &written, text)?;
+    output::answer(global, &Json(&record), &super::provenance(), &written, || said)?;
     if doubts.is_empty() {
         return Ok(if is_whole { Outcome::Good } else { Outcome::SomeRowsRefused });
     }
@@ -190,38 +184,27 @@ fn write(
     );
     let section = SectionPicture::new(&similar, &mesh.nodes, &at_rest, palate, title);
     let picture = report::tongue(&SectionPicture { seen, grey, ..section }).into_diagnostic()?;
-    let by = super::provenance();
-    let (json, said) = (Json(&file), Json(record));
     let files: [(&str, &dyn Export); 3] =
-        [("body.json", &json), ("adapt.json", &said), ("rest.svg", &picture)];
-    out.export(&files, &by).into_diagnostic()
+        [("body.json", &Json(&file)), ("adapt.json", &Json(record)), ("rest.svg", &picture)];
+    out.export(&files, &super::provenance()).into_diagnostic()
 }
 
 fn text(record: &Record) -> String {
-    let mut t = table::table(&["muscle", "before, mm", "after, mm", "ratio"]);
-    for m in &record.muscles {
-        t.add_row([
-            m.muscle.clone(),
-            format!("{:.1}", m.before_mm),
-            format!("{:.1}", m.after_mm),
-            format!("{:.3}", m.stretch),
-        ]);
-    }
+    let t = table::rows(&["muscle", "before, mm", "after, mm", "ratio"], &record.muscles, |m| {
+        let [before, after] = [m.before_mm, m.after_mm].map(|mm| format!("{mm:.1}"));
+        [m.muscle.clone(), before, after, format!("{:.3}", m.stretch)]
+    });
     let how = match record.rest {
         How::Similarity => "turned, scaled and shifted to what was seen of the speaker",
         How::Joint => "the shape that explains many frames at once",
         How::Contour => "the shape of the contour at rest",
     };
-    let mut text =
-        format!("rest shape: {how}; scale {:.3}, turned by {:.1}°", record.scale, record.angle_deg);
-    let _ = match record.rms_mm {
-        Some(mm) => writeln!(text, "; contours met to {mm:.2} mm (RMS)"),
-        None => writeln!(text),
-    };
-    let _ =
-        writeln!(text, "cells keep at least {:.0} % of their area\n\n{t}", 100.0 * record.least_area_ratio);
-    for note in &record.notes {
-        let _ = writeln!(text, "but {note}");
-    }
-    text
+    let met = record.rms_mm.map_or_else(String::new, |mm| format!("; contours met to {mm:.2} mm (RMS)"));
+    let notes: String = record.notes.iter().map(|note| format!("but {note}\n")).collect();
+    format!(
+        "rest shape: {how}; scale {:.3}, turned by {:.1}°{met}\ncells keep at least {:.0} % of their area\n\n{t}\n{notes}",
+        record.scale,
+        record.angle_deg,
+        100.0 * record.least_area_ratio
+    )
 }

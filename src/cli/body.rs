@@ -41,7 +41,7 @@ pub fn tell_duration(what: &str, nodes: usize, at_default_s: f64) {
 /// The body and its model.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
-#[command(next_help_heading = "Body")]
+#[command(next_help_heading = "Body", allow_negative_numbers = true)]
 pub struct Arguments {
     /// Mesh spacing, such as 5.5mm or 2.75mm; a bare number is millimetres [default: 5.5mm, of a continuum
     /// 4mm]
@@ -61,8 +61,7 @@ pub struct Arguments {
     #[arg(
         long,
         value_name = "NU",
-        default_value_t = Constants::TONGUE.poisson_ratio,
-        allow_negative_numbers = true, hide_short_help = true)]
+        default_value_t = Constants::TONGUE.poisson_ratio, hide_short_help = true)]
     poisson_ratio: f64,
     /// Body: springs on connections (as in the thesis), a continuum of quadratic elements with muscles of
     /// finite width, whose answers do not depend on the mesh, or in `simulate`, `muscles` and `track` the built-in

@@ -6,7 +6,7 @@ use tongue_fit::inverse::Fit;
 use tongue_fit::report::fixed;
 
 use super::published::Published;
-use super::table::table;
+use super::table::rows;
 
 pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     let target = &fit.target;
@@ -17,8 +17,7 @@ pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     if published.is_some() {
         header.extend(["published", "table 4.8"]);
     }
-    let mut t = table(&header);
-    for (i, muscle) in target.muscles.iter().enumerate() {
+    let t = rows(&header, target.muscles.iter().enumerate(), |(i, muscle)| {
         let mark = if fit.contracts(i) { "*" } else { "" };
         let doubt = if target.activation[i].uncertain { "?" } else { "" };
         let shortening = |now: f64, then: f64| percent(1.0 - now / then);
@@ -35,8 +34,8 @@ pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
             row.push(format!("{:.3}", here[i]));
             row.push(format!("{:.2}", there[i]));
         }
-        t.add_row(row);
-    }
+        row
+    });
     let over = format!("of the length in /{}/ (measured) or at rest (simulated)", target.baseline);
     let mut text = format!("\n{t}\n* contracting: more tension than in the baseline; shortening: {over}\n");
     if published.is_some() {

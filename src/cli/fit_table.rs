@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use comfy_table::Cell;
 use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::inverse::valley::Valley;
 use tongue_fit::inverse::{Fit, FitStatus};
@@ -14,7 +13,7 @@ use tongue_fit::report::{self, fixed};
 use super::fit_muscles::muscles;
 use super::posterior::Sampled;
 use super::published::Published;
-use super::table::{counted, newtons, table};
+use super::table::{counted, newtons, rows};
 
 pub struct Shown<'a> {
     pub fit: &'a Fit,
@@ -112,34 +111,20 @@ impl Shown<'_> {
         let target = &self.fit.target;
         let mut header = vec!["tension, N/m"];
         header.extend(target.active_names());
-        let mut t = table(&header);
-        let row = |name: &str, values: &[f64]| {
-            let mut row = vec![Cell::new(name)];
-            row.extend(target.active.iter().map(|&m| Cell::new(newtons(values[m]))));
-            row
-        };
-        let mut rows = vec![("found", self.fit.tensions.as_slice())];
-        rows.extend(self.from_stretches.map(|f| ("found from stretches", f.tensions.as_slice())));
-        let curve: Vec<[Vec<f64>; 2]> = self.valleys().filter_map(|v| self.ends(v)).collect();
-        for [first, last] in &curve {
-            rows.push(("fits as well, from", first.as_slice()));
-            rows.push(("fits as well, to", last.as_slice()));
+        let own = |tensions: &[f64]| target.active.iter().map(|&m| tensions[m]).collect::<Vec<_>>();
+        let mut found = vec![("found", own(&self.fit.tensions))];
+        found.extend(self.from_stretches.map(|f| ("found from stretches", own(&f.tensions))));
+        for valley in self.valleys() {
+            if let (Some(first), Some(last)) = (valley.points.first(), valley.points.last()) {
+                found.push(("fits as well, from", first.x.clone()));
+                found.push(("fits as well, to", last.x.clone()));
+            }
         }
-        rows.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", p.tensions.as_slice())));
-        for (name, values) in &rows {
-            t.add_row(row(name, values));
-        }
+        found.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", own(&p.tensions))));
+        let t = rows(&header, &found, |(name, values)| {
+            std::iter::once((*name).to_owned()).chain(values.iter().map(|v| newtons(*v)))
+        });
         format!("{t}\n\n")
-    }
-
-    /// Tensions of all muscles at both ends of a curve.
-    fn ends(&self, valley: &Valley) -> Option<[Vec<f64>; 2]> {
-        let all = |x: &[f64]| {
-            let mut tensions = self.fit.tensions.clone();
-            self.fit.target.active.iter().zip(x).for_each(|(&m, x)| tensions[m] = *x);
-            tensions
-        };
-        Some([all(&valley.points.first()?.x), all(&valley.points.last()?.x)])
     }
 
     fn not_measured(&self) -> String {

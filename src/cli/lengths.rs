@@ -12,7 +12,7 @@ use tongue_fit::measured::lengths::{
 };
 use tongue_fit::measured::{Dataset, TargetKind, Vowel};
 
-use super::scene_table::left;
+use super::table::left;
 use super::{Global, Outcome, output, table};
 
 const MOST_LISTED: usize = 50;

@@ -3,12 +3,13 @@
 use std::fmt::Write as _;
 
 use miette::IntoDiagnostic;
-use tongue_fit::body::Quality;
 use tongue_fit::body::json::MeshRecord;
-use tongue_fit::report::{Export, Json, Msh, OutputDir, Vtu};
+use tongue_fit::body::{Mesh, Quality};
+use tongue_fit::material::Coefficients;
+use tongue_fit::report::{Export, Json, Msh, Vtu};
 use tongue_fit::system;
 
-use super::{Global, Outcome, body, output, table};
+use super::{Global, Outcome, body, output};
 
 /// Options of `tongue-fit mesh`.
 #[derive(Debug, Clone, clap::Args)]
@@ -27,25 +28,20 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let body = arguments.body.body()?;
     let mesh = &body.mesh;
-    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
+    let out = global.given_folder()?;
     let coefficients = system::coefficients(mesh, &arguments.body.model()).into_diagnostic()?;
     let record = MeshRecord::of(&body, &arguments.body.model()).into_diagnostic()?;
-    let (by, json) = (super::provenance(), Json(&record));
-    let written = match &out {
-        Some(out) => {
-            let at_rest = vec![0.0; mesh.muscles.len()];
-            let vtu = Vtu::new(mesh, &mesh.nodes, &at_rest).into_diagnostic()?;
-            let msh = Msh { mesh, bones: &body.bones };
-            let files: [(&str, &dyn Export); 3] =
-                [("mesh.json", &json), ("mesh.msh", &msh), ("mesh.vtu", &vtu)];
-            out.export(&files, &by).into_diagnostic()?
-        }
-        None => Vec::new(),
-    };
-    if global.json {
-        output::print(&json.text(&by).into_diagnostic()?)?;
-        return Ok(Outcome::Good);
-    }
+    let json = Json(&record);
+    let at_rest = vec![0.0; mesh.muscles.len()];
+    let vtu = Vtu::new(mesh, &mesh.nodes, &at_rest).into_diagnostic()?;
+    let msh = Msh { mesh, bones: &body.bones };
+    let files: [(&str, &dyn Export); 3] = [("mesh.json", &json), ("mesh.msh", &msh), ("mesh.vtu", &vtu)];
+    let text = || text(mesh, &coefficients);
+    output::write_and_answer(global, (out.as_ref(), &files), &json, &super::provenance(), text)?;
+    Ok(Outcome::Good)
+}
+
+fn text(mesh: &Mesh<2>, coefficients: &Coefficients) -> String {
     let q = Quality::of(mesh);
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
@@ -78,6 +74,5 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let length_mm = mesh.distance(chain.ends()) * 1e3;
         line(&chain.name, format!("{length_mm:.1} mm, {} connections", chain.nodes.len() - 1));
     }
-    output::summary(&(text + &table::files(&written)), &written)?;
-    Ok(Outcome::Good)
+    text
 }

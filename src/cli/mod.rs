@@ -30,7 +30,6 @@ mod simulate;
 mod sound;
 mod sound_space;
 mod space;
-mod space_surgery;
 mod space_track;
 mod table;
 mod track;

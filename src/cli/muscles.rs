@@ -21,10 +21,10 @@ use super::{Global, Outcome, body, output, space, table};
     tongue-fit muscles --body space --activation 0.05")]
 pub struct Arguments {
     /// Tension of the active muscle of a body in the plane, N per metre of thickness [default: 15]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     tension: Option<f64>,
     /// Activation of the active muscle of a body in space (--body space), from 0 to 1 [default: 0.1]
-    #[arg(long, value_name = "A", allow_negative_numbers = true)]
+    #[arg(long, value_name = "A")]
     activation: Option<f64>,
     #[command(flatten)]
     body: body::Arguments,
@@ -119,10 +119,8 @@ fn answer(
     let by = super::provenance().with_tissue(tissue);
     let files: [(&str, &dyn Export); 2] =
         [("muscles.svg", &picture), ("muscles.csv", &Rows(&record.muscles))];
-    let written = out.export(&files, &by).into_diagnostic()?;
-    output::answer(global, &Json(&record), &by, &written, || {
-        text(title, &record.muscles, surface) + &table::files(&written)
-    })?;
+    let text = || text(title, &record.muscles, surface);
+    output::write_and_answer(global, (Some(out), &files), &Json(&record), &by, text)?;
     let solved = record.muscles.iter().map(|e| (e.pulling.as_str(), e.status, e.alarms.len()));
     Ok(Outcome::of_muscles(solved))
 }
@@ -133,14 +131,13 @@ fn text(title: &str, effects: &[Effect], surface: &str) -> String {
     let columns =
         ["pulling", "its length", "tip forward", "up", "top forward", "up", "root forward", "up", "wider"];
     let has_width = own.iter().any(|e| e.wider_mm.is_some());
-    let mut t = table::table(&columns[..columns.len() - usize::from(!has_width)]);
-    for e in &own {
+    let t = table::rows(&columns[..columns.len() - usize::from(!has_width)], &own, |e| {
         let mm = |v: f64| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0);
         let ways =
             [e.tip_forward_mm, e.tip_up_mm, e.top_forward_mm, e.top_up_mm, e.root_forward_mm, e.root_up_mm];
         let first = [e.pulling.clone(), format!("{:+.1} %", 100.0 * (e.stretch - 1.0))];
-        t.add_row(first.into_iter().chain(ways.into_iter().chain(e.wider_mm).map(mm)));
-    }
+        first.into_iter().chain(ways.into_iter().chain(e.wider_mm).map(mm))
+    });
     let doubtful = own.iter().filter(|e| !e.alarms.is_empty());
     let doubts: String = doubtful.map(|e| format!("but of {}: {}\n", e.pulling, e.alarms)).collect();
     format!(

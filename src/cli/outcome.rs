@@ -54,8 +54,8 @@ pub fn untrusted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) 
     let all: usize = statuses.values().sum();
     let bad: Vec<_> = statuses.iter().filter(|(status, _)| !good.contains(&status.as_str())).collect();
     let count: usize = bad.iter().map(|(_, n)| **n).sum();
-    let kinds: Vec<String> = bad.iter().map(|(s, n)| format!("{n} {}", s.replace('_', " "))).collect();
-    (!bad.is_empty()).then(|| format!("{count} of the {all} {what} cannot be trusted ({})", kinds.join(", ")))
+    (!bad.is_empty())
+        .then(|| format!("{count} of the {all} {what} cannot be trusted ({})", super::table::ended(bad)))
 }
 
 pub fn word(status: &impl serde::Serialize) -> String {

@@ -11,7 +11,7 @@ use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
 use tongue_fit::report::{Clean, Export, OutputDir, Provenance};
 
-use super::Global;
+use super::{Global, table};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Volume {
@@ -50,20 +50,40 @@ pub fn summary(text: &str, files: &[PathBuf]) -> miette::Result<()> {
     if volume() == Volume::Quiet && !files.is_empty() { Ok(()) } else { print(text) }
 }
 
-/// Answers a command: prints the record as JSON with `--json`, and otherwise the text, as [`summary`].
+/// Answers a command: prints the record as JSON with `--json`, and otherwise the text and the names of the files, as [`summary`].
 pub fn answer(
     global: &Global,
     record: &dyn Export,
     by: &Provenance,
-    files: &[PathBuf],
+    written: &[PathBuf],
     text: impl FnOnce() -> String,
 ) -> miette::Result<()> {
-    if global.json { stream(|out| record.write(out, by)) } else { summary(&text(), files) }
+    match global.json {
+        true => stream(|out| record.write(out, by)),
+        false => summary(&(text() + &table::files(written)), written),
+    }
+}
+
+/// Writes files into a folder, if there is one, and answers a command with them.
+pub fn write_and_answer(
+    global: &Global,
+    (out, files): (Option<&OutputDir>, &[(&str, &dyn Export)]),
+    record: &dyn Export,
+    by: &Provenance,
+    text: impl FnOnce() -> String,
+) -> miette::Result<()> {
+    let written = out.map(|out| out.export(files, by)).transpose().into_diagnostic()?;
+    answer(global, record, by, &written.unwrap_or_default(), text)
 }
 
 impl Global {
     pub fn folder(&self, default: &str) -> miette::Result<OutputDir> {
         OutputDir::prepare(self.out.as_deref().unwrap_or(Path::new(default))).into_diagnostic()
+    }
+
+    /// The folder, if one was given.
+    pub fn given_folder(&self) -> miette::Result<Option<OutputDir>> {
+        self.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()
     }
 }
 
@@ -136,6 +156,20 @@ pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
     };
     let style = ProgressStyle::with_template(template).into_diagnostic()?;
     Ok(ProgressBar::with_draw_target(Some(length), target).with_style(style))
+}
+
+/// Does some work with a progress bar, which takes the steps that are done and their number.
+pub fn with_bar<T>(
+    template: &str,
+    work: impl FnOnce(&(dyn Fn(usize, usize) + Sync)) -> T,
+) -> miette::Result<T> {
+    let bar = bar(1, template)?;
+    let done = work(&|done, of| {
+        bar.set_length(of as u64);
+        bar.set_position(done as u64);
+    });
+    bar.finish_and_clear();
+    Ok(done)
 }
 
 /// An error of writing to stderr cannot be reported.

@@ -10,7 +10,7 @@ use tongue_fit::parallel;
 use tongue_fit::report::{Json, OutputDir, PageTable, TonguePage};
 use tongue_fit::run::FitRun;
 
-use super::{Global, Outcome, body, output, table};
+use super::{Global, Outcome, body, output};
 
 const DEFAULT_OUT: &str = "results/tongue.html";
 /// Maximum number of fits in a page; it computes further ones itself.
@@ -82,14 +82,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let page = TonguePage { body: arguments.body.page_body()?, table: own, fits };
     let written = out.export(&[(&name, &page)], &by).into_diagnostic()?;
     let record = Record { file: path, fits: page.fits.len(), not_fitted };
-    if global.json {
-        output::print(&tongue_fit::report::Export::text(&Json(&record), &by).into_diagnostic()?)?;
-    } else {
-        let mut text = format!("{}: {} fits in it\n", tongue.what, record.fits);
-        for why in &record.not_fitted {
-            text += &format!("not fitted: {why}\n");
-        }
-        output::summary(&(text + &table::files(&written)), &written)?;
-    }
+    output::answer(global, &Json(&record), &by, &written, || {
+        let refused: String = record.not_fitted.iter().map(|why| format!("not fitted: {why}\n")).collect();
+        format!("{}: {} fits in it\n{refused}", tongue.what, record.fits)
+    })?;
     Ok(Outcome::Good)
 }

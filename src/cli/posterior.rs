@@ -16,7 +16,7 @@ use tongue_fit::report::{self, Draws, Export, Svg, fixed};
 use tongue_fit::system::Model;
 
 use super::Global;
-use super::table::table;
+use super::table::rows;
 use super::{body, output};
 
 const SECONDS_A_DRAW: f64 = 3.5e-3;
@@ -159,13 +159,8 @@ impl Sampled<'_> {
     pub fn text(&self, posture: usize, is_verbose: bool) -> String {
         let report = &self.reports[posture];
         let seen = &self.posterior.density.seen;
-        let others: Vec<String> = seen
-            .labels
-            .iter()
-            .enumerate()
-            .filter(|(p, _)| *p != posture)
-            .map(|(_, l)| format!("/{l}/"))
-            .collect();
+        let others = seen.labels.iter().enumerate().filter(|(p, _)| *p != posture);
+        let others: Vec<String> = others.map(|(_, label)| format!("/{label}/")).collect();
         let mut text = format!(
             "\nPOSTERIOR of {} against /{}/{}: all {}, every muscle may pull\n",
             self.what(posture),
@@ -204,9 +199,7 @@ impl Sampled<'_> {
         );
         text
     }
-}
 
-impl Sampled<'_> {
     /// In which muscles a posture surely differs from others that were sampled with it.
     fn told_contrasts(&self, posture: usize) -> String {
         let own = &self.posterior.density.seen.labels[posture];
@@ -231,12 +224,12 @@ fn range(ends: [f64; 2], digits: usize) -> String {
 }
 
 fn changes(summary: &Summary) -> String {
-    let mut t = table(&["muscle", "F - F0, N/m", "50 %", "95 %", "P(rises)", "F, 95 %", "F0, 95 %"]);
-    for (i, (muscle, change)) in summary.changes_n.0.iter().enumerate() {
+    let header = ["muscle", "F - F0, N/m", "50 %", "95 %", "P(rises)", "F, 95 %", "F0, 95 %"];
+    let t = rows(&header, summary.changes_n.0.iter().enumerate(), |(i, (muscle, change))| {
         let tension = &summary.tensions_n.0[i].1;
         let mark = |is: bool| if is { "°" } else { "" };
         let of = |s: &Quantiles| range(s.interval_95, 0);
-        t.add_row([
+        [
             muscle.clone(),
             fixed(change.spread.median, 0),
             range(change.spread.interval_50, 0),
@@ -244,8 +237,8 @@ fn changes(summary: &Summary) -> String {
             format!("{:.2}{}", change.probability_rises, if change.sign_depends_on_prior { "‡" } else { "" }),
             format!("{}{}", of(&tension.spread), mark(tension.depends_on_prior)),
             of(&summary.baseline_tensions_n.0[i].1),
-        ]);
-    }
+        ]
+    });
     let mut text = format!("\n{t}\n");
     let changes = || summary.changes_n.0.iter().map(|(_, c)| c);
     if summary.tensions_n.0.iter().any(|(_, t)| t.depends_on_prior) || changes().any(|c| c.depends_on_prior) {
@@ -259,20 +252,14 @@ fn changes(summary: &Summary) -> String {
 
 fn details(summary: &Summary) -> String {
     let mut text = "Young's modulus scales all tensions and is not in these intervals\n".to_owned();
-    let mut t = table(&["muscle", "stretch measured", "fitted, 95 %", "without its own, 95 %"]);
-    for (muscle, s) in &summary.stretches.0 {
+    let header = ["muscle", "stretch measured", "fitted, 95 %", "without its own, 95 %"];
+    let t = rows(&header, &summary.stretches.0, |(muscle, s)| {
         let left_out = s.left_out.as_ref().map_or_else(
             || "-".to_owned(),
-            |l| {
-                format!(
-                    "{}{}",
-                    range(l.spread.interval_95, 2),
-                    if l.spread.holds(s.measured) { "" } else { " !" }
-                )
-            },
+            |l| range(l.spread.interval_95, 2) + if l.spread.holds(s.measured) { "" } else { " !" },
         );
-        t.add_row([muscle.clone(), format!("{:.3}", s.measured), range(s.fitted.interval_95, 2), left_out]);
-    }
+        [muscle.clone(), format!("{:.3}", s.measured), range(s.fitted.interval_95, 2), left_out]
+    });
     let _ = writeln!(text, "\n{t}");
     let any = |is: &dyn Fn(&StretchSummary) -> bool| summary.stretches.0.iter().any(|(_, s)| is(s));
     if any(&|s| s.left_out.as_ref().is_some_and(|l| !l.spread.holds(s.measured))) {

@@ -16,7 +16,7 @@ use super::body;
 #[group(skip)]
 pub struct Arguments {
     /// Tension of a muscle, N per metre of thickness; may be given several times
-    #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "MUSCLE=N")]
     tension: Vec<String>,
     /// Relative muscle activity of a vowel, 0 to 1: a table with a column muscle, a column for each vowel and, if known, full_n_per_m, the
     /// tension of a muscle at activity 1; --tension gives the muscles that the table lacks

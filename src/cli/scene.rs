@@ -131,7 +131,7 @@ fn explain(plan: &ScenePlan, global: &Global) -> miette::Result<Outcome> {
 }
 
 fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
-    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
+    let out = global.given_folder()?;
     let scene = load(name)?;
     let to = out.as_ref().map(|out| (out, name));
     let (result, by, written) = match prepared(&scene)? {
@@ -155,7 +155,7 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
             })?
         }
     };
-    output::answer(global, &Json(&result), &by, &written, || scene_table::outcome(&result, &written))?;
+    output::answer(global, &Json(&result), &by, &written, || scene_table::outcome(&result))?;
     Ok(outcome(&result))
 }
 

@@ -1,14 +1,13 @@
 //! Plans and results of scenes as text for a terminal of 100 columns.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use tongue_fit::inverse::alarms;
 use tongue_fit::report;
 use tongue_fit::scene::ScenePlan;
 use tongue_fit::scene::run::{Moment, SceneOutcome};
 
-use super::table::{self, files, table};
+use super::table::{self, left, rows, table};
 use super::word;
 
 const REASON: usize = 50;
@@ -31,10 +30,9 @@ pub fn plan(plan: &ScenePlan) -> String {
     }
     left(&mut t, 4);
     let _ = writeln!(text, "{t}\n");
-    let mut t = table(&["muscle", "", "why"]);
-    for m in &plan.muscles {
-        t.add_row([m.muscle.as_str(), if m.contracting { "on" } else { "-" }, &m.why]);
-    }
+    let mut t = rows(&["muscle", "", "why"], &plan.muscles, |m| {
+        [m.muscle.as_str(), if m.contracting { "on" } else { "-" }, &m.why]
+    });
     left(&mut t, 2);
     if !plan.muscles.is_empty() {
         let _ = writeln!(text, "{t}\n");
@@ -56,7 +54,7 @@ pub fn plan(plan: &ScenePlan) -> String {
     text
 }
 
-pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
+pub fn outcome(o: &SceneOutcome) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", o.plan.title, o.plan.body, o.plan.method);
     if !o.muscles.is_empty() {
         let tension = match o.plan.dimension {
@@ -70,17 +68,12 @@ pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
             .chain(interval)
             .chain(["rest mm", "length mm", "stretch"])
             .collect();
-        let mut t = table(&columns);
-        for m in &o.muscles {
+        let t = rows(&columns, &o.muscles, |m| {
             let interval = m.interval_n.map(|[low, high]| format!("{low:.2} to {high:.2}"));
-            t.add_row(
-                [m.muscle.clone(), format!("{:.2}", m.pull.value())].into_iter().chain(interval).chain([
-                    format!("{:.2}", m.rest_mm),
-                    format!("{:.2}", m.length_mm),
-                    format!("{:.3}", m.stretch),
-                ]),
-            );
-        }
+            let [pull, rest, length] = [m.pull.value(), m.rest_mm, m.length_mm].map(|v| format!("{v:.2}"));
+            let end = [rest, length, format!("{:.3}", m.stretch)];
+            [m.muscle.clone(), pull].into_iter().chain(interval).chain(end)
+        });
         let _ = writeln!(text, "{t}\n");
     }
     if let Some(p) = &o.points {
@@ -150,20 +143,14 @@ pub fn outcome(o: &SceneOutcome, written: &[PathBuf]) -> String {
     }
     if !o.time_by_effect.is_empty() {
         let whole = if o.trajectory.is_some() { "in all µs" } else { "in the solve µs" };
-        let mut t = table(&["effect", "energy µs", "force µs", "stiffness µs", whole]);
-        for e in &o.time_by_effect {
-            let us = |v: f64| format!("{v:.2}");
-            t.add_row([
-                e.effect.to_owned(),
-                us(e.energy_us),
-                us(e.force_us),
-                us(e.stiffness_us),
-                us(e.total_us),
-            ]);
-        }
+        let header = ["effect", "energy µs", "force µs", "stiffness µs", whole];
+        let t = rows(&header, &o.time_by_effect, |e| {
+            let each = [e.energy_us, e.force_us, e.stiffness_us, e.total_us];
+            [e.effect.to_owned()].into_iter().chain(each.map(|us| format!("{us:.2}")))
+        });
         let _ = writeln!(text, "{t}");
     }
-    text + &files(written)
+    text
 }
 
 /// The lengths over time, one row for each time.
@@ -181,10 +168,4 @@ pub fn lengths_over_time(o: &SceneOutcome) -> report::Table {
 fn vector(v: &[f64]) -> String {
     let parts: Vec<String> = v.iter().map(|x| report::fixed(*x, 3)).collect();
     format!("({})", parts.join(", "))
-}
-
-pub(super) fn left(t: &mut comfy_table::Table, column: usize) {
-    if let Some(c) = t.column_mut(column) {
-        c.set_cell_alignment(comfy_table::CellAlignment::Left);
-    }
 }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use miette::IntoDiagnostic;
 
-use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture, Vtu};
+use tongue_fit::report::{self, Export, Json, SectionPicture, Vtu};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::Workspace;
 use tongue_fit::system::System;
@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     body::tell_duration("one equilibrium", body.mesh.nodes.len(), body::EQUILIBRIUM_S);
     let mesh = &body.mesh;
     let palate = body.palate.as_deref().unwrap_or_default();
-    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
+    let out = global.given_folder()?;
     let active: Vec<usize> = given.iter().map(|(m, _)| *m).collect();
     let system = System::new(mesh, &arguments.body.model(), &active).into_diagnostic()?;
     let mut all = vec![0.0; system.muscle_count()];
@@ -65,19 +65,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     output::step(|| format!("{:?} in {} iterations", found.solution.status, found.solution.iterations));
     let positions = workspace.positions();
     let record = found.record(&system, positions, &mesh.muscle_names(), &all, wall_s);
-    let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
-    let mut written = Vec::new();
-    if let Some(out) = &out {
-        let title = "Tongue at rest (grey) and deformed";
-        let stretch = arguments.colour_stretch;
-        let section = SectionPicture { stretch, ..SectionPicture::new(mesh, positions, &all, palate, title) };
-        let picture = report::tongue(&section).into_diagnostic()?;
-        let vtu =
-            Vtu::new(mesh, positions, &all).into_diagnostic()?.with_stresses(system.stresses(positions));
-        let files: [(&str, &dyn Export); 3] =
-            [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
-        written = out.export(&files, &by).into_diagnostic()?;
-    }
-    output::answer(global, &json, &by, &written, || table::simulation(&record, &written))?;
+    let json = Json(&record);
+    let title = "Tongue at rest (grey) and deformed";
+    let stretch = arguments.colour_stretch;
+    let section = SectionPicture { stretch, ..SectionPicture::new(mesh, positions, &all, palate, title) };
+    let picture = report::tongue(&section).into_diagnostic()?;
+    let vtu = Vtu::new(mesh, positions, &all).into_diagnostic()?.with_stresses(system.stresses(positions));
+    let files: [(&str, &dyn Export); 3] =
+        [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
+    let by = super::provenance().with_tissue(system.tissue());
+    output::write_and_answer(global, (out.as_ref(), &files), &json, &by, || table::simulation(&record))?;
     Ok(Outcome::of_equilibrium(record.status, &record.alarms))
 }

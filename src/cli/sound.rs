@@ -25,10 +25,13 @@ const BASELINE: &str = "ɯ";
 /// Options of `tongue-fit sound`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
-#[command(after_help = "Examples:\n  \
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:\n  \
     tongue-fit sound --vowel a\n  \
     tongue-fit sound --tension GGp=20 --tension SGa=4 --lip-opening 7 --out results/mine\n  \
-    tongue-fit sound --body space --activation GGP=0.1")]
+    tongue-fit sound --body space --activation GGP=0.1"
+)]
 pub struct Arguments {
     /// Vowel whose lengths are fitted, with jaw and lips as in the tract's file; for the baseline ɯ the
     /// tongue at rest
@@ -41,13 +44,13 @@ pub struct Arguments {
     #[arg(long, value_name = "KIND", default_value = "stretch", hide_short_help = true)]
     target: String,
     /// Tension of a muscle instead of a vowel, N per metre of thickness; may be given several times
-    #[arg(long, value_name = "MUSCLE=N", allow_hyphen_values = true)]
+    #[arg(long, value_name = "MUSCLE=N")]
     tension: Vec<String>,
     /// Tract (TOML) instead of that of the reference tongue
     #[arg(long, value_name = "FILE")]
     tract: Option<PathBuf>,
     /// Opening of the jaw, degrees [default: that of the tract's file for the vowel, else 0]
-    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    #[arg(long, value_name = "DEG")]
     jaw: Option<f64>,
     /// Shift of the hyoid, mm: back,up
     #[arg(
@@ -63,7 +66,7 @@ pub struct Arguments {
     #[arg(long, value_name = "MM")]
     lip_opening: Option<f64>,
     /// Protrusion of the lips, mm [default: that of the tract's file for the vowel, else 0]
-    #[arg(long, value_name = "MM", allow_hyphen_values = true)]
+    #[arg(long, value_name = "MM")]
     lip_protrusion: Option<f64>,
     /// Mesh spacing, mm
     #[arg(long, value_name = "MM", default_value_t = 5.5, hide_short_help = true)]
@@ -250,8 +253,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let (json, areas) = (Json(&record), Rows(&record.sound.area_function));
     let files: [(&str, &dyn Export); 4] =
         [(&names[0], &json), (&names[1], &wav), (&names[2], &picture), (&names[3], &areas)];
-    let written = out.export(&files, &by).into_diagnostic()?;
-    output::answer(global, &json, &by, &written, || text(&record, &title) + &table::files(&written))?;
+    output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&record, &title))?;
     Ok(Outcome::judged(record.converged, || "the shape of the tongue did not converge".to_owned()))
 }
 
@@ -270,8 +272,9 @@ fn text(record: &Record, title: &str) -> String {
         .into_iter()
         .chain(muscles)
         .collect();
-    let mut t = table::table(&columns.iter().map(String::as_str).collect::<Vec<_>>());
-    for (i, (f, b)) in sound.formants_hz.iter().zip(&sound.bandwidths_hz).enumerate() {
+    let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
+    let formants = sound.formants_hz.iter().zip(&sound.bandwidths_hz).enumerate();
+    let t = table::rows(&columns, formants, |(i, (f, b))| {
         let mean = record.published_hz.and_then(|m| m.get(i).copied());
         let rates = sound.by_tension.iter().map(|b| format!("{:+.2}", b.hz_per_n[i]));
         let own = [
@@ -280,8 +283,8 @@ fn text(record: &Record, title: &str) -> String {
             format!("{b:.0}"),
             mean.map_or_else(|| "-".to_owned(), |m| format!("{m:.0}")),
         ];
-        t.add_row(own.into_iter().chain(rates));
-    }
+        own.into_iter().chain(rates).collect::<Vec<_>>()
+    });
     let _ = writeln!(text, "{t}\n");
     if !record.converged {
         text += "NOT CONVERGED (do not trust the shape)\n";

@@ -21,7 +21,7 @@ pub struct Arguments {
     body: Option<SpaceSource>,
     /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given
     /// several times
-    #[arg(long, value_name = "MUSCLE=A", allow_hyphen_values = true, requires = "body")]
+    #[arg(long, value_name = "MUSCLE=A", requires = "body")]
     activation: Vec<String>,
     #[command(flatten)]
     model: space::ModelArguments,

@@ -1,7 +1,5 @@
-//! `tongue-fit simulate --body space` or a folder: one equilibrium of a body in space.
+//! `tongue-fit simulate --body space` or a folder: one equilibrium of a body in space, or one before and one after surgery.
 
-use std::fmt::Write as _;
-use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr, miette};
@@ -9,14 +7,15 @@ use nalgebra::{Vector2, Vector3};
 
 use tongue_fit::body::{SpaceBody, Unit, artisynth, gmsh};
 use tongue_fit::inverse::alarms;
-use tongue_fit::report::{self, Export, Json, OperationRecord, OutputDir, SpaceRecord, SpaceVtu};
+use tongue_fit::report::{self, Export, Json, OperationRecord, SpaceRecord, SpaceVtu};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::Workspace;
+use tongue_fit::surgery::{FillingKind, Surgery};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use super::body::SpaceSource;
 use super::choice::choice;
-use super::{Global, Outcome, output, space_surgery, table};
+use super::{Global, Outcome, output, table};
 
 /// Options of bodies in space.
 #[derive(Debug, Clone, clap::Args)]
@@ -25,12 +24,46 @@ use super::{Global, Outcome, output, space_surgery, table};
 pub struct Arguments {
     /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given
     /// several times
-    #[arg(long, value_name = "MUSCLE=A", allow_hyphen_values = true)]
+    #[arg(long, value_name = "MUSCLE=A")]
     activation: Vec<String>,
     #[command(flatten)]
     model: ModelArguments,
     #[command(flatten)]
-    surgery: space_surgery::Arguments,
+    surgery: SurgeryArguments,
+}
+
+/// Options of surgery.
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Surgery")]
+struct SurgeryArguments {
+    /// Operate elements whose middle lies in a box or ball (mm), or of a muscle: box:X0,X1,Y0,Y1,Z0,Z1,
+    /// ball:X,Y,Z,R or GGP_L; with left: or right: in front, of one side only; may be given several times
+    #[arg(long, value_name = "REGION", requires = "filling", hide_short_help = true)]
+    operate: Vec<String>,
+    /// What is left there, which decides to which side the tongue deviates: nothing (removed: what
+    /// remains moves freely), a scar (stiff, without muscle), a flap (as stiff as tongue, without
+    /// muscle), or tissue whose nerve is cut (silent)
+    #[arg(long, value_name = "KIND", value_parser = choice::<FillingKind>(), requires = "operate", hide_short_help = true)]
+    filling: Option<FillingKind>,
+    /// How many times as stiff as tongue a scar is
+    #[arg(long, value_name = "N", default_value_t = 10.0, requires = "filling", hide_short_help = true)]
+    scar: f64,
+    /// Find activations, with the sides apart, that bring the tip back to where it was before surgery
+    #[arg(long, requires = "operate", hide_short_help = true)]
+    make_up: bool,
+}
+
+impl SurgeryArguments {
+    /// What is asked for, if anything is.
+    fn surgery(&self) -> Option<Surgery> {
+        Some(Surgery {
+            operate: self.operate.clone(),
+            filling: self.filling.filter(|_| !self.operate.is_empty())?,
+            scar: self.scar,
+            make_up: self.make_up,
+        })
+    }
 }
 
 /// Options of the model in space.
@@ -44,13 +77,7 @@ pub struct ModelArguments {
     muscles_as: MusclesAs,
     /// Stiffening of a muscle's tissue by full activation, as a multiple of its passive stiffness (ArtiSynth:
     /// 9)
-    #[arg(
-        long,
-        value_name = "GAIN",
-        default_value_t = 0.0,
-        allow_hyphen_values = true,
-        hide_short_help = true
-    )]
+    #[arg(long, value_name = "GAIN", default_value_t = 0.0, hide_short_help = true)]
     stiffening: f64,
     /// Cut every hexahedron in eight
     #[arg(long, hide_short_help = true)]
@@ -71,17 +98,20 @@ impl ModelArguments {
             )),
             SpaceSource::BuiltIn => SpaceBody::tongue(if self.refined { 2 } else { 1 }).into_diagnostic(),
             SpaceSource::Folder(folder) => {
-                let body = artisynth::read(folder).into_diagnostic()?;
-                Ok(if self.refined { body.refined() } else { body })
+                artisynth::read(folder).map(|body| self.cut(body)).into_diagnostic()
             }
             SpaceSource::Mesh(file) => {
                 let origin = file.display().to_string();
                 let bytes = tongue_fit::files::read(file).into_diagnostic();
                 let bytes = bytes.wrap_err_with(|| format!("cannot read the mesh \"{origin}\""))?;
-                let body = gmsh::read_space(&bytes, &origin, self.body_unit).into_diagnostic()?;
-                Ok(if self.refined { body.refined() } else { body })
+                let body = gmsh::read_space(&bytes, &origin, self.body_unit);
+                body.map(|body| self.cut(body)).into_diagnostic()
             }
         }
+    }
+
+    fn cut(&self, body: SpaceBody) -> SpaceBody {
+        if self.refined { body.refined() } else { body }
     }
 
     pub fn model(&self) -> miette::Result<SpaceModel> {
@@ -157,7 +187,6 @@ pub fn solve(
     Ok(Solved { found, positions, system, wall_s })
 }
 
-/// One equilibrium, or one before and one after surgery.
 pub fn run(
     source: &SpaceSource,
     arguments: &Arguments,
@@ -169,19 +198,18 @@ pub fn run(
     let model = arguments.model.model()?;
     let surgery = arguments.surgery.surgery();
     let operated = surgery.as_ref().map(|s| s.operate(&whole)).transpose().into_diagnostic()?;
-    let out = global.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()?;
-    let mut found = solve(&whole, &model, &all, direct)?;
+    let out = global.given_folder()?;
+    let mut solved = solve(&whole, &model, &all, direct)?;
     let (mut body, mut activations, mut operation) = (&whole, all.clone(), None);
     if let Some((surgery, operated)) = surgery.as_ref().zip(operated.as_ref()) {
-        let before = found.positions;
+        let before = solved.positions;
         (body, activations) = (&operated.body, operated.muscles.iter().map(|&m| all[m]).collect());
-        found = solve(body, &model, &activations, direct)?;
-        let mut record = OperationRecord::new(surgery, &whole, operated, [&before, &found.positions]);
-        let tip = whole.foremost();
+        solved = solve(body, &model, &activations, direct)?;
+        let mut record = OperationRecord::new(surgery, &whole, operated, [&before, &solved.positions]);
         if surgery.make_up {
             // Both sides are searched, also where one half was enough for the equilibrium.
             let system = System::in_space(body, &model).into_diagnostic()?;
-            surgery.make_up(&mut record, tip, (body, &system), &before).into_diagnostic()?;
+            surgery.make_up(&mut record, whole.foremost(), (body, &system), &before).into_diagnostic()?;
             if record.made_up_by.is_none() {
                 output::note(
                     "the tip itself is removed, so no activations are searched that would bring it back",
@@ -190,53 +218,16 @@ pub fn run(
         }
         operation = Some(record);
     }
-    let Solved { found, positions, system, wall_s } = found;
+    let Solved { found, positions, system, wall_s } = solved;
     let record = SpaceRecord::new(body, (&system, &found), &activations, &positions, wall_s);
     let record = SpaceRecord { operation, ..record };
-    let (by, json) = (super::provenance().with_tissue(system.tissue()), Json(&record));
-    let mut written = Vec::new();
-    if let Some(out) = &out {
-        let title = "Tongue in space: at rest (light) and deformed";
-        let picture = report::views(body, &positions, &activations, title).into_diagnostic()?;
-        let vtu = SpaceVtu { body, positions: &positions, activations: &activations };
-        let files: [(&str, &dyn Export); 3] =
-            [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
-        written = out.export(&files, &by).into_diagnostic()?;
-    }
-    output::answer(global, &json, &by, &written, || text(&record, &written))?;
+    let json = Json(&record);
+    let title = "Tongue in space: at rest (light) and deformed";
+    let picture = report::views(body, &positions, &activations, title).into_diagnostic()?;
+    let vtu = SpaceVtu { body, positions: &positions, activations: &activations };
+    let files: [(&str, &dyn Export); 3] =
+        [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
+    let by = super::provenance().with_tissue(system.tissue());
+    output::write_and_answer(global, (out.as_ref(), &files), &json, &by, || table::in_space(&record))?;
     Ok(Outcome::of_equilibrium(found.solution.status, &found.alarms))
-}
-
-fn text(record: &SpaceRecord, written: &[PathBuf]) -> String {
-    let mut t = table::table(&["muscle", "activation", "fibre mm", "stretch"]);
-    for (i, (muscle, activation)) in record.activations.0.iter().enumerate() {
-        t.add_row([
-            muscle.clone(),
-            format!("{activation}"),
-            format!("{:.2}", record.lengths_mm.0[i].1),
-            format!("{:.3}", record.stretches.0[i].1),
-        ]);
-    }
-    let mut text = format!("{t}\n");
-    let [back, right, up] = record.foremost_moved_mm;
-    let _ = writeln!(
-        text,
-        "the foremost node of the midsagittal plane moved {back:.2} mm back, {right:.2} mm to the right, {up:.2} mm up; \
-         all nodes {:.2} mm (RMS)",
-        record.rms_displacement_mm
-    );
-    let _ = writeln!(
-        text,
-        "{:?} in {} iterations and {} factorisations of {} unknowns{}; volumes at {:.1} % to {:.1} % of rest",
-        record.status,
-        record.iterations,
-        record.factorisations,
-        record.unknowns,
-        if record.half { " (one half: both sides are alike)" } else { "" },
-        100.0 * record.min_volume_ratio,
-        100.0 * record.max_volume_ratio
-    );
-    text += &record.operation.as_ref().map_or_else(String::new, table::operation);
-    text += &table::way(record.branch.as_ref(), record.connection);
-    text + &table::alarms(&record.alarms) + &table::files(written)
 }

@@ -35,13 +35,7 @@ pub struct Arguments {
     #[arg(long, value_name = "N", default_value_t = FitSettings::default().starts, hide_short_help = true)]
     starts: usize,
     /// Standard deviation of each coordinate, distance or length, mm, where a table has no column sd_mm
-    #[arg(
-        long,
-        value_name = "MM",
-        default_value_t = 0.5,
-        allow_negative_numbers = true,
-        hide_short_help = true
-    )]
+    #[arg(long, value_name = "MM", default_value_t = 0.5, hide_short_help = true)]
     sd: f64,
     #[command(flatten)]
     model: ModelArguments,
@@ -136,8 +130,7 @@ impl Arguments {
         let by = super::provenance().with_tissue(system.tissue());
         let files: [(&str, &dyn Export); 3] =
             [("track.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
-        let written = out.export(&files, &by).into_diagnostic()?;
-        output::answer(global, &json, &by, &written, || text(&record) + &table::files(&written))?;
+        output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&record))?;
         Ok(Outcome::of_reason(record.untrusted.clone()))
     }
 }
@@ -193,14 +186,10 @@ fn text(record: &SpaceTrackRecord) -> String {
             let name = frame.recording.as_ref().map_or_else(String::new, |name| format!("{name}, "));
             let _ = writeln!(text, "{name}at {time} s");
         }
-        let mut t = table::table(&["muscle", "activation", "sd"]);
-        for ((name, a), (_, sd)) in frame.activations.0.iter().zip(&frame.sd.0) {
-            t.add_row([
-                name.clone(),
-                format!("{a:.3}"),
-                sd.map_or_else(String::new, |sd| format!("{sd:.3}")),
-            ]);
-        }
+        let each = frame.activations.0.iter().zip(&frame.sd.0);
+        let t = table::rows(&["muscle", "activation", "sd"], each, |((name, a), (_, sd))| {
+            [name.clone(), format!("{a:.3}"), sd.map_or_else(String::new, |sd| format!("{sd:.3}"))]
+        });
         let _ = writeln!(
             text,
             "{t}\n{:?}: met to {:.2} mm (RMS), {:.2} mm at most; {} factorisations from {} starts",

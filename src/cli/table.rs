@@ -3,72 +3,116 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::{Cell, CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
-use tongue_fit::inverse::alarms::Alarm;
+use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::batch::BatchJournal;
 use tongue_fit::report::batch::contrasts::SubjectContrast;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
-use tongue_fit::report::{OperationRecord, SimulationRecord, TrajectoryRecord};
+use tongue_fit::report::{OperationRecord, SimulationRecord, SpaceRecord, TrajectoryRecord};
 use tongue_fit::statics::{self, Connection, CriticalKind};
 use tongue_fit::validate::ValidationStudy;
 
+/// An empty table; all columns but the first are aligned to the right.
 pub(super) fn table(header: &[&str]) -> Table {
     let mut t = Table::new();
     t.load_style(presets::ASCII_MARKDOWN).set_header(header.iter().copied());
-    for column in 1..header.len() {
-        if let Some(c) = t.column_mut(column) {
-            c.set_cell_alignment(CellAlignment::Right);
-        }
-    }
+    (1..header.len()).for_each(|column| align(&mut t, column, CellAlignment::Right));
+    t
+}
+
+pub(super) fn left(t: &mut Table, column: usize) {
+    align(t, column, CellAlignment::Left);
+}
+
+fn align(t: &mut Table, column: usize, to: CellAlignment) {
+    t.column_mut(column).into_iter().for_each(|c| {
+        c.set_cell_alignment(to);
+    });
+}
+
+/// A table with a row for each item.
+pub(super) fn rows<T, R: IntoIterator<Item: Into<Cell>>>(
+    header: &[&str],
+    items: impl IntoIterator<Item = T>,
+    row: impl Fn(T) -> R,
+) -> Table {
+    let mut t = table(header);
+    items.into_iter().for_each(|item| {
+        t.add_row(row(item));
+    });
     t
 }
 
 pub(super) fn files(written: &[PathBuf]) -> String {
-    let mut text = String::new();
-    for (i, path) in written.iter().enumerate() {
-        let _ = writeln!(text, "{:<8}{}", if i == 0 { "written" } else { "" }, path.display());
-    }
-    text
+    let line = |(i, path): (usize, &PathBuf)| {
+        format!("{:<8}{}\n", if i == 0 { "written" } else { "" }, path.display())
+    };
+    written.iter().enumerate().map(line).collect()
 }
 
-pub fn simulation(record: &SimulationRecord, written: &[PathBuf]) -> String {
+pub fn simulation(record: &SimulationRecord) -> String {
     let ratio = match record.ratios.0.iter().find(|(_, ratio)| *ratio == 1.0) {
         Some((reference, _)) => format!("ratio to {reference}"),
         None => "ratio".to_owned(),
     };
-    let mut t = table(&["muscle", "tension N/m", "length mm", &ratio, "stretch"]);
-    for (i, (muscle, tension)) in record.tensions_n.0.iter().enumerate() {
-        t.add_row([
+    let header = ["muscle", "tension N/m", "length mm", &ratio, "stretch"];
+    let t = rows(&header, record.tensions_n.0.iter().enumerate(), |(i, (muscle, tension))| {
+        let [length, ratio, stretch] =
+            [&record.lengths_mm, &record.ratios, &record.stretches].map(|of| of.0[i].1);
+        [
             muscle.clone(),
             newtons(*tension),
-            format!("{:.2}", record.lengths_mm.0[i].1),
-            format!("{:.3}", record.ratios.0[i].1),
-            format!("{:.3}", record.stretches.0[i].1),
-        ]);
-    }
-    let mut text = format!("{t}\n");
-    let _ = writeln!(
-        text,
-        "{:?} in {} iterations; largest residual force {:.1e} N; areas at {:.1} % to {:.1} % of rest",
+            format!("{length:.2}"),
+            format!("{ratio:.3}"),
+            format!("{stretch:.3}"),
+        ]
+    });
+    let mut text = format!(
+        "{t}\n{:?} in {} iterations; largest residual force {:.1e} N; {}",
         record.status,
         record.iterations,
         record.max_residual_force_n,
-        100.0 * record.min_area_ratio,
-        100.0 * record.max_area_ratio
+        of_rest("areas", record.min_area_ratio, record.max_area_ratio)
     );
     if record.status == statics::SolveStatus::Inverted {
         text += "A CELL IS INVERTED: no effect in this model prevents that\n";
     }
-    text += &way(record.branch.as_ref(), record.connection);
-    text + &alarms(&record.alarms) + &files(written)
+    text + &way(record.branch.as_ref(), record.connection) + &alarms(&record.alarms)
+}
+
+pub fn in_space(record: &SpaceRecord) -> String {
+    let header = ["muscle", "activation", "fibre mm", "stretch"];
+    let t = rows(&header, record.activations.0.iter().enumerate(), |(i, (muscle, activation))| {
+        let (length, stretch) = (record.lengths_mm.0[i].1, record.stretches.0[i].1);
+        [muscle.clone(), activation.to_string(), format!("{length:.2}"), format!("{stretch:.3}")]
+    });
+    let [back, right, up] = record.foremost_moved_mm;
+    format!(
+        "{t}\nthe foremost node of the midsagittal plane moved {back:.2} mm back, {right:.2} mm to the right, {up:.2} mm up; \
+         all nodes {:.2} mm (RMS)\n{:?} in {} iterations and {} factorisations of {} unknowns{}; {}{}{}{}",
+        record.rms_displacement_mm,
+        record.status,
+        record.iterations,
+        record.factorisations,
+        record.unknowns,
+        if record.half { " (one half: both sides are alike)" } else { "" },
+        of_rest("volumes", record.min_volume_ratio, record.max_volume_ratio),
+        record.operation.as_ref().map_or_else(String::new, operation),
+        way(record.branch.as_ref(), record.connection),
+        alarms(&record.alarms)
+    )
+}
+
+fn of_rest(what: &str, least: f64, most: f64) -> String {
+    format!("{what} at {:.1} % to {:.1} % of rest\n", 100.0 * least, 100.0 * most)
 }
 
 /// The connection of an equilibrium to rest.
-pub(super) fn way(branch: Option<&statics::Trace>, connection: Connection) -> String {
+fn way(branch: Option<&statics::Trace>, connection: Connection) -> String {
     let Some(branch) = branch else { return way_from_rest(connection).to_owned() };
-    let mut text = match (branch.critical, branch.stopped) {
+    let text = match (branch.critical, branch.stopped) {
         (None, None) => {
             "followed from rest: the answer lies on the branch of equilibria that begins there".to_owned()
         }
@@ -85,8 +129,7 @@ pub(super) fn way(branch: Option<&statics::Trace>, connection: Connection) -> St
             }
         ),
     };
-    text += if branch.another { "; there is another equilibrium\n" } else { "; no other was met\n" };
-    text
+    text + if branch.another { "; there is another equilibrium\n" } else { "; no other was met\n" }
 }
 
 /// The connection to rest of an equilibrium whose branch was not followed.
@@ -109,16 +152,12 @@ pub(super) fn alarms(alarms: &[Alarm]) -> String {
     alarms.iter().map(|alarm| format!("but {}\n", alarm.text())).collect()
 }
 
-pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
-    let mut t = table(&["muscle", "length mm"]);
-    for (muscle, length) in &record.lengths_mm.0 {
-        t.add_row([muscle.clone(), format!("{length:.3}")]);
-    }
-    let mut text = format!("{t}\n");
+pub fn trajectory(record: &TrajectoryRecord) -> String {
+    let lengths = &record.lengths_mm.0;
+    let t = rows(&["muscle", "length mm"], lengths, |(muscle, mm)| [muscle.clone(), format!("{mm:.3}")]);
     let counts = &record.counts;
-    let _ = writeln!(
-        text,
-        "{:?} at t = {:.4} s of {} s; {} in {:.0} ms: {} steps, {} rejected, {} forces, {} factorisations",
+    let mut text = format!(
+        "{t}\n{:?} at t = {:.4} s of {} s; {} in {:.0} ms: {} steps, {} rejected, {} forces, {} factorisations\n",
         record.status,
         record.time_s,
         record.t_end_s,
@@ -133,14 +172,8 @@ pub fn trajectory(record: &TrajectoryRecord, written: &[PathBuf]) -> String {
         text += "the steps grow there: take a shorter one (--dt), or --method tr-bdf2, which has no limit\n";
     }
     text += &way_gone(record.time_s, record.part_of_way_to_equilibrium);
-    text += &alarms(tongue_fit::inverse::alarms::barrier(record.guarded).as_slice());
-    let _ = writeln!(
-        text,
-        "areas at {:.1} % to {:.1} % of rest",
-        100.0 * record.min_area_ratio,
-        100.0 * record.max_area_ratio
-    );
-    text + &files(written)
+    text += &alarms(alarms::barrier(record.guarded).as_slice());
+    text + &of_rest("areas", record.min_area_ratio, record.max_area_ratio)
 }
 
 /// Part of the way to equilibrium that a body in motion has moved, in one line; empty if it is not known.
@@ -150,35 +183,32 @@ pub fn way_gone(time_s: f64, part: Option<f64>) -> String {
     format!("at {time_s} s the body has gone {percent:.digits$} % of the way to its equilibrium\n")
 }
 
-/// Numbers above this are written with an exponent, so that columns keep their width.
-pub(super) const LARGE: f64 = 1e5;
-
+/// A tension; a large one has an exponent, so that columns keep their width.
 pub(super) fn newtons(tension: f64) -> String {
-    if tension < LARGE { format!("{tension:.2}") } else { format!("{tension:.2e}") }
+    if tension < 1e5 { format!("{tension:.2}") } else { format!("{tension:.2e}") }
+}
+
+/// `12 converged, 1 target not met`.
+pub(super) fn ended<'a>(statuses: impl IntoIterator<Item = (&'a String, &'a usize)>) -> String {
+    let each = statuses.into_iter().map(|(status, n)| format!("{n} {}", status.replace('_', " ")));
+    each.collect::<Vec<_>>().join(", ")
 }
 
 pub(super) fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }
 
-pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> String {
+pub fn validation(study: &ValidationStudy, wall_s: f64) -> String {
     let mut text = format!(
         "passive stretches of {} of {}, from /{}/; each subject predicted from the other ones\n\n",
         counted(study.fits, "fit"),
         counted(study.subjects.len(), "subject"),
         study.baseline
     );
-    let mut t = table(&[
-        "opponent",
-        "tuned",
-        "RMS",
-        "95 %",
-        "worse than\nno change",
-        "better than\nthe constant",
-        "r",
-    ]);
-    for o in &study.opponents {
-        t.add_row([
+    let header =
+        ["opponent", "tuned", "RMS", "95 %", "worse than\nno change", "better than\nthe constant", "r"];
+    let t = rows(&header, &study.opponents, |o| {
+        [
             o.name.replace('_', " "),
             o.tuned_parameters.to_string(),
             format!("{:.3}", o.rms),
@@ -186,66 +216,51 @@ pub fn validation(study: &ValidationStudy, written: &[PathBuf], wall_s: f64) -> 
             o.worse_than_no_change.to_string(),
             format!("{:.1} %", 100.0 * o.better_than_constant),
             o.correlation.map_or("–".to_owned(), |r| format!("{r:.2}")),
-        ]);
-    }
+        ]
+    });
     let _ = writeln!(text, "{t}\n");
     if let Some(posterior) = &study.posterior {
-        let mut t = table(&[
-            "one muscle left out, as a distribution",
-            "RMS",
-            "CRPS",
-            "log score",
-            "in 50 %",
-            "in 95 %",
-        ]);
-        for s in &posterior.scores {
-            t.add_row([
+        let header =
+            ["one muscle left out, as a distribution", "RMS", "CRPS", "log score", "in 50 %", "in 95 %"];
+        let t = rows(&header, &posterior.scores, |s| {
+            [
                 s.name.replace('_', " "),
                 format!("{:.3}", s.rms),
                 format!("{:.3}", s.crps),
                 format!("{:.2}", s.log_score),
                 format!("{:.0} %", 100.0 * s.coverage_50),
                 format!("{:.0} %", 100.0 * s.coverage_95),
-            ]);
-        }
+            ]
+        });
         let _ = writeln!(text, "\n{t}\n{}\n", posterior.verdict);
     }
-    let _ = writeln!(text, "{wall_s:.0} s\n");
-    text + &files(written)
+    text + &format!("{wall_s:.0} s\n\n")
 }
 
 const MOST_LISTED: usize = 60;
 
-pub fn batch(
-    batch: &Batch<'_>,
-    journal: &BatchJournal,
-    written: &[PathBuf],
-    wall_s: f64,
-) -> miette::Result<String> {
+pub fn batch(batch: &Batch<'_>, journal: &BatchJournal, wall_s: f64) -> miette::Result<String> {
     let s = batch.summary;
     let mut text = String::new();
     if batch.jobs.len() <= MOST_LISTED {
         text += &listed(batch, journal)?;
     }
-    let mut t = table(&["passive stretches, RMS", "fits", "model", "no change", ""]);
-    for g in &s.passive {
+    let t = rows(&["passive stretches, RMS", "fits", "model", "no change", ""], &s.passive, |g| {
         let vowel = g.vowel.as_ref().map_or("all".to_owned(), |v| format!("/{v}/"));
         let mark = if g.substitute_baseline { " (against a substitute baseline)" } else { "" };
-        t.add_row([
+        [
             format!("{} {vowel}{mark}", g.target_kind),
             g.fits.to_string(),
             format!("{:.3}", g.rms_stretch),
             format!("{:.3}", g.no_change_rms_stretch),
             g.verdict(),
-        ]);
-    }
-    let _ = writeln!(text, "{t}\n");
-    let statuses: Vec<String> =
-        s.statuses.iter().map(|(k, n)| format!("{n} {}", k.replace('_', " "))).collect();
-    let _ = writeln!(text, "{} in {wall_s:.1} s: {}", counted(s.fits, "fit"), statuses.join(", "));
+        ]
+    });
     let _ = writeln!(
         text,
-        "{}, {} not fitted, {} unreadable",
+        "{t}\n\n{} in {wall_s:.1} s: {}\n{}, {} not fitted, {} unreadable",
+        counted(s.fits, "fit"),
+        ended(&s.statuses),
         counted(s.baselines, "baseline"),
         s.not_fitted,
         s.unreadable_rows
@@ -273,35 +288,31 @@ pub fn batch(
             "batch.html and tensions.svg show the first {MOST_FITS_ON_PAGE} fits; the other files have all"
         );
     }
-    Ok(text + &files(written))
+    Ok(text)
 }
 
 /// The contrasts between vowels whose sign is sure, a line for each subject and pair of vowels.
 fn decided(all: &[SubjectContrast]) -> String {
-    let mut lines: Vec<(String, Vec<String>)> = Vec::new();
     let sure: Vec<&SubjectContrast> = all.iter().filter(|c| c.contrast.is_decided()).collect();
-    for SubjectContrast { subject, contrast: c, .. } in &sure {
-        let pair = format!("{subject} /{}/ against /{}/", c.posture, c.other);
-        let mark = if c.sign_depends_on_prior { "‡" } else { "" };
-        let word = format!("{} {}{mark}", c.muscle, if c.probability_more > 0.5 { "harder" } else { "less" });
-        match lines.last_mut().filter(|(name, _)| *name == pair) {
-            Some((_, words)) => words.push(word),
-            None => lines.push((pair, vec![word])),
-        }
-    }
     let mut text =
         format!("contrasts between vowels that are sure to 95 %: {} of {}\n", sure.len(), all.len());
-    for (pair, words) in lines {
-        let _ = writeln!(text, "  {pair}: {}", words.join(", "));
+    let pair = |s: &SubjectContrast| {
+        format!("{} /{}/ against /{}/", s.subject, s.contrast.posture, s.contrast.other)
+    };
+    for same in sure.chunk_by(|a, b| pair(a) == pair(b)) {
+        let word = |SubjectContrast { contrast: c, .. }: &&SubjectContrast| {
+            let mark = if c.sign_depends_on_prior { "‡" } else { "" };
+            format!("{} {}{mark}", c.muscle, if c.probability_more > 0.5 { "harder" } else { "less" })
+        };
+        let words: Vec<String> = same.iter().map(word).collect();
+        let _ = writeln!(text, "  {}: {}", pair(same[0]), words.join(", "));
     }
     text
 }
 
 fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
     let mut t = table(&["fit", "tensions, N/m", "misfit", "passive", "alarms"]);
-    if let Some(c) = t.column_mut(1) {
-        c.set_cell_alignment(CellAlignment::Left);
-    }
+    left(&mut t, 1);
     for number in 0..batch.jobs.len() {
         if let Some(Entry { result: Ok(fit), .. }) = journal.read(number).into_diagnostic()? {
             t.add_row(fit.line);

@@ -208,7 +208,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let written = track_files::write(&out, &record, &bodies, &run.basis.model, &arguments.files)?;
     journal.remove().into_diagnostic()?;
     let by = super::provenance().with_tissue(run.basis.model.tissue);
-    output::answer(global, &Json(&record), &by, &written, || track_table::track(&record, &written))?;
+    output::answer(global, &Json(&record), &by, &written, || track_table::track(&record))?;
     // Some recordings were not used.
     Ok(if left_out.is_empty() || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused })
 }

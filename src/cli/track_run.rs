@@ -16,13 +16,7 @@ use super::{interrupt, output, recording_checks};
 
 /// The given body, or one adapted to these recordings, with a bar of its progress.
 pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result<TrackedBody> {
-    let bar = output::bar(1, "{bar:40} rest shape, {eta} left")?;
-    let progress = |done: usize, of: usize| {
-        bar.set_length(of as u64);
-        bar.set_position(done as u64);
-    };
-    let made = run.body(seen, &progress);
-    bar.finish_and_clear();
+    let made = output::with_bar("{bar:40} rest shape, {eta} left", |progress| run.body(seen, progress))?;
     let made = made.into_diagnostic()?;
     if let Some(similarity) = &made.similarity {
         recording_checks::check_scale(similarity.scale(), recording_checks::bones_apart_m(&made.followed))?;
@@ -79,11 +73,6 @@ pub fn resumed(
     let found: Vec<Option<TrackedRecording>> = (0..count).map(read).collect::<miette::Result<_>>()?;
     let wanted: Vec<bool> = found.iter().map(Option::is_none).collect();
     let state = Mutex::new((journal, found, Ok(())));
-    let bar = output::bar(1, "{bar:40} {percent:>3} % of the tensions, {eta} left")?;
-    let progress = |done: usize, of: usize| {
-        bar.set_length(of as u64);
-        bar.set_position(done as u64);
-    };
     let take = |nth: usize, recording: TrackedRecording| {
         let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
         let (journal, found, written) = &mut *state;
@@ -94,10 +83,11 @@ pub fn resumed(
         }
         found[nth] = entry.result.ok();
     };
-    let watch = Watch { progress: &progress, is_wanted: &|nth| wanted[nth], take: &take };
-    let searched = if wanted.contains(&true) { search(&watch) } else { Ok(()) };
-    bar.finish_and_clear();
-    searched?;
+    if wanted.contains(&true) {
+        output::with_bar("{bar:40} {percent:>3} % of the tensions, {eta} left", |progress| {
+            search(&Watch { progress, is_wanted: &|nth| wanted[nth], take: &take })
+        })??;
+    }
     let (journal, found, written) = state.into_inner().unwrap_or_else(PoisonError::into_inner);
     written.into_diagnostic()?;
     Ok((journal, found.into_iter().flatten().collect()))

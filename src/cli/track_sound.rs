@@ -29,14 +29,7 @@ pub struct Arguments {
     #[arg(long, value_name = "MM", requires = "formants", default_value_t = Articulation::default().lip_opening_mm, hide_short_help = true)]
     lip_opening: f64,
     /// Protrusion of the lips in all frames, mm
-    #[arg(
-        long,
-        value_name = "MM",
-        requires = "formants",
-        default_value_t = 0.0,
-        allow_hyphen_values = true,
-        hide_short_help = true
-    )]
+    #[arg(long, value_name = "MM", requires = "formants", default_value_t = 0.0, hide_short_help = true)]
     lip_protrusion: f64,
 }
 

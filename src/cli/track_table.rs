@@ -1,7 +1,6 @@
 //! Tracking as text for a terminal of 100 columns.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
 use tongue_fit::report::{TrackRecord, fixed};
 use tongue_fit::statistics::upper_median;
@@ -9,35 +8,32 @@ use tongue_fit::track::{Displacement, FrameStatus, NARROW, Tracked};
 
 use super::table::{self, counted};
 
-pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
+pub fn track(record: &TrackRecord) -> String {
     let frames = || record.results.frames().map(|(_, frame)| frame);
     let mut text = format!(
         "{} of {}",
         counted(record.results.frames().count(), "frame"),
         counted(record.recordings.len(), "recording")
     );
-    let ended: Vec<String> =
-        record.statuses.iter().map(|(s, n)| format!("{n} {}", s.replace('_', " "))).collect();
-    let _ = writeln!(text, ": {}", ended.join(", "));
+    let _ = writeln!(text, ": {}", table::ended(&record.statuses));
     if let Some(rms) = record.median_rms_mm {
         let _ = writeln!(text, "contour and sensors met to {rms:.2} mm (RMS, median over the frames)");
     }
     if let Some(placement) = &record.placement {
         let _ = writeln!(text, "{}", placement.said());
     }
-    let mut t =
-        table::table(&["muscle", "level N/m", "95 % interval", "course width N/m", "reliability", "course"]);
-    for (i, course) in record.courses.iter().enumerate() {
+    let header = ["muscle", "level N/m", "95 % interval", "course width N/m", "reliability", "course"];
+    let t = table::rows(&header, record.courses.iter().enumerate(), |(i, course)| {
         let of = |value: &dyn Fn(&Tracked) -> f64| median(frames().map(value));
-        t.add_row([
+        [
             course.muscle.clone(),
             format!("{:.1}", of(&|f| f.levels[i].median)),
             format!("{:.1} to {:.1}", of(&|f| f.levels[i].low), of(&|f| f.levels[i].high)),
             format!("{:.1}", course.course_width_n),
             format!("{:.2}", course.reliability),
             if course.known { "known" } else { "NOT KNOWN" }.to_owned(),
-        ]);
-    }
+        ]
+    });
     let [low, high] = record.prior.interval_n;
     let _ = writeln!(
         text,
@@ -56,10 +52,10 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
     );
     text += &ways(record);
     if let Some(repeats) = &record.repeats {
-        let mut t = table::table(&["muscle", "ICC of its course", "by chance", "95 % of chance"]);
-        for (muscle, r) in &repeats.muscles.0 {
-            t.add_row([muscle.clone(), fixed(r.icc, 2), fixed(r.by_chance, 2), fixed(r.chance_95, 2)]);
-        }
+        let header = ["muscle", "ICC of its course", "by chance", "95 % of chance"];
+        let t = table::rows(&header, &repeats.muscles.0, |(muscle, r)| {
+            [muscle.clone(), fixed(r.icc, 2), fixed(r.by_chance, 2), fixed(r.chance_95, 2)]
+        });
         let _ = writeln!(text, "\n{}\n{t}", repeats.said());
     }
     if let Some(formants) = &record.formants {
@@ -72,34 +68,23 @@ pub fn track(record: &TrackRecord, written: &[PathBuf]) -> String {
         );
     }
     if let Some(held) = &record.held_out {
-        let mut t = table::table(&["hidden points predicted by", "points", "median mm", "pooled mm"]);
-        for o in &held.opponents {
-            t.add_row([
-                o.name.clone(),
-                o.points.to_string(),
-                format!("{:.2}", o.median_mm),
-                format!("{:.2}", o.pooled_mm),
-            ]);
-        }
+        let all = &held.opponents;
+        let t = table::rows(&["hidden points predicted by", "points", "median mm", "pooled mm"], all, |o| {
+            let [median, pooled] = [o.median_mm, o.pooled_mm].map(|mm| format!("{mm:.2}"));
+            [o.name.clone(), o.points.to_string(), median, pooled]
+        });
         let _ = writeln!(text, "\n{} held out; trained on {}\n{t}", held.points.join(", "), held.trained_on);
-        let model = held.opponents.iter().find(|o| o.name == "the model");
-        if let Some(model) = model {
-            let better: Vec<&str> = held
-                .opponents
-                .iter()
-                .filter(|o| o.median_mm < model.median_mm)
-                .map(|o| o.name.as_str())
-                .collect();
-            if !better.is_empty() {
-                let _ = writeln!(
-                    text,
-                    "better than the model at predicting these points: {}; the model is built to find tensions",
-                    better.join("; ")
-                );
-            }
+        let model = all.iter().find(|o| o.name == "the model").map_or(0.0, |model| model.median_mm);
+        let better: Vec<&str> = all.iter().filter(|o| o.median_mm < model).map(|o| o.name.as_str()).collect();
+        if !better.is_empty() {
+            let _ = writeln!(
+                text,
+                "better than the model at predicting these points: {}; the model is built to find tensions",
+                better.join("; ")
+            );
         }
     }
-    text + "\n" + &table::files(written)
+    text + "\n"
 }
 
 /// How shapes are reached that pulling all muscles together does not lead to.

@@ -39,13 +39,7 @@ pub struct Arguments {
     #[arg(long)]
     trajectory: bool,
     /// End of the motion, s
-    #[arg(
-        long,
-        value_name = "S",
-        default_value_t = 3.0,
-        allow_hyphen_values = true,
-        requires = "trajectory"
-    )]
+    #[arg(long, value_name = "S", default_value_t = 3.0, requires = "trajectory")]
     t_end: f64,
     /// Integrator: tr-bdf2 or verlet
     #[arg(long, value_name = "NAME", default_value = IntegrationMethod::TrBdf2.name(), requires = "trajectory", hide_short_help = true)]
@@ -54,30 +48,16 @@ pub struct Arguments {
     #[arg(
         long,
         value_name = "S",
-        allow_hyphen_values = true,
         requires = "trajectory",
         conflicts_with = "tolerance",
         hide_short_help = true
     )]
     dt: Option<f64>,
     /// Largest error of a node in one step of tr-bdf2, mm [default: 1e-6]
-    #[arg(
-        long,
-        value_name = "MM",
-        allow_hyphen_values = true,
-        requires = "trajectory",
-        hide_short_help = true
-    )]
+    #[arg(long, value_name = "MM", requires = "trajectory", hide_short_help = true)]
     tolerance: Option<f64>,
     /// Time in which the tensions grow to the values of --tension, s
-    #[arg(
-        long,
-        value_name = "S",
-        default_value_t = 0.0,
-        allow_hyphen_values = true,
-        requires = "trajectory",
-        hide_short_help = true
-    )]
+    #[arg(long, value_name = "S", default_value_t = 0.0, requires = "trajectory", hide_short_help = true)]
     ramp: f64,
     /// Tensions over time instead of --tension: CSV with the columns time_s, GGa, ... (N per metre of
     /// thickness)
@@ -227,7 +207,7 @@ pub fn run(
     };
     let by = super::provenance().with_tissue(system.tissue());
     let written = write(&out, &record, &by, (&mesh, &palate), &motion, watch)?;
-    output::answer(global, &Json(&record), &by, &written, || table::trajectory(&record, &written))?;
+    output::answer(global, &Json(&record), &by, &written, || table::trajectory(&record))?;
     Ok(match outcome.status {
         MotionStatus::Completed => Outcome::judged(record.guarded == 0, || {
             format!("in {} elements the barrier acts instead of the published law", record.guarded)

@@ -185,8 +185,8 @@ impl Prepared {
         if global.json {
             output::stream(|stdout| outputs::write_json(stdout, &batch, journal, true, &|_, _| Ok(())))?;
         } else {
-            let text = table::batch(&batch, journal, &written, wall_s)?;
-            output::summary(&text, &written)?;
+            let text = table::batch(&batch, journal, wall_s)?;
+            output::summary(&(text + &table::files(&written)), &written)?;
         }
         Ok(if summary.not_fitted + summary.unreadable_rows > 0 {
             Outcome::SomeRowsRefused

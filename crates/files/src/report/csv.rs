@@ -38,19 +38,30 @@ impl Table {
 
 impl Export for Table {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
-        let mut writer = cells::writer(out);
-        writer.write_record(self.columns.iter().map(String::as_str).chain(names))?;
-        for row in &self.rows {
-            writer.write_record(row.iter().chain(&values))?;
-        }
-        writer.flush()
+        write(out, by, self.columns.iter().map(String::as_str), self.rows.iter())
     }
+}
+
+/// Writes a table row by row, with the provenance behind every row.
+pub(super) fn write<'a>(
+    out: &mut dyn Write,
+    by: &Provenance,
+    columns: impl Iterator<Item = &'a str>,
+    rows: impl Iterator<Item = impl IntoIterator<Item = impl AsRef<[u8]>>>,
+) -> io::Result<()> {
+    let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
+    let mut writer = cells::writer(out);
+    writer.write_record(columns.chain(names))?;
+    for row in rows {
+        row.into_iter().try_for_each(|cell| writer.write_field(cell))?;
+        writer.write_record(&values)?;
+    }
+    writer.flush()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::json::Json;
+    use super::super::export::Json;
     use super::*;
     use tongue_core::system::TissueModel;
 

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 
 use nalgebra::DMatrix;
 
+use super::csv;
 use super::export::{Export, Provenance};
 use tongue_infer::posterior::{Draw, Posterior};
 
@@ -50,14 +51,8 @@ impl Export for Draws<'_> {
         for &other in &others {
             columns.extend(muscles.iter().map(|m| format!("tension_{}_{m}_n_per_m", labels[other])));
         }
-        let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
-        columns.extend(names.into_iter().map(str::to_owned));
-        let mut writer = ::csv::Writer::from_writer(out);
-        writer.write_record(&columns)?;
-        for draw in &self.0.draws {
-            for text in [draw.chain.to_string(), draw.number.to_string(), draw.log.to_string()] {
-                writer.write_field(text)?;
-            }
+        let row = |draw: &Draw| {
+            let first = [draw.chain.to_string(), draw.number.to_string(), draw.log.to_string()];
             let each = || 0..muscles.len();
             let own = &draw.meaning.postures[posture];
             let numbers = own.tensions.iter().chain(&draw.meaning.tones).copied();
@@ -67,14 +62,9 @@ impl Export for Draws<'_> {
             let numbers = numbers.chain(each().map(|m| draw.stretch(posture * muscles.len() + m)));
             let numbers = numbers.chain(self.log_likelihoods(&inverse, &measured, draw));
             let of_others = others.iter().flat_map(|&p| draw.meaning.postures[p].tensions.iter().copied());
-            for value in numbers.chain(of_others) {
-                writer.write_field(value.to_string())?;
-            }
-            for value in &values {
-                writer.write_field(value)?;
-            }
-            writer.write_record(None::<&[u8]>)?;
-        }
-        writer.flush()
+            let numbers = numbers.chain(of_others).map(|value| value.to_string());
+            first.into_iter().chain(numbers).collect::<Vec<_>>()
+        };
+        csv::write(out, by, columns.iter().map(String::as_str), self.0.draws.iter().map(row))
     }
 }

@@ -1,4 +1,4 @@
-//! Files and their provenance: each says by which version and command it was made.
+//! Files and their provenance: each says by which version and command it was made. JSON, Markdown and WAV.
 
 use std::io::{self, Write};
 
@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use tongue_core::body::ContinuumSettings;
 use tongue_core::system::TissueModel;
+use tongue_sound::voice;
 
 /// Version and command that made a file. Every exporter writes them in the way of its format: fields of
 /// JSON, columns of CSV, metadata of SVG, an instruction of VTK's XML, comments of Gmsh, header lines of
@@ -96,5 +97,48 @@ pub trait Export {
 impl Export for String {
     fn write(&self, out: &mut dyn Write, _: &Provenance) -> io::Result<()> {
         out.write_all(self.as_bytes())
+    }
+}
+
+/// A record as one indented JSON object: `version`, `command` and, if it is known, `tissue` come before its
+/// own fields, which must not have these names.
+#[derive(Debug, Clone, Copy)]
+pub struct Json<'a, T>(pub &'a T);
+
+impl<T: Serialize> Export for Json<'_, T> {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        #[derive(Serialize)]
+        struct Made<'a, T> {
+            #[serde(flatten)]
+            by: &'a Provenance,
+            #[serde(flatten)]
+            content: &'a T,
+        }
+        serde_json::to_writer_pretty(&mut *out, &Made { by, content: self.0 })?;
+        out.write_all(b"\n")
+    }
+}
+
+/// A page of Markdown.
+#[derive(Debug, Clone)]
+pub struct Markdown(pub String);
+
+impl Export for Markdown {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        writeln!(out, "{}\n\n<sub>tongue-fit {}: `{}`</sub>", self.0.trim_end(), by.version, by.command)
+    }
+}
+
+/// A voice as a WAV file, samples between -1 and 1, with its provenance in the list of information.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wav {
+    pub samples: Vec<f64>,
+    pub rate_hz: u32,
+}
+
+impl Export for Wav {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        let entries: Vec<String> = by.entries().map(|(name, value)| format!("{name}: {value}")).collect();
+        out.write_all(&voice::wav(&self.samples, self.rate_hz, &entries.join("; ")))
     }
 }

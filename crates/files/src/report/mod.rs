@@ -5,7 +5,6 @@
 
 #[cfg(feature = "files")]
 pub mod batch;
-mod by_muscle;
 mod cells;
 #[cfg(feature = "files")]
 mod clean;
@@ -16,8 +15,6 @@ mod error;
 mod export;
 #[cfg(feature = "files")]
 mod file;
-mod json;
-mod markdown;
 mod msh;
 mod of_muscle;
 #[cfg(feature = "files")]
@@ -35,23 +32,21 @@ mod svg;
 mod tongue_page;
 mod track;
 mod trajectory;
-mod valley_record;
 mod vtu;
-mod wav;
 
 #[cfg(feature = "files")]
 pub use clean::Clean;
 pub use csv::{Rows, Table};
 pub use draws::Draws;
 pub use error::ReportError;
-pub use export::{Export, Provenance};
+pub use export::{Export, Json, Markdown, Provenance, Wav};
 #[cfg(feature = "files")]
 pub use file::{OutputDir, Writes, write};
-pub use json::Json;
-pub use markdown::Markdown;
 pub use msh::Msh;
 pub use plane::{MISSED_BY_PLANE, limit_of_plane};
-pub use record::{BodySegment, FitRecord, IdentifiabilityRecord, SimulationRecord};
+pub use record::{
+    BodySegment, FitRecord, IdentifiabilityRecord, SimulationRecord, ValleyPointRecord, ValleyRecord,
+};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{OperationRecord, SpaceRecord, SpaceVtu};
 pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};
@@ -73,6 +68,4 @@ pub use track::{
 #[cfg(feature = "files")]
 pub use track::{TrackPage, fixed};
 pub use trajectory::{History, TrajectoryRecord};
-pub use valley_record::{ValleyPointRecord, ValleyRecord};
 pub use vtu::{Pvd, Vtu};
-pub use wav::Wav;

@@ -10,8 +10,8 @@ use tongue_core::geometry::hexahedron;
 use tongue_core::statics;
 use tongue_core::system::System;
 
-use super::by_muscle::{by, mm};
 use super::export::{Export, Provenance};
+use super::record::{by, mm};
 use super::vtu::{END_OF_GRID, array, begin, grid, point};
 use crate::run::Equilibrium;
 use crate::surgery::{FillingKind, Surgery};

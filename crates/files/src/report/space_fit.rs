@@ -7,7 +7,7 @@ use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::in_space::{Combination, Ended, SpaceFit};
 use tongue_input::measured::ByMuscle;
 
-use super::by_muscle::by;
+use super::record::by;
 
 /// `tongue-fit track FILES --body space --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
