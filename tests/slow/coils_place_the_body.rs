@@ -14,7 +14,7 @@ use tongue_infer::track::{
 };
 
 use crate::cases;
-use crate::speakers::{Recorded, Seeing, recorded};
+use crate::speakers::{Recorded, Seeing, Tones, recorded, recorded_with};
 use crate::tracked_intervals_cover_the_truth::Held;
 
 fn basis<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> Basis<'a> {
@@ -128,7 +128,8 @@ fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
 fn intervals_of_speakers_seen_by_coils_hold_the_truth() {
     let seeds: Vec<u64> = (0..cases(20) as u64).collect();
     let all = parallel::map(&seeds, |&seed| {
-        let speaker = recorded(seed + 7000, Seeing::Coils(3 + seed as usize % 2, 1));
+        let speaker =
+            recorded_with(seed + 7000, Seeing::Coils(3 + seed as usize % 2, 1), Tones::HalfNormal(20.0));
         let found = tracked(&speaker);
         let met: Vec<f64> = found.iter().flat_map(|r| &r.frames).filter_map(|f| f.rms_m).collect();
         let mut held = Held::default();
@@ -141,7 +142,7 @@ fn intervals_of_speakers_seen_by_coils_hold_the_truth() {
         sum.extend(held);
     }
     println!("all: {}", sum.told());
-    assert!((93.0..=99.0).contains(&sum.levels()), "{}", sum.told());
+    assert!((93.0..=98.0).contains(&sum.levels()), "{}", sum.told());
     assert!((93.0..=99.5).contains(&sum.courses()), "{}", sum.told());
 }
 

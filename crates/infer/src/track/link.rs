@@ -4,10 +4,11 @@
 const SCALE_N: f64 = 20.0;
 /// The constant `s`, where the exponential turns into a straight line.
 const BEND_N: f64 = 3.0;
-/// Prior mean of `h`.
-const MIDDLE_N: f64 = 8.0;
-/// Standard deviation of a muscle's level in a speaker, which is the same in all frames.
-const LEVEL_SD_N: f64 = 10.0;
+/// Prior mean of `h`: a level has the median of the half-normal prior that a tone has in the posterior, 0.674 of its scale.
+const MIDDLE_N: f64 = 13.456;
+/// Standard deviation of a muscle's level in a speaker, which is the same in all frames: a level is below 2.241 of the scale with a
+/// probability of 97.5 %, as a half-normal tone is.
+const LEVEL_SD_N: f64 = 16.0;
 /// Standard deviation of a muscle's course about that level.
 const COURSE_SD_N: f64 = 12.0;
 
@@ -91,9 +92,9 @@ mod tests {
         }
         assert!((link.tension(0.0).0 - 3.0 * 2f64.ln()).abs() < 1e-12);
         // The width of the prior's 95 % interval.
-        assert!((link.prior_quantile(1.96) - link.prior_quantile(-1.96) - 38.6).abs() < 0.1);
+        assert!((link.prior_quantile(1.96) - link.prior_quantile(-1.96) - 52.7).abs() < 0.1);
         // Its standard deviation, from two million draws of another program.
-        assert!((link.prior_sd_n() - 11.43).abs() < 0.02, "{}", link.prior_sd_n());
+        assert!((link.prior_sd_n() - 15.62).abs() < 0.02, "{}", link.prior_sd_n());
         assert!((Link::of_scale(40.0).tension(16.0).0 - 2.0 * link.tension(8.0).0).abs() < 1e-12);
     }
 }

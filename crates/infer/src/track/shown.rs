@@ -11,11 +11,17 @@ use super::by_shape::by_shape;
 use super::descend::{ShapeStep, descend, follow, stepped};
 use super::errors::{Errors, Knots};
 use super::frame::Solver;
+use super::link::Link;
 use super::mode::{Course, Here, Mode, Sizes};
 use super::settings::TrackSettings;
 use super::shape::RestShape;
 use super::stage::Stage;
 
+/// Weight of the frames for the displayed shape, which is one body and has no intervals.
+const TRUST: f64 = 0.5;
+/// Standard deviation of a level while the displayed shape is found, as part of the scale of tensions: of shapes that meet the frames
+/// alike, the one with the more usual levels is displayed.
+const LEVEL_SD: f64 = 0.5;
 /// Largest number of frames by which the displayed shape is found.
 const SHAPE_FRAMES: usize = 60;
 /// Largest number of steps to it; the last step is one that reduces the cost by less than this part.
@@ -52,7 +58,8 @@ impl<'a> Display<'a> {
     pub fn new(stage: &'a Stage<'a>, settings: &TrackSettings) -> Self {
         let errors = Errors { slow_mm: 0.0, static_mm: 0.0, ..settings.errors };
         let knots = Knots::new(errors, &[]);
-        Self { stage, settings: TrackSettings { errors, ..settings.clone() }, knots }
+        let link = Link { level_sd_n: LEVEL_SD * settings.link.scale_n(), ..settings.link };
+        Self { stage, settings: TrackSettings { errors, link, ..settings.clone() }, knots }
     }
 
     /// A recording without slow errors, at the states that it has on the placed body.
@@ -107,7 +114,7 @@ impl<'a> Display<'a> {
         // Costs of two bodies differ by less than what a linearisation nearby leaves out.
         at.keeps = false;
         let plain: Vec<Course> = courses.iter().map(|course| Self::plain(&at, course)).collect();
-        let trust = mode.settings.trust;
+        let trust = TRUST;
         let mut sample = sampled(&at, &plain);
         let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
         let mut amounts = DVector::zeros(shape.count());
