@@ -629,7 +629,7 @@ fn one_posture_is_fitted_from_points_and_a_palate_is_met() {
     assert_eq!((frames.len(), frames[0]["status"].as_str()), (1, Some("converged")));
     let width =
         |m: &str| frames[0]["level_high"][m].as_f64().unwrap() - frames[0]["level_low"][m].as_f64().unwrap();
-    assert!((40.0..60.0).contains(&width("GGp")), "52.7 without data: {}", width("GGp"));
+    assert!((40.0..70.0).contains(&width("GGp")), "52.7 without data: {}", width("GGp"));
     assert!(frames[0]["rms_mm"].as_f64().unwrap() < 1.0, "{}", frames[0]["rms_mm"]);
     // A palate through which two of the points would have to go.
     fs::write(at.join("palate.csv"), "point,x_mm,y_mm\na,-20,46.5\nb,0,46.5\nc,23,46.5\nd,25,55\ne,60,55\n")
