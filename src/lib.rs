@@ -287,12 +287,12 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[doc(inline)]
     pub use tongue_files::report::{
-        AnimationFrame, Draws, Export, FitRecord, History, Json, Markdown, Msh, OperationRecord, Panel,
-        PriorRecord, Provenance, Pvd, RecordingResult, ReportError, Rows, SectionPicture, Series,
-        SimulationRecord, SoundRecord, SpaceFitRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table,
-        Timeline, TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
-        animation_of_seen, changes, panels, ridges, solid, status_name, timelines, tongue, valley, views,
-        vowel, wrapped,
+        AnimationFrame, Conclusion, DecidedBy, Draws, Export, FitRecord, History, Json, Markdown, Msh,
+        OperationRecord, Panel, PriorRecord, Provenance, Pvd, RecordingResult, ReportError, Rows,
+        SectionPicture, Series, SimulationRecord, SoundRecord, SpaceFitRecord, SpaceRecord, SpaceTrackRecord,
+        SpaceVtu, Svg, Table, Timeline, TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav,
+        animation, animation_of_seen, changes, panels, ridges, solid, status_name, timelines, tongue, valley,
+        views, vowel, wrapped,
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{

@@ -6,18 +6,17 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::body::Body;
 use tongue_fit::choice::name_of;
-use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::Verdict;
-use tongue_fit::report::{self, Export, Series, Svg};
+use tongue_fit::report::{self, Conclusion, Export, Series, Svg};
 use tongue_fit::run::{FitFound, FitRun};
 use tongue_fit::system::Model;
 
 use super::choice::choice;
 use super::fit_table::Shown;
 use super::published::{self, Published};
-use super::{Global, Outcome, body, others, output, posterior, space_track, word};
+use super::{Global, Outcome, body, others, output, posterior, space_track};
 
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
@@ -191,6 +190,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut record = found.record(by.clone(), Some(clock.elapsed().as_secs_f64()));
     record.verdict = verdict.as_ref().ok().cloned();
     record.posterior = sampled.as_ref().map(|s| s.reports[posture].clone());
+    let conclusion = Conclusion::new(fit, alarms, record.posterior.as_ref(), record.verdict.as_ref());
+    record.conclusion = Some(conclusion.clone());
     record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
@@ -213,6 +214,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         let shown = Shown {
             fit,
             verdict: verdict.as_ref().map_err(String::as_str),
+            conclusion: &conclusion,
             is_verbose: output::is_verbose(),
             alarms,
             from_stretches: from_stretches.as_ref(),
@@ -223,17 +225,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         };
         output::summary(&shown.text(), &written)?;
     }
-    // With --posterior the posterior decides the status; the fit is printed beside it.
-    Ok(match &sampled {
-        Some(sampled) => Outcome::judged(sampled.reports[posture].summary.is_some(), || {
-            format!("the chains of the posterior have not mixed: {}", sampled.reports[posture].why)
-        }),
-        None => Outcome::judged(fit.is_trustworthy(), || {
-            let causes: Vec<String> = alarms.iter().filter(|a| a.forbids_trust()).map(Alarm::text).collect();
-            let why = if causes.is_empty() { word(&fit.status) } else { causes.join("; ") };
-            format!("the fit cannot be trusted: {why}")
-        }),
-    })
+    Ok(Outcome::judged(conclusion.trusted, || conclusion.text))
 }
 
 /// The same row fitted by stretches, which determine all tensions; `None` if that is not possible.

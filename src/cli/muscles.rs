@@ -171,7 +171,7 @@ fn in_plane(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::
     };
     let effects: Vec<Effect> = (0..mesh.muscles.len()).map(of_muscle).collect();
     let stretch = pulling.first().map_or(1.0, |&m| effects[m].stretch);
-    let lines = vec![format!("tip {}", way(tip)), format!("top {}", way(top))];
+    let lines = vec![format!("tip {}", table::forward_up(tip)), format!("top {}", table::forward_up(top))];
     Ok((
         effects,
         panel(name, stretch, (found.solution.status, &alarms), lines, (positions.to_vec(), tensions)),
@@ -205,7 +205,7 @@ fn in_space(
         true => "as wide as at rest".to_owned(),
         false => format!("{:.1} mm {}", wider_mm.abs(), if wider_mm < 0.0 { "narrower" } else { "wider" }),
     };
-    let lines = vec![format!("tip {}", way(tip)), width];
+    let lines = vec![format!("tip {}", table::forward_up(tip)), width];
     let effect = Effect { activation: Some(activation), stretch, wider_mm: Some(wider_mm), ..own };
     Ok((vec![effect], panel(name, stretch, (status, &alarms), lines, (flat, Vec::new()))))
 }
@@ -260,17 +260,4 @@ fn panel(
         other => vec![format!("not at equilibrium: {other:?}")],
     };
     Panel { title, lines, positions, tensions }
-}
-
-/// `3.1 mm forward, 0.4 up`.
-fn way([forward, up]: [f64; 2]) -> String {
-    let along = |v: f64, unit: &str, [plus, minus]: [&str; 2]| {
-        (v.abs() >= 0.05).then(|| format!("{:.1}{unit} {}", v.abs(), if v < 0.0 { minus } else { plus }))
-    };
-    match (along(forward, " mm", ["forward", "back"]), along(up, "", ["up", "down"])) {
-        (Some(forward), Some(up)) => format!("{forward}, {up}"),
-        (Some(forward), None) => forward,
-        (None, Some(_)) => along(up, " mm", ["up", "down"]).unwrap_or_default(),
-        (None, None) => "stays".to_owned(),
-    }
 }

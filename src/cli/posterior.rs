@@ -188,7 +188,8 @@ impl Sampled<'_> {
         }
         let _ = writeln!(
             text,
-            "{} draws, all where tensions lead from rest ({} trajectories were not, {} ended at folds, {} diverged); R-hat {:.3}, ESS {:.0}; {:.0} ms",
+            "{} draws of shapes that their tensions reach from rest; of the trajectories {} led to other shapes, {} ended at folds, {} diverged; \
+             R-hat {:.3}, ESS {:.0}; {:.0} ms",
             report.draws,
             report.off_branch,
             report.folds,

@@ -89,9 +89,9 @@ pub fn in_space(record: &SpaceRecord) -> String {
         [muscle.clone(), activation.to_string(), format!("{length:.2}"), format!("{stretch:.3}")]
     });
     let [back, right, up] = record.foremost_moved_mm;
+    let moved = displacement([(back, ["back", "forward"]), (right, ["right", "left"]), (up, ["up", "down"])]);
     format!(
-        "{t}\nthe foremost node of the midsagittal plane moved {back:.2} mm back, {right:.2} mm to the right, {up:.2} mm up; \
-         all nodes {:.2} mm (RMS)\n{:?} in {} iterations and {} factorisations of {} unknowns{}; {}{}{}{}",
+        "{t}\nthe foremost node of the midsagittal plane: {moved}; all nodes: {:.2} mm (RMS)\n{:?} in {} iterations and {} factorisations of {} unknowns{}; {}{}{}{}",
         record.rms_displacement_mm,
         record.status,
         record.iterations,
@@ -103,6 +103,20 @@ pub fn in_space(record: &SpaceRecord) -> String {
         way(record.branch.as_ref(), record.connection),
         alarms(&record.alarms)
     )
+}
+
+/// `3.1 mm forward, 0.4 up`: each distance, mm, in the first of its directions, or below zero in the second.
+fn displacement<const N: usize>(moved: [(f64, [&str; 2]); N]) -> String {
+    let told = moved.iter().filter(|(mm, _)| mm.abs() >= 0.05).enumerate().map(|(i, (mm, names))| {
+        let unit = if i == 0 { " mm" } else { "" };
+        format!("{:.1}{unit} {}", mm.abs(), names[usize::from(*mm < 0.0)])
+    });
+    let told: Vec<String> = told.collect();
+    if told.is_empty() { "stays".to_owned() } else { told.join(", ") }
+}
+
+pub fn forward_up([forward, up]: [f64; 2]) -> String {
+    displacement([(forward, ["forward", "back"]), (up, ["up", "down"])])
 }
 
 fn of_rest(what: &str, least: f64, most: f64) -> String {
@@ -324,14 +338,15 @@ fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
 pub fn operation(o: &OperationRecord) -> String {
     let way = |[x, y, z]: [f64; 3]| format!("{x:.2} {y:.2} {z:.2}");
     let mut text = format!(
-        "surgery: {} elements, {:.2} cm³, {}; the tip moved {} mm (back, right, up) before and {} after: it reaches {:.2} mm less to the \
-         front and deviates {:.2} mm to the {}\n",
+        "surgery: {} elements, {:.2} cm³, {}; the tip moved {} mm (back, right, up) before and {} after: it reaches {:.2} mm {} far forward \
+         and deviates {:.2} mm to the {}\n",
         o.elements,
         o.volume_cm3,
         o.filling.word(),
         way(o.tip_before_mm),
         way(o.tip_after_mm),
-        o.reach_lost_mm,
+        o.reach_lost_mm.abs(),
+        if o.reach_lost_mm < 0.0 { "more" } else { "less" },
         o.deviation_mm.abs(),
         if o.deviation_mm < 0.0 { "left" } else { "right" }
     );

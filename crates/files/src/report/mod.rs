@@ -9,6 +9,7 @@ mod cells;
 #[cfg(feature = "files")]
 mod clean;
 pub mod column;
+mod conclusion;
 mod csv;
 mod draws;
 mod error;
@@ -36,6 +37,7 @@ mod vtu;
 
 #[cfg(feature = "files")]
 pub use clean::Clean;
+pub use conclusion::{Conclusion, DecidedBy};
 pub use csv::{Rows, Table};
 pub use draws::Draws;
 pub use error::ReportError;

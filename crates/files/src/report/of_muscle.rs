@@ -48,7 +48,7 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
     column::columns::<OfMuscle<'a>, _>([
         ("subject", "", "subject", |r| json!(r.fit.subject)),
         ("vowel", "", "vowel", |r| json!(r.fit.vowel)),
-        ("baseline", "", "vowel that changes are counted from", |r| json!(r.fit.baseline)),
+        ("baseline", "", "vowel with which this one is compared", |r| json!(r.fit.baseline)),
         ("substitute_baseline", "", "whether the baseline stands in for a missing /ɯ/", |r| {
             r.substitute_baseline.into()
         }),

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::column;
 use super::export::{Export, Provenance};
 use super::of_muscle::{self, OfMuscle};
-use super::{ByMuscle, Table};
+use super::{ByMuscle, Conclusion, Table};
 use tongue_core::statics;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::valley::{Valley, ValleyPoint};
@@ -80,6 +80,8 @@ pub struct FitRecord {
     /// `short_run`. Left out where there is none.
     #[serde(flatten)]
     pub verdict: Option<tongue_infer::posterior::Verdict>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub conclusion: Option<Conclusion>,
     pub subject: String,
     pub vowel: Vowel,
     pub baseline: Vowel,
@@ -195,6 +197,7 @@ impl FitRecord {
             min_area_ratio: fit.replay.min_area_ratio,
             max_area_ratio: fit.replay.max_area_ratio,
             verdict: None,
+            conclusion: None,
             posterior: None,
             contrasts: Vec::new(),
             wall_s: None,

@@ -128,7 +128,7 @@ impl Alarm {
                 1e3 * thickness_m
             ),
             Self::TargetNotMet { misfit } => {
-                format!("the target is missed by {misfit:.3} (root mean square)")
+                format!("the target is missed by {misfit:.3} (RMS)")
             }
             Self::ShorteningMissed { muscle, simulated_percent, measured_percent } => {
                 format!("{muscle} shortens {simulated_percent:.0} %, measured {measured_percent:.0} %")

@@ -52,13 +52,11 @@ impl End {
         let name = |unknown: &usize| names.get(*unknown).map_or("an unknown", String::as_str);
         match self {
             Self::Zero { unknown } => format!("{} is slack", name(unknown)),
-            Self::UpperBound { unknown } => {
-                format!("{} is at the upper bound; beyond it more may fit as well", name(unknown))
-            }
-            Self::Fold => "the equilibrium stops being stable beyond".to_owned(),
-            Self::Jump => "from rest, tensions beyond it lead to a distant shape".to_owned(),
+            Self::UpperBound { unknown } => format!("{} is at the upper bound of the search", name(unknown)),
+            Self::Fold => "the equilibrium stops being stable".to_owned(),
+            Self::Jump => "tensions beyond lead from rest to a distant shape".to_owned(),
             Self::TargetLost => "no neighbouring tensions were found that meet the target".to_owned(),
-            Self::StepLimit => "not followed further".to_owned(),
+            Self::StepLimit => "the limit of steps is reached".to_owned(),
         }
     }
 }

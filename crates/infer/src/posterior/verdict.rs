@@ -115,7 +115,7 @@ impl ShortRun {
     /// The run for a fit.
     pub fn new(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
         if !Ground::is_for_springs(body, model) {
-            return Err("this body takes longer than a verdict may: --posterior 2000 gives one".to_owned());
+            return Err("in this body it takes minutes, and --posterior 2000 gives it".to_owned());
         }
         let matched = Matched::new(&body.mesh, target).map_err(|e| e.to_string())?;
         let mut priors = Priors::default();
@@ -229,7 +229,7 @@ impl Verdict {
                 .collect();
             if ranges.is_empty() { None } else { Some(ranges.join(", ") + " N/m") }
         };
-        let prior = ranges(true).map(|text| text + ", mostly prior");
+        let prior = ranges(true).map(|text| text + " (more from prior than data)");
         let told: Vec<String> = [ranges(false), prior].into_iter().flatten().collect();
         if told.is_empty() {
             "No muscle is known to pull harder, so no tension is listed.".into()
@@ -265,7 +265,10 @@ mod tests {
             "Harder than in /ɯ/, surely: SGm, HGa; probably: GGa. Not harder, surely: SGa; probably: HGp."
         );
         assert_eq!(open, "Not known: GGm.");
-        assert_eq!(how_hard, "How hard: GGa 14 to 69 N/m; SGm 14 to 69, HGa 14 to 69 N/m, mostly prior.");
+        assert_eq!(
+            how_hard,
+            "How hard: GGa 14 to 69 N/m; SGm 14 to 69, HGa 14 to 69 N/m (more from prior than data)."
+        );
         let nobody = Verdict { from, hyoid_mm: None, muscles: vec![said("GGa", 0.5, true)] }.sentences("e");
         assert_eq!(nobody[0], "No muscle is known to pull harder than in /e/.");
         assert_eq!(nobody[2], "No muscle is known to pull harder, so no tension is listed.");

@@ -44,7 +44,7 @@ fn posterior_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>
     let mut columns = column::columns::<OfMuscle<'a>, _>([
         ("subject", "", "subject", |r| json!(r.fit.subject)),
         ("vowel", "", "vowel", |r| json!(r.fit.vowel)),
-        ("baseline", "", "vowel that changes are counted from", |r| json!(r.fit.baseline)),
+        ("baseline", "", "vowel with which this one is compared", |r| json!(r.fit.baseline)),
         ("muscle", "", "muscle", |r| r.muscle.into()),
         ("status", "", "whether the chains have mixed", |r| {
             json!(r.fit.posterior.as_ref().map(|p| p.status))
@@ -120,7 +120,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column
             Baseline(b) => json!(b.vowel),
             Refused(r) => json!(r.vowel),
         }),
-        ("baseline", "", "vowel that changes are counted from", |r| match r {
+        ("baseline", "", "vowel with which this one is compared", |r| match r {
             Fit(f) => json!(f.fit.baseline),
             Baseline(b) => json!(b.vowel),
             Refused(_) => Value::Null,
