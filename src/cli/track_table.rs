@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use tongue_fit::report::{TrackRecord, fixed};
+use tongue_fit::report::{RepeatsRecord, TrackRecord, fixed};
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{Displacement, FrameStatus, NARROW, Tracked};
 
@@ -52,9 +52,12 @@ pub fn track(record: &TrackRecord) -> String {
     );
     text += &ways(record);
     if let Some(repeats) = &record.repeats {
-        let header = ["muscle", "ICC of its course", "by chance", "95 % of chance"];
+        let [icc, shifted, exchanged, of_label, by_exchange] = RepeatsRecord::SHOWN;
+        let header = ["muscle", icc, shifted, exchanged, of_label, by_exchange];
         let t = table::rows(&header, &repeats.muscles.0, |(muscle, r)| {
-            [muscle.clone(), fixed(r.icc, 2), fixed(r.by_chance, 2), fixed(r.chance_95, 2)]
+            let [icc, shifted, exchanged, of_label, by_exchange] =
+                RepeatsRecord::shown(r).map(|value| fixed(value, 2));
+            [muscle.clone(), icc, shifted, exchanged, of_label, by_exchange]
         });
         let _ = writeln!(text, "\n{}\n{t}", repeats.said());
     }

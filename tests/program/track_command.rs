@@ -377,7 +377,9 @@ fn labels_become_segments_and_what_repeats_is_that_of_the_results() {
     for row in csv::Reader::from_path(kept).unwrap().records() {
         let row = row.unwrap();
         let now = &found["repeats"]["muscles"][&row[0]];
-        for (column, what) in [(1, "icc"), (2, "by_chance"), (3, "chance_95")] {
+        let names =
+            ["icc", "by_chance", "chance_95", "by_exchange", "exchange_95", "of_label", "of_label_95"];
+        for (column, what) in (1..).zip(names) {
             let (kept, now): (f64, f64) = (row[column].parse().unwrap(), now[what].as_f64().unwrap());
             assert!(
                 (kept - now).abs() < 0.02,
@@ -446,14 +448,14 @@ fn a_text_grid_beside_a_recording_gives_its_labels() {
         coils().lines().filter(|l| !l.starts_with("synthetic two")).map(|l| format!("{l}\n")).collect();
     fs::write(at.join("one.csv"), one.concat()).unwrap();
     let grid = "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n0\n0.6\n<exists>\n1\n\"IntervalTier\"\n\"phones\"\n0\n0.6\n\
-        3\n0\n0.25\n\"pa\"\n0.25\n0.5\n\"pa\"\n0.5\n0.6\n\"\"\n";
+        5\n0\n0.12\n\"pa\"\n0.12\n0.25\n\"ta\"\n0.25\n0.37\n\"pa\"\n0.37\n0.5\n\"ta\"\n0.5\n0.6\n\"\"\n";
     fs::write(at.join("one.TextGrid"), grid).unwrap();
     let found = json(&run(at, &["track", "one.csv", "--frames", "0", "--json"]));
     let segments = found["segments"].as_array().unwrap();
-    assert_eq!(segments.len(), 2, "{segments:?}");
-    assert_eq!((&segments[1]["label"], &segments[1]["tier"]), (&Value::from("pa"), &Value::from("phones")));
-    assert_eq!((&segments[1]["name"], segments[1]["from_s"].as_f64()), (&Value::Null, Some(0.25)));
-    assert_eq!(found["repeats"]["labels"], serde_json::json!({ "pa": 2 }));
+    assert_eq!(segments.len(), 4, "{segments:?}");
+    assert_eq!((&segments[2]["label"], &segments[2]["tier"]), (&Value::from("pa"), &Value::from("phones")));
+    assert_eq!((&segments[2]["name"], segments[2]["from_s"].as_f64()), (&Value::Null, Some(0.25)));
+    assert_eq!(found["repeats"]["labels"], serde_json::json!({ "pa": 2, "ta": 2 }));
     fs::write(at.join("one.TextGrid"), &grid[..grid.len() - 12]).unwrap();
     let told = refused(at, &["track", "one.csv", "--frames", "0"]);
     assert!(told.contains("one.TextGrid:") && told.contains("cut off"), "{told}");

@@ -34,6 +34,7 @@ mod shape;
 mod shown;
 mod stage;
 mod summary;
+mod tiers;
 
 pub use errors::{Along, Errors};
 pub use found::{Displacement, Foretold, FrameStatus, Tracked, TrackedRecording};

@@ -2,8 +2,9 @@
 //!
 //! Every repetition is resampled to the same number of points from its beginning to its end. At each point of each label the repetitions
 //! are judges of one number: ICC(1) by one-way analysis of variance, with groups of different sizes (Shrout and Fleiss 1979; Donner and
-//! Koval 1980). Courses are smooth, so any two intervals correlate a little. For comparison, the same is computed for labels shifted by a
-//! random time in each recording; a recording continues at its beginning where it ends.
+//! Koval 1980). Courses are smooth, so any two intervals correlate a little: the same is computed for labels shifted by a random time in
+//! each recording, which continues at its beginning where it ends. Words that begin and end alike correlate whatever they are: the same is
+//! computed for labels that are exchanged at random between repetitions, and for courses less their mean over all labels at each point.
 
 use serde::Serialize;
 
@@ -11,11 +12,12 @@ use tongue_core::random::seed_of;
 use tongue_input::measured::recording::Label;
 
 use super::found::Tracked;
+use super::tiers::{Groups, distinguishing};
 
 /// Number of points to which a repetition is resampled.
 const POINTS: usize = 11;
-/// Number of random shifts of the labels.
-const SHIFTS: usize = 200;
+/// Number of random shifts and of random exchanges of the labels.
+const CHANCES: usize = 200;
 /// Fewest frames of a repetition.
 const FEWEST_FRAMES: usize = 3;
 
@@ -35,6 +37,14 @@ pub struct Repeated {
     pub by_chance: f64,
     /// The value below which 95 % of the shifted labels stay.
     pub chance_95: f64,
+    /// Mean of the same over labels that are exchanged between repetitions.
+    pub by_exchange: f64,
+    /// The value below which 95 % of the exchanged labels stay.
+    pub exchange_95: f64,
+    /// ICC(1) of what distinguishes the labels: of the course less its mean over all labels at each point.
+    pub of_label: f64,
+    /// The value below which 95 % of that stay if labels are exchanged.
+    pub of_label_95: f64,
 }
 
 /// Repeatability of the courses in recordings.
@@ -47,11 +57,8 @@ pub struct Repeats {
     pub muscles: Vec<Repeated>,
 }
 
-/// The labels of a tier that repeat: for each its name, and the recording, beginning and end of every repetition.
-type Groups = Vec<(String, Vec<(usize, f64, f64)>)>;
-
-/// Repeatability in recordings, each given by its frames and its labels, with courses of this number of muscles; `None` if no label
-/// repeats.
+/// Repeatability in recordings, each given by its frames and its labels, with courses of this number of muscles; `None` if no
+/// tier has two labels that repeat.
 pub fn repeats<'a>(
     recordings: impl IntoIterator<Item = (&'a [Tracked], &'a [Label])>,
     muscles: usize,
@@ -65,59 +72,63 @@ pub fn repeats<'a>(
 }
 
 fn repeated(recordings: &[Repeatable<'_>], muscles: usize) -> Option<Repeats> {
-    let mut tiers: Vec<&str> = Vec::new();
-    for label in recordings.iter().flat_map(|r| r.labels) {
-        if !tiers.contains(&label.tier.as_str()) {
-            tiers.push(&label.tier);
-        }
-    }
-    // The tier with most repetitions; of equal ones the first.
-    let count = |groups: &Groups| groups.iter().map(|(_, all)| all.len()).sum::<usize>();
-    let all = tiers.iter().map(|tier| (*tier, groups(recordings, tier)));
-    let (tier, groups) = all.filter(|(_, g)| !g.is_empty()).rev().max_by_key(|(_, g)| count(g))?;
-    let found = iccs(recordings, &groups, muscles, &vec![0.0; recordings.len()]);
+    let labelled: Vec<_> = recordings.iter().map(|r| (r.times.clone(), r.labels)).collect();
+    let (tier, groups) = distinguishing(&labelled, FEWEST_FRAMES).into_iter().next()?;
+    let still = vec![0.0; recordings.len()];
+    let found = numbers(recordings, &groups, muscles, &still);
     let mut random = fastrand::Rng::with_seed(seed_of(0, recordings.len()));
-    let shifted: Vec<Vec<f64>> = (0..SHIFTS)
+    let shifted: Vec<Vec<Vec<Vec<f64>>>> = (0..CHANCES)
         .map(|_| {
             let shifts: Vec<f64> = recordings.iter().map(|r| random.f64() * span(&r.times)).collect();
-            iccs(recordings, &groups, muscles, &shifts)
+            numbers(recordings, &groups, muscles, &shifts)
         })
         .collect();
+    let exchanged: Vec<Vec<Vec<Vec<f64>>>> = (0..CHANCES)
+        .map(|_| numbers(recordings, &exchanged(&groups, &mut random), muscles, &still))
+        .collect();
     let one = |m: usize| {
-        let mut by_chance: Vec<f64> = shifted.iter().map(|s| s[m]).collect();
-        by_chance.sort_by(f64::total_cmp);
-        let mean = by_chance.iter().sum::<f64>() / SHIFTS as f64;
-        Repeated { icc: found[m], by_chance: mean, chance_95: by_chance[SHIFTS * 95 / 100] }
+        let chance = |all: &[Vec<Vec<Vec<f64>>>], of: fn(&[Vec<f64>]) -> f64| {
+            let mut by_chance: Vec<f64> = all.iter().map(|numbers| of(&numbers[m])).collect();
+            by_chance.sort_by(f64::total_cmp);
+            (by_chance.iter().sum::<f64>() / CHANCES as f64, by_chance[CHANCES * 95 / 100])
+        };
+        let whole = |numbers: &[Vec<f64>]| icc(numbers, 1);
+        let (by_chance, chance_95) = chance(&shifted, whole);
+        let (by_exchange, exchange_95) = chance(&exchanged, whole);
+        Repeated {
+            icc: whole(&found[m]),
+            by_chance,
+            chance_95,
+            by_exchange,
+            exchange_95,
+            of_label: of_label(&found[m]),
+            of_label_95: chance(&exchanged, of_label).1,
+        }
     };
     let labels = groups.iter().map(|(name, all)| (name.clone(), all.len())).collect();
-    Some(Repeats { tier: tier.to_owned(), labels, muscles: (0..muscles).map(one).collect() })
+    Some(Repeats { tier, labels, muscles: (0..muscles).map(one).collect() })
 }
 
-fn groups(recordings: &[Repeatable<'_>], tier: &str) -> Groups {
-    let mut out: Groups = Vec::new();
-    for (number, recording) in recordings.iter().enumerate() {
-        for label in recording.labels.iter().filter(|l| l.tier == tier) {
-            if recording.times.iter().filter(|t| label.holds(**t)).count() < FEWEST_FRAMES {
-                continue;
-            }
-            let place = (number, label.from_s, label.to_s);
-            match out.iter_mut().find(|(name, _)| *name == label.name) {
-                Some((_, all)) => all.push(place),
-                None => out.push((label.name.clone(), vec![place])),
-            }
-        }
-    }
-    out.retain(|(_, all)| all.len() > 1);
-    out
+/// The same repetitions with their labels exchanged at random.
+fn exchanged(groups: &Groups, random: &mut fastrand::Rng) -> Groups {
+    let mut places: Vec<_> = groups.iter().flat_map(|(_, all)| all.iter().copied()).collect();
+    random.shuffle(&mut places);
+    let mut places = places.into_iter();
+    groups.iter().map(|(name, all)| (name.clone(), places.by_ref().take(all.len()).collect())).collect()
 }
 
 fn span(times: &[f64]) -> f64 {
     times.first().zip(times.last()).map_or(0.0, |(a, b)| b - a)
 }
 
-/// The ICC of every muscle with the labels of each recording shifted by a time.
-fn iccs(recordings: &[Repeatable<'_>], groups: &Groups, muscles: usize, shifts: &[f64]) -> Vec<f64> {
-    // For every muscle, groups of numbers that should be equal: one group for each label and point.
+/// For every muscle, groups of numbers that should be equal, one group for each label and point, with the labels of each recording
+/// shifted by a time.
+fn numbers(
+    recordings: &[Repeatable<'_>],
+    groups: &Groups,
+    muscles: usize,
+    shifts: &[f64],
+) -> Vec<Vec<Vec<f64>>> {
     let mut numbers: Vec<Vec<Vec<f64>>> = vec![Vec::new(); muscles];
     for (_, repetitions) in groups {
         for point in 0..POINTS {
@@ -133,7 +144,7 @@ fn iccs(recordings: &[Repeatable<'_>], groups: &Groups, muscles: usize, shifts: 
             }
         }
     }
-    numbers.iter().map(|groups| icc(groups)).collect()
+    numbers
 }
 
 /// The courses at a time, interpolated linearly between frames; a recording continues at its beginning where it ends.
@@ -149,10 +160,10 @@ fn at(recording: &Repeatable<'_>, time: f64) -> Vec<f64> {
     low.iter().zip(high).map(|(l, h)| l + (h - l) * part).collect()
 }
 
-/// ICC(1) of groups of numbers.
-fn icc(groups: &[Vec<f64>]) -> f64 {
+/// ICC(1) of groups of numbers from which this many means were taken: 1 if they are as measured.
+fn icc(groups: &[Vec<f64>], means: usize) -> f64 {
     let total: usize = groups.iter().map(Vec::len).sum();
-    let (n, count) = (total as f64, groups.len() as f64);
+    let (n, count, means) = (total as f64, groups.len() as f64, means as f64);
     let mean = groups.iter().flatten().sum::<f64>() / n;
     let (mut between, mut within, mut squares) = (0.0, 0.0, 0.0);
     for group in groups {
@@ -162,9 +173,20 @@ fn icc(groups: &[Vec<f64>]) -> f64 {
         within += group.iter().map(|v| (v - own).powi(2)).sum::<f64>();
         squares += size * size;
     }
-    let (between, within) = (between / (count - 1.0), within / (n - count));
-    let usual = (n - squares / n) / (count - 1.0);
+    let (between, within) = (between / (count - means), within / (n - count));
+    let usual = (n - means * squares / n) / (count - means);
     (between - within) / (between + (usual - 1.0) * within)
+}
+
+/// ICC(1) of numbers less their mean over all labels at each point.
+fn of_label(groups: &[Vec<f64>]) -> f64 {
+    let mut means = [0.0; POINTS];
+    for (point, mean) in means.iter_mut().enumerate() {
+        let all: Vec<f64> = groups.iter().skip(point).step_by(POINTS).flatten().copied().collect();
+        *mean = all.iter().sum::<f64>() / all.len() as f64;
+    }
+    let less = |(i, group): (usize, &Vec<f64>)| group.iter().map(|v| v - means[i % POINTS]).collect();
+    icc(&groups.iter().enumerate().map(less).collect::<Vec<_>>(), POINTS)
 }
 
 #[cfg(test)]
@@ -177,36 +199,62 @@ mod tests {
         let table = [[9, 2, 5, 8], [6, 1, 3, 2], [8, 4, 6, 8], [7, 1, 2, 6], [10, 5, 6, 9], [6, 2, 4, 7]];
         let groups: Vec<Vec<f64>> =
             table.iter().map(|row| row.iter().map(|v| f64::from(*v)).collect()).collect();
-        assert!((icc(&groups) - 0.17).abs() < 0.005, "{}", icc(&groups));
+        assert!((icc(&groups, 1) - 0.17).abs() < 0.005, "{}", icc(&groups, 1));
+    }
+
+    fn label(tier: &str, name: &str, from_s: f64, to_s: f64) -> Label {
+        Label { tier: tier.into(), name: name.into(), from_s, to_s }
     }
 
     #[test]
     fn what_repeats_is_told_from_what_does_not() {
-        let times: Vec<f64> = (0..200).map(|i| 0.01 * f64::from(i)).collect();
-        // One movement repeats in every word, at a speed that depends on the word's length; the other does not depend on words.
-        let labels: Vec<Label> = [(0.1, 0.5), (0.6, 1.0), (1.1, 1.7)]
-            .into_iter()
-            .map(|(from_s, to_s)| Label { tier: "word".into(), name: "pa".into(), from_s, to_s })
-            .collect();
+        let times: Vec<f64> = (0..300).map(|i| 0.01 * f64::from(i)).collect();
+        // The tier with one label for everything has most repetitions, and does not distinguish.
+        let mut labels: Vec<Label> =
+            [("pa", 0.1, 0.5), ("ta", 0.6, 1.0), ("pa", 1.1, 1.7), ("ta", 1.8, 2.1), ("pa", 2.3, 2.8)]
+                .map(|(name, from_s, to_s)| label("word", name, from_s, to_s))
+                .to_vec();
+        labels.extend((0..9).map(|i| label("all", "ultrasound", 0.3 * f64::from(i), 0.3 * f64::from(i + 1))));
+        // One movement differs between the words, at a speed that depends on the word's length; one does not depend on words; one is
+        // common to both words.
         let of = |t: f64| {
-            let inside = labels.iter().find(|l| l.holds(t));
-            let same = inside.map_or(0.0, |l| (6.3 * (t - l.from_s) / (l.to_s - l.from_s)).sin());
-            vec![10.0 * same, (11.0 * t * t).sin()]
+            let inside = labels.iter().find(|l| l.tier == "word" && l.holds(t));
+            let part = inside.map_or(0.0, |l| (t - l.from_s) / (l.to_s - l.from_s));
+            let sign = inside.map_or(0.0, |l| if l.name == "pa" { 1.0 } else { -1.0 });
+            let noise = (11.0 * t * t).sin();
+            vec![10.0 * sign * (6.3 * part).sin(), noise, 10.0 * (3.1 * part).sin() + noise]
         };
         let courses: Vec<Vec<f64>> = times.iter().map(|t| of(*t)).collect();
         let recording = |labels| Repeatable { times: times.clone(), courses: courses.clone(), labels };
-        let found = repeated(&[recording(&labels)], 2).unwrap();
+        let found = repeated(&[recording(&labels)], 3).unwrap();
         assert_eq!((found.tier.as_str(), found.labels[0].1), ("word", 3));
-        assert!(
-            found.muscles[0].icc > 0.98 && found.muscles[0].chance_95 < found.muscles[0].icc,
-            "{found:?}"
-        );
-        assert!(found.muscles[1].icc < 0.5, "{found:?}");
-        assert_eq!(repeated(&[recording(&labels[..1])], 2), None);
+        let [differs, none, common] = [0, 1, 2].map(|m| found.muscles[m]);
+        assert!(differs.icc > 0.98 && differs.chance_95 < differs.icc, "{found:?}");
+        assert!(differs.of_label > 0.98 && differs.by_exchange < 0.7, "{found:?}");
+        assert!(none.icc < 0.5 && none.of_label < none.of_label_95, "{found:?}");
+        // What is common to all words repeats as well with exchanged labels, and is nothing of one label's own.
+        assert!(common.icc > 0.8 && common.by_exchange > 0.8, "{found:?}");
+        assert!(common.by_chance < 0.5 && common.of_label < common.of_label_95, "{found:?}");
+        assert_eq!(repeated(&[recording(&labels[..3])], 3), None);
         // Labels longer than a recording, and recordings of one frame.
-        let odd = [Label { to_s: 1e9, ..labels[0].clone() }, labels[1].clone()];
-        repeated(&[recording(&odd)], 2);
+        let mut odd = labels.clone();
+        odd[0].to_s = 1e9;
+        repeated(&[recording(&odd)], 3);
         let (times, courses) = (times[..1].to_vec(), courses[..1].to_vec());
-        repeated(&[Repeatable { times, courses, labels: &labels }], 2);
+        repeated(&[Repeatable { times, courses, labels: &labels }], 3);
+    }
+
+    #[test]
+    fn without_a_difference_between_labels_none_is_found_on_average() {
+        let mut random = fastrand::Rng::with_seed(3);
+        let mut sum = 0.0;
+        for _ in 0..400 {
+            let group = |i: usize| {
+                let common = (i % POINTS) as f64;
+                (0..3 + i / POINTS).map(|_| common + tongue_core::random::normal(&mut random)).collect()
+            };
+            sum += of_label(&(0..4 * POINTS).map(group).collect::<Vec<Vec<f64>>>());
+        }
+        assert!((sum / 400.0).abs() < 0.01, "{}", sum / 400.0);
     }
 }

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use maud::{Markup, PreEscaped, html};
 
 use super::figure::{Figure, SharedFigure, in_html};
-use super::{TrackRecord, status_name};
+use super::{RepeatsRecord, TrackRecord, status_name};
 use crate::report::page;
 use crate::report::{Export, Provenance};
 use tongue_infer::track::{FrameStatus, NARROW};
@@ -55,12 +55,12 @@ fn repeats(record: &TrackRecord) -> Markup {
         @if let Some(repeats) = &record.repeats {
             section {
                 h2 { "What repeats" }
-                p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length, beside that of labels that are shifted by a random time in each recording. " (repeats.said()) "." }
+                p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length. 95 % of labels that are shifted by a random time in each recording, or exchanged at random between repetitions, stay below the numbers beside it. The ICC of the label is that of the course less its mean over all labels: what is common to all words is taken out. " (repeats.said()) "." }
                 table {
-                    thead { tr { @for h in ["muscle", "of its course", "by chance", "95 % of chance"] { th { (h) } } } }
+                    thead { tr { @for h in ["muscle"].into_iter().chain(RepeatsRecord::SHOWN) { th { (h) } } } }
                     tbody { @for (muscle, r) in &repeats.muscles.0 { tr {
                         td { (muscle) }
-                        @for value in [r.icc, r.by_chance, r.chance_95] { td { (fixed(value, 2)) } }
+                        @for value in RepeatsRecord::shown(r) { td { (fixed(value, 2)) } }
                     } } }
                 }
             }

@@ -104,19 +104,33 @@ impl RepeatsRecord {
         Self { tier, labels: labels.into_iter().collect(), muscles: ByMuscle::new(muscles, all) }
     }
 
+    /// The numbers of a table for readers, behind the muscle.
+    pub const SHOWN: [&str; 5] =
+        ["ICC of its course", "95 % by shifts", "by exchanges", "ICC of the label", "95 % by exchanges"];
+
+    pub fn shown(repeated: &Repeated) -> [f64; 5] {
+        let r = repeated;
+        [r.icc, r.chance_95, r.exchange_95, r.of_label, r.of_label_95]
+    }
+
     pub fn said(&self) -> String {
         let labels: Vec<String> = self.labels.iter().map(|(name, n)| format!("{name} {n} times")).collect();
         format!("repetitions of {}: {}", self.tier, labels.join(", "))
     }
 
     pub fn table(&self) -> Table {
-        let columns = ["muscle", "icc", "by_chance", "chance_95", "tier", "labels", "repetitions"];
+        let columns = "muscle,icc,by_chance,chance_95,by_exchange,exchange_95,of_label,of_label_95,tier,labels,repetitions";
         let (labels, repetitions) = (self.labels.len(), self.labels.values().sum::<usize>());
         let row = |(muscle, r): &(String, Repeated)| {
-            let numbers = [r.icc, r.by_chance, r.chance_95].map(|v| v.to_string());
+            let chance = [r.by_chance, r.chance_95, r.by_exchange, r.exchange_95];
+            let numbers = [&[r.icc][..], &chance, &[r.of_label, r.of_label_95]].concat();
+            let numbers = numbers.into_iter().map(|v| v.to_string());
             let rest = [self.tier.clone(), labels.to_string(), repetitions.to_string()];
             std::iter::once(muscle.clone()).chain(numbers).chain(rest).collect()
         };
-        Table { columns: columns.map(str::to_owned).to_vec(), rows: self.muscles.0.iter().map(row).collect() }
+        Table {
+            columns: columns.split(',').map(str::to_owned).collect(),
+            rows: self.muscles.0.iter().map(row).collect(),
+        }
     }
 }
