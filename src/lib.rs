@@ -297,7 +297,7 @@ pub mod report {
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
         Clean, FormantsRecord, FormantsTable, PlacementRecord, RepeatsRecord, SegmentsTable, TrackTable,
-        limit_of_plane,
+        contrasts, limit_of_plane,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]
@@ -439,8 +439,9 @@ pub mod track {
     //! Tensions over time from recordings of a tongue.
     #[doc(inline)]
     pub use tongue_infer::track::{
-        Displacement, FEWEST, Followed, Frame, FrameStatus, HeldOut, LabelMean, Repeats, TongueSurface,
-        TrackSettings, Tracked, TrackedRecording, course_summaries, held_out, is_untrusted, listen, repeats,
+        Compared, Comparison, Displacement, FEWEST, Followed, Frame, FrameStatus, HeldOut, LabelDraws,
+        LabelMean, Repeats, TongueSurface, TrackSettings, Tracked, TrackedRecording, compare, compared,
+        course_summaries, held_out, is_untrusted, listen, repeats,
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_infer::track::{MOST_UNTRUSTED, NARROW, Watch};

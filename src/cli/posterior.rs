@@ -205,8 +205,8 @@ impl Sampled<'_> {
     fn told_contrasts(&self, posture: usize) -> String {
         let own = &self.posterior.density.seen.labels[posture];
         let mut text = String::new();
-        for c in self.contrasts.iter().filter(|c| c.is_decided() && (c.posture == *own || c.other == *own)) {
-            let (sign, other) = if c.posture == *own { (1.0, &c.other) } else { (-1.0, &c.posture) };
+        for c in self.contrasts.iter().filter(|c| c.is_decided() && (c.a == *own || c.b == *own)) {
+            let (sign, other) = if c.a == *own { (1.0, &c.b) } else { (-1.0, &c.a) };
             let word = if sign * (c.probability_more - 0.5) > 0.0 { "harder" } else { "less" };
             let sure = c.probability_more.max(1.0 - c.probability_more);
             let _ = writeln!(

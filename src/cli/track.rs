@@ -174,6 +174,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     frames.iter().for_each(|f| *statuses.entry(status_name(&f.status)).or_default() += 1);
     let of_recordings: Vec<&[Tracked]> = results.iter().map(|one| one.frames.as_slice()).collect();
     let labelled = results.iter().map(|one| (one.frames.as_slice(), one.labels.as_slice()));
+    let draws = results.iter().map(|one| one.compared.as_slice());
+    let comparisons = track::compare(&track::compared(&seen), &names, &run.basis.settings.link, draws);
     let mut record = TrackRecord {
         recordings: met.iter().map(|s| s.name.clone()).collect(),
         body: speaker.body.what.clone(),
@@ -183,6 +185,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         statuses,
         untrusted,
         median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
+        comparisons,
         courses: course_summaries(&names, &frames, &run.basis.settings.link),
         repeats: track::repeats(labelled, names.len()).map(|found| RepeatsRecord::new(found, &names)),
         formants: None,

@@ -7,7 +7,7 @@ use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::report::{
     Export, FormantsTable, Json, OutputDir, Provenance, Pvd, RecordingResult, SegmentsTable, TrackPage,
-    TrackRecord, TrackTable,
+    TrackRecord, TrackTable, contrasts,
 };
 use tongue_fit::system::Model;
 
@@ -95,6 +95,9 @@ pub fn write(
     }
     if record.formants.is_some() {
         files.push(("formants.csv".to_owned(), Box::new(FormantsTable(record))));
+    }
+    if !record.comparisons.is_empty() {
+        files.push(("contrasts.csv".to_owned(), Box::new(contrasts(&record.comparisons))));
     }
     if let Some(found) = &record.repeats {
         files.push(("repeats.csv".to_owned(), Box::new(found.table())));

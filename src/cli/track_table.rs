@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use tongue_fit::report::{RepeatsRecord, TrackRecord, fixed};
 use tongue_fit::statistics::upper_median;
-use tongue_fit::track::{Displacement, FrameStatus, NARROW, Tracked};
+use tongue_fit::track::{Comparison, Displacement, FrameStatus, NARROW, Tracked};
 
 use super::table::{self, counted};
 
@@ -22,26 +22,34 @@ pub fn track(record: &TrackRecord) -> String {
     if let Some(placement) = &record.placement {
         let _ = writeln!(text, "{}", placement.said());
     }
-    let header = ["muscle", "level N/m", "95 % interval", "course width N/m", "reliability", "course"];
+    let compared = record.comparisons.first();
+    text += &compared.map(contrasts).unwrap_or_default();
+    let mut header =
+        vec!["muscle", "level N/m", "95 % interval", "course width N/m", "reliability", "course"];
+    header.extend(compared.map(|_| "labels"));
+    let known = |known: bool| if known { "known" } else { "NOT KNOWN" }.to_owned();
     let t = table::rows(&header, record.courses.iter().enumerate(), |(i, course)| {
         let of = |value: &dyn Fn(&Tracked) -> f64| median(frames().map(value));
-        [
+        let labels = compared.map(|c| known(c.muscles[i].known));
+        let cells = vec![
             course.muscle.clone(),
             format!("{:.1}", of(&|f| f.levels[i].median)),
             format!("{:.1} to {:.1}", of(&|f| f.levels[i].low), of(&|f| f.levels[i].high)),
             format!("{:.1}", course.course_width_n),
             format!("{:.2}", course.reliability),
-            if course.known { "known" } else { "NOT KNOWN" }.to_owned(),
-        ]
+            known(course.known),
+        ];
+        cells.into_iter().chain(labels)
     });
     let [low, high] = record.prior.interval_n;
     let _ = writeln!(
         text,
         "\n{t}\nmedians over the frames, at a Young's modulus of 6.9 kPa; without data a level is {:.1} ({low:.1} to {high:.1}) N/m.\n\
          An interval from 0 cannot exclude a slack muscle. A course is a level less its mean over the recording; it is\n\
-         known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}",
+         known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}{}",
         record.prior.median_n,
         NARROW * record.prior.scale_n,
+        compared.map_or("", |_| "Labels are known if the same is true of the means over them.\n"),
         tongue_fit::report::limit_of_plane()
     );
     let resolved = upper_median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);
@@ -88,6 +96,22 @@ pub fn track(record: &TrackRecord) -> String {
         }
     }
     text + "\n"
+}
+
+/// What is decided of the differences between labels.
+fn contrasts(compared: &Comparison) -> String {
+    const MOST: usize = 20;
+    let mut text = format!("\n{}\n", compared.said());
+    let decided = compared.decided();
+    for c in decided.iter().take(MOST) {
+        let ends = if c.median < 0.0 { [-c.interval_95[1], -c.interval_95[0]] } else { c.interval_95 };
+        let [by, low, high] = [c.median.abs(), ends[0], ends[1]].map(|n| fixed(n, 1));
+        let _ = writeln!(text, "{}, by {by} ({low} to {high}) N/m", c.said().unwrap_or_default());
+    }
+    if decided.len() > MOST {
+        let _ = writeln!(text, "... and {} more; contrasts.csv has all", decided.len() - MOST);
+    }
+    text
 }
 
 /// How shapes are reached that pulling all muscles together does not lead to.

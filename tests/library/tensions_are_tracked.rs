@@ -12,10 +12,12 @@ use tongue_fit::measured::recording::{AlignedRecording, FaultKind, screen};
 use tongue_fit::parallel;
 use tongue_fit::run::TrackRun;
 use tongue_fit::system::Model;
+use tongue_infer::posterior::Contrast;
 use tongue_infer::track::{
-    Errors, FrameStatus, Ranged, RestShape, Stage, TrackSettings, Tracked, Watch, frames, is_untrusted,
-    listen, track,
+    Comparison, Errors, FrameStatus, LabelDraws, Ranged, RestShape, Stage, TrackSettings, Tracked, Watch,
+    compare, compared, frames, is_untrusted, listen, mark, track,
 };
+use tongue_input::measured::recording::Label;
 
 use crate::synthetic::{Kind, Speaker};
 
@@ -84,6 +86,69 @@ fn courses_are_found_again_as_far_as_a_contour_tells() {
     let vague = tracked(&speaker, &seen);
     let resolved = |all: &[Tracked]| all.iter().map(|f| f.resolved).sum::<usize>();
     assert!(resolved(&vague) < resolved(&found));
+}
+
+#[test]
+fn contrasts_are_differences_of_means_in_the_same_draws() {
+    let speaker = speaker();
+    let mut seen = recorded(&speaker, 12, 0.5e-3);
+    let at = |name: &str, from: usize, to: usize| Label {
+        tier: "part".into(),
+        name: name.into(),
+        from_s: 0.0125 * from as f64,
+        to_s: 0.0125 * to as f64,
+    };
+    // Every label twice; one tier does not distinguish.
+    for _ in 0..2 {
+        seen.labels.extend([at("fourth", 3, 3), at("tenth", 9, 9), at("all", 0, 11)]);
+    }
+    seen.labels.extend([Label { tier: "one".into(), ..at("x", 0, 11) }, at("once", 2, 4)]);
+    let compared = compared(&[&seen]);
+    assert_eq!(compared.iter().map(|c| c.label.as_str()).collect::<Vec<_>>(), ["fourth", "tenth", "all"]);
+    let followed = followed(&speaker.body, &seen.bones);
+    let mut other = seen.clone();
+    // A frame that cannot be of this tongue does not count.
+    other.frames[6].contour.iter_mut().flatten().for_each(|m| m.at += Point::new(0.0, 0.03));
+    let ready = |seen: &AlignedRecording| {
+        let mut ready = frames(seen, &speaker.surface, &followed, &[]);
+        mark(&mut ready, &seen.labels, &compared);
+        ready
+    };
+    let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
+    let stage = Stage { system: &speaker.system, followed: &followed, freed: &[], shape: None };
+    let all = vec![ready(&seen), ready(&other)];
+    let found = Watch::collect(|watch| track(&stage, all, &settings, watch)).unwrap();
+    let draws: Vec<&[LabelDraws]> = found.iter().map(|one| one.compared.as_slice()).collect();
+    assert_eq!((draws[0][2].frames, draws[1][2].frames, draws[1][2].repetitions), (12, 11, 2));
+    let names: Vec<String> = (0..8).map(|m| format!("m{m}")).collect();
+    let of = |draws: &[&[LabelDraws]]| {
+        compare(&compared, &names, &settings.link, draws.iter().copied()).pop().unwrap()
+    };
+    let near = |found: [f64; 3], direct: [f64; 3]| {
+        assert!(found.iter().zip(&direct).all(|(a, b)| (a - b).abs() < 1e-4), "{found:?} {direct:?}");
+    };
+    let contrast = |found: &Comparison, a: &str, b: &str, m: usize| {
+        let is = |c: &&Contrast| (c.a.as_str(), c.b.as_str(), &c.muscle) == (a, b, &names[m]);
+        let c = found.contrasts.iter().find(is).unwrap().clone();
+        (c.probability_more, [c.interval_95[0], c.median, c.interval_95[1]])
+    };
+    let (first, both) = (of(&draws[..1]), of(&draws));
+    for m in 0..8 {
+        // A frame less the mean over the recording is its course.
+        let ends = |r: &Ranged| [r.low, r.median, r.high];
+        let tracked = &found[0].frames[3];
+        near(contrast(&first, "fourth", "all", m).1, ends(&tracked.courses[m]));
+        near(ends(&first.labels[0].tensions.0[m].1), ends(&tracked.levels[m]));
+        // Over two recordings, from the draws of the single frames.
+        let mean = |label: usize, d: usize| -> f64 {
+            draws.iter().map(|of| 0.5 * f64::from(of[label].tensions[m][d])).sum()
+        };
+        let differences: Vec<f64> = (0..settings.draws).map(|d| mean(0, d) - mean(1, d)).collect();
+        let (p, interval) = contrast(&both, "fourth", "tenth", m);
+        near(interval, ends(&Ranged::of(differences.iter().copied())));
+        assert!((p - differences.iter().filter(|d| **d > 0.0).count() as f64 / 1000.0).abs() < 2e-3, "{p}");
+    }
+    assert_eq!(both.contrasts[0].repetitions, Some([4, 4]));
 }
 
 #[test]

@@ -393,7 +393,54 @@ fn labels_become_segments_and_what_repeats_is_that_of_the_results() {
 }
 
 #[test]
-fn a_run_writes_six_files_however_many_recordings_it_has_and_its_page_draws_what_is_opened() {
+fn what_is_harder_in_one_label_than_in_another_is_said_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let output = run(at, &["track", "--example", "--frames", "0", "--out", "out"]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    let found: Value = serde_json::from_slice(&fs::read(at.join("out/track.json")).unwrap()).unwrap();
+    let compared = &found["comparisons"][0];
+    assert_eq!((&compared["tier"], &compared["labels"][2]["label"]), (&"annotation".into(), &"u".into()));
+    assert_eq!((&compared["labels"][2]["repetitions"], found["comparisons"].get(1)), (&2.into(), None));
+    // The labels of the two recordings, and the true means over them.
+    let segments = found["segments"].as_array().unwrap();
+    let mean = |label: &Value, muscle: &str| {
+        let mut values = Vec::new();
+        for (recording, truth) in ["one", "two"].into_iter().zip(truth(muscle).chunks(45)) {
+            for s in segments.iter().filter(|s| s["label"] == *label && s["tier"] == "annotation") {
+                let [from, to] = ["from_s", "to_s"].map(|end| s[end].as_f64().unwrap());
+                let is_in = |t: usize| (from - 1e-9..=to + 1e-9).contains(&(0.0125 * t as f64));
+                if s["recording"].as_str().unwrap().ends_with(recording) {
+                    values.extend((0..45).filter(|t| is_in(*t)).map(|t| truth[t]));
+                }
+            }
+        }
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let mut table = csv::Reader::from_path(at.join("out/contrasts.csv")).unwrap();
+    let (mut decided, mut held) = (0, 0);
+    for (row, c) in table.records().map(Result::unwrap).zip(compared["contrasts"].as_array().unwrap()) {
+        let [muscle, word, a, b] = ["muscle", "word", "a", "b"].map(|key| c[key].as_str().unwrap());
+        assert_eq!([&row[1], &row[2], &row[3], &row[8]], [muscle, a, b, word]);
+        assert_eq!(row[4].parse::<f64>().unwrap(), c["median"].as_f64().unwrap());
+        let true_n = mean(&c["a"], muscle) - mean(&c["b"], muscle);
+        let [low, high] = [0, 1].map(|end| c["interval_95"][end].as_f64().unwrap());
+        held += usize::from((low..=high).contains(&true_n));
+        let [how, rest] = word.split_once(' ').map(|(how, rest)| [how, rest]).unwrap();
+        if word != "not known" {
+            decided += 1;
+            let [more, less] = if rest == "harder" { [a, b] } else { [b, a] };
+            assert_eq!(rest == "harder", true_n > 0.0, "{c}: {true_n}");
+            let sentence = format!("{muscle}: {how} harder in /{more}/ than in /{less}/, by ");
+            assert!(said.find(&sentence).unwrap() < said.find("| muscle").unwrap(), "{said}");
+        }
+    }
+    assert!(decided >= 6 && held >= 20, "{decided} decided and {held} held of 24");
+    assert!(fs::read_to_string(at.join("out/track.html")).unwrap().contains("harder in /u/ than in /a/"));
+}
+
+#[test]
+fn a_run_writes_seven_files_however_many_recordings_it_has_and_its_page_draws_what_is_opened() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     // Six recordings in place of two, the last without its hyoid.
@@ -422,7 +469,15 @@ fn a_run_writes_six_files_however_many_recordings_it_has_and_its_page_draws_what
         .map(|e| e.unwrap().file_name().into_string().unwrap())
         .collect();
     names.sort();
-    let expected = ["body.json", "repeats.csv", "segments.csv", "track.csv", "track.html", "track.json"];
+    let expected = [
+        "body.json",
+        "contrasts.csv",
+        "repeats.csv",
+        "segments.csv",
+        "track.csv",
+        "track.html",
+        "track.json",
+    ];
     assert_eq!(names, expected);
     // The page holds all shapes of all recordings in less than 800 bytes a frame.
     let page = fs::read_to_string(at.join("out/track.html")).unwrap();

@@ -154,7 +154,7 @@ impl Prepared {
         let of_row = |(posture, &number): (usize, &usize)| {
             let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges(posture)).flatten();
             let vowel = &sampled.reports[posture].postures[posture];
-            let contrasts = sampled.contrasts.iter().filter(|c| c.other == *vowel).cloned().collect();
+            let contrasts = sampled.contrasts.iter().filter(|c| c.b == *vowel).cloned().collect();
             let report = sampled.reports[posture].clone();
             (number, Ok(RowPosterior { ridges: ridges.map(|svg| svg.to_string()), report, contrasts }))
         };

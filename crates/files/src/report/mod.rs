@@ -65,7 +65,7 @@ pub use tongue_input::measured::ByMuscle;
 pub use tongue_page::{PageBody, PageTable, TonguePage};
 pub use track::{
     FormantsRecord, FormantsTable, PlacementRecord, PriorRecord, RecordingResult, RepeatsRecord,
-    SegmentsTable, TrackRecord, TrackResults, TrackTable, status_name,
+    SegmentsTable, TrackRecord, TrackResults, TrackTable, contrasts, status_name,
 };
 #[cfg(feature = "files")]
 pub use track::{TrackPage, fixed};

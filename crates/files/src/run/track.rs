@@ -3,6 +3,7 @@
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::geometry::Similarity;
+use tongue_core::random::seed_of;
 use tongue_core::system::{self, Additions, System, SystemError};
 use tongue_infer::adapt::{self, Adaptation, Basis, How, Placement, RestError, Sight};
 use tongue_infer::inverse::{FitError, FreedBone};
@@ -183,8 +184,16 @@ impl TrackRun<'_> {
         let system = System::with(&body.mesh, model, &self.basis.contracting, additions)?;
         let surface =
             TongueSurface::of(body).ok_or_else(|| TrackError::NoOutline { what: body.what.clone() })?;
-        let is_open = |sitting: &Vec<usize>| sitting.iter().any(|&number| (watch.is_wanted)(number));
-        for sitting in sittings(seen).into_iter().filter(is_open) {
+        let compared = track::compared(seen);
+        for (nth_sitting, sitting) in sittings(seen).into_iter().enumerate() {
+            if !sitting.iter().any(|&number| (watch.is_wanted)(number)) {
+                continue;
+            }
+            // What is unknown of one sitting is independent of what is unknown of another.
+            let mut settings = self.basis.settings.clone();
+            if nth_sitting > 0 {
+                settings.seed = seed_of(settings.seed, nth_sitting);
+            }
             let freed = sitting.first().map(|&nth| self.freed(seen[nth])).into_iter().flatten();
             let freed = freed.map(|name| FreedBone::of(body, model, &self.basis.contracting, name));
             let freed = freed.collect::<Result<Vec<_>, _>>()?;
@@ -192,15 +201,17 @@ impl TrackRun<'_> {
                 track::frames(&speaker.seated(seen[nth]), &surface, &speaker.followed, self.hide)
             };
             let mut frames: Vec<_> = sitting.iter().map(frames_of).collect();
-            frames.iter_mut().for_each(|frames| listen(frames));
+            for (frames, &nth) in frames.iter_mut().zip(&sitting) {
+                listen(frames);
+                track::mark(frames, &seen[nth].labels, &compared);
+            }
             let stage = Stage { system: &system, followed: &speaker.followed, freed: &freed, shape };
             let watch = Watch {
                 is_wanted: &|number| (watch.is_wanted)(sitting[number]),
                 take: &|number, found| (watch.take)(sitting[number], found),
                 ..*watch
             };
-            track::track(&stage, frames, &self.basis.settings, &watch)
-                .map_err(|NotFinite| TrackError::NotFinite)?;
+            track::track(&stage, frames, &settings, &watch).map_err(|NotFinite| TrackError::NotFinite)?;
         }
         Ok(())
     }

@@ -4,30 +4,58 @@ use serde::{Deserialize, Serialize};
 
 use super::run::{Posterior, Status};
 use super::sensitivity::Scaled;
+use super::spread::{Quantiles, part_above_zero};
 use super::summary::Change;
+use super::verdict::Word;
 
 /// A contrast is decided where the probability of its sign is larger than this.
 pub const DECIDED: f64 = 0.95;
 
-/// The difference of a muscle's tensions in two postures that were sampled together.
+/// The difference of a muscle's tensions in two postures that were sampled together, or between the means over two labels of recordings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contrast {
-    pub posture: String,
-    pub other: String,
     pub muscle: String,
-    /// Median difference, N per metre of thickness.
+    pub a: String,
+    pub b: String,
+    /// Median of the tension in `a` less that in `b`, N per metre of thickness.
     pub median: f64,
     /// Lower and upper end of the middle 95 % of the difference, N per metre of thickness.
     pub interval_95: [f64; 2],
-    /// Probability that the muscle pulls harder in the first posture than in the other one.
+    /// Probability that the muscle pulls harder in `a` than in `b`.
     pub probability_more: f64,
-    /// Whether the size of the difference depends on the prior more than on the data.
-    pub depends_on_prior: bool,
-    /// Whether the probability of the sign would be much smaller under another scale of the prior.
-    pub sign_depends_on_prior: bool,
+    /// What that probability is called.
+    pub word: Word,
+    /// How often each label was said; `None` for postures.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repetitions: Option<[usize; 2]>,
+    /// Whether the size of the difference depends on the prior more than on the data, if that was asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub depends_on_prior: Option<bool>,
+    /// Whether the probability of the sign would be much smaller under another scale of the prior, if that was asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sign_depends_on_prior: Option<bool>,
 }
 
 impl Contrast {
+    /// From draws of the difference.
+    pub fn of(muscle: &str, [a, b]: [&str; 2], draws: impl Iterator<Item = f64>) -> Self {
+        let draws: Vec<f64> = draws.collect();
+        let probability_more = part_above_zero(&draws);
+        let spread = Quantiles::of(draws);
+        Self {
+            muscle: muscle.to_owned(),
+            a: a.to_owned(),
+            b: b.to_owned(),
+            median: spread.median,
+            interval_95: spread.interval_95,
+            probability_more,
+            word: Word::of(probability_more),
+            repetitions: None,
+            depends_on_prior: None,
+            sign_depends_on_prior: None,
+        }
+    }
+
     /// The contrasts of every muscle between every two postures; none if the chains have not mixed.
     pub fn all(posterior: &Posterior<'_>) -> Vec<Self> {
         if posterior.status != Status::Mixed {
@@ -41,14 +69,9 @@ impl Contrast {
                 posterior.draws.iter().map(|d| d.tension(first, m) - d.tension(second, m)).collect();
             let change = Change::new(&values, &scaled);
             Self {
-                posture: labels[first].clone(),
-                other: labels[second].clone(),
-                muscle: muscles[m].clone(),
-                median: change.spread.median,
-                interval_95: change.spread.interval_95,
-                probability_more: change.probability_rises,
-                depends_on_prior: change.depends_on_prior,
-                sign_depends_on_prior: change.sign_depends_on_prior,
+                depends_on_prior: Some(change.depends_on_prior),
+                sign_depends_on_prior: Some(change.sign_depends_on_prior),
+                ..Self::of(&muscles[m], [&labels[first], &labels[second]], values.into_iter())
             }
         };
         let pairs = (0..labels.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
@@ -56,6 +79,22 @@ impl Contrast {
             .flat_map(|(a, b)| (0..muscles.len()).map(move |m| (a, b, m)))
             .map(|(a, b, m)| one(a, b, m))
             .collect()
+    }
+
+    /// Such as "HGa: surely harder in /a/ than in /u/"; `None` where neither is probable.
+    pub fn said(&self) -> Option<String> {
+        let (how, [more, less]) = match self.word {
+            Word::SurelyHarder => ("surely", [&self.a, &self.b]),
+            Word::ProbablyHarder => ("probably", [&self.a, &self.b]),
+            Word::SurelyNotHarder => ("surely", [&self.b, &self.a]),
+            Word::ProbablyNotHarder => ("probably", [&self.b, &self.a]),
+            Word::NotKnown => return None,
+        };
+        let [more, less] = [more, less].map(|label| match label.chars().count() {
+            ..=2 => format!("/{label}/"),
+            _ => format!("“{label}”"),
+        });
+        Some(format!("{}: {how} harder in {more} than in {less}", self.muscle))
     }
 
     pub fn is_decided(&self) -> bool {

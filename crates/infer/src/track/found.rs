@@ -7,6 +7,7 @@ use crate::inverse::BONE_SD_M;
 use tongue_input::measured::recording::Fault;
 
 use super::branch::{Reached, Way};
+use super::compare::LabelDraws;
 use super::draws::{Draws, Means};
 use super::errors::Along;
 use super::frame::{self, Frame, Solver};
@@ -126,6 +127,9 @@ pub struct TrackedRecording {
     pub rest: Vec<SVector<f64, 2>>,
     pub frames: Vec<Tracked>,
     pub segments: Vec<LabelMean>,
+    /// Draws of the means over labels that are compared.
+    #[serde(default)]
+    pub compared: Vec<LabelDraws>,
 }
 
 /// A frame after the search, with all that its results need.

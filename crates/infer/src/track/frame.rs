@@ -91,6 +91,8 @@ pub struct Frame {
     pub shifts: Vec<SVector<f64, 2>>,
     /// Numbers of the labels that apply at this time.
     pub labels: Vec<usize>,
+    /// Of those that are compared, also their numbers among these ([`mark()`](super::mark())).
+    pub compared: Vec<(usize, usize)>,
 }
 
 /// A held-out contour point or coordinate of a coil.
@@ -178,6 +180,7 @@ fn one(
         heard: Vec::new(),
         shifts,
         labels: (0..seen.labels.len()).filter(|&l| seen.labels[l].holds(frame.time_s)).collect(),
+        compared: Vec::new(),
     };
     let marks: Vec<_> = seen
         .contour

@@ -11,6 +11,7 @@
 mod branch;
 mod by_shape;
 mod chain;
+mod compare;
 mod consider;
 mod descend;
 mod draws;
@@ -36,6 +37,7 @@ mod stage;
 mod summary;
 mod tiers;
 
+pub use compare::{Compared, Comparison, LabelDraws, LabelTension, compare, compared, mark};
 pub use errors::{Along, Errors};
 pub use found::{Displacement, Foretold, FrameStatus, Tracked, TrackedRecording};
 pub(crate) use frame::crowding;

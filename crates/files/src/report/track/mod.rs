@@ -12,7 +12,7 @@ pub use formants::{FormantsRecord, FormantsTable};
 #[cfg(feature = "files")]
 pub use page::{TrackPage, fixed};
 pub use premises::{PlacementRecord, PriorRecord, RepeatsRecord};
-pub use tables::{SegmentsTable, TrackTable};
+pub use tables::{SegmentsTable, TrackTable, contrasts};
 
 use serde::{Serialize, Serializer};
 
@@ -20,8 +20,8 @@ use super::ByMuscle;
 use tongue_core::body::Body;
 use tongue_core::geometry::Point;
 use tongue_infer::track::{
-    CourseSummary, Displacement, Foretold, FrameStatus, HeldOut, LabelMean, Ranged, Tracked, TrackedFormant,
-    TrackedRecording,
+    Comparison, CourseSummary, Displacement, Foretold, FrameStatus, HeldOut, LabelDraws, LabelMean, Ranged,
+    Tracked, TrackedFormant, TrackedRecording,
 };
 use tongue_input::measured::recording::{AlignedRecording, Fault, Label};
 
@@ -106,6 +106,8 @@ pub struct RecordingResult {
     /// Its frames, with the faults that were found before the fit and in it.
     pub frames: Vec<Tracked>,
     pub segments: Vec<LabelMean>,
+    /// Draws of the means over labels that are compared.
+    pub compared: Vec<LabelDraws>,
 }
 
 impl RecordingResult {
@@ -114,7 +116,7 @@ impl RecordingResult {
         seen: &AlignedRecording,
         faults: &[Vec<Fault>],
         freed: impl Iterator<Item = &'b str>,
-        TrackedRecording { rest, mut frames, segments }: TrackedRecording,
+        TrackedRecording { rest, mut frames, segments, compared }: TrackedRecording,
     ) -> Self {
         for (frame, faults) in frames.iter_mut().zip(faults) {
             frame.faults.splice(0..0, faults.iter().cloned());
@@ -133,6 +135,7 @@ impl RecordingResult {
             mirrored: seen.mirrored,
             frames,
             segments,
+            compared,
         }
     }
 }
@@ -256,6 +259,9 @@ pub struct TrackRecord {
     pub untrusted: Option<String>,
     /// Median over the frames of the root mean square distance, mm.
     pub median_rms_mm: Option<f64>,
+    /// Differences between labels, a comparison for each tier that distinguishes.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub comparisons: Vec<Comparison>,
     pub courses: Vec<CourseSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeats: Option<RepeatsRecord>,

@@ -8,7 +8,7 @@ use super::figure::{Figure, SharedFigure, in_html};
 use super::{RepeatsRecord, TrackRecord, status_name};
 use crate::report::page;
 use crate::report::{Export, Provenance};
-use tongue_infer::track::{FrameStatus, NARROW};
+use tongue_infer::track::{Comparison, FrameStatus, NARROW};
 
 const SCRIPT: &str = include_str!("page.js");
 
@@ -27,6 +27,7 @@ impl Export for TrackPage<'_> {
         let body = html! {
             main {
                 (top(record, by))
+                @for compared in record.comparisons.iter().take(1) { (contrasts(compared)) }
                 (courses(record))
                 section {
                     h2 { "Recordings" }
@@ -87,6 +88,39 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
                 "A contour or a few coils do not determine eight tensions: the rest comes from the prior. Intervals of courses that are not known are hatched; frames that cannot be trusted are shaded."
             }
             @for note in record.untrusted.iter().chain(&record.notes) { p.alarms { (note) } }
+        }
+    }
+}
+
+fn contrasts(compared: &Comparison) -> Markup {
+    const MOST: usize = 60;
+    let decided = compared.decided();
+    let range = |[middle, low, high]: [f64; 3]| {
+        format!("{} ({} to {})", fixed(middle, 1), fixed(low, 1), fixed(high, 1))
+    };
+    let muscles = compared.muscles.iter().map(|m| (m.muscle.as_str(), m.known));
+    html! {
+        section {
+            h2 { "In which label a muscle pulls harder" }
+            p { (compared.said()) ". Means are over all frames with a label that can be trusted, N/m, with 95 % intervals; what is unknown of the body and of the levels of a sitting cancels from a difference." }
+            table {
+                thead { tr { @for h in ["", "difference, N/m", "P", "repetitions"] { th { (h) } } } }
+                tbody { @for c in decided.iter().take(MOST) { tr {
+                    td { (c.said().unwrap_or_default()) }
+                    @let [low, high] = c.interval_95;
+                    td { @if c.median < 0.0 { (range([-c.median, -high, -low])) } @else { (range([c.median, low, high])) } }
+                    td { (fixed(c.probability_more.max(1.0 - c.probability_more), 2)) }
+                    td { @if let Some([a, b]) = c.repetitions { (c.a) " " (a) ", " (c.b) " " (b) } }
+                } } }
+            }
+            @if decided.len() > MOST { p { "The first " (MOST) "; all are in contrasts.csv." } }
+            table {
+                thead { tr { th { "mean in" } @for (name, known) in muscles { th { (name) @if !known { " (not known)" } } } } }
+                tbody { @for l in &compared.labels { tr {
+                    td { (l.label) }
+                    @for (_, t) in &l.tensions.0 { td { (range([t.median, t.low, t.high])) } }
+                } } }
+            }
         }
     }
 }

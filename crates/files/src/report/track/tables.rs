@@ -2,10 +2,14 @@
 
 use std::io::{self, Write};
 
+use serde_json::json;
+
 use super::{RecordingResult, TrackRecord, status_name};
 use crate::report::cells;
-use crate::report::{Export, Provenance, StoTable};
-use tongue_infer::track::{Ranged, Tracked};
+use crate::report::column::{columns, table};
+use crate::report::{Export, Provenance, StoTable, Table};
+use tongue_infer::posterior::Contrast;
+use tongue_infer::track::{Comparison, Ranged, Tracked};
 
 /// Writes a table row by row, with the provenance behind every row.
 pub(super) fn write(
@@ -47,6 +51,26 @@ impl Export for TrackTable<'_> {
         });
         write(out, by, columns, rows)
     }
+}
+
+/// The differences between labels: a row for each muscle and two labels of a tier.
+pub fn contrasts(comparisons: &[Comparison]) -> Table {
+    let rows: Vec<(&str, &Contrast)> =
+        comparisons.iter().flat_map(|c| c.contrasts.iter().map(|one| (c.tier.as_str(), one))).collect();
+    let columns = columns::<(&str, &Contrast), _>([
+        ("tier", "", "", |(tier, _)| json!(tier)),
+        ("muscle", "", "", |(_, c)| json!(c.muscle)),
+        ("a", "", "", |(_, c)| json!(c.a)),
+        ("b", "", "", |(_, c)| json!(c.b)),
+        ("difference_n_per_m", "N/m", "", |(_, c)| c.median.into()),
+        ("low_n_per_m", "N/m", "", |(_, c)| c.interval_95[0].into()),
+        ("high_n_per_m", "N/m", "", |(_, c)| c.interval_95[1].into()),
+        ("p_harder", "", "", |(_, c)| c.probability_more.into()),
+        ("word", "", "", |(_, c)| c.word.text().into()),
+        ("repetitions_a", "", "", |(_, c)| json!(c.repetitions.map(|n| n[0]))),
+        ("repetitions_b", "", "", |(_, c)| json!(c.repetitions.map(|n| n[1]))),
+    ]);
+    table(&columns, &rows)
 }
 
 #[derive(Debug)]

@@ -1,0 +1,231 @@
+//! Mean tensions over all frames with a label, and differences between labels, from the same draws of levels and courses.
+//!
+//! Recordings of a sitting share the draws of levels and shape at rest, so what is unknown of these cancels from a difference. Recordings
+//! of other sittings have draws of their own, so it does not cancel between them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+use tongue_input::measured::ByMuscle;
+use tongue_input::measured::recording::{AlignedRecording, Label};
+
+use super::draws::{Draws, Means};
+use super::found::Tracked;
+use super::frame::Frame;
+use super::link::Link;
+use super::ranged::Ranged;
+use super::summary::{CourseSummary, summaries};
+use super::tiers::distinguishing;
+use crate::posterior::Contrast;
+
+/// Labels of a tier with more labels that repeat are not compared.
+const MOST_LABELS: usize = 60;
+/// Largest number of draws by which labels are compared.
+const MOST_DRAWS: usize = 2000;
+
+/// A label that is compared with the others of its tier.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Compared {
+    pub tier: String,
+    pub label: String,
+}
+
+/// The labels that are compared, of tiers in which at least two and at most 60 labels repeat.
+pub fn compared(recordings: &[&AlignedRecording]) -> Vec<Compared> {
+    let times = |seen: &AlignedRecording| seen.frames.iter().map(|f| f.time_s).collect();
+    let labelled: Vec<(Vec<f64>, &[Label])> =
+        recordings.iter().map(|seen| (times(seen), seen.labels.as_slice())).collect();
+    let tiers = distinguishing(&labelled, 1).into_iter().filter(|(_, groups)| groups.len() <= MOST_LABELS);
+    let of_tier = |(tier, groups): (String, Vec<(String, _)>)| {
+        groups.into_iter().map(move |(label, _)| Compared { tier: tier.clone(), label })
+    };
+    tiers.flat_map(of_tier).collect()
+}
+
+/// Sets the labels of frames that are compared; `labels` are those of the recording.
+pub fn mark(frames: &mut [Frame], labels: &[Label], compared: &[Compared]) {
+    let numbers: Vec<Option<usize>> =
+        labels.iter().map(|l| compared.iter().position(|c| c.tier == l.tier && c.label == l.name)).collect();
+    for frame in frames {
+        let of = |&label: &usize| Some((label, numbers.get(label).copied().flatten()?));
+        frame.compared = frame.labels.iter().filter_map(of).collect();
+    }
+}
+
+/// Draws of the mean tensions over the frames of a recording that have a label and can be trusted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LabelDraws {
+    /// Its number among the labels that are compared.
+    pub compared: usize,
+    pub repetitions: usize,
+    pub frames: usize,
+    /// For every contracting muscle and draw, N per metre of thickness.
+    pub tensions: Vec<Vec<f32>>,
+}
+
+/// Sums over the frames of labels while the frames of a recording are taken one after another.
+#[derive(Default)]
+pub(super) struct Sums(BTreeMap<usize, (BTreeSet<usize>, usize, Means)>);
+
+impl Sums {
+    /// Takes the draws of a window of frames, and what was found of these.
+    pub fn take(&mut self, window: Range<usize>, frames: &[Frame], found: &[Tracked], draws: &Draws) {
+        for (t, tensions) in window.zip(&draws.tensions).filter(|(t, _)| found[*t].status.is_trusted()) {
+            let mut counted = BTreeSet::new();
+            for &(label, compared) in &frames[t].compared {
+                let none =
+                    || (BTreeSet::new(), 0, Means(tensions.iter().map(|d| vec![0.0; d.len()]).collect()));
+                let (repetitions, count, sums) = self.0.entry(compared).or_insert_with(none);
+                repetitions.insert(label);
+                // A frame on the border of two repetitions counts once.
+                if counted.insert(compared) {
+                    *count += 1;
+                    sums.add(tensions);
+                }
+            }
+        }
+    }
+
+    pub fn finish(self) -> Vec<LabelDraws> {
+        let mean = |(compared, (repetitions, frames, sums)): (usize, (BTreeSet<usize>, usize, Means))| {
+            let kept = |draws: Vec<f64>| {
+                draws.iter().take(MOST_DRAWS).map(|sum| (sum / frames as f64) as f32).collect()
+            };
+            let tensions = sums.0.into_iter().map(kept).collect();
+            LabelDraws { compared, repetitions: repetitions.len(), frames, tensions }
+        };
+        self.0.into_iter().map(mean).collect()
+    }
+}
+
+/// Mean tensions over all frames with a label.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LabelTension {
+    pub label: String,
+    pub repetitions: usize,
+    pub frames: usize,
+    /// N per metre of thickness.
+    pub tensions: ByMuscle<Ranged>,
+}
+
+/// What is known of the tensions in the labels of a tier, and of their differences.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Comparison {
+    pub tier: String,
+    pub labels: Vec<LabelTension>,
+    /// What is known of the mean tensions over labels, as of the tensions of single frames; courses are relative to the mean over labels.
+    pub muscles: Vec<CourseSummary>,
+    /// Of every muscle and every two labels.
+    pub contrasts: Vec<Contrast>,
+}
+
+impl Comparison {
+    /// The contrasts that are decided: sure ones before probable ones, and large ones first.
+    pub fn decided(&self) -> Vec<&Contrast> {
+        let mut out: Vec<&Contrast> = self.contrasts.iter().filter(|c| c.said().is_some()).collect();
+        out.sort_by(|a, b| {
+            b.is_decided().cmp(&a.is_decided()).then(b.median.abs().total_cmp(&a.median.abs()))
+        });
+        out
+    }
+
+    /// How often each label was said, and how many differences are decided.
+    pub fn said(&self) -> String {
+        let labels: Vec<String> =
+            self.labels.iter().map(|l| format!("{} {}", l.label, l.repetitions)).collect();
+        format!(
+            "differences between labels of {} (repetitions: {}): {} of {} are decided",
+            self.tier,
+            labels.join(", "),
+            self.decided().len(),
+            self.contrasts.len()
+        )
+    }
+}
+
+/// Compares labels of the same tier by the draws of all recordings. A label of which fewer than two repetitions were tracked is left out,
+/// and so are tiers of which fewer than two labels are left.
+pub fn compare<'a>(
+    compared: &[Compared],
+    names: &[String],
+    link: &Link,
+    recordings: impl IntoIterator<Item = &'a [LabelDraws]>,
+) -> Vec<Comparison> {
+    let mut labels: Vec<Summed> = compared.iter().map(|_| Summed::default()).collect();
+    for draws in recordings.into_iter().flatten() {
+        if let Some(label) = labels.get_mut(draws.compared) {
+            label.add(draws);
+        }
+    }
+    let all: Vec<(&Compared, Summed)> =
+        compared.iter().zip(labels).filter(|(_, label)| label.repetitions > 1).collect();
+    let tiers = all.chunk_by(|(a, _), (b, _)| a.tier == b.tier).filter(|tier| tier.len() > 1);
+    tiers.map(|tier| comparison(tier, names, link)).collect()
+}
+
+/// Sums over the frames of a label in all recordings.
+#[derive(Default)]
+struct Summed {
+    repetitions: usize,
+    frames: usize,
+    sums: Vec<Vec<f64>>,
+}
+
+impl Summed {
+    fn add(&mut self, draws: &LabelDraws) {
+        self.repetitions += draws.repetitions;
+        self.frames += draws.frames;
+        self.sums.resize(draws.tensions.len(), Vec::new());
+        for (sums, draws_of) in self.sums.iter_mut().zip(&draws.tensions) {
+            sums.resize(draws_of.len(), 0.0);
+            sums.iter_mut().zip(draws_of).for_each(|(s, d)| *s += draws.frames as f64 * f64::from(*d));
+        }
+    }
+
+    /// Draws of the mean tension of a muscle.
+    fn mean(&self, muscle: usize) -> impl Iterator<Item = f64> {
+        self.sums.get(muscle).into_iter().flatten().map(|sum| sum / self.frames as f64)
+    }
+}
+
+fn comparison(tier: &[(&Compared, Summed)], names: &[String], link: &Link) -> Comparison {
+    let muscles = 0..names.len();
+    let level = |label: &Summed, m: usize| Ranged::of(label.mean(m)).or_slack(link);
+    let levels: Vec<Vec<Ranged>> =
+        tier.iter().map(|(_, label)| muscles.clone().map(|m| level(label, m)).collect()).collect();
+    let means = |m: usize| {
+        let mut sums: Vec<f64> = Vec::new();
+        for (_, label) in tier {
+            sums.resize(label.mean(m).count(), 0.0);
+            sums.iter_mut().zip(label.mean(m)).for_each(|(sum, mean)| *sum += mean / tier.len() as f64);
+        }
+        sums
+    };
+    let means: Vec<Vec<f64>> = muscles.clone().map(means).collect();
+    let course =
+        |label: &Summed, m: usize| Ranged::of(label.mean(m).zip(&means[m]).map(|(own, mean)| own - mean));
+    let courses: Vec<Vec<Ranged>> =
+        tier.iter().map(|(_, label)| muscles.clone().map(|m| course(label, m)).collect()).collect();
+    let each: Vec<_> = levels.iter().map(Vec::as_slice).zip(courses.iter().map(Vec::as_slice)).collect();
+    let summarised = summaries(names, &each, link);
+    let pairs = (0..tier.len()).flat_map(|a| (a + 1..tier.len()).map(move |b| [&tier[a], &tier[b]]));
+    let contrast = |[a, b]: [&(&Compared, Summed); 2], m: usize| Contrast {
+        repetitions: Some([a, b].map(|(_, label)| label.repetitions)),
+        ..Contrast::of(
+            &names[m],
+            [a, b].map(|(compared, _)| compared.label.as_str()),
+            a.1.mean(m).zip(b.1.mean(m)).map(|(a, b)| a - b),
+        )
+    };
+    let contrasts = pairs.flat_map(|pair| muscles.clone().map(move |m| contrast(pair, m))).collect();
+    let label = |((compared, label), levels): (&(&Compared, Summed), Vec<Ranged>)| LabelTension {
+        label: compared.label.clone(),
+        repetitions: label.repetitions,
+        frames: label.frames,
+        tensions: ByMuscle::new(names, levels),
+    };
+    let tier_name = tier.first().map(|(compared, _)| compared.tier.clone()).unwrap_or_default();
+    let labels = tier.iter().zip(levels.clone()).map(label).collect();
+    Comparison { tier: tier_name, labels, muscles: summarised, contrasts }
+}
