@@ -231,6 +231,7 @@ mod tests {
             hidden: Vec::new(),
             shifts: Vec::new(),
             labels: Vec::new(),
+            compared: Vec::new(),
             heard: Vec::new(),
         }
     }
