@@ -392,8 +392,8 @@ pub mod statics {
     //! Equilibria: Newton's method, the branch from rest.
     #[doc(inline)]
     pub use tongue_core::statics::{
-        Connection, CriticalKind, Solution, SolveSettings, SolveStatus, Stability, TRACE_STEPS, Trace,
-        Workspace, solve, solve_and_trace, trace,
+        Connection, CriticalKind, Solution, SolveSettings, SolveStatus, Stability, Trace, Workspace, solve,
+        solve_and_trace, trace,
     };
 }
 

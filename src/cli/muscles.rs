@@ -153,8 +153,7 @@ fn in_plane(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::
     pulling.iter().for_each(|&m| tensions[m] = tension);
     let system = System::new(mesh, model, &pulling).into_diagnostic()?;
     let mut workspace = Workspace::new(&system);
-    let found =
-        statics::trace(&system, &mut workspace, &tensions, &SolveSettings::default(), statics::TRACE_STEPS);
+    let found = statics::trace(&system, &mut workspace, &tensions, &SolveSettings::default());
     let positions = workspace.positions();
     let alarms = alarms::of_equilibrium(&found.solution, found.critical);
     let (own, [tip, top, _]) = effect(name, found.solution.status, &alarms, mesh, positions);

@@ -140,12 +140,12 @@ fn whatever_the_tensions_a_solve_ends_in_a_status_with_finite_positions() {
 fn a_trace_counts_all_that_it_took_and_says_where_it_stopped() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
     let (direct, mut workspace) = solved(&system, &PUBLISHED);
-    let whole = trace(&system, &mut workspace, &PUBLISHED, &SolveSettings::default(), 20);
+    let whole = trace(&system, &mut workspace, &PUBLISHED, &SolveSettings::default());
     assert_eq!((whole.stopped, whole.solution.connection), (None, Connection::Traced));
     assert!(whole.solution.iterations > 10 * direct.iterations, "{whole:?}");
     let few = SolveSettings { most_solves: 10, ..SolveSettings::default() };
-    let part = trace(&system, &mut workspace, &PUBLISHED, &few, 20);
-    assert_eq!((part.stopped, part.solution.connection), (Some(0.25), Connection::Direct));
+    let part = trace(&system, &mut workspace, &PUBLISHED, &few);
+    assert_eq!((part.stopped, part.solution.connection), (Some(0.5), Connection::Direct));
     assert_eq!(part.solution.status, SolveStatus::Converged);
 }
 

@@ -181,7 +181,7 @@ fn the_answer_is_the_shape_to_which_its_tensions_lead_from_rest() {
         System::new(&mesh, &Model::default(), &Matched::new(&mesh, &fit.target).unwrap().contracting());
     let system = system.unwrap();
     let mut w = Workspace::new(&system);
-    let traced = statics::trace(&system, &mut w, &fit.body_tensions, &statics::SolveSettings::default(), 20);
+    let traced = statics::trace(&system, &mut w, &fit.body_tensions, &statics::SolveSettings::default());
     assert_eq!(traced.solution.status, statics::SolveStatus::Converged);
     let apart = tongue_core::body::largest_distance(w.positions(), &fit.positions);
     assert!(apart < 1e-8, "{apart} m");
@@ -214,7 +214,7 @@ fn all_rows_with_a_baseline_end_in_a_true_status() {
                 let (active, all) = pulling(&mesh, &tensions);
                 let system = System::new(&mesh, &Model::default(), &active).unwrap();
                 let mut w = Workspace::new(&system);
-                let traced = statics::trace(&system, &mut w, &all, &statics::SolveSettings::default(), 20);
+                let traced = statics::trace(&system, &mut w, &all, &statics::SolveSettings::default());
                 assert_eq!(traced.solution.status, statics::SolveStatus::Converged);
                 let lengths = system.lengths(w.positions());
                 for (there, here) in lengths.iter().zip(&fit.lengths) {

@@ -284,7 +284,7 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
         let load = ground.load(&draw.meaning, 0, None);
         load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&ground.system, nodes, *shift));
         w.start_from_rest(&ground.system);
-        let found = statics::trace(&ground.system, &mut w, &own.tensions, &settings, 20);
+        let found = statics::trace(&ground.system, &mut w, &own.tensions, &settings);
         let lengths = ground.system.lengths(w.positions());
         let away = lengths.iter().zip(&draw.lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         // Behind a snap-through the shape depends on the steps in which the load grows.

@@ -54,7 +54,7 @@ fn equilibria_have_the_same_bits_whatever_was_solved_before() {
     assert_eq!(first.cell_ratios(), system.cell_ratios(workspace.positions()));
 
     let mut workspace = Workspace::new(&system);
-    let trace = statics::solve_and_trace(&system, &mut workspace, &tensions, &settings, 20);
+    let trace = statics::solve_and_trace(&system, &mut workspace, &tensions, &settings);
     let traced = solver.follow_from_rest(&PUBLISHED).unwrap();
     assert_eq!((traced.positions(), traced.trace), (workspace.positions(), Some(trace)));
     assert!(traced.is_traced() && !first.is_traced());

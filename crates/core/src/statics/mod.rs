@@ -38,5 +38,7 @@ pub use response::{Response, length_sensitivities, position_rates};
 pub use solution::{Connection, Solution, SolveSettings, SolveStatus, Stability};
 pub use solve::solve;
 pub use stability::smallest_eigenvalue;
-pub use trace::{Critical, CriticalKind, TRACE_STEPS, Trace, solve_and_trace, trace, trace_beside};
+pub use trace::{
+    Critical, CriticalKind, SAME_SHAPE_M, Trace, is_reached_from_rest, solve_and_trace, trace, trace_beside,
+};
 pub use workspace::Workspace;

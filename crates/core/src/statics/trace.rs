@@ -58,12 +58,14 @@ pub struct Trace {
     pub stopped: Option<f64>,
 }
 
-/// Default number of steps along a branch.
-pub const TRACE_STEPS: usize = 20;
+/// Least number of steps along a branch.
+const STEPS: usize = 10;
+/// Shapes whose nodes differ by less than this are the same, m.
+pub const SAME_SHAPE_M: f64 = 1e-8;
 
-/// Largest number of steps of a continuum. A solve costs twenty times as much as of springs, and a step that
-/// is too long is halved.
-const MOST_STEPS_OF_A_CONTINUUM: usize = 4;
+/// The same of a continuum. A solve costs twenty times as much as of springs, and a step that is too long is
+/// halved.
+const STEPS_OF_A_CONTINUUM: usize = 4;
 
 /// Shapes that differ by less than this part of the body's size are the same.
 const SAME: f64 = 1e-6;
@@ -73,13 +75,14 @@ const SHOWN: f64 = 1e-6;
 const MOST_ITERATIONS: usize = 40;
 /// The critical load is found to this part of the load.
 const RESOLUTION: f64 = 1e-9;
+/// A branch that cannot be continued in steps of this part of the load is at its end, where only its reaching the whole load is asked.
+const SHORTEST: f64 = 1e-4;
 /// A critical mode on which the load does less than this part of its greatest possible work is orthogonal to
 /// it.
 const ORTHOGONAL: f64 = 1e-4;
 
-/// Follows the equilibria from rest as the tensions grow to `tensions`, in at least `steps` steps, finds the
-/// load at which their branch ends and goes on from there to the equilibrium that the body falls into. Of a
-/// continuum it asks for four steps at most.
+/// Follows the equilibria from rest as the tensions grow to `tensions`, finds the load at which their branch ends
+/// and goes on from there to the equilibrium that the body falls into. It takes ten steps, of a continuum four.
 ///
 /// A step continues the branch if it needed no way downhill from an unstable equilibrium and if letting the
 /// load back leads back to where it started; one that does not is halved, until it is too short to be one.
@@ -90,50 +93,25 @@ pub fn trace<const D: usize>(
     workspace: &mut Workspace<D>,
     tensions: &[f64],
     settings: &SolveSettings,
-    steps: usize,
 ) -> Trace {
     let settings = SolveSettings { certify: true, ..*settings };
     let mut path =
         Path { system, w: workspace, tensions, settings: &settings, solves: 0, spent: Solution::NONE };
-    let mut shape = system.rest().to_vec();
-    if !path.w.carried.is_empty() || is_loaded(system, settings.tolerance) {
-        // With displaced bones, or under a load such as weight, the branch begins at the equilibrium without tensions.
-        path.at(&shape, 0.0);
-        shape.copy_from_slice(&path.w.positions);
-    }
-    let (mut critical, mut stopped) = (None, None);
-    let steps = match system.tissue() {
-        TissueModel::Continuum | TissueModel::Hexahedra => steps.min(MOST_STEPS_OF_A_CONTINUUM),
-        _ => steps,
-    };
-    let steps = steps.max(1);
-    if matches!(system.tissue(), TissueModel::Continuum | TissueModel::Hexahedra)
-        && let Some((solution, another)) = path.there_and_back(&shape, steps)
+    let mut shape = path.begin();
+    if path.is_dear()
+        && let Some((solution, another)) = path.there_and_back(&shape, path.steps())
     {
         let solution = Solution { connection: Connection::Traced, ..solution.with_cost(&path.spent) };
         let factorisations = path.spent.factorisations;
         return Trace { solution, critical: None, another, same: false, factorisations, stopped: None };
     }
-    let longest = 1.0 / steps as f64;
-    let (mut reached, mut step) = (0.0, longest);
-    while reached < 1.0 {
-        if path.solves >= settings.most_solves {
-            stopped = Some(reached);
-            break;
+    let (critical, stopped) = match path.follow(&mut shape, RESOLUTION) {
+        End::Whole => (None, None),
+        End::Stopped { reached } => (None, Some(reached)),
+        End::Critical { reached, load } => {
+            (Some(Critical { load, kind: path.end_of_branch(&shape, reached) }), None)
         }
-        let load = f64::min(reached + step, 1.0);
-        if let Some(next) = path.continued(&shape, reached, load) {
-            (reached, shape) = (load, next);
-            step = f64::min(2.0 * step, longest);
-        } else {
-            step *= 0.5;
-            if step < RESOLUTION * load {
-                let kind = path.end_of_branch(&shape, reached);
-                critical = Some(Critical { load: reached + step, kind });
-                break;
-            }
-        }
-    }
+    };
     let solution = path.at(&shape, 1.0);
     let end = path.w.positions.clone();
     let another = match &critical {
@@ -152,6 +130,26 @@ pub fn trace<const D: usize>(
     Trace { solution, critical, another, same: false, factorisations, stopped }
 }
 
+/// Whether `positions` are the equilibrium to which `tensions` lead from rest as they grow together. Costs less than a [`trace`] where they
+/// are not, because the end of the branch is not found closely. The workspace is left at the last shape that was reached.
+#[inline(never)]
+pub fn is_reached_from_rest<const D: usize>(
+    system: &System<D>,
+    workspace: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &SolveSettings,
+    positions: &[SVector<f64, D>],
+) -> bool {
+    let settings = SolveSettings { certify: true, beyond: false, ..*settings };
+    let mut path =
+        Path { system, w: workspace, tensions, settings: &settings, solves: 0, spent: Solution::NONE };
+    let mut shape = path.begin();
+    let is_whole = (path.is_dear() && path.there_and_back(&shape, path.steps()).is_some())
+        || path.follow(&mut shape, SHORTEST) == End::Whole
+            && path.at(&shape, 1.0).status == SolveStatus::Converged;
+    is_whole && largest_distance(path.w.positions(), positions) <= SAME_SHAPE_M
+}
+
 /// Whether a force larger than `tolerance`, N, acts on the body at rest without tensions.
 fn is_loaded<const D: usize>(system: &System<D>, tolerance: f64) -> bool {
     let rest = system.rest();
@@ -160,9 +158,6 @@ fn is_loaded<const D: usize>(system: &System<D>, tolerance: f64) -> bool {
     system.force(Configuration { positions: rest, tensions: &tensions }, &mut force);
     force.iter().any(|f| f.norm() > tolerance)
 }
-
-/// Shapes whose nodes differ by less than this are the same, m.
-const SAME_SHAPE_M: f64 = 1e-9;
 
 /// Solves directly as [`solve`] does and follows the equilibria from rest as [`trace`] does. Where the two
 /// end in different shapes the traced one is the answer, since it is where a body goes whose muscles pull
@@ -174,10 +169,9 @@ pub fn solve_and_trace<const D: usize>(
     workspace: &mut Workspace<D>,
     tensions: &[f64],
     settings: &SolveSettings,
-    steps: usize,
 ) -> Trace {
     let direct = solve(system, workspace, tensions, settings);
-    trace_beside(system, workspace, &direct, tensions, settings, steps)
+    trace_beside(system, workspace, &direct, tensions, settings)
 }
 
 /// The part of [`solve_and_trace`] that follows the direct solve: `direct` is its result, and its positions are in the workspace.
@@ -188,10 +182,9 @@ pub fn trace_beside<const D: usize>(
     direct: &Solution,
     tensions: &[f64],
     settings: &SolveSettings,
-    steps: usize,
 ) -> Trace {
     let mut other = workspace.another(system);
-    let found = trace(system, &mut other, tensions, settings, steps);
+    let found = trace(system, &mut other, tensions, settings);
     let [direct_converged, converged] = [direct, &found.solution].map(|s| s.status == SolveStatus::Converged);
     let apart = largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE_M;
     let both = direct_converged && converged;
@@ -218,7 +211,60 @@ struct Path<'a, const D: usize> {
     spent: Solution,
 }
 
+/// Where following a branch ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum End {
+    /// At the whole load.
+    Whole,
+    /// Where it cannot be continued: the part of the load reached, and the next one that is not.
+    Critical { reached: f64, load: f64 },
+    /// At a part of the load, when the solves were used up.
+    Stopped { reached: f64 },
+}
+
 impl<const D: usize> Path<'_, D> {
+    /// The shape at which the branch begins: with displaced bones, or under a load such as weight, the equilibrium without tensions.
+    fn begin(&mut self) -> Vec<SVector<f64, D>> {
+        let rest = self.system.rest().to_vec();
+        if self.w.carried.is_empty() && !is_loaded(self.system, self.settings.tolerance) {
+            return rest;
+        }
+        self.at(&rest, 0.0);
+        self.w.positions.clone()
+    }
+
+    /// Whether a solve costs much more than one of springs.
+    fn is_dear(&self) -> bool {
+        matches!(self.system.tissue(), TissueModel::Continuum | TissueModel::Hexahedra)
+    }
+
+    fn steps(&self) -> usize {
+        if self.is_dear() { STEPS_OF_A_CONTINUUM } else { STEPS }
+    }
+
+    /// Follows the branch from `shape` without tensions; `shape` is then the last one on it. A step that does not continue the branch
+    /// is halved until it is shorter than the part `shortest` of the load.
+    fn follow(&mut self, shape: &mut Vec<SVector<f64, D>>, shortest: f64) -> End {
+        let longest = 1.0 / self.steps() as f64;
+        let (mut reached, mut step) = (0.0, longest);
+        while reached < 1.0 {
+            if self.solves >= self.settings.most_solves {
+                return End::Stopped { reached };
+            }
+            let load = f64::min(reached + step, 1.0);
+            if let Some(next) = self.continued(shape, reached, load) {
+                (reached, *shape) = (load, next);
+                step = f64::min(2.0 * step, longest);
+            } else {
+                step *= 0.5;
+                if step < shortest * load {
+                    return End::Critical { reached, load: reached + step };
+                }
+            }
+        }
+        End::Whole
+    }
+
     /// Solves at a part of the load from given positions.
     fn at(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
         self.solve(from, load, self.settings)

@@ -32,7 +32,7 @@ impl Equilibrium {
             let alarms = alarms::barrier(solution.guarded).into_iter().collect();
             return Self { solution, branch: None, alarms };
         }
-        let found = statics::solve_and_trace(system, workspace, pulls, &settings, statics::TRACE_STEPS);
+        let found = statics::solve_and_trace(system, workspace, pulls, &settings);
         let alarms = alarms::of_equilibrium(&found.solution, found.critical);
         Self { solution: found.solution, branch: Some(found), alarms }
     }

@@ -128,7 +128,7 @@ fn equilibrium<const D: usize>(
     if direct.connection != Connection::Downhill {
         return direct;
     }
-    statics::trace_beside(system, workspace, &direct, tensions, &settings, statics::TRACE_STEPS).solution
+    statics::trace_beside(system, workspace, &direct, tensions, &settings).solution
 }
 
 fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {

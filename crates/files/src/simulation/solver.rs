@@ -54,7 +54,7 @@ impl<const D: usize> Solver<D> {
         let tensions = self.assembly.tensions(tensions)?;
         let (system, w) = (self.assembly.system(), &mut self.workspace);
         w.start_from_rest(system);
-        let trace = statics::solve_and_trace(system, w, &tensions, &self.settings, statics::TRACE_STEPS);
+        let trace = statics::solve_and_trace(system, w, &tensions, &self.settings);
         let positions = w.positions().to_vec();
         let mut shape = Shape::new(&self.assembly, trace.solution, tensions, positions);
         shape.trace = Some(trace);

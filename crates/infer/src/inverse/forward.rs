@@ -16,8 +16,6 @@ use super::unknown::{Quantity, Unknown};
 /// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
 /// panics on errors in its first simplex and gives up on NaN.
 pub(super) const FAILED: f64 = 1e6;
-/// Number of steps in which the branch from rest is followed.
-const TRACE_STEPS: usize = 10;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape<const D: usize> {
@@ -156,8 +154,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             let system = own.own.as_ref().unwrap_or(self.inverse.system);
             let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
             own.workspace.start_from_rest(system);
-            let found =
-                statics::solve_and_trace(system, &mut own.workspace, &own.tensions, settings, TRACE_STEPS);
+            let found = statics::solve_and_trace(system, &mut own.workspace, &own.tensions, settings);
             (shape.solution, shape.critical, shape.same) = (found.solution, found.critical, found.same);
             shape.factorisations = found.factorisations;
         }
@@ -214,7 +211,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         }
         let system = self.own.as_ref().unwrap_or(self.inverse.system);
         let settings = &self.settings.equilibrium;
-        let trace = statics::trace(system, &mut self.workspace, &self.tensions, settings, TRACE_STEPS);
+        let trace = statics::trace(system, &mut self.workspace, &self.tensions, settings);
         self.counts.factorisations += trace.solution.factorisations;
         trace.solution.status == SolveStatus::Converged
     }

@@ -16,10 +16,6 @@ use super::unknown::Unknown;
 use super::valley::Valley;
 use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead, valley};
 
-/// Tolerance of the distance between the search's shape and the shape to which the tensions lead from rest,
-/// m.
-const SAME_SHAPE: f64 = 1e-8;
-
 /// The answer followed again from rest, as all tensions grow together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Replay {
@@ -134,7 +130,7 @@ pub fn solve<const D: usize>(
     let at_upper_bound = |(u, x): (&Unknown, &f64)| *x > u.upper - AT_BOUND;
     let status = if solution.status != statics::SolveStatus::Converged {
         FitStatus::NoEquilibrium
-    } else if largest_difference > SAME_SHAPE {
+    } else if largest_difference > statics::SAME_SHAPE_M {
         FitStatus::ReplayDiffers
     } else if inverse.unknowns.iter().zip(&x).any(at_upper_bound) {
         FitStatus::AtUpperBound

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::body::largest_distance;
 use tongue_core::parallel;
-use tongue_core::statics::{self, Connection, SolveSettings, SolveStatus};
+use tongue_core::statics::{self, Connection, SAME_SHAPE_M, SolveStatus};
 
 use crate::least_squares::{Rule, descend};
 
@@ -15,8 +15,6 @@ use super::frame::{Frame, Solver};
 use super::mode::{CHUNK, Course, Mode};
 use super::rates::Linear;
 
-/// Shapes nearer to each other than this are the same, m.
-const SAME_SHAPE_M: f64 = 1e-8;
 /// Parts of the path from one posture to another at which the body is solved.
 const PARTS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 
@@ -89,7 +87,6 @@ impl Solver<'_> {
         positions: &[SVector<f64, 2>],
         relaxed: &mut Option<Vec<SVector<f64, 2>>>,
     ) -> bool {
-        const STEPS: usize = 10;
         /// Parts of the tensions at which the body is solved on the path from rest.
         const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
         let apart = |a: &[SVector<f64, 2>]| largest_distance(a, positions);
@@ -119,10 +116,7 @@ impl Solver<'_> {
         }
         let tensions = self.tensions_of(x);
         self.workspace.start_from_rest(self.system);
-        // Whether there is another shape at these tensions does not matter here.
-        let settings = SolveSettings { beyond: false, ..self.settings };
-        let trace = statics::trace(self.system, &mut self.workspace, &tensions, &settings, STEPS);
-        trace.critical.is_none() && apart(self.workspace.positions()) <= SAME_SHAPE_M
+        statics::is_reached_from_rest(self.system, &mut self.workspace, &tensions, &self.settings, positions)
     }
 
     /// How the equilibrium of a frame can be reached from rest; `None` where no way was found.

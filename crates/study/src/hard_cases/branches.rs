@@ -11,7 +11,6 @@ use tongue_core::system::{Model, System, coefficients};
 use super::{HardCase, bodies, name_of};
 use crate::Error;
 
-const STEPS: usize = 20;
 /// Relative tolerance of the critical load against the exact one.
 const AGREEMENT: f64 = 1e-6;
 
@@ -52,7 +51,7 @@ fn one(variant: String, mesh: &Mesh<2>, load: f64) -> Result<(Trace, HardCase), 
     let system = System::new(mesh, &Model::default(), &[0])?;
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
-    let found = trace(&system, &mut workspace, &[load], &SolveSettings::default(), STEPS);
+    let found = trace(&system, &mut workspace, &[load], &SolveSettings::default());
     let wall_s = clock.elapsed().as_secs_f64();
     let smallest_eigenvalue = smallest_eigenvalue(&system, &mut workspace);
     let s = found.solution;

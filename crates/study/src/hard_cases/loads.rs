@@ -8,9 +8,6 @@ use tongue_core::system::{Model, System, TissueModel};
 use super::{HardCase, HowMany, equilibrium_row, name_of};
 use crate::Error;
 
-/// Number of equal steps in which the branch from rest is followed.
-const TRACE_STEPS: usize = 10;
-
 /// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N, all of them or every 16th. Each is solved
 /// directly and along the branch from rest.
 pub(super) fn subsets(extent: HowMany) -> Result<Vec<HardCase>, Error> {
@@ -70,7 +67,7 @@ fn beside_branch(
     tensions: &[f64],
 ) -> HardCase {
     let direct = workspace.positions().to_vec();
-    let found = trace(system, workspace, tensions, &SolveSettings::default(), TRACE_STEPS);
+    let found = trace(system, workspace, tensions, &SolveSettings::default());
     let ends_at = found.critical.map(|c| c.load).or(found.stopped).unwrap_or(1.0);
     let apart = largest_distance(&direct, workspace.positions());
     let row = HardCase { branch_ends_at: Some(ends_at), apart_from_branch_m: Some(apart), ..row };

@@ -144,9 +144,9 @@ fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
     let mesh = bodies::truss(0.02, 0.01, 0.03, 40);
     let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
     let mut used = Workspace::new(&system);
-    let below = trace(&system, &mut used, &[2.0], &SolveSettings::default(), 10);
+    let below = trace(&system, &mut used, &[2.0], &SolveSettings::default());
     assert_eq!((below.critical, below.solution.connection), (None, Connection::Traced));
-    assert!(trace(&system, &mut used, &[4.0], &SolveSettings::default(), 10).critical.is_some());
+    assert!(trace(&system, &mut used, &[4.0], &SolveSettings::default()).critical.is_some());
     used.start_from_rest(&system);
     let mut new = Workspace::new(&system);
     let again = solve(&system, &mut used, &[1.0], &SolveSettings::default());
@@ -168,7 +168,7 @@ fn converged_fits_lie_on_the_branch_of_equilibria_that_begins_at_rest() {
         let contracting = inverse::Matched::new(&mesh, &target).unwrap().contracting();
         let system = System::new(&mesh, &Model::default(), &contracting).unwrap();
         let mut workspace = Workspace::new(&system);
-        let followed = trace(&system, &mut workspace, &found.body_tensions, &SolveSettings::default(), 10);
+        let followed = trace(&system, &mut workspace, &found.body_tensions, &SolveSettings::default());
         assert_eq!(followed.solution.connection, Connection::Traced, "{subject} /{vowel}/: {followed:?}");
         let apart = workspace.positions().iter().zip(&found.positions).map(|(p, q)| (p - q).norm());
         assert!(apart.fold(0.0, f64::max) < 1e-9, "{subject} /{vowel}/");
