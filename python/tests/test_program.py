@@ -79,6 +79,9 @@ def test_recordings_bodies_and_validations_are_those_of_the_program(program: str
 def test_a_scene_may_be_a_dict_and_a_table_a_frame() -> None:
     keys = {"title": "t", "want": "shape", "body": {"tongue": {"h_mm": 8.0}}, "effects": {"incompressibility": True, "gravity": {"posture": "supine"}}}
     scene = tf.scene(keys)
+    # The verdict of S2 /i/ can be trusted, the tensions of its fit cannot.
+    fit = tf.run(vowel="i")
+    assert fit["conclusion"]["trusted"] and not fit["conclusion"]["tensions_trusted"] and not fit.is_trustworthy
     assert scene["converged"] and scene.is_trustworthy and np.array(scene["positions_m"]).shape[1] == 2
     table = pd.DataFrame({"subject": "X", "vowel": ["ɯ", "a"], "GGa_mm": [46, 38], "SGm_mm": [25, 21], "HGa_mm": [36, 33]})
     by_program = tf.run(vowel="a", subject="X", lengths=tf.dataset(table), target="stretch", method="gauss-newton")

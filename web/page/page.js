@@ -4,6 +4,7 @@ window.addEventListener("unhandledrejection", (e) => errors.push(String(e.reason
 const byId = (id) => document.getElementById(id);
 const own = JSON.parse(byId("own").textContent);
 const still = matchMedia("(prefers-reduced-motion: reduce)");
+const way = (x, names) => `${round(Math.abs(x))} mm ${names[x < 0 ? 0 : 1]}`;
 const round = (x, digits = 1) => Number(x).toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
 const element = (name, properties = {}, ...children) => {
   const node = Object.assign(document.createElement(name), properties);
@@ -311,7 +312,7 @@ function showRises(why = "") {
     const { rise } = rows[i], said = rises?.muscles.find((r) => r.muscle === m.name);
     const p = said?.p_rises, [low, high] = said?.tension_n_per_m ?? [];
     rise.textContent = !said ? "" : p > 0.99 ? "P > 0.99" : p < 0.01 ? "P < 0.01" : `P ${round(p, 2)}`;
-    rise.title = said ? `${m.name}, harder than in /${rises.baseline}/: ${said.word.replace(" harder", "")} (probability ${p.toFixed(2)}). 95 % of its tension: ${round(low)} to ${round(high)} N/m${said.mostly_prior ? ", mostly prior" : ""}.` : "";
+    rise.title = said ? `${m.name}, harder than in /${rises.baseline}/: ${said.word.replace(" harder", "")} (probability ${p.toFixed(2)}). 95 % of its tension: ${round(low)} to ${round(high)} N/m${said.mostly_prior ? " (more from prior than data)" : ""}.` : "";
     rise.className = `rise ${said ? said.word.split(" ")[0] : ""}`;
   });
   byId("rise-what").textContent = rises ? `P: pulls harder than in /${rises.baseline}/` : "";
@@ -611,7 +612,7 @@ function caption() {
   const [jaw, back, up] = state.bones, weight = { "": "no weight", upright: "weight, sitting", supine: "weight, on the back", prone: "weight, face down" }[state.gravity];
   return { title, lines: [
     `Tensions, N per metre of thickness: ${pulled.join(", ") || "none"}.`,
-    `Jaw ${round(jaw)}° open; hyoid ${round(back)} mm back, ${round(up)} mm up; ${weight}; palate and teeth ${walled() ? "stop the tongue" : "do not act"}; ${body.what}.`,
+    `Jaw ${round(jaw)}° open; hyoid ${way(back, ["forward", "back"])}, ${way(up, ["down", "up"])}; ${weight}; palate and teeth ${walled() ? "stop the tongue" : "do not act"}; ${body.what}.`,
     ...byId("beyond").hidden ? [] : [byId("beyond").textContent],
     ...fit && rises && !changed ? [rises.sentences.join(" ")] : [],
   ] };

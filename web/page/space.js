@@ -182,7 +182,7 @@ async function rest(of) {
   if (found.error || !state.space) return;
   solid.moved(found.positions_m.flat().map((x) => 1e6 * x));
   paint();
-  const [back, , up] = found.foremost_moved_mm, way = (x, names) => `${round(Math.abs(x))} mm ${names[x < 0 ? 0 : 1]}`;
+  const [back, , up] = found.foremost_moved_mm;
   const doubts = found.alarms.map((a) => a.text);
   byId("found").textContent = found.status === "converged"
     ? `Equilibrium${found.connection === "traced" ? ", followed from rest" : ""}: the tip moved ${way(back, ["forward", "back"])} and ${way(up, ["down", "up"])}; elements keep ${round(100 * found.min_volume_ratio)} to ${round(100 * found.max_volume_ratio)} % of their volume.${doubts.length ? " But " + doubts.join("; ") : ""}`

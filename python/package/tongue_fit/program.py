@@ -31,7 +31,10 @@ _UNTRUSTWORTHY = 3
 
 class Run(dict[str, Any]):
     """What a command printed, as a dict with the names and bits of the program's JSON; `files` are the bytes of the files it wrote, by
-    name, `told` is what it said on its standard error, and `is_trustworthy` is false where the program ended with status 3."""
+    name, and `told` is what it said on its standard error.
+
+    `is_trustworthy` is false where the program ended with status 3. For the fit of a vowel without a posterior it is false too where
+    its verdict can be trusted but its tensions cannot: `run["conclusion"]` says which (`trusted`, `tensions_trusted`, `text`)."""
 
     files: dict[str, bytes]
     told: str
@@ -108,7 +111,11 @@ def _ran(kind: type[_R], words: Iterable[Any], threads: int | None, options: Map
         if not answered or not printed:
             raise native.Error(told.strip().removeprefix("error: ") or f"the program ended with status {child.returncode}")
         files = {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*")) if path.is_file()}
-        return kind(json.loads(printed), files, told, child.returncode == 0)
+        record = json.loads(printed)
+        is_trustworthy = child.returncode == 0
+        if "conclusion" in record and "posterior" not in record:
+            is_trustworthy = record["conclusion"]["tensions_trusted"]
+        return kind(record, files, told, is_trustworthy)
 
 
 def _communicated(child: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
