@@ -12,7 +12,7 @@ use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{TargetKind, Vowel};
 use tongue_fit::posterior::Verdict;
 use tongue_fit::report::batch as outputs;
-use tongue_fit::report::{Export, Provenance};
+use tongue_fit::report::{Conclusion, Export, Provenance};
 use tongue_fit::run::{BatchRun, FitRun};
 use tongue_fit::{body, parallel};
 
@@ -64,6 +64,7 @@ pub fn fit_row<'py>(
         let by = Provenance::new("python").with_tissue(model.tissue);
         let mut record = found.record(by.clone(), Some(clock.elapsed().as_secs_f64()));
         record.verdict = if verdict { Verdict::of_target(&body, &model, &asked.target).ok() } else { None };
+        record.conclusion = Some(Conclusion::new(&found.fit, &found.alarms, None, record.verdict.as_ref()));
         let text = record.to_json().map_err(refused)?;
         let picture = found.picture(&body).map_err(refused)?;
         Ok::<_, PyErr>((text, picture.text(&by).map_err(refused)?))
