@@ -89,7 +89,7 @@ fn courses_are_found_again_as_far_as_a_contour_tells() {
 }
 
 #[test]
-fn contrasts_are_differences_of_means_in_the_same_draws() {
+fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_narrow_them() {
     let speaker = speaker();
     let mut seen = recorded(&speaker, 12, 0.5e-3);
     let at = |name: &str, from: usize, to: usize| Label {
@@ -119,7 +119,7 @@ fn contrasts_are_differences_of_means_in_the_same_draws() {
     let all = vec![ready(&seen), ready(&other)];
     let found = Watch::collect(|watch| track(&stage, all, &settings, watch)).unwrap();
     let draws: Vec<&[LabelDraws]> = found.iter().map(|one| one.compared.as_slice()).collect();
-    assert_eq!((draws[0][2].frames, draws[1][2].frames, draws[1][2].repetitions), (12, 11, 2));
+    assert_eq!((draws[0][2].frames, draws[1][2].frames, draws[1][2].repetitions), (24, 22, 2));
     let names: Vec<String> = (0..8).map(|m| format!("m{m}")).collect();
     let of = |draws: &[&[LabelDraws]]| {
         compare(&compared, &names, &settings.link, draws.iter().copied()).pop().unwrap()
@@ -139,14 +139,24 @@ fn contrasts_are_differences_of_means_in_the_same_draws() {
         let tracked = &found[0].frames[3];
         near(contrast(&first, "fourth", "all", m).1, ends(&tracked.courses[m]));
         near(ends(&first.labels[0].tensions.0[m].1), ends(&tracked.levels[m]));
-        // Over two recordings, from the draws of the single frames.
-        let mean = |label: usize, d: usize| -> f64 {
-            draws.iter().map(|of| 0.5 * f64::from(of[label].tensions[m][d])).sum()
+        let draw = |of: &[LabelDraws], label: usize, d: usize| {
+            of[label].means[m] + f64::from(of[label].deviations[m][d])
         };
-        let differences: Vec<f64> = (0..settings.draws).map(|d| mean(0, d) - mean(1, d)).collect();
-        let (p, interval) = contrast(&both, "fourth", "tenth", m);
-        near(interval, ends(&Ranged::of(differences.iter().copied())));
-        assert!((p - differences.iter().filter(|d| **d > 0.0).count() as f64 / 1000.0).abs() < 2e-3, "{p}");
+        let difference = |of: &[LabelDraws], d: usize| draw(of, 0, d) - draw(of, 1, d);
+        let (p, interval) = contrast(&first, "fourth", "tenth", m);
+        let own: Vec<f64> = (0..settings.draws).map(|d| difference(draws[0], d)).collect();
+        near(interval, ends(&Ranged::of(own.iter().copied())));
+        assert!((p - own.iter().filter(|d| **d > 0.0).count() as f64 / 1000.0).abs() < 1e-9, "{p}");
+        // The mean over two recordings is that of their frames, and as uncertain as one of them.
+        let single = draws.iter().map(|of| (0..settings.draws).map(|d| difference(of, d)));
+        let single: Vec<Ranged> = single.map(Ranged::of).collect();
+        let [low, median, high] = contrast(&both, "fourth", "tenth", m).1;
+        let width = 0.5 * (single[0].width() + single[1].width());
+        assert!(((high - low) / width - 1.0).abs() < 0.15, "{} {width}", high - low);
+        assert!(
+            (median - 0.5 * (single[0].median + single[1].median)).abs() < 0.1 * width,
+            "{median} {single:?}"
+        );
     }
     assert_eq!(both.contrasts[0].repetitions, Some([4, 4]));
 }

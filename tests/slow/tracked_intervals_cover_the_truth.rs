@@ -15,7 +15,8 @@ use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::{RestError, Sight};
 use tongue_infer::inverse::BONE_SD_M;
 use tongue_infer::track::{
-    Errors, Link, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, Watch, frames, track,
+    Errors, Link, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, Watch, compared, frames,
+    mark, track,
 };
 
 use crate::cases;
@@ -131,8 +132,8 @@ fn intervals_of_contours_and_sensors_on_a_known_body_hold_the_truth() {
 }
 
 /// Tracks a speaker on the built-in tongue, as `tongue-fit track` does; `None` where a bone more than 10 mm from where a tongue with this
-/// contour has it refuses the recording. Levels and shape are found from up to `shared_frames` of the 60 frames.
-fn tracked(speaker: &Recorded, shared_frames: usize) -> Option<Vec<TrackedRecording>> {
+/// contour has it refuses the recording. Levels and shape are found from up to `shared_frames` frames.
+pub fn tracked(speaker: &Recorded, shared_frames: usize) -> Option<Vec<TrackedRecording>> {
     let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
     let contracting: Vec<usize> = (0..8).collect();
@@ -148,7 +149,13 @@ fn tracked(speaker: &Recorded, shared_frames: usize) -> Option<Vec<TrackedRecord
     let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
     let shape = RestShape::of(&placed.body, &model, &contracting, at).unwrap();
     let surface = TongueSurface::of(&placed.body).unwrap();
-    let ready = seen.iter().map(|s| frames(s, &surface, &placed.followed, &[])).collect();
+    let compared = compared(&seen);
+    let ready = |s: &&AlignedRecording| {
+        let mut ready = frames(s, &surface, &placed.followed, &[]);
+        mark(&mut ready, &s.labels, &compared);
+        ready
+    };
+    let ready = seen.iter().map(ready).collect();
     let stage = Stage { system: &system, followed: &placed.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { branch: false, shared_frames, ..TrackSettings::new(20.0, 0.1) };
     Some(Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap())
@@ -258,7 +265,7 @@ fn of_strong_tones_a_contour_says_little_but_courses_hold() {
 }
 
 /// Largest number of frames by which levels and shape are found.
-const SHARED: usize = 240;
+pub const SHARED: usize = 240;
 
 #[allow(clippy::print_stdout, reason = "for --nocapture")]
 fn other_bodies(tones: Tones, shared_frames: usize, speakers: usize) -> Held {

@@ -3,15 +3,12 @@
 //! Recordings of a sitting share the draws of levels and shape at rest, so what is unknown of these cancels from a difference. Recordings
 //! of other sittings have draws of their own, so it does not cancel between them.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::ops::Range;
-
 use serde::{Deserialize, Serialize};
+use tongue_core::random::seed_of;
 use tongue_input::measured::ByMuscle;
 use tongue_input::measured::recording::{AlignedRecording, Label};
 
-use super::draws::{Draws, Means};
-use super::found::Tracked;
+use super::draws::Means;
 use super::frame::Frame;
 use super::link::Link;
 use super::ranged::Ranged;
@@ -53,49 +50,48 @@ pub fn mark(frames: &mut [Frame], labels: &[Label], compared: &[Compared]) {
     }
 }
 
-/// Draws of the mean tensions over the frames of a recording that have a label and can be trusted.
+/// Mean tensions over the frames of a label that can be trusted. A body that is not quite the speaker's errs in every repetition of a
+/// posture alike, so repetitions do not make the mean more certain: each draw deviates from it as one of the repetitions does.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LabelDraws {
     /// Its number among the labels that are compared.
     pub compared: usize,
     pub repetitions: usize,
     pub frames: usize,
-    /// For every contracting muscle and draw, N per metre of thickness.
-    pub tensions: Vec<Vec<f32>>,
+    /// Mean over frames and draws of every contracting muscle, N per metre of thickness.
+    pub means: Vec<f64>,
+    /// For every muscle and draw, the deviation of the mean over one repetition from its mean over all draws, N per metre of thickness.
+    pub deviations: Vec<Vec<f32>>,
 }
 
-/// Sums over the frames of labels while the frames of a recording are taken one after another.
-#[derive(Default)]
-pub(super) struct Sums(BTreeMap<usize, (BTreeSet<usize>, usize, Means)>);
+impl LabelDraws {
+    /// Of one repetition with so many frames, by the draws of the means over these.
+    pub(super) fn of(compared: usize, frames: usize, draws: &Means) -> Self {
+        let kept = || draws.0.iter().map(|all| &all[..all.len().min(MOST_DRAWS)]);
+        let means: Vec<f64> = kept().map(|all| all.iter().sum::<f64>() / all.len().max(1) as f64).collect();
+        let less = |(all, mean): (&[f64], &f64)| all.iter().map(|draw| (draw - mean) as f32).collect();
+        let deviations = kept().zip(&means).map(less).collect();
+        Self { compared, repetitions: 1, frames, means, deviations }
+    }
 
-impl Sums {
-    /// Takes the draws of a window of frames, and what was found of these.
-    pub fn take(&mut self, window: Range<usize>, frames: &[Frame], found: &[Tracked], draws: &Draws) {
-        for (t, tensions) in window.zip(&draws.tensions).filter(|(t, _)| found[*t].status.is_trusted()) {
-            let mut counted = BTreeSet::new();
-            for &(label, compared) in &frames[t].compared {
-                let none =
-                    || (BTreeSet::new(), 0, Means(tensions.iter().map(|d| vec![0.0; d.len()]).collect()));
-                let (repetitions, count, sums) = self.0.entry(compared).or_insert_with(none);
-                repetitions.insert(label);
-                // A frame on the border of two repetitions counts once.
-                if counted.insert(compared) {
-                    *count += 1;
-                    sums.add(tensions);
-                }
+    /// Adds other repetitions. Each draw deviates as one of all repetitions, drawn at random.
+    pub(super) fn add(&mut self, other: &Self) {
+        let part = other.frames as f64 / (self.frames + other.frames) as f64;
+        self.means.iter_mut().zip(&other.means).for_each(|(a, b)| *a += part * (b - *a));
+        let mut random = fastrand::Rng::with_seed(seed_of(self.compared as u64, self.repetitions));
+        self.repetitions += other.repetitions;
+        self.frames += other.frames;
+        for draw in 0..self.deviations.first().map_or(0, Vec::len) {
+            if random.usize(..self.repetitions) < other.repetitions {
+                let pairs = self.deviations.iter_mut().zip(&other.deviations);
+                pairs.for_each(|(own, other)| own[draw] = other[draw]);
             }
         }
     }
 
-    pub fn finish(self) -> Vec<LabelDraws> {
-        let mean = |(compared, (repetitions, frames, sums)): (usize, (BTreeSet<usize>, usize, Means))| {
-            let kept = |draws: Vec<f64>| {
-                draws.iter().take(MOST_DRAWS).map(|sum| (sum / frames as f64) as f32).collect()
-            };
-            let tensions = sums.0.into_iter().map(kept).collect();
-            LabelDraws { compared, repetitions: repetitions.len(), frames, tensions }
-        };
-        self.0.into_iter().map(mean).collect()
+    /// Draws of the mean tension of a muscle.
+    fn mean(&self, muscle: usize) -> impl Iterator<Item = f64> {
+        self.deviations[muscle].iter().map(move |by| self.means[muscle] + f64::from(*by))
     }
 }
 
@@ -152,46 +148,23 @@ pub fn compare<'a>(
     link: &Link,
     recordings: impl IntoIterator<Item = &'a [LabelDraws]>,
 ) -> Vec<Comparison> {
-    let mut labels: Vec<Summed> = compared.iter().map(|_| Summed::default()).collect();
+    let mut labels: Vec<Option<LabelDraws>> = vec![None; compared.len()];
     for draws in recordings.into_iter().flatten() {
-        if let Some(label) = labels.get_mut(draws.compared) {
-            label.add(draws);
+        match labels.get_mut(draws.compared) {
+            Some(Some(all)) => all.add(draws),
+            Some(none) => *none = Some(draws.clone()),
+            None => {}
         }
     }
-    let all: Vec<(&Compared, Summed)> =
-        compared.iter().zip(labels).filter(|(_, label)| label.repetitions > 1).collect();
+    let with_draws = compared.iter().zip(labels).filter_map(|(label, draws)| Some((label, draws?)));
+    let all: Vec<(&Compared, LabelDraws)> = with_draws.filter(|(_, draws)| draws.repetitions > 1).collect();
     let tiers = all.chunk_by(|(a, _), (b, _)| a.tier == b.tier).filter(|tier| tier.len() > 1);
     tiers.map(|tier| comparison(tier, names, link)).collect()
 }
 
-/// Sums over the frames of a label in all recordings.
-#[derive(Default)]
-struct Summed {
-    repetitions: usize,
-    frames: usize,
-    sums: Vec<Vec<f64>>,
-}
-
-impl Summed {
-    fn add(&mut self, draws: &LabelDraws) {
-        self.repetitions += draws.repetitions;
-        self.frames += draws.frames;
-        self.sums.resize(draws.tensions.len(), Vec::new());
-        for (sums, draws_of) in self.sums.iter_mut().zip(&draws.tensions) {
-            sums.resize(draws_of.len(), 0.0);
-            sums.iter_mut().zip(draws_of).for_each(|(s, d)| *s += draws.frames as f64 * f64::from(*d));
-        }
-    }
-
-    /// Draws of the mean tension of a muscle.
-    fn mean(&self, muscle: usize) -> impl Iterator<Item = f64> {
-        self.sums.get(muscle).into_iter().flatten().map(|sum| sum / self.frames as f64)
-    }
-}
-
-fn comparison(tier: &[(&Compared, Summed)], names: &[String], link: &Link) -> Comparison {
+fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Link) -> Comparison {
     let muscles = 0..names.len();
-    let level = |label: &Summed, m: usize| Ranged::of(label.mean(m)).or_slack(link);
+    let level = |label: &LabelDraws, m: usize| Ranged::of(label.mean(m)).or_slack(link);
     let levels: Vec<Vec<Ranged>> =
         tier.iter().map(|(_, label)| muscles.clone().map(|m| level(label, m)).collect()).collect();
     let means = |m: usize| {
@@ -204,13 +177,13 @@ fn comparison(tier: &[(&Compared, Summed)], names: &[String], link: &Link) -> Co
     };
     let means: Vec<Vec<f64>> = muscles.clone().map(means).collect();
     let course =
-        |label: &Summed, m: usize| Ranged::of(label.mean(m).zip(&means[m]).map(|(own, mean)| own - mean));
+        |label: &LabelDraws, m: usize| Ranged::of(label.mean(m).zip(&means[m]).map(|(own, mean)| own - mean));
     let courses: Vec<Vec<Ranged>> =
         tier.iter().map(|(_, label)| muscles.clone().map(|m| course(label, m)).collect()).collect();
     let each: Vec<_> = levels.iter().map(Vec::as_slice).zip(courses.iter().map(Vec::as_slice)).collect();
     let summarised = summaries(names, &each, link);
     let pairs = (0..tier.len()).flat_map(|a| (a + 1..tier.len()).map(move |b| [&tier[a], &tier[b]]));
-    let contrast = |[a, b]: [&(&Compared, Summed); 2], m: usize| Contrast {
+    let contrast = |[a, b]: [&(&Compared, LabelDraws); 2], m: usize| Contrast {
         repetitions: Some([a, b].map(|(_, label)| label.repetitions)),
         ..Contrast::of(
             &names[m],
@@ -219,7 +192,7 @@ fn comparison(tier: &[(&Compared, Summed)], names: &[String], link: &Link) -> Co
         )
     };
     let contrasts = pairs.flat_map(|pair| muscles.clone().map(move |m| contrast(pair, m))).collect();
-    let label = |((compared, label), levels): (&(&Compared, Summed), Vec<Ranged>)| LabelTension {
+    let label = |((compared, label), levels): (&(&Compared, LabelDraws), Vec<Ranged>)| LabelTension {
         label: compared.label.clone(),
         repetitions: label.repetitions,
         frames: label.frames,

@@ -12,7 +12,6 @@ use tongue_input::measured::recording::{Fault, FaultKind};
 
 use super::branch::ways;
 use super::by_shape::{ByShape, by_shape};
-use super::compare::Sums;
 use super::consider;
 use super::descend::descend;
 use super::draws::Sampler;
@@ -261,9 +260,7 @@ fn told(
     let count = course.frames.len();
     let unknowns: Vec<_> = course.here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
     let ways = if mode.settings.branch { ways(mode, course, &unknowns) } else { Vec::new() };
-    let labels: Vec<&[usize]> = course.frames.iter().map(|f| f.labels.as_slice()).collect();
-    let mut segments = Segments::new(&labels);
-    let mut sums = Sums::default();
+    let mut segments = Segments::new(&course.frames);
     let mut frames: Vec<Tracked> = Vec::with_capacity(count);
     draws.draw(|window, drawn, means| {
         let numbers: Vec<usize> = window.clone().collect();
@@ -289,10 +286,10 @@ fn told(
             chunk.iter().map(one).collect()
         };
         frames.extend(parallel::map(&chunks, finish).into_iter().flatten());
-        sums.take(window.clone(), &course.frames, &frames, drawn);
-        segments.take(window, drawn, means);
+        segments.take(window, &frames, drawn, means);
     });
     frames.iter_mut().zip(&mut faults).for_each(|(frame, faults)| frame.faults = std::mem::take(faults));
     let rest = (mode.solver)().system.rest().to_vec();
-    TrackedRecording { rest, frames, segments: segments.finish(), compared: sums.finish() }
+    let (segments, compared) = segments.finish();
+    TrackedRecording { rest, frames, segments, compared }
 }
