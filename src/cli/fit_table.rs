@@ -182,7 +182,7 @@ impl Shown<'_> {
 }
 
 /// A sentence in lines of the terminal's width, broken between words.
-fn wrapped(sentence: &str) -> String {
+pub fn wrapped(sentence: &str) -> String {
     report::wrapped(sentence, COLUMNS - INDENT.len()).join(&format!("\n{INDENT}")) + "\n"
 }
 

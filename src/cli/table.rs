@@ -323,14 +323,17 @@ fn decided(all: &[SubjectContrast]) -> String {
 }
 
 fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
-    let mut t = table(&["fit", "tensions, N/m", "misfit", "passive", "alarms"]);
+    let (mut verdicts, mut t) =
+        (String::new(), table(&["fit", "tensions, N/m", "misfit", "passive", "alarms"]));
     left(&mut t, 1);
     for number in 0..batch.jobs.len() {
         if let Some(Entry { result: Ok(fit), .. }) = journal.read(number).into_diagnostic()? {
+            verdicts.extend(fit.verdict.iter().map(|verdict| super::fit_table::wrapped(verdict)));
             t.add_row(fit.line);
         }
     }
-    Ok(format!("{t}\n\n"))
+    let gap = if verdicts.is_empty() { "" } else { "\n" };
+    Ok(format!("{verdicts}{gap}{t}\n\n"))
 }
 
 pub fn operation(o: &OperationRecord) -> String {

@@ -127,7 +127,15 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
     assert_eq!(table.matches("#fit-1").count(), 1);
     for muscle in changes.as_object().unwrap().values() {
         let rises = muscle["probability_rises"].as_f64().unwrap();
-        assert!(table.contains(&format!("data-v=\"{rises}\"")), "{rises} in {table}");
+        let word = match rises {
+            0.95.. => "surely",
+            0.8.. => "probably",
+            0.2.. => "not known",
+            0.05.. => "probably not",
+            _ => "surely not",
+        };
+        let cell = table.split(&format!("data-v=\"{rises}\"")).nth(1).unwrap().split("</td>").next().unwrap();
+        assert!(cell.contains(&format!(">{word}<")), "{rises}: {cell}");
         let [low, high] = [0, 1].map(|end| muscle["interval_95"][end].as_f64().unwrap().round() + 0.0);
         assert!(table.contains(&format!(" [{low:.0}, {high:.0}]")), "{low} {high} in {table}");
     }

@@ -63,6 +63,8 @@ pub struct Fitted {
     pub tables: [Table; 3],
     /// Its row on the terminal: name, tensions, misfit, error of the passive stretches and number of alarms.
     pub line: [String; 5],
+    /// The verdict on its row, where there is one.
+    pub verdict: Option<String>,
     /// What the page shows of it, for as many fits as the page shows.
     pub shown: Option<page::PageFit>,
 }
@@ -156,6 +158,9 @@ pub fn fitted(
             tables::of_posterior(&record, provenance),
         ],
         line: line(&record),
+        verdict: page::sentences(&record).map(|said| {
+            format!("{}{} /{}/: {}", record.fit.subject, record.mark(), record.fit.vowel, said.join(" "))
+        }),
         shown: shown.transpose()?,
         record: serde_json::to_value(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
     })

@@ -8,7 +8,7 @@ use super::number;
 use crate::report::batch::record::AssessedRecord;
 use crate::report::{ByMuscle, ReportError, Series, changes, status_name};
 use tongue_core::body::Mesh;
-use tongue_infer::posterior::Verdict;
+use tongue_infer::posterior::{Verdict, Word};
 
 /// Residual at which a cell of the heat map has its full colour.
 const FULL_COLOUR: f64 = 0.25;
@@ -139,8 +139,9 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
             @for m in muscles {
                 @match summary.and_then(|s| s.changes_n.of(m)) {
                     Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
-                        (format!("{:.2}", change.probability_rises))
-                        span.interval { " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
+                        (Word::of(change.probability_rises).text().replace(" harder", ""))
+                        br;
+                        span.interval { (format!("{:.2}", change.probability_rises)) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
                     },
                     None => td title=(r.fit.posterior.as_ref().map_or("", |p| p.why.as_str())) { "not mixed" },
                 }
@@ -150,7 +151,7 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
 }
 
 /// What the program says first of a row with a posterior.
-fn sentences(r: &AssessedRecord) -> Option<[String; 3]> {
+pub fn sentences(r: &AssessedRecord) -> Option<[String; 3]> {
     let verdict = Verdict { hyoid_mm: None, ..r.fit.verdict.clone()? };
     Some(verdict.sentences(r.fit.baseline.label()))
 }

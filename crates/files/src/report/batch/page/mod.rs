@@ -15,7 +15,7 @@ use crate::report::svg::{self, Found, Svg, colours, frame};
 use crate::report::{Export, page};
 use tongue_core::body::Mesh;
 
-pub use self::fit::{PageFit, displacements};
+pub use self::fit::{PageFit, displacements, sentences};
 
 /// Maximum number of fits on the page; a table of thousands is too large for a browser.
 pub const MOST_FITS: usize = 200;
@@ -30,8 +30,8 @@ pub fn write(
 ) -> io::Result<()> {
     let body = html! {
                     (top(batch, fits.len()))
-                    (fit_table(fits, batch.muscles))
                     (posteriors(fits, batch.muscles))
+                    (fit_table(fits, batch.muscles))
                     (viewer(fits))
                     (heat_map(fits, batch.muscles))
                     (passive(&batch.summary.passive))
@@ -41,6 +41,7 @@ pub fn write(
                         @for f in fits { (PreEscaped(&f.detail)) }
                     }
                     (others(batch, journal)?)
+                    footer { "Inputs, SHA-256: " code { (batch.provenance.inputs_sha256) } }
                     script type="application/json" id="data" { (PreEscaped(data(batch.mesh, fits))) }
                     script { (PreEscaped(SCRIPT)) }
     };
@@ -59,7 +60,7 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
         header {
             h1 { "Tongue muscle tensions fitted to measured lengths" }
             button #theme type="button" { "Dark or light" }
-            p { "tongue-fit " (p.version) " · " code { (p.command) } " · inputs " code { (p.inputs_sha256) } }
+            p { "tongue-fit " (p.version) " · " code { (p.command) } }
             p {
                 (s.rows) " rows: " (s.fits) " fits ("
                 @for (i, (status, n)) in s.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
@@ -72,7 +73,7 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
             @if let Some(n) = &s.nearest_row_to_rest {
                 p { "The model at rest is nearest to /" (n.vowel) "/ of " (n.subject) ": " (format!("{:.3}", n.distance.rms_ratio)) " (" (s.rest_shape_measure) ")." }
             }
-            p { "Tensions are newtons per metre of thickness. How well they are known --posterior says." }
+            p { "Tensions are newtons per metre of thickness." }
         }
     }
 }
@@ -123,8 +124,8 @@ fn posteriors(fits: &[PageFit], muscles: &[String]) -> Markup {
     html! {
         @if !rows.is_empty() {
             section {
-                h2 { "What data and model leave open" }
-                p { "Of the posterior of every row: the probability that a muscle pulls harder than in the baseline, and the 95 % interval of the change F − F0 of its tension. It takes all measured stretches of a row, so it stands once for each row; its ridges are with the fit. All of it is in posterior.csv." }
+                h2 { "Which muscles pull harder than in the baseline" }
+                p { "Of the posterior of every row: surely (probability at least 0.95) or probably (0.8) harder, surely not or probably not, or not known; below it the probability, and the 95 % interval of the change F − F0 of the tension. It takes all measured stretches of a row, so it stands once for each row; its ridges are with the fit. All of it is in posterior.csv." }
                 table.sortable #posteriors {
                     thead { tr {
                         @for h in ["subject", "vowel", "baseline"] { th { button type="button" { (h) } } }
