@@ -111,12 +111,11 @@ impl<'a> Display<'a> {
         let solver = || Solver::new(stage.system, stage.followed, link).with_freed(stage.freed);
         let mut at = Mode::new(sizes, settings, knots, &solver);
         at.shared.copy_from(&mode.shared.rows(0, sizes.muscles));
-        // Costs of two bodies differ by less than what a linearisation nearby leaves out.
+        // Two bodies can differ less in cost than a linearisation at a state nearby is wrong, so none is kept.
         at.keeps = false;
         let plain: Vec<Course> = courses.iter().map(|course| Self::plain(&at, course)).collect();
-        let trust = TRUST;
         let mut sample = sampled(&at, &plain);
-        let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust;
+        let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST;
         let mut amounts = DVector::zeros(shape.count());
         let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
         // The derivatives by the shape, until a step is taken.
@@ -133,7 +132,7 @@ impl<'a> Display<'a> {
             let damped: Vec<Vec<f64>> = sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
             let of = |course: &Course| by_shape(&from, course, Some(here));
             let rates = known.take().unwrap_or_else(|| sample.iter().map(of).collect());
-            let of_shape = ShapeStep { shape: here, rates: &rates, weight: 1.0 / trust, damping };
+            let of_shape = ShapeStep { shape: here, rates: &rates, weight: 1.0 / TRUST, damping };
             let Some((step, steps)) = stepped(&from, &sample, &damped, Some(of_shape)) else { break };
             let n = at.shared.len();
             let there = shape.stepped(&amounts, &step.rows(n, step.len() - n).into_owned());
@@ -147,7 +146,7 @@ impl<'a> Display<'a> {
             carry(&mut sample, system.rest(), body.system.rest());
             follow(&again, &mut sample, &(&at.shared + step.rows(0, n)), &steps);
             again.shared += step.rows(0, n);
-            let cost = descend(&mut again, &mut sample, SHAPE_ROUNDS, &|_| ()) * trust + shape.price(&there);
+            let cost = descend(&mut again, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST + shape.price(&there);
             if cost < least {
                 let is_done = least - cost < SHAPE_WON * cost;
                 at.shared.copy_from(&again.shared);

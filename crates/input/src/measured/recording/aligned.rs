@@ -75,7 +75,7 @@ impl AlignedFrame {
         self.contour.iter().chain(&self.sensors).copied()
     }
 
-    /// The same and then the bones, in the order of [`AlignedRecording::names`].
+    /// The points of the tongue, then the bones, in the order of [`AlignedRecording::names`].
     pub(super) fn all(&self) -> impl Iterator<Item = Option<Mark>> {
         self.points().chain(self.bones.iter().map(|bone| bone.map(|at| Mark { at, sd: BONE_SD_M })))
     }
