@@ -104,8 +104,7 @@ fn contrasts(compared: &Comparison) -> String {
     let mut text = format!("\n{}\n", compared.said());
     let decided = compared.decided();
     for c in decided.iter().take(MOST) {
-        let ends = if c.median < 0.0 { [-c.interval_95[1], -c.interval_95[0]] } else { c.interval_95 };
-        let [by, low, high] = [c.median.abs(), ends[0], ends[1]].map(|n| fixed(n, 1));
+        let [by, low, high] = c.size().map(|n| fixed(n, 1));
         let _ = writeln!(text, "{}, by {by} ({low} to {high}) N/m", c.said().unwrap_or_default());
     }
     if decided.len() > MOST {

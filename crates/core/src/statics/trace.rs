@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::body::largest_distance;
 use crate::effect::Configuration;
 use crate::geometry;
-use crate::system::{System, TissueModel};
+use crate::system::System;
 
 use super::{
     Connection, Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
@@ -58,11 +58,11 @@ pub struct Trace {
     pub stopped: Option<f64>,
 }
 
-/// Least number of steps along a branch.
-const STEPS: usize = 10;
 /// Shapes whose nodes differ by less than this are the same, m.
 pub const SAME_SHAPE_M: f64 = 1e-8;
 
+/// Least number of steps along a branch.
+const STEPS: usize = 10;
 /// The same of a continuum. A solve costs twenty times as much as of springs, and a step that is too long is
 /// halved.
 const STEPS_OF_A_CONTINUUM: usize = 4;
@@ -75,7 +75,7 @@ const SHOWN: f64 = 1e-6;
 const MOST_ITERATIONS: usize = 40;
 /// The critical load is found to this part of the load.
 const RESOLUTION: f64 = 1e-9;
-/// A branch that cannot be continued in steps of this part of the load is at its end, where only its reaching the whole load is asked.
+/// Shortest step, as part of the load, where it is only asked whether the branch reaches the whole load.
 const SHORTEST: f64 = 1e-4;
 /// A critical mode on which the load does less than this part of its greatest possible work is orthogonal to
 /// it.
@@ -95,12 +95,9 @@ pub fn trace<const D: usize>(
     settings: &SolveSettings,
 ) -> Trace {
     let settings = SolveSettings { certify: true, ..*settings };
-    let mut path =
-        Path { system, w: workspace, tensions, settings: &settings, solves: 0, spent: Solution::NONE };
+    let mut path = Path::new(system, workspace, tensions, &settings);
     let mut shape = path.begin();
-    if path.is_dear()
-        && let Some((solution, another)) = path.there_and_back(&shape, path.steps())
-    {
+    if let Some((solution, another)) = path.there_and_back(&shape) {
         let solution = Solution { connection: Connection::Traced, ..solution.with_cost(&path.spent) };
         let factorisations = path.spent.factorisations;
         return Trace { solution, critical: None, another, same: false, factorisations, stopped: None };
@@ -131,7 +128,7 @@ pub fn trace<const D: usize>(
 }
 
 /// Whether `positions` are the equilibrium to which `tensions` lead from rest as they grow together. Costs less than a [`trace`] where they
-/// are not, because the end of the branch is not found closely. The workspace is left at the last shape that was reached.
+/// are not, because the end of the branch is not found closely.
 #[inline(never)]
 pub fn is_reached_from_rest<const D: usize>(
     system: &System<D>,
@@ -141,13 +138,14 @@ pub fn is_reached_from_rest<const D: usize>(
     positions: &[SVector<f64, D>],
 ) -> bool {
     let settings = SolveSettings { certify: true, beyond: false, ..*settings };
-    let mut path =
-        Path { system, w: workspace, tensions, settings: &settings, solves: 0, spent: Solution::NONE };
+    let mut path = Path::new(system, workspace, tensions, &settings);
     let mut shape = path.begin();
-    let is_whole = (path.is_dear() && path.there_and_back(&shape, path.steps()).is_some())
-        || path.follow(&mut shape, SHORTEST) == End::Whole
-            && path.at(&shape, 1.0).status == SolveStatus::Converged;
-    is_whole && largest_distance(path.w.positions(), positions) <= SAME_SHAPE_M
+    if path.there_and_back(&shape).is_some() {
+        shape.clone_from(&path.w.positions);
+    } else if path.follow(&mut shape, SHORTEST) != End::Whole {
+        return false;
+    }
+    largest_distance(&shape, positions) <= SAME_SHAPE_M
 }
 
 /// Whether a force larger than `tolerance`, N, acts on the body at rest without tensions.
@@ -222,7 +220,16 @@ enum End {
     Stopped { reached: f64 },
 }
 
-impl<const D: usize> Path<'_, D> {
+impl<'a, const D: usize> Path<'a, D> {
+    fn new(
+        system: &'a System<D>,
+        w: &'a mut Workspace<D>,
+        tensions: &'a [f64],
+        settings: &'a SolveSettings,
+    ) -> Self {
+        Self { system, w, tensions, settings, solves: 0, spent: Solution::NONE }
+    }
+
     /// The shape at which the branch begins: with displaced bones, or under a load such as weight, the equilibrium without tensions.
     fn begin(&mut self) -> Vec<SVector<f64, D>> {
         let rest = self.system.rest().to_vec();
@@ -233,13 +240,8 @@ impl<const D: usize> Path<'_, D> {
         self.w.positions.clone()
     }
 
-    /// Whether a solve costs much more than one of springs.
-    fn is_dear(&self) -> bool {
-        matches!(self.system.tissue(), TissueModel::Continuum | TissueModel::Hexahedra)
-    }
-
     fn steps(&self) -> usize {
-        if self.is_dear() { STEPS_OF_A_CONTINUUM } else { STEPS }
+        if self.system.tissue().is_expensive() { STEPS_OF_A_CONTINUUM } else { STEPS }
     }
 
     /// Follows the branch from `shape` without tensions; `shape` is then the last one on it. A step that does not continue the branch
@@ -293,12 +295,16 @@ impl<const D: usize> Path<'_, D> {
         solution
     }
 
-    /// The solution at the whole load, left in the workspace, if the branch from rest leads there in `steps`
-    /// even steps and back again by the same shapes, and whether the body stays elsewhere when it is let
-    /// back from twice the load; `None` where the way is not as simple as that. It asks what
-    /// [`Path::continued`] and [`Path::stays_elsewhere`] ask, in an order in which each solve begins with
+    /// Of a continuum, the solution at the whole load, left in the workspace, if the branch from rest leads
+    /// there in even steps and back again by the same shapes, and whether the body stays elsewhere when it is
+    /// let back from twice the load; `None` where the way is not as simple as that, and of springs. It asks
+    /// what [`Path::continued`] and [`Path::stays_elsewhere`] ask, in an order in which each solve begins with
     /// the factor of the one before, at less than half the cost.
-    fn there_and_back(&mut self, rest: &[SVector<f64, D>], steps: usize) -> Option<(Solution, bool)> {
+    fn there_and_back(&mut self, rest: &[SVector<f64, D>]) -> Option<(Solution, bool)> {
+        if !self.system.tissue().is_expensive() {
+            return None;
+        }
+        let steps = self.steps();
         let max_iterations = self.settings.max_iterations.min(MOST_ITERATIONS);
         let up = SolveSettings { max_iterations, load_steps: 0, ..*self.settings };
         // The shape is recognised long before its last digits are known.

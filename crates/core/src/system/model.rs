@@ -34,6 +34,13 @@ pub enum TissueModel {
     Hexahedra,
 }
 
+impl TissueModel {
+    /// Whether an equilibrium costs much more than one of springs.
+    pub fn is_expensive(self) -> bool {
+        matches!(self, Self::Continuum | Self::Hexahedra)
+    }
+}
+
 impl Default for Model {
     fn default() -> Self {
         Self { constants: Constants::TONGUE, tissue: TissueModel::default() }

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 use tongue_core::observe::Observation;
 use tongue_core::parallel;
 use tongue_core::statics::{self, Critical, Solution, SolveSettings, SolveStatus, Workspace};
-use tongue_core::system::{System, SystemError, TissueModel};
+use tongue_core::system::{System, SystemError};
 
 use super::FitSettings;
 use super::known::{BestKnown, Known, distance_squared};
@@ -115,13 +115,13 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Positions of all nodes, m, at the last candidate, if that is `x` and shapes are kept.
     pub(super) fn kept_shape(&self, x: &[f64]) -> Option<Vec<SVector<f64, D>>> {
-        (self.is_dear() && self.last.as_deref() == Some(x)).then(|| self.positions().to_vec())
+        (self.is_expensive() && self.last.as_deref() == Some(x)).then(|| self.positions().to_vec())
     }
 
     /// Whether an equilibrium is so expensive that candidates are solved from the shapes of others, although this changes the last
     /// digits.
-    pub(super) fn is_dear(&self) -> bool {
-        matches!(self.inverse.system.tissue(), TissueModel::Continuum | TissueModel::Hexahedra)
+    pub(super) fn is_expensive(&self) -> bool {
+        self.inverse.system.tissue().is_expensive()
     }
 
     pub(crate) fn tensions_of(&self, x: &[f64]) -> Vec<f64> {
@@ -198,7 +198,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         let Some(nearest) = self.known.nearest(x) else { return false };
         // The first step from the last equilibrium is the linear response to the change, because its factorisation is known.
         let is_nearer = |last: &[f64]| distance_squared(last, x) <= distance_squared(&nearest.x, x);
-        if !(self.is_dear() && self.last.as_deref().is_some_and(is_nearer)) {
+        if !(self.is_expensive() && self.last.as_deref().is_some_and(is_nearer)) {
             self.workspace.start_from(&nearest.positions);
         }
         self.solve()

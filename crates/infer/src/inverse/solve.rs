@@ -119,7 +119,7 @@ pub fn solve<const D: usize>(
         Some(_) => largest_distance(forward.positions(), &shape.positions),
         None => f64::INFINITY,
     };
-    let followed = followed.filter(|_| forward.is_dear());
+    let followed = followed.filter(|_| forward.is_expensive());
     let identifiability = identifiability::analyse(&mut forward, settings, &x, followed);
     let evaluations = spent + forward.counts().evaluations;
     let factorisations = factorised + forward.counts().factorisations;

@@ -38,10 +38,11 @@ pub struct Contrast {
 
 impl Contrast {
     /// From draws of the difference.
-    pub fn of(muscle: &str, [a, b]: [&str; 2], draws: impl Iterator<Item = f64>) -> Self {
-        let draws: Vec<f64> = draws.collect();
-        let probability_more = part_above_zero(&draws);
-        let spread = Quantiles::of(draws);
+    pub fn of(muscle: &str, labels: [&str; 2], draws: &[f64]) -> Self {
+        Self::new(muscle, labels, &Quantiles::of(draws.iter().copied()), part_above_zero(draws))
+    }
+
+    fn new(muscle: &str, [a, b]: [&str; 2], spread: &Quantiles, probability_more: f64) -> Self {
         Self {
             muscle: muscle.to_owned(),
             a: a.to_owned(),
@@ -71,7 +72,12 @@ impl Contrast {
             Self {
                 depends_on_prior: Some(change.depends_on_prior),
                 sign_depends_on_prior: Some(change.sign_depends_on_prior),
-                ..Self::of(&muscles[m], [&labels[first], &labels[second]], values.into_iter())
+                ..Self::new(
+                    &muscles[m],
+                    [&labels[first], &labels[second]],
+                    &change.spread,
+                    change.probability_rises,
+                )
             }
         };
         let pairs = (0..labels.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
@@ -79,6 +85,12 @@ impl Contrast {
             .flat_map(|(a, b)| (0..muscles.len()).map(move |m| (a, b, m)))
             .map(|(a, b, m)| one(a, b, m))
             .collect()
+    }
+
+    /// Median and ends of the interval of the difference, N per metre of thickness, with the sign that makes the median positive.
+    pub fn size(&self) -> [f64; 3] {
+        let [low, high] = self.interval_95;
+        if self.median < 0.0 { [-self.median, -high, -low] } else { [self.median, low, high] }
     }
 
     /// Such as "HGa: surely harder in /a/ than in /u/"; `None` where neither is probable.

@@ -1,7 +1,7 @@
 //! Mean tensions over all frames with a label, and differences between labels, from the same draws of levels and courses.
 //!
-//! Recordings of a sitting share the draws of levels and shape at rest, so what is unknown of these cancels from a difference. Recordings
-//! of other sittings have draws of their own, so it does not cancel between them.
+//! Recordings of one sitting share the draws of levels and of the shape at rest, so the errors of these cancel from a difference. Each
+//! sitting has draws of its own, so these errors do not cancel between sittings.
 
 use serde::{Deserialize, Serialize};
 use tongue_core::random::seed_of;
@@ -105,7 +105,7 @@ pub struct LabelTension {
     pub tensions: ByMuscle<Ranged>,
 }
 
-/// What is known of the tensions in the labels of a tier, and of their differences.
+/// Mean tensions over the labels of a tier, and the differences between them.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     pub tier: String,
@@ -117,7 +117,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// The contrasts that are decided: sure ones before probable ones, and large ones first.
+    /// The contrasts that are sure or probable, in this order, and large ones first.
     pub fn decided(&self) -> Vec<&Contrast> {
         let mut out: Vec<&Contrast> = self.contrasts.iter().filter(|c| c.said().is_some()).collect();
         out.sort_by(|a, b| {
@@ -183,13 +183,11 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Link) -
     let each: Vec<_> = levels.iter().map(Vec::as_slice).zip(courses.iter().map(Vec::as_slice)).collect();
     let summarised = summaries(names, &each, link);
     let pairs = (0..tier.len()).flat_map(|a| (a + 1..tier.len()).map(move |b| [&tier[a], &tier[b]]));
-    let contrast = |[a, b]: [&(&Compared, LabelDraws); 2], m: usize| Contrast {
-        repetitions: Some([a, b].map(|(_, label)| label.repetitions)),
-        ..Contrast::of(
-            &names[m],
-            [a, b].map(|(compared, _)| compared.label.as_str()),
-            a.1.mean(m).zip(b.1.mean(m)).map(|(a, b)| a - b),
-        )
+    let contrast = |[a, b]: [&(&Compared, LabelDraws); 2], m: usize| {
+        let labels = [a, b].map(|(compared, _)| compared.label.as_str());
+        let draws: Vec<f64> = a.1.mean(m).zip(b.1.mean(m)).map(|(a, b)| a - b).collect();
+        let repetitions = Some([a, b].map(|(_, label)| label.repetitions));
+        Contrast { repetitions, ..Contrast::of(&names[m], labels, &draws) }
     };
     let contrasts = pairs.flat_map(|pair| muscles.clone().map(move |m| contrast(pair, m))).collect();
     let label = |((compared, label), levels): (&(&Compared, LabelDraws), Vec<Ranged>)| LabelTension {
@@ -199,6 +197,6 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Link) -
         tensions: ByMuscle::new(names, levels),
     };
     let tier_name = tier.first().map(|(compared, _)| compared.tier.clone()).unwrap_or_default();
-    let labels = tier.iter().zip(levels.clone()).map(label).collect();
+    let labels = tier.iter().zip(levels).map(label).collect();
     Comparison { tier: tier_name, labels, muscles: summarised, contrasts }
 }

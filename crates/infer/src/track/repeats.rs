@@ -35,15 +35,15 @@ pub struct Repeated {
     pub icc: f64,
     /// Mean of the same over shifted labels.
     pub by_chance: f64,
-    /// The value below which 95 % of the shifted labels stay.
+    /// The 95th percentile of the same over shifted labels.
     pub chance_95: f64,
     /// Mean of the same over labels that are exchanged between repetitions.
     pub by_exchange: f64,
-    /// The value below which 95 % of the exchanged labels stay.
+    /// The 95th percentile of the same over exchanged labels.
     pub exchange_95: f64,
-    /// ICC(1) of what distinguishes the labels: of the course less its mean over all labels at each point.
+    /// ICC(1) of the course less its mean over all labels at each point, which is what distinguishes the labels.
     pub of_label: f64,
-    /// The value below which 95 % of that stay if labels are exchanged.
+    /// The 95th percentile of `of_label` over exchanged labels.
     pub of_label_95: f64,
 }
 

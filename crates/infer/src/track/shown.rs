@@ -19,8 +19,8 @@ use super::stage::Stage;
 
 /// Weight of the frames for the displayed shape, which is one body and has no intervals.
 const TRUST: f64 = 0.5;
-/// Standard deviation of a level while the displayed shape is found, as part of the scale of tensions: of shapes that meet the frames
-/// alike, the one with the more usual levels is displayed.
+/// Standard deviation of levels while the displayed shape is found, as a fraction of the scale of tensions. It is smaller than that of the
+/// intervals, so that of two shapes that fit the frames equally well the one with levels nearer to the middle of the prior is displayed.
 const LEVEL_SD: f64 = 0.5;
 /// Largest number of frames by which the displayed shape is found.
 const SHAPE_FRAMES: usize = 60;

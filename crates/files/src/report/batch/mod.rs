@@ -158,9 +158,7 @@ pub fn fitted(
             tables::of_posterior(&record, provenance),
         ],
         line: line(&record),
-        verdict: page::sentences(&record).map(|said| {
-            format!("{}{} /{}/: {}", record.fit.subject, record.mark(), record.fit.vowel, said.join(" "))
-        }),
+        verdict: record.verdict_of_row(),
         shown: shown.transpose()?,
         record: serde_json::to_value(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
     })

@@ -7,6 +7,7 @@ use crate::report::Provenance;
 use crate::report::record::FitRecord;
 use tongue_infer::inverse::alternatives::Optimum;
 use tongue_infer::inverse::batch::{Assessment, Job};
+use tongue_infer::posterior::Verdict;
 use tongue_input::measured::TargetKind;
 use tongue_input::measured::lengths::rest_distance::RestDistance;
 use tongue_input::measured::published_patterns::PatternCheck;
@@ -73,10 +74,26 @@ impl AssessedRecord {
 }
 
 impl AssessedRecord {
-    /// `S2 /a/ ratio`, with a mark where the baseline replaces a missing /ɯ/.
+    /// `S2 /a/`, with a mark where the baseline replaces a missing /ɯ/.
+    fn row(&self) -> String {
+        let FitRecord { subject, vowel, .. } = &self.fit;
+        format!("{subject}{} /{vowel}/", self.mark())
+    }
+
+    /// The same with the kind of target: `S2 /a/ ratio`.
     pub fn label(&self) -> String {
-        let FitRecord { subject, vowel, target_kind, .. } = &self.fit;
-        format!("{subject}{} /{vowel}/ {target_kind}", self.mark())
+        format!("{} {}", self.row(), self.fit.target_kind)
+    }
+
+    /// What the program says first of a row with a posterior.
+    pub fn verdict(&self) -> Option<String> {
+        let verdict = Verdict { hyoid_mm: None, ..self.fit.verdict.clone()? };
+        Some(verdict.sentences(self.fit.baseline.label()).join(" "))
+    }
+
+    /// The same with the name of the row before it.
+    pub fn verdict_of_row(&self) -> Option<String> {
+        self.verdict().map(|said| format!("{}: {said}", self.row()))
     }
 
     pub fn mark(&self) -> &'static str {

@@ -123,8 +123,8 @@ impl RepeatsRecord {
         let (labels, repetitions) = (self.labels.len(), self.labels.values().sum::<usize>());
         let row = |(muscle, r): &(String, Repeated)| {
             let chance = [r.by_chance, r.chance_95, r.by_exchange, r.exchange_95];
-            let numbers = [&[r.icc][..], &chance, &[r.of_label, r.of_label_95]].concat();
-            let numbers = numbers.into_iter().map(|v| v.to_string());
+            let numbers = [r.icc].into_iter().chain(chance).chain([r.of_label, r.of_label_95]);
+            let numbers = numbers.map(|v| v.to_string());
             let rest = [self.tier.clone(), labels.to_string(), repetitions.to_string()];
             std::iter::once(muscle.clone()).chain(numbers).chain(rest).collect()
         };

@@ -8,7 +8,7 @@ use super::number;
 use crate::report::batch::record::AssessedRecord;
 use crate::report::{ByMuscle, ReportError, Series, changes, status_name};
 use tongue_core::body::Mesh;
-use tongue_infer::posterior::{Verdict, Word};
+use tongue_infer::posterior::Word;
 
 /// Residual at which a cell of the heat map has its full colour.
 const FULL_COLOUR: f64 = 0.25;
@@ -135,7 +135,7 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     html! {
         tr {
             (first_cells(id, r))
-            td title=(sentences(r).unwrap_or_default().join(" ")) { "/" (r.fit.baseline) "/" }
+            td title=(r.verdict().unwrap_or_default()) { "/" (r.fit.baseline) "/" }
             @for m in muscles {
                 @match summary.and_then(|s| s.changes_n.of(m)) {
                     Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
@@ -150,12 +150,6 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     }
 }
 
-/// What the program says first of a row with a posterior.
-pub fn sentences(r: &AssessedRecord) -> Option<[String; 3]> {
-    let verdict = Verdict { hyoid_mm: None, ..r.fit.verdict.clone()? };
-    Some(verdict.sentences(r.fit.baseline.label()))
-}
-
 fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> Markup {
     let groups = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
     let rms = |value: Option<f64>| value.map_or("–".to_owned(), |x| format!("{x:.3}"));
@@ -167,7 +161,7 @@ fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> 
         details id={ "fit-" (id) } {
             summary { (r.label()) ": " (status(r)) @if !alarms.is_empty() { ", " (alarms.len()) @if alarms.len() == 1 { " alarm" } @else { " alarms" } } }
             div.figure { (PreEscaped(figure)) }
-            @if let Some(sentences) = sentences(r) { p.verdict { (sentences.join(" ")) } }
+            @if let Some(verdict) = r.verdict() { p.verdict { (verdict) } }
             @if let Some(ridges) = ridges { " " div.figure { (PreEscaped(ridges)) } }
             @if !alarms.is_empty() { ul.alarms { @for a in alarms { li { (a.text()) } } } }
             p {

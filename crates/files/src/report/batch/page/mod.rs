@@ -15,7 +15,7 @@ use crate::report::svg::{self, Found, Svg, colours, frame};
 use crate::report::{Export, page};
 use tongue_core::body::Mesh;
 
-pub use self::fit::{PageFit, displacements, sentences};
+pub use self::fit::{PageFit, displacements};
 
 /// Maximum number of fits on the page; a table of thousands is too large for a browser.
 pub const MOST_FITS: usize = 200;
