@@ -102,18 +102,18 @@ fn contrasts(compared: &Comparison) -> Markup {
     html! {
         section {
             h2 { "In which label a muscle pulls harder" }
-            p { (compared.said()) ". Means are over all frames with a label that can be trusted, N/m, with 95 % intervals; what is unknown of the body and of the levels of a sitting cancels from a difference." }
+            p { (compared.said()) ". What is unknown of the body and of the levels of a sitting cancels from a difference." }
             table {
                 thead { tr { @for h in ["", "difference, N/m", "P", "repetitions"] { th { (h) } } } }
                 tbody { @for c in decided.iter().take(MOST) { tr {
                     td { (c.said().unwrap_or_default()) }
-                    @let [low, high] = c.interval_95;
-                    td { @if c.median < 0.0 { (range([-c.median, -high, -low])) } @else { (range([c.median, low, high])) } }
+                    td { (range(c.size())) }
                     td { (fixed(c.probability_more.max(1.0 - c.probability_more), 2)) }
                     td { @if let Some([a, b]) = c.repetitions { (c.a) " " (a) ", " (c.b) " " (b) } }
                 } } }
             }
             @if decided.len() > MOST { p { "The first " (MOST) "; all are in contrasts.csv." } }
+            p { "Means over all frames with a label that can be trusted, N/m, with 95 % intervals:" }
             table {
                 thead { tr { th { "mean in" } @for (name, known) in muscles { th { (name) @if !known { " (not known)" } } } } }
                 tbody { @for l in &compared.labels { tr {
