@@ -5,6 +5,7 @@
 mod accuracy;
 mod continuum;
 mod hard_cases;
+mod measure;
 mod plane;
 mod pulled;
 mod table;
@@ -17,6 +18,7 @@ use tongue_core::body::SpaceBody;
 use tongue_files::report::{Export, Markdown, OutputDir, Provenance, Rows};
 use tongue_input::bodies::artisynth;
 
+use measure::Effort;
 use pulled::{PUBLISHED_A, Pulled};
 
 /// Why a study cannot be made.
@@ -74,7 +76,7 @@ impl Study {
         let made = format!("Made by `{}` on {}.", by.command, machine());
         let written = match self {
             Self::Accuracy { quick } => {
-                let effort = if *quick { accuracy::Effort::QUICK } else { accuracy::Effort::FULL };
+                let effort = if *quick { Effort::QUICK } else { Effort::FULL };
                 let study = accuracy::run(&effort)?;
                 let files = accuracy::files(&study, &made)?;
                 let files: Vec<(&str, &dyn Export)> = files.iter().map(|(n, f)| (*n, f.as_ref())).collect();

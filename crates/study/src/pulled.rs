@@ -1,10 +1,14 @@
-//! Bodies with given tensions in some muscles.
+//! Bodies with given tensions in some muscles: equilibrium, motion, ratios, and the distance between shapes.
+
+use nalgebra::SVector;
 
 use tongue_core::body::{Body, DEFAULT_SPACING_M, Mesh};
 use tongue_core::dynamics::{Motion, MotionError, Tensions};
 use tongue_core::effect::Incompressibility;
+use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::{Additions, Model, System};
 use tongue_infer::inverse::FitError;
+use tongue_input::measured::{TargetKind, reference_muscle};
 
 use crate::Error;
 
@@ -13,6 +17,16 @@ pub const PUBLISHED_A: [(&str, f64); 3] = [("GGa", 12.0), ("SGm", 11.5), ("HGa",
 
 /// kappa_s of table 4.2, J per metre of thickness.
 const PRINTED_KAPPA: f64 = 1.46e3;
+
+/// Settings of the reference: Newton's method until rounding stops it.
+const TO_THE_END: SolveSettings = SolveSettings {
+    tolerance: 0.0,
+    max_iterations: 100,
+    load_steps: 0,
+    certify: false,
+    most_solves: 0,
+    beyond: true,
+};
 
 /// A system and its tensions.
 #[derive(Debug)]
@@ -59,6 +73,48 @@ impl Pulled {
     pub fn motion(&self) -> Result<Motion<'_, 2>, MotionError> {
         Motion::new(&self.system, Tensions::Constant(self.tensions.clone()))
     }
+
+    /// The equilibrium of Newton's method when only rounding stops it, and its residual force, N.
+    pub fn reference(&self) -> Result<(Vec<SVector<f64, 2>>, f64), Error> {
+        let mut workspace = Workspace::new(&self.system);
+        let solution = statics::solve(&self.system, &mut workspace, &self.tensions, &TO_THE_END);
+        if solution.max_residual_force.is_nan()
+            || solution.max_residual_force > SolveSettings::default().tolerance
+        {
+            let force = solution.max_residual_force;
+            return Err(format!(
+                "the reference equilibrium leaves {force:e} N, too much to measure errors against"
+            )
+            .into());
+        }
+        Ok((workspace.positions().to_vec(), solution.max_residual_force))
+    }
+
+    /// One equilibrium from rest.
+    pub fn solve(&self, workspace: &mut Workspace<2>, tolerance: f64) -> Solution {
+        workspace.start_from_rest(&self.system);
+        let settings = SolveSettings { tolerance, ..SolveSettings::default() };
+        statics::solve(&self.system, workspace, &self.tensions, &settings)
+    }
+
+    /// Ratio of every muscle's length to that of GGa.
+    pub fn ratios(&self, positions: &[SVector<f64, 2>]) -> Vec<f64> {
+        let rest = self.system.lengths(self.system.rest());
+        let reference = reference_muscle(&self.muscles);
+        TargetKind::Ratio.values(&self.system.lengths(positions), &rest, reference)
+    }
+
+    /// Largest distance of an unknown node between two shapes, mm, and largest difference of a ratio.
+    pub fn apart(&self, a: &[SVector<f64, 2>], b: &[SVector<f64, 2>]) -> (f64, f64) {
+        let nodes = self.system.pattern().nodes();
+        let distance = nodes.iter().map(|&n| (a[n] - b[n]).norm()).fold(0.0, f64::max);
+        (1e3 * distance, largest_difference(&self.ratios(a), &self.ratios(b)))
+    }
+}
+
+/// Largest absolute difference of two sets of ratios.
+pub fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 /// The reference tongue at the published spacing.

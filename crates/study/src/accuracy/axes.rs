@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use tongue_files::report::column::{self, Column};
 
 use crate::Error;
+use crate::pulled::largest_difference;
 use crate::table::{duration, markdown, number};
 
 use super::AccuracyStudy;
 use super::ladder::Run;
 use super::mesh::{MeshRun, order};
-use super::scene::largest_difference;
 use super::tissue::{SCENES, TISSUES};
 
 fn all_runs(runs: &[Run]) -> Result<String, Error> {
@@ -96,7 +96,7 @@ fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), Error> {
     let _ = write!(
         p,
         "## 4. Mesh\n\n![change of a ratio against time](4-mesh.svg)\n\n{}\n\n\
-         Changes are the largest of the ratios (`4-ratios.csv`) from the next coarser mesh; there is no limit to compare with. Memory \
+         Changes are the largest of the ratios from the next coarser mesh; there is no limit to compare with. Memory \
          is that of the stiffness matrix and its factor.\n\n",
         mesh_verdict(runs).unwrap_or_default()
     );

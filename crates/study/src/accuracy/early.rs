@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
+use crate::measure::Effort;
 use crate::{Error, Pulled};
 use tongue_core::dynamics::{Control, IntegrationMethod};
 
-use super::ladder::Effort;
 use super::march::march;
 
 const TIMES: [f64; 4] = [1.0, 3.0, 10.0, 30.0];

@@ -6,13 +6,14 @@ use crate::{Error, Pulled};
 use tongue_core::dynamics::{Control, IntegrationMethod, Motion, StepCounts};
 use tongue_core::statics::Workspace;
 
-use super::ladder::{Effort, Ended, Run, measure};
+use super::ladder::{Ended, Run};
 use super::march::{march, rungs, words};
-use super::scene::shortfall;
-use super::{lbfgs, relaxation};
+use super::relaxation;
+use crate::measure::{Effort, Timed, measure};
 
 /// Name of Newton's method in the tables.
 pub const NEWTON: &str = "Newton";
+const RELAXATION: &str = "dynamic relaxation";
 
 /// Largest residual force at which a solve stops, N.
 const TOLERANCES: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
@@ -25,53 +26,35 @@ const EXPLICIT_TIMES: [f64; 5] = [1.0, 3.0, 5.0, 8.0, 10.0];
 const STEP_TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-8];
 /// Steps of explicit methods as parts of the stability limit; a step of twice the limit is refused.
 const PARTS: [f64; 3] = [2.0, 0.99, 0.01];
-const MOST_ITERATIONS: u64 = 200_000;
-
-/// Positions, their cost, and the reason if the search stopped before its tolerance.
-type Answer = (Vec<SVector<f64, 2>>, StepCounts, Option<String>);
-/// A method: its name, the name of its tolerance, and a function that runs it with a tolerance, N.
-type Way<'a> = (&'a str, &'a str, &'a mut dyn FnMut(f64) -> Answer);
+const MOST_STEPS: u64 = 200_000;
 
 /// Runs of every method, and the residual force of the reference, N.
 pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), Error> {
     let (reference, residual) = scene.reference()?;
-    let (system, tensions) = (&scene.system, &scene.tensions);
-    let mut workspace = Workspace::new(system);
-    let cost = |steps, force_evaluations, factorisations| StepCounts {
-        steps,
-        force_evaluations,
-        factorisations,
-        ..StepCounts::default()
-    };
-    let mut newton = |tolerance| -> Answer {
-        let s = scene.solve(&mut workspace, tolerance);
-        let counts = cost(s.iterations as u64, s.energy_evaluations as u64, s.factorisations as u64);
-        (workspace.positions().to_vec(), counts, shortfall(s.status).map(str::to_owned))
-    };
-    let mut lbfgs = |tolerance| -> Answer {
-        let done = lbfgs::minimise(system, tensions, tolerance, MOST_ITERATIONS);
-        (done.positions, cost(done.iterations, done.evaluations, 0), done.shortfall)
-    };
-    let mut relaxation = |tolerance| -> Answer {
-        let done = relaxation::relax(system, tensions, tolerance, MOST_ITERATIONS);
-        let short = (!done.converged).then(|| "step limit".to_owned());
-        (done.positions, cost(done.steps, done.steps, 0), short)
-    };
-    let ways: [Way<'_>; 3] = [
-        (NEWTON, "force", &mut newton),
-        ("L-BFGS", "gradient", &mut lbfgs),
-        ("dynamic relaxation", "force", &mut relaxation),
-    ];
+    let mut workspace = Workspace::new(&scene.system);
+    let setting = |tolerance| format!("force tolerance {tolerance:.0e} N");
     let mut runs = Vec::new();
-    for (method, what, solve) in ways {
-        for tolerance in TOLERANCES {
-            let timed = measure(effort, || solve(tolerance));
-            let (positions, counts, short) = timed.result;
-            let run = Run::new(method, format!("{what} tolerance {tolerance:.0e} N"));
-            let run =
-                run.measured(scene.apart(&positions, &reference), (timed.seconds, timed.repeats), counts);
-            runs.push(run.ended(short.map_or(Ended::Done, Ended::Short)));
-        }
+    for tolerance in TOLERANCES {
+        let Timed { result: s, seconds, repeats } =
+            measure(effort, || scene.solve(&mut workspace, tolerance));
+        let counts = StepCounts {
+            steps: s.iterations as u64,
+            force_evaluations: s.energy_evaluations as u64,
+            factorisations: s.factorisations as u64,
+            ..StepCounts::default()
+        };
+        let run =
+            Run { method: NEWTON, setting: setting(tolerance), ended: s.status.into(), ..Run::default() };
+        runs.push(run.measured(scene.apart(workspace.positions(), &reference), (seconds, repeats), counts));
+    }
+    for tolerance in TOLERANCES {
+        let relax = || relaxation::relax(&scene.system, &scene.tensions, tolerance, MOST_STEPS);
+        let Timed { result, seconds, repeats } = measure(effort, relax);
+        let (steps, force_evaluations) = (result.steps, result.steps);
+        let counts = StepCounts { steps, force_evaluations, ..StepCounts::default() };
+        let ended = if result.converged { Ended::Done } else { Ended::Short("step limit".into()) };
+        let run = Run { method: RELAXATION, setting: setting(tolerance), ended, ..Run::default() };
+        runs.push(run.measured(scene.apart(&result.positions, &reference), (seconds, repeats), counts));
     }
     let motion = scene.motion()?;
     for method in IntegrationMethod::ALL {
@@ -91,7 +74,11 @@ fn to_rest(
 ) -> Vec<Run> {
     let times: &[f64] = if method.is_explicit() { &EXPLICIT_TIMES } else { &TIMES };
     let marched = march(motion, method, control, times, effort);
-    let to = |time: f64| Run::new(method.name(), format!("{}, to {time} s", words(control)));
+    let to = |time: f64| Run {
+        method: method.name(),
+        setting: format!("{}, to {time} s", words(control)),
+        ..Run::default()
+    };
     let mut runs: Vec<Run> = Vec::new();
     for stop in &marched.stops {
         let errors = scene.apart(&stop.positions, reference);
@@ -99,7 +86,7 @@ fn to_rest(
     }
     if let Some(why) = marched.missing {
         let next = if runs.is_empty() { times.last() } else { times.get(runs.len()) };
-        runs.push(to(next.copied().unwrap_or_default()).ended(why));
+        runs.push(Run { ended: why, ..to(next.copied().unwrap_or_default()) });
     }
     runs
 }

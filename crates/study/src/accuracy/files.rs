@@ -37,7 +37,6 @@ pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Erro
         ("2-trajectory.csv", Box::new(Rows(&study.trajectory))),
         ("3-early.csv", Box::new(Rows(&study.early))),
         ("4-mesh.csv", Box::new(Rows(&study.meshes))),
-        ("4-ratios.csv", Box::new(Rows(&study.ratios))),
         ("5-patch.csv", Box::new(Rows(&study.patches))),
         ("6-fit.csv", Box::new(Rows(&study.fits))),
         ("1-equilibrium.svg", Box::new(equilibrium)),
@@ -51,10 +50,10 @@ pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Erro
 fn best_curves(runs: &[Run]) -> Vec<PrecisionCurve> {
     let mut curves: Vec<PrecisionCurve> = Vec::new();
     for run in runs {
-        let Some(point) = run.point() else { continue };
+        let Some(point) = run.seconds.zip(run.error_mm) else { continue };
         match curves.iter_mut().find(|c| c.name == run.method) {
             Some(curve) => curve.points.push(point),
-            None => curves.push(PrecisionCurve { name: run.method.clone(), points: vec![point] }),
+            None => curves.push(PrecisionCurve { name: run.method.into(), points: vec![point] }),
         }
     }
     for curve in &mut curves {

@@ -7,7 +7,8 @@ use nalgebra::SVector;
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionStatus, StepCounts};
 use tongue_core::statistics::median;
 
-use super::ladder::{Effort, Ended};
+use super::ladder::Ended;
+use crate::measure::Effort;
 use crate::table::duration;
 
 /// Number of measurements of the cost of a step.

@@ -3,6 +3,8 @@
 use nalgebra::SVector;
 use serde::Serialize;
 
+use crate::measure::{Effort, measure, observed_order};
+use crate::pulled::largest_difference;
 use crate::{Error, Pulled, tell};
 use tongue_core::body::{Body, Mesh};
 use tongue_core::effect::{Configuration, Tangent};
@@ -10,8 +12,7 @@ use tongue_core::sparse::BlockMatrix;
 use tongue_core::sparse::cholesky::Factor;
 use tongue_core::statics::Workspace;
 
-use super::ladder::{Effort, Ended, measure, observed_order};
-use super::scene::{largest_difference, shortfall};
+use super::ladder::Ended;
 use super::tissue::{PatchRun, SCENES, TISSUES, model, patch};
 
 const FORCE_TOLERANCE: f64 = 1e-9;
@@ -25,7 +26,7 @@ pub struct MeshRun {
     pub h_mm: f64,
     pub unknown_nodes: usize,
     pub triangles: usize,
-    /// Ratio of every muscle to GGa, for a separate table.
+    /// Ratio of every muscle to GGa.
     #[serde(skip)]
     pub ratios: Vec<f64>,
     /// Largest change of a ratio from the next coarser mesh.
@@ -46,16 +47,6 @@ pub struct MeshRun {
     pub factorisations: usize,
     pub matrix_bytes: usize,
     pub ended: Ended,
-}
-
-/// Ratio of a muscle's length to that of GGa in one run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RatioRow {
-    scene: &'static str,
-    tissue: &'static str,
-    h_mm: f64,
-    muscle: String,
-    ratio: f64,
 }
 
 /// Every scene, tissue and spacing, coarsest first.
@@ -119,22 +110,8 @@ fn one(
         iterations: solution.iterations,
         factorisations: solution.factorisations,
         matrix_bytes: 2 * (system.pattern().blocks() + 1) * size_of::<[[f64; 2]; 2]>(),
-        ended: shortfall(solution.status).map_or(Ended::Done, |why| Ended::Short(why.into())),
+        ended: solution.status.into(),
     })
-}
-
-pub fn ratio_rows(runs: &[MeshRun], muscles: &[String]) -> Vec<RatioRow> {
-    let of_run = |r: &MeshRun| {
-        let row = |(muscle, ratio): (&String, &f64)| RatioRow {
-            scene: r.scene,
-            tissue: r.tissue,
-            h_mm: r.h_mm,
-            muscle: muscle.clone(),
-            ratio: *ratio,
-        };
-        muscles.iter().zip(&r.ratios).map(row).collect::<Vec<_>>()
-    };
-    runs.iter().flat_map(of_run).collect()
 }
 
 /// Fills in the comparisons between spacings.

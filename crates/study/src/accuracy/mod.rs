@@ -17,22 +17,20 @@ mod early;
 mod equilibrium;
 mod files;
 mod ladder;
-mod lbfgs;
 mod march;
 mod mesh;
 mod page;
 mod relaxation;
-mod scene;
 mod search;
 mod tissue;
 mod trajectory;
 
+use crate::measure::Effort;
 use crate::{Error, PUBLISHED_A, Pulled, tell};
 use tongue_core::body::{Body, DEFAULT_SPACING_M};
 use tongue_core::system::Model;
 
 pub use files::files;
-pub use ladder::Effort;
 #[cfg(test)]
 mod tests;
 
@@ -46,8 +44,6 @@ pub(crate) struct AccuracyStudy {
     pub reference_doubt_mm: f64,
     pub early: Vec<early::Stopped>,
     pub meshes: Vec<mesh::MeshRun>,
-    /// Ratios of every muscle in axes 4 and 5.
-    pub ratios: Vec<mesh::RatioRow>,
     /// Axis 5, the patch test.
     pub patches: Vec<tissue::PatchRun>,
     pub fits: Vec<search::FitRun>,
@@ -74,7 +70,6 @@ pub fn run(effort: &Effort) -> Result<AccuracyStudy, Error> {
         trajectory,
         reference_doubt_mm,
         early,
-        ratios: mesh::ratio_rows(&meshes, &scene.muscles),
         meshes,
         patches,
         fits,

@@ -11,7 +11,7 @@ use tongue_input::measured::TargetKind;
 use super::AccuracyStudy;
 use super::axes::{mesh_verdict, sections, tissue_verdict};
 use super::equilibrium::NEWTON;
-use super::ladder::{Run, fastest_within, fastest_within_ratio};
+use super::ladder::{Run, fastest};
 use super::search::FitRun;
 
 /// An error of 0.01 of a ratio.
@@ -44,7 +44,7 @@ fn told(run: &Run) -> String {
 }
 
 fn of<'a>(runs: &'a [Run], methods: &[&str]) -> impl Iterator<Item = &'a Run> + Clone {
-    runs.iter().filter(|r| methods.contains(&r.method.as_str()))
+    runs.iter().filter(|r| methods.contains(&r.method))
 }
 
 fn integrators() -> [&'static str; 2] {
@@ -57,11 +57,12 @@ fn stretch_fits(study: &AccuracyStudy, method: Method) -> impl Iterator<Item = &
 
 fn conclusions(p: &mut String, study: &AccuracyStudy) {
     let _ = writeln!(p, "## In short\n");
-    if let Some(r) = fastest_within_ratio(&study.equilibrium, ONE_PER_CENT) {
+    let of_ratio = |r: &Run| r.ratio_error;
+    if let Some(r) = fastest(&study.equilibrium, of_ratio, ONE_PER_CENT) {
         let _ = writeln!(p, "- **For 1 % of a ratio at equilibrium take {}.**", told(r));
     }
     let newton = of(&study.equilibrium, &[NEWTON]);
-    let seconds = |error_mm| fastest_within(newton.clone(), error_mm).and_then(|r| r.seconds);
+    let seconds = |error_mm| fastest(newton.clone(), |r| r.error_mm, error_mm).and_then(|r| r.seconds);
     if let (Some(rough), Some(tight)) = (seconds(1e-2), seconds(1e-9)) {
         let (rough, tight) = (duration(rough), duration(tight));
         let _ = writeln!(
@@ -69,7 +70,7 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
             "- More digits cost next to nothing there: Newton's method is within 1e-2 mm after {rough} and within 1e-9 mm after {tight}."
         );
     }
-    let _ = match fastest_within_ratio(of(&study.equilibrium, &integrators()), ONE_PER_CENT) {
+    let _ = match fastest(of(&study.equilibrium, &integrators()), of_ratio, ONE_PER_CENT) {
         Some(r) => {
             writeln!(p, "- For 1 % of a ratio at equilibrium by following the motion take {}.", told(r))
         }
@@ -77,7 +78,7 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
             writeln!(p, "- No integrator came within 1 % of a ratio at equilibrium in the time it was given.")
         }
     };
-    if let Some(r) = fastest_within_ratio(&study.trajectory, ONE_PER_CENT) {
+    if let Some(r) = fastest(&study.trajectory, of_ratio, ONE_PER_CENT) {
         let _ = writeln!(p, "- For 1 % of a ratio all along the motion to t = 3 s take {}.", told(r));
     }
     if let Some(s) = study.early.iter().find(|s| s.t_end_s == 3.0) {
@@ -100,8 +101,8 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
     if let (Some(gn), Some(nm)) = (good(Method::GaussNewton), good(Method::NelderMead)) {
         let _ = writeln!(
             p,
-            "- For tensions within 0.01 N (stretch targets) Gauss-Newton needs {} and {} equilibria (--starts {}), \
-             Nelder-Mead {} and {} (--starts {}): {:.0} times as long.",
+            "- For tensions within 0.01 N (stretch targets) Gauss-Newton needs {} and {} equilibria (starts: {}), \
+             Nelder-Mead {} and {} (starts: {}): {:.0} times as long.",
             duration(gn.seconds),
             gn.equilibria,
             gn.starts,

@@ -8,7 +8,8 @@ use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, FitSettings, Method};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
-use super::ladder::{Effort, Ended, measure};
+use super::ladder::Ended;
+use crate::measure::{Effort, measure};
 
 /// Tension tolerances of Nelder-Mead, N.
 const SIMPLEX_TOLERANCES: [f64; 5] = [1.0, 1e-1, 1e-2, 1e-4, 1e-6];

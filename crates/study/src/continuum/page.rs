@@ -55,7 +55,7 @@ pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, Error> {
     let _ = write!(
         p,
         "## Mesh\n\n/a/ at the published tensions on nested meshes; errors against the finest mesh of the same body; the default spacing, 4 mm, \
-         is not one of them. The tension is the worst of the three that are fitted to the stretches of S2 /a/. The control is expected not to converge. Times are the least of up to 25 solves and \
+         is not one of them. The tension is the worst of the three that are fitted to the stretches of S2 /a/. The control is expected not to converge. Times are medians of up to 15 solves and \
          3 fits (Gauss-Newton, one start).\n\n{}",
         markdown(&study.spacings, &[])?
     );

@@ -105,37 +105,35 @@ impl HardCase {
     }
 }
 
-/// Number of the last case; the first is 1.
-pub const LAST: i64 = 11;
+/// A case: its title, and what runs it.
+type Case = (&'static str, fn(HowMany) -> Result<Vec<HardCase>, Error>);
+
+/// The cases by their numbers, from 1.
+const CASES: [Case; 11] = [
+    ("Table 4.2 as printed, and its misprints one by one", |_| motion::printed_table()),
+    ("Subsets of the muscles at 1, 10, 100 and 1000 N", loads::subsets),
+    ("Extreme materials", |_| materials::extremes()),
+    ("Folding chains", |_| loads::folding_chains()),
+    ("Slivers, broken meshes, large meshes", meshes::broken_and_large),
+    ("Targets", |_| search::targets()),
+    ("Nelder-Mead", |_| search::simplices()),
+    ("Steps of time", motion::steps),
+    ("Two equilibria", |_| branches::two_equilibria()),
+    ("Threads, numbering, position", |_| invariance::same_answers()),
+    ("Subsets of the muscles of a continuum (8 mm) at 1, 10, 100 and 1000 N", loads::subsets_of_continuum),
+];
+pub const LAST: i64 = CASES.len() as i64;
 
 /// Runs some cases, or all if none is given.
 pub fn run_all(cases: &[u8], extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let mut rows = Vec::new();
-    for case in (1..=LAST as u8).filter(|c| cases.is_empty() || cases.contains(c)) {
-        let found = run(case, extent)?;
+    for (case, (_, run)) in (1..).zip(CASES).filter(|(c, _)| cases.is_empty() || cases.contains(c)) {
+        let found = run(extent)?;
         let kept = found.iter().filter(|r| r.kept).count();
         tell(&format!("case {case:2}: promise kept in {kept} of {} rows", found.len()));
         rows.extend(found);
     }
     Ok(rows)
-}
-
-/// Runs one case; no rows for a number that is no case.
-fn run(case: u8, extent: HowMany) -> Result<Vec<HardCase>, Error> {
-    match case {
-        1 => motion::printed_table(),
-        2 => loads::subsets(extent),
-        3 => materials::extremes(),
-        4 => loads::folding_chains(),
-        5 => meshes::broken_and_large(extent),
-        6 => search::targets(),
-        7 => search::simplices(),
-        8 => motion::steps(extent),
-        9 => branches::two_equilibria(),
-        10 => invariance::same_answers(),
-        11 => loads::subsets_of_continuum(extent),
-        _ => Ok(Vec::new()),
-    }
 }
 
 /// Solves from rest with a stability check, and reports the result.

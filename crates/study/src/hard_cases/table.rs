@@ -6,24 +6,11 @@ use std::fmt::Write;
 use serde_json::Value;
 use tongue_files::report::column::{self, Column};
 
-use super::HardCase;
+use super::{CASES, HardCase};
 use crate::table;
 
 fn title(case: u8) -> &'static str {
-    match case {
-        1 => "Table 4.2 as printed, and its misprints one by one",
-        2 => "Subsets of the muscles at 1, 10, 100 and 1000 N",
-        3 => "Extreme materials",
-        4 => "Folding chains",
-        5 => "Slivers, broken meshes, large meshes",
-        6 => "Targets",
-        7 => "Nelder-Mead",
-        8 => "Steps of time",
-        9 => "Two equilibria",
-        10 => "Threads, numbering, position",
-        11 => "Subsets of the muscles of a continuum (8 mm) at 1, 10, 100 and 1000 N",
-        _ => "",
-    }
+    CASES[usize::from(case) - 1].0
 }
 
 /// Columns that are in the CSV but not on the page.

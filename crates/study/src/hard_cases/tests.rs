@@ -6,11 +6,11 @@ use tongue_core::system::{Model, System};
 use tongue_infer::inverse;
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions};
 
-use super::{HardCase, HowMany, bodies, run};
+use super::{HardCase, HowMany, bodies, run_all};
 
 /// Runs a case and lists every row in which the promise was broken.
 fn kept(case: u8) -> Vec<HardCase> {
-    let rows = run(case, HowMany::Sample).unwrap();
+    let rows = run_all(&[case], HowMany::Sample).unwrap();
     assert!(!rows.is_empty());
     let broken: Vec<_> = rows.iter().filter(|r| !r.kept).map(|r| format!("{r:?}")).collect();
     assert!(broken.is_empty(), "{}", broken.join("\n"));

@@ -1,0 +1,108 @@
+//! Repeated measurement of times, and the order of convergence.
+
+use std::time::{Duration, Instant};
+
+use tongue_core::statistics::median;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effort {
+    /// Maximum number of repeats of a run; its time is their median.
+    pub repeats: usize,
+    /// Total time after which a run is not repeated, s.
+    pub repeat_within_s: f64,
+    /// Longest time that a single run may take, s; longer runs are refused with an estimate.
+    pub longest_run_s: f64,
+    /// Maximum number of steps of a run with fixed steps; longer runs are refused with an estimate.
+    pub most_steps: f64,
+    /// Mesh spacings, m, coarsest first.
+    pub spacings: &'static [f64],
+}
+
+impl Effort {
+    /// The full study, in ten minutes on two cores.
+    pub const FULL: Self = Self {
+        repeats: 15,
+        repeat_within_s: 1.0,
+        longest_run_s: 100.0,
+        most_steps: 2e7,
+        spacings: &[11e-3, 5.5e-3, 2.75e-3, 1.4e-3, 0.7e-3],
+    };
+    /// A quick study, in half a minute.
+    pub const QUICK: Self = Self {
+        repeats: 5,
+        repeat_within_s: 0.1,
+        longest_run_s: 0.5,
+        most_steps: 2e7,
+        spacings: &[11e-3, 5.5e-3, 2.75e-3, 1.4e-3],
+    };
+    /// A smoke test without timing: each run once, with few steps on coarse meshes.
+    #[cfg(test)]
+    pub const TINY: Self = Self {
+        repeats: 1,
+        repeat_within_s: 0.0,
+        longest_run_s: f64::INFINITY,
+        most_steps: 5000.0,
+        spacings: &[11e-3, 9e-3, 7e-3],
+    };
+}
+
+/// Result of a repeated measurement.
+#[derive(Debug, Clone)]
+pub struct Timed<T> {
+    /// The result of the last repeat; all repeats give the same.
+    pub result: T,
+    /// Median wall-clock time, s.
+    pub seconds: f64,
+    pub repeats: usize,
+}
+
+/// Runs `work` up to `effort.repeats` times and takes the median time. If there are several repeats, the
+/// first warms up and is not counted.
+pub fn measure<T>(effort: &Effort, mut work: impl FnMut() -> T) -> Timed<T> {
+    let begin = Instant::now();
+    let mut result = work();
+    let mut times = vec![begin.elapsed().as_secs_f64()];
+    let warming = times[0];
+    while times.len() < effort.repeats + 1
+        && begin.elapsed() < Duration::from_secs_f64(effort.repeat_within_s)
+    {
+        let clock = Instant::now();
+        result = work();
+        times.push(clock.elapsed().as_secs_f64());
+    }
+    if times.len() > 1 {
+        times.remove(0);
+    }
+    Timed { result, seconds: median(times.iter().copied()).unwrap_or(warming), repeats: times.len() }
+}
+
+/// `p` in `error ~ step^p`, by least squares on logarithms; `None` from fewer than two usable points.
+pub fn observed_order(points: &[(f64, f64)]) -> Option<f64> {
+    let usable: Vec<(f64, f64)> =
+        points.iter().filter(|(h, e)| *h > 0.0 && *e > 0.0).map(|(h, e)| (h.ln(), e.ln())).collect();
+    let n = usable.len() as f64;
+    let (mx, my) = (usable.iter().map(|p| p.0).sum::<f64>() / n, usable.iter().map(|p| p.1).sum::<f64>() / n);
+    let across: f64 = usable.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum();
+    let along: f64 = usable.iter().map(|p| (p.0 - mx).powi(2)).sum();
+    (along > 0.0).then(|| across / along)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_order_of_a_power_law_is_its_exponent() {
+        let points = [0.5, 0.1, 0.02].map(|h: f64| (h, 3.0 * h.powf(1.7)));
+        assert!((observed_order(&points).unwrap() - 1.7).abs() < 1e-12);
+        assert_eq!(observed_order(&points[..1]), None);
+        assert_eq!(observed_order(&[(1.0, 0.0), (2.0, 1.0)]), None, "an error of zero has no logarithm");
+    }
+
+    #[test]
+    fn a_run_that_takes_long_is_run_once() {
+        let mut calls = 0;
+        let timed = measure(&Effort { repeat_within_s: 0.0, ..Effort::FULL }, || calls += 1);
+        assert_eq!((timed.repeats, calls), (1, 1));
+    }
+}
