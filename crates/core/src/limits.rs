@@ -11,7 +11,6 @@ pub struct Limit {
     pub reason: &'static str,
 }
 
-/// A number beyond its limits.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("{} is {value}{}; it must be from {} to {}{}: {}", .limit.name, .limit.unit, round(.limit.least), round(.limit.most), .limit.unit, .limit.reason)]
 pub struct BeyondLimit {
@@ -50,7 +49,6 @@ pub static POISSON_RATIO: Limit = limit(
 );
 pub static DENSITY: Limit = limit("the density", [1e-6, 1e12], " kg/m^3", "the tongue's is 1000 kg/m^3");
 pub static VISCOSITY: Limit = limit("the viscosity", [0.0, 1e12], " N s/m^2", "the tongue's is 3000 N s/m^2");
-/// Stiffening of a muscle's tissue by its activation.
 pub static STIFFENING: Limit =
     limit("--stiffening", [0.0, 1000.0], "", "it is a multiple of the passive stiffness, 9 in ArtiSynth");
 
@@ -61,11 +59,9 @@ pub static PLANE_NODES: Limit =
     limit("the number of nodes of the body in the plane", [1.0, 60_000.0], "", MUCH_MEMORY);
 pub static FACTOR_ENTRIES: Limit =
     limit("the number of entries of the factorised stiffness matrix", [0.0, 6e7], "", MUCH_MEMORY);
-/// A coordinate of a table or a file.
 pub static COORDINATE_MM: Limit = limit("a coordinate", [-1000.0, 1000.0], " mm", NO_TONGUE);
 
 // Fits and posteriors.
-/// Draws of a posterior.
 pub static POSTERIOR_DRAWS: Limit = limit(
     "--posterior",
     [100.0, 200_000.0],

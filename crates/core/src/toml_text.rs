@@ -4,7 +4,6 @@ use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error as _};
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Misread {
-    /// The line, from 1.
     pub line: usize,
     /// The column in characters, from 1.
     pub column: usize,

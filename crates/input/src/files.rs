@@ -24,7 +24,6 @@ pub fn read_text(path: impl AsRef<Path>) -> io::Result<String> {
         .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "it is not UTF-8 text"))
 }
 
-/// Reads all bytes of the file at `path`.
 #[cfg(feature = "files")]
 pub fn read_up_to(limit: u64, path: &Path) -> io::Result<Vec<u8>> {
     // The kind is checked before opening, because opening a pipe waits for a writer.
@@ -39,7 +38,6 @@ pub fn read_up_to(limit: u64, path: &Path) -> io::Result<Vec<u8>> {
     take_up_to(limit, std::fs::File::open(path)?)
 }
 
-/// Refuses every file, in builds without the feature `files`.
 #[cfg(not(feature = "files"))]
 pub fn read_up_to(_: u64, _: &Path) -> io::Result<Vec<u8>> {
     Err(io::Error::new(io::ErrorKind::Unsupported, "this build reads no files (feature `files`)"))

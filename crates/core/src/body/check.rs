@@ -14,7 +14,6 @@ const DEGENERATE: f64 = 1e-9;
 /// the smallest is longer.
 const LARGEST_M: f64 = 10.0;
 
-/// The body is far larger than any tongue.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "the body is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
@@ -60,9 +59,6 @@ impl<const D: usize> Mesh<D> {
     /// Checks that the mesh is consistent: positions are finite, node numbers in range, cells upright;
     /// connections are unique and in ascending order of their nodes; cells and muscles consist of
     /// connections.
-    ///
-    /// # Errors
-    /// The first fault found.
     pub fn check(&self) -> Result<(), MeshFault> {
         if let Some(node) = self.nodes.iter().position(|p| !p.iter().all(|c| c.is_finite())) {
             return Err(MeshFault::NotFinite { node });
@@ -92,9 +88,6 @@ impl<const D: usize> Mesh<D> {
     }
 
     /// Checks that the body was not given in millimetres.
-    ///
-    /// # Errors
-    /// [`TooLarge`] if it is more than 10 m across.
     pub fn check_size(&self) -> Result<(), TooLarge> {
         let size_m = self.extent();
         if size_m > LARGEST_M { Err(TooLarge { size_m }) } else { Ok(()) }

@@ -17,7 +17,6 @@ pub struct Cells<const D: usize> {
 }
 
 impl<const D: usize> Cells<D> {
-    /// No cells.
     pub const fn new() -> Self {
         Self { nodes: Vec::new() }
     }
@@ -26,7 +25,6 @@ impl<const D: usize> Cells<D> {
         self.nodes.len() / (D + 1)
     }
 
-    /// Whether there is no cell.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()
     }
@@ -64,9 +62,6 @@ pub struct MuscleChain {
 
 impl MuscleChain {
     /// The two end nodes; the straight distance between them is the muscle's length.
-    ///
-    /// # Panics
-    /// Never for a chain of a mesh that passed [`Mesh::check`].
     pub fn ends(&self) -> [usize; 2] {
         [self.nodes[0], self.nodes[self.nodes.len() - 1]]
     }

@@ -67,12 +67,10 @@ pub struct Origin<const D: usize> {
     lines: Option<Vec<Vec<SVector<f64, D>>>>,
 }
 
-/// A name that no muscle of the body has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("there is no muscle \"{name}\" in this body; {}", hint(name, known))]
 pub struct NoSuchMuscle {
     pub name: String,
-    /// The muscles of the body.
     pub known: Vec<String>,
 }
 
@@ -85,29 +83,21 @@ fn hint(name: &str, known: &[String]) -> String {
 
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BodyError {
-    /// The anatomy cannot be used.
     #[error(transparent)]
     Anatomy(#[from] AnatomyError),
-    /// The anatomy cannot be meshed.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// The body cannot be made a continuum.
     #[error(transparent)]
     Continuum(#[from] ContinuumError),
-    /// A file that cannot be used.
     #[error("the mesh file \"{file}\" {problem}")]
     File {
         file: String,
-        /// What is wrong with it, and what to do.
         problem: String,
     },
-    /// A body of the other dimension than was asked for.
     #[error("{what} is a body of {is}; {wanted} is needed here")]
     Dimension {
-        /// Description of the body.
         what: String,
         is: &'static str,
-        /// The cells that it should have.
         wanted: &'static str,
     },
 }
@@ -169,9 +159,6 @@ impl<const D: usize> Origin<D> {
 
 impl Body<2> {
     /// The reference tongue (`targets/anatomy.toml`, with its palate) at a mesh spacing, m.
-    ///
-    /// # Errors
-    /// A spacing out of range, or one at which lines of the anatomy collide.
     pub fn tongue(spacing_m: f64) -> Result<Self, BodyError> {
         let body = Self::from_anatomy(&Anatomy::reference()?, spacing_m)?;
         let what = format!("the reference tongue at {} mm", rounded_mm(spacing_m));
@@ -180,9 +167,6 @@ impl Body<2> {
 
     /// The reference tongue as a continuum at a mesh spacing, m: with the default settings an error of .002
     /// in a ratio at 4 mm, and of .01 at 8 mm.
-    ///
-    /// # Errors
-    /// As [`Body::tongue`] and [`continuum::lay`].
     pub fn continuum(spacing_m: f64, settings: &ContinuumSettings) -> Result<Self, BodyError> {
         Self::tongue(spacing_m)?.into_continuum_of(&Anatomy::reference()?, settings)
     }

@@ -11,7 +11,6 @@ use super::tr_bdf2::TrBdf2;
 use super::velocity_verlet::VelocityVerlet;
 use super::{Integrator, Motion, MotionError, SHORTEST_STEP, Spectrum, step_limit};
 
-/// A method of integration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum IntegrationMethod {
@@ -29,11 +28,9 @@ pub enum Control {
     Adaptive(f64),
 }
 
-/// A name that no method has.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("unknown method \"{name}\"; {}", suggest::hint(name, IntegrationMethod::ALL.map(IntegrationMethod::name)))]
 pub struct UnknownMethod {
-    /// What was given.
     pub name: String,
 }
 
@@ -54,10 +51,6 @@ impl IntegrationMethod {
     }
 
     /// Makes the integrator without checking the stability of its step; see [`IntegrationMethod::checked`].
-    ///
-    /// # Errors
-    /// [`MotionError`] for a step or tolerance that is not positive and finite or a step below a
-    /// femtosecond, or a tolerance for a method without error control.
     #[inline(never)]
     pub fn integrator<const D: usize>(
         self,
@@ -83,9 +76,6 @@ impl IntegrationMethod {
 
     /// Makes the integrator and refuses a step beyond the stability limit of the body at rest or as its
     /// tensions load it.
-    ///
-    /// # Errors
-    /// As [`IntegrationMethod::integrator`], and [`MotionError::Unstable`] naming the limit.
     #[inline(never)]
     pub fn checked<const D: usize>(
         self,

@@ -47,7 +47,6 @@ pub use tensions::Tensions;
 #[cfg(doc)]
 use crate::system::System;
 
-/// State of a body in motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State<const D: usize> {
     /// Time, s.

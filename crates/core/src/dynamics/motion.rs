@@ -28,41 +28,30 @@ pub struct Motion<'a, const D: usize> {
     internal: Vec<Range<usize>>,
 }
 
-/// Why a motion cannot be set up or followed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MotionError {
     #[error("tensions are given for {given} muscles, but the mesh has {muscles}; give one for each")]
     TensionCount {
-        /// How many are given.
         given: usize,
-        /// How many muscles there are.
         muscles: usize,
     },
-    /// A coefficient that motion needs to be positive.
     #[error("the {name} is {value}; for a trajectory it must be positive and finite")]
     Coefficient {
         name: &'static str,
-        /// Its value, SI.
         value: f64,
     },
-    /// A step that is not finite, or too short.
     #[error("the step is {dt} s; it must be finite and at least {SHORTEST_STEP:e} s")]
     Step {
-        /// The step given, s.
         dt: f64,
     },
-    /// A tolerance that is not positive and finite.
     #[error("the tolerance is {} mm; it must be positive and finite", tolerance * 1e3)]
     Tolerance {
-        /// The tolerance given, m.
         tolerance: f64,
     },
-    /// A tolerance for a method without error control.
     #[error(
         "{method} has no error control, so it takes a step, not a tolerance: give a step, or use tr-bdf2"
     )]
     NotAdaptive { method: IntegrationMethod },
-    /// A step beyond the stability limit.
     #[error(
         "a step of {dt:.3e} s is beyond the stability limit of {method}, {limit:.3e} s \
          ({body}: stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s): the run would blow up. \
@@ -96,10 +85,6 @@ pub struct Rates<const D: usize> {
 
 impl<'a, const D: usize> Motion<'a, D> {
     /// Sets up the equations.
-    ///
-    /// # Errors
-    /// [`MotionError`] where the tensions are not one for each muscle, or a mass, or k2 or b_cc of a
-    /// contracting muscle, is not positive.
     pub fn new(system: &'a System<D>, tensions: Tensions) -> Result<Self, MotionError> {
         Self::with_mass(system, tensions, system.coefficients().node_mass)
     }
@@ -137,7 +122,6 @@ impl<'a, const D: usize> Motion<'a, D> {
         self.system
     }
 
-    /// The tensions over time.
     pub fn tensions(&self) -> &Tensions {
         &self.tensions
     }

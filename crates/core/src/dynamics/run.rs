@@ -31,10 +31,8 @@ pub enum MotionStatus {
     InvertedCell,
 }
 
-/// Result of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MotionOutcome {
-    /// How it ended.
     pub status: MotionStatus,
     /// Where it ended, s; the state is the last good one.
     pub time_s: f64,
@@ -51,7 +49,6 @@ pub trait Observer<const D: usize> {
     fn progress(&mut self, _time: f64) {}
 }
 
-/// Ignores samples and progress.
 impl<const D: usize> Observer<D> for () {
     fn sample(&mut self, _time: f64, _positions: &[SVector<f64, D>]) {}
 }

@@ -24,7 +24,6 @@ pub struct Spectrum {
 }
 
 impl Spectrum {
-    /// The spectrum at `state`.
     pub fn of<const D: usize>(motion: &Motion<'_, D>, state: &State<D>) -> Self {
         let pattern = motion.system().pattern();
         let mut matrix = BlockMatrix::zeros(pattern);

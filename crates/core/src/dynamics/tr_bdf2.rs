@@ -77,7 +77,6 @@ pub struct TrBdf2<const D: usize> {
 }
 
 impl<const D: usize> TrBdf2<D> {
-    /// With steps chosen as `control` says.
     pub fn new(motion: &Motion<'_, D>, control: Control) -> Self {
         let stage = motion.at_rest();
         let zero = Derivative {

@@ -42,7 +42,6 @@ impl<const D: usize> Cell<D> {
         simplex::corners(of_nodes, self.nodes())
     }
 
-    /// Looks up the places of the stiffness blocks.
     pub fn bind(&mut self, pattern: &Pattern) {
         let mut pair = 0;
         for a in 0..=D {
@@ -54,7 +53,6 @@ impl<const D: usize> Cell<D> {
         }
     }
 
-    /// Adds the stiffness blocks of its corners and of its pairs of corners.
     #[inline(always)]
     pub fn add_stiffness(
         &self,

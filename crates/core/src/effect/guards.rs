@@ -58,7 +58,6 @@ impl<const D: usize> Guards<D> {
         })
     }
 
-    /// Number of guarded simplices of an element.
     pub fn count(&self) -> usize {
         self.0.len()
     }

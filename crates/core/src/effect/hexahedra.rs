@@ -76,12 +76,10 @@ impl Hexahedra {
         Some(Self { law, rest: rest_positions.to_vec(), elements, stiffening: None })
     }
 
-    /// The same, stiffened by the muscles that contract.
     pub(crate) fn with_stiffening(self, stiffening: Stiffening) -> Self {
         Self { stiffening: Some(stiffening), ..self }
     }
 
-    /// The same with the constants of each element multiplied by its factor.
     pub(crate) fn with_factors(mut self, factors: &[f64]) -> Self {
         self.elements.iter_mut().zip(factors).for_each(|(e, factor)| e.factor = *factor);
         self
@@ -107,7 +105,6 @@ impl Hexahedra {
         from_fn(|i| Point::new(&e.shapes[i], &moved))
     }
 
-    /// The law of one element, its constants multiplied.
     #[inline(always)]
     fn law_of(&self, number: usize, activations: &[f64]) -> MooneyRivlin {
         let factor = self.factor(number, activations);

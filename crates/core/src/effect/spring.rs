@@ -38,7 +38,6 @@ impl Spring {
         Self { nodes, stiffness, rest_length, slots: [Slot::UNBOUND; 3] }
     }
 
-    /// Looks up the places of the stiffness blocks.
     pub fn bind(&mut self, pattern: &Pattern) {
         let [a, b] = self.nodes;
         self.slots = [pattern.slot(a, a), pattern.slot(b, b), pattern.slot(a, b)];

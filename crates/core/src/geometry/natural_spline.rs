@@ -58,12 +58,10 @@ impl NaturalSpline {
         self
     }
 
-    /// The curve as a fine polygon.
     pub fn polygon(&self) -> &[Point] {
         &self.samples
     }
 
-    /// The distance of a point from the curve.
     pub fn distance(&self, p: Point) -> f64 {
         let squared = self.samples.windows(2).map(|w| plane::squared_distance_to_line(p, w[0], w[1]));
         squared.fold(f64::INFINITY, f64::min).sqrt()

@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use crate::limits::{self, BeyondLimit};
 
-/// Physical constants of tongue tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Constants {
     /// Density ρ, kg/m³.
@@ -24,7 +23,6 @@ impl Constants {
 }
 
 impl Constants {
-    /// Checks that all constants are in their physical range.
     pub fn check(&self) -> Result<(), BeyondLimit> {
         limits::YOUNG_MODULUS.check(self.young_modulus)?;
         limits::POISSON_RATIO.check(self.poisson_ratio)?;

@@ -32,7 +32,6 @@ pub struct Coefficients {
     pub node_mass: f64,
 }
 
-/// Result of the stiffness matching.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MatchedCell {
     /// Spring constant of each edge, N/m (2D: per metre of thickness).

@@ -13,7 +13,6 @@ pub struct Ratio<L = Length> {
 }
 
 impl<L> Ratio<L> {
-    /// `length` over `over`.
     pub fn new(length: L, over: L) -> Self {
         Self { length, over }
     }

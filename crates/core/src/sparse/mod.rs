@@ -33,7 +33,6 @@ impl<const D: usize> BlockMatrix<D> {
         Self { blocks: vec![SMatrix::zeros(); pattern.blocks() + 1] }
     }
 
-    /// Makes every entry zero.
     pub fn clear(&mut self) {
         self.blocks.fill(SMatrix::zeros());
     }
@@ -56,13 +55,11 @@ impl<const D: usize> BlockMatrix<D> {
         self.blocks[slot.position()] += block;
     }
 
-    /// Subtracts a block that is symmetric in itself.
     #[inline]
     pub fn sub_symmetric(&mut self, slot: Slot, block: &SMatrix<f64, D, D>) {
         self.blocks[slot.position()] -= block;
     }
 
-    /// Adds `shift` to every diagonal entry.
     pub fn shift(&mut self, pattern: &Pattern, shift: f64) {
         for j in 0..pattern.unknowns() {
             let place = &mut self.blocks[pattern.column(j).start];

@@ -104,7 +104,6 @@ impl Pattern {
         Self { unknown, node, start, row, row_start, row_blocks, couplings }
     }
 
-    /// Number of unknown nodes (block rows).
     pub fn unknowns(&self) -> usize {
         self.node.len()
     }
@@ -136,7 +135,6 @@ impl Pattern {
         (0..self.unknowns()).map(column).sum()
     }
 
-    /// The node of unknown `j`.
     #[inline]
     pub fn node(&self, j: usize) -> usize {
         self.node[j]

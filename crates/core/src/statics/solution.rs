@@ -2,7 +2,6 @@
 
 use serde::Serialize;
 
-/// When a solve stops.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SolveSettings {
     /// Largest residual force on a free node that counts as equilibrium, N. Default 1e-9.
@@ -38,7 +37,6 @@ impl Default for SolveSettings {
     }
 }
 
-/// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SolveStatus {
@@ -98,7 +96,6 @@ pub enum Connection {
 /// What a solve did; the positions are in the workspace.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Solution {
-    /// How it ended.
     pub status: SolveStatus,
     pub iterations: usize,
     /// Factorisations, failed ones included.
@@ -113,7 +110,6 @@ pub struct Solution {
     pub rounding_force: f64,
     /// Potential energy, J.
     pub energy: f64,
-    /// What is known of the stability.
     pub stability: Stability,
     /// What is known of the way from rest.
     pub connection: Connection,

@@ -13,7 +13,6 @@ use super::{
     Connection, Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
 };
 
-/// How a branch of stable equilibria ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum CriticalKind {
@@ -29,7 +28,6 @@ pub enum CriticalKind {
 pub struct Critical {
     /// Part of the tensions.
     pub load: f64,
-    /// How the branch ends there.
     pub kind: CriticalKind,
 }
 
@@ -205,7 +203,6 @@ struct Path<'a, const D: usize> {
     tensions: &'a [f64],
     settings: &'a SolveSettings,
     solves: usize,
-    /// Their cost.
     spent: Solution,
 }
 

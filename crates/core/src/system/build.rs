@@ -28,18 +28,11 @@ static MADE: AtomicU64 = AtomicU64::new(0);
 impl<const D: usize> System<D> {
     /// A system in which the muscles `contracting` (numbers into `mesh.muscles`) can pull. Every other
     /// connection is plain tissue.
-    ///
-    /// # Errors
-    /// [`SystemError`] for bad constants, muscles that do not exist, faulty meshes ([`Mesh::check`]), bodies
-    /// given in millimetres, and parts without bone.
     pub fn new(mesh: &Mesh<D>, model: &Model, contracting: &[usize]) -> Result<Self, SystemError> {
         Self::with(mesh, model, contracting, Additions::default())
     }
 
     /// As [`System::new`], with a scene's additions to the plain model and removals from it.
-    ///
-    /// # Errors
-    /// As [`System::new`], and [`SystemError::NotOnBone`] for a node to be carried that no bone holds.
     #[inline(never)]
     pub fn with(
         mesh: &Mesh<D>,
@@ -101,9 +94,6 @@ impl<const D: usize> System<D> {
 
     /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that
     /// [`System::new`] cannot describe: uneven stiffness, other laws. `coefficients` are only carried along.
-    ///
-    /// # Errors
-    /// [`SystemError::Loose`] for parts without bone.
     #[inline(never)]
     pub fn from_effects(
         mesh: &Mesh<D>,

@@ -85,7 +85,6 @@ impl<const D: usize> System<D> {
         &self.carried
     }
 
-    /// Nodes that bones hold.
     pub fn held(&self) -> Vec<usize> {
         let inner = self.paths.iter().flat_map(StraightPath::inner_nodes);
         let followers = self.continuum.iter().flat_map(|c| c.followers.iter().map(|f| f.node));
@@ -137,7 +136,6 @@ impl<const D: usize> System<D> {
         &self.contracting
     }
 
-    /// Number of muscles of the mesh, contracting or not.
     pub fn muscle_count(&self) -> usize {
         self.muscle_ends.len()
     }
@@ -147,7 +145,6 @@ impl<const D: usize> System<D> {
         self.muscle_ends[muscle]
     }
 
-    /// Potential energy, J.
     pub fn energy(&self, at: Configuration<'_, D>) -> f64 {
         self.effects.iter().map(|e| e.energy(at)).sum()
     }

@@ -10,12 +10,10 @@ use crate::material::{Coefficients, Constants};
 /// Choices that make a mesh into a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model {
-    /// Physical constants of the tissue.
     pub constants: Constants,
     pub tissue: TissueModel,
 }
 
-/// The model of the tissue inside the cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TissueModel {

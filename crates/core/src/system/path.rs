@@ -38,12 +38,10 @@ pub struct StraightPath {
 }
 
 impl StraightPath {
-    /// The two end nodes.
     pub fn ends(&self) -> [usize; 2] {
         [self.nodes[0], self.nodes[self.nodes.len() - 1]]
     }
 
-    /// The nodes between the ends.
     pub fn inner_nodes(&self) -> impl Iterator<Item = usize> + '_ {
         self.nodes[1..self.nodes.len() - 1].iter().copied()
     }

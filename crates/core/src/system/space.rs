@@ -58,10 +58,6 @@ const CONTRACTION_TIME_S: f64 = 0.015;
 impl System<3> {
     /// The system of a body in space in which every muscle can contract; its tensions are activations from 0
     /// to 1.
-    ///
-    /// # Errors
-    /// [`SystemError::Space`] and [`SystemError::Law`] for a faulty body or law, [`SystemError::Loose`] for
-    /// parts without bone.
     pub fn in_space(body: &SpaceBody, model: &SpaceModel) -> Result<Self, SystemError> {
         Self::in_space_with(body, model, Additions::default())
     }

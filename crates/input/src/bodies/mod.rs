@@ -13,7 +13,6 @@ use tongue_core::body::{Body, BodyError};
 
 pub use gmsh::Unit;
 
-/// Why a file contains no usable body.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BodyFileError {
     #[error(transparent)]
@@ -88,7 +87,6 @@ impl AnyBody {
         MeshContent::read(path, unit)?.body(&path.display().to_string(), &mut |_| ())
     }
 
-    /// The body in the plane.
     pub fn flat(self) -> Result<Body<2>, BodyError> {
         match self {
             Self::Flat(body) => Ok(body),
@@ -100,7 +98,6 @@ impl AnyBody {
         }
     }
 
-    /// The body in space.
     pub fn solid(self) -> Result<Body<3>, BodyError> {
         match self {
             Self::Solid(body) => Ok(body),

@@ -156,9 +156,6 @@ impl Activity {
 
     /// Activity by row and vowel, for each row the positions in `names` of the muscles that it is of: one, or all portions of a muscle
     /// group. Cells that are no activities are left out ([`Activity::bad_cells`]).
-    ///
-    /// # Errors
-    /// A muscle that `names` does not have, and a muscle that two rows give.
     pub fn relative(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Measured>, Malformed> {
         let of_row = |(row, muscles): (&Row, Vec<usize>)| {
             let each = self.vowels.iter().zip(&row.activity);

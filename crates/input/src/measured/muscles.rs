@@ -65,7 +65,6 @@ impl Muscles {
         Self::reference().unwrap_or(Self(Vec::new()))
     }
 
-    /// All known muscles, in the order of the published tables.
     pub fn all(&self) -> &[MuscleInfo] {
         &self.0
     }

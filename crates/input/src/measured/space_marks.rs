@@ -33,7 +33,6 @@ pub struct SpaceMark {
     pub sd_m: f64,
 }
 
-/// What can be seen of a body in space.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Marked {
     Node {

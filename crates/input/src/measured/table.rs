@@ -35,7 +35,6 @@ pub(super) struct Cells<'a> {
     pub separator: Separator,
     pub header: Line,
     pub rows: Vec<Line>,
-    /// The last line of the file.
     last: u64,
 }
 

@@ -48,9 +48,6 @@ pub struct Target {
 
 impl Target {
     /// The target for `vowel` of `subject`.
-    ///
-    /// # Errors
-    /// Unknown subject, missing row or baseline, and as [`Target::from_lengths`].
     pub fn new(
         data: &Dataset,
         subject: &str,

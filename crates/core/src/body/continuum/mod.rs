@@ -63,7 +63,6 @@ impl std::fmt::Display for ContinuumSettings {
 }
 
 impl ContinuumSettings {
-    /// Checks that every setting is within its range, SI.
     pub fn check(&self) -> Result<(), ContinuumError> {
         let within = |name, value: f64, low: f64, high: f64| match (low..=high).contains(&value) {
             true => Ok(()),
@@ -76,33 +75,25 @@ impl ContinuumSettings {
     }
 }
 
-/// Errors of making a mesh a continuum.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ContinuumError {
-    /// A setting out of range.
     #[error("the {name} is {value}; give {low} to {high}")]
     Setting {
         name: &'static str,
-        /// Its value, SI.
         value: f64,
         low: f64,
         high: f64,
     },
-    /// A mesh of lines only.
     #[error("the mesh has no triangles or tetrahedra, so it cannot be a continuum; take --body springs")]
     NoCells,
-    /// A mesh of too many elements.
     #[error(transparent)]
     TooMany(BeyondLimit),
-    /// A mesh that is a continuum already.
     #[error("the mesh is a continuum already")]
     Already,
-    /// A muscle with an end that is neither in the tissue nor on a bone.
     #[error(
         "muscle {muscle} ends outside the tissue and on no bone, so it has nothing to pull at; fix its end"
     )]
     Dangling { muscle: String },
-    /// A muscle that has no part in the tissue and joins no bone to it.
     #[error(
         "muscle {muscle} leaves the tissue between its ends; only a part from a bone to the tissue may be outside"
     )]

@@ -93,9 +93,6 @@ struct Grid {
 impl SpaceBody {
     /// The built-in tongue: `fine` times as many elements along each direction as in its file
     /// (`targets/tongue_in_space.toml`), which has 672 of them.
-    ///
-    /// # Errors
-    /// Never with the embedded files as published; they are checked like any other.
     pub fn tongue(fine: usize) -> Result<Self, BodyError> {
         let wrong = |problem: String| BodyError::File { file: FILE.to_owned(), problem };
         let file: File = toml::from_str(REFERENCE).map_err(|e| wrong(e.message().to_owned()))?;

@@ -51,7 +51,6 @@ pub struct SpaceMuscle {
     pub name: String,
     /// The name of both sides, such as `GGP`.
     pub group: String,
-    /// Where it lies.
     pub side: Side,
     /// Its fibres, cut at the nodes.
     pub segments: Vec<Segment>,
@@ -82,20 +81,16 @@ pub struct SpaceBody {
     pub lines: Vec<(String, Line<3>)>,
 }
 
-/// Why a body in space cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SpaceFault {
-    /// An element refers to a node that does not exist.
     #[error("element {element} refers to node {node}, but there are {count} nodes (numbered from 1 here)")]
     NoSuchNode {
         /// The element, from 1.
         element: usize,
         /// The node, from 1.
         node: usize,
-        /// How many nodes there are.
         count: usize,
     },
-    /// An element is inverted or flat at one of its points.
     #[error(
         "element {element} (from 1) is turned inside out or flat at one of its points; list its corners around the bottom and \
          then around the top, or repair the mesh"
@@ -104,47 +99,36 @@ pub enum SpaceFault {
         /// The element, from 1.
         element: usize,
     },
-    /// A segment of a fibre has no length.
     #[error("a fibre of muscle {muscle} has two nodes at one place (nodes {} and {}, from 1)", nodes[0] + 1, nodes[1] + 1)]
     NoLength {
         muscle: String,
         /// The nodes, from 0.
         nodes: [usize; 2],
     },
-    /// A muscle has no fibres or no region.
     #[error("muscle {muscle} has no {what}, so nothing can contract; give it some, or leave the muscle out")]
     Empty {
         muscle: String,
-        /// The missing part.
         what: &'static str,
     },
-    /// No node is held.
     #[error("no node is on bone, so the body could move freely; say which nodes are attached")]
     NoBone,
 }
 
-/// An activation that cannot be used.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BadActivation {
-    /// A name that no muscle has.
     #[error("there is no muscle \"{name}\" in this body; {hint}")]
     NoSuchMuscle {
         name: String,
-        /// The nearest names.
         hint: String,
     },
     #[error("the activation of {name} is {value}; it must lie between 0 and 1")]
     OutOfRange { name: String, value: f64 },
-    /// A muscle that is named twice.
     #[error("the activation of {name} is given twice; give it once")]
     Repeated { name: String },
 }
 
 impl SpaceBody {
     /// Checks elements, fibres and bones.
-    ///
-    /// # Errors
-    /// The first fault found.
     pub fn check(&self) -> Result<(), SpaceFault> {
         let Mesh { nodes, hexahedra, fixed, .. } = &self.mesh;
         for (number, corners) in hexahedra.iter().enumerate() {
@@ -180,9 +164,6 @@ impl SpaceBody {
 
     /// The numbers of the muscles that a name stands for: of one side, or of both where the name has none.
     /// Case does not count.
-    ///
-    /// # Errors
-    /// [`BadActivation::NoSuchMuscle`], with the nearest name.
     pub fn muscles_called(&self, name: &str) -> Result<Vec<usize>, BadActivation> {
         let with = |is: &dyn Fn(&SpaceMuscle) -> bool| -> Vec<usize> {
             self.muscles.iter().enumerate().filter(|(_, m)| is(m)).map(|(number, _)| number).collect()
@@ -200,9 +181,6 @@ impl SpaceBody {
     }
 
     /// Activations of all muscles from those given by name; every other is 0.
-    ///
-    /// # Errors
-    /// [`BadActivation`]: a name that no muscle has, a value that is not from 0 to 1, a muscle named twice.
     pub fn activations<N: AsRef<str>>(&self, given: &[(N, f64)]) -> Result<Vec<f64>, BadActivation> {
         let mut all = vec![None; self.muscles.len()];
         for (name, value) in given {

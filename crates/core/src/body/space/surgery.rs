@@ -33,25 +33,19 @@ pub enum Filling {
     Silent,
 }
 
-/// Why an operation is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SurgeryFault {
-    /// No element lies there.
     #[error("no element has its middle in the region; coordinates are millimetres in the frame of the body")]
     Nothing,
-    /// Bone would lose its tissue.
     #[error(
         "the region removes the tissue at {bone} ({nodes} of its nodes); a region may not remove a bone: make it smaller, or fill it"
     )]
     Bone {
         bone: String,
-        /// How many of its nodes.
         nodes: usize,
     },
-    /// A name that no muscle has.
     #[error(transparent)]
     Muscle(#[from] super::BadActivation),
-    /// A region without extent.
     #[error("the region has no extent or is not finite; give a box from low to high, or a positive radius")]
     Extent,
 }
@@ -69,9 +63,6 @@ pub struct Operated {
 
 impl SpaceBody {
     /// Numbers of the elements of a region, on one side or on both.
-    ///
-    /// # Errors
-    /// [`SurgeryFault`]: a region without extent, without elements, or of a muscle that does not exist.
     pub fn elements_in(&self, region: &Region, side: Option<Side>) -> Result<BTreeSet<usize>, SurgeryFault> {
         let of_muscles: BTreeSet<usize> = match region {
             Region::Muscle(name) => {
@@ -114,9 +105,6 @@ impl SpaceBody {
     /// The body after these elements were operated. Muscles end where they were cut: the rest of a region
     /// pulls with the stress that it had. Nodes keep their numbers; those without tissue stay where they
     /// are.
-    ///
-    /// # Errors
-    /// [`SurgeryFault::Bone`] where tissue at a bone would be removed.
     pub fn operated(&self, elements: &BTreeSet<usize>, filling: Filling) -> Result<Operated, SurgeryFault> {
         let mut body = self.clone();
         let is_cut = |e: usize| elements.contains(&e);

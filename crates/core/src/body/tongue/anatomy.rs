@@ -28,7 +28,6 @@ pub struct Anatomy {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct MuscleLine {
-    /// The muscle's name.
     pub name: String,
     /// First and second end, m.
     pub ends: [Point; 2],
@@ -48,7 +47,6 @@ pub struct OutsidePart {
 /// A bone as points. Nodes at these points are held.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AnatomyBone {
-    /// Its name, e.g. `hyoid`.
     pub name: String,
     /// Its points, m: ends of muscles or points of the outline.
     pub points: Vec<Point>,
@@ -64,11 +62,9 @@ pub struct AnatomyError {
     pub line: usize,
     /// Column in characters, from 1.
     pub column: usize,
-    /// What is wrong.
     pub problem: AnatomyProblem,
 }
 
-/// What is wrong with an anatomy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum AnatomyProblem {
     #[error("{0}")]
@@ -126,9 +122,6 @@ impl Anatomy {
 
     /// Reads an anatomy written like `targets/anatomy.toml`, in millimetres. `origin` is its name in
     /// messages, usually the path.
-    ///
-    /// # Errors
-    /// Text that is not TOML of that form, or an anatomy that contradicts itself, with line and column.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, AnatomyError> {
         let parsed = toml::from_str::<File>(text).map_err(|e| {
             let hint = "an anatomy has `outline`, `[muscles]` with the two ends of a straight line each, and `[bones]`; points are [x, y]";

@@ -24,9 +24,6 @@ const COARSEST: f64 = 1.0 / 3.3;
 /// the number of nodes follows from Euler's formula; for the reference at 5.5 mm these are the published 188
 /// and 111.
 ///
-/// # Errors
-/// A spacing out of range, or one at which the lines of this anatomy cannot be kept apart.
-///
 /// # Example
 /// ```
 /// use tongue_core::body::{self, Anatomy, Quality};

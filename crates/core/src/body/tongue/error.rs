@@ -2,7 +2,6 @@
 
 use crate::body::MeshFault;
 
-/// The reason why there is no mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeshError {
     #[error(

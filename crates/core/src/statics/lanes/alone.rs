@@ -9,7 +9,6 @@ use crate::system::System;
 
 use super::{Adjoint, Equilibrium, Load};
 
-/// Solves as [`solve`] does.
 pub(super) fn solve_alone<const D: usize>(
     system: &System<D>,
     load: &Load<'_, D>,

@@ -119,7 +119,6 @@ impl<'a, const D: usize> Load<'a, D> {
         self
     }
 
-    /// In another body of the same edges and triangles.
     pub fn in_body(self, system: &'a System<D>) -> Self {
         Self { system: Some(system), ..self }
     }
@@ -135,7 +134,6 @@ impl<'a, const D: usize> Load<'a, D> {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Equilibrium<const D: usize> {
-    /// Result of the solver.
     pub solution: Solution,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
@@ -267,7 +265,6 @@ impl<const D: usize> Group<'_, D> {
         &self.answers
     }
 
-    /// The equilibria of the last solve.
     pub fn answers(&self) -> &[Equilibrium<D>] {
         &self.answers
     }

@@ -26,7 +26,6 @@ const LEAST_PART: f64 = 1e-6;
 /// A cell may lose at most this part of its area when bones are moved.
 const LARGEST_LOSS: f64 = 0.9;
 
-/// Status of a lane.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Phase {
     Running,
@@ -153,7 +152,6 @@ impl<const L: usize> Work<L> {
         self.lanes[lane].is_set
     }
 
-    /// Takes the loads out of all lanes.
     pub fn clear(&mut self) {
         self.lanes.iter_mut().for_each(|l| (l.phase, l.is_set) = (Phase::GivenUp, false));
     }
@@ -218,7 +216,6 @@ impl<const L: usize> Work<L> {
         }
     }
 
-    /// Solves all lanes that were set.
     #[inline(never)]
     pub fn solve(&mut self, elements: &Elements, settings: &SolveSettings) {
         for part in 1..=MOST_PARTS {

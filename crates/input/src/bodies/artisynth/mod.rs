@@ -76,7 +76,6 @@ fn unreadable(file: &str, error: &std::io::Error) -> BodyFileError {
     ))
 }
 
-/// Reads a folder.
 pub fn read(folder: &Path) -> Result<SpaceBody, BodyFileError> {
     let named = |name: &str| Text::read(&folder.join(name));
     let files = Files {

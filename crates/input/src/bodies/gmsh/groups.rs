@@ -120,9 +120,6 @@ pub(super) struct Parts<'a> {
 
 impl<'a> Parts<'a> {
     /// The parts of a body of this form.
-    ///
-    /// # Errors
-    /// A group whose name is not known or that has no elements, no tissue, cells of another form.
     pub fn new(raw: &'a Raw, form: Form) -> Found<Self> {
         let known = Muscles::built_in();
         let mut by_key: BTreeMap<(usize, i64), Vec<&Element>> = BTreeMap::new();
@@ -211,9 +208,6 @@ impl<'a> Parts<'a> {
     }
 
     /// Checks that every cell hangs together with one of the fixed nodes through the pairs of joined nodes.
-    ///
-    /// # Errors
-    /// No bone, or the first cell without one.
     pub fn check_held(
         &self,
         joined: impl Iterator<Item = [usize; 2]>,

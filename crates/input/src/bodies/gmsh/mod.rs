@@ -74,7 +74,6 @@ pub struct Content<const D: usize> {
     /// the order of their groups.
     pub body: Body<D>,
     pub tags: Vec<u64>,
-    /// What a user should look at.
     pub concerns: Vec<String>,
 }
 

@@ -15,7 +15,6 @@ pub(super) struct Raw {
     pub nodes: Nodes,
     /// Elements in the order of the file; an element in several physical groups is repeated for each.
     pub elements: Vec<Element>,
-    /// Views of vectors.
     pub views: Vec<View>,
 }
 

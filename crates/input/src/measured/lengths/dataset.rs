@@ -72,10 +72,6 @@ impl Dataset {
     /// A cell that is no length counts as not measured and is listed in [`Dataset::bad_cells`]; a row without a
     /// subject, a vowel or any length is left out and listed in [`Dataset::broken`].
     ///
-    /// # Errors
-    /// [`ReadError::Unreadable`] if reading fails or the input is too large, [`ReadError::Malformed`] with line and
-    /// column if no part of the table can be used.
-    ///
     /// # Example
     /// ```
     /// use tongue_input::measured::lengths::{Dataset, Vowel};
@@ -173,9 +169,6 @@ impl Dataset {
 
     /// The lengths of `subject` in `vowel`; upper and lower case of the vowel count if they distinguish two
     /// rows.
-    ///
-    /// # Errors
-    /// The fault of that row if it is broken; else what the table has instead.
     pub fn row(&self, subject: &str, vowel: &Vowel) -> Result<&Lengths, ReadError> {
         self.find(subject, vowel)?.ok_or_else(|| self.missing(subject, vowel, "", ""))
     }

@@ -51,7 +51,6 @@ impl Lengths {
         self.half_width_mm.get(position_of(&self.muscles, muscle)?).copied()
     }
 
-    /// The muscles that were measured, with their lengths in mm.
     pub fn measured(&self) -> impl Iterator<Item = (&str, f64)> {
         self.muscles.iter().zip(&self.length_mm).filter_map(|(m, mm)| Some((m.as_str(), (*mm)?)))
     }

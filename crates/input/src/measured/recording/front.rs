@@ -24,9 +24,6 @@ pub(super) struct Front<'a> {
 
 impl Front<'_> {
     /// Adds what is doubtful to `notes`. `sensors`: the coils on the tongue from the tip backwards; `bones`: those on the jaw.
-    ///
-    /// # Errors
-    /// In words for what is certain.
     pub fn check(&self, sensors: &[usize], bones: &[usize], notes: &mut Vec<String>) -> Result<(), String> {
         if let Some(problem) = self.lips(sensors) {
             return Err(problem);

@@ -108,7 +108,6 @@ const USUAL_GAP_MM: f64 = 15.0;
 pub(super) type Axis = (usize, f64);
 
 impl Map {
-    /// Reads a map; `origin` is its name in messages.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, ReadError> {
         let wrong = |place: String, problem: String| {
             ReadError::Refused(format!("the map {origin}{place}: {problem}"))
