@@ -260,11 +260,10 @@ pub mod measured {
 }
 
 pub mod observe {
-    //! What can be observed of a body: its value, its gradient, how sure it is.
+    //! What can be observed of a body: its value and its gradient.
     #[doc(inline)]
     pub use tongue_core::observe::{
-        Certainty, Contour, Curve, Length, NodePosition, Observable, Observation, Ratio, Sense, Stretch,
-        Surface,
+        Contour, Curve, Length, NodePosition, Observable, Observation, Ratio, Stretch, Surface,
     };
 }
 

@@ -151,14 +151,8 @@ impl Observation {
         if !measured.is_finite() {
             return Err(wrong(format!("the measured value is {measured}; it must be finite")));
         }
-        let seen = observe::Observation {
-            observable: Arc::clone(&observable.observable),
-            measured,
-            sense: observe::Sense::Equal,
-            certainty: observe::Certainty::Unknown,
-            weight: 1.0,
-            time_s: None,
-        };
+        let seen =
+            observe::Observation { observable: Arc::clone(&observable.observable), measured, weight: 1.0 };
         let seen = match standard_deviation {
             None => seen,
             Some(sd) if sd.is_finite() && sd > 0.0 => seen.with_standard_deviation(sd),

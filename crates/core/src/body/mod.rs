@@ -90,16 +90,9 @@ pub enum BodyError {
     #[error(transparent)]
     Continuum(#[from] ContinuumError),
     #[error("the mesh file \"{file}\" {problem}")]
-    File {
-        file: String,
-        problem: String,
-    },
+    File { file: String, problem: String },
     #[error("{what} is a body of {is}; {wanted} is needed here")]
-    Dimension {
-        what: String,
-        is: &'static str,
-        wanted: &'static str,
-    },
+    Dimension { what: String, is: &'static str, wanted: &'static str },
 }
 
 impl<const D: usize> Body<D> {

@@ -31,23 +31,13 @@ pub struct Motion<'a, const D: usize> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MotionError {
     #[error("tensions are given for {given} muscles, but the mesh has {muscles}; give one for each")]
-    TensionCount {
-        given: usize,
-        muscles: usize,
-    },
+    TensionCount { given: usize, muscles: usize },
     #[error("the {name} is {value}; for a trajectory it must be positive and finite")]
-    Coefficient {
-        name: &'static str,
-        value: f64,
-    },
+    Coefficient { name: &'static str, value: f64 },
     #[error("the step is {dt} s; it must be finite and at least {SHORTEST_STEP:e} s")]
-    Step {
-        dt: f64,
-    },
+    Step { dt: f64 },
     #[error("the tolerance is {} mm; it must be positive and finite", tolerance * 1e3)]
-    Tolerance {
-        tolerance: f64,
-    },
+    Tolerance { tolerance: f64 },
     #[error(
         "{method} has no error control, so it takes a step, not a tolerance: give a step, or use tr-bdf2"
     )]

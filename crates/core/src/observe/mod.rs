@@ -32,7 +32,7 @@ pub use contour::{Contour, Curve};
 pub use length::Length;
 pub use line::{Line, LineEnd};
 pub use midsagittal::Midsagittal;
-pub use observation::{Certainty, Observation, Sense};
+pub use observation::Observation;
 pub use point::NodePosition;
 pub use ratio::Ratio;
 pub use stretch::Stretch;

@@ -11,16 +11,11 @@ pub enum SystemError {
     #[error("the cell to match has measure {0}; it must be positive")]
     Degenerate(f64),
     #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
-    NoSuchMuscle {
-        muscle: usize,
-        count: usize,
-    },
+    NoSuchMuscle { muscle: usize, count: usize },
     #[error(
         "node {node} (and all that is joined to it) is joined to no bone, so it could move freely: fix at least one of its nodes"
     )]
-    Loose {
-        node: usize,
-    },
+    Loose { node: usize },
     #[error("node {node} is to be carried by a bone, but no bone holds it; fix it in the mesh")]
     NotOnBone { node: usize },
     /// A negative coefficient of incompressibility: the energy has no minimum.
@@ -28,10 +23,7 @@ pub enum SystemError {
         "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
          energy has no minimum; springs alone already have 0.25, so give at least that, or take a continuum"
     )]
-    NegativeKappa {
-        kappa: f64,
-        poisson_ratio: f64,
-    },
+    NegativeKappa { kappa: f64, poisson_ratio: f64 },
     #[error(
         "the body is a mesh of linear cells; make it a continuum first (--body continuum, Body::into_continuum)"
     )]
@@ -43,11 +35,7 @@ pub enum SystemError {
     #[error(
         "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa make no solid: C10 and K must be positive, C20 not negative"
     )]
-    Law {
-        c10: f64,
-        c20: f64,
-        bulk: f64,
-    },
+    Law { c10: f64, c20: f64, bulk: f64 },
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
 }

@@ -51,17 +51,13 @@ impl Matched {
     ) -> Vec<Observation<D>> {
         let target = &self.target;
         let length = |m: usize| Length::new(system.muscle_ends(self.numbers[m]));
-        let seen = muscles.into_iter().map(|m| {
-            let (low, high) = target.rounding_range(m);
-            let observation = match target.kind {
-                TargetKind::Ratio => {
-                    Observation::new(Ratio::new(length(m), length(target.reference)), target.values[m])
-                }
-                TargetKind::Stretch => {
-                    Observation::new(Stretch::new(length(m), baseline[self.numbers[m]]), target.values[m])
-                }
-            };
-            observation.between(low, high)
+        let seen = muscles.into_iter().map(|m| match target.kind {
+            TargetKind::Ratio => {
+                Observation::new(Ratio::new(length(m), length(target.reference)), target.values[m])
+            }
+            TargetKind::Stretch => {
+                Observation::new(Stretch::new(length(m), baseline[self.numbers[m]]), target.values[m])
+            }
         });
         seen.collect()
     }

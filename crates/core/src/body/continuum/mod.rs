@@ -78,12 +78,7 @@ impl ContinuumSettings {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ContinuumError {
     #[error("the {name} is {value}; give {low} to {high}")]
-    Setting {
-        name: &'static str,
-        value: f64,
-        low: f64,
-        high: f64,
-    },
+    Setting { name: &'static str, value: f64, low: f64, high: f64 },
     #[error("the mesh has no triangles or tetrahedra, so it cannot be a continuum; take --body springs")]
     NoCells,
     #[error(transparent)]

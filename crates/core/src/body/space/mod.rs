@@ -106,10 +106,7 @@ pub enum SpaceFault {
         nodes: [usize; 2],
     },
     #[error("muscle {muscle} has no {what}, so nothing can contract; give it some, or leave the muscle out")]
-    Empty {
-        muscle: String,
-        what: &'static str,
-    },
+    Empty { muscle: String, what: &'static str },
     #[error("no node is on bone, so the body could move freely; say which nodes are attached")]
     NoBone,
 }
@@ -117,10 +114,7 @@ pub enum SpaceFault {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BadActivation {
     #[error("there is no muscle \"{name}\" in this body; {hint}")]
-    NoSuchMuscle {
-        name: String,
-        hint: String,
-    },
+    NoSuchMuscle { name: String, hint: String },
     #[error("the activation of {name} is {value}; it must lie between 0 and 1")]
     OutOfRange { name: String, value: f64 },
     #[error("the activation of {name} is given twice; give it once")]

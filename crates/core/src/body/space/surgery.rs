@@ -40,10 +40,7 @@ pub enum SurgeryFault {
     #[error(
         "the region removes the tissue at {bone} ({nodes} of its nodes); a region may not remove a bone: make it smaller, or fill it"
     )]
-    Bone {
-        bone: String,
-        nodes: usize,
-    },
+    Bone { bone: String, nodes: usize },
     #[error(transparent)]
     Muscle(#[from] super::BadActivation),
     #[error("the region has no extent or is not finite; give a box from low to high, or a positive radius")]
