@@ -360,8 +360,6 @@ pub mod scene {
     pub mod prepare {
         //! Scenes made ready.
         #[doc(inline)]
-        pub use tongue_files::scene::plan::SceneExtent;
-        #[doc(inline)]
         pub use tongue_files::scene::prepare::{Prepared, prepare};
     }
 

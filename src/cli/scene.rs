@@ -12,7 +12,7 @@ use tongue_fit::report::{
 };
 use tongue_fit::scene::body;
 use tongue_fit::scene::file::{SceneBody, Want};
-use tongue_fit::scene::prepare::{Prepared, SceneExtent, prepare};
+use tongue_fit::scene::prepare::{Prepared, prepare};
 use tongue_fit::scene::run::{self, SceneOutcome as Answer};
 use tongue_fit::scene::{self, Scene, ScenePlan};
 use tongue_fit::statics::Connection;
@@ -117,8 +117,8 @@ enum Ready {
 fn prepared(scene: &Scene) -> miette::Result<Ready> {
     scene.check().into_diagnostic()?;
     Ok(match body::build(scene).into_diagnostic()? {
-        AnyBody::Flat(b) => Ready::Flat(prepare(scene, b, SceneExtent::Pruned).into_diagnostic()?),
-        AnyBody::Solid(b) => Ready::Solid(prepare(scene, b, SceneExtent::Pruned).into_diagnostic()?),
+        AnyBody::Flat(b) => Ready::Flat(prepare(scene, b).into_diagnostic()?),
+        AnyBody::Solid(b) => Ready::Solid(prepare(scene, b).into_diagnostic()?),
     })
 }
 

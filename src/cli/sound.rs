@@ -12,7 +12,7 @@ use tongue_fit::heard::{Airway, Articulation, Formant, MeanVowel, Tract, mean_vo
 use tongue_fit::measured::{ByMuscle, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
 use tongue_fit::scene::file::{Effects, FitTarget, Hyoid, Jaw, Material, SceneBody, SceneTongue, Want};
-use tongue_fit::scene::prepare::{SceneExtent, prepare};
+use tongue_fit::scene::prepare::prepare;
 use tongue_fit::scene::{Scene, body, run, sound};
 use tongue_fit::system::TissueModel;
 use tongue_sound::voice::{self, Voice};
@@ -194,7 +194,7 @@ impl Arguments {
         let AnyBody::Flat(body) = body::build(&scene).into_diagnostic()? else {
             return Err(miette!("only a body in the plane has a tract"));
         };
-        let mut prepared = prepare(&scene, body, SceneExtent::Pruned).into_diagnostic()?;
+        let mut prepared = prepare(&scene, body).into_diagnostic()?;
         let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
         let Some(sound) = answer.sound else { return Err(miette!("this scene has no sound")) };
         let means = mean_vowels().into_diagnostic()?;

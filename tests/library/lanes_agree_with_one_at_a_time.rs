@@ -217,7 +217,7 @@ fn adjoints_are_the_derivatives_by_tensions_forces_and_bones() {
         }
     }
     // Reciprocity: a force on one node moves another as a force on the other moves the first.
-    let (p, q) = (system.pattern().node(3), system.pattern().node(40));
+    let (p, q) = (system.pattern().nodes()[3], system.pattern().nodes()[40]);
     let unit = |node: usize| {
         let mut gradient = vec![SVector::zeros(); mesh.nodes.len()];
         gradient[node] = SVector::from([1.0, 0.0]);

@@ -7,7 +7,7 @@ use tongue_fit::dynamics::MotionStatus;
 use tongue_fit::inverse;
 use tongue_fit::scene::body;
 use tongue_fit::scene::file::Want;
-use tongue_fit::scene::prepare::{Prepared, SceneExtent, prepare};
+use tongue_fit::scene::prepare::{Prepared, prepare};
 use tongue_fit::scene::run::{SceneOutcome, run};
 use tongue_fit::scene::{self, Scene, simulate};
 use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Workspace, solve};
@@ -27,7 +27,7 @@ fn flat(scene: &Scene) -> Body<2> {
 
 fn planned(text: &str) -> (Scene, Prepared<2>) {
     let scene = Scene::from_toml(text, "test").unwrap();
-    let prepared = prepare(&scene, flat(&scene), SceneExtent::Pruned).unwrap();
+    let prepared = prepare(&scene, flat(&scene)).unwrap();
     (scene, prepared)
 }
 
@@ -42,16 +42,33 @@ fn solved<const D: usize>(prepared: &Prepared<D>) -> (Solution, Workspace<D>) {
     (solution, workspace)
 }
 
+/// The scene with every muscle pulling, if only with 0 N, and with weight and wall, if only of zero strength.
+fn everything<const D: usize>(scene: &Scene, body: &Body<D>) -> Scene {
+    let mut all = scene.clone();
+    for muscle in &body.mesh.muscles {
+        all.tensions_n.entry(muscle.name.clone()).or_insert(0.0);
+    }
+    let down = if D == 2 { "[0.0, -1.0]" } else { "[0.0, -1.0, 0.0]" };
+    let idle = format!(
+        "{TONGUE}[effects]\ngravity = {{ direction = {down}, acceleration_m_per_s2 = 0.0 }}\ncontact = {{ stiffness_n_per_m = 0.0 }}\n"
+    );
+    let idle = Scene::from_toml(&idle, "test").unwrap().effects;
+    all.effects.gravity = all.effects.gravity.or(idle.gravity);
+    all.effects.contact = all.effects.contact.or(idle.contact.filter(|_| body.palate.is_some()));
+    all
+}
+
 /// Compares the equilibrium of a scene as planned with that of everything simulated, and with the end of its motion.
 fn compare_with_everything<const D: usize>(name: &str, scene: &Scene, body: &Body<D>) {
-    let prepared = |scene: &Scene, extent| prepare(scene, body.clone(), extent).unwrap();
-    let (mut pruned, full) = (prepared(scene, SceneExtent::Pruned), prepared(scene, SceneExtent::Full));
-    let elements = |p: &Prepared<D>| p.system.effects().iter().map(|e| e.elements()).sum::<usize>();
-    assert!(elements(&pruned) <= elements(&full), "{name}");
+    let prepared = |scene: &Scene| prepare(scene, body.clone()).unwrap();
+    let mut pruned = prepared(scene);
     if scene.fit.is_some() {
         assert!(run(scene, &mut pruned).unwrap().converged, "{name}");
         return;
     }
+    let full = prepared(&everything(scene, body));
+    let elements = |p: &Prepared<D>| p.system.effects().iter().map(|e| e.elements()).sum::<usize>();
+    assert!(elements(&pruned) <= elements(&full), "{name}");
     let (solution, planned) = solved(&pruned);
     assert_eq!(solution.status, SolveStatus::Converged, "{name}");
     // On the way passive muscles with three elements move differently from tissue, so a trajectory is compared
@@ -65,8 +82,8 @@ fn compare_with_everything<const D: usize>(name: &str, scene: &Scene, body: &Bod
     // The slowest mode of the tissue takes about a second, in space some seconds.
     let long = format!("{TONGUE}[trajectory]\nduration_s = 200.0\nramp_s = 0.0\ntolerance_mm = 1e-6\n");
     let trajectory = Scene::from_toml(&long, "test").unwrap().trajectory;
-    let moving = Scene { want: Want::Trajectory, trajectory, ..scene.clone() };
-    let end = run(&moving, &mut prepared(&moving, SceneExtent::Full)).unwrap();
+    let moving = Scene { want: Want::Trajectory, trajectory, ..everything(scene, body) };
+    let end = run(&moving, &mut prepared(&moving)).unwrap();
     assert_eq!(end.trajectory.unwrap().status, MotionStatus::Completed, "{name}");
     for (p, q) in planned.positions().iter().zip(&end.positions_m) {
         assert!(p.iter().zip(q).all(|(a, b)| (a - b).abs() < 1e-9), "{name}");
@@ -134,7 +151,7 @@ fn an_effect_of_zero_strength_is_as_good_as_absent() {
 #[test]
 fn the_plan_says_what_is_simulated_and_why_not() {
     let scene = scene::shipped("vowel-a").unwrap();
-    let plan = prepare(&scene, flat(&scene), SceneExtent::Pruned).unwrap().plan;
+    let plan = prepare(&scene, flat(&scene)).unwrap().plan;
     let on: Vec<_> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
     assert_eq!(on, ["springs", "muscle", "incompressibility", "straight paths", "bone"]);
     assert!(plan.effect("inertia").unwrap().why.contains("equilibrium is wanted"));
@@ -146,12 +163,12 @@ fn the_plan_says_what_is_simulated_and_why_not() {
     assert!(plan.muscles[1].why.contains("passive: its connections are tissue"));
 
     let moving = scene::shipped("vowel-a-trajectory").unwrap();
-    let plan = prepare(&moving, flat(&moving), SceneExtent::Pruned).unwrap().plan;
+    let plan = prepare(&moving, flat(&moving)).unwrap().plan;
     for effect in ["inertia", "viscosity", "muscle dynamics"] {
         assert!(plan.effect(effect).unwrap().simulated, "{effect}");
     }
     let asked = Scene::from_toml(&format!("{TONGUE}[effects]\ninertia = true\n"), "test").unwrap();
-    let plan = prepare(&asked, flat(&asked), SceneExtent::Pruned).unwrap().plan;
+    let plan = prepare(&asked, flat(&asked)).unwrap().plan;
     let inertia = plan.effect("inertia").unwrap();
     assert!(!inertia.simulated && inertia.why.starts_with("asked for, but"), "{}", inertia.why);
 }
@@ -159,7 +176,7 @@ fn the_plan_says_what_is_simulated_and_why_not() {
 #[test]
 fn a_fit_in_a_scene_is_the_fit_of_the_main_flow() {
     let scene = scene::shipped("fit-vowel-a").unwrap();
-    let mut prepared = prepare(&scene, flat(&scene), SceneExtent::Pruned).unwrap();
+    let mut prepared = prepare(&scene, flat(&scene)).unwrap();
     let target = prepared.target.clone().unwrap();
     let mesh = prepared.body.mesh.clone();
     let there = run(&scene, &mut prepared).unwrap();
@@ -218,7 +235,7 @@ fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
     let scene = scene::shipped("cylinder-3d").unwrap();
     let AnyBody::Solid(built) = body::build(&scene).unwrap() else { panic!("a cylinder is solid") };
     let rest = built.mesh.nodes.clone();
-    let result = run(&scene, &mut prepare(&scene, built, SceneExtent::Pruned).unwrap()).unwrap();
+    let result = run(&scene, &mut prepare(&scene, built).unwrap()).unwrap();
     assert!(result.converged);
     assert!(result.muscles[0].stretch < 0.9, "{:?}", result.muscles);
     assert!((result.measure_ratio - 1.0).abs() < 0.01, "{}", result.measure_ratio);
@@ -269,7 +286,7 @@ fn solids_of_ten_node_tetrahedra_contract_and_sag() {
     for name in ["cylinder-3d", "block-3d"] {
         let scene = Scene::from_toml(&as_continuum(name), "test").unwrap();
         let AnyBody::Solid(built) = body::build(&scene).unwrap() else { panic!("a solid") };
-        let done = run(&scene, &mut prepare(&scene, built, SceneExtent::Pruned).unwrap()).unwrap();
+        let done = run(&scene, &mut prepare(&scene, built).unwrap()).unwrap();
         assert!(done.converged && done.min_cell_ratio > 0.5, "{name}: {:?}", done.solution);
     }
 }
@@ -413,8 +430,8 @@ fn contradictions_are_named() {
         let error = scene
             .check()
             .and_then(|()| match body::build(&scene)? {
-                AnyBody::Flat(built) => prepare(&scene, built, SceneExtent::Pruned).map(drop),
-                AnyBody::Solid(built) => prepare(&scene, built, SceneExtent::Pruned).map(drop),
+                AnyBody::Flat(built) => prepare(&scene, built).map(drop),
+                AnyBody::Solid(built) => prepare(&scene, built).map(drop),
             })
             .expect_err(&text)
             .to_string();

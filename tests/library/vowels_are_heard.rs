@@ -9,7 +9,7 @@ use tongue_fit::body::{Body, SpaceBody};
 use tongue_fit::heard::{Airway, Articulation, Heard, SpaceAirway, Tract, mean_vowels};
 use tongue_fit::observe::Observable;
 use tongue_fit::scene::body::build;
-use tongue_fit::scene::prepare::{SceneExtent, prepare};
+use tongue_fit::scene::prepare::prepare;
 use tongue_fit::scene::{self, Scene};
 use tongue_fit::statics::{self, SolveSettings, Workspace};
 use tongue_fit::system::{Additions, Model, System};
@@ -126,7 +126,7 @@ fn no_acoustics_are_computed_unless_a_scene_asks_for_them() {
     let made = |text: &str| {
         let scene = Scene::from_toml(text, "t.toml").unwrap();
         let tongue_fit::body::AnyBody::Flat(body) = build(&scene).unwrap() else { panic!() };
-        prepare(&scene, body, SceneExtent::Pruned)
+        prepare(&scene, body)
     };
     let of = |want: &str, more: &str| {
         made(&format!(

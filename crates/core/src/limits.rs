@@ -77,7 +77,6 @@ pub static MISFIT_TOLERANCE: Limit =
     limit("the misfit tolerance", [1e-30, 1e9], "", "below it a target counts as met");
 pub static COST_TOLERANCE: Limit =
     limit("the cost tolerance", [0.0, 1e9], "", "below it two answers count as equally good");
-pub static BONE_SD_M: Limit = limit("the standard deviation of a bone", [1e-9, 1.0], " m", NO_TONGUE);
 
 // Maps of recordings.
 const PRECISION: &str = "beyond it coordinates and times would be lost to rounding";

@@ -14,7 +14,7 @@ use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::report::SimulationRecord;
 use tongue_fit::run::{BodySource, Equilibrium, Kind, PlaneBody};
 use tongue_fit::scene::file::{Hyoid, Jaw};
-use tongue_fit::scene::prepare::{SceneExtent, prepare};
+use tongue_fit::scene::prepare::prepare;
 use tongue_fit::scene::{JOINT_MM, Scene};
 use tongue_fit::simulation::read_tensions;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
@@ -306,7 +306,7 @@ fn system(scene: &Scene, body: &Body<2>, pulling: &[usize]) -> Result<Arc<System
     let pulls = names.filter(|(m, _)| pulling.is_empty() || pulling.contains(m));
     let tensions_n = pulls.map(|(_, m)| (m.name.clone(), 0.0)).collect();
     let scene = Scene { tensions_n, ..scene.clone() };
-    prepare(&scene, body.clone(), SceneExtent::Pruned).map(|p| p.system).map_err(|e| e.to_string())
+    prepare(&scene, body.clone()).map(|p| p.system).map_err(|e| e.to_string())
 }
 
 /// Removes a jaw that is not opened and a hyoid that is not displaced, and checks the scene.

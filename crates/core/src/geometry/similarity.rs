@@ -78,9 +78,4 @@ impl Similarity {
         let [c, s] = self.turn;
         Point::new(c * p.x - s * p.y, s * p.x + c * p.y) + self.shift
     }
-
-    /// A displacement, turned and scaled.
-    pub fn turned(&self, d: Point) -> Point {
-        self.place(d) - self.place(Point::zeros())
-    }
 }

@@ -199,44 +199,6 @@ fn permutation_is_even(p: [usize; MAX_CORNERS]) -> bool {
 mod tests {
     use super::*;
 
-    fn some_corners<const D: usize>() -> Corners<D> {
-        let mut x = [SVector::zeros(); MAX_CORNERS];
-        for (i, corner) in x.iter_mut().enumerate().take(D + 1) {
-            for d in 0..D {
-                corner[d] = if i == d + 1 { 1.0 } else { 0.0 } + 0.1 * ((3 * i + 5 * d) as f64).sin();
-            }
-        }
-        x
-    }
-
-    fn derivatives_match_differences<const D: usize>() {
-        let x = some_corners::<D>();
-        let step = 1e-5;
-        for a in 0..=D {
-            for d in 0..D {
-                let moved = |s: f64| {
-                    let mut y = x;
-                    y[a][d] += s * step;
-                    y
-                };
-                let (up, down) = (moved(1.0), moved(-1.0));
-                let slope = (measure(&up) - measure(&down)) / (2.0 * step);
-                assert!((slope - gradient(&x)[a][d]).abs() < 1e-9);
-                for b in 0..=D {
-                    let change = (gradient(&up)[b] - gradient(&down)[b]) / (2.0 * step);
-                    let column = hessian(&x, b, a).column(d).into_owned();
-                    assert!((change - column).norm() < 1e-9, "D {D} blocks {b} {a}");
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn gradient_and_hessian_are_the_derivatives_of_the_measure() {
-        derivatives_match_differences::<2>();
-        derivatives_match_differences::<3>();
-    }
-
     #[test]
     fn unit_simplices_have_the_known_measure_and_mirrored_ones_its_negative() {
         let mut flat = [SVector::<f64, 2>::zeros(); 4];
@@ -254,7 +216,8 @@ mod tests {
 
     #[test]
     fn a_step_stops_before_the_cell_turns_over_even_if_it_would_turn_back() {
-        let x = some_corners::<2>();
+        let mut x = [SVector::<f64, 2>::zeros(); MAX_CORNERS];
+        (x[1][0], x[2][1], x[2][0]) = (1.0, 1.1, 0.1);
         // Corner C goes through the opposite edge, so that the triangle is inverted from about half the way
         // on.
         let mut p = [SVector::zeros(); MAX_CORNERS];

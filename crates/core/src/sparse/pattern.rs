@@ -135,11 +135,6 @@ impl Pattern {
         (0..self.unknowns()).map(column).sum()
     }
 
-    #[inline]
-    pub fn node(&self, j: usize) -> usize {
-        self.node[j]
-    }
-
     /// The nodes in elimination order.
     #[inline]
     pub fn nodes(&self) -> &[usize] {

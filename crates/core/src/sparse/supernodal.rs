@@ -147,39 +147,3 @@ impl Supernodal {
         b.iter_mut().flatten().zip(&self.right_side).for_each(|(place, value)| *place = *value);
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::SMatrix;
-
-    /// Nodes on a line, each coupled to the next: the matrix of a discrete Laplacian, whose inverse is
-    /// known.
-    #[test]
-    fn a_chain_is_solved_exactly_and_an_indefinite_one_refused() {
-        let n = 7;
-        let pattern = Pattern::new(n, &vec![true; n], (0..n - 1).map(|i| vec![i, i + 1]));
-        let mut matrix = BlockMatrix::<3>::zeros(&pattern);
-        for i in 0..n {
-            matrix.add_symmetric(pattern.slot(i, i), &(SMatrix::identity() * 2.0));
-            if i + 1 < n {
-                matrix.add_symmetric(pattern.slot(i, i + 1), &-SMatrix::identity());
-            }
-        }
-        let mut faer = Supernodal::new::<3>(&pattern).expect("there is memory for 21 unknowns");
-        assert!(faer.factorise(&pattern, &matrix, 1e-9));
-        // Under an even load the deflection is a parabola: x_i = (i + 1)(n - i) / 2.
-        let mut x = vec![SVector::<f64, 3>::from([1.0, 2.0, -3.0]); n];
-        faer.solve(&mut x);
-        for (u, x) in x.iter().enumerate() {
-            let i = pattern.node(u);
-            let exact = ((i + 1) * (n - i)) as f64 / 2.0;
-            assert!((x - SVector::from([1.0, 2.0, -3.0]) * exact).norm() < 1e-12, "{i}: {x}");
-        }
-        assert!(!faer.factorise(&pattern, &matrix, 1.9), "a pivot below the floor");
-        matrix.shift(&pattern, -1.0);
-        assert!(!faer.factorise(&pattern, &matrix, 1e-9), "indefinite");
-        matrix.shift(&pattern, f64::NAN);
-        assert!(!faer.factorise(&pattern, &matrix, 1e-9), "not a number");
-    }
-}

@@ -5,7 +5,7 @@ use nalgebra::{SVector, Vector2};
 use super::SceneError;
 use super::effects::{Posture, SceneGravity};
 use super::file::Scene;
-use super::plan::{self, Decision, SceneExtent};
+use super::plan::{self, Decision};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Gravity, lumped_masses};
 use tongue_core::system::{Additions, Carried, Model};
@@ -14,13 +14,9 @@ pub(super) fn gravity<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
     model: &Model,
-    extent: SceneExtent,
 ) -> Result<Option<Gravity<D>>, SceneError> {
-    let acceleration = match &scene.effects.gravity {
-        Some(keys) => direction::<D>(keys)? * keys.acceleration_m_per_s2,
-        None if extent == SceneExtent::Full => SVector::zeros(),
-        None => return Ok(None),
-    };
+    let Some(keys) = &scene.effects.gravity else { return Ok(None) };
+    let acceleration = direction::<D>(keys)? * keys.acceleration_m_per_s2;
     let masses = lumped_masses(&body.mesh, model.constants.density);
     Ok(Some(Gravity::new(&masses, acceleration, &body.mesh.nodes)))
 }
@@ -43,13 +39,8 @@ pub(super) fn contact<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
     tissue_stiffness: f64,
-    extent: SceneExtent,
 ) -> Result<Option<Contact>, SceneError> {
-    let surface = body.mesh.surface_nodes();
-    let Some(keys) = &scene.effects.contact else {
-        let idle = |outline: &Vec<Vector2<f64>>| Contact::new(outline.clone(), &surface, 0.0, 1e-3);
-        return Ok(body.palate.as_ref().filter(|_| extent == SceneExtent::Full).map(idle));
-    };
+    let Some(keys) = &scene.effects.contact else { return Ok(None) };
     let outline: Vec<Vector2<f64>> = match (&keys.outline_mm, &body.palate) {
         (Some(points), _) => points.iter().map(|&[x, y]| Vector2::new(x, y) * 1e-3).collect(),
         (None, Some(palate)) => palate.clone(),
@@ -59,7 +50,7 @@ pub(super) fn contact<const D: usize>(
         }
     };
     let stiffness = keys.stiffness_n_per_m.unwrap_or(tissue_stiffness);
-    let wall = Contact::new(outline, &surface, stiffness, keys.reach_mm * 1e-3);
+    let wall = Contact::new(outline, &body.mesh.surface_nodes(), stiffness, keys.reach_mm * 1e-3);
     let through = wall.penetrated(&body.mesh.nodes, &body.mesh.connections);
     let middle = through.map(|[a, b]| [0, 1].map(|d| (body.mesh.nodes[a][d] + body.mesh.nodes[b][d]) / 2.0));
     if let Some([x, y]) = middle.or_else(|| corner_inside(&wall, &body.mesh)) {

@@ -7,15 +7,6 @@ use super::SceneError;
 use super::file::{Scene, Want};
 use tongue_core::system::System;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SceneExtent {
-    /// Only what the scene needs.
-    Pruned,
-    /// Everything, even without an effect: every muscle with the three-element model, and weight and walls of
-    /// zero strength.
-    Full,
-}
-
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Planned {
     pub effect: &'static str,

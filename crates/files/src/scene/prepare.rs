@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::file::{Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
-use super::plan::{self, Decision, EffectRole, SceneExtent, ScenePlan};
+use super::plan::{self, Decision, EffectRole, ScenePlan};
 use super::tongue_in_space::{Operation, activations};
 use super::{SceneError, airway, points};
 use tongue_core::body::{Body, MuscleChain, SpaceBody, SpaceMuscle};
@@ -35,11 +35,7 @@ pub struct Prepared<const D: usize> {
     pub airway: Option<Airway>,
 }
 
-pub fn prepare<const D: usize>(
-    scene: &Scene,
-    body: Body<D>,
-    extent: SceneExtent,
-) -> Result<Prepared<D>, SceneError> {
+pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<D>, SceneError> {
     scene.check()?;
     let model = scene.model();
     let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
@@ -48,12 +44,11 @@ pub fn prepare<const D: usize>(
     let seen = points::frame(scene, &body)?;
     let airway = airway::airway(scene, &body)?;
     let all = 0..body.mesh.muscles.len();
-    let contracting: Vec<usize> = match (&target, extent) {
-        (_, SceneExtent::Full) => all.collect(),
+    let contracting: Vec<usize> = match &target {
         _ if seen.is_some() => all.collect(),
-        (None, _) if body.space.is_some() => all.filter(|&m| tensions[m] > 0.0).collect(),
-        (None, _) => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
-        (Some(target), _) => Matched::new(&body.mesh, target)?.contracting(),
+        None if body.space.is_some() => all.filter(|&m| tensions[m] > 0.0).collect(),
+        None => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
+        Some(target) => Matched::new(&body.mesh, target)?.contracting(),
     };
 
     let mut decisions = tissue_decisions(scene, &body, &contracting);
@@ -64,11 +59,11 @@ pub fn prepare<const D: usize>(
         Additions { incompressible: scene.effects.incompressibility == Some(true), ..Additions::default() };
     let coefficients = system::coefficients(&body.mesh, &model)?;
     decisions.push(Decision::asked("gravity", scene.effects.gravity.is_some()));
-    if let Some(gravity) = gravity(scene, &body, &model, extent)? {
+    if let Some(gravity) = gravity(scene, &body, &model)? {
         additions.add_gravity(gravity);
     }
     decisions.push(Decision::asked("contact", scene.effects.contact.is_some()));
-    let wall = contact(scene, &body, coefficients.tissue_stiffness, extent)?;
+    let wall = contact(scene, &body, coefficients.tissue_stiffness)?;
     if let Some(wall) = &wall {
         additions.add_contact(wall.clone());
     }
@@ -78,13 +73,6 @@ pub fn prepare<const D: usize>(
         n => Decision::yes("bone", format!("{n} nodes are fixed")).of(n),
     });
     decisions.extend(plan::motion(scene, !contracting.is_empty()));
-    if extent == SceneExtent::Full {
-        for idle in decisions.iter_mut().filter(|d| matches!(d.effect, "gravity" | "contact") && !d.simulated)
-        {
-            idle.simulated = idle.effect == "gravity" || wall.is_some();
-            idle.why = "with zero strength, because everything is simulated".to_owned();
-        }
-    }
 
     let start = match scene.want == Want::Trajectory && !additions.carried.is_empty() {
         true => Some(System::with(&body.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?),
@@ -278,8 +266,7 @@ fn roles<const D: usize>(
                     "shorter in this vowel than at rest: contracts, with a tension to be found".to_owned()
                 }
                 Some(_) => "not shorter in this vowel: without tension".to_owned(),
-                None if scene.points.is_some() => "contracts, with a tension to be found".to_owned(),
-                None => "contracts with 0 N, because everything is simulated".to_owned(),
+                None => "contracts, with a tension to be found".to_owned(),
             },
         };
         roles.push(EffectRole { muscle: muscle.name.clone(), contracting: contracts, why });

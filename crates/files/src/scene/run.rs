@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use super::file::{Scene, SceneBody, Want};
 pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, Pulls, SceneOutcome, Way};
-use super::plan::SceneExtent;
 use super::points::PointsFit;
 use super::prepare::{Prepared, prepare};
 use super::tongue_in_space::{Operation, in_space};
@@ -34,8 +33,8 @@ const REPETITIONS: u32 = 50;
 pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SceneError> {
     scene.check()?;
     match body::build(scene)? {
-        AnyBody::Flat(body) => run(scene, &mut prepare(scene, body, SceneExtent::Pruned)?),
-        AnyBody::Solid(body) => run(scene, &mut prepare(scene, body, SceneExtent::Pruned)?),
+        AnyBody::Flat(body) => run(scene, &mut prepare(scene, body)?),
+        AnyBody::Solid(body) => run(scene, &mut prepare(scene, body)?),
     }
 }
 
@@ -278,7 +277,7 @@ fn compared<const D: usize>(
         return Ok(None);
     };
     let unoperated = Scene { surgery: None, ..scene.clone() };
-    let mut ready = prepare(&unoperated, in_space(given, whole.clone())?, SceneExtent::Pruned)?;
+    let mut ready = prepare(&unoperated, in_space(given, whole.clone())?)?;
     let before = run(&unoperated, &mut ready)?;
     if !before.converged {
         return Err(contradiction(

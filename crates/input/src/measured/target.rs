@@ -186,17 +186,6 @@ impl Target {
     pub fn active_names(&self) -> Vec<&str> {
         self.active.iter().map(|&m| self.muscles[m].as_str()).collect()
     }
-
-    /// Smallest and largest value of the compared quantity of a muscle that the rounding of the lengths
-    /// allows.
-    pub fn rounding_range(&self, muscle: usize) -> (f64, f64) {
-        let (over, half_over) = match self.kind {
-            TargetKind::Ratio => (self.measured_mm[self.reference], self.half_width_mm[self.reference]),
-            TargetKind::Stretch => (self.baseline_mm[muscle], self.baseline_half_width_mm[muscle]),
-        };
-        let (length, half) = (self.measured_mm[muscle], self.half_width_mm[muscle]);
-        ((length - half) / (over + half_over), (length + half) / (over - half_over))
-    }
 }
 
 impl Dataset {
