@@ -130,7 +130,7 @@ pub mod dynamics {
         State, Tensions, cost_per_step, run, sample_times,
     };
     #[doc(inline)]
-    pub use tongue_input::curves::Curves;
+    pub use tongue_input::measured::curves::Curves;
 }
 
 pub mod effect {

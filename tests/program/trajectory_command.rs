@@ -70,7 +70,7 @@ fn invalid_runs_are_refused_with_one_message_and_leave_nothing() {
         ("--method verlet --dt 1e-3", "beyond the stability limit of verlet, 1.1"),
         ("--method verlet --tolerance 1e-3", "verlet has no error control"),
         ("--method verlet --t-end 1e4", "take --method tr-bdf2"),
-        ("--tension-curves curves.csv", "line 4, column 1 (time_s)"),
+        ("--tension-curves curves.csv", "curves.csv:4:1: time_s"),
     ] {
         let message = refused(folder.path(), &format!("simulate --trajectory {options}"));
         assert!(message.contains(expected), "{options}: {message}");

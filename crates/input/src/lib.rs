@@ -1,7 +1,6 @@
-//! Inputs of tongue-fit: measured muscle lengths, recordings of moving tongues and targets made from them
-//! ([`measured`]), bodies from mesh files ([`bodies`]) and tensions over time ([`curves`]).
+//! Inputs of tongue-fit: measured muscle lengths, recordings of moving tongues, targets made from them and tensions
+//! over time ([`measured`]), and bodies from mesh files ([`bodies`]).
 
 pub mod bodies;
-pub mod curves;
 pub mod files;
 pub mod measured;

@@ -2,7 +2,7 @@
 //! tables of lengths are.
 
 use super::error::{Malformed, Place};
-use super::lengths::number::{is_missing, number};
+use super::lengths::number::is_missing;
 use super::lengths::text::clip;
 use super::lengths::{DecimalMark, Vowel};
 use super::muscles::Muscles;
@@ -204,17 +204,16 @@ fn cell(cells: &Cells<'_>, line: &Line, field: usize, mark: DecimalMark, most: f
     if is_missing(text) {
         return Ok(None);
     }
-    let fault = |(what, help): (String, String)| cells.at(line, field).error(what, help);
-    let value = number(name, text, mark, "a number from 0 to 1").map_err(fault)? / unit;
+    let value = cells.number(line, field, mark, "a number from 0 to 1")? / unit;
     if value.is_finite() && (0.0..=most).contains(&value) {
         return Ok(Some(value));
     }
-    let what = format!("{} is {}", clip(name), clip(text));
+    let (what, at) = (format!("{} is {}", clip(name), clip(text)), cells.at(line, field));
     Err(if most.is_finite() {
         let help = "divide by the largest activity of the muscle, or end the column's name with (%)";
-        fault((format!("{what}, but an activity lies between 0 and 1"), help.to_owned()))
+        at.error(format!("{what}, but an activity lies between 0 and 1"), help)
     } else {
-        fault((what, "write a finite tension that is not negative".to_owned()))
+        at.error(what, "write a finite tension that is not negative")
     })
 }
 

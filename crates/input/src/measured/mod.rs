@@ -9,6 +9,7 @@
 //! too: [`muscles`], [`published_patterns`], [`thesis`].
 
 mod by_muscle;
+pub mod curves;
 pub mod emg;
 mod error;
 mod kind;

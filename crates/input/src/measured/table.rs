@@ -144,6 +144,12 @@ impl<'a> Cells<'a> {
         if commas > 0 { DecimalMark::Comma } else { DecimalMark::Point }
     }
 
+    /// The number in a cell; `like` is what else to write.
+    pub fn number(&self, line: &Line, field: usize, mark: DecimalMark, like: &str) -> Result<f64, Malformed> {
+        let number = number::number(self.header.cell(field), line.cell(field), mark, like);
+        number.map_err(|(what, help)| self.at(line, field).error(what, help))
+    }
+
     /// Refuses a row that has not the fields of the header.
     pub fn check_shape(&self, row: &Line) -> Result<(), Malformed> {
         let (header, width) = (&self.header.cells, row.cells.len());

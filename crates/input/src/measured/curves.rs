@@ -1,0 +1,137 @@
+//! Tension curves: a table with a column of times and one for each driven muscle, read as tables of lengths are.
+
+use std::path::Path;
+
+use super::error::{Malformed, ReadError};
+use super::lengths::number::is_missing;
+use super::lengths::position_of;
+use super::table::Cells;
+use crate::files;
+use tongue_core::dynamics::{SHORTEST_S, Tensions};
+use tongue_core::suggest;
+
+const TIME: &str = "time_s";
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curves {
+    pub muscles: Vec<usize>,
+    /// The tensions of all muscles, zero for those that are not driven.
+    pub tensions: Tensions,
+}
+
+impl Curves {
+    /// Reads the file at `path`; see [`Curves::read`] for the format.
+    pub fn from_path(path: &Path, names: &[String]) -> Result<Self, ReadError> {
+        let origin = path.display().to_string();
+        match files::read(path) {
+            Ok(bytes) => Ok(Self::read(&bytes, &origin, names)?),
+            Err(source) => Err(ReadError::Unreadable { origin, source }),
+        }
+    }
+
+    /// Reads a table whose header names `time_s` and one or more of the muscles `names` of a body, given in the order
+    /// of their numbers. Columns are in any order. Times are ascending, s; tensions finite and not negative, N (2D:
+    /// per metre of thickness). `origin` is the name of the table in errors.
+    pub fn read(bytes: &[u8], origin: &str, names: &[String]) -> Result<Self, Malformed> {
+        // Of a name that is known, the number of the muscle; none for the time.
+        let known = |name: &str| match name {
+            TIME => Some(None),
+            name => position_of(names, name).map(Some),
+        };
+        let wanted = "time_s,GGa,SGm, then a line for each time";
+        let cells = Cells::read(bytes, origin, wanted, |name| known(name).is_some())?;
+        let mut columns: Vec<Option<usize>> = Vec::new();
+        for (field, name) in cells.header.cells.iter().enumerate() {
+            let Some(column) = known(name) else {
+                let hint = suggest::hint(name, names.iter().map(String::as_str).chain([TIME]));
+                let at = cells.at(&cells.header, field);
+                return Err(at.error(format!("unknown muscle \"{name}\""), hint));
+            };
+            if let Some(first) = columns.iter().position(|c| *c == column) {
+                return Err(cells.twice(first, field));
+            }
+            columns.push(column);
+        }
+        if !columns.contains(&None) {
+            let help = "name the column of times time_s";
+            return Err(cells.at(&cells.header, 0).error("there is no column time_s", help));
+        }
+        let mark = cells.decimal_mark(&(0..columns.len()).collect::<Vec<_>>());
+        let (mut times, mut values): (Vec<f64>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
+        for line in &cells.rows {
+            cells.check_shape(line)?;
+            let mut row = vec![0.0; names.len()];
+            for (field, column) in columns.iter().enumerate() {
+                let (name, text) = (cells.header.cell(field), line.cell(field));
+                let wrong = |help: &str| Err(cells.at(line, field).error(format!("{name} is {text}"), help));
+                if is_missing(text) {
+                    return Err(cells.at(line, field).error(format!("{name} is missing"), "give a number"));
+                }
+                let value = cells.number(line, field, mark, "a number")?;
+                match (column, times.last()) {
+                    _ if !value.is_finite() => return wrong("it must be finite"),
+                    (Some(_), _) if value < 0.0 => {
+                        return wrong("it must not be negative: muscles pull, they do not push");
+                    }
+                    (Some(muscle), _) => row[*muscle] = value,
+                    (None, None) if value > 0.0 && value < SHORTEST_S => {
+                        return wrong("it is too short; take 0 for the start");
+                    }
+                    (None, Some(last)) if value < last + SHORTEST_S => {
+                        let help = "it does not come after that of the row before by at least 1e-9 s; sort the rows by time, each time once";
+                        return wrong(help);
+                    }
+                    (None, _) => times.push(value),
+                }
+            }
+            values.push(row);
+        }
+        match times.is_empty() {
+            true => Err(cells.end().error("no row below the header", "give at least one time")),
+            false => {
+                let muscles = columns.into_iter().flatten().collect();
+                Ok(Self { muscles, tensions: Tensions::Table { times, values } })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<Curves, Malformed> {
+        Curves::read(text.as_bytes(), "t.csv", &["GGa", "GGm", "SGm"].map(String::from))
+    }
+
+    #[test]
+    fn columns_may_come_in_any_order() {
+        let curves = read("SGm, time_s, GGa\n1, 0, 2\n3, 0.5, 4\n").unwrap();
+        assert_eq!(curves.muscles, [2, 0]);
+        let mut out = [0.0; 3];
+        curves.tensions.at(0.25, &mut out);
+        assert_eq!(out, [3.0, 0.0, 2.0]);
+        assert_eq!(read("SGm;time_s;GGa\n1;0;2\n3;0,5;4\n"), Ok(curves));
+    }
+
+    #[test]
+    fn faults_are_named_with_line_and_column() {
+        for (text, expected) in [
+            ("time_s,GGa\n0,1\n0.2,1\n0.1,1\n", "4:1: time_s is 0.1; it does not come after"),
+            ("time_s,GGa\n0,1\n0,2\n", "3:1: time_s is 0; it does not come after"),
+            ("time_s,GGa\n0,1\n,1\n", "3:1: time_s is missing"),
+            ("time_s,GGa\n0,inf\n", "2:2: GGa is inf; it must be finite"),
+            ("time_s,GGa\n0,-1\n", "2:2: GGa is -1; it must not be negative"),
+            ("time_s,GGa\n0,x\n", "2:2: GGa is \"x\", not a number"),
+            ("time_s,GGa\n0\n", "2:2: the line has 1 fields where the header, line 1, has 2"),
+            ("time_s,GGaa\n0,1\n", "1:2: unknown muscle \"GGaa\"; did you mean \"GGa\"?"),
+            ("time_s,GGa,gga\n0,1,1\n", "1:3: column gga says the same as column 2 (GGa)"),
+            ("GGa,GGm\n1,2\n", "1:1: there is no column time_s"),
+            ("time_s\n1\n", "1:1: the table has fewer than two columns"),
+            ("time_s,GGa\n", "2:1: no row below the header"),
+        ] {
+            let message = read(text).unwrap_err().to_string();
+            assert!(message.starts_with(&format!("t.csv:{expected}")), "{message}");
+        }
+    }
+}
