@@ -287,16 +287,16 @@ pub mod report {
     #[doc(inline)]
     pub use tongue_files::report::{
         AnimationFrame, Conclusion, DecidedBy, Draws, Export, FitRecord, History, Json, Markdown, Msh,
-        OperationRecord, Panel, PriorRecord, Provenance, Pvd, RecordingResult, ReportError, Rows,
-        SectionPicture, Series, SimulationRecord, SoundRecord, SpaceFitRecord, SpaceRecord, SpaceTrackRecord,
-        SpaceVtu, Svg, Table, Timeline, TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav,
-        animation, animation_of_seen, changes, panels, ridges, solid, status_name, timelines, tongue, valley,
-        views, vowel, wrapped,
+        OperationRecord, Panel, Provenance, Pvd, RecordingResult, ReportError, Rows, SectionPicture, Series,
+        SimulationRecord, SoundRecord, SpaceFitRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table,
+        Timeline, TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
+        animation_of_seen, changes, panels, ridges, solid, status_name, timelines, tongue, valley, views,
+        vowel, wrapped,
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
-        Clean, FormantsRecord, FormantsTable, PlacementRecord, RepeatsRecord, SegmentsTable, TrackTable,
-        contrasts, limit_of_plane,
+        Clean, FormantsRecord, REPEATED, contrasts, formants_csv, limit_of_plane, placed, prior_interval_n,
+        repeated, repeats_table, segments_csv, track_csv,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]

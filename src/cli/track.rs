@@ -7,10 +7,7 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::adapt::{Basis, How};
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{
-    Json, PlacementRecord, PriorRecord, RecordingResult, RepeatsRecord, TrackRecord, TrackResults,
-    status_name,
-};
+use tongue_fit::report::{Json, RecordingResult, TrackRecord, TrackResults, status_name};
 use tongue_fit::run::TrackRun;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{
@@ -180,14 +177,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         recordings: met.iter().map(|s| s.name.clone()).collect(),
         body: speaker.body.what.clone(),
         rest: speaker.adaptation.as_ref().map(|a| a.rest),
-        placement: speaker.placement.as_ref().map(PlacementRecord::new),
-        prior: PriorRecord::new(&run.basis.settings),
+        placement: speaker.placement.clone(),
+        settings: run.basis.settings.clone(),
         statuses,
         untrusted,
         median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
         comparisons,
         courses: course_summaries(&names, &frames, &run.basis.settings.link),
-        repeats: track::repeats(labelled, names.len()).map(|found| RepeatsRecord::new(found, &names)),
+        repeats: track::repeats(labelled, &names),
         formants: None,
         held_out: held_out(&met, &of_recordings, &hide),
         notes,

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::report::{
-    Export, FormantsTable, Json, OutputDir, Provenance, Pvd, RecordingResult, SegmentsTable, TrackPage,
-    TrackRecord, TrackTable, contrasts,
+    Export, Json, OutputDir, Provenance, Pvd, RecordingResult, TrackPage, TrackRecord, contrasts,
+    formants_csv, repeats_table, segments_csv, track_csv,
 };
 use tongue_fit::system::Model;
 
@@ -39,15 +39,6 @@ pub struct Arguments {
 }
 
 type File<'a> = (String, Box<dyn Export + 'a>);
-
-/// A file that is made when it is written.
-struct Made<F>(F);
-
-impl<F: Fn(&mut dyn io::Write, &Provenance) -> io::Result<()>> Export for Made<F> {
-    fn write(&self, out: &mut dyn io::Write, by: &Provenance) -> io::Result<()> {
-        (self.0)(out, by)
-    }
-}
 
 /// The body of all recordings: that of the first, and the nodes at rest of recordings that were tracked apart and have another shape.
 #[derive(Serialize)]
@@ -87,20 +78,20 @@ pub fn write(
     let mut files: Vec<File<'_>> = vec![
         ("track.html".to_owned(), Box::new(TrackPage(record))),
         ("track.json".to_owned(), Box::new(Json(record))),
-        ("track.csv".to_owned(), Box::new(TrackTable(record))),
+        ("track.csv".to_owned(), Box::new(track_csv(record))),
         ("body.json".to_owned(), Box::new(Json(bodies))),
     ];
     if results.recordings.iter().any(|one| !one.segments.is_empty()) {
-        files.push(("segments.csv".to_owned(), Box::new(SegmentsTable(record))));
+        files.push(("segments.csv".to_owned(), Box::new(segments_csv(results))));
     }
     if record.formants.is_some() {
-        files.push(("formants.csv".to_owned(), Box::new(FormantsTable(record))));
+        files.push(("formants.csv".to_owned(), Box::new(formants_csv(results))));
     }
     if !record.comparisons.is_empty() {
         files.push(("contrasts.csv".to_owned(), Box::new(contrasts(&record.comparisons))));
     }
     if let Some(found) = &record.repeats {
-        files.push(("repeats.csv".to_owned(), Box::new(found.table())));
+        files.push(("repeats.csv".to_owned(), Box::new(repeats_table(found))));
     }
     let mut others: Vec<File<'_>> = Vec::new();
     let wants = |also: Also| arguments.also.contains(&also);
@@ -108,17 +99,18 @@ pub fn write(
         let number = nth + 1;
         let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
         if wants(Also::Sto) {
-            let made = Made(|out: &mut dyn io::Write, by: &_| one.sto(&results.muscles).write(out, by));
+            let made =
+                move |out: &mut dyn io::Write, by: &Provenance| one.sto(&results.muscles).write(out, by);
             files.push((format!("track_{number}.sto"), Box::new(made)));
         }
         if wants(Also::Svg) {
-            let made = Made(|out: &mut dyn io::Write, by: &_| record.timelines(one).write(out, by));
+            let made = move |out: &mut dyn io::Write, by: &Provenance| record.timelines(one).write(out, by);
             files.push((format!("track_{number}.svg"), Box::new(made)));
         }
         if wants(Also::Svg) && shown().next().is_some() {
-            let made = Made(|out: &mut dyn io::Write, by: &_| {
+            let made = move |out: &mut dyn io::Write, by: &Provenance| {
                 results.animation(one).map_err(io::Error::other)?.write(out, by)
-            });
+            };
             files.push((format!("shapes_{number}.svg"), Box::new(made)));
         }
         if wants(Also::Vtu) && shown().next().is_some() {
@@ -127,7 +119,7 @@ pub fn write(
                 let name = format!("shapes_{number}_{t:04}.vtu");
                 moments.push((frame.time_s, name.clone()));
                 let made =
-                    Made(move |out: &mut dyn io::Write, by: &_| results.write_vtu(one, frame, out, by));
+                    move |out: &mut dyn io::Write, by: &Provenance| results.write_vtu(one, frame, out, by);
                 others.push((name, Box::new(made)));
             }
             files.push((format!("shapes_{number}.pvd"), Box::new(Pvd(moments))));

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use tongue_fit::report::{RepeatsRecord, TrackRecord, fixed};
+use tongue_fit::report::{REPEATED, TrackRecord, fixed, placed, prior_interval_n, repeated};
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{Comparison, Displacement, FrameStatus, NARROW, Tracked};
 
@@ -20,7 +20,7 @@ pub fn track(record: &TrackRecord) -> String {
         let _ = writeln!(text, "contour and sensors met to {rms:.2} mm (RMS, median over the frames)");
     }
     if let Some(placement) = &record.placement {
-        let _ = writeln!(text, "{}", placement.said());
+        let _ = writeln!(text, "{}", placed(placement));
     }
     let compared = record.comparisons.first();
     text += &compared.map(contrasts).unwrap_or_default();
@@ -41,14 +41,14 @@ pub fn track(record: &TrackRecord) -> String {
         ];
         cells.into_iter().chain(labels)
     });
-    let [low, high] = record.prior.interval_n;
+    let ([low, high], link) = (prior_interval_n(&record.settings), &record.settings.link);
     let _ = writeln!(
         text,
         "\n{t}\nmedians over the frames, at a Young's modulus of 6.9 kPa; without data a level is {:.1} ({low:.1} to {high:.1}) N/m.\n\
          An interval from 0 cannot exclude a slack muscle. A course is a level less its mean over the recording; it is\n\
          known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}{}",
-        record.prior.median_n,
-        NARROW * record.prior.scale_n,
+        link.prior_quantile(0.0),
+        NARROW * link.scale_n(),
         compared.map_or("", |_| "Labels are known if the same is true of the means over them.\n"),
         tongue_fit::report::limit_of_plane()
     );
@@ -60,14 +60,11 @@ pub fn track(record: &TrackRecord) -> String {
     );
     text += &ways(record);
     if let Some(repeats) = &record.repeats {
-        let [icc, shifted, exchanged, of_label, by_exchange] = RepeatsRecord::SHOWN;
-        let header = ["muscle", icc, shifted, exchanged, of_label, by_exchange];
+        let header = ["muscle"].into_iter().chain(REPEATED.map(|(name, _)| name)).collect::<Vec<_>>();
         let t = table::rows(&header, &repeats.muscles.0, |(muscle, r)| {
-            let [icc, shifted, exchanged, of_label, by_exchange] =
-                RepeatsRecord::shown(r).map(|value| fixed(value, 2));
-            [muscle.clone(), icc, shifted, exchanged, of_label, by_exchange]
+            std::iter::once(muscle.clone()).chain(REPEATED.map(|(_, value)| fixed(value(r), 2)))
         });
-        let _ = writeln!(text, "\n{}\n{t}", repeats.said());
+        let _ = writeln!(text, "\n{}\n{t}", repeated(repeats));
     }
     if let Some(formants) = &record.formants {
         let _ = writeln!(text, "{}", formants.said(frames().count()));

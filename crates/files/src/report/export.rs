@@ -93,6 +93,13 @@ pub trait Export {
     }
 }
 
+/// A file that is made when it is written.
+impl<F: Fn(&mut dyn Write, &Provenance) -> io::Result<()>> Export for F {
+    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+        self(out, by)
+    }
+}
+
 /// Text that contains its provenance already.
 impl Export for String {
     fn write(&self, out: &mut dyn Write, _: &Provenance) -> io::Result<()> {

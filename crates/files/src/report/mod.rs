@@ -64,8 +64,8 @@ pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
 pub use tongue_page::{PageBody, PageTable, TonguePage};
 pub use track::{
-    FormantsRecord, FormantsTable, PlacementRecord, PriorRecord, RecordingResult, RepeatsRecord,
-    SegmentsTable, TrackRecord, TrackResults, TrackTable, contrasts, status_name,
+    FormantsRecord, REPEATED, RecordingResult, TrackRecord, TrackResults, contrasts, formants_csv, placed,
+    prior_interval_n, repeated, repeats_table, segments_csv, status_name, track_csv,
 };
 #[cfg(feature = "files")]
 pub use track::{TrackPage, fixed};

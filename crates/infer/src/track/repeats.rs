@@ -6,9 +6,12 @@
 //! each recording, which continues at its beginning where it ends. Words that begin and end alike correlate whatever they are: the same is
 //! computed for labels that are exchanged at random between repetitions, and for courses less their mean over all labels at each point.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use tongue_core::random::seed_of;
+use tongue_input::measured::ByMuscle;
 use tongue_input::measured::recording::Label;
 
 use super::found::Tracked;
@@ -53,15 +56,14 @@ pub struct Repeats {
     /// The tier whose labels repeat.
     pub tier: String,
     /// Labels that repeat, and how often each does.
-    pub labels: Vec<(String, usize)>,
-    pub muscles: Vec<Repeated>,
+    pub labels: BTreeMap<String, usize>,
+    pub muscles: ByMuscle<Repeated>,
 }
 
-/// Repeatability in recordings, each given by its frames and its labels, with courses of this number of muscles; `None` if no
-/// tier has two labels that repeat.
+/// Repeatability in recordings, each given by its frames and its labels, with courses of these muscles; `None` if no tier has two labels that repeat.
 pub fn repeats<'a>(
     recordings: impl IntoIterator<Item = (&'a [Tracked], &'a [Label])>,
-    muscles: usize,
+    muscles: &[String],
 ) -> Option<Repeats> {
     let one = |(frames, labels): (&'a [Tracked], &'a [Label])| {
         let course = |f: &Tracked| f.courses.iter().map(|c| c.median).collect();
@@ -71,20 +73,20 @@ pub fn repeats<'a>(
     repeated(&recordings.into_iter().map(one).collect::<Vec<_>>(), muscles)
 }
 
-fn repeated(recordings: &[Repeatable<'_>], muscles: usize) -> Option<Repeats> {
+fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Repeats> {
     let labelled: Vec<_> = recordings.iter().map(|r| (r.times.clone(), r.labels)).collect();
     let (tier, groups) = distinguishing(&labelled, FEWEST_FRAMES).into_iter().next()?;
     let still = vec![0.0; recordings.len()];
-    let found = numbers(recordings, &groups, muscles, &still);
+    let found = numbers(recordings, &groups, muscles.len(), &still);
     let mut random = fastrand::Rng::with_seed(seed_of(0, recordings.len()));
     let shifted: Vec<Vec<Vec<Vec<f64>>>> = (0..CHANCES)
         .map(|_| {
             let shifts: Vec<f64> = recordings.iter().map(|r| random.f64() * span(&r.times)).collect();
-            numbers(recordings, &groups, muscles, &shifts)
+            numbers(recordings, &groups, muscles.len(), &shifts)
         })
         .collect();
     let exchanged: Vec<Vec<Vec<Vec<f64>>>> = (0..CHANCES)
-        .map(|_| numbers(recordings, &exchanged(&groups, &mut random), muscles, &still))
+        .map(|_| numbers(recordings, &exchanged(&groups, &mut random), muscles.len(), &still))
         .collect();
     let one = |m: usize| {
         let chance = |all: &[Vec<Vec<Vec<f64>>>], of: fn(&[Vec<f64>]) -> f64| {
@@ -106,7 +108,7 @@ fn repeated(recordings: &[Repeatable<'_>], muscles: usize) -> Option<Repeats> {
         }
     };
     let labels = groups.iter().map(|(name, all)| (name.clone(), all.len())).collect();
-    Some(Repeats { tier, labels, muscles: (0..muscles).map(one).collect() })
+    Some(Repeats { tier, labels, muscles: ByMuscle::new(muscles, (0..muscles.len()).map(one)) })
 }
 
 /// The same repetitions with their labels exchanged at random.
@@ -226,22 +228,23 @@ mod tests {
         };
         let courses: Vec<Vec<f64>> = times.iter().map(|t| of(*t)).collect();
         let recording = |labels| Repeatable { times: times.clone(), courses: courses.clone(), labels };
-        let found = repeated(&[recording(&labels)], 3).unwrap();
-        assert_eq!((found.tier.as_str(), found.labels[0].1), ("word", 3));
-        let [differs, none, common] = [0, 1, 2].map(|m| found.muscles[m]);
+        let names = ["word", "noise", "both"].map(String::from);
+        let found = repeated(&[recording(&labels)], &names).unwrap();
+        assert_eq!((found.tier.as_str(), found.labels.values().next().copied()), ("word", 3));
+        let [differs, none, common] = [0, 1, 2].map(|m| found.muscles.0[m].1);
         assert!(differs.icc > 0.98 && differs.chance_95 < differs.icc, "{found:?}");
         assert!(differs.of_label > 0.98 && differs.by_exchange < 0.7, "{found:?}");
         assert!(none.icc < 0.5 && none.of_label < none.of_label_95, "{found:?}");
         // What is common to all words repeats as well with exchanged labels, and is nothing of one label's own.
         assert!(common.icc > 0.8 && common.by_exchange > 0.8, "{found:?}");
         assert!(common.by_chance < 0.5 && common.of_label < common.of_label_95, "{found:?}");
-        assert_eq!(repeated(&[recording(&labels[..3])], 3), None);
+        assert_eq!(repeated(&[recording(&labels[..3])], &names), None);
         // Labels longer than a recording, and recordings of one frame.
         let mut odd = labels.clone();
         odd[0].to_s = 1e9;
-        repeated(&[recording(&odd)], 3);
+        repeated(&[recording(&odd)], &names);
         let (times, courses) = (times[..1].to_vec(), courses[..1].to_vec());
-        repeated(&[Repeatable { times, courses, labels: &labels }], 3);
+        repeated(&[Repeatable { times, courses, labels: &labels }], &names);
     }
 
     #[test]

@@ -1,12 +1,11 @@
 //! Formants of tracked frames as records.
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use serde::Serialize;
 
-use super::tables::write;
-use super::{TrackRecord, TrackResults};
-use crate::report::{Export, Provenance};
+use super::TrackResults;
+use crate::report::{Export, Provenance, csv};
 use tongue_core::statistics::upper_median;
 use tongue_infer::heard::{Articulation, TRACT_SD, Tract};
 use tongue_infer::track::Tracked;
@@ -60,18 +59,14 @@ impl FormantsRecord {
     }
 }
 
-#[derive(Debug)]
-pub struct FormantsTable<'a>(pub &'a TrackRecord);
-
-impl Export for FormantsTable<'_> {
-    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let rows = self.0.results.frames().flat_map(|(recording, frame)| {
+pub fn formants_csv(results: &TrackResults) -> impl Export {
+    move |out: &mut dyn Write, by: &Provenance| {
+        let rows = results.frames().flat_map(|(recording, frame)| {
             frame.formants.iter().enumerate().map(|(i, formant)| {
-                let numbers = [formant.hz, formant.sd_hz].map(|v| v.to_string());
                 let begin = [recording.name.clone(), frame.time_s.to_string(), format!("F{}", i + 1)];
-                begin.into_iter().chain(numbers).collect()
+                begin.into_iter().chain([formant.hz, formant.sd_hz].map(|v| v.to_string()))
             })
         });
-        write(out, by, "recording,time_s,formant,hz,sd_hz", rows)
+        csv::write(out, by, "recording,time_s,formant,hz,sd_hz".split(','), rows)
     }
 }

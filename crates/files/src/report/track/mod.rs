@@ -8,90 +8,24 @@ mod page;
 mod premises;
 mod tables;
 
-pub use formants::{FormantsRecord, FormantsTable};
+pub use formants::{FormantsRecord, formants_csv};
 #[cfg(feature = "files")]
 pub use page::{TrackPage, fixed};
-pub use premises::{PlacementRecord, PriorRecord, RepeatsRecord};
-pub use tables::{SegmentsTable, TrackTable, contrasts};
+pub use premises::{REPEATED, placed, prior_interval_n, repeated, repeats_table};
+pub use tables::{contrasts, segments_csv, track_csv};
 
 use serde::{Serialize, Serializer};
+use serde_json::{Value, json};
 
 use super::ByMuscle;
 use tongue_core::body::Body;
 use tongue_core::geometry::Point;
+use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
-    Comparison, CourseSummary, Displacement, Foretold, FrameStatus, HeldOut, LabelDraws, LabelMean, Ranged,
-    Tracked, TrackedFormant, TrackedRecording,
+    Comparison, CourseSummary, Displacement, Foretold, HeldOut, LabelDraws, LabelMean, Ranged, Repeats,
+    TrackSettings, Tracked, TrackedRecording,
 };
 use tongue_input::measured::recording::{AlignedRecording, Fault, Label};
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct FrameRecord<'a> {
-    recording: &'a str,
-    time_s: f64,
-    status: FrameStatus,
-    tensions_n: ByMuscle<f64>,
-    /// Ends of the 95 % intervals; the same as `level_low` and `level_high`.
-    low: ByMuscle<f64>,
-    high: ByMuscle<f64>,
-    level_low: ByMuscle<f64>,
-    level_high: ByMuscle<f64>,
-    /// Tensions less their mean over the recording: medians and ends of their 95 % intervals.
-    course: ByMuscle<f64>,
-    course_low: ByMuscle<f64>,
-    course_high: ByMuscle<f64>,
-    /// Displacements of the bones that were freed because they were not seen.
-    #[serde(skip_serializing_if = "ByMuscle::is_empty")]
-    bones: ByMuscle<BoneRecord>,
-    /// Root mean square distance of the fitted points, mm and in their standard deviations; null if there are none.
-    rms_mm: Option<f64>,
-    rms_sd: Option<f64>,
-    /// The same of the held-out points from where they were predicted; null without any.
-    held_out_rms_mm: Option<f64>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    held_out: Vec<HiddenRecord<'a>>,
-    /// Directions of the tensions whose standard deviation is below a half of the prior's.
-    resolved: usize,
-    /// Whether the shape is reached in another way than by pulling all muscles harder together: from the posture before or after it, or
-    /// one muscle before the others.
-    other_way: bool,
-    /// Of a shape that no way was found to: the root mean square distance from the nearest shape that is reached, mm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reached_rms_mm: Option<f64>,
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    formants: &'a [TrackedFormant],
-    #[serde(skip_serializing_if = "<[_]>::is_empty")]
-    faults: &'a [Fault],
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct HiddenRecord<'a> {
-    point: &'a str,
-    /// How far across the contour it was seen from where it was predicted, and the 95 % interval of that distance, mm.
-    missed_mm: f64,
-    interval_mm: [f64; 2],
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct BoneRecord {
-    shift_mm: [f64; 2],
-    /// The 95 % interval of each.
-    interval_mm: [[f64; 2]; 2],
-}
-
-/// Means over a labelled stretch of a recording, less those over the recording.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct SegmentRecord<'a> {
-    recording: &'a str,
-    /// The label: its tier, what it says, and when it holds.
-    #[serde(flatten)]
-    label: &'a Label,
-    frames: usize,
-    /// Courses, N per metre of thickness: medians and ends of their 95 % intervals.
-    course: ByMuscle<f64>,
-    low: ByMuscle<f64>,
-    high: ByMuscle<f64>,
-}
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct RecordingResult {
@@ -157,61 +91,82 @@ impl TrackResults {
         self.recordings.iter().flat_map(|r| r.frames.iter().map(move |frame| (r, frame)))
     }
 
-    fn by(&self, of: &[Ranged], end: fn(&Ranged) -> f64) -> ByMuscle<f64> {
+    /// Means over labelled stretches of the recordings, less those over the whole recording.
+    fn segments(&self) -> impl Iterator<Item = (&RecordingResult, &Label, &LabelMean)> {
+        self.recordings.iter().flat_map(|one| {
+            one.segments.iter().filter_map(move |s| Some((one, one.labels.get(s.label)?, s)))
+        })
+    }
+
+    fn by_muscle(&self, of: &[Ranged], end: fn(&Ranged) -> f64) -> ByMuscle<f64> {
         ByMuscle::new(&self.muscles, of.iter().map(end))
     }
 
-    fn frame<'a>(&self, recording: &'a RecordingResult, frame: &'a Tracked) -> FrameRecord<'a> {
-        let bone = |d: &Displacement| BoneRecord {
-            shift_mm: d.shift_m.map(|x| x * 1e3),
-            interval_mm: [0, 1].map(|axis| [d.low_m[axis] * 1e3, d.high_m[axis] * 1e3]),
+    /// A frame as JSON, with 95 % intervals: tensions (`low` and `high` are the same as `level_low` and `level_high`), courses (tensions
+    /// less their mean over the recording), displacements of the bones that were freed because they were not seen, distances of the fitted
+    /// points (null without any), and where held-out points were seen across the contour from where they were predicted.
+    fn frame(&self, one: &RecordingResult, frame: &Tracked) -> Value {
+        let mm = |metres: f64| metres * 1e3;
+        let [levels, courses] = [&frame.levels, &frame.courses].map(|of| {
+            let ends: [fn(&Ranged) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
+            ends.map(|end| self.by_muscle(of, end))
+        });
+        let bone = |d: &Displacement| {
+            let interval_mm = [0, 1].map(|axis| [d.low_m[axis], d.high_m[axis]].map(mm));
+            json!({ "shift_mm": d.shift_m.map(mm), "interval_mm": interval_mm })
         };
-        let squares: f64 = frame.hidden.iter().map(|h| h.missed_m * h.missed_m).sum();
-        let hidden = |h: &'a Foretold| HiddenRecord {
-            point: &h.point,
-            missed_mm: h.missed_m * 1e3,
-            interval_mm: h.interval_m.map(|x| x * 1e3),
+        let bones = one.freed.iter().cloned().zip(frame.bones.iter().map(bone));
+        let hidden = &frame.hidden;
+        let squares: f64 = hidden.iter().map(|h| h.missed_m * h.missed_m).sum();
+        let missed = (!hidden.is_empty()).then(|| mm((squares / hidden.len() as f64).sqrt()));
+        let point = |h: &Foretold| json!({ "point": h.point, "missed_mm": mm(h.missed_m), "interval_mm": h.interval_m.map(mm) });
+        let mut record = json!({
+            "recording": one.name,
+            "time_s": frame.time_s,
+            "status": frame.status,
+            "tensions_n": levels[0],
+            "low": levels[1],
+            "high": levels[2],
+            "level_low": levels[1],
+            "level_high": levels[2],
+            "course": courses[0],
+            "course_low": courses[1],
+            "course_high": courses[2],
+            "bones": ByMuscle(bones.collect()),
+            "rms_mm": frame.rms_m.map(mm),
+            "rms_sd": frame.rms_sd,
+            "held_out_rms_mm": missed,
+            "held_out": hidden.iter().map(point).collect::<Vec<_>>(),
+            "resolved": frame.resolved,
+            "other_way": frame.other_way,
+            "reached_rms_mm": frame.reached_rms_m.map(mm),
+            "formants": frame.formants,
+            "faults": frame.faults,
+        });
+        let is_empty = |value: &Value| match value {
+            Value::Array(all) => all.is_empty(),
+            Value::Object(all) => all.is_empty(),
+            other => other.is_null(),
         };
-        let (levels, courses) = (&frame.levels, &frame.courses);
-        FrameRecord {
-            recording: &recording.name,
-            time_s: frame.time_s,
-            status: frame.status,
-            tensions_n: self.by(levels, |l| l.median),
-            low: self.by(levels, |l| l.low),
-            high: self.by(levels, |l| l.high),
-            level_low: self.by(levels, |l| l.low),
-            level_high: self.by(levels, |l| l.high),
-            course: self.by(courses, |c| c.median),
-            course_low: self.by(courses, |c| c.low),
-            course_high: self.by(courses, |c| c.high),
-            bones: ByMuscle(recording.freed.iter().cloned().zip(frame.bones.iter().map(bone)).collect()),
-            rms_mm: frame.rms_m.map(|r| r * 1e3),
-            rms_sd: frame.rms_sd,
-            held_out_rms_mm: (!frame.hidden.is_empty())
-                .then(|| (squares / frame.hidden.len() as f64).sqrt() * 1e3),
-            held_out: frame.hidden.iter().map(hidden).collect(),
-            resolved: frame.resolved,
-            other_way: frame.other_way,
-            reached_rms_mm: frame.reached_rms_m.map(|r| r * 1e3),
-            formants: &frame.formants,
-            faults: &frame.faults,
+        if let Some(fields) = record.as_object_mut() {
+            let where_there_is_one = ["bones", "held_out", "reached_rms_mm", "formants", "faults"];
+            fields.retain(|name, value| !(where_there_is_one.contains(&name.as_str()) && is_empty(value)));
         }
+        record
     }
 
-    fn segments(&self) -> impl Iterator<Item = SegmentRecord<'_>> {
-        self.recordings.iter().flat_map(move |r| {
-            let record = |s: &LabelMean| {
-                Some(SegmentRecord {
-                    recording: &r.name,
-                    label: r.labels.get(s.label)?,
-                    frames: s.frames,
-                    course: self.by(&s.changes, |c| c.median),
-                    low: self.by(&s.changes, |c| c.low),
-                    high: self.by(&s.changes, |c| c.high),
-                })
-            };
-            r.segments.iter().filter_map(record)
+    /// A labelled stretch as JSON: courses, N per metre of thickness, medians and ends of their 95 % intervals.
+    fn segment(&self, (one, label, mean): (&RecordingResult, &Label, &LabelMean)) -> Value {
+        json!({
+            "recording": one.name,
+            "tier": label.tier,
+            "label": label.name,
+            "from_s": label.from_s,
+            "to_s": label.to_s,
+            "frames": mean.frames,
+            "course": self.by_muscle(&mean.changes, |c| c.median),
+            "low": self.by_muscle(&mean.changes, |c| c.low),
+            "high": self.by_muscle(&mean.changes, |c| c.high),
         })
     }
 }
@@ -222,7 +177,7 @@ impl Serialize for TrackResults {
         use serde::ser::SerializeMap as _;
         let mut map = serializer.serialize_map(None)?;
         if self.recordings.iter().any(|r| !r.segments.is_empty()) {
-            map.serialize_entry("segments", &Each(&|| Box::new(self.segments())))?;
+            map.serialize_entry("segments", &Each(&|| Box::new(self.segments().map(|s| self.segment(s)))))?;
         }
         map.serialize_entry("frames", &Each(&|| Box::new(self.frames().map(|(r, f)| self.frame(r, f)))))?;
         map.end()
@@ -230,9 +185,9 @@ impl Serialize for TrackResults {
 }
 
 /// A list whose items are made while it is written.
-struct Each<'a, T>(&'a dyn Fn() -> Box<dyn Iterator<Item = T> + 'a>);
+struct Each<'a>(&'a dyn Fn() -> Box<dyn Iterator<Item = Value> + 'a>);
 
-impl<T: Serialize> Serialize for Each<'_, T> {
+impl Serialize for Each<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.collect_seq((self.0)())
     }
@@ -243,16 +198,17 @@ pub fn status_name(status: &impl Serialize) -> String {
     serde_json::to_value(status).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Serialize)]
 pub struct TrackRecord {
     pub recordings: Vec<String>,
     #[serde(rename = "tongue")]
     pub body: String,
     /// Origin of its rest shape; null for a given body.
     pub rest: Option<tongue_infer::adapt::How>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub placement: Option<PlacementRecord>,
-    pub prior: PriorRecord,
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "premises::placement")]
+    pub placement: Option<Placement>,
+    #[serde(rename = "prior", serialize_with = "premises::prior")]
+    pub settings: TrackSettings,
     pub statuses: std::collections::BTreeMap<String, usize>,
     /// Why recordings cannot be trusted: the reason for an exit status of 3.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -264,7 +220,7 @@ pub struct TrackRecord {
     pub comparisons: Vec<Comparison>,
     pub courses: Vec<CourseSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub repeats: Option<RepeatsRecord>,
+    pub repeats: Option<Repeats>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub formants: Option<FormantsRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]

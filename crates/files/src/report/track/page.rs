@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use maud::{Markup, PreEscaped, html};
 
 use super::figure::{Figure, SharedFigure, in_html};
-use super::{RepeatsRecord, TrackRecord, status_name};
+use super::{REPEATED, TrackRecord, placed, prior_interval_n, repeated, status_name};
 use crate::report::page;
 use crate::report::{Export, Provenance};
 use tongue_infer::track::{Comparison, FrameStatus, NARROW};
@@ -56,12 +56,12 @@ fn repeats(record: &TrackRecord) -> Markup {
         @if let Some(repeats) = &record.repeats {
             section {
                 h2 { "What repeats" }
-                p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length. 95 % of labels that are shifted by a random time in each recording, or exchanged at random between repetitions, stay below the numbers beside it. The ICC of the label is that of the course less its mean over all labels: what is common to all words is taken out. " (repeats.said()) "." }
+                p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length. 95 % of labels that are shifted by a random time in each recording, or exchanged at random between repetitions, stay below the numbers beside it. The ICC of the label is that of the course less its mean over all labels: what is common to all words is taken out. " (repeated(repeats)) "." }
                 table {
-                    thead { tr { @for h in ["muscle"].into_iter().chain(RepeatsRecord::SHOWN) { th { (h) } } } }
+                    thead { tr { @for h in ["muscle"].into_iter().chain(REPEATED.map(|(name, _)| name)) { th { (h) } } } }
                     tbody { @for (muscle, r) in &repeats.muscles.0 { tr {
                         td { (muscle) }
-                        @for value in RepeatsRecord::shown(r) { td { (fixed(value, 2)) } }
+                        @for (_, value) in REPEATED { td { (fixed(value(r), 2)) } }
                     } } }
                 }
             }
@@ -70,6 +70,8 @@ fn repeats(record: &TrackRecord) -> Markup {
 }
 
 fn top(record: &TrackRecord, by: &Provenance) -> Markup {
+    let ([low, high], median) =
+        (prior_interval_n(&record.settings), record.settings.link.prior_quantile(0.0));
     html! {
         header {
             h1 { "Tongue muscle tensions over time" }
@@ -77,14 +79,14 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
             p {
                 (record.results.frames().count()) " frames of " (record.recordings.len()) " recordings: "
                 @for (i, (status, n)) in record.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
-                ". Body: " (record.body) @if let Some(placement) = &record.placement { ", " (placement.said()) } "."
+                ". Body: " (record.body) @if let Some(placement) = &record.placement { ", " (placed(placement)) } "."
                 @if let Some(rms) = record.median_rms_mm { " What was seen is met to " (format!("{rms:.2}")) " mm (RMS, median over the frames)." }
             }
             p {
                 "Tensions are newtons per metre of thickness, at a Young's modulus of 6.9 kPa, with 95 % intervals. A level is a tension; its interval begins at 0 if it cannot exclude a slack muscle. "
                 "A course is a tension less its mean over the recording, which cancels the effect of the unknown shape of the tongue at rest on all frames. "
-                "Without data a tension is " (format!("{:.1} ({:.1} to {:.1})", record.prior.median_n, record.prior.interval_n[0], record.prior.interval_n[1]))
-                " N/m, with a correlation time of " (record.prior.memory_s) " s. "
+                "Without data a tension is " (format!("{median:.1} ({low:.1} to {high:.1})"))
+                " N/m, with a correlation time of " (record.settings.memory_s) " s. "
                 "A contour or a few coils do not determine eight tensions: the rest comes from the prior. Intervals of courses that are not known are hatched; frames that cannot be trusted are shaded."
             }
             @for note in record.untrusted.iter().chain(&record.notes) { p.alarms { (note) } }
@@ -139,7 +141,7 @@ fn courses(record: &TrackRecord) -> Markup {
                     td { (format!("{:.1} ({:.0} % of the prior)", c.level_width_n, 100.0 * c.unknown_part)) }
                 } } }
             }
-            p { "Widths are those of 95 % intervals, means over the frames. A course is known if it varies by more than its uncertainty (reliability above 0.5) and its intervals are narrower than " (format!("{:.0}", NARROW * record.prior.scale_n)) " N/m." }
+            p { "Widths are those of 95 % intervals, means over the frames. A course is known if it varies by more than its uncertainty (reliability above 0.5) and its intervals are narrower than " (format!("{:.0}", NARROW * record.settings.link.scale_n())) " N/m." }
         }
     }
 }

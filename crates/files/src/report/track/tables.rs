@@ -1,40 +1,20 @@
 //! Tracking as tables: tidy CSV, and OpenSim's. Rows are made while they are written.
 
-use std::io::{self, Write};
+use std::io::Write;
 
 use serde_json::json;
 
-use super::{RecordingResult, TrackRecord, status_name};
-use crate::report::cells;
+use super::{RecordingResult, TrackRecord, TrackResults, status_name};
 use crate::report::column::{columns, table};
-use crate::report::{Export, Provenance, StoTable, Table};
+use crate::report::{Export, Provenance, StoTable, Table, csv};
 use tongue_infer::posterior::Contrast;
 use tongue_infer::track::{Comparison, Ranged, Tracked};
 
-/// Writes a table row by row, with the provenance behind every row.
-pub(super) fn write(
-    out: &mut dyn Write,
-    by: &Provenance,
-    columns: &str,
-    rows: impl Iterator<Item = Vec<String>>,
-) -> io::Result<()> {
-    let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
-    let mut writer = cells::writer(out);
-    writer.write_record(columns.split(',').chain(names))?;
-    for row in rows {
-        writer.write_record(row.iter().chain(&values))?;
-    }
-    writer.flush()
-}
-
-#[derive(Debug)]
-pub struct TrackTable<'a>(pub &'a TrackRecord);
-
-impl Export for TrackTable<'_> {
-    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+pub fn track_csv(record: &TrackRecord) -> impl Export {
+    move |out: &mut dyn Write, by: &Provenance| {
         let columns = "recording,time_s,muscle,tension_n_per_m,low_n_per_m,high_n_per_m,course_n_per_m,\
                        course_low_n_per_m,course_high_n_per_m,course_known,status,resolved,rms_mm";
-        let TrackRecord { courses, results, .. } = self.0;
+        let TrackRecord { courses, results, .. } = record;
         let rows = results.frames().flat_map(|(recording, frame)| {
             let status = status_name(&frame.status);
             courses.iter().enumerate().map(move |(i, course)| {
@@ -46,10 +26,10 @@ impl Export for TrackTable<'_> {
                     frame.resolved.to_string(),
                     frame.rms_m.map_or_else(String::new, |r| (r * 1e3).to_string()),
                 ];
-                begin.into_iter().chain(numbers.concat().iter().map(f64::to_string)).chain(end).collect()
+                begin.into_iter().chain(numbers.into_iter().flatten().map(|v| v.to_string())).chain(end)
             })
         });
-        write(out, by, columns, rows)
+        csv::write(out, by, columns.split(','), rows)
     }
 }
 
@@ -73,31 +53,27 @@ pub fn contrasts(comparisons: &[Comparison]) -> Table {
     table(&columns, &rows)
 }
 
-#[derive(Debug)]
-pub struct SegmentsTable<'a>(pub &'a TrackRecord);
-
-impl Export for SegmentsTable<'_> {
-    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
+pub fn segments_csv(results: &TrackResults) -> impl Export {
+    move |out: &mut dyn Write, by: &Provenance| {
         let columns =
             "recording,tier,label,from_s,to_s,frames,muscle,course_n_per_m,low_n_per_m,high_n_per_m";
-        let rows = self.0.results.segments().flat_map(|s| {
-            let row = |(i, (muscle, course)): (usize, &(String, f64))| {
-                vec![
-                    s.recording.to_owned(),
-                    s.label.tier.clone(),
-                    s.label.name.clone(),
-                    s.label.from_s.to_string(),
-                    s.label.to_s.to_string(),
-                    s.frames.to_string(),
+        let rows = results.segments().flat_map(|(one, label, mean)| {
+            results.muscles.iter().zip(&mean.changes).map(move |(muscle, course)| {
+                let begin = [&one.name, &label.tier, &label.name].map(String::clone);
+                let [from, to, median, low, high] =
+                    [label.from_s, label.to_s, course.median, course.low, course.high].map(|v| v.to_string());
+                begin.into_iter().chain([
+                    from,
+                    to,
+                    mean.frames.to_string(),
                     muscle.clone(),
-                    course.to_string(),
-                    s.low.0[i].1.to_string(),
-                    s.high.0[i].1.to_string(),
-                ]
-            };
-            s.course.0.iter().enumerate().map(row).collect::<Vec<_>>()
+                    median,
+                    low,
+                    high,
+                ])
+            })
         });
-        write(out, by, columns, rows)
+        csv::write(out, by, columns.split(','), rows)
     }
 }
 
