@@ -126,8 +126,8 @@ pub mod dynamics {
     //! Motion: masses, dampers and three-element muscles over time.
     #[doc(inline)]
     pub use tongue_core::dynamics::{
-        Control, IntegrationMethod, Integrator, Motion, MotionError, MotionStatus, Observer, SHORTEST_S,
-        State, Tensions, cost_per_step, run, sample_times,
+        Control, IntegrationMethod, Integrator, Motion, MotionError, MotionOutcome, MotionStatus, Observer,
+        SHORTEST_S, State, Tensions, cost_per_step, run, sample_times,
     };
     #[doc(inline)]
     pub use tongue_input::measured::curves::Curves;
@@ -286,7 +286,7 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[doc(inline)]
     pub use tongue_files::report::{
-        AnimationFrame, Conclusion, DecidedBy, Draws, Export, FitRecord, History, Json, Markdown, Msh,
+        AnimationFrame, Conclusion, DecidedBy, Draws, Export, FitRecord, Json, Markdown, Msh,
         OperationRecord, Panel, Provenance, Pvd, RecordingResult, ReportError, Rows, SectionPicture, Series,
         SimulationRecord, SoundRecord, SpaceFitRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table,
         Timeline, TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
@@ -295,8 +295,8 @@ pub mod report {
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
-        Clean, FormantsRecord, REPEATED, contrasts, formants_csv, limit_of_plane, placed, prior_interval_n,
-        repeated, repeats_table, segments_csv, track_csv,
+        Clean, FormantsRecord, REPEATED, StoTable, contrasts, formants_csv, limit_of_plane, placed,
+        prior_interval_n, repeated, repeats_table, segments_csv, track_csv,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, miette};
-use serde::Serialize;
+use miette::{IntoDiagnostic, bail};
+use serde_json::{Value, json};
 use tongue_fit::adapt::{Basis, How, Landmarks, Speaker};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
@@ -13,12 +13,11 @@ use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
 use super::body_file::BodyFile;
 use super::choice::choice_among;
 use super::recordings::{self, Given, PriorArguments};
-use super::{Global, Outcome, body, output, recording_checks, table};
+use super::{Global, Outcome, body, inputs, output, recording_checks, table};
 
 /// Most frames of recordings in the picture.
 const DRAWN_FRAMES: usize = 20;
 
-/// Options of `tongue-fit adapt`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Examples:\n  \
@@ -45,27 +44,6 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-#[derive(Serialize)]
-struct Length {
-    muscle: String,
-    before_mm: f64,
-    after_mm: f64,
-    stretch: f64,
-}
-
-#[derive(Serialize)]
-struct Record {
-    rest: How,
-    scale: f64,
-    angle_deg: f64,
-    rms_mm: Option<f64>,
-    least_area_ratio: f64,
-    muscles: Vec<Length>,
-    /// Reasons not to trust the body; empty where there are none.
-    doubts: Vec<String>,
-    notes: Vec<String>,
-}
-
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let given = Given::read(&arguments.body)?;
     let basis = given.basis(&arguments.body, arguments.prior.settings()?);
@@ -74,9 +52,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Some(path) => {
             let map = arguments.recordings.map()?;
             let read = |path: &Path| -> miette::Result<Landmarks> {
-                let bytes = tongue_fit::files::read(path).map_err(|e| {
-                    miette!("cannot read {}: {e}; {}", path.display(), tongue_fit::files::advice(&e))
-                })?;
+                let bytes = inputs::bytes("the landmarks", path)?;
                 Landmarks::from_bytes(&bytes, &path.display().to_string(), &map).into_diagnostic()
             };
             let mut landmarks = read(path)?;
@@ -84,14 +60,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 landmarks = landmarks.with_contour(read(contour)?);
             }
             if let Some(problem) = landmarks.doubt() {
-                return Err(miette!("{}: {problem}", path.display()));
+                bail!("{}: {problem}", path.display());
             }
             let seen = landmarks.contour.iter().chain(landmarks.named.values()).copied().collect();
             (basis.to_landmarks(&landmarks).into_diagnostic()?, seen)
         }
         None => {
             if arguments.recordings.files.is_empty() && !arguments.recordings.example {
-                return Err(miette!("name recordings of the speaker, or --landmarks of one posture at rest"));
+                bail!("name recordings of the speaker, or --landmarks of one posture at rest");
             }
             let (recordings, left_out) = arguments.recordings.read(None)?;
             recording_checks::check_points(&recordings, &given.body)?;
@@ -115,9 +91,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out = global.folder("results/speaker")?;
     let mut doubts = speaker.doubts(&given.body);
     doubts.extend(implausible);
-    let mut record = Record { doubts: doubts.clone(), ..record(&speaker, &given.body) };
-    let said = text(&record);
-    record.notes.extend(notes);
+    let said = text(&speaker, &given.body);
+    notes.splice(0..0, speaker.notes.iter().cloned());
+    let record = record(&speaker, &given.body, &doubts, &notes);
     let written = write(&out, &speaker, &given.body, &seen, &record, arguments)?;
     output::answer(global, &Json(&record), &super::provenance(), &written, || said)?;
     if doubts.is_empty() {
@@ -141,26 +117,25 @@ fn drawn(seen: &[&AlignedRecording]) -> Vec<Point> {
     out
 }
 
-fn record(speaker: &Speaker, before: &Body<2>) -> Record {
-    let length = |(a, b): (&tongue_fit::body::MuscleChain, &tongue_fit::body::MuscleChain)| {
-        let (before_m, after_m) = (before.mesh.distance(a.ends()), speaker.body.mesh.distance(b.ends()));
-        Length {
-            muscle: a.name.clone(),
-            before_mm: before_m * 1e3,
-            after_mm: after_m * 1e3,
-            stretch: after_m / before_m,
-        }
-    };
-    Record {
-        rest: speaker.how,
-        scale: speaker.similarity.scale(),
-        angle_deg: speaker.similarity.angle().to_degrees(),
-        rms_mm: speaker.rms_m.map(|r| r * 1e3),
-        least_area_ratio: speaker.least_area_ratio,
-        muscles: before.mesh.muscles.iter().zip(&speaker.body.mesh.muscles).map(length).collect(),
-        doubts: Vec::new(),
-        notes: speaker.notes.clone(),
-    }
+/// Every muscle with its length before and after, m.
+fn lengths(speaker: &Speaker, before: &Body<2>) -> Vec<(String, f64, f64)> {
+    let both = before.mesh.muscles.iter().zip(&speaker.body.mesh.muscles);
+    both.map(|(a, b)| (a.name.clone(), before.mesh.distance(a.ends()), speaker.body.mesh.distance(b.ends())))
+        .collect()
+}
+
+fn record(speaker: &Speaker, before: &Body<2>, doubts: &[String], notes: &[String]) -> Value {
+    let muscle = |(name, before, after): (String, f64, f64)| json!({ "muscle": name, "before_mm": before * 1e3, "after_mm": after * 1e3, "stretch": after / before });
+    json!({
+        "rest": speaker.how,
+        "scale": speaker.similarity.scale(),
+        "angle_deg": speaker.similarity.angle().to_degrees(),
+        "rms_mm": speaker.rms_m.map(|r| r * 1e3),
+        "least_area_ratio": speaker.least_area_ratio,
+        "muscles": lengths(speaker, before).into_iter().map(muscle).collect::<Vec<_>>(),
+        "doubts": doubts,
+        "notes": notes,
+    })
 }
 
 fn write(
@@ -168,12 +143,12 @@ fn write(
     speaker: &Speaker,
     before: &Body<2>,
     seen: &[Point],
-    record: &Record,
+    record: &Value,
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
     let mesh = &speaker.body.mesh;
     let adaptation = speaker.adaptation();
-    let file = BodyFile::new(&speaker.body, &arguments.body.model(), adaptation)?;
+    let file = BodyFile::new(&speaker.body, &arguments.body.model(), adaptation, &[])?;
     let at_rest = vec![0.0; mesh.muscles.len()];
     let palate = speaker.body.palate.as_deref().unwrap_or_default();
     let mut similar = before.mesh.clone();
@@ -189,22 +164,28 @@ fn write(
     out.export(&files, &super::provenance()).into_diagnostic()
 }
 
-fn text(record: &Record) -> String {
-    let t = table::rows(&["muscle", "before, mm", "after, mm", "ratio"], &record.muscles, |m| {
-        let [before, after] = [m.before_mm, m.after_mm].map(|mm| format!("{mm:.1}"));
-        [m.muscle.clone(), before, after, format!("{:.3}", m.stretch)]
+fn text(speaker: &Speaker, before: &Body<2>) -> String {
+    let header = ["muscle", "before, mm", "after, mm", "ratio"];
+    let t = table::rows(&header, lengths(speaker, before), |(name, before, after)| {
+        [
+            name,
+            format!("{:.1}", before * 1e3),
+            format!("{:.1}", after * 1e3),
+            format!("{:.3}", after / before),
+        ]
     });
-    let how = match record.rest {
+    let how = match speaker.how {
         How::Similarity => "turned, scaled and shifted to what was seen of the speaker",
         How::Joint => "the shape that explains many frames at once",
         How::Contour => "the shape of the contour at rest",
     };
-    let met = record.rms_mm.map_or_else(String::new, |mm| format!("; contours met to {mm:.2} mm (RMS)"));
-    let notes: String = record.notes.iter().map(|note| format!("but {note}\n")).collect();
+    let met =
+        speaker.rms_m.map_or_else(String::new, |m| format!("; contours met to {:.2} mm (RMS)", 1e3 * m));
+    let notes: String = speaker.notes.iter().map(|note| format!("but {note}\n")).collect();
     format!(
         "rest shape: {how}; scale {:.3}, turned by {:.1}°{met}\ncells keep at least {:.0} % of their area\n\n{t}\n{notes}",
-        record.scale,
-        record.angle_deg,
-        100.0 * record.least_area_ratio
+        speaker.similarity.scale(),
+        speaker.similarity.angle().to_degrees(),
+        100.0 * speaker.least_area_ratio
     )
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, WrapErr, miette};
+use miette::{IntoDiagnostic, bail, miette};
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Anatomy, Body, Unit};
 use tongue_fit::choice::named;
@@ -14,7 +14,7 @@ use tongue_fit::suggest;
 use tongue_fit::system::Model;
 
 use super::choice::choice;
-use super::output;
+use super::{inputs, output};
 
 /// Nodes of the reference tongue at the default spacing.
 const NODES_AT_DEFAULT: f64 = 123.0;
@@ -24,6 +24,8 @@ pub const EQUILIBRIUM_S: f64 = 0.01;
 pub const FIT_S: f64 = 3.0;
 /// Above this Poisson's ratio the equations are ill-conditioned, which gets a note.
 const HIGH_POISSON_RATIO: f64 = 0.4999;
+
+const ANATOMY: &str = "the anatomy file";
 
 /// How many times longer an equilibrium takes than on the reference tongue at the default spacing: a factorisation by
 /// nested dissection in the plane takes the 1.5th power of the nodes.
@@ -38,7 +40,6 @@ pub fn tell_duration(what: &str, nodes: usize, at_default_s: f64) {
     output::tell_duration(&what, at_default_s * growth(nodes), "a larger --h is faster");
 }
 
-/// The body and its model.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Body", allow_negative_numbers = true)]
@@ -53,7 +54,7 @@ pub struct Arguments {
     /// Gmsh mesh (.msh, 4.1 or 2.2), or the JSON of `mesh --json` (.json), instead of an anatomy;
     /// `tongue-fit mesh --help` explains what a .msh needs
     #[arg(long, value_name = "FILE", conflicts_with_all = ["h", "anatomy"])]
-    mesh: Option<PathBuf>,
+    pub mesh: Option<PathBuf>,
     /// Unit of the coordinates in that file
     #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", requires = "mesh", hide_short_help = true)]
     mesh_unit: Unit,
@@ -126,16 +127,12 @@ impl Arguments {
         self.mesh.is_some() || self.anatomy.is_some()
     }
 
-    pub fn mesh_file(&self) -> Option<&Path> {
-        self.mesh.as_deref()
-    }
-
     /// The anatomy of the mesh; `None` for a mesh file.
     pub fn anatomy(&self) -> miette::Result<Option<Anatomy>> {
         match (&self.mesh, &self.anatomy) {
             (Some(_), _) => Ok(None),
             (None, Some(path)) => {
-                let read = Anatomy::from_toml(&anatomy_text(path)?, &path.display().to_string());
+                let read = Anatomy::from_toml(&inputs::text(ANATOMY, path)?, &path.display().to_string());
                 read.map(Some).into_diagnostic()
             }
             (None, None) => Anatomy::reference().map(Some).into_diagnostic(),
@@ -155,7 +152,7 @@ impl Arguments {
         let source = match (&self.mesh, &self.anatomy) {
             (Some(path), _) => BodySource::read(path, self.mesh_unit).into_diagnostic()?,
             (None, Some(path)) => {
-                BodySource::Anatomy { toml: anatomy_text(path)?, origin: path.display().to_string() }
+                BodySource::Anatomy { toml: inputs::text(ANATOMY, path)?, origin: path.display().to_string() }
             }
             (None, None) => BodySource::Tongue,
         };
@@ -230,10 +227,10 @@ impl Arguments {
 
     fn check(&self) -> miette::Result<()> {
         if let BodyName::Space(source) = &self.body {
-            return Err(miette!(
+            bail!(
                 "{source} is a body in space, which `tongue-fit --vowel`, `simulate`, `muscles`, `track` and `sound` answer for; this needs a body in the plane: --body \
                  springs, --body continuum, or --mesh FILE"
-            ));
+            );
         }
         Ok(())
     }
@@ -244,12 +241,6 @@ impl Arguments {
             tissue: self.kind().tissue(),
         }
     }
-}
-
-fn anatomy_text(path: &Path) -> miette::Result<String> {
-    tongue_fit::files::read_text(path).into_diagnostic().wrap_err_with(|| {
-        format!("cannot read the anatomy file \"{}\"; name a UTF-8 text file (TOML)", path.display())
-    })
 }
 
 /// Metres from `5.5mm` or `5.5`.

@@ -5,18 +5,40 @@ use serde::Serialize;
 use tongue_fit::adapt::Adaptation;
 use tongue_fit::body::Body;
 use tongue_fit::body::json::MeshRecord;
+use tongue_fit::report::RecordingResult;
 use tongue_fit::system::Model;
 
 /// A body with the data about the recording that it was adapted to.
 #[derive(Serialize)]
-pub struct BodyFile {
+pub struct BodyFile<'a> {
     #[serde(flatten)]
     mesh: MeshRecord,
     adaptation: Adaptation,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    other_rest_shapes: Vec<RestShape<'a>>,
 }
 
-impl BodyFile {
-    pub fn new(body: &Body<2>, model: &Model, adaptation: Adaptation) -> miette::Result<Self> {
-        Ok(Self { mesh: MeshRecord::of(body, model).into_diagnostic()?, adaptation })
+/// Recordings that were tracked apart and have another shape at rest, with its nodes.
+#[derive(Serialize)]
+struct RestShape<'a> {
+    recordings: Vec<&'a str>,
+    nodes_m: Vec<[f64; 2]>,
+}
+
+impl<'a> BodyFile<'a> {
+    /// Of a body with the shape at rest of the first of these recordings.
+    pub fn new(
+        body: &Body<2>,
+        model: &Model,
+        adaptation: Adaptation,
+        recordings: &'a [RecordingResult],
+    ) -> miette::Result<Self> {
+        let groups = recordings.chunk_by(|a, b| a.rest == b.rest).skip(1);
+        let shape = |group: &'a [RecordingResult]| RestShape {
+            recordings: group.iter().map(|one| one.name.as_str()).collect(),
+            nodes_m: group[0].rest.iter().map(|p| [p.x, p.y]).collect(),
+        };
+        let mesh = MeshRecord::of(body, model).into_diagnostic()?;
+        Ok(Self { mesh, adaptation, other_rest_shapes: groups.map(shape).collect() })
     }
 }

@@ -2,7 +2,7 @@
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, Command};
-use miette::miette;
+use miette::bail;
 
 use super::body::space_name;
 
@@ -44,15 +44,15 @@ pub fn check(command: &Command, matches: &ArgMatches) -> miette::Result<()> {
         let option = option.get_long().map_or_else(|| id.to_owned(), |long| format!("--{long}"));
         match &body {
             Some(body) if !in_space => {
-                return Err(miette!(
+                bail!(
                     "{option} is for bodies in the plane, and --body {body} is in space: leave one of the two out (muscles in space have \
                      strengths, so give activations, like --activation GGP=0.1)"
-                ));
+                );
             }
             None if in_space => {
-                return Err(miette!(
+                bail!(
                     "{option} needs a body in space: --body space, --body FOLDER with the files of ArtiSynth's tongue, or --body FILE.msh"
-                ));
+                );
             }
             _ => {}
         }

@@ -9,26 +9,25 @@ use tongue_fit::choice::name_of;
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::Verdict;
-use tongue_fit::report::{self, Conclusion, Export, Series, Svg};
+use tongue_fit::report::{self, Conclusion, Export, Series};
 use tongue_fit::run::{FitFound, FitRun};
 use tongue_fit::system::Model;
 
 use super::choice::choice;
 use super::fit_table::Shown;
-use super::published::{self, Published};
-use super::{Global, Outcome, body, others, output, posterior, space_track};
+use super::published;
+use super::{Global, Outcome, body, inputs, others, output, posterior, space_track};
 
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";
 
-/// Options of the fit.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Fit")]
 pub struct Arguments {
     /// Vowel to fit: any label of the table; of the built-in one i, e, a, o or ɯ (u is taken for ɯ)
     #[arg(long, value_name = "V")]
-    vowel: Option<String>,
+    pub vowel: Option<String>,
     /// Subject whose lengths are fitted
     #[arg(long, value_name = "NAME", default_value = PUBLISHED_SUBJECT)]
     subject: String,
@@ -53,23 +52,14 @@ pub struct Arguments {
     #[arg(long, value_name = "MM", hide_short_help = true)]
     error_mm: Option<f64>,
     #[command(flatten)]
-    posterior: posterior::Arguments,
+    pub posterior: posterior::Arguments,
     #[command(flatten)]
-    others: others::Arguments,
+    pub others: others::Arguments,
     #[command(flatten)]
     body: body::Arguments,
 }
 
 impl Arguments {
-    pub fn is_given(&self) -> bool {
-        self.vowel.is_some()
-    }
-
-    /// Whether points were given without a posterior that takes them.
-    pub fn has_points_alone(&self) -> bool {
-        self.others.has_points() && !self.posterior.is_given()
-    }
-
     fn target(&self, data: &Dataset, kind: TargetKind) -> miette::Result<Target> {
         let vowel: Vowel = self.vowel.as_deref().unwrap_or_default().parse().into_diagnostic()?;
         let baseline = self.baseline.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
@@ -89,7 +79,7 @@ impl Arguments {
 
     /// What the posterior sees: with `--joint` all vowels of the subject that the table has, in its order, and where the fitted one stands.
     fn seen(&self, data: &Dataset, target: &Target) -> miette::Result<(Vec<Target>, usize)> {
-        if !self.posterior.is_joint() {
+        if !self.posterior.joint {
             return Ok((vec![target.clone()], 0));
         }
         let options = TargetOptions { baseline: Some(target.baseline.clone()), ..TargetOptions::default() };
@@ -111,24 +101,12 @@ impl Arguments {
         let own = own.ok_or_else(|| miette!("--joint: /{}/ is not in the table", target.vowel))?;
         Ok((all, own))
     }
-
-    fn data(&self) -> miette::Result<Dataset> {
-        let data = match &self.lengths {
-            Some(path) => Dataset::from_path(path),
-            None => Dataset::reference(),
-        };
-        let mut data = data.into_diagnostic()?;
-        if let Some(mm) = self.error_mm {
-            data = data.with_half_width_mm(mm).into_diagnostic()?;
-        }
-        Ok(data)
-    }
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
-    let data = arguments.data()?;
+    let data = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
     let target = arguments.target(&data, kind)?;
     arguments.tell_bad_cells(&data, &target)?;
     if let Some(source) = arguments.body.space() {
@@ -196,7 +174,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
     let picture = found.picture(&tongue).into_diagnostic()?;
-    let chart = changes(fit, published.as_ref())?;
+    let published_stretches =
+        published.as_ref().map(|p| Series { name: p.name(), values: p.stretches.clone() });
+    let title = format!(
+        "{} /{}/: change of every muscle relative to /{}/",
+        target.subject, target.vowel, target.baseline
+    );
+    let chart = record
+        .changes(&title, &format!("measured ({})", target.subject), published_stretches)
+        .into_diagnostic()?;
     let mut files: Vec<(&str, &dyn Export)> =
         vec![("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
     let valley = record.valley.as_ref().map(|v| (v.table(), report::valley(v, &record.reference)));
@@ -240,31 +226,4 @@ fn stretches(
     let target = arguments.target(data, kind).ok()?;
     let settings = FitSettings { method: Method::GaussNewton, ..asked.settings };
     FitRun { target, settings, ..asked.clone() }.run(body, model).ok().map(|found| found.fit)
-}
-
-/// Figure 4.9 of the thesis: changes measured, simulated and published.
-fn changes(fit: &Fit, published: Option<&Published>) -> miette::Result<Svg> {
-    let target = &fit.target;
-    let what = format!("{} /{}/", target.subject, target.vowel);
-    let measured = target.muscles.len();
-    let labels: Vec<String> = (0..measured)
-        .map(|m| format!("{}{}", target.muscles[m], if fit.contracts(m) { "*" } else { "" }))
-        .collect();
-    let stretches =
-        |lengths: &[f64], over: &[f64]| TargetKind::Stretch.values(lengths, over, target.reference);
-    let mut series = vec![
-        Series {
-            name: format!("measured ({})", target.subject),
-            values: stretches(&target.measured_mm, &target.baseline_mm),
-        },
-        Series {
-            name: "simulated".into(),
-            values: stretches(&fit.lengths[..measured], &fit.rest_lengths[..measured]),
-        },
-    ];
-    if let Some(p) = published {
-        series.push(Series { name: p.name(), values: p.stretches.clone() });
-    }
-    let title = format!("{what}: change of every muscle relative to /{}/", target.baseline);
-    report::changes(&labels, &series, target.baseline.label(), &title).into_diagnostic()
 }

@@ -20,14 +20,15 @@ pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     let t = rows(&header, target.muscles.iter().enumerate(), |(i, muscle)| {
         let mark = if fit.contracts(i) { "*" } else { "" };
         let doubt = if target.activation[i].uncertain { "?" } else { "" };
-        let shortening = |now: f64, then: f64| percent(1.0 - now / then);
+        let shortening = |now: f64, then: f64| fixed(100.0 * (1.0 - now / then), 1) + " %";
+        let residual = fit.residuals[i];
         let mut row = vec![
             format!("{muscle}{mark}{doubt}"),
             shortening(target.measured_mm[i], target.baseline_mm[i]),
             shortening(fit.lengths[i], fit.rest_lengths[i]),
             format!("{:.3}", target.values[i]),
             format!("{:.3}", fit.simulated[i]),
-            residual(fit.residuals[i]),
+            if residual.abs() < 5e-4 { "0.000".into() } else { format!("{residual:+.3}") },
         ];
         if let Some(p) = published {
             let (here, there) = p.of(target.kind);
@@ -60,13 +61,4 @@ pub fn muscles(fit: &Fit, published: Option<&Published>) -> String {
         );
     }
     text + "\n"
-}
-
-/// Three digits with a sign, but none for a zero.
-fn residual(value: f64) -> String {
-    if value.abs() < 5e-4 { "0.000".into() } else { format!("{value:+.3}") }
-}
-
-fn percent(part: f64) -> String {
-    fixed(100.0 * part, 1) + " %"
 }

@@ -5,7 +5,6 @@ use clap_complete::Shell;
 
 use super::{Cli, Outcome, output};
 
-/// Options of `tongue-fit completions`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Examples:\n  \

@@ -12,12 +12,11 @@ use tongue_fit::measured::lengths::{
 };
 use tongue_fit::measured::{Dataset, TargetKind, Vowel};
 
-use super::table::left;
-use super::{Global, Outcome, output, table};
+use super::table::{left, listed};
+use super::{Global, Outcome, inputs, output, table};
 
 const MOST_LISTED: usize = 50;
 
-/// Options of `tongue-fit lengths`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Example:\n  tongue-fit lengths check my.csv")]
@@ -32,7 +31,6 @@ enum Action {
     Check(Check),
 }
 
-/// Options of `tongue-fit lengths check`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Examples:\n  \
@@ -85,11 +83,7 @@ struct RowRecord<'a> {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let Action::Check(check) = &arguments.action;
-    let data = Dataset::from_path(&check.file).into_diagnostic()?;
-    let data = match check.error_mm {
-        Some(mm) => data.with_half_width_mm(mm).into_diagnostic()?,
-        None => data,
-    };
+    let data = inputs::lengths(Some(&check.file), check.error_mm)?;
     let record = record(&data, check.baseline.as_ref())?;
     match global.json {
         true => output::print(&output::json(&record)?)?,
@@ -156,13 +150,17 @@ fn text(record: &Record<'_>, data: &Dataset) -> String {
     let mut rows = table::counted(data.rows().len(), "row");
     if !reading.rows_without_lengths.is_empty() {
         let lines = reading.rows_without_lengths.iter().map(u64::to_string);
-        let _ = write!(rows, "; ignored, because they have no lengths: line {}", listed(lines, ", "));
+        let _ = write!(
+            rows,
+            "; ignored, because they have no lengths: line {}",
+            listed(lines, MOST_LISTED, ", ")
+        );
     }
     line("rows", rows);
     if !reading.set_aside.is_empty() {
         let columns =
             reading.set_aside.iter().map(|s| format!("column {} {:?} ({})", s.column, s.name, s.why));
-        line("set aside", listed(columns, &format!("\n{:20}", "")));
+        line("set aside", listed(columns, MOST_LISTED, &format!("\n{:20}", "")));
     }
     let _ = writeln!(text, "\n{}\n\n{}", muscles(data), subjects(record));
     let substitutes =
@@ -189,7 +187,7 @@ fn text(record: &Record<'_>, data: &Dataset) -> String {
             text,
             "{} {verb}:\n{}",
             table::counted(messages.len(), what),
-            listed(messages.into_iter(), "\n")
+            listed(messages, MOST_LISTED, "\n")
         );
     }
     text
@@ -259,24 +257,13 @@ fn subjects(record: &Record<'_>) -> String {
         let missing = missing.map(|row| format!("/{}/ {}", row.vowel, row.not_measured.join(", ")));
         t.add_row([
             subject.subject.to_owned(),
-            listed(vowels, " "),
+            listed(vowels, MOST_LISTED, " "),
             subject.baseline.map_or("none".to_owned(), Vowel::to_string),
-            listed(missing, "\n"),
+            listed(missing, MOST_LISTED, "\n"),
         ]);
     }
     match record.subjects.len().saturating_sub(MOST_LISTED) {
         0 => t.to_string(),
         more => format!("{t}\nand {more} more subjects"),
     }
-}
-
-/// The first of `parts`, and the number of the others.
-fn listed(parts: impl Iterator<Item = String>, between: &str) -> String {
-    let mut parts: Vec<String> = parts.collect();
-    let more = parts.len().saturating_sub(MOST_LISTED);
-    parts.truncate(MOST_LISTED);
-    if more > 0 {
-        parts.push(format!("and {more} more"));
-    }
-    parts.join(between)
 }

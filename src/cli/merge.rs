@@ -1,20 +1,20 @@
 //! `tongue-fit merge`: merges the shards of a batch.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Parser;
-use miette::{IntoDiagnostic, WrapErr, miette};
+use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::report::batch::journal;
 use tongue_fit::report::batch::{BatchJournal, Shard};
 
 use super::batch::{self, Prepared};
+use super::table::listed;
 use super::{Cli, Command, Global, Outcome, line_of, output};
 
 const MOST_NAMED: usize = 20;
 
-/// Options of `tongue-fit merge`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Example:\n  \
@@ -34,7 +34,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let first = first.ok_or_else(|| {
         miette!(
             "no shard of a batch in {}; tongue-fit batch --shard 1/16 leaves one, batch-1-of-16.journal",
-            names(&arguments.folders)
+            arguments.folders.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(", ")
         )
     })?;
     let words = journal::arguments(first).into_diagnostic()?;
@@ -52,16 +52,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             wanting.push(format!("{shard} has {done} of {} fits", mine.len()));
         }
     }
-    if !wanting.is_empty() {
-        let more = wanting.len().saturating_sub(MOST_NAMED);
-        wanting.truncate(MOST_NAMED);
-        let more = if more > 0 { format!("; and {more} more") } else { String::new() };
-        return Err(miette!(
-            "not every shard is done, so nothing is written: {}{more}. Run each again: {} --shard I/N",
-            wanting.join("; "),
-            line_of(words)
-        ));
-    }
+    ensure!(
+        wanting.is_empty(),
+        "not every shard is done, so nothing is written: {}. Run each again: {} --shard I/N",
+        listed(wanting, MOST_NAMED, "; "),
+        line_of(words)
+    );
 
     let out = global.folder(batch::DEFAULT_OUT)?;
     prepared.tell_what_is_left_out();
@@ -95,10 +91,10 @@ fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>
     counts.sort_unstable();
     counts.dedup();
     let [of] = counts[..] else {
-        return Err(miette!(
+        bail!(
             "shards of batches with different numbers of shards: of {}; keep those of one batch",
             counts.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and of ")
-        ));
+        );
     };
     let all = (1..=of).map(|number| Shard { number, of });
     Ok(all.filter(|s| !shards.contains_key(s)).map(|s| format!("{s} is missing")).collect())
@@ -108,12 +104,8 @@ fn prepare(words: &[String]) -> miette::Result<Prepared> {
     let typed = std::iter::once("tongue-fit").chain(words.iter().map(String::as_str));
     let parsed = Cli::try_parse_from(typed).into_diagnostic()?;
     let Some(Command::Batch(arguments)) = &parsed.command else {
-        return Err(miette!("the journal is of another command than batch: {}", line_of(words.to_vec())));
+        bail!("the journal is of another command than batch: {}", line_of(words.to_vec()));
     };
     Prepared::new(arguments, words)
         .wrap_err("merge repeats the plan of the batch in the folder where the batch was started")
-}
-
-fn names(folders: &[PathBuf]) -> String {
-    folders.iter().map(|f| Path::display(f).to_string()).collect::<Vec<_>>().join(", ")
 }

@@ -11,7 +11,6 @@ use tongue_fit::system;
 
 use super::{Global, Outcome, body, output};
 
-/// Options of `tongue-fit mesh`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(

@@ -1,6 +1,6 @@
 //! `tongue-fit muscles`: the effect of each muscle alone, of bodies in the plane and in space.
 
-use miette::{IntoDiagnostic, miette};
+use miette::{IntoDiagnostic, ensure, miette};
 use nalgebra::{SVector, Vector3};
 use serde::Serialize;
 use tongue_fit::body::{Body, Mesh, SpaceBody};
@@ -12,7 +12,6 @@ use tongue_fit::system::{Model, SpaceModel, System, TissueModel};
 
 use super::{Global, Outcome, body, output, space, table};
 
-/// Options of `tongue-fit muscles`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Examples:\n  \
@@ -62,23 +61,21 @@ struct Effect {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let tension = arguments.tension.unwrap_or(15.0);
-    if !(tension.is_finite() && tension > 0.0) {
-        return Err(miette!(
-            "--tension {tension}: a tension must be finite and above 0, because muscles only pull"
-        ));
-    }
+    ensure!(
+        tension.is_finite() && tension > 0.0,
+        "--tension {tension}: a tension must be finite and above 0, because muscles only pull"
+    );
     let what = "What each muscle does alone, at";
     if let Some(source) = arguments.body.space() {
         let (body, model) = (arguments.space.body(source)?, arguments.space.model()?);
         let activation = arguments.activation.unwrap_or(0.1);
         let out = global.folder("results/muscles")?;
         let section = body.midsagittal_mesh();
-        if section.cells.is_empty() {
-            return Err(miette!(
-                "{} has no elements beside the midsagittal plane y = 0, which is shown",
-                body.what
-            ));
-        }
+        ensure!(
+            !section.cells.is_empty(),
+            "{} has no elements beside the midsagittal plane y = 0, which is shown",
+            body.what
+        );
         let each = body.groups().into_iter().map(|name| in_space(&body, &model, &section, &name, activation));
         let each = each.collect::<miette::Result<Vec<_>>>()?;
         let title = format!("{what} an activation of {activation}: {}", body.what);
@@ -92,9 +89,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     names.dedup();
     let equilibria = names.len() as f64;
     body::tell_duration("each muscle alone", body.mesh.nodes.len(), equilibria * body::EQUILIBRIUM_S);
-    if names.is_empty() {
-        return Err(miette!("{} has no muscles; name curves of its mesh after them", body.what));
-    }
+    ensure!(!names.is_empty(), "{} has no muscles; name curves of its mesh after them", body.what);
     let each = names.iter().map(|name| in_plane(&body, &model, name, tension));
     let each = each.collect::<miette::Result<Vec<_>>>()?;
     let title = format!("{what} {tension} N per metre of thickness");

@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, WrapErr, miette};
+use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::adapt::Landmarks;
 use tongue_fit::body::Body;
-use tongue_fit::files;
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::emg::Activity;
 use tongue_fit::measured::muscles::Muscles;
@@ -15,7 +14,7 @@ use tongue_fit::posterior::{Beside, Ground};
 use tongue_fit::statistics::{distinct, upper_median};
 use tongue_fit::track::TongueSurface;
 
-use super::output;
+use super::{inputs, output};
 
 const MOST_POINTS: usize = 40;
 /// A contour further from the surface at rest is in another frame, m.
@@ -23,7 +22,6 @@ const FARTHEST_M: f64 = 30e-3;
 /// Axes of points that are in the frame of the body.
 const OF_THE_BODY: &str = "back = \"x\"\nup = \"y\"\n";
 
-/// Options for data beside the lengths.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Posterior: data beside the lengths")]
@@ -41,7 +39,7 @@ pub struct Arguments {
     /// with one frame (CSV point,x_mm,y_mm). As the first option and without --posterior: finds the tensions of one posture from points
     /// alone, short for `tongue-fit track FILE`, with its options
     #[arg(long, value_name = "[VOWEL=]FILE")]
-    points: Vec<String>,
+    pub points: Vec<String>,
 }
 
 impl Arguments {
@@ -59,10 +57,6 @@ impl Arguments {
             out.push(sampled.points(body, &contours, coils)?);
         }
         Ok(out)
-    }
-
-    pub fn has_points(&self) -> bool {
-        !self.points.is_empty()
     }
 }
 
@@ -112,11 +106,10 @@ impl Sampled<'_> {
         let mut out: Vec<(Option<usize>, T)> = Vec::new();
         for file in files {
             let (posture, path) = self.posture(option, file)?;
-            if out.iter().any(|(p, _)| *p == posture) {
-                return Err(miette!(
-                    "{option} {file}: there is another file of the same posture; give one of each"
-                ));
-            }
+            ensure!(
+                !out.iter().any(|(p, _)| *p == posture),
+                "{option} {file}: there is another file of the same posture; give one of each"
+            );
             out.push((posture, read(path).wrap_err_with(|| format!("{option} {}", path.display()))?));
         }
         Ok(out)
@@ -163,19 +156,18 @@ fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> miette::Result<()> {
     let Some(surface) = TongueSurface::of(body) else { return Ok(()) };
     let away = marks.iter().flatten().map(|m| surface.distance(m.at, &body.mesh.nodes).abs());
     let away_m = upper_median(away).unwrap_or(0.0);
-    if away_m > FARTHEST_M {
-        return Err(miette!(
-            "its points lie {:.0} mm from the surface of the body at rest (median); give them in the body's own millimetres, x to the back of \
+    ensure!(
+        away_m <= FARTHEST_M,
+        "its points lie {:.0} mm from the surface of the body at rest (median); give them in the body's own millimetres, x to the back of \
              the head and y up, as `tongue-fit adapt` writes a body",
-            1e3 * away_m
-        ));
-    }
+        1e3 * away_m
+    );
     Ok(())
 }
 
 fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Beside> {
     let origin = path.display().to_string();
-    let bytes = files::read(path).into_diagnostic().wrap_err_with(|| format!("--emg {origin}"))?;
+    let bytes = inputs::bytes("--emg", path)?;
     let table = Activity::read(&bytes, &origin).into_diagnostic()?;
     let measured = table.relative(&ground.muscles, &Muscles::built_in()).into_diagnostic()?;
     for (_, fault) in table.bad_cells().filter(|(vowel, _)| sampled.of_vowel(vowel).is_some()) {
@@ -198,14 +190,13 @@ fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Be
     let alone: Vec<String> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.clone()).collect();
     let beside =
         Beside::emg(&electrodes.into_iter().map(|(_, muscles, told)| (muscles, told)).collect::<Vec<_>>());
-    if beside.is_empty() {
-        return Err(miette!(
-            "--emg {origin}: no muscle has activity in both /{}/ and /{}/; the gain of an electrode is unknown, so give columns for two \
+    ensure!(
+        !beside.is_empty(),
+        "--emg {origin}: no muscle has activity in both /{}/ and /{}/; the gain of an electrode is unknown, so give columns for two \
              of the postures that are sampled (--joint samples all vowels of the subject)",
-            sampled.vowel(Some(sampled.fitted)),
-            sampled.vowel(None)
-        ));
-    }
+        sampled.vowel(Some(sampled.fitted)),
+        sampled.vowel(None)
+    );
     if !alone.is_empty() {
         output::note(&format!(
             "--emg {origin}: {} left out: the gain of an electrode is unknown, so activity is needed in at least two of the postures that are sampled",
@@ -216,11 +207,11 @@ fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Be
 }
 
 fn contour(path: &Path) -> miette::Result<Vec<Point>> {
-    let bytes = files::read(path).map_err(|e| miette!("cannot be read: {e}; {}", files::advice(&e)))?;
+    let bytes = inputs::bytes("the contour", path)?;
     let read = Landmarks::from_bytes(&bytes, &path.display().to_string(), &Default::default());
     let read = read.into_diagnostic()?;
     if let Some(coil) = read.named.keys().find(|name| recording::is_coil(name)) {
-        return Err(miette!("{coil} is the name of a coil; coils are read with --points"));
+        bail!("{coil} is the name of a coil; coils are read with --points");
     }
     // The option says that the points are in the frame of the body, so a contour that seems to face the other way is not turned round.
     let points = Landmarks::default().with_contour(read).contour;
@@ -235,20 +226,17 @@ fn contour(path: &Path) -> miette::Result<Vec<Point>> {
 fn coils(path: &Path) -> miette::Result<Recording> {
     let found = Recording::from_path(path, None).into_diagnostic()?;
     let [one] = found.as_slice() else {
-        return Err(miette!("it has {} recordings; give a file of one frame for each posture", found.len()));
+        bail!("it has {} recordings; give a file of one frame for each posture", found.len());
     };
-    if one.samples.len() != 1 {
-        return Err(miette!("it has {} frames; give the one of this posture", one.samples.len()));
-    }
+    ensure!(one.samples.len() == 1, "it has {} frames; give the one of this posture", one.samples.len());
     let is_there = |name: &&String| {
         one.channels.iter().position(|c| c == *name).is_some_and(|i| one.samples[0].places[i].is_some())
     };
-    if !one.channels.iter().filter(is_there).any(|c| recording::is_coil(c)) {
-        return Err(miette!(
-            "it has no coil of a usual name, such as T1, TT, TB or TD (points: {}); a contour is read with --contour",
-            one.channels.join(", ")
-        ));
-    }
+    ensure!(
+        one.channels.iter().filter(is_there).any(|c| recording::is_coil(c)),
+        "it has no coil of a usual name, such as T1, TT, TB or TD (points: {}); a contour is read with --contour",
+        one.channels.join(", ")
+    );
     let unknown: Vec<&str> =
         one.channels.iter().filter(|c| !recording::is_coil(c)).map(String::as_str).collect();
     if !unknown.is_empty() {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use tongue_fit::inverse::alarms::Alarm;
+use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::SolveStatus;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -29,7 +30,8 @@ impl Outcome {
         Self::of_reason(untrusted(statuses, good, what))
     }
 
-    pub fn of_equilibrium(status: SolveStatus, alarms: &[Alarm]) -> Self {
+    pub fn of_equilibrium(found: &Equilibrium) -> Self {
+        let (status, alarms) = (found.solution.status, &found.alarms);
         let is_found = status == SolveStatus::Converged;
         Self::judged(is_found && alarms.is_empty(), || {
             let ended = (!is_found).then(|| format!("no equilibrium was found ({})", word(&status)));
@@ -47,6 +49,13 @@ impl Outcome {
             format!("no equilibrium that can be trusted where these pull alone: {}", names.join(", "))
         })
     }
+}
+
+/// How often each status occurs.
+pub fn counted(statuses: impl IntoIterator<Item = String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    statuses.into_iter().for_each(|status| *counts.entry(status).or_default() += 1);
+    counts
 }
 
 /// How many of the results have a status that is not one of `good`; `None` if all can be trusted.

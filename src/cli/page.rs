@@ -2,21 +2,20 @@
 
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, WrapErr};
-use serde::Serialize;
+use miette::IntoDiagnostic;
+use serde_json::json;
 use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{Dataset, TargetKind};
 use tongue_fit::parallel;
 use tongue_fit::report::{Json, OutputDir, PageTable, TonguePage};
 use tongue_fit::run::FitRun;
 
-use super::{Global, Outcome, body, output};
+use super::{Global, Outcome, body, inputs, output};
 
 const DEFAULT_OUT: &str = "results/tongue.html";
 /// Maximum number of fits in a page; it computes further ones itself.
 const MOST_FITS: usize = 200;
 
-/// Options of `tongue-fit page`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Examples:\n  \
@@ -33,25 +32,16 @@ pub struct Arguments {
     body: body::Arguments,
 }
 
-#[derive(Serialize)]
-struct Record {
-    file: PathBuf,
-    fits: usize,
-    not_fitted: Vec<String>,
-}
-
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = global.out.clone().unwrap_or_else(|| DEFAULT_OUT.into());
     let is_page =
         path.extension().is_some_and(|e| e.eq_ignore_ascii_case("html") || e.eq_ignore_ascii_case("htm"));
     let path = if is_page { path } else { path.join("tongue.html") };
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let text = |path: &PathBuf| {
-        let read = tongue_fit::files::read_text(path).into_diagnostic();
-        read.wrap_err_with(|| format!("cannot read the table \"{}\"; name a text file", path.display()))
-    };
     let own = match &arguments.lengths {
-        Some(path) => Some(PageTable { file: path.display().to_string(), text: text(path)? }),
+        Some(path) => {
+            Some(PageTable { file: path.display().to_string(), text: inputs::text("the table", path)? })
+        }
         None => None,
     };
     let data = match &own {
@@ -81,10 +71,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let page = TonguePage { body: arguments.body.page_body()?, table: own, fits };
     let written = out.export(&[(&name, &page)], &by).into_diagnostic()?;
-    let record = Record { file: path, fits: page.fits.len(), not_fitted };
+    let record = json!({ "file": path, "fits": page.fits.len(), "not_fitted": not_fitted });
     output::answer(global, &Json(&record), &by, &written, || {
-        let refused: String = record.not_fitted.iter().map(|why| format!("not fitted: {why}\n")).collect();
-        format!("{}: {} fits in it\n{refused}", tongue.what, record.fits)
+        let refused: String = not_fitted.iter().map(|why| format!("not fitted: {why}\n")).collect();
+        format!("{}: {} fits in it\n{refused}", tongue.what, page.fits.len())
     })?;
     Ok(Outcome::Good)
 }

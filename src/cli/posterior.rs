@@ -17,11 +17,10 @@ use tongue_fit::system::Model;
 
 use super::Global;
 use super::table::rows;
-use super::{body, output};
+use super::{body, inputs, output};
 
 const SECONDS_A_DRAW: f64 = 3.5e-3;
 
-/// Options of a posterior.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Posterior")]
@@ -31,7 +30,7 @@ pub struct Arguments {
     /// are --priors, not those of the fit (--muscles, --poisson-ratio). An interval needs
     /// 400 effective draws: 1000 draws have them, fewer than 500 seldom do; for a continuum take 2000
     #[arg(long, value_name = "N")]
-    posterior: Option<usize>,
+    pub posterior: Option<usize>,
     /// Priors of the posterior (TOML) instead of the built-in ones, which `tongue-fit priors` prints
     #[arg(long, value_name = "FILE", requires = "posterior", hide_short_help = true)]
     priors: Option<PathBuf>,
@@ -41,7 +40,7 @@ pub struct Arguments {
     /// Sample the vowels of a subject in the table together, for contrasts between vowels: they share the baseline, the body and the hyoid's
     /// tilt. Takes half a minute a subject
     #[arg(long, requires = "posterior", hide_short_help = true)]
-    joint: bool,
+    pub joint: bool,
 }
 
 pub fn priors(global: &Global) -> miette::Result<()> {
@@ -71,9 +70,7 @@ impl Arguments {
             None => Priors::default(),
             Some(path) => {
                 let origin = path.display().to_string();
-                let text = tongue_fit::files::read_text(path)
-                    .into_diagnostic()
-                    .wrap_err_with(|| format!("--priors {origin} cannot be read"))?;
+                let text = inputs::text("--priors", path)?;
                 Priors::from_toml(&text, &origin).into_diagnostic()?
             }
         };
@@ -83,14 +80,6 @@ impl Arguments {
             None => ground,
         };
         ground.map(Some)
-    }
-
-    pub fn is_given(&self) -> bool {
-        self.posterior.is_some()
-    }
-
-    pub fn is_joint(&self) -> bool {
-        self.joint
     }
 
     fn settings(&self) -> Sampling {

@@ -2,16 +2,14 @@
 
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, WrapErr, miette};
+use miette::{IntoDiagnostic, WrapErr, bail, ensure};
 use tongue_fit::body::Body;
-use tongue_fit::files;
 use tongue_fit::measured::Vowel;
 use tongue_fit::measured::emg::Activity;
 use tongue_fit::measured::muscles::Muscles;
 
-use super::body;
+use super::{body, inputs};
 
-/// Tensions of muscles in the plane.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 pub struct Arguments {
@@ -36,32 +34,29 @@ impl Arguments {
         let given = body::tensions(&self.tension, body)?;
         let (Some(file), Some(vowel)) = (&self.emg, &self.vowel) else { return Ok(given) };
         if let Some(full) = self.full.filter(|full| !(full.is_finite() && *full >= 0.0)) {
-            return Err(miette!(
-                "--full {full}: write a tension in N per metre that is not negative, like 30"
-            ));
+            bail!("--full {full}: write a tension in N per metre that is not negative, like 30");
         }
         let vowel = Vowel::new(vowel).into_diagnostic().wrap_err("--vowel")?;
         let origin = file.display().to_string();
-        let bytes = files::read(file).into_diagnostic().wrap_err_with(|| origin.clone())?;
+        let bytes = inputs::bytes("--emg", file)?;
         let activity = Activity::read(&bytes, &origin).into_diagnostic()?;
         let names = body.mesh.muscle_names();
         let mut tensions =
             activity.tensions(&vowel, self.full, &names, &Muscles::built_in()).into_diagnostic()?;
         let has = |all: &[(usize, f64)], muscle: usize| all.iter().any(|(m, _)| *m == muscle);
         if let Some((twice, _)) = given.iter().find(|(m, _)| has(&tensions, *m)) {
-            return Err(miette!("{origin} and --tension both give {}; give it once", names[*twice]));
+            bail!("{origin} and --tension both give {}; give it once", names[*twice]);
         }
         tensions.extend(given);
         let missing: Vec<&str> =
             (0..names.len()).filter(|m| !has(&tensions, *m)).map(|m| names[m].as_str()).collect();
-        if !missing.is_empty() {
-            return Err(miette!(
-                "{origin} has no activity in /{vowel}/ of {}: not measured is not silent; write 0 where a muscle was silent, or give its \
+        ensure!(
+            missing.is_empty(),
+            "{origin} has no activity in /{vowel}/ of {}: not measured is not silent; write 0 where a muscle was silent, or give its \
                  tension: --tension {}=0",
-                missing.join(", "),
-                missing[0]
-            ));
-        }
+            missing.join(", "),
+            missing[0]
+        );
         Ok(tensions)
     }
 }

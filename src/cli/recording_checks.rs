@@ -1,6 +1,6 @@
 //! What cannot be right in recordings, and in what was found for them: refused, left out or told.
 
-use miette::miette;
+use miette::bail;
 use tongue_fit::body::{Body, HYOID, MANDIBLE};
 use tongue_fit::measured::recording::{FaultKind, WITHOUT_BONES};
 use tongue_fit::report::RecordingResult;
@@ -16,13 +16,13 @@ pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Re
             let Some(number) = seen.bone(&bone.name) else { continue };
             let away = seen.frames.iter().filter_map(|f| f.bones[number]).map(|p| (p - bone.mark).norm());
             if let Some(median) = upper_median(away).filter(|d| *d > FARTHEST_BONE_M) {
-                return Err(miette!(
+                bail!(
                     "{}: the {} is seen {:.0} mm from where the body has it, so the recording is not in the body's frame; adapt a \
                      body to the speaker (tongue-fit adapt), or give a map with the axes",
                     seen.name,
                     bone.name.replace('_', " "),
                     median * 1e3
-                ));
+                );
             }
         }
     }
@@ -35,24 +35,24 @@ pub fn check_points(recordings: &[Screened], body: &Body<2>) -> miette::Result<(
     for Screened { seen, .. } in recordings {
         if let Some(bone) = seen.bones.iter().find(|b| body.bone(b).is_empty()) {
             let known: Vec<&str> = body.bones.iter().map(|b| b.name.as_str()).collect();
-            return Err(miette!(
+            bail!(
                 "{}: the map names the bone {bone:?}, which {} does not have; {}",
                 seen.name,
                 body.what,
                 tongue_fit::suggest::hint(bone, known)
-            ));
+            );
         }
         let places = seen.sensors.iter().zip(&seen.measured).filter(|(_, measured)| **measured);
         let beyond = places.map(|(sensor, _)| sensor).find(|(_, at)| along.is_some_and(|along| *at > along));
         if let Some((sensor, at)) = beyond {
-            return Err(miette!(
+            bail!(
                 "{}: surface_mm of {sensor} is {:.0}, but the surface of {} is {:.0} mm long from the tip to the root; correct it, or \
                  write \"coil\"",
                 seen.name,
                 at * 1e3,
                 body.what,
                 along.unwrap_or(0.0) * 1e3
-            ));
+            );
         }
     }
     Ok(())
@@ -81,7 +81,7 @@ pub fn check_scale(scale: f64, bones_apart_m: Option<f64>) -> miette::Result<Opt
     };
     if !SCALES.contains(&scale) {
         let (least, most) = (SCALES.start(), SCALES.end());
-        return Err(miette!("{what}, where {least} to {most} are possible; {help}"));
+        bail!("{what}, where {least} to {most} are possible; {help}");
     }
     let (least, most) = (USUAL_SCALES.start(), USUAL_SCALES.end());
     let is_usual = USUAL_SCALES.contains(&scale);

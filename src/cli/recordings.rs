@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, WrapErr, miette};
+use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::adapt::{Adaptation, Basis};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
@@ -12,12 +12,11 @@ use tongue_fit::measured::recording::{
 };
 use tongue_fit::track::TrackSettings;
 
-use super::{body, output};
+use super::{body, inputs, output};
 
 /// The built-in recording.
 const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 
-/// Options of recordings.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Recordings")]
@@ -38,19 +37,13 @@ pub struct Arguments {
     /// The palate in the frame of the recordings (CSV point,x_mm,y_mm from front to back): points beyond it
     /// are reported, the tongue is in contact with it, and it helps to place a body by coils
     #[arg(long, value_name = "FILE")]
-    palate: Option<PathBuf>,
+    pub palate: Option<PathBuf>,
     /// Only the recordings of this speaker, if files have several
     #[arg(long, value_name = "NAME", hide_short_help = true)]
-    speaker: Option<String>,
+    pub speaker: Option<String>,
     /// Format of the files: aaa, csv, pos, ema, con, fan, txy, mat, dlc or sensors [default: from their content]
     #[arg(long, value_name = "FORMAT", value_parser = format, hide_short_help = true)]
-    format: Option<Format>,
-}
-
-impl Arguments {
-    pub fn is_interpreted(&self) -> bool {
-        self.map.is_some() || self.palate.is_some() || self.speaker.is_some() || self.format.is_some()
-    }
+    pub format: Option<Format>,
 }
 
 fn format(name: &str) -> Result<Format, String> {
@@ -61,7 +54,6 @@ fn format(name: &str) -> Result<Format, String> {
     })
 }
 
-/// Prior of the tensions.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Prior")]
@@ -90,10 +82,10 @@ pub struct PriorArguments {
 impl PriorArguments {
     pub fn settings(&self) -> miette::Result<TrackSettings> {
         if !(0.1..=1000.0).contains(&self.prior) {
-            return Err(miette!("--prior is {}; it must be from 0.1 to 1000 N/m", self.prior));
+            bail!("--prior is {}; it must be from 0.1 to 1000 N/m", self.prior);
         }
         if !(0.0..=1000.0).contains(&self.memory) {
-            return Err(miette!("--memory is {}; it must be from 0 to 1000 s", self.memory));
+            bail!("--memory is {}; it must be from 0 to 1000 s", self.memory);
         }
         Ok(TrackSettings::new(self.prior, self.memory))
     }
@@ -114,9 +106,7 @@ pub struct Screened {
 impl Arguments {
     pub fn map(&self) -> miette::Result<Map> {
         let Some(path) = &self.map else { return Ok(Map::default()) };
-        let text = tongue_fit::files::read_text(path).into_diagnostic().wrap_err_with(|| {
-            format!("cannot read the map \"{}\"; name a UTF-8 text file (TOML)", path.display())
-        })?;
+        let text = inputs::text("the map", path)?;
         Map::from_toml(&text, &path.display().to_string()).into_diagnostic()
     }
 
@@ -146,9 +136,7 @@ impl Arguments {
         };
         let recording = recordings.iter().find(|r| !r.samples.is_empty());
         let recording = recording.ok_or_else(|| miette!("--map-template: the recording has no frame"))?;
-        if path.exists() {
-            return Err(miette!("{} exists; name another file for the map", path.display()));
-        }
+        ensure!(!path.exists(), "{} exists; name another file for the map", path.display());
         std::fs::write(path, Map::template(recording))
             .into_diagnostic()
             .wrap_err_with(|| format!("cannot write the map {}", path.display()))?;
@@ -205,7 +193,7 @@ impl Arguments {
             all.push(Screened { seen, faults, palate: own, is_trusted });
         }
         if let Some(why) = left_out.first().filter(|_| all.is_empty()) {
-            return Err(miette!("{why}"));
+            bail!("{why}");
         }
         left_out.iter_mut().for_each(|why| *why = format!("left out: {why}"));
         if all.is_empty() {
@@ -217,12 +205,12 @@ impl Arguments {
         let speakers: BTreeSet<&str> = all.iter().filter_map(|s| s.seen.speaker.as_deref()).collect();
         let speakers: Vec<&str> = speakers.into_iter().collect();
         if let [first, _, ..] = speakers[..] {
-            return Err(miette!(
+            bail!(
                 "the recordings are of {} speakers ({}), and each needs a body of his or her own; take one at a time, such as \
                  --speaker {first:?}",
                 speakers.len(),
                 speakers.join(", ")
-            ));
+            );
         }
         while let Some((number, doubt)) = other_size(&all.iter().map(|s| &s.seen).collect::<Vec<_>>()) {
             left_out.push(format!("left out: {}: {}", all.remove(number).seen.name, doubt.said));
@@ -244,12 +232,13 @@ pub struct Given {
 impl Given {
     pub fn read(arguments: &body::Arguments) -> miette::Result<Self> {
         let body = arguments.body()?;
-        if body.mesh.continuum.is_some() {
-            return Err(miette!("a continuum cannot be adapted or tracked yet; leave out --body continuum"));
-        }
-        let adaptation = match arguments.mesh_file() {
+        ensure!(
+            body.mesh.continuum.is_none(),
+            "a continuum cannot be adapted or tracked yet; leave out --body continuum"
+        );
+        let adaptation = match arguments.mesh.as_deref() {
             Some(path) if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) => {
-                let text = tongue_fit::files::read_text(path).into_diagnostic()?;
+                let text = inputs::text("the body", path)?;
                 Adaptation::from_json(&text).map_err(|e| miette!("{}: {e}", path.display()))?
             }
             _ => None,

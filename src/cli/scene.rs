@@ -1,11 +1,9 @@
 //! `tongue-fit scene`: list, explain and run scenes.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use miette::{IntoDiagnostic, WrapErr, miette};
+use miette::{IntoDiagnostic, miette};
 use nalgebra::{SVector, Vector3};
-use serde::Serialize;
 use tongue_fit::body::{AnyBody, Mesh, SpaceBody};
 use tongue_fit::report::{
     self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, SpaceVtu, Svg, Vtu,
@@ -14,12 +12,11 @@ use tongue_fit::scene::body;
 use tongue_fit::scene::file::{SceneBody, Want};
 use tongue_fit::scene::prepare::{Prepared, prepare};
 use tongue_fit::scene::run::{self, SceneOutcome as Answer};
-use tongue_fit::scene::{self, Scene, ScenePlan};
+use tongue_fit::scene::{self, Scene};
 use tongue_fit::statics::Connection;
 
-use super::{Global, Outcome, output, scene_table};
+use super::{Global, Outcome, inputs, output, scene_table};
 
-/// Options of `tongue-fit scene`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(
@@ -57,12 +54,6 @@ struct Which {
     name: PathBuf,
 }
 
-#[derive(Serialize)]
-struct Listed {
-    name: &'static str,
-    title: String,
-}
-
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     match &arguments.action {
         Action::List => list(global),
@@ -75,25 +66,27 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 Ready::Flat(p) => p.plan,
                 Ready::Solid(p) => p.plan,
             };
-            explain(&plan, global)
+            match global.json {
+                true => output::print(&output::json(&plan)?)?,
+                false => output::print(&scene_table::plan(&plan))?,
+            }
+            Ok(Outcome::Good)
         }
         Action::Run(which) => run_one(&which.name, global),
     }
 }
 
 fn list(global: &Global) -> miette::Result<Outcome> {
-    let mut listed = Vec::new();
-    for name in scene::names() {
-        listed.push(Listed { name, title: scene::shipped(name).into_diagnostic()?.title });
-    }
+    let title = |name| Ok((name, scene::shipped(name).into_diagnostic()?.title));
+    let listed: Vec<(&str, String)> = scene::names().map(title).collect::<miette::Result<_>>()?;
     if global.json {
-        output::print(&output::json(&serde_json::json!({ "scenes": listed }))?)?;
+        let scenes: Vec<_> =
+            listed.iter().map(|(name, title)| serde_json::json!({ "name": name, "title": title })).collect();
+        output::print(&output::json(&serde_json::json!({ "scenes": scenes }))?)?;
     } else {
-        let mut text = String::new();
-        for Listed { name, title } in listed {
-            let _ = writeln!(text, "{name:<20}{title}");
-        }
-        output::print(&text)?;
+        output::print(
+            &listed.iter().map(|(name, title)| format!("{name:<20}{title}\n")).collect::<String>(),
+        )?;
     }
     Ok(Outcome::Good)
 }
@@ -103,9 +96,7 @@ fn load(path: &Path) -> miette::Result<Scene> {
     if scene::names().any(|n| n == name) || !(path.exists() || name.ends_with(".toml")) {
         return scene::shipped(&name).into_diagnostic();
     }
-    let text = tongue_fit::files::read_text(path)
-        .into_diagnostic()
-        .wrap_err_with(|| format!("cannot read the scene file \"{name}\""))?;
+    let text = inputs::text("the scene file", path)?;
     Scene::from_toml(&text, &name).into_diagnostic()
 }
 
@@ -120,14 +111,6 @@ fn prepared(scene: &Scene) -> miette::Result<Ready> {
         AnyBody::Flat(b) => Ready::Flat(prepare(scene, b).into_diagnostic()?),
         AnyBody::Solid(b) => Ready::Solid(prepare(scene, b).into_diagnostic()?),
     })
-}
-
-fn explain(plan: &ScenePlan, global: &Global) -> miette::Result<Outcome> {
-    match global.json {
-        true => output::print(&output::json(plan)?)?,
-        false => output::print(&scene_table::plan(plan))?,
-    }
-    Ok(Outcome::Good)
 }
 
 fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
@@ -178,8 +161,11 @@ fn answered<const D: usize>(
     to: Option<(&OutputDir, &Path)>,
     draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>], &[f64]) -> Result<Svg, ReportError>,
 ) -> miette::Result<(Answer, Provenance, Vec<PathBuf>)> {
-    tell(&prepared.plan);
     let plan = &prepared.plan;
+    output::step(|| {
+        let on: Vec<&str> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
+        format!("{}; {}; {} unknowns; simulated: {}", plan.body, plan.method, plan.unknowns, on.join(", "))
+    });
     let an_iteration_us = plan.effects.iter().map(|e| e.estimated_us).sum::<f64>() + plan.estimated_factor_us;
     output::tell_duration(
         &format!("{} nodes", plan.nodes),
@@ -223,13 +209,6 @@ fn iterations(scene: &Scene) -> f64 {
         _ if scene.points.is_some() => 1000.0,
         Want::Lengths | Want::Shape | Want::Sound => 30.0,
     }
-}
-
-fn tell(plan: &ScenePlan) {
-    output::step(|| {
-        let on: Vec<&str> = plan.effects.iter().filter(|e| e.simulated).map(|e| e.effect).collect();
-        format!("{}; {}; {} unknowns; simulated: {}", plan.body, plan.method, plan.unknowns, on.join(", "))
-    });
 }
 
 fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miette::Result<()> {

@@ -11,7 +11,6 @@ use tongue_fit::system::System;
 
 use super::{Global, Outcome, body, output, pulls, space, table, trajectory};
 
-/// Options of `tongue-fit simulate`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Example (the published answer for /a/):\n  \
@@ -44,7 +43,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(source) = arguments.body.space() {
         return space::run(source, &arguments.space, arguments.direct, global);
     }
-    if arguments.trajectory.is_given() {
+    if arguments.trajectory.trajectory {
         return trajectory::run(&arguments.trajectory, &arguments.pulls, &arguments.body, global);
     }
     let body = arguments.body.body()?;
@@ -75,5 +74,5 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
     let by = super::provenance().with_tissue(system.tissue());
     output::write_and_answer(global, (out.as_ref(), &files), &json, &by, || table::simulation(&record))?;
-    Ok(Outcome::of_equilibrium(record.status, &record.alarms))
+    Ok(Outcome::of_equilibrium(&record.found))
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, WrapErr, miette};
+use miette::{IntoDiagnostic, bail, miette};
 use nalgebra::SVector;
 use serde::Serialize;
 use tongue_fit::body::{AnyBody, Mesh};
@@ -18,11 +18,10 @@ use tongue_fit::system::TissueModel;
 use tongue_sound::voice::{self, Voice};
 
 use super::body::SpaceSource;
-use super::{Global, Outcome, output, sound_space, table};
+use super::{Global, Outcome, inputs, output, sound_space, table};
 
 const BASELINE: &str = "ɯ";
 
-/// Options of `tongue-fit sound`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(
@@ -126,10 +125,7 @@ impl Arguments {
         let Some(path) = &self.tract else {
             return source.map_or_else(|| Airway::drawn().into_diagnostic(), sound_space::drawn);
         };
-        let text = tongue_fit::files::read_text(path)
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot read the tract \"{}\"; name a TOML file", path.display()))?;
-        Airway::read(&text, &path.display().to_string()).into_diagnostic()
+        inputs::tract(path)
     }
 
     /// Jaw, hyoid and lips: those of the tract's file for the vowel, where they are not given.
@@ -192,7 +188,7 @@ impl Arguments {
         let scene = self.scene(tract, vowel)?;
         scene.check().into_diagnostic()?;
         let AnyBody::Flat(body) = body::build(&scene).into_diagnostic()? else {
-            return Err(miette!("only a body in the plane has a tract"));
+            bail!("only a body in the plane has a tract");
         };
         let mut prepared = prepare(&scene, body).into_diagnostic()?;
         let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
@@ -218,7 +214,7 @@ impl Arguments {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
-    let source = arguments.space.source();
+    let source = arguments.space.body.as_ref();
     let tract = arguments.read_tract(source)?;
     let (out, heard) = match source {
         Some(source) => {

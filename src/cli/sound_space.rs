@@ -10,7 +10,6 @@ use super::body::{SpaceSource, space_name};
 use super::sound::{Heard, Record};
 use super::space;
 
-/// Options of the sound of a body in space.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Body in space")]
@@ -18,7 +17,7 @@ pub struct Arguments {
     /// Tongue in space instead of a vowel: the built-in one, a folder with ArtiSynth's, or hexahedra from Gmsh [space, FOLDER,
     /// FILE.msh]
     #[arg(long, value_name = "BODY", value_parser = space_name, conflicts_with_all = ["vowel", "tension"])]
-    body: Option<SpaceSource>,
+    pub body: Option<SpaceSource>,
     /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given
     /// several times
     #[arg(long, value_name = "MUSCLE=A", requires = "body")]
@@ -28,10 +27,6 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    pub fn source(&self) -> Option<&SpaceSource> {
-        self.body.as_ref()
-    }
-
     pub fn heard(
         &self,
         source: &SpaceSource,

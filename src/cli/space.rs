@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, WrapErr, miette};
+use miette::{IntoDiagnostic, bail, miette};
 use nalgebra::{Vector2, Vector3};
 
 use tongue_fit::body::{SpaceBody, Unit, artisynth, gmsh};
@@ -15,9 +15,8 @@ use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use super::body::SpaceSource;
 use super::choice::choice;
-use super::{Global, Outcome, output, table};
+use super::{Global, Outcome, inputs, output, table};
 
-/// Options of bodies in space.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Body in space")]
@@ -32,7 +31,6 @@ pub struct Arguments {
     surgery: SurgeryArguments,
 }
 
-/// Options of surgery.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Surgery")]
@@ -66,7 +64,6 @@ impl SurgeryArguments {
     }
 }
 
-/// Options of the model in space.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Body in space")]
@@ -90,7 +87,7 @@ pub struct ModelArguments {
 impl ModelArguments {
     pub fn body(&self, source: &SpaceSource) -> miette::Result<SpaceBody> {
         if self.body_unit != Unit::M && !matches!(source, SpaceSource::Mesh(_)) {
-            return Err(miette!("--body-unit is the unit of a body from Gmsh: --body FILE.msh"));
+            bail!("--body-unit is the unit of a body from Gmsh: --body FILE.msh");
         }
         match source {
             SpaceSource::BuiltIn if self.muscles_as == MusclesAs::Lines => Err(miette!(
@@ -102,8 +99,7 @@ impl ModelArguments {
             }
             SpaceSource::Mesh(file) => {
                 let origin = file.display().to_string();
-                let bytes = tongue_fit::files::read(file).into_diagnostic();
-                let bytes = bytes.wrap_err_with(|| format!("cannot read the mesh \"{origin}\""))?;
+                let bytes = inputs::bytes("the mesh", file)?;
                 let body = gmsh::read_space(&bytes, &origin, self.body_unit);
                 body.map(|body| self.cut(body)).into_diagnostic()
             }
@@ -229,5 +225,5 @@ pub fn run(
         [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
     let by = super::provenance().with_tissue(system.tissue());
     output::write_and_answer(global, (out.as_ref(), &files), &json, &by, || table::in_space(&record))?;
-    Ok(Outcome::of_equilibrium(found.solution.status, &found.alarms))
+    Ok(Outcome::of_equilibrium(&found))
 }

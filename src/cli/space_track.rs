@@ -1,12 +1,11 @@
 //! `tongue-fit track FILES --body space` or a folder: activations that bring a body in space to where it was seen, in tables of its own
 //! or in recordings.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, WrapErr, miette};
+use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 
 use tongue_fit::body::{Body, DEFAULT_SPACING_M, SpaceBody};
 use tongue_fit::inverse::in_space::{Recorded, SpaceSearch};
@@ -17,13 +16,13 @@ use tongue_fit::report::{self, Export, Json, SpaceFitRecord, SpaceTrackRecord, S
 use tongue_fit::system::System;
 
 use super::body::SpaceSource;
+use super::outcome::counted;
 use super::space::ModelArguments;
 use super::{Global, Outcome, output, recording_checks, recordings, table, untrusted, word};
 
 /// A share of a combination below this is not worth a word.
 const SHARE: f64 = 0.2;
 
-/// Options of searches in space.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Body in space")]
@@ -47,20 +46,22 @@ pub fn run(
     arguments: &Arguments,
     global: &Global,
 ) -> miette::Result<Outcome> {
-    if !(arguments.sd.is_finite() && arguments.sd > 0.0) {
-        return Err(miette!("--sd is {}; it must be a positive number of millimetres", arguments.sd));
-    }
+    ensure!(
+        arguments.sd.is_finite() && arguments.sd > 0.0,
+        "--sd is {}; it must be a positive number of millimetres",
+        arguments.sd
+    );
     let body = arguments.model.body(source)?;
-    let (recorded, notes, implausible) = match are_tables(&recordings.files)? && !recordings.example {
-        true if as_is || recordings.is_interpreted() => {
-            return Err(miette!(
+    let (recorded, notes, implausible) = if are_tables(&recordings.files)? && !recordings.example {
+        let recordings::Arguments { map, palate, speaker, format, .. } = recordings;
+        if as_is || map.is_some() || palate.is_some() || speaker.is_some() || format.is_some() {
+            bail!(
                 "--map, --palate, --speaker, --format and --as-is are for recordings; leave them out with a table of a body in space"
-            ));
+            );
         }
-        true => {
-            (Recorded::of_tables(&recordings.files, 1e-3 * arguments.sd).into_diagnostic()?, Vec::new(), None)
-        }
-        false => recorded(source, &body, recordings, as_is)?,
+        (Recorded::of_tables(&recordings.files, 1e-3 * arguments.sd).into_diagnostic()?, Vec::new(), None)
+    } else {
+        recorded(source, &body, recordings, as_is)?
     };
     arguments.answer(&body, &recorded, (notes, implausible), "results/space-track", global)
 }
@@ -112,12 +113,10 @@ impl Arguments {
             last = Some(fit.answer);
         }
         let wall_s = clock.elapsed().as_secs_f64();
-        let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
-        for frame in &frames {
-            let is_doubtful = frame.status == FitStatus::Converged && !frame.alarms.is_empty();
-            let status = if is_doubtful { "with alarms".to_owned() } else { word(&frame.status) };
-            *statuses.entry(status).or_default() += 1;
-        }
+        let statuses = counted(frames.iter().map(|frame| match frame.status {
+            FitStatus::Converged if !frame.alarms.is_empty() => "with alarms".to_owned(),
+            status => word(&status),
+        }));
         let doubtful = untrusted(&statuses, &["converged"], "frames");
         let untrusted = implausible.into_iter().chain(doubtful).reduce(|all, next| format!("{all}; {next}"));
         let record = SpaceTrackRecord { body: body.what.clone(), untrusted, frames, notes, wall_s };

@@ -5,12 +5,14 @@ use std::path::PathBuf;
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
+use tongue_fit::dynamics::{MotionOutcome, MotionStatus};
 use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::batch::BatchJournal;
 use tongue_fit::report::batch::contrasts::SubjectContrast;
 use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{OperationRecord, SimulationRecord, SpaceRecord, TrajectoryRecord};
+use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::{self, Connection, CriticalKind};
 use tongue_fit::validate::ValidationStudy;
 
@@ -53,6 +55,7 @@ pub(super) fn files(written: &[PathBuf]) -> String {
 }
 
 pub fn simulation(record: &SimulationRecord) -> String {
+    let solution = &record.found.solution;
     let ratio = match record.ratios.0.iter().find(|(_, ratio)| *ratio == 1.0) {
         Some((reference, _)) => format!("ratio to {reference}"),
         None => "ratio".to_owned(),
@@ -71,18 +74,19 @@ pub fn simulation(record: &SimulationRecord) -> String {
     });
     let mut text = format!(
         "{t}\n{:?} in {} iterations; largest residual force {:.1e} N; {}",
-        record.status,
-        record.iterations,
-        record.max_residual_force_n,
+        solution.status,
+        solution.iterations,
+        solution.max_residual_force,
         of_rest("areas", record.min_area_ratio, record.max_area_ratio)
     );
-    if record.status == statics::SolveStatus::Inverted {
+    if solution.status == statics::SolveStatus::Inverted {
         text += "A CELL IS INVERTED: no effect in this model prevents that\n";
     }
-    text + &way(record.branch.as_ref(), record.connection) + &alarms(&record.alarms)
+    text + &way(&record.found)
 }
 
 pub fn in_space(record: &SpaceRecord) -> String {
+    let solution = &record.found.solution;
     let header = ["muscle", "activation", "fibre mm", "stretch"];
     let t = rows(&header, record.activations.0.iter().enumerate(), |(i, (muscle, activation))| {
         let (length, stretch) = (record.lengths_mm.0[i].1, record.stretches.0[i].1);
@@ -91,17 +95,16 @@ pub fn in_space(record: &SpaceRecord) -> String {
     let [back, right, up] = record.foremost_moved_mm;
     let moved = displacement([(back, ["back", "forward"]), (right, ["right", "left"]), (up, ["up", "down"])]);
     format!(
-        "{t}\nthe foremost node of the midsagittal plane: {moved}; all nodes: {:.2} mm (RMS)\n{:?} in {} iterations and {} factorisations of {} unknowns{}; {}{}{}{}",
+        "{t}\nthe foremost node of the midsagittal plane: {moved}; all nodes: {:.2} mm (RMS)\n{:?} in {} iterations and {} factorisations of {} unknowns{}; {}{}{}",
         record.rms_displacement_mm,
-        record.status,
-        record.iterations,
-        record.factorisations,
+        solution.status,
+        solution.iterations,
+        solution.factorisations,
         record.unknowns,
         if record.half { " (one half: both sides are alike)" } else { "" },
         of_rest("volumes", record.min_volume_ratio, record.max_volume_ratio),
         record.operation.as_ref().map_or_else(String::new, operation),
-        way(record.branch.as_ref(), record.connection),
-        alarms(&record.alarms)
+        way(&record.found)
     )
 }
 
@@ -123,9 +126,12 @@ fn of_rest(what: &str, least: f64, most: f64) -> String {
     format!("{what} at {:.1} % to {:.1} % of rest\n", 100.0 * least, 100.0 * most)
 }
 
-/// The connection of an equilibrium to rest.
-fn way(branch: Option<&statics::Trace>, connection: Connection) -> String {
-    let Some(branch) = branch else { return way_from_rest(connection).to_owned() };
+/// How an equilibrium is connected to rest, and what there is to doubt in it.
+fn way(found: &Equilibrium) -> String {
+    let doubts = alarms(&found.alarms);
+    let Some(branch) = &found.branch else {
+        return way_from_rest(found.solution.connection).to_owned() + &doubts;
+    };
     let text = match (branch.critical, branch.stopped) {
         (None, None) => {
             "followed from rest: the answer lies on the branch of equilibria that begins there".to_owned()
@@ -143,7 +149,7 @@ fn way(branch: Option<&statics::Trace>, connection: Connection) -> String {
             }
         ),
     };
-    text + if branch.another { "; there is another equilibrium\n" } else { "; no other was met\n" }
+    text + if branch.another { "; there is another equilibrium\n" } else { "; no other was met\n" } + &doubts
 }
 
 /// The connection to rest of an equilibrium whose branch was not followed.
@@ -169,11 +175,11 @@ pub(super) fn alarms(alarms: &[Alarm]) -> String {
 pub fn trajectory(record: &TrajectoryRecord) -> String {
     let lengths = &record.lengths_mm.0;
     let t = rows(&["muscle", "length mm"], lengths, |(muscle, mm)| [muscle.clone(), format!("{mm:.3}")]);
-    let counts = &record.counts;
+    let MotionOutcome { status, time_s, counts } = record.outcome;
     let mut text = format!(
         "{t}\n{:?} at t = {:.4} s of {} s; {} in {:.0} ms: {} steps, {} rejected, {} forces, {} factorisations\n",
-        record.status,
-        record.time_s,
+        status,
+        time_s,
         record.t_end_s,
         record.method,
         1e3 * record.wall_s,
@@ -182,10 +188,10 @@ pub fn trajectory(record: &TrajectoryRecord) -> String {
         counts.force_evaluations,
         counts.factorisations
     );
-    if record.status == tongue_fit::dynamics::MotionStatus::Unstable {
+    if status == MotionStatus::Unstable {
         text += "the steps grow there: take a shorter one (--dt), or --method tr-bdf2, which has no limit\n";
     }
-    text += &way_gone(record.time_s, record.part_of_way_to_equilibrium);
+    text += &way_gone(time_s, record.part_of_way_to_equilibrium);
     text += &alarms(alarms::barrier(record.guarded).as_slice());
     text + &of_rest("areas", record.min_area_ratio, record.max_area_ratio)
 }
@@ -200,6 +206,15 @@ pub fn way_gone(time_s: f64, part: Option<f64>) -> String {
 /// A tension; a large one has an exponent, so that columns keep their width.
 pub(super) fn newtons(tension: f64) -> String {
     if tension < 1e5 { format!("{tension:.2}") } else { format!("{tension:.2e}") }
+}
+
+/// The first of `parts`, and the number of the others.
+pub(super) fn listed(parts: impl IntoIterator<Item = String>, most: usize, between: &str) -> String {
+    let mut parts: Vec<String> = parts.into_iter().collect();
+    let more = parts.len().saturating_sub(most);
+    parts.truncate(most);
+    parts.extend((more > 0).then(|| format!("and {more} more")));
+    parts.join(between)
 }
 
 /// `12 converged, 1 target not met`.
@@ -257,7 +272,7 @@ pub fn batch(batch: &Batch<'_>, journal: &BatchJournal, wall_s: f64) -> miette::
     let s = batch.summary;
     let mut text = String::new();
     if batch.jobs.len() <= MOST_LISTED {
-        text += &listed(batch, journal)?;
+        text += &fits(batch, journal)?;
     }
     let t = rows(&["passive stretches, RMS", "fits", "model", "no change", ""], &s.passive, |g| {
         let vowel = g.vowel.as_ref().map_or("all".to_owned(), |v| format!("/{v}/"));
@@ -322,7 +337,7 @@ fn decided(all: &[SubjectContrast]) -> String {
     text
 }
 
-fn listed(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
+fn fits(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
     let (mut verdicts, mut t) =
         (String::new(), table(&["fit", "tensions, N/m", "misfit", "passive", "alarms"]));
     left(&mut t, 1);

@@ -1,9 +1,8 @@
 //! `tongue-fit track`: tensions over time.
 
-use std::collections::BTreeMap;
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, miette};
+use miette::{IntoDiagnostic, bail, ensure, miette};
 use tongue_fit::adapt::{Basis, How};
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
@@ -16,14 +15,13 @@ use tongue_fit::track::{
 
 use super::body_file::BodyFile;
 use super::choice::choice_among;
+use super::outcome::counted;
 use super::recordings::{self, Given, PriorArguments, Screened};
-use super::track_files::Bodies;
 use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
     track_table,
 };
 
-/// Options of `tongue-fit track`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Examples:\n  \
@@ -158,7 +156,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         // Why they cannot be reached may be in a note.
         notes.iter().for_each(|n| output::note(n));
         journal.remove().into_diagnostic()?;
-        return Err(miette!("{why}"));
+        bail!("{why}");
     }
     left_out.extend(unmet.into_iter().map(|why| format!("left out: {why}")));
     notes.splice(0..0, left_out.iter().cloned());
@@ -166,9 +164,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let untrusted = untrusted(&results, &mut notes);
     let untrusted = recording_checks::with_implausible(&recordings, untrusted);
     let outcome = Outcome::of_reason(untrusted.clone());
-    let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
     let frames: Vec<&Tracked> = results.iter().flat_map(|one| &one.frames).collect();
-    frames.iter().for_each(|f| *statuses.entry(status_name(&f.status)).or_default() += 1);
+    let statuses = counted(frames.iter().map(|f| status_name(&f.status)));
     let of_recordings: Vec<&[Tracked]> = results.iter().map(|one| one.frames.as_slice()).collect();
     let labelled = results.iter().map(|one| (one.frames.as_slice(), one.labels.as_slice()));
     let draws = results.iter().map(|one| one.compared.as_slice());
@@ -203,9 +200,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let recordings = &record.results.recordings;
     let mut body = speaker.body.clone();
     recordings.first().iter().for_each(|one| body.mesh.nodes.clone_from(&one.rest));
-    let body = BodyFile::new(&body, &run.basis.model, speaker.tracked(&body))?;
-    let bodies = Bodies::new(body, recordings);
-    let written = track_files::write(&out, &record, &bodies, &run.basis.model, &arguments.files)?;
+    let body = BodyFile::new(&body, &run.basis.model, speaker.tracked(&body), recordings)?;
+    let written = track_files::write(&out, &record, &body, &run.basis.model, &arguments.files)?;
     journal.remove().into_diagnostic()?;
     let by = super::provenance().with_tissue(run.basis.model.tissue);
     output::answer(global, &Json(&record), &by, &written, || track_table::track(&record))?;
@@ -217,8 +213,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<String> {
     let most = 100.0 * MOST_UNTRUSTED;
     let said = |frames: &[&Tracked]| {
-        let mut statuses: BTreeMap<String, usize> = BTreeMap::new();
-        frames.iter().for_each(|f| *statuses.entry(status_name(&f.status)).or_default() += 1);
+        let statuses = counted(frames.iter().map(|f| status_name(&f.status)));
         super::untrusted(&statuses, &["converged", "unresolved", "gap"], "frames")
     };
     let bad: Vec<&RecordingResult> = results.iter().filter(|one| is_untrusted(&one.frames)).collect();
@@ -243,18 +238,14 @@ fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<Stri
     if arguments.muscles.is_empty() {
         let mut names = body.mesh.muscle_names();
         names.dedup();
-        if names.is_empty() {
-            return Err(miette!("{} has no muscles; name curves of its mesh after them", body.what));
-        }
+        ensure!(!names.is_empty(), "{} has no muscles; name curves of its mesh after them", body.what);
         return Ok(names);
     }
     let mut names = Vec::new();
     for name in &arguments.muscles {
         let number = body.muscle(name.trim()).into_diagnostic()?;
         let name = body.mesh.muscles[number].name.clone();
-        if names.contains(&name) {
-            return Err(miette!("--muscles: {name} is given twice; give each muscle once"));
-        }
+        ensure!(!names.contains(&name), "--muscles: {name} is given twice; give each muscle once");
         names.push(name);
     }
     Ok(names)
@@ -283,9 +274,7 @@ fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<
         s.contour.iter().filter(|n| shown(n)).count() + 2 * s.sensors.iter().filter(|(n, _)| shown(n)).count()
     };
     if !out.is_empty() && recordings.iter().any(|r| left(&r.seen) < track::FEWEST) {
-        return Err(miette!(
-            "--hold-out leaves fewer than three contour points or two coils to fit; hold out fewer"
-        ));
+        bail!("--hold-out leaves fewer than three contour points or two coils to fit; hold out fewer");
     }
     Ok(out)
 }

@@ -4,10 +4,9 @@ use std::io;
 use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
-use serde::Serialize;
 use tongue_fit::report::{
-    Export, Json, OutputDir, Provenance, Pvd, RecordingResult, TrackPage, TrackRecord, contrasts,
-    formants_csv, repeats_table, segments_csv, track_csv,
+    Export, Json, OutputDir, Provenance, Pvd, TrackPage, TrackRecord, contrasts, formants_csv, repeats_table,
+    segments_csv, track_csv,
 };
 use tongue_fit::system::Model;
 
@@ -24,7 +23,6 @@ pub enum Also {
     Vtu,
 }
 
-/// Options of the files beside the tables.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Files")]
@@ -40,36 +38,10 @@ pub struct Arguments {
 
 type File<'a> = (String, Box<dyn Export + 'a>);
 
-/// The body of all recordings: that of the first, and the nodes at rest of recordings that were tracked apart and have another shape.
-#[derive(Serialize)]
-pub struct Bodies<'a> {
-    #[serde(flatten)]
-    first: BodyFile,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    other_rest_shapes: Vec<RestShape<'a>>,
-}
-
-#[derive(Serialize)]
-struct RestShape<'a> {
-    recordings: Vec<&'a str>,
-    nodes_m: Vec<[f64; 2]>,
-}
-
-impl<'a> Bodies<'a> {
-    pub fn new(first: BodyFile, recordings: &'a [RecordingResult]) -> Self {
-        let groups = recordings.chunk_by(|a, b| a.rest == b.rest).skip(1);
-        let shape = |group: &'a [RecordingResult]| RestShape {
-            recordings: group.iter().map(|one| one.name.as_str()).collect(),
-            nodes_m: group[0].rest.iter().map(|p| [p.x, p.y]).collect(),
-        };
-        Self { first, other_rest_shapes: groups.map(shape).collect() }
-    }
-}
-
 pub fn write(
     out: &OutputDir,
     record: &TrackRecord,
-    bodies: &Bodies<'_>,
+    body: &BodyFile<'_>,
     model: &Model,
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
@@ -79,7 +51,7 @@ pub fn write(
         ("track.html".to_owned(), Box::new(TrackPage(record))),
         ("track.json".to_owned(), Box::new(Json(record))),
         ("track.csv".to_owned(), Box::new(track_csv(record))),
-        ("body.json".to_owned(), Box::new(Json(bodies))),
+        ("body.json".to_owned(), Box::new(Json(body))),
     ];
     if results.recordings.iter().any(|one| !one.segments.is_empty()) {
         files.push(("segments.csv".to_owned(), Box::new(segments_csv(results))));

@@ -3,18 +3,19 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use miette::{IntoDiagnostic, WrapErr};
+use miette::IntoDiagnostic;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::heard::{Airway, Articulation, Tract};
 use tongue_fit::report::{FormantsRecord, TrackResults};
 use tongue_fit::track::{Followed, Frame, listen};
 
+use super::inputs;
+
 const FORMANTS: usize = 2;
 /// A traced palate replaces the drawn one where they are nearer to each other than this, mm.
 const REACH_MM: f64 = 12.0;
 
-/// Options of the sound.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Sound")]
@@ -44,14 +45,7 @@ impl Arguments {
         if !self.formants {
             return Ok(None);
         }
-        let given = match &self.tract {
-            None => None,
-            Some(path) => {
-                let text = tongue_fit::files::read_text(path).into_diagnostic();
-                let text = text.wrap_err_with(|| format!("cannot read the tract \"{}\"", path.display()))?;
-                Some(Airway::read(&text, &path.display().to_string()).into_diagnostic()?)
-            }
-        };
+        let given = self.tract.as_deref().map(inputs::tract).transpose()?;
         let lips = Articulation {
             lip_opening_mm: self.lip_opening,
             lip_protrusion_mm: self.lip_protrusion,

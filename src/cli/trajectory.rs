@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
-use miette::{IntoDiagnostic, miette};
+use miette::{IntoDiagnostic, bail, ensure, miette};
 use nalgebra::SVector;
 use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::{
@@ -15,8 +15,8 @@ use tongue_fit::effect::Configuration;
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::ByMuscle;
 use tongue_fit::report::{
-    self, AnimationFrame, Export, History, Json, OutputDir, Provenance, Pvd, ReportError, TrajectoryRecord,
-    Vtu,
+    self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
+    TrajectoryRecord, Vtu,
 };
 use tongue_fit::system::System;
 
@@ -29,7 +29,6 @@ const MOST_FRAMES: usize = 2000;
 const LONGEST_RUN: Duration = Duration::from_secs(30 * 60);
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Options of a trajectory.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(next_help_heading = "Trajectory")]
@@ -37,7 +36,7 @@ pub struct Arguments {
     /// Follow the motion from rest over time instead of solving for the equilibrium; writes to --out
     /// [default: results]
     #[arg(long)]
-    trajectory: bool,
+    pub trajectory: bool,
     /// End of the motion, s
     #[arg(long, value_name = "S", default_value_t = 3.0, requires = "trajectory")]
     t_end: f64,
@@ -74,19 +73,15 @@ pub struct Arguments {
 const TOLERANCE_MM: f64 = 1e-6;
 
 impl Arguments {
-    pub fn is_given(&self) -> bool {
-        self.trajectory
-    }
-
     fn check(&self) -> miette::Result<()> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
         if !is_time(self.t_end) {
             let must = format!("it must be a time in seconds, like 3, and at least {SHORTEST_S:e}");
-            return Err(miette!("--t-end is {:?}; {must}", self.t_end));
+            bail!("--t-end is {:?}; {must}", self.t_end);
         }
         if !(self.ramp == 0.0 || is_time(self.ramp)) {
             let must = format!("it must be a time in seconds: 0 for a step, or at least {SHORTEST_S:e}");
-            return Err(miette!("--ramp is {:?}; {must}", self.ramp));
+            bail!("--ramp is {:?}; {must}", self.ramp);
         }
         let positive = |name: &str, value: Option<f64>, unit: &str| match value {
             Some(v) if !(v > 0.0 && v.is_finite()) => {
@@ -97,7 +92,7 @@ impl Arguments {
         positive("dt", self.dt, "seconds")?;
         positive("tolerance", self.tolerance, "millimetres")?;
         if !(2..=MOST_FRAMES).contains(&self.frames) {
-            return Err(miette!("--frames is {}; take 2 to {MOST_FRAMES}", self.frames));
+            bail!("--frames is {}; take 2 to {MOST_FRAMES}", self.frames);
         }
         Ok(())
     }
@@ -126,16 +121,15 @@ impl Arguments {
         if let Control::Fixed(dt) = control {
             let cost = dynamics::cost_per_step(motion, integrator.as_mut(), &motion.at_rest(), self.t_end);
             let seconds = cost.as_secs_f64() * self.t_end / dt;
-            if seconds > LONGEST_RUN.as_secs_f64() {
-                return Err(miette!(
-                    "{method} with a step of {dt:.2e} s would take about {} for {} s ({:.1e} steps of {:.1} us each): \
+            ensure!(
+                seconds <= LONGEST_RUN.as_secs_f64(),
+                "{method} with a step of {dt:.2e} s would take about {} for {} s ({:.1e} steps of {:.1} us each): \
                      take --method tr-bdf2, which needs a few hundred steps (or --force to run it all the same)",
-                    output::duration(seconds),
-                    self.t_end,
-                    self.t_end / dt,
-                    cost.as_secs_f64() * 1e6
-                ));
-            }
+                output::duration(seconds),
+                self.t_end,
+                self.t_end / dt,
+                cost.as_secs_f64() * 1e6
+            );
         }
         method.integrator(motion, control).into_diagnostic()
     }
@@ -191,15 +185,13 @@ pub fn run(
     };
     let (min_area_ratio, max_area_ratio) = system.tissue_ratios(&state.positions);
     let record = TrajectoryRecord {
-        status: outcome.status,
+        outcome,
         method,
         dt_s,
         tolerance_mm,
         t_end_s: arguments.t_end,
-        time_s: outcome.time_s,
         part_of_way_to_equilibrium: motion.part_of_way(system.rest(), &state),
         guarded: system.guarded(at_the_end),
-        counts: outcome.counts,
         lengths_mm: ByMuscle::new(&names, system.lengths(&state.positions).into_iter().map(|l| l * 1e3)),
         min_area_ratio,
         max_area_ratio,
@@ -229,9 +221,16 @@ fn write(
         motion.tensions().at(time, &mut tensions);
         tensions
     };
-    let row = |(time, lengths): (f64, Vec<f64>)| (time, lengths, at(time));
-    let history =
-        History { muscles: mesh.muscle_names(), rows: watch.lengths.into_iter().map(row).collect() };
+    let row = |(time, lengths): (f64, Vec<f64>)| [vec![time], lengths, at(time)].concat();
+    let rows = watch.lengths.into_iter().map(row).collect();
+    let title = "tongue-fit: muscle lengths and tensions over time".to_owned();
+    let sto = StoTable { title, labels: columns(mesh, "time", ["length_m", "tension_n_per_m"]), rows };
+    let in_mm = 1..=mesh.muscles.len();
+    let cell = |(i, v): (usize, &f64)| if in_mm.contains(&i) { v * 1e3 } else { *v }.to_string();
+    let table = Table {
+        columns: columns(mesh, "time_s", ["mm", "n_per_m"]),
+        rows: sto.rows.iter().map(|row| row.iter().enumerate().map(cell).collect()).collect(),
+    };
     let frame = |(time, positions)| AnimationFrame { time, positions, tensions: at(time) };
     let frames: Vec<AnimationFrame> = watch.frames.into_iter().map(frame).collect();
     let pulling = |m: &usize| frames.iter().any(|f| f.tensions[*m] > 0.0);
@@ -248,7 +247,7 @@ fn write(
     let shapes = shapes.collect::<Result<Vec<_>, ReportError>>().into_diagnostic()?;
     let moment = |(nth, f): (usize, &AnimationFrame)| (f.time, format!("trajectory_{nth:04}.vtu"));
     let pvd = Pvd(frames.iter().enumerate().map(moment).collect());
-    let (json, table, sto) = (Json(record), history.table(), history.sto());
+    let json = Json(record);
     let mut files: Vec<(&str, &dyn Export)> = vec![
         ("trajectory.json", &json),
         ("trajectory.csv", &table),
@@ -260,6 +259,12 @@ fn write(
     let mut written = out.export(&files, by).into_diagnostic()?;
     written.truncate(5);
     Ok(written)
+}
+
+/// The column of times, then for every muscle its length, then its tension.
+fn columns(mesh: &Mesh<2>, time: &str, names: [&str; 2]) -> Vec<String> {
+    let of = |what: &str| mesh.muscles.iter().map(|m| format!("{}_{what}", m.name)).collect::<Vec<_>>();
+    [vec![time.to_owned()], of(names[0]), of(names[1])].concat()
 }
 
 /// Collects lengths and frames, and shows the progress of a long run.

@@ -4,13 +4,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::IntoDiagnostic;
-use tongue_fit::measured::{Dataset, Vowel};
+use tongue_fit::measured::Vowel;
 use tongue_fit::report::{Export, Json, Markdown};
 use tongue_fit::validate::{self, ValidationPlan};
 
-use super::{Global, Outcome, body, output, table};
+use super::{Global, Outcome, body, inputs, output, table};
 
-/// Options of `tongue-fit validate`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(
@@ -39,11 +38,7 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
-    let data = match &arguments.lengths {
-        Some(path) => Dataset::from_path(path),
-        None => Dataset::reference(),
-    };
-    let data = data.into_diagnostic()?;
+    let data = inputs::lengths(arguments.lengths.as_ref(), None)?;
     let baseline = match &arguments.baseline {
         Some(label) => label.parse().into_diagnostic()?,
         None => Vowel::unrounded_u(),

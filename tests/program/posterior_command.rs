@@ -269,7 +269,7 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     std::fs::write(folder.path().join("two.csv"), "point,x_mm,y_mm\n1,20,60\n2,30,62\n").unwrap();
     for (options, reason) in [
         ("--emg one.csv", "no muscle has activity in both /a/ and /ɯ/"),
-        ("--emg none.csv", "--emg none.csv"),
+        ("--emg none.csv", "cannot read --emg \"none.csv\""),
         ("--contour two.csv", "it has 2 points; three are needed"),
         ("--contour i=rest.csv", "/i/ is not sampled; sampled are /a/ and the baseline /ɯ/"),
         ("--contour rest.csv --contour a=rest.csv", "there is another file of the same posture"),

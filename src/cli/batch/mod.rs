@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use miette::{IntoDiagnostic, miette};
+use miette::{IntoDiagnostic, bail, miette};
 use rayon::prelude::*;
 use tongue_fit::choice::name_of;
 use tongue_fit::inverse::Method;
@@ -23,7 +23,6 @@ use super::{Global, Outcome, body, interrupt, output, posterior};
 pub use self::prepared::Prepared;
 
 pub const DEFAULT_OUT: &str = "results/batch";
-/// Options of `tongue-fit batch`.
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Examples:\n  \
@@ -107,9 +106,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     let words = super::words_of_the_result();
     if arguments.shard.is_some() && arguments.lengths.as_deref() == Some(Path::new("-")) {
-        return Err(miette!(
-            "--shard with --lengths -: merge reads the table again, so it must be a file; name it"
-        ));
+        bail!("--shard with --lengths -: merge reads the table again, so it must be a file; name it");
     }
     let mut prepared = Prepared::new(arguments, &words)?;
     let out = global.folder(DEFAULT_OUT)?;

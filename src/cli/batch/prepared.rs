@@ -1,8 +1,8 @@
 //! A prepared batch: its jobs, and everything that a fit needs.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use miette::{IntoDiagnostic, miette};
+use miette::{IntoDiagnostic, bail};
 use rayon::prelude::*;
 use tongue_fit::inverse::alarms::THICKNESS_M;
 use tongue_fit::inverse::batch;
@@ -19,7 +19,7 @@ use tongue_fit::report::{OutputDir, ReportError};
 use tongue_fit::run::BatchRun;
 
 use super::Arguments;
-use crate::cli::{Global, Outcome, line_of, output, posterior, table};
+use crate::cli::{Global, Outcome, inputs, line_of, outcome, output, posterior, table};
 
 const MOST_NOTES: usize = 10;
 
@@ -43,25 +43,18 @@ impl Prepared {
     /// results.
     pub fn new(arguments: &Arguments, words: &[String]) -> miette::Result<Self> {
         let selection = arguments.selection()?;
-        let data = match &arguments.lengths {
-            Some(path) => Dataset::from_path(path),
-            None => Dataset::reference(),
-        };
-        let mut data = data.into_diagnostic()?;
-        if let Some(mm) = arguments.error_mm {
-            data = data.with_half_width_mm(mm).into_diagnostic()?;
-        }
+        let data = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
         let unreadable: Vec<String> = data.left_out();
         let plan = batch::plan(&data, &selection).into_diagnostic()?;
         if let (true, Some(first)) = (plan.jobs.is_empty(), plan.refusals.first()) {
-            return Err(miette!(
+            bail!(
                 "none of the {} rows can be fitted; line {}, {} /{}/: {}",
                 plan.refusals.len(),
                 first.line,
                 first.subject,
                 first.vowel,
                 first.message
-            ));
+            );
         }
         let (tongue, model) = (arguments.body.body()?, arguments.body.model());
         // An error that concerns all fits is reported before anything is written.
@@ -102,7 +95,7 @@ impl Prepared {
 
     pub fn fit(&self, number: usize) -> Result<Entry<Fitted>, ReportError> {
         let clock = std::time::Instant::now();
-        let own = match self.has_posterior(number) && !self.posterior.0.is_joint() {
+        let own = match self.has_posterior(number) && !self.posterior.0.joint {
             true => self.posteriors(&[number]).pop().map(|(_, posterior)| posterior),
             false => None,
         };
@@ -115,7 +108,7 @@ impl Prepared {
     /// the journal.
     pub fn sample(&mut self, jobs: &[usize]) {
         let (how, Some(_)) = &self.posterior else { return };
-        if !how.is_joint() {
+        if !how.joint {
             return;
         }
         let all = &self.run.plan.jobs;
@@ -211,20 +204,11 @@ impl Prepared {
         let reference = &self.data.muscles()[reference_muscle(self.data.muscles())];
         let ratios =
             self.run.muscles.iter().filter(|m| *m != reference && self.data.muscles().contains(m)).count();
-        let mut statuses = BTreeMap::new();
         let digests = outputs::digests(journal).map(|(_, digest)| digest);
-        for digest in digests.clone() {
-            *statuses.entry(digest.status.clone()).or_insert(0) += 1;
-        }
+        let statuses = outcome::counted(digests.clone().map(|digest| digest.status.clone()));
         let fits = digests.clone().count();
-        let mut substitutes: Vec<String> = Vec::new();
-        for job in self.run.plan.jobs.iter().filter(|j| j.substitute) {
-            if substitutes.last() != Some(&job.target.subject) {
-                substitutes.push(job.target.subject.clone());
-            }
-        }
-        substitutes.sort_unstable();
-        substitutes.dedup();
+        let substitutes = self.run.plan.jobs.iter().filter(|job| job.substitute);
+        let substitutes: BTreeSet<String> = substitutes.map(|job| job.target.subject.clone()).collect();
         BatchSummary {
             rows: self.data.rows().len(),
             fits,
@@ -233,7 +217,7 @@ impl Prepared {
             not_fitted: self.run.plan.refusals.len() + self.run.plan.jobs.len() - fits,
             unreadable_rows: self.unreadable.len(),
             posteriors_untold: digests.clone().filter(|d| d.posterior_untold).count(),
-            substitute_baselines: substitutes,
+            substitute_baselines: substitutes.into_iter().collect(),
             rest_shape_measure: rest_distance::measure(ratios, reference),
             nearest_row_to_rest: rest_distance::nearest(&self.run.muscles, &rest, &self.data, reference),
             passive: outputs::passive_groups(digests),
@@ -256,15 +240,12 @@ impl Prepared {
                 "{more} more rows cannot be fitted; fits.csv and batch.json name them all"
             ));
         }
-        let mut subjects: Vec<&str> =
-            self.run.plan.baselines.iter().filter(|b| b.substitute).map(|b| b.subject.as_str()).collect();
-        let more = subjects.len().saturating_sub(MOST_NOTES);
-        subjects.truncate(MOST_NOTES);
+        let baselines = self.run.plan.baselines.iter().filter(|b| b.substitute);
+        let subjects: Vec<String> = baselines.map(|b| b.subject.clone()).collect();
         if !subjects.is_empty() {
-            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
             output::note(&format!(
-                "no /ɯ/ for {}{more}: fitted against /{}/ and marked so; --baseline chooses another",
-                subjects.join(", "),
+                "no /ɯ/ for {}: fitted against /{}/ and marked so; --baseline chooses another",
+                table::listed(subjects, MOST_NOTES, ", "),
                 batch::SUBSTITUTE_BASELINE
             ));
         }

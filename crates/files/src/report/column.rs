@@ -1,15 +1,11 @@
 //! Columns of tables: name, unit, meaning and value of each, from which every format is made.
 
 use std::borrow::Cow;
-#[cfg(feature = "files")]
-use std::io;
 use std::rc::Rc;
 
 use serde_json::Value;
 
-#[cfg(feature = "files")]
-use super::cells;
-use super::csv::Table;
+use super::csv::{Table, text};
 
 type Of<'a, R, T> = Rc<dyn Fn(&R) -> T + 'a>;
 
@@ -87,11 +83,7 @@ impl<'a, R: 'a> Column<'a, R> {
 
     /// The value of a row as a cell of CSV: empty where there is none.
     pub fn cell(&self, row: &R) -> String {
-        match (self.value)(row) {
-            Value::Null => String::new(),
-            Value::String(text) => text,
-            other => other.to_string(),
-        }
+        text((self.value)(row))
     }
 
     /// The value of a row as it stands on a page: a dash where there is none.
@@ -134,14 +126,6 @@ pub fn markdown<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> String {
     let rules = line(shown.iter().map(|(c, _)| rule(c)).collect());
     let row = |row: &R| line(shown.iter().map(|(c, _)| format!(" {} ", c.on_page(row))).collect());
     rows.iter().map(row).fold(head + &rules, |text, row| text + &row)
-}
-
-/// Lines of CSV; the header is a line too.
-#[cfg(feature = "files")]
-pub fn lines(out: &mut dyn io::Write, lines: impl IntoIterator<Item = Vec<String>>) -> io::Result<()> {
-    let mut writer = cells::writer(out);
-    lines.into_iter().try_for_each(|line| writer.write_record(line))?;
-    writer.flush()
 }
 
 #[cfg(all(test, feature = "files"))]

@@ -1,10 +1,11 @@
-//! Records and tables as CSV.
+//! Records and tables as CSV, without cells that a spreadsheet would run as formulas.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use super::cells;
 use super::export::{Export, Provenance};
 
 /// Records as CSV: a column for each field, then `version`, `command` and, if it is known, `tissue`.
@@ -13,9 +14,23 @@ pub struct Rows<'a, T>(pub &'a [T]);
 
 impl<T: Serialize> Export for Rows<'_, T> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let mut writer = cells::writer(out);
-        self.0.iter().try_for_each(|row| writer.serialize((row, by)))?;
-        writer.flush()
+        let mut table = Table::default();
+        for row in self.0 {
+            let Value::Object(fields) = serde_json::to_value(row)? else { continue };
+            let (columns, cells) = fields.into_iter().map(|(name, value)| (name, text(value))).unzip();
+            table.columns = columns;
+            table.rows.push(cells);
+        }
+        if table.rows.is_empty() { Ok(()) } else { table.write(out, by) }
+    }
+}
+
+/// A value as a cell: empty where there is none.
+pub(super) fn text(value: Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::String(text) => text,
+        other => other.to_string(),
     }
 }
 
@@ -31,7 +46,7 @@ pub struct Table {
 impl Table {
     pub fn csv(self) -> io::Result<String> {
         let mut out = Vec::new();
-        super::column::lines(&mut out, std::iter::once(self.columns).chain(self.rows))?;
+        lines(&mut out, std::iter::once(self.columns).chain(self.rows))?;
         String::from_utf8(out).map_err(io::Error::other)
     }
 }
@@ -47,50 +62,81 @@ pub(super) fn write<'a>(
     out: &mut dyn Write,
     by: &Provenance,
     columns: impl Iterator<Item = &'a str>,
-    rows: impl Iterator<Item = impl IntoIterator<Item = impl AsRef<[u8]>>>,
+    rows: impl Iterator<Item = impl IntoIterator<Item = impl AsRef<str>>>,
 ) -> io::Result<()> {
     let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
-    let mut writer = cells::writer(out);
-    writer.write_record(columns.chain(names))?;
+    let mut writer = ::csv::Writer::from_writer(out);
+    writer.write_record(columns.chain(names).map(harmless).map(Cow::into_owned))?;
     for row in rows {
-        row.into_iter().try_for_each(|cell| writer.write_field(cell))?;
+        row.into_iter().try_for_each(|cell| writer.write_field(harmless(cell.as_ref()).as_bytes()))?;
         writer.write_record(&values)?;
     }
     writer.flush()
 }
 
+/// Lines of CSV; the header is a line too.
+#[cfg(feature = "files")]
+pub(super) fn lines(out: &mut dyn Write, lines: impl Iterator<Item = Vec<String>>) -> io::Result<()> {
+    let mut writer = ::csv::Writer::from_writer(out);
+    for line in lines {
+        writer.write_record(line.iter().map(|cell| harmless(cell).into_owned()))?;
+    }
+    writer.flush()
+}
+
+/// A cell with an apostrophe in front of it if a spreadsheet would run it as a formula: it begins like one and is not a number. Names in
+/// tables and recordings are other people's, and `=cmd|...` starts a program. A vowel may be called `@`, as in SAMPA.
+fn harmless(cell: &str) -> Cow<'_, str> {
+    let is_formula = match cell.as_bytes() {
+        [] | [_] => false,
+        [b'@', ..] => cell.contains('('),
+        [b'=' | b'+' | b'-' | b'\t' | b'\r', ..] => cell.parse::<f64>().is_err(),
+        _ => false,
+    };
+    if is_formula { format!("'{cell}").into() } else { cell.into() }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::super::export::Json;
     use super::*;
-    use tongue_core::system::TissueModel;
 
-    #[derive(Serialize)]
-    struct Row {
-        muscle: &'static str,
-        stretch: f64,
+    #[test]
+    fn formulas_are_written_as_text_and_everything_else_as_it_was() {
+        for formula in
+            ["=1+1", "=cmd|' /C calc'!A0", "+cmd|x", "-2+3+cmd|x", "@SUM(1)", "\t=1", "=H(\"x\",\"a,b\")"]
+        {
+            assert_eq!(harmless(formula), format!("'{formula}"));
+        }
+        for cell in [
+            "-3.5",
+            "+1e-3",
+            "-",
+            "",
+            "@",
+            "@`",
+            "-inf",
+            "a=b",
+            "a,\"b\"",
+            "tongue-fit --vowel a",
+            "ɯ",
+            "\"=1\"",
+        ] {
+            assert_eq!(harmless(cell), cell);
+        }
     }
 
     #[test]
-    fn json_and_csv_say_who_made_them_and_keep_every_bit() {
-        let by = Provenance::new("me, \"quoted\"").with_tissue(TissueModel::FiniteElement);
-        let row = Row { muscle: "GGa", stretch: 0.1 + 0.2 };
-        let json: serde_json::Value = serde_json::from_str(&Json(&row).text(&by).unwrap()).unwrap();
-        assert_eq!(json["stretch"].as_f64(), Some(0.1 + 0.2));
-        assert_eq!(
-            (json["command"].as_str(), json["version"].as_str()),
-            (Some(&*by.command), Some(crate::VERSION))
-        );
-        assert_eq!(json["tissue"], "finite_elements");
-        let rows = Rows(&[row]).text(&by).unwrap();
-        let table = Table {
-            columns: ["muscle", "stretch"].map(String::from).to_vec(),
-            rows: vec![vec!["GGa".into(), (0.1 + 0.2f64).to_string()]],
-        };
+    fn records_and_tables_say_who_made_them_and_keep_every_bit() {
+        #[derive(Serialize)]
+        struct Row {
+            muscle: &'static str,
+            stretch: f64,
+        }
+        let by = Provenance::new("me, \"quoted\"");
+        let rows = Rows(&[Row { muscle: "=GGa", stretch: 0.1 + 0.2 }]).text(&by).unwrap();
+        let cells = ["=GGa".to_owned(), (0.1 + 0.2f64).to_string()].to_vec();
+        let table = Table { columns: ["muscle", "stretch"].map(String::from).to_vec(), rows: vec![cells] };
         assert_eq!(rows, table.text(&by).unwrap());
-        assert!(
-            rows.starts_with("muscle,stretch,version,command,tissue,body\nGGa,0.30000000000000004,"),
-            "{rows}"
-        );
+        assert!(rows.starts_with("muscle,stretch,version,command\n'=GGa,0.30000000000000004,"), "{rows}");
     }
 }

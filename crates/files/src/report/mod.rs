@@ -5,7 +5,6 @@
 
 #[cfg(feature = "files")]
 pub mod batch;
-mod cells;
 #[cfg(feature = "files")]
 mod clean;
 pub mod column;
@@ -69,5 +68,5 @@ pub use track::{
 };
 #[cfg(feature = "files")]
 pub use track::{TrackPage, fixed};
-pub use trajectory::{History, TrajectoryRecord};
+pub use trajectory::TrajectoryRecord;
 pub use vtu::{Pvd, Vtu};

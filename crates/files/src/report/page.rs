@@ -1,8 +1,28 @@
 //! Frame of all HTML pages: one file that needs no network, in light and dark, with one style.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 const STYLE: &str = include_str!("page.css");
+
+/// A table with these headings, and its rows.
+pub fn table(headings: impl IntoIterator<Item = impl Render>, rows: &Markup) -> Markup {
+    html! {
+        table {
+            thead { tr { @for heading in headings { th { (heading) } } } }
+            tbody { (rows) }
+        }
+    }
+}
+
+/// The same of a table that its reader can sort.
+pub fn sortable<'a>(id: &str, headings: impl IntoIterator<Item = &'a str>, rows: &Markup) -> Markup {
+    html! {
+        table.sortable id=(id) {
+            thead { tr { @for heading in headings { th { button type="button" { (heading) } } } } }
+            tbody { (rows) }
+        }
+    }
+}
 
 pub fn document(title: &str, body: &Markup) -> String {
     html! {

@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::column;
 use super::export::{Export, Provenance};
 use super::of_muscle::{self, OfMuscle};
-use super::{ByMuscle, Conclusion, Table};
+use super::{ByMuscle, Conclusion, ReportError, Series, Svg, Table, changes};
+use crate::run::Equilibrium;
 use tongue_core::statics;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::valley::{Valley, ValleyPoint};
@@ -24,24 +25,14 @@ pub(super) fn by(names: &[String], values: &[f64]) -> ByMuscle<f64> {
 /// One equilibrium: `tongue-fit simulate --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SimulationRecord {
-    pub status: statics::SolveStatus,
+    #[serde(flatten)]
+    pub found: Equilibrium,
     pub tensions_n: ByMuscle<f64>,
     pub lengths_mm: ByMuscle<f64>,
     /// Lengths over that of the reference muscle (GGa if there is one).
     pub ratios: ByMuscle<f64>,
     pub stretches: ByMuscle<f64>,
     pub positions_m: Vec<Vec<f64>>,
-    pub max_residual_force_n: f64,
-    pub load_reached: f64,
-    pub stability: statics::Stability,
-    pub connection: statics::Connection,
-    /// Elements in which the barrier against inversion acts. If there are any, the published law does not
-    /// hold there.
-    pub guarded: usize,
-    pub branch: Option<statics::Trace>,
-    pub alarms: Vec<Alarm>,
-    pub iterations: usize,
-    pub factorisations: usize,
     /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element.
     pub min_area_ratio: f64,
     pub max_area_ratio: f64,
@@ -206,6 +197,22 @@ impl FitRecord {
 
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self).map(|s| s + "\n")
+    }
+
+    /// Figure 4.9 of the thesis: the change of every measured muscle, with that of other tensions if there are any.
+    pub fn changes(&self, title: &str, measured: &str, others: Option<Series>) -> Result<Svg, ReportError> {
+        let of = |values: &ByMuscle<f64>| {
+            self.target_stretches.0.iter().filter_map(|(muscle, _)| values.of(muscle).copied()).collect()
+        };
+        let contracts = |m: &str| self.tensions_n.of(m).is_some_and(|tension| *tension >= inverse::AT_BOUND);
+        let label = |(m, _): &(String, f64)| format!("{m}{}", if contracts(m) { "*" } else { "" });
+        let labels: Vec<String> = self.target_stretches.0.iter().map(label).collect();
+        let mut series = vec![
+            Series { name: measured.to_owned(), values: of(&self.target_stretches) },
+            Series { name: "simulated".to_owned(), values: of(&self.stretches) },
+        ];
+        series.extend(others);
+        changes(&labels, &series, self.baseline.label(), title)
     }
 
     pub fn to_csv(&self) -> std::io::Result<String> {

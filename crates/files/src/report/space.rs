@@ -7,15 +7,13 @@ use serde::Serialize;
 use tongue_core::body::SpaceBody;
 use tongue_core::body::space::Operated;
 use tongue_core::geometry::hexahedron;
-use tongue_core::statics;
 use tongue_core::system::System;
 
 use super::export::{Export, Provenance};
 use super::record::{by, mm};
-use super::vtu::{END_OF_GRID, array, begin, grid, point};
+use super::vtu::{Array, point, write_grid};
 use crate::run::Equilibrium;
 use crate::surgery::{FillingKind, Surgery};
-use tongue_infer::inverse::alarms::Alarm;
 use tongue_input::measured::ByMuscle;
 
 /// One equilibrium in space: `tongue-fit simulate --body FOLDER --json`.
@@ -27,7 +25,8 @@ pub struct SpaceRecord {
     pub unknowns: usize,
     /// Whether only one half was solved, because both sides are alike.
     pub half: bool,
-    pub status: statics::SolveStatus,
+    #[serde(flatten)]
+    pub found: Equilibrium,
     pub activations: ByMuscle<f64>,
     /// Lengths of one fibre of each muscle, mm.
     pub lengths_mm: ByMuscle<f64>,
@@ -38,15 +37,6 @@ pub struct SpaceRecord {
     pub rms_displacement_mm: f64,
     pub min_volume_ratio: f64,
     pub max_volume_ratio: f64,
-    pub max_residual_force_n: f64,
-    pub stability: statics::Stability,
-    pub connection: statics::Connection,
-    /// Number of fibres so short that the barrier acts in them.
-    pub guarded: usize,
-    pub iterations: usize,
-    pub factorisations: usize,
-    pub branch: Option<statics::Trace>,
-    pub alarms: Vec<Alarm>,
     /// Changes by surgery, if there was any; everything else describes the body after it.
     pub operation: Option<OperationRecord>,
     pub wall_s: f64,
@@ -61,7 +51,7 @@ impl SpaceRecord {
         positions: &[Vector3<f64>],
         wall_s: f64,
     ) -> Self {
-        let (mesh, solution) = (&body.mesh, &found.solution);
+        let mesh = &body.mesh;
         let names = mesh.muscle_names();
         let length = |x: &[Vector3<f64>], [a, b]: [usize; 2]| (x[b] - x[a]).norm();
         let lengths: Vec<f64> = mesh.muscles.iter().map(|m| length(positions, m.ends())).collect();
@@ -77,7 +67,7 @@ impl SpaceRecord {
             hexahedra: mesh.hexahedra.len(),
             unknowns: 3 * system.pattern().unknowns(),
             half: system.rest().len() < mesh.nodes.len(),
-            status: solution.status,
+            found: found.clone(),
             activations: by(&names, activations),
             lengths_mm: mm(&names, &lengths),
             stretches: ByMuscle::new(&names, lengths.iter().zip(rest).map(|(l, r)| l / r)),
@@ -86,14 +76,6 @@ impl SpaceRecord {
             rms_displacement_mm: (squares / mesh.nodes.len().max(1) as f64).sqrt(),
             min_volume_ratio,
             max_volume_ratio,
-            max_residual_force_n: solution.max_residual_force,
-            stability: solution.stability,
-            connection: solution.connection,
-            guarded: solution.guarded,
-            iterations: solution.iterations,
-            factorisations: solution.factorisations,
-            branch: found.branch,
-            alarms: found.alarms.clone(),
             operation: None,
             wall_s,
         }
@@ -206,20 +188,25 @@ impl Export for SpaceVtu<'_> {
         let muscles = most_active(self.body, self.activations);
         let fibres: Vec<Option<Fibre>> =
             muscles.iter().enumerate().map(|(e, m)| m.and_then(|m| self.fibre(e, m))).collect();
-        begin(out, "UnstructuredGrid", by)?;
-        let of_grid: Vec<_> = cells.iter().map(|c| (c.as_slice(), HEXAHEDRON)).collect();
-        grid(out, &mesh.nodes, self.positions, &of_grid)?;
-        out.write_all(b"<CellData Scalars=\"volume_ratio\">\n")?;
-        let ratios = cells.iter().map(|c| (volume(self.positions, c) / volume(&mesh.nodes, c)).to_string());
-        array(out, "volume_ratio", "Float64", 1, ratios)?;
-        let of = |f: &Option<Fibre>| f.as_ref().map_or(0.0, |f| self.activations[f.muscle]).to_string();
-        array(out, "activation", "Float64", 1, fibres.iter().map(of))?;
-        let stretch = |f: &Option<Fibre>| f.as_ref().map_or(1.0, |f| f.stretch).to_string();
-        array(out, "stretch", "Float64", 1, fibres.iter().map(stretch))?;
-        let direction = |f: &Option<Fibre>| point(&f.as_ref().map_or_else(Vector3::zeros, |f| f.direction));
-        array(out, "fibre", "Float64", 3, fibres.iter().map(direction))?;
+        let ratio = |c| (volume(self.positions, c) / volume(&mesh.nodes, c)).to_string();
+        let of = |name, components, value: &dyn Fn(Option<&Fibre>) -> String| {
+            let values = fibres.iter().map(|fibre| value(fibre.as_ref())).collect();
+            Array { name, kind: "Float64", components, values }
+        };
         let number = |m: &Option<usize>| m.map_or_else(|| "-1".to_owned(), |m| m.to_string());
-        array(out, "muscle", "Int64", 1, muscles.iter().map(number))?;
-        out.write_all(END_OF_GRID)
+        let arrays = [
+            Array { values: cells.iter().map(ratio).collect(), ..of("volume_ratio", 1, &|_| String::new()) },
+            of("activation", 1, &|f| f.map_or(0.0, |f| self.activations[f.muscle]).to_string()),
+            of("stretch", 1, &|f| f.map_or(1.0, |f| f.stretch).to_string()),
+            of("fibre", 3, &|f| point(&f.map_or_else(Vector3::zeros, |f| f.direction))),
+            Array {
+                name: "muscle",
+                kind: "Int64",
+                components: 1,
+                values: muscles.iter().map(number).collect(),
+            },
+        ];
+        let of_grid: Vec<_> = cells.iter().map(|c| (c.as_slice(), HEXAHEDRON)).collect();
+        write_grid(out, by, [&mesh.nodes, self.positions], &of_grid, &arrays)
     }
 }

@@ -31,11 +31,12 @@ pub struct Vtu<'a, const D: usize> {
     stresses: Vec<Stress<D>>,
 }
 
-/// Values of the cells, then of the connections of the muscles, one muscle after another.
-struct Array {
-    name: &'static str,
-    components: usize,
-    values: Vec<String>,
+/// Values of the cells of a grid; in the plane then of the connections of the muscles, one muscle after another.
+pub(super) struct Array {
+    pub name: &'static str,
+    pub kind: &'static str,
+    pub components: usize,
+    pub values: Vec<String>,
 }
 
 impl<'a, const D: usize> Vtu<'a, D> {
@@ -92,6 +93,7 @@ impl<'a, const D: usize> Vtu<'a, D> {
             if D == 2 { ["area_ratio", "tension_n_per_m"] } else { ["volume_ratio", "tension_n"] };
         let of = |name, components, cells: Vec<String>, lines: Vec<String>| Array {
             name,
+            kind: "Float64",
             components,
             values: [cells, lines].concat(),
         };
@@ -144,38 +146,32 @@ fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
 impl<const D: usize> Export for Vtu<'_, D> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let mesh = self.mesh;
-        let arrays = self.arrays();
         let kind = (if mesh.continuum.is_some() { QUADRATIC } else { CELL })[D - 2];
         let lines = self.pairs().map(|(_, pair)| (pair, LINE));
         let cells: Vec<_> = mesh.elements().map(|cell| (cell, kind)).chain(lines).collect();
-        begin(out, "UnstructuredGrid", by)?;
-        grid(out, &mesh.nodes, self.positions, &cells)?;
-        writeln!(out, "<CellData Scalars=\"{}\">", arrays[0].name)?;
-        for a in arrays {
-            array(out, a.name, "Float64", a.components, a.values)?;
-        }
-        let numbers =
-            mesh.elements().map(|_| "-1".to_owned()).chain(self.pairs().map(|(m, _)| m.to_string()));
-        array(out, "muscle", "Int64", 1, numbers)?;
-        out.write_all(END_OF_GRID)
+        let of_tissue = mesh.elements().map(|_| "-1".to_owned());
+        let values = of_tissue.chain(self.pairs().map(|(m, _)| m.to_string())).collect();
+        let mut arrays = self.arrays();
+        arrays.push(Array { name: "muscle", kind: "Int64", components: 1, values });
+        write_grid(out, by, [&mesh.nodes, self.positions], &cells, &arrays)
     }
 }
-
-/// What follows the last array of the cells.
-pub(super) const END_OF_GRID: &[u8] = b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n";
 
 /// The coordinates of a point; the third is zero in the plane.
 pub(super) fn point<const D: usize>(p: &SVector<f64, D>) -> String {
     format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0))
 }
 
-/// Points with their displacement from rest, and cells with their nodes and VTK's type.
-pub(super) fn grid<const D: usize>(
+/// Writes a file of a grid: points at rest and where they are, m, with their displacement, cells with their nodes and VTK's type, and
+/// arrays on the cells, of which the first is shown.
+pub(super) fn write_grid<const D: usize>(
     out: &mut dyn Write,
-    rest: &[SVector<f64, D>],
-    positions: &[SVector<f64, D>],
+    by: &Provenance,
+    [rest, positions]: [&[SVector<f64, D>]; 2],
     cells: &[(&[usize], u8)],
+    arrays: &[Array],
 ) -> io::Result<()> {
+    begin(out, "UnstructuredGrid", by)?;
     let (nodes, count) = (rest.len(), cells.len());
     writeln!(
         out,
@@ -195,12 +191,16 @@ pub(super) fn grid<const D: usize>(
     writeln!(out, "</Cells>\n<PointData Vectors=\"displacement_m\">")?;
     let moved = positions.iter().zip(rest).map(|(x, rest)| point(&(x - rest)));
     array(out, "displacement_m", "Float64", 3, moved)?;
-    out.write_all(b"</PointData>\n")
+    writeln!(out, "</PointData>\n<CellData Scalars=\"{}\">", arrays.first().map_or("", |a| a.name))?;
+    for Array { name, kind, components, values } in arrays {
+        array(out, name, kind, *components, values)?;
+    }
+    out.write_all(b"</CellData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
 }
 
 /// The head of a file. The provenance is a processing instruction, which readers ignore and which, unlike a
 /// comment, can contain every command line.
-pub(super) fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Result<()> {
+fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Result<()> {
     write!(out, "<?xml version=\"1.0\"?>\n<?tongue-fit")?;
     for (name, value) in by.entries() {
         write!(out, " {name}=\"{}\"", escaped(&value))?;
@@ -208,12 +208,12 @@ pub(super) fn begin(out: &mut dyn Write, kind: &str, by: &Provenance) -> io::Res
     writeln!(out, "?>\n<VTKFile type=\"{kind}\" version=\"0.1\" byte_order=\"LittleEndian\">")
 }
 
-pub(super) fn array(
+fn array(
     out: &mut dyn Write,
     name: &str,
     kind: &str,
     components: usize,
-    values: impl IntoIterator<Item = String>,
+    values: impl IntoIterator<Item = impl std::fmt::Display>,
 ) -> io::Result<()> {
     // Readers take scalars for vectors if one component is given.
     let components = match components {
@@ -243,43 +243,10 @@ impl Export for Pvd {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tongue_core::body::{Cells, MuscleChain};
-
-    fn triangle() -> Mesh<2> {
-        let mut cells = Cells::new();
-        cells.push(&[0, 1, 2]);
-        Mesh {
-            nodes: [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(SVector::from).to_vec(),
-            cells,
-            connections: vec![[0, 1], [0, 2], [1, 2]],
-            muscles: vec![MuscleChain { name: "GGa".into(), nodes: vec![0, 1, 2] }],
-            fixed: vec![0],
-            continuum: None,
-            hexahedra: Vec::new(),
-        }
-    }
 
     fn values(document: &roxmltree::Document<'_>, name: &str) -> Vec<f64> {
         let node = document.descendants().find(|n| n.attribute("Name") == Some(name)).unwrap();
         node.text().unwrap().split_whitespace().map(|w| w.parse().unwrap()).collect()
-    }
-
-    #[test]
-    fn written_frames_are_read_back() {
-        let mesh = triangle();
-        let moved = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]].map(SVector::from);
-        let text = Vtu::new(&mesh, &moved, &[12.5]).unwrap().text(&Provenance::new("a --b ?> <")).unwrap();
-        let document = roxmltree::Document::parse(&text).unwrap();
-        assert_eq!(values(&document, "position"), [0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
-        assert_eq!(values(&document, "displacement_m"), [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(values(&document, "connectivity"), [0.0, 1.0, 2.0, 0.0, 1.0, 1.0, 2.0]);
-        assert_eq!(values(&document, "offsets"), [3.0, 5.0, 7.0]);
-        assert_eq!(values(&document, "types"), [5.0, 3.0, 3.0]);
-        assert_eq!(values(&document, "muscle"), [-1.0, 0.0, 0.0]);
-        assert_eq!(values(&document, "area_ratio"), [2.0, 1.0, 1.0]);
-        assert_eq!(values(&document, "stretch"), [1.0, 2.0, 5f64.sqrt() / 2f64.sqrt()]);
-        assert_eq!(values(&document, "tension_n_per_m"), [0.0, 12.5, 12.5]);
-        assert!(matches!(Vtu::new(&mesh, &moved, &[]), Err(ReportError::Number { .. })));
     }
 
     #[test]
@@ -293,41 +260,5 @@ mod tests {
         assert_eq!(values(&document, "volume_ratio"), vec![1.0; mesh.cells.len() + lines]);
         assert_eq!(values(&document, "tension_n").last(), Some(&0.5));
         assert_eq!(values(&document, "position").len(), 3 * mesh.nodes.len());
-    }
-
-    #[test]
-    fn strain_and_stress_of_finite_elements_are_tensors_of_cells() {
-        let mesh = triangle();
-        let moved = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0]].map(SVector::from);
-        let stress = Stress {
-            strain: nalgebra::Matrix2::new(1.5, 0.0, 0.0, 0.0),
-            cauchy_pa: nalgebra::Matrix2::new(4.0, 1.0, 1.0, 2.0),
-            across_pa: 3.0,
-            von_mises_pa: 2.5,
-        };
-        let text = Vtu::new(&mesh, &moved, &[12.5]).unwrap().with_stresses(vec![stress]);
-        let text = text.text(&Provenance::new("")).unwrap();
-        let document = roxmltree::Document::parse(&text).unwrap();
-        let of_lines = [0.0; 18];
-        let cell = [4.0, 1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 3.0];
-        assert_eq!(values(&document, "cauchy_stress_pa"), [&cell[..], &of_lines].concat());
-        assert_eq!(values(&document, "strain")[..9], [1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-        assert_eq!(values(&document, "von_mises_pa"), [2.5, 0.0, 0.0]);
-        assert_eq!(values(&document, "fibre_stress_pa").len(), 3);
-        let plain = Vtu::new(&mesh, &moved, &[12.5]).unwrap().text(&Provenance::new("")).unwrap();
-        assert!(!plain.contains("stress"), "springs have none");
-    }
-
-    #[test]
-    fn the_collection_names_every_frame_with_its_time() {
-        let text =
-            Pvd(vec![(0.0, "a.vtu".into()), (0.5, "b.vtu".into())]).text(&Provenance::new("")).unwrap();
-        let document = roxmltree::Document::parse(&text).unwrap();
-        let sets: Vec<_> = document
-            .descendants()
-            .filter(|n| n.has_tag_name("DataSet"))
-            .map(|n| (n.attribute("timestep").unwrap(), n.attribute("file").unwrap()))
-            .collect();
-        assert_eq!(sets, [("0", "a.vtu"), ("0.5", "b.vtu")]);
     }
 }

@@ -1,6 +1,8 @@
 //! One equilibrium, with what there is to doubt in it.
 
 use nalgebra::SVector;
+use serde::{Serialize, Serializer};
+use serde_json::json;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::System;
 use tongue_infer::inverse::alarms::{self, Alarm};
@@ -9,11 +11,28 @@ use tongue_input::measured::{ByMuscle, TargetKind, reference_muscle};
 use crate::report::SimulationRecord;
 
 /// An equilibrium at given tensions (activations in space); its positions are in the workspace.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Equilibrium {
+    #[serde(flatten, serialize_with = "told")]
     pub solution: Solution,
     pub branch: Option<statics::Trace>,
     pub alarms: Vec<Alarm>,
+}
+
+/// What records tell of a solve: forces in N, in the plane per metre of thickness. If the barrier against inversion
+/// acts in elements (`guarded`), the published law does not hold there.
+fn told<S: Serializer>(solution: &Solution, serializer: S) -> Result<S::Ok, S::Error> {
+    let record = json!({
+        "status": solution.status,
+        "max_residual_force_n": solution.max_residual_force,
+        "load_reached": solution.load_reached,
+        "stability": solution.stability,
+        "connection": solution.connection,
+        "guarded": solution.guarded,
+        "iterations": solution.iterations,
+        "factorisations": solution.factorisations,
+    });
+    record.serialize(serializer)
 }
 
 impl Equilibrium {
@@ -51,21 +70,12 @@ impl Equilibrium {
         let of_kind = |kind: TargetKind| kind.values(&lengths, &rest, reference_muscle(names));
         let (min_area_ratio, max_area_ratio) = system.tissue_ratios(positions);
         SimulationRecord {
-            status: self.solution.status,
+            found: self.clone(),
             tensions_n: ByMuscle::new(names, tensions.iter().copied()),
             lengths_mm: ByMuscle::new(names, lengths.iter().map(|l| 1e3 * l)),
             ratios: ByMuscle::new(names, of_kind(TargetKind::Ratio)),
             stretches: ByMuscle::new(names, of_kind(TargetKind::Stretch)),
             positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
-            max_residual_force_n: self.solution.max_residual_force,
-            load_reached: self.solution.load_reached,
-            stability: self.solution.stability,
-            connection: self.solution.connection,
-            guarded: self.solution.guarded,
-            branch: self.branch,
-            alarms: self.alarms.clone(),
-            iterations: self.solution.iterations,
-            factorisations: self.solution.factorisations,
             min_area_ratio,
             max_area_ratio,
             energy_j: self.solution.energy,

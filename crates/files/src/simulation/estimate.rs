@@ -1,9 +1,9 @@
 //! Result of an inverse problem, by name.
 
 use nalgebra::SVector;
-use serde::Serialize;
+use serde_json::{Value, json};
 
-use crate::report::{ByMuscle, SimulationRecord, ValleyRecord};
+use crate::report::{ByMuscle, ValleyRecord};
 use tongue_core::observe::Observation;
 use tongue_infer::inverse::{Answer, Constant, FitStatus, Quantity, Unknown};
 
@@ -112,45 +112,27 @@ impl<const D: usize> Estimate<D> {
         Some(ValleyRecord::new(open.valley.as_ref()?, &unknowns, &names, <[f64]>::to_vec))
     }
 
-    pub fn record(&self) -> EstimateRecord {
+    /// For JSON: simulated and measured values are in the order and units of the observations, singular values those of d(residual)/d(unknown
+    /// in its unit), the largest first.
+    pub fn record(&self) -> Value {
         let displacement = |name: &String| {
             let shift = self.displacement(name).ok()?;
-            Some((name.clone(), shift.iter().map(|x| x * 1e3).collect()))
+            Some((name.clone(), shift.iter().map(|x| x * 1e3).collect::<Vec<_>>()))
         };
-        EstimateRecord {
-            status: self.status,
-            active: self.contracting.clone(),
-            misfit: self.answer.misfit,
-            simulated: self.simulated.clone(),
-            measured: self.measured.clone(),
-            displacements_mm: ByMuscle(self.bones.iter().filter_map(displacement).collect()),
-            young_modulus_pa: self.young_modulus(),
-            poisson_ratio: self.poisson_ratio(),
-            evaluations: self.answer.evaluations,
-            singular_values: self.answer.identifiability.as_ref().map(|i| i.singular_values.clone()),
-            undetermined: self.undetermined(),
-            valley: self.valley(),
-            shape: self.shape.record(),
-        }
+        json!({
+            "status": self.status,
+            "active": self.contracting,
+            "misfit": self.answer.misfit,
+            "simulated": self.simulated,
+            "measured": self.measured,
+            "displacements_mm": ByMuscle(self.bones.iter().filter_map(displacement).collect()),
+            "young_modulus_pa": self.young_modulus(),
+            "poisson_ratio": self.poisson_ratio(),
+            "evaluations": self.answer.evaluations,
+            "singular_values": self.answer.identifiability.as_ref().map(|i| &i.singular_values),
+            "undetermined": self.undetermined(),
+            "valley": self.valley(),
+            "shape": self.shape.record(),
+        })
     }
-}
-
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct EstimateRecord {
-    pub status: FitStatus,
-    pub active: Vec<String>,
-    pub misfit: f64,
-    /// The value of each observable in the fitted shape, in the order and units of the observations.
-    pub simulated: Vec<f64>,
-    pub measured: Vec<f64>,
-    pub displacements_mm: ByMuscle<Vec<f64>>,
-    pub young_modulus_pa: Option<f64>,
-    pub poisson_ratio: Option<f64>,
-    pub evaluations: usize,
-    /// Singular values of d(residual)/d(unknown in its unit), largest first.
-    pub singular_values: Option<Vec<f64>>,
-    /// Number of directions in which the unknowns can change without a worse fit.
-    pub undetermined: Option<usize>,
-    pub valley: Option<ValleyRecord>,
-    pub shape: SimulationRecord,
 }

@@ -52,7 +52,7 @@ mod words;
 
 pub use assembly::{Assemble, Assembly};
 pub use error::{SimulationError, check_tension};
-pub use estimate::{Estimate, EstimateRecord};
+pub use estimate::Estimate;
 pub use problem::{InverseProblem, Observations};
 pub use shape::Shape;
 pub use solver::Solver;

@@ -230,7 +230,7 @@ mod tests {
         let recording = |labels| Repeatable { times: times.clone(), courses: courses.clone(), labels };
         let names = ["word", "noise", "both"].map(String::from);
         let found = repeated(&[recording(&labels)], &names).unwrap();
-        assert_eq!((found.tier.as_str(), found.labels.values().next().copied()), ("word", 3));
+        assert_eq!((found.tier.as_str(), found.labels.values().next().copied()), ("word", Some(3)));
         let [differs, none, common] = [0, 1, 2].map(|m| found.muscles.0[m].1);
         assert!(differs.icc > 0.98 && differs.chance_95 < differs.icc, "{found:?}");
         assert!(differs.of_label > 0.98 && differs.by_exchange < 0.7, "{found:?}");

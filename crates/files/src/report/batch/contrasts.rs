@@ -7,7 +7,7 @@ use serde_json::json;
 
 use super::tables::provenance;
 use super::{Batch, BatchJournal, Digest, digests};
-use crate::report::column;
+use crate::report::{column, csv};
 use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::Contrast;
 
@@ -50,5 +50,5 @@ pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     let [version, _, command] = provenance(batch.provenance);
     columns.extend([version, command]);
     let table = column::table(&columns, batch.contrasts);
-    column::lines(w, std::iter::once(table.columns).chain(table.rows))
+    csv::lines(w, std::iter::once(table.columns).chain(table.rows))
 }

@@ -25,7 +25,7 @@ use tongue_input::measured::thesis::Thesis;
 
 use self::journal::{Entry, Kept};
 use self::record::AssessedRecord;
-use super::column::lines;
+use super::csv::lines;
 use super::{OutputDir, ReportError, Table, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;

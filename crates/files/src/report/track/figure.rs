@@ -3,13 +3,14 @@
 use std::io;
 
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::{RecordingResult, TrackRecord, TrackResults};
 use crate::report::svg::colours;
 use crate::report::{
     AnimationFrame, Export as _, Provenance, ReportError, Svg, Timeline, Vtu, animation_of_seen, timelines,
 };
-use tongue_core::body::Mesh;
+use tongue_core::body::{Mesh, MuscleChain};
 use tongue_core::geometry::Point;
 use tongue_infer::track::{Ranged, Tracked};
 
@@ -50,25 +51,6 @@ fn rounded(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }
 
-/// What the figures of all recordings share: the parts of the body, as numbers of the drawn nodes.
-#[derive(Serialize)]
-pub(super) struct SharedFigure {
-    muscles: Vec<(String, bool)>,
-    outlines: Vec<Vec<usize>>,
-    lines: Vec<Line>,
-    bones: Vec<usize>,
-    palate: Packed,
-}
-
-/// A muscle of the body; `number` is its place among the contracting ones.
-#[derive(Serialize)]
-struct Line {
-    name: String,
-    colour: String,
-    number: Option<usize>,
-    nodes: Vec<usize>,
-}
-
 fn drawn(mesh: &Mesh<2>) -> Vec<usize> {
     let lines = mesh.muscles.iter().flat_map(|m| m.nodes.iter().copied());
     let mut nodes: Vec<usize> = lines.chain(mesh.outlines().concat()).chain(mesh.fixed.clone()).collect();
@@ -77,88 +59,60 @@ fn drawn(mesh: &Mesh<2>) -> Vec<usize> {
     nodes
 }
 
-impl SharedFigure {
-    pub fn new(record: &TrackRecord) -> Self {
-        let results = &record.results;
-        let mesh = &results.body.mesh;
-        let drawn = drawn(mesh);
-        let places = |nodes: &[usize]| nodes.iter().filter_map(|n| drawn.binary_search(n).ok()).collect();
-        let names = mesh.muscle_names();
-        let line = |(i, (muscle, colour)): (usize, (_, String))| {
-            let muscle: &tongue_core::body::MuscleChain = muscle;
-            Line {
-                name: muscle.name.clone(),
-                colour,
-                number: results.contracting.iter().position(|m| *m == i),
-                nodes: places(&muscle.nodes),
-            }
-        };
-        Self {
-            muscles: record.courses.iter().map(|c| (c.muscle.clone(), c.known)).collect(),
-            outlines: mesh.outlines().iter().map(|nodes| places(nodes)).collect(),
-            lines: mesh.muscles.iter().zip(colours(&names)).enumerate().map(line).collect(),
-            bones: places(&mesh.fixed),
-            palate: Packed::of_points(results.palate.iter().copied().map(Some)),
-        }
-    }
+/// What the figures of all recordings share: the parts of the body, as numbers of the drawn nodes; `number` is the place of a muscle among
+/// the contracting ones.
+pub(super) fn shared(record: &TrackRecord) -> Value {
+    let TrackResults { body, contracting, palate, .. } = &record.results;
+    let mesh = &body.mesh;
+    let drawn = drawn(mesh);
+    let places =
+        |nodes: &[usize]| nodes.iter().filter_map(|n| drawn.binary_search(n).ok()).collect::<Vec<usize>>();
+    let line = |(i, (muscle, colour)): (usize, (&MuscleChain, String))| {
+        let number = contracting.iter().position(|m| *m == i);
+        json!({ "name": muscle.name, "colour": colour, "number": number, "nodes": places(&muscle.nodes) })
+    };
+    let lines = mesh.muscles.iter().zip(colours(&mesh.muscle_names())).enumerate().map(line);
+    json!({
+        "muscles": record.courses.iter().map(|c| (&c.muscle, c.known)).collect::<Vec<_>>(),
+        "outlines": mesh.outlines().iter().map(|nodes| places(nodes)).collect::<Vec<_>>(),
+        "lines": lines.collect::<Vec<_>>(),
+        "bones": places(&mesh.fixed),
+        "palate": Packed::of_points(palate.iter().copied().map(Some)),
+    })
 }
 
-#[derive(Serialize)]
-pub(super) struct Figure {
-    times: Packed,
-    /// A character for each frame: 1 where it cannot be trusted.
-    doubtful: String,
-    rms_mm: Packed,
-    labels: Vec<(f64, f64, String)>,
-    /// For every muscle, median and ends of the interval.
-    courses: Vec<[Packed; 3]>,
-    levels: Vec<[Packed; 3]>,
-    mirrored: bool,
-    /// Of the frames that are shown: times, tensions of each contracting muscle, nodes, and measured points. The nodes at rest.
-    shown: Packed,
-    tensions: Packed,
-    nodes: Packed,
-    rest: Packed,
-    marks: Packed,
-}
-
-impl Figure {
-    pub fn new(results: &TrackResults, one: &RecordingResult) -> Self {
-        let frames: Vec<&Tracked> =
-            one.frames.iter().step_by(one.frames.len().div_ceil(MOST_FRAMES).max(1)).collect();
-        let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
-        let of = |values: fn(&Tracked) -> &[Ranged]| -> Vec<[Packed; 3]> {
-            let ends: [fn(&Ranged) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
-            let muscle = |i: usize| ends.map(|end| Packed::of(frames.iter().map(|f| end(&values(f)[i]))));
-            (0..results.muscles.len()).map(muscle).collect()
-        };
-        let drawn = drawn(&results.body.mesh);
-        let ends = [one.frames.first(), one.frames.last()].map(|f| f.map_or(0.0, |f| f.time_s));
-        let labels = one.labels.iter();
-        let labels: Vec<_> =
-            labels.filter(|l| l.tier != "prompt" && l.to_s >= ends[0] && l.from_s <= ends[1]).collect();
-        let labels = if labels.len() > MOST_LABELS { Vec::new() } else { labels };
-        Self {
-            times: Packed::of(frames.iter().map(|f| f.time_s)),
-            doubtful: frames.iter().map(|f| if f.status.is_trusted() { '0' } else { '1' }).collect(),
-            rms_mm: Packed::of(frames.iter().map(|f| f.rms_m.map_or(f64::NAN, |r| r * 1e3))),
-            labels: labels.into_iter().map(|l| (l.from_s, l.to_s, l.name.clone())).collect(),
-            courses: of(|f| &f.courses),
-            levels: of(|f| &f.levels),
-            mirrored: one.mirrored,
-            shown: Packed::of(shown().map(|f| f.time_s)),
-            tensions: Packed::of(shown().flat_map(Tracked::tensions_n)),
-            nodes: Packed::of_points(
-                shown().flat_map(|f| drawn.iter().map(|n| f.positions.get(*n).copied())),
-            ),
-            rest: Packed::of_points(drawn.iter().map(|n| one.rest.get(*n).copied())),
-            marks: Packed::of_points(one.marks.iter().flatten().copied()),
-        }
-    }
-}
-
-pub(super) fn in_html(value: &impl Serialize) -> io::Result<String> {
-    Ok(serde_json::to_string(value)?.replace('<', "\\u003c"))
+/// The figure of a recording. `doubtful` has a character for each frame, 1 where it cannot be trusted; `courses` and `levels` have median and
+/// ends of the interval for every muscle; of the frames in `shown` there are times, tensions, nodes and measured points.
+pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
+    let frames: Vec<&Tracked> =
+        one.frames.iter().step_by(one.frames.len().div_ceil(MOST_FRAMES).max(1)).collect();
+    let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
+    let of = |values: fn(&Tracked) -> &[Ranged]| -> Vec<[Packed; 3]> {
+        let ends: [fn(&Ranged) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
+        let muscle = |i: usize| ends.map(|end| Packed::of(frames.iter().map(|f| end(&values(f)[i]))));
+        (0..results.muscles.len()).map(muscle).collect()
+    };
+    let drawn = drawn(&results.body.mesh);
+    let ends = [one.frames.first(), one.frames.last()].map(|f| f.map_or(0.0, |f| f.time_s));
+    let labels = one.labels.iter();
+    let labels: Vec<_> =
+        labels.filter(|l| l.tier != "prompt" && l.to_s >= ends[0] && l.from_s <= ends[1]).collect();
+    let labels = if labels.len() > MOST_LABELS { Vec::new() } else { labels };
+    let nodes = shown().flat_map(|f| drawn.iter().map(|n| f.positions.get(*n).copied()));
+    json!({
+        "times": Packed::of(frames.iter().map(|f| f.time_s)),
+        "doubtful": frames.iter().map(|f| if f.status.is_trusted() { '0' } else { '1' }).collect::<String>(),
+        "rms_mm": Packed::of(frames.iter().map(|f| f.rms_m.map_or(f64::NAN, |r| r * 1e3))),
+        "labels": labels.into_iter().map(|l| (l.from_s, l.to_s, &l.name)).collect::<Vec<_>>(),
+        "courses": of(|f| &f.courses),
+        "levels": of(|f| &f.levels),
+        "mirrored": one.mirrored,
+        "shown": Packed::of(shown().map(|f| f.time_s)),
+        "tensions": Packed::of(shown().flat_map(Tracked::tensions_n)),
+        "nodes": Packed::of_points(nodes),
+        "rest": Packed::of_points(drawn.iter().map(|n| one.rest.get(*n).copied())),
+        "marks": Packed::of_points(one.marks.iter().flatten().copied()),
+    })
 }
 
 impl TrackResults {

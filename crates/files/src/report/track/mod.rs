@@ -93,9 +93,9 @@ impl TrackResults {
 
     /// Means over labelled stretches of the recordings, less those over the whole recording.
     fn segments(&self) -> impl Iterator<Item = (&RecordingResult, &Label, &LabelMean)> {
-        self.recordings.iter().flat_map(|one| {
-            one.segments.iter().filter_map(move |s| Some((one, one.labels.get(s.label)?, s)))
-        })
+        self.recordings
+            .iter()
+            .flat_map(|one| one.segments.iter().filter_map(move |s| Some((one, one.labels.get(s.label)?, s))))
     }
 
     fn by_muscle(&self, of: &[Ranged], end: fn(&Ranged) -> f64) -> ByMuscle<f64> {

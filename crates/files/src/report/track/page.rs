@@ -3,8 +3,9 @@
 use std::io::{self, Write};
 
 use maud::{Markup, PreEscaped, html};
+use serde_json::Value;
 
-use super::figure::{Figure, SharedFigure, in_html};
+use super::figure::{figure, shared};
 use super::{REPEATED, TrackRecord, placed, prior_interval_n, repeated, status_name};
 use crate::report::page;
 use crate::report::{Export, Provenance};
@@ -19,11 +20,7 @@ impl Export for TrackPage<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let Self(record) = self;
         let results = &record.results;
-        let figures: Vec<(&str, String)> = results
-            .recordings
-            .iter()
-            .map(|one| Ok((one.name.as_str(), in_html(&Figure::new(results, one))?)))
-            .collect::<io::Result<_>>()?;
+        let in_html = |value: Value| PreEscaped(value.to_string().replace('<', "\\u003c"));
         let body = html! {
             main {
                 (top(record, by))
@@ -33,10 +30,10 @@ impl Export for TrackPage<'_> {
                     h2 { "Recordings" }
                     p { "Open a recording for its tensions over time, with labels above and the distance of the measured points below, and for its shapes." }
                     noscript { p { "The figures need a browser with JavaScript; " code { "--also svg" } " writes them as files." } }
-                    @for (nth, (name, figure)) in figures.iter().enumerate() {
+                    @for (nth, one) in results.recordings.iter().enumerate() {
                         details.recording open[nth == 0] {
-                            summary { (name) }
-                            script type="application/json" { (PreEscaped(figure)) }
+                            summary { (one.name) }
+                            script type="application/json" { (in_html(figure(results, one))) }
                         }
                     }
                 }
@@ -44,7 +41,7 @@ impl Export for TrackPage<'_> {
                 (held_out(record))
                 (doubts(record))
             }
-            script type="application/json" id="body" { (PreEscaped(in_html(&SharedFigure::new(record))?)) }
+            script type="application/json" id="body" { (in_html(shared(record))) }
             script { (PreEscaped(SCRIPT)) }
         };
         out.write_all(page::document("tongue-fit track", &body).as_bytes())
@@ -57,13 +54,11 @@ fn repeats(record: &TrackRecord) -> Markup {
             section {
                 h2 { "What repeats" }
                 p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length. 95 % of labels that are shifted by a random time in each recording, or exchanged at random between repetitions, stay below the numbers beside it. The ICC of the label is that of the course less its mean over all labels: what is common to all words is taken out. " (repeated(repeats)) "." }
-                table {
-                    thead { tr { @for h in ["muscle"].into_iter().chain(REPEATED.map(|(name, _)| name)) { th { (h) } } } }
-                    tbody { @for (muscle, r) in &repeats.muscles.0 { tr {
-                        td { (muscle) }
-                        @for (_, value) in REPEATED { td { (fixed(value(r), 2)) } }
-                    } } }
-                }
+                (page::table(["muscle"].into_iter().chain(REPEATED.map(|(name, _)| name)), &html! {
+                    @for (muscle, r) in &repeats.muscles.0 {
+                        tr { td { (muscle) } @for (_, value) in REPEATED { td { (fixed(value(r), 2)) } } }
+                    }
+                }))
             }
         }
     }
@@ -100,29 +95,27 @@ fn contrasts(compared: &Comparison) -> Markup {
     let range = |[middle, low, high]: [f64; 3]| {
         format!("{} ({} to {})", fixed(middle, 1), fixed(low, 1), fixed(high, 1))
     };
-    let muscles = compared.muscles.iter().map(|m| (m.muscle.as_str(), m.known));
+    let muscles = compared.muscles.iter();
+    let muscles = muscles.map(|m| format!("{}{}", m.muscle, if m.known { "" } else { " (not known)" }));
     html! {
         section {
             h2 { "In which label a muscle pulls harder" }
             p { (compared.said()) ". What is unknown of the body and of the levels of a sitting cancels from a difference." }
-            table {
-                thead { tr { @for h in ["", "difference, N/m", "P", "repetitions"] { th { (h) } } } }
-                tbody { @for c in decided.iter().take(MOST) { tr {
+            (page::table(["", "difference, N/m", "P", "repetitions"], &html! {
+                @for c in decided.iter().take(MOST) { tr {
                     td { (c.said().unwrap_or_default()) }
                     td { (range(c.size())) }
                     td { (fixed(c.probability_more.max(1.0 - c.probability_more), 2)) }
                     td { @if let Some([a, b]) = c.repetitions { (c.a) " " (a) ", " (c.b) " " (b) } }
-                } } }
-            }
+                } }
+            }))
             @if decided.len() > MOST { p { "The first " (MOST) "; all are in contrasts.csv." } }
             p { "Means over all frames with a label that can be trusted, N/m, with 95 % intervals:" }
-            table {
-                thead { tr { th { "mean in" } @for (name, known) in muscles { th { (name) @if !known { " (not known)" } } } } }
-                tbody { @for l in &compared.labels { tr {
-                    td { (l.label) }
-                    @for (_, t) in &l.tensions.0 { td { (range([t.median, t.low, t.high])) } }
-                } } }
-            }
+            (page::table(std::iter::once("mean in".to_owned()).chain(muscles), &html! {
+                @for l in &compared.labels {
+                    tr { td { (l.label) } @for (_, t) in &l.tensions.0 { td { (range([t.median, t.low, t.high])) } } }
+                }
+            }))
         }
     }
 }
@@ -131,16 +124,15 @@ fn courses(record: &TrackRecord) -> Markup {
     html! {
         section {
             h2 { "What is known of each muscle" }
-            table {
-                thead { tr { @for h in ["muscle", "course", "reliability", "width of courses, N/m", "width of levels, N/m"] { th { (h) } } } }
-                tbody { @for c in &record.courses { tr {
+            (page::table(["muscle", "course", "reliability", "width of courses, N/m", "width of levels, N/m"], &html! {
+                @for c in &record.courses { tr {
                     td { (c.muscle) }
                     td { @if c.known { "known" } @else { "not known" } }
                     td { (format!("{:.2}", c.reliability)) }
                     td { (format!("{:.1}", c.course_width_n)) }
                     td { (format!("{:.1} ({:.0} % of the prior)", c.level_width_n, 100.0 * c.unknown_part)) }
-                } } }
-            }
+                } }
+            }))
             p { "Widths are those of 95 % intervals, means over the frames. A course is known if it varies by more than its uncertainty (reliability above 0.5) and its intervals are narrower than " (format!("{:.0}", NARROW * record.settings.link.scale_n())) " N/m." }
         }
     }
@@ -152,12 +144,11 @@ fn held_out(record: &TrackRecord) -> Markup {
             section {
                 h2 { "Points that were held out" }
                 p { (held.points.join(", ")) "; learned on " (held.trained_on) "." }
-                table {
-                    thead { tr { @for h in ["predicted by", "points", "median, mm", "pooled, mm"] { th { (h) } } } }
-                    tbody { @for o in &held.opponents { tr {
+                (page::table(["predicted by", "points", "median, mm", "pooled, mm"], &html! {
+                    @for o in &held.opponents { tr {
                         td { (o.name) } td { (o.points) } td { (format!("{:.2}", o.median_mm)) } td { (format!("{:.2}", o.pooled_mm)) }
-                    } } }
-                }
+                    } }
+                }))
                 p { "The model is made for tensions, not for interpolation: opponents trained on this speaker may predict points better." }
             }
         }
@@ -174,16 +165,15 @@ fn doubts(record: &TrackRecord) -> Markup {
         section {
             h2 { "Frames with a fault" }
             @if doubtful().next().is_none() { p { "None." } } @else {
-                table {
-                    thead { tr { @for h in ["recording", "time, s", "status", "RMS, mm", "what"] { th { (h) } } } }
-                    tbody { @for (recording, f) in doubtful().take(MOST) { tr {
+                (page::table(["recording", "time, s", "status", "RMS, mm", "what"], &html! {
+                    @for (recording, f) in doubtful().take(MOST) { tr {
                         td { (recording.name) }
                         td { (format!("{:.3}", f.time_s)) }
                         td { (status_name(&f.status).replace('_', " ")) }
                         td { @if let Some(r) = f.rms_m { (format!("{:.2}", 1e3 * r)) } }
                         td { @for (i, fault) in f.faults.iter().enumerate() { @if i > 0 { "; " } (fault.kind.said()) ": " (fault.points.join(", ")) } }
-                    } } }
-                }
+                    } }
+                }))
                 @if doubtful().count() > MOST { p { "The first " (MOST) "; all are in track.json." } }
             }
         }

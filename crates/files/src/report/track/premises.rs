@@ -75,8 +75,10 @@ pub fn repeated(repeats: &Repeats) -> String {
     format!("repetitions of {}: {}", repeats.tier, labels.join(", "))
 }
 
-/// Names and values of the numbers of a muscle in a table for readers.
-pub const REPEATED: [(&str, fn(&Repeated) -> f64); 5] = [
+/// A number of a muscle in a table for readers: its name, and its value.
+type Shown = (&'static str, fn(&Repeated) -> f64);
+
+pub const REPEATED: [Shown; 5] = [
     ("ICC of its course", |r| r.icc),
     ("95 % by shifts", |r| r.chance_95),
     ("by exchanges", |r| r.exchange_95),

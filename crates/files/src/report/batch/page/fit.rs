@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::number;
 use crate::report::batch::record::AssessedRecord;
-use crate::report::{ByMuscle, ReportError, Series, changes, status_name};
+use crate::report::{ByMuscle, ReportError, status_name};
 use tongue_core::body::Mesh;
 use tongue_infer::posterior::Word;
 
@@ -192,16 +192,8 @@ fn tensions(values: &ByMuscle<f64>) -> String {
 
 /// Figure 4.9 for this fit. The page has the title, so the figure has only the label.
 fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
-    let measured: Vec<&str> = r.fit.target_stretches.0.iter().map(|(m, _)| m.as_str()).collect();
-    let contracts = |m: &str| r.fit.tensions_n.of(m).is_some_and(|t| *t > 0.0);
-    let labels: Vec<String> =
-        measured.iter().map(|m| format!("{m}{}", if contracts(m) { "*" } else { "" })).collect();
-    let values = |of: &ByMuscle<f64>| measured.iter().filter_map(|m| of.of(m).copied()).collect();
-    let series = [
-        Series { name: "measured".into(), values: values(&r.fit.target_stretches) },
-        Series { name: "simulated".into(), values: values(&r.fit.stretches) },
-    ];
-    let (fit, baseline) = (&r.fit, r.fit.baseline.label());
-    let title = format!("{} /{}/ against /{baseline}/, {}", fit.subject, fit.vowel, fit.target_kind);
-    Ok(changes(&labels, &series, baseline, &title)?.to_string())
+    let fit = &r.fit;
+    let title =
+        format!("{} /{}/ against /{}/, {}", fit.subject, fit.vowel, fit.baseline.label(), fit.target_kind);
+    Ok(fit.changes(&title, "measured", None)?.to_string())
 }

@@ -83,21 +83,18 @@ fn passive(groups: &[PassiveGroup]) -> Markup {
         section {
             h2 { "Muscles that do not contract" }
             p { "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change. Where a target leaves tensions open, the fit takes those that come nearest to these muscles, and the figures are no test of prediction." }
-            table.sortable #passive {
-                thead { tr { @for h in ["target", "vowel", "fits", "model", "no change", "verdict"] { th { button type="button" { (h) } } } } }
-                tbody {
-                    @for g in groups {
-                        tr {
-                            td { (g.target_kind) @if g.substitute_baseline { "†" } }
-                            td { @match &g.vowel { Some(v) => { "/" (v) "/" }, None => "all" } }
-                            (number(g.fits as f64, 0))
-                            (number(g.rms_stretch, 3))
-                            (number(g.no_change_rms_stretch, 3))
-                            td { (g.verdict()) }
-                        }
+            (page::sortable("passive", ["target", "vowel", "fits", "model", "no change", "verdict"], &html! {
+                @for g in groups {
+                    tr {
+                        td { (g.target_kind) @if g.substitute_baseline { "†" } }
+                        td { @match &g.vowel { Some(v) => { "/" (v) "/" }, None => "all" } }
+                        (number(g.fits as f64, 0))
+                        (number(g.rms_stretch, 3))
+                        (number(g.no_change_rms_stretch, 3))
+                        td { (g.verdict()) }
                     }
                 }
-            }
+            }))
         }
     }
 }
@@ -107,13 +104,9 @@ fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
         section {
             h2 { "Residuals" }
             p { "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks contracting muscles, which the fit has to hit." }
-            table.sortable #heat {
-                thead { tr {
-                    @for h in ["subject", "vowel", "target"] { th { button type="button" { (h) } } }
-                    @for m in muscles { th { button type="button" { (m) } } }
-                } }
-                tbody { @for f in fits { (PreEscaped(&f.heat_row)) } }
-            }
+            (page::sortable("heat", with(&["subject", "vowel", "target"], muscles), &html! {
+                @for f in fits { (PreEscaped(&f.heat_row)) }
+            }))
         }
     }
 }
@@ -126,13 +119,9 @@ fn posteriors(fits: &[PageFit], muscles: &[String]) -> Markup {
             section {
                 h2 { "Which muscles pull harder than in the baseline" }
                 p { "Of the posterior of every row: surely (probability at least 0.95) or probably (0.8) harder, surely not or probably not, or not known; below it the probability, and the 95 % interval of the change F − F0 of the tension. It takes all measured stretches of a row, so it stands once for each row; its ridges are with the fit. All of it is in posterior.csv." }
-                table.sortable #posteriors {
-                    thead { tr {
-                        @for h in ["subject", "vowel", "baseline"] { th { button type="button" { (h) } } }
-                        @for m in muscles { th { button type="button" { (m) } } }
-                    } }
-                    tbody { @for row in &rows { (PreEscaped(*row)) } }
-                }
+                (page::sortable("posteriors", with(&["subject", "vowel", "baseline"], muscles), &html! {
+                    @for row in &rows { (PreEscaped(*row)) }
+                }))
             }
         }
     }
@@ -161,13 +150,7 @@ fn fit_table(fits: &[PageFit], muscles: &[String]) -> Markup {
         section {
             h2 { "Tensions" }
             div.figure.wide { (PreEscaped(tensions(muscles, fits).to_string())) }
-            table.sortable #fits {
-                thead { tr {
-                    @for h in columns { th { button type="button" { (h) } } }
-                    @for m in muscles { th { button type="button" { (m) } } }
-                } }
-                tbody { @for f in fits { (PreEscaped(&f.table_row)) } }
-            }
+            (page::sortable("fits", with(&columns, muscles), &html! { @for f in fits { (PreEscaped(&f.table_row)) } }))
         }
     }
 }
@@ -194,6 +177,11 @@ fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
     let found: Vec<Found> =
         fits.iter().map(|f| Found { label: f.label.clone(), tensions: f.tensions.clone() }).collect();
     svg::tensions(muscles, &found, "Tensions that the fits found")
+}
+
+/// Headings before those of the muscles.
+fn with<'a>(first: &'a [&str], muscles: &'a [String]) -> impl Iterator<Item = &'a str> {
+    first.iter().copied().chain(muscles.iter().map(String::as_str))
 }
 
 /// A table cell that sorts by its number.

@@ -1,0 +1,34 @@
+//! Files that commands read, with errors that name them.
+
+use std::path::{Path, PathBuf};
+
+use miette::{IntoDiagnostic, miette};
+use tongue_fit::files::{self, advice};
+use tongue_fit::heard::{Airway, Tract};
+use tongue_fit::measured::Dataset;
+
+/// The text of a file; `what` says in an error what it is read for, such as "the map".
+pub fn text(what: &str, path: &Path) -> miette::Result<String> {
+    files::read_text(path).map_err(|e| unreadable(what, path, &e))
+}
+
+pub fn bytes(what: &str, path: &Path) -> miette::Result<Vec<u8>> {
+    files::read(path).map_err(|e| unreadable(what, path, &e))
+}
+
+fn unreadable(what: &str, path: &Path, error: &std::io::Error) -> miette::Report {
+    miette!("cannot read {what} \"{}\": {error}; {}", path.display(), advice(error))
+}
+
+pub fn tract(path: &Path) -> miette::Result<Tract> {
+    Airway::read(&text("the tract", path)?, &path.display().to_string()).into_diagnostic()
+}
+
+/// The table of lengths, by default the built-in one, with the half width of their rounding if it was given.
+pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Result<Dataset> {
+    let data = file.map_or_else(Dataset::reference, Dataset::from_path).into_diagnostic()?;
+    match half_width_mm {
+        Some(mm) => data.with_half_width_mm(mm).into_diagnostic(),
+        None => Ok(data),
+    }
+}
