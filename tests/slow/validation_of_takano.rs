@@ -32,8 +32,8 @@ fn the_committed_numbers_are_found_again() {
         assert_eq!(found.name, committed["name"].as_str().unwrap());
         assert!(near(found.rms, &committed["rms"]), "{}: {} {}", found.name, found.rms, committed["rms"]);
     }
-    assert!((study.opponent("no_change").unwrap().rms - 0.1141).abs() < 1e-4);
-    assert!((study.opponent("constant").unwrap().rms - 0.0832).abs() < 1e-4);
+    assert!((study.opponents[0].rms - 0.1141).abs() < 1e-4);
+    assert!((study.opponents[1].rms - 0.0832).abs() < 1e-4);
 }
 
 #[test]

@@ -39,8 +39,9 @@ impl Case {
         squares.sum::<f64>() / self.unseen.len() as f64
     }
 
-    pub fn no_change(&self) -> f64 {
-        self.error(&vec![1.0; self.target().muscles.len()])
+    /// The case with each muscle as the only unseen one.
+    pub fn each_left_out(&self) -> impl Iterator<Item = Self> {
+        (0..self.target().muscles.len()).map(|m| Self { unseen: vec![m], ..self.clone() })
     }
 }
 

@@ -10,8 +10,6 @@ use super::{PosteriorStudy, ScoredOpponent, ValidationStudy, columns};
 
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
-const DRAWN: [&str; 4] = ["constant", "gaussian", "thesis", "most_probable"];
-
 pub fn files(study: &ValidationStudy) -> Files<'_> {
     let mut files: Files<'_> = vec![
         ("opponents.csv", Box::new(table(&columns::opponents(study), &study.opponents))),
@@ -38,7 +36,8 @@ fn picture(study: &ValidationStudy) -> Svg {
             })
             .collect(),
     };
-    let shown: Vec<Scatter> = DRAWN.iter().filter_map(|name| study.opponent(name)).map(panel).collect();
+    // Predictions of no change do not vary.
+    let shown: Vec<Scatter> = study.opponents.iter().skip(1).map(panel).collect();
     scatter(&muscles, &shown, "Passive muscles: predicted from the other subjects, against measured")
 }
 
@@ -46,35 +45,25 @@ pub fn page(study: &ValidationStudy, command: &str) -> String {
     let mut p = format!(
         "# Muscles that were not fitted\n\n\
          Made by `{command}`. A fit sees the muscles that are shorter than in /{}/ and predicts the others: here the passive stretches of {} \
-         fits of {} subjects ({}), ν = {}. Opponents without mechanics predict each subject from the other ones; what they are tuned by is tuned on \
-         them alone, and how strongly is chosen by leaving each of them out in turn. The error of a fit is the root mean square over its \
-         passive muscles, that of an opponent over fits.\n\n",
+         fits of {} subjects ({}), ν = {}. The constant is learned from the other subjects alone. The error of a fit is the root mean square \
+         over its passive muscles, that of an opponent over fits.\n\n",
         study.baseline,
         study.fits,
         study.subjects.len(),
         study.subjects.join(", "),
         study.poisson_ratio,
     );
-    opponents(&mut p, study);
-    p += "![Predicted against measured](predicted.svg)\n\n";
-    limits(&mut p);
+    p += &markdown(&columns::opponents(study), &study.opponents);
+    p += "\nTuned: numbers learned from the other subjects. Bootstraps draw fits with repetition, so they say nothing of subjects that were \
+          not measured.\n\n![Predicted against measured](predicted.svg)\n\n\
+          The thesis's fit and the most probable point learn nothing from the other subjects. But that the baseline has tensions and the hyoid \
+          moves, and the priors of both, were found on all three subjects of Takano and Honda (2007), S1 to S3, so figures of that table \
+          are somewhat optimistic. They are three speakers of one study.\n\n";
     if let Some(posterior) = &study.posterior {
         distributions(&mut p, posterior);
         let _ = writeln!(p, "\n**{}**", posterior.verdict);
     }
     p
-}
-
-fn opponents(p: &mut String, study: &ValidationStudy) {
-    *p += &markdown(&columns::opponents(study), &study.opponents);
-    *p += "\nTuned: numbers learned from the other subjects. Bootstraps draw fits with repetition, so they say nothing of subjects that were \
-           not measured.\n\n";
-}
-
-fn limits(p: &mut String) {
-    *p += "The thesis's fit and the most probable point learn nothing from the other subjects. But that the baseline has tensions and the hyoid \
-           moves, and the priors of both, were found on all three subjects of Takano and Honda (2007), S1 to S3, so figures of that table \
-           are somewhat optimistic. They are three speakers of one study.\n\n";
 }
 
 fn distributions(p: &mut String, study: &PosteriorStudy) {
@@ -116,9 +105,9 @@ mod tests {
     use super::*;
     use crate::report::{Markdown, Provenance};
 
-    /// The page and the tables of the committed study, made from its JSON, are the committed ones to the byte.
+    /// The page, the tables and the figure of the committed study, made from its JSON, are the committed ones to the byte.
     #[test]
-    fn the_committed_page_and_tables_are_those_of_the_committed_study() {
+    fn the_committed_page_tables_and_figure_are_those_of_the_committed_study() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../results/validate");
         let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
         let json: serde_json::Value = serde_json::from_str(&read("validate.json")).unwrap();
@@ -135,7 +124,7 @@ mod tests {
         let page = Markdown(page(&study, command));
         assert_eq!(page.text(&by).unwrap(), read("README.md"));
         for (name, file) in files(&study) {
-            if name.ends_with(".csv") && name != "posterior_predictions.csv" {
+            if name != "posterior_predictions.csv" {
                 assert_eq!(file.text(&by).unwrap(), read(name), "{name}");
             }
         }

@@ -143,10 +143,7 @@ impl Judge {
 /// Predictions by no change and by the normal distribution of others, for every muscle of a case. The spread
 /// of "no change" is that of the others' stretches.
 fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>; 2]> {
-    let count = case.target().muscles.len();
-    let each =
-        |c: &Case| (0..c.target().muscles.len()).map(|m| Case { unseen: vec![m], ..c.clone() }).collect();
-    let how = best_shrunk(others, each, |p| p);
+    let how = best_shrunk(others);
     let squares = others.iter().flat_map(|c| c.target().values.iter().map(|v| (v - 1.0).powi(2)));
     let squares: Vec<f64> = squares.collect();
     let usual = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
@@ -154,13 +151,12 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
         let parts = vec![Part { mean, weight: 1.0 }; 4000];
         left_out(&parts, sd, measured, How::Together, seed)
     };
-    let one = |m: usize| {
+    let one = |(m, unseen): (usize, Case)| {
         let measured = case.target().values[m];
-        let unseen = Case { unseen: vec![m], ..case.clone() };
         let gaussian = expected(others, &unseen, how).map(|e| normal(e[m].0, e[m].1.sqrt(), measured));
         [(usual > 0.0).then(|| normal(1.0, usual, measured)), gaussian]
     };
-    (0..count).map(one).collect()
+    case.each_left_out().enumerate().map(one).collect()
 }
 
 pub fn study(

@@ -61,9 +61,3 @@ fn in_order<'de, D: serde::Deserializer<'de>>(from: D) -> Result<ByMuscle<f64>, 
     let value = |(name, value): (String, serde_json::Value)| Some((name, value.as_f64()?));
     Ok(ByMuscle(all.into_iter().filter_map(value).collect()))
 }
-
-impl ValidationStudy {
-    pub fn opponent(&self, name: &str) -> Option<&ScoredOpponent> {
-        self.opponents.iter().find(|o| o.name == name)
-    }
-}

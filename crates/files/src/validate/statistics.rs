@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::cases::{Case, subjects};
+use super::cases::Case;
+use tongue_core::statistics::distinct;
 
 /// Estimator of a normal distribution from few rows: its mean and its regularised covariance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,24 +41,8 @@ pub fn constant<'a>(training: impl IntoIterator<Item = &'a Case>) -> f64 {
     if all.is_empty() { 1.0 } else { all.iter().sum::<f64>() / all.len() as f64 }
 }
 
-/// Mean stretch of each muscle in the same vowel of others; their constant if there is none.
-pub fn vowel_means(training: &[&Case], case: &Case) -> Vec<f64> {
-    let fallback = constant(training.iter().copied());
-    let mean = |muscle: &String| {
-        let same = training.iter().filter(|c| c.vowel == case.vowel);
-        let all: Vec<f64> = same.filter_map(|c| c.stretch_of(muscle)).collect();
-        if all.is_empty() { fallback } else { all.iter().sum::<f64>() / all.len() as f64 }
-    };
-    case.target().muscles.iter().map(mean).collect()
-}
-
-/// Expected unseen stretches, given the seen ones, by a normal distribution fitted to other subjects. `None`
-/// with fewer than two rows to learn from.
-pub fn gaussian(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<f64>> {
-    Some(expected(training, case, how)?.into_iter().map(|(mean, _)| mean).collect())
-}
-
-/// Mean and variance of the stretches, given the seen ones; seen stretches have zero variance.
+/// Mean and variance of the stretches, given the seen ones, by a normal distribution fitted to other subjects; seen stretches have zero
+/// variance. `None` with fewer than two rows to learn from.
 pub fn expected(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<(f64, f64)>> {
     let muscles = &case.target().muscles;
     let row = |c: &&Case| muscles.iter().map(|m| c.stretch_of(m)).collect::<Option<Vec<f64>>>();
@@ -97,23 +82,20 @@ pub fn expected(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<(f64
     Some(expected)
 }
 
-/// The estimator that predicts each training subject best from the others. `judged` returns the cases that
-/// are scored for a case, `expect` the expected value of a stretch.
-pub fn best_shrunk(
-    training: &[&Case],
-    judged: impl Fn(&Case) -> Vec<Case>,
-    expect: impl Fn(Vec<f64>) -> Vec<f64>,
-) -> Shrunk {
-    let owned: Vec<Case> = training.iter().map(|c| (*c).clone()).collect();
-    let names = subjects(&owned);
+/// The estimator that predicts each muscle of each training subject best from the other muscles and the other subjects.
+pub fn best_shrunk(training: &[&Case]) -> Shrunk {
+    let names = distinct(training.iter().map(|c| c.subject.as_str()));
     if names.len() < 2 {
         return MIDDLE;
     }
     let error = |how: Shrunk| -> f64 {
         let of = |name: &&str| -> f64 {
             let (inner, left): (Vec<&Case>, Vec<&Case>) = training.iter().partition(|c| c.subject != *name);
-            let of_case = |c: Case| gaussian(&inner, &c, how).map_or(c.no_change(), |p| c.error(&expect(p)));
-            left.into_iter().flat_map(&judged).map(of_case).sum()
+            let error = |case: Case| match expected(&inner, &case, how) {
+                Some(found) => case.error(&found.into_iter().map(|(mean, _)| mean).collect::<Vec<_>>()),
+                None => case.error(&vec![1.0; case.target().muscles.len()]),
+            };
+            left.into_iter().flat_map(Case::each_left_out).map(error).sum()
         };
         names.iter().map(of).sum()
     };
