@@ -229,8 +229,9 @@ fn all_effects(of: &str) -> BTreeSet<String> {
     for file in std::fs::read_dir(folder).unwrap() {
         let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
         for effect in text.split(&format!("Effect<{of}> for ")).skip(1) {
-            let name = effect.split("fn name(&self)").nth(1).and_then(|rest| rest.split('"').nth(1));
-            names.insert(name.expect("an effect has a name").to_owned());
+            let name = effect.split("fn name(&self)").nth(1).and_then(|rest| rest.split("\n    }").next());
+            let words = name.expect("an effect has a name").split('"').skip(1).step_by(2);
+            names.extend(words.map(str::to_owned));
         }
     }
     names

@@ -3,7 +3,7 @@
 use crate::fixtures::bodies::{lattice, shuffled};
 use nalgebra::{Matrix2, SVector, Vector2};
 use tongue_core::effect::spring::Spring;
-use tongue_core::effect::{Effect, Incompressibility, Tissue};
+use tongue_core::effect::{Connections, Effect, Incompressibility};
 use tongue_core::sparse::BlockMatrix;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Tangent};
@@ -19,7 +19,7 @@ fn system(mesh: &Mesh<2>) -> System<2> {
     let spring = |&nodes: &[usize; 2]| {
         Spring::new(nodes, c.tissue_stiffness * triangles[&nodes] as f64, mesh.distance(nodes))
     };
-    let springs = Tissue::new(mesh.connections.iter().map(spring).collect(), 0.0);
+    let springs = Connections::tissue(mesh.connections.iter().map(spring).collect(), 0.0);
     let areas = Incompressibility::new(c.kappa, &mesh.cells, &mesh.nodes);
     let effects: Vec<Box<dyn Effect<2>>> = vec![Box::new(springs), Box::new(areas)];
     System::from_effects(mesh, c, effects, &[]).unwrap()

@@ -2,8 +2,8 @@
 //!
 //! | effect | energy at rest of the tension | source |
 //! |---|---|---|
-//! | [`Tissue`] | `1/2 k (l - l0)²` a connection | Kato 2014, 3.2.2 (Kelvin-Voigt; the damper acts only in time) |
-//! | [`Contraction`] | `1/2 k1 (l - l0)² + F (l - l0)` a connection | 3.2.1 (at rest Q2 and the contractile damper drop out) |
+//! | [`Connections`] | `1/2 k (l - l0)²` a connection of tissue | Kato 2014, 3.2.2 (Kelvin-Voigt; the damper acts only in time) |
+//! | | `1/2 k1 (l - l0)² + F (l - l0)` a connection of a muscle | 3.2.1 (at rest Q2 and the contractile damper drop out) |
 //! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
 //! | [`FiniteElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | 2.3 names them |
 //! | [`QuadraticElements`] | the same density in quadratic elements | Bonet and Wood 2008, 6.27 |
@@ -21,6 +21,7 @@
 mod attachment;
 pub mod barrier;
 mod cell;
+mod connections;
 mod contact;
 mod fibres;
 mod finite_element;
@@ -31,10 +32,8 @@ mod hexahedron_point;
 mod incompressibility;
 mod internal;
 mod mirror;
-mod muscle;
 mod quadratic_element;
 pub mod spring;
-mod tissue;
 mod upright;
 
 use std::fmt::Debug;
@@ -45,6 +44,7 @@ use crate::material::Stress;
 use crate::sparse::{BlockMatrix, Pattern};
 
 pub use attachment::Attachment;
+pub use connections::Connections;
 pub use contact::Contact;
 pub use fibres::Fibres;
 pub use finite_element::FiniteElements;
@@ -53,9 +53,7 @@ pub use hexahedra::{Hexahedra, Stiffening};
 pub use incompressibility::Incompressibility;
 pub use internal::Internal;
 pub use mirror::Mirror;
-pub use muscle::Contraction;
 pub use quadratic_element::QuadraticElements;
-pub use tissue::Tissue;
 pub use upright::Upright;
 
 /// The state at which an effect is evaluated.

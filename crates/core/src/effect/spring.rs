@@ -150,20 +150,4 @@ impl Spring {
         stiffness.add_symmetric(bb, &block);
         stiffness.sub_symmetric(ab, &block);
     }
-
-    /// Adds the force of a damper beside the spring, N: tension `b dl/dt`.
-    #[inline(always)]
-    pub fn add_viscous_force<const D: usize>(
-        &self,
-        positions: &[SVector<f64, D>],
-        velocities: &[SVector<f64, D>],
-        damping: f64,
-        force: &mut [SVector<f64, D>],
-    ) {
-        let [a, b] = self.nodes;
-        let (_, n) = length_and_direction(positions, self.nodes);
-        let pull = n * (damping * n.dot(&(velocities[b] - velocities[a])));
-        force[a] += pull;
-        force[b] -= pull;
-    }
 }

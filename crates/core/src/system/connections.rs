@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::StraightPath;
 use crate::body::Mesh;
 use crate::effect::spring::Spring;
-use crate::effect::{Contraction, Effect, Tissue};
+use crate::effect::{Connections, Effect};
 use crate::geometry::topology::pair;
 use crate::material::Coefficients;
 
@@ -55,11 +55,11 @@ pub(super) fn effects<const D: usize>(
             springs.push(Spring::new(key, q1, l0));
             series.push(Spring::new(key, k * in_series, l0));
         }
-        effects.push(Box::new(Contraction::new(muscle, springs, series, contraction_time)));
+        effects.push(Box::new(Connections::muscle(muscle, springs, series, contraction_time)));
     }
     let retardation = coefficients.tissue_damping / coefficients.tissue_stiffness;
     let springs = elements.into_iter().filter(|(key, _)| !replaced(key));
     let tissue = springs.map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
-    effects.insert(0, Box::new(Tissue::new(tissue, retardation)));
+    effects.insert(0, Box::new(Connections::tissue(tissue, retardation)));
     effects
 }

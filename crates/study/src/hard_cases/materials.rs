@@ -3,7 +3,7 @@
 use crate::pulled::{PUBLISHED_A, Pulled, tongue};
 use tongue_core::body::Mesh;
 use tongue_core::effect::spring::Spring;
-use tongue_core::effect::{Contraction, Effect, Incompressibility, Tissue};
+use tongue_core::effect::{Connections, Effect, Incompressibility};
 use tongue_core::geometry::topology;
 use tongue_core::material::Constants;
 use tongue_core::statics::Workspace;
@@ -70,9 +70,9 @@ fn uneven(
                 own.extend(springs[i].take());
             }
         }
-        effects.push(Box::new(Contraction::new(muscle, own, Vec::new(), 1.0)));
+        effects.push(Box::new(Connections::muscle(muscle, own, Vec::new(), 1.0)));
     }
-    effects.push(Box::new(Tissue::new(springs.into_iter().flatten().collect(), 0.0)));
+    effects.push(Box::new(Connections::tissue(springs.into_iter().flatten().collect(), 0.0)));
     if kappa_factor > 0.0 {
         effects.push(Box::new(Incompressibility::new(c.kappa * kappa_factor, &mesh.cells, &mesh.nodes)));
     }

@@ -1,5 +1,4 @@
-//! Contracting muscle: the three-element model on each of its connections, in place of tissue (Kato 2014,
-//! 3.2.1).
+//! Connections of a mesh: passive tissue (Kato 2014, 3.2.2) and contracting muscle (3.2.1).
 
 use nalgebra::SVector;
 
@@ -8,35 +7,65 @@ use crate::sparse::{BlockMatrix, Pattern};
 use super::spring::{Spring, length_and_direction};
 use super::{Configuration, Effect, Internal, Part, Tangent};
 
-/// The connections of one contracting muscle. At equilibrium each carries `k1 (l - l0) + F`: the series
-/// spring Q2 and the contractile damper drop out (thesis eqs. 3.2-3.8 with elongations in place of
-/// `r_i - r_j`).
+/// Connections that are plain tissue, or those of one contracting muscle.
+///
+/// Tissue has the tension `k (l - l0) + b dl/dt` (Kelvin-Voigt), of which the damper counts only in time. The
+/// thesis writes `r_i - r_j` where the elongation from rest is meant (eq. 3.9); without `l0` the rest shape
+/// would not be an equilibrium. A muscle carries `k1 (l - l0) + F` at equilibrium: the series spring Q2 and the
+/// contractile damper drop out (eqs. 3.2-3.8 with elongations in place of `r_i - r_j`).
 #[derive(Debug, Clone)]
-pub struct Contraction {
-    muscle: usize,
-    /// Q1, beside the contractile branch.
+pub struct Connections {
+    /// In a muscle Q1, beside the contractile branch.
     springs: Vec<Spring>,
-    /// Q2, in series with the contractile element; one for each of `springs`.
+    beside: Branch,
+}
+
+/// What is beside each spring. Its times are the same for every connection, and so for straight paths in place
+/// of several in series.
+#[derive(Debug, Clone)]
+enum Branch {
+    /// b/k, s.
+    Damper(f64),
+    Contractile(Contractile),
+}
+
+#[derive(Debug, Clone)]
+struct Contractile {
+    muscle: usize,
+    /// Q2, in series with the contractile element; one for each of the springs.
     series: Vec<Spring>,
-    /// b_cc/k2, s; the same for every connection, and so for straight paths in place of several in series.
+    /// b_cc/k2, s.
     contraction_time: f64,
 }
 
-impl Contraction {
+impl Connections {
+    /// Tissue, each connection with a damper `b = retardation * k` beside its spring (retardation time in s).
+    pub fn tissue(springs: Vec<Spring>, retardation: f64) -> Self {
+        Self { springs, beside: Branch::Damper(retardation) }
+    }
+
     /// Muscle number `muscle` of the mesh: on each connection a spring Q1, and beside it Q2 in series with
     /// the contractile element, whose damper is `b_cc = contraction_time * k2` (in s).
-    pub fn new(muscle: usize, springs: Vec<Spring>, series: Vec<Spring>, contraction_time: f64) -> Self {
-        Self { muscle, springs, series, contraction_time }
+    pub fn muscle(muscle: usize, springs: Vec<Spring>, series: Vec<Spring>, contraction_time: f64) -> Self {
+        let contractile = Contractile { muscle, series, contraction_time };
+        Self { springs, beside: Branch::Contractile(contractile) }
+    }
+
+    fn number(&self) -> Option<usize> {
+        match &self.beside {
+            Branch::Damper(_) => None,
+            Branch::Contractile(c) => Some(c.muscle),
+        }
     }
 
     fn tension<const D: usize>(&self, at: Configuration<'_, D>) -> f64 {
-        at.tensions[self.muscle]
+        self.number().map_or(0.0, |muscle| at.tensions[muscle])
     }
 }
 
-impl<const D: usize> Effect<D> for Contraction {
+impl<const D: usize> Effect<D> for Connections {
     fn name(&self) -> &'static str {
-        "muscle"
+        if self.number().is_some() { "muscle" } else { "tissue" }
     }
 
     fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
@@ -44,13 +73,16 @@ impl<const D: usize> Effect<D> for Contraction {
     }
 
     fn parts(&self, visit: &mut dyn FnMut(Part<'_>)) -> bool {
-        let muscle = Some(self.muscle);
+        let muscle = self.number();
         self.springs.iter().for_each(|spring| visit(Part::Line { spring, muscle }));
         true
     }
 
     fn bind(&mut self, pattern: &Pattern) {
-        self.springs.iter_mut().chain(&mut self.series).for_each(|s| s.bind(pattern));
+        self.springs.iter_mut().for_each(|s| s.bind(pattern));
+        if let Branch::Contractile(c) = &mut self.beside {
+            c.series.iter_mut().for_each(|s| s.bind(pattern));
+        }
     }
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
@@ -78,11 +110,10 @@ impl<const D: usize> Effect<D> for Contraction {
         muscle: usize,
         derivative: &mut [SVector<f64, D>],
     ) {
-        if muscle == self.muscle {
+        if self.number() == Some(muscle) {
             for s in &self.springs {
                 let (_, n) = length_and_direction(at.positions, s.nodes);
-                derivative[s.nodes[0]] += n;
-                derivative[s.nodes[1]] -= n;
+                s.add_pull(n, 1.0, derivative);
             }
         }
     }
@@ -91,15 +122,42 @@ impl<const D: usize> Effect<D> for Contraction {
         self.springs.iter().filter(|s| s.is_guarded(at.positions)).count()
     }
 
+    fn add_viscous_force(
+        &self,
+        at: Configuration<'_, D>,
+        velocities: &[SVector<f64, D>],
+        force: &mut [SVector<f64, D>],
+    ) {
+        let Branch::Damper(retardation) = self.beside else { return };
+        for s in &self.springs {
+            let [a, b] = s.nodes;
+            let (_, n) = length_and_direction(at.positions, s.nodes);
+            let pull = retardation * s.stiffness * n.dot(&(velocities[b] - velocities[a]));
+            s.add_pull(n, pull, force);
+        }
+    }
+
+    fn add_damping(&self, at: Configuration<'_, D>, weight: f64, damping: &mut BlockMatrix<D>) {
+        let Branch::Damper(retardation) = self.beside else { return };
+        for s in &self.springs {
+            let (length, n) = length_and_direction(at.positions, s.nodes);
+            let slope = weight * retardation * s.stiffness;
+            s.add_line(length, n, slope, 0.0, Tangent::Convex, damping);
+        }
+    }
+
     fn internal(&self) -> Option<&dyn Internal<D>> {
-        Some(self)
+        match &self.beside {
+            Branch::Damper(_) => None,
+            Branch::Contractile(c) => Some(c),
+        }
     }
 }
 
 /// One state a connection: the length change `c` of its contractile element, m (0 at first). With
 /// `e = l - l0` the branch pulls with `q = k2 (e - c)`, and `q = F + b_cc dc/dt` (eqs. 3.4, 3.6-3.8; the sign
 /// of the damper is the one with which a lengthening element resists).
-impl<const D: usize> Internal<D> for Contraction {
+impl<const D: usize> Internal<D> for Contractile {
     fn count(&self) -> usize {
         self.series.len()
     }
@@ -119,14 +177,14 @@ impl<const D: usize> Internal<D> for Contraction {
     }
 
     fn rates(&self, at: Configuration<'_, D>, states: &[f64], rates: &mut [f64]) {
-        let tension = self.tension(at);
+        let tension = at.tensions[self.muscle];
         for ((s, c), rate) in self.series.iter().zip(states).zip(rates) {
             *rate = (elongation(s, at.positions) - c - tension / s.stiffness) / self.contraction_time;
         }
     }
 
     fn settle(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]) {
-        let tension = self.tension(at);
+        let tension = at.tensions[self.muscle];
         let a = step / self.contraction_time;
         for (s, c) in self.series.iter().zip(states) {
             *c = (*c + a * (elongation(s, at.positions) - tension / s.stiffness)) / (1.0 + a);
