@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 use tongue_core::random::normals;
-use tongue_core::statics::lanes::Equilibrium;
+use tongue_core::statics::lanes::{Equilibrium, Load};
 use tongue_core::statistics::mean_and_variance;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
@@ -147,7 +147,10 @@ fn what_geometry_does_to_other_data_is_what_bodies_that_are_moved_show() {
                     let body = ground.displaced(&fields[0], &fields[1]).unwrap();
                     let system = System::new(&body.mesh, &ground.model, &all).unwrap();
                     let loads: Vec<_> = (0..2)
-                        .map(|s| ground.load(&meaning, s, Some(mode.place.shape(s).0)).in_body(&system))
+                        .map(|s| Load {
+                            system: Some(&system),
+                            ..ground.load(&meaning, s, Some(mode.place.shape(s).0))
+                        })
                         .collect();
                     values(&density.lanes().solve(&loads, density.settings()))
                 };

@@ -26,8 +26,11 @@ fn answers_to_the_shape_are_right(ground: &Ground) {
     let stretches = |system: &System<2>| -> DVector<f64> {
         let lanes = density.lanes();
         let loads = [
-            density.ground.load(&meaning, 0, Some(&mode.place.postures[0])).in_body(system),
-            density.ground.load(&meaning, density.postures(), Some(&mode.place.baseline)).in_body(system),
+            Load { system: Some(system), ..density.ground.load(&meaning, 0, Some(&mode.place.postures[0])) },
+            Load {
+                system: Some(system),
+                ..density.ground.load(&meaning, density.postures(), Some(&mode.place.baseline))
+            },
         ];
         let [vowel, base] =
             [0, 1].map(|i| lanes.solve(&loads[i..=i], density.settings()).remove(0).positions);
@@ -142,9 +145,12 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
             (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
         };
         let stretches = |system: &System<2>| {
-            let posture = lengths(density.ground.load(&meaning, 0, None).in_body(system), system)?;
-            let base =
-                lengths(density.ground.load(&meaning, density.postures(), None).in_body(system), system)?;
+            let posture =
+                lengths(Load { system: Some(system), ..density.ground.load(&meaning, 0, None) }, system)?;
+            let base = lengths(
+                Load { system: Some(system), ..density.ground.load(&meaning, density.postures(), None) },
+                system,
+            )?;
             Some(DVector::from_fn(all.len(), |m, _| posture[m] / base[m]))
         };
         Some(stretches(&system)? - stretches(&ground.system)?)

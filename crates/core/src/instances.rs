@@ -12,11 +12,11 @@ use crate::system::{Additions, System};
 
 /// The entry points for the plane and for space.
 #[doc(hidden)]
-pub fn instances() -> [[*const (); 27]; 2] {
+pub fn instances() -> [[*const (); 26]; 2] {
     [of_dimension::<2>(), of_dimension::<3>()]
 }
 
-fn of_dimension<const D: usize>() -> [*const (); 27] {
+fn of_dimension<const D: usize>() -> [*const (); 26] {
     [
         continuum::lay::<D> as *const (),
         System::<D>::with as *const (),
@@ -29,7 +29,6 @@ fn of_dimension<const D: usize>() -> [*const (); 27] {
         statics::solve_and_trace::<D> as *const (),
         statics::trace_beside::<D> as *const (),
         statics::is_reached_from_rest::<D> as *const (),
-        statics::length_sensitivities::<D> as *const (),
         statics::position_rates::<D> as *const (),
         statics::smallest_eigenvalue::<D> as *const (),
         Response::<D>::new as *const (),

@@ -2,6 +2,8 @@
 
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error as _};
 
+use crate::suggest;
+
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Misread {
     pub line: usize,
@@ -58,6 +60,16 @@ pub fn plain(message: &str) -> String {
             let needed = rest.replace(", expected ", "; needed is ").replace(" as i128", "");
             format!("{ours}{}", needed.replace("needed is f64", "needed is a number"))
         }
+        None => message.to_owned(),
+    }
+}
+
+/// A message of serde, with the nearest known name where it is about an unknown field or variant.
+pub fn with_nearest(message: &str) -> String {
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let unknown = quoted.next().filter(|_| message.starts_with("unknown "));
+    match unknown.and_then(|name| suggest::nearest(name, quoted)) {
+        Some(near) => format!("{message}; did you mean `{near}`?"),
         None => message.to_owned(),
     }
 }

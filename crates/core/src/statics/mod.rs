@@ -34,7 +34,7 @@ mod state;
 mod trace;
 mod workspace;
 
-pub use response::{Response, length_sensitivities, position_rates};
+pub use response::{Response, position_rates};
 pub use solution::{Connection, Solution, SolveSettings, SolveStatus, Stability};
 pub use solve::solve;
 pub use stability::smallest_eigenvalue;

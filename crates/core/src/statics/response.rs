@@ -1,7 +1,7 @@
 //! Exact linear response of an equilibrium to small changes: `K dx = df` on the free nodes, with one
 //! factorisation for all changes.
 
-use nalgebra::{DMatrix, SVector};
+use nalgebra::SVector;
 
 use crate::effect::{Configuration, Tangent};
 use crate::sparse::cholesky::NotPositiveDefinite;
@@ -97,26 +97,6 @@ impl<'a, const D: usize> Response<'a, D> {
             self.motion.iter_mut().for_each(|m| *m *= unit);
         }
     }
-}
-
-/// `d length / d tension`, m/N: a row for every muscle of the mesh, a column for each of the system's
-/// contracting muscles, at the equilibrium that the last solve left in `workspace`.
-#[inline(never)]
-pub fn length_sensitivities<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-) -> Result<DMatrix<f64>, NotPositiveDefinite> {
-    let mut response = Response::new(system, workspace)?;
-    let mut out = DMatrix::zeros(system.muscle_count(), system.contracting().len());
-    for (column, &muscle) in system.contracting().iter().enumerate() {
-        response.to_tension(muscle);
-        for row in 0..system.muscle_count() {
-            let [a, b] = system.muscle_ends(row);
-            let way = response.positions()[b] - response.positions()[a];
-            out[(row, column)] = way.dot(&(response.motion()[b] - response.motion()[a])) / way.norm();
-        }
-    }
-    Ok(out)
 }
 
 /// `d position / d tension`, m/N, of every node, the inner ones of straight paths too, at an equilibrium

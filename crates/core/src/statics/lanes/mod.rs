@@ -119,10 +119,6 @@ impl<'a, const D: usize> Load<'a, D> {
         self
     }
 
-    pub fn in_body(self, system: &'a System<D>) -> Self {
-        Self { system: Some(system), ..self }
-    }
-
     /// Target position of a bone node, m.
     fn place(&self, system: &System<D>, node: usize) -> SVector<f64, D> {
         let carried = system.carried().iter().find(|(n, _)| *n == node);
