@@ -1,4 +1,4 @@
-//! Consistency of a scene, as far as it can be checked without the mesh.
+//! Consistency of a scene, as far as it can be checked without the mesh: numbers in their ranges, then one table of contradictions.
 
 use super::SceneError;
 use super::file::{Scene, SceneBody, Want};
@@ -8,6 +8,14 @@ use tongue_core::limits::{self, BeyondLimit};
 use tongue_infer::track;
 
 const LEAST_SEGMENT_MM: f64 = 1e-3;
+
+const NO_MASS: &str = "a body without mass has no motion to follow";
+const ONE_TISSUE: &str =
+    "a continuum is made of quadratic elements of E and nu, and of nothing else; leave one out";
+const IN_PLANE: &str =
+    "is of bodies in the plane; `tongue-fit track --body space` finds activations from places";
+const OWN_LAW: &str = "a tongue in space has the law of Buchaillard, Perrier and Payan (2009); leave it out";
+const FOUND: &str = "tensions are found from points; give one or the other";
 
 /// The error for a number of a key.
 fn of(key: &'static str) -> impl Fn(BeyondLimit) -> SceneError {
@@ -22,85 +30,78 @@ impl Scene {
     /// Checks a scene for contradictions and for numbers out of range.
     pub fn check(&self) -> Result<(), SceneError> {
         self.check_numbers()?;
-        self.check_tissue()?;
-        self.check_motion()?;
-        if let (Some(_), Some(muscle)) = (&self.fit, self.tensions_n.keys().next()) {
-            let why = "a fit finds the tensions; give one or the other";
-            return Err(contradiction("[fit]", format!("tensions_n.{muscle}"), why));
-        }
-        self.check_space()?;
         self.check_points()?;
-        self.check_tract()?;
-        match &self.effects.gravity {
-            Some(g) if g.posture.is_some() == g.direction.is_some() => {
-                let why = "give exactly one of them, since each gives the direction of weight";
-                Err(contradiction("effects.gravity.posture", "effects.gravity.direction", why))
-            }
-            Some(g) if g.posture.is_some() && self.is_solid() => {
-                let why = "a simple solid has no head; give effects.gravity.direction";
-                Err(contradiction("effects.gravity.posture", self.body_key(), why))
-            }
-            _ => Ok(()),
-        }
+        self.contradictions()
     }
 
-    /// What a tongue in space does not have in scenes, and what only it has.
-    fn check_space(&self) -> Result<(), SceneError> {
-        let (m, e) = (&self.material, &self.effects);
-        if !matches!(self.body, SceneBody::TongueInSpace(_)) {
-            if self.surgery.is_some() {
-                let why = "only [body.tongue-in-space] is operated";
-                return Err(contradiction("[surgery]", self.body_key(), why));
-            }
-            let given = self.activations.keys().next();
-            let why = "only muscles of [body.tongue-in-space] are activated; give tensions_n";
-            return given.map_or(Ok(()), |muscle| {
-                Err(contradiction(format!("activations.{muscle}"), self.body_key(), why))
-            });
-        }
-        let in_plane =
-            "is of bodies in the plane; `tongue-fit track --body space` finds activations from places";
-        let law = "a tongue in space has the law of Buchaillard, Perrier and Payan (2009); leave it out";
-        let rules = [
-            (
-                !self.tensions_n.is_empty(),
-                "tensions_n",
-                "muscles in space have strengths; give [activations] from 0 to 1",
-            ),
-            (self.fit.is_some(), "[fit]", in_plane),
-            (self.points.is_some(), "[points]", in_plane),
-            (
-                self.want == Want::Trajectory,
-                "want = \"trajectory\"",
-                "motion in space is not computed; want = \"shape\"",
-            ),
-            (self.want == Want::Sound, "want = \"sound\"", "use `tongue-fit sound --body space`"),
-            (m.young_modulus_pa.is_some(), "material.young_modulus_pa", law),
-            (m.poisson_ratio.is_some(), "material.poisson_ratio", law),
-            (m.viscosity_pa_s.is_some(), "material.viscosity_pa_s", law),
-            (e.springs == Some(true), "effects.springs = true", law),
-            (e.incompressibility == Some(true), "effects.incompressibility = true", law),
+    /// Of the things that exclude each other the first pair that is there, and why.
+    #[rustfmt::skip]
+    fn contradictions(&self) -> Result<(), SceneError> {
+        let (m, e, body) = (&self.material, &self.effects, self.body_key());
+        let tension = self.tensions_n.keys().next().map(|muscle| format!("tensions_n.{muscle}"));
+        let activation = self.activations.keys().next().map(|muscle| format!("activations.{muscle}"));
+        let (pulls, tension) = (tension.is_some(), tension.unwrap_or_default());
+        let (activated, activation) = (activation.is_some(), activation.unwrap_or_default());
+        let continuum = self.body.kind() == Kind::Continuum;
+        let in_space = matches!(self.body, SceneBody::TongueInSpace(_));
+        let (moves, sounds) = (self.want == Want::Trajectory, self.want == Want::Sound);
+        let (fit, points, tract) = (self.fit.is_some(), self.points.is_some(), self.tract.is_some());
+        let weight = e.gravity.as_ref().map(|g| (g.posture.is_some(), g.direction.is_some()));
+        let rules: &[(bool, &str, &str, &str)] = &[
+            (continuum && e.springs == Some(true), "effects.springs = true", "kind = \"continuum\"", ONE_TISSUE),
+            (continuum && e.incompressibility == Some(true), "effects.incompressibility = true", "kind = \"continuum\"", ONE_TISSUE),
+            (!continuum && e.springs == Some(false), "effects.springs = false", "kind = \"springs\"",
+                "nothing would hold the body together; take kind = \"continuum\" or leave it out"),
+            (!moves && self.trajectory.is_some(), "[trajectory]", "want",
+                "an equilibrium has no duration; want = \"trajectory\", or remove the table"),
+            (moves && self.trajectory.is_none(), "want = \"trajectory\"", "the lack of [trajectory]",
+                "say how long: [trajectory] duration_s = 3.0"),
+            (moves && e.inertia == Some(false), "want = \"trajectory\"", "effects.inertia = false", NO_MASS),
+            (moves && m.density_kg_per_m3 == Some(0.0), "want = \"trajectory\"", "material.density_kg_per_m3 = 0", NO_MASS),
+            (moves && e.muscle_dynamics == Some(false), "want = \"trajectory\"", "effects.muscle_dynamics = false",
+                "over time a muscle pulls through its series spring and damper; leave them on"),
+            (moves && e.viscosity == Some(false), "want = \"trajectory\"", "effects.viscosity = false",
+                "without dampers the body would oscillate for ever at frequencies that no step could follow"),
+            (moves && points, "want = \"trajectory\"", "[points]", "points show one posture at rest; want = \"shape\""),
+            (moves && fit, "want = \"trajectory\"", "[fit]",
+                "lengths are fitted at equilibrium; want = \"lengths\" or \"shape\""),
+            (fit && pulls, "[fit]", &tension, "a fit finds the tensions; give one or the other"),
+            (!in_space && self.surgery.is_some(), "[surgery]", body, "only [body.tongue-in-space] is operated"),
+            (!in_space && activated, &activation, body,
+                "only muscles of [body.tongue-in-space] are activated; give tensions_n"),
+            (in_space && pulls, "tensions_n", body, "muscles in space have strengths; give [activations] from 0 to 1"),
+            (in_space && fit, "[fit]", body, IN_PLANE),
+            (in_space && points, "[points]", body, IN_PLANE),
+            (in_space && moves, "want = \"trajectory\"", body, "motion in space is not computed; want = \"shape\""),
+            (in_space && sounds, "want = \"sound\"", body, "use `tongue-fit sound --body space`"),
+            (in_space && m.young_modulus_pa.is_some(), "material.young_modulus_pa", body, OWN_LAW),
+            (in_space && m.poisson_ratio.is_some(), "material.poisson_ratio", body, OWN_LAW),
+            (in_space && m.viscosity_pa_s.is_some(), "material.viscosity_pa_s", body, OWN_LAW),
+            (in_space && e.springs == Some(true), "effects.springs = true", body, OWN_LAW),
+            (in_space && e.incompressibility == Some(true), "effects.incompressibility = true", body, OWN_LAW),
+            (points && pulls, "[points]", &tension, FOUND),
+            (points && fit, "[points]", "[fit]", FOUND),
+            (points && continuum, "[points]", "kind = \"continuum\"",
+                "tensions are not yet found from points on a continuum; leave one out"),
+            (points && e.incompressibility != Some(true), "[points]", "effects.incompressibility = false",
+                "cells of springs alone invert at tensions of the search; ask for effects.incompressibility = true"),
+            (sounds && !tract, "want = \"sound\"", "the lack of [tract]",
+                "describe the tract: [tract] alone takes the built-in one with lips open by 8 mm"),
+            (!sounds && !moves && tract, "[tract]", "want",
+                "neither shape nor lengths depend on it; want = \"sound\", or remove the table"),
+            (matches!(weight, Some((true, true) | (false, false))), "effects.gravity.posture", "effects.gravity.direction",
+                "give exactly one of them, since each gives the direction of weight"),
+            (matches!(weight, Some((true, _))) && self.is_solid(), "effects.gravity.posture", body,
+                "a simple solid has no head; give effects.gravity.direction"),
         ];
-        first_broken(&rules.map(|(broken, key, why)| (broken, key, "[body.tongue-in-space]", why)))
+        match rules.iter().find(|(is_broken, ..)| *is_broken) {
+            Some((_, first, second, why)) => Err(SceneError::contradiction(*first, *second, *why)),
+            None => Ok(()),
+        }
     }
 
     fn check_points(&self) -> Result<(), SceneError> {
         let Some(points) = &self.points else { return Ok(()) };
-        let why = "tensions are found from points; give one or the other";
-        if let Some(muscle) = self.tensions_n.keys().next() {
-            return Err(contradiction("[points]", format!("tensions_n.{muscle}"), why));
-        }
-        if self.fit.is_some() {
-            return Err(contradiction("[points]", "[fit]", why));
-        }
-        if self.body.kind() == Kind::Continuum {
-            let why = "tensions are not yet found from points on a continuum; leave one out";
-            return Err(contradiction("[points]", "kind = \"continuum\"", why));
-        }
-        if self.effects.incompressibility != Some(true) {
-            let why = "cells of springs alone invert at tensions of the search; ask for effects.incompressibility = true";
-            return Err(contradiction("[points]", "effects.incompressibility = false", why));
-        }
         limits::NOISE_MM.check(points.noise_mm).map_err(of("points"))?;
         limits::PRIOR.check(points.prior_n_per_m)?;
         coordinates("points.contour_mm", points.contour_mm.iter().flatten())?;
@@ -109,37 +110,14 @@ impl Scene {
             limits::SURFACE_MM.check(sensor.surface_mm).map_err(of("points.sensors"))?;
         }
         let seen = points.contour_mm.len() + 2 * points.sensors.len();
-        if seen < track::FEWEST {
-            let key = "the number of points of points.contour_mm and, twice, points.sensors";
-            return Err(SceneError::Value {
-                key,
+        match seen < track::FEWEST {
+            true => Err(SceneError::Value {
+                key: "the number of points of points.contour_mm and, twice, points.sensors",
                 value: seen as f64,
                 must: "at least 3: fewer do not determine tensions",
-            });
+            }),
+            false => Ok(()),
         }
-        Ok(())
-    }
-
-    fn check_tract(&self) -> Result<(), SceneError> {
-        let wanted = self.want == Want::Sound;
-        if let Some(tract) = &self.tract {
-            limits::LIP_OPENING_MM.check(tract.lip_opening_mm)?;
-            limits::LIP_PROTRUSION_MM.check(tract.lip_protrusion_mm)?;
-        }
-        first_broken(&[
-            (
-                wanted && self.tract.is_none(),
-                "want = \"sound\"",
-                "the lack of [tract]",
-                "describe the tract: [tract] alone takes the built-in one with lips open by 8 mm",
-            ),
-            (
-                !wanted && self.tract.is_some() && self.want != Want::Trajectory,
-                "[tract]",
-                "want",
-                "neither shape nor lengths depend on it; want = \"sound\", or remove the table",
-            ),
-        ])
     }
 
     fn check_numbers(&self) -> Result<(), SceneError> {
@@ -183,63 +161,11 @@ impl Scene {
             }
             limits::TOLERANCE_MM.check(t.tolerance_mm)?;
         }
-        Ok(())
-    }
-
-    fn check_tissue(&self) -> Result<(), SceneError> {
-        let e = &self.effects;
-        let continuum = self.body.kind() == Kind::Continuum;
-        let why = "a continuum is made of quadratic elements of E and nu, and of nothing else; leave one out";
-        first_broken(&[
-            (continuum && e.springs == Some(true), "effects.springs = true", "kind = \"continuum\"", why),
-            (
-                continuum && e.incompressibility == Some(true),
-                "effects.incompressibility = true",
-                "kind = \"continuum\"",
-                why,
-            ),
-            (
-                !continuum && e.springs == Some(false),
-                "effects.springs = false",
-                "kind = \"springs\"",
-                "nothing would hold the body together; take kind = \"continuum\" or leave it out",
-            ),
-        ])
-    }
-
-    fn check_motion(&self) -> Result<(), SceneError> {
-        let e = &self.effects;
-        if self.want != Want::Trajectory {
-            let why = "an equilibrium has no duration; want = \"trajectory\", or remove the table";
-            return first_broken(&[(self.trajectory.is_some(), "[trajectory]", "want", why)]);
+        if let Some(tract) = &self.tract {
+            limits::LIP_OPENING_MM.check(tract.lip_opening_mm)?;
+            limits::LIP_PROTRUSION_MM.check(tract.lip_protrusion_mm)?;
         }
-        let massless = "a body without mass has no motion to follow";
-        let rules = [
-            (
-                self.trajectory.is_none(),
-                "the lack of [trajectory]",
-                "say how long: [trajectory] duration_s = 3.0",
-            ),
-            (e.inertia == Some(false), "effects.inertia = false", massless),
-            (self.material.density_kg_per_m3 == Some(0.0), "material.density_kg_per_m3 = 0", massless),
-            (
-                e.muscle_dynamics == Some(false),
-                "effects.muscle_dynamics = false",
-                "over time a muscle pulls through its series spring and damper; leave them on",
-            ),
-            (
-                e.viscosity == Some(false),
-                "effects.viscosity = false",
-                "without dampers the body would oscillate for ever at frequencies that no step could follow",
-            ),
-            (self.points.is_some(), "[points]", "points show one posture at rest; want = \"shape\""),
-            (
-                self.fit.is_some(),
-                "[fit]",
-                "lengths are fitted at equilibrium; want = \"lengths\" or \"shape\"",
-            ),
-        ];
-        first_broken(&rules.map(|(broken, other, why)| (broken, "want = \"trajectory\"", other, why)))
+        Ok(())
     }
 
     /// Whether the body is in space.
@@ -255,17 +181,5 @@ impl Scene {
             SceneBody::Cylinder(_) => "[body.cylinder]",
             SceneBody::Block(_) => "[body.block]",
         }
-    }
-}
-
-pub(super) fn contradiction(first: impl Into<String>, second: impl Into<String>, why: &str) -> SceneError {
-    SceneError::contradiction(first, second, why)
-}
-
-/// Checks the rules in order: whether one is broken, the two things that exclude each other, and why.
-fn first_broken(rules: &[(bool, &str, &str, &str)]) -> Result<(), SceneError> {
-    match rules.iter().find(|(broken, ..)| *broken) {
-        Some((_, first, second, why)) => Err(contradiction(*first, *second, why)),
-        None => Ok(()),
     }
 }

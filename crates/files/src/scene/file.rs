@@ -11,7 +11,6 @@ use super::effects::Effects;
 use super::tract::SceneTract;
 use crate::run::Kind;
 use crate::surgery::Surgery;
-use tongue_core::suggest;
 use tongue_core::toml_text::{self, Misread};
 use tongue_input::bodies::Unit;
 use tongue_input::measured::recording::CONTOUR_SD_M;
@@ -267,28 +266,16 @@ impl Scene {
             origin: origin.to_owned(),
             line,
             column,
-            problem: with_nearest(&problem),
+            problem: match problem.starts_with("wanted exactly 1 element") {
+                true => "[body] takes exactly one of tongue, mesh, cylinder and block".to_owned(),
+                false => toml_text::with_nearest(&problem),
+            },
         })
     }
 
     /// The JSON schema of scene files, with which editors complete and check them.
     pub fn schema() -> schemars::Schema {
         schemars::schema_for!(Scene)
-    }
-}
-
-/// Adds the nearest known name to serde's message about an unknown field or variant, and replaces its message
-/// about a second body.
-fn with_nearest(message: &str) -> String {
-    if message.starts_with("wanted exactly 1 element") {
-        return "[body] takes exactly one of tongue, mesh, cylinder and block".to_owned();
-    }
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    let known: Vec<&str> = quoted.by_ref().skip(1).collect();
-    let unknown = message.split('`').nth(1).filter(|_| message.starts_with("unknown "));
-    match unknown.and_then(|name| suggest::nearest(name, known.iter().copied())) {
-        Some(near) => format!("{message}; did you mean `{near}`?"),
-        None => message.to_owned(),
     }
 }
 

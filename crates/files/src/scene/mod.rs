@@ -30,7 +30,6 @@ use tongue_infer::heard::AirwayError;
 use tongue_infer::inverse::FitError;
 use tongue_input::measured;
 
-use check::contradiction;
 pub use file::Scene;
 pub use plan::ScenePlan;
 pub use run::simulate;

@@ -170,16 +170,18 @@ fn tensions<const D: usize>(
 }
 
 fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Decision> {
+    // What pulls, with its verb for one and for several.
+    let pulling = |effect, what: &str, [one, several]: [&str; 2], how: &str| match contracting.len() {
+        0 => Decision::no(effect, format!("no muscle {one}")),
+        1 => Decision::yes(effect, format!("1 {what} {one}{how}")),
+        n => Decision::yes(effect, format!("{n} {what}s {several}{how}")),
+    };
     if body.space.is_some() {
         let why = "the body is made of hexahedra";
         return vec![
             Decision::no("springs", why),
             Decision::yes("hexahedra", format!("needed: {why}")),
-            match contracting.len() {
-                0 => Decision::no("fibres", "no muscle is active"),
-                1 => Decision::yes("fibres", "1 muscle is active"),
-                n => Decision::yes("fibres", format!("{n} muscles are active")),
-            },
+            pulling("fibres", "muscle", ["is active", "are active"], ""),
             Decision::no("incompressibility", why),
             Decision::no("straight paths", why),
         ];
@@ -194,32 +196,20 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
                 true => Decision::no("attachment", "bones hold nodes"),
                 false => Decision::yes("attachment", "bones hold patches of the surface"),
             },
-            match contracting.len() {
-                0 => Decision::no("fibres", "no muscle contracts"),
-                1 => Decision::yes("fibres", "1 muscle contracts"),
-                n => Decision::yes("fibres", format!("{n} muscles contract")),
-            },
+            pulling("fibres", "muscle", ["contracts", "contract"], ""),
             Decision::no("incompressibility", why),
             Decision::no("straight paths", why),
         ];
     }
-    let outside = body.mesh.in_tissue().iter().any(|inside| !inside);
+    let how = "; only its connections get the three-element model";
+    let how = if contracting.len() > 1 { how.replace("its", "their") } else { how.to_owned() };
     vec![
         Decision::yes("springs", "needed: the tissue is made of them"),
-        match contracting.len() {
-            0 => Decision::no("muscle", "no muscle contracts"),
-            1 => {
-                Decision::yes("muscle", "1 chain contracts; only its connections get the three-element model")
-            }
-            n => Decision::yes(
-                "muscle",
-                format!("{n} chains contract; only their connections get the three-element model"),
-            ),
-        },
+        pulling("muscle", "chain", ["contracts", "contract"], &how),
         Decision::asked("incompressibility", scene.effects.incompressibility == Some(true)),
-        match outside {
-            false => Decision::no("straight paths", "no muscle runs outside the tissue"),
-            true => Decision::yes(
+        match body.mesh.in_tissue().iter().all(|inside| *inside) {
+            true => Decision::no("straight paths", "no muscle runs outside the tissue"),
+            false => Decision::yes(
                 "straight paths",
                 "needed: a chain outside the tissue would have no lateral stiffness",
             ),

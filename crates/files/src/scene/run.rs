@@ -8,7 +8,7 @@ pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, P
 use super::points::PointsFit;
 use super::prepare::{Prepared, prepare};
 use super::tongue_in_space::{Operation, in_space};
-use super::{SceneError, airway, body, contradiction, sound};
+use super::{SceneError, airway, body, sound};
 use crate::report::OperationRecord;
 use crate::run::motion::follow as follow_from;
 use nalgebra::{SVector, Vector3};
@@ -280,7 +280,7 @@ fn compared<const D: usize>(
     let mut ready = prepare(&unoperated, in_space(given, whole.clone())?)?;
     let before = run(&unoperated, &mut ready)?;
     if !before.converged {
-        return Err(contradiction(
+        return Err(SceneError::contradiction(
             "[surgery]",
             "the scene before it",
             "that did not converge, so there is nothing to compare with; make its activations or loads smaller",

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use super::SceneError;
 use super::file::{Scene, SceneBody, SceneSpace};
-use super::{SceneError, contradiction};
 use tongue_core::body::space::Operated;
 use tongue_core::body::{Body, DEFAULT_SPACING_M, SpaceBody};
 use tongue_input::bodies::{artisynth, gmsh};
@@ -21,7 +21,11 @@ pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SceneError> {
     let body = match (&given.folder, &given.file) {
         (Some(_), Some(_)) => {
             let why = "each is a body; give one of them";
-            return Err(contradiction("body.tongue-in-space.folder", "body.tongue-in-space.file", why));
+            return Err(SceneError::contradiction(
+                "body.tongue-in-space.folder",
+                "body.tongue-in-space.file",
+                why,
+            ));
         }
         (None, None) => return Ok(SpaceBody::tongue(if given.refined { 2 } else { 1 })?),
         (Some(folder), None) => artisynth::read(Path::new(folder))?,
@@ -45,7 +49,11 @@ impl Operation {
     pub(super) fn of(scene: &Scene) -> Result<Option<Self>, SceneError> {
         let Some(surgery) = &scene.surgery else { return Ok(None) };
         let SceneBody::TongueInSpace(given) = &scene.body else {
-            return Err(contradiction("[surgery]", scene.body_key(), "only a tongue in space is operated"));
+            return Err(SceneError::contradiction(
+                "[surgery]",
+                scene.body_key(),
+                "only a tongue in space is operated",
+            ));
         };
         let whole = space_body(given)?;
         let operated = surgery.operate(&whole)?;

@@ -160,39 +160,6 @@ fn a_few_frames_and_a_map_tell_the_frame_of_a_contour() {
     assert!(with(&moved, line).unwrap().bones.is_empty());
 }
 
-/// A real recording, its contour in the frame of each sample or not. `None` where the file is not beside the repository.
-fn sample(moved: bool) -> Option<Vec<Recording>> {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/aaa_dlc_sample.tsv");
-    let mut all = Recording::from_bytes(&std::fs::read(path).ok()?, "sample.tsv", None).unwrap();
-    let number = |name: &str| all[0].channels.iter().position(|c| c == name).unwrap();
-    let (hyoid, mandible) = (number("hyoid"), number("mandible"));
-    let contour: Vec<usize> =
-        (0..all[0].channels.len()).filter(|&c| all[0].channels[c].starts_with("tongue_")).collect();
-    for sample in all.iter_mut().filter(|_| moved).flat_map(|r| &mut r.samples) {
-        let places = sample.places.clone();
-        let at = |c: usize| places[c].map(|[x, y, _]| Point::new(x, y)).unwrap();
-        let (origin, x) = (at(hyoid), (at(mandible) - at(hyoid)).normalize());
-        for &c in &contour {
-            let from = at(c) - origin;
-            sample.places[c] = Some([x.dot(&from), x.perp(&from), 0.0]);
-        }
-    }
-    Some(all)
-}
-
-#[test]
-fn a_real_recording_is_the_same_in_either_frame() {
-    let Some((as_is, moved)) = sample(false).zip(sample(true)) else { return };
-    let read = |all: &[Recording]| -> Vec<AlignedRecording> {
-        let all = AlignedRecording::all(&all.iter().collect::<Vec<_>>(), &Map::default());
-        all.into_iter().map(Result::unwrap).collect()
-    };
-    for (a, b) in read(&as_is).iter().zip(&read(&moved)) {
-        assert!(!is_told(a) && is_told(b), "{:?} {:?}", a.notes, b.notes);
-        assert!(apart(a, b, Point::zeros()) < 1e-12);
-    }
-}
-
 #[test]
 fn the_lower_end_of_a_fan_is_the_root_whichever_line_it_is_on() {
     // An arch from the root at line 8 to the tip at line 35, as AAA counts, and counted from the other end.

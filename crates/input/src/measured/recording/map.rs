@@ -29,9 +29,10 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::limits;
 use tongue_core::suggest;
-use tongue_core::toml_text;
+use tongue_core::toml_text::{self, plain};
 
 use super::super::error::ReadError;
+use super::super::lengths::text::clip;
 use super::{Format, Recording, Stated, Times, names};
 
 /// Standard deviation of a contour point, m: DeepLabCut keypoints on ultrasound (AAA's models: 0.93 mm from
@@ -88,18 +89,24 @@ pub(super) enum ContourFrame {
     Bones,
 }
 
+/// A point of the map that is given as a table.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Given {
+    surface_mm: Option<f64>,
+    coil: Option<f64>,
+    bone: Option<String>,
+    contour: Option<bool>,
+    noise_mm: Option<f64>,
+}
+
 #[derive(Debug, Clone, PartialEq)]
 struct Entry {
     role: Role,
     noise_mm: Option<f64>,
 }
 
-#[rustfmt::skip]
-const KEYS: [&str; 10] = [
-    "unit_mm", "rate_hz", "back", "up", "contour_frame", "noise_mm", "scale", "turn_deg", "shift_mm", "points",
-];
 const WORDS: [&str; 4] = ["contour", "coil", "reference", "ignore"];
-const ROLE_KEYS: [&str; 5] = ["surface_mm", "coil", "bone", "contour", "noise_mm"];
 const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { coil = 1 }, { surface_mm = 10 } or { bone = \"hyoid\" }";
 /// Usual distance of neighbouring coils, mm, from which the unit is guessed (metres, centimetres,
 /// millimetres, their hundredths and thousandths).
@@ -112,8 +119,10 @@ impl Map {
         let wrong = |place: String, problem: String| {
             ReadError::Refused(format!("the map {origin}{place}: {problem}"))
         };
-        let file: File =
-            toml_text::read(text).map_err(|e| wrong(format!(":{}", e.line), key_problem(&e.problem)))?;
+        let file: File = toml_text::read(text).map_err(|e| {
+            let line = clip(text.lines().nth(e.line - 1).unwrap_or_default());
+            wrong(format!(":{}", e.line), format!("{} (in `{line}`)", toml_text::with_nearest(&e.problem)))
+        })?;
         let at = |word: &str, problem: String| {
             let line = text.lines().position(|l| l.trim_start().starts_with(word));
             Err(wrong(line.map_or_else(String::new, |n| format!(":{}", n + 1)), problem))
@@ -276,66 +285,39 @@ impl Map {
 }
 
 fn entry(value: &toml::Value) -> Result<Entry, String> {
-    let table = match value {
-        toml::Value::String(word) => {
-            let role = match word.as_str() {
-                "contour" => Role::Contour,
-                "coil" => Role::Coil(None),
-                "reference" => Role::Reference,
-                "ignore" => Role::Ignored,
-                _ => return Err(format!("{word:?} is not a role; {}; {ROLES}", suggest::hint(word, WORDS))),
-            };
-            return Ok(Entry { role, noise_mm: None });
-        }
-        toml::Value::Table(table) => table,
-        other => return Err(format!("{other} is not a role; {ROLES}")),
-    };
-    if let Some(key) = table.keys().find(|k| !ROLE_KEYS.contains(&k.as_str())) {
-        return Err(format!("there is no {key:?}; {}; {ROLES}", suggest::hint(key, ROLE_KEYS)));
+    if let toml::Value::String(word) = value {
+        let role = match word.as_str() {
+            "contour" => Role::Contour,
+            "coil" => Role::Coil(None),
+            "reference" => Role::Reference,
+            "ignore" => Role::Ignored,
+            _ => return Err(format!("{word:?} is not a role; {}; {ROLES}", suggest::hint(word, WORDS))),
+        };
+        return Ok(Entry { role, noise_mm: None });
     }
-    let number = |key: &str| -> Result<Option<f64>, String> {
-        let Some(value) = table.get(key) else { return Ok(None) };
-        let number = value.as_float().or_else(|| value.as_integer().map(|i| i as f64));
-        number.map(Some).ok_or_else(|| format!("{key} is {value}; give a number"))
-    };
+    let given: Result<Given, toml::de::Error> = value.clone().try_into();
+    let given = given.map_err(|e| format!("{}; {ROLES}", toml_text::with_nearest(&plain(e.message()))))?;
+    let beyond = |beyond: limits::BeyondLimit| beyond.to_string();
     let mut roles: Vec<Role> = Vec::new();
-    if let Some(mm) = number("surface_mm")? {
-        limits::SURFACE_MM.check(mm).map_err(|beyond| beyond.to_string())?;
+    if let Some(mm) = given.surface_mm {
+        limits::SURFACE_MM.check(mm).map_err(beyond)?;
         roles.push(Role::Surface(mm * 1e-3));
     }
-    if let Some(nth) = number("coil")? {
+    if let Some(nth) = given.coil {
         if !(1.0..=99.0).contains(&nth) || nth.fract() != 0.0 {
             return Err(format!("coil is {nth}; count the coils from the tip backwards: 1, 2, 3"));
         }
         roles.push(Role::Coil(Some(nth as u32)));
     }
-    match (table.get("bone"), table.get("bone").and_then(toml::Value::as_str)) {
-        (Some(_), Some(bone)) if !bone.is_empty() => roles.push(Role::Bone(bone.to_owned())),
-        (Some(other), _) => return Err(format!("bone is {other}; give its name, like \"hyoid\"")),
-        (None, _) => {}
-    }
-    match table.get("contour") {
-        Some(toml::Value::Boolean(true)) => roles.push(Role::Contour),
-        Some(other) => return Err(format!("contour is {other}; write contour = true")),
-        None => {}
-    }
-    let noise_mm = number("noise_mm")?;
-    noise_mm.map_or(Ok(()), |mm| limits::NOISE_MM.check(mm)).map_err(|beyond| beyond.to_string())?;
-    let [role] = &roles[..] else {
-        return Err("give one of surface_mm, coil, bone and contour = true".to_owned());
-    };
-    Ok(Entry { role: role.clone(), noise_mm })
-}
-
-/// The error for the keys of a map, made from the parser's message.
-fn key_problem(message: &str) -> String {
-    let (unknown, all) = (message.strip_prefix("unknown field `"), KEYS.join(", "));
-    match unknown.and_then(|rest| rest.split_once('`')) {
-        Some((key, _)) => {
-            let hint = suggest::hint(key, KEYS);
-            format!("there is no {key:?}; {hint}; a map has {all} (points are named in [points])")
+    roles.extend(given.bone.map(Role::Bone));
+    roles.extend(given.contour.map(|_| Role::Contour));
+    given.noise_mm.map_or(Ok(()), |mm| limits::NOISE_MM.check(mm)).map_err(beyond)?;
+    match &roles[..] {
+        [Role::Bone(name)] if name.is_empty() => {
+            Err("bone is \"\"; give its name, like \"hyoid\"".to_owned())
         }
-        None => format!("{message} (a map has {all})"),
+        [role] if given.contour != Some(false) => Ok(Entry { role: role.clone(), noise_mm: given.noise_mm }),
+        _ => Err("give one of surface_mm, coil, bone and contour = true".to_owned()),
     }
 }
 
