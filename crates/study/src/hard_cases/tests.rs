@@ -1,10 +1,7 @@
 //! The hard cases, in the sample that takes seconds: the promise is kept in each.
 
-use tongue_core::body::{Body, DEFAULT_SPACING_M};
 use tongue_core::statics::{Connection, SolveSettings, Workspace, solve, trace};
 use tongue_core::system::{Model, System};
-use tongue_infer::inverse;
-use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions};
 
 use super::{HardCase, HowMany, bodies, run_all};
 
@@ -152,27 +149,6 @@ fn a_solve_after_a_trace_is_bit_for_bit_one_on_a_new_workspace() {
     let again = solve(&system, &mut used, &[1.0], &SolveSettings::default());
     assert_eq!(again, solve(&system, &mut new, &[1.0], &SolveSettings::default()));
     assert_eq!(used.positions(), new.positions());
-}
-
-/// A fit's answer is solved directly; here the body must also reach it from rest as the tensions grow.
-#[test]
-fn converged_fits_lie_on_the_branch_of_equilibria_that_begins_at_rest() {
-    let (data, mesh) = (Dataset::reference().unwrap(), Body::tongue(DEFAULT_SPACING_M).unwrap().mesh);
-    let settings = inverse::FitSettings { starts: 2, ..inverse::FitSettings::default() };
-    for (subject, vowel) in [("S1", "e"), ("S2", "a"), ("S2", "i"), ("S3", "o")] {
-        let options = TargetOptions::default();
-        let target =
-            Target::new(&data, subject, &vowel.parse().unwrap(), TargetKind::Stretch, &options).unwrap();
-        let found = inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
-        assert_eq!(found.status, inverse::FitStatus::Converged, "{subject} /{vowel}/");
-        let contracting = inverse::Matched::new(&mesh, &target).unwrap().contracting();
-        let system = System::new(&mesh, &Model::default(), &contracting).unwrap();
-        let mut workspace = Workspace::new(&system);
-        let followed = trace(&system, &mut workspace, &found.body_tensions, &SolveSettings::default());
-        assert_eq!(followed.solution.connection, Connection::Traced, "{subject} /{vowel}/: {followed:?}");
-        let apart = workspace.positions().iter().zip(&found.positions).map(|(p, q)| (p - q).norm());
-        assert!(apart.fold(0.0, f64::max) < 1e-9, "{subject} /{vowel}/");
-    }
 }
 
 #[test]
