@@ -87,23 +87,6 @@ impl<const D: usize> BlockMatrix<D> {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// For every unknown the largest sum of absolute entries over its rows, a bound of the eigenvalues
-    /// (Gershgorin).
-    pub fn row_sums(&self, pattern: &Pattern) -> Vec<f64> {
-        let mut sums = vec![nalgebra::SVector::<f64, D>::zeros(); pattern.unknowns()];
-        for j in 0..pattern.unknowns() {
-            for p in pattern.column(j) {
-                let i = pattern.row(p);
-                let block = self.blocks[p].abs();
-                sums[i] += block.column_sum();
-                if i != j {
-                    sums[j] += block.row_sum().transpose();
-                }
-            }
-        }
-        sums.iter().map(|s| s.max()).collect()
-    }
-
     /// `out = self * v`, both with one vector for each unknown in the pattern's order.
     pub fn multiply(
         &self,

@@ -6,14 +6,12 @@ use crate::{Error, Pulled};
 use tongue_core::dynamics::{Control, IntegrationMethod, Motion, StepCounts};
 use tongue_core::statics::Workspace;
 
-use super::ladder::{Ended, Run};
+use super::ladder::Run;
 use super::march::{march, rungs, words};
-use super::relaxation;
 use crate::measure::{Effort, Timed, measure};
 
 /// Name of Newton's method in the tables.
 pub const NEWTON: &str = "Newton";
-const RELAXATION: &str = "dynamic relaxation";
 
 /// Largest residual force at which a solve stops, N.
 const TOLERANCES: [f64; 7] = [1e-1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11];
@@ -26,13 +24,11 @@ const EXPLICIT_TIMES: [f64; 5] = [1.0, 3.0, 5.0, 8.0, 10.0];
 const STEP_TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-8];
 /// Steps of explicit methods as parts of the stability limit; a step of twice the limit is refused.
 const PARTS: [f64; 3] = [2.0, 0.99, 0.01];
-const MOST_STEPS: u64 = 200_000;
 
 /// Runs of every method, and the residual force of the reference, N.
 pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), Error> {
     let (reference, residual) = scene.reference()?;
     let mut workspace = Workspace::new(&scene.system);
-    let setting = |tolerance| format!("force tolerance {tolerance:.0e} N");
     let mut runs = Vec::new();
     for tolerance in TOLERANCES {
         let Timed { result: s, seconds, repeats } =
@@ -43,18 +39,9 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), Error>
             factorisations: s.factorisations as u64,
             ..StepCounts::default()
         };
-        let run =
-            Run { method: NEWTON, setting: setting(tolerance), ended: s.status.into(), ..Run::default() };
+        let setting = format!("force tolerance {tolerance:.0e} N");
+        let run = Run { method: NEWTON, setting, ended: s.status.into(), ..Run::default() };
         runs.push(run.measured(scene.apart(workspace.positions(), &reference), (seconds, repeats), counts));
-    }
-    for tolerance in TOLERANCES {
-        let relax = || relaxation::relax(&scene.system, &scene.tensions, tolerance, MOST_STEPS);
-        let Timed { result, seconds, repeats } = measure(effort, relax);
-        let (steps, force_evaluations) = (result.steps, result.steps);
-        let counts = StepCounts { steps, force_evaluations, ..StepCounts::default() };
-        let ended = if result.converged { Ended::Done } else { Ended::Short("step limit".into()) };
-        let run = Run { method: RELAXATION, setting: setting(tolerance), ended, ..Run::default() };
-        runs.push(run.measured(scene.apart(&result.positions, &reference), (seconds, repeats), counts));
     }
     let motion = scene.motion()?;
     for method in IntegrationMethod::ALL {

@@ -20,7 +20,6 @@ mod ladder;
 mod march;
 mod mesh;
 mod page;
-mod relaxation;
 mod search;
 mod tissue;
 mod trajectory;
