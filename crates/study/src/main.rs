@@ -21,7 +21,6 @@ use tongue_input::bodies::artisynth;
 use measure::Effort;
 use pulled::{PUBLISHED_A, Pulled};
 
-/// Why a study cannot be made.
 type Error = Box<dyn std::error::Error + Send + Sync>;
 
 #[derive(Debug, Parser)]
@@ -71,7 +70,6 @@ impl Study {
         }
     }
 
-    /// Makes the study and writes its files.
     fn write(&self, out: &OutputDir, by: &Provenance) -> Result<Vec<PathBuf>, Error> {
         let made = format!("Made by `{}` on {}.", by.command, machine());
         let written = match self {
@@ -116,7 +114,6 @@ impl Study {
     }
 }
 
-/// Says what is measured next.
 fn tell(what: &str) {
     eprintln!("{what}");
 }

@@ -46,7 +46,6 @@ impl Effort {
     };
 }
 
-/// Result of a repeated measurement.
 #[derive(Debug, Clone)]
 pub struct Timed<T> {
     /// The result of the last repeat; all repeats give the same.

@@ -36,7 +36,6 @@ const POSTURES: [(&str, &[(&str, f64)]); 3] = [
 /// The error of the plane for one muscle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PlaneRow {
-    /// The muscle, both sides.
     pub muscle: String,
     /// Root mean square way of the contour in space, mm.
     pub way_mm: f64,
@@ -54,13 +53,11 @@ pub struct InverseRow {
     pub posture: String,
     pub muscle: String,
     pub true_activation: f64,
-    /// What the plane finds.
     pub found_in_plane: f64,
     /// What remains between the contours, mm (RMS).
     pub rms_mm: f64,
 }
 
-/// What was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlaneStudy {
     pub body: String,
@@ -69,7 +66,6 @@ pub struct PlaneStudy {
     pub inverse: Vec<InverseRow>,
 }
 
-/// The midsagittal section of a body.
 #[derive(Debug)]
 struct Section {
     faces: Vec<[usize; 4]>,
@@ -120,7 +116,6 @@ fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>>> {
     (solution.status == SolveStatus::Converged).then(|| w.positions().to_vec())
 }
 
-/// Compares a body with its own plane.
 pub fn run(body: &SpaceBody) -> Result<PlaneStudy, Error> {
     let both = Both::new(body, &SpaceModel::default())?;
     Ok(PlaneStudy { body: body.what.clone(), alone: both.alone(), inverse: both.inverse()? })
@@ -136,13 +131,11 @@ struct Both<'a> {
 }
 
 impl<'a> Both<'a> {
-    /// Prepares both.
     fn new(body: &'a SpaceBody, model: &SpaceModel) -> Result<Self, Error> {
         let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
         Ok(Self { body, section: Section::new(body), space, plane })
     }
 
-    /// Compares each muscle alone.
     fn alone(&self) -> Vec<PlaneRow> {
         let Self { body, section, space, plane } = self;
         let mut alone = Vec::new();

@@ -28,14 +28,12 @@ const TO_THE_END: SolveSettings = SolveSettings {
     beyond: true,
 };
 
-/// A system and its tensions.
 #[derive(Debug)]
 pub struct Pulled {
     /// The system, in which the muscles with tension are active.
     pub system: System<2>,
     /// Tensions of all muscles of the mesh, N per metre of thickness.
     pub tensions: Vec<f64>,
-    /// Names of all muscles of the mesh.
     pub muscles: Vec<String>,
 }
 

@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::Mesh;
 use crate::geometry::plane;
 
-/// Counts and extremes of a mesh.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Quality {
     pub nodes: usize,
@@ -55,7 +54,6 @@ impl Quality {
     }
 }
 
-/// Nodes of no cell.
 fn outside_tissue<const D: usize>(mesh: &Mesh<D>) -> usize {
     mesh.in_tissue().iter().filter(|t| !**t).count()
 }

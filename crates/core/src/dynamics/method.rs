@@ -19,7 +19,6 @@ pub enum IntegrationMethod {
     Verlet,
 }
 
-/// How the step is chosen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Control {
     /// Always this step, s.
@@ -37,7 +36,6 @@ pub struct UnknownMethod {
 impl IntegrationMethod {
     pub const ALL: [IntegrationMethod; 2] = [IntegrationMethod::TrBdf2, IntegrationMethod::Verlet];
 
-    /// The name, as on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             IntegrationMethod::TrBdf2 => "tr-bdf2",

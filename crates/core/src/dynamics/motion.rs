@@ -74,7 +74,6 @@ pub struct Rates<const D: usize> {
 }
 
 impl<'a, const D: usize> Motion<'a, D> {
-    /// Sets up the equations.
     pub fn new(system: &'a System<D>, tensions: Tensions) -> Result<Self, MotionError> {
         Self::with_mass(system, tensions, system.coefficients().node_mass)
     }

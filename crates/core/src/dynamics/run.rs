@@ -12,11 +12,9 @@ const FLOWN: f64 = 100.0;
 /// progress.
 const STRIDE: u64 = 64;
 
-/// How a trajectory ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MotionStatus {
-    /// It reached its end.
     Completed,
     /// Even the shortest step had too large an error.
     StepTooSmall,
@@ -39,7 +37,6 @@ pub struct MotionOutcome {
     pub counts: StepCounts,
 }
 
-/// Receives samples and progress.
 pub trait Observer<const D: usize> {
     /// The positions of all nodes, m, at one of the times asked for, s (cubic Hermite interpolation between
     /// steps).

@@ -26,7 +26,6 @@ const ROUNDING: f64 = 1e-15;
 /// Corrections below this part of the body's size that no longer shrink count as rounding too: at long steps
 /// the softest mode magnifies it.
 const STALLED: f64 = 1e-10;
-/// Largest number of iterations of a solve.
 const MOST_ITERATIONS: usize = 25;
 /// A solve is given up when its corrections grow more often than this, each time with a new factor.
 const MOST_GROWTHS: usize = 3;

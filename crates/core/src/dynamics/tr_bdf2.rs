@@ -63,7 +63,6 @@ struct Derivative<const D: usize> {
     internal: Vec<f64>,
 }
 
-/// TR-BDF2 with fixed or adaptive steps.
 #[derive(Debug)]
 pub struct TrBdf2<const D: usize> {
     control: Control,

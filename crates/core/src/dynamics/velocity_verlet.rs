@@ -15,7 +15,6 @@ use nalgebra::{DMatrix, dmatrix};
 
 use super::{Failure, Integrator, Motion, Rates, State, StepCounts, after, cut};
 
-/// Velocity Verlet with a fixed step.
 #[derive(Debug)]
 pub struct VelocityVerlet<const D: usize> {
     dt: f64,

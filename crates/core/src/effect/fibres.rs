@@ -58,7 +58,6 @@ struct AtRest<const D: usize> {
     length: f64,
 }
 
-/// The pull of a strand along itself.
 struct Pull {
     /// Tension, N.
     whole: f64,

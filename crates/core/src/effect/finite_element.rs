@@ -19,7 +19,6 @@ struct Element<const D: usize> {
     shape: Corners<D>,
 }
 
-/// An element in the deformed shape.
 struct Strained<const D: usize> {
     law: Deformed<D>,
     /// Its measure, m² or m³.

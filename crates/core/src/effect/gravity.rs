@@ -7,7 +7,6 @@ use crate::geometry::simplex;
 
 use super::{Configuration, Effect};
 
-/// A node with weight.
 #[derive(Debug, Clone)]
 struct Load<const D: usize> {
     node: usize,

@@ -147,7 +147,6 @@ impl Element {
     }
 }
 
-/// The stiffness, for the processor at hand.
 struct Stiffness<'a> {
     all: &'a Hexahedra,
     at: Configuration<'a, 3>,

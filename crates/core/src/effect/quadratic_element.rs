@@ -167,7 +167,6 @@ impl<const D: usize> QuadraticElements<D> {
     }
 }
 
-/// The stiffness, for the processor at hand.
 struct Stiffness<'a, const D: usize> {
     all: &'a QuadraticElements<D>,
     at: Configuration<'a, D>,

@@ -15,7 +15,6 @@ pub struct NotPositiveDefinite {
     /// Unknown node (elimination order) where the factorisation stopped; the largest number where that is not
     /// known ([`Factor::find_failure`]).
     pub unknown: usize,
-    /// The pivot found there.
     pub pivot: f64,
 }
 

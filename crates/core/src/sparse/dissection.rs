@@ -37,7 +37,6 @@ pub(super) fn nested_dissection(neighbours: &[Vec<u32>]) -> Vec<usize> {
     backwards
 }
 
-/// A part without its separator.
 struct Separated {
     separator: Vec<usize>,
     halves: [Vec<usize>; 2],

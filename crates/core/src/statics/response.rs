@@ -43,7 +43,6 @@ impl<'a, const D: usize> Response<'a, D> {
         &self.w.positions
     }
 
-    /// Positions and tensions at the equilibrium.
     pub(super) fn configuration(&self) -> Configuration<'_, D> {
         self.w.configuration()
     }

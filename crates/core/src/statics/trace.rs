@@ -206,7 +206,6 @@ struct Path<'a, const D: usize> {
     spent: Solution,
 }
 
-/// Where following a branch ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum End {
     /// At the whole load.

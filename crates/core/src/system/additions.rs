@@ -33,7 +33,6 @@ impl<const D: usize> Additions<D> {
         self.effects.push(Box::new(wall));
     }
 
-    /// Adds the weight of the body.
     #[inline(never)]
     pub fn add_gravity(&mut self, gravity: Gravity<D>) {
         self.effects.push(Box::new(gravity));

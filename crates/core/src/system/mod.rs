@@ -43,7 +43,6 @@ pub struct Layout {
     pattern: Pattern,
 }
 
-/// A body ready to be solved.
 #[derive(Debug)]
 pub struct System<const D: usize> {
     tissue: TissueModel,
@@ -121,7 +120,6 @@ impl<const D: usize> System<D> {
         self.at_rest.get_or_init(make).as_ref()
     }
 
-    /// Unknowns and sparsity.
     pub fn pattern(&self) -> &Pattern {
         &self.layout.pattern
     }

@@ -33,7 +33,6 @@ pub struct StraightPath {
     rest_up_to: Vec<f64>,
     /// At each node, the compliance up to there, m/N.
     compliance_up_to: Vec<f64>,
-    /// Whether the mesh draws it bent.
     is_bent: bool,
 }
 

@@ -18,7 +18,6 @@ struct Connection {
     stiffness_n_per_m: f64,
 }
 
-/// The mesh and its coefficients, for writing.
 #[derive(Serialize)]
 pub struct MeshRecord {
     nodes_m: Vec<[f64; 2]>,

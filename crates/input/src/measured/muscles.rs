@@ -28,7 +28,6 @@ pub const PALETTE: [Colour; 8] = [
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MuscleInfo {
-    /// Its name in tables and bodies.
     #[serde(rename = "muscle")]
     pub name: String,
     pub full_name: String,

@@ -47,7 +47,6 @@ pub struct Target {
 }
 
 impl Target {
-    /// The target for `vowel` of `subject`.
     pub fn new(
         data: &Dataset,
         subject: &str,

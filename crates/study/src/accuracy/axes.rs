@@ -26,7 +26,6 @@ fn on<'a>(
     runs.iter().filter(move |r| r.scene == scene && r.tissue == tissue)
 }
 
-/// All sections, axis by axis.
 pub fn sections(study: &AccuracyStudy) -> Result<String, Error> {
     let mut p = String::new();
     let _ = write!(

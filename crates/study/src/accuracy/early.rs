@@ -12,7 +12,6 @@ const TIMES: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
 /// Tolerance of each step, m. Its error is far below the distance from equilibrium.
 const TOLERANCE: f64 = 1e-9;
 
-/// A trajectory that was stopped early.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stopped {
     /// Time at which it was stopped, s.

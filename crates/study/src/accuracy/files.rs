@@ -12,7 +12,6 @@ use super::page::page;
 use super::search::FitRun;
 use super::tissue::TISSUES;
 
-/// Names and contents of files.
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
 /// The page, a table for each axis, and the diagrams; `made` says how and where it was made.

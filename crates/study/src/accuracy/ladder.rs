@@ -12,7 +12,6 @@ pub enum Ended {
     Done,
     /// Stopped by itself before its tolerance; its last state is measured.
     Short(String),
-    /// No usable answer.
     Failed(String),
     /// Not begun or not finished, because it would take too long or cannot work.
     Refused(String),

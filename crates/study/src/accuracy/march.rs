@@ -23,14 +23,11 @@ pub struct Stop {
     pub positions: Vec<SVector<f64, 2>>,
     /// Median wall-clock time from the start, s.
     pub seconds: f64,
-    /// Cost up to this time.
     pub counts: StepCounts,
 }
 
-/// Result of a trajectory.
 #[derive(Debug, Clone)]
 pub struct Marched {
-    /// States at the times that were reached.
     pub stops: Vec<Stop>,
     pub repeats: usize,
     /// Why later times were not reached: refused or failed.
@@ -67,7 +64,6 @@ pub fn march(
     marched
 }
 
-/// A step or tolerance in words.
 pub fn words(control: Control) -> String {
     match control {
         Control::Fixed(dt) => format!("step {dt:.2e} s"),

@@ -20,7 +20,6 @@ const FORCE_TOLERANCE: f64 = 1e-9;
 /// One scene on one mesh with one tissue.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshRun {
-    /// Name of the set of tensions.
     pub scene: &'static str,
     pub tissue: &'static str,
     pub h_mm: f64,
@@ -49,7 +48,6 @@ pub struct MeshRun {
     pub ended: Ended,
 }
 
-/// Every scene, tissue and spacing, coarsest first.
 pub fn ladder(effort: &Effort) -> Result<(Vec<MeshRun>, Vec<PatchRun>), Error> {
     let (mut runs, mut patches) = (Vec::new(), Vec::new());
     for &h in effort.spacings {
@@ -114,7 +112,6 @@ fn one(
     })
 }
 
-/// Fills in the comparisons between spacings.
 fn compare(runs: &mut [MeshRun]) {
     let known = runs.to_vec();
     for run in runs {

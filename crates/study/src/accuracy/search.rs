@@ -20,7 +20,6 @@ const STARTS: [usize; 3] = [1, 2, 8];
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitRun {
-    /// Quantity of the target: ratios or stretches.
     #[serde(serialize_with = "kind_name")]
     pub target: TargetKind,
     pub method: Method,
@@ -35,7 +34,6 @@ pub struct FitRun {
     /// Wall-clock time of the whole fit, identifiability and replay included, s (median).
     pub seconds: f64,
     pub repeats: usize,
-    /// Equilibria solved by the search.
     pub equilibria: usize,
     pub factorisations: usize,
     /// Iterations over all starts.

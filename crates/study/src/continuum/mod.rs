@@ -34,7 +34,6 @@ const POISSON_RATIOS: [f64; 6] = [0.3, 0.45, 0.49, 0.499, 0.4998, 0.4999];
 pub const NEARLY_INCOMPRESSIBLE: f64 = 0.4998;
 /// Number of nested meshes, from 11 mm to 1.4 mm.
 pub const LEVELS: usize = 4;
-/// How often a fit is repeated.
 const FITS: Effort = Effort { repeats: 3, ..Effort::FULL };
 
 /// One kind of body on one mesh, at the tensions published for /a/.
@@ -59,7 +58,6 @@ pub struct Spacing {
     pub solve_s: f64,
     /// Median time of the fit to the stretches of S2 /a/ (Gauss-Newton, one start), s.
     pub fit_s: f64,
-    /// How the equilibrium ended.
     pub status: String,
 }
 
@@ -94,7 +92,6 @@ pub struct Sensitivity {
 
 #[derive(Debug, Clone)]
 pub struct ContinuumStudy {
-    /// Bodies on nested meshes.
     pub spacings: Vec<Spacing>,
     /// Poisson's ratios.
     pub locking: Vec<Locking>,
@@ -168,7 +165,6 @@ struct Measured {
     row: Spacing,
     /// Ratios at the tensions and at twice the tensions.
     ratios: [Vec<f64>; 2],
-    /// Tensions of the fit, if it converged.
     tensions: Option<Vec<f64>>,
 }
 

@@ -30,7 +30,6 @@ use tongue_core::system::System;
 
 pub use table::markdown;
 
-/// Which variants of the cases are run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HowMany {
     /// A sample, which takes seconds.
@@ -46,7 +45,6 @@ pub struct HardCase {
     pub variant: String,
     /// `equilibrium`, `trace`, `fit`, `system`, or a method of integration.
     pub solver: &'static str,
-    /// How it ended.
     pub status: String,
     /// Whether it converged to a stable equilibrium (or a fit ended as expected).
     pub converged: bool,
@@ -86,7 +84,6 @@ impl HardCase {
         Self { kept, load_reached: 0.0, note, ..Self::new(case, variant, solver, status) }
     }
 
-    /// Adds a remark.
     fn also(mut self, text: &str) -> Self {
         let separator = if self.note.is_empty() { "" } else { "; " };
         self.note += separator;

@@ -23,7 +23,6 @@ use crate::limits::{self, BeyondLimit};
 use bundle::Line;
 use locate::Locator;
 
-/// Largest number of fibres of a muscle.
 const MOST_FIBRES: usize = 256;
 
 /// Settings without data: the widths of muscles and the attachment to bones. They are chosen, not measured,
@@ -136,7 +135,6 @@ impl<const D: usize> Continuum<D> {
         self.elements().flat_map(|element| std::iter::repeat_n(fibre(element), parts)).collect()
     }
 
-    /// Places the nodes that follow the tissue.
     pub fn place_followers(&self, positions: &mut [SVector<f64, D>]) {
         for f in &self.followers {
             positions[f.node] = f.offset + f.mean(positions);

@@ -122,7 +122,6 @@ pub enum BadActivation {
 }
 
 impl SpaceBody {
-    /// Checks elements, fibres and bones.
     pub fn check(&self) -> Result<(), SpaceFault> {
         let Mesh { nodes, hexahedra, fixed, .. } = &self.mesh;
         for (number, corners) in hexahedra.iter().enumerate() {

@@ -47,13 +47,11 @@ pub enum SurgeryFault {
     Extent,
 }
 
-/// A body after surgery.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Operated {
     pub body: SpaceBody,
     /// Numbers in the body before of its muscles; those that lost all of their tissue are gone.
     pub muscles: Vec<usize>,
-    /// How many elements were operated.
     pub elements: usize,
     pub volume_m3: f64,
 }

@@ -57,7 +57,6 @@ impl<const D: usize> Alone<D> {
         Self { w: Workspace::new(system), held, is_free, is_factorised: false }
     }
 
-    /// As [`solve_alone`].
     pub fn solve(
         &mut self,
         system: &System<D>,

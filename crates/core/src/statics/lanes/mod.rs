@@ -165,7 +165,6 @@ impl<'s, const D: usize> Lanes<'s, D> {
         Group { system: self.system, work, kept: Vec::new(), answers, tensions, is_own, factorised: None }
     }
 
-    /// Solves all loads, in their order.
     pub fn solve(&self, loads: &[Load<'_, D>], settings: &SolveSettings) -> Vec<Equilibrium<D>> {
         self.map(loads.len(), settings, |i| loads[i].clone(), |_, shape| shape.clone())
     }

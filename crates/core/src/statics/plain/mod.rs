@@ -34,11 +34,9 @@ pub(super) enum Phase {
     GivenUp,
 }
 
-/// Statistics and state of a lane.
 #[derive(Debug, Clone, Copy)]
 struct Lane {
     phase: Phase,
-    /// Whether it holds a load.
     is_set: bool,
     done: Solution,
     residual: f64,
@@ -53,7 +51,6 @@ struct Lane {
     energy_at_rest: Option<f64>,
 }
 
-/// The memory that the solves write to.
 #[derive(Debug)]
 pub(crate) struct Work<const L: usize> {
     arch: pulp::Arch,
@@ -70,7 +67,6 @@ pub(crate) struct Work<const L: usize> {
     diagonal: Vec<Lower<L>>,
     factor: Factor<L>,
     factor_ready: bool,
-    /// Target positions of bone nodes.
     targets: Vec<Pair<L>>,
     lanes: [Lane; L],
 }

@@ -8,7 +8,6 @@ use crate::system::elements::Elements;
 
 use super::{Work, at_rest};
 
-/// Memory of one solve, beside its workspace.
 #[derive(Debug)]
 pub(in crate::statics) struct Single {
     elements: Arc<Elements>,

@@ -20,7 +20,6 @@ use crate::sparse::wide::{Pair, Wide, way};
 
 use super::{Elements, Numbers};
 
-/// Results of an evaluation beside the forces.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local<const L: usize> {
     /// Energy, J.

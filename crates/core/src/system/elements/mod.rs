@@ -136,7 +136,6 @@ impl Elements {
         is_mesh.then_some(Self { edges, cells, pulls, springs, corners, node, number, unknowns, factor })
     }
 
-    /// Space for the numbers of bodies.
     pub fn numbers<const L: usize>(&self) -> Numbers<L> {
         let zeros = |n| vec![Wide::ZERO; n];
         let (edges, cells) = (self.edges.len(), self.cells.len() + 1);

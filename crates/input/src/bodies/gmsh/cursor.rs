@@ -189,7 +189,6 @@ fn not_a_number(at: usize, what: &str, found: &str) -> Located {
     )
 }
 
-/// The beginning of a word, for messages.
 fn shortened(text: &str) -> String {
     text.trim().chars().take(40).collect()
 }

@@ -84,7 +84,6 @@ impl Fibres {
     }
 }
 
-/// Whether a place lies in an element.
 fn is_inside(mesh: &Mesh<3>, place: &Vector3<f64>) -> bool {
     mesh.hexahedra.iter().any(|corners| {
         let x = corners.map(|n| mesh.nodes[n]);

@@ -11,7 +11,6 @@ use crate::measured::muscles::Muscles;
 use tongue_core::body::Bone;
 use tongue_core::suggest;
 
-/// What the cells of a body are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
     /// Triangles or tetrahedra, with muscles on curves.
@@ -105,7 +104,6 @@ pub(super) struct Group<'a> {
 }
 
 impl Group<'_> {
-    /// The lines of a group of curves.
     pub fn lines(&self) -> Vec<[u64; 2]> {
         self.elements.iter().filter_map(|e| <[u64; 2]>::try_from(e.nodes.as_slice()).ok()).collect()
     }

@@ -36,7 +36,6 @@ enum Strength {
     Pascals(f64),
 }
 
-/// A muscle as the file has it.
 struct Given<'a> {
     name: String,
     strength: Strength,

@@ -22,7 +22,6 @@ pub(super) fn median_place(frames: &[Vec<Option<Point>>], channel: usize) -> Opt
     median_point(frames.iter().filter_map(|f| f[channel]))
 }
 
-/// The median of each coordinate.
 pub(super) fn median_point(points: impl Iterator<Item = Point>) -> Option<Point> {
     let all: Vec<Point> = points.collect();
     let of = |axis: usize| upper_median(all.iter().map(|p| p[axis]));

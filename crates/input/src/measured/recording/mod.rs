@@ -140,7 +140,6 @@ impl Sample {
     }
 }
 
-/// Origin of the times of a recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Times {
     InFile,
@@ -150,7 +149,6 @@ pub enum Times {
     Frames,
 }
 
-/// A recording: channels by name, over time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// Name that distinguishes it from other recordings of the file.

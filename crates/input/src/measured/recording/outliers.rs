@@ -62,7 +62,6 @@ const MOST_ORDERED: usize = 40;
 /// Points that have a fault, by their numbers among the names of a recording.
 type Found = (FaultKind, Vec<usize>);
 
-/// What is found in a frame.
 type Stage<'a> = &'a dyn Fn(&AlignedRecording, usize) -> Vec<Found>;
 
 /// Removes implausible points from a recording and returns the faults. `palate`: a line of points from front
