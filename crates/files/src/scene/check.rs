@@ -30,8 +30,8 @@ impl Scene {
     /// Checks a scene for contradictions and for numbers out of range.
     pub fn check(&self) -> Result<(), SceneError> {
         self.check_numbers()?;
-        self.check_points()?;
-        self.contradictions()
+        self.contradictions()?;
+        self.check_points()
     }
 
     /// Of the things that exclude each other the first pair that is there, and why.
