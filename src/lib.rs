@@ -289,9 +289,8 @@ pub mod report {
         AnimationFrame, Conclusion, DecidedBy, Draws, Export, FitRecord, Json, Markdown, Msh,
         OperationRecord, Panel, Provenance, Pvd, RecordingResult, ReportError, Rows, SectionPicture, Series,
         SimulationRecord, SoundRecord, SpaceFitRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table,
-        Timeline, TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav, animation,
-        animation_of_seen, changes, panels, ridges, solid, status_name, timelines, tongue, valley, views,
-        vowel, wrapped,
+        TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, changes, panels,
+        ridges, solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
@@ -309,8 +308,8 @@ pub mod report {
         //! The files of a batch.
         #[doc(inline)]
         pub use tongue_files::report::batch::{
-            Batch, BatchJournal, BatchProvenance, BatchSummary, Fitted, MOST_FITS_ON_PAGE, RowPosterior,
-            Shard, columns, digests, passive_groups, sha256, write_files, write_json,
+            Batch, BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, Shard, columns, digests,
+            passive_groups, sha256, write_files, write_json,
         };
 
         pub mod contrasts {

@@ -137,11 +137,7 @@ pub fn fit_rows<'py>(
     let seen = Arc::clone(&stopped);
     let (sender, mut receiver) = channel();
     let workers = Arc::clone(&threads);
-    let provenance = outputs::BatchProvenance {
-        version: tongue_fit::VERSION.to_owned(),
-        command,
-        inputs_sha256: String::new(),
-    };
+    let provenance = Provenance::new(command);
     std::thread::spawn(move || {
         let work = |&number: &usize| {
             if seen.load(Ordering::Relaxed) {

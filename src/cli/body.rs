@@ -9,7 +9,6 @@ use tongue_fit::choice::named;
 use tongue_fit::material::Constants;
 use tongue_fit::report::PageBody;
 use tongue_fit::run::{BodySource, Kind, PlaneBody};
-use tongue_fit::simulation;
 use tongue_fit::suggest;
 use tongue_fit::system::Model;
 
@@ -250,9 +249,4 @@ fn spacing(text: &str) -> miette::Result<f64> {
         .parse::<f64>()
         .map(|mm| mm * 1e-3)
         .map_err(|_| miette!("--h is \"{text}\", not a length; write millimetres, like 5.5mm"))
-}
-
-/// Parses `MUSCLE=N` words into numbers of the body's muscles and tensions, N (2D: per metre of thickness).
-pub fn tensions<const D: usize>(words: &[String], body: &Body<D>) -> miette::Result<Vec<(usize, f64)>> {
-    simulation::read_tensions(words, body).map_err(|error| miette!("--tension {error}"))
 }

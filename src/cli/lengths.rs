@@ -85,10 +85,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let Action::Check(check) = &arguments.action;
     let data = inputs::lengths(Some(&check.file), check.error_mm)?;
     let record = record(&data, check.baseline.as_ref())?;
-    match global.json {
-        true => output::print(&output::json(&record)?)?,
-        false => output::print(&text(&record, &data))?,
-    }
+    output::tell(global, &record, || text(&record, &data))?;
     let is_good = record.broken.is_empty() && record.bad_cells.is_empty() && record.not_fitted.is_empty();
     Ok(if is_good { Outcome::Good } else { Outcome::SomeRowsRefused })
 }

@@ -1,13 +1,13 @@
 //! `tongue-fit merge`: merges the shards of a batch.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Parser;
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
-use tongue_fit::report::batch::journal;
-use tongue_fit::report::batch::{BatchJournal, Shard};
+use tongue_fit::report::batch::Shard;
+use tongue_fit::report::batch::journal::{self, Journal};
 
 use super::batch::{self, Prepared};
 use super::table::listed;
@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
     let mut wanting = missing(&shards)?;
     let paths = shards.values().flatten().cloned();
-    let journal = BatchJournal::join(paths, &prepared.key, &words, jobs).into_diagnostic()?;
+    let journal = Journal::join(paths, &prepared.key, &words, jobs).into_diagnostic()?;
     journal.notes().iter().for_each(|note| output::note(note));
     for shard in shards.keys() {
         let mine: Vec<usize> = (0..jobs).filter(|&job| shard.has(job)).collect();
@@ -87,9 +87,8 @@ fn shards(folders: &[PathBuf]) -> miette::Result<BTreeMap<Shard, Vec<PathBuf>>> 
 }
 
 fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>> {
-    let mut counts: Vec<usize> = shards.keys().map(|s| s.of).collect();
-    counts.sort_unstable();
-    counts.dedup();
+    let counts: BTreeSet<usize> = shards.keys().map(|s| s.of).collect();
+    let counts: Vec<usize> = counts.into_iter().collect();
     let [of] = counts[..] else {
         bail!(
             "shards of batches with different numbers of shards: of {}; keep those of one batch",

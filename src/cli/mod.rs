@@ -7,7 +7,6 @@ mod body_file;
 mod choice;
 mod dimension;
 mod fit;
-mod fit_muscles;
 mod fit_table;
 mod inputs;
 mod install;
@@ -256,12 +255,8 @@ fn set_threads(threads: Option<std::num::NonZeroUsize>) -> miette::Result<()> {
     Ok(())
 }
 
-fn command_line() -> String {
-    line_of(words())
-}
-
 fn provenance() -> tongue_fit::report::Provenance {
-    tongue_fit::report::Provenance::new(command_line())
+    tongue_fit::report::Provenance::new(line_of(words()))
 }
 
 /// The words of the command line without options that do not change results, so that outputs are the same

@@ -1,8 +1,8 @@
 //! `tongue-fit muscles`: the effect of each muscle alone, of bodies in the plane and in space.
 
 use miette::{IntoDiagnostic, ensure, miette};
-use nalgebra::{SVector, Vector3};
-use serde::Serialize;
+use nalgebra::Vector3;
+use serde_json::{Value, json};
 use tongue_fit::body::{Body, Mesh, SpaceBody};
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::alarms::{self, Alarm};
@@ -31,32 +31,19 @@ pub struct Arguments {
     space: space::ModelArguments,
 }
 
-/// The effect of one muscle on three places of the surface, in the plane on the length of each muscle, and in space on its own length
-/// and on the width.
-#[derive(Debug, Clone, Default, Serialize)]
-struct Effect {
-    pulling: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    tension_n_per_m: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    activation: Option<f64>,
-    status: Option<SolveStatus>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    muscle: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rest_length_mm: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    length_mm: Option<f64>,
+/// A muscle that pulls alone, and what it does to the surface.
+struct Alone {
+    name: String,
+    status: SolveStatus,
+    alarms: Vec<Alarm>,
+    /// Its length over that at rest.
     stretch: f64,
-    tip_forward_mm: f64,
-    tip_up_mm: f64,
-    top_forward_mm: f64,
-    top_up_mm: f64,
-    root_forward_mm: f64,
-    root_up_mm: f64,
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// By how much the foremost, highest and rearmost node of the surface at rest have moved forward and up, mm.
+    moved: [[f64; 2]; 3],
+    /// In space, by how much the body is wider.
     wider_mm: Option<f64>,
-    alarms: String,
+    positions: Vec<Point>,
+    tensions: Vec<f64>,
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
@@ -97,51 +84,44 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     answer(each, (&body.mesh, palate, &title, "surface"), model.tissue, &out, global)
 }
 
+/// Writes and prints what muscles do; each has rows, in the plane one for every muscle of the body.
 fn answer(
-    found: Vec<(Vec<Effect>, Panel)>,
+    found: Vec<(Alone, Vec<Value>)>,
     (mesh, palate, title, surface): (&Mesh<2>, &[Point], &str, &str),
     tissue: TissueModel,
     out: &OutputDir,
     global: &Global,
 ) -> miette::Result<Outcome> {
-    #[derive(Serialize)]
-    struct Record {
-        muscles: Vec<Effect>,
-    }
-    let (effects, panels): (Vec<_>, Vec<Panel>) = found.into_iter().unzip();
-    let record = Record { muscles: effects.concat() };
+    let (all, rows): (Vec<Alone>, Vec<_>) = found.into_iter().unzip();
+    let rows = rows.concat();
+    let panels: Vec<Panel> = all.iter().map(Alone::panel).collect();
     let picture = report::panels(mesh, palate, &panels, title).into_diagnostic()?;
     let by = super::provenance().with_tissue(tissue);
-    let files: [(&str, &dyn Export); 2] =
-        [("muscles.svg", &picture), ("muscles.csv", &Rows(&record.muscles))];
-    let text = || text(title, &record.muscles, surface);
+    let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
+    let record = json!({ "muscles": rows });
+    let text = || text(title, &all, surface);
     output::write_and_answer(global, (Some(out), &files), &Json(&record), &by, text)?;
-    let solved = record.muscles.iter().map(|e| (e.pulling.as_str(), e.status, e.alarms.len()));
-    Ok(Outcome::of_muscles(solved))
+    Ok(Outcome::of_muscles(all.iter().map(|a| (a.name.as_str(), a.status, a.alarms.len()))))
 }
 
-fn text(title: &str, effects: &[Effect], surface: &str) -> String {
-    let own: Vec<&Effect> =
-        effects.iter().filter(|e| e.muscle.as_ref().is_none_or(|m| *m == e.pulling)).collect();
+fn text(title: &str, all: &[Alone], surface: &str) -> String {
     let columns =
         ["pulling", "its length", "tip forward", "up", "top forward", "up", "root forward", "up", "wider"];
-    let has_width = own.iter().any(|e| e.wider_mm.is_some());
-    let t = table::rows(&columns[..columns.len() - usize::from(!has_width)], &own, |e| {
+    let has_width = all.iter().any(|a| a.wider_mm.is_some());
+    let t = table::rows(&columns[..columns.len() - usize::from(!has_width)], all, |a| {
         let mm = |v: f64| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0);
-        let ways =
-            [e.tip_forward_mm, e.tip_up_mm, e.top_forward_mm, e.top_up_mm, e.root_forward_mm, e.root_up_mm];
-        let first = [e.pulling.clone(), format!("{:+.1} %", 100.0 * (e.stretch - 1.0))];
-        first.into_iter().chain(ways.into_iter().chain(e.wider_mm).map(mm))
+        let first = [a.name.clone(), format!("{:+.1} %", 100.0 * (a.stretch - 1.0))];
+        first.into_iter().chain(a.moved.into_iter().flatten().chain(a.wider_mm).map(mm))
     });
-    let doubtful = own.iter().filter(|e| !e.alarms.is_empty());
-    let doubts: String = doubtful.map(|e| format!("but of {}: {}\n", e.pulling, e.alarms)).collect();
+    let doubtful = all.iter().filter(|a| !a.alarms.is_empty());
+    let doubts: String = doubtful.map(|a| format!("but of {}: {}\n", a.name, a.doubts())).collect();
     format!(
         "{title}\n\n{t}\n{doubts}\ntip, top and root: the foremost, highest and rearmost point of the {surface} at rest\n\n"
     )
 }
 
 /// The equilibrium to which the tension of a muscle leads from rest.
-fn in_plane(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Result<(Vec<Effect>, Panel)> {
+fn in_plane(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Result<(Alone, Vec<Value>)> {
     let mesh = &body.mesh;
     let pulling: Vec<usize> = body.muscles_called(name).collect();
     let mut tensions = vec![0.0; mesh.muscles.len()];
@@ -150,26 +130,19 @@ fn in_plane(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::
     let mut workspace = Workspace::new(&system);
     let found = statics::trace(&system, &mut workspace, &tensions, &SolveSettings::default());
     let positions = workspace.positions();
+    let lengths = |m: usize| [system.rest(), positions].map(|x| system.length(x, m));
+    let stretch = pulling.first().map_or(1.0, |&m| lengths(m)[1] / lengths(m)[0]);
     let alarms = alarms::of_equilibrium(&found.solution, found.critical);
-    let (own, [tip, top, _]) = effect(name, found.solution.status, &alarms, mesh, positions);
-    let of_muscle = |number: usize| {
-        let [rest, length] = [system.rest(), positions].map(|x| system.length(x, number));
-        Effect {
-            tension_n_per_m: Some(tension),
-            muscle: Some(mesh.muscles[number].name.clone()),
-            rest_length_mm: Some(1e3 * rest),
-            length_mm: Some(1e3 * length),
-            stretch: length / rest,
-            ..own.clone()
-        }
+    let alone =
+        Alone { tensions, ..Alone::new(name, found.solution.status, alarms, stretch, mesh, positions) };
+    let row = |m: usize| {
+        let [rest, length] = lengths(m);
+        let muscle = &mesh.muscles[m].name;
+        let of_muscle = json!({ "muscle": muscle, "rest_length_mm": 1e3 * rest, "length_mm": 1e3 * length });
+        alone.row(json!({ "tension_n_per_m": tension }), of_muscle, length / rest)
     };
-    let effects: Vec<Effect> = (0..mesh.muscles.len()).map(of_muscle).collect();
-    let stretch = pulling.first().map_or(1.0, |&m| effects[m].stretch);
-    let lines = vec![format!("tip {}", table::forward_up(tip)), format!("top {}", table::forward_up(top))];
-    Ok((
-        effects,
-        panel(name, stretch, (found.solution.status, &alarms), lines, (positions.to_vec(), tensions)),
-    ))
+    let rows = (0..mesh.muscles.len()).map(row).collect();
+    Ok((alone, rows))
 }
 
 /// The equilibrium to which the activation of a muscle on both sides leads from rest.
@@ -179,79 +152,86 @@ fn in_space(
     section: &Mesh<2>,
     name: &str,
     activation: f64,
-) -> miette::Result<(Vec<Effect>, Panel)> {
+) -> miette::Result<(Alone, Vec<Value>)> {
     let activations = body.activations(&[(name, activation)]).map_err(|e| miette!("--activation: {e}"))?;
     let solved = space::solve(body, model, &activations, false)?;
-    let flat = solved.midsagittal_positions();
-    let (status, alarms) = (solved.found.solution.status, solved.found.alarms);
     let surface = body.mesh.surface_nodes();
     let width = |x: &[Vector3<f64>]| {
         let sides = surface.iter().map(|&n| x[n].y);
         let ends = sides.fold([0.0_f64; 2], |[low, high], y| [low.min(y), high.max(y)]);
         1e3 * (ends[1] - ends[0])
     };
-    let wider_mm = width(&solved.positions) - width(&body.mesh.nodes);
+    let wider_mm = Some(width(&solved.positions) - width(&body.mesh.nodes));
     let [a, b] = body.mesh.muscles[body.muscles_called(name).into_diagnostic()?[0]].ends();
     let length = |x: &[Vector3<f64>]| (x[b] - x[a]).norm();
     let stretch = length(&solved.positions) / length(&body.mesh.nodes);
-    let (own, [tip, ..]) = effect(name, status, &alarms, section, &flat);
-    let width = match wider_mm.abs() < 0.05 {
-        true => "as wide as at rest".to_owned(),
-        false => format!("{:.1} mm {}", wider_mm.abs(), if wider_mm < 0.0 { "narrower" } else { "wider" }),
-    };
-    let lines = vec![format!("tip {}", table::forward_up(tip)), width];
-    let effect = Effect { activation: Some(activation), stretch, wider_mm: Some(wider_mm), ..own };
-    Ok((vec![effect], panel(name, stretch, (status, &alarms), lines, (flat, Vec::new()))))
+    let flat = solved.midsagittal_positions();
+    let found = solved.found;
+    let alone = Alone::new(name, found.solution.status, found.alarms, stretch, section, &flat);
+    let alone = Alone { wider_mm, ..alone };
+    let row = alone.row(json!({ "activation": activation }), json!({}), stretch);
+    Ok((alone, vec![row]))
 }
 
-/// What an equilibrium does to the surface: the effect, and by how much its foremost, highest and rearmost node at rest have moved forward
-/// and up, mm.
-fn effect(
-    name: &str,
-    status: SolveStatus,
-    alarms: &[Alarm],
-    mesh: &Mesh<2>,
-    positions: &[SVector<f64, 2>],
-) -> (Effect, [[f64; 2]; 3]) {
-    output::step(|| format!("{name}: {status:?}"));
-    let surface = mesh.surface_nodes();
-    let most = |of: fn(&SVector<f64, 2>) -> f64| {
-        let best = surface.iter().max_by(|a, b| of(&mesh.nodes[**a]).total_cmp(&of(&mesh.nodes[**b])));
-        best.copied().unwrap_or_default()
-    };
-    let moved = [most(|p| -p.x), most(|p| p.y), most(|p| p.x)].map(|node| {
-        let way = positions[node] - mesh.nodes[node];
-        // Forward is towards smaller x.
-        [-1e3 * way.x, 1e3 * way.y]
-    });
-    let effect = Effect {
-        pulling: name.to_owned(),
-        status: Some(status),
-        tip_forward_mm: moved[0][0],
-        tip_up_mm: moved[0][1],
-        top_forward_mm: moved[1][0],
-        top_up_mm: moved[1][1],
-        root_forward_mm: moved[2][0],
-        root_up_mm: moved[2][1],
-        alarms: alarms.iter().map(Alarm::text).collect::<Vec<_>>().join("; "),
-        ..Effect::default()
-    };
-    (effect, moved)
-}
+impl Alone {
+    fn new(
+        name: &str,
+        status: SolveStatus,
+        alarms: Vec<Alarm>,
+        stretch: f64,
+        mesh: &Mesh<2>,
+        positions: &[Point],
+    ) -> Self {
+        output::step(|| format!("{name}: {status:?}"));
+        let surface = mesh.surface_nodes();
+        let most = |of: fn(&Point) -> f64| {
+            let best = surface.iter().max_by(|a, b| of(&mesh.nodes[**a]).total_cmp(&of(&mesh.nodes[**b])));
+            best.copied().unwrap_or_default()
+        };
+        let moved = [most(|p| -p.x), most(|p| p.y), most(|p| p.x)].map(|node| {
+            let way = positions[node] - mesh.nodes[node];
+            // Forward is towards smaller x.
+            [-1e3 * way.x, 1e3 * way.y]
+        });
+        let (name, positions) = (name.to_owned(), positions.to_vec());
+        Self { name, status, alarms, stretch, moved, wider_mm: None, positions, tensions: Vec::new() }
+    }
 
-/// The picture of a muscle's effect, with these lines where it can be trusted.
-fn panel(
-    name: &str,
-    stretch: f64,
-    (status, alarms): (SolveStatus, &[Alarm]),
-    lines: Vec<String>,
-    (positions, tensions): (Vec<SVector<f64, 2>>, Vec<f64>),
-) -> Panel {
-    let title = format!("{name} shortens {:.0} %", 100.0 * (1.0 - stretch));
-    let lines = match status {
-        SolveStatus::Converged if alarms.is_empty() => lines,
-        SolveStatus::Converged => alarms.iter().map(Alarm::text).collect(),
-        other => vec![format!("not at equilibrium: {other:?}")],
-    };
-    Panel { title, lines, positions, tensions }
+    fn doubts(&self) -> String {
+        self.alarms.iter().map(Alarm::text).collect::<Vec<_>>().join("; ")
+    }
+
+    /// A row of the table, with how it pulls, a muscle whose length is told, and that muscle's stretch.
+    fn row(&self, pull: Value, muscle: Value, stretch: f64) -> Value {
+        let [tip, top, root] = self.moved;
+        let moved = json!({
+            "stretch": stretch,
+            "tip_forward_mm": tip[0], "tip_up_mm": tip[1],
+            "top_forward_mm": top[0], "top_up_mm": top[1],
+            "root_forward_mm": root[0], "root_up_mm": root[1],
+        });
+        let wider = self.wider_mm.map_or_else(|| json!({}), |mm| json!({ "wider_mm": mm }));
+        let (name, status) = (json!({ "pulling": self.name }), json!({ "status": self.status }));
+        let parts = [name, pull, status, muscle, moved, wider, json!({ "alarms": self.doubts() })];
+        parts.iter().filter_map(Value::as_object).flatten().map(|(k, v)| (k.clone(), v.clone())).collect()
+    }
+
+    /// Its picture, with its effect in words where that can be trusted.
+    fn panel(&self) -> Panel {
+        let [tip, top, _] = self.moved.map(table::forward_up);
+        let lines = match self.status {
+            SolveStatus::Converged if self.alarms.is_empty() => match self.wider_mm {
+                None => vec![format!("tip {tip}"), format!("top {top}")],
+                Some(mm) if mm.abs() < 0.05 => vec![format!("tip {tip}"), "as wide as at rest".to_owned()],
+                Some(mm) => {
+                    let word = if mm < 0.0 { "narrower" } else { "wider" };
+                    vec![format!("tip {tip}"), format!("{:.1} mm {word}", mm.abs())]
+                }
+            },
+            SolveStatus::Converged => self.alarms.iter().map(Alarm::text).collect(),
+            other => vec![format!("not at equilibrium: {other:?}")],
+        };
+        let title = format!("{} shortens {:.0} %", self.name, 100.0 * (1.0 - self.stretch));
+        Panel { title, lines, positions: self.positions.clone(), tensions: self.tensions.clone() }
+    }
 }

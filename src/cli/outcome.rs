@@ -25,11 +25,6 @@ impl Outcome {
         why.map_or(Self::Good, |why| Self::Untrustworthy(format!("{why}; see the results")))
     }
 
-    /// The outcome of many results by the names of their statuses; those of `good` can be trusted.
-    pub fn counted(statuses: &BTreeMap<String, usize>, good: &[&str], what: &str) -> Self {
-        Self::of_reason(untrusted(statuses, good, what))
-    }
-
     pub fn of_equilibrium(found: &Equilibrium) -> Self {
         let (status, alarms) = (found.solution.status, &found.alarms);
         let is_found = status == SolveStatus::Converged;
@@ -40,9 +35,8 @@ impl Outcome {
     }
 
     /// The outcome for muscles that pull alone: their names, the status of each solve, and its number of alarms.
-    pub fn of_muscles<'a>(solved: impl Iterator<Item = (&'a str, Option<SolveStatus>, usize)>) -> Self {
-        let doubtful =
-            solved.filter(|(_, status, alarms)| *status != Some(SolveStatus::Converged) || *alarms > 0);
+    pub fn of_muscles<'a>(solved: impl Iterator<Item = (&'a str, SolveStatus, usize)>) -> Self {
+        let doubtful = solved.filter(|(_, status, alarms)| *status != SolveStatus::Converged || *alarms > 0);
         let mut names: Vec<&str> = doubtful.map(|(name, ..)| name).collect();
         names.dedup();
         Self::judged(names.is_empty(), || {

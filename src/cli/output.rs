@@ -64,6 +64,11 @@ pub fn answer(
     }
 }
 
+/// Answers a command that writes no file: prints the record as JSON with `--json`, and otherwise the text.
+pub fn tell(global: &Global, record: &impl Serialize, text: impl FnOnce() -> String) -> miette::Result<()> {
+    if global.json { print(&json(record)?) } else { print(&text()) }
+}
+
 /// Writes files into a folder, if there is one, and answers a command with them.
 pub fn write_and_answer(
     global: &Global,

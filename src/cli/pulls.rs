@@ -2,13 +2,14 @@
 
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, WrapErr, bail, ensure};
+use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::body::Body;
 use tongue_fit::measured::Vowel;
 use tongue_fit::measured::emg::Activity;
 use tongue_fit::measured::muscles::Muscles;
+use tongue_fit::simulation::read_tensions;
 
-use super::{body, inputs};
+use super::inputs;
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -31,7 +32,7 @@ pub struct Arguments {
 impl Arguments {
     /// Muscles of the body with their tensions, N per metre of thickness.
     pub fn tensions<const D: usize>(&self, body: &Body<D>) -> miette::Result<Vec<(usize, f64)>> {
-        let given = body::tensions(&self.tension, body)?;
+        let given = read_tensions(&self.tension, body).map_err(|error| miette!("--tension {error}"))?;
         let (Some(file), Some(vowel)) = (&self.emg, &self.vowel) else { return Ok(given) };
         if let Some(full) = self.full.filter(|full| !(full.is_finite() && *full >= 0.0)) {
             bail!("--full {full}: write a tension in N per metre that is not negative, like 30");

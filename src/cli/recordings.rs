@@ -81,13 +81,10 @@ pub struct PriorArguments {
 
 impl PriorArguments {
     pub fn settings(&self) -> miette::Result<TrackSettings> {
-        if !(0.1..=1000.0).contains(&self.prior) {
-            bail!("--prior is {}; it must be from 0.1 to 1000 N/m", self.prior);
-        }
-        if !(0.0..=1000.0).contains(&self.memory) {
-            bail!("--memory is {}; it must be from 0 to 1000 s", self.memory);
-        }
-        Ok(TrackSettings::new(self.prior, self.memory))
+        let Self { prior, memory } = *self;
+        ensure!((0.1..=1000.0).contains(&prior), "--prior is {prior}; it must be from 0.1 to 1000 N/m");
+        ensure!((0.0..=1000.0).contains(&memory), "--memory is {memory}; it must be from 0 to 1000 s");
+        Ok(TrackSettings::new(prior, memory))
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, miette};
 use nalgebra::{SVector, Vector3};
+use serde_json::json;
 use tongue_fit::body::{AnyBody, Mesh, SpaceBody};
 use tongue_fit::report::{
     self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, SpaceVtu, Svg, Vtu,
@@ -66,10 +67,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 Ready::Flat(p) => p.plan,
                 Ready::Solid(p) => p.plan,
             };
-            match global.json {
-                true => output::print(&output::json(&plan)?)?,
-                false => output::print(&scene_table::plan(&plan))?,
-            }
+            output::tell(global, &plan, || scene_table::plan(&plan))?;
             Ok(Outcome::Good)
         }
         Action::Run(which) => run_one(&which.name, global),
@@ -79,15 +77,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 fn list(global: &Global) -> miette::Result<Outcome> {
     let title = |name| Ok((name, scene::shipped(name).into_diagnostic()?.title));
     let listed: Vec<(&str, String)> = scene::names().map(title).collect::<miette::Result<_>>()?;
-    if global.json {
-        let scenes: Vec<_> =
-            listed.iter().map(|(name, title)| serde_json::json!({ "name": name, "title": title })).collect();
-        output::print(&output::json(&serde_json::json!({ "scenes": scenes }))?)?;
-    } else {
-        output::print(
-            &listed.iter().map(|(name, title)| format!("{name:<20}{title}\n")).collect::<String>(),
-        )?;
-    }
+    let scenes = listed.iter().map(|(name, title)| json!({ "name": name, "title": title }));
+    let record = json!({ "scenes": scenes.collect::<Vec<_>>() });
+    let text = || listed.iter().map(|(name, title)| format!("{name:<20}{title}\n")).collect();
+    output::tell(global, &record, text)?;
     Ok(Outcome::Good)
 }
 

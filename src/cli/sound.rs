@@ -8,7 +8,7 @@ use miette::{IntoDiagnostic, bail, miette};
 use nalgebra::SVector;
 use serde::Serialize;
 use tongue_fit::body::{AnyBody, Mesh};
-use tongue_fit::heard::{Airway, Articulation, Formant, MeanVowel, Tract, mean_vowels};
+use tongue_fit::heard::{Airway, Articulation, Formant, Tract, mean_vowels};
 use tongue_fit::measured::{ByMuscle, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
 use tongue_fit::scene::file::{Effects, FitTarget, Hyoid, Jaw, Material, SceneBody, SceneTongue, Want};
@@ -105,6 +105,9 @@ pub struct Heard {
     pub record: Record,
 }
 
+/// A published mean: vowel, first and second formant, Hz.
+type Mean = (String, [f64; 2]);
+
 impl Arguments {
     fn check(&self) -> miette::Result<()> {
         let within = |key: &str, x: f64, low: f64, high: f64, why: &str| match (low..=high).contains(&x) {
@@ -184,7 +187,7 @@ impl Arguments {
         })
     }
 
-    fn in_plane(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Heard> {
+    fn in_plane(&self, tract: &Tract, vowel: Option<&Vowel>, means: &[Mean]) -> miette::Result<Heard> {
         let scene = self.scene(tract, vowel)?;
         scene.check().into_diagnostic()?;
         let AnyBody::Flat(body) = body::build(&scene).into_diagnostic()? else {
@@ -193,8 +196,6 @@ impl Arguments {
         let mut prepared = prepare(&scene, body).into_diagnostic()?;
         let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
         let Some(sound) = answer.sound else { return Err(miette!("this scene has no sound")) };
-        let means = mean_vowels().into_diagnostic()?;
-        let mean = |v: &Vowel| means.iter().find(|m| m.vowel == v.label()).map(|m| [m.f1_hz, m.f2_hz]);
         let record = Record {
             subject: vowel.map(|_| self.subject.clone()),
             vowel: vowel.map(|v| v.label().to_owned()),
@@ -202,7 +203,9 @@ impl Arguments {
             tensions_n: Some(answer.muscles.iter().map(|m| (m.muscle.clone(), m.pull.value())).collect()),
             activations: None,
             sound,
-            published_hz: vowel.and_then(mean),
+            published_hz: vowel
+                .and_then(|v| means.iter().find(|(name, _)| name == v.label()))
+                .map(|(_, f)| *f),
             wall_s: answer.wall_s,
         };
         let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
@@ -215,6 +218,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
     let source = arguments.space.body.as_ref();
+    let means = mean_vowels().into_diagnostic()?.into_iter();
+    let means: Vec<Mean> = means.map(|m| (m.vowel, [m.f1_hz, m.f2_hz])).collect();
     let tract = arguments.read_tract(source)?;
     let (out, heard) = match source {
         Some(source) => {
@@ -223,18 +228,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         }
         None => {
             arguments.scene(&tract, vowel.as_ref())?.check().into_diagnostic()?;
-            (global.folder("results/sound")?, arguments.in_plane(&tract, vowel.as_ref())?)
+            (global.folder("results/sound")?, arguments.in_plane(&tract, vowel.as_ref(), &means)?)
         }
     };
     let Heard { title, tissue, mesh, positions, record } = heard;
-    let means = mean_vowels().into_diagnostic()?;
     let drawn = format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
-    let marks: Vec<_> = means.iter().map(|m: &MeanVowel| (m.vowel.clone(), [m.f1_hz, m.f2_hz])).collect();
     let picture = report::vowel(&VowelPicture {
         mesh: &mesh,
         positions: &positions,
         sound: &record.sound,
-        means: &marks,
+        means: &means,
         title: &drawn,
     })
     .into_diagnostic()?;

@@ -7,9 +7,7 @@ use comfy_table::{Cell, CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
 use tongue_fit::dynamics::{MotionOutcome, MotionStatus};
 use tongue_fit::inverse::alarms::{self, Alarm};
-use tongue_fit::report::batch::BatchJournal;
 use tongue_fit::report::batch::contrasts::SubjectContrast;
-use tongue_fit::report::batch::journal::Entry;
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{OperationRecord, SimulationRecord, SpaceRecord, TrajectoryRecord};
 use tongue_fit::run::Equilibrium;
@@ -268,11 +266,11 @@ pub fn validation(study: &ValidationStudy, wall_s: f64) -> String {
 
 const MOST_LISTED: usize = 60;
 
-pub fn batch(batch: &Batch<'_>, journal: &BatchJournal, wall_s: f64) -> miette::Result<String> {
+pub fn batch(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
     let s = batch.summary;
     let mut text = String::new();
     if batch.jobs.len() <= MOST_LISTED {
-        text += &fits(batch, journal)?;
+        text += &fits(batch)?;
     }
     let t = rows(&["passive stretches, RMS", "fits", "model", "no change", ""], &s.passive, |g| {
         let vowel = g.vowel.as_ref().map_or("all".to_owned(), |v| format!("/{v}/"));
@@ -337,12 +335,12 @@ fn decided(all: &[SubjectContrast]) -> String {
     text
 }
 
-fn fits(batch: &Batch<'_>, journal: &BatchJournal) -> miette::Result<String> {
+fn fits(batch: &Batch<'_>) -> miette::Result<String> {
     let (mut verdicts, mut t) =
         (String::new(), table(&["fit", "tensions, N/m", "misfit", "passive", "alarms"]));
     left(&mut t, 1);
     for number in 0..batch.jobs.len() {
-        if let Some(Entry { result: Ok(fit), .. }) = journal.read(number).into_diagnostic()? {
+        if let Some((_, fit)) = batch.fit(number).into_diagnostic()? {
             verdicts.extend(fit.verdict.iter().map(|verdict| super::fit_table::wrapped(verdict)));
             t.add_row(fit.line);
         }

@@ -72,12 +72,8 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let clock = Instant::now();
     if let Some(written) = arguments.recordings.write_template()? {
-        match global.json {
-            true => output::print(&format!("{}\n", serde_json::json!({ "map": written })))?,
-            false => {
-                output::print(&format!("{}: a map to correct; then give it with --map\n", written.display()))?
-            }
-        }
+        let text = || format!("{}: a map to correct; then give it with --map\n", written.display());
+        output::tell(global, &serde_json::json!({ "map": written }), text)?;
         return Ok(Outcome::Good);
     }
     if let Some(source) = arguments.body.space() {

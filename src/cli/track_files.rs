@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use miette::IntoDiagnostic;
 use tongue_fit::report::{
     Export, Json, OutputDir, Provenance, Pvd, TrackPage, TrackRecord, contrasts, formants_csv, repeats_table,
-    segments_csv, track_csv,
+    segments_csv, timelines, track_csv,
 };
 use tongue_fit::system::Model;
 
@@ -76,7 +76,9 @@ pub fn write(
             files.push((format!("track_{number}.sto"), Box::new(made)));
         }
         if wants(Also::Svg) {
-            let made = move |out: &mut dyn io::Write, by: &Provenance| record.timelines(one).write(out, by);
+            let made = move |out: &mut dyn io::Write, by: &Provenance| {
+                timelines(one, &record.courses).write(out, by)
+            };
             files.push((format!("track_{number}.svg"), Box::new(made)));
         }
         if wants(Also::Svg) && shown().next().is_some() {

@@ -35,7 +35,7 @@ pub fn journal(
     out: &OutputDir,
     seen: &[&AlignedRecording],
     sound: &str,
-) -> miette::Result<Journal<TrackedRecording>> {
+) -> miette::Result<Journal> {
     let words = super::words_of_the_result();
     let (mesh, model) = (&given.body.mesh, run.basis.model);
     let key = batch::sha256(&[
@@ -64,10 +64,10 @@ const MOST_KEPT: usize = 5000;
 
 /// All of so many recordings: those in the journal, and those that a search finds, which are added to it.
 pub fn resumed(
-    journal: Journal<TrackedRecording>,
+    journal: Journal,
     count: usize,
     search: impl FnOnce(&Watch<'_>) -> miette::Result<()>,
-) -> miette::Result<(Journal<TrackedRecording>, Vec<TrackedRecording>)> {
+) -> miette::Result<(Journal, Vec<TrackedRecording>)> {
     let clock = Instant::now();
     let read = |nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok()));
     let found: Vec<Option<TrackedRecording>> = (0..count).map(read).collect::<miette::Result<_>>()?;

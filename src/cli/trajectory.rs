@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
-use miette::{IntoDiagnostic, bail, ensure, miette};
+use miette::{IntoDiagnostic, ensure, miette};
 use nalgebra::SVector;
 use tongue_fit::body::Mesh;
 use tongue_fit::dynamics::{
@@ -75,25 +75,24 @@ const TOLERANCE_MM: f64 = 1e-6;
 impl Arguments {
     fn check(&self) -> miette::Result<()> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
-        if !is_time(self.t_end) {
-            let must = format!("it must be a time in seconds, like 3, and at least {SHORTEST_S:e}");
-            bail!("--t-end is {:?}; {must}", self.t_end);
-        }
-        if !(self.ramp == 0.0 || is_time(self.ramp)) {
-            let must = format!("it must be a time in seconds: 0 for a step, or at least {SHORTEST_S:e}");
-            bail!("--ramp is {:?}; {must}", self.ramp);
-        }
-        let positive = |name: &str, value: Option<f64>, unit: &str| match value {
-            Some(v) if !(v > 0.0 && v.is_finite()) => {
-                Err(miette!("--{name} is {v}; it must be a positive number of {unit}"))
-            }
-            _ => Ok(()),
-        };
-        positive("dt", self.dt, "seconds")?;
-        positive("tolerance", self.tolerance, "millimetres")?;
-        if !(2..=MOST_FRAMES).contains(&self.frames) {
-            bail!("--frames is {}; take 2 to {MOST_FRAMES}", self.frames);
-        }
+        let is_positive = |value: Option<f64>| value.is_none_or(|v| v > 0.0 && v.is_finite());
+        let Self { t_end, ramp, dt, tolerance, frames, .. } = self;
+        ensure!(
+            is_time(*t_end),
+            "--t-end is {t_end:?}; it must be a time in seconds, like 3, and at least {SHORTEST_S:e}"
+        );
+        ensure!(
+            *ramp == 0.0 || is_time(*ramp),
+            "--ramp is {ramp:?}; it must be a time in seconds: 0 for a step, or at least {SHORTEST_S:e}"
+        );
+        let told = |value: &Option<f64>| value.unwrap_or_default();
+        ensure!(is_positive(*dt), "--dt is {}; it must be a positive number of seconds", told(dt));
+        ensure!(
+            is_positive(*tolerance),
+            "--tolerance is {}; it must be a positive number of millimetres",
+            told(tolerance)
+        );
+        ensure!((2..=MOST_FRAMES).contains(frames), "--frames is {frames}; take 2 to {MOST_FRAMES}");
         Ok(())
     }
 
@@ -240,7 +239,7 @@ fn write(
         true => "At rest; nothing pulls".to_owned(),
         false => format!("Pulling: {} (grey: at rest)", names.join(", ")),
     };
-    let svg = report::animation(mesh, palate, &frames, &title).into_diagnostic()?;
+    let svg = report::animation(mesh, palate, &frames, &[], false, &title).into_diagnostic()?;
     let stresses = |f: &AnimationFrame| motion.system().stresses(&f.positions);
     let shapes =
         frames.iter().map(|f| Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(stresses(f))));

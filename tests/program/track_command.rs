@@ -130,6 +130,10 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     for name in ["track_1.svg", "track_2.svg", "shapes_1.svg", "shapes_2.svg", "shapes_1_0000.vtu"] {
         roxmltree::Document::parse(&read(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     }
+    let drawn = read("track_1.svg");
+    for told in ["known courses:", "url(#hatch)", "course not known", "RMS", "N/m", "time (s)"] {
+        assert!(drawn.contains(told), "{told}");
+    }
     // The body is written with the shape at rest that was found, and read back as it is.
     let body: Value = serde_json::from_str(&read("body.json")).unwrap();
     let back = json(&run(folder.path(), &["mesh", "--mesh", "results/track/body.json", "--json"]));

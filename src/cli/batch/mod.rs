@@ -14,8 +14,8 @@ use tongue_fit::inverse::Method;
 use tongue_fit::inverse::batch::{Job, Selection};
 use tongue_fit::measured::{Target, TargetKind, Vowel};
 use tongue_fit::report::ReportError;
-use tongue_fit::report::batch::journal::{Entry, NAME};
-use tongue_fit::report::batch::{BatchJournal, Fitted, Shard};
+use tongue_fit::report::batch::journal::{Entry, Journal, NAME};
+use tongue_fit::report::batch::{Fitted, Shard};
 
 use super::choice::choice;
 use super::{Global, Outcome, body, interrupt, output, posterior};
@@ -23,6 +23,7 @@ use super::{Global, Outcome, body, interrupt, output, posterior};
 pub use self::prepared::Prepared;
 
 pub const DEFAULT_OUT: &str = "results/batch";
+
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 #[command(after_help = "Examples:\n  \
@@ -114,7 +115,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let path = out.path().join(arguments.shard.map_or_else(|| NAME.to_owned(), Shard::journal));
     let count = prepared.run.plan.jobs.len();
     let mine: Vec<usize> = (0..count).filter(|&n| arguments.shard.is_none_or(|s| s.has(n))).collect();
-    let journal = BatchJournal::open(path.clone(), &prepared.key, &words, count).into_diagnostic()?;
+    let journal = Journal::open(path.clone(), &prepared.key, &words, count).into_diagnostic()?;
     journal.notes().iter().for_each(|note| output::note(note));
     if !journal.is_empty() {
         output::note(&format!("resuming after {} of {} fits", journal.len(), mine.len()));
@@ -125,7 +126,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             mine.len(),
             name_of(&arguments.method),
             prepared.run.settings.starts,
-            prepared.provenance.inputs_sha256
+            prepared.provenance.inputs_sha256.as_deref().unwrap_or_default()
         )
     });
     interrupt::set_last_words(Some(format!(
@@ -166,7 +167,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// Makes the fits that the journal lacks, one on each thread at a time, and stores each when it is done.
-fn fit_all(prepared: &Prepared, mine: &[usize], journal: BatchJournal) -> miette::Result<BatchJournal> {
+fn fit_all(prepared: &Prepared, mine: &[usize], journal: Journal) -> miette::Result<Journal> {
     let jobs = &prepared.run.plan.jobs;
     let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
     let (nodes, fits) = (prepared.run.mesh.nodes.len(), todo.len() as f64);

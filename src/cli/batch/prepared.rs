@@ -10,12 +10,11 @@ use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::{Dataset, Target, TargetKind, reference_muscle};
 use tongue_fit::posterior::Ground;
 use tongue_fit::report::batch::contrasts;
-use tongue_fit::report::batch::journal::Entry;
+use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::report::batch::{
-    self as outputs, Batch, BatchJournal, BatchProvenance, BatchSummary, Fitted, MOST_FITS_ON_PAGE,
-    RowPosterior,
+    self as outputs, Batch, BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior,
 };
-use tongue_fit::report::{OutputDir, ReportError};
+use tongue_fit::report::{OutputDir, Provenance, ReportError};
 use tongue_fit::run::BatchRun;
 
 use super::Arguments;
@@ -33,7 +32,7 @@ pub struct Prepared {
     posterior: (posterior::Arguments, Option<Ground>),
     /// With `--joint`, the posteriors of rows by the numbers of their jobs; made by [`Prepared::sample`].
     sampled: BTreeMap<usize, Result<RowPosterior, String>>,
-    pub provenance: BatchProvenance,
+    pub provenance: Provenance,
     /// Hash of all inputs and of the command.
     pub key: String,
 }
@@ -79,8 +78,7 @@ impl Prepared {
         inputs.extend(ground.as_ref().map(|g| format!("{:?} {:?}", arguments.posterior, g.priors)));
         let inputs_sha256 = outputs::sha256(&inputs.iter().map(String::as_str).collect::<Vec<_>>());
         let key = outputs::sha256(&[&inputs_sha256, &command]);
-        let version = tongue_fit::VERSION.to_owned();
-        let provenance = BatchProvenance { version, command, inputs_sha256 };
+        let provenance = Provenance::new(command).with_inputs(&inputs_sha256);
         Ok(Self {
             data,
             unreadable,
@@ -157,45 +155,43 @@ impl Prepared {
     pub fn finish(
         &self,
         out: &OutputDir,
-        journal: &BatchJournal,
+        journal: &Journal,
         global: &Global,
         wall_s: f64,
     ) -> miette::Result<Outcome> {
-        let summary = self.summary(journal);
-        let contrasts = contrasts::all(&self.run.plan.jobs, journal);
+        let plan = &self.run.plan;
+        let (digests, not_begun) = outputs::digests(&plan.jobs, journal).into_diagnostic()?;
+        let summary = self.summary(&digests);
+        let contrasts = contrasts::all(&plan.jobs, &digests);
         let batch = Batch {
             provenance: &self.provenance,
-            jobs: &self.run.plan.jobs,
-            baselines: &self.run.plan.baselines,
-            refusals: &self.run.plan.refusals,
+            jobs: &plan.jobs,
+            journal,
+            digests: &digests,
+            baselines: &plan.baselines,
+            refusals: &[plan.refusals.clone(), not_begun].concat(),
             unreadable: &self.unreadable,
             summary: &summary,
             mesh: &self.run.mesh,
             muscles: &self.run.muscles,
             contrasts: &contrasts,
         };
-        let written = outputs::write_files(out, &batch, journal).into_diagnostic()?;
+        let written = outputs::write_files(out, &batch).into_diagnostic()?;
         if global.json {
-            output::stream(|stdout| outputs::write_json(stdout, &batch, journal, true, &|_, _| Ok(())))?;
+            output::stream(|stdout| outputs::write_json(stdout, &batch, true))?;
         } else {
-            let text = table::batch(&batch, journal, wall_s)?;
+            let text = table::batch(&batch, wall_s)?;
             output::summary(&(text + &table::files(&written)), &written)?;
         }
-        Ok(if summary.not_fitted + summary.unreadable_rows > 0 {
-            Outcome::SomeRowsRefused
-        } else {
-            let fits = Outcome::counted(&summary.statuses, &["converged"], "fits");
-            let untold = summary.posteriors_untold;
-            match fits {
-                Outcome::Good => {
-                    Outcome::judged(untold == 0, || format!("{untold} posteriors cannot be reported"))
-                }
-                other => other,
-            }
-        })
+        if summary.not_fitted + summary.unreadable_rows > 0 {
+            return Ok(Outcome::SomeRowsRefused);
+        }
+        let untold = summary.posteriors_untold;
+        let untold = (untold > 0).then(|| format!("{untold} posteriors cannot be reported"));
+        Ok(Outcome::of_reason(outcome::untrusted(&summary.statuses, &["converged"], "fits").or(untold)))
     }
 
-    fn summary(&self, journal: &BatchJournal) -> BatchSummary {
+    fn summary(&self, digests: &[(usize, Digest)]) -> BatchSummary {
         let length = |name: &String| {
             let chain = self.run.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
             chain.map_or(f64::NAN, |chain| self.run.mesh.distance(chain.ends()))
@@ -204,7 +200,7 @@ impl Prepared {
         let reference = &self.data.muscles()[reference_muscle(self.data.muscles())];
         let ratios =
             self.run.muscles.iter().filter(|m| *m != reference && self.data.muscles().contains(m)).count();
-        let digests = outputs::digests(journal).map(|(_, digest)| digest);
+        let digests = digests.iter().map(|(_, digest)| digest);
         let statuses = outcome::counted(digests.clone().map(|digest| digest.status.clone()));
         let fits = digests.clone().count();
         let substitutes = self.run.plan.jobs.iter().filter(|job| job.substitute);

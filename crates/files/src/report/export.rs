@@ -43,18 +43,14 @@ impl Provenance {
     }
 
     pub fn with_tissue(mut self, tissue: TissueModel) -> Self {
-        self.tissue = Some(match tissue {
-            TissueModel::MassSpring => "springs",
-            TissueModel::FiniteElement => "finite_elements",
-            TissueModel::Continuum => "continuum",
-            TissueModel::Hexahedra => "hexahedra",
-        });
+        let (name, body) = match tissue {
+            TissueModel::MassSpring => ("springs", "springs"),
+            TissueModel::FiniteElement => ("finite_elements", "springs"),
+            TissueModel::Continuum => ("continuum", "continuum"),
+            TissueModel::Hexahedra => ("hexahedra", "space"),
+        };
+        (self.tissue, self.body) = (Some(name), Some(body));
         let continuum = tissue == TissueModel::Continuum;
-        self.body = Some(match tissue {
-            TissueModel::Hexahedra => "space",
-            TissueModel::Continuum => "continuum",
-            TissueModel::MassSpring | TissueModel::FiniteElement => "springs",
-        });
         self.chosen = continuum.then(|| ContinuumSettings::default().to_string());
         self
     }

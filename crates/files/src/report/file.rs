@@ -202,26 +202,6 @@ mod tests {
         assert!(matches!(&error, ReportError::File { path, .. } if path.ends_with("out/fit.csv")), "{error}");
     }
 
-    #[test]
-    fn a_file_in_the_way_is_named() {
-        let root = tempfile::tempdir().unwrap();
-        let file = root.path().join("notes.txt");
-        fs::write(&file, "keep me").unwrap();
-        for path in [file.clone(), file.join("results"), file.join("deep/results")] {
-            let message = OutputDir::prepare(&path).unwrap_err().to_string();
-            assert_eq!(
-                message,
-                format!(
-                    "cannot write into the output folder \"{}\": \"{}\" is a file, not a folder; \
-                     choose another folder, or make this one writable",
-                    path.display(),
-                    file.display()
-                )
-            );
-        }
-        assert_eq!(fs::read_to_string(&file).unwrap(), "keep me");
-    }
-
     #[cfg(unix)]
     #[test]
     fn files_have_the_permissions_of_an_ordinary_file() {

@@ -45,9 +45,7 @@ pub use export::{Export, Json, Markdown, Provenance, Wav};
 pub use file::{OutputDir, Writes, write};
 pub use msh::Msh;
 pub use plane::{MISSED_BY_PLANE, limit_of_plane};
-pub use record::{
-    BodySegment, FitRecord, IdentifiabilityRecord, SimulationRecord, ValleyPointRecord, ValleyRecord,
-};
+pub use record::{FitRecord, IdentifiabilityRecord, SimulationRecord, ValleyPointRecord, ValleyRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{OperationRecord, SpaceRecord, SpaceVtu};
 pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};
@@ -55,9 +53,9 @@ pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};
 pub use staged::{Standstill, discard_unfinished};
 pub use sto::StoTable;
 pub use svg::{
-    AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, Timeline, VowelPicture,
-    animation, animation_of_seen, changes, panels, ridges, scatter, solid, timelines, tongue, valley, views,
-    vowel, work_precision, wrapped,
+    AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,
+    changes, panels, ridges, scatter, solid, timelines, tongue, valley, views, vowel, work_precision,
+    wrapped,
 };
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]

@@ -1,6 +1,7 @@
 //! Results as records for JSON and CSV: stable field names, units in the names, muscles by name.
 
 use serde::Serialize;
+use serde_json::{Value, json};
 
 use super::column;
 use super::export::{Export, Provenance};
@@ -48,16 +49,8 @@ pub struct IdentifiabilityRecord {
     pub undetermined: usize,
     /// Unit vectors over `active`, in its order.
     pub null_directions: Vec<Vec<f64>>,
-    /// For each of them, the range within the misfit tolerance.
-    pub segments: Vec<BodySegment>,
-}
-
-/// The two ends of a curve of tensions that fit equally well ([`ValleyRecord`]); the curve between them is
-/// not straight.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct BodySegment {
-    pub from_n: ByMuscle<f64>,
-    pub to_n: ByMuscle<f64>,
+    /// For each of them the ends of the curve of tensions that fit as well ([`ValleyRecord`]), which is not straight between them.
+    pub segments: Vec<Value>,
 }
 
 /// One fit: `tongue-fit --vowel a --json`, and `fit.json`.
@@ -106,8 +99,7 @@ pub struct FitRecord {
     pub alarms: Vec<Alarm>,
     /// The curve of all tensions that fit as well, if one direction is undetermined.
     pub valley: Option<ValleyRecord>,
-    /// Elements in which the barrier against inversion acts. If there are any, the published law does not
-    /// hold there.
+    /// Elements in which the barrier against inversion acts.
     pub guarded: usize,
     pub connection: statics::Connection,
     /// What the data leave undetermined; null if the equilibrium is singular.
@@ -145,7 +137,7 @@ impl FitRecord {
                 .filter_map(|n| {
                     let points = &n.valley.as_ref()?.points;
                     let (from, to) = (points.first()?, points.last()?);
-                    Some(BodySegment { from_n: by(&active, &from.x), to_n: by(&active, &to.x) })
+                    Some(json!({ "from_n": by(&active, &from.x), "to_n": by(&active, &to.x) }))
                 })
                 .collect(),
         });

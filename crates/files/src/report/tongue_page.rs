@@ -43,6 +43,8 @@ pub struct TonguePage {
 impl TonguePage {
     fn own(&self, by: &Provenance) -> Result<Value, serde_json::Error> {
         let PageBody { springs_h_mm, continuum_h_mm, continuum, model, file, anatomy, mesh } = &self.body;
+        let nu = model.constants.poisson_ratio;
+        let is_usual = nu == Constants::TONGUE.poisson_ratio;
         let fits = self.fits.iter().map(shortened).collect::<Result<Vec<Value>, _>>()?;
         Ok(json!({
             "version": by.version,
@@ -51,19 +53,11 @@ impl TonguePage {
             "springs_h_mm": springs_h_mm,
             "continuum_h_mm": continuum_h_mm,
             "continuum": continuum,
-            "material": material(model),
+            "material": if is_usual { json!({}) } else { json!({ "poisson_ratio": nu }) },
             "table": self.table,
             "fits": fits,
         }))
     }
-}
-
-fn material(model: &Model) -> Value {
-    let mut keys = serde_json::Map::new();
-    if model.constants.poisson_ratio != Constants::TONGUE.poisson_ratio {
-        keys.insert("poisson_ratio".to_owned(), json!(model.constants.poisson_ratio));
-    }
-    Value::Object(keys)
 }
 
 fn shortened(fit: &FitRecord) -> Result<Value, serde_json::Error> {

@@ -19,8 +19,7 @@ pub struct TrajectoryRecord {
     /// Part of the way to its equilibrium, under the tensions at the time reached, that the body has moved;
     /// null if there is no such way.
     pub part_of_way_to_equilibrium: Option<f64>,
-    /// Elements in which the barrier against inversion acts at the end: the published law does not hold
-    /// there.
+    /// Elements in which the barrier against inversion acts at the end.
     pub guarded: usize,
     pub lengths_mm: ByMuscle<f64>,
     /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element, at the end.

@@ -59,17 +59,9 @@ impl<'a, const D: usize> Vtu<'a, D> {
         self
     }
 
-    /// Arrays on the cells and lines. Cells are the elements of a continuum, with means over their linear
-    /// parts, and those of the mesh otherwise.
-    ///
-    /// The first is `area_ratio` (in space `volume_ratio`): of every cell to that at rest, 1 for lines. Then
-    /// `stretch`: of every line to its length at rest, 1 for tissue. Then `tension_n_per_m` (in space
-    /// `tension_n`: the plane has unit thickness): of every line that of its muscle, 0 for tissue.
-    ///
-    /// Finite elements add Green's `strain` and `cauchy_stress_pa` as 3 x 3 tensors, row by row, in
-    /// the plane with the components across it; `von_mises_pa`; `pressure_pa`, a third of Cauchy's trace with
-    /// the sign of a pressure; and `fibre_stress_pa` along the muscle in the cell, 0 if there is none. They
-    /// are 0 for lines.
+    /// Arrays on the cells and lines. Cells are the elements of a continuum, with means over their linear parts, and those of the mesh
+    /// otherwise. Tensors are 3 x 3, row by row, in the plane with the components across it; the pressure is a third of Cauchy's trace with
+    /// the sign of a pressure.
     fn arrays(&self) -> Vec<Array> {
         let (mesh, lines) = (self.mesh, self.pairs().count());
         let count = mesh.elements().count();

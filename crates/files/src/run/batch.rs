@@ -6,8 +6,8 @@ use tongue_infer::inverse::batch::{self, BatchPlan, Known};
 use tongue_infer::inverse::{FitError, FitSettings};
 use tongue_input::measured::thesis::Thesis;
 
-use crate::report::ReportError;
-use crate::report::batch::{BatchProvenance, Fitted, RowPosterior, fitted};
+use crate::report::batch::{Fitted, RowPosterior, fitted};
+use crate::report::{Provenance, ReportError};
 
 #[derive(Debug, Clone)]
 pub struct BatchRun {
@@ -41,7 +41,7 @@ impl BatchRun {
         number: usize,
         on_page: usize,
         posterior: Option<&Result<RowPosterior, String>>,
-        provenance: &BatchProvenance,
+        provenance: &Provenance,
     ) -> Result<Result<Fitted, String>, ReportError> {
         let job = &self.plan.jobs[number];
         match batch::assess(&self.mesh, &self.model, &job.target, &self.known, &self.settings) {

@@ -6,7 +6,7 @@ use serde::Serialize;
 use serde_json::json;
 
 use super::tables::provenance;
-use super::{Batch, BatchJournal, Digest, digests};
+use super::{Batch, Digest};
 use crate::report::{column, csv};
 use tongue_infer::inverse::batch::Job;
 use tongue_infer::posterior::Contrast;
@@ -19,9 +19,9 @@ pub struct SubjectContrast {
     pub contrast: Contrast,
 }
 
-pub fn all(jobs: &[Job], journal: &BatchJournal) -> Vec<SubjectContrast> {
-    let of_fit = |(number, digest): (usize, &Digest)| {
-        let target = &jobs[number].target;
+pub fn all(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<SubjectContrast> {
+    let of_fit = |(number, digest): &(usize, Digest)| {
+        let target = &jobs[*number].target;
         let with_subject = |contrast: &Contrast| SubjectContrast {
             subject: target.subject.clone(),
             baseline: target.baseline.to_string(),
@@ -29,7 +29,7 @@ pub fn all(jobs: &[Job], journal: &BatchJournal) -> Vec<SubjectContrast> {
         };
         digest.contrasts.iter().map(with_subject).collect::<Vec<_>>()
     };
-    digests(journal).flat_map(of_fit).collect()
+    digests.iter().flat_map(of_fit).collect()
 }
 
 pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {

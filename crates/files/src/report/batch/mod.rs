@@ -9,7 +9,6 @@ mod shard;
 mod summary;
 mod tables;
 
-use std::cell::RefCell;
 use std::io::{self, Write};
 
 use serde::ser::{Error as _, SerializeSeq as _};
@@ -23,28 +22,24 @@ use tongue_infer::posterior::Verdict;
 use tongue_input::measured::Dataset;
 use tongue_input::measured::thesis::Thesis;
 
-use self::journal::{Entry, Kept};
+use self::journal::{Entry, Journal};
 use self::record::AssessedRecord;
 use super::csv::lines;
-use super::{OutputDir, ReportError, Table, Writes};
+use super::{OutputDir, Provenance, ReportError, Table, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
 pub use self::shard::Shard;
 pub use self::summary::{BatchSummary, Digest, PassiveGroup, passive_groups};
 
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct BatchProvenance {
-    pub version: String,
-    pub command: String,
-    pub inputs_sha256: String,
-}
-
 #[derive(Debug)]
 pub struct Batch<'a> {
-    pub provenance: &'a BatchProvenance,
+    pub provenance: &'a Provenance,
     pub jobs: &'a [Job],
+    /// The finished jobs, and what of them stays in memory.
+    pub journal: &'a Journal,
+    pub digests: &'a [(usize, Digest)],
     pub baselines: &'a [BaselineRow],
-    /// The rows that could not be fitted; rows that fail later are added.
+    /// The rows that could not be fitted, of the plan and of jobs that could not begin.
     pub refusals: &'a [Refusal],
     pub unreadable: &'a [String],
     pub summary: &'a BatchSummary,
@@ -52,6 +47,14 @@ pub struct Batch<'a> {
     /// Names of its muscles, in the order of columns.
     pub muscles: &'a [String],
     pub contrasts: &'a [contrasts::SubjectContrast],
+}
+
+impl Batch<'_> {
+    /// The duration of a finished fit, s, and its parts of the outputs.
+    pub fn fit(&self, number: usize) -> Result<Option<(f64, Fitted)>, ReportError> {
+        let entry: Option<Entry<Fitted>> = self.journal.read(number)?;
+        Ok(entry.and_then(|entry| Some((entry.wall_s, entry.result.ok()?))))
+    }
 }
 
 /// A fit as the journal keeps it: its parts of all outputs.
@@ -69,24 +72,30 @@ pub struct Fitted {
     pub shown: Option<page::PageFit>,
 }
 
-/// What of a [`Fitted`] stays in memory.
-#[derive(Debug, Deserialize)]
-pub struct Digested {
-    digest: Digest,
-}
+/// Digests of the finished fits with the numbers of their jobs.
+pub type Digests = Vec<(usize, Digest)>;
 
-impl Kept for Fitted {
-    type Digest = Digested;
-
-    fn digest(&self) -> Digested {
-        Digested { digest: self.digest.clone() }
+/// The digests of the finished fits, and the jobs that could not begin.
+pub fn digests(jobs: &[Job], journal: &Journal) -> Result<(Digests, Vec<Refusal>), ReportError> {
+    #[derive(Deserialize)]
+    struct Digested {
+        digest: Digest,
     }
-}
-
-pub type BatchJournal = journal::Journal<Fitted>;
-
-pub fn digests(journal: &BatchJournal) -> impl Iterator<Item = (usize, &Digest)> + Clone {
-    journal.digests().map(|(job, fit)| (job, &fit.digest))
+    let (mut digests, mut refusals) = (Vec::new(), Vec::new());
+    for (number, job) in jobs.iter().enumerate() {
+        match journal.read::<Digested>(number)?.map(|entry| entry.result) {
+            Some(Ok(fit)) => digests.push((number, fit.digest)),
+            Some(Err(message)) => refusals.push(Refusal {
+                line: job.line,
+                subject: job.target.subject.clone(),
+                vowel: job.target.vowel.clone(),
+                kind: Some(job.target.kind),
+                message,
+            }),
+            None => {}
+        }
+    }
+    Ok((digests, refusals))
 }
 
 /// SHA-256 of a sequence of texts with their lengths, in hexadecimal.
@@ -129,7 +138,7 @@ pub fn fitted(
     assessment: &Assessment,
     (mesh, muscles): (&Mesh<2>, &[String]),
     (thesis, posterior): (Option<&Thesis>, Option<&Result<RowPosterior, String>>),
-    provenance: &BatchProvenance,
+    provenance: &Provenance,
 ) -> Result<Fitted, ReportError> {
     let mut record = AssessedRecord::new(job, assessment, thesis, &provenance.command);
     let untold = match posterior {
@@ -185,28 +194,19 @@ fn line(r: &AssessedRecord) -> [String; 5] {
 }
 
 /// Writes all files of a finished batch, completely or not at all, and returns their paths.
-pub fn write_files(
-    out: &OutputDir,
-    batch: &Batch<'_>,
-    journal: &BatchJournal,
-) -> Result<Vec<std::path::PathBuf>, ReportError> {
-    // Fits are read once for the longest file, for what the shorter ones say of them, and once more for `muscles.csv`.
-    let (rows, shown) = (RefCell::new(Vec::new()), RefCell::new(Vec::new()));
-    let also = |_: usize, fit: &mut Fitted| {
-        let mut rows = rows.borrow_mut();
-        let mut is_first = rows.is_empty();
-        write_table(&mut *rows, std::mem::take(&mut fit.tables[0]), &mut is_first)?;
-        shown.borrow_mut().extend(fit.shown.take());
-        Ok(())
-    };
-    let has_posterior = digests(journal).any(|(_, digest)| digest.has_posterior);
+pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::PathBuf>, ReportError> {
+    let mut shown = Vec::new();
+    for number in 0..batch.jobs.len().min(page::MOST_FITS) {
+        shown.extend(batch.fit(number)?.and_then(|(_, fit)| fit.shown));
+    }
+    let has_posterior = batch.digests.iter().any(|(_, digest)| digest.has_posterior);
     let files: [(&str, &Writes<'_>); 7] = [
-        ("batch.json", &|w| write_json(w, batch, journal, false, &also)),
-        ("fits.csv", &|w| write_fits(w, batch, journal, &rows.borrow())),
-        ("muscles.csv", &|w| write_rows(w, batch, journal, 1)),
-        ("batch.html", &|w| page::write(w, batch, journal, &shown.borrow())),
-        ("tensions.svg", &|w| page::write_tensions(w, batch, &shown.borrow())),
-        ("posterior.csv", &|w| write_rows(w, batch, journal, 2)),
+        ("batch.json", &|w| write_json(w, batch, false)),
+        ("fits.csv", &|w| write_fits(w, batch)),
+        ("muscles.csv", &|w| write_rows(w, batch, 1).map(drop)),
+        ("batch.html", &|w| page::write(w, batch, &shown)),
+        ("tensions.svg", &|w| page::write_tensions(w, batch, &shown)),
+        ("posterior.csv", &|w| write_rows(w, batch, 2).map(drop)),
         ("contrasts.csv", &|w| contrasts::write_csv(w, batch)),
     ];
     let count = match (has_posterior, !batch.contrasts.is_empty()) {
@@ -217,85 +217,51 @@ pub fn write_files(
     out.write_streams(files[..count].iter().copied())
 }
 
-/// What else is made of each fit while the JSON document is written.
-pub type Also<'a> = dyn Fn(usize, &mut Fitted) -> io::Result<()> + 'a;
-
 /// Writes the JSON document; `with_times` adds the durations, which differ from run to run.
-pub fn write_json(
-    w: &mut dyn Write,
-    batch: &Batch<'_>,
-    journal: &BatchJournal,
-    with_times: bool,
-    also: &Also<'_>,
-) -> io::Result<()> {
+pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>, with_times: bool) -> io::Result<()> {
     #[derive(Serialize)]
     struct Document<'a> {
         #[serde(flatten)]
-        provenance: &'a BatchProvenance,
+        provenance: &'a Provenance,
         summary: &'a BatchSummary,
         fits: Fits<'a>,
         #[serde(skip_serializing_if = "<[_]>::is_empty")]
         contrasts: &'a [contrasts::SubjectContrast],
         baselines: &'a [BaselineRow],
-        not_fitted: Vec<Refusal>,
+        not_fitted: &'a [Refusal],
         unreadable_rows: &'a [String],
     }
     let document = Document {
         provenance: batch.provenance,
         summary: batch.summary,
-        fits: Fits { batch, journal, with_times, also },
+        fits: Fits { batch, with_times },
         contrasts: batch.contrasts,
         baselines: batch.baselines,
-        not_fitted: all_refusals(batch, journal)?,
+        not_fitted: batch.refusals,
         unreadable_rows: batch.unreadable,
     };
-    let mut kept = KeepsError { to: w, error: None };
-    if let Err(error) = serde_json::to_writer_pretty(&mut kept, &document) {
-        return Err(kept.error.unwrap_or_else(|| error.into()));
-    }
+    serde_json::to_writer_pretty(&mut *w, &document)?;
     writeln!(w)
-}
-
-/// Keeps the error of a write, because a serializer passes on only its text.
-struct KeepsError<'a> {
-    to: &'a mut dyn Write,
-    error: Option<io::Error>,
-}
-
-impl Write for KeepsError<'_> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.to.write(bytes).inspect_err(|e| {
-            self.error = Some(e.raw_os_error().map_or_else(|| e.kind().into(), io::Error::from_raw_os_error));
-        })
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.to.flush()
-    }
 }
 
 /// The records of all fits, each read from the journal when it is written.
 struct Fits<'a> {
     batch: &'a Batch<'a>,
-    journal: &'a BatchJournal,
     with_times: bool,
-    also: &'a Also<'a>,
 }
 
 impl Serialize for Fits<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut all = serializer.serialize_seq(None)?;
-        each_fit(self.batch, self.journal, |number, wall_s, mut fit| {
-            (self.also)(number, &mut fit)?;
-            let record = match fit.record {
+        for (number, _) in self.batch.digests {
+            let Some((wall_s, fit)) = self.batch.fit(*number).map_err(S::Error::custom)? else { continue };
+            all.serialize_element(&match fit.record {
                 Value::Object(fields) if self.with_times => {
                     std::iter::once(("wall_s".to_owned(), wall_s.into())).chain(fields).collect()
                 }
                 record => record,
-            };
-            all.serialize_element(&record).map_err(|e| io::Error::other(e.to_string()))
-        })
-        .map_err(S::Error::custom)?;
+            })?;
+        }
         all.end()
     }
 }
@@ -307,50 +273,20 @@ fn write_table(w: &mut dyn Write, table: Table, header: &mut bool) -> io::Result
     lines(w, std::mem::take(header).then_some(table.columns).into_iter().chain(table.rows))
 }
 
-fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal, table: usize) -> io::Result<()> {
+/// Writes one of the tables of all fits, and says whether its header is still to be written.
+fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, table: usize) -> io::Result<bool> {
     let mut header = true;
-    each_fit(batch, journal, |_, _, mut fit| {
-        write_table(w, std::mem::take(&mut fit.tables[table]), &mut header)
-    })
-}
-
-fn write_fits(w: &mut dyn Write, batch: &Batch<'_>, journal: &BatchJournal, fits: &[u8]) -> io::Result<()> {
-    w.write_all(fits)?;
-    let refusals = all_refusals(batch, journal)?;
-    let rows =
-        batch.baselines.iter().map(tables::Row::Baseline).chain(refusals.iter().map(tables::Row::Refused));
-    let rows: Vec<_> = rows.collect();
-    write_table(w, tables::of_rows(batch.muscles, &rows, batch.provenance), &mut fits.is_empty())
-}
-
-/// The fits in the order of the jobs, with the duration of each, s.
-fn each_fit(
-    batch: &Batch<'_>,
-    journal: &BatchJournal,
-    mut then: impl FnMut(usize, f64, Fitted) -> io::Result<()>,
-) -> io::Result<()> {
-    for number in 0..batch.jobs.len() {
-        if let Some(Entry { wall_s, result: Ok(fit), .. }) = journal.read(number).map_err(io::Error::other)? {
-            then(number, wall_s, fit)?;
+    for (number, _) in batch.digests {
+        if let Some((_, mut fit)) = batch.fit(*number).map_err(io::Error::other)? {
+            write_table(w, std::mem::take(&mut fit.tables[table]), &mut header)?;
         }
     }
-    Ok(())
+    Ok(header)
 }
 
-/// The refused rows of the plan and the jobs that could not begin.
-fn all_refusals(batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<Vec<Refusal>> {
-    let mut all = batch.refusals.to_vec();
-    for (number, job) in batch.jobs.iter().enumerate().filter(|(n, _)| journal.is_refused(*n)) {
-        if let Some(Entry { result: Err(message), .. }) = journal.read(number).map_err(io::Error::other)? {
-            let t = &job.target;
-            all.push(Refusal {
-                line: job.line,
-                subject: t.subject.clone(),
-                vowel: t.vowel.clone(),
-                kind: Some(t.kind),
-                message,
-            });
-        }
-    }
-    Ok(all)
+fn write_fits(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
+    let mut header = write_rows(w, batch, 0)?;
+    let baselines = batch.baselines.iter().map(tables::Row::Baseline);
+    let rows: Vec<_> = baselines.chain(batch.refusals.iter().map(tables::Row::Refused)).collect();
+    write_table(w, tables::of_rows(batch.muscles, &rows, batch.provenance), &mut header)
 }

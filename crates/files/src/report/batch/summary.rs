@@ -1,6 +1,6 @@
 //! Summary of a batch.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -111,9 +111,7 @@ pub struct BatchSummary {
 /// then all together.
 pub fn passive_groups<'a>(digests: impl Iterator<Item = &'a Digest> + Clone) -> Vec<PassiveGroup> {
     let mut out = Vec::new();
-    let mut kinds: Vec<&str> = digests.clone().map(|d| d.target_kind.as_str()).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
+    let kinds: BTreeSet<&str> = digests.clone().map(|d| d.target_kind.as_str()).collect();
     // Vowels in the order of the rows.
     let vowels: Vec<&Vowel> = distinct(digests.clone().map(|digest| &digest.vowel));
     for kind in kinds {
@@ -137,29 +135,25 @@ fn group<'a>(
     substitute_baseline: bool,
     members: impl Iterator<Item = &'a Digest>,
 ) -> Option<PassiveGroup> {
-    let (mut fits, mut muscles, mut seen_in_part) = (0, 0, 0);
-    let (mut model, mut none, mut model_by_muscle, mut none_by_muscle) = (0.0, 0.0, 0.0, 0.0);
-    for d in members {
-        let (Some(a), Some(b)) = (d.passive, d.no_change) else { continue };
-        fits += 1;
-        seen_in_part += usize::from(d.seen_in_part);
-        muscles += d.passive_muscles;
-        model += a;
-        none += b;
-        model_by_muscle += a * d.passive_muscles as f64;
-        none_by_muscle += b * d.passive_muscles as f64;
-    }
-    let rms = |sum: f64, n: usize| (sum / n as f64).sqrt();
+    let known =
+        members.filter_map(|d| Some((d.passive?, d.no_change?, d.passive_muscles as f64, d.seen_in_part)));
+    let known: Vec<Known> = known.collect();
+    let sum = |of: fn(&Known) -> f64| known.iter().map(of).sum::<f64>();
+    let (fits, muscles) = (known.len(), sum(|k| k.2));
+    let (model, no_change) = (sum(|k| k.0), sum(|k| k.1));
     (fits > 0).then(|| PassiveGroup {
         target_kind: kind.to_owned(),
         vowel: vowel.cloned(),
         substitute_baseline,
         fits,
-        rms_stretch: rms(model, fits),
-        no_change_rms_stretch: rms(none, fits),
-        rms_stretch_over_muscles: rms(model_by_muscle, muscles),
-        no_change_rms_stretch_over_muscles: rms(none_by_muscle, muscles),
-        worse_than_no_change: model > none,
-        seen_in_part,
+        rms_stretch: (model / fits as f64).sqrt(),
+        no_change_rms_stretch: (no_change / fits as f64).sqrt(),
+        rms_stretch_over_muscles: (sum(|k| k.0 * k.2) / muscles).sqrt(),
+        no_change_rms_stretch_over_muscles: (sum(|k| k.1 * k.2) / muscles).sqrt(),
+        worse_than_no_change: model > no_change,
+        seen_in_part: known.iter().filter(|k| k.3).count(),
     })
 }
+
+/// Mean squares of a fit and of "no change", the number of muscles, and whether they were seen in part.
+type Known = (f64, f64, f64, bool);

@@ -3,32 +3,31 @@
 
 use serde_json::{Value, json};
 
-use super::BatchProvenance;
 use super::record::AssessedRecord;
-use crate::report::Table;
 use crate::report::column::{self, Column};
 use crate::report::of_muscle::{self, OfMuscle};
+use crate::report::{Provenance, Table};
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::{BaselineRow, Refusal};
 use tongue_infer::posterior::{Change, LeftOut, Summary, Tension};
 
 /// The columns of `muscles.csv`. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
 /// is another. What was not measured is empty.
-fn muscle_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>>> {
+fn muscle_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
     let mut columns = of_muscle::columns();
     columns.extend(provenance(by));
     columns
 }
 
-pub(super) fn provenance<'a, R: 'a>(by: &'a BatchProvenance) -> [Column<'a, R>; 3] {
+pub(super) fn provenance<'a, R: 'a>(by: &'a Provenance) -> [Column<'a, R>; 3] {
     [
-        Column::new("version", "", "version of tongue-fit", |_| by.version.as_str().into()),
-        Column::new("inputs_sha256", "", "hash of all inputs", |_| by.inputs_sha256.as_str().into()),
+        Column::new("version", "", "version of tongue-fit", |_| by.version.into()),
+        Column::new("inputs_sha256", "", "hash of all inputs", |_| json!(by.inputs_sha256)),
         Column::new("command", "", "command line", |_| by.command.as_str().into()),
     ]
 }
 
-fn posterior_columns<'a>(by: &'a BatchProvenance) -> Vec<Column<'a, OfMuscle<'a>>> {
+fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
     fn summary<'r>(r: &OfMuscle<'r>) -> Option<&'r Summary> {
         r.fit.posterior.as_ref()?.summary.as_ref()
     }
@@ -107,7 +106,7 @@ impl Row<'_> {
     }
 }
 
-fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column<'a, Row<'a>>> {
+fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, Row<'a>>> {
     use Row::{Baseline, Fit, Refused};
     let before = column::columns::<Row<'a>, _>([
         ("subject", "", "subject", |r| match r {
@@ -205,18 +204,18 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a BatchProvenance) -> Vec<Column
     before.into_iter().chain(tensions).chain(after).chain(provenance(by)).collect()
 }
 
-pub fn of_muscles(r: &AssessedRecord, by: &BatchProvenance) -> Table {
+pub fn of_muscles(r: &AssessedRecord, by: &Provenance) -> Table {
     column::table(&muscle_columns(by), &muscles(r))
 }
 
 /// The header of `posterior.csv`, and its rows for one fit; none where it has no posterior.
-pub fn of_posterior(r: &AssessedRecord, by: &BatchProvenance) -> Table {
+pub fn of_posterior(r: &AssessedRecord, by: &Provenance) -> Table {
     let rows = if r.fit.posterior.is_some() { muscles(r) } else { Vec::new() };
     column::table(&posterior_columns(by), &rows)
 }
 
 /// The header of `fits.csv` for a body with these muscles, and some of its rows.
-pub fn of_rows(names: &[String], rows: &[Row<'_>], by: &BatchProvenance) -> Table {
+pub fn of_rows(names: &[String], rows: &[Row<'_>], by: &Provenance) -> Table {
     column::table(&fit_columns(names, by), rows)
 }
 
@@ -232,8 +231,7 @@ mod tests {
 
     /// The columns of all tables, explained: the content of docs/columns.md.
     fn explained() -> String {
-        let by =
-            BatchProvenance { version: String::new(), command: String::new(), inputs_sha256: String::new() };
+        let by = Provenance::new("");
         format!(
             "# Columns of the tables of a batch\n\nWritten by `tongue-fit batch`. Empty where a value does not exist.\n\n\
              ## fits.csv: a row for each fit, baseline and row that could not be fitted\n\n{}\n\

@@ -26,19 +26,9 @@ pub struct AnimationFrame {
 /// Draws the motion in real time in a loop: frames as [`super::tongue`] draws them, one after another. A muscle
 /// with a tension in any frame is drawn as contracting. Without SMIL the last frame is shown.
 ///
-/// Frames must be evenly spaced in time.
+/// Frames must be evenly spaced in time. With measured points (`seen`, m; one set for each frame, or none) these are dots, and muscles are
+/// coloured by their tensions; `mirrored`: the face looks to the right, as in the recording.
 pub fn animation(
-    mesh: &Mesh<2>,
-    palate: &[SVector<f64, 2>],
-    frames: &[AnimationFrame],
-    title: &str,
-) -> Result<Svg, ReportError> {
-    animation_of_seen(mesh, palate, frames, &[], false, title)
-}
-
-/// As [`animation`], with measured points of each frame as dots (m; one set for each frame, or none), and
-/// muscles coloured by their tensions; `mirrored`: the face looks to the right, as in the recording.
-pub fn animation_of_seen(
     mesh: &Mesh<2>,
     palate: &[SVector<f64, 2>],
     frames: &[AnimationFrame],
@@ -175,7 +165,7 @@ mod tests {
                 AnimationFrame { time: f64::from(i), positions, tensions: vec![f64::from(i)] }
             })
             .collect();
-        let svg = animation(&mesh, &[], &frames, "a < b").unwrap().to_string();
+        let svg = animation(&mesh, &[], &frames, &[], false, "a < b").unwrap().to_string();
         let document = roxmltree::Document::parse(&svg).unwrap();
         let groups: Vec<_> = document.descendants().filter(|n| n.has_attribute("visibility")).collect();
         assert_eq!(groups.len(), 3);
@@ -193,6 +183,6 @@ mod tests {
             .filter(|t| t.ends_with(" s"))
             .collect::<std::collections::BTreeSet<_>>();
         assert!(times.into_iter().eq(["0.00 s", "1.00 s", "2.00 s"]));
-        assert!(matches!(animation(&mesh, &[], &[], ""), Err(ReportError::NoFrame)));
+        assert!(matches!(animation(&mesh, &[], &[], &[], false, ""), Err(ReportError::NoFrame)));
     }
 }

@@ -26,7 +26,7 @@ use std::io::{self, Write};
 
 use super::export::{Export, Provenance};
 
-pub use animation::{AnimationFrame, animation, animation_of_seen};
+pub use animation::{AnimationFrame, animation};
 pub use changes::{Series, changes};
 #[cfg(feature = "files")]
 pub(super) use muscle_lines::colours;
@@ -38,8 +38,8 @@ pub(super) use section::check;
 pub(super) use section::frame;
 pub use section::{SectionPicture, tongue};
 #[cfg(feature = "files")]
-pub use tensions::{Found, tensions};
-pub use timelines::{Timeline, timelines};
+pub use tensions::tensions;
+pub use timelines::timelines;
 pub use valley::valley;
 pub use views::{solid, views};
 pub use vowel::{VowelPicture, vowel};

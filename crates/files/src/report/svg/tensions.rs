@@ -10,25 +10,21 @@ const COLUMN: f64 = 150.0;
 const GAP: f64 = 36.0;
 const ROW: f64 = 34.0;
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Found {
-    pub label: String,
-    /// One for every muscle, N per metre of thickness; `None` if it has no tension.
-    pub tensions: Vec<Option<f64>>,
-}
+/// A fit: its label, and for every muscle its tension, N per metre of thickness; `None` if it has none.
+pub type Found<'a> = (&'a str, &'a [Option<f64>]);
 
 /// Draws the tensions of `found`, with values in the order of `muscles`, on common axes.
-pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
-    let most = found.iter().flat_map(|f| f.tensions.iter().flatten()).copied().fold(1.0, f64::max);
+pub fn tensions(muscles: &[String], found: &[Found<'_>], title: &str) -> Svg {
+    let most = found.iter().flat_map(|(_, tensions)| tensions.iter().flatten()).copied().fold(1.0, f64::max);
     let told: Vec<String> = found.iter().map(|f| described(muscles, f)).collect();
     let shown = format!("Tensions in N per metre of thickness. {}", told.join(" "));
-    let names = found.iter().map(|f| Face::Plain.width(&f.label) + GAP).fold(NAMES, f64::max);
+    let names = found.iter().map(|(label, _)| Face::Plain.width(label) + GAP).fold(NAMES, f64::max);
     let width = names + muscles.len() as f64 * (COLUMN + GAP) + 2.0 * MARGIN;
     let (mut svg, top) = Svg::new(title, &shown, width);
     let (top, height) = (top + 2.0 * TEXT, found.len() as f64 * ROW);
-    for (nth, f) in found.iter().enumerate() {
+    for (nth, (label, _)) in found.iter().enumerate() {
         let y = top + ROW * (nth as f64 + 0.5);
-        svg.text([MARGIN, y], Anchor::Start, Face::Plain, &f.label);
+        svg.text([MARGIN, y], Anchor::Start, Face::Plain, label);
         svg.line([MARGIN + names, y], [width - MARGIN, y], RULE, 1.0);
     }
     for (column, (name, colour)) in muscles.iter().zip(colours(muscles)).enumerate() {
@@ -37,8 +33,8 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
         let plot = Plot::linear([left, top], [COLUMN, height], around(0.0, most), [found.len() as f64, 0.0]);
         plot.axes(&mut svg, [Axis::Numbers, Axis::Nothing]);
         svg.text([left + 0.5 * COLUMN, top - TEXT], Anchor::Middle, Face::Bold, name);
-        for (nth, f) in found.iter().enumerate() {
-            let Some(Some(value)) = f.tensions.get(column) else { continue };
+        for (nth, (_, tensions)) in found.iter().enumerate() {
+            let Some(Some(value)) = tensions.get(column) else { continue };
             svg.dot(plot.place(*value, nth as f64 + 0.5), 6.5, &colour, INK);
         }
     }
@@ -47,10 +43,10 @@ pub fn tensions(muscles: &[String], found: &[Found], title: &str) -> Svg {
     svg.finish(below + TEXT)
 }
 
-fn described(muscles: &[String], found: &Found) -> String {
+fn described(muscles: &[String], (label, tensions): &Found<'_>) -> String {
     let of = |(name, tension): (&String, &Option<f64>)| Some(format!("{name} {:.1}", (*tension)?));
-    let all: Vec<String> = muscles.iter().zip(&found.tensions).filter_map(of).collect();
-    format!("{}: {}.", found.label, all.join(", "))
+    let all: Vec<String> = muscles.iter().zip(*tensions).filter_map(of).collect();
+    format!("{label}: {}.", all.join(", "))
 }
 
 #[cfg(test)]
@@ -60,10 +56,8 @@ mod tests {
     #[test]
     fn a_dot_for_each_tension_on_one_scale_and_none_for_a_muscle_at_rest() {
         let muscles = ["GGa", "my own"].map(String::from);
-        let found = [
-            Found { label: "S2 /a/".into(), tensions: vec![Some(10.0), None] },
-            Found { label: "S2 /i/".into(), tensions: vec![Some(5.0), Some(20.0)] },
-        ];
+        let found =
+            [("S2 /a/", [Some(10.0), None].as_slice()), ("S2 /i/", [Some(5.0), Some(20.0)].as_slice())];
         let svg = tensions(&muscles, &found, "Tensions").to_string();
         let document = roxmltree::Document::parse(&svg).unwrap();
         let dots: Vec<f64> = document

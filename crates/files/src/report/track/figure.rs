@@ -7,9 +7,7 @@ use serde_json::{Value, json};
 
 use super::{RecordingResult, TrackRecord, TrackResults};
 use crate::report::svg::colours;
-use crate::report::{
-    AnimationFrame, Export as _, Provenance, ReportError, Svg, Timeline, Vtu, animation_of_seen, timelines,
-};
+use crate::report::{AnimationFrame, Export as _, Provenance, ReportError, Svg, Vtu, animation};
 use tongue_core::body::{Mesh, MuscleChain};
 use tongue_core::geometry::Point;
 use tongue_infer::track::{Ranged, Tracked};
@@ -137,7 +135,7 @@ impl TrackResults {
             "{}: measured (dots) and simulated; muscles coloured by tension, with their largest",
             one.name
         );
-        animation_of_seen(&self.mesh(one), &self.palate, &shapes, &marks, one.mirrored, &title)
+        animation(&self.mesh(one), &self.palate, &shapes, &marks, one.mirrored, &title)
     }
 
     pub fn write_vtu(
@@ -150,22 +148,6 @@ impl TrackResults {
         let (mesh, shape) = (self.mesh(one), self.shape(frame));
         let vtu = Vtu::new(&mesh, &shape.positions, &shape.tensions).map_err(io::Error::other)?;
         vtu.write(out, by)
-    }
-}
-
-impl TrackRecord {
-    pub fn timelines(&self, one: &RecordingResult) -> Svg {
-        let frames = &one.frames;
-        let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
-        let doubtful: Vec<bool> = frames.iter().map(|f| !f.status.is_trusted()).collect();
-        let line = |(i, course): (usize, &tongue_infer::track::CourseSummary)| Timeline {
-            name: course.muscle.clone(),
-            known: course.known,
-            values: frames.iter().map(|f| [f.levels[i].median, f.levels[i].low, f.levels[i].high]).collect(),
-        };
-        let lines: Vec<Timeline> = self.courses.iter().enumerate().map(line).collect();
-        let rms_mm: Vec<Option<f64>> = frames.iter().map(|f| f.rms_m.map(|r| 1e3 * r)).collect();
-        timelines(&one.name, &times, &doubtful, &rms_mm, &one.labels, &lines)
     }
 }
 

@@ -16,7 +16,6 @@ use serde::{Deserialize, Serialize};
 
 use super::sha256;
 use crate::report::ReportError;
-use tongue_infer::track::TrackedRecording;
 
 pub const NAME: &str = "batch.journal";
 /// Format of the journal; a journal of another format is replaced.
@@ -60,21 +59,6 @@ fn regular(path: &Path) -> io::Result<()> {
     }
 }
 
-pub trait Kept: Serialize + DeserializeOwned {
-    /// Those of its fields that are kept in memory while the batch runs; only they are read when a journal is opened.
-    type Digest: DeserializeOwned;
-
-    fn digest(&self) -> Self::Digest;
-}
-
-impl Kept for TrackedRecording {
-    type Digest = IgnoredAny;
-
-    fn digest(&self) -> IgnoredAny {
-        IgnoredAny
-    }
-}
-
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Entry<T> {
     pub job: usize,
@@ -84,36 +68,27 @@ pub struct Entry<T> {
     pub result: Result<T, String>,
 }
 
-/// What of an [`Entry`] is read when a journal is opened.
-#[derive(Deserialize)]
-struct Brief<D> {
-    job: usize,
-    result: Result<D, IgnoredAny>,
-}
-
 /// The line of a finished job: in which of the files, and where.
 #[derive(Debug)]
-struct Place<D> {
+struct Place {
     file: usize,
     offset: u64,
     length: usize,
-    /// `None` if the job failed.
-    digest: Option<D>,
 }
 
 /// The finished jobs of a batch: those of one journal, locked against other runs, or of all its shards together.
 #[derive(Debug)]
-pub struct Journal<T: Kept> {
+pub struct Journal {
     /// The journals; only the first is written into, up to `end`.
     files: Vec<(PathBuf, File)>,
     end: u64,
     /// Hash of the inputs, which every checksum includes.
     key: String,
-    done: BTreeMap<usize, Place<T::Digest>>,
+    done: BTreeMap<usize, Place>,
     notes: Vec<String>,
 }
 
-impl<T: Kept> Journal<T> {
+impl Journal {
     /// Opens the journal at `path` for a batch of `jobs` jobs of a command with `arguments`. It resumes a
     /// journal with the same `key`, the hash of the inputs, or else begins a new one; [`Journal::notes`] says
     /// what was left out.
@@ -194,10 +169,9 @@ impl<T: Kept> Journal<T> {
         }
         let mut offset = line.len() as u64;
         while next(&mut line)? {
-            match self.read_line::<Brief<T::Digest>>(&line).filter(|brief| brief.job < jobs) {
-                Some(Brief { job, result }) => {
-                    let place = Place { file, offset, length: line.len(), digest: result.ok() };
-                    self.done.insert(job, place);
+            match self.read_line::<Entry<IgnoredAny>>(&line).filter(|entry| entry.job < jobs) {
+                Some(Entry { job, .. }) => {
+                    self.done.insert(job, Place { file, offset, length: line.len() });
                 }
                 None => dropped += 1,
             }
@@ -239,10 +213,6 @@ impl<T: Kept> Journal<T> {
         self.done.contains_key(&job)
     }
 
-    pub fn is_refused(&self, job: usize) -> bool {
-        self.done.get(&job).is_some_and(|p| p.digest.is_none())
-    }
-
     pub fn len(&self) -> usize {
         self.done.len()
     }
@@ -251,16 +221,11 @@ impl<T: Kept> Journal<T> {
         self.done.is_empty()
     }
 
-    pub fn digests(&self) -> impl Iterator<Item = (usize, &T::Digest)> + Clone {
-        self.done.iter().filter_map(|(job, place)| Some((*job, place.digest.as_ref()?)))
-    }
-
-    pub fn append(&mut self, entry: &Entry<T>) -> Result<(), ReportError> {
+    pub fn append<T: Serialize>(&mut self, entry: &Entry<T>) -> Result<(), ReportError> {
         let write = |this: &mut Self| -> io::Result<()> {
             let json = serde_json::to_string(entry)?;
             let line = format!("{} {json}\n", this.checksum(&json));
-            let digest = entry.result.as_ref().ok().map(Kept::digest);
-            let place = Place { file: 0, offset: this.end, length: line.len(), digest };
+            let place = Place { file: 0, offset: this.end, length: line.len() };
             this.append_bytes(line.as_bytes())?;
             this.done.insert(entry.job, place);
             Ok(())
@@ -268,8 +233,8 @@ impl<T: Kept> Journal<T> {
         write(self).map_err(|source| self.failed(0, source))
     }
 
-    /// The entry of a job, or `None` if it is not done.
-    pub fn read(&self, job: usize) -> Result<Option<Entry<T>>, ReportError> {
+    /// The entry of a job, or those fields of it that `T` has; `None` if it is not done.
+    pub fn read<T: DeserializeOwned>(&self, job: usize) -> Result<Option<Entry<T>>, ReportError> {
         let Some(place) = self.done.get(&job) else { return Ok(None) };
         let read = || -> io::Result<Entry<T>> {
             let mut bytes = vec![0; place.length];

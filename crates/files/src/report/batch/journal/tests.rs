@@ -1,16 +1,8 @@
 use super::*;
 
-impl Kept for f64 {
-    type Digest = IgnoredAny;
-
-    fn digest(&self) -> IgnoredAny {
-        IgnoredAny
-    }
-}
-
 const JOBS: usize = 4;
 
-fn open(folder: &Path, key: &str) -> Journal<f64> {
+fn open(folder: &Path, key: &str) -> Journal {
     Journal::open(folder.join(NAME), key, &[], JOBS).unwrap()
 }
 
@@ -36,7 +28,6 @@ fn a_line_cut_by_a_kill_is_dropped_and_the_rest_kept() {
         let mut journal = open(folder.path(), "abc");
         assert_eq!((journal.len(), journal.has(1), journal.notes().len()), (2, false, 0));
         assert_eq!(journal.read(2).unwrap(), Some(entry(2)));
-        assert!(journal.is_refused(2) && !journal.is_refused(0));
         journal.append(&entry(1)).unwrap();
         assert_eq!(journal.read(1).unwrap(), Some(entry(1)));
     }
@@ -84,7 +75,7 @@ fn lines_of_other_batches_and_jobs_out_of_the_plan_are_dropped_with_a_note() {
     other.append(&entry(1)).unwrap();
     drop(other);
     let foreign = std::fs::read_to_string(&path).unwrap().lines().nth(1).unwrap().to_owned();
-    let mut journal = Journal::<f64>::open(folder.path().join(NAME), "abc", &[], 10).unwrap();
+    let mut journal = Journal::open(folder.path().join(NAME), "abc", &[], 10).unwrap();
     assert!(journal.is_empty() && journal.notes()[0].contains("of other inputs: it was replaced"));
     [0, 7].iter().for_each(|job| journal.append(&entry(*job)).unwrap());
     drop(journal);
@@ -103,7 +94,7 @@ fn lines_of_other_batches_and_jobs_out_of_the_plan_are_dropped_with_a_note() {
 fn two_runs_exclude_each_other_and_other_files_are_left_alone() {
     let folder = tempfile::tempdir().unwrap();
     let journal = open(folder.path(), "abc");
-    let refused = Journal::<f64>::open(folder.path().join(NAME), "abc", &[], JOBS).unwrap_err().to_string();
+    let refused = Journal::open(folder.path().join(NAME), "abc", &[], JOBS).unwrap_err().to_string();
     assert!(refused.contains("another batch"), "{refused}");
     journal.remove().unwrap();
     #[cfg(unix)]
@@ -111,8 +102,7 @@ fn two_runs_exclude_each_other_and_other_files_are_left_alone() {
         let precious = folder.path().join("precious");
         std::fs::write(&precious, "mine").unwrap();
         std::os::unix::fs::symlink(&precious, folder.path().join(NAME)).unwrap();
-        let refused =
-            Journal::<f64>::open(folder.path().join(NAME), "abc", &[], JOBS).unwrap_err().to_string();
+        let refused = Journal::open(folder.path().join(NAME), "abc", &[], JOBS).unwrap_err().to_string();
         assert!(refused.contains("it is a link"), "{refused}");
         assert_eq!(std::fs::read_to_string(&precious).unwrap(), "mine");
     }

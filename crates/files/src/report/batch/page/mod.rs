@@ -9,9 +9,9 @@ use std::io::{self, Write};
 
 use maud::{Markup, PreEscaped, html};
 
+use super::Batch;
 use super::summary::PassiveGroup;
-use super::{Batch, BatchJournal, all_refusals};
-use crate::report::svg::{self, Found, Svg, colours, frame};
+use crate::report::svg::{self, Svg, colours, frame};
 use crate::report::{Export, page};
 use tongue_core::body::Mesh;
 
@@ -22,12 +22,7 @@ pub const MOST_FITS: usize = 200;
 
 const SCRIPT: &str = include_str!("page.js");
 
-pub fn write(
-    w: &mut dyn Write,
-    batch: &Batch<'_>,
-    journal: &BatchJournal,
-    fits: &[PageFit],
-) -> io::Result<()> {
+pub fn write(w: &mut dyn Write, batch: &Batch<'_>, fits: &[PageFit]) -> io::Result<()> {
     let body = html! {
                     (top(batch, fits.len()))
                     (posteriors(fits, batch.muscles))
@@ -40,8 +35,8 @@ pub fn write(
                         p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and reasons to trust or to doubt the answer." }
                         @for f in fits { (PreEscaped(&f.detail)) }
                     }
-                    (others(batch, journal)?)
-                    footer { "Inputs, SHA-256: " code { (batch.provenance.inputs_sha256) } }
+                    (others(batch))
+                    footer { "Inputs, SHA-256: " code { (batch.provenance.inputs_sha256.as_deref().unwrap_or_default()) } }
                     script type="application/json" id="data" { (PreEscaped(data(batch.mesh, fits))) }
                     script { (PreEscaped(SCRIPT)) }
     };
@@ -49,9 +44,7 @@ pub fn write(
 }
 
 pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, fits: &[PageFit]) -> io::Result<()> {
-    let p = batch.provenance;
-    let by = crate::report::Provenance::new(&p.command).with_inputs(&p.inputs_sha256);
-    tensions(batch.muscles, fits).write(w, &by)
+    tensions(batch.muscles, fits).write(w, batch.provenance)
 }
 
 fn top(batch: &Batch<'_>, shown: usize) -> Markup {
@@ -155,27 +148,25 @@ fn fit_table(fits: &[PageFit], muscles: &[String]) -> Markup {
     }
 }
 
-fn others(batch: &Batch<'_>, journal: &BatchJournal) -> io::Result<Markup> {
-    let refusals = all_refusals(batch, journal)?;
-    Ok(html! {
+fn others(batch: &Batch<'_>) -> Markup {
+    html! {
         section {
             h2 { "Rows without a fit" }
             ul {
                 @for b in batch.baselines.iter().take(MOST_FITS) {
                     li { (b.subject) " /" (b.vowel) "/: the baseline itself" @if b.substitute { " (in place of a missing /ɯ/)" } }
                 }
-                @for r in refusals.iter().take(MOST_FITS) {
+                @for r in batch.refusals.iter().take(MOST_FITS) {
                     li { "line " (r.line) ", " (r.subject) " /" (r.vowel) "/: " (r.message) }
                 }
                 @for u in batch.unreadable.iter().take(MOST_FITS) { li { (u) } }
             }
         }
-    })
+    }
 }
 
 fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
-    let found: Vec<Found> =
-        fits.iter().map(|f| Found { label: f.label.clone(), tensions: f.tensions.clone() }).collect();
+    let found: Vec<_> = fits.iter().map(|f| (f.label.as_str(), f.tensions.as_slice())).collect();
     svg::tensions(muscles, &found, "Tensions that the fits found")
 }
 
