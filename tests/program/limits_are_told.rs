@@ -41,7 +41,7 @@ fn a_map_of_numbers_that_cannot_be_meant_is_refused_with_its_line() {
         ("back = \"x\"\nunit_mm = 1e-300", "m.toml:2: unit_mm is 1e-300; it must be"),
         ("rate_hz = nan", "m.toml:1: rate_hz is NaN; it must be from"),
         ("[points]\nT1 = 3", "m.toml:2: "),
-        ("[points]\nT1 = { surface_mm = \"x\" }", "m.toml:2: T1: surface_mm is \"x\"; give a number"),
+        ("[points]\nT1 = { surface_mm = \"x\" }", "string \"x\"; needed is a number in `surface_mm`; write"),
     ] {
         fs::write(folder.path().join("m.toml"), map).unwrap();
         let told = refused(folder.path(), "track coils.csv --map m.toml");

@@ -296,7 +296,11 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
         return Ok(Entry { role, noise_mm: None });
     }
     let given: Result<Given, toml::de::Error> = value.clone().try_into();
-    let given = given.map_err(|e| format!("{}; {ROLES}", toml_text::with_nearest(&plain(e.message()))))?;
+    let given = given.map_err(|e| {
+        let key = e.to_string().replace(e.message(), "");
+        let told = format!("{} {}", toml_text::with_nearest(&plain(e.message())), key.trim());
+        format!("{}; {ROLES}", told.trim_end())
+    })?;
     let beyond = |beyond: limits::BeyondLimit| beyond.to_string();
     let mut roles: Vec<Role> = Vec::new();
     if let Some(mm) = given.surface_mm {
