@@ -19,6 +19,8 @@ pub enum Also {
     Svg,
     /// Tensions over time for OpenSim: `track_1.sto`
     Sto,
+    /// How well each course repeats where labels do: `repeats.csv`, as on the page
+    Repeats,
     /// Shapes for ParaView: `shapes_1.pvd` with a `.vtu` for each frame
     Vtu,
 }
@@ -31,7 +33,7 @@ pub struct Arguments {
     /// equally spaced
     #[arg(long, value_name = "N", default_value_t = 100, hide_short_help = true)]
     pub frames: usize,
-    /// Files of each recording beside the page and the tables, such as svg,sto
+    /// Files beside the page and the tables, most of them of each recording, such as svg,sto
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', hide_short_help = true)]
     also: Vec<Also>,
 }
@@ -62,11 +64,11 @@ pub fn write(
     if !record.comparisons.is_empty() {
         files.push(("contrasts.csv".to_owned(), Box::new(contrasts(&record.comparisons))));
     }
-    if let Some(found) = &record.repeats {
-        files.push(("repeats.csv".to_owned(), Box::new(repeats_table(found))));
-    }
     let mut others: Vec<File<'_>> = Vec::new();
     let wants = |also: Also| arguments.also.contains(&also);
+    if let Some(found) = record.repeats.as_ref().filter(|_| wants(Also::Repeats)) {
+        files.push(("repeats.csv".to_owned(), Box::new(repeats_table(found))));
+    }
     for (nth, one) in results.recordings.iter().enumerate() {
         let number = nth + 1;
         let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());

@@ -447,7 +447,7 @@ fn what_is_harder_in_one_label_than_in_another_is_said_first() {
 }
 
 #[test]
-fn a_run_writes_seven_files_however_many_recordings_it_has_and_its_page_draws_what_is_opened() {
+fn a_run_writes_six_files_however_many_recordings_it_has_and_its_page_draws_what_is_opened() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     // Six recordings in place of two, the last without its hyoid.
@@ -479,7 +479,6 @@ fn a_run_writes_seven_files_however_many_recordings_it_has_and_its_page_draws_wh
     let expected = [
         "body.json",
         "contrasts.csv",
-        "repeats.csv",
         "segments.csv",
         "track.csv",
         "track.html",
