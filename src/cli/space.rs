@@ -79,6 +79,10 @@ pub struct ModelArguments {
     /// Cut every hexahedron in eight
     #[arg(long, hide_short_help = true)]
     refined: bool,
+    /// The node, by its number from 1, that is the tip, from which places of coils are counted [default: the
+    /// foremost of the midsagittal plane]
+    #[arg(long, value_name = "NODE", hide_short_help = true)]
+    tip: Option<usize>,
     /// Unit of the coordinates of a body from Gmsh (--body FILE.msh)
     #[arg(long, value_name = "UNIT", value_parser = choice::<Unit>(), default_value = "m", hide_short_help = true)]
     body_unit: Unit,
@@ -89,7 +93,7 @@ impl ModelArguments {
         if self.body_unit != Unit::M && !matches!(source, SpaceSource::Mesh(_)) {
             bail!("--body-unit is the unit of a body from Gmsh: --body FILE.msh");
         }
-        match source {
+        let body = match source {
             SpaceSource::BuiltIn if self.muscles_as == MusclesAs::Lines => Err(miette!(
                 "--muscles-as lines needs fibres from node to node, which the built-in body does not have"
             )),
@@ -103,7 +107,19 @@ impl ModelArguments {
                 let body = gmsh::read_space(&bytes, &origin, self.body_unit);
                 body.map(|body| self.cut(body)).into_diagnostic()
             }
+        };
+        let mut body = body?;
+        if let Some(tip) = self.tip {
+            let outline = body.midsagittal_mesh().outlines();
+            body.tip_node = tip.checked_sub(1).filter(|node| outline.iter().flatten().any(|n| n == node));
+            if body.tip_node.is_none() {
+                return Err(miette!(
+                    "--tip {tip}: {} has no such node on its midsagittal contour; nodes are counted from 1",
+                    body.what
+                ));
+            }
         }
+        Ok(body)
     }
 
     fn cut(&self, body: SpaceBody) -> SpaceBody {
@@ -205,7 +221,7 @@ pub fn run(
         if surgery.make_up {
             // Both sides are searched, also where one half was enough for the equilibrium.
             let system = System::in_space(body, &model).into_diagnostic()?;
-            surgery.make_up(&mut record, whole.foremost(), (body, &system), &before).into_diagnostic()?;
+            surgery.make_up(&mut record, whole.tip(), (body, &system), &before).into_diagnostic()?;
             if record.made_up_by.is_none() {
                 output::note(
                     "the tip itself is removed, so no activations are searched that would bring it back",

@@ -84,7 +84,7 @@ impl Arguments {
         &self,
         body: &SpaceBody,
         recorded: &Recorded,
-        (notes, implausible): (Vec<String>, Option<String>),
+        (mut notes, implausible): (Vec<String>, Option<String>),
         folder: &str,
         global: &Global,
     ) -> miette::Result<Outcome> {
@@ -97,6 +97,11 @@ impl Arguments {
         let settings = FitSettings { starts: self.starts, ..usual.settings };
         settings.check().into_diagnostic()?;
         let search = SpaceSearch { sides_apart: self.sides_apart, settings, ..usual };
+        if let Some(tip) = body.tip().filter(|_| recorded.has_coils()) {
+            let [x, _, z]: [f64; 3] = (1e3 * body.mesh.nodes[tip]).into();
+            let at = format!("node {}, which is at x {x:.1}, z {z:.1} mm at rest", tip + 1);
+            notes.push(format!("places of coils are counted from the tip, {at}; --tip names another"));
+        }
         notes.iter().for_each(|note| output::note(note));
         let (mut frames, mut last) = (Vec::new(), None);
         for (recording, frame) in &recorded.frames {
@@ -185,18 +190,20 @@ fn text(record: &SpaceTrackRecord) -> String {
             let name = frame.recording.as_ref().map_or_else(String::new, |name| format!("{name}, "));
             let _ = writeln!(text, "{name}at {time} s");
         }
-        let each = frame.activations.0.iter().zip(&frame.sd.0);
-        let t = table::rows(&["muscle", "activation", "sd"], each, |((name, a), (_, sd))| {
-            [name.clone(), format!("{a:.3}"), sd.map_or_else(String::new, |sd| format!("{sd:.3}"))]
+        let t = table::rows(&["muscle", "activation", "95 %"], &frame.activations.0, |(name, a)| {
+            let interval = frame.interval_95.of(name);
+            let interval = interval.map_or_else(String::new, |[low, high]| format!("{low:.3} to {high:.3}"));
+            [name.clone(), format!("{a:.3}"), interval]
         });
         let _ = writeln!(
             text,
-            "{t}\n{:?}: met to {:.2} mm (RMS), {:.2} mm at most; {} factorisations from {} starts",
+            "{t}\n{:?}: met to {:.2} mm (RMS), {:.2} mm at most; {} of {} starts ended here; {} factorisations",
             frame.status,
             frame.rms_mm,
             frame.distances_mm.iter().copied().fold(0.0, f64::max),
-            frame.factorisations,
-            frame.starts.len()
+            frame.ended_here,
+            frame.starts.len(),
+            frame.factorisations
         );
         for open in &frame.open {
             let shares = open.direction.0.iter().filter(|(_, s)| s.abs() >= SHARE);

@@ -93,7 +93,8 @@ pub fn in_space(record: &SpaceRecord) -> String {
     let [back, right, up] = record.foremost_moved_mm;
     let moved = displacement([(back, ["back", "forward"]), (right, ["right", "left"]), (up, ["up", "down"])]);
     format!(
-        "{t}\nthe foremost node of the midsagittal plane: {moved}; all nodes: {:.2} mm (RMS)\n{:?} in {} iterations and {} factorisations of {} unknowns{}; {}{}{}",
+        "{t}\nthe tip{}: {moved}; all nodes: {:.2} mm (RMS)\n{:?} in {} iterations and {} factorisations of {} unknowns{}; {}{}{}",
+        record.tip_node.map_or_else(String::new, |node| format!(" (node {node})")),
         record.rms_displacement_mm,
         solution.status,
         solution.iterations,
@@ -366,8 +367,17 @@ pub fn operation(o: &OperationRecord) -> String {
     );
     if let (Some(by), Some(to)) = (&o.made_up_by, o.made_up_to_mm) {
         let active = by.0.iter().filter(|(_, a)| *a >= 0.005);
-        let active: Vec<String> = active.map(|(name, a)| format!("{name} {a:.2}")).collect();
-        let _ = writeln!(text, "the tip comes back to {to:.2} mm (RMS) with {}", active.join(", "));
+        let interval = |name: &str| {
+            let all = o.made_up_interval_95.as_ref().and_then(|all| all.of(name));
+            all.map_or_else(String::new, |[low, high]| format!(" ({low:.2} to {high:.2})"))
+        };
+        let active: Vec<String> =
+            active.map(|(name, a)| format!("{name} {a:.2}{}", interval(name))).collect();
+        let _ = writeln!(
+            text,
+            "the tip comes back to {to:.2} mm (RMS) with {}; other activations bring it there too, as the 95 % intervals say",
+            active.join(", ")
+        );
     }
     text
 }

@@ -126,8 +126,8 @@ fn a_contour_with_lengths_leaves_less_open_than_either() {
         assert_eq!(fit.answer.status, FitStatus::Converged);
         assert!(fit.rms_m < 1e-4, "{}", fit.rms_m);
         // The truth lies in the interval that is told of each activation.
-        for ((name, found), sd) in fit.names.iter().zip(fit.found()).zip(fit.sds()) {
-            assert!((found - truth(name)).abs() < 2.0 * sd.unwrap(), "{name} {found} {sd:?}");
+        for (name, [low, high]) in fit.names.iter().zip(&fit.intervals_95) {
+            assert!((*low..=*high).contains(&truth(name)), "{name} {low} {high}");
         }
     }
 }
@@ -176,7 +176,7 @@ fn coils_are_fixed_to_the_surface_and_marks_that_make_no_sense_are_refused() {
         assert!(said.contains(why), "{said}");
     }
     // At rest a coil at the tip is at the foremost node, and the answer is rest.
-    let tip = moved.body.mesh.nodes[moved.body.foremost().unwrap()].xz();
+    let tip = moved.body.mesh.nodes[moved.body.tip().unwrap()].xz();
     let fit = moved.search(&[mark(Marked::Coil { behind_tip_m: 0.0, place: tip })], 0.5, 1);
     assert!(fit.rms_m < 1e-6 && fit.found().iter().all(|a| *a < 1e-4));
     assert!(fit.combinations.iter().any(|c| c.sd > 0.1), "one coil leaves much open");

@@ -36,7 +36,7 @@ fn surgery_in_a_scene_is_that_of_simulate_with_the_loads_of_the_scene() {
     let left: Vec<f64> = operated.muscles.iter().map(|&m| all[m]).collect();
     let found = statics::solve(&system, &mut w, &left, &SolveSettings::default());
     assert_eq!(found.status, SolveStatus::Converged);
-    let tip = body.foremost().unwrap();
+    let tip = body.tip().unwrap();
     let moved = (w.positions()[tip] - body.mesh.nodes[tip]) * 1e3;
     let after = Vector3::from(plain.tip_after_mm);
     assert!((moved - after).norm() < 1e-3, "{moved} {after}");
@@ -121,7 +121,7 @@ fn bones_carry_the_weight_of_the_tongue() {
     assert!(on_bones[1].abs().max(on_bones[2].abs()) < 1e-6 * weight, "{on_bones:?}");
     // Lying on the back the tongue sinks to the back, on both sides alike.
     let (rest, now) = (SpaceBody::tongue(1).unwrap(), positions(&answer));
-    let tip = rest.foremost().unwrap();
+    let tip = rest.tip().unwrap();
     let way = now[tip] - rest.mesh.nodes[tip];
     assert!(way.x > 1e-4 && way.y.abs() < 1e-8, "{way}");
 }

@@ -476,14 +476,7 @@ fn a_run_writes_six_files_however_many_recordings_it_has_and_its_page_draws_what
         .map(|e| e.unwrap().file_name().into_string().unwrap())
         .collect();
     names.sort();
-    let expected = [
-        "body.json",
-        "contrasts.csv",
-        "segments.csv",
-        "track.csv",
-        "track.html",
-        "track.json",
-    ];
+    let expected = ["body.json", "contrasts.csv", "segments.csv", "track.csv", "track.html", "track.json"];
     assert_eq!(names, expected);
     // The page holds all shapes of all recordings in less than 800 bytes a frame.
     let page = fs::read_to_string(at.join("out/track.html")).unwrap();

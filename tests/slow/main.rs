@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says by panicking")]
 #![allow(clippy::print_stderr, reason = "tests say what they measured")]
 
+mod activations_cover_the_truth;
 mod batch_in_shards;
 mod batch_survives;
 mod coils_place_the_body;

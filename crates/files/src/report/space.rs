@@ -32,7 +32,9 @@ pub struct SpaceRecord {
     pub lengths_mm: ByMuscle<f64>,
     pub stretches: ByMuscle<f64>,
     pub positions_m: Vec<[f64; 3]>,
-    /// Displacement of the foremost node in the midsagittal plane, mm: back, right, up.
+    /// The node at the tip, counted from 1.
+    pub tip_node: Option<usize>,
+    /// Displacement of the tip, mm: back, right, up.
     pub foremost_moved_mm: [f64; 3],
     pub rms_displacement_mm: f64,
     pub min_volume_ratio: f64,
@@ -72,6 +74,7 @@ impl SpaceRecord {
             lengths_mm: mm(&names, &lengths),
             stretches: ByMuscle::new(&names, lengths.iter().zip(rest).map(|(l, r)| l / r)),
             positions_m: positions.iter().map(|p| [p.x, p.y, p.z]).collect(),
+            tip_node: body.tip().map(|node| node + 1),
             foremost_moved_mm: foremost_moved_mm(body, positions),
             rms_displacement_mm: (squares / mesh.nodes.len().max(1) as f64).sqrt(),
             min_volume_ratio,
@@ -99,6 +102,8 @@ pub struct OperationRecord {
     pub deviation_mm: f64,
     /// Activations that bring the tip back to where it was before, where they were searched for.
     pub made_up_by: Option<ByMuscle<f64>>,
+    /// Their 95 % intervals: a tip alone determines few of them.
+    pub made_up_interval_95: Option<ByMuscle<[f64; 2]>>,
     /// How far its nodes stay from there, mm (RMS).
     pub made_up_to_mm: Option<f64>,
 }
@@ -121,13 +126,14 @@ impl OperationRecord {
             reach_lost_mm: tip_after_mm[0] - tip_before_mm[0],
             deviation_mm: tip_after_mm[1],
             made_up_by: None,
+            made_up_interval_95: None,
             made_up_to_mm: None,
         }
     }
 }
 
 fn foremost_moved_mm(body: &SpaceBody, positions: &[Vector3<f64>]) -> [f64; 3] {
-    body.foremost().map_or([0.0; 3], |n| ((positions[n] - body.mesh.nodes[n]) * 1e3).into())
+    body.tip().map_or([0.0; 3], |n| ((positions[n] - body.mesh.nodes[n]) * 1e3).into())
 }
 
 fn volume(x: &[Vector3<f64>], nodes: &[usize; 8]) -> f64 {

@@ -32,11 +32,13 @@ pub struct SpaceFitRecord {
     pub distances_mm: Vec<f64>,
     /// Activations, 0 to 1: of muscles, or of both sides by their common name.
     pub activations: ByMuscle<f64>,
-    /// Standard deviation of each activation, its prior included; null where the stiffness is singular.
-    pub sd: ByMuscle<Option<f64>>,
+    /// The 95 % interval of each activation, the prior and the common factor of stiffness included; empty where there is no equilibrium.
+    pub interval_95: ByMuscle<[f64; 2]>,
     /// Combinations of activations that the data leave open, each with the standard deviation along it.
     pub open: Vec<Combination>,
     pub starts: Vec<Ended>,
+    /// Number of starts that ended at this answer.
+    pub ended_here: usize,
     /// Starts that ended elsewhere and meet the data as well (misfit at most a twentieth larger).
     pub others_as_good: Vec<ByMuscle<f64>>,
     pub factorisations: usize,
@@ -65,9 +67,10 @@ impl SpaceFitRecord {
             rms_mm: 1e3 * fit.rms_m,
             distances_mm: fit.distances_m.iter().map(|d| 1e3 * d).collect(),
             activations: by(&fit.names, &fit.found()),
-            sd: ByMuscle::new(&fit.names, fit.sds()),
+            interval_95: ByMuscle::new(&fit.names, fit.intervals_95.iter().copied()),
             open: fit.combinations.iter().filter(|c| c.sd > open_above).cloned().collect(),
             starts: fit.starts.clone(),
+            ended_here: fit.ended_here(),
             others_as_good: fit.others_as_good(AS_GOOD).map(|s| s.activations.clone()).collect(),
             factorisations: fit.factorisations,
             alarms,

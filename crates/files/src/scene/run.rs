@@ -291,6 +291,6 @@ fn compared<const D: usize>(
     let own = |x: &[Vector3<f64>]| x.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect::<Vec<_>>();
     let after: Vec<Vector3<f64>> = after.iter().map(|p| Vector3::from_fn(|axis, _| p[axis])).collect();
     let mut record = OperationRecord::new(surgery, whole, operated, [&own(&before), &own(&after)]);
-    surgery.make_up(&mut record, whole.foremost(), (body, system), &before)?;
+    surgery.make_up(&mut record, whole.tip(), (body, system), &before)?;
     Ok(Some(record))
 }

@@ -8,9 +8,6 @@ use super::unknown::Unknown;
 pub(super) const FIRST_SIDE: f64 = 5.0;
 /// Largest relative difference of the costs of one equilibrium.
 pub(super) const SAME_COST: f64 = 1e-6;
-/// Part of an unknown's range that contains the starts: from its lower bound if that is zero, else around its
-/// middle.
-const START_RANGE: f64 = 0.3;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SearchCounts {
@@ -67,7 +64,7 @@ impl Start {
 pub(super) fn starting_point(number: usize, unknowns: &[Unknown]) -> Vec<f64> {
     let point = primes().zip(unknowns).map(|(prime, u)| {
         let part = radical_inverse(number + 1, prime);
-        let range = START_RANGE * (u.upper - u.lower);
+        let range = u.started_in * (u.upper - u.lower);
         if u.lower == 0.0 { range * part } else { 0.5 * (u.lower + u.upper) + range * (part - 0.5) }
     });
     point.collect()

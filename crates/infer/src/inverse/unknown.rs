@@ -38,33 +38,67 @@ pub struct Unknown {
     pub unit: f64,
     pub lower: f64,
     pub upper: f64,
+    /// Part of the range that contains the starts: from the lower bound if that is zero, else around the middle.
+    pub started_in: f64,
     pub prior: Option<Prior>,
 }
+
+/// Tensions of speech are a small part of what a muscle could pull.
+const STARTED_IN: f64 = 0.3;
 
 impl Unknown {
     /// The tension of muscle number `muscle`, from 0 to `upper` newtons (2D: per metre of thickness).
     pub fn tension(muscle: usize, upper: f64) -> Self {
-        Self { quantity: Quantity::Tension { muscle }, unit: 1.0, lower: 0.0, upper, prior: None }
+        Self {
+            quantity: Quantity::Tension { muscle },
+            unit: 1.0,
+            lower: 0.0,
+            upper,
+            started_in: STARTED_IN,
+            prior: None,
+        }
     }
 
-    /// The activation of muscle number `muscle` of a body in space, in hundredths, from 0 to 100 hundredths.
+    /// The activation of muscle number `muscle` of a body in space, in hundredths, from 0 to 100 hundredths. Searches begin in all of this
+    /// range: where a tissue stiffens as its muscles act, those that begin with weak muscles can end in a minimum of weak muscles.
     pub fn activation(muscle: usize) -> Self {
-        Self { unit: 0.01, ..Self::tension(muscle, 100.0) }
+        Self { unit: 0.01, started_in: 1.0, ..Self::tension(muscle, 100.0) }
     }
 
     /// The displacement of a free bone along an axis, in millimetres, of at most `most` in both directions.
     pub fn bone(bone: usize, axis: usize, most: f64) -> Self {
-        Self { quantity: Quantity::Bone { bone, axis }, unit: 1e-3, lower: -most, upper: most, prior: None }
+        Self {
+            quantity: Quantity::Bone { bone, axis },
+            unit: 1e-3,
+            lower: -most,
+            upper: most,
+            started_in: STARTED_IN,
+            prior: None,
+        }
     }
 
     /// Young's modulus in units of 100 Pa, from `lower` to `upper` units.
     pub fn young_modulus(lower: f64, upper: f64) -> Self {
-        Self { quantity: Quantity::Constant(Constant::YoungModulus), unit: 100.0, lower, upper, prior: None }
+        Self {
+            quantity: Quantity::Constant(Constant::YoungModulus),
+            unit: 100.0,
+            lower,
+            upper,
+            started_in: STARTED_IN,
+            prior: None,
+        }
     }
 
     /// Poisson's ratio in hundredths, from `lower` to `upper` hundredths.
     pub fn poisson_ratio(lower: f64, upper: f64) -> Self {
-        Self { quantity: Quantity::Constant(Constant::PoissonRatio), unit: 0.01, lower, upper, prior: None }
+        Self {
+            quantity: Quantity::Constant(Constant::PoissonRatio),
+            unit: 0.01,
+            lower,
+            upper,
+            started_in: STARTED_IN,
+            prior: None,
+        }
     }
 
     /// The unknown with a prior; mean in units, weight one over units.

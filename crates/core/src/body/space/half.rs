@@ -96,6 +96,7 @@ impl SpaceBody {
         };
         let of_node = (0..nodes.len()).map(of).collect::<Option<Vec<_>>>()?;
         let kept_nodes = (0..nodes.len()).filter(|&n| number[n].is_some()).collect();
+        body.tip_node = self.tip_node.and_then(|n| number[n]);
         let renumbered = |n: usize| number[n];
         // Elements: those with a corner off the plane on the left; every other must be the image of one of
         // them.

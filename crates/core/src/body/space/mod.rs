@@ -79,6 +79,8 @@ pub struct SpaceBody {
     pub factors: Vec<f64>,
     /// Lines of muscles in the midsagittal plane by the names that tables of lengths have, where the body has them.
     pub lines: Vec<(String, Line<3>)>,
+    /// The node of the midsagittal plane that is taken for the tip; without one the foremost.
+    pub tip_node: Option<usize>,
 }
 
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -190,8 +192,12 @@ impl SpaceBody {
         Ok(all.into_iter().map(|a| a.unwrap_or(0.0)).collect())
     }
 
-    /// The foremost node of the midsagittal plane: the tip.
-    pub fn foremost(&self) -> Option<usize> {
+    /// The node at the tip: the foremost of the midsagittal plane, unless another is named.
+    pub fn tip(&self) -> Option<usize> {
+        self.tip_node.or_else(|| self.foremost())
+    }
+
+    fn foremost(&self) -> Option<usize> {
         let (nodes, near) = (&self.mesh.nodes, 1e-6 * self.mesh.extent());
         let in_plane = (0..nodes.len()).filter(|&n| nodes[n].y.abs() <= near);
         in_plane.min_by(|&a, &b| nodes[a].x.total_cmp(&nodes[b].x))

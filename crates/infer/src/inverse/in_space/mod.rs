@@ -4,15 +4,19 @@
 //! Residuals are in standard deviations of what was seen, activations in hundredths. A weak prior (mean 0) determines the combinations of
 //! activations that the data leave open; the answer lists these ([`Combination`]).
 
+mod intervals;
 mod marks;
 mod recorded;
 
+use nalgebra::DVector;
 use serde::Serialize;
 use tongue_core::body::SpaceBody;
 use tongue_core::body::space::{Half, Side};
 use tongue_core::observe::Observation;
 use tongue_core::system::System;
 
+pub use self::intervals::STIFFNESS_SD_LN;
+use self::intervals::intervals_95;
 use self::marks::{Observed, on_half};
 pub use self::recorded::Recorded;
 use super::directions::decompose;
@@ -68,6 +72,13 @@ pub struct Ended {
     pub converged: bool,
 }
 
+impl Ended {
+    /// Whether it ended at these activations: none differs by more than 0.05.
+    fn is_at(&self, activations: &[f64]) -> bool {
+        self.activations.0.iter().zip(activations).all(|((_, a), b)| (a - b).abs() <= 0.05)
+    }
+}
+
 /// Result of a search for activations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpaceFit {
@@ -80,7 +91,9 @@ pub struct SpaceFit {
     /// For each mark the distance from its place, from the surface or contour, or from its length, m. Differences of stretches and ratios
     /// are multiplied by the length at rest that they are counted in.
     pub distances_m: Vec<f64>,
-    pub prior_sd: f64,
+    /// The 95 % interval of the activation of each unknown, with a common factor of stiffness left open ([`STIFFNESS_SD_LN`]); empty where
+    /// there is no equilibrium at the answer.
+    pub intervals_95: Vec<[f64; 2]>,
     /// Combinations of activations, the most certain first; those above [`SpaceSearch::open_above`] are open.
     pub combinations: Vec<Combination>,
     pub starts: Vec<Ended>,
@@ -99,24 +112,18 @@ impl SpaceFit {
         activations_of(&self.answer.x)
     }
 
-    /// Standard deviation of the activation of each unknown, from the data and the prior; `None` where the stiffness is singular.
-    pub fn sds(&self) -> Vec<Option<f64>> {
-        let prior = self.prior_sd.powi(-2);
-        let variance = |i: usize| {
-            let along = |c: &Combination| c.direction.0[i].1.powi(2) / (prior + c.sd.powi(-2));
-            self.combinations.iter().map(along).sum::<f64>()
-        };
-        (0..self.names.len()).map(|i| (!self.combinations.is_empty()).then(|| variance(i).sqrt())).collect()
+    /// Number of starts that converged to this answer: every activation differs by at most 0.05.
+    pub fn ended_here(&self) -> usize {
+        let found = self.found();
+        self.starts.iter().filter(|e| e.converged && e.is_at(&found)).count()
     }
 
     /// Starts that ended at another answer (an activation differs by more than 0.05) with a misfit that is larger than the answer's by at
     /// most this part.
     pub fn others_as_good(&self, part: f64) -> impl Iterator<Item = &Ended> {
         let found = self.found();
-        let elsewhere =
-            move |e: &&Ended| e.activations.0.iter().zip(&found).any(|((_, a), b)| (a - b).abs() > 0.05);
         let most = self.answer.misfit * (1.0 + part);
-        self.starts.iter().filter(move |e| e.converged && e.misfit <= most).filter(elsewhere)
+        self.starts.iter().filter(move |e| e.converged && e.misfit <= most && !e.is_at(&found))
     }
 }
 
@@ -241,9 +248,14 @@ impl SpaceSearch {
         };
         let names: Vec<String> = groups.into_iter().map(|(name, _)| name).collect();
         let rows = inverse.observations.len();
-        let combinations = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
+        let of_data = linear.as_ref().map(|l| (l.residuals.rows(0, rows), l.jacobian.rows(0, rows)));
+        let intervals_95 = of_data.map_or_else(Vec::new, |(residuals, jacobian)| {
+            let found = DVector::from_vec(activations_of(&answer.x));
+            intervals_95((&residuals.into_owned(), &(jacobian * 100.0)), &found, self.prior_sd)
+        });
+        let combinations = of_data.and_then(|(_, jacobian)| decompose(&jacobian.into_owned()));
         let combinations = combinations.map_or_else(Vec::new, |(values, directions)| {
-            let combination = |(value, direction): (f64, nalgebra::DVector<f64>)| Combination {
+            let combination = |(value, direction): (f64, DVector<f64>)| Combination {
                 direction: ByMuscle::new(&names, direction.iter().copied()),
                 sd: 0.01 / value,
             };
@@ -268,7 +280,7 @@ impl SpaceSearch {
             activations: answer.tensions.clone(),
             rms_m: (squares / seen.len() as f64).sqrt(),
             distances_m,
-            prior_sd: self.prior_sd,
+            intervals_95,
             combinations,
             factorisations: searched + forward.counts().factorisations,
             starts,

@@ -34,6 +34,12 @@ impl Recorded {
         Ok(Self { frames: frames.into_iter().map(|frame| (None, frame)).collect(), placed: None })
     }
 
+    /// Whether places of coils, which are counted from the tip, were seen.
+    pub fn has_coils(&self) -> bool {
+        let mut marks = self.frames.iter().flat_map(|(_, frame)| &frame.marks);
+        marks.any(|mark| matches!(mark.what, Marked::Coil { .. }))
+    }
+
     /// Whether a file is a table of a body in space rather than a recording.
     pub fn is_table(path: impl AsRef<Path>) -> std::io::Result<bool> {
         is_space_table(path.as_ref())
