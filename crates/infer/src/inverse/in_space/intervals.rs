@@ -11,14 +11,12 @@ use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use tongue_core::random::normal;
 
-use crate::track::Ranged;
-
 /// Standard deviation of the logarithm of the stiffness (a factor of 1.5).
 pub const STIFFNESS_SD_LN: f64 = 0.405;
 /// Draws that are kept, and the sweeps over all directions between two of them.
 const DRAWS: usize = 2000;
 const THIN: usize = 4;
-/// An interval that begins below this activation is extended to 0.
+/// An interval that begins below this activation begins at 0.
 const NONE_BELOW: f64 = 0.01;
 
 /// The interval of each activation from residuals at the answer, in standard deviations, and their derivatives by the activations; the
@@ -60,9 +58,13 @@ pub(super) fn intervals_95(
         let factor = (STIFFNESS_SD_LN * normal(&mut random)).exp();
         drawn.iter_mut().zip(here.iter()).for_each(|(all, a)| all.push((factor * a).clamp(0.0, 1.0)));
     }
-    let interval = |all: Vec<f64>| {
-        let Ranged { low, high, .. } = Ranged::of(all.into_iter());
-        [if low < NONE_BELOW { 0.0 } else { low }, high]
-    };
-    drawn.into_iter().map(interval).collect()
+    drawn.into_iter().map(interval_95).collect()
+}
+
+/// The interval that holds 95 % of draws with as many below as above it, or from 0 on where that is shorter: it is for a muscle about which
+/// little is known, whose most probable activation is 0.
+fn interval_95(mut draws: Vec<f64>) -> [f64; 2] {
+    draws.sort_by(f64::total_cmp);
+    let [low, from_zero, high] = [0.025, 0.95, 0.975].map(|part| draws[(part * draws.len() as f64) as usize]);
+    if from_zero < high - low || low < NONE_BELOW { [0.0, from_zero] } else { [low, high] }
 }
