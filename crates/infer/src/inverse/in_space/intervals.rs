@@ -32,7 +32,7 @@ pub(super) fn intervals_95(
     let directions: Vec<DVector<f64>> =
         axes.column_iter().chain(DMatrix::identity(n, n).column_iter()).map(|d| d.into_owned()).collect();
     let directions: Vec<_> = directions.into_iter().map(|d| (&precision * &d, d)).collect();
-    if directions.iter().any(|(p, d)| !(p.dot(d) > 0.0)) {
+    if !directions.iter().all(|(p, d)| p.dot(d) > 0.0) {
         return Vec::new();
     }
     let mut here = answer.map(|a| a.clamp(0.0, 1.0));
