@@ -4,7 +4,6 @@ use super::plot::{Axis, Plot, around};
 use super::{Anchor, Entry, Face, MARGIN, Svg, TEXT, WIDTH, closed};
 use crate::report::RecordingResult;
 use tongue_infer::track::CourseSummary;
-use tongue_input::measured::recording::Label;
 
 const LEFT: f64 = 150.0;
 /// Height of a panel and the gap between panels, px.
@@ -16,7 +15,6 @@ const GREY_LINE: &str = "#a0a0a0";
 const DOUBTFUL: &str = "#fff0e0";
 /// Fill of an interval whose course is not known.
 const HATCH: &str = "url(#hatch)";
-const MOST_LABELS: usize = 60;
 
 /// A panel: its name and unit, whether its course is reliable (otherwise its interval is hatched), and at each time the value and the ends of
 /// its interval.
@@ -52,12 +50,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
     let top = top + svg.legend(entries.into_iter().flatten(), [LEFT, WIDTH - MARGIN], top);
     let first = times.first().copied().unwrap_or(0.0);
     let ends = [first, times.last().copied().unwrap_or(1.0).max(first + 1e-9)];
-    let shown: Vec<&Label> = one
-        .labels
-        .iter()
-        .filter(|l| l.tier != "prompt" && l.to_s >= ends[0] && l.from_s <= ends[1])
-        .collect();
-    let shown = if shown.len() > MOST_LABELS { &[][..] } else { &shown[..] };
+    let shown = one.shown_labels();
     let top = top + if shown.is_empty() { 0.0 } else { 30.0 } + MARGIN;
     let mut panels: Vec<Panel<'_>> = Vec::new();
     for (i, course) in courses.iter().enumerate() {

@@ -13,7 +13,6 @@ use tongue_core::geometry::Point;
 use tongue_infer::track::{Ranged, Tracked};
 
 const MOST_FRAMES: usize = 2000;
-const MOST_LABELS: usize = 60;
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
 /// The largest packed number; the one above stands for a missing one.
 const LARGEST: f64 = 4094.0;
@@ -91,17 +90,12 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
         (0..results.muscles.len()).map(muscle).collect()
     };
     let drawn = drawn(&results.body.mesh);
-    let ends = [one.frames.first(), one.frames.last()].map(|f| f.map_or(0.0, |f| f.time_s));
-    let labels = one.labels.iter();
-    let labels: Vec<_> =
-        labels.filter(|l| l.tier != "prompt" && l.to_s >= ends[0] && l.from_s <= ends[1]).collect();
-    let labels = if labels.len() > MOST_LABELS { Vec::new() } else { labels };
     let nodes = shown().flat_map(|f| drawn.iter().map(|n| f.positions.get(*n).copied()));
     json!({
         "times": Packed::of(frames.iter().map(|f| f.time_s)),
         "doubtful": frames.iter().map(|f| if f.status.is_trusted() { '0' } else { '1' }).collect::<String>(),
         "rms_mm": Packed::of(frames.iter().map(|f| f.rms_m.map_or(f64::NAN, |r| r * 1e3))),
-        "labels": labels.into_iter().map(|l| (l.from_s, l.to_s, &l.name)).collect::<Vec<_>>(),
+        "labels": one.shown_labels().into_iter().map(|l| (l.from_s, l.to_s, &l.name)).collect::<Vec<_>>(),
         "courses": of(|f| &f.courses),
         "levels": of(|f| &f.levels),
         "mirrored": one.mirrored,

@@ -72,6 +72,15 @@ impl RecordingResult {
             compared,
         }
     }
+
+    /// The labels in figures: those of every tier but the prompt, which is that of a whole recording; none where they are too many.
+    pub(super) fn shown_labels(&self) -> Vec<&Label> {
+        const MOST: usize = 60;
+        let [first, last] = [self.frames.first(), self.frames.last()].map(|f| f.map_or(0.0, |f| f.time_s));
+        let is_shown = |l: &&Label| l.tier != "prompt" && l.to_s >= first && l.from_s <= last;
+        let shown: Vec<&Label> = self.labels.iter().filter(is_shown).collect();
+        if shown.len() > MOST { Vec::new() } else { shown }
+    }
 }
 
 /// The frames of all recordings. A frame is made into a record when it is written.
@@ -119,7 +128,10 @@ impl TrackResults {
         let hidden = &frame.hidden;
         let squares: f64 = hidden.iter().map(|h| h.missed_m * h.missed_m).sum();
         let missed = (!hidden.is_empty()).then(|| mm((squares / hidden.len() as f64).sqrt()));
-        let point = |h: &Foretold| json!({ "point": h.point, "missed_mm": mm(h.missed_m), "interval_mm": h.interval_m.map(mm) });
+        let point = |h: &Foretold| {
+            let [missed_mm, interval_mm] = [json!(mm(h.missed_m)), json!(h.interval_m.map(mm))];
+            json!({ "point": h.point, "missed_mm": missed_mm, "interval_mm": interval_mm })
+        };
         let mut record = json!({
             "recording": one.name,
             "time_s": frame.time_s,
