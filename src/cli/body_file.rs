@@ -26,7 +26,7 @@ struct RestShape<'a> {
 }
 
 impl<'a> BodyFile<'a> {
-    /// Of a body with the shape at rest of the first of these recordings.
+    /// The file of a body, which has the shape at rest of the first recording; shapes of other recordings that differ are added.
     pub fn new(
         body: &Body<2>,
         model: &Model,

@@ -1,5 +1,7 @@
 //! Activations of bodies in space from places of their nodes.
 
+use std::path::Path;
+
 use nalgebra::Vector3;
 use tongue_fit::body::{SpaceBody, artisynth};
 use tongue_fit::inverse::in_space::SpaceSearch;
@@ -97,16 +99,20 @@ fn places_that_make_no_sense_are_refused() {
     assert!(refused(3, 0.0, 0.0).contains("standard deviation"));
 }
 
+/// The recorded nodes where a file of ArtiSynth has them in the middle of its time, known to 0.5 mm.
+fn at_the_turning_point(file: &Path) -> Vec<SpaceMark> {
+    let rows = recording(file);
+    let row = &rows[rows.len() / 2].1;
+    let place = |i: usize| Vector3::from_column_slice(&row[3 * i..3 * i + 3]);
+    RECORDED.iter().enumerate().map(|(i, &node)| SpaceMark::node(node, place(i), 5e-4)).collect()
+}
+
 #[test]
 fn artisynths_target_is_met_as_well_as_by_artisynth() {
     let Some(folder) = folder() else { return };
     let body = artisynth::read(&folder).unwrap();
-    let wanted = recording(&folder.join("protrude_ref_target_position.txt"));
-    // The turning point: the tip is wanted 10 mm to the front, the sides at rest.
-    let row = &wanted[wanted.len() / 2].1;
-    let place = |i: usize| Vector3::from_column_slice(&row[3 * i..3 * i + 3]);
-    let target: Vec<SpaceMark> =
-        RECORDED.iter().enumerate().map(|(i, &node)| SpaceMark::node(node, place(i), 5e-4)).collect();
+    // The tip is wanted 10 mm to the front, the sides at rest.
+    let target = at_the_turning_point(&folder.join("protrude_ref_target_position.txt"));
     let usual = SpaceSearch::default();
     let search = SpaceSearch { settings: FitSettings { starts: 3, ..usual.settings }, ..usual };
     let system = System::in_space(&body, &SpaceModel::default()).unwrap();
@@ -140,11 +146,7 @@ fn a_start_amid_strong_muscles_finds_those_of_a_recorded_protrusion() {
     let half = body.half().unwrap();
     let model = SpaceModel { muscles: MusclesAs::Lines, stiffening: 9.0, ..SpaceModel::default() };
     let (system, left) = (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
-    let reached = recording(&folder.join("protrude_model_target_position.txt"));
-    let row = &reached[reached.len() / 2].1;
-    let place = |i: usize| Vector3::from_column_slice(&row[3 * i..3 * i + 3]);
-    let seen: Vec<SpaceMark> =
-        RECORDED.iter().enumerate().map(|(i, &node)| SpaceMark::node(node, place(i), 5e-4)).collect();
+    let seen = at_the_turning_point(&folder.join("protrude_model_target_position.txt"));
     let usual = SpaceSearch::default();
     let search = SpaceSearch { settings: FitSettings { starts: 2, ..usual.settings }, ..usual };
     let fit = search.fit_alike((&body, &system), (&half, &left), &seen, None).unwrap();
@@ -153,7 +155,7 @@ fn a_start_amid_strong_muscles_finds_those_of_a_recorded_protrusion() {
     assert!(fit.rms_m < 1.5e-4 && fit.ended_here() == 1, "{} {}", fit.rms_m, fit.ended_here());
     // ArtiSynth's excitations at this moment.
     let truth = [("GGM", 1.0), ("MH", 1.0), ("HG", 0.028), ("VERT", 0.788), ("TRANS", 1.0), ("SL", 0.024)];
-    for (name, [low, high]) in fit.names.iter().zip(&fit.intervals_95) {
+    for (name, [low, high]) in fit.names.iter().zip(&fit.intervals_95()) {
         let truth = truth.iter().find(|(known, _)| known == name).map_or(0.0, |(_, a)| *a);
         assert!((*low..=*high).contains(&truth), "{name} {truth} {low} {high}");
     }

@@ -126,7 +126,7 @@ fn a_contour_with_lengths_leaves_less_open_than_either() {
         assert_eq!(fit.answer.status, FitStatus::Converged);
         assert!(fit.rms_m < 1e-4, "{}", fit.rms_m);
         // The truth lies in the interval that is told of each activation.
-        for (name, [low, high]) in fit.names.iter().zip(&fit.intervals_95) {
+        for (name, [low, high]) in fit.names.iter().zip(&fit.intervals_95()) {
             assert!((*low..=*high).contains(&truth(name)), "{name} {low} {high}");
         }
     }

@@ -7,7 +7,7 @@ use tongue_core::random::normal;
 use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::{SpaceModel, System};
 use tongue_infer::inverse::FitSettings;
-use tongue_infer::inverse::in_space::{STIFFNESS_SD_LN, SpaceSearch};
+use tongue_infer::inverse::in_space::SpaceSearch;
 use tongue_input::measured::{Marked, SpaceMark};
 
 use crate::cases;
@@ -53,7 +53,7 @@ fn held(
         let mut noisy = |p: Vector3<f64>| p.map(|x| x + SD_M * normal(&mut random));
         let marks = seen(&positions, &mut noisy).into_iter().map(|what| SpaceMark { what, sd_m: SD_M });
         let fit = search.fit(body, &system, &marks.collect::<Vec<_>>(), None).unwrap();
-        for ((truth, [low, high]), name) in truth.iter().zip(&fit.intervals_95).zip(&names) {
+        for ((truth, [low, high]), name) in truth.iter().zip(&fit.intervals_95()).zip(&names) {
             let holds = (*low..=*high).contains(truth);
             eprint!("{}{name} {truth:.2} [{low:.2} {high:.2}] ", if holds { "" } else { "*" });
             for (count, is_counted) in counts.iter_mut().zip([true, *truth > 0.1]) {
@@ -65,6 +65,11 @@ fn held(
     }
     eprintln!("{counts:?}");
     counts
+}
+
+/// The logarithm of a stiffness from its prior.
+fn stiffness_ln(random: &mut Rng) -> f64 {
+    SpaceSearch::default().stiffness_sd_ln * normal(random)
 }
 
 fn share([held, all]: [usize; 2]) -> f64 {
@@ -83,7 +88,7 @@ fn of_block(seeds: std::ops::Range<u64>, stiffness_ln: impl Fn(&mut Rng) -> f64)
 
 #[test]
 fn intervals_of_activations_hold_what_they_say() {
-    let [all, _] = of_block(0..150, |random| STIFFNESS_SD_LN * normal(random));
+    let [all, _] = of_block(0..150, stiffness_ln);
     assert!((0.93..=0.97).contains(&all), "{all}");
 }
 
@@ -110,7 +115,6 @@ fn intervals_of_activations_of_the_tongue_hold_what_they_say() {
         outline.iter().map(|&n| Marked::Contour(noisy(at[n]).xz())).collect()
     };
     let count = cases(2) as u64;
-    let stiffness_ln = |random: &mut Rng| STIFFNESS_SD_LN * normal(random);
     let of_surface = held((&body, false), 2000..2000 + count, stiffness_ln, surface);
     let of_contour = held((&body, false), 3000..3000 + count, stiffness_ln, contour);
     // The binomial error of so many intervals, three times.

@@ -20,8 +20,8 @@ pub struct Connections {
     beside: Branch,
 }
 
-/// What is beside each spring. Its times are the same for every connection, and so for straight paths in place
-/// of several in series.
+/// What acts in parallel with each spring. Its time is the same for all connections, so that a straight path that
+/// replaces several connections in series moves as they do.
 #[derive(Debug, Clone)]
 enum Branch {
     /// b/k, s.

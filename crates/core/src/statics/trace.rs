@@ -291,11 +291,12 @@ impl<'a, const D: usize> Path<'a, D> {
         solution
     }
 
-    /// Of a continuum, the solution at the whole load, left in the workspace, if the branch from rest leads
-    /// there in even steps and back again by the same shapes, and whether the body stays elsewhere when it is
-    /// let back from twice the load; `None` where the way is not as simple as that, and of springs. It asks
-    /// what [`Path::continued`] and [`Path::stays_elsewhere`] ask, in an order in which each solve begins with
-    /// the factor of the one before, at less than half the cost.
+    /// The branch from rest in equal steps up to the whole load and back, for tissue whose solves are expensive.
+    ///
+    /// If both ways have the same shapes, it returns the solution at the whole load, which is left in the
+    /// workspace, and whether the body has another shape after the load was doubled and reduced again.
+    /// Otherwise, and for springs, it returns `None`. [`Path::continued`] and [`Path::stays_elsewhere`] ask the
+    /// same; here each solve begins with the factor of the one before, at less than half the cost.
     fn there_and_back(&mut self, rest: &[SVector<f64, D>]) -> Option<(Solution, bool)> {
         if !self.system.tissue().is_expensive() {
             return None;

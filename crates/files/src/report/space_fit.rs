@@ -67,7 +67,7 @@ impl SpaceFitRecord {
             rms_mm: 1e3 * fit.rms_m,
             distances_mm: fit.distances_m.iter().map(|d| 1e3 * d).collect(),
             activations: by(&fit.names, &fit.found()),
-            interval_95: ByMuscle::new(&fit.names, fit.intervals_95.iter().copied()),
+            interval_95: ByMuscle::new(&fit.names, fit.intervals_95()),
             open: fit.combinations.iter().filter(|c| c.sd > open_above).cloned().collect(),
             starts: fit.starts.clone(),
             ended_here: fit.ended_here(),

@@ -47,16 +47,13 @@ pub struct Unknown {
 const STARTED_IN: f64 = 0.3;
 
 impl Unknown {
+    fn new(quantity: Quantity, unit: f64, lower: f64, upper: f64) -> Self {
+        Self { quantity, unit, lower, upper, started_in: STARTED_IN, prior: None }
+    }
+
     /// The tension of muscle number `muscle`, from 0 to `upper` newtons (2D: per metre of thickness).
     pub fn tension(muscle: usize, upper: f64) -> Self {
-        Self {
-            quantity: Quantity::Tension { muscle },
-            unit: 1.0,
-            lower: 0.0,
-            upper,
-            started_in: STARTED_IN,
-            prior: None,
-        }
+        Self::new(Quantity::Tension { muscle }, 1.0, 0.0, upper)
     }
 
     /// The activation of muscle number `muscle` of a body in space, in hundredths, from 0 to 100 hundredths. Searches begin in all of this
@@ -67,38 +64,17 @@ impl Unknown {
 
     /// The displacement of a free bone along an axis, in millimetres, of at most `most` in both directions.
     pub fn bone(bone: usize, axis: usize, most: f64) -> Self {
-        Self {
-            quantity: Quantity::Bone { bone, axis },
-            unit: 1e-3,
-            lower: -most,
-            upper: most,
-            started_in: STARTED_IN,
-            prior: None,
-        }
+        Self::new(Quantity::Bone { bone, axis }, 1e-3, -most, most)
     }
 
     /// Young's modulus in units of 100 Pa, from `lower` to `upper` units.
     pub fn young_modulus(lower: f64, upper: f64) -> Self {
-        Self {
-            quantity: Quantity::Constant(Constant::YoungModulus),
-            unit: 100.0,
-            lower,
-            upper,
-            started_in: STARTED_IN,
-            prior: None,
-        }
+        Self::new(Quantity::Constant(Constant::YoungModulus), 100.0, lower, upper)
     }
 
     /// Poisson's ratio in hundredths, from `lower` to `upper` hundredths.
     pub fn poisson_ratio(lower: f64, upper: f64) -> Self {
-        Self {
-            quantity: Quantity::Constant(Constant::PoissonRatio),
-            unit: 0.01,
-            lower,
-            upper,
-            started_in: STARTED_IN,
-            prior: None,
-        }
+        Self::new(Quantity::Constant(Constant::PoissonRatio), 0.01, lower, upper)
     }
 
     /// The unknown with a prior; mean in units, weight one over units.

@@ -26,13 +26,19 @@ pub const BONE_WINDOW: usize = 7;
 pub struct TongueSurface {
     /// The curve, tissue to its left.
     pub curve: Curve,
-    /// Distance along the curve of the foremost point at rest, m.
+    /// Distance along the curve of the tip at rest, m.
     pub tip: f64,
 }
 
 impl TongueSurface {
-    /// The surface of a body; the whole outline if the bones are not on it. `None` for a body without an outline.
+    /// The surface of a body, whose tip is its foremost point; the whole outline if the bones are not on it. `None` for a body without an
+    /// outline.
     pub fn of(body: &Body<2>) -> Option<Self> {
+        Self::with_tip(body, None)
+    }
+
+    /// The same with a node of the surface as the tip.
+    pub fn with_tip(body: &Body<2>, tip: Option<usize>) -> Option<Self> {
         let mesh = &body.mesh;
         let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len)?;
         let on = |bone: &str| {
@@ -51,9 +57,12 @@ impl TongueSurface {
                 outline.extend(outline.first().copied());
             }
         }
-        let foremost = (0..outline.len())
-            .min_by(|&a, &b| mesh.nodes[outline[a]].x.total_cmp(&mesh.nodes[outline[b]].x))?;
-        let tip = outline[..=foremost].windows(2).map(|w| (mesh.nodes[w[1]] - mesh.nodes[w[0]]).norm()).sum();
+        let named = tip.and_then(|tip| outline.iter().position(|n| *n == tip));
+        let foremost = || {
+            (0..outline.len()).min_by(|&a, &b| mesh.nodes[outline[a]].x.total_cmp(&mesh.nodes[outline[b]].x))
+        };
+        let end = named.or_else(foremost)?;
+        let tip = outline[..=end].windows(2).map(|w| (mesh.nodes[w[1]] - mesh.nodes[w[0]]).norm()).sum();
         Some(Self { curve: Curve::through(outline, &mesh.nodes)?, tip })
     }
 }

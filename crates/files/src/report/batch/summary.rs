@@ -155,5 +155,6 @@ fn group<'a>(
     })
 }
 
-/// Mean squares of a fit and of "no change", the number of muscles, and whether they were seen in part.
+/// Of the muscles of a row: the mean square error of the fit, the same if no length changed, their number, and whether the fit used some of
+/// them.
 type Known = (f64, f64, f64, bool);

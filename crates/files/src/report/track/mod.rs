@@ -112,8 +112,8 @@ impl TrackResults {
     }
 
     /// A frame as JSON, with 95 % intervals: tensions (`low` and `high` are the same as `level_low` and `level_high`), courses (tensions
-    /// less their mean over the recording), displacements of the bones that were freed because they were not seen, distances of the fitted
-    /// points (null without any), and where held-out points were seen across the contour from where they were predicted.
+    /// less their mean over the recording), displacements of bones that were not seen, distances of the fitted points (null if there are
+    /// none), and for held-out points the distance across the contour from the predicted place to the measured one.
     fn frame(&self, one: &RecordingResult, frame: &Tracked) -> Value {
         let mm = |metres: f64| metres * 1e3;
         let [levels, courses] = [&frame.levels, &frame.courses].map(|of| {

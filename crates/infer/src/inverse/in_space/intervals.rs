@@ -2,7 +2,7 @@
 //!
 //! The data say how far each muscle pulls in comparison with the stiffness of the tissue, which is assumed: a body that is stiffer than
 //! assumed and whose muscles are as much more active takes the same shape. So an activation is that of the assumed tissue times a common
-//! factor, whose logarithm is normal and independent of the data, with the standard deviation that Young's modulus has in the plane.
+//! factor, whose logarithm is normal and independent of the data.
 //!
 //! For the assumed tissue the posterior is the normal distribution of the response that is linearised at the answer, cut to activations
 //! from 0 to 1. It is sampled by slices (Neal 2003) along its principal axes and along each activation in turn.
@@ -11,54 +11,64 @@ use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 use tongue_core::random::normal;
 
-/// Standard deviation of the logarithm of the stiffness (a factor of 1.5).
-pub const STIFFNESS_SD_LN: f64 = 0.405;
 /// Draws that are kept, and the sweeps over all directions between two of them.
 const DRAWS: usize = 2000;
 const THIN: usize = 4;
 /// An interval that begins below this activation begins at 0.
 const NONE_BELOW: f64 = 0.01;
 
-/// The interval of each activation from residuals at the answer, in standard deviations, and their derivatives by the activations; the
-/// prior of activations is normal about 0. Empty where its precision is singular.
-pub(super) fn intervals_95(
-    (residuals, jacobian): (&DVector<f64>, &DMatrix<f64>),
-    answer: &DVector<f64>,
-    prior_sd: f64,
-) -> Vec<[f64; 2]> {
-    let n = answer.len();
-    let precision = jacobian.tr_mul(jacobian) + DMatrix::from_diagonal_element(n, n, prior_sd.powi(-2));
-    let axes = precision.clone().symmetric_eigen().eigenvectors;
-    let directions: Vec<DVector<f64>> =
-        axes.column_iter().chain(DMatrix::identity(n, n).column_iter()).map(|d| d.into_owned()).collect();
-    let directions: Vec<_> = directions.into_iter().map(|d| (&precision * &d, d)).collect();
-    if !directions.iter().all(|(p, d)| p.dot(d) > 0.0) {
-        return Vec::new();
-    }
-    let mut here = answer.map(|a| a.clamp(0.0, 1.0));
-    let mut slope = jacobian.tr_mul(&(residuals + jacobian * (&here - answer))) + &here * prior_sd.powi(-2);
-    let mut random = Rng::with_seed(1);
-    let mut drawn = vec![Vec::with_capacity(DRAWS); n];
-    for _ in 0..DRAWS {
-        for (by_slope, direction) in std::iter::repeat_n(&directions, THIN).flatten() {
-            let (curvature, along) = (by_slope.dot(direction), slope.dot(direction));
-            let (middle, level) =
-                (-along / curvature, along * along / curvature - 2.0 * (1.0 - random.f64()).ln());
-            let half = (level / curvature).sqrt();
-            let (mut low, mut high) = (middle - half, middle + half);
-            for (a, d) in here.iter().zip(direction.iter()).filter(|(_, d)| **d != 0.0) {
-                let ends = [-a / d, (1.0 - a) / d];
-                low = low.max(ends[0].min(ends[1]));
-                high = high.min(ends[0].max(ends[1]));
-            }
-            let step = low + (high - low).max(0.0) * random.f64();
-            here += direction * step;
-            slope += by_slope * step;
+/// What was seen as a linear function of the activations about an answer, and their priors.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Response {
+    /// Residuals at the answer, in standard deviations.
+    pub residuals: DVector<f64>,
+    /// Their derivatives by the activations.
+    pub jacobian: DMatrix<f64>,
+    /// Standard deviation of the prior of each activation, which is normal about 0.
+    pub prior_sd: f64,
+    /// Standard deviation of the logarithm of the common factor.
+    pub stiffness_sd_ln: f64,
+}
+
+impl Response {
+    /// The interval of each activation. Empty where the precision of the posterior is singular.
+    pub fn intervals_95(&self, answer: &DVector<f64>) -> Vec<[f64; 2]> {
+        let Self { residuals, jacobian, prior_sd, stiffness_sd_ln } = self;
+        let n = answer.len();
+        let precision = jacobian.tr_mul(jacobian) + DMatrix::from_diagonal_element(n, n, prior_sd.powi(-2));
+        let axes = precision.clone().symmetric_eigen().eigenvectors;
+        let directions: Vec<DVector<f64>> =
+            axes.column_iter().chain(DMatrix::identity(n, n).column_iter()).map(|d| d.into_owned()).collect();
+        let directions: Vec<_> = directions.into_iter().map(|d| (&precision * &d, d)).collect();
+        if !directions.iter().all(|(p, d)| p.dot(d) > 0.0) {
+            return Vec::new();
         }
-        let factor = (STIFFNESS_SD_LN * normal(&mut random)).exp();
-        drawn.iter_mut().zip(here.iter()).for_each(|(all, a)| all.push((factor * a).clamp(0.0, 1.0)));
+        let mut here = answer.map(|a| a.clamp(0.0, 1.0));
+        let mut slope =
+            jacobian.tr_mul(&(residuals + jacobian * (&here - answer))) + &here * prior_sd.powi(-2);
+        let mut random = Rng::with_seed(1);
+        let mut drawn = vec![Vec::with_capacity(DRAWS); n];
+        for _ in 0..DRAWS {
+            for (by_slope, direction) in std::iter::repeat_n(&directions, THIN).flatten() {
+                let (curvature, along) = (by_slope.dot(direction), slope.dot(direction));
+                let (middle, level) =
+                    (-along / curvature, along * along / curvature - 2.0 * (1.0 - random.f64()).ln());
+                let half = (level / curvature).sqrt();
+                let (mut low, mut high) = (middle - half, middle + half);
+                for (a, d) in here.iter().zip(direction.iter()).filter(|(_, d)| **d != 0.0) {
+                    let ends = [-a / d, (1.0 - a) / d];
+                    low = low.max(ends[0].min(ends[1]));
+                    high = high.min(ends[0].max(ends[1]));
+                }
+                let step = low + (high - low).max(0.0) * random.f64();
+                here += direction * step;
+                slope += by_slope * step;
+            }
+            let factor = (stiffness_sd_ln * normal(&mut random)).exp();
+            drawn.iter_mut().zip(here.iter()).for_each(|(all, a)| all.push((factor * a).clamp(0.0, 1.0)));
+        }
+        drawn.into_iter().map(interval_95).collect()
     }
-    drawn.into_iter().map(interval_95).collect()
 }
 
 /// The interval that holds 95 % of draws with as many below as above it, or from 0 on where that is shorter: it is for a muscle about which

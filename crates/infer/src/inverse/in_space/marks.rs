@@ -157,12 +157,9 @@ impl<'a> Observed<'a> {
 impl Midline {
     fn of(body: &SpaceBody) -> Option<Self> {
         let section = body.section();
-        let TongueSurface { curve, mut tip } = TongueSurface::of(&section)?;
+        let TongueSurface { curve, tip } = TongueSurface::with_tip(&section, body.tip_node)?;
         let nodes = curve.nodes().to_vec();
         let rest: Vec<Vector2<f64>> = nodes.iter().map(|&n| section.mesh.nodes[n]).collect();
-        if let Some(end) = body.tip_node.and_then(|named| nodes.iter().position(|n| *n == named)) {
-            tip = rest[..=end].windows(2).map(|w| (w[1] - w[0]).norm()).sum();
-        }
         Some(Self { curve: Curve::through((0..nodes.len()).collect(), &rest)?, nodes: nodes.into(), tip })
     }
 }

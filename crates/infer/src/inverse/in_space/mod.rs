@@ -15,14 +15,14 @@ use tongue_core::body::space::{Half, Side};
 use tongue_core::observe::Observation;
 use tongue_core::system::System;
 
-pub use self::intervals::STIFFNESS_SD_LN;
-use self::intervals::intervals_95;
+use self::intervals::Response;
 use self::marks::{Observed, on_half};
 pub use self::recorded::Recorded;
 use super::directions::decompose;
 use super::forward::Forward;
 use super::statement::Inverse;
 use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
+use crate::posterior::Priors;
 use tongue_input::measured::{ByMuscle, SpaceMark};
 
 /// Settings of the search for activations.
@@ -32,6 +32,8 @@ pub struct SpaceSearch {
     pub sides_apart: bool,
     /// Standard deviation of the prior of every activation, whose mean is 0. Default 0.5.
     pub prior_sd: f64,
+    /// Standard deviation of the logarithm of the stiffness of the tissue. Default: that of Young's modulus in a posterior.
+    pub stiffness_sd_ln: f64,
     /// Standard deviation above which a combination of activations counts as open. Default 0.1.
     pub open_above: f64,
     /// The search. Default: Gauss-Newton from four starts.
@@ -49,7 +51,8 @@ impl Default for SpaceSearch {
             max_iterations: 100,
             ..FitSettings::default()
         };
-        Self { sides_apart: false, prior_sd: 0.5, open_above: 0.1, settings }
+        let stiffness_sd_ln = Priors::default().young_modulus.sd_ln;
+        Self { sides_apart: false, prior_sd: 0.5, stiffness_sd_ln, open_above: 0.1, settings }
     }
 }
 
@@ -91,9 +94,8 @@ pub struct SpaceFit {
     /// For each mark the distance from its place, from the surface or contour, or from its length, m. Differences of stretches and ratios
     /// are multiplied by the length at rest that they are counted in.
     pub distances_m: Vec<f64>,
-    /// The 95 % interval of the activation of each unknown, with a common factor of stiffness left open ([`STIFFNESS_SD_LN`]); empty where
-    /// there is no equilibrium at the answer.
-    pub intervals_95: Vec<[f64; 2]>,
+    /// What was seen as a function of the activations about the answer; `None` where there is no equilibrium at it.
+    response: Option<Response>,
     /// Combinations of activations, the most certain first; those above [`SpaceSearch::open_above`] are open.
     pub combinations: Vec<Combination>,
     pub starts: Vec<Ended>,
@@ -110,6 +112,13 @@ impl SpaceFit {
     /// The activations of the unknowns, in the order of [`Self::names`].
     pub fn found(&self) -> Vec<f64> {
         activations_of(&self.answer.x)
+    }
+
+    /// The 95 % interval of the activation of each unknown, with a common factor of stiffness left open; empty where there is no
+    /// equilibrium at the answer.
+    pub fn intervals_95(&self) -> Vec<[f64; 2]> {
+        let found = DVector::from_vec(self.found());
+        self.response.as_ref().map_or_else(Vec::new, |response| response.intervals_95(&found))
     }
 
     /// Number of starts that converged to this answer: every activation differs by at most 0.05.
@@ -248,12 +257,13 @@ impl SpaceSearch {
         };
         let names: Vec<String> = groups.into_iter().map(|(name, _)| name).collect();
         let rows = inverse.observations.len();
-        let of_data = linear.as_ref().map(|l| (l.residuals.rows(0, rows), l.jacobian.rows(0, rows)));
-        let intervals_95 = of_data.map_or_else(Vec::new, |(residuals, jacobian)| {
-            let found = DVector::from_vec(activations_of(&answer.x));
-            intervals_95((&residuals.into_owned(), &(jacobian * 100.0)), &found, self.prior_sd)
+        let response = linear.as_ref().map(|l| Response {
+            residuals: l.residuals.rows(0, rows).into_owned(),
+            jacobian: l.jacobian.rows(0, rows) * 100.0,
+            prior_sd: self.prior_sd,
+            stiffness_sd_ln: self.stiffness_sd_ln,
         });
-        let combinations = of_data.and_then(|(_, jacobian)| decompose(&jacobian.into_owned()));
+        let combinations = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
         let combinations = combinations.map_or_else(Vec::new, |(values, directions)| {
             let combination = |(value, direction): (f64, DVector<f64>)| Combination {
                 direction: ByMuscle::new(&names, direction.iter().copied()),
@@ -280,7 +290,7 @@ impl SpaceSearch {
             activations: answer.tensions.clone(),
             rms_m: (squares / seen.len() as f64).sqrt(),
             distances_m,
-            intervals_95,
+            response,
             combinations,
             factorisations: searched + forward.counts().factorisations,
             starts,

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The nodes to which lines join each node; lines from a node to itself are left out.
+/// For each node, the nodes that a line connects it with; lines from a node to itself are left out.
 fn neighbours(lines: &[[u64; 2]]) -> BTreeMap<u64, BTreeSet<u64>> {
     let mut meeting: BTreeMap<u64, BTreeSet<u64>> = BTreeMap::new();
     for &[a, b] in lines.iter().filter(|[a, b]| a != b) {
