@@ -289,8 +289,8 @@ pub mod report {
         AnimationFrame, Conclusion, DecidedBy, Draws, Export, FitRecord, Json, Markdown, Msh,
         OperationRecord, Panel, Provenance, Pvd, RecordingResult, ReportError, Rows, SectionPicture, Series,
         SimulationRecord, SoundRecord, SpaceFitRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table,
-        TrackRecord, TrackResults, TrajectoryRecord, VowelPicture, Vtu, Wav, animation, changes, panels,
-        ridges, solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
+        TrackRecord, TrackResults, TrajectoryRecord, ValleyRecord, VowelPicture, Vtu, Wav, animation,
+        changes, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{

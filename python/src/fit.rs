@@ -62,11 +62,11 @@ pub fn fit_row<'py>(
     let (text, picture) = aside_on(py, &pool(py, threads)?, move || {
         let found = asked.run(&body, &model).map_err(refused)?;
         let by = Provenance::new("python").with_tissue(model.tissue);
+        let picture = found.picture(&body).map_err(refused)?;
         let mut record = found.record(by.clone(), Some(clock.elapsed().as_secs_f64()));
         record.verdict = if verdict { Verdict::of_target(&body, &model, &asked.target).ok() } else { None };
-        record.conclusion = Some(Conclusion::new(&found.fit, &found.alarms, None, record.verdict.as_ref()));
+        record.conclusion = Some(Conclusion::new(&record.fit, &record.alarms, None, record.verdict.as_ref()));
         let text = record.to_json().map_err(refused)?;
-        let picture = found.picture(&body).map_err(refused)?;
         Ok::<_, PyErr>((text, picture.text(&by).map_err(refused)?))
     })??;
     Ok((loads(py, &text)?, picture))

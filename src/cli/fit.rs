@@ -9,8 +9,8 @@ use tongue_fit::choice::name_of;
 use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::Verdict;
-use tongue_fit::report::{self, Conclusion, Export, Series};
-use tongue_fit::run::{FitFound, FitRun};
+use tongue_fit::report::{self, Conclusion, Export, FitRecord, Series, ValleyRecord};
+use tongue_fit::run::FitRun;
 use tongue_fit::system::Model;
 
 use super::choice::choice;
@@ -136,7 +136,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     });
     let asked = FitRun { target: target.clone(), settings, walls: false };
     let found = asked.run(&tongue, &model).into_diagnostic()?;
-    let FitFound { fit, alarms } = &found;
+    let fit = &found.fit;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
     let published = match arguments.lengths {
         None => published::answer(&tongue.mesh, &model, &fit.target)?,
@@ -165,15 +165,17 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Ok(_) => "verdict made".to_owned(),
         Err(why) => format!("no verdict: {why}"),
     });
+    let picture = found.picture(&tongue).into_diagnostic()?;
     let mut record = found.record(by.clone(), Some(clock.elapsed().as_secs_f64()));
     record.verdict = verdict.as_ref().ok().cloned();
     record.posterior = sampled.as_ref().map(|s| s.reports[posture].clone());
-    let conclusion = Conclusion::new(fit, alarms, record.posterior.as_ref(), record.verdict.as_ref());
-    record.conclusion = Some(conclusion.clone());
     record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();
+    let FitRecord { fit, alarms, posterior, verdict: told, .. } = &record;
+    let conclusion = Conclusion::new(fit, alarms, posterior.as_ref(), told.as_ref());
+    record.conclusion = Some(conclusion.clone());
+    let FitRecord { fit, alarms, .. } = &record;
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
-    let picture = found.picture(&tongue).into_diagnostic()?;
     let published_stretches =
         published.as_ref().map(|p| Series { name: p.name(), values: p.stretches.clone() });
     let title = format!(
@@ -185,7 +187,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         .into_diagnostic()?;
     let mut files: Vec<(&str, &dyn Export)> =
         vec![("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
-    let valley = record.valley.as_ref().map(|v| (v.table(), report::valley(v, &record.reference)));
+    let valley = ValleyRecord::of(fit);
+    let valley = valley.map(|v| (v.table(), report::valley(&v, &fit.target.muscles[fit.target.reference])));
     if let Some((table, drawing)) = &valley {
         files.push(("valley.csv", table));
         files.push(("valley.svg", drawing));

@@ -157,7 +157,7 @@ impl Shown<'_> {
             1e3 * self.wall_s
         );
         for alarm in self.alarms {
-            text += &wrapped(&format!("but {}", alarm.text()));
+            text += &wrapped(&format!("but {alarm}"));
         }
         let open = fit.identifiability.as_ref().map_or(0, |i| i.null_directions.len());
         if open > 0 {

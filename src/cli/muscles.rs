@@ -198,7 +198,7 @@ impl Alone {
     }
 
     fn doubts(&self) -> String {
-        self.alarms.iter().map(Alarm::text).collect::<Vec<_>>().join("; ")
+        self.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ")
     }
 
     /// A row of the table, with how it pulls, a muscle whose length is told, and that muscle's stretch.
@@ -228,7 +228,7 @@ impl Alone {
                     vec![format!("tip {tip}"), format!("{:.1} mm {word}", mm.abs())]
                 }
             },
-            SolveStatus::Converged => self.alarms.iter().map(Alarm::text).collect(),
+            SolveStatus::Converged => self.alarms.iter().map(Alarm::to_string).collect(),
             other => vec![format!("not at equilibrium: {other:?}")],
         };
         let title = format!("{} shortens {:.0} %", self.name, 100.0 * (1.0 - self.stretch));

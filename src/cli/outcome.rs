@@ -30,7 +30,7 @@ impl Outcome {
         let is_found = status == SolveStatus::Converged;
         Self::judged(is_found && alarms.is_empty(), || {
             let ended = (!is_found).then(|| format!("no equilibrium was found ({})", word(&status)));
-            ended.into_iter().chain(alarms.iter().map(Alarm::text)).collect::<Vec<_>>().join("; ")
+            ended.into_iter().chain(alarms.iter().map(Alarm::to_string)).collect::<Vec<_>>().join("; ")
         })
     }
 

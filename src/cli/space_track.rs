@@ -218,7 +218,7 @@ fn text(record: &SpaceTrackRecord) -> String {
             let _ = writeln!(text, "as good: {}", active.join(", "));
         }
         for alarm in &frame.alarms {
-            let _ = writeln!(text, "alarm   {}", alarm.text());
+            let _ = writeln!(text, "alarm   {alarm}");
         }
     }
     text

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use comfy_table::{Cell, CellAlignment, Table, presets};
 use miette::IntoDiagnostic;
+use tongue_fit::choice::name_of;
 use tongue_fit::dynamics::{MotionOutcome, MotionStatus};
 use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::batch::contrasts::SubjectContrast;
@@ -168,7 +169,7 @@ pub(super) fn way_from_rest(connection: Connection) -> &'static str {
 }
 
 pub(super) fn alarms(alarms: &[Alarm]) -> String {
-    alarms.iter().map(|alarm| format!("but {}\n", alarm.text())).collect()
+    alarms.iter().map(|alarm| format!("but {alarm}\n")).collect()
 }
 
 pub fn trajectory(record: &TrajectoryRecord) -> String {
@@ -357,7 +358,7 @@ pub fn operation(o: &OperationRecord) -> String {
          and deviates {:.2} mm to the {}\n",
         o.elements,
         o.volume_cm3,
-        o.filling.word(),
+        name_of(&o.filling),
         way(o.tip_before_mm),
         way(o.tip_after_mm),
         o.reach_lost_mm.abs(),

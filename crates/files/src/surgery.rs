@@ -50,17 +50,6 @@ pub enum FillingKind {
     Silent,
 }
 
-impl FillingKind {
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Removed => "removed",
-            Self::Scar => "scar",
-            Self::Flap => "flap",
-            Self::Silent => "silent",
-        }
-    }
-}
-
 fn ten() -> f64 {
     10.0
 }
@@ -68,12 +57,8 @@ fn ten() -> f64 {
 /// Why surgery is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum SurgeryError {
-    #[error("{word}: {problem}")]
-    Region { word: String, problem: String },
-    #[error("no region is given; name at least one, such as left:box:-20,20,-40,40,15,60")]
-    Nowhere,
-    #[error("scar is {0}; it must lie above 0 and be at most 1e6")]
-    Scar(f64),
+    #[error("{0}")]
+    Refused(String),
     #[error(transparent)]
     Fault(#[from] SurgeryFault),
     #[error(transparent)]
@@ -84,7 +69,8 @@ impl Surgery {
     pub fn operate(&self, body: &SpaceBody) -> Result<Operated, SurgeryError> {
         let filling = match self.filling {
             FillingKind::Scar if !(self.scar.is_finite() && self.scar > 0.0 && self.scar <= 1e6) => {
-                return Err(SurgeryError::Scar(self.scar));
+                let said = format!("scar is {}; it must lie above 0 and be at most 1e6", self.scar);
+                return Err(SurgeryError::Refused(said));
             }
             FillingKind::Scar => Filling::Scar(self.scar),
             FillingKind::Flap => Filling::Flap,
@@ -93,12 +79,13 @@ impl Surgery {
         };
         let mut elements = BTreeSet::new();
         for word in &self.operate {
-            let wrong = |problem: String| SurgeryError::Region { word: word.clone(), problem };
+            let wrong = |problem: String| SurgeryError::Refused(format!("{word}: {problem}"));
             let (region, side) = region(word).map_err(wrong)?;
             elements.extend(body.elements_in(&region, side).map_err(|fault| wrong(fault.to_string()))?);
         }
         if elements.is_empty() {
-            return Err(SurgeryError::Nowhere);
+            let said = "no region is given; name at least one, such as left:box:-20,20,-40,40,15,60";
+            return Err(SurgeryError::Refused(said.to_owned()));
         }
         Ok(body.operated(&elements, filling)?)
     }

@@ -33,31 +33,16 @@ impl Formant {
 }
 
 /// Why the formants of a tract cannot be computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum FormantError {
+    #[error("the tract has no sections")]
     Empty,
-    /// The section of this number, counted from the glottis, has no positive length or area.
+    #[error("section {0} of the tract, counted from the glottis, has no positive length or area")]
     Closed(usize),
-    /// The pole of this number, counted from 1, was lost on the way.
+    /// A pole, counted from 1, was lost on the way.
+    #[error("formant {0} of the tract could not be found")]
     NotFound(usize),
 }
-
-impl std::fmt::Display for FormantError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Empty => write!(f, "the tract has no sections"),
-            Self::Closed(i) => {
-                write!(
-                    f,
-                    "section {i} of the tract, counted from the glottis, has no positive length or area"
-                )
-            }
-            Self::NotFound(n) => write!(f, "formant {n} of the tract could not be found"),
-        }
-    }
-}
-
-impl std::error::Error for FormantError {}
 
 /// The lowest `count` formants of a tract whose glottis is closed, in rising order.
 pub fn formants(

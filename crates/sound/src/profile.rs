@@ -22,48 +22,33 @@ use crate::formants::Rate;
 pub type Point = [f64; 2];
 
 /// Why the areas of a tract with a tongue cannot be computed.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ProfileError {
     /// A number of the file or of the posture is out of range.
+    #[error("{0}")]
     Bad(String),
     /// The tongue passes through the outer wall: the wall's name, where (m), and by how much (m).
+    #[error(
+        "the inner wall (tongue, lower teeth or larynx) touches or passes through the {0} at {at}, by {by:.1} mm: there is no airway to \
+         compute a vowel of",
+        at = mm(.1),
+        by = .2 * 1e3
+    )]
     Through(String, Point, f64),
-    /// No inner wall is opposite to this place of the outer wall: the wall's name and where, m.
+    /// The wall's name and where, m.
+    #[error("no inner wall is opposite to the {0} at {at}: the line across meets neither tongue nor floor", at = mm(.1))]
     Open(String, Point),
-    /// Neighbouring lines cross before they meet the inner wall: the wall's name and where, m.
+    /// The wall's name and where, m.
+    #[error(
+        "walls cross: lines across the airway meet at {at} before they reach the wall opposite to the {0}",
+        at = mm(.1)
+    )]
     Crossed(String, Point),
 }
 
-impl std::fmt::Display for ProfileError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let mm = |p: &Point| format!("({:.1}, {:.1}) mm", p[0] * 1e3, p[1] * 1e3);
-        match self {
-            Self::Bad(what) => write!(f, "{what}"),
-            Self::Through(wall, at, by) => write!(
-                f,
-                "the inner wall (tongue, lower teeth or larynx) touches or passes through the {wall} at {}, \
-                 by {:.1} mm: there is no airway \
-                 to compute a vowel of",
-                mm(at),
-                by * 1e3
-            ),
-            Self::Open(wall, at) => {
-                write!(
-                    f,
-                    "no inner wall is opposite to the {wall} at {}: the line across meets neither tongue nor floor",
-                    mm(at)
-                )
-            }
-            Self::Crossed(wall, at) => write!(
-                f,
-                "walls cross: lines across the airway meet at {} before they reach the wall opposite to the {wall}",
-                mm(at)
-            ),
-        }
-    }
+fn mm(p: &Point) -> String {
+    format!("({:.1}, {:.1}) mm", p[0] * 1e3, p[1] * 1e3)
 }
-
-impl std::error::Error for ProfileError {}
 
 /// A line across the airway.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -32,7 +32,7 @@ impl Conclusion {
     pub fn new(fit: &Fit, alarms: &[Alarm], posterior: Option<&Report>, verdict: Option<&Verdict>) -> Self {
         let cause = || {
             let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
-            cause.map_or_else(|| status_name(&fit.status).replace('_', " "), Alarm::text)
+            cause.map_or_else(|| status_name(&fit.status).replace('_', " "), Alarm::to_string)
         };
         let tensions_trusted = fit.is_trustworthy();
         let beside = |what: &str| match tensions_trusted {

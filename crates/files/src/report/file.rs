@@ -16,12 +16,13 @@ const TEXT: [&str; 8] = ["csv", "html", "json", "md", "pvd", "sto", "svg", "vtu"
 ///
 /// # Example
 /// ```
-/// use tongue_files::report::OutputDir;
+/// use tongue_files::report::{OutputDir, Provenance};
 ///
 /// # let home = tempfile::tempdir()?;
 /// # let folder = home.path().join("results");
 /// let out = OutputDir::prepare(&folder)?; // before the work, so that a bad folder is found early
-/// let written = out.write_all(&[("fit.json", b"{}\n"), ("fit.csv", b"muscle\n")])?; // both or neither
+/// let [json, csv] = ["{}\n", "muscle\n"].map(str::to_owned);
+/// let written = out.export(&[("fit.json", &json), ("fit.csv", &csv)], &Provenance::new("me"))?; // both or neither
 /// assert_eq!(written[1], folder.join("fit.csv"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -68,19 +69,11 @@ impl OutputDir {
         &self.path
     }
 
-    /// Writes a set of files, given as name and content, and returns their paths in the same order.
+    /// Writes a set of files, each given by its name and a function that writes it, and returns their paths in the same order.
     ///
     /// All are written in full under temporary names before the first takes its place, so that a full disk
     /// or a bad name leaves every earlier file as it was. The data is not forced to the disk: a power cut is
     /// not guarded against.
-    pub fn write_all(&self, files: &[(&str, &[u8])]) -> Result<Vec<PathBuf>, ReportError> {
-        self.write_streams(
-            files.iter().map(|&(name, bytes)| (name, move |w: &mut dyn Write| w.write_all(bytes))),
-        )
-    }
-
-    /// As [`OutputDir::write_all`], for files that are too large for memory: each is given by a function
-    /// that writes it.
     pub(crate) fn write_streams<'a, W: Fn(&mut dyn Write) -> io::Result<()>>(
         &self,
         files: impl Iterator<Item = (&'a str, W)>,
@@ -107,7 +100,7 @@ impl OutputDir {
         persist(ready)
     }
 
-    /// As [`OutputDir::write_all`], for exporters, which also write the provenance `by`.
+    /// Writes a set of files, all of them or none, with the provenance `by`, and returns their paths in the same order.
     pub fn export<'f>(
         &self,
         files: &[(&'f str, &'f dyn Export)],
@@ -144,8 +137,14 @@ pub type Writes<'a> = dyn Fn(&mut dyn Write) -> io::Result<()> + 'a;
 mod tests {
     use super::*;
 
+    fn write_all(out: &OutputDir, files: &[(&str, &str)]) -> Result<Vec<PathBuf>, ReportError> {
+        out.write_streams(
+            files.iter().map(|(name, text)| (*name, |w: &mut dyn Write| w.write_all(text.as_bytes()))),
+        )
+    }
+
     fn write(out: &OutputDir, name: &str, text: &str) -> Result<PathBuf, ReportError> {
-        out.write_all(&[(name, text.as_bytes())]).map(|mut written| written.remove(0))
+        write_all(out, &[(name, text)]).map(|mut written| written.remove(0))
     }
 
     fn names(folder: &Path) -> Vec<String> {
@@ -176,7 +175,7 @@ mod tests {
         fs::create_dir(root.path().join("taken")).unwrap();
         for bad in ["taken", "../fit.csv", "a/b.csv", "", "..", "/etc/x"] {
             let error =
-                out.write_all(&[("fit.csv", b"new"), ("fresh.csv", b"new"), (bad, b"new")]).unwrap_err();
+                write_all(&out, &[("fit.csv", "new"), ("fresh.csv", "new"), (bad, "new")]).unwrap_err();
             assert!(error.to_string().contains(bad), "{error}");
             assert_eq!(fs::read_to_string(root.path().join("fit.csv")).unwrap(), "old");
             assert_eq!(names(root.path()), ["fit.csv", "taken"]);

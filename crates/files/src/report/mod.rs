@@ -45,7 +45,7 @@ pub use export::{Export, Json, Markdown, Provenance, Wav};
 pub use file::{OutputDir, Writes, write};
 pub use msh::Msh;
 pub use plane::{MISSED_BY_PLANE, limit_of_plane};
-pub use record::{FitRecord, IdentifiabilityRecord, SimulationRecord, ValleyPointRecord, ValleyRecord};
+pub use record::{FitRecord, SimulationRecord, ValleyPointRecord, ValleyRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{OperationRecord, SpaceRecord, SpaceVtu};
 pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};

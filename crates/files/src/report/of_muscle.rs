@@ -4,88 +4,99 @@ use serde_json::{Value, json};
 
 use super::column::{self, Column};
 use super::record::FitRecord;
-use tongue_input::measured::{ByMuscle, TargetKind};
+use tongue_input::measured::TargetKind::{Ratio, Stretch};
+use tongue_input::measured::{Target, TargetKind};
 
 /// A muscle of a fit; what only a batch tells of it is empty elsewhere.
 #[derive(Clone, Copy)]
 pub(super) struct OfMuscle<'a> {
-    pub fit: &'a FitRecord,
+    pub record: &'a FitRecord,
     pub substitute_baseline: bool,
-    pub fitted: &'a [String],
-    pub muscle: &'a str,
+    /// Its number among those of the fit.
+    pub muscle: usize,
 }
 
 impl OfMuscle<'_> {
-    fn own(&self, values: &ByMuscle<f64>) -> Option<f64> {
-        values.of(self.muscle).copied()
+    pub fn target(&self) -> &Target {
+        &self.record.fit.target
     }
 
-    fn is_in(&self, list: &[String]) -> Value {
-        list.iter().any(|name| name == self.muscle).into()
+    pub fn name(&self) -> &str {
+        &self.record.fit.muscles[self.muscle]
+    }
+
+    fn own(&self, values: &[f64]) -> Option<f64> {
+        values.get(self.muscle).copied()
+    }
+
+    fn mm(&self, lengths_m: &[f64]) -> Option<f64> {
+        self.own(lengths_m).map(|l| l * 1e3)
+    }
+
+    fn measured(&self, kind: TargetKind) -> Option<f64> {
+        self.own(&self.target().measured_in(kind))
+    }
+
+    fn simulated(&self, kind: TargetKind) -> Option<f64> {
+        self.own(&self.record.fit.simulated_in(kind))
     }
 
     /// The measured length in the size of the model, mm, for the quantity that was fitted.
     fn target_mm(&self) -> Option<f64> {
-        let fit = self.fit;
-        Some(match fit.target_kind {
-            TargetKind::Ratio => {
-                let reference = fit.lengths_mm.of(&fit.reference).copied();
-                self.own(&fit.target_ratios)? * reference.unwrap_or(f64::NAN)
-            }
-            TargetKind::Stretch => self.own(&fit.target_stretches)? * self.own(&fit.rest_lengths_mm)?,
-        })
+        let (fit, target) = (&self.record.fit, self.target());
+        let unit = match target.kind {
+            Ratio => fit.lengths[target.reference] * 1e3,
+            Stretch => self.mm(&fit.rest_lengths)?,
+        };
+        Some(self.measured(target.kind)? * unit)
     }
+}
 
-    /// Simulated less measured.
-    fn residual(&self, simulated: &ByMuscle<f64>, target: Option<f64>) -> Value {
-        json!(self.own(simulated).zip(target).map(|(s, t)| s - t))
-    }
+/// Simulated less measured.
+fn less(simulated: Option<f64>, measured: Option<f64>) -> Value {
+    json!(simulated.zip(measured).map(|(s, m)| s - m))
 }
 
 /// What is told of a muscle of a fit. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
 /// is another. What was not measured is empty.
 pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
     column::columns::<OfMuscle<'a>, _>([
-        ("subject", "", "subject", |r| json!(r.fit.subject)),
-        ("vowel", "", "vowel", |r| json!(r.fit.vowel)),
-        ("baseline", "", "vowel with which this one is compared", |r| json!(r.fit.baseline)),
+        ("subject", "", "subject", |r| json!(r.target().subject)),
+        ("vowel", "", "vowel", |r| json!(r.target().vowel)),
+        ("baseline", "", "vowel with which this one is compared", |r| json!(r.target().baseline)),
         ("substitute_baseline", "", "whether the baseline stands in for a missing /ɯ/", |r| {
             r.substitute_baseline.into()
         }),
-        ("target_kind", "", "quantity that was fitted: ratio or stretch", |r| json!(r.fit.target_kind)),
-        ("status", "", "how the fit ended", |r| json!(r.fit.status)),
-        ("muscle", "", "muscle", |r| r.muscle.into()),
-        ("active", "", "whether it may contract", |r| r.is_in(&r.fit.active)),
-        ("fitted", "", "whether the fit has to meet it", |r| r.is_in(r.fitted)),
+        ("target_kind", "", "quantity that was fitted: ratio or stretch", |r| json!(r.target().kind)),
+        ("status", "", "how the fit ended", |r| json!(r.record.fit.status)),
+        ("muscle", "", "muscle", |r| r.name().into()),
+        ("active", "", "whether it may contract", |r| r.target().active.contains(&r.muscle).into()),
+        ("fitted", "", "whether the fit has to meet it", |r| r.target().fitted.contains(&r.muscle).into()),
         ("uncertain", "", "whether its change is within the rounding of the data", |r| {
-            r.is_in(&r.fit.uncertain)
+            r.target().activation.get(r.muscle).is_some_and(|a| a.uncertain).into()
         }),
-        ("tension_n_per_m", "N/m", "tension that was found", |r| json!(r.own(&r.fit.tensions_n))),
-        ("baseline_length_mm", "mm", "measured in the baseline", |r| {
-            json!(r.own(&r.fit.baseline_lengths_mm))
-        }),
-        ("measured_length_mm", "mm", "measured in the vowel", |r| json!(r.own(&r.fit.measured_lengths_mm))),
-        ("rest_length_mm", "mm", "length of the model at rest", |r| json!(r.own(&r.fit.rest_lengths_mm))),
+        ("tension_n_per_m", "N/m", "tension that was found", |r| json!(r.own(&r.record.fit.tensions))),
+        ("baseline_length_mm", "mm", "measured in the baseline", |r| json!(r.own(&r.target().baseline_mm))),
+        ("measured_length_mm", "mm", "measured in the vowel", |r| json!(r.own(&r.target().measured_mm))),
+        ("rest_length_mm", "mm", "length of the model at rest", |r| json!(r.mm(&r.record.fit.rest_lengths))),
         ("target_length_mm", "mm", "measured, in the size of the model", |r| json!(r.target_mm())),
-        ("simulated_length_mm", "mm", "length of the model", |r| json!(r.own(&r.fit.lengths_mm))),
+        ("simulated_length_mm", "mm", "length of the model", |r| json!(r.mm(&r.record.fit.lengths))),
         ("residual_mm", "mm", "simulated less target length", |r| {
-            r.residual(&r.fit.lengths_mm, r.target_mm())
+            less(r.mm(&r.record.fit.lengths), r.target_mm())
         }),
         ("target_ratio", "", "measured length over that of the reference muscle", |r| {
-            json!(r.own(&r.fit.target_ratios))
+            json!(r.measured(Ratio))
         }),
         ("simulated_ratio", "", "simulated length over that of the reference muscle", |r| {
-            json!(r.own(&r.fit.ratios))
+            json!(r.simulated(Ratio))
         }),
         ("residual_ratio", "", "simulated less measured ratio", |r| {
-            r.residual(&r.fit.ratios, r.own(&r.fit.target_ratios))
+            less(r.simulated(Ratio), r.measured(Ratio))
         }),
-        ("target_stretch", "", "measured length over that in the baseline", |r| {
-            json!(r.own(&r.fit.target_stretches))
-        }),
-        ("simulated_stretch", "", "simulated length over that at rest", |r| json!(r.own(&r.fit.stretches))),
+        ("target_stretch", "", "measured length over that in the baseline", |r| json!(r.measured(Stretch))),
+        ("simulated_stretch", "", "simulated length over that at rest", |r| json!(r.simulated(Stretch))),
         ("residual_stretch", "", "simulated less measured stretch", |r| {
-            r.residual(&r.fit.stretches, r.own(&r.fit.target_stretches))
+            less(r.simulated(Stretch), r.measured(Stretch))
         }),
     ])
 }

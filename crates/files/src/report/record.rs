@@ -1,18 +1,17 @@
 //! Results as records for JSON and CSV: stable field names, units in the names, muscles by name.
 
-use serde::Serialize;
-use serde_json::{Value, json};
+use serde::{Serialize, Serializer};
+use serde_json::json;
 
 use super::column;
 use super::export::{Export, Provenance};
 use super::of_muscle::{self, OfMuscle};
 use super::{ByMuscle, Conclusion, ReportError, Series, Svg, Table, changes};
 use crate::run::Equilibrium;
-use tongue_core::statics;
+use tongue_infer::inverse::Fit;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::valley::{Valley, ValleyPoint};
-use tongue_infer::inverse::{self, Fit};
-use tongue_input::measured::{TargetKind, Vowel};
+use tongue_input::measured::TargetKind;
 
 /// Lengths in metres as millimetres, by muscle.
 pub(super) fn mm(names: &[String], lengths_m: &[f64]) -> ByMuscle<f64> {
@@ -42,17 +41,6 @@ pub struct SimulationRecord {
     pub wall_s: f64,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct IdentifiabilityRecord {
-    /// Singular values of d(fitted value)/d(tension), 1/N, largest first.
-    pub singular_values: Vec<f64>,
-    pub undetermined: usize,
-    /// Unit vectors over `active`, in its order.
-    pub null_directions: Vec<Vec<f64>>,
-    /// For each of them the ends of the curve of tensions that fit as well ([`ValleyRecord`]), which is not straight between them.
-    pub segments: Vec<Value>,
-}
-
 /// One fit: `tongue-fit --vowel a --json`, and `fit.json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitRecord {
@@ -66,51 +54,9 @@ pub struct FitRecord {
     pub verdict: Option<tongue_infer::posterior::Verdict>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conclusion: Option<Conclusion>,
-    pub subject: String,
-    pub vowel: Vowel,
-    pub baseline: Vowel,
-    pub target_kind: TargetKind,
-    pub reference: String,
-    pub active: Vec<String>,
-    pub uncertain: Vec<String>,
-    /// Muscles of the table or the body that were not measured in both rows, which are not observations.
-    pub not_measured: Vec<String>,
-    pub status: inverse::FitStatus,
-    pub tensions_n: ByMuscle<f64>,
-    /// Simulated lengths, mm (of the model, whose size is not the subject's).
-    pub lengths_mm: ByMuscle<f64>,
-    /// Lengths of the model at rest, mm, which stretches are counted from.
-    pub rest_lengths_mm: ByMuscle<f64>,
-    pub measured_lengths_mm: ByMuscle<f64>,
-    pub baseline_lengths_mm: ByMuscle<f64>,
-    /// Simulated lengths over that of GGa.
-    pub ratios: ByMuscle<f64>,
-    pub target_ratios: ByMuscle<f64>,
-    /// Simulated lengths over those of the model at rest.
-    pub stretches: ByMuscle<f64>,
-    pub target_stretches: ByMuscle<f64>,
-    /// Simulated less measured, in the quantity that was fitted.
-    pub residuals: ByMuscle<f64>,
-    pub misfit: f64,
-    /// Root mean square residual of the muscles that do not contract and that the fit does not see.
-    pub passive_rms: Option<f64>,
-    pub evaluations: usize,
-    pub starts: Vec<inverse::Start>,
+    #[serde(flatten, serialize_with = "told")]
+    pub fit: Fit,
     pub alarms: Vec<Alarm>,
-    /// The curve of all tensions that fit as well, if one direction is undetermined.
-    pub valley: Option<ValleyRecord>,
-    /// Elements in which the barrier against inversion acts.
-    pub guarded: usize,
-    pub connection: statics::Connection,
-    /// What the data leave undetermined; null if the equilibrium is singular.
-    pub identifiability: Option<IdentifiabilityRecord>,
-    pub max_residual_force_n: f64,
-    /// Largest distance of a node between the search's answer and the shape to which its tensions lead from
-    /// rest, m.
-    pub replay_difference_m: f64,
-    /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element.
-    pub min_area_ratio: f64,
-    pub max_area_ratio: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub posterior: Option<tongue_infer::posterior::Report>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -120,91 +66,82 @@ pub struct FitRecord {
     pub wall_s: Option<f64>,
 }
 
-impl FitRecord {
-    /// The record of a fit with its provenance and the `alarms` about it.
-    pub fn new<const D: usize>(fit: &Fit<D>, alarms: &[Alarm], made_by: Provenance) -> Self {
-        let (target, all) = (&fit.target, &fit.muscles);
-        let measured = &target.muscles;
-        let names = |positions: &mut dyn Iterator<Item = usize>| positions.map(|m| all[m].clone()).collect();
-        let active: Vec<String> = names(&mut target.active.iter().copied());
-        let identifiability = fit.identifiability.as_ref().map(|i| IdentifiabilityRecord {
-            singular_values: i.singular_values.clone(),
-            undetermined: i.null_directions.len(),
-            null_directions: i.null_directions.iter().map(|n| n.direction.clone()).collect(),
-            segments: i
-                .null_directions
-                .iter()
-                .filter_map(|n| {
-                    let points = &n.valley.as_ref()?.points;
-                    let (from, to) = (points.first()?, points.last()?);
-                    Some(json!({ "from_n": by(&active, &from.x), "to_n": by(&active, &to.x) }))
-                })
-                .collect(),
-        });
-        let valley = fit.valley().map(|v| ValleyRecord::new(v, &active, all, |lengths| fit.of_body(lengths)));
-        let simulated = |kind: TargetKind| kind.values(&fit.lengths, &fit.rest_lengths, target.reference);
-        let of_target =
-            |kind: TargetKind| kind.values(&target.measured_mm, &target.baseline_mm, target.reference);
-        Self {
-            made_by,
-            subject: target.subject.clone(),
-            vowel: target.vowel.clone(),
-            baseline: target.baseline.clone(),
-            target_kind: target.kind,
-            reference: measured[target.reference].clone(),
-            uncertain: names(&mut (0..measured.len()).filter(|&m| target.activation[m].uncertain)),
-            status: fit.status,
-            tensions_n: by(all, &fit.tensions),
-            lengths_mm: mm(all, &fit.lengths),
-            rest_lengths_mm: mm(all, &fit.rest_lengths),
-            measured_lengths_mm: by(measured, &target.measured_mm),
-            baseline_lengths_mm: by(measured, &target.baseline_mm),
-            ratios: by(all, &simulated(TargetKind::Ratio)),
-            target_ratios: by(measured, &of_target(TargetKind::Ratio)),
-            stretches: by(all, &simulated(TargetKind::Stretch)),
-            target_stretches: by(measured, &of_target(TargetKind::Stretch)),
-            residuals: by(measured, &fit.residuals),
-            not_measured: fit.not_measured(),
-            active,
-            misfit: fit.misfit,
-            passive_rms: fit.passive_rms(),
-            evaluations: fit.evaluations,
-            starts: fit.starts.clone(),
-            alarms: alarms.to_vec(),
-            valley,
-            guarded: fit.replay.solution.guarded,
-            connection: fit.replay.solution.connection,
-            identifiability,
-            max_residual_force_n: fit.replay.solution.max_residual_force,
-            replay_difference_m: fit.replay.largest_difference,
-            min_area_ratio: fit.replay.min_area_ratio,
-            max_area_ratio: fit.replay.max_area_ratio,
-            verdict: None,
-            conclusion: None,
-            posterior: None,
-            contrasts: Vec::new(),
-            wall_s: None,
-        }
-    }
+/// What records tell of a fit. Simulated lengths are the model's, whose size is not the subject's; ratios are lengths over that of the
+/// reference muscle, stretches over that at rest (simulated) or in the baseline (measured). Singular values, 1/N, are those of
+/// d(fitted value)/d(tension), largest first; null directions are unit vectors over `active`, and `segments` the ends of the curves along
+/// them. `replay_difference_m` is the largest distance of a node between the search's answer and the shape to which its tensions lead
+/// from rest.
+fn told<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Error> {
+    let (target, all, replay) = (&fit.target, &fit.muscles, &fit.replay);
+    let (measured, active) = (&target.muscles, fit.active_names());
+    let identifiability = fit.identifiability.as_ref().map(|i| {
+        let curves = i.null_directions.iter().filter_map(|n| n.valley.as_ref());
+        let ends =
+            curves.filter_map(|v| Some([v.points.first()?, v.points.last()?].map(|p| by(&active, &p.x))));
+        json!({
+            "singular_values": i.singular_values,
+            "undetermined": i.null_directions.len(),
+            "null_directions": i.null_directions.iter().map(|n| &n.direction).collect::<Vec<_>>(),
+            "segments": ends.map(|[from, to]| json!({ "from_n": from, "to_n": to })).collect::<Vec<_>>(),
+        })
+    });
+    let uncertain = measured.iter().zip(&target.activation).filter(|(_, a)| a.uncertain);
+    let record = json!({
+        "subject": target.subject,
+        "vowel": target.vowel,
+        "baseline": target.baseline,
+        "target_kind": target.kind,
+        "reference": measured[target.reference],
+        "active": active,
+        "uncertain": uncertain.map(|(name, _)| name).collect::<Vec<_>>(),
+        "not_measured": fit.not_measured(),
+        "status": fit.status,
+        "tensions_n": by(all, &fit.tensions),
+        "lengths_mm": mm(all, &fit.lengths),
+        "rest_lengths_mm": mm(all, &fit.rest_lengths),
+        "measured_lengths_mm": by(measured, &target.measured_mm),
+        "baseline_lengths_mm": by(measured, &target.baseline_mm),
+        "ratios": by(all, &fit.simulated_in(TargetKind::Ratio)),
+        "target_ratios": by(measured, &target.measured_in(TargetKind::Ratio)),
+        "stretches": by(all, &fit.simulated_in(TargetKind::Stretch)),
+        "target_stretches": by(measured, &target.measured_in(TargetKind::Stretch)),
+        "residuals": by(measured, &fit.residuals),
+        "misfit": fit.misfit,
+        "passive_rms": fit.passive_rms(),
+        "evaluations": fit.evaluations,
+        "starts": fit.starts,
+        "valley": ValleyRecord::of(fit),
+        "guarded": replay.solution.guarded,
+        "connection": replay.solution.connection,
+        "identifiability": identifiability,
+        "max_residual_force_n": replay.solution.max_residual_force,
+        "replay_difference_m": replay.largest_difference,
+        "min_area_ratio": replay.min_area_ratio,
+        "max_area_ratio": replay.max_area_ratio,
+    });
+    record.serialize(serializer)
+}
 
+impl FitRecord {
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self).map(|s| s + "\n")
     }
 
     /// Figure 4.9 of the thesis: the change of every measured muscle, with that of other tensions if there are any.
     pub fn changes(&self, title: &str, measured: &str, others: Option<Series>) -> Result<Svg, ReportError> {
-        let of = |values: &ByMuscle<f64>| {
-            self.target_stretches.0.iter().filter_map(|(muscle, _)| values.of(muscle).copied()).collect()
-        };
-        let contracts = |m: &str| self.tensions_n.of(m).is_some_and(|tension| *tension >= inverse::AT_BOUND);
-        let label = |(m, _): &(String, f64)| format!("{m}{}", if contracts(m) { "*" } else { "" });
-        let labels: Vec<String> = self.target_stretches.0.iter().map(label).collect();
+        let Fit { target, muscles, .. } = &self.fit;
+        let mark = |m: usize| if self.fit.contracts(m) { "*" } else { "" };
+        let labels: Vec<String> =
+            (0..target.muscles.len()).map(|m| format!("{}{}", muscles[m], mark(m))).collect();
+        let (mut simulated, measured_in) =
+            (self.fit.simulated_in(TargetKind::Stretch), target.measured_in(TargetKind::Stretch));
+        simulated.truncate(labels.len());
         let mut series = vec![
-            Series { name: measured.to_owned(), values: of(&self.target_stretches) },
-            Series { name: "simulated".to_owned(), values: of(&self.stretches) },
+            Series { name: measured.to_owned(), values: measured_in },
+            Series { name: "simulated".to_owned(), values: simulated },
         ];
         series.extend(others);
-        changes(&labels, &series, self.baseline.label(), title)
+        changes(&labels, &series, target.baseline.label(), title)
     }
 
     pub fn to_csv(&self) -> std::io::Result<String> {
@@ -212,9 +149,8 @@ impl FitRecord {
             rest_length_mm,simulated_length_mm,baseline_length_mm,measured_length_mm,simulated_ratio,\
             target_ratio measured_ratio,residual_ratio ratio_residual,simulated_stretch,\
             target_stretch measured_stretch,residual_stretch stretch_residual";
-        let names = self.tensions_n.0.iter().map(|(muscle, _)| muscle.as_str());
-        let row = |muscle| OfMuscle { fit: self, substitute_baseline: false, fitted: &[], muscle };
-        let rows: Vec<_> = names.map(row).collect();
+        let row = |muscle| OfMuscle { record: self, substitute_baseline: false, muscle };
+        let rows: Vec<_> = (0..self.fit.muscles.len()).map(row).collect();
         column::table(&of_muscle::picked(COLUMNS), &rows).text(&self.made_by)
     }
 }
@@ -229,6 +165,11 @@ pub struct ValleyRecord {
 }
 
 impl ValleyRecord {
+    /// The curve of a fit that leaves one direction undetermined.
+    pub fn of(fit: &Fit) -> Option<Self> {
+        Some(Self::new(fit.valley()?, &fit.active_names(), &fit.muscles, |lengths| fit.of_body(lengths)))
+    }
+
     /// The record of a curve over `unknowns` in a body with these muscles; `of_body` selects their lengths
     /// from those of all chains.
     pub fn new(

@@ -25,8 +25,8 @@ pub struct Standstill {
 }
 
 /// Removes all unfinished files in all folders, and prevents that files are begun or renamed while the result
-/// exists: for a program that is about to stop. A set of files
-/// ([`OutputDir::write_all`](super::OutputDir::write_all)) is then complete or absent.
+/// exists: for a program that is about to stop. A set of files ([`OutputDir::export`](super::OutputDir::export))
+/// is then complete or absent.
 ///
 /// A thread that is writing a file fails, or waits for the end of the program.
 #[must_use = "files are begun again once it is dropped"]

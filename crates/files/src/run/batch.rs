@@ -47,7 +47,7 @@ impl BatchRun {
         match batch::assess(&self.mesh, &self.model, &job.target, &self.known, &self.settings) {
             Ok(assessment) => {
                 let beside = (self.thesis.as_ref(), posterior);
-                fitted(on_page, job, &assessment, (&self.mesh, &self.muscles), beside, provenance).map(Ok)
+                fitted(on_page, job, assessment, (&self.mesh, &self.muscles), beside, provenance).map(Ok)
             }
             Err(e) => Ok(Err(e.to_string())),
         }

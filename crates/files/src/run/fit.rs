@@ -50,8 +50,10 @@ impl FitRun {
 
 impl FitFound {
     /// Its record, with the time that it took, s, if that is wanted.
-    pub fn record(&self, made_by: Provenance, wall_s: Option<f64>) -> FitRecord {
-        FitRecord { wall_s, ..FitRecord::new(&self.fit, &self.alarms, made_by) }
+    pub fn record(self, made_by: Provenance, wall_s: Option<f64>) -> FitRecord {
+        let Self { fit, alarms } = self;
+        let (verdict, conclusion, posterior) = (None, None, None);
+        FitRecord { made_by, verdict, conclusion, fit, alarms, posterior, contrasts: Vec::new(), wall_s }
     }
 
     pub fn picture(&self, body: &Body<2>) -> Result<Svg, ReportError> {

@@ -14,6 +14,8 @@ use tongue_input::measured::recording::AlignedRecording;
 
 /// Distance from the palate at which it begins to act, m.
 const PALATE_REACH_M: f64 = 1e-3;
+const NOT_FINITE: &str = "the covariance of what was seen cannot be factorised; look for numbers that are not finite or very large in the \
+                          recordings";
 
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum TrackError {
@@ -24,20 +26,8 @@ pub enum TrackError {
     System(#[from] SystemError),
     #[error(transparent)]
     Fit(#[from] FitError),
-    #[error("--free-bone {bone}: this bone is free already; give each bone once")]
-    FreeTwice { bone: String },
-    /// A free bone is seen in every recording.
-    #[error(
-        "--free-bone {bone}: it is seen in every recording, and carried to where it is seen; leave the option out"
-    )]
-    FreeSeen { bone: String },
-    #[error("{what} has no outline of tissue to compare with")]
-    NoOutline { what: String },
-    /// Numbers are not finite or far too large.
-    #[error(
-        "the covariance of what was seen cannot be factorised; look for numbers that are not finite or very large in the recordings"
-    )]
-    NotFinite,
+    #[error("{0}")]
+    Refused(String),
 }
 
 /// Recordings of one speaker to be tracked, as options.
@@ -182,8 +172,9 @@ impl TrackRun<'_> {
         let effects = wall.map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).into_iter().collect();
         let additions = Additions { effects, ..Additions::default() };
         let system = System::with(&body.mesh, model, &self.basis.contracting, additions)?;
-        let surface =
-            TongueSurface::of(body).ok_or_else(|| TrackError::NoOutline { what: body.what.clone() })?;
+        let surface = TongueSurface::of(body).ok_or_else(|| {
+            TrackError::Refused(format!("{} has no outline of tissue to compare with", body.what))
+        })?;
         let compared = track::compared(seen);
         for (nth_sitting, sitting) in sittings(seen).into_iter().enumerate() {
             if !sitting.iter().any(|&number| (watch.is_wanted)(number)) {
@@ -211,7 +202,8 @@ impl TrackRun<'_> {
                 take: &|number, found| (watch.take)(sitting[number], found),
                 ..*watch
             };
-            track::track(&stage, frames, &settings, &watch).map_err(|NotFinite| TrackError::NotFinite)?;
+            track::track(&stage, frames, &settings, &watch)
+                .map_err(|NotFinite| TrackError::Refused(NOT_FINITE.to_owned()))?;
         }
         Ok(())
     }
@@ -239,13 +231,15 @@ impl TrackRun<'_> {
     pub fn check_freed(&self, seen: &[&AlignedRecording]) -> Result<(), TrackError> {
         let mut names: Vec<&str> = Vec::new();
         for name in self.free_bones.iter().map(|b| b.trim()) {
-            let bone = name.to_owned();
+            let refused = |why: &str| Err(TrackError::Refused(format!("--free-bone {name}: {why}")));
             if names.contains(&name) {
-                return Err(TrackError::FreeTwice { bone });
+                return refused("this bone is free already; give each bone once");
             }
             FreedBone::of(self.basis.body, &self.basis.model, &self.basis.contracting, name)?;
             if seen.iter().all(|s| s.shows_bone(name)) {
-                return Err(TrackError::FreeSeen { bone });
+                return refused(
+                    "it is seen in every recording, and carried to where it is seen; leave the option out",
+                );
             }
             names.push(name);
         }

@@ -30,7 +30,7 @@ pub(super) fn airway<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Op
         None => Airway::drawn()?,
         Some(path) => {
             let text = files::read(path).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
-            let text = text.map_err(|source| SceneError::TractFile { path: path.clone(), source })?;
+            let text = text.map_err(|source| SceneError::unread("tract.file", path, &source))?;
             Airway::read(&text, path)?
         }
     };

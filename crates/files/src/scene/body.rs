@@ -72,12 +72,12 @@ fn divisions(size: f64, h: f64) -> Result<usize, SceneError> {
     let count = (size / h).round().max(1.0);
     if count > MOST_LAYERS {
         let must = "at least a sixtieth of the body's extent";
-        return Err(SceneError::Value { key: "body h_mm", value: h, must });
+        return Err(SceneError::value("body h_mm", h, must));
     }
     Ok(count as usize)
 }
 
 fn limited(nodes: usize, h: f64) -> Result<(), SceneError> {
     let must = "larger, so that the body has at most 12,000 nodes";
-    if nodes > MOST_NODES { Err(SceneError::Value { key: "body h_mm", value: h, must }) } else { Ok(()) }
+    if nodes > MOST_NODES { Err(SceneError::value("body h_mm", h, must)) } else { Ok(()) }
 }

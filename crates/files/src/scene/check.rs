@@ -19,7 +19,7 @@ const FOUND: &str = "tensions are found from points; give one or the other";
 
 /// The error for a number of a key.
 fn of(key: &'static str) -> impl Fn(BeyondLimit) -> SceneError {
-    move |beyond| SceneError::Beyond { key, beyond }
+    move |beyond| SceneError::Refused(format!("{key}: {beyond}"))
 }
 
 fn coordinates<'a>(key: &'static str, mut mm: impl Iterator<Item = &'a f64>) -> Result<(), SceneError> {
@@ -95,7 +95,7 @@ impl Scene {
                 "a simple solid has no head; give effects.gravity.direction"),
         ];
         match rules.iter().find(|(is_broken, ..)| *is_broken) {
-            Some((_, first, second, why)) => Err(SceneError::contradiction(*first, *second, *why)),
+            Some((_, first, second, why)) => Err(SceneError::contradiction(first, second, why)),
             None => Ok(()),
         }
     }
@@ -111,11 +111,11 @@ impl Scene {
         }
         let seen = points.contour_mm.len() + 2 * points.sensors.len();
         match seen < track::FEWEST {
-            true => Err(SceneError::Value {
-                key: "the number of points of points.contour_mm and, twice, points.sensors",
-                value: seen as f64,
-                must: "at least 3: fewer do not determine tensions",
-            }),
+            true => Err(SceneError::value(
+                "the number of points of points.contour_mm and, twice, points.sensors",
+                seen as f64,
+                "at least 3: fewer do not determine tensions",
+            )),
             false => Ok(()),
         }
     }
@@ -127,7 +127,7 @@ impl Scene {
         if let Some(g) = &self.effects.gravity {
             limits::GRAVITY.check(g.acceleration_m_per_s2)?;
             if let Some(&value) = g.direction.iter().flatten().find(|x| !x.is_finite()) {
-                return Err(SceneError::Value { key: "effects.gravity.direction", value, must: "finite" });
+                return Err(SceneError::value("effects.gravity.direction", value, "finite"));
             }
         }
         if let Some(c) = &self.effects.contact {
@@ -137,12 +137,12 @@ impl Scene {
             let points = c.outline_mm.as_deref().unwrap_or(&[[0.0, 0.0], [1.0, 0.0]]);
             if points.len() < 2 {
                 let key = "the number of points of effects.contact.outline_mm";
-                return Err(SceneError::Value { key, value: points.len() as f64, must: "at least 2" });
+                return Err(SceneError::value(key, points.len() as f64, "at least 2"));
             }
             let gap = |p: &[[f64; 2]]| (p[0][0] - p[1][0]).hypot(p[0][1] - p[1][1]);
             if let Some(value) = points.windows(2).map(gap).find(|gap| *gap < LEAST_SEGMENT_MM) {
                 let key = "the distance in mm between two points of effects.contact.outline_mm";
-                return Err(SceneError::Value { key, value, must: "at least 0.001; drop one of them" });
+                return Err(SceneError::value(key, value, "at least 0.001; drop one of them"));
             }
         }
         if let Some(jaw) = &self.effects.jaw {
@@ -157,7 +157,7 @@ impl Scene {
             limits::RAMP_S.check(t.ramp_s)?;
             if t.ramp_s > 0.0 && t.ramp_s < SHORTEST_S {
                 let must = "0 or at least 1e-9: nothing moves faster";
-                return Err(SceneError::Value { key: "trajectory.ramp_s", value: t.ramp_s, must });
+                return Err(SceneError::value("trajectory.ramp_s", t.ramp_s, must));
             }
             limits::TOLERANCE_MM.check(t.tolerance_mm)?;
         }

@@ -262,14 +262,12 @@ fn default_tolerance() -> f64 {
 impl Scene {
     /// Reads a scene; `origin` is its name in messages, usually its path.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, SceneError> {
-        toml_text::read(text).map_err(|Misread { line, column, problem }| SceneError::Syntax {
-            origin: origin.to_owned(),
-            line,
-            column,
-            problem: match problem.starts_with("wanted exactly 1 element") {
+        toml_text::read(text).map_err(|Misread { line, column, problem }| {
+            let problem = match problem.starts_with("wanted exactly 1 element") {
                 true => "[body] takes exactly one of tongue, mesh, cylinder and block".to_owned(),
                 false => toml_text::with_nearest(&problem),
-            },
+            };
+            SceneError::Refused(format!("{origin}:{line}:{column}: {problem}"))
         })
     }
 

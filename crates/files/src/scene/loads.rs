@@ -5,7 +5,7 @@ use nalgebra::{SVector, Vector2};
 use super::SceneError;
 use super::effects::{Posture, SceneGravity};
 use super::file::Scene;
-use super::plan::{self, Decision};
+use super::plan::{self, Planned};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Gravity, lumped_masses};
 use tongue_core::system::{Additions, Carried, Model};
@@ -86,7 +86,7 @@ pub(super) fn carry_bones<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
     additions: &mut Additions<D>,
-) -> Result<[Decision; 2], SceneError> {
+) -> Result<[Planned; 2], SceneError> {
     let millimetres = |[x, y]: [f64; 2]| {
         let mut v = SVector::<f64, D>::zeros();
         (v[0], v[1]) = (x * 1e-3, y * 1e-3);
@@ -108,8 +108,8 @@ pub(super) fn carry_bones<const D: usize>(
         additions.carried.extend(nodes.iter().map(|&n| (n, carried.place(body.mesh.nodes[n]))));
     }
     let decide = |name: &'static str, asked: bool, nodes: &[usize]| match asked {
-        true => Decision::yes(name, "asked for; brought there in parts, each an equilibrium").of(nodes.len()),
-        false => Decision::no(name, "not asked for"),
+        true => Planned::yes(name, "asked for; brought there in parts, each an equilibrium").of(nodes.len()),
+        false => Planned::no(name, "not asked for"),
     };
     Ok([decide("jaw", jaw.is_some(), mandible), decide("hyoid", hyoid.is_some(), hyoid_bone)])
 }

@@ -20,11 +20,11 @@ pub mod sound;
 mod tongue_in_space;
 pub mod tract;
 
+use std::fmt::Display;
+
 use tongue_core::body::BodyError;
 use tongue_core::dynamics::MotionError;
 use tongue_core::limits::BeyondLimit;
-use tongue_core::statics;
-use tongue_core::suggest;
 use tongue_core::system::SystemError;
 use tongue_infer::heard::AirwayError;
 use tongue_infer::inverse::FitError;
@@ -41,24 +41,10 @@ pub const JOINT_MM: [f64; 2] = [70.0, 85.0];
 /// Why a scene cannot be planned or run.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    #[error("{origin}:{line}:{column}: {problem}")]
-    Syntax {
-        origin: String,
-        line: usize,
-        /// Column in characters, from 1.
-        column: usize,
-        problem: String,
-    },
-    #[error("unknown scene \"{name}\"; {}", suggest::hint(name, shipped::names()))]
-    Unknown { name: String },
-    #[error("{first} contradicts {second}: {why}")]
-    Contradiction { first: String, second: String, why: String },
-    #[error("{key} is {value}; it must be {must}")]
-    Value { key: &'static str, value: f64, must: &'static str },
+    #[error("{0}")]
+    Refused(String),
     #[error(transparent)]
     Limit(#[from] BeyondLimit),
-    #[error("{key}: {beyond}")]
-    Beyond { key: &'static str, beyond: BeyondLimit },
     #[error("activations: {0}")]
     Activation(#[from] tongue_core::body::space::BadActivation),
     #[error("[surgery]: {0}")]
@@ -75,21 +61,20 @@ pub enum SceneError {
     Fit(#[from] FitError),
     #[error(transparent)]
     Motion(#[from] MotionError),
-    #[error(
-        "effects.jaw and effects.hyoid: the bones could not be brought to their places before the motion began \
-         ({status:?}); move them less far, or the wall out of their way"
-    )]
-    NotCarried { status: statics::SolveStatus },
     #[error("[tract]: {0}")]
     Airway(#[from] AirwayError),
-    #[error("body.tongue-in-space.file: cannot read \"{path}\": {source}")]
-    MeshFile { path: String, source: std::io::Error },
-    #[error("tract.file: cannot read \"{path}\": {source}")]
-    TractFile { path: String, source: std::io::Error },
 }
 
 impl SceneError {
-    fn contradiction(first: impl Into<String>, second: impl Into<String>, why: impl Into<String>) -> Self {
-        Self::Contradiction { first: first.into(), second: second.into(), why: why.into() }
+    fn contradiction(first: impl Display, second: impl Display, why: impl Display) -> Self {
+        Self::Refused(format!("{first} contradicts {second}: {why}"))
+    }
+
+    fn value(key: &str, value: f64, must: &str) -> Self {
+        Self::Refused(format!("{key} is {value}; it must be {must}"))
+    }
+
+    fn unread(key: &str, path: &str, source: &std::io::Error) -> Self {
+        Self::Refused(format!("{key}: cannot read \"{path}\": {source}"))
     }
 }

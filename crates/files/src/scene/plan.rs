@@ -58,22 +58,13 @@ const NS_PER_LIGHT_ELEMENT: f64 = 8.0;
 /// Operations of a factorisation per nanosecond: block by block, and in supernodes (`cargo bench factorise`).
 const OPERATIONS_PER_NS: [f64; 2] = [8.0, 20.0];
 
-/// Decision about an effect, before the system is made.
-pub(super) struct Decision {
-    pub effect: &'static str,
-    pub simulated: bool,
-    pub why: String,
-    /// Number of nodes or elements, if it is not an effect of its own in the system.
-    pub elements: usize,
-}
-
-impl Decision {
+impl Planned {
     pub fn yes(effect: &'static str, why: impl Into<String>) -> Self {
-        Self { effect, simulated: true, why: why.into(), elements: 0 }
+        Self { effect, simulated: true, why: why.into(), elements: 0, estimated_us: 0.0 }
     }
 
     pub fn no(effect: &'static str, why: impl Into<String>) -> Self {
-        Self { effect, simulated: false, why: why.into(), elements: 0 }
+        Self { simulated: false, ..Self::yes(effect, why) }
     }
 
     pub fn of(self, elements: usize) -> Self {
@@ -87,16 +78,16 @@ impl Decision {
 }
 
 /// Decisions about effects that only a trajectory needs.
-pub(super) fn motion(scene: &Scene, contracting: bool) -> Vec<Decision> {
+pub(super) fn motion(scene: &Scene, contracting: bool) -> Vec<Planned> {
     let e = &scene.effects;
     let moving = scene.want == Want::Trajectory;
     let decide = |name, asked: Option<bool>, needed: bool, need: &str, idle: &str| {
         if needed {
-            Decision::yes(name, need)
+            Planned::yes(name, need)
         } else if asked == Some(true) {
-            Decision::no(name, format!("asked for, but {idle}"))
+            Planned::no(name, format!("asked for, but {idle}"))
         } else {
-            Decision::no(name, idle)
+            Planned::no(name, idle)
         }
     };
     let still = "an equilibrium is wanted, and it has no effect on where that lies";
@@ -130,39 +121,33 @@ fn cost<const D: usize>(system: &System<D>, name: &str) -> (usize, f64) {
 
 /// Number of elements and estimated microseconds of a part of the plan: an effect of the system, or the work
 /// of its nodes and elements in a motion.
-fn planned_cost<const D: usize>(system: &System<D>, decision: &Decision) -> (usize, f64) {
+fn planned_cost<const D: usize>(system: &System<D>, part: &Planned) -> (usize, f64) {
     let light = |elements: usize| (elements, elements as f64 * NS_PER_LIGHT_ELEMENT * 1e-3);
     let elements = |name: &str| cost(system, name).0;
-    match decision.effect {
+    match part.effect {
         "springs" => cost(system, "tissue"),
         "inertia" => light(system.pattern().unknowns()),
         "viscosity" => light(elements("tissue") + elements("muscle")),
         "muscle dynamics" => light(elements("muscle")),
         "straight paths" => light(system.paths().len()),
-        name if decision.elements > 0 => (decision.elements, cost(system, name).1),
+        name if part.elements > 0 => (part.elements, cost(system, name).1),
         name => cost(system, name),
     }
 }
 
-/// Adds the counts of the system that was made from the decisions.
+/// Adds the counts of the system that was made from the decisions about effects.
 pub(super) fn count<const D: usize>(
     scene: &Scene,
     body: &str,
     method: String,
-    decisions: Vec<Decision>,
+    mut effects: Vec<Planned>,
     muscles: Vec<EffectRole>,
     system: &System<D>,
 ) -> ScenePlan {
     let pattern = system.pattern();
-    let effects = decisions
-        .into_iter()
-        .map(|decision| {
-            let (elements, estimated_us) =
-                if decision.simulated { planned_cost(system, &decision) } else { (0, 0.0) };
-            let Decision { effect, simulated, why, .. } = decision;
-            Planned { effect, simulated, why, elements, estimated_us }
-        })
-        .collect();
+    for part in effects.iter_mut().filter(|part| part.simulated) {
+        (part.elements, part.estimated_us) = planned_cost(system, part);
+    }
     let factor_operations = pattern.factor_operations::<D>();
     let factor_in_supernodes = pattern.is_for_supernodes::<D>();
     let operations_per_ns = OPERATIONS_PER_NS[usize::from(factor_in_supernodes)];
@@ -205,10 +190,6 @@ pub(super) fn unit<const D: usize>(given: &[f64]) -> Result<SVector<f64, D>, Sce
         // Scaled first, since squares of very large or small numbers overflow or vanish.
         Ok((direction / largest).normalize())
     } else {
-        Err(SceneError::Value {
-            key: "the length of effects.gravity.direction",
-            value: 0.0,
-            must: "positive",
-        })
+        Err(SceneError::value("the length of effects.gravity.direction", 0.0, "positive"))
     }
 }

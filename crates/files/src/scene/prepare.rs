@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::file::{Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
-use super::plan::{self, Decision, EffectRole, ScenePlan};
+use super::plan::{self, EffectRole, Planned, ScenePlan};
 use super::tongue_in_space::{Operation, activations};
 use super::{SceneError, airway, points};
 use tongue_core::body::{Body, MuscleChain, SpaceBody, SpaceMuscle};
@@ -58,19 +58,19 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     let mut additions =
         Additions { incompressible: scene.effects.incompressibility == Some(true), ..Additions::default() };
     let coefficients = system::coefficients(&body.mesh, &model)?;
-    decisions.push(Decision::asked("gravity", scene.effects.gravity.is_some()));
+    decisions.push(Planned::asked("gravity", scene.effects.gravity.is_some()));
     if let Some(gravity) = gravity(scene, &body, &model)? {
         additions.add_gravity(gravity);
     }
-    decisions.push(Decision::asked("contact", scene.effects.contact.is_some()));
+    decisions.push(Planned::asked("contact", scene.effects.contact.is_some()));
     let wall = contact(scene, &body, coefficients.tissue_stiffness)?;
     if let Some(wall) = &wall {
         additions.add_contact(wall.clone());
     }
     decisions.extend(carry_bones(scene, &body, &mut additions)?);
     decisions.push(match body.mesh.fixed.len() {
-        0 => Decision::no("bone", "no node is fixed"),
-        n => Decision::yes("bone", format!("{n} nodes are fixed")).of(n),
+        0 => Planned::no("bone", "no node is fixed"),
+        n => Planned::yes("bone", format!("{n} nodes are fixed")).of(n),
     });
     decisions.extend(plan::motion(scene, !contracting.is_empty()));
 
@@ -169,47 +169,47 @@ fn tensions<const D: usize>(
     Ok(body.mesh.muscles.iter().map(given).collect())
 }
 
-fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Decision> {
+fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Planned> {
     // What pulls, with its verb for one and for several.
     let pulling = |effect, what: &str, [one, several]: [&str; 2], how: &str| match contracting.len() {
-        0 => Decision::no(effect, format!("no muscle {one}")),
-        1 => Decision::yes(effect, format!("1 {what} {one}{how}")),
-        n => Decision::yes(effect, format!("{n} {what}s {several}{how}")),
+        0 => Planned::no(effect, format!("no muscle {one}")),
+        1 => Planned::yes(effect, format!("1 {what} {one}{how}")),
+        n => Planned::yes(effect, format!("{n} {what}s {several}{how}")),
     };
     if body.space.is_some() {
         let why = "the body is made of hexahedra";
         return vec![
-            Decision::no("springs", why),
-            Decision::yes("hexahedra", format!("needed: {why}")),
+            Planned::no("springs", why),
+            Planned::yes("hexahedra", format!("needed: {why}")),
             pulling("fibres", "muscle", ["is active", "are active"], ""),
-            Decision::no("incompressibility", why),
-            Decision::no("straight paths", why),
+            Planned::no("incompressibility", why),
+            Planned::no("straight paths", why),
         ];
     }
     if let Some(continuum) = &body.mesh.continuum {
         let why = "the body is a continuum";
         return vec![
-            Decision::no("springs", why),
-            Decision::yes("quadratic elements", format!("needed: {why}")),
-            Decision::yes("barrier", "acts only where an element is pressed to a tenth"),
+            Planned::no("springs", why),
+            Planned::yes("quadratic elements", format!("needed: {why}")),
+            Planned::yes("barrier", "acts only where an element is pressed to a tenth"),
             match continuum.ties.is_empty() {
-                true => Decision::no("attachment", "bones hold nodes"),
-                false => Decision::yes("attachment", "bones hold patches of the surface"),
+                true => Planned::no("attachment", "bones hold nodes"),
+                false => Planned::yes("attachment", "bones hold patches of the surface"),
             },
             pulling("fibres", "muscle", ["contracts", "contract"], ""),
-            Decision::no("incompressibility", why),
-            Decision::no("straight paths", why),
+            Planned::no("incompressibility", why),
+            Planned::no("straight paths", why),
         ];
     }
     let how = "; only its connections get the three-element model";
     let how = if contracting.len() > 1 { how.replace("its", "their") } else { how.to_owned() };
     vec![
-        Decision::yes("springs", "needed: the tissue is made of them"),
+        Planned::yes("springs", "needed: the tissue is made of them"),
         pulling("muscle", "chain", ["contracts", "contract"], &how),
-        Decision::asked("incompressibility", scene.effects.incompressibility == Some(true)),
+        Planned::asked("incompressibility", scene.effects.incompressibility == Some(true)),
         match body.mesh.in_tissue().iter().all(|inside| *inside) {
-            true => Decision::no("straight paths", "no muscle runs outside the tissue"),
-            false => Decision::yes(
+            true => Planned::no("straight paths", "no muscle runs outside the tissue"),
+            false => Planned::yes(
                 "straight paths",
                 "needed: a chain outside the tissue would have no lateral stiffness",
             ),

@@ -150,7 +150,11 @@ fn follow<const D: usize>(
             let slack = vec![0.0; prepared.tensions.len()];
             let solution = statics::solve(start, &mut workspace, &slack, &SolveSettings::default());
             if solution.status != statics::SolveStatus::Converged {
-                return Err(SceneError::NotCarried { status: solution.status });
+                return Err(SceneError::Refused(format!(
+                    "effects.jaw and effects.hyoid: the bones could not be brought to their places before the motion began ({:?}); \
+                     move them less far, or the wall out of their way",
+                    solution.status
+                )));
             }
             Some(workspace.positions().to_vec())
         }

@@ -1,6 +1,7 @@
 //! Built-in scenes.
 
 use super::{Scene, SceneError};
+use tongue_core::suggest;
 
 const SHIPPED: [(&str, &str); 17] = [
     ("vowel-a", include_str!("../../../../targets/scenes/vowel-a.toml")),
@@ -27,9 +28,8 @@ pub fn names() -> impl Iterator<Item = &'static str> + Clone {
 }
 
 pub fn shipped(name: &str) -> Result<Scene, SceneError> {
-    let (name, text) = SHIPPED
-        .iter()
-        .find(|(n, _)| *n == name)
-        .ok_or_else(|| SceneError::Unknown { name: name.to_owned() })?;
+    let unknown = || format!("unknown scene \"{name}\"; {}", suggest::hint(name, names()));
+    let found = SHIPPED.iter().find(|(n, _)| *n == name);
+    let (name, text) = found.ok_or_else(|| SceneError::Refused(unknown()))?;
     Scene::from_toml(text, &format!("targets/scenes/{name}.toml (embedded)"))
 }

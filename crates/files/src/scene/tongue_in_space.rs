@@ -31,7 +31,7 @@ pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SceneError> {
         (Some(folder), None) => artisynth::read(Path::new(folder))?,
         (None, Some(file)) => {
             let bytes = files::read(Path::new(file))
-                .map_err(|source| SceneError::MeshFile { path: file.clone(), source })?;
+                .map_err(|source| SceneError::unread("body.tongue-in-space.file", file, &source))?;
             gmsh::read_space(&bytes, file, given.unit)?
         }
     };

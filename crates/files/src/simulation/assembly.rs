@@ -7,6 +7,7 @@ use nalgebra::SVector;
 use tongue_core::body::Body;
 use tongue_core::observe::{Contour, Curve, Length, Ratio, Stretch, Surface};
 use tongue_core::statistics::distinct;
+use tongue_core::suggest;
 use tongue_core::system::{Model, System};
 use tongue_infer::inverse::Matched;
 use tongue_input::measured::Target;
@@ -31,7 +32,7 @@ pub trait Assemble {
     /// muscles are passive tissue.
     ///
     /// # Errors
-    /// [`SimulationError::NoSuchMuscle`] with the nearest name, [`SimulationError::Repeated`], and as [`System::new`].
+    /// [`SimulationError::NoSuchMuscle`] with the nearest name, for a muscle given twice, and as [`System::new`].
     fn assemble<const D: usize>(
         &self,
         body: &Body<D>,
@@ -49,7 +50,7 @@ impl Assemble for Model {
         for name in muscles {
             let fibres = fibres(body, name.as_ref())?;
             if contracting.contains(&fibres[0]) {
-                return Err(SimulationError::Repeated { name: name.as_ref().to_owned() });
+                return Err(SimulationError::repeated(name.as_ref()));
             }
             contracting.extend(fibres);
         }
@@ -118,11 +119,11 @@ impl<const D: usize> Assembly<D> {
     fn line(&self, muscle: &str) -> Result<usize, SimulationError> {
         match self.fibres(muscle)?[..] {
             [line] => Ok(line),
-            ref all => Err(SimulationError::Fibres {
-                muscle: muscle.to_owned(),
-                fibres: all.len(),
-                why: "an observable needs a muscle with one line; give the fibres different names",
-            }),
+            ref all => Err(SimulationError::fibres(
+                muscle,
+                all.len(),
+                "an observable needs a muscle with one line; give the fibres different names",
+            )),
         }
     }
 
@@ -131,10 +132,10 @@ impl<const D: usize> Assembly<D> {
         let fibres = self.fibres(muscle)?;
         match self.system().contracting().contains(&fibres[0]) {
             true => Ok(fibres),
-            false => Err(SimulationError::Passive {
-                muscle: muscle.to_owned(),
-                contracting: self.contracting().into_iter().map(str::to_owned).collect(),
-            }),
+            false => Err(SimulationError::Refused(format!(
+                "{muscle} does not contract in this model; name it when the model is assembled (contracting: {})",
+                self.contracting().join(", ")
+            ))),
         }
     }
 
@@ -146,7 +147,7 @@ impl<const D: usize> Assembly<D> {
             check_tension(muscle, tension)?;
             let fibres = self.pulling(muscle)?;
             if seen.contains(&fibres[0]) {
-                return Err(SimulationError::Repeated { name: muscle.to_owned() });
+                return Err(SimulationError::repeated(muscle));
             }
             fibres.iter().for_each(|&fibre| all[fibre] = tension);
             seen.extend(fibres);
@@ -155,11 +156,13 @@ impl<const D: usize> Assembly<D> {
     }
 
     pub(super) fn bone(&self, name: &str) -> Result<&[usize], SimulationError> {
+        let known: Vec<&str> = self.body().bones.iter().map(|b| b.name.as_str()).collect();
+        let hint = match known.is_empty() {
+            true => "it has no named bones".to_owned(),
+            false => suggest::hint(name, known),
+        };
         match self.body().bone(name) {
-            [] => Err(SimulationError::NoSuchBone {
-                name: name.to_owned(),
-                known: self.body().bones.iter().map(|b| b.name.clone()).collect(),
-            }),
+            [] => Err(SimulationError::Refused(format!("there is no bone \"{name}\" in this body; {hint}"))),
             nodes => Ok(nodes),
         }
     }
@@ -170,7 +173,7 @@ impl Assembly<2> {
     /// several): positive outside.
     ///
     /// # Errors
-    /// [`SimulationError::Value`] for a point that is not finite or a body without an outline.
+    /// For a point that is not finite or a body without an outline.
     pub fn contour(&self, point: SVector<f64, 2>) -> Result<Contour, SimulationError> {
         let mesh = &self.body().mesh;
         let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
@@ -187,7 +190,7 @@ impl Assembly<3> {
     /// The signed distance of a measured point, m, from the surface of the tissue: positive outside.
     ///
     /// # Errors
-    /// [`SimulationError::Value`] for a point that is not finite or a body without cells.
+    /// For a point that is not finite or a body without cells.
     pub fn surface(&self, point: SVector<f64, 3>) -> Result<Surface, SimulationError> {
         let faces = self.body().mesh.outward_faces();
         match !faces.is_empty() && point.iter().all(|x| x.is_finite()) {
@@ -199,9 +202,7 @@ impl Assembly<3> {
 
 fn nowhere(point: &[f64]) -> SimulationError {
     let value = point.iter().copied().find(|x| !x.is_finite()).unwrap_or(f64::NAN);
-    SimulationError::Value {
-        name: "the distance of the point from the surface".to_owned(),
-        value,
-        must: "a number",
-    }
+    SimulationError::Refused(format!(
+        "the distance of the point from the surface is {value}; it must be a number"
+    ))
 }

@@ -65,7 +65,7 @@ impl<const D: usize> Estimate<D> {
     pub fn displacement(&self, bone: &str) -> Result<SVector<f64, D>, SimulationError> {
         let what = "free the bone (InverseProblem::free_bone)";
         let number = self.bones.iter().position(|b| b == bone);
-        let number = number.ok_or_else(|| SimulationError::NotUnknown { name: bone.to_owned(), what })?;
+        let number = number.ok_or_else(|| SimulationError::not_searched(bone, what))?;
         let mut shift = SVector::zeros();
         for (unknown, x) in self.unknowns.iter().zip(&self.answer.x) {
             if let Quantity::Bone { bone, axis } = unknown.quantity

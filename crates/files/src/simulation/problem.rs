@@ -90,13 +90,13 @@ impl<const D: usize> InverseProblem<D> {
     /// `most` (m) in both directions of each axis.
     ///
     /// # Errors
-    /// [`SimulationError::NoSuchBone`] with the nearest name, [`SimulationError::Repeated`], a length that is not positive, and
+    /// For an unknown name (with the nearest one), a bone given twice, a length that is not positive, and
     /// [`SimulationError::System`] if no other bone holds the body.
     pub fn free_bone(mut self, bone: &str, most: f64) -> Result<Self, SimulationError> {
         let nodes = self.assembly.bone(bone)?;
         checked(&format!("the most that {bone} moves"), most, most.is_finite() && most > 0.0, POSITIVE)?;
         if self.bone_names.iter().any(|name| name == bone) {
-            return Err(SimulationError::Repeated { name: bone.to_owned() });
+            return Err(SimulationError::repeated(bone));
         }
         let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
         let freed = FreedBone::new(mesh, self.assembly.model(), system.contracting(), nodes)?;
@@ -114,9 +114,11 @@ impl<const D: usize> InverseProblem<D> {
     /// m.
     pub fn with_bone_prior(mut self, bone: &str, sd: f64) -> Result<Self, SimulationError> {
         let weight = weight(bone, sd)?;
-        let freed = self.bone_names.iter().position(|name| name == bone).ok_or_else(|| {
-            SimulationError::NotUnknown { name: bone.to_owned(), what: "free the bone first (free_bone)" }
-        })?;
+        let freed = self
+            .bone_names
+            .iter()
+            .position(|name| name == bone)
+            .ok_or_else(|| SimulationError::not_searched(bone, "free the bone first (free_bone)"))?;
         for unknown in &mut self.unknowns {
             if matches!(unknown.quantity, Quantity::Bone { bone, .. } if bone == freed) {
                 unknown.prior = Some(Prior { mean: 0.0, weight: weight * unknown.unit });
@@ -138,18 +140,16 @@ impl<const D: usize> InverseProblem<D> {
 
     fn tension_of(&mut self, muscle: &str) -> Result<&mut Unknown, SimulationError> {
         let fibre = self.assembly.pulling(muscle)?[0];
-        self.unknowns.iter_mut().find(|u| u.quantity == Quantity::Tension { muscle: fibre }).ok_or_else(
-            || SimulationError::NotUnknown {
-                name: muscle.to_owned(),
-                what: "its tension was given (with_tension)",
-            },
-        )
+        self.unknowns
+            .iter_mut()
+            .find(|u| u.quantity == Quantity::Tension { muscle: fibre })
+            .ok_or_else(|| SimulationError::not_searched(muscle, "its tension was given (with_tension)"))
     }
 
     /// Searches for the best fit of the observations. The result has the same bits for any number of threads.
     ///
     /// # Errors
-    /// [`SimulationError::Fibres`] for a muscle with an unknown tension and several fibres; [`SimulationError::Fit`] for settings
+    /// For a muscle with an unknown tension and several fibres; [`SimulationError::Fit`] for settings
     /// and bounds out of range, no observations or no unknowns. Later failures are a status of the estimate.
     pub fn fit(&self) -> Result<Estimate<D>, SimulationError> {
         let (assembly, system) = (&self.assembly, self.assembly.system());
@@ -158,7 +158,7 @@ impl<const D: usize> InverseProblem<D> {
             let searched = |u: &Unknown| u.quantity == Quantity::Tension { muscle: fibres[0] };
             if fibres.len() > 1 && self.unknowns.iter().any(searched) {
                 let why = "a fit needs one line for each tension; give its tension (with_tension), or give the fibres different names";
-                return Err(SimulationError::Fibres { muscle: muscle.to_owned(), fibres: fibres.len(), why });
+                return Err(SimulationError::fibres(muscle, fibres.len(), why));
             }
         }
         let mut unknowns = self.unknowns.clone();

@@ -32,7 +32,7 @@ pub fn read_tensions<const D: usize>(
         check_tension(name, tension).map_err(|e| bad(e.to_string()))?;
         limits::TENSION.check(tension).map_err(|beyond| bad(beyond.to_string()))?;
         if out.iter().any(|(m, _)| *m == muscle) {
-            return Err(bad(SimulationError::Repeated { name: name.clone() }.to_string()));
+            return Err(bad(SimulationError::repeated(name).to_string()));
         }
         out.push((muscle, tension));
     }

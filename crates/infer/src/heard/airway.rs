@@ -23,26 +23,26 @@ pub(super) const FORMANTS: usize = 5;
 /// Why the sound of a body cannot be computed.
 #[derive(Debug, thiserror::Error)]
 pub enum AirwayError {
-    #[error("{origin}:{line}:{column}: {problem}")]
-    Syntax { origin: String, line: usize, column: usize, problem: String },
+    #[error("{0}")]
+    Refused(String),
     #[error(
         "a tract needs the outline of a tongue in the midsagittal plane; take the reference tongue or a mesh in the plane"
     )]
     NoSurface,
-    #[error(
-        "{what} has no mental spine and hyoid (bones \"mandible\" and \"hyoid\") by which the drawn tract could be placed; name a tract of \
-         its own with --tract"
-    )]
-    NoBones { what: String },
-    #[error(
-        "tongue.root_mm and tongue.tip_mm of the tract \"{tract}\" lie nearest to the same place of the body's surface; \
-         the tract was drawn for another body"
-    )]
-    NoWall { tract: String },
     #[error(transparent)]
     Profile(#[from] ProfileError),
     #[error(transparent)]
     Formants(#[from] FormantError),
+}
+
+impl AirwayError {
+    pub(super) fn no_wall(tract: &Tract) -> Self {
+        Self::Refused(format!(
+            "tongue.root_mm and tongue.tip_mm of the tract \"{}\" lie nearest to the same place of the body's surface; the tract was \
+             drawn for another body",
+            tract.name
+        ))
+    }
 }
 
 /// A tract around a body.
@@ -70,7 +70,7 @@ impl Airway {
     /// Reads the file of a tract; `origin` is its name in messages.
     pub fn read(text: &str, origin: &str) -> Result<Tract, AirwayError> {
         let tract: Tract = toml_text::read(text).map_err(|Misread { line, column, problem }| {
-            AirwayError::Syntax { origin: origin.to_owned(), line, column, problem }
+            AirwayError::Refused(format!("{origin}:{line}:{column}: {problem}"))
         })?;
         tract.check()?;
         Ok(tract)
@@ -84,7 +84,13 @@ impl Airway {
     /// The tract of the reference tongue, moved by the similarity that carries the mental spine and the hyoid of that tongue to those
     /// of a body.
     pub fn drawn_for(body: &Body<2>) -> Result<Tract, AirwayError> {
-        let missing = || AirwayError::NoBones { what: body.what.clone() };
+        let missing = || {
+            AirwayError::Refused(format!(
+                "{} has no mental spine and hyoid (bones \"mandible\" and \"hyoid\") by which the drawn tract could be placed; name a \
+                 tract of its own with --tract",
+                body.what
+            ))
+        };
         let reference = Body::tongue(DEFAULT_SPACING_M).map_err(|_| missing())?;
         let to = by_bones(&reference, |bone| mark_of(body, bone)).ok_or_else(missing)?;
         let place = |[x, y]: [f64; 2]| <[f64; 2]>::from(to.place(SVector::from([1e-3 * x, 1e-3 * y])) * 1e3);
@@ -107,7 +113,7 @@ impl Airway {
         let (root, tip) = (nearest(tract.tongue.root_mm), nearest(tract.tongue.tip_mm));
         let points = ((tip - root).abs() / POINTS_M).ceil() as usize;
         if points == 0 {
-            return Err(AirwayError::NoWall { tract: tract.name });
+            return Err(AirwayError::no_wall(&tract));
         }
         let wall =
             (0..=points).map(|i| curve.weights(root + (tip - root) * i as f64 / points as f64)).collect();

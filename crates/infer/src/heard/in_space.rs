@@ -39,7 +39,7 @@ impl SpaceAirway {
         };
         let (root, tip) = (nearest(tract.tongue.root_mm), nearest(tract.tongue.tip_mm));
         if root == tip {
-            return Err(AirwayError::NoWall { tract: tract.name });
+            return Err(AirwayError::no_wall(&tract));
         }
         let count = outline.len();
         let way = |from: usize, to: usize| -> Vec<usize> {

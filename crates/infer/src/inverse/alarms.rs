@@ -27,66 +27,68 @@ const VOLUME_RATIOS: RangeInclusive<f64> = 0.25..=2.0;
 const STRETCHES: RangeInclusive<f64> = 0.4..=2.0;
 
 /// A reason for doubt; serialised with its sentence.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, thiserror::Error)]
 #[serde(tag = "kind", rename_all = "snake_case", remote = "Self")]
 pub enum Alarm {
     /// A muscle that should contract ended without tension.
-    AtLowerBound {
-        muscle: String,
-    },
-    AtUpperBound {
-        muscle: String,
-    },
-    BeyondCapacity {
-        muscle: String,
-        /// Tension times thickness, N.
-        force_n: f64,
-        capacity_n: f64,
-        thickness_m: f64,
-    },
-    TargetNotMet {
-        misfit: f64,
-    },
-    /// A muscle that should contract shortens much more or less than measured.
-    ShorteningMissed {
-        muscle: String,
-        /// Simulated shortening, per cent of the model's length at rest.
-        simulated_percent: f64,
-        /// Measured shortening, per cent of its length in the baseline.
-        measured_percent: f64,
-    },
+    #[error("{muscle} is shorter but ends without tension")]
+    AtLowerBound { muscle: String },
+    #[error("the tension of {muscle} ends at the upper bound")]
+    AtUpperBound { muscle: String },
+    /// The force is the tension times the thickness.
+    #[error(
+        "{muscle} pulls {force_n:.1} N over {:.0} mm of thickness, more than its published {capacity_n:.0} N",
+        1e3 * thickness_m
+    )]
+    BeyondCapacity { muscle: String, force_n: f64, capacity_n: f64, thickness_m: f64 },
+    #[error("the target is missed by {misfit:.3} (RMS)")]
+    TargetNotMet { misfit: f64 },
+    /// A muscle that should contract shortens much more or less than measured, in per cent of the model's length at rest and of that in
+    /// the baseline.
+    #[error("{muscle} shortens {simulated_percent:.0} %, measured {measured_percent:.0} %")]
+    ShorteningMissed { muscle: String, simulated_percent: f64, measured_percent: f64 },
     /// Elements are so compressed that the barrier changes the published law.
-    BarrierActs {
-        elements: usize,
-    },
+    #[error(
+        "the barrier against inversion acts in {elements} element{}: the published law does not hold there",
+        if *elements == 1 { "" } else { "s" }
+    )]
+    BarrierActs { elements: usize },
     /// The branch from rest does not lead to the shape; it ends at this part of the tensions, if that is known.
-    NotOnBranch {
-        ends_at: Option<f64>,
-    },
+    #[error("{}", branch(*ends_at))]
+    NotOnBranch { ends_at: Option<f64> },
     /// The tissue changes its volume at points beyond what its law is meant for.
-    Overstrained {
-        least_volume_ratio: f64,
-        largest_volume_ratio: f64,
-    },
+    #[error(
+        "points of the tissue have {least_volume_ratio:.2} to {largest_volume_ratio:.2} of their volume at rest; the law is not meant for \
+         less than {} or more than {}",
+        VOLUME_RATIOS.start(),
+        VOLUME_RATIOS.end()
+    )]
+    Overstrained { least_volume_ratio: f64, largest_volume_ratio: f64 },
     /// A muscle is shortened or stretched beyond what its law is meant for.
-    MuscleOverstrained {
-        muscle: String,
-        stretch: f64,
-    },
-    DecidedWithinRounding {
-        muscle: String,
-    },
-    FoldedChain {
-        muscle: String,
-        /// Largest angle beyond that at rest, degrees.
-        turn_degrees: f64,
-    },
-    NoPosterior {
-        reason: String,
-    },
-    EquilibriumNotCertain {
-        reason: &'static str,
-    },
+    #[error(
+        "{muscle} is {stretch:.2} times as long as at rest; the law is not meant for less than {} or more than {}",
+        STRETCHES.start(),
+        STRETCHES.end()
+    )]
+    MuscleOverstrained { muscle: String, stretch: f64 },
+    #[error("whether {muscle} contracts is decided within the rounding of the data")]
+    DecidedWithinRounding { muscle: String },
+    /// The largest angle is that beyond the angle at rest.
+    #[error("the chain of {muscle} folds by {turn_degrees:.0} degrees")]
+    FoldedChain { muscle: String, turn_degrees: f64 },
+    #[error("no posterior: {reason}")]
+    NoPosterior { reason: String },
+    #[error("equilibrium not certain: {reason}")]
+    EquilibriumNotCertain { reason: &'static str },
+}
+
+fn branch(ends_at: Option<f64>) -> String {
+    ends_at.map_or_else(
+        || "it is not known whether the branch of equilibria from rest leads to this shape".to_owned(),
+        |load| {
+            format!("the branch of equilibria from rest ends at {load:.3} of these tensions; the shape lies beyond")
+        },
+    )
 }
 
 impl Serialize for Alarm {
@@ -100,7 +102,7 @@ impl Serialize for Alarm {
             alarm: &'a Alarm,
             text: String,
         }
-        Serialize::serialize(&Told { alarm: self, text: self.text() }, serializer)
+        Serialize::serialize(&Told { alarm: self, text: self.to_string() }, serializer)
     }
 }
 
@@ -117,53 +119,6 @@ impl Alarm {
                 | Self::MuscleOverstrained { .. }
                 | Self::EquilibriumNotCertain { .. }
         )
-    }
-
-    pub fn text(&self) -> String {
-        match self {
-            Self::AtLowerBound { muscle } => format!("{muscle} is shorter but ends without tension"),
-            Self::AtUpperBound { muscle } => format!("the tension of {muscle} ends at the upper bound"),
-            Self::BeyondCapacity { muscle, force_n, capacity_n, thickness_m } => format!(
-                "{muscle} pulls {force_n:.1} N over {:.0} mm of thickness, more than its published {capacity_n:.0} N",
-                1e3 * thickness_m
-            ),
-            Self::TargetNotMet { misfit } => {
-                format!("the target is missed by {misfit:.3} (RMS)")
-            }
-            Self::ShorteningMissed { muscle, simulated_percent, measured_percent } => {
-                format!("{muscle} shortens {simulated_percent:.0} %, measured {measured_percent:.0} %")
-            }
-            Self::BarrierActs { elements } => format!(
-                "the barrier against inversion acts in {elements} element{}: the published law does not hold there",
-                if *elements == 1 { "" } else { "s" }
-            ),
-            Self::NotOnBranch { ends_at } => match ends_at {
-                Some(load) => format!(
-                    "the branch of equilibria from rest ends at {load:.3} of these tensions; the shape lies beyond"
-                ),
-                None => "it is not known whether the branch of equilibria from rest leads to this shape"
-                    .to_owned(),
-            },
-            Self::Overstrained { least_volume_ratio, largest_volume_ratio } => format!(
-                "points of the tissue have {least_volume_ratio:.2} to {largest_volume_ratio:.2} of their volume at rest; the law is not \
-                 meant for less than {} or more than {}",
-                VOLUME_RATIOS.start(),
-                VOLUME_RATIOS.end()
-            ),
-            Self::MuscleOverstrained { muscle, stretch } => format!(
-                "{muscle} is {stretch:.2} times as long as at rest; the law is not meant for less than {} or more than {}",
-                STRETCHES.start(),
-                STRETCHES.end()
-            ),
-            Self::DecidedWithinRounding { muscle } => {
-                format!("whether {muscle} contracts is decided within the rounding of the data")
-            }
-            Self::FoldedChain { muscle, turn_degrees } => {
-                format!("the chain of {muscle} folds by {turn_degrees:.0} degrees")
-            }
-            Self::NoPosterior { reason } => format!("no posterior: {reason}"),
-            Self::EquilibriumNotCertain { reason } => format!("equilibrium not certain: {reason}"),
-        }
     }
 }
 

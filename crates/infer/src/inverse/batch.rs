@@ -157,8 +157,8 @@ pub fn settings(method: Method) -> FitSettings {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Assessment<const D: usize = 2> {
-    pub fit: Fit<D>,
+pub struct Assessment {
+    pub fit: Fit,
     pub optima: Vec<Optimum>,
     pub pattern: Option<PatternCheck>,
     /// Distance of the model at rest from the row's baseline; `None` if they have no common ratio.
@@ -173,7 +173,7 @@ pub fn assess(
     target: &Target,
     known: &Known,
     settings: &FitSettings,
-) -> Result<Assessment<2>, FitError> {
+) -> Result<Assessment, FitError> {
     let fit = super::fit(mesh, model, target, settings)?;
     Ok(Assessment {
         optima: alternatives::optima(&fit),
@@ -199,7 +199,7 @@ impl Known {
     }
 }
 
-fn rest_distance<const D: usize>(fit: &Fit<D>) -> Option<RestDistance> {
+fn rest_distance(fit: &Fit) -> Option<RestDistance> {
     let t = &fit.target;
     let baseline = Lengths {
         subject: t.subject.clone(),

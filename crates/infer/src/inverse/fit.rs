@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use tongue_core::body::Mesh;
 use tongue_core::statics::Connection;
 use tongue_core::system::{Model, System};
-use tongue_input::measured::Target;
+use tongue_input::measured::{Target, TargetKind};
 
 use super::matched::Matched;
 use super::solve::{Replay, solve};
@@ -100,6 +100,20 @@ impl<const D: usize> Fit<D> {
             [one] => one.valley.as_ref(),
             _ => None,
         }
+    }
+
+    /// The value of a muscle in a list that is parallel to [`Fit::muscles`] or to the target's.
+    pub fn value(&self, muscle: &str, values: &[f64]) -> Option<f64> {
+        values.get(self.muscles.iter().position(|name| name == muscle)?).copied()
+    }
+
+    /// The simulated ratios or stretches of all muscles.
+    pub fn simulated_in(&self, kind: TargetKind) -> Vec<f64> {
+        kind.values(&self.lengths, &self.rest_lengths, self.target.reference)
+    }
+
+    pub fn active_names(&self) -> Vec<String> {
+        self.target.active_names().into_iter().map(str::to_owned).collect()
     }
 
     /// Selects the values of [`Fit::muscles`] from those of all chains of the body.

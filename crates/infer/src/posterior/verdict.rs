@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::inverse::Matched;
 use tongue_core::body::{Body, HYOID};
+use tongue_core::choice::name_of;
 use tongue_core::system::Model;
 use tongue_input::measured::Target;
 
@@ -56,13 +57,7 @@ impl Word {
 
     /// The text for output and files.
     pub fn text(self) -> &'static str {
-        match self {
-            Self::SurelyHarder => "surely harder",
-            Self::ProbablyHarder => "probably harder",
-            Self::NotKnown => "not known",
-            Self::ProbablyNotHarder => "probably not harder",
-            Self::SurelyNotHarder => "surely not harder",
-        }
+        name_of(&self)
     }
 
     /// Whether the word states that the muscle pulls harder.

@@ -3,12 +3,12 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::error::ReadError;
-use tongue_core::suggest;
+use tongue_core::{choice, suggest};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TargetKind {
     /// Length over the length of a reference muscle in the same shape (GGa in the thesis, 4.3.1 and 4.4.1):
@@ -22,11 +22,8 @@ pub enum TargetKind {
 impl TargetKind {
     pub const ALL: [TargetKind; 2] = [TargetKind::Ratio, TargetKind::Stretch];
 
-    pub const fn name(self) -> &'static str {
-        match self {
-            TargetKind::Ratio => "ratio",
-            TargetKind::Stretch => "stretch",
-        }
+    pub fn name(self) -> &'static str {
+        choice::name_of(&self)
     }
 
     /// The compared quantity (dimensionless) of a shape with these `lengths`, whose baseline or rest shape
@@ -61,9 +58,9 @@ impl FromStr for TargetKind {
     type Err = ReadError;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let found = TargetKind::ALL.into_iter().find(|k| k.name().eq_ignore_ascii_case(name.trim()));
         let hint = || suggest::hint(name, TargetKind::ALL.map(TargetKind::name));
-        found.ok_or_else(|| ReadError::Refused(format!("unknown target kind \"{name}\"; {}", hint())))
+        choice::named(&name.trim().to_ascii_lowercase())
+            .ok_or_else(|| ReadError::Refused(format!("unknown target kind \"{name}\"; {}", hint())))
     }
 }
 

@@ -177,6 +177,11 @@ impl Target {
         self.kind.values(lengths_m, rest_m, self.reference)
     }
 
+    /// The measured ratios or stretches of all muscles.
+    pub fn measured_in(&self, kind: TargetKind) -> Vec<f64> {
+        kind.values(&self.measured_mm, &self.baseline_mm, self.reference)
+    }
+
     /// Positions of the muscles that can be compared: for ratios all except the reference.
     pub fn compared(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.muscles.len()).filter(|&m| self.kind.constrains(m, self.reference))

@@ -135,7 +135,7 @@ pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
 pub fn fitted(
     number: usize,
     job: &Job,
-    assessment: &Assessment,
+    assessment: Assessment,
     (mesh, muscles): (&Mesh<2>, &[String]),
     (thesis, posterior): (Option<&Thesis>, Option<&Result<RowPosterior, String>>),
     provenance: &Provenance,
@@ -146,13 +146,13 @@ pub fn fitted(
         Some(Ok(posterior)) => Some(&posterior.report.why).filter(|_| posterior.report.summary.is_none()),
         None => None,
     };
-    record.fit.alarms.extend(untold.map(|reason| Alarm::NoPosterior { reason: reason.clone() }));
+    record.record.alarms.extend(untold.map(|reason| Alarm::NoPosterior { reason: reason.clone() }));
     let posterior = posterior.and_then(|p| p.as_ref().ok());
-    record.fit.posterior = posterior.map(|p| p.report.clone());
-    let with_tones = record.fit.posterior.as_ref().filter(|report| !report.priors.baseline.off);
-    record.fit.verdict = with_tones.and_then(Verdict::of);
+    record.record.posterior = posterior.map(|p| p.report.clone());
+    let with_tones = record.record.posterior.as_ref().filter(|report| !report.priors.baseline.off);
+    record.record.verdict = with_tones.and_then(Verdict::of);
     let ridges = posterior.and_then(|p| p.ridges.as_deref());
-    let moved = || page::displacements(&assessment.fit.positions, mesh);
+    let moved = || page::displacements(&record.fit().positions, mesh);
     let shown =
         (number < page::MOST_FITS).then(|| page::PageFit::new(number, &record, (moved(), ridges), muscles));
     Ok(Fitted {
@@ -174,22 +174,22 @@ pub fn fitted(
 }
 
 fn line(r: &AssessedRecord) -> [String; 5] {
-    let summary = r.fit.posterior.as_ref().and_then(|p| p.summary.as_ref());
+    let summary = r.record.posterior.as_ref().and_then(|p| p.summary.as_ref());
     let tension = |m: &String| {
-        let tension = r.fit.tensions_n.of(m).copied().unwrap_or(f64::NAN);
+        let tension = r.fit().value(m, &r.fit().tensions).unwrap_or(f64::NAN);
         match summary.and_then(|s| s.tensions_n.of(m)).map(|t| t.spread.interval_95) {
             Some([low, high]) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
             None => format!("{m} {tension:.1}"),
         }
     };
-    let tensions: Vec<String> = r.fit.active.iter().map(tension).collect();
+    let tensions: Vec<String> = r.fit().active_names().iter().map(tension).collect();
     [
         r.label(),
         // Two on each line, so that the table stays within 100 columns.
         tensions.chunks(2).map(|pair| pair.join(", ")).collect::<Vec<_>>().join("\n"),
-        format!("{:.0e}", r.fit.misfit),
+        format!("{:.0e}", r.fit().misfit),
         r.passive.rms_stretch.map(|x| format!("{x:.3}")).unwrap_or_default(),
-        r.fit.alarms.len().to_string(),
+        r.record.alarms.len().to_string(),
     ]
 }
 

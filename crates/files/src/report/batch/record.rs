@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::report::ByMuscle;
-use crate::report::Provenance;
-use crate::report::record::FitRecord;
+use crate::report::{FitRecord, Provenance};
+use crate::run::FitFound;
+use tongue_infer::inverse::Fit;
 use tongue_infer::inverse::alternatives::Optimum;
 use tongue_infer::inverse::batch::{Assessment, Job};
 use tongue_infer::posterior::Verdict;
@@ -17,7 +17,7 @@ use tongue_input::measured::thesis::Thesis;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AssessedRecord {
     #[serde(flatten)]
-    pub fit: FitRecord,
+    pub record: FitRecord,
     pub line: u64,
     pub substitute_baseline: bool,
     pub fitted: Vec<String>,
@@ -25,7 +25,7 @@ pub struct AssessedRecord {
     /// Errors of the muscles that the fit does not see, with two references.
     pub passive: Passive,
     pub rest_shape: Option<RestDistance>,
-    pub other_optima: Vec<OptimumRecord>,
+    pub other_optima: Vec<Optimum>,
     pub pattern: Option<PatternCheck>,
 }
 
@@ -44,51 +44,43 @@ pub struct Passive {
     pub thesis_rms_ratio: Option<f64>,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct OptimumRecord {
-    pub tensions_n: ByMuscle<f64>,
-    pub cost: f64,
-    pub starts: usize,
-}
-
 impl AssessedRecord {
     /// The record of a finished job of the batch of `command`; `thesis` is for comparison.
-    pub fn new<const D: usize>(job: &Job, a: &Assessment<D>, thesis: Option<&Thesis>, command: &str) -> Self {
-        let fit = FitRecord::new(&a.fit, &a.alarms, Provenance::new(command));
-        let names = &a.fit.muscles;
-        let named = |values: &[f64]| ByMuscle::new(&fit.active, values.iter().copied());
-        let optimum =
-            |o: &Optimum| OptimumRecord { tensions_n: named(&o.tensions), cost: o.cost, starts: o.starts };
+    pub fn new(job: &Job, a: Assessment, thesis: Option<&Thesis>, command: &str) -> Self {
+        let Assessment { fit, alarms, optima, pattern, rest } = a;
+        let target = &fit.target;
         Self {
             line: job.line,
             substitute_baseline: job.substitute,
-            fitted: a.fit.target.fitted.iter().map(|&m| names[m].clone()).collect(),
-            cost: a.fit.starts.iter().map(|s| s.cost).fold(f64::INFINITY, f64::min),
-            passive: passive(a, thesis),
-            rest_shape: a.rest,
-            other_optima: a.optima.iter().map(optimum).collect(),
-            pattern: a.pattern.clone(),
-            fit,
+            fitted: target.fitted.iter().map(|&m| target.muscles[m].clone()).collect(),
+            cost: fit.starts.iter().map(|s| s.cost).fold(f64::INFINITY, f64::min),
+            passive: passive(&fit, thesis),
+            rest_shape: rest,
+            other_optima: optima,
+            pattern,
+            record: FitFound { fit, alarms }.record(Provenance::new(command), None),
         }
     }
-}
 
-impl AssessedRecord {
+    pub fn fit(&self) -> &Fit {
+        &self.record.fit
+    }
+
     /// `S2 /a/`, with a mark where the baseline replaces a missing /ɯ/.
     fn row(&self) -> String {
-        let FitRecord { subject, vowel, .. } = &self.fit;
-        format!("{subject}{} /{vowel}/", self.mark())
+        let target = &self.fit().target;
+        format!("{}{} /{}/", target.subject, self.mark(), target.vowel)
     }
 
     /// The same with the kind of target: `S2 /a/ ratio`.
     pub fn label(&self) -> String {
-        format!("{} {}", self.row(), self.fit.target_kind)
+        format!("{} {}", self.row(), self.fit().target.kind)
     }
 
     /// What the program says first of a row with a posterior.
     pub fn verdict(&self) -> Option<String> {
-        let verdict = Verdict { hyoid_mm: None, ..self.fit.verdict.clone()? };
-        Some(verdict.sentences(self.fit.baseline.label()).join(" "))
+        let verdict = Verdict { hyoid_mm: None, ..self.record.verdict.clone()? };
+        Some(verdict.sentences(self.fit().target.baseline.label()).join(" "))
     }
 
     /// The same with the name of the row before it.
@@ -102,21 +94,19 @@ impl AssessedRecord {
 }
 
 /// Errors of the passive muscles and their references; `thesis` is used if it simulated this row.
-fn passive<const D: usize>(a: &Assessment<D>, thesis: Option<&Thesis>) -> Passive {
-    let (fit, target) = (&a.fit, &a.fit.target);
+fn passive(fit: &Fit, thesis: Option<&Thesis>) -> Passive {
+    let target = &fit.target;
     let (stretch, ratio) = (TargetKind::Stretch, TargetKind::Ratio);
     let (measured, reference) = (target.muscles.len(), target.reference);
-    let (lengths, rest) = (&fit.lengths[..measured], &fit.rest_lengths[..measured]);
     let rms = |kind: TargetKind, simulated: &[f64], wanted: &[f64]| {
         let unseen = |m: &usize| !target.active.contains(m) && kind.constrains(*m, reference);
         let squares: Vec<f64> =
             (0..measured).filter(unseen).map(|m| (simulated[m] - wanted[m]).powi(2)).collect();
         (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
     };
-    let wanted = |kind: TargetKind| kind.values(&target.measured_mm, &target.baseline_mm, reference);
-    let simulated = |kind: TargetKind| kind.values(lengths, rest, reference);
+    let simulated = |kind: TargetKind| fit.simulated_in(kind);
     let no_change = |kind: TargetKind| kind.values(&target.baseline_mm, &target.baseline_mm, reference);
-    let error = |kind: TargetKind, values: &[f64]| rms(kind, values, &wanted(kind));
+    let error = |kind: TargetKind, values: &[f64]| rms(kind, values, &target.measured_in(kind));
     let thesis = thesis.filter(|t| t.simulated(target));
     let thesis_stretches = thesis.and_then(|t| t.stretches_a(&target.muscles, simulated(stretch)[reference]));
     let thesis_ratios = thesis.and_then(|t| t.ratios_a(&target.muscles));

@@ -34,16 +34,17 @@ pub struct Digest {
 
 impl Digest {
     pub fn new(r: &AssessedRecord) -> Self {
+        let (fit, target) = (r.fit(), &r.fit().target);
         Self {
-            target_kind: r.fit.target_kind.to_string(),
-            vowel: r.fit.vowel.clone(),
+            target_kind: target.kind.to_string(),
+            vowel: target.vowel.clone(),
             substitute_baseline: r.substitute_baseline,
-            status: status_name(&r.fit.status),
+            status: status_name(&fit.status),
             passive: r.passive.rms_stretch.map(|x| x * x),
             no_change: r.passive.no_change_rms_stretch.map(|x| x * x),
-            passive_muscles: r.fit.residuals.0.len() - r.fit.active.len(),
-            seen_in_part: r.fit.identifiability.as_ref().is_some_and(|i| i.undetermined > 0),
-            has_posterior: r.fit.posterior.is_some(),
+            passive_muscles: fit.residuals.len() - target.active.len(),
+            seen_in_part: fit.identifiability.as_ref().is_some_and(|i| !i.null_directions.is_empty()),
+            has_posterior: r.record.posterior.is_some(),
             posterior_untold: false,
             contrasts: Vec::new(),
         }

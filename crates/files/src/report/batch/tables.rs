@@ -29,24 +29,21 @@ pub(super) fn provenance<'a, R: 'a>(by: &'a Provenance) -> [Column<'a, R>; 3] {
 
 fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
     fn summary<'r>(r: &OfMuscle<'r>) -> Option<&'r Summary> {
-        r.fit.posterior.as_ref()?.summary.as_ref()
+        r.record.posterior.as_ref()?.summary.as_ref()
     }
     fn change(r: &OfMuscle<'_>, value: fn(&Change) -> f64) -> Value {
-        json!(summary(r).and_then(|s| s.changes_n.of(r.muscle)).map(value))
+        json!(summary(r).and_then(|s| s.changes_n.of(r.name())).map(value))
     }
     fn tension(r: &OfMuscle<'_>, value: fn(&Tension) -> Value) -> Value {
-        json!(summary(r).and_then(|s| s.tensions_n.of(r.muscle)).map(value))
+        json!(summary(r).and_then(|s| s.tensions_n.of(r.name())).map(value))
     }
     fn left_out(r: &OfMuscle<'_>, value: fn(&LeftOut) -> f64) -> Value {
-        json!(summary(r).and_then(|s| s.stretches.of(r.muscle)?.left_out.as_ref()).map(value))
+        json!(summary(r).and_then(|s| s.stretches.of(r.name())?.left_out.as_ref()).map(value))
     }
-    let mut columns = column::columns::<OfMuscle<'a>, _>([
-        ("subject", "", "subject", |r| json!(r.fit.subject)),
-        ("vowel", "", "vowel", |r| json!(r.fit.vowel)),
-        ("baseline", "", "vowel with which this one is compared", |r| json!(r.fit.baseline)),
-        ("muscle", "", "muscle", |r| r.muscle.into()),
+    let mut columns = of_muscle::picked("subject,vowel,baseline,muscle");
+    columns.extend(column::columns::<OfMuscle<'a>, _>([
         ("status", "", "whether the chains have mixed", |r| {
-            json!(r.fit.posterior.as_ref().map(|p| p.status))
+            json!(r.record.posterior.as_ref().map(|p| p.status))
         }),
         ("change_median_n_per_m", "N/m", "median of the change of tension", |r| {
             change(r, |c| c.spread.median)
@@ -70,7 +67,7 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
             tension(r, |t| t.depends_on_prior.into())
         }),
         ("measured_stretch", "", "measured length over that in the baseline", |r| {
-            json!(summary(r).and_then(|s| s.stretches.of(r.muscle)).map(|s| s.measured))
+            json!(summary(r).and_then(|s| s.stretches.of(r.name())).map(|s| s.measured))
         }),
         ("left_out_mean", "", "mean of what is predicted without this measurement", |r| {
             left_out(r, |l| l.spread.mean)
@@ -80,9 +77,9 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
         }),
         ("left_out_high_95", "", "upper end", |r| left_out(r, |l| l.spread.interval_95[1])),
         ("r_hat", "", "largest split R-hat of the posterior", |r| {
-            json!(r.fit.posterior.as_ref().map(|p| p.r_hat))
+            json!(r.record.posterior.as_ref().map(|p| p.r_hat))
         }),
-    ]);
+    ]));
     // Without the hash: its draws have seeds of their own.
     let [version, _, command] = provenance(by);
     columns.extend([version, command]);
@@ -110,17 +107,17 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
     use Row::{Baseline, Fit, Refused};
     let before = column::columns::<Row<'a>, _>([
         ("subject", "", "subject", |r| match r {
-            Fit(f) => json!(f.fit.subject),
+            Fit(f) => json!(f.fit().target.subject),
             Baseline(b) => json!(b.subject),
             Refused(r) => json!(r.subject),
         }),
         ("vowel", "", "vowel", |r| match r {
-            Fit(f) => json!(f.fit.vowel),
+            Fit(f) => json!(f.fit().target.vowel),
             Baseline(b) => json!(b.vowel),
             Refused(r) => json!(r.vowel),
         }),
         ("baseline", "", "vowel with which this one is compared", |r| match r {
-            Fit(f) => json!(f.fit.baseline),
+            Fit(f) => json!(f.fit().target.baseline),
             Baseline(b) => json!(b.vowel),
             Refused(_) => Value::Null,
         }),
@@ -130,12 +127,12 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
             Refused(_) => Value::Null,
         }),
         ("target_kind", "", "quantity that was fitted: ratio or stretch", |r| match r {
-            Fit(f) => json!(f.fit.target_kind),
+            Fit(f) => json!(f.fit().target.kind),
             Baseline(_) => Value::Null,
             Refused(r) => json!(r.kind),
         }),
         ("status", "", "how the fit ended; baseline or not_fitted where there is none", |r| match r {
-            Fit(f) => json!(f.fit.status),
+            Fit(f) => json!(f.fit().status),
             Baseline(_) => "baseline".into(),
             Refused(_) => "not_fitted".into(),
         }),
@@ -144,15 +141,15 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
             Baseline(_) => "the baseline itself".into(),
             Refused(r) => json!(r.message),
         }),
-        ("active", "", "muscles that may contract", |r| r.of(|f| f.fit.active.join("+").into())),
+        ("active", "", "muscles that may contract", |r| r.of(|f| f.fit().active_names().join("+").into())),
         ("equations", "", "muscles that the fit has to meet", |r| r.of(|f| f.fitted.len().into())),
         ("undetermined", "", "directions that the data leave open", |r| {
-            r.of(|f| json!(f.fit.identifiability.as_ref().map(|i| i.undetermined)))
+            r.of(|f| json!(f.fit().identifiability.as_ref().map(|i| i.null_directions.len())))
         }),
     ]);
     let after = column::columns::<Row<'a>, _>([
         ("cost", "", "smallest objective", |r| r.of(|f| f.cost.into())),
-        ("misfit", "", "RMS residual of the fitted muscles", |r| r.of(|f| f.fit.misfit.into())),
+        ("misfit", "", "RMS residual of the fitted muscles", |r| r.of(|f| f.fit().misfit.into())),
         ("passive_rms_stretch", "", "RMS residual of the passive stretches", |r| {
             r.of(|f| json!(f.passive.rms_stretch))
         }),
@@ -175,7 +172,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
             r.of(|f| json!(f.rest_shape.map(|d| d.rms_ratio)))
         }),
         ("smallest_singular_value_per_n", "1/N", "how weakly the fitted values answer to tensions", |r| {
-            r.of(|f| json!(f.fit.identifiability.as_ref().and_then(|i| i.singular_values.last())))
+            r.of(|f| json!(f.fit().identifiability.as_ref().and_then(|i| i.singular_values.last())))
         }),
         ("other_optima", "", "other local optima", |r| r.of(|f| f.other_optima.len().into())),
         ("pattern_found", "", "muscles of the published pattern that were found", |r| {
@@ -188,9 +185,9 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
             r.of(|f| json!(f.pattern.as_ref().map(|p| p.unexpected.join("+"))))
         }),
         ("alarms", "", "reasons for doubt", |r| {
-            r.of(|f| f.fit.alarms.iter().map(Alarm::text).collect::<Vec<_>>().join("; ").into())
+            r.of(|f| f.record.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ").into())
         }),
-        ("evaluations", "", "equilibria that were solved", |r| r.of(|f| f.fit.evaluations.into())),
+        ("evaluations", "", "equilibria that were solved", |r| r.of(|f| f.fit().evaluations.into())),
         ("line", "", "line of the row in its file", |r| match r {
             Fit(f) => f.line.into(),
             Baseline(b) => b.line.into(),
@@ -198,7 +195,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         }),
     ]);
     let tensions = muscles.iter().map(|m| {
-        let own = move |r: &Row<'a>| r.of(|f| json!(f.fit.tensions_n.of(m)));
+        let own = move |r: &Row<'a>| r.of(|f| json!(f.fit().value(m, &f.fit().tensions)));
         Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", own)
     });
     before.into_iter().chain(tensions).chain(after).chain(provenance(by)).collect()
@@ -210,7 +207,7 @@ pub fn of_muscles(r: &AssessedRecord, by: &Provenance) -> Table {
 
 /// The header of `posterior.csv`, and its rows for one fit; none where it has no posterior.
 pub fn of_posterior(r: &AssessedRecord, by: &Provenance) -> Table {
-    let rows = if r.fit.posterior.is_some() { muscles(r) } else { Vec::new() };
+    let rows = if r.record.posterior.is_some() { muscles(r) } else { Vec::new() };
     column::table(&posterior_columns(by), &rows)
 }
 
@@ -220,9 +217,8 @@ pub fn of_rows(names: &[String], rows: &[Row<'_>], by: &Provenance) -> Table {
 }
 
 fn muscles(r: &AssessedRecord) -> Vec<OfMuscle<'_>> {
-    let (fit, fitted) = (&r.fit, r.fitted.as_slice());
-    let names = fit.tensions_n.0.iter().map(|(muscle, _)| muscle.as_str());
-    names.map(|muscle| OfMuscle { fit, substitute_baseline: r.substitute_baseline, fitted, muscle }).collect()
+    let of = |muscle| OfMuscle { record: &r.record, substitute_baseline: r.substitute_baseline, muscle };
+    (0..r.fit().muscles.len()).map(of).collect()
 }
 
 #[cfg(test)]

@@ -47,8 +47,8 @@ impl PageFit {
         (moved, ridges): (Vec<[i64; 2]>, Option<&str>),
         muscles: &[String],
     ) -> Result<Self, ReportError> {
-        let tension = |m: &String| r.fit.tensions_n.of(m).copied();
-        let has_posterior = r.fit.posterior.is_some();
+        let tension = |m: &String| r.fit().value(m, &r.fit().tensions);
+        let has_posterior = r.record.posterior.is_some();
         Ok(Self {
             number,
             heat_row: heat_row(number, r, muscles).into_string(),
@@ -61,7 +61,10 @@ impl PageFit {
             },
             moved,
             active: muscles.iter().filter(|m| tension(m).is_some_and(|t| t > 0.0)).cloned().collect(),
-            tensions: muscles.iter().map(|m| tension(m).filter(|_| r.fit.active.contains(m))).collect(),
+            tensions: muscles
+                .iter()
+                .map(|m| tension(m).filter(|_| r.fit().active_names().contains(m)))
+                .collect(),
             label: r.label(),
         })
     }
@@ -69,8 +72,8 @@ impl PageFit {
 
 fn first_cells(id: usize, r: &AssessedRecord) -> Markup {
     html! {
-        td { (r.fit.subject) (r.mark()) }
-        td { a href={ "#fit-" (id) } { "/" (r.fit.vowel) "/" } }
+        td { (r.fit().target.subject) (r.mark()) }
+        td { a href={ "#fit-" (id) } { "/" (r.fit().target.vowel) "/" } }
     }
 }
 
@@ -78,10 +81,10 @@ fn heat_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     html! {
         tr {
             (first_cells(id, r))
-            td { (r.fit.target_kind) }
+            td { (r.fit().target.kind) }
             @for m in muscles {
-                @match r.fit.residuals.of(m) {
-                    Some(&residual) => td data-v=(residual) style=(shade(residual / FULL_COLOUR)) {
+                @match r.fit().value(m, &r.fit().residuals) {
+                    Some(residual) => td data-v=(residual) style=(shade(residual / FULL_COLOUR)) {
                         @if r.fitted.contains(m) { "● " }
                         (format!("{:+.1}", (1000.0 * residual).round() / 10.0 + 0.0))
                     },
@@ -100,7 +103,7 @@ fn shade(part: f64) -> String {
 }
 
 fn status(r: &AssessedRecord) -> String {
-    status_name(&r.fit.status).replace('_', " ")
+    status_name(&r.fit().status).replace('_', " ")
 }
 
 fn table_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
@@ -111,16 +114,16 @@ fn table_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     html! {
         tr {
             (first_cells(id, r))
-            td { "/" (r.fit.baseline) "/" }
-            td { (r.fit.target_kind) }
+            td { "/" (r.fit().target.baseline) "/" }
+            td { (r.fit().target.kind) }
             td { (status(r)) }
-            td data-v=(r.fit.misfit) { (format!("{:.1e}", r.fit.misfit)) }
+            td data-v=(r.fit().misfit) { (format!("{:.1e}", r.fit().misfit)) }
             (optional(r.passive.rms_stretch))
             (optional(r.passive.no_change_rms_stretch))
-            (number(r.fit.alarms.len() as f64, 0))
+            (number(r.record.alarms.len() as f64, 0))
             @for m in muscles {
-                @let tension = r.fit.tensions_n.of(m).copied().unwrap_or(0.0);
-                td data-v=(tension) { @if r.fit.active.contains(m) { (format!("{tension:.1}")) } }
+                @let tension = r.fit().value(m, &r.fit().tensions).unwrap_or(0.0);
+                td data-v=(tension) { @if r.fit().active_names().contains(m) { (format!("{tension:.1}")) } }
             }
         }
     }
@@ -131,11 +134,11 @@ fn table_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
 fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     // Adding zero removes the sign of -0.
     let whole = |v: f64| format!("{:.0}", v.round() + 0.0);
-    let summary = r.fit.posterior.as_ref().and_then(|p| p.summary.as_ref());
+    let summary = r.record.posterior.as_ref().and_then(|p| p.summary.as_ref());
     html! {
         tr {
             (first_cells(id, r))
-            td title=(r.verdict().unwrap_or_default()) { "/" (r.fit.baseline) "/" }
+            td title=(r.verdict().unwrap_or_default()) { "/" (r.fit().target.baseline) "/" }
             @for m in muscles {
                 @match summary.and_then(|s| s.changes_n.of(m)) {
                     Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
@@ -143,7 +146,7 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
                         br;
                         span.interval { (format!("{:.2}", change.probability_rises)) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
                     },
-                    None => td title=(r.fit.posterior.as_ref().map_or("", |p| p.why.as_str())) { "not mixed" },
+                    None => td title=(r.record.posterior.as_ref().map_or("", |p| p.why.as_str())) { "not mixed" },
                 }
             }
         }
@@ -156,14 +159,14 @@ fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> 
     let thesis = |value: Option<f64>| {
         value.map(|t| format!(", the thesis's own simulation {t:.3}")).unwrap_or_default()
     };
-    let (alarms, passive) = (&r.fit.alarms, &r.passive);
+    let (alarms, passive) = (&r.record.alarms, &r.passive);
     html! {
         details id={ "fit-" (id) } {
             summary { (r.label()) ": " (status(r)) @if !alarms.is_empty() { ", " (alarms.len()) @if alarms.len() == 1 { " alarm" } @else { " alarms" } } }
             div.figure { (PreEscaped(figure)) }
             @if let Some(verdict) = r.verdict() { p.verdict { (verdict) } }
             @if let Some(ridges) = ridges { " " div.figure { (PreEscaped(ridges)) } }
-            @if !alarms.is_empty() { ul.alarms { @for a in alarms { li { (a.text()) } } } }
+            @if !alarms.is_empty() { ul.alarms { @for a in alarms { li { (a) } } } }
             p {
                 "Passive muscles, stretches: " (rms(passive.rms_stretch)) " RMS, no change " (rms(passive.no_change_rms_stretch))
                 (thesis(passive.thesis_rms_stretch))
@@ -192,8 +195,8 @@ fn tensions(values: &ByMuscle<f64>) -> String {
 
 /// Figure 4.9 for this fit. The page has the title, so the figure has only the label.
 fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
-    let fit = &r.fit;
+    let target = &r.fit().target;
     let title =
-        format!("{} /{}/ against /{}/, {}", fit.subject, fit.vowel, fit.baseline.label(), fit.target_kind);
-    Ok(fit.changes(&title, "measured", None)?.to_string())
+        format!("{} /{}/ against /{}/, {}", target.subject, target.vowel, target.baseline, target.kind);
+    Ok(r.record.changes(&title, "measured", None)?.to_string())
 }
