@@ -333,7 +333,7 @@ pub mod run {
     pub use tongue_files::run::BatchRun;
     #[doc(inline)]
     pub use tongue_files::run::{
-        BodySource, Equilibrium, FitFound, FitRun, Kind, PlaneBody, TrackError, TrackRun, TrackedBody,
+        BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackError, TrackRun, TrackedBody,
     };
 }
 

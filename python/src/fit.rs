@@ -12,7 +12,7 @@ use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{TargetKind, Vowel};
 use tongue_fit::posterior::Verdict;
 use tongue_fit::report::batch as outputs;
-use tongue_fit::report::{Conclusion, Export, Provenance};
+use tongue_fit::report::{Export, Provenance};
 use tongue_fit::run::{BatchRun, FitRun};
 use tongue_fit::{body, parallel};
 
@@ -60,13 +60,13 @@ pub fn fit_row<'py>(
     let (body, model) = body_and_model(body, model)?;
     let asked = FitRun { target: Arc::unwrap_or_clone(target), settings, walls: false };
     let (text, picture) = aside_on(py, &pool(py, threads)?, move || {
-        let found = asked.run(&body, &model).map_err(refused)?;
         let by = Provenance::new("python").with_tissue(model.tissue);
-        let picture = found.picture(&body).map_err(refused)?;
-        let mut record = found.record(by.clone(), Some(clock.elapsed().as_secs_f64()));
+        let mut record = asked.run(&body, &model, &by).map_err(refused)?;
+        record.wall_s = Some(clock.elapsed().as_secs_f64());
         record.verdict = if verdict { Verdict::of_target(&body, &model, &asked.target).ok() } else { None };
-        record.conclusion = Some(Conclusion::new(&record.fit, &record.alarms, None, record.verdict.as_ref()));
+        record.conclude();
         let text = record.to_json().map_err(refused)?;
+        let picture = record.picture(&body).map_err(refused)?;
         Ok::<_, PyErr>((text, picture.text(&by).map_err(refused)?))
     })??;
     Ok((loads(py, &text)?, picture))

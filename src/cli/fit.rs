@@ -4,14 +4,12 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::body::Body;
 use tongue_fit::choice::name_of;
-use tongue_fit::inverse::{Fit, FitSettings, Method};
+use tongue_fit::inverse::{FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::Verdict;
-use tongue_fit::report::{self, Conclusion, Export, FitRecord, Series, ValleyRecord};
+use tongue_fit::report::{self, Export, Series, ValleyRecord};
 use tongue_fit::run::FitRun;
-use tongue_fit::system::Model;
 
 use super::choice::choice;
 use super::fit_table::Shown;
@@ -135,8 +133,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         )
     });
     let asked = FitRun { target: target.clone(), settings, walls: false };
-    let found = asked.run(&tongue, &model).into_diagnostic()?;
-    let fit = &found.fit;
+    let by = super::provenance().with_tissue(model.tissue);
+    let mut record = asked.run(&tongue, &model, &by).into_diagnostic()?;
+    let fit = &record.fit;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
     let published = match arguments.lengths {
         None => published::answer(&tongue.mesh, &model, &fit.target)?,
@@ -145,11 +144,14 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
     // A table that only -v shows.
     let from_stretches = match kind {
-        TargetKind::Ratio if output::is_verbose() => stretches(arguments, &data, &asked, &tongue, &model),
+        TargetKind::Ratio if output::is_verbose() => {
+            let target = arguments.target(&data, TargetKind::Stretch).ok();
+            let run = |target| FitRun::quick(target, false).run(&tongue, &model, &by);
+            target.and_then(|target| run(target).ok())
+        }
         _ => None,
     };
 
-    let by = super::provenance().with_tissue(model.tissue);
     let sampled = match &ground {
         Some(ground) => Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>(), beside)?),
         None => None,
@@ -165,15 +167,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         Ok(_) => "verdict made".to_owned(),
         Err(why) => format!("no verdict: {why}"),
     });
-    let picture = found.picture(&tongue).into_diagnostic()?;
-    let mut record = found.record(by.clone(), Some(clock.elapsed().as_secs_f64()));
+    record.wall_s = Some(clock.elapsed().as_secs_f64());
     record.verdict = verdict.as_ref().ok().cloned();
     record.posterior = sampled.as_ref().map(|s| s.reports[posture].clone());
     record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();
-    let FitRecord { fit, alarms, posterior, verdict: told, .. } = &record;
-    let conclusion = Conclusion::new(fit, alarms, posterior.as_ref(), told.as_ref());
-    record.conclusion = Some(conclusion.clone());
-    let FitRecord { fit, alarms, .. } = &record;
+    let conclusion = record.conclude().clone();
+    let picture = record.picture(&tongue).into_diagnostic()?;
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
     let published_stretches =
@@ -187,8 +186,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         .into_diagnostic()?;
     let mut files: Vec<(&str, &dyn Export)> =
         vec![("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
-    let valley = ValleyRecord::of(fit);
-    let valley = valley.map(|v| (v.table(), report::valley(&v, &fit.target.muscles[fit.target.reference])));
+    let of_fit = &record.fit.target;
+    let valley = ValleyRecord::of(&record.fit);
+    let valley = valley.map(|v| (v.table(), report::valley(&v, &of_fit.muscles[of_fit.reference])));
     if let Some((table, drawing)) = &valley {
         files.push(("valley.csv", table));
         files.push(("valley.svg", drawing));
@@ -201,32 +201,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         output::print(&json)?;
     } else {
         let shown = Shown {
-            fit,
-            verdict: verdict.as_ref().map_err(String::as_str),
+            record: &record,
+            verdict: &verdict,
             conclusion: &conclusion,
             is_verbose: output::is_verbose(),
-            alarms,
-            from_stretches: from_stretches.as_ref(),
+            from_stretches: from_stretches.as_ref().map(|found| &found.fit),
             published: published.as_ref(),
             posterior: sampled.as_ref().map(|s| (s, posture)),
             written: &written,
-            wall_s: clock.elapsed().as_secs_f64(),
         };
         output::summary(&shown.text(), &written)?;
     }
     Ok(Outcome::judged(conclusion.trusted, || conclusion.text))
-}
-
-/// The same row fitted by stretches, which determine all tensions; `None` if that is not possible.
-fn stretches(
-    arguments: &Arguments,
-    data: &Dataset,
-    asked: &FitRun,
-    body: &Body<2>,
-    model: &Model,
-) -> Option<Fit> {
-    let kind = TargetKind::Stretch;
-    let target = arguments.target(data, kind).ok()?;
-    let settings = FitSettings { method: Method::GaussNewton, ..asked.settings };
-    FitRun { target, settings, ..asked.clone() }.run(body, model).ok().map(|found| found.fit)
 }

@@ -4,11 +4,10 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use tongue_fit::inverse::Fit;
-use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::inverse::valley::Valley;
 use tongue_fit::measured::TargetKind;
 use tongue_fit::posterior::Verdict;
-use tongue_fit::report::{self, Conclusion, fixed};
+use tongue_fit::report::{self, Conclusion, FitRecord, fixed};
 
 use super::posterior::Sampled;
 use super::published::Published;
@@ -16,19 +15,17 @@ use super::table::{counted, newtons, rows};
 use super::word;
 
 pub struct Shown<'a> {
-    pub fit: &'a Fit,
+    pub record: &'a FitRecord,
     /// Which muscles pull harder than in the baseline, or why that is not said.
-    pub verdict: Result<&'a Verdict, &'a str>,
+    pub verdict: &'a Result<Verdict, String>,
     pub conclusion: &'a Conclusion,
     pub is_verbose: bool,
-    pub alarms: &'a [Alarm],
     /// For a fit of ratios, the fit of the same row by stretches.
     pub from_stretches: Option<&'a Fit>,
     pub published: Option<&'a Published>,
     /// What data and model leave open, where it was asked for.
     pub posterior: Option<(&'a Sampled<'a>, usize)>,
     pub written: &'a [PathBuf],
-    pub wall_s: f64,
 }
 
 const COLUMNS: usize = 100;
@@ -48,7 +45,7 @@ impl Shown<'_> {
         text += &self.not_measured();
         if self.is_verbose {
             text += &self.doubts();
-            text += &muscles(self.fit, self.published);
+            text += &muscles(&self.record.fit, self.published);
         }
         if self.conclusion.trusted {
             text += &wrapped(&format!("{}{}", self.conclusion.text, self.more()));
@@ -67,7 +64,7 @@ impl Shown<'_> {
 
     /// The verdict, which stands before all else.
     fn told_first(&self) -> String {
-        let target = &self.fit.target;
+        let target = &self.record.fit.target;
         let mut text = format!("{} /{}/ against /{}/\n", target.subject, target.vowel, target.baseline);
         match self.verdict {
             Ok(verdict) => {
@@ -86,7 +83,7 @@ impl Shown<'_> {
 
     /// What the tensions below are, and what they miss.
     fn heading(&self) -> String {
-        let fit = self.fit;
+        let fit = &self.record.fit;
         let name = match fit.target.kind {
             TargetKind::Ratio => "The thesis's fit",
             TargetKind::Stretch => "The fit",
@@ -102,7 +99,7 @@ impl Shown<'_> {
     }
 
     fn quantity(&self) -> &'static str {
-        match self.fit.target.kind {
+        match self.record.fit.target.kind {
             TargetKind::Ratio => "ratios",
             TargetKind::Stretch => "stretches",
         }
@@ -110,11 +107,16 @@ impl Shown<'_> {
 
     /// The curves of tensions that fit equally well.
     fn valleys(&self) -> impl Iterator<Item = &Valley> {
-        self.fit.identifiability.iter().flat_map(|i| &i.null_directions).filter_map(|n| n.valley.as_ref())
+        self.record
+            .fit
+            .identifiability
+            .iter()
+            .flat_map(|i| &i.null_directions)
+            .filter_map(|n| n.valley.as_ref())
     }
 
     fn tensions(&self) -> String {
-        let (fit, target) = (self.fit, &self.fit.target);
+        let (fit, target) = (&self.record.fit, &self.record.fit.target);
         let mut header = vec!["tension, N/m"];
         header.extend(target.active_names());
         let own = |tensions: &[f64]| target.active.iter().map(|&m| newtons(tensions[m])).collect::<Vec<_>>();
@@ -138,7 +140,7 @@ impl Shown<'_> {
     }
 
     fn not_measured(&self) -> String {
-        let names = self.fit.not_measured().join(", ");
+        let names = self.record.fit.not_measured().join(", ");
         if names.is_empty() {
             return String::new();
         }
@@ -147,16 +149,16 @@ impl Shown<'_> {
 
     /// How the search ended, with all reasons for doubt.
     fn doubts(&self) -> String {
-        let (fit, target) = (self.fit, &self.fit.target);
+        let (fit, target) = (&self.record.fit, &self.record.fit.target);
         let misfit = if fit.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", fit.misfit) };
         let mut text = format!(
             "\n{}: the fitted {} are missed by {misfit} (RMS); {} equilibria in {:.0} ms\n",
             word(&fit.status),
             self.quantity(),
             fit.evaluations,
-            1e3 * self.wall_s
+            1e3 * self.record.wall_s.unwrap_or_default()
         );
-        for alarm in self.alarms {
+        for alarm in &self.record.alarms {
             text += &wrapped(&format!("but {alarm}"));
         }
         let open = fit.identifiability.as_ref().map_or(0, |i| i.null_directions.len());

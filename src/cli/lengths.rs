@@ -7,13 +7,11 @@ use std::path::PathBuf;
 use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::inverse::batch::{self, Refusal, Selection};
-use tongue_fit::measured::lengths::{
-    BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LineEnds, Malformed, Reading, Row,
-};
+use tongue_fit::measured::lengths::{BrokenRow, Column, Encoding, HalfWidth, Malformed, Reading, Row};
 use tongue_fit::measured::{Dataset, TargetKind, Vowel};
 
 use super::table::{left, listed};
-use super::{Global, Outcome, inputs, output, table};
+use super::{Global, Outcome, inputs, output, table, word};
 
 const MOST_LISTED: usize = 50;
 
@@ -197,15 +195,7 @@ pub(super) fn form(reading: &Reading) -> String {
         Encoding::Utf8Bom => "UTF-8 with byte order mark",
         Encoding::Utf16 => "UTF-16",
     };
-    let ends = match reading.line_ends {
-        LineEnds::Lf => "LF",
-        LineEnds::Crlf => "CRLF",
-        LineEnds::Cr => "CR",
-    };
-    let mark = match reading.decimal_mark {
-        DecimalMark::Point => "point",
-        DecimalMark::Comma => "comma",
-    };
+    let (ends, mark) = (word(&reading.line_ends).to_uppercase(), word(&reading.decimal_mark));
     format!("{encoding}, {ends} line ends, {} between fields, decimal {mark}", reading.separator.plural())
 }
 

@@ -63,9 +63,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         ));
     }
     let mut fits = Vec::new();
-    for found in parallel::map(jobs, |job| FitRun::quick(job.target.clone(), true).run(&tongue, &model)) {
+    for found in parallel::map(jobs, |job| FitRun::quick(job.target.clone(), true).run(&tongue, &model, &by))
+    {
         match found {
-            Ok(found) => fits.push(found.record(by.clone(), None)),
+            Ok(found) => fits.push(found),
             Err(error) => not_fitted.push(error.to_string()),
         }
     }

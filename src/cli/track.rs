@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, bail, ensure, miette};
 use tongue_fit::adapt::{Basis, How};
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{Json, RecordingResult, TrackRecord, TrackResults, status_name};
+use tongue_fit::report::{FormantsRecord, Json, RecordingResult, TrackRecord, TrackResults, status_name};
 use tongue_fit::run::TrackRun;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{
@@ -17,6 +17,7 @@ use super::body_file::BodyFile;
 use super::choice::choice_among;
 use super::outcome::counted;
 use super::recordings::{self, Given, PriorArguments, Screened};
+use super::track_sound::{FORMANTS, Sound};
 use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
     track_table,
@@ -133,7 +134,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let journal = track_run::journal(&run, &given, &out, &seen, &format!("{sound:?}"))?;
     let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
-    let listen = |frames: &mut [Frame]| sound.iter().for_each(|s| s.listen(frames, &speaker.followed));
+    let listen = |frames: &mut [Frame]| {
+        let heard = sound.iter();
+        heard.for_each(|(airway, lips)| track::listen(frames, airway, &speaker.followed, lips, FORMANTS));
+    };
     let unknown = (shape.as_ref(), contact.as_ref());
     let search = |watch: &Watch<'_>| run.track(&speaker, unknown, &seen, &listen, watch).into_diagnostic();
     let (journal, found) = track_run::resumed(journal, seen.len(), search)?;
@@ -191,7 +195,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         wall_s: clock.elapsed().as_secs_f64(),
     };
     record.results.recordings = results;
-    record.formants = sound.as_ref().map(|sound| sound.record(&record.results));
+    let formants = |(airway, lips): &Sound| FormantsRecord::new(airway.tract(), lips, &record.results);
+    record.formants = sound.as_ref().map(formants);
     record.notes.iter().for_each(|n| output::note(n));
     let recordings = &record.results.recordings;
     let mut body = speaker.body.clone();

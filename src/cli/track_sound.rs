@@ -7,12 +7,10 @@ use miette::IntoDiagnostic;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::heard::{Airway, Articulation, Tract};
-use tongue_fit::report::{FormantsRecord, TrackResults};
-use tongue_fit::track::{Followed, Frame, listen};
 
 use super::inputs;
 
-const FORMANTS: usize = 2;
+pub const FORMANTS: usize = 2;
 /// A traced palate replaces the drawn one where they are nearer to each other than this, mm.
 const REACH_MM: f64 = 12.0;
 
@@ -34,10 +32,8 @@ pub struct Arguments {
     lip_protrusion: f64,
 }
 
-pub struct Sound {
-    airway: Arc<Airway>,
-    lips: Articulation,
-}
+/// A tract around the body, with the lips of all frames.
+pub type Sound = (Arc<Airway>, Articulation);
 
 impl Arguments {
     /// The given tract, or the drawn one before it is placed, with the lips checked; `None` if no formants are wanted.
@@ -75,17 +71,6 @@ impl Read {
             let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
             tract = tract.under(&palate, REACH_MM);
         }
-        Ok(Sound { airway: Arc::new(Airway::round(body, tract).into_diagnostic()?), lips })
-    }
-}
-
-impl Sound {
-    pub fn listen(&self, frames: &mut [Frame], followed: &[Followed]) {
-        listen(frames, &self.airway, followed, &self.lips, FORMANTS);
-    }
-
-    /// The tract and the posture that the formants are of, with their medians.
-    pub fn record(&self, results: &TrackResults) -> FormantsRecord {
-        FormantsRecord::new(self.airway.tract(), &self.lips, results)
+        Ok((Arc::new(Airway::round(body, tract).into_diagnostic()?), lips))
     }
 }

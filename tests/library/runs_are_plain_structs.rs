@@ -4,6 +4,7 @@ use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Body, ContinuumSettings, MeshContent};
 use tongue_fit::inverse::{FitSettings, Method, fit};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
+use tongue_fit::report::Provenance;
 use tongue_fit::run::{BodySource, FitRun, Kind, PlaneBody};
 use tongue_fit::system::Model;
 
@@ -48,7 +49,7 @@ fn a_fit_from_options_is_that_of_the_inverse_problem() {
     let kind = TargetKind::Stretch;
     let target = Target::new(&data, "S2", &"a".parse().unwrap(), kind, &TargetOptions::default()).unwrap();
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
-    let found = FitRun::quick(target.clone(), false).run(&body, &model).unwrap();
+    let found = FitRun::quick(target.clone(), false).run(&body, &model, &Provenance::new("")).unwrap();
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     assert_eq!(found.fit, fit(&body.mesh, &model, &target, &settings).unwrap());
 }

@@ -70,8 +70,7 @@ pub fn fit(
 ) -> Result<FitRecord, String> {
     let target = target(engine, subject, vowel, baseline, kind)?;
     let by = Provenance::new("tongue.html").with_tissue(engine.model.tissue);
-    let found = FitRun::quick(target, walls).run(&engine.body, &engine.model);
-    found.map(|found| found.record(by, None)).map_err(|e| e.to_string())
+    FitRun::quick(target, walls).run(&engine.body, &engine.model, &by).map_err(|e| e.to_string())
 }
 
 /// The draws of one group of chains for a verdict.

@@ -6,8 +6,9 @@ use serde_json::json;
 use super::column;
 use super::export::{Export, Provenance};
 use super::of_muscle::{self, OfMuscle};
-use super::{ByMuscle, Conclusion, ReportError, Series, Svg, Table, changes};
+use super::{ByMuscle, Conclusion, ReportError, SectionPicture, Series, Svg, Table, changes, tongue};
 use crate::run::Equilibrium;
+use tongue_core::body::Body;
 use tongue_infer::inverse::Fit;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::valley::{Valley, ValleyPoint};
@@ -123,6 +124,28 @@ fn told<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Error> {
 }
 
 impl FitRecord {
+    /// Of a fit without a posterior.
+    pub fn new(fit: Fit, alarms: Vec<Alarm>, made_by: &Provenance) -> Self {
+        let (verdict, conclusion, posterior, made_by) = (None, None, None, made_by.clone());
+        Self { made_by, verdict, conclusion, fit, alarms, posterior, contrasts: Vec::new(), wall_s: None }
+    }
+
+    /// Adds what is concluded from it: its last words and the exit status.
+    pub fn conclude(&mut self) -> &Conclusion {
+        let Self { fit, alarms, posterior, verdict, .. } = &*self;
+        let conclusion = Conclusion::new(fit, alarms, posterior.as_ref(), verdict.as_ref());
+        self.conclusion.insert(conclusion)
+    }
+
+    pub fn picture(&self, body: &Body<2>) -> Result<Svg, ReportError> {
+        let (fit, target) = (&self.fit, &self.fit.target);
+        let title =
+            format!("{} /{}/: at rest (grey) and at the tensions found", target.subject, target.vowel);
+        let palate = body.palate.as_deref().unwrap_or_default();
+        let tensions = fit.shown_tensions();
+        tongue(&SectionPicture::new(&body.mesh, &fit.positions, &tensions, palate, &title))
+    }
+
     pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string_pretty(self).map(|s| s + "\n")
     }

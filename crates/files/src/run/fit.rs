@@ -4,12 +4,12 @@ use nalgebra::SVector;
 use tongue_core::body::Body;
 use tongue_core::effect::Contact;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
-use tongue_infer::inverse::alarms::{self, Alarm};
-use tongue_infer::inverse::{self, Fit, FitError, FitSettings, Matched, Method};
+use tongue_infer::inverse::alarms;
+use tongue_infer::inverse::{self, FitError, FitSettings, Matched, Method};
 use tongue_input::measured::Target;
 use tongue_input::measured::muscles::Muscles;
 
-use crate::report::{self, FitRecord, Provenance, ReportError, SectionPicture, Svg};
+use crate::report::{FitRecord, Provenance};
 use crate::scene::effects::CONTACT_REACH_MM;
 
 #[derive(Debug, Clone)]
@@ -19,12 +19,6 @@ pub struct FitRun {
     pub walls: bool,
 }
 
-#[derive(Debug, Clone)]
-pub struct FitFound {
-    pub fit: Fit,
-    pub alarms: Vec<Alarm>,
-}
-
 impl FitRun {
     /// A fit by derivatives: what `tongue-fit --vowel` makes with `--method gauss-newton` and nothing else.
     pub fn quick(target: Target, walls: bool) -> Self {
@@ -32,7 +26,8 @@ impl FitRun {
         Self { target, settings, walls }
     }
 
-    pub fn run(&self, body: &Body<2>, model: &Model) -> Result<FitFound, FitError> {
+    /// Makes the fit, with what there is to doubt in it; `made_by` is its provenance.
+    pub fn run(&self, body: &Body<2>, model: &Model, made_by: &Provenance) -> Result<FitRecord, FitError> {
         let Self { target, settings, .. } = self;
         let fit = match body.palate.as_ref().filter(|_| self.walls) {
             None => inverse::fit(&body.mesh, model, target, settings)?,
@@ -44,25 +39,7 @@ impl FitRun {
         };
         let known = Muscles::built_in();
         let alarms = alarms::alarms(&body.mesh, &fit, &known, settings);
-        Ok(FitFound { fit, alarms })
-    }
-}
-
-impl FitFound {
-    /// Its record, with the time that it took, s, if that is wanted.
-    pub fn record(self, made_by: Provenance, wall_s: Option<f64>) -> FitRecord {
-        let Self { fit, alarms } = self;
-        let (verdict, conclusion, posterior) = (None, None, None);
-        FitRecord { made_by, verdict, conclusion, fit, alarms, posterior, contrasts: Vec::new(), wall_s }
-    }
-
-    pub fn picture(&self, body: &Body<2>) -> Result<Svg, ReportError> {
-        let target = &self.fit.target;
-        let title =
-            format!("{} /{}/: at rest (grey) and at the tensions found", target.subject, target.vowel);
-        let palate = body.palate.as_deref().unwrap_or_default();
-        let tensions = self.fit.shown_tensions();
-        report::tongue(&SectionPicture::new(&body.mesh, &self.fit.positions, &tensions, palate, &title))
+        Ok(FitRecord::new(fit, alarms, made_by))
     }
 }
 

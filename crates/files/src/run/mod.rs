@@ -14,5 +14,5 @@ mod track;
 pub use batch::BatchRun;
 pub use body::{BodySource, Kind, PlaneBody};
 pub use equilibrium::Equilibrium;
-pub use fit::{FitFound, FitRun};
+pub use fit::FitRun;
 pub use track::{TrackError, TrackRun, TrackedBody};

@@ -77,6 +77,13 @@ pub struct Said {
     pub mostly_prior: bool,
 }
 
+impl Said {
+    fn new(muscle: &str, p_rises: f64, tension_n_per_m: [f64; 2], mostly_prior: bool) -> Self {
+        let (muscle, word) = (muscle.to_owned(), Word::of(p_rises));
+        Self { muscle, p_rises, word, tension_n_per_m, mostly_prior }
+    }
+}
+
 /// The draws from which a verdict is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -157,13 +164,7 @@ impl Verdict {
             let moved = moved_by_prior(ground, m, &tensions, interval[1]);
             let changes: Vec<f64> = draws.iter().map(|d| d.change(0, m)).collect();
             let p_rises = part_above_zero(&changes);
-            Said {
-                muscle: muscle.clone(),
-                p_rises,
-                word: Word::of(p_rises),
-                tension_n_per_m: interval,
-                mostly_prior: is_of_prior(moved, &scaled.of(&tensions)),
-            }
+            Said::new(muscle, p_rises, interval, is_of_prior(moved, &scaled.of(&tensions)))
         });
         let shift = |axis: usize| {
             Quantiles::of(draws.iter().map(|d| 1e3 * d.meaning.postures[0].hyoid[axis])).interval_95
@@ -176,12 +177,8 @@ impl Verdict {
     pub fn of(report: &Report) -> Option<Self> {
         let summary = report.summary.as_ref()?;
         let each = summary.changes_n.0.iter().zip(&summary.tensions_n.0);
-        let said = each.map(|((muscle, change), (_, tension))| Said {
-            muscle: muscle.clone(),
-            p_rises: change.probability_rises,
-            word: Word::of(change.probability_rises),
-            tension_n_per_m: tension.spread.interval_95,
-            mostly_prior: tension.depends_on_prior,
+        let said = each.map(|((muscle, change), (_, t))| {
+            Said::new(muscle, change.probability_rises, t.spread.interval_95, t.depends_on_prior)
         });
         let hyoid_mm = (!report.priors.hyoid.off).then(|| summary.hyoid_mm.map(|s| s.interval_95));
         Some(Self { from: VerdictFrom::Draws, hyoid_mm, muscles: said.collect() })
@@ -239,8 +236,7 @@ mod tests {
     use super::*;
 
     fn said(muscle: &str, p_rises: f64, mostly_prior: bool) -> Said {
-        let word = Word::of(p_rises);
-        Said { muscle: muscle.into(), p_rises, word, tension_n_per_m: [14.2, 68.9], mostly_prior }
+        Said::new(muscle, p_rises, [14.2, 68.9], mostly_prior)
     }
 
     #[test]

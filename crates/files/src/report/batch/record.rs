@@ -3,7 +3,6 @@
 use serde::Serialize;
 
 use crate::report::{FitRecord, Provenance};
-use crate::run::FitFound;
 use tongue_infer::inverse::Fit;
 use tongue_infer::inverse::alternatives::Optimum;
 use tongue_infer::inverse::batch::{Assessment, Job};
@@ -58,7 +57,7 @@ impl AssessedRecord {
             rest_shape: rest,
             other_optima: optima,
             pattern,
-            record: FitFound { fit, alarms }.record(Provenance::new(command), None),
+            record: FitRecord::new(fit, alarms, &Provenance::new(command)),
         }
     }
 

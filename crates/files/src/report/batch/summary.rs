@@ -18,10 +18,8 @@ pub struct Digest {
     pub vowel: Vowel,
     pub substitute_baseline: bool,
     pub status: String,
-    /// Mean square residual of the passive stretches.
-    pub passive: Option<f64>,
-    /// Mean square of the passive stretches' changes, the error of "no change".
-    pub no_change: Option<f64>,
+    /// Mean square residual of the passive stretches, and mean square of their changes, the error of "no change".
+    pub passive: Option<[f64; 2]>,
     pub passive_muscles: usize,
     /// Whether the fit saw a combination of them: they decide which tensions it takes among those that its
     /// target leaves open.
@@ -40,8 +38,7 @@ impl Digest {
             vowel: target.vowel.clone(),
             substitute_baseline: r.substitute_baseline,
             status: status_name(&fit.status),
-            passive: r.passive.rms_stretch.map(|x| x * x),
-            no_change: r.passive.no_change_rms_stretch.map(|x| x * x),
+            passive: r.passive.rms_stretch.zip(r.passive.no_change_rms_stretch).map(|(a, b)| [a * a, b * b]),
             passive_muscles: fit.residuals.len() - target.active.len(),
             seen_in_part: fit.identifiability.as_ref().is_some_and(|i| !i.null_directions.is_empty()),
             has_posterior: r.record.posterior.is_some(),
@@ -136,12 +133,14 @@ fn group<'a>(
     substitute_baseline: bool,
     members: impl Iterator<Item = &'a Digest>,
 ) -> Option<PassiveGroup> {
-    let known =
-        members.filter_map(|d| Some((d.passive?, d.no_change?, d.passive_muscles as f64, d.seen_in_part)));
-    let known: Vec<Known> = known.collect();
-    let sum = |of: fn(&Known) -> f64| known.iter().map(of).sum::<f64>();
-    let (fits, muscles) = (known.len(), sum(|k| k.2));
-    let (model, no_change) = (sum(|k| k.0), sum(|k| k.1));
+    let known: Vec<([f64; 2], &Digest)> = members.filter_map(|d| Some((d.passive?, d))).collect();
+    let muscles = |d: &Digest| d.passive_muscles as f64;
+    let sum = |which: usize| known.iter().map(|(errors, _)| errors[which]).sum::<f64>();
+    let over_muscles = |which: usize| {
+        let errors = known.iter().map(|(errors, d)| errors[which] * muscles(d)).sum::<f64>();
+        (errors / known.iter().map(|(_, d)| muscles(d)).sum::<f64>()).sqrt()
+    };
+    let (fits, model, no_change) = (known.len(), sum(0), sum(1));
     (fits > 0).then(|| PassiveGroup {
         target_kind: kind.to_owned(),
         vowel: vowel.cloned(),
@@ -149,13 +148,9 @@ fn group<'a>(
         fits,
         rms_stretch: (model / fits as f64).sqrt(),
         no_change_rms_stretch: (no_change / fits as f64).sqrt(),
-        rms_stretch_over_muscles: (sum(|k| k.0 * k.2) / muscles).sqrt(),
-        no_change_rms_stretch_over_muscles: (sum(|k| k.1 * k.2) / muscles).sqrt(),
+        rms_stretch_over_muscles: over_muscles(0),
+        no_change_rms_stretch_over_muscles: over_muscles(1),
         worse_than_no_change: model > no_change,
-        seen_in_part: known.iter().filter(|k| k.3).count(),
+        seen_in_part: known.iter().filter(|(_, d)| d.seen_in_part).count(),
     })
 }
-
-/// Of the muscles of a row: the mean square error of the fit, the same if no length changed, their number, and whether the fit used some of
-/// them.
-type Known = (f64, f64, f64, bool);

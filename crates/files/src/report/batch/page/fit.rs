@@ -48,17 +48,14 @@ impl PageFit {
         muscles: &[String],
     ) -> Result<Self, ReportError> {
         let tension = |m: &String| r.fit().value(m, &r.fit().tensions);
-        let has_posterior = r.record.posterior.is_some();
+        let posterior = r.record.posterior.as_ref();
         Ok(Self {
             number,
             heat_row: heat_row(number, r, muscles).into_string(),
             table_row: table_row(number, r, muscles).into_string(),
             detail: detail(number, r, &figure(r)?, ridges).into_string(),
-            posterior_row: if has_posterior {
-                posterior_row(number, r, muscles).into_string()
-            } else {
-                String::new()
-            },
+            posterior_row: posterior
+                .map_or_else(String::new, |_| posterior_row(number, r, muscles).into_string()),
             moved,
             active: muscles.iter().filter(|m| tension(m).is_some_and(|t| t > 0.0)).cloned().collect(),
             tensions: muscles
