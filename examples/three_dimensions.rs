@@ -29,9 +29,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     let body = Body::new("a block", mesh);
 
-    // Finite elements, which in space cost no more than springs and have no preferred directions.
-    let model = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
-    let model = model.assemble(&body, ["lengthwise", "across"])?;
+    // Springs on the edges of tetrahedra that keep their volume (thesis 3.3.2).
+    let model = Model::default().assemble(&body, ["lengthwise", "across"])?;
     let seen = model.solver().equilibrium(&[("lengthwise", 0.23), ("across", 0.11)])?;
     let settings = FitSettings { method: Method::GaussNewton, upper_bound: 1.0, ..FitSettings::default() };
 

@@ -136,7 +136,7 @@ pub mod dynamics {
 pub mod effect {
     //! Effects: what pulls and pushes at the nodes of a body.
     #[doc(inline)]
-    pub use tongue_core::effect::{Configuration, Contact, Effect, FiniteElements, Gravity, Part, Tangent};
+    pub use tongue_core::effect::{Configuration, Contact, Effect, Gravity, Part, Tangent};
 }
 
 pub mod files {

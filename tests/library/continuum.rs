@@ -46,6 +46,26 @@ fn patch_test<const D: usize>(mut mesh: Mesh<D>, side: f64, stretch: SMatrix<f64
     for stress in system.stresses(&x) {
         assert!((stress.cauchy_pa - exact.cauchy_pa).norm() < 1e-9 * exact.cauchy_pa.norm());
     }
+    // They balance the forces on all nodes (Clausius's virial): `sum f xᵀ = - V σ`.
+    let volume = determinant(&stretch) * system.measure(system.rest());
+    let virial: SMatrix<f64, D, D> = force.iter().zip(&x).map(|(f, x)| f * x.transpose()).sum();
+    let error = (virial + exact.cauchy_pa * volume).norm();
+    assert!(error < 1e-9 * virial.norm(), "{D}D: {error}");
+    // Velocities `G x`: the viscous forces do the work of Newtonian stress, `-2 η d:d V`, and hold no turning body.
+    let tissue = system.effects().iter().find(|e| e.name() == "quadratic elements").unwrap();
+    let forces = |gradient: SMatrix<f64, D, D>| {
+        let velocities: Vec<_> = x.iter().map(|x| gradient * x).collect();
+        let mut force = vec![SVector::zeros(); x.len()];
+        tissue.add_viscous_force(Configuration { positions: &x, tensions: &[] }, &velocities, &mut force);
+        let power: f64 = force.iter().zip(&velocities).map(|(f, v)| f.dot(v)).sum();
+        (power, force.iter().map(SVector::norm).fold(0.0, f64::max))
+    };
+    let gradient = SMatrix::<f64, D, D>::from_fn(|i, j| (1.0 + i as f64 + 2.0 * j as f64).sin());
+    let rate = 0.5 * (gradient + gradient.transpose());
+    let ((power, largest), (_, turning)) = (forces(gradient), forces(gradient - rate));
+    let expected = -2.0 * Constants::TONGUE.viscosity * rate.norm_squared() * volume;
+    assert!((power / expected - 1.0).abs() < 1e-9, "{D}D: {power} W, not {expected}");
+    assert!(turning < 1e-9 * largest, "{D}D: a turning body is held by {turning:e} N");
 }
 
 fn determinant<const D: usize>(f: &SMatrix<f64, D, D>) -> f64 {

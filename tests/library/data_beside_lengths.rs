@@ -4,12 +4,12 @@ use nalgebra::DVector;
 use tongue_core::random::normals;
 use tongue_core::statics::lanes::{Equilibrium, Load};
 use tongue_core::statistics::mean_and_variance;
-use tongue_fit::body::Body;
+use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::Matched;
 use tongue_fit::measured::recording::{self, Format, Map, Recording};
 use tongue_fit::measured::{Dataset, Target};
-use tongue_fit::system::{Model, System, TissueModel};
+use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
     Beside, Density, Draw, Evaluator, Ground, Measurements, Mode, Priors, Sampling, Status, sample,
@@ -18,10 +18,8 @@ use tongue_infer::posterior::{
 use crate::posterior::{coarse_ground, derivatives, solved};
 
 fn grounds() -> Vec<Ground> {
-    let elements = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
-    let make =
-        |h: f64, model: &Model| Ground::new(&Body::tongue(h).unwrap(), model, &Priors::default()).unwrap();
-    vec![make(5.5e-3, &Model::default()), make(8e-3, &elements)]
+    let bodies = [Body::tongue(5.5e-3), Body::continuum(8e-3, &ContinuumSettings::default())];
+    bodies.map(|body| Ground::new(&body.unwrap(), &Model::default(), &Priors::default()).unwrap()).into()
 }
 
 fn stretches() -> Measurements {

@@ -5,11 +5,11 @@ use crate::fixtures::{self, block, tongue};
 use nalgebra::SVector;
 use tongue_core::body::largest_distance;
 use tongue_core::statics::lanes::{Change, Equilibrium, Lanes, Load};
-use tongue_fit::body::{self, Anatomy, Mesh};
+use tongue_fit::body::{self, Anatomy, Body, ContinuumSettings, Mesh};
 use tongue_fit::material::Constants;
 use tongue_fit::parallel::with_threads;
 use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Stability, Workspace, solve};
-use tongue_fit::system::{Model, System, TissueModel};
+use tongue_fit::system::{Model, System};
 
 const ALL: [usize; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
@@ -120,12 +120,12 @@ fn loads_unsuited_for_lanes_are_solved_one_at_a_time() {
     let loads: Vec<Load<'_, 2>> = hard.into_iter().map(Load::new).collect();
     assert!(compare(&system, &loads) >= 2);
     assert!(Lanes::new(&system).solve(&loads, &SHARP)[0].solution.guarded > 0, "a case without the barrier");
-    // A body in space, and finite elements.
+    // A body in space, and a continuum.
     let solid = block(2, 0.01);
     let solid = System::new(&solid, &Model::default(), &[0]).unwrap();
     assert_eq!(compare(&solid, &[Load::new(vec![2.0]), Load::new(vec![3.0])]), 0);
-    let continuum = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
-    let continuum = System::new(&tongue(), &continuum, &ALL).unwrap();
+    let continuum = Body::continuum(8e-3, &ContinuumSettings::default()).unwrap();
+    let continuum = System::new(&continuum.mesh, &Model::default(), &ALL).unwrap();
     assert!(!Lanes::new(&continuum).are_used());
     assert_eq!(compare(&continuum, &[Load::new(PUBLISHED.to_vec())]), 0);
 }

@@ -16,7 +16,6 @@ mod dynamics_of_the_tongue;
 mod effects_are_derivatives_of_their_energy;
 mod equilibrium_is_where_forces_cancel;
 mod figures;
-mod finite_elements;
 mod fit_finds_the_tensions;
 mod fit_methods_agree;
 mod formats_of_laboratories;

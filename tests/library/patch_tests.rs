@@ -5,10 +5,11 @@ use nalgebra::{Matrix2, SVector, Vector2};
 use tongue_core::effect::spring::Spring;
 use tongue_core::effect::{Connections, Effect, Incompressibility};
 use tongue_core::sparse::BlockMatrix;
+use tongue_core::system::locking::bending_kept;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::material::Constants;
-use tongue_fit::system::{Model, System, coefficients};
+use tongue_fit::system::{Model, System, TissueModel, coefficients};
 
 const LAYERS: usize = 9;
 
@@ -118,4 +119,20 @@ fn small_strain_of_assembled_springs_on_an_equilateral_lattice_is_linear_plane_s
             (0.5 * lambda * strain.trace().powi(2) + mu * strain.norm_squared()) * 0.5 * shape.determinant();
     }
     assert!((springs / elastic - 1.0).abs() < 1e-13, "{springs:e} {elastic:e}");
+}
+
+#[test]
+fn springs_in_space_keep_less_of_a_bending_the_nearer_they_are_to_keeping_their_volume() {
+    let kept = |tissue, poisson_ratio| {
+        let constants = Constants { poisson_ratio, ..Constants::TONGUE };
+        bending_kept(&Model { constants, tissue }, 1e-2).unwrap()
+    };
+    assert_eq!(kept(TissueModel::MassSpring, 0.45), None);
+    assert_eq!(kept(TissueModel::Hexahedra, 0.49), None);
+    let found = [0.46, 0.49, 0.499, 0.4999].map(|nu| kept(TissueModel::MassSpring, nu).unwrap());
+    assert!(found.is_sorted_by(|a, b| a > b), "{found:?}");
+    // Six tetrahedra have constant strains, of which most change their volume: beyond 0.49 the part
+    // that is kept is proportional to the distance from 0.5.
+    let [_, _, near, nearer] = found;
+    assert!((near / nearer - 10.0).abs() < 0.5, "{found:?}");
 }

@@ -195,8 +195,7 @@ fn distances_from_surfaces_are_positive_outside_and_zero_on_them() {
 #[test]
 fn a_muscle_of_many_fibres_pulls_with_all_and_is_not_a_single_unknown() {
     let body = Body::new("a cylinder", solid::cylinder(10.0 * MM, 40.0 * MM, 2, 4));
-    let model = Model { tissue: TissueModel::FiniteElement, ..Model::default() };
-    let model = model.assemble(&body, ["axial"]).unwrap();
+    let model = Model::default().assemble(&body, ["axial"]).unwrap();
     let shape = model.solver().equilibrium(&[("axial", 0.01)]).unwrap();
     assert!(shape.is_converged() && shape.stretch("axial").unwrap() < 1.0);
     assert!(model.stretch("axial").unwrap_err().to_string().contains("19 fibres"));

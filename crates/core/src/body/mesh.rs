@@ -82,7 +82,7 @@ pub struct Mesh<const D: usize> {
     pub muscles: Vec<MuscleChain>,
     /// Nodes on bone, in ascending order.
     pub fixed: Vec<usize>,
-    /// The quadratic elements that make it a continuum; `None` for springs and linear elements.
+    /// The quadratic elements that make it a continuum; `None` for springs.
     pub continuum: Option<Arc<Continuum<D>>>,
 }
 

@@ -12,7 +12,7 @@ impl<const D: usize> Mesh<D> {
     /// of each. Nodes keep their numbers; muscles run through the middles of the edges that they run along;
     /// bones that hold all of a surface edge (in space: face) hold its middles too.
     ///
-    /// For springs and linear elements only: the elements and muscles of a continuum are not refined.
+    /// For springs only: the elements and muscles of a continuum are not refined.
     pub fn refined(&self) -> Self {
         let mut nodes = self.nodes.clone();
         let mut middles: BTreeMap<[usize; 2], usize> = BTreeMap::new();

@@ -5,8 +5,7 @@
 //! | [`Connections`] | `1/2 k (l - l0)²` a connection of tissue | Kato 2014, 3.2.2 (Kelvin-Voigt; the damper acts only in time) |
 //! | | `1/2 k1 (l - l0)² + F (l - l0)` a connection of a muscle | 3.2.1 (at rest Q2 and the contractile damper drop out) |
 //! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
-//! | [`FiniteElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | 2.3 names them |
-//! | [`QuadraticElements`] | the same density in quadratic elements | Bonet and Wood 2008, 6.27 |
+//! | [`QuadraticElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | Bonet and Wood 2008, 6.27 |
 //! | [`Hexahedra`] | `C10 (Ī1 - 3) + C20 (Ī1 - 3)²` a measure, `K/2 V0 (V/V0 - 1)²` an element | Buchaillard et al. 2009; Simo et al. 1985 |
 //! | [`Upright`] | `λ V b(m/M)` a part of a quadratic element below a tenth of its measure | Li et al. 2020, eq. 6 |
 //! | [`Fibres`] | `F ∫ w (|F f0| - 1) ds` of a muscle of finite width | a tension that the stretch does not change |
@@ -24,7 +23,6 @@ mod cell;
 mod connections;
 mod contact;
 mod fibres;
-mod finite_element;
 mod gravity;
 mod guards;
 mod hexahedra;
@@ -47,7 +45,6 @@ pub use attachment::Attachment;
 pub use connections::Connections;
 pub use contact::Contact;
 pub use fibres::Fibres;
-pub use finite_element::FiniteElements;
 pub use gravity::{Gravity, lumped_masses};
 pub use hexahedra::{Hexahedra, Stiffening};
 pub use incompressibility::Incompressibility;

@@ -55,7 +55,7 @@ fn pairs<const D: usize>() -> impl Iterator<Item = (usize, usize)> {
 impl<const D: usize> QuadraticElements<D> {
     const NODES: usize = quadratic::nodes::<D>();
 
-    /// Elements of a law and a viscosity (N s/m², as in [`super::FiniteElements`]) of the given nodes
+    /// Elements of a law and a viscosity (N s/m²) of the given nodes
     /// (corners, then the middles of [`quadratic::edges`]) with their shape at the given rest positions, m.
     /// Their sides are straight: only the corners' positions count.
     pub fn new<'a>(

@@ -53,7 +53,7 @@ pub enum SolveStatus {
     /// [`Solution::rounding_force`] is of the size of the load, the body is too uneven for double precision.
     Stalled,
     /// An equilibrium, but one in which a cell is inverted: of a body without an effect that keeps its
-    /// cells upright (neither incompressibility nor finite elements), springs alone.
+    /// cells upright (neither incompressibility nor a continuum), springs alone.
     Inverted,
     /// A tension, position or energy is not a finite number, or there are not as many tensions as muscles.
     NotFinite,

@@ -7,9 +7,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::SVector;
 
 use crate::body::{Continuum, Mesh};
-use crate::effect::{
-    Attachment, Effect, Fibres, FiniteElements, Incompressibility, QuadraticElements, Upright,
-};
+use crate::effect::{Attachment, Effect, Fibres, Incompressibility, QuadraticElements, Upright};
 use crate::material::Coefficients;
 use crate::sparse::Pattern;
 
@@ -55,38 +53,19 @@ impl<const D: usize> System<D> {
             let tissue = TissueModel::Continuum;
             return Self::assemble(mesh, tissue, coefficients, effects, additions, Vec::new(), contracting);
         }
-        let incompressible = model.tissue == TissueModel::MassSpring && additions.incompressible;
-        if incompressible && coefficients.kappa < -rounding {
+        if model.tissue != TissueModel::MassSpring {
+            return Err(SystemError::NotAContinuum);
+        }
+        if additions.incompressible && coefficients.kappa < -rounding {
             let poisson_ratio = model.constants.poisson_ratio;
             return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
         }
         let stiffness = connection_stiffness(mesh, &coefficients);
         let paths = path::find(mesh, &stiffness);
-        // Connections whose springs the continuum replaces.
-        let continuum = match model.tissue {
-            TissueModel::MassSpring => BTreeMap::new(),
-            TissueModel::FiniteElement => mesh.cells.edges(),
-            TissueModel::Continuum | TissueModel::Hexahedra => return Err(SystemError::NotAContinuum),
-        };
-        let replaced = |nodes: &[usize; 2]| continuum.contains_key(nodes);
-        let mut effects =
-            connections::effects(mesh, contracting, &coefficients, &stiffness, &paths, replaced);
-        match model.tissue {
-            _ if mesh.cells.is_empty() => {}
-            // At exactly 1/4 the coefficient of the area term is rounding error of either sign.
-            TissueModel::MassSpring if !incompressible || coefficients.kappa <= rounding => {}
-            TissueModel::MassSpring => {
-                effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
-            }
-            TissueModel::FiniteElement => {
-                effects.push(Box::new(FiniteElements::new(
-                    (&model.constants).into(),
-                    model.constants.viscosity,
-                    &mesh.cells,
-                    &mesh.nodes,
-                )));
-            }
-            TissueModel::Continuum | TissueModel::Hexahedra => {}
+        let mut effects = connections::effects(mesh, contracting, &coefficients, &stiffness, &paths);
+        // At exactly 1/4 the coefficient of the area term is rounding error of either sign.
+        if !mesh.cells.is_empty() && additions.incompressible && coefficients.kappa > rounding {
+            effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
         }
         effects.append(&mut additions.effects);
         Self::assemble(mesh, model.tissue, coefficients, effects, additions, paths, contracting)

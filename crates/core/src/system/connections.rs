@@ -10,14 +10,13 @@ use crate::geometry::topology::pair;
 use crate::material::Coefficients;
 
 /// The tissue and the contracting muscles, in this order. `stiffness` has the spring constant of every
-/// connection, N/m; connections that are `replaced` by a continuum carry no spring.
+/// connection, N/m.
 pub(super) fn effects<const D: usize>(
     mesh: &Mesh<D>,
     contracting: &[usize],
     coefficients: &Coefficients,
     stiffness: &[f64],
     paths: &[StraightPath],
-    replaced: impl Fn(&[usize; 2]) -> bool,
 ) -> Vec<Box<dyn Effect<D>>> {
     // Every connection, or straight path in place of several, goes to the contracting muscle that runs along
     // it, else to the tissue.
@@ -46,7 +45,6 @@ pub(super) fn effects<const D: usize>(
             // A connection that two muscles share keeps one parallel spring; each has its own contractile
             // branch.
             let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
-                (Some((k, l0)), _) if replaced(&key) => (k, 0.0, l0),
                 (Some((k, l0)), _) => (k, k * parallel, l0),
                 (None, Some(&(k, l0))) => (k, 0.0, l0),
                 (None, None) => continue,
@@ -58,8 +56,7 @@ pub(super) fn effects<const D: usize>(
         effects.push(Box::new(Connections::muscle(muscle, springs, series, contraction_time)));
     }
     let retardation = coefficients.tissue_damping / coefficients.tissue_stiffness;
-    let springs = elements.into_iter().filter(|(key, _)| !replaced(key));
-    let tissue = springs.map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
+    let tissue = elements.into_iter().map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
     effects.insert(0, Box::new(Connections::tissue(tissue, retardation)));
     effects
 }

@@ -1,4 +1,4 @@
-//! How much linear elements in space lock: one cube of them, bent.
+//! How much springs in space lock: one cube of them, bent.
 
 use nalgebra::Vector3;
 
@@ -6,19 +6,17 @@ use super::{Model, System, SystemError, TissueModel};
 use crate::body::solid;
 use crate::effect::Configuration;
 
-/// Above this Poisson's ratio it is told how much tetrahedra and springs lock.
+/// Above this Poisson's ratio it is told how much springs lock.
 pub const TOLD_ABOVE: f64 = 0.45;
 /// Radius of the bent cube, in its sides: a small strain.
 const RADIUS: f64 = 1e3;
 
-/// Which part of its deflection a cube of six linear tetrahedra, or of springs on their edges, keeps when
-/// it is bent: the exact energy of pure bending, `E/2 ∫ (z/R)²`, over that of the elements at the same
-/// displacements of the corners. `None` where the model has no such elements, or where Poisson's ratio is
-/// at most [`TOLD_ABOVE`].
+/// Which part of its deflection a cube of springs on the edges of six tetrahedra keeps when it is bent: the
+/// exact energy of pure bending, `E/2 ∫ (z/R)²`, over that of the springs at the same displacements of the
+/// corners. `None` where the model has no springs, or where Poisson's ratio is at most [`TOLD_ABOVE`].
 pub fn bending_kept(model: &Model, side: f64) -> Result<Option<f64>, SystemError> {
     let nu = model.constants.poisson_ratio;
-    let linear = matches!(model.tissue, TissueModel::MassSpring | TissueModel::FiniteElement);
-    if !linear || nu <= TOLD_ABOVE {
+    if model.tissue != TissueModel::MassSpring || nu <= TOLD_ABOVE {
         return Ok(None);
     }
     let mesh = solid::block([side; 3], [1; 3]);

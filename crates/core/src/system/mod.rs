@@ -205,8 +205,8 @@ impl<const D: usize> System<D> {
         self.cells.iter().map(|(cell, _)| cell_measure(positions, cell)).sum()
     }
 
-    /// Strain and stress of every cell at the given positions, m; empty unless the cells are finite
-    /// elements. Stress in the muscle lines is not included.
+    /// Strain and stress of every cell at the given positions, m; empty unless the body is a
+    /// continuum. Stress in its muscles is not included.
     pub fn stresses(&self, positions: &[SVector<f64, D>]) -> Vec<Stress<D>> {
         let at = Configuration { positions, tensions: &[] };
         self.effects.iter().flat_map(|e| e.stresses(at)).collect()

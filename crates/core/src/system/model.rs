@@ -20,11 +20,6 @@ pub enum TissueModel {
     /// Springs on the connections and a term that keeps each cell's measure, as the thesis does.
     #[default]
     MassSpring,
-    /// Finite elements of E and ν alone. Connections
-    /// that are edges of cells then carry no spring, and a muscle there carries its contractile tension
-    /// only, because the continuum already includes the passive tissue of the muscle. Outside the cells
-    /// nothing changes.
-    FiniteElement,
     /// Quadratic elements, muscles of finite width and bones that hold patches. Every body that is a
     /// continuum has this model, and no other body has it ([`crate::body::continuum`]).
     Continuum,

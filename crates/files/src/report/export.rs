@@ -16,7 +16,7 @@ pub struct Provenance {
     pub version: &'static str,
     /// The command line, or a description by a program that uses the library.
     pub command: String,
-    /// Model of the tissue, if there is any: `springs` or `finite_elements`.
+    /// Model of the tissue, if there is any: `springs`, `continuum` or `hexahedra`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tissue: Option<&'static str>,
     /// The kind of body, if there is any: `springs` or `continuum`.
@@ -45,7 +45,6 @@ impl Provenance {
     pub fn with_tissue(mut self, tissue: TissueModel) -> Self {
         let (name, body) = match tissue {
             TissueModel::MassSpring => ("springs", "springs"),
-            TissueModel::FiniteElement => ("finite_elements", "springs"),
             TissueModel::Continuum => ("continuum", "continuum"),
             TissueModel::Hexahedra => ("hexahedra", "space"),
         };

@@ -51,7 +51,7 @@ impl<'a, const D: usize> Vtu<'a, D> {
         Ok(Self { mesh, positions, tensions, stresses: Vec::new() })
     }
 
-    /// Adds strain and stress of every cell if they are known, as for finite elements
+    /// Adds strain and stress of every cell if they are known, as in a continuum
     /// ([`tongue_core::system::System::stresses`]): `strain` (Green's), `cauchy_stress_pa`, `von_mises_pa`,
     /// `pressure_pa`, and `fibre_stress_pa` along the muscle in the cell, 0 if there is none.
     pub fn with_stresses(mut self, stresses: Vec<Stress<D>>) -> Self {

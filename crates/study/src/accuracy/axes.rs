@@ -5,25 +5,15 @@ use std::fmt::Write as _;
 use tongue_files::report::column::{self, Column};
 
 use crate::Error;
-use crate::pulled::largest_difference;
-use crate::table::{duration, markdown, number};
+use crate::table::{markdown, number};
 
 use super::AccuracyStudy;
 use super::ladder::Run;
-use super::mesh::{MeshRun, order};
-use super::tissue::{SCENES, TISSUES};
+use super::mesh::{MeshRun, SCENES, order};
 
 fn all_runs(runs: &[Run]) -> Result<String, Error> {
     let table = markdown(runs, &["repeats"])?;
     Ok(format!("<details><summary>All {} runs</summary>\n\n{table}</details>\n\n", runs.len()))
-}
-
-fn on<'a>(
-    runs: &'a [MeshRun],
-    scene: &'a str,
-    tissue: &'a str,
-) -> impl DoubleEndedIterator<Item = &'a MeshRun> {
-    runs.iter().filter(move |r| r.scene == scene && r.tissue == tissue)
 }
 
 pub fn sections(study: &AccuracyStudy) -> Result<String, Error> {
@@ -56,10 +46,9 @@ pub fn sections(study: &AccuracyStudy) -> Result<String, Error> {
         markdown(&study.early, &[])?
     );
     meshes(&mut p, study)?;
-    tissues(&mut p, study)?;
     let _ = write!(
         p,
-        "## 6. Fit\n\n![tension error against time](6-fit.svg)\n\n\
+        "## 5. Fit\n\n![tension error against time](5-fit.svg)\n\n\
          /a/ of S2. Error against Gauss-Newton with a force tolerance of 1e-11 N, steps below 1e-8 N and eight starts. Three \
          stretches determine three tensions; two ratios leave a direction open, in which the smallest total tension is sought. \
          One setting is changed at a time. Warm: candidates are solved from the nearest solved one, not from rest. The time is that \
@@ -72,8 +61,8 @@ pub fn sections(study: &AccuracyStudy) -> Result<String, Error> {
 /// The conclusion of the mesh study in one sentence.
 pub fn mesh_verdict(runs: &[MeshRun]) -> Option<String> {
     let scene = SCENES[0].0;
-    let last = on(runs, scene, TISSUES[0]).next_back()?;
-    let p = order(runs, scene, TISSUES[0])?;
+    let last = runs.iter().rfind(|r| r.scene == scene)?;
+    let p = order(runs, scene)?;
     let common = format!(
         "between the two finest meshes (down to {} mm) a ratio still changes by {} (observed order {p:.1})",
         number(last.h_mm),
@@ -100,63 +89,12 @@ fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), Error> {
         mesh_verdict(runs).unwrap_or_default()
     );
     let of_scene = runs.iter().filter(|r| r.scene == SCENES[0].0);
-    *p += &markdown(of_scene, &["scene", "triangles", "difference_from_finest_fe", "force_s", "factor_s"])?;
-    let mut columns = vec![Column::of_page("tissue", |tissue: &&str| (*tissue).into())];
-    columns.extend(SCENES.map(|(scene, _)| {
-        let order = move |tissue: &&str| order(runs, scene, tissue).into();
-        Column::of_page(scene, order).decimals(2)
-    }));
-    let orders = column::markdown(&columns, &TISSUES);
-    let _ = writeln!(p, "Observed order in h of the changes, by scene:\n\n{orders}");
-    Ok(())
-}
-
-/// The conclusion of the comparison of finite elements with springs.
-pub fn tissue_verdict(study: &AccuracyStudy) -> Option<String> {
-    let (scene, runs) = (SCENES[0].0, &study.meshes);
-    let h = runs.iter().map(|r| r.h_mm).find(|h| *h <= 5.5).or(runs.last().map(|r| r.h_mm))?;
-    let at = |tissue| on(runs, scene, tissue).find(|r| r.h_mm == h);
-    let (springs, elements) = (at(TISSUES[0])?, at(TISSUES[1])?);
-    let patch =
-        |tissue: &str| Some(study.patches.iter().find(|r| r.tissue == tissue && r.h_mm == h)?.error_mm);
-    let (ps, pf) = (patch(TISSUES[0])?, patch(TISSUES[1])?);
-    let slower = elements.solve_s / springs.solve_s;
-    Some(format!(
-        "Finite elements at {} mm are {} slower ({} against {} for an equilibrium) and {}: a homogeneous deformation, whose exact solution is \
-         known, comes out {} mm wrong with springs and {} mm with finite elements. The tissues differ by up to {} of a ratio, far more than \
-         any solver's error: a spring on every connection once makes a softer body than E and ν do.",
-        number(h),
-        if slower > 1.0 { format!("{slower:.1} times") } else { "not".into() },
-        duration(elements.solve_s),
-        duration(springs.solve_s),
-        if pf < ps { "more accurate" } else { "not more accurate" },
-        number(ps),
-        number(pf),
-        number(largest_difference(&springs.ratios, &elements.ratios)),
-    ))
-}
-
-fn tissues(p: &mut String, study: &AccuracyStudy) -> Result<(), Error> {
-    let left_out = [
-        "unknown_nodes",
-        "triangles",
-        "change_from_next_coarser",
-        "mesh_s",
-        "setup_s",
-        "factorisations",
-        "matrix_bytes",
+    *p += &markdown(of_scene, &["scene", "triangles", "force_s", "factor_s"])?;
+    let columns = [
+        Column::of_page("scene", |scene: &&str| (*scene).into()),
+        Column::of_page("observed order in h of the changes", |scene: &&str| order(runs, scene).into())
+            .decimals(2),
     ];
-    let _ = write!(
-        p,
-        "## 5. Springs or finite elements\n\n{}\n\n\
-         The finite elements are linear triangles of a neo-Hookean solid in plane strain with the same E and ν; at small strain \
-         the springs are matched to them. The difference from the finest is the largest of a ratio from finite elements on the finest mesh, \
-         which is itself no limit (see 4).\n\n{}\
-         Patch test: the outline is moved by a homogeneous deformation (10 % longer, 5 % flatter, 5 % sheared), which the \
-         inside of any uniform body follows exactly.\n\n{}",
-        tissue_verdict(study).unwrap_or_default(),
-        markdown(&study.meshes, &left_out)?,
-        markdown(&study.patches, &[])?
-    );
+    let _ = writeln!(p, "{}", column::markdown(&columns, &SCENES.map(|(scene, _)| scene)));
     Ok(())
 }

@@ -7,10 +7,9 @@ use tongue_input::measured::TargetKind;
 
 use super::AccuracyStudy;
 use super::ladder::Run;
-use super::mesh::MeshRun;
+use super::mesh::{MeshRun, SCENES};
 use super::page::page;
 use super::search::FitRun;
-use super::tissue::TISSUES;
 
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
@@ -22,7 +21,7 @@ pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Erro
     let curves = best_curves(&study.trajectory);
     let trajectory = work_precision("Along the trajectory to t = 3 s", time, error, &curves)?;
     let meshes = work_precision(
-        "/a/: change of a ratio from one mesh spacing to the next finer one",
+        "Change of a ratio from one mesh spacing to the next finer one",
         "time of one equilibrium, s",
         "largest change of a ratio",
         &mesh_curves(&study.meshes),
@@ -36,12 +35,11 @@ pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Erro
         ("2-trajectory.csv", Box::new(Rows(&study.trajectory))),
         ("3-early.csv", Box::new(Rows(&study.early))),
         ("4-mesh.csv", Box::new(Rows(&study.meshes))),
-        ("5-patch.csv", Box::new(Rows(&study.patches))),
-        ("6-fit.csv", Box::new(Rows(&study.fits))),
+        ("5-fit.csv", Box::new(Rows(&study.fits))),
         ("1-equilibrium.svg", Box::new(equilibrium)),
         ("2-trajectory.svg", Box::new(trajectory)),
         ("4-mesh.svg", Box::new(meshes)),
-        ("6-fit.svg", Box::new(fits)),
+        ("5-fit.svg", Box::new(fits)),
     ])
 }
 
@@ -69,15 +67,12 @@ fn best_curves(runs: &[Run]) -> Vec<PrecisionCurve> {
 }
 
 fn mesh_curves(runs: &[MeshRun]) -> Vec<PrecisionCurve> {
-    let curve = |tissue: &&str| PrecisionCurve {
-        name: (*tissue).to_owned(),
-        points: runs
-            .iter()
-            .filter(|r| r.tissue == *tissue && r.scene == "/a/")
-            .filter_map(|r| Some((r.solve_s, r.change_from_next_coarser?)))
-            .collect(),
+    let curve = |(scene, _): (&str, _)| {
+        let of_scene = runs.iter().filter(|r| r.scene == scene);
+        let points = of_scene.filter_map(|r| Some((r.solve_s, r.change_from_next_coarser?))).collect();
+        PrecisionCurve { name: scene.into(), points }
     };
-    TISSUES.iter().map(curve).collect()
+    SCENES.map(curve).into()
 }
 
 fn fit_curves(runs: &[FitRun]) -> Vec<PrecisionCurve> {

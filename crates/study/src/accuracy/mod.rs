@@ -6,8 +6,7 @@
 //! | 2 along the trajectory to 3 s | [`trajectory`] | TR-BDF2 at a tolerance a thousand times tighter |
 //! | 3 stopping early | [`early`] | the equilibrium |
 //! | 4 the mesh | [`mesh`] | the next coarser mesh: there is no limit to compare with |
-//! | 5 springs or finite elements | [`tissue`] | an exact solution (patch test), and the finest mesh |
-//! | 6 the fit | [`search`] | Gauss-Newton at the tightest tolerances |
+//! | 5 the fit | [`search`] | Gauss-Newton at the tightest tolerances |
 //!
 //! Times are medians and hold for one machine; steps, evaluations of the force and factorisations hold for
 //! all. Failed and refused runs are rows too.
@@ -21,7 +20,6 @@ mod march;
 mod mesh;
 mod page;
 mod search;
-mod tissue;
 mod trajectory;
 
 use crate::measure::Effort;
@@ -43,8 +41,6 @@ pub(crate) struct AccuracyStudy {
     pub reference_doubt_mm: f64,
     pub early: Vec<early::Stopped>,
     pub meshes: Vec<mesh::MeshRun>,
-    /// Axis 5, the patch test.
-    pub patches: Vec<tissue::PatchRun>,
     pub fits: Vec<search::FitRun>,
 }
 
@@ -53,12 +49,12 @@ pub fn run(effort: &Effort) -> Result<AccuracyStudy, Error> {
     let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
     let body = Body::tongue(spacing)?.mesh;
     let scene = Pulled::new(&body, &Model::default(), &PUBLISHED_A)?;
-    tell("axis 6, the fit");
+    tell("axis 5, the fit");
     let fits = search::ladder(&body, effort)?;
     tell("axis 3, stopping early");
     let early = early::ladder(&scene, effort)?;
-    tell("axes 4 and 5, meshes and tissues");
-    let (meshes, patches) = mesh::ladder(effort)?;
+    tell("axis 4, meshes");
+    let meshes = mesh::ladder(effort)?;
     tell("axis 2, along the trajectory");
     let (trajectory, reference_doubt_mm) = trajectory::ladder(&scene, effort)?;
     tell("axis 1, to equilibrium");
@@ -70,7 +66,6 @@ pub fn run(effort: &Effort) -> Result<AccuracyStudy, Error> {
         reference_doubt_mm,
         early,
         meshes,
-        patches,
         fits,
     })
 }

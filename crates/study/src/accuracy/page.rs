@@ -9,7 +9,7 @@ use tongue_infer::inverse::Method;
 use tongue_input::measured::TargetKind;
 
 use super::AccuracyStudy;
-use super::axes::{mesh_verdict, sections, tissue_verdict};
+use super::axes::{mesh_verdict, sections};
 use super::equilibrium::NEWTON;
 use super::ladder::{Run, fastest};
 use super::search::FitRun;
@@ -91,7 +91,7 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
             number(s.ratio_error)
         );
     }
-    for verdict in [mesh_verdict(&study.meshes), tissue_verdict(study)].into_iter().flatten() {
+    if let Some(verdict) = mesh_verdict(&study.meshes) {
         let _ = writeln!(p, "- {verdict}");
     }
     let good = |method| {

@@ -1,4 +1,4 @@
-//! Axis 6: the fit.
+//! Axis 5: the fit.
 
 use serde::{Serialize, Serializer};
 

@@ -42,8 +42,8 @@ fn every_file_is_made_and_every_run_is_a_row() {
     assert_eq!(rows("1-equilibrium.csv"), study.equilibrium.len());
     assert_eq!(rows("2-trajectory.csv"), study.trajectory.len());
     assert_eq!(rows("4-mesh.csv"), study.meshes.len());
-    assert_eq!(rows("6-fit.csv"), study.fits.len());
-    assert!(names.contains("3-early.csv") && names.contains("5-patch.csv"));
+    assert_eq!(rows("5-fit.csv"), study.fits.len());
+    assert!(names.contains("3-early.csv"));
 }
 
 #[test]
@@ -70,9 +70,6 @@ fn tighter_settings_give_smaller_errors() {
     assert!(errors[errors.len() - 1] < 1e-5, "{errors:?}");
     let left: Vec<f64> = study.early.iter().map(|s| s.left_mm).collect();
     assert!(left.windows(2).all(|w| w[1] < 0.5 * w[0]), "{left:?}");
-    for patch in study.patches.iter().filter(|p| p.tissue == "finite elements") {
-        assert!(patch.error_mm < 1e-6, "finite elements reproduce a homogeneous deformation");
-    }
     assert!(study.fits.iter().all(|f| f.tolerance_n > 1e-4 || f.error_n < 1e-3));
 }
 

@@ -1,5 +1,5 @@
-//! Accuracy and time of the continuum by mesh spacing, beside springs and linear elements; locking; and the
-//! effect of the settings that were chosen without data.
+//! Accuracy and time of the continuum by mesh spacing, beside springs; locking; and the effect of
+//! the settings that were chosen without data.
 //!
 //! Errors are differences from the finest mesh of the same body. Meshes are nested, and all have the outline
 //! of the anatomy.
@@ -127,9 +127,8 @@ fn fitted(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, Error> 
 /// Measures everything down to the finest of `levels` nested meshes. An error on a single mesh is a row.
 pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
     let mut spacings = Vec::new();
-    let bodies: [(&'static str, Option<ContinuumSettings>, TissueModel); 4] = [
+    let bodies: [(&'static str, Option<ContinuumSettings>, TissueModel); 3] = [
         ("springs", None, TissueModel::MassSpring),
-        ("linear elements", None, TissueModel::FiniteElement),
         ("continuum", Some(ContinuumSettings::default()), TissueModel::Continuum),
         ("control: 0.5 mm on one node", Some(CONTROL), TissueModel::Continuum),
     ];

@@ -14,8 +14,8 @@ pub(super) fn subsets(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     subsets_of(2, &tongue()?, &Model::default(), f64::INFINITY, extent)
 }
 
-/// Spacing of the continuum of case 11, m.
-const CONTINUUM_M: f64 = 8e-3;
+/// Spacing of the continuum of cases 3 and 11, m.
+pub(super) const CONTINUUM_M: f64 = 8e-3;
 /// The largest load to which the branch of a continuum is followed, N: the end of the branch at ten times as
 /// much takes hours to find.
 const FOLLOWED_N: f64 = 100.0;

@@ -1,14 +1,15 @@
 //! Case 3: extreme materials.
 
 use crate::pulled::{PUBLISHED_A, Pulled, tongue};
-use tongue_core::body::Mesh;
+use tongue_core::body::{Body, ContinuumSettings, Mesh};
 use tongue_core::effect::spring::Spring;
 use tongue_core::effect::{Connections, Effect, Incompressibility};
 use tongue_core::geometry::topology;
 use tongue_core::material::Constants;
 use tongue_core::statics::Workspace;
-use tongue_core::system::{Model, System, SystemError, TissueModel, coefficients};
+use tongue_core::system::{Model, System, SystemError, coefficients};
 
+use super::loads::CONTINUUM_M;
 use super::{HardCase, equilibrium_row};
 use crate::Error;
 
@@ -28,10 +29,10 @@ pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
         let Pulled { system, tensions, .. } = Pulled::new(&mesh, &of(nu), &PUBLISHED_A)?;
         solved(format!("nu = {nu}"), &system, &tensions);
     }
+    let continuum = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?.mesh;
     for nu in [-0.5, 0.0, 0.2, 0.49, 0.499, 0.49999] {
-        let model = Model { tissue: TissueModel::FiniteElement, ..of(nu) };
-        let Pulled { system, tensions, .. } = Pulled::new(&mesh, &model, &PUBLISHED_A)?;
-        solved(format!("nu = {nu}, finite elements"), &system, &tensions);
+        let Pulled { system, tensions, .. } = Pulled::new(&continuum, &of(nu), &PUBLISHED_A)?;
+        solved(format!("nu = {nu}, continuum"), &system, &tensions);
     }
     let Pulled { system, tensions, .. } = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     for factor in [0.0, 1e-6, 1e-3, 1e3, 1e6] {

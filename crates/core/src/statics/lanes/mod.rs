@@ -15,7 +15,7 @@
 //! - Lanes solve the plain case: springs, muscles, straight paths and incompressible triangles in the plane. A
 //!   lane is given up, and its load solved by [`solve`](super::solve) from its start, if the barrier acts, the
 //!   stiffness stays indefinite, the line search fails, or bones cannot be moved to their places. All loads of
-//!   other bodies (in space, of finite elements, with contact or weight) are solved so too; for these a group
+//!   other bodies (in space, a continuum, with contact or weight) are solved so too; for these a group
 //!   keeps the factor from one solve to the next. [`Equilibrium::alone`] says so; the status is always that of
 //!   [`solve`](super::solve).
 //!
