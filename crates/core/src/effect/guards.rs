@@ -3,10 +3,9 @@
 use nalgebra::SVector;
 
 use crate::geometry::quadratic::{self, MAX_NODES};
-use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
+use crate::geometry::simplex::{self, Corners, LARGEST_LOSS, MAX_CORNERS};
 
 use super::barrier;
-use super::cell::LARGEST_LOSS;
 
 /// An edge of a guarded simplex: its nodes in the element, and how each counts.
 type Edge = [(usize, f64); 3];
@@ -107,7 +106,7 @@ pub(super) fn may_go<const D: usize>(x: &Nodes<D>, step: &Nodes<D>) -> bool {
     let (x, step) = (halves(x), halves(step));
     let (start, leading) = (measures(&x), measures(&step));
     let end = measures(&std::array::from_fn(|i| x[i] + step[i]));
-    // As in `simplex::way_above`.
+    // As in `simplex::safe_part`.
     (0..7).all(|i| {
         let change = end[i] - start[i] - leading[i];
         LARGEST_LOSS * start[i] > SURE * (change.abs() + leading[i].abs())

@@ -10,7 +10,6 @@ use crate::geometry::simplex::{self, MAX_CORNERS};
 use crate::material::MooneyRivlin;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-use super::cell::LARGEST_LOSS;
 use super::hexahedron_point::{Corners, Moduli, Point};
 use super::{Configuration, Effect, Tangent};
 
@@ -341,8 +340,7 @@ impl Effect<3> for Hexahedra {
             for shape in &e.shapes {
                 let x = as_simplex(shape, &x, 1.0);
                 let p = as_simplex(shape, &p, limit);
-                let floor = (1.0 - LARGEST_LOSS) * simplex::measure(&x);
-                limit *= simplex::way_above(&x, &p, floor);
+                limit *= simplex::safe_part(&x, &p);
             }
         }
         limit

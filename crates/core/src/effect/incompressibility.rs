@@ -1,14 +1,13 @@
 //! Near-incompressible cells: triangles that keep their area, tetrahedra that keep their volume (Kato 2014,
 //! 3.3).
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use crate::body::Cells;
-use crate::geometry::simplex;
-use crate::sparse::{BlockMatrix, Pattern};
+use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
+use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::barrier::{self, barrier};
-use super::cell::Cell;
 use super::{Configuration, Effect, Part, Tangent};
 
 /// `W = 1/2 kappa ((S - S0)/S0)²` for every cell, `S` its *signed* area (2D; eq. 3.28) or volume (3D; eq.
@@ -24,10 +23,40 @@ pub struct Incompressibility<const D: usize> {
     cells: Vec<Cell<D>>,
 }
 
+/// A triangle or tetrahedron.
+#[derive(Debug, Clone)]
+struct Cell<const D: usize> {
+    nodes: [usize; MAX_CORNERS],
+    /// Area, m², or volume, m³, at rest.
+    rest: f64,
+    /// Diagonal blocks of the corners, then the blocks of the pairs (0,1) (0,2) .. in order.
+    diagonal: [Slot; MAX_CORNERS],
+    pairs: [Slot; 6],
+}
+
+impl<const D: usize> Cell<D> {
+    #[inline(always)]
+    fn nodes(&self) -> &[usize] {
+        &self.nodes[..=D]
+    }
+
+    /// Positions of its corners, or steps of them.
+    #[inline(always)]
+    fn corners(&self, of_nodes: &[SVector<f64, D>]) -> Corners<D> {
+        simplex::corners(of_nodes, self.nodes())
+    }
+}
+
 impl<const D: usize> Incompressibility<D> {
     /// Cells with their measure at the given rest positions, m; `kappa` in J (2D: per metre of thickness).
     pub fn new(kappa: f64, cells: &Cells<D>, rest_positions: &[SVector<f64, D>]) -> Self {
-        Self { kappa, cells: Cell::all(cells, rest_positions).collect() }
+        let cell = |given: &[usize]| {
+            let mut nodes = [0; MAX_CORNERS];
+            nodes[..=D].copy_from_slice(given);
+            let rest = simplex::measure(&simplex::corners(rest_positions, given));
+            Cell { nodes, rest, diagonal: [Slot::UNBOUND; MAX_CORNERS], pairs: [Slot::UNBOUND; 6] }
+        };
+        Self { kappa, cells: cells.iter().map(cell).collect() }
     }
 }
 
@@ -47,7 +76,16 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
     }
 
     fn bind(&mut self, pattern: &Pattern) {
-        self.cells.iter_mut().for_each(|c| c.bind(pattern));
+        for c in &mut self.cells {
+            let nodes = c.nodes;
+            let mut slots = c.pairs.iter_mut();
+            for a in 0..=D {
+                c.diagonal[a] = pattern.slot(nodes[a], nodes[a]);
+                for (b, slot) in (a + 1..=D).zip(&mut slots) {
+                    *slot = pattern.slot(nodes[a], nodes[b]);
+                }
+            }
+        }
     }
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
@@ -100,14 +138,22 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
                 bend = 0.0;
             }
             let gradient = simplex::gradient(&x);
-            let outer = |a: usize, b: usize| gradient[a] * scale * gradient[b].transpose();
-            let pair = |a: usize, b: usize| outer(a, b) + simplex::hessian(&x, a, b) * bend;
-            c.add_stiffness(|a| outer(a, a), pair, stiffness);
+            let outer =
+                |a: usize, b: usize| -> SMatrix<f64, D, D> { gradient[a] * scale * gradient[b].transpose() };
+            let mut slots = c.pairs.iter();
+            for a in 0..=D {
+                stiffness.add_symmetric(c.diagonal[a], &outer(a, a));
+                for (b, &slot) in (a + 1..=D).zip(&mut slots) {
+                    stiffness.add(slot, &(outer(a, b) + simplex::hessian(&x, a, b) * bend));
+                }
+            }
         }
     }
 
     fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
-        Cell::step_limit(self.cells.iter(), at.positions, step)
+        self.cells.iter().fold(1.0, |limit, c| {
+            limit * simplex::safe_part(&c.corners(at.positions), &c.corners(step).map(|p| p * limit))
+        })
     }
 
     fn keeps_cells_upright(&self) -> bool {

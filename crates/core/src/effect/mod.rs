@@ -19,7 +19,6 @@
 
 mod attachment;
 pub mod barrier;
-mod cell;
 mod connections;
 mod contact;
 mod fibres;

@@ -9,7 +9,6 @@ use crate::material::law::{Deformed, contract};
 use crate::material::{NeoHookean, Stress};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-use super::cell::LARGEST_LOSS;
 use super::{Configuration, Effect, Tangent};
 
 /// Pairs of nodes of a quadratic simplex, each node with itself among them.
@@ -384,8 +383,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
             for shape in e.shapes() {
                 let x = as_simplex(&gradient(shape, &x));
                 let p = as_simplex(&(gradient(shape, &p) * limit));
-                let floor = (1.0 - LARGEST_LOSS) * simplex::measure(&x);
-                limit *= simplex::way_above(&x, &p, floor);
+                limit *= simplex::safe_part(&x, &p);
             }
         }
         limit

@@ -7,7 +7,6 @@ use crate::geometry::simplex;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::barrier::barrier;
-use super::cell::LARGEST_LOSS;
 use super::guards::{Guarded, Guards, Nodes, is_free, may_go};
 use super::{Configuration, Effect, Tangent};
 
@@ -152,8 +151,7 @@ impl<const D: usize> Effect<D> for Upright<D> {
                 continue;
             }
             for (here, way) in guards.of(e.measure, &x).zip(guards.of(e.measure, &p)) {
-                let floor = (1.0 - LARGEST_LOSS) * simplex::measure(&here.corners);
-                limit *= simplex::way_above(&here.corners, &way.corners.map(|p| p * limit), floor);
+                limit *= simplex::safe_part(&here.corners, &way.corners.map(|p| p * limit));
             }
         }
         limit

@@ -23,8 +23,6 @@ pub(super) use single::{Single, solve_single};
 
 /// Shortest part of a bone's way that is still tried.
 const LEAST_PART: f64 = 1e-6;
-/// A cell may lose at most this part of its area when bones are moved.
-const LARGEST_LOSS: f64 = 0.9;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Phase {
@@ -288,7 +286,7 @@ fn step_limit(elements: &Elements, at: impl Fn(usize) -> (SVector<f64, 2>, SVect
             let (here, step) = at(n as usize);
             (x[corner], p[corner]) = (here, step * limit);
         }
-        limit *= simplex::way_above(&x, &p, (1.0 - LARGEST_LOSS) * simplex::measure(&x));
+        limit *= simplex::safe_part(&x, &p);
     }
     limit
 }
