@@ -16,7 +16,7 @@ use crate::{Error, PUBLISHED_A, Pulled, tell};
 use tongue_core::body::{Anatomy, Body, ContinuumSettings, Mesh};
 use tongue_core::material::Constants;
 use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
-use tongue_core::system::{Model, TissueModel};
+use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, FitSettings as Search, Method};
 use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
@@ -99,10 +99,6 @@ pub struct ContinuumStudy {
     pub sensitivity: Vec<Sensitivity>,
 }
 
-fn model(tissue: TissueModel) -> Model {
-    Model { tissue, ..Model::default() }
-}
-
 /// Ratios at a load, how the solve ended, and its median time, s.
 fn ratios(scene: &Pulled, load: f64) -> (Vec<f64>, Timed<SolveStatus>) {
     let tensions: Vec<f64> = scene.tensions.iter().map(|t| t * load).collect();
@@ -127,14 +123,14 @@ fn fitted(body: &Body<2>, model: &Model, target: &Target) -> Result<Fit, Error> 
 /// Measures everything down to the finest of `levels` nested meshes. An error on a single mesh is a row.
 pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
     let mut spacings = Vec::new();
-    let bodies: [(&'static str, Option<ContinuumSettings>, TissueModel); 3] = [
-        ("springs", None, TissueModel::MassSpring),
-        ("continuum", Some(ContinuumSettings::default()), TissueModel::Continuum),
-        ("control: 0.5 mm on one node", Some(CONTROL), TissueModel::Continuum),
+    let bodies: [(&'static str, Option<ContinuumSettings>); 3] = [
+        ("springs", None),
+        ("continuum", Some(ContinuumSettings::default())),
+        ("control: 0.5 mm on one node", Some(CONTROL)),
     ];
-    for (name, settings, tissue) in bodies {
+    for (name, settings) in bodies {
         tell(name);
-        spacings.extend(nested(name, settings.as_ref(), &model(tissue), levels)?);
+        spacings.extend(nested(name, settings.as_ref(), levels)?);
     }
     tell("Poisson's ratios");
     let locking = locking()?;
@@ -171,7 +167,6 @@ struct Measured {
 struct Kind<'a> {
     name: &'static str,
     settings: Option<&'a ContinuumSettings>,
-    model: &'a Model,
     anatomy: &'a Anatomy,
     target: &'a Target,
 }
@@ -183,14 +178,14 @@ impl Kind<'_> {
             Some(settings) => plain.into_continuum_of(self.anatomy, settings)?,
             None => plain,
         };
-        let scene = Pulled::new(&body.mesh, self.model, &PUBLISHED_A)?;
+        let scene = Pulled::new(&body.mesh, &Model::default(), &PUBLISHED_A)?;
         let (once, solved) = ratios(&scene, 1.0);
         // On fine meshes the control has no equilibrium at the larger load that can be found in useful time.
         let twice = match self.settings == Some(&CONTROL) {
             true => Vec::new(),
             false => ratios(&scene, 2.0).0,
         };
-        let fitted = measure(&FITS, || fitted(&body, self.model, self.target));
+        let fitted = measure(&FITS, || fitted(&body, &Model::default(), self.target));
         let fit = fitted.result?;
         let tensions = (fit.status == inverse::FitStatus::Converged).then(|| fit.active_tensions());
         let row = Spacing {
@@ -213,11 +208,10 @@ impl Kind<'_> {
 fn nested(
     name: &'static str,
     settings: Option<&ContinuumSettings>,
-    model: &Model,
     levels: usize,
 ) -> Result<Vec<Spacing>, Error> {
     let anatomy = Anatomy::reference()?;
-    let kind = Kind { name, settings, model, anatomy: &anatomy, target: &target("S2", "a")? };
+    let kind = Kind { name, settings, anatomy: &anatomy, target: &target("S2", "a")? };
     let mut mesh = Body::tongue(COARSEST_M)?.mesh.on_outline(anatomy.outline());
     let mut all: Vec<Measured> = Vec::new();
     for level in 0..levels {
@@ -252,7 +246,7 @@ fn locking() -> Result<Vec<Locking>, Error> {
     let ratios_at = |h: f64, nu: f64| -> Result<Vec<f64>, Error> {
         let body = Body::continuum(h, &ContinuumSettings::default())?;
         let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
-        let model = Model { constants, ..model(TissueModel::Continuum) };
+        let model = Model { constants, ..Model::default() };
         Ok(ratios(&Pulled::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0)
     };
     let near = ratios_at(DEFAULT_M, NEARLY_INCOMPRESSIBLE)?;
@@ -276,7 +270,7 @@ fn sensitive(
 ) -> Result<Sensitivity, Error> {
     let body = Body::continuum(DEFAULT_M, settings)?;
     let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
-    let model = Model { constants, ..model(TissueModel::Continuum) };
+    let model = Model { constants, ..Model::default() };
     let mut found = Vec::new();
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {

@@ -54,7 +54,7 @@ type Shape = Vec<SVector<f64, 2>>;
 fn published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, Shape), Error> {
     let Pulled { system, tensions, .. } = Pulled::new(mesh, &Model::default(), &PUBLISHED_A)?;
     let mut workspace = Workspace::new(&system);
-    let (_, row) = equilibrium_row(10, variant, &system, &mut workspace, &tensions);
+    let row = equilibrium_row(10, variant, &system, &mut workspace, &tensions);
     Ok((row, workspace.positions().to_vec()))
 }
 

@@ -3,7 +3,7 @@
 use crate::pulled::{Pulled, tongue};
 use tongue_core::body::{Body, ContinuumSettings, Mesh, largest_distance};
 use tongue_core::statics::{SolveSettings, Workspace, trace};
-use tongue_core::system::{Model, System, TissueModel};
+use tongue_core::system::{Model, System};
 
 use super::{HardCase, HowMany, equilibrium_row, name_of};
 use crate::Error;
@@ -11,7 +11,7 @@ use crate::Error;
 /// Case 2: subsets of the muscles at 1, 10, 100 and 1000 N, all of them or every 16th. Each is solved
 /// directly and along the branch from rest.
 pub(super) fn subsets(extent: HowMany) -> Result<Vec<HardCase>, Error> {
-    subsets_of(2, &tongue()?, &Model::default(), f64::INFINITY, extent)
+    subsets_of(2, &tongue()?, f64::INFINITY, extent)
 }
 
 /// Spacing of the continuum of cases 3 and 11, m.
@@ -22,17 +22,10 @@ const FOLLOWED_N: f64 = 100.0;
 
 pub(super) fn subsets_of_continuum(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let body = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?;
-    let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
-    subsets_of(11, &body.mesh, &model, FOLLOWED_N, extent)
+    subsets_of(11, &body.mesh, FOLLOWED_N, extent)
 }
 
-fn subsets_of(
-    case: u8,
-    mesh: &Mesh<2>,
-    model: &Model,
-    followed_n: f64,
-    extent: HowMany,
-) -> Result<Vec<HardCase>, Error> {
+fn subsets_of(case: u8, mesh: &Mesh<2>, followed_n: f64, extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let names = mesh.muscle_names();
     let all: Vec<&str> = names.iter().map(String::as_str).collect();
     let stride = if extent == HowMany::Full { 1 } else { 16 };
@@ -42,9 +35,9 @@ fn subsets_of(
         let active: Vec<&str> = (0..all.len()).filter(|m| set >> m & 1 == 1).map(|m| all[m]).collect();
         for load in [1.0, 10.0, 100.0, 1000.0] {
             let variant = format!("{} at {load} N", active.join(" "));
-            let Pulled { system, tensions, .. } = all_at(mesh, model, &active, load)?;
+            let Pulled { system, tensions, .. } = all_at(mesh, &active, load)?;
             let mut workspace = Workspace::new(&system);
-            let (_, row) = equilibrium_row(case, variant, &system, &mut workspace, &tensions);
+            let row = equilibrium_row(case, variant, &system, &mut workspace, &tensions);
             rows.push(match load <= followed_n {
                 true => beside_branch(row, &system, &mut workspace, &tensions),
                 false => row,
@@ -55,8 +48,8 @@ fn subsets_of(
 }
 
 /// The body with some of its muscles at the same tension.
-fn all_at(mesh: &Mesh<2>, model: &Model, muscles: &[&str], load: f64) -> Result<Pulled, Error> {
-    Pulled::new(mesh, model, &muscles.iter().map(|m| (*m, load)).collect::<Vec<_>>())
+fn all_at(mesh: &Mesh<2>, muscles: &[&str], load: f64) -> Result<Pulled, Error> {
+    Pulled::new(mesh, &Model::default(), &muscles.iter().map(|m| (*m, load)).collect::<Vec<_>>())
 }
 
 /// Follows the branch from rest to the load of a row whose answer is in the workspace, and compares the two.
@@ -99,8 +92,8 @@ pub(super) fn folding_chains() -> Result<Vec<HardCase>, Error> {
     for (name, set) in sets {
         for load in [5.0, 50.0, 500.0] {
             let variant = format!("{name} at {load} N, straight");
-            let Pulled { system, tensions, .. } = all_at(&mesh, &Model::default(), set, load)?;
-            rows.push(equilibrium_row(4, variant, &system, &mut Workspace::new(&system), &tensions).1);
+            let Pulled { system, tensions, .. } = all_at(&mesh, set, load)?;
+            rows.push(equilibrium_row(4, variant, &system, &mut Workspace::new(&system), &tensions));
         }
     }
     Ok(rows)

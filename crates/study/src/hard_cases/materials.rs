@@ -19,7 +19,7 @@ pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
     let mut rows = Vec::new();
     let mut solved = |variant: String, system: &System<2>, tensions: &[f64]| {
-        rows.push(equilibrium_row(3, variant, system, &mut Workspace::new(system), tensions).1);
+        rows.push(equilibrium_row(3, variant, system, &mut Workspace::new(system), tensions));
     };
     let of = |poisson_ratio| Model {
         constants: Constants { poisson_ratio, ..Constants::TONGUE },

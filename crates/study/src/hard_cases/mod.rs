@@ -140,7 +140,7 @@ fn equilibrium_row<const D: usize>(
     system: &System<D>,
     workspace: &mut Workspace<D>,
     tensions: &[f64],
-) -> (Solution, HardCase) {
+) -> HardCase {
     workspace.start_from_rest(system);
     let clock = Instant::now();
     let solution =
@@ -152,7 +152,7 @@ fn equilibrium_row<const D: usize>(
     let finite = workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite()));
     let stable = matches!(solution.stability, Stability::Stable | Stability::Neutral);
     let converged = solution.status == SolveStatus::Converged && stable;
-    let row = HardCase {
+    HardCase {
         converged,
         // An inverted cell is reported by the status; no other state may contain one.
         kept: finite
@@ -166,8 +166,7 @@ fn equilibrium_row<const D: usize>(
         wall_s,
         note: note_of(&solution),
         ..HardCase::new(case, variant, "equilibrium", name_of(&solution.status))
-    };
-    (solution, row)
+    }
 }
 
 fn note_of(solution: &Solution) -> String {

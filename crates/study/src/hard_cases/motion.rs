@@ -7,7 +7,7 @@ use crate::pulled::{PUBLISHED_A, Pulled, tongue};
 use tongue_core::body::largest_distance;
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionStatus, Tensions};
 use tongue_core::material::Constants;
-use tongue_core::statics::{SolveSettings, Workspace, solve};
+use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
 use tongue_core::system::Model;
 
 use super::{HardCase, HowMany, name_of};
@@ -42,14 +42,8 @@ pub(super) fn printed_table() -> Result<Vec<HardCase>, Error> {
             let motion = Motion::with_mass(&body.system, Tensions::Constant(body.tensions.clone()), mass)?;
             rows.push(explicit(&format!("{mass_name}, {kappa}, dt 5e-6 s"), &motion)?);
             let adaptive = format!("{mass_name}, {kappa}, adaptive to {PRINTED_END} s");
-            rows.push(run(
-                1,
-                &adaptive,
-                &motion,
-                IntegrationMethod::TrBdf2,
-                Control::Adaptive(TOLERANCE),
-                PRINTED_END,
-            )?);
+            let (method, control) = (IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE));
+            rows.push(run(1, &adaptive, &motion, method, control, PRINTED_END)?);
         }
     }
     Ok(rows)
@@ -164,5 +158,5 @@ fn distance_to_equilibrium(motion: &Motion<'_, 2>, positions: &[nalgebra::SVecto
     let mut workspace = Workspace::new(system);
     let solution = solve(system, &mut workspace, &tensions, &SolveSettings::default());
     let apart = largest_distance(workspace.positions(), positions);
-    (solution.status == tongue_core::statics::SolveStatus::Converged).then_some(apart)
+    (solution.status == SolveStatus::Converged).then_some(apart)
 }

@@ -34,22 +34,19 @@ pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
     let eight: Vec<&str> = data.muscles().iter().map(String::as_str).collect();
     let a = || target("S2", "a", TargetKind::Stretch, None);
     let one = target("S2", "a", TargetKind::Stretch, Some(&["HGa"]))?;
+    let of_one = |value| changed(one.clone(), &[("HGa", value)]);
     let pair = target("S1", "o", TargetKind::Stretch, Some(&["GGa", "SGa"]))?;
     let cases: Vec<(&str, Target, Reachable)> = vec![
         ("S2 /a/, ratios", target("S2", "a", TargetKind::Ratio, None)?, Some(true)),
-        (
-            "unreachable: HGa to a hundredth of its length",
-            changed(one.clone(), &[("HGa", 0.01)]),
-            Some(false),
-        ),
-        ("unreachable: HGa three times as long", changed(one.clone(), &[("HGa", 3.0)]), Some(false)),
-        ("at the bound: HGa as at rest", changed(one.clone(), &[("HGa", 1.0)]), Some(true)),
+        ("unreachable: HGa to a hundredth of its length", of_one(0.01), Some(false)),
+        ("unreachable: HGa three times as long", of_one(3.0), Some(false)),
+        ("at the bound: HGa as at rest", of_one(1.0), Some(true)),
         (
             "contradictory: GGa half, SGm double, HGa half",
             changed(a()?, &[("GGa", 0.5), ("SGm", 2.0), ("HGa", 0.5)]),
             Some(false),
         ),
-        ("one muscle", one, None),
+        ("one muscle", one.clone(), None),
         ("all eight", target("S2", "a", TargetKind::Stretch, Some(&eight))?, None),
         ("S1 /o/ with GGa at 0.70 and SGa at 1.29", changed(pair, &[("GGa", 0.70), ("SGa", 1.29)]), None),
     ];
@@ -75,26 +72,13 @@ pub(super) fn simplices() -> Result<Vec<HardCase>, Error> {
         upper_bound,
         ..usual
     };
+    let within = |upper_bound| FitSettings { upper_bound, ..usual };
+    let in_steps = |max_iterations| FitSettings { equilibrium: few(max_iterations), ..usual };
     let cases: [(&str, &Target, FitSettings, Reachable); 10] = [
-        (
-            "degenerate simplex: a box of 1e-9 N",
-            &target,
-            FitSettings { upper_bound: 1e-9, ..usual },
-            Some(false),
-        ),
-        ("start on a bound: a box of 1 N", &target, FitSettings { upper_bound: 1.0, ..usual }, Some(false)),
-        (
-            "plateau: nothing ever converges",
-            &target,
-            FitSettings { equilibrium: few(0), ..usual },
-            Some(false),
-        ),
-        (
-            "every solve fails: 4 iterations a solve",
-            &target,
-            FitSettings { equilibrium: few(4), ..usual },
-            Some(false),
-        ),
+        ("degenerate simplex: a box of 1e-9 N", &target, within(1e-9), Some(false)),
+        ("start on a bound: a box of 1 N", &target, within(1.0), Some(false)),
+        ("plateau: nothing ever converges", &target, in_steps(0), Some(false)),
+        ("every solve fails: 4 iterations a solve", &target, in_steps(4), Some(false)),
         (
             "failures in the middle: 10 iterations a solve, loads to 300 N",
             &target,
@@ -107,7 +91,7 @@ pub(super) fn simplices() -> Result<Vec<HardCase>, Error> {
             in_part(13, 1e3),
             Some(true),
         ),
-        ("loads to 1e6 N", &target, FitSettings { upper_bound: 1e6, ..usual }, None),
+        ("loads to 1e6 N", &target, within(1e6), None),
         ("a target already met: the rest shape", &at_rest, usual, Some(true)),
         ("one iteration of the search", &target, FitSettings { max_iterations: 1, ..usual }, None),
         ("cost tolerance 0", &target, FitSettings { cost_tolerance: 0.0, ..usual }, Some(true)),
