@@ -109,7 +109,7 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
     let folder = tempfile::tempdir().unwrap();
     let message = refused(folder.path(), "simulate --tension GGa=1 --h 0.2mm --threads 1");
     assert!(message.contains("it must be from 1 to 60000: more need over 1 GB of memory"), "{message}");
-    let fine = "title = \"t\"\nwant = \"shape\"\n[body.cylinder]\nradius_mm = 10.0\nlength_mm = 20.0\nh_mm = 1.5\nkind = \"continuum\"\n";
+    let fine = "title = \"t\"\nwant = \"shape\"\n[body.cylinder]\nradius_mm = 10.0\nlength_mm = 20.0\nh_mm = 1.75\nkind = \"continuum\"\n";
     fs::write(folder.path().join("fine.toml"), fine).unwrap();
     for (line, said) in [
         ("--vowel a --h 1mm", "a fit with its verdict on a body of"),
@@ -118,7 +118,7 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
         ("scene run fine.toml", "nodes: about"),
     ] {
         // The notes come first; what follows is stopped.
-        let printed = shell(folder.path(), &format!("ulimit -t 20; $TONGUE_FIT {line} --threads 1")).out;
+        let printed = shell(folder.path(), &format!("ulimit -t 6; $TONGUE_FIT {line} --threads 1")).out;
         assert!(printed.contains(said) && printed.contains("minutes on one core"), "{line}: {printed}");
     }
 }

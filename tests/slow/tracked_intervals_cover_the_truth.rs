@@ -2,6 +2,7 @@
 //! tensions of another kind. About 95 % of the intervals hold the truth.
 
 use nalgebra::DVector;
+use tongue_core::geometry::NaturalSpline;
 use tongue_core::random::normal;
 use tongue_fit::adapt::followed;
 use tongue_fit::adapt::{Basis, How};
@@ -18,6 +19,7 @@ use tongue_infer::track::{
     Errors, Link, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, Watch, compared, frames,
     mark, track,
 };
+use tongue_input::measured::recording::{AlignedFrame, Mark};
 
 use crate::cases;
 use crate::speakers::{Recorded, Seeing, Tones, recorded_with};
@@ -267,11 +269,63 @@ fn of_strong_tones_a_contour_says_little_but_courses_hold() {
 /// Largest number of frames by which levels and shape are found.
 pub const SHARED: usize = 240;
 
-#[allow(clippy::print_stdout, reason = "for --nocapture")]
+/// A curve through more points says what it says through eleven, and frames that are given twice say nothing twice.
+#[test]
+fn more_points_of_a_contour_and_frames_given_twice_are_no_new_data() {
+    let held = |change: &Change| held_of(Tones::HalfNormal(20.0), SHARED, 12, change);
+    let usual = held(&|_| ());
+    for (what, held) in [("41 points", held(&|s| redrawn(s, 4))), ("frames twice", held(&doubled))] {
+        let wider = held.level_width() / usual.level_width();
+        assert!((wider - 1.0).abs() < 0.1, "{what}: {} and {}", held.told(), usual.told());
+        assert!((held.levels() - usual.levels()).abs() < 3.0, "{what}: {} and {}", held.told(), usual.told());
+        assert!(
+            (held.courses() - usual.courses()).abs() < 3.0,
+            "{what}: {} and {}",
+            held.told(),
+            usual.told()
+        );
+    }
+}
+
+/// A speaker whose contours are drawn by splines through their points, with one point in `every` sixteenth of a span.
+fn redrawn(speaker: &mut Recorded, every: usize) {
+    for seen in &mut speaker.seen {
+        for frame in &mut seen.frames {
+            let sd = frame.contour[0].unwrap().sd;
+            let points: Vec<Point> = frame.contour.iter().map(|mark| mark.unwrap().at).collect();
+            let curve = NaturalSpline::through(&points).unwrap();
+            frame.contour =
+                curve.polygon().iter().step_by(every).map(|at| Some(Mark { at: *at, sd })).collect();
+        }
+        seen.contour = (0..seen.frames[0].contour.len()).map(|i| format!("tongue_{i}")).collect();
+    }
+}
+
+/// A recording of which each frame is given twice, half a period apart.
+fn doubled(speaker: &mut Recorded) {
+    for (seen, truth) in speaker.seen.iter_mut().zip(&mut speaker.truth) {
+        let half = 0.5 * (seen.frames[1].time_s - seen.frames[0].time_s);
+        let twice = |frame: &AlignedFrame| {
+            [frame.clone(), AlignedFrame { time_s: frame.time_s + half, ..frame.clone() }]
+        };
+        seen.frames = seen.frames.iter().flat_map(twice).collect();
+        *truth = truth.iter().flat_map(|t| [t.clone(), t.clone()]).collect();
+    }
+}
+
 fn other_bodies(tones: Tones, shared_frames: usize, speakers: usize) -> Held {
+    held_of(tones, shared_frames, speakers, &|_| ())
+}
+
+/// What is done to a speaker's recordings before they are tracked.
+type Change = dyn Fn(&mut Recorded) + Sync;
+
+#[allow(clippy::print_stdout, reason = "for --nocapture")]
+fn held_of(tones: Tones, shared_frames: usize, speakers: usize, change: &Change) -> Held {
     let seeds: Vec<u64> = (0..cases(speakers) as u64).collect();
     let all = parallel::map(&seeds, |seed| {
-        let (speaker, mut held) = (recorded_with(*seed, Seeing::Contour, tones), Held::default());
+        let (mut speaker, mut held) = (recorded_with(*seed, Seeing::Contour, tones), Held::default());
+        change(&mut speaker);
         let found = tracked(&speaker, shared_frames);
         let placed = found.is_some();
         held.add(&speaker, found.unwrap_or_default());

@@ -90,9 +90,16 @@ impl Beside {
 /// Covariance of the errors of all numbers, m².
 fn errors(numbers: &[Number]) -> DMatrix<f64> {
     let errors = Errors::default();
+    // Postures are further apart than frames of a recording.
+    let of_frame = |own: &[Number]| {
+        let along: Vec<Along> = own.iter().map(|number| number.along).collect();
+        errors.own(&along, f64::INFINITY)
+    };
+    let own: Vec<f64> = numbers.chunk_by(|a, b| a.frame == b.frame).flat_map(of_frame).collect();
     let own = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
         let (a, b) = (&numbers[i], &numbers[j]);
-        1e-6 * errors.of_observations(&a.along, &b.along, (a.frame == b.frame, i == j))
+        let own = if i == j { own[i] } else { 0.0 };
+        1e-6 * (errors.of_body(&a.along, &b.along, a.frame == b.frame) + own)
     });
     let mut by_source: BTreeMap<&Shared, DVector<f64>> = BTreeMap::new();
     for (i, number) in numbers.iter().enumerate() {

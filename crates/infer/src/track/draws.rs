@@ -15,7 +15,7 @@ use tongue_core::random;
 use super::by_shape::ByShape;
 use super::consider::BATCH;
 use super::eliminate::{Eliminated, WINDOW, windows};
-use super::errors::Kriging;
+use super::frame::Hidden;
 use super::mode::{Course, Mode};
 
 /// Draws of a window of frames.
@@ -136,7 +136,6 @@ impl Sampler<'_, '_> {
     fn window(&self, window: &Range<usize>, batches: &mut [Batch]) -> Draws {
         let Self { mode, course, .. } = self;
         let (m, bones, link) = (mode.sizes.muscles, mode.sizes.bones, mode.settings.link);
-        let kriged: Vec<Vec<Kriging>> = window.clone().map(|t| krigings(mode, course, t)).collect();
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
         let one = |batch: &Batch| {
@@ -158,7 +157,7 @@ impl Sampler<'_, '_> {
                 moved.push((0..bones).map(bone).collect());
                 sounds.push(sound(mode, self.heard[t].as_ref(), &by, &theta));
                 let by_shape = self.by_shape[t].as_ref();
-                foretold.push(hidden(mode, course, by_shape, t, &kriged[i], (&by, &theta), &mut random));
+                foretold.push(hidden(mode, course, by_shape, t, (&by, &theta), &mut random));
             }
             ([tensions, moved, foretold, sounds], random)
         };
@@ -186,12 +185,6 @@ impl Sampler<'_, '_> {
     }
 }
 
-/// The kriging coefficients for the hidden points of a frame.
-fn krigings(mode: &Mode<'_, '_>, course: &Course, t: usize) -> Vec<Kriging> {
-    let (frame, Some(errors)) = (&course.frames[t], course.errors[t].as_ref()) else { return Vec::new() };
-    frame.hidden.iter().map(|h| mode.knots.kriging(&frame.along, errors, &h.along)).collect()
-}
-
 /// Draws of the changes of a frame's formants, Hz: by its tensions and displaced bones, and by the shape at rest.
 fn sound(
     mode: &Mode<'_, '_>,
@@ -214,7 +207,6 @@ fn hidden(
     course: &Course,
     by_shape: Option<&ByShape>,
     t: usize,
-    kriged: &[Kriging],
     (by, theta): (&DMatrix<f64>, &DMatrix<f64>),
     random: &mut Rng,
 ) -> Vec<Vec<f32>> {
@@ -232,25 +224,18 @@ fn hidden(
         all.column_iter_mut().for_each(|mut c| c += &z);
         all
     };
-    let mut seen = DMatrix::zeros(at.residuals.len(), x.ncols());
-    for (row, o) in course.frames[t].observations.iter().enumerate() {
-        let unit = 1e3 / o.weight;
-        let rate = at.jacobian.row(row) * &x;
-        seen.row_mut(row).copy_from(&(rate.add_scalar(at.residuals[row]) * unit));
-    }
     let mut there = &at.hidden_jacobian * &x;
     if let Some(shape) = by_shape {
-        let amounts = theta.rows(m + k, theta.nrows() - m - k);
-        seen += &shape.seen * amounts;
-        there += &shape.hidden * amounts;
+        there += &shape.hidden * theta.rows(m + k, theta.nrows() - m - k);
     }
-    let one = |(i, kriging): (usize, &Kriging)| {
-        let expected = kriging.weights.tr_mul(&seen) + kriging.of_knots.tr_mul(&errors_at);
+    let one = |(i, hidden): (usize, &Hidden)| {
+        let (basis, sd_mm) = mode.knots.at(&hidden.along);
+        let expected = basis.tr_mul(&errors_at);
         let mut value = |d: usize| {
-            let error = expected[(0, d)] + kriging.sd_mm * random::normal(random);
+            let error = expected[(0, d)] + sd_mm * random::normal(random);
             (error - there[(i, d)]) as f32
         };
         (0..x.ncols()).map(&mut value).collect()
     };
-    kriged.iter().enumerate().map(one).collect()
+    course.frames[t].hidden.iter().enumerate().map(one).collect()
 }

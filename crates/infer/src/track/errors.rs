@@ -1,13 +1,12 @@
 //! Covariance of the errors, which are the distances between a contour and the surface of a body.
 //!
 //! ```text
-//! slow² exp(-dq²/2/15²) exp(-|dt|/memory) + [same frame] (sd_i sd_j exp(-|dq|/4) + 0.1² [same point])
-//!                                         + static² exp(-dq²/2/15²)
+//! slow² exp(-dq²/2/15²) exp(-|dt|/memory) + static² exp(-dq²/2/15²) + [same point] sd² max(1, 9 mm/spacing) max(1, 12.5 ms/period)
 //! ```
 //! in mm with `q` the distance along the mean contour. A body with a wrong shape has the same errors in every frame, so a part of the
-//! error is shared by all frames. The covariance does not depend on the number of points: a contour drawn through more points carries no
-//! more information. The errors of one frame have an exponential covariance, because a drawn contour has corners that say nothing about
-//! the tongue; a smooth covariance would take them as information.
+//! error is shared by all frames. The own error of a point is white along the contour and in time: its standard deviation is meant for
+//! points 9 mm and frames 12.5 ms apart, and points or frames that are closer carry together what these carry. Many points of a contour
+//! are averaged over 9 mm, because what a drawn contour shows between its keypoints says nothing of the tongue.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
@@ -20,42 +19,80 @@ pub struct Errors {
     pub static_mm: f64,
     /// Correlation length of both along the contour, mm.
     pub far_mm: f64,
-    /// Correlation length of the errors of one frame along the contour, mm.
-    pub near_mm: f64,
-    /// Standard deviation of the independent error of each point, mm.
-    pub alone_mm: f64,
+    /// Distance along the contour and time between frames for which the standard deviation of a point is meant, mm and s.
+    pub apart_mm: f64,
+    pub apart_s: f64,
 }
 
 impl Default for Errors {
     fn default() -> Self {
-        Self { slow_mm: 0.7, static_mm: 0.7, far_mm: 15.0, near_mm: 4.0, alone_mm: 0.1 }
+        Self { slow_mm: 0.7, static_mm: 0.7, far_mm: 15.0, apart_mm: 9.0, apart_s: 0.0125 }
     }
 }
 
 impl Errors {
     /// Errors for a body of known shape, and points whose errors are independent.
     pub const INDEPENDENT: Self =
-        Self { slow_mm: 0.0, static_mm: 0.0, far_mm: 15.0, near_mm: 1e-3, alone_mm: 0.0 };
+        Self { slow_mm: 0.0, static_mm: 0.0, far_mm: 15.0, apart_mm: 0.0, apart_s: 0.0 };
 
-    /// Covariance of the errors of two observations, mm². `same`: whether they are of one frame (frames are otherwise too far apart to
-    /// remember), and whether they are one and the same observation.
-    pub fn of_observations(&self, a: &Along, b: &Along, (same_frame, same): (bool, bool)) -> f64 {
-        if a.channel != b.channel {
-            return 0.0;
+    /// Covariance of the errors of two observations of a body of unknown shape, mm², without their own errors. `same_frame`: frames are
+    /// otherwise too far apart to remember.
+    pub fn of_body(&self, a: &Along, b: &Along, same_frame: bool) -> f64 {
+        let slow = if same_frame { self.slow_mm.powi(2) } else { 0.0 };
+        (slow + self.static_mm.powi(2)) * correlation((a.channel, a.at_mm), (b.channel, b.at_mm), self.far_mm)
+    }
+
+    /// Variance of the own error of an observation that has no other near it, mm². `period_s`: time between frames.
+    fn alone(&self, along: &Along, period_s: f64) -> f64 {
+        along.sd_mm.powi(2) * (self.apart_s / period_s).max(1.0)
+    }
+
+    /// Variances of the own errors of the observations of a frame, mm²; contour points are in their order along the contour.
+    pub fn own(&self, along: &[Along], period_s: f64) -> Vec<f64> {
+        let on_contour: Vec<f64> = along.iter().filter(|a| a.channel == 0).map(|a| a.at_mm).collect();
+        let last = on_contour.len().saturating_sub(1);
+        let spacing = |i: usize| {
+            let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+            (on_contour[after] - on_contour[before]).abs() / (after - before) as f64
+        };
+        let mut numbers = 0..;
+        let variance = |a: &Along| {
+            let number = if a.channel == 0 { numbers.next() } else { None };
+            let apart = number.filter(|_| last > 0).map_or(f64::INFINITY, spacing);
+            self.alone(a, period_s) * (self.apart_mm / apart).max(1.0)
+        };
+        along.iter().map(variance).collect()
+    }
+
+    /// Of a contour of many points, their averages over pieces of this length with weights like a roof, which carry what points so far
+    /// apart carry: between them a drawn contour says nothing of the tongue. Other observations stay. `None` for few points.
+    fn averages(&self, along: &[Along]) -> Option<DMatrix<f64>> {
+        let on_contour = || along.iter().filter(|a| a.channel == 0).map(|a| a.at_mm);
+        let [low, high] =
+            [on_contour().fold(f64::INFINITY, f64::min), on_contour().fold(f64::NEG_INFINITY, f64::max)];
+        let pieces = ((high - low) / self.apart_mm).round();
+        if !pieces.is_finite() || on_contour().count() as f64 <= MANY * (pieces + 1.0) {
+            return None;
         }
-        let apart = (a.at_mm - b.at_mm).abs();
-        let of_body = self.static_mm.powi(2) * alike(apart, self.far_mm);
-        if !same_frame {
-            return of_body;
-        }
-        let own = if same { self.alone_mm.powi(2) } else { 0.0 };
-        let of_frame = self.slow_mm.powi(2) * alike(apart, self.far_mm);
-        of_body + of_frame + a.sd_mm * b.sd_mm * (-apart / self.near_mm).exp() + own
+        let apart = (high - low) / pieces.max(1.0);
+        let roof = |k: usize| {
+            let weight = |a: &Along| {
+                let away = if apart > 0.0 { ((a.at_mm - low) / apart - k as f64).abs() } else { 0.0 };
+                if a.channel == 0 { (1.0 - away).max(0.0) } else { 0.0 }
+            };
+            let weights: Vec<f64> = along.iter().map(weight).collect();
+            let sum: f64 = weights.iter().sum();
+            (sum > 0.0).then(|| weights.iter().map(|w| w / sum).collect::<Vec<f64>>())
+        };
+        let others = (0..along.len()).filter(|&i| along[i].channel != 0);
+        let alone = |i: usize| (0..along.len()).map(|j| f64::from(u8::from(i == j))).collect();
+        let rows: Vec<Vec<f64>> = (0..=pieces as usize).filter_map(roof).chain(others.map(alone)).collect();
+        Some(DMatrix::from_fn(rows.len(), along.len(), |i, j| rows[i][j]))
     }
 
     /// Total standard deviation of an observation, mm.
     pub fn sd(&self, along: &Along) -> f64 {
-        let parts = [self.slow_mm, self.static_mm, self.alone_mm, along.sd_mm];
+        let parts = [self.slow_mm, self.static_mm, along.sd_mm];
         parts.iter().map(|p| p * p).sum::<f64>().sqrt()
     }
 }
@@ -71,6 +108,8 @@ pub struct Along {
     pub sd_mm: f64,
 }
 
+/// A contour of more points than this, in units of those that are independent, is averaged.
+const MANY: f64 = 1.5;
 /// Distance between the knots of the slow and the static error, as a part of their correlation length.
 const KNOTS_APART: f64 = 0.8;
 /// Part of the variance that is added to that of the knots, so that the matrix can be factorised.
@@ -148,34 +187,26 @@ impl Knots {
         (weights.transpose(), left)
     }
 
-    /// Covariance of the remaining errors of a frame, mm².
-    fn rest(&self, a: &Along, b: &Along) -> f64 {
-        let apart = (a.at_mm - b.at_mm).abs() / self.errors.near_mm;
-        if a.channel == b.channel { a.sd_mm * b.sd_mm * (-apart).exp() } else { 0.0 }
-    }
-
-    pub fn frame(&self, along: &[Along]) -> Option<FrameErrors> {
-        let n = along.len();
+    /// The errors of a frame; `None` where a standard deviation is zero.
+    pub fn frame(&self, along: &[Along], period_s: f64) -> Option<FrameErrors> {
         let (basis, left) = self.basis(along);
         let shared = self.errors.slow_mm.powi(2) + self.errors.static_mm.powi(2);
-        let covariance = DMatrix::from_fn(n, n, |i, j| {
-            let own = if i == j { self.errors.alone_mm.powi(2) + shared * left[i] } else { 0.0 };
-            self.rest(&along[i], &along[j]) + own
-        });
-        // Independent errors of size zero could not be factorised.
-        Some(FrameErrors { factor: Cholesky::new(covariance)?, basis })
+        let averages = self.errors.averages(along);
+        let variances = match averages {
+            None => self.errors.own(along, period_s),
+            Some(_) => along.iter().map(|a| self.errors.alone(a, period_s)).collect(),
+        };
+        let variances = variances.into_iter().zip(left).map(|(own, left)| own + shared * left);
+        let variances = DVector::from_iterator(along.len(), variances);
+        let sds = averages.as_ref().map_or_else(|| variances.clone(), |a| a * &variances).map(f64::sqrt);
+        sds.iter().all(|sd| *sd > 0.0 && sd.is_finite()).then_some(FrameErrors { sds, basis, averages })
     }
 
-    /// Kriging from the observations of a frame to the error at another place.
-    pub fn kriging(&self, along: &[Along], errors: &FrameErrors, other: &Along) -> Kriging {
-        let across = DVector::from_iterator(along.len(), along.iter().map(|a| self.rest(a, other)));
-        let weights = errors.factor.solve(&across);
+    /// The error at another place of a frame, by the values at the knots and a remainder.
+    pub fn at(&self, other: &Along) -> (DVector<f64>, f64) {
         let (basis, left) = self.basis(std::slice::from_ref(other));
         let shared = self.errors.slow_mm.powi(2) + self.errors.static_mm.powi(2);
-        let own = self.rest(other, other) + self.errors.alone_mm.powi(2) + shared * left[0];
-        let variance = (own - across.dot(&weights)).max(0.0);
-        let of_knots = basis.row(0).transpose() - errors.basis.tr_mul(&weights);
-        Kriging { weights, of_knots, sd_mm: variance.sqrt() }
+        (basis.row(0).transpose(), (other.sd_mm.powi(2) + shared * left[0]).sqrt())
     }
 }
 
@@ -185,33 +216,20 @@ fn correlation(a: (usize, f64), b: (usize, f64), length: f64) -> f64 {
 
 #[derive(Debug, Clone)]
 pub(super) struct FrameErrors {
-    factor: Cholesky<f64, Dyn>,
+    /// Standard deviations without the contribution of the knots, mm: of the observations, or of their averages.
+    sds: DVector<f64>,
     /// Coefficients of the values at the knots for every observation.
     pub basis: DMatrix<f64>,
+    averages: Option<DMatrix<f64>>,
 }
 
 impl FrameErrors {
-    /// Whitens residuals or their derivatives: their errors become independent with standard deviation 1.
-    pub fn whitened(&self, mut values: DMatrix<f64>) -> DMatrix<f64> {
-        self.factor.l_dirty().solve_lower_triangular_mut(&mut values);
+    /// Whitens residuals or their derivatives: their errors, or those of their averages, become independent with standard deviation 1.
+    pub fn whitened(&self, values: DMatrix<f64>) -> DMatrix<f64> {
+        let mut values = self.averages.as_ref().map_or_else(|| values.clone(), |averages| averages * &values);
+        values.row_iter_mut().zip(self.sds.iter()).for_each(|(mut row, sd)| row /= *sd);
         values
     }
-
-    /// Standard deviation of an observation without the contribution of the knots, mm.
-    pub fn sd(&self, i: usize) -> f64 {
-        let l = self.factor.l_dirty();
-        (0..=i).map(|k| l[(i, k)].powi(2)).sum::<f64>().sqrt()
-    }
-}
-
-/// The error at a place that was not observed: `weights . (residuals - basis knots) + row . knots ± sd`.
-#[derive(Debug, Clone)]
-pub(super) struct Kriging {
-    pub weights: DVector<f64>,
-    /// Total weights of the values at the knots.
-    pub of_knots: DVector<f64>,
-    /// Standard deviation of the remaining error, mm.
-    pub sd_mm: f64,
 }
 
 #[cfg(test)]
@@ -223,55 +241,45 @@ mod tests {
     }
 
     #[test]
-    fn knots_and_rest_are_the_covariance_that_is_meant() {
+    fn knots_and_own_errors_are_the_covariance_that_is_meant() {
         let errors = Errors::default();
         let seen = along(&[0.0, 5.0, 9.0, 31.0, 44.0, 70.0, 88.0]);
         let knots = Knots::new(errors, &[&seen]);
-        let frame = knots.frame(&seen).unwrap();
+        let frame = knots.frame(&seen, 0.00625).unwrap();
         let shared = knots.precision(errors.slow_mm).try_inverse().unwrap()
             + knots.precision(errors.static_mm).try_inverse().unwrap();
-        let l = frame.factor.l();
-        let found = &l * l.transpose() + &frame.basis * shared * frame.basis.transpose();
+        let own = DMatrix::from_diagonal(&frame.sds.map(|sd| sd * sd));
+        let found = own + &frame.basis * shared * frame.basis.transpose();
+        // Frames come twice as often as they are independent, and the first three points stand for 5, 4.5 and 13 mm.
+        let crowded = [1.8, 2.0, 1.0, 1.0, 1.0, 1.0, 1.0];
         for (i, a) in seen.iter().enumerate() {
             for (j, b) in seen.iter().enumerate() {
-                let d = a.at_mm - b.at_mm;
-                let mut meant = 0.98 * alike(d, 15.0) + 0.93_f64.powi(2) * (-d.abs() / 4.0).exp();
-                meant += if i == j { 0.01 } else { 0.0 };
+                let own = if i == j { 2.0 * 0.93_f64.powi(2) * crowded[i] } else { 0.0 };
+                let meant = errors.of_body(a, b, true) + own;
                 assert!((found[(i, j)] - meant).abs() < 0.02, "{i} {j}: {} {meant}", found[(i, j)]);
             }
         }
     }
 
     #[test]
-    fn ten_times_the_points_say_no_more_of_a_shift_of_the_contour() {
-        // The information of a frame about a shift of the whole contour.
-        let information = |count: usize| {
+    fn points_and_frames_that_are_closer_carry_no_more() {
+        // The information of a tenth of a second about a shift and about waves of the contour.
+        let information = |count: usize, rate_hz: f64, wave_mm: f64| {
             let seen = along(&(0..count).map(|i| 90.0 * i as f64 / (count - 1) as f64).collect::<Vec<_>>());
-            let knots = Knots::new(Errors::default(), &[&seen]);
-            let frame = knots.frame(&seen).unwrap();
-            let shift = frame.whitened(DMatrix::from_element(count, 1, 1.0));
-            let with = frame.whitened(frame.basis.clone());
-            let shared = knots.precision(0.7) * 0.5 + with.tr_mul(&with);
-            let across = with.tr_mul(&shift);
-            (shift.tr_mul(&shift) - across.tr_mul(&shared.cholesky().unwrap().solve(&across)))[(0, 0)]
+            let frame = Knots::new(Errors::default(), &[]).frame(&seen, 1.0 / rate_hz).unwrap();
+            let shift =
+                DMatrix::from_fn(count, 1, |i, _| (std::f64::consts::TAU * seen[i].at_mm / wave_mm).cos());
+            frame.whitened(shift).norm_squared() * 0.1 * rate_hz
         };
-        let (few, many) = (information(11), information(101));
-        assert!((many / few - 1.0).abs() < 0.15, "{few} {many}");
-    }
-
-    #[test]
-    fn kriging_is_the_conditional_normal_distribution() {
-        let seen = along(&[0.0, 8.0, 16.0, 30.0]);
-        let other = Along { channel: 0, at_mm: 11.0, sd_mm: 0.93 };
-        let knots = Knots::new(Errors { slow_mm: 0.0, static_mm: 1e-6, ..Errors::default() }, &[&seen]);
-        let frame = knots.frame(&seen).unwrap();
-        let found = knots.kriging(&seen, &frame, &other);
-        let k = |a: &Along, b: &Along| knots.rest(a, b) + if a == b { 0.01 } else { 0.0 };
-        let covariance = DMatrix::from_fn(4, 4, |i, j| k(&seen[i], &seen[j]));
-        let across = DVector::from_fn(4, |i, _| k(&seen[i], &other));
-        let weights = covariance.try_inverse().unwrap() * &across;
-        assert!((&found.weights - &weights).amax() < 1e-9);
-        let variance = k(&other, &other) - across.dot(&weights);
-        assert!((found.sd_mm - variance.sqrt()).abs() < 1e-9);
+        for (wave_mm, least) in [(1e9, 0.88), (60.0, 0.75), (30.0, 0.5)] {
+            let usual = information(11, 80.0, wave_mm);
+            for (count, rate_hz) in [(42, 80.0), (100, 80.0), (11, 200.0), (100, 400.0)] {
+                let ratio = information(count, rate_hz, wave_mm) / usual;
+                assert!(
+                    (least..1.05).contains(&ratio),
+                    "{count} points, {rate_hz} Hz, {wave_mm} mm: {ratio}"
+                );
+            }
+        }
     }
 }

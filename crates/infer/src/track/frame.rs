@@ -15,9 +15,6 @@ use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
 use super::errors::Along;
 use super::link::Link;
 
-/// Contour points nearer to each other than this are not independent, m: a contour drawn through many pixels carries no more information
-/// than one with points this far apart.
-const INDEPENDENT_M: f64 = 4e-3;
 /// Number of frames over which the place of a bone is averaged: its keypoint is as noisy as those of the tongue.
 pub const BONE_WINDOW: usize = 7;
 
@@ -164,14 +161,6 @@ fn along_the_mean(seen: &AlignedRecording) -> Vec<f64> {
     (0..seen.contour.len()).map(place).collect()
 }
 
-/// By what the standard deviations of `shown` contour points grow that lie closer to each other than independent ones.
-pub(crate) fn crowding(contour: impl Iterator<Item = Point>, shown: usize) -> f64 {
-    let mut last = None;
-    let length: f64 =
-        contour.map(|at| last.replace(at).map_or(0.0, |before: Point| (at - before).norm())).sum();
-    (shown as f64 * INDEPENDENT_M / length.max(INDEPENDENT_M)).max(1.0).sqrt()
-}
-
 fn one(
     seen: &AlignedRecording,
     frame: &AlignedFrame,
@@ -198,8 +187,6 @@ fn one(
         .zip(along)
         .filter_map(|((n, m), at)| Some((n, (*m)?, *at)))
         .collect();
-    let shown = marks.iter().filter(|(n, ..)| !hide.contains(n)).count();
-    let crowded = crowding(marks.iter().map(|(_, mark, _)| mark.at), shown);
     for (name, mark, at_mm) in marks {
         let contour = Contour::new(surface.curve.clone(), mark.at);
         let along = Along { channel: 0, at_mm, sd_mm: mark.sd * 1e3 };
@@ -208,7 +195,7 @@ fn one(
             out.hidden.push(Hidden { name: name.clone(), observation, along });
         } else {
             out.along.push(along);
-            out.observations.push(Observation::new(contour, 0.0).with_standard_deviation(mark.sd * crowded));
+            out.observations.push(Observation::new(contour, 0.0).with_standard_deviation(mark.sd));
             out.names.push(name.clone());
         }
     }

@@ -40,7 +40,6 @@ mod tiers;
 pub use compare::{Compared, Comparison, LabelDraws, LabelTension, compare, compared, mark};
 pub use errors::{Along, Errors};
 pub use found::{Displacement, Foretold, FrameStatus, Tracked, TrackedRecording};
-pub(crate) use frame::crowding;
 pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, TongueSurface, frames};
 pub use hold_out::{HeldOut, Opponent, held_out};
 pub use link::Link;

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use tongue_core::geometry::Point;
+use tongue_core::statistics::upper_median;
 
 use super::chain::Chain;
 use super::errors::{Along, FrameErrors, Knots};
@@ -162,10 +163,15 @@ impl<'a, 's> Mode<'a, 's> {
 
     /// Sets the errors for the observations that the frames of a recording have now.
     pub fn take_errors(&self, course: &mut Course) {
+        let period = |pair: &[Frame]| pair[1].time_s - pair[0].time_s;
+        let period_s = upper_median(course.frames.windows(2).map(period)).unwrap_or(f64::INFINITY);
         // Frames that show the same points with the same certainty share their errors.
         let mut last: Option<(&[Along], Option<Arc<FrameErrors>>)> = None;
         let of = |f: &'_ Frame| -> Option<Arc<FrameErrors>> {
-            (f.observations.len() >= FEWEST).then(|| self.knots.frame(&f.along)).flatten().map(Arc::new)
+            (f.observations.len() >= FEWEST)
+                .then(|| self.knots.frame(&f.along, period_s))
+                .flatten()
+                .map(Arc::new)
         };
         let mut errors = Vec::with_capacity(course.frames.len());
         for frame in course.frames.iter() {

@@ -215,8 +215,7 @@ fn far(mode: &Mode<'_, '_>, course: &Course, t: usize) -> Vec<f64> {
     let Some(residuals) = mode.residuals_mm(course, t, &course.here[t], &mode.shared) else {
         return Vec::new();
     };
-    let errors = course.errors[t].as_ref();
-    residuals.iter().enumerate().map(|(i, r)| r.abs() / errors.map_or(1.0, |e| e.sd(i))).collect()
+    residuals.iter().zip(&course.frames[t].along).map(|(r, along)| r.abs() / along.sd_mm).collect()
 }
 
 /// Removes observations of a recording that are much farther from the surface than their error and than is `usual`, because they are not

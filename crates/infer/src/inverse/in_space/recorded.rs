@@ -13,10 +13,12 @@ use tongue_input::measured::{
 };
 
 use crate::adapt::{Placed, RestError, Sight};
-use crate::track::crowding;
 
 /// Standard deviation of a stretch from the errors of the model, as in the posterior.
 const STRETCH_SD: f64 = 0.03;
+/// Contour points nearer to each other than this are not independent, m: a contour drawn through many pixels carries no more information
+/// than one with points this far apart.
+const INDEPENDENT_M: f64 = 4e-3;
 
 /// What was seen of one speaker, in the frame of a body in space.
 #[derive(Debug, Clone)]
@@ -107,7 +109,7 @@ impl Recorded {
 fn marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Similarity) -> Vec<SpaceMark> {
     let scale = similarity.scale();
     let contour: Vec<&Mark> = frame.contour.iter().flatten().collect();
-    let crowded = crowding(contour.iter().map(|m| m.at), contour.len());
+    let crowded = crowding(&contour);
     let on_contour = contour
         .into_iter()
         .map(|m| SpaceMark { what: Marked::Contour(similarity.back(m.at)), sd_m: m.sd * crowded / scale });
@@ -117,4 +119,10 @@ fn marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Similarity)
         Some(SpaceMark { what, sd_m: sd / scale })
     });
     on_contour.chain(coils).collect()
+}
+
+/// By what the standard deviations of contour points grow that lie closer to each other than independent ones.
+fn crowding(contour: &[&Mark]) -> f64 {
+    let length: f64 = contour.windows(2).map(|pair| (pair[1].at - pair[0].at).norm()).sum();
+    (contour.len() as f64 * INDEPENDENT_M / length.max(INDEPENDENT_M)).max(1.0).sqrt()
 }
