@@ -87,19 +87,22 @@ impl Beside {
     }
 }
 
+/// Correlation length of the errors of one contour along it, and the independent error of a point, mm. A drawn contour has corners that
+/// say nothing about the tongue; a smooth covariance would take them as information.
+const NEAR_MM: f64 = 4.0;
+const ALONE_MM: f64 = 0.1;
+
 /// Covariance of the errors of all numbers, m².
 fn errors(numbers: &[Number]) -> DMatrix<f64> {
     let errors = Errors::default();
-    // Postures are further apart than frames of a recording.
-    let of_frame = |own: &[Number]| {
-        let along: Vec<Along> = own.iter().map(|number| number.along).collect();
-        errors.own(&along, f64::INFINITY)
-    };
-    let own: Vec<f64> = numbers.chunk_by(|a, b| a.frame == b.frame).flat_map(of_frame).collect();
     let own = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
-        let (a, b) = (&numbers[i], &numbers[j]);
-        let own = if i == j { own[i] } else { 0.0 };
-        1e-6 * (errors.of_body(&a.along, &b.along, a.frame == b.frame) + own)
+        let (a, b) = (&numbers[i].along, &numbers[j].along);
+        let same_frame = numbers[i].frame == numbers[j].frame;
+        let near = (-(a.at_mm - b.at_mm).abs() / NEAR_MM).exp();
+        let is_near = same_frame && a.channel == b.channel;
+        let drawn = if is_near { a.sd_mm * b.sd_mm * near } else { 0.0 };
+        let alone = if i == j { ALONE_MM.powi(2) } else { 0.0 };
+        1e-6 * (errors.of_body(a, b, same_frame) + drawn + alone)
     });
     let mut by_source: BTreeMap<&Shared, DVector<f64>> = BTreeMap::new();
     for (i, number) in numbers.iter().enumerate() {

@@ -48,7 +48,7 @@ impl Errors {
     }
 
     /// Variances of the own errors of the observations of a frame, mm²; contour points are in their order along the contour.
-    pub fn own(&self, along: &[Along], period_s: f64) -> Vec<f64> {
+    fn own(&self, along: &[Along], period_s: f64) -> Vec<f64> {
         let on_contour: Vec<f64> = along.iter().filter(|a| a.channel == 0).map(|a| a.at_mm).collect();
         let last = on_contour.len().saturating_sub(1);
         let spacing = |i: usize| {
