@@ -8,7 +8,9 @@ use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::inverse::batch::{self, Refusal, Selection};
 use tongue_fit::measured::lengths::{BrokenRow, Column, Encoding, HalfWidth, Malformed, Reading, Row};
+use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, TargetKind, Vowel};
+use tongue_fit::suggest;
 
 use super::table::{left, listed};
 use super::{Global, Outcome, inputs, output, table, word};
@@ -61,6 +63,9 @@ struct Record<'a> {
     bad_cells: &'a [Malformed],
     /// Rows that no fit takes, and fits that refuse a row.
     not_fitted: Vec<Refusal>,
+    /// Muscles that the built-in tongue does not have, in sentences.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    unknown_muscles: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -84,7 +89,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let data = inputs::lengths(Some(&check.file), check.error_mm)?;
     let record = record(&data, check.baseline.as_ref())?;
     output::tell(global, &record, || text(&record, &data))?;
-    let is_good = record.broken.is_empty() && record.bad_cells.is_empty() && record.not_fitted.is_empty();
+    let is_misspelt = record.unknown_muscles.iter().any(|said| said.contains(MEANT));
+    let is_good = !is_misspelt
+        && record.broken.is_empty()
+        && record.bad_cells.is_empty()
+        && record.not_fitted.is_empty();
     Ok(if is_good { Outcome::Good } else { Outcome::SomeRowsRefused })
 }
 
@@ -129,8 +138,27 @@ fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<Rec
         broken: data.broken(),
         bad_cells: data.bad_cells(),
         not_fitted: plan.refusals,
+        unknown_muscles: unknown(data.muscles()),
     })
 }
+
+/// A sentence for each muscle of a table that the built-in tongue does not have, with the nearest name that it has and the table lacks.
+fn unknown(names: &[String]) -> Vec<String> {
+    let known = Muscles::built_in();
+    let is_free = |known: &String| names.iter().all(|name| !known.eq_ignore_ascii_case(name));
+    let free: Vec<String> = known.all().iter().map(|m| m.name.clone()).filter(is_free).collect();
+    let sentence = |name: &String| {
+        let near = suggest::hint(name, free.iter().map(String::as_str));
+        let near = if near.starts_with(MEANT) { format!("; {near}") } else { String::new() };
+        format!(
+            "the built-in tongue has no muscle {name}{near} (a fit of this table needs a body that has it, or the table without its column)"
+        )
+    };
+    names.iter().filter(|name| known.get(name).is_none()).map(sentence).collect()
+}
+
+/// How a sentence about a misspelt name goes on.
+const MEANT: &str = "did you mean";
 
 fn text(record: &Record<'_>, data: &Dataset) -> String {
     let mut text = String::new();
@@ -170,6 +198,9 @@ fn text(record: &Record<'_>, data: &Dataset) -> String {
     let refused = record.not_fitted.iter().map(|r| {
         let kind = r.kind.map_or_else(String::new, |kind| format!(", {kind}"));
         format!("line {}, {} /{}/{kind}: {}", r.line, r.subject, r.vowel, r.message)
+    });
+    record.unknown_muscles.iter().for_each(|said| {
+        let _ = writeln!(text, "{said}");
     });
     let parts: [(&str, Vec<String>); 3] = [
         ("row", record.broken.iter().map(|row| row.fault.to_string()).collect()),

@@ -90,11 +90,12 @@ fn a_bone_more_than_10_mm_from_its_place_refuses_a_recording_in_the_plane_and_in
     let drawn = contour(&body, 11);
     for (off_m, is_refused) in [([0.0, 0.0], false), ([0.0, -8e-3], false), ([8e-3, -28e-3], true)] {
         let seen = hyoid + Point::from(off_m);
-        let placed = Sight::drawn(&drawn, Some(spine), Some(seen)).place(&body);
+        let placed = Sight { frames: 10, ..Sight::drawn(&drawn, Some(spine), Some(seen)) }.place(&body);
         let in_plane = placed.and_then(Placed::in_one_frame).map(drop);
         let mut recording = AlignedRecording::of_contours(&[&drawn]);
         recording.bones = vec![MANDIBLE.to_owned(), HYOID.to_owned()];
         recording.frames[0].bones = vec![Some(spine), Some(seen)];
+        recording.frames = vec![recording.frames[0].clone(); 10];
         let in_space = Recorded::of_recordings(&[&recording], Some(&body), None).map(drop);
         for found in [in_plane, in_space] {
             match found {
@@ -109,4 +110,27 @@ fn a_bone_more_than_10_mm_from_its_place_refuses_a_recording_in_the_plane_and_in
             }
         }
     }
+}
+#[test]
+fn a_bone_10_to_20_mm_from_its_place_is_told_of_single_frames_and_refused_of_whole_recordings() {
+    let body = body();
+    let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
+    let drawn = contour(&body, 11);
+    let mut told = [0; 3];
+    for down_mm in (0..80).step_by(8) {
+        let seen = hyoid - Point::new(0.0, f64::from(down_mm) * 1e-3);
+        let of =
+            |frames| Sight { frames, ..Sight::drawn(&drawn, Some(spine), Some(seen)) }.place(&body).unwrap();
+        let one = of(1);
+        let off_mm = one.bones_m.iter().map(|b| b.1 * 1e3).fold(0.0, f64::max);
+        assert_eq!(of(10).in_one_frame().is_ok(), off_mm <= 10.0, "{off_mm}");
+        assert_eq!(one.clone().in_one_frame().is_ok(), off_mm <= 20.0, "{off_mm}");
+        assert_eq!(
+            one.doubt().is_some_and(|said| said.contains("so few frames (1)")),
+            off_mm > 10.0,
+            "{off_mm}"
+        );
+        told[usize::from(off_mm > 10.0) + usize::from(off_mm > 20.0)] += 1;
+    }
+    assert!(told.iter().all(|n| *n > 0), "{told:?}");
 }

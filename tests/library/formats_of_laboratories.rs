@@ -345,3 +345,90 @@ fn a_map_brings_a_recording_into_the_frame_of_the_body() {
     assert!(near(seen.frames[0].contour[0].map(|m| m.at), [0.001, 0.022]), "{:?}", seen.frames);
     assert!(near(seen.frames[0].contour[1].map(|m| m.at), [-0.019, 0.002]));
 }
+
+/// A table of three coils from the tip backwards, in twenty frames: their names, the title of the time, and whether z leads upwards, or y.
+fn coils(name: &str, time: &str, z_up: bool) -> String {
+    let titles = |n: usize| format!("\t{name}{n}_x\t{name}{n}_y\t{name}{n}_z");
+    let mut text = format!("{time}{}\n", (1..4).map(titles).collect::<String>());
+    for i in 0..20 {
+        let place = |n: usize| {
+            let phase = 0.4 * i as f64 + n as f64;
+            let (side, up) = (0.3 * (7.0 * phase).sin(), 6.0 * phase.sin() + 20.0);
+            let (y, z) = if z_up { (side, up) } else { (up, side) };
+            format!("\t{:.4}\t{y:.4}\t{z:.4}", 15.0 * n as f64)
+        };
+        text += &format!("{:.3}{}\n", 0.01 * f64::from(i), (1..4).map(place).collect::<String>());
+    }
+    text
+}
+
+#[test]
+fn the_axis_upwards_of_sensors_is_said_by_their_header_or_found_from_the_coils() {
+    let aligned = |text: &str, map: &str| {
+        let map = Map::from_toml(map, "m.toml").unwrap();
+        AlignedRecording::new(&read(text.as_bytes(), "coils.txt")[0], &map).map_err(|e| e.to_string())
+    };
+    let height_mm = |seen: &AlignedRecording| seen.frames[0].sensors[0].map(|m| m.at.y * 1e3).unwrap();
+    let up_mm = 6.0 * 1.0_f64.sin() + 20.0;
+    for (z_up, axis) in [(true, "z is taken"), (false, "y is taken")] {
+        let seen = aligned(&coils("T", "Time", z_up), "").unwrap();
+        assert!((height_mm(&seen) - up_mm).abs() < 1e-3, "{z_up}: {}", height_mm(&seen));
+        assert!(seen.notes.iter().any(|n| n.contains(axis)), "{:?}", seen.notes);
+    }
+    // Carstens's channels have z upwards, NDI's y.
+    let points = "[points]\nCh1 = { coil = 1 }\nCh2 = \"coil\"\nCh3 = \"coil\"";
+    let points = points.replace("Ch", "sensor_");
+    let seen = aligned(&coils("Ch", "Time", true), &points).unwrap();
+    assert!((height_mm(&seen) - up_mm).abs() < 1e-3 && seen.notes.is_empty(), "{:?}", seen.notes);
+    let seen = aligned(&coils("T", "Wav Time", false), "").unwrap();
+    assert!((height_mm(&seen) - up_mm).abs() < 1e-3 && seen.notes.is_empty(), "{:?}", seen.notes);
+    // A height that hardly varies beside the third axis is refused, unless a map states it.
+    for text in [coils("T", "Wav Time", true), coils("Ch", "Time", false)] {
+        let map = if text.starts_with("Wav") { "" } else { points.as_str() };
+        let told = aligned(&text, map).unwrap_err();
+        assert!(told.contains("hardly differ") && told.contains("in a map"), "{told}");
+    }
+    let seen = aligned(&coils("T", "Time", true), "up = \"y\"").unwrap();
+    assert!(seen.notes.iter().any(|n| n.contains("hardly differ")), "{:?}", seen.notes);
+}
+
+#[test]
+fn times_that_step_back_between_others_begin_a_recording_and_descending_rows_are_read_in_order() {
+    let head = "Time of sample in recording\tX0 DLC_Tongue\tY0 DLC_Tongue\n";
+    let table = |times: &[f64], at: f64| -> String {
+        times.iter().map(|t| format!("{t:.3}\t{:.3}\t{:.3}\n", at + 9.0 * t, at)).collect()
+    };
+    let times: Vec<f64> = (1..8).map(|i| 0.01 * f64::from(i)).collect();
+    let frames = |text: &str| {
+        let found = read(format!("{head}{text}").as_bytes(), "a.tsv");
+        let ascending = |r: &Recording| r.samples.windows(2).all(|w| w[0].time_s < w[1].time_s);
+        assert!(found.iter().all(ascending));
+        let counts: Vec<usize> = found.iter().map(|r| r.samples.len()).collect();
+        (counts, found.into_iter().flat_map(|r| r.notes).collect::<Vec<_>>().join("; "))
+    };
+    for lag in [0.0, 0.004, -0.003] {
+        let later: Vec<f64> = times.iter().map(|t| t + lag).collect();
+        let (counts, told) = frames(&(table(&times, 10.0) + &table(&later, 15.0)));
+        assert_eq!(counts, [7, 7], "{lag}");
+        assert!(told.contains("step back at line 9") && told.contains("date"), "{told}");
+    }
+    let reversed: Vec<f64> = times.iter().rev().copied().collect();
+    let (counts, told) = frames(&table(&reversed, 10.0));
+    assert!(counts == [7] && told.contains("descend"), "{counts:?} {told}");
+    let mixed: Vec<f64> = [2, 0, 1, 4, 3, 6, 5].map(|i| times[i]).to_vec();
+    assert_eq!(frames(&table(&mixed, 10.0)), (vec![7], String::new()));
+    // With date and time of the recording, equal times are rounded.
+    let row = |x: f64| format!("s\t29/11/2016 15:10:52\t0.7\tpa\tx\t{x}\t2\t3\t4\n");
+    let told = refused(format!("{AAA}{}{}", row(1.0), row(5.0)).as_bytes(), "a.tsv");
+    assert!(told.contains("rounded or repeated"), "{told}");
+}
+
+#[test]
+fn places_at_the_origin_are_not_seen_where_the_point_is_elsewhere_otherwise() {
+    let row = |t: usize, x: f64, y: f64| format!("s\td\t{t}\tpa\tx\t{x}\t{y}\t0\t0\n");
+    let text = [row(1, 10.0, 20.0), row(2, 0.0, 0.0), row(3, 11.0, 21.0)].concat();
+    let found = &read(format!("{AAA}{text}").as_bytes(), "a.tsv")[0];
+    let seen: Vec<[bool; 2]> = found.samples.iter().map(|s| [0, 1].map(|c| s.places[c].is_some())).collect();
+    assert_eq!(seen, [[true, true], [false, true], [true, true]], "an origin of the frame is a place");
+    assert!(found.notes[0].contains("(tongue_0)"), "{:?}", found.notes);
+}

@@ -247,6 +247,10 @@ fn distant_and_stuck_points_are_reported() {
     noticed(&frozen, "", "nothing moves", Refused);
     let stuck = changed(|_, _, points| points[4].1 = [30.0, 44.0]);
     noticed(&stuck, "", "tongue_4 stays", Note);
+    let mut paused = tongue(90);
+    let held = paused[30].1.clone();
+    paused[30..50].iter_mut().for_each(|(_, points)| points.clone_from(&held));
+    noticed(&paused, "", "very same place in 20 frames", Note);
     // A tongue at rest, rounded to a tenth of a millimetre.
     let mut rng = fastrand(9);
     let mut rest = tongue(90);

@@ -108,3 +108,14 @@ fn files_that_are_not_tables_are_refused_with_one_message() {
         assert!(done.err.starts_with(expected) && done.err.lines().count() == 1, "{}", done.err);
     }
 }
+
+#[test]
+fn a_muscle_that_no_fit_knows_is_told_with_the_name_that_is_meant() {
+    let table =
+        |muscle: &str| format!("subject,vowel,GGa_mm,GGm_mm,{muscle}_mm\nS1,u,47,49,28\nS1,i,46,48,29\n");
+    let done = fed("lengths check -", &table("SMg"));
+    assert_eq!(done.status, Some(1));
+    assert!(done.out.contains("no muscle SMg; did you mean \"SGm\"?"), "{}", done.out);
+    let done = fed("lengths check -", &table("SGm"));
+    assert!(done.status == Some(0) && !done.out.contains("no muscle"), "{}", done.out);
+}

@@ -39,6 +39,10 @@ const MOST_COST: f64 = 45.0;
 /// Largest distance of a bone from its place in a body that was placed, m: no real recording whose contour and bones are in one frame has one
 /// that is farther off.
 const FARTHEST_BONE_M: f64 = 10e-3;
+/// The same of fewer frames than these: the hyoid moves by millimetres in speech and the contour is of one posture, so that in single frames
+/// of the real recording in which both are in one frame it lies 4 to 12 mm from its place (91 frames); up to 20 mm is told only.
+const FEW_FRAMES: usize = 10;
+const FARTHEST_BONE_OF_FEW_M: f64 = 20e-3;
 /// Unit of shifts in the search, m.
 const SHIFT_M: f64 = 10e-3;
 /// Distance along the surface at which a contour begins, and its distance from the tip at the end, m; used only at the start of the
@@ -57,6 +61,8 @@ pub struct Sight {
     /// Coils on the tongue, which are used if no contour was observed.
     pub coils: Vec<Coil>,
     pub palate: Vec<Point>,
+    /// Number of frames; 0 for a drawn contour.
+    pub frames: usize,
 }
 
 /// The placement of a body.
@@ -77,6 +83,8 @@ pub struct Placed {
     pub by_coils: Option<Placement>,
     /// Whether a palate was traced that fits no place at which contour and bones fit, so that it was not used.
     pub without_palate: bool,
+    /// Number of frames of which it is made; 0 for a drawn contour.
+    pub frames: usize,
 }
 
 impl Placed {
@@ -85,15 +93,27 @@ impl Placed {
     /// # Errors
     /// [`RestError::NotOneFrame`] with the bone and the way on.
     pub fn in_one_frame(self) -> Result<Self, RestError> {
-        match self.bones_m.iter().max_by(|a, b| a.1.total_cmp(&b.1)) {
-            Some((bone, off_m)) if *off_m > FARTHEST_BONE_M => Err(RestError::NotOneFrame(format!(
-                "the {} lies {:.0} mm from where a tongue with this contour has it, where 10 mm are the most: contour and bones are not in one \
-                 frame; export both in the same one, or leave the bones out with a map (--map) of the line {WITHOUT_BONES}",
-                bone.replace('_', " "),
-                off_m * 1e3
+        let most_m = if self.frames < FEW_FRAMES { FARTHEST_BONE_OF_FEW_M } else { FARTHEST_BONE_M };
+        match self.far_bone(most_m) {
+            Some(what) => Err(RestError::NotOneFrame(format!(
+                "{what}: contour and bones are not in one frame; export both in the same one, or leave the bones out with a map (--map) of the \
+                 line {WITHOUT_BONES}"
             ))),
-            _ => Ok(self),
+            None => Ok(self),
         }
+    }
+
+    /// The bone that is farthest from its place, in words, if it is farther than this.
+    fn far_bone(&self, most_m: f64) -> Option<String> {
+        let (bone, off_m) = self.bones_m.iter().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (*off_m > most_m).then(|| {
+            format!(
+                "the {} lies {:.0} mm from where a tongue with this contour has it, where {:.0} mm are the most",
+                bone.replace('_', " "),
+                off_m * 1e3,
+                most_m * 1e3
+            )
+        })
     }
 
     /// The doubt about observations that no place of the body explains together.
@@ -104,6 +124,13 @@ impl Placed {
                  the palate"
                     .to_owned(),
             );
+        }
+        if let Some(what) = self.far_bone(FARTHEST_BONE_M) {
+            return Some(format!(
+                "{what} in whole recordings: with so few frames ({}) the body is placed less well; give the whole recording, or check that contour and \
+                 bones are in one frame",
+                self.frames
+            ));
         }
         (self.cost > MOST_COST && !self.bones_m.is_empty()).then(|| {
             let bones = self.bones_m.iter().map(|(b, m)| format!("{} by {:.0}", b.replace('_', " "), m * 1e3));
@@ -140,6 +167,7 @@ impl Sight {
             hyoid: super::speaker::median(seen, HYOID),
             coils: coils::coils(seen),
             palate: Vec::new(),
+            frames,
         }
     }
 
@@ -169,6 +197,7 @@ impl Sight {
                 cost: 0.0,
                 by_coils,
                 without_palate: false,
+                frames: self.frames,
             });
         }
         if self.contour.is_empty() && (self.spine.is_none() || self.hyoid.is_none()) {
@@ -233,7 +262,16 @@ impl Sight {
             }
         }
         let bones_apart_m = self.spine.zip(self.hyoid).map(|(spine, hyoid)| (hyoid - spine).norm());
-        Ok(Placed { similarity, rms_m, bones_m, bones_apart_m, cost, by_coils: None, without_palate: false })
+        Ok(Placed {
+            similarity,
+            rms_m,
+            bones_m,
+            bones_apart_m,
+            cost,
+            by_coils: None,
+            without_palate: false,
+            frames: self.frames,
+        })
     }
 }
 

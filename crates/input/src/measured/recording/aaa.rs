@@ -72,7 +72,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             rows.add(of_recording.iter().map(|f| cell(*f).to_owned()).collect(), time_s, places, at)?;
         for (tier, column) in tiers {
             if let Some(name) = column.map(cell).filter(|name| !name.is_empty()) {
-                rows.found[number].label(tier, name, time_s);
+                rows.found[number].runs.last_mut().into_iter().for_each(|run| run.label(tier, name, time_s));
             }
         }
     }
@@ -142,7 +142,7 @@ pub(super) fn number(text: &str) -> Option<f64> {
 #[derive(Default)]
 pub(super) struct Rows {
     channels: Vec<String>,
-    /// Whether times begin again with every annotation, so that a step back begins another recording.
+    /// Whether times begin again with every annotation, so that every step back begins another recording.
     restarts: bool,
     /// Whether the first identifying column is the speaker's.
     has_speaker: bool,
@@ -154,11 +154,17 @@ pub(super) struct Rows {
 
 struct Found {
     key: Vec<String>,
+    /// Stretches of rows in which times do not step back, in the order of the file.
+    runs: Vec<Run>,
+}
+
+#[derive(Default)]
+struct Run {
     rows: Vec<(u64, Sample)>,
     labels: Vec<Label>,
 }
 
-impl Found {
+impl Run {
     /// A row carries this label. One stretch goes on while the rows do.
     fn label(&mut self, tier: &str, name: &str, time_s: f64) {
         match self.labels.iter_mut().rev().find(|l| l.tier == tier) {
@@ -186,26 +192,39 @@ impl Rows {
     ) -> Result<usize, Malformed> {
         self.count += 1;
         self.budget.frame(self.count, self.channels.len(), at)?;
-        let goes_on = |n: &usize| {
-            let last = self.found[*n].rows.last();
-            !(self.restarts && last.is_some_and(|(_, last)| last.time_s >= time_s))
-        };
-        let known = self.numbers.get(&key).copied().filter(goes_on);
+        let known = self.numbers.get(&key).copied();
         if known.is_none() {
             self.budget.whole(0, self.channels.len(), at)?;
             self.numbers.insert(key.clone(), self.found.len());
-            self.found.push(Found { key, rows: Vec::new(), labels: Vec::new() });
+            self.found.push(Found { key, runs: vec![Run::default()] });
         }
         let number = known.unwrap_or(self.found.len() - 1);
-        self.found[number].rows.push((at.line, Sample::new(time_s, places)));
+        let runs = &mut self.found[number].runs;
+        let last_s = runs.last().and_then(|run| Some(run.rows.last()?.1.time_s));
+        if last_s.is_some_and(|last| last > time_s || (self.restarts && last == time_s)) {
+            runs.push(Run::default());
+        }
+        if let Some(run) = runs.last_mut() {
+            run.rows.push((at.line, Sample::new(time_s, places)));
+        }
         Ok(number)
     }
 
     /// The recordings, each sorted by time. A row repeated for several labels is taken once, although AAA may interpolate its time and its
     /// coordinates anew for each.
-    pub fn recordings(self, format: Format, start: Place<'_>) -> Result<Vec<Recording>, Malformed> {
+    pub fn recordings(mut self, format: Format, start: Place<'_>) -> Result<Vec<Recording>, Malformed> {
         let mut out: Vec<Recording> = Vec::new();
-        for Found { key, mut rows, labels } in self.found {
+        let parts = |Found { key, runs }: Found| {
+            let parts = parts(runs, self.restarts).into_iter().enumerate();
+            parts.map(move |(nth, part)| (key.clone(), nth, part))
+        };
+        for (key, nth, (Run { mut rows, labels }, notes)) in
+            std::mem::take(&mut self.found).into_iter().flat_map(parts)
+        {
+            if nth > 0 {
+                let first = rows.first().map_or(start, |(line, _)| Place { line: *line, ..start });
+                self.budget.whole(0, self.channels.len(), first)?;
+            }
             rows.sort_by(|a, b| a.1.time_s.total_cmp(&b.1.time_s));
             let wrong = |line, what: String, help: &str| Err(Place { line, ..start }.error(what, help));
             if let [(_, first), _, .., (line, last)] = &rows[..]
@@ -214,9 +233,7 @@ impl Rows {
             {
                 let what =
                     format!("all {} rows of this recording have the time {} s", rows.len(), first.time_s);
-                let help = "export the column \"Time of sample in recording\" anew, in seconds, and where the rows are of several recordings the \
-                            date and time of each";
-                return wrong(*line, what, help);
+                return wrong(*line, what, cause(&key));
             }
             let mut samples: Vec<Sample> = Vec::with_capacity(rows.len());
             let mut last_line = 0;
@@ -228,9 +245,7 @@ impl Rows {
                             "the time {} s is also that of line {last_line}, which has other coordinates",
                             sample.time_s
                         );
-                        let help =
-                            "export the date and time of recording, so that recordings can be told apart";
-                        return wrong(line, what, help);
+                        return wrong(line, what, cause(&key));
                     }
                     _ => samples.push(sample),
                 }
@@ -239,6 +254,7 @@ impl Rows {
             let words: Vec<&str> = key.iter().map(String::as_str).filter(|w| !w.is_empty()).collect();
             out.push(Recording {
                 labels,
+                notes,
                 speaker: key.first().filter(|s| self.has_speaker && !s.is_empty()).cloned(),
                 name: if words.is_empty() { Recording::stem(start.origin) } else { words.join(", ") },
                 ..Recording::of_file(start.origin, format, Some(1e-3), self.channels.iter().cloned(), samples)
@@ -248,15 +264,80 @@ impl Rows {
     }
 }
 
+/// What to do about rows of one time with different coordinates, in a recording with this key.
+fn cause(key: &[String]) -> &'static str {
+    match key.iter().any(|word| word.contains(':')) {
+        true => {
+            "its times are rounded or repeated; export \"Time of sample in recording\" anew, in seconds with all decimals"
+        }
+        false => {
+            "export the date and time of recording, so that recordings can be told apart, and the times with all decimals"
+        }
+    }
+}
+
+/// The recordings of its runs, with notes: a run is another one where its times begin again (`restarts`), or lie between those that were
+/// there before with other coordinates. Otherwise it is of another label, or the rows are out of order.
+fn parts(runs: Vec<Run>, restarts: bool) -> Vec<(Run, Vec<String>)> {
+    let steps = runs.iter().flat_map(|run| run.rows.windows(2)).map(|w| w[1].1.time_s - w[0].1.time_s);
+    let step_s = steps.filter(|s| *s > SAME_S).fold(f64::INFINITY, f64::min);
+    let alone: Vec<f64> = runs.iter().filter(|r| r.rows.len() == 1).map(|r| r.rows[0].1.time_s).collect();
+    let descends = runs.len() > FEW && alone.len() == runs.len() && alone.windows(2).all(|w| w[0] > w[1]);
+    let tick = |time_s: f64| (time_s * 1e6).round() as i64;
+    // The rows of the last recording by their times.
+    let mut before: BTreeMap<i64, Sample> = BTreeMap::new();
+    let mut parts: Vec<(Run, Vec<String>)> = Vec::new();
+    let is_one = runs.len() == 1;
+    for run in runs {
+        let is_other = |(_, sample): &&(u64, Sample)| {
+            let near = tick(sample.time_s - NEAR * step_s)..=tick(sample.time_s + NEAR * step_s);
+            let mut near = before.range(near).peekable();
+            near.peek().is_some() && near.all(|(_, known)| !is_same(known, sample))
+        };
+        let others = if step_s.is_finite() { run.rows.iter().filter(is_other).count() } else { 0 };
+        let is_new = !descends && (restarts || 2 * others > run.rows.len());
+        let notes = match run.rows.first() {
+            Some((line, _)) if is_new && !restarts && !parts.is_empty() => vec![format!(
+                "times step back at line {line}, so another recording begins there; export the date and time of each, so that they can be \
+                     told apart"
+            )],
+            _ if descends && parts.is_empty() => {
+                vec!["its rows descend in time; they are read in ascending order".to_owned()]
+            }
+            _ => Vec::new(),
+        };
+        if is_new {
+            before.clear();
+        }
+        if !is_one {
+            before.extend(run.rows.iter().map(|(_, sample)| (tick(sample.time_s), sample.clone())));
+        }
+        match parts.last_mut() {
+            Some((last, _)) if !is_new => {
+                last.rows.extend(run.rows);
+                last.labels.extend(run.labels);
+            }
+            _ => parts.push((run, notes)),
+        }
+    }
+    parts
+}
+
+/// Times of one frame that AAA interpolates anew for several labels differ by less, s.
+const SAME_S: f64 = 5e-4;
+/// So few times descend by chance, where each is that of a label of one row.
+const FEW: usize = 5;
+/// Part of the time between frames within which another frame is not of the same recording.
+const NEAR: f64 = 0.75;
+
 /// Whether two samples are of one frame: at the same time and place but for rounding.
 fn is_same(a: &Sample, b: &Sample) -> bool {
-    const TIME_S: f64 = 5e-4;
     const PLACE_MM: f64 = 0.1;
     let near = |(p, q): (&Option<[f64; 3]>, &Option<[f64; 3]>)| match (p, q) {
         (Some(p), Some(q)) => (0..3).all(|i| (p[i] - q[i]).abs() <= PLACE_MM),
         _ => p == q,
     };
-    (a.time_s - b.time_s).abs() <= TIME_S && a.places.iter().zip(&b.places).all(near)
+    (a.time_s - b.time_s).abs() <= SAME_S && a.places.iter().zip(&b.places).all(near)
 }
 
 /// The pairs `X3 SPLINE`, `Y3 SPLINE` of the header, and the columns `X0 SPLINE` without one, as AAA writes them for an empty spline. A point

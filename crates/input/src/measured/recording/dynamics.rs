@@ -198,6 +198,21 @@ impl Measures<'_> {
         (moving && courses.iter().all(|c| c.part_still() > 0.5)).then(|| bare(1.0))
     }
 
+    /// The most frames one after another in which all points have exactly the same places, with where they begin.
+    pub fn longest_freeze(&self) -> Option<Value> {
+        let frames = &self.recording.frames;
+        let places = |f: usize| frames[f].points().map(|m| Some(m?.at));
+        let (mut longest, mut from) = ((1, 0), 0);
+        for f in 1..frames.len() {
+            if !places(f).eq(places(f - 1)) || places(f).flatten().next().is_none() {
+                from = f;
+            }
+            longest = longest.max((f - from + 1, from));
+        }
+        let (count, from) = longest;
+        frames.get(from).map(|frame| (count as f64, format!("{:.3} s", frame.time_s)))
+    }
+
     /// The part of the frames in which points stay while others move.
     pub fn stuck(&self) -> Option<Value> {
         let courses = &self.motion.courses;

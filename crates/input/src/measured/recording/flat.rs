@@ -40,12 +40,29 @@ impl<'a> Flat<'a> {
             )));
         }
         let one_plane = recording.samples.iter().flat_map(|s| s.places.iter().flatten()).all(|p| p[0] == 0.0);
-        let (back, up) = map.axes(recording.format, one_plane);
+        let (back, mut up) = map.axes(recording.format, one_plane);
+        let told_up = match height(recording, &roles, back, metres) {
+            Some((found, why)) if recording.format == Format::Sensors && !map.stated().axes => {
+                up = (found.ok_or_else(|| wrong(format!("{why}; {GIVE_UP}")))?, 1.0);
+                Some(format!(
+                    "its header does not say which axis leads upwards: {} is taken, since {why}; if that is wrong, give up in a map",
+                    AXES[up.0]
+                ))
+            }
+            Some((Some(found), why)) if found != up.0 => {
+                let why = format!("{} leads upwards, but {why}", AXES[up.0]);
+                match map.stated().axes {
+                    true => Some(format!("{why}; if that is wrong, correct up in the map")),
+                    false => return Err(wrong(format!("{why}; {GIVE_UP}"))),
+                }
+            }
+            _ => None,
+        };
         let guessed = back.is_none();
         let usual = if recording.format == Format::Est && one_plane { 1 } else { 0 };
         let back = back.unwrap_or_else(|| (axis_along(recording, &roles, up.0, usual), 1.0));
         let other_axis = (guessed && back.0 != usual && usual != up.0).then(|| {
-            let [axis, usual] = [back.0, usual].map(|a| ["x", "y", "z"][a]);
+            let [axis, usual] = [back.0, usual].map(|a| AXES[a]);
             format!(
                 "the points of the tongue lie one behind the other along {axis}, not {usual}, so {axis} is taken for the axis to the back of \
                  the head; if that is wrong, give back in a map"
@@ -70,9 +87,52 @@ impl<'a> Flat<'a> {
         hold_head(&mut places, &references);
         let mut contour: Vec<usize> = (0..roles.len()).filter(|&c| roles[c] == Role::Contour).collect();
         contour.sort_by_key(|&c| number(&recording.channels[c]));
-        let notes = recording.notes.iter().cloned().chain(note).chain(other_axis).collect();
+        let notes = recording.notes.iter().cloned().chain(note).chain(told_up).chain(other_axis).collect();
         Ok(Self { recording, roles, contour, places, times, metres, back, guessed, notes })
     }
+}
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+const GIVE_UP: &str = "give the axis that grows upwards in a map, such as up = \"z\"";
+
+/// The axis upwards of coils, with the reason: not the one from side to side, along which the coils of a tongue, which are glued to its
+/// middle, hardly differ in all frames, and not the one to the back, which is x, or the one of the other two along which they differ most.
+/// No axis where this does not tell; nothing where the file has one plane or the coils one place.
+fn height(
+    recording: &Recording,
+    roles: &[Role],
+    back: Option<Axis>,
+    metres: f64,
+) -> Option<(Option<usize>, String)> {
+    /// Least ratio of the spread upwards to the one from side to side, and least spread upwards, mm: coils are glued to within 2 mm of the
+    /// middle, and their heights differ by 10 mm and more.
+    const RATIO: f64 = 2.0;
+    const LEAST_MM: f64 = 4.0;
+    let is_coil = |c: &usize| matches!(roles[*c], Role::Surface(_) | Role::Coil(_));
+    let coils: Vec<usize> = (0..roles.len()).filter(is_coil).collect();
+    let spread_mm = |axis: usize| {
+        let seen =
+            recording.samples.iter().flat_map(|s| coils.iter().filter_map(|c| Some(s.places[*c]?[axis])));
+        let mut all: Vec<f64> = seen.collect();
+        all.sort_unstable_by(f64::total_cmp);
+        let at = |tenths: usize| all.get((all.len() * tenths / 10).min(all.len().saturating_sub(1))).copied();
+        at(9).zip(at(1)).map_or(0.0, |(most, least)| (most - least) * metres * 1e3)
+    };
+    let spreads = [0, 1, 2].map(spread_mm);
+    let ascending = |a: &usize, b: &usize| spreads[*a].total_cmp(&spreads[*b]);
+    let side = (0..3).min_by(ascending)?;
+    let is_free = |a: &usize| *a != side && back.map_or(*a != 0, |back| *a != back.0);
+    let up = (0..3).filter(is_free).min_by(ascending)?;
+    if recording.format != Format::Sensors && spreads[side] == 0.0 {
+        return None;
+    }
+    let is_clear = spreads[up] >= LEAST_MM.max(RATIO * spreads[side]);
+    let how = if is_clear { "hardly differ" } else { "do not differ much less than upwards" };
+    let why = format!(
+        "along {} the coils of the tongue {how} ({:.1} mm beside {:.1} mm along {})",
+        AXES[side], spreads[side], spreads[up], AXES[up]
+    );
+    (spreads[up] > 0.0).then_some((is_clear.then_some(up), why))
 }
 
 /// The axis along which the tongue lies, of the two that do not lead upwards: the usual one unless its points are more than twice as far apart

@@ -82,8 +82,9 @@ pub enum Format {
     Microbeam,
     Mview,
     DeepLabCut,
-    /// Tables of sensors: NDI Wave's, and AG501's as text.
     NdiWave,
+    /// Tables of sensors whose header does not say whose they are, so that the axis upwards is found from the data.
+    Sensors,
 }
 
 impl Format {
@@ -97,7 +98,7 @@ impl Format {
         ("txy", Format::Microbeam),
         ("mat", Format::Mview),
         ("dlc", Format::DeepLabCut),
-        ("sensors", Format::NdiWave),
+        ("sensors", Format::Sensors),
     ];
 
     /// The format of a file by its content, or else by its name.
@@ -114,7 +115,7 @@ impl Format {
             () if ends("con") => Self::Edgetrak,
             () if line.contains("Time of sample") || line.contains("X0 ") => Self::Aaa,
             () if line.starts_with("scorer,") => Self::DeepLabCut,
-            () if sensor_table::is_head(&line) => Self::NdiWave,
+            () if sensor_table::is_head(&line) => Self::Sensors,
             () if fan::is_row(&line) => Self::AaaFan,
             () if ends("txy") => Self::Microbeam,
             () if ends("mat") => Self::Mview,
@@ -241,8 +242,9 @@ impl Recording {
             Format::Microbeam => txy::read(bytes, origin).map(|r| vec![r]),
             Format::Mview => mview::read(bytes, origin),
             Format::DeepLabCut => deeplabcut::read(bytes, origin).map(|r| vec![r]),
-            Format::NdiWave => sensor_table::read(bytes, origin).map(|r| vec![r]),
+            Format::NdiWave | Format::Sensors => sensor_table::read(bytes, origin).map(|r| vec![r]),
         }?;
+        found.iter_mut().for_each(Self::forget_zeros);
         // MATLAB, Carstens and Edinburgh state their sizes.
         if !matches!(format, Format::Mview | Format::Ag50x) && !bytes.starts_with(b"EST_File") {
             found.last_mut().iter_mut().for_each(|last| last.notes.extend(numbers::cut(bytes)));
@@ -252,6 +254,24 @@ impl Recording {
             return Err(start.error("the file has no frame", "give a recording with at least one"));
         }
         Ok(found)
+    }
+
+    /// Takes out places at exactly the origin of channels that are elsewhere in most frames: programs write zeros for what was not seen.
+    fn forget_zeros(&mut self) {
+        let mut names: Vec<&str> = Vec::new();
+        for (channel, name) in self.channels.iter().enumerate() {
+            let is_zero = |s: &&mut Sample| s.places[channel] == Some([0.0; 3]);
+            let seen = self.samples.iter().filter(|s| s.places[channel].is_some()).count();
+            let zeros: Vec<&mut Sample> = self.samples.iter_mut().filter(is_zero).collect();
+            if !zeros.is_empty() && 2 * zeros.len() < seen {
+                zeros.into_iter().for_each(|s| s.places[channel] = None);
+                names.push(name);
+            }
+        }
+        if !names.is_empty() {
+            let names = names.join(", ");
+            self.notes.push(format!("places at exactly 0, 0 count as not seen ({names}); write nothing for a point that was not seen"));
+        }
     }
 
     fn uninterpreted(&self, problem: String) -> ReadError {

@@ -146,6 +146,8 @@ impl Told {
             "most frames repeat the one before; export the recording at the rate of its video, or take the repeated frames out");
         self.check("still", m.stuck(), [0.0, 0.5], Note,
             "{name} stays in the very same place in most frames while others move; write \"{name}\" = \"ignore\" into a map");
+        self.check("still", m.longest_freeze(), [0.0, 10.0], Note,
+            "all points stay in the very same place in {value} frames from {name} on, which no measurement has; take these frames out");
         self.check("rate", m.motion.disorder(), [0.0, 0.6], Refused,
             "its frames do not follow one another: points are as far from where they were in the frame before as from anywhere; sort them by time");
         self.check("rate", m.motion.fastest_tenth_mm_s(), [0.0, 320.0], Untrusted,

@@ -34,15 +34,18 @@ fn separator(line: &str) -> char {
 
 impl Header {
     fn of(line: &str) -> Self {
-        let mut header = Self { time: None, sensors: Vec::new(), format: Format::NdiWave };
+        let mut header = Self { time: None, sensors: Vec::new(), format: Format::Sensors };
         let mut state = None;
         for (column, title) in line.split(separator(line)).enumerate() {
             let words = words(title);
             let is = |word: &str| words.iter().any(|w| w.eq_ignore_ascii_case(word));
             let (Some(first), Some(last)) = (words.first(), words.last()) else { continue };
-            if is("phi") || is("theta") {
-                header.format = Format::Ag50x;
-            } else if is("state") || is("status") {
+            header.format = match header.format {
+                Format::Sensors if ["wav", "state", "q0", "tx"].into_iter().any(is) => Format::NdiWave,
+                Format::Sensors if is("phi") || is("theta") || is_channel(first) => Format::Ag50x,
+                known => known,
+            };
+            if is("state") || is("status") {
                 state = Some(column);
             } else if is("time") || is("timestamp") {
                 // The time of the sound is that of the other recordings.
@@ -81,6 +84,13 @@ impl Header {
         let sensor = self.sensors.iter_mut().find(|s| s.name == name);
         sensor.into_iter().for_each(|s| s.columns[axis] = s.columns[axis].or(Some(column)));
     }
+}
+
+/// Whether a name is that of a channel of Carstens's, like `Ch1`.
+fn is_channel(name: &str) -> bool {
+    let number = name.to_ascii_lowercase();
+    let number = number.strip_prefix("ch").map(|n| n.strip_prefix("annel").unwrap_or(n));
+    number.is_some_and(|n| n.parse::<u32>().is_ok())
 }
 
 fn axis(word: &str) -> Option<usize> {
