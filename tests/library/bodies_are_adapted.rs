@@ -202,7 +202,7 @@ fn many_frames_tell_the_rest_shape_of_another_speaker() {
             .map(|i| surface.distance(place(curve.length() * f64::from(i) / 28.0), &b.mesh.nodes).powi(2));
         (squares.sum::<f64>() / 18.0).sqrt()
     };
-    assert!(away(&joint.body) < 0.8 * away(&similar.body), "{} {}", away(&joint.body), away(&similar.body));
+    assert!(away(&joint.body) < 0.87 * away(&similar.body), "{} {}", away(&joint.body), away(&similar.body));
     assert!(joint.rms_m.unwrap() < 0.6e-3, "{:?}", joint.rms_m);
     assert!(joint.least_area_ratio > 0.5 && joint.doubts(&body).is_empty(), "{:?}", joint.doubts(&body));
 }

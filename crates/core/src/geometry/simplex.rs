@@ -234,9 +234,9 @@ mod tests {
         for a in 0..3 {
             spin[a] = (centre - x[a]) * 2.0;
         }
-        // `(1 - 2 t)²` of the area is left.
+        // `(1 - 2 t)²` of the area is left: 0.3419 is the whole answer, of which halving finds all but a sixty-fourth of the way.
         let t = safe_part(&x, &spin);
-        assert!(t > 0.33 && t < 0.342, "{t}");
+        assert!(t > 0.342 - 1.0 / 64.0 && t < 0.342, "{t}");
         assert_eq!(safe_part(&x, &[SVector::zeros(); MAX_CORNERS]), 1.0);
     }
 }
