@@ -256,18 +256,23 @@ impl Recording {
         Ok(found)
     }
 
-    /// Takes out places at exactly the origin of channels that are elsewhere in most frames: programs write zeros for what was not seen.
+    /// Takes out places at exactly the origin, in frames that have several, of channels that are elsewhere in most frames: programs write
+    /// zeros for what was not seen.
     fn forget_zeros(&mut self) {
-        let mut names: Vec<&str> = Vec::new();
+        let is_zero = |place: &Option<[f64; 3]>| *place == Some([0.0; 3]);
+        let several = |s: &Sample| s.places.iter().filter(|place| is_zero(place)).count() > 1;
+        let (mut names, mut forgotten): (Vec<&str>, Vec<(usize, usize)>) = (Vec::new(), Vec::new());
         for (channel, name) in self.channels.iter().enumerate() {
-            let is_zero = |s: &&mut Sample| s.places[channel] == Some([0.0; 3]);
             let seen = self.samples.iter().filter(|s| s.places[channel].is_some()).count();
-            let zeros: Vec<&mut Sample> = self.samples.iter_mut().filter(is_zero).collect();
+            let zeros: Vec<usize> = (0..self.samples.len())
+                .filter(|&t| is_zero(&self.samples[t].places[channel]) && several(&self.samples[t]))
+                .collect();
             if !zeros.is_empty() && 2 * zeros.len() < seen {
-                zeros.into_iter().for_each(|s| s.places[channel] = None);
                 names.push(name);
+                forgotten.extend(zeros.into_iter().map(|t| (t, channel)));
             }
         }
+        forgotten.iter().for_each(|&(t, channel)| self.samples[t].places[channel] = None);
         if !names.is_empty() {
             let names = names.join(", ");
             self.notes.push(format!("places at exactly 0, 0 count as not seen ({names}); write nothing for a point that was not seen"));
