@@ -264,10 +264,11 @@ impl Recording {
         let (mut names, mut forgotten): (Vec<&str>, Vec<(usize, usize)>) = (Vec::new(), Vec::new());
         for (channel, name) in self.channels.iter().enumerate() {
             let seen = self.samples.iter().filter(|s| s.places[channel].is_some()).count();
+            let usual = self.samples.iter().filter(|s| is_zero(&s.places[channel])).count();
             let zeros: Vec<usize> = (0..self.samples.len())
                 .filter(|&t| is_zero(&self.samples[t].places[channel]) && several(&self.samples[t]))
                 .collect();
-            if !zeros.is_empty() && 2 * zeros.len() < seen {
+            if !zeros.is_empty() && 2 * usual < seen {
                 names.push(name);
                 forgotten.extend(zeros.into_iter().map(|t| (t, channel)));
             }
