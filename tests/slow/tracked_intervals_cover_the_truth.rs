@@ -269,7 +269,7 @@ fn of_strong_tones_a_contour_says_little_but_courses_hold() {
 /// Largest number of frames by which levels and shape are found.
 pub const SHARED: usize = 240;
 
-/// A curve through more points says what it says through eleven, and frames that are given twice say nothing twice.
+/// A contour that is drawn through 41 points instead of 11, or whose frames are given twice, has intervals as wide as before.
 #[test]
 fn more_points_of_a_contour_and_frames_given_twice_are_no_new_data() {
     let held = |change: &Change| held_of(Tones::HalfNormal(20.0), SHARED, 12, change);

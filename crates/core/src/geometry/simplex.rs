@@ -89,7 +89,7 @@ pub(crate) const LARGEST_LOSS: f64 = 0.9;
 /// `x + s p`, `0 <= s <= t`.
 ///
 /// The measure along a straight way is a polynomial of degree `D`. Its Bernstein coefficients bound it from
-/// below, so the answer is safe; it is sharpened by halving, to within about a hundredth of the way.
+/// below, so the answer is safe; it is sharpened by halving, to within 1/64 of the way.
 ///
 /// Inlined, because it takes half of the time that a solve spends on its step limits.
 #[inline(always)]
@@ -234,7 +234,7 @@ mod tests {
         for a in 0..3 {
             spin[a] = (centre - x[a]) * 2.0;
         }
-        // `(1 - 2 t)²` of the area is left: 0.3419 is the whole answer, of which halving finds all but a sixty-fourth of the way.
+        // At `t` the area is `(1 - 2 t)²` of that at rest, which is a tenth at 0.3419. Halving stops at most 1/64 before it.
         let t = safe_part(&x, &spin);
         assert!(t > 0.342 - 1.0 / 64.0 && t < 0.342, "{t}");
         assert_eq!(safe_part(&x, &[SVector::zeros(); MAX_CORNERS]), 1.0);

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use fastrand::Rng;
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use tongue_core::parallel;
 use tongue_core::random;
@@ -15,7 +15,6 @@ use tongue_core::random;
 use super::by_shape::ByShape;
 use super::consider::BATCH;
 use super::eliminate::{Eliminated, WINDOW, windows};
-use super::frame::Hidden;
 use super::mode::{Course, Mode};
 
 /// Draws of a window of frames.
@@ -136,6 +135,8 @@ impl Sampler<'_, '_> {
     fn window(&self, window: &Range<usize>, batches: &mut [Batch]) -> Draws {
         let Self { mode, course, .. } = self;
         let (m, bones, link) = (mode.sizes.muscles, mode.sizes.bones, mode.settings.link);
+        let errors_at = |t: usize| course.frames[t].hidden.iter().map(|h| mode.knots.at(&h.along)).collect();
+        let errors_at: Vec<Vec<(DVector<f64>, f64)>> = window.clone().map(errors_at).collect();
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
         let one = |batch: &Batch| {
@@ -157,7 +158,7 @@ impl Sampler<'_, '_> {
                 moved.push((0..bones).map(bone).collect());
                 sounds.push(sound(mode, self.heard[t].as_ref(), &by, &theta));
                 let by_shape = self.by_shape[t].as_ref();
-                foretold.push(hidden(mode, course, by_shape, t, (&by, &theta), &mut random));
+                foretold.push(hidden(mode, course, by_shape, t, &errors_at[i], (&by, &theta), &mut random));
             }
             ([tensions, moved, foretold, sounds], random)
         };
@@ -207,6 +208,7 @@ fn hidden(
     course: &Course,
     by_shape: Option<&ByShape>,
     t: usize,
+    errors: &[(DVector<f64>, f64)],
     (by, theta): (&DMatrix<f64>, &DMatrix<f64>),
     random: &mut Rng,
 ) -> Vec<Vec<f32>> {
@@ -228,8 +230,7 @@ fn hidden(
     if let Some(shape) = by_shape {
         there += &shape.hidden * theta.rows(m + k, theta.nrows() - m - k);
     }
-    let one = |(i, hidden): (usize, &Hidden)| {
-        let (basis, sd_mm) = mode.knots.at(&hidden.along);
+    let one = |(i, (basis, sd_mm)): (usize, &(DVector<f64>, f64))| {
         let expected = basis.tr_mul(&errors_at);
         let mut value = |d: usize| {
             let error = expected[(0, d)] + sd_mm * random::normal(random);
@@ -237,5 +238,5 @@ fn hidden(
         };
         (0..x.ncols()).map(&mut value).collect()
     };
-    course.frames[t].hidden.iter().enumerate().map(one).collect()
+    errors.iter().enumerate().map(one).collect()
 }

@@ -19,8 +19,9 @@ pub struct Errors {
     pub static_mm: f64,
     /// Correlation length of both along the contour, mm.
     pub far_mm: f64,
-    /// Distance along the contour and time between frames for which the standard deviation of a point is meant, mm and s.
+    /// Distance along the contour for which the standard deviation of a point is meant, mm: closer points share what it says.
     pub apart_mm: f64,
+    /// Time between frames for which it is meant, s.
     pub apart_s: f64,
 }
 
@@ -64,8 +65,8 @@ impl Errors {
         along.iter().map(variance).collect()
     }
 
-    /// Of a contour of many points, their averages over pieces of this length with weights like a roof, which carry what points so far
-    /// apart carry: between them a drawn contour says nothing of the tongue. Other observations stay. `None` for few points.
+    /// The matrix that takes the many points of a contour to their averages at places [`Errors::apart_mm`] apart; the weight of a point
+    /// falls linearly to zero at the next place. Other observations stay as they are. `None` for a contour of few points.
     fn averages(&self, along: &[Along]) -> Option<DMatrix<f64>> {
         let on_contour = || along.iter().filter(|a| a.channel == 0).map(|a| a.at_mm);
         let [low, high] =
@@ -75,7 +76,7 @@ impl Errors {
             return None;
         }
         let apart = (high - low) / pieces.max(1.0);
-        let roof = |k: usize| {
+        let average = |k: usize| {
             let weight = |a: &Along| {
                 let away = if apart > 0.0 { ((a.at_mm - low) / apart - k as f64).abs() } else { 0.0 };
                 if a.channel == 0 { (1.0 - away).max(0.0) } else { 0.0 }
@@ -86,7 +87,8 @@ impl Errors {
         };
         let others = (0..along.len()).filter(|&i| along[i].channel != 0);
         let alone = |i: usize| (0..along.len()).map(|j| f64::from(u8::from(i == j))).collect();
-        let rows: Vec<Vec<f64>> = (0..=pieces as usize).filter_map(roof).chain(others.map(alone)).collect();
+        let rows: Vec<Vec<f64>> =
+            (0..=pieces as usize).filter_map(average).chain(others.map(alone)).collect();
         Some(DMatrix::from_fn(rows.len(), along.len(), |i, j| rows[i][j]))
     }
 
@@ -192,13 +194,17 @@ impl Knots {
         let (basis, left) = self.basis(along);
         let shared = self.errors.slow_mm.powi(2) + self.errors.static_mm.powi(2);
         let averages = self.errors.averages(along);
-        let variances = match averages {
+        let own = match averages {
             None => self.errors.own(along, period_s),
             Some(_) => along.iter().map(|a| self.errors.alone(a, period_s)).collect(),
         };
-        let variances = variances.into_iter().zip(left).map(|(own, left)| own + shared * left);
+        let variances = own.into_iter().zip(left).map(|(own, left)| own + shared * left);
         let variances = DVector::from_iterator(along.len(), variances);
-        let sds = averages.as_ref().map_or_else(|| variances.clone(), |a| a * &variances).map(f64::sqrt);
+        let sds = match &averages {
+            None => variances,
+            Some(averages) => averages * variances,
+        }
+        .map(f64::sqrt);
         sds.iter().all(|sd| *sd > 0.0 && sd.is_finite()).then_some(FrameErrors { sds, basis, averages })
     }
 
@@ -226,7 +232,10 @@ pub(super) struct FrameErrors {
 impl FrameErrors {
     /// Whitens residuals or their derivatives: their errors, or those of their averages, become independent with standard deviation 1.
     pub fn whitened(&self, values: DMatrix<f64>) -> DMatrix<f64> {
-        let mut values = self.averages.as_ref().map_or_else(|| values.clone(), |averages| averages * &values);
+        let mut values = match &self.averages {
+            Some(averages) => averages * values,
+            None => values,
+        };
         values.row_iter_mut().zip(self.sds.iter()).for_each(|(mut row, sd)| row /= *sd);
         values
     }

@@ -17,7 +17,7 @@ const THIN: usize = 4;
 /// An interval that begins below this activation begins at 0.
 const NONE_BELOW: f64 = 0.01;
 
-/// What was seen as a linear function of the activations about an answer, and their priors.
+/// The observations, linearised at an answer as a function of the activations, and the priors of the activations.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Response {
     /// Residuals at the answer, in standard deviations.

@@ -260,20 +260,25 @@ impl Recording {
     /// zeros for what was not seen.
     fn forget_zeros(&mut self) {
         let is_zero = |place: &Option<[f64; 3]>| *place == Some([0.0; 3]);
-        let several = |s: &Sample| s.places.iter().filter(|place| is_zero(place)).count() > 1;
-        let (mut names, mut forgotten): (Vec<&str>, Vec<(usize, usize)>) = (Vec::new(), Vec::new());
+        let zeros_of = |sample: &Sample| sample.places.iter().filter(|place| is_zero(place)).count();
+        let frames: Vec<usize> =
+            (0..self.samples.len()).filter(|&t| zeros_of(&self.samples[t]) > 1).collect();
+        let mut names: Vec<&str> = Vec::new();
         for (channel, name) in self.channels.iter().enumerate() {
-            let seen = self.samples.iter().filter(|s| s.places[channel].is_some()).count();
-            let usual = self.samples.iter().filter(|s| is_zero(&s.places[channel])).count();
-            let zeros: Vec<usize> = (0..self.samples.len())
-                .filter(|&t| is_zero(&self.samples[t].places[channel]) && several(&self.samples[t]))
-                .collect();
-            if !zeros.is_empty() && 2 * usual < seen {
-                names.push(name);
-                forgotten.extend(zeros.into_iter().map(|t| (t, channel)));
+            let places = || self.samples.iter().map(|sample| &sample.places[channel]);
+            let (seen, zeros) = (places().flatten().count(), places().filter(|place| is_zero(place)).count());
+            if zeros == 0 || 2 * zeros >= seen {
+                continue;
             }
+            let mut is_told = false;
+            for &t in &frames {
+                let place = &mut self.samples[t].places[channel];
+                if is_zero(place) {
+                    (*place, is_told) = (None, true);
+                }
+            }
+            names.extend(is_told.then_some(name.as_str()));
         }
-        forgotten.iter().for_each(|&(t, channel)| self.samples[t].places[channel] = None);
         if !names.is_empty() {
             let names = names.join(", ");
             self.notes.push(format!("places at exactly 0, 0 count as not seen ({names}); write nothing for a point that was not seen"));
