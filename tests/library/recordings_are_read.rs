@@ -27,7 +27,25 @@ fn aaa_tables_part_into_recordings_and_need_no_map() {
     assert!(near(first.bones[seen.bone("mental_spine").unwrap()], [-0.055, 0.003]));
     assert_eq!(seen.frames[1].contour[0], None);
     assert_eq!(seen.frames[1].bones[seen.bone("hyoid").unwrap()], None);
-    assert_eq!(seen.ignored, ["mandible"]);
+    assert_eq!((seen.ignored, seen.notes), (vec!["mandible".to_owned()], Vec::new()));
+    // A spreadsheet has saved it with other separators, perhaps with decimal commas and a title above the header.
+    let table = format!("{AAA}{rows}").replace("pa\t", "ɯ pa\t");
+    let plain = read(table.as_bytes(), "a.tsv");
+    for text in [
+        table.replace('\t', ";"),
+        table.replace('\t', ","),
+        format!("a title; of two fields\n\n{table}"),
+        format!("a title\n{}", table.replace('\t', ";").replace("0.01", "0,01").replace("0.02", "0,02")),
+        format!("\u{feff}{}", table.replace('\t', ";")),
+    ] {
+        assert_eq!(read(text.as_bytes(), "a.csv"), plain.clone(), "{text}");
+    }
+    let commas = format!("{AAA}{rows}").replace('\t', ",").replace("10,20", "10,5,20,5");
+    let told = refused(commas.as_bytes(), "a.csv");
+    assert!(told.starts_with("a.csv:2:17: ") && told.contains("separated by tabs"), "{told}");
+    let cut = format!("t\n{AAA}{}", rows.replace("60\t2\n", "60\t2.25\n")).replace('\t', ";");
+    let told = refused(&cut.as_bytes()[..cut.len() - 2], "a.csv");
+    assert!(told.starts_with("a.csv:5:16: ") && told.contains("cut off"), "{told}");
 }
 
 #[test]
@@ -40,6 +58,13 @@ fn aaa_tables_say_where_they_are_wrong() {
     assert!(refused(AAA.as_bytes(), "a.tsv").contains("no frame"));
     assert!(
         refused(b"Time of sample in recording\tX0 DLC_Tongue\n0\t1\n", "a.tsv").contains("Y0 DLC_Tongue")
+    );
+    // The points of the second spline are exchanged, so that it has the mandible elsewhere than the first.
+    let exchanged = "s\td\t0.01\tpa\t10\t20\t30\t40\t5\t1\t60\t2\t60\t2\t45\t2\n";
+    let told = refused(format!("{AAA}{exchanged}").as_bytes(), "a.tsv");
+    assert!(
+        told.starts_with("a.tsv:1:15: ") && told.contains("15 mm") && told.contains("mandible"),
+        "{told}"
     );
 }
 
@@ -63,6 +88,16 @@ fn tidy_tables_hold_any_points_in_any_order() {
     assert!(refused(twice.as_bytes(), "t.csv").starts_with("t.csv:3:2: a is given twice"));
     assert!(refused(b"time_s,point,x_mm\n", "t.csv").contains("y_mm"));
     assert!(refused(b"time_s,point,x_mm,y_mm\n0,a,inf,2\n", "t.csv").starts_with("t.csv:2:3: "));
+    // Names are known in any case and with spaces, and those of which nothing is known are told.
+    let named = "a title\ntime_s;point;x_mm;y_mm\n0;Tongue 1;1,5;2\n0;TONGUE_0;3;4\n0;Hyoid;30;0\n0;Mental Spine;1;0\n0;tonuge_2;2;2\n0;UI;0;9\n";
+    let seen = AlignedRecording::new(&read(named.as_bytes(), "t.csv")[0], &Map::default()).unwrap();
+    assert_eq!(seen.contour, ["TONGUE_0", "Tongue 1"]);
+    assert!(near(seen.frames[0].contour[1].map(|m| m.at), [0.0015, 0.002]));
+    assert_eq!(seen.bones, ["hyoid", "mental_spine"]);
+    let told = "nothing is known of the channels tonuge_2, so they are not used";
+    assert!(seen.notes.len() == 1 && seen.notes[0].starts_with(told), "{:?}", seen.notes);
+    let map = Map::from_toml("[points]\ntonuge_2 = \"ignore\"", "m").unwrap();
+    assert_eq!(AlignedRecording::new(&read(named.as_bytes(), "t.csv")[0], &map).unwrap().notes, [""; 0]);
 }
 
 #[test]

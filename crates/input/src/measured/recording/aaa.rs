@@ -1,9 +1,11 @@
-//! Articulate Assistant Advanced's export of splines: a tab-separated table with a header, one row for each
-//! frame, and columns `X0 SPLINE`, `Y0 SPLINE` and so on, millimetres, y up. Missing values are empty or `*`;
+//! Articulate Assistant Advanced's export of splines: a table separated by tabs (by semicolons or commas where a
+//! spreadsheet has saved it) with a header, perhaps below a title, one row for each frame, and columns `X0 SPLINE`, `Y0 SPLINE` and so on, millimetres, y up. Missing values are empty or `*`;
 //! numbers may have a decimal comma. Column names as in the R package rticulate (Coretta 2021, `read_aaa`)
 //! and AAA's own list of DeepLabCut splines. Rows exported label by label are sorted by time.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
+
+use tongue_core::statistics::upper_median;
 
 use super::super::error::{Malformed, Place};
 use super::{Budget, Format, Label, Recording, Sample, coordinate, limits};
@@ -25,7 +27,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let start = Place { origin, line: 1, column: 1 };
     let csv = &mut csv::ReaderBuilder::new();
     let help = "export the table from AAA anew, separated by tabs";
-    let mut records = limits::records(&text, origin, csv.delimiter(b'\t').flexible(true), help);
+    let is_known =
+        |name: &str| spline_of(name).is_some() || TIMES.iter().any(|t| name.eq_ignore_ascii_case(t));
+    let (separator, title_lines) = limits::header(&text, is_known);
+    let csv = csv.delimiter(separator).flexible(true);
+    let mut records = limits::records(&text, origin, title_lines, csv, help);
     let header = records.next().transpose()?.map(|(_, header)| header).unwrap_or_default();
     let column = |title: &str| header.iter().position(|h| h.eq_ignore_ascii_case(title));
     let begins = |word: &str| header.iter().position(|h| h.starts_with(word));
@@ -35,7 +41,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             "export the time of the sample in the recording, as a table separated by tabs with a header",
         )
     })?;
-    let (points, alone) = points(&header, start)?;
+    let (points, twins, alone) = points(&header, start)?;
+    let mut apart_mm: Vec<Vec<f64>> = vec![Vec::new(); twins.len()];
     let of_recording: Vec<usize> = OF_RECORDING.iter().filter_map(|word| begins(word)).collect();
     let tiers = [("annotation", column("Annotation Title")), ("prompt", begins(OF_RECORDING[2]))];
     let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
@@ -56,6 +63,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         } else if record.len() <= last_column {
             let what = format!("the line has {} fields where the header has {}", record.len(), header.len());
             return Err(at.at_column(record.len()).error(what, "the file is cut off; export it anew"));
+        } else if separator == b',' && record.iter().skip(header.len()).any(|surplus| !surplus.is_empty()) {
+            let what = format!("the line has {} fields where the header has {}", record.len(), header.len());
+            let help =
+                "decimals with a comma cannot be told from separators; export the table separated by tabs";
+            return Err(at.at_column(header.len() + 1).error(what, help));
         }
         let cell = |field: usize| record.get(field).unwrap_or_default();
         let time_s = seconds(cell(time), at.at_column(time + 1))?;
@@ -64,6 +76,10 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             Ok(value(p.x)?.zip(value(p.y)?).map(|(x, y)| [x, y, 0.0]))
         };
         let places = points.iter().map(place).collect::<Result<Vec<_>, Malformed>>()?;
+        for ((first, twin), apart_mm) in twins.iter().zip(&mut apart_mm) {
+            let both = places[*first].zip(place(twin)?);
+            apart_mm.extend(both.map(|([x, y, _], [u, v, _])| (u - x).hypot(v - y)));
+        }
         if let Some(x) = alone.iter().find(|x| !is_missing(cell(**x))) {
             let what = format!("{:?} has a value, but no column for y beside it", &header[*x]);
             return Err(at.at_column(x + 1).error(what, "export both, or leave the spline out"));
@@ -76,8 +92,16 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             }
         }
     }
-    if let Some(fault) = cut_in_a_number(&text, start) {
+    if let Some(fault) = cut_in_a_number(&text, title_lines, separator, start) {
         return Err(fault);
+    }
+    for ((first, twin), apart_mm) in twins.iter().zip(apart_mm) {
+        if let Some(mm) = upper_median(apart_mm).filter(|mm| *mm > TWINS_APART_MM) {
+            let [a, b] = [points[*first].x, twin.x].map(|x| &header[x]);
+            let what = format!("{b:?} lies {mm:.0} mm from {a:?}, though both are the {}", twin.name);
+            let at = Place { line: title_lines as u64 + 1, column: twin.x + 1, ..start };
+            return Err(at.error(what, "the points of a spline are exchanged, or its name is; correct the header, or leave the spline out"));
+        }
     }
     let mut found = rows.recordings(Format::Aaa, start)?;
     if let (Some(line), Some(first)) = (short.first(), found.first_mut()) {
@@ -96,21 +120,22 @@ fn is_of_annotation(title: &str) -> bool {
 
 /// The error for a last line without a line end whose last number has fewer decimals than all numbers above
 /// it.
-fn cut_in_a_number(text: &str, start: Place<'_>) -> Option<Malformed> {
+fn cut_in_a_number(text: &str, title_lines: usize, separator: u8, start: Place<'_>) -> Option<Malformed> {
+    let separator = char::from(separator);
     if text.ends_with('\n') {
         return None;
     }
     let decimals = |line: &str| {
-        let (_, decimals) = line.rsplit('\t').next()?.trim().split_once(['.', ','])?;
+        let (_, decimals) = line.rsplit(separator).next()?.trim().split_once(['.', ','])?;
         Some(decimals.len())
     };
     let (above, last) = text.rsplit_once('\n')?;
-    let lines = above.lines().skip(1).filter(|l| !l.trim().is_empty());
+    let lines = above.lines().skip(title_lines + 1).filter(|l| !l.trim().is_empty());
     let fewest = lines.map(|l| decimals(l).unwrap_or(0)).min().filter(|n| *n > 0)?;
-    if last.ends_with('*') || last.ends_with('\t') || decimals(last).unwrap_or(0) >= fewest {
+    if last.ends_with(['*', separator]) || decimals(last).unwrap_or(0) >= fewest {
         return None;
     }
-    let at = Place { line: text.lines().count() as u64, column: last.split('\t').count(), ..start };
+    let at = Place { line: text.lines().count() as u64, column: last.split(separator).count(), ..start };
     Some(at.error("the last number is cut off", "the file is cut off; export it anew"))
 }
 
@@ -340,27 +365,41 @@ fn is_same(a: &Sample, b: &Sample) -> bool {
     (a.time_s - b.time_s).abs() <= SAME_S && a.places.iter().zip(&b.places).all(near)
 }
 
-/// The pairs `X3 SPLINE`, `Y3 SPLINE` of the header, and the columns `X0 SPLINE` without one, as AAA writes them for an empty spline. A point
-/// shared by two splines is taken once.
-fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<(Vec<Columns>, Vec<usize>), Malformed> {
+/// Columns of a point that two splines share are apart by less, mm.
+const TWINS_APART_MM: f64 = 3.0;
+
+/// The number and the spline of a column `X3 SPLINE`.
+fn spline_of(title: &str) -> Option<(&str, &str)> {
+    let (number, spline) = title.strip_prefix('X')?.split_once(' ')?;
+    (!number.is_empty() && number.bytes().all(|b| b.is_ascii_digit())).then_some((number, spline))
+}
+
+/// The points of a header, the second columns of points that two splines share with the number of the point, and columns without y.
+type Points = (Vec<Columns>, Vec<(usize, Columns)>, Vec<usize>);
+
+/// The pairs `X3 SPLINE`, `Y3 SPLINE` of the header, and the columns `X0 SPLINE` without one, as AAA writes them for an empty spline.
+fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Points, Malformed> {
     let mut points: Vec<Columns> = Vec::new();
+    let mut twins: Vec<(usize, Columns)> = Vec::new();
     let mut alone: Vec<usize> = Vec::new();
-    let mut names: BTreeSet<String> = BTreeSet::new();
+    let mut names: BTreeMap<String, usize> = BTreeMap::new();
     // The first column of each title; a header may have a million.
     let mut columns: BTreeMap<&str, usize> = BTreeMap::new();
     for (at, title) in header.iter().enumerate() {
         columns.entry(title).or_insert(at);
     }
     for (x, title) in header.iter().enumerate() {
-        let split = title.strip_prefix('X').and_then(|rest| rest.split_once(' '));
-        let is_number = |n: &str| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit());
-        let Some((number, spline)) = split.filter(|(number, _)| is_number(number)) else { continue };
+        let Some((number, spline)) = spline_of(title) else { continue };
         match columns.get(format!("Y{number} {spline}").as_str()) {
             None => alone.push(x),
             Some(&y) => {
                 let name = name_of(spline.trim(), number);
-                if names.insert(name.clone()) {
-                    points.push(Columns { name, x, y });
+                match names.get(&name) {
+                    Some(first) => twins.push((*first, Columns { name, x, y })),
+                    None => {
+                        names.insert(name.clone(), points.len());
+                        points.push(Columns { name, x, y });
+                    }
                 }
             }
         }
@@ -369,7 +408,7 @@ fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<(Vec<Columns>,
         let help = "export the splines with \"X,Y values\" in a column each";
         return Err(start.error("no columns of a spline (\"X0 DLC_Tongue\", \"Y0 DLC_Tongue\", ..)", help));
     }
-    Ok((points, alone))
+    Ok((points, twins, alone))
 }
 
 /// Anatomical names of the keypoints of AAA's DeepLabCut models; other splines keep their names.

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 
 use super::super::error::{Malformed, Place};
-use super::{Budget, Format, Recording, Sample, Times, coordinate, limits};
+use super::{Budget, Format, Recording, Sample, Times, coordinate, limits, names};
 
 /// Likelihood below which a point counts as not seen.
 const LEAST_LIKELIHOOD: f64 = 0.05;
@@ -39,7 +39,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let mut parts: Vec<Part> = Vec::new();
     let mut samples: Vec<Sample> = Vec::new();
     let mut budget = Budget::default();
-    for record in limits::records(&text, origin, &mut csv::ReaderBuilder::new(), HELP) {
+    for record in limits::records(&text, origin, 0, &mut csv::ReaderBuilder::new(), HELP) {
         let (at, record) = record?;
         if parts.is_empty() {
             let first = record.get(0).unwrap_or_default().to_ascii_lowercase();
@@ -113,13 +113,9 @@ fn parts_of(titles: &[csv::StringRecord], at: Place<'_>) -> Result<Vec<Part>, Ma
 
 /// Anatomical names of the keypoints of AAA's models; other parts keep their names.
 fn name_of(title: &str) -> String {
-    let plain: String = title.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase();
+    let plain = names::plain(title);
     if let Some(n) = TONGUE.iter().position(|t| *t == plain) {
         return format!("tongue_{n}");
     }
-    match plain.as_str() {
-        "hyoid" => "hyoid".to_owned(),
-        "shorttendon" | "mentalspine" => "mental_spine".to_owned(),
-        _ => title.to_owned(),
-    }
+    names::bone(title).unwrap_or(title).to_owned()
 }

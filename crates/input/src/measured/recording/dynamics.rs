@@ -102,7 +102,7 @@ impl<'a> Course<'a> {
         let lag = ((OVER_S / self.apart_s).round() as usize).max(1);
         let over_s = lag as f64 * self.apart_s;
         let moved = self.moved(lag);
-        let most = moved.get(moved.len() * 98 / 100).filter(|_| self.apart_s <= APART_S)?;
+        let most = moved.get(moved.len() * 99 / 100).filter(|_| self.apart_s <= APART_S)?;
         // The noise is at most what is assumed, and what the second differences show.
         let bends = self.marks.windows(3).map(|w| (w[0].at - w[1].at * 2.0 + w[2].at).norm());
         let sd = self.sd().min(upper_median(bends)? / 2.88);
@@ -224,7 +224,7 @@ impl Measures<'_> {
 
     pub fn quickest_part(&self) -> Option<Value> {
         let whole_s = self.motion.middle(false, |c| Some(c.quickest()?.1))?;
-        Some((self.motion.middle(false, |c| Some(c.quickest()?.0))?, format!("{whole_s:.1} s")))
+        Some((self.motion.middle(false, |c| Some(c.quickest()?.0))?, format!("{whole_s:.2} s")))
     }
 
     /// Points and bones that jump and stay, while most points do not.
@@ -249,27 +249,38 @@ impl Measures<'_> {
         Some((*by_mm, format!("{first} jumps by {by_mm:.0} mm at {time_s:.3} s and stays there{more}")))
     }
 
-    /// The first shift of all points alike at once by more than a tongue can move, which stays: the head or the probe has slipped.
+    /// The first shift of all points alike at once by more than a tongue, or its bones, can move, which stays: the head or the probe has
+    /// slipped.
     pub fn slip_mm(&self) -> Option<Value> {
         const SLIP_M: f64 = 5e-3;
+        /// Largest acceleration of a whole tongue, m/s².
+        const ACCELERATION_OF_ALL_M_S2: f64 = 15.0;
         let frames = &self.recording.frames;
-        // From a frame to the next one: the median shift of the points, the largest difference of a point's shift from it, the largest
-        // standard deviation of a point, and the time.
+        // From a frame to the next one: the median shift of the points, the mean one of the bones, the largest difference of a point's shift
+        // from the median, the largest standard deviation of a point, and the time.
         let shift = |f: usize| {
-            let pairs = frames[f].points().zip(frames[f + 1].points());
+            let (here, next) = (&frames[f], &frames[f + 1]);
+            let pairs = here.points().zip(next.points());
             let pairs: Vec<(Point, f64)> = pairs.filter_map(|(a, b)| Some((b?.at - a?.at, a?.sd))).collect();
+            let bones: Vec<Point> =
+                here.bones.iter().zip(&next.bones).filter_map(|(a, b)| Some((*b)? - (*a)?)).collect();
+            let bones = bones.iter().sum::<Point>() / bones.len() as f64;
             let middle = median_point(pairs.iter().map(|(d, _)| *d))?;
             let unlike = pairs.iter().map(|(d, _)| (d - middle).norm()).fold(0.0, f64::max);
             let noise = pairs.iter().map(|(_, sd)| *sd).fold(0.0, f64::max);
-            (pairs.len() >= 3).then_some((middle, unlike, noise, frames[f + 1].time_s - frames[f].time_s))
+            (pairs.len() >= 3).then_some((middle, bones, unlike, noise, next.time_s - here.time_s))
         };
         let shifts: Vec<_> = (0..frames.len().saturating_sub(1)).map(shift).collect();
         let slips = shifts.windows(3).zip(1..).filter_map(|(w, f)| {
-            let (before, (by, unlike, noise, apart), after) = (w[0]?, w[1]?, w[2]?);
-            let least = SLIP_M.max(ACCELERATION_M_S2 * apart * apart) + 4.0 * noise;
+            let (before, (by, bones, unlike, noise, apart), after) = (w[0]?, w[1]?, w[2]?);
+            let least = |acceleration: f64| SLIP_M.max(acceleration * apart * apart);
             // A point that comes back in the next frame has jumped.
-            let neighbours = before.0.norm().max(after.0.norm());
-            let is_slip = by.norm() > least + neighbours && unlike < 0.4 * by.norm() + 4.0 * noise;
+            let of_tongue =
+                least(ACCELERATION_OF_ALL_M_S2) + 2.0 * noise + before.0.norm().max(after.0.norm());
+            // Without bones their shift is no number, and no comparison with it is true.
+            let of_bones = least(ACCELERATION_OF_BONES_M_S2) + before.1.norm().max(after.1.norm());
+            let is_of_bones = bones.norm() > of_bones && (by - bones).norm() < 0.4 * bones.norm();
+            let is_slip = (by.norm() > of_tongue || is_of_bones) && unlike < 0.4 * by.norm() + 4.0 * noise;
             is_slip.then(|| (by.norm() * 1e3, frames[f + 1].time_s))
         });
         let slips: Vec<(f64, f64)> = slips.collect();

@@ -6,7 +6,7 @@ use tongue_core::statistics::upper_median;
 use super::super::error::ReadError;
 use super::channels::{hold_head, moves_as_a_tongue};
 use super::map::Axis;
-use super::{Format, Map, Recording, Role};
+use super::{Format, Map, Recording, Role, names};
 
 pub(super) type Places = Vec<Vec<Option<Point>>>;
 
@@ -36,7 +36,8 @@ impl<'a> Flat<'a> {
         if !roles.iter().any(|r| matches!(r, Role::Contour | Role::Surface(_) | Role::Coil(_))) {
             let known = recording.channels.join(", ");
             return Err(wrong(format!(
-                "no channel is known as a point of the tongue (channels: {known}); name one with --map"
+                "no channel is known as a point of the tongue (channels: {known}); name them in a map (--map) with lines such as {:?} = \"coil\" (or \"contour\") below [points]",
+                recording.channels.first().map_or("T1", String::as_str)
             )));
         }
         let one_plane = recording.samples.iter().flat_map(|s| s.places.iter().flatten()).all(|p| p[0] == 0.0);
@@ -87,7 +88,22 @@ impl<'a> Flat<'a> {
         hold_head(&mut places, &references);
         let mut contour: Vec<usize> = (0..roles.len()).filter(|&c| roles[c] == Role::Contour).collect();
         contour.sort_by_key(|&c| number(&recording.channels[c]));
-        let notes = recording.notes.iter().cloned().chain(note).chain(told_up).chain(other_axis).collect();
+        let unknown = recording.channels.iter().filter(|c| names::is_unknown(c) && !map.names(c));
+        let unknown: Vec<&str> = unknown.map(String::as_str).collect();
+        let unused = unknown.first().map(|first| {
+            const SHOWN: usize = 5;
+            let names = unknown.iter().take(SHOWN).copied().collect::<Vec<_>>().join(", ");
+            let more = match unknown.len().saturating_sub(SHOWN) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            format!(
+                "nothing is known of the channels {names}{more}, so they are not used; give their roles in a map (--map) with lines such as \
+                 {first:?} = \"contour\" (or \"coil\", \"reference\", \"ignore\") below [points]"
+            )
+        });
+        let notes = recording.notes.iter().cloned().chain(note).chain(told_up).chain(other_axis);
+        let notes = notes.chain(unused).collect();
         Ok(Self { recording, roles, contour, places, times, metres, back, guessed, notes })
     }
 }

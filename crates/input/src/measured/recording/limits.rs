@@ -1,6 +1,7 @@
 //! Limits of the size of recordings.
 
 use std::borrow::Cow;
+use std::cmp::Reverse;
 
 use super::super::error::{Malformed, Place};
 use super::super::lengths::text::decode;
@@ -14,6 +15,8 @@ pub const MOST_CHANNELS: usize = 2048;
 pub(super) const MOST_VALUES: usize = 2_500_000;
 /// Largest size of a file, bytes: its text may be held twice.
 pub(super) const LARGEST: u64 = 96 << 20;
+/// Number of lines among which a header is looked for: those before it are a title.
+pub(super) const HEADER_WITHIN: usize = 20;
 /// What a recording, a channel of it and a frame of it need beside their positions, in positions.
 const RECORDING: usize = 40;
 const CHANNEL: usize = 4;
@@ -38,17 +41,35 @@ pub(super) fn lines<'a>(text: &'a str, origin: &'a str) -> impl Iterator<Item = 
     places.zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
 }
 
-/// The records of a table in CSV, each with its place.
+/// The separator of a table and the number of lines before its header, which are a title: of tabs, commas and semicolons, and of the first
+/// lines, those with which most fields are known names of columns.
+pub(super) fn header(text: &str, is_known: impl Fn(&str) -> bool) -> (u8, usize) {
+    let known = |line: &str, separator: u8| {
+        let names = line.split(char::from(separator)).map(|name| name.trim_matches([' ', '"']));
+        names.filter(|name| is_known(name)).count()
+    };
+    let scores = text
+        .lines()
+        .take(HEADER_WITHIN)
+        .enumerate()
+        .flat_map(|(n, line)| b"\t,;".map(|separator| (known(line, separator), Reverse(n), separator)));
+    let best = scores.filter(|(known, ..)| *known > 0).max_by_key(|(known, n, _)| (*known, *n));
+    best.map_or((b'\t', 0), |(_, Reverse(n), separator)| (separator, n))
+}
+
+/// The records of a table in CSV after so many lines, each with its place.
 pub(super) fn records<'a>(
     text: &'a str,
     origin: &'a str,
+    title_lines: usize,
     builder: &mut csv::ReaderBuilder,
     help: &'static str,
 ) -> impl Iterator<Item = Result<(Place<'a>, csv::StringRecord), Malformed>> {
-    let reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let begin: usize = text.split_inclusive('\n').take(title_lines).map(str::len).sum();
+    let reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(&text.as_bytes()[begin..]);
     let place = move |at: Option<&csv::Position>| Place {
         origin,
-        line: at.map_or(1, csv::Position::line),
+        line: title_lines as u64 + at.map_or(1, csv::Position::line),
         column: 1,
     };
     reader.into_records().map(move |record| match record {

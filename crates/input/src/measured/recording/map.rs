@@ -203,7 +203,7 @@ impl Map {
     /// contour or the mental spine, by which a body is placed, it is not used, since it lies elsewhere on the mandible.
     pub(super) fn roles(&self, channels: &[String]) -> Vec<Role> {
         let roles: Vec<Role> = channels.iter().map(|c| self.role(c)).collect();
-        let is_by_name = |c: &String| c != MANDIBLE && !self.names(c);
+        let is_by_name = |c: &String| names::bone(c).is_none() && !self.names(c);
         let is_mandible = |role: &Role| matches!(role, Role::Bone(bone) if bone == MANDIBLE);
         let others = channels.iter().zip(&roles).any(|(c, role)| {
             *role == Role::Contour

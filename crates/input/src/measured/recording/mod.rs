@@ -107,16 +107,18 @@ impl Format {
         let ends = |end: &str| Path::new(origin).extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
         // NUL bytes are removed, so that a header in UTF-16 is recognised too.
         let head: Vec<u8> = bytes.iter().take(65536).copied().filter(|b| *b != 0 && *b != b'"').collect();
-        let line = String::from_utf8_lossy(head.split(|b| *b == b'\n').next().unwrap_or_default());
+        let head = String::from_utf8_lossy(&head);
+        let line = head.lines().next().unwrap_or_default();
+        let is_aaa = |line: &str| line.contains("Time of sample") || line.contains("X0 ");
         match () {
             () if begins("AG50xDATA_V00") => Self::Ag50x,
             () if begins("EST_File") => Self::Est,
             () if begins("MATLAB ") => Self::Mview,
             () if ends("con") => Self::Edgetrak,
-            () if line.contains("Time of sample") || line.contains("X0 ") => Self::Aaa,
+            () if head.lines().take(limits::HEADER_WITHIN).any(is_aaa) => Self::Aaa,
             () if line.starts_with("scorer,") => Self::DeepLabCut,
-            () if sensor_table::is_head(&line) => Self::Sensors,
-            () if fan::is_row(&line) => Self::AaaFan,
+            () if sensor_table::is_head(line) => Self::Sensors,
+            () if fan::is_row(line) => Self::AaaFan,
             () if ends("txy") => Self::Microbeam,
             () if ends("mat") => Self::Mview,
             () if ends("pos") => Self::Ag50x,

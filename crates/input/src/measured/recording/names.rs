@@ -17,17 +17,24 @@ const INCISORS: [&str; 9] =
 const BESIDE_INCISORS: [&str; 4] = ["manm", "jawl", "jawr", "jawm"];
 const TIPS: [&str; 5] = ["t1", "tt", "ta", "tonguetip", "ttip"];
 
+/// Beginnings of names of coils on the head and of traces that are no part of the tongue, and whole names of others.
+const OF_HEAD: [&str; 9] = ["ref", "head", "nose", "nas", "ear", "mastoid", "palate", "roof", "vel"];
+const BESIDE_TONGUE: [&str; 7] =
+    ["ui", "upperincisor", "upperincisors", "mandible", "v", "bn", "bridgeofnose"];
+
 /// A name in lower case without punctuation.
-fn plain(channel: &str) -> String {
+pub(super) fn plain(channel: &str) -> String {
     channel.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
 }
 
 /// The role of a channel by its name; [`Role::Ignored`] if the name is unknown.
 pub(super) fn role(channel: &str) -> Role {
-    if channel == HYOID || channel == MANDIBLE {
-        return Role::Bone(channel.to_owned());
+    if let Some(bone) = bone(channel) {
+        return Role::Bone(bone.to_owned());
     }
-    if channel.strip_prefix("tongue_").is_some_and(|n| n.parse::<u32>().is_ok()) {
+    let lower = channel.to_lowercase();
+    let number = lower.strip_prefix("tongue").and_then(|n| n.strip_prefix(['_', '-', ' ', '.']));
+    if number.is_some_and(|n| n.parse::<u32>().is_ok()) {
         return Role::Contour;
     }
     match plain(channel).as_str() {
@@ -37,6 +44,22 @@ pub(super) fn role(channel: &str) -> Role {
         }
         _ => Role::Ignored,
     }
+}
+
+/// The bone that a channel of this name shows.
+pub(super) fn bone(channel: &str) -> Option<&'static str> {
+    match plain(channel).as_str() {
+        "hyoid" => Some(HYOID),
+        "mentalspine" | "shorttendon" => Some(MANDIBLE),
+        _ => None,
+    }
+}
+
+/// Whether nothing is known of a channel of this name.
+pub(super) fn is_unknown(channel: &str) -> bool {
+    let name = plain(channel);
+    let is_beside = BESIDE_TONGUE.contains(&name.as_str()) || OF_HEAD.iter().any(|of| name.starts_with(of));
+    role(channel) == Role::Ignored && lip(channel).is_none() && !is_beside
 }
 
 /// The place of a coil among those on a tongue, counted from the tip, by its usual name.

@@ -4,15 +4,20 @@
 use std::collections::BTreeMap;
 
 use super::super::error::{Malformed, Place};
-use super::{Budget, Format, Recording, Sample, coordinate, limits};
+use super::aaa::number;
+use super::{Budget, Format, Recording, Sample, limits};
 
+const COLUMNS: [&str; 6] = ["recording", "time_s", "point", "x_mm", "y_mm", "sigma_mm"];
 const LEAST_SIGMA_MM: f64 = 1e-3;
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = limits::text(bytes, origin)?;
     let csv = &mut csv::ReaderBuilder::new();
     let help = "give every row as many fields as the header";
-    let mut records = limits::records(&text, origin, csv.comment(Some(b'#')), help);
+    let (separator, title_lines) =
+        limits::header(&text, |name| COLUMNS.iter().any(|c| name.eq_ignore_ascii_case(c)));
+    let csv = csv.comment(Some(b'#')).delimiter(separator);
+    let mut records = limits::records(&text, origin, title_lines, csv, help);
     let header = records.next().transpose()?.map(|(_, header)| header).unwrap_or_default();
     let column = |name: &str| header.iter().position(|h| h.eq_ignore_ascii_case(name));
     let needed = |name: &str| {
@@ -32,7 +37,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let (at, record) = record?;
         let field = |f: usize| record.get(f).unwrap_or_default();
         let wrong = |f: usize, what: String, help: &str| at.at_column(f + 1).error(what, help);
-        let number = |f: usize, what: &str| match (field(f), coordinate(field(f))) {
+        let value = |f: usize, what: &str| match (field(f), number(field(f))) {
             ("" | "*" | "NA", _) => Ok(None),
             (text, None) => Err(wrong(f, format!("{what} is {text:?}"), "give a finite number, or nothing")),
             (_, value) => Ok(value),
@@ -67,7 +72,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             }
         };
         // A table without times has one posture.
-        let time_s = match time.map(|f| (f, number(f, "the time"))) {
+        let time_s = match time.map(|f| (f, value(f, "the time"))) {
             None => 0.0,
             Some((f, given)) => match given? {
                 Some(time_s) => time_s,
@@ -85,7 +90,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
                 this.samples.push(Sample::new(time_s, vec![None; this.channels.len()]));
             }
         }
-        let place = number(x, "x_mm")?.zip(number(y, "y_mm")?).map(|(x, y)| [x, y, 0.0]);
+        let place = value(x, "x_mm")?.zip(value(y, "y_mm")?).map(|(x, y)| [x, y, 0.0]);
         let Some(slot) = this.samples.last_mut().and_then(|s| s.places.get_mut(channel)) else { continue };
         if slot.is_some() {
             return Err(wrong(
@@ -96,7 +101,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         }
         *slot = place;
         if let Some(f) = sigma
-            && let Some(sd) = number(f, "sigma_mm")?
+            && let Some(sd) = value(f, "sigma_mm")?
         {
             if sd < LEAST_SIGMA_MM {
                 let help = format!("give a standard deviation of at least {LEAST_SIGMA_MM} mm, or nothing");
