@@ -78,7 +78,9 @@ pub use tongue_files::VERSION;
 pub mod adapt {
     //! Bodies of speakers, made from recordings or landmarks.
     #[doc(inline)]
-    pub use tongue_infer::adapt::{Adaptation, Basis, How, Landmarks, Speaker, followed, mark_of};
+    pub use tongue_infer::adapt::{
+        Adaptation, AdaptationInput, Landmarks, RestShapeMethod, Speaker, followed, mark_of,
+    };
 }
 
 pub mod body {
@@ -136,7 +138,7 @@ pub mod dynamics {
 pub mod effect {
     //! Effects: what pulls and pushes at the nodes of a body.
     #[doc(inline)]
-    pub use tongue_core::effect::{Configuration, Contact, Effect, Gravity, Part, Tangent};
+    pub use tongue_core::effect::{Configuration, Contact, Effect, Gravity, PrimitiveElement, Tangent};
 }
 
 pub mod files {
@@ -160,11 +162,11 @@ pub mod geometry {
     }
 }
 
-pub mod heard {
+pub mod acoustics {
     //! What is heard of a tongue: formants, how they answer to its nodes, a voice.
     #[doc(inline)]
-    pub use tongue_infer::heard::{
-        Airway, Articulation, Formant, Heard, MeanVowel, Sound, SpaceAirway, Tract, mean_vowels,
+    pub use tongue_infer::acoustics::{
+        Articulation, Formant, Heard, MeanVowel, Sound, SpaceVocalTract, Tract, VocalTract, mean_vowels,
     };
 }
 
@@ -172,7 +174,8 @@ pub mod inverse {
     //! The inverse problem: tensions, displaced bones and constants that meet what was measured.
     #[doc(inline)]
     pub use tongue_infer::inverse::{
-        Answer, Fit, FitError, FitSettings, FitStatus, FreedBone, Matched, Method, Prior, Unknown, fit, solve,
+        Answer, Fit, FitError, FitSettings, FitStatus, Method, MovableBone, Prior, TargetOnBody, Unknown,
+        fit, solve,
     };
 
     pub mod alarms {
@@ -197,10 +200,10 @@ pub mod inverse {
         pub use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
     }
 
-    pub mod valley {
+    pub mod solution_curve {
         //! The curve of tensions that meet the same ratios.
         #[doc(inline)]
-        pub use tongue_infer::inverse::valley::{End, Valley};
+        pub use tongue_infer::inverse::solution_curve::{SolutionCurve, Termination};
     }
 }
 
@@ -277,8 +280,9 @@ pub mod posterior {
     //! The posterior of tensions: which tensions data and model allow, with every unknown included.
     #[doc(inline)]
     pub use tongue_infer::posterior::{
-        Beside, Contrast, Density, Draw, Ground, Measurements, Mode, Posterior, PosteriorError, Priors,
-        Quantiles, Report, Sampling, ShortRun, Status, StretchSummary, Summary, Verdict, VerdictFrom, sample,
+        AuxiliaryData, Contrast, Density, Draw, MapEstimate, Measurements, Posterior, PosteriorError,
+        PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun, Status, StretchSummary, Summary,
+        Verdict, VerdictFrom, sample,
     };
 }
 
@@ -421,7 +425,8 @@ pub mod system {
     //! Systems: the effects of a body that are called for, with its unknowns.
     #[doc(inline)]
     pub use tongue_core::system::{
-        Additions, Carried, Model, MusclesAs, SpaceModel, System, SystemError, TissueModel, coefficients,
+        Additions, Model, MusclesAs, PrescribedDisplacement, SpaceModel, System, SystemError, TissueModel,
+        coefficients,
     };
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, bail};
 use serde_json::{Value, json};
-use tongue_fit::adapt::{Basis, How, Landmarks, Speaker};
+use tongue_fit::adapt::{AdaptationInput, Landmarks, RestShapeMethod, Speaker};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::AlignedRecording;
@@ -29,8 +29,8 @@ pub struct Arguments {
     recordings: recordings::Arguments,
     /// Method for the rest shape from recordings: joint, the shape that explains many frames at once, or
     /// similarity, the body only turned, scaled and shifted to the speaker's bones
-    #[arg(long, value_name = "HOW", value_parser = choice_among::<How>(&recordings::REST), default_value = "joint")]
-    rest: How,
+    #[arg(long, value_name = "HOW", value_parser = choice_among::<RestShapeMethod>(&recordings::REST), default_value = "joint")]
+    rest: RestShapeMethod,
     /// Landmarks of one posture at rest instead of recordings: mental_spine, hyoid (CSV point,x_mm,y_mm
     /// or 3D Slicer's .mrk.json)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["files", "example", "rest"])]
@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             notes = left_out;
             notes.extend(recording_checks::notes(&recordings, &given.body, &[]));
             let palate = recordings.iter().find_map(|r| r.palate.as_deref());
-            let basis = Basis { palate, ..basis };
+            let basis = AdaptationInput { palate, ..basis };
             let seen: Vec<_> = recordings.iter().map(|r| &r.seen).collect();
             notes.extend(basis.place(&seen, &[]).into_diagnostic()?.doubt());
             notes.iter().for_each(|n| output::note(n));
@@ -175,9 +175,9 @@ fn text(speaker: &Speaker, before: &Body<2>) -> String {
         ]
     });
     let how = match speaker.how {
-        How::Similarity => "turned, scaled and shifted to what was seen of the speaker",
-        How::Joint => "the shape that explains many frames at once",
-        How::Contour => "the shape of the contour at rest",
+        RestShapeMethod::Similarity => "turned, scaled and shifted to what was seen of the speaker",
+        RestShapeMethod::Joint => "the shape that explains many frames at once",
+        RestShapeMethod::Contour => "the shape of the contour at rest",
     };
     let met =
         speaker.rms_m.map_or_else(String::new, |m| format!("; contours met to {:.2} mm (RMS)", 1e3 * m));

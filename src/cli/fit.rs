@@ -13,7 +13,7 @@ use tongue_fit::run::FitRun;
 
 use super::choice::choice;
 use super::fit_table::Shown;
-use super::published;
+use super::reference_solution;
 use super::{Global, Outcome, body, inputs, others, output, posterior, space_track};
 
 /// The subject of the thesis's experiment.
@@ -115,10 +115,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     body::tell_duration("a fit with its verdict", tongue.mesh.nodes.len(), body::FIT_S);
     let out = global.folder("results")?;
     let model = arguments.body.model();
-    let ground = arguments.posterior.ground(&tongue, &model)?;
+    let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;
     let (seen, posture) = arguments.seen(&data, &target)?;
-    let beside = match &ground {
-        Some(ground) => arguments.others.read(ground, &seen, posture)?,
+    let beside = match &posterior_model {
+        Some(posterior_model) => arguments.others.read(posterior_model, &seen, posture)?,
         None => Vec::new(),
     };
     output::step(|| {
@@ -138,7 +138,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let fit = &record.fit;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
     let published = match arguments.lengths {
-        None => published::answer(&tongue.mesh, &model, &fit.target)?,
+        None => reference_solution::answer(&tongue.mesh, &model, &fit.target)?,
         Some(_) => None,
     };
 
@@ -152,8 +152,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         _ => None,
     };
 
-    let sampled = match &ground {
-        Some(ground) => Some(arguments.posterior.sample(ground, &seen.iter().collect::<Vec<_>>(), beside)?),
+    let sampled = match &posterior_model {
+        Some(posterior_model) => {
+            Some(arguments.posterior.sample(posterior_model, &seen.iter().collect::<Vec<_>>(), beside)?)
+        }
         None => None,
     };
     let verdict = match sampled.as_ref().map(|s| &s.reports[posture]) {

@@ -4,13 +4,13 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use tongue_fit::inverse::Fit;
-use tongue_fit::inverse::valley::Valley;
+use tongue_fit::inverse::solution_curve::SolutionCurve;
 use tongue_fit::measured::TargetKind;
 use tongue_fit::posterior::Verdict;
 use tongue_fit::report::{self, Conclusion, FitRecord, fixed};
 
 use super::posterior::Sampled;
-use super::published::Published;
+use super::reference_solution::Published;
 use super::table::{counted, newtons, rows};
 use super::word;
 
@@ -106,7 +106,7 @@ impl Shown<'_> {
     }
 
     /// The curves of tensions that fit equally well.
-    fn valleys(&self) -> impl Iterator<Item = &Valley> {
+    fn valleys(&self) -> impl Iterator<Item = &SolutionCurve> {
         self.record
             .fit
             .identifiability

@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, miette};
+use tongue_fit::acoustics::{Tract, VocalTract};
 use tongue_fit::files::{self, advice};
-use tongue_fit::heard::{Airway, Tract};
 use tongue_fit::measured::Dataset;
 
 /// The text of a file; `what` says in an error what it is read for, such as "the map".
@@ -21,7 +21,7 @@ fn unreadable(what: &str, path: &Path, error: &std::io::Error) -> miette::Report
 }
 
 pub fn tract(path: &Path) -> miette::Result<Tract> {
-    Airway::read(&text("the tract", path)?, &path.display().to_string()).into_diagnostic()
+    VocalTract::read(&text("the tract", path)?, &path.display().to_string()).into_diagnostic()
 }
 
 /// The table of lengths, by default the built-in one, with the half width of their rounding if it was given.

@@ -5,7 +5,7 @@ mod batch;
 mod body;
 mod body_file;
 mod choice;
-mod dimension;
+mod drive;
 mod fit;
 mod fit_table;
 mod inputs;
@@ -15,15 +15,15 @@ mod lengths;
 mod merge;
 mod mesh;
 mod muscles;
+mod option_checks;
 mod others;
 mod outcome;
 mod output;
 mod page;
 mod posterior;
-mod published;
-mod pulls;
 mod recording_checks;
 mod recordings;
+mod reference_solution;
 mod scene;
 mod scene_table;
 mod simulate;
@@ -180,7 +180,7 @@ pub fn run(words: Vec<OsString>) -> u8 {
     output::begin(cli.global.volume());
     interrupt::tidy_up_when_told_to_stop();
     interrupt::report_files_that_become_too_large();
-    let checked = dimension::check(&Cli::command(), &matches);
+    let checked = option_checks::check(&Cli::command(), &matches);
     let result = checked.and_then(|()| set_threads(cli.global.threads)).and_then(|()| match &cli.command {
         None => fit::run(&cli.fit, &cli.global),
         Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),

@@ -10,7 +10,7 @@ use tongue_fit::measured::emg::Activity;
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::recording::{self, AlignedRecording, Map, Mark, Recording};
 use tongue_fit::measured::{Target, Vowel};
-use tongue_fit::posterior::{Beside, Ground};
+use tongue_fit::posterior::{AuxiliaryData, PosteriorModel};
 use tongue_fit::statistics::{distinct, upper_median};
 use tongue_fit::track::TongueSurface;
 
@@ -44,12 +44,17 @@ pub struct Arguments {
 
 impl Arguments {
     /// What was seen of targets that are sampled together, of which number `posture` is the fitted one.
-    pub fn read(&self, ground: &Ground, targets: &[Target], posture: usize) -> miette::Result<Vec<Beside>> {
-        let body = &ground.body;
+    pub fn read(
+        &self,
+        posterior_model: &PosteriorModel,
+        targets: &[Target],
+        posture: usize,
+    ) -> miette::Result<Vec<AuxiliaryData>> {
+        let body = &posterior_model.body;
         let mut out = Vec::new();
         let sampled = Sampled { targets, fitted: posture };
         if let Some(path) = &self.emg {
-            out.push(emg(path, ground, &sampled)?);
+            out.push(emg(path, posterior_model, &sampled)?);
         }
         let contours = sampled.files("--contour", &self.contour, contour)?;
         let coils = sampled.files("--points", &self.points, coils)?;
@@ -121,7 +126,7 @@ impl Sampled<'_> {
         body: &Body<2>,
         contours: &[(Option<usize>, Vec<Point>)],
         coils: Vec<(Option<usize>, Recording)>,
-    ) -> miette::Result<Beside> {
+    ) -> miette::Result<AuxiliaryData> {
         let (of_coils, recordings): (Vec<_>, Vec<_>) = coils.into_iter().unzip();
         let postures = distinct(contours.iter().map(|(p, _)| *p).chain(of_coils.iter().copied()));
         let points = |p: &Option<usize>| {
@@ -146,7 +151,7 @@ impl Sampled<'_> {
                 near_the_body(body, marks).wrap_err_with(|| format!("{option}, /{vowel}/"))?;
             }
         }
-        Beside::points(body, &seen, &postures).ok_or_else(|| {
+        AuxiliaryData::points(body, &seen, &postures).ok_or_else(|| {
             miette!("this body has no outline of a tongue; take the built-in one or an adapted one")
         })
     }
@@ -165,11 +170,15 @@ fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> miette::Result<()> {
     Ok(())
 }
 
-fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Beside> {
+fn emg(
+    path: &Path,
+    posterior_model: &PosteriorModel,
+    sampled: &Sampled<'_>,
+) -> miette::Result<AuxiliaryData> {
     let origin = path.display().to_string();
     let bytes = inputs::bytes("--emg", path)?;
     let table = Activity::read(&bytes, &origin).into_diagnostic()?;
-    let measured = table.relative(&ground.muscles, &Muscles::built_in()).into_diagnostic()?;
+    let measured = table.relative(&posterior_model.muscles, &Muscles::built_in()).into_diagnostic()?;
     for (_, fault) in table.bad_cells().filter(|(vowel, _)| sampled.of_vowel(vowel).is_some()) {
         output::complain(&format!("{fault} (this cell is left out)"));
     }
@@ -180,7 +189,7 @@ fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Be
                 row.by_vowel.iter().filter_map(|(v, activity)| Some((sampled.of_vowel(v)?, *activity)));
             // A tension that the priors fix says nothing of an electrode's gain.
             let fixed = |p: Option<usize>, m: &usize| {
-                let (priors, name) = (&ground.priors, &ground.muscles[*m]);
+                let (priors, name) = (&posterior_model.priors, &posterior_model.muscles[*m]);
                 p.map_or_else(|| priors.fixed_tone(name), |_| priors.fixed_tension(name)).is_some()
             };
             let told: Vec<_> = each.filter(|(p, _)| !row.muscles.iter().all(|m| fixed(*p, m))).collect();
@@ -188,8 +197,9 @@ fn emg(path: &Path, ground: &Ground, sampled: &Sampled<'_>) -> miette::Result<Be
         })
         .collect();
     let alone: Vec<String> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.clone()).collect();
-    let beside =
-        Beside::emg(&electrodes.into_iter().map(|(_, muscles, told)| (muscles, told)).collect::<Vec<_>>());
+    let beside = AuxiliaryData::emg(
+        &electrodes.into_iter().map(|(_, muscles, told)| (muscles, told)).collect::<Vec<_>>(),
+    );
     ensure!(
         !beside.is_empty(),
         "--emg {origin}: no muscle has activity in both /{}/ and /{}/; the gain of an electrode is unknown, so give columns for two \

@@ -6,11 +6,11 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr};
 use tongue_fit::body::Body;
-use tongue_fit::inverse::Matched;
+use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::Target;
 use tongue_fit::posterior::{
-    self, Beside, Contrast, Ground, Measurements, Posterior, Priors, Quantiles, Report, Sampling,
-    StretchSummary, Summary,
+    self, AuxiliaryData, Contrast, Measurements, Posterior, PosteriorModel, Priors, Quantiles, Report,
+    Sampling, StretchSummary, Summary,
 };
 use tongue_fit::report::{self, Draws, Export, Svg, fixed};
 use tongue_fit::system::Model;
@@ -61,7 +61,7 @@ pub struct Sampled<'a> {
 }
 
 impl Arguments {
-    pub fn ground(&self, body: &Body<2>, model: &Model) -> miette::Result<Option<Ground>> {
+    pub fn posterior_model(&self, body: &Body<2>, model: &Model) -> miette::Result<Option<PosteriorModel>> {
         if self.posterior.is_none() {
             return Ok(None);
         }
@@ -74,12 +74,12 @@ impl Arguments {
                 Priors::from_toml(&text, &origin).into_diagnostic()?
             }
         };
-        let ground = Ground::new(body, model, &priors).into_diagnostic();
-        let ground = match &self.priors {
-            Some(path) => ground.wrap_err_with(|| format!("--priors {}", path.display())),
-            None => ground,
+        let posterior_model = PosteriorModel::new(body, model, &priors).into_diagnostic();
+        let posterior_model = match &self.priors {
+            Some(path) => posterior_model.wrap_err_with(|| format!("--priors {}", path.display())),
+            None => posterior_model,
         };
-        ground.map(Some)
+        posterior_model.map(Some)
     }
 
     fn settings(&self) -> Sampling {
@@ -89,22 +89,22 @@ impl Arguments {
     /// Samples the posterior of a speaker's targets, which share a baseline, together, with what else was seen of them.
     pub fn sample<'a>(
         &self,
-        ground: &'a Ground,
+        posterior_model: &'a PosteriorModel,
         targets: &[&Target],
-        beside: Vec<Beside>,
+        beside: Vec<AuxiliaryData>,
     ) -> miette::Result<Sampled<'a>> {
         let clock = Instant::now();
         let settings = self.settings();
         let Sampling { draws, seed } = settings;
         settings.check().into_diagnostic().wrap_err("--posterior")?;
-        let growth = body::growth(ground.body.mesh.nodes.len());
+        let growth = body::growth(posterior_model.body.mesh.nodes.len());
         output::tell_duration(
             &format!("--posterior {draws}"),
             draws as f64 * SECONDS_A_DRAW * growth,
             "fewer draws are faster",
         );
-        let matched = targets.iter().map(|target| Matched::new(&ground.body.mesh, target));
-        let matched: Vec<Matched> = matched.collect::<Result<_, _>>().into_diagnostic()?;
+        let matched = targets.iter().map(|target| TargetOnBody::new(&posterior_model.body.mesh, target));
+        let matched: Vec<TargetOnBody> = matched.collect::<Result<_, _>>().into_diagnostic()?;
         let first =
             targets.first().ok_or_else(|| miette::miette!("--posterior: there is nothing measured"))?;
         let seen = Measurements { beside, ..Measurements::together(&matched.iter().collect::<Vec<_>>()) };
@@ -113,7 +113,7 @@ impl Arguments {
             format!("{draws} draws of the posterior of {} {vowels}, seed {seed}", first.subject)
         });
         let posterior =
-            posterior::sample(ground, seen, &settings).into_diagnostic().wrap_err("--posterior")?;
+            posterior::sample(posterior_model, seen, &settings).into_diagnostic().wrap_err("--posterior")?;
         let reports = Report::of_each(&posterior, true, seed).into_diagnostic()?;
         Ok(Sampled {
             contrasts: Contrast::all(&posterior),

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
-use tongue_fit::adapt::{Adaptation, Basis};
+use tongue_fit::adapt::{Adaptation, AdaptationInput};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
@@ -243,8 +243,8 @@ impl Given {
         Ok(Self { body, anatomy: arguments.anatomy()?, adaptation })
     }
 
-    pub fn basis(&self, arguments: &body::Arguments, settings: TrackSettings) -> Basis<'_> {
-        Basis {
+    pub fn basis(&self, arguments: &body::Arguments, settings: TrackSettings) -> AdaptationInput<'_> {
+        AdaptationInput {
             body: &self.body,
             anatomy: self.anatomy.as_ref(),
             model: arguments.model(),

@@ -9,7 +9,7 @@ use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::Workspace;
 use tongue_fit::system::System;
 
-use super::{Global, Outcome, body, output, pulls, space, table, trajectory};
+use super::{Global, Outcome, body, drive, output, space, table, trajectory};
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -23,7 +23,7 @@ use super::{Global, Outcome, body, output, pulls, space, table, trajectory};
         tongue-fit simulate --body space --activation GGP=0.1 --activation TRANS=0.1")]
 pub struct Arguments {
     #[command(flatten)]
-    pulls: pulls::Arguments,
+    pulls: drive::Arguments,
     /// Solve at the full tensions only. By default the equilibria from rest are followed as the tensions
     /// grow, to check that the answer lies on their branch. For very fine meshes
     #[arg(long, conflicts_with = "trajectory", hide_short_help = true)]

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, bail, miette};
 use nalgebra::SVector;
 use serde::Serialize;
+use tongue_fit::acoustics::{Articulation, Formant, Tract, VocalTract, mean_vowels};
 use tongue_fit::body::{AnyBody, Mesh};
-use tongue_fit::heard::{Airway, Articulation, Formant, Tract, mean_vowels};
 use tongue_fit::measured::{ByMuscle, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
 use tongue_fit::scene::file::{Effects, FitTarget, Hyoid, Jaw, Material, SceneBody, SceneTongue, Want};
@@ -126,7 +126,7 @@ impl Arguments {
 
     fn read_tract(&self, source: Option<&SpaceSource>) -> miette::Result<Tract> {
         let Some(path) = &self.tract else {
-            return source.map_or_else(|| Airway::drawn().into_diagnostic(), sound_space::drawn);
+            return source.map_or_else(|| VocalTract::drawn().into_diagnostic(), sound_space::drawn);
         };
         inputs::tract(path)
     }

@@ -1,7 +1,7 @@
 //! `tongue-fit sound --body space`: the sound of a tongue in space.
 
 use miette::{IntoDiagnostic, miette};
-use tongue_fit::heard::{Airway, Articulation, SpaceAirway, Tract};
+use tongue_fit::acoustics::{Articulation, SpaceVocalTract, Tract, VocalTract};
 use tongue_fit::measured::ByMuscle;
 use tongue_fit::report::SoundRecord;
 use tongue_fit::statics::SolveStatus;
@@ -35,7 +35,7 @@ impl Arguments {
     ) -> miette::Result<Heard> {
         let body = self.model.body(source)?;
         let activations = space::activations(&self.activation, &body)?;
-        let airway = SpaceAirway::round(&body, tract.clone()).into_diagnostic()?;
+        let airway = SpaceVocalTract::round(&body, tract.clone()).into_diagnostic()?;
         let solved = space::solve(&body, &self.model.model()?, &activations, false)?;
         let sound = airway.sound(&solved.positions, posture).into_diagnostic()?;
         let mut sound = SoundRecord::new(airway.tract(), &airway.acoustics, &sound, *posture);
@@ -64,7 +64,7 @@ impl Arguments {
 
 pub fn drawn(source: &SpaceSource) -> miette::Result<Tract> {
     match source {
-        SpaceSource::BuiltIn => Airway::drawn().into_diagnostic(),
+        SpaceSource::BuiltIn => VocalTract::drawn().into_diagnostic(),
         SpaceSource::Folder(folder) | SpaceSource::Mesh(folder) => Err(miette!(
             "the drawn tract fits the built-in tongue only; give a tract in the frame of {} with --tract",
             folder.display()

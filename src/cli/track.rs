@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, bail, ensure, miette};
-use tongue_fit::adapt::{Basis, How};
+use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{FormantsRecord, Json, RecordingResult, TrackRecord, TrackResults, status_name};
@@ -36,8 +36,8 @@ pub struct Arguments {
     recordings: recordings::Arguments,
     /// Method for the rest shape if no body is given. The intervals include what placing (similarity) leaves
     /// unknown of it, and the shape is then fitted for display; joint fits it first
-    #[arg(long, value_name = "HOW", value_parser = choice_among::<How>(&recordings::REST), default_value = "similarity", hide_short_help = true)]
-    rest: How,
+    #[arg(long, value_name = "HOW", value_parser = choice_among::<RestShapeMethod>(&recordings::REST), default_value = "similarity", hide_short_help = true)]
+    rest: RestShapeMethod,
     /// Use the body unchanged: the recordings are in its frame
     #[arg(long, conflicts_with = "rest")]
     as_is: bool,
@@ -100,7 +100,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     let mut notes = recording_checks::notes(&recordings, &given.body, &arguments.free_bone);
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());
-    let basis = Basis { contracting: numbers, palate: wall, ..given.basis(&arguments.body, settings) };
+    let basis =
+        AdaptationInput { contracting: numbers, palate: wall, ..given.basis(&arguments.body, settings) };
     let run = TrackRun {
         basis,
         adaptation: given.adaptation.as_ref(),

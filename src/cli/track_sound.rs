@@ -4,9 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use miette::IntoDiagnostic;
+use tongue_fit::acoustics::{Articulation, Tract, VocalTract};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::heard::{Airway, Articulation, Tract};
 
 use super::inputs;
 
@@ -33,7 +33,7 @@ pub struct Arguments {
 }
 
 /// A tract around the body, with the lips of all frames.
-pub type Sound = (Arc<Airway>, Articulation);
+pub type Sound = (Arc<VocalTract>, Articulation);
 
 impl Arguments {
     /// The given tract, or the drawn one before it is placed, with the lips checked; `None` if no formants are wanted.
@@ -47,7 +47,7 @@ impl Arguments {
             lip_protrusion_mm: self.lip_protrusion,
             ..Articulation::default()
         };
-        let drawn = Airway::drawn().into_diagnostic()?;
+        let drawn = VocalTract::drawn().into_diagnostic()?;
         given.as_ref().unwrap_or(&drawn).check_lips(&lips).into_diagnostic()?;
         Ok(Some(Read { given, lips }))
     }
@@ -65,12 +65,12 @@ impl Read {
         let Self { given, lips } = self;
         let mut tract = match given {
             Some(tract) => tract,
-            None => Airway::drawn_for(body).into_diagnostic()?,
+            None => VocalTract::drawn_for(body).into_diagnostic()?,
         };
         if let Some(palate) = palate {
             let palate: Vec<[f64; 2]> = palate.iter().map(|p| [1e3 * p.x, 1e3 * p.y]).collect();
             tract = tract.under(&palate, REACH_MM);
         }
-        Ok((Arc::new(Airway::round(body, tract).into_diagnostic()?), lips))
+        Ok((Arc::new(VocalTract::round(body, tract).into_diagnostic()?), lips))
     }
 }

@@ -20,7 +20,7 @@ use tongue_fit::report::{
 };
 use tongue_fit::system::System;
 
-use super::{Global, Outcome, body, output, pulls, table, word};
+use super::{Global, Outcome, body, drive, output, table, word};
 
 const PART_OF_LIMIT: f64 = 0.9;
 /// Number of times at which lengths are written, for each frame.
@@ -136,7 +136,7 @@ impl Arguments {
 
 pub fn run(
     arguments: &Arguments,
-    pulls: &pulls::Arguments,
+    pulls: &drive::Arguments,
     body: &body::Arguments,
     global: &Global,
 ) -> miette::Result<Outcome> {

@@ -8,7 +8,7 @@ use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::{Point, Similarity};
 use tongue_fit::measured::recording::Map;
 use tongue_fit::system::Model;
-use tongue_infer::adapt::{Basis, How, Landmarks, Rest, mark_of};
+use tongue_infer::adapt::{AdaptationInput, Landmarks, Rest, RestShapeMethod, mark_of};
 use tongue_infer::posterior::half_normal;
 use tongue_infer::track::TrackSettings;
 
@@ -18,8 +18,8 @@ use crate::synthetic::{Kind, Speaker, drawn_scores};
 const SCALE_N: f64 = 20.0;
 const MEMORY_S: f64 = 0.1;
 
-fn basis<'a>(body: &'a Body<2>, anatomy: &'a Anatomy) -> Basis<'a> {
-    Basis {
+fn basis<'a>(body: &'a Body<2>, anatomy: &'a Anatomy) -> AdaptationInput<'a> {
+    AdaptationInput {
         body,
         anatomy: Some(anatomy),
         model: Model::default(),
@@ -92,7 +92,7 @@ fn a_resting_contour_changes_the_shape_and_one_that_folds_it_is_refused() {
         .collect();
     let with = |contour: Vec<Point>| Landmarks { contour, ..landmarks(&body, |p| p) };
     let adapted = basis(&body, &anatomy).to_landmarks(&with(drawn.clone())).unwrap();
-    assert_eq!(adapted.how, How::Contour);
+    assert_eq!(adapted.how, RestShapeMethod::Contour);
     assert!(adapted.rms_m.unwrap() < 0.3e-3, "{:?}", adapted.rms_m);
     assert!(adapted.least_area_ratio > 0.5 && adapted.notes.is_empty());
     let lengths = |b: &Body<2>| b.mesh.distance(b.mesh.muscles[1].ends());
@@ -190,7 +190,7 @@ fn many_frames_tell_the_rest_shape_of_another_speaker() {
     let seen = speaker.seen(&shapes, &kept, Kind::Contour(11, 0.5e-3), &mut rng);
     let basis = basis(&body, &anatomy);
     let fit = |how| basis.to_recordings(&[&seen], how, &[], &|_, _| {}).unwrap();
-    let (similar, joint) = (fit(How::Similarity), fit(How::Joint));
+    let (similar, joint) = (fit(RestShapeMethod::Similarity), fit(RestShapeMethod::Joint));
     // How far the rest surface is from the speaker's own.
     let away = |b: &Body<2>| {
         let curve = &speaker.surface.curve;

@@ -5,7 +5,7 @@ use tongue_fit::geometry::{Point, Similarity};
 use tongue_fit::inverse::in_space::Recorded;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::track::TongueSurface;
-use tongue_infer::adapt::{Placed, RestError, Sight, by_bones, mark_of};
+use tongue_infer::adapt::{Registration, RegistrationData, RestError, by_bones, mark_of};
 
 fn body() -> Body<2> {
     Body::tongue(5.5e-3).unwrap()
@@ -35,11 +35,11 @@ fn a_body_that_was_turned_scaled_and_shifted_is_found_again() {
     let seen = |bone: &str| Some(truth.place(mark_of(&body, bone).unwrap()));
     for count in [11, 100] {
         let drawn: Vec<Point> = contour(&body, count).iter().map(|p| truth.place(*p)).collect();
-        let found = Sight::drawn(&drawn, seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
+        let found = RegistrationData::drawn(&drawn, seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
         // The priors of turn and scale shrink the result a little.
         assert!(apart(&found.similarity, &truth, &body) < 1.5e-3, "{found:?}");
         assert!(found.rms_m < 0.5e-3);
-        let alone = Sight::drawn(&drawn, None, None).place(&body).unwrap();
+        let alone = RegistrationData::drawn(&drawn, None, None).place(&body).unwrap();
         let far = apart(&alone.similarity, &truth, &body);
         assert!(far < 12e-3, "{far} {alone:?}");
     }
@@ -51,7 +51,7 @@ fn a_hyoid_that_is_elsewhere_does_not_turn_the_tongue() {
     let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
     // A different neck: the hyoid 12 mm lower. Two landmarks alone would turn the body by 17 degrees.
     let low = hyoid - Point::new(0.0, 12e-3);
-    let found = Sight::drawn(&contour(&body, 11), Some(spine), Some(low)).place(&body).unwrap();
+    let found = RegistrationData::drawn(&contour(&body, 11), Some(spine), Some(low)).place(&body).unwrap();
     assert!(found.similarity.angle().abs() < 0.1, "{}", found.similarity.angle());
     assert!((found.similarity.scale() - 1.0).abs() < 0.06);
     let by_two = by_bones(&body, |b| Some(if b == HYOID { low } else { spine })).unwrap();
@@ -63,7 +63,7 @@ fn a_palate_of_another_frame_is_left_out_and_named() {
     let body = body();
     let palate = body.palate.clone().unwrap();
     let seen = |bone: &str| mark_of(&body, bone);
-    let drawn = Sight::drawn(&contour(&body, 11), seen(MANDIBLE), seen(HYOID));
+    let drawn = RegistrationData::drawn(&contour(&body, 11), seen(MANDIBLE), seen(HYOID));
     let right = drawn.clone().under(Some(&palate)).place(&body).unwrap();
     assert!(!right.without_palate && right.doubt().is_none(), "{right:?}");
     let elsewhere: Vec<Point> = palate.iter().map(|p| p + Point::new(40e-3, -40e-3)).collect();
@@ -77,9 +77,10 @@ fn a_palate_of_another_frame_is_left_out_and_named() {
 fn a_recording_in_the_frame_of_the_body_leaves_it_there() {
     let body = body();
     let seen = |bone: &str| mark_of(&body, bone);
-    let found = Sight::drawn(&contour(&body, 300), seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
+    let found =
+        RegistrationData::drawn(&contour(&body, 300), seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
     assert!(apart(&found.similarity, &Similarity::IDENTITY, &body) < 0.1e-3);
-    let told = Sight::default().place(&body).unwrap_err().to_string();
+    let told = RegistrationData::default().place(&body).unwrap_err().to_string();
     assert!(told.contains("mental spine and the hyoid"), "{told}");
 }
 
@@ -90,8 +91,10 @@ fn a_bone_more_than_10_mm_from_its_place_refuses_a_recording_in_the_plane_and_in
     let drawn = contour(&body, 11);
     for (off_m, is_refused) in [([0.0, 0.0], false), ([0.0, -8e-3], false), ([8e-3, -28e-3], true)] {
         let seen = hyoid + Point::from(off_m);
-        let placed = Sight { frames: 10, ..Sight::drawn(&drawn, Some(spine), Some(seen)) }.place(&body);
-        let in_plane = placed.and_then(Placed::in_one_frame).map(drop);
+        let placed =
+            RegistrationData { frames: 10, ..RegistrationData::drawn(&drawn, Some(spine), Some(seen)) }
+                .place(&body);
+        let in_plane = placed.and_then(Registration::in_one_frame).map(drop);
         let mut recording = AlignedRecording::of_contours(&[&drawn]);
         recording.bones = vec![MANDIBLE.to_owned(), HYOID.to_owned()];
         recording.frames[0].bones = vec![Some(spine), Some(seen)];
@@ -119,8 +122,11 @@ fn a_bone_10_to_20_mm_from_its_place_is_told_of_single_frames_and_refused_of_who
     let mut told = [0; 3];
     for down_mm in (0..80).step_by(8) {
         let seen = hyoid - Point::new(0.0, f64::from(down_mm) * 1e-3);
-        let of =
-            |frames| Sight { frames, ..Sight::drawn(&drawn, Some(spine), Some(seen)) }.place(&body).unwrap();
+        let of = |frames| {
+            RegistrationData { frames, ..RegistrationData::drawn(&drawn, Some(spine), Some(seen)) }
+                .place(&body)
+                .unwrap()
+        };
         let one = of(1);
         let off_mm = one.bones_m.iter().map(|b| b.1 * 1e3).fold(0.0, f64::max);
         assert_eq!(of(10).in_one_frame().is_ok(), off_mm <= 10.0, "{off_mm}");

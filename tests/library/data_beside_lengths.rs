@@ -6,53 +6,65 @@ use tongue_core::statics::lanes::{Equilibrium, Load};
 use tongue_core::statistics::mean_and_variance;
 use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::geometry::Point;
-use tongue_fit::inverse::Matched;
+use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::recording::{self, Format, Map, Recording};
 use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
-    Beside, Density, Draw, Evaluator, Ground, Measurements, Mode, Priors, Sampling, Status, sample,
+    AuxiliaryData, Density, Draw, Evaluator, MapEstimate, Measurements, PosteriorModel, Priors, Sampling,
+    Status, sample,
 };
 
-use crate::posterior::{coarse_ground, derivatives, solved};
+use crate::posterior::{coarse_posterior_model, derivatives, solved};
 
-fn grounds() -> Vec<Ground> {
+fn posterior_models() -> Vec<PosteriorModel> {
     let bodies = [Body::tongue(5.5e-3), Body::continuum(8e-3, &ContinuumSettings::default())];
-    bodies.map(|body| Ground::new(&body.unwrap(), &Model::default(), &Priors::default()).unwrap()).into()
+    bodies
+        .map(|body| PosteriorModel::new(&body.unwrap(), &Model::default(), &Priors::default()).unwrap())
+        .into()
 }
 
 fn stretches() -> Measurements {
     let target: Target = Dataset::reference().unwrap().stretches("S2", "a").unwrap();
-    Measurements::of(&Matched::new(&Body::tongue(5.5e-3).unwrap().mesh, &target).unwrap())
+    Measurements::of(&TargetOnBody::new(&Body::tongue(5.5e-3).unwrap().mesh, &target).unwrap())
 }
 
 /// Activity of GGa, and of the hyoglossus, HGa and HGp together, in the posture and in the baseline.
-fn emg(active: [f64; 2]) -> Beside {
+fn emg(active: [f64; 2]) -> AuxiliaryData {
     let electrodes = [
         (vec![0], vec![(Some(0), 0.9), (None, 0.3)]),
         (vec![6, 7], vec![(Some(0), active[0]), (None, active[1])]),
         (vec![4], vec![(Some(0), 1.0)]),
     ];
-    Beside::emg(&electrodes)
+    AuxiliaryData::emg(&electrodes)
 }
 
 /// Points of the surface where the nodes are at `positions`, m.
-fn points_of(ground: &Ground, positions: &[Point]) -> Vec<Point> {
-    let curve = TongueSurface::of(&ground.body).unwrap().curve;
+fn points_of(posterior_model: &PosteriorModel, positions: &[Point]) -> Vec<Point> {
+    let curve = TongueSurface::of(&posterior_model.body).unwrap().curve;
     let place = |i: usize| curve.weights(curve.length() * (0.2 + 0.06 * f64::from(i as u32)));
     (0..11).map(|i| place(i).iter().map(|(node, w)| positions[*node] * *w).sum()).collect()
 }
 
 /// Contours of the posture and, if there is one, of the baseline.
-fn contours(ground: &Ground, posture: &[Point], baseline: Option<&[Point]>) -> Beside {
+fn contours(
+    posterior_model: &PosteriorModel,
+    posture: &[Point],
+    baseline: Option<&[Point]>,
+) -> AuxiliaryData {
     let all: Vec<&[Point]> = [posture].into_iter().chain(baseline).collect();
-    Beside::points(&ground.body, &recording::AlignedRecording::of_contours(&all), &[Some(0), None]).unwrap()
+    AuxiliaryData::points(
+        &posterior_model.body,
+        &recording::AlignedRecording::of_contours(&all),
+        &[Some(0), None],
+    )
+    .unwrap()
 }
 
 /// Coils at three places of the tongue where the nodes are at these positions, m: in the posture and in the baseline.
-fn coils(ground: &Ground, positions: [&[Point]; 2]) -> Beside {
-    let surface = TongueSurface::of(&ground.body).unwrap();
+fn coils(posterior_model: &PosteriorModel, positions: [&[Point]; 2]) -> AuxiliaryData {
+    let surface = TongueSurface::of(&posterior_model.body).unwrap();
     let file = |positions: &[Point]| {
         let place = |behind: f64| -> Point {
             let weights = surface.curve.weights(surface.tip - behind);
@@ -66,23 +78,27 @@ fn coils(ground: &Ground, positions: [&[Point]; 2]) -> Beside {
     };
     let both = Recording::of_coils(&positions.map(file)).unwrap();
     let seen = recording::AlignedRecording::new(&both, &Map::default()).unwrap();
-    Beside::points(&ground.body, &seen, &[Some(0), None]).unwrap()
+    AuxiliaryData::points(&posterior_model.body, &seen, &[Some(0), None]).unwrap()
 }
 
-fn with_all(ground: &Ground) -> Measurements {
-    let rest = ground.system.rest();
-    let points: Vec<Point> = points_of(ground, rest).iter().map(|p| p + Point::new(1e-3, 2e-3)).collect();
-    let baseline = points_of(ground, rest);
-    let beside =
-        vec![emg([0.8, 0.1]), contours(ground, &points, Some(&baseline)), coils(ground, [rest, rest])];
+fn with_all(posterior_model: &PosteriorModel) -> Measurements {
+    let rest = posterior_model.system.rest();
+    let points: Vec<Point> =
+        points_of(posterior_model, rest).iter().map(|p| p + Point::new(1e-3, 2e-3)).collect();
+    let baseline = points_of(posterior_model, rest);
+    let beside = vec![
+        emg([0.8, 0.1]),
+        contours(posterior_model, &points, Some(&baseline)),
+        coils(posterior_model, [rest, rest]),
+    ];
     Measurements { beside, ..stretches() }
 }
 
 #[test]
 fn the_gradient_is_the_derivative_of_the_density() {
-    for ground in &grounds() {
-        let mut density = Density::new(ground, with_all(ground)).unwrap();
-        let mode = Mode::find(&mut density).unwrap();
+    for posterior_model in &posterior_models() {
+        let mut density = Density::new(posterior_model, with_all(posterior_model)).unwrap();
+        let mode = MapEstimate::find(&mut density).unwrap();
         let n = density.parameters.len();
         let mut evaluator = Evaluator::new(&density);
         let at = &mode.scores + normals(n, &mut fastrand::Rng::with_seed(1)) * 0.2;
@@ -123,12 +139,12 @@ fn the_gradient_is_the_derivative_of_the_density() {
 
 #[test]
 fn what_geometry_does_to_other_data_is_what_bodies_that_are_moved_show() {
-    for ground in &grounds() {
-        let mut density = Density::new(ground, with_all(ground)).unwrap();
-        let mode = Mode::find(&mut density).unwrap();
+    for posterior_model in &posterior_models() {
+        let mut density = Density::new(posterior_model, with_all(posterior_model)).unwrap();
+        let mode = MapEstimate::find(&mut density).unwrap();
         let (meaning, _) = density.meaning(&mode.scores);
         let (linear, _) = Evaluator::new(&density).linearise(&mode.scores, &mode.place).unwrap();
-        let of_muscles = ground.muscles.len();
+        let of_muscles = posterior_model.muscles.len();
         let all: Vec<usize> = (0..of_muscles).collect();
         // Of the posture and of the baseline.
         let values = |shapes: &[Equilibrium<2>]| -> DVector<f64> {
@@ -140,14 +156,15 @@ fn what_geometry_does_to_other_data_is_what_bodies_that_are_moved_show() {
         for (which, derivative) in [(0, &linear.geometry.ends), (1, &linear.geometry.outline)] {
             for f in (0..derivative.ncols()).step_by(7) {
                 let side = |by: f64| {
-                    let mut fields = [vec![0.0; ground.ends.len()], vec![0.0; ground.outline.len()]];
+                    let mut fields =
+                        [vec![0.0; posterior_model.ends.len()], vec![0.0; posterior_model.outline.len()]];
                     fields[which][f] = by;
-                    let body = ground.displaced(&fields[0], &fields[1]).unwrap();
-                    let system = System::new(&body.mesh, &ground.model, &all).unwrap();
+                    let body = posterior_model.displaced(&fields[0], &fields[1]).unwrap();
+                    let system = System::new(&body.mesh, &posterior_model.model, &all).unwrap();
                     let loads: Vec<_> = (0..2)
                         .map(|s| Load {
                             system: Some(&system),
-                            ..ground.load(&meaning, s, Some(mode.place.shape(s).0))
+                            ..posterior_model.load(&meaning, s, Some(mode.place.shape(s).0))
                         })
                         .collect();
                     values(&density.lanes().solve(&loads, density.settings()))
@@ -166,26 +183,27 @@ fn what_geometry_does_to_other_data_is_what_bodies_that_are_moved_show() {
 
 #[test]
 fn each_kind_adds_to_what_is_known() {
-    let ground = &grounds()[0];
+    let posterior_model = &posterior_models()[0];
     let settings = Sampling { draws: 1000, seed: 1 };
-    let alone = sample(ground, stretches(), &settings).unwrap();
+    let alone = sample(posterior_model, stretches(), &settings).unwrap();
     assert_eq!(alone.status, Status::Mixed, "{}", alone.why);
     // A contour of the baseline too tells more: the errors of the placement and of the body are those of both.
     let mean_sd = |draws: &[Draw]| {
         let sd = |m: usize| mean_and_variance(draws.iter().map(|d| d.change(0, m))).1.sqrt();
         (0..8).map(sd).sum::<f64>() / 8.0
     };
-    let part = |beside: Beside| {
-        let with = sample(ground, Measurements { beside: vec![beside], ..stretches() }, &settings).unwrap();
+    let part = |beside: AuxiliaryData| {
+        let with =
+            sample(posterior_model, Measurements { beside: vec![beside], ..stretches() }, &settings).unwrap();
         assert_eq!(with.status, Status::Mixed, "{}", with.why);
         mean_sd(&with.draws) / mean_sd(&alone.draws)
     };
     let shape = &alone.mode.place.postures[0];
-    let baseline = points_of(ground, &alone.mode.place.baseline);
-    let posture = points_of(ground, shape);
-    let one = part(contours(ground, &posture, None));
-    let both = part(contours(ground, &posture, Some(&baseline)));
-    let glued = part(coils(ground, [shape, &alone.mode.place.baseline]));
+    let baseline = points_of(posterior_model, &alone.mode.place.baseline);
+    let posture = points_of(posterior_model, shape);
+    let one = part(contours(posterior_model, &posture, None));
+    let both = part(contours(posterior_model, &posture, Some(&baseline)));
+    let glued = part(coils(posterior_model, [shape, &alone.mode.place.baseline]));
     eprintln!(
         "sd of F - F0 over that of lengths alone: contour {one:.3}, contours {both:.3}, coils of both {glued:.3}"
     );
@@ -195,10 +213,10 @@ fn each_kind_adds_to_what_is_known() {
 
 #[test]
 fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
-    let ground = &coarse_ground(&Priors::default());
+    let posterior_model = &coarse_posterior_model(&Priors::default());
     let settings = Sampling { draws: 1000, seed: 1 };
-    let sds = |beside: Vec<Beside>| -> Vec<f64> {
-        let found = sample(ground, Measurements { beside, ..stretches() }, &settings).unwrap();
+    let sds = |beside: Vec<AuxiliaryData>| -> Vec<f64> {
+        let found = sample(posterior_model, Measurements { beside, ..stretches() }, &settings).unwrap();
         assert_eq!(found.status, Status::Mixed, "{}", found.why);
         (0..8).map(|m| mean_and_variance(found.draws.iter().map(|d| d.change(0, m))).1.sqrt()).collect()
     };
@@ -211,8 +229,9 @@ fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
     let mode_with = |times: f64| {
         let mut beside = emg([0.8, 0.1]);
         beside.measured.iter_mut().take(2).for_each(|ln| *ln += times.ln());
-        let mut density = Density::new(ground, Measurements { beside: vec![beside], ..stretches() }).unwrap();
-        Mode::find(&mut density).unwrap().scores
+        let mut density =
+            Density::new(posterior_model, Measurements { beside: vec![beside], ..stretches() }).unwrap();
+        MapEstimate::find(&mut density).unwrap().scores
     };
     assert!((mode_with(1.0) - mode_with(5.0)).amax() < 0.01);
 }

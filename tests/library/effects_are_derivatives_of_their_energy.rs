@@ -11,7 +11,7 @@ use std::path::Path;
 
 use crate::fixtures;
 use nalgebra::{DMatrix, SVector, Vector2};
-use tongue_core::effect::Mirror;
+use tongue_core::effect::SymmetryPlane;
 use tongue_core::effect::lumped_masses;
 use tongue_core::sparse::BlockMatrix;
 use tongue_fit::body::{Mesh, SpaceBody};
@@ -50,7 +50,7 @@ fn additions<const D: usize>(mesh: &Mesh<D>, side: f64) -> Additions<D> {
     Additions {
         effects: vec![
             Box::new(Gravity::new(&masses, SVector::repeat(9.81), &mesh.nodes)),
-            Box::new(Mirror::new(D - 1, 1e3, &free[..3], &mesh.nodes)),
+            Box::new(SymmetryPlane::new(D - 1, 1e3, &free[..3], &mesh.nodes)),
             Box::new(Contact::new(wall, &mesh.surface_nodes(), 2.67e3, 0.5 * side)),
         ],
         ..Additions::default()

@@ -2,8 +2,8 @@
 
 use crate::fixtures::{pulling, target, target_of, tongue, vowel};
 use tongue_fit::body::Mesh;
-use tongue_fit::inverse::valley::End;
-use tongue_fit::inverse::{self, Fit, FitSettings, FitStatus, Matched, Method};
+use tongue_fit::inverse::solution_curve::Termination;
+use tongue_fit::inverse::{self, Fit, FitSettings, FitStatus, Method, TargetOnBody};
 use tongue_fit::measured::thesis::Thesis;
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
 use tongue_fit::statics::{self, Workspace};
@@ -98,10 +98,10 @@ fn every_point_of_every_valley_meets_the_target() {
             for (end, point) in valley.ends.iter().zip([valley.points.first(), valley.points.last()]) {
                 let x = &point.unwrap().x;
                 match end {
-                    End::Zero { unknown } => assert!(x[*unknown] < 1e-6),
-                    End::UpperBound { unknown } => assert!(x[*unknown] > settings.upper_bound - 1e-6),
-                    End::StepLimit => panic!("{subject} /{label}/: not followed to an end"),
-                    End::Fold | End::Jump | End::TargetLost => {}
+                    Termination::Zero { unknown } => assert!(x[*unknown] < 1e-6),
+                    Termination::UpperBound { unknown } => assert!(x[*unknown] > settings.upper_bound - 1e-6),
+                    Termination::StepLimit => panic!("{subject} /{label}/: not followed to an end"),
+                    Termination::Fold | Termination::Jump | Termination::TargetLost => {}
                 }
             }
         }
@@ -126,7 +126,7 @@ fn a_curve_is_followed_to_where_the_shape_jumps() {
         let valley = fit.valley().unwrap();
         let furthest = valley.points.iter().map(|p| p.x[0]).fold(0.0, f64::max);
         assert!(furthest > 24.0, "{subject} /{label}/: GGa to {furthest}");
-        assert!(valley.ends.contains(&End::Jump), "{:?}", valley.ends);
+        assert!(valley.ends.contains(&Termination::Jump), "{:?}", valley.ends);
         // Other points beyond the jump may fit as well; the reported end does not deny it.
         if let Some(beyond) = beyond {
             let (rest, lengths) = simulated(&mesh, &beyond);
@@ -178,7 +178,7 @@ fn the_answer_is_the_shape_to_which_its_tensions_lead_from_rest() {
     let mesh = tongue();
     let fit = fitted(&mesh, &target("S1", "i", TargetKind::Ratio));
     let system =
-        System::new(&mesh, &Model::default(), &Matched::new(&mesh, &fit.target).unwrap().contracting());
+        System::new(&mesh, &Model::default(), &TargetOnBody::new(&mesh, &fit.target).unwrap().contracting());
     let system = system.unwrap();
     let mut w = Workspace::new(&system);
     let traced = statics::trace(&system, &mut w, &fit.body_tensions, &statics::SolveSettings::default());

@@ -4,36 +4,36 @@ use nalgebra::{DMatrix, DVector};
 use tongue_core::random::normals;
 use tongue_fit::MM;
 use tongue_fit::body::{Body, ContinuumSettings};
-use tongue_fit::inverse::Matched;
+use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::parallel;
 use tongue_fit::statics::{self, SolveStatus, Workspace};
 use tongue_fit::system::Model;
 use tongue_infer::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_infer::posterior::{
-    Contrast, Density, Draw, Evaluator, Ground, Linear, Measurements, Mode, Place, Priors, Report, Sampling,
-    ShortRun, Verdict, sample,
+    Contrast, Density, Draw, Evaluator, LinearisationPoint, MapEstimate, Measurements, PosteriorModel,
+    Priors, Report, Sampling, ShortRun, Verdict, WarmStart, sample,
 };
 
-pub fn ground(priors: &Priors) -> Ground {
-    Ground::new(&Body::tongue(5.5 * MM).unwrap(), &Model::default(), priors).unwrap()
+pub fn posterior_model(priors: &Priors) -> PosteriorModel {
+    PosteriorModel::new(&Body::tongue(5.5 * MM).unwrap(), &Model::default(), priors).unwrap()
 }
 
 /// The same with a coarse mesh, for what holds on any mesh: a posterior takes a third of the time.
-pub fn coarse_ground(priors: &Priors) -> Ground {
-    Ground::new(&Body::tongue(8.0 * MM).unwrap(), &Model::default(), priors).unwrap()
+pub fn coarse_posterior_model(priors: &Priors) -> PosteriorModel {
+    PosteriorModel::new(&Body::tongue(8.0 * MM).unwrap(), &Model::default(), priors).unwrap()
 }
 
 /// The continuum, whose equilibria are solved one by one.
-pub fn ground_without_lanes() -> Ground {
+pub fn posterior_model_without_lanes() -> PosteriorModel {
     let continuum = Body::continuum(8.0 * MM, &ContinuumSettings::default()).unwrap();
-    Ground::new(&continuum, &Model::default(), &Priors::default()).unwrap()
+    PosteriorModel::new(&continuum, &Model::default(), &Priors::default()).unwrap()
 }
 
 /// The names and stretches of a row, which are the same on any mesh.
-fn matched(subject: &str, vowel: &str) -> Matched {
+fn matched(subject: &str, vowel: &str) -> TargetOnBody {
     let target: Target = Dataset::reference().unwrap().stretches(subject, vowel).unwrap();
-    Matched::new(&Body::tongue(5.5 * MM).unwrap().mesh, &target).unwrap()
+    TargetOnBody::new(&Body::tongue(5.5 * MM).unwrap().mesh, &target).unwrap()
 }
 
 pub fn seen(subject: &str, vowel: &str) -> Measurements {
@@ -41,21 +41,21 @@ pub fn seen(subject: &str, vowel: &str) -> Measurements {
 }
 
 fn together(subject: &str, vowels: &[&str]) -> Measurements {
-    let all: Vec<Matched> = vowels.iter().map(|vowel| matched(subject, vowel)).collect();
+    let all: Vec<TargetOnBody> = vowels.iter().map(|vowel| matched(subject, vowel)).collect();
     Measurements::together(&all.iter().collect::<Vec<_>>())
 }
 
 #[test]
 fn the_gradient_is_the_derivative_of_the_density() {
-    the_gradient_is_right(&ground(&Priors::default()), seen("S2", "a"), 19, 1e-3);
-    the_gradient_is_right(&ground(&Priors::default()), together("S2", &["i", "a"]), 29, 1e-3);
+    the_gradient_is_right(&posterior_model(&Priors::default()), seen("S2", "a"), 19, 1e-3);
+    the_gradient_is_right(&posterior_model(&Priors::default()), together("S2", &["i", "a"]), 29, 1e-3);
     // Solved one by one, they end nearer to the tolerance.
-    the_gradient_is_right(&ground_without_lanes(), seen("S2", "a"), 19, 1e-2);
+    the_gradient_is_right(&posterior_model_without_lanes(), seen("S2", "a"), 19, 1e-2);
 }
 
-fn the_gradient_is_right(ground: &Ground, seen: Measurements, parameters: usize, h: f64) {
-    let mut density = Density::new(ground, seen).unwrap();
-    let mode = Mode::find(&mut density).unwrap();
+fn the_gradient_is_right(posterior_model: &PosteriorModel, seen: Measurements, parameters: usize, h: f64) {
+    let mut density = Density::new(posterior_model, seen).unwrap();
+    let mode = MapEstimate::find(&mut density).unwrap();
     let mut random = fastrand::Rng::with_seed(1);
     let n = density.parameters.len();
     assert_eq!(n, parameters);
@@ -71,7 +71,7 @@ fn the_gradient_is_right(ground: &Ground, seen: Measurements, parameters: usize,
 }
 
 /// A solved point of a density.
-pub fn solved(evaluator: &mut Evaluator<'_>, at: &DVector<f64>, begin: &Place) -> Point<Place> {
+pub fn solved(evaluator: &mut Evaluator<'_>, at: &DVector<f64>, begin: &WarmStart) -> Point<WarmStart> {
     evaluator.evaluate(&[(at, begin)]).pop().flatten().unwrap()
 }
 
@@ -79,7 +79,7 @@ pub fn solved(evaluator: &mut Evaluator<'_>, at: &DVector<f64>, begin: &Place) -
 pub fn derivatives(
     evaluator: &mut Evaluator<'_>,
     at: &DVector<f64>,
-    begin: &Place,
+    begin: &WarmStart,
     h: f64,
 ) -> Vec<(f64, f64)> {
     let here = solved(evaluator, at, begin);
@@ -94,16 +94,16 @@ pub fn derivatives(
 }
 
 /// How the stretches answer at a mode, to the geometry too.
-pub fn at_mode(density: &Density<'_>, mode: &Mode) -> Linear {
+pub fn at_mode(density: &Density<'_>, mode: &MapEstimate) -> LinearisationPoint {
     Evaluator::new(density).linearise(&mode.scores, &mode.place).unwrap().0
 }
 
 #[test]
 fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tensions_lead_from_rest() {
     let continuum = Body::continuum(12.0 * MM, &ContinuumSettings::default()).unwrap();
-    let ground = Ground::new(&continuum, &Model::default(), &Priors::default()).unwrap();
-    let mut density = Density::new(&ground, seen("S2", "a")).unwrap();
-    let mode = Mode::find(&mut density).unwrap();
+    let posterior_model = PosteriorModel::new(&continuum, &Model::default(), &Priors::default()).unwrap();
+    let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
+    let mode = MapEstimate::find(&mut density).unwrap();
     let settings = hmc::Settings { chains: 8, warm_up: 6, draws: 4, thin: 1, seed: 3 };
     let chains = |threads| {
         let whitened = mode.whitened().unwrap();
@@ -112,23 +112,27 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     };
     let (one, two) = (chains(1), chains(2));
     assert_eq!(one, two);
-    let mut w = Workspace::new(&ground.system);
+    let mut w = Workspace::new(&posterior_model.system);
     for draw in one.iter().filter_map(|chain| chain.draws.last()) {
         let own = &draw.meaning.postures[0];
-        let load = ground.load(&draw.meaning, 0, None);
-        load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&ground.system, nodes, *shift));
-        w.start_from_rest(&ground.system);
-        let solution =
-            statics::solve(&ground.system, &mut w, &own.tensions, &statics::SolveSettings::default());
+        let load = posterior_model.load(&draw.meaning, 0, None);
+        load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&posterior_model.system, nodes, *shift));
+        w.start_from_rest(&posterior_model.system);
+        let solution = statics::solve(
+            &posterior_model.system,
+            &mut w,
+            &own.tensions,
+            &statics::SolveSettings::default(),
+        );
         assert_eq!(solution.status, SolveStatus::Converged);
-        let lengths = ground.system.lengths(w.positions());
+        let lengths = posterior_model.system.lengths(w.positions());
         assert!(lengths.iter().zip(&draw.lengths).all(|(a, b)| (a - b).abs() < 1e-7));
     }
 }
 
 #[test]
 fn vowels_together_share_the_baseline_and_tell_contrasts() {
-    let ground = coarse_ground(&Priors::default());
+    let posterior_model = coarse_posterior_model(&Priors::default());
     let seen = together("S2", &["i", "a"]);
     let n = seen.len();
     assert_eq!((n, seen.labels.len()), (16, 2));
@@ -137,7 +141,7 @@ fn vowels_together_share_the_baseline_and_tell_contrasts() {
         let shares = seen.muscles[i] == seen.muscles[j];
         assert_eq!(seen.rounding[(i, j)] > 0.0, shares, "{i} {j}");
     }
-    let posterior = sample(&ground, seen, &Sampling { draws: 2000, seed: 1 }).unwrap();
+    let posterior = sample(&posterior_model, seen, &Sampling { draws: 2000, seed: 1 }).unwrap();
     assert!(posterior.why.is_empty(), "{}", posterior.why);
     let reports = Report::of_each(&posterior, false, 1).unwrap();
     let contrasts = Contrast::all(&posterior);
@@ -149,11 +153,12 @@ fn vowels_together_share_the_baseline_and_tell_contrasts() {
 
 #[test]
 fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do() {
-    let ground = ground(&Priors::default());
+    let posterior_model = posterior_model(&Priors::default());
     let mut same = 0;
     for (subject, vowel) in [("S1", "i"), ("S2", "a"), ("S3", "o")] {
-        let quick = Verdict::quick(&ground, seen(subject, vowel)).unwrap();
-        let posterior = sample(&ground, seen(subject, vowel), &Sampling { draws: 1000, seed: 1 }).unwrap();
+        let quick = Verdict::quick(&posterior_model, seen(subject, vowel)).unwrap();
+        let posterior =
+            sample(&posterior_model, seen(subject, vowel), &Sampling { draws: 1000, seed: 1 }).unwrap();
         let whole = Verdict::of(&Report::of_each(&posterior, false, 1).unwrap()[0]).unwrap();
         for (quick, whole) in quick.muscles.iter().zip(&whole.muscles) {
             // Four standard deviations of a probability of about a hundred effective draws.
@@ -183,7 +188,7 @@ fn groups_of_chains_that_run_apart_have_the_verdict_of_one_run() {
 struct Known<'a>(&'a DMatrix<f64>, &'a (dyn Fn(f64) -> f64 + Sync));
 
 impl Sampled for Known<'_> {
-    type Place = ();
+    type WarmStart = ();
     type Kept = Vec<f64>;
 
     fn evaluate(&mut self, points: &[(&DVector<f64>, &())]) -> Vec<Option<Point<()>>> {
@@ -241,10 +246,10 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
 #[test]
 fn where_nothing_is_known_a_rise_is_as_probable_as_a_fall() {
     // Stretches of 1 whose errors are far larger than what tensions do.
-    let ground = coarse_ground(&Priors::from_toml("discrepancy.sd = 0.5", "test").unwrap());
+    let posterior_model = coarse_posterior_model(&Priors::from_toml("discrepancy.sd = 0.5", "test").unwrap());
     let mut seen = seen("S2", "a");
     seen.stretches.fill(1.0);
-    let posterior = sample(&ground, seen, &Sampling { draws: 2000, seed: 1 }).unwrap();
+    let posterior = sample(&posterior_model, seen, &Sampling { draws: 2000, seed: 1 }).unwrap();
     let summary = Report::of_each(&posterior, false, 1).unwrap().remove(0).summary.unwrap();
     for (muscle, change) in &summary.changes_n.0 {
         let p = change.probability_rises;
@@ -254,11 +259,13 @@ fn where_nothing_is_known_a_rise_is_as_probable_as_a_fall() {
 
 #[test]
 fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
-    let ground = coarse_ground(&Priors::default());
+    let posterior_model = coarse_posterior_model(&Priors::default());
     let run = |threads: usize| {
         let settings = Sampling { draws: 104, seed: 3 };
-        parallel::with_threads(threads, || sample(&ground, seen("S1", "i"), &settings).unwrap().draws)
-            .unwrap()
+        parallel::with_threads(threads, || {
+            sample(&posterior_model, seen("S1", "i"), &settings).unwrap().draws
+        })
+        .unwrap()
     };
     let one = run(1);
     assert!(one == run(2) && one == run(3));
@@ -268,18 +275,18 @@ fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
 #[test]
 fn every_draw_is_where_its_tensions_lead_from_rest() {
     // In /i/ of S1 there is another branch not far away.
-    let ground = ground(&Priors::default());
-    let posterior = sample(&ground, seen("S1", "i"), &Sampling { draws: 400, seed: 1 }).unwrap();
+    let posterior_model = posterior_model(&Priors::default());
+    let posterior = sample(&posterior_model, seen("S1", "i"), &Sampling { draws: 400, seed: 1 }).unwrap();
     let settings = statics::SolveSettings::default();
     let mut snapped = 0;
     for draw in posterior.draws.iter().step_by(4) {
-        let mut w = Workspace::new(&ground.system);
+        let mut w = Workspace::new(&posterior_model.system);
         let own = &draw.meaning.postures[0];
-        let load = ground.load(&draw.meaning, 0, None);
-        load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&ground.system, nodes, *shift));
-        w.start_from_rest(&ground.system);
-        let found = statics::trace(&ground.system, &mut w, &own.tensions, &settings);
-        let lengths = ground.system.lengths(w.positions());
+        let load = posterior_model.load(&draw.meaning, 0, None);
+        load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&posterior_model.system, nodes, *shift));
+        w.start_from_rest(&posterior_model.system);
+        let found = statics::trace(&posterior_model.system, &mut w, &own.tensions, &settings);
+        let lengths = posterior_model.system.lengths(w.positions());
         let away = lengths.iter().zip(&draw.lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         // Behind a snap-through the shape depends on the steps in which the load grows.
         snapped += usize::from(found.critical.is_some() && away >= 1e-7);

@@ -8,28 +8,31 @@ use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::parallel;
 use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Model, System};
-use tongue_infer::posterior::{Density, Ground, Mode, Priors};
+use tongue_infer::posterior::{Density, MapEstimate, PosteriorModel, Priors};
 
-use crate::posterior::{at_mode, ground, ground_without_lanes, seen};
+use crate::posterior::{at_mode, posterior_model, posterior_model_without_lanes, seen};
 
 #[test]
 fn stretches_answer_to_the_shape_at_rest_as_bodies_that_are_moved_do() {
-    answers_to_the_shape_are_right(&ground(&Priors::default()));
-    answers_to_the_shape_are_right(&ground_without_lanes());
+    answers_to_the_shape_are_right(&posterior_model(&Priors::default()));
+    answers_to_the_shape_are_right(&posterior_model_without_lanes());
 }
 
-fn answers_to_the_shape_are_right(ground: &Ground) {
-    let mut density = Density::new(ground, seen("S2", "a")).unwrap();
-    let mode = Mode::find(&mut density).unwrap();
+fn answers_to_the_shape_are_right(posterior_model: &PosteriorModel) {
+    let mut density = Density::new(posterior_model, seen("S2", "a")).unwrap();
+    let mode = MapEstimate::find(&mut density).unwrap();
     let (meaning, _) = density.meaning(&mode.scores);
-    let all: Vec<usize> = (0..ground.muscles.len()).collect();
+    let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
     let stretches = |system: &System<2>| -> DVector<f64> {
         let lanes = density.lanes();
         let loads = [
-            Load { system: Some(system), ..density.ground.load(&meaning, 0, Some(&mode.place.postures[0])) },
             Load {
                 system: Some(system),
-                ..density.ground.load(&meaning, density.postures(), Some(&mode.place.baseline))
+                ..density.posterior_model.load(&meaning, 0, Some(&mode.place.postures[0]))
+            },
+            Load {
+                system: Some(system),
+                ..density.posterior_model.load(&meaning, density.postures(), Some(&mode.place.baseline))
             },
         ];
         let [vowel, base] =
@@ -43,10 +46,10 @@ fn answers_to_the_shape_are_right(ground: &Ground) {
     for (which, derivative) in [(0, &answers.ends), (1, &answers.outline)] {
         for f in (0..derivative.ncols()).step_by(3) {
             let side = |by: f64| {
-                let (mut ends, mut outline) = (zeros(&ground.ends), zeros(&ground.outline));
+                let (mut ends, mut outline) = (zeros(&posterior_model.ends), zeros(&posterior_model.outline));
                 [&mut ends, &mut outline][which][f] = by;
-                let body = ground.displaced(&ends, &outline).unwrap();
-                stretches(&System::new(&body.mesh, &ground.model, &all).unwrap())
+                let body = posterior_model.displaced(&ends, &outline).unwrap();
+                stretches(&System::new(&body.mesh, &posterior_model.model, &all).unwrap())
             };
             let difference = (side(h) - side(-h)) / (2.0 * h);
             let error = (derivative.column(f) - &difference).amax();
@@ -57,19 +60,24 @@ fn answers_to_the_shape_are_right(ground: &Ground) {
     assert!(largest > 5e-3, "they do matter: {largest}");
     // Kappa by Poisson's ratio, with a modulus that leaves the springs as they are.
     let with = |ln_kappa: f64| {
-        let (lambda, mu) = ground.model.constants.lame();
-        let lambda = match ground.is_of_springs() {
+        let (lambda, mu) = posterior_model.model.constants.lame();
+        let lambda = match posterior_model.is_of_springs() {
             true => mu + (lambda - mu) * f64::exp(ln_kappa),
             false => lambda * f64::exp(ln_kappa),
         };
         let poisson_ratio = lambda / (2.0 * (lambda + mu));
         let young_modulus = 2.0 * mu * (1.0 + poisson_ratio);
-        let constants =
-            tongue_fit::material::Constants { poisson_ratio, young_modulus, ..ground.model.constants };
-        let system = System::new(&ground.body.mesh, &Model { constants, ..ground.model }, &all).unwrap();
+        let constants = tongue_fit::material::Constants {
+            poisson_ratio,
+            young_modulus,
+            ..posterior_model.model.constants
+        };
+        let system =
+            System::new(&posterior_model.body.mesh, &Model { constants, ..posterior_model.model }, &all)
+                .unwrap();
         stretches(&system)
     };
-    let sd = ground.priors.compressibility.sd_ln_kappa;
+    let sd = posterior_model.priors.compressibility.sd_ln_kappa;
     let difference = (with(sd) - with(-sd)) * 0.5;
     let error = (answers.kappa.column(0) - &difference).amax();
     assert!(error < 1e-6 && difference.amax() > 1e-3, "{error}: {difference}");
@@ -80,14 +88,14 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
     let continuum = Body::continuum(8.0 * MM, &ContinuumSettings::default()).unwrap();
     // The hyoid's nodes are others in a body of other patches: it moves without tilting here.
     let priors = Priors::from_toml("hyoid_tilt.off = true", "test").unwrap();
-    let ground = Ground::new(&continuum, &Model::default(), &priors).unwrap();
-    let mut density = Density::new(&ground, seen("S2", "a")).unwrap();
-    let mode = Mode::find(&mut density).unwrap();
+    let posterior_model = PosteriorModel::new(&continuum, &Model::default(), &priors).unwrap();
+    let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
+    let mode = MapEstimate::find(&mut density).unwrap();
     let (meaning, _) = density.meaning(&mode.scores);
-    let all: Vec<usize> = (0..ground.muscles.len()).collect();
+    let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
     let stretches = |settings: &ContinuumSettings| -> DVector<f64> {
-        let body = ground.body.with_continuum(settings).unwrap().unwrap();
-        let system = System::new(&body.mesh, &ground.model, &all).unwrap();
+        let body = posterior_model.body.with_continuum(settings).unwrap().unwrap();
+        let system = System::new(&body.mesh, &posterior_model.model, &all).unwrap();
         let solved = |load: Load<'_, 2>| {
             let found = Lanes::new(&system).solve(&[load], density.settings()).remove(0);
             assert_eq!(found.solution.status, SolveStatus::Converged);
@@ -98,8 +106,8 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
         let (vowel, base) = (solved(vowel), solved(Load::new(meaning.tones.clone())));
         DVector::from_fn(all.len(), |m, _| vowel[m] / base[m])
     };
-    let own = ground.body.mesh.continuum.as_ref().unwrap().settings;
-    let (width, patch) = (ground.priors.bundle_width.sd_ln, ground.priors.bone_patch.sd_ln);
+    let own = posterior_model.body.mesh.continuum.as_ref().unwrap().settings;
+    let (width, patch) = (posterior_model.priors.bundle_width.sd_ln, posterior_model.priors.bone_patch.sd_ln);
     let wider =
         |by: f64| ContinuumSettings { bundle_width_m: own.bundle_width_m * (by * width).exp(), ..own };
     let farther =
@@ -117,7 +125,7 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
 
 /// Scores of draws of the posterior's normal approximation at a mode, without those of which there is no
 /// equilibrium.
-fn about(mode: &Mode, count: usize, seed: u64) -> Vec<DVector<f64>> {
+fn about(mode: &MapEstimate, count: usize, seed: u64) -> Vec<DVector<f64>> {
     let mut random = fastrand::Rng::with_seed(seed);
     let root = mode.precision.clone().cholesky().unwrap().inverse().cholesky().unwrap().unpack();
     (0..count).map(|_| &mode.scores + &root * normals(root.nrows(), &mut random)).collect()
@@ -126,10 +134,11 @@ fn about(mode: &Mode, count: usize, seed: u64) -> Vec<DVector<f64>> {
 #[test]
 fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterior() {
     // With kappa known, the covariance is that of ends and outline.
-    let ground = ground(&Priors::from_toml("compressibility.sd_ln_kappa = 1e-4", "test").unwrap());
-    let mut density = Density::new(&ground, seen("S2", "a")).unwrap();
-    let mode = Mode::find(&mut density).unwrap();
-    let all: Vec<usize> = (0..ground.muscles.len()).collect();
+    let posterior_model =
+        posterior_model(&Priors::from_toml("compressibility.sd_ln_kappa = 1e-4", "test").unwrap());
+    let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
+    let mode = MapEstimate::find(&mut density).unwrap();
+    let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
     let draws: Vec<(u64, DVector<f64>)> = (0..).zip(about(&mode, 200, 2)).collect();
     let moved: Vec<Option<DVector<f64>>> = parallel::map(&draws, |(number, scores)| {
         let mut random = fastrand::Rng::with_seed(1000 + number);
@@ -137,23 +146,29 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
         let by = |fields: &[tongue_infer::posterior::Field], random: &mut fastrand::Rng| {
             normals(fields.len(), random)
         };
-        let (ends, outline) = (by(&ground.ends, &mut random), by(&ground.outline, &mut random));
-        let body = ground.displaced(ends.as_slice(), outline.as_slice())?;
-        let system = System::new(&body.mesh, &ground.model, &all).ok()?;
+        let (ends, outline) =
+            (by(&posterior_model.ends, &mut random), by(&posterior_model.outline, &mut random));
+        let body = posterior_model.displaced(ends.as_slice(), outline.as_slice())?;
+        let system = System::new(&body.mesh, &posterior_model.model, &all).ok()?;
         let lengths = |load: Load<'_, 2>, system: &System<2>| {
             let shape = density.lanes().solve(&[load], density.settings()).remove(0);
             (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
         };
         let stretches = |system: &System<2>| {
-            let posture =
-                lengths(Load { system: Some(system), ..density.ground.load(&meaning, 0, None) }, system)?;
+            let posture = lengths(
+                Load { system: Some(system), ..density.posterior_model.load(&meaning, 0, None) },
+                system,
+            )?;
             let base = lengths(
-                Load { system: Some(system), ..density.ground.load(&meaning, density.postures(), None) },
+                Load {
+                    system: Some(system),
+                    ..density.posterior_model.load(&meaning, density.postures(), None)
+                },
                 system,
             )?;
             Some(DVector::from_fn(all.len(), |m, _| posture[m] / base[m]))
         };
-        Some(stretches(&system)? - stretches(&ground.system)?)
+        Some(stretches(&system)? - stretches(&posterior_model.system)?)
     });
     let moved: Vec<_> = moved.into_iter().flatten().collect();
     assert!(moved.len() > 120, "{}", moved.len());

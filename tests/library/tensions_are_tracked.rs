@@ -3,19 +3,19 @@
 
 use std::sync::Arc;
 
-use tongue_fit::adapt::{Basis, How, followed};
+use tongue_fit::acoustics::{Articulation, VocalTract};
+use tongue_fit::adapt::{AdaptationInput, RestShapeMethod, followed};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::heard::{Airway, Articulation};
-use tongue_fit::inverse::FreedBone;
+use tongue_fit::inverse::MovableBone;
 use tongue_fit::measured::recording::{AlignedRecording, FaultKind, screen};
 use tongue_fit::parallel;
 use tongue_fit::run::TrackRun;
 use tongue_fit::system::Model;
 use tongue_infer::posterior::Contrast;
 use tongue_infer::track::{
-    Comparison, Errors, FrameStatus, LabelDraws, Ranged, RestShape, Stage, TrackSettings, Tracked, Watch,
-    compare, compared, frames, is_untrusted, listen, mark, track,
+    Comparison, Errors, FrameStatus, Interval, LabelDraws, RestShape, TrackSettings, Tracked,
+    TrackingContext, Watch, compare, compared, frames, is_untrusted, listen, mark, track,
 };
 use tongue_input::measured::recording::Label;
 
@@ -55,13 +55,13 @@ fn tracked(speaker: &Speaker, seen: &AlignedRecording) -> Vec<Tracked> {
 fn tracked_with(
     speaker: &Speaker,
     seen: &AlignedRecording,
-    freed: &[FreedBone<2>],
+    freed: &[MovableBone<2>],
     settings: &TrackSettings,
     shape: Option<&RestShape>,
 ) -> Vec<Tracked> {
     let followed = &followed(&speaker.body, &seen.bones);
     let ready = vec![frames(seen, &speaker.surface, followed, &[])];
-    let stage = Stage { system: &speaker.system, followed, freed, shape };
+    let stage = TrackingContext { system: &speaker.system, followed, freed, shape };
     Watch::collect(|watch| track(&stage, ready, settings, watch)).unwrap().pop().unwrap().frames
 }
 
@@ -115,7 +115,7 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
         ready
     };
     let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
-    let stage = Stage { system: &speaker.system, followed: &followed, freed: &[], shape: None };
+    let stage = TrackingContext { system: &speaker.system, followed: &followed, freed: &[], shape: None };
     let all = vec![ready(&seen), ready(&other)];
     let found = Watch::collect(|watch| track(&stage, all, &settings, watch)).unwrap();
     let draws: Vec<&[LabelDraws]> = found.iter().map(|one| one.compared.as_slice()).collect();
@@ -135,7 +135,7 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
     let (first, both) = (of(&draws[..1]), of(&draws));
     for m in 0..8 {
         // A frame less the mean over the recording is its course.
-        let ends = |r: &Ranged| [r.low, r.median, r.high];
+        let ends = |r: &Interval| [r.low, r.median, r.high];
         let tracked = &found[0].frames[3];
         near(contrast(&first, "fourth", "all", m).1, ends(&tracked.courses[m]));
         near(ends(&first.labels[0].tensions.0[m].1), ends(&tracked.levels[m]));
@@ -145,11 +145,11 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
         let difference = |of: &[LabelDraws], d: usize| draw(of, 0, d) - draw(of, 1, d);
         let (p, interval) = contrast(&first, "fourth", "tenth", m);
         let own: Vec<f64> = (0..settings.draws).map(|d| difference(draws[0], d)).collect();
-        near(interval, ends(&Ranged::of(own.iter().copied())));
+        near(interval, ends(&Interval::of(own.iter().copied())));
         assert!((p - own.iter().filter(|d| **d > 0.0).count() as f64 / 1000.0).abs() < 1e-9, "{p}");
         // The mean over two recordings is that of their frames, and as uncertain as one of them.
         let single = draws.iter().map(|of| (0..settings.draws).map(|d| difference(of, d)));
-        let single: Vec<Ranged> = single.map(Ranged::of).collect();
+        let single: Vec<Interval> = single.map(Interval::of).collect();
         let [low, median, high] = contrast(&both, "fourth", "tenth", m).1;
         let width = 0.5 * (single[0].width() + single[1].width());
         assert!(((high - low) / width - 1.0).abs() < 0.15, "{} {width}", high - low);
@@ -171,7 +171,7 @@ fn a_run_from_options_places_the_body_and_meets_the_contours() {
         frame.contour.iter_mut().flatten().for_each(|m| m.at = to(m.at));
         frame.bones.iter_mut().flatten().for_each(|p| *p = to(*p));
     }
-    let basis = Basis {
+    let basis = AdaptationInput {
         body: &speaker.body,
         anatomy: None,
         model: Model::default(),
@@ -183,7 +183,7 @@ fn a_run_from_options_places_the_body_and_meets_the_contours() {
         basis,
         adaptation: None,
         is_given: false,
-        rest: How::Similarity,
+        rest: RestShapeMethod::Similarity,
         free_bones: &[],
         hide: &[],
     };
@@ -206,10 +206,10 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     let seen = recorded(&speaker, 40, 0.5e-3);
     let followed = &followed(&speaker.body, &seen.bones);
     let mut ready = frames(&seen, &speaker.surface, followed, &[]);
-    let airway = Arc::new(Airway::round(&speaker.body, Airway::drawn().unwrap()).unwrap());
+    let airway = Arc::new(VocalTract::round(&speaker.body, VocalTract::drawn().unwrap()).unwrap());
     listen(&mut ready, &airway, followed, &Articulation::default(), 2);
     let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
-    let stage = Stage { system: &speaker.system, followed, freed: &[], shape: None };
+    let stage = TrackingContext { system: &speaker.system, followed, freed: &[], shape: None };
     let found =
         Watch::collect(|watch| track(&stage, vec![ready], &settings, watch)).unwrap().pop().unwrap().frames;
     let mut squares = [Vec::new(), Vec::new()];
@@ -256,7 +256,7 @@ fn a_bone_that_was_not_seen_is_found_where_it_is() {
     let mut seen = speaker.seen(&shapes, &times, kind, &mut fastrand::Rng::with_seed(7));
     seen.frames.iter_mut().for_each(|f| f.bones[0] = None);
     let all: Vec<usize> = (0..8).collect();
-    let freed = [FreedBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap()];
+    let freed = [MovableBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap()];
     let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
     let found = tracked_with(&speaker, &seen, &freed, &settings, None);
     let held = tracked_with(&speaker, &seen, &[], &settings, None);
@@ -283,7 +283,7 @@ fn threads_do_not_change_a_bit() {
         let settings = TrackSettings { seed, ..TrackSettings::new(20.0, 0.1) };
         let work = || tracked_with(&speaker, &seen, &[], &settings, Some(&shape));
         let found = parallel::with_threads(threads, work).unwrap();
-        let numbers = |r: &Ranged| [r.low, r.median, r.high];
+        let numbers = |r: &Interval| [r.low, r.median, r.high];
         let both = |f: &Tracked| f.levels.iter().chain(&f.courses).flat_map(numbers).collect::<Vec<_>>();
         found.iter().flat_map(both).map(f64::to_bits).collect::<Vec<_>>()
     };
@@ -300,7 +300,7 @@ fn a_frame_without_data_is_a_gap_with_wide_intervals() {
     let found = tracked(&speaker, &seen);
     assert_eq!(found[4].status, FrameStatus::Gap);
     assert_eq!(found[4].rms_m, None);
-    let width = |t: usize| found[t].levels.iter().map(Ranged::width).sum::<f64>();
+    let width = |t: usize| found[t].levels.iter().map(Interval::width).sum::<f64>();
     assert!(width(4) > width(3) && width(4) > width(5));
     assert!(found.iter().enumerate().all(|(t, f)| t == 4 || f.status == FrameStatus::Converged));
     // Without any data there is only the prior, and it says so.
@@ -394,7 +394,7 @@ fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
         inside += (0..truth.len()).filter(|&m| frame.levels[m].holds(truth[m])).count();
     }
     // The border of the windows of 512 frames is not seen in the widths.
-    let widths: Vec<f64> = found.iter().map(|f| f.levels.iter().map(Ranged::width).sum()).collect();
+    let widths: Vec<f64> = found.iter().map(|f| f.levels.iter().map(Interval::width).sum()).collect();
     let beside = widths[500..524].iter().sum::<f64>() / 24.0;
     for width in &widths[510..514] {
         assert!((width / beside - 1.0).abs() < 0.25, "{width} {beside}");

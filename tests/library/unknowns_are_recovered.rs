@@ -3,12 +3,12 @@
 
 use nalgebra::{SVector, Vector3};
 use tongue_fit::body::{Body, ContinuumSettings, Mesh, MeshContent, MuscleChain};
-use tongue_fit::inverse::{self, Answer, FitSettings, FitStatus, FreedBone, Method, Unknown};
+use tongue_fit::inverse::{self, Answer, FitSettings, FitStatus, Method, MovableBone, Unknown};
 use tongue_fit::observe::{Length, NodePosition, Observation, Stretch, Surface};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
 use tongue_infer::inverse::TissueUnknown;
-use tongue_infer::inverse::{Forward, Inverse};
+use tongue_infer::inverse::{Forward, LeastSquaresProblem};
 use tongue_input::bodies::gmsh;
 
 use crate::fixtures::block;
@@ -52,7 +52,9 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
     let seen = shape(&system, &truth);
     let unknowns = || vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)];
     let fit = |observations| -> Answer<3> {
-        let answer = inverse::solve(&Inverse::new(&system, observations, unknowns()), &settings()).unwrap();
+        let answer =
+            inverse::solve(&LeastSquaresProblem::new(&system, observations, unknowns()), &settings())
+                .unwrap();
         assert_eq!(answer.status, FitStatus::Converged);
         assert!(relative(&answer.x, &truth) < 1e-6, "{:?}", answer.x);
         answer
@@ -97,8 +99,11 @@ fn nelder_mead_finds_the_same_in_space() {
             ..Observation::new(stretch, 0.0)
         }
     });
-    let inverse =
-        Inverse::new(&system, lengths.collect(), vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)]);
+    let inverse = LeastSquaresProblem::new(
+        &system,
+        lengths.collect(),
+        vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)],
+    );
     let answer = inverse::solve(&inverse, &FitSettings { method: Method::NelderMead, ..settings() }).unwrap();
     assert!(relative(&answer.x, &[0.2, 0.1]) < 1e-2, "{:?}", answer.x);
 }
@@ -146,7 +151,7 @@ fn the_jacobian_is_the_difference_of_solved_residuals_for_every_kind_of_unknown(
         // In a continuum only muscles that can pull hold the hyoid.
         let all: Vec<usize> = (0..t.mesh.muscles.len()).collect();
         let system = System::new(&t.mesh, &model, &all).unwrap();
-        let bones = [FreedBone::new(&t.mesh, &model, &all, &t.hyoid).unwrap()];
+        let bones = [MovableBone::new(&t.mesh, &model, &all, &t.hyoid).unwrap()];
         let constants = TissueUnknown { mesh: &t.mesh, model, contracting: &all };
         let unknowns = vec![
             Unknown::tension(t.muscles[0], 100.0),
@@ -156,10 +161,10 @@ fn the_jacobian_is_the_difference_of_solved_residuals_for_every_kind_of_unknown(
             Unknown::tension(t.muscles[1], 100.0),
             Unknown::poisson_ratio(30.0, 49.9),
         ];
-        let inverse = Inverse {
+        let inverse = LeastSquaresProblem {
             bones: &bones,
             tissue: Some(&constants),
-            ..Inverse::new(&system, observations(&system), unknowns)
+            ..LeastSquaresProblem::new(&system, observations(&system), unknowns)
         };
         let settings = settings();
         let mut forward = Forward::new(&inverse, &settings);
@@ -190,7 +195,7 @@ fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
     let t = tongue();
     let model = Model::default();
     let system = System::new(&t.mesh, &model, &t.muscles).unwrap();
-    let bones = [FreedBone::new(&t.mesh, &model, &t.muscles, &t.hyoid).unwrap()];
+    let bones = [MovableBone::new(&t.mesh, &model, &t.muscles, &t.hyoid).unwrap()];
     let unknowns = vec![
         Unknown::tension(t.muscles[0], 100.0),
         Unknown::tension(t.muscles[1], 100.0),
@@ -198,7 +203,10 @@ fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
         Unknown::bone(0, 1, 10.0),
     ];
     let truth = [14.0, 9.0, 3.0, -2.0];
-    let mut inverse = Inverse { bones: &bones, ..Inverse::new(&system, observations(&system), unknowns) };
+    let mut inverse = LeastSquaresProblem {
+        bones: &bones,
+        ..LeastSquaresProblem::new(&system, observations(&system), unknowns)
+    };
     let settings = settings();
     let seen = Forward::new(&inverse, &settings).follow_from_rest(&truth).positions;
     for o in &mut inverse.observations {
@@ -218,10 +226,10 @@ fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
     let unknowns = vec![Unknown::young_modulus(10.0, 200.0)];
     let mut tensions = vec![0.0; system.muscle_count()];
     tensions[t.muscles[0]] = 14.0;
-    let mut soft = Inverse {
+    let mut soft = LeastSquaresProblem {
         tissue: Some(&constants),
         tensions,
-        ..Inverse::new(&system, observations(&system), unknowns)
+        ..LeastSquaresProblem::new(&system, observations(&system), unknowns)
     };
     let seen = Forward::new(&soft, &settings).follow_from_rest(&[47.0]).positions;
     for o in &mut soft.observations {
@@ -236,15 +244,18 @@ fn incompatible_problems_are_refused_with_a_sentence() {
     let t = tongue();
     let system = System::new(&t.mesh, &Model::default(), &t.muscles).unwrap();
     let seen = || observations(&system);
-    let refused = |inverse: Inverse<'_, 2>| inverse::solve(&inverse, &settings()).unwrap_err().to_string();
-    let said = refused(Inverse::new(&system, seen(), vec![Unknown::tension(2, 100.0)]));
+    let refused =
+        |inverse: LeastSquaresProblem<'_, 2>| inverse::solve(&inverse, &settings()).unwrap_err().to_string();
+    let said = refused(LeastSquaresProblem::new(&system, seen(), vec![Unknown::tension(2, 100.0)]));
     assert!(said.contains("does not contract"), "{said}");
-    let said = refused(Inverse::new(&system, seen(), vec![Unknown::bone(0, 0, 5.0)]));
+    let said = refused(LeastSquaresProblem::new(&system, seen(), vec![Unknown::bone(0, 0, 5.0)]));
     assert!(said.contains("was not freed"), "{said}");
-    let said = refused(Inverse::new(&system, seen(), vec![Unknown::young_modulus(10.0, 100.0)]));
+    let said = refused(LeastSquaresProblem::new(&system, seen(), vec![Unknown::young_modulus(10.0, 100.0)]));
     assert!(said.contains("no tissue was given"), "{said}");
-    let said = refused(Inverse::new(&system, Vec::new(), vec![Unknown::tension(t.muscles[0], 100.0)]));
+    let said =
+        refused(LeastSquaresProblem::new(&system, Vec::new(), vec![Unknown::tension(t.muscles[0], 100.0)]));
     assert!(said.contains("at least one observation"), "{said}");
-    let said = refused(Inverse::new(&system, seen(), vec![Unknown::tension(t.muscles[0], f64::NAN)]));
+    let said =
+        refused(LeastSquaresProblem::new(&system, seen(), vec![Unknown::tension(t.muscles[0], f64::NAN)]));
     assert!(said.contains("finite and in order"), "{said}");
 }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use tongue_core::statics::Response;
+use tongue_fit::acoustics::{Articulation, Heard, SpaceVocalTract, Tract, VocalTract, mean_vowels};
 use tongue_fit::body::{Body, SpaceBody};
-use tongue_fit::heard::{Airway, Articulation, Heard, SpaceAirway, Tract, mean_vowels};
 use tongue_fit::observe::Observable;
 use tongue_fit::scene::body::build;
 use tongue_fit::scene::prepare::prepare;
@@ -28,7 +28,7 @@ const POSTURE: Articulation =
 #[test]
 fn a_formant_is_an_observable_whose_gradient_is_its_derivative() {
     let (body, system, tensions) = pulled();
-    let airway = Arc::new(Airway::round(&body, Airway::drawn().unwrap()).unwrap());
+    let airway = Arc::new(VocalTract::round(&body, VocalTract::drawn().unwrap()).unwrap());
     let mut workspace = Workspace::new(&system);
     statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
     let positions = workspace.positions().to_vec();
@@ -60,7 +60,7 @@ fn a_formant_is_an_observable_whose_gradient_is_its_derivative() {
 #[test]
 fn derivatives_of_formants_by_tensions_are_the_differences() {
     let (body, system, tensions) = pulled();
-    let airway = Airway::round(&body, Airway::drawn().unwrap()).unwrap();
+    let airway = VocalTract::round(&body, VocalTract::drawn().unwrap()).unwrap();
     let settings = SolveSettings::default();
     let mut workspace = Workspace::new(&system);
     let formants = |workspace: &mut Workspace<2>, tensions: &[f64]| -> Vec<f64> {
@@ -82,7 +82,8 @@ fn derivatives_of_formants_by_tensions_are_the_differences() {
         formants(&mut workspace, &tensions);
         let sound = airway.sound(workspace.positions(), &POSTURE).unwrap();
         let rates = airway.rates(&sound);
-        let exact = Airway::by_tension(&rates, &mut Response::new(&system, &mut workspace).unwrap(), muscle);
+        let exact =
+            VocalTract::by_tension(&rates, &mut Response::new(&system, &mut workspace).unwrap(), muscle);
         let largest = exact.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         for (k, exact) in exact.iter().enumerate() {
             let difference = (8.0 * (a[k] - b[k]) - (c[k] - d[k])) / (12.0 * h);
@@ -93,7 +94,7 @@ fn derivatives_of_formants_by_tensions_are_the_differences() {
 }
 
 fn spoken(vowel: &str) -> Scene {
-    let posture = Airway::drawn().unwrap().posture[vowel];
+    let posture = VocalTract::drawn().unwrap().posture[vowel];
     let fit = match vowel {
         "ɯ" => String::new(),
         _ => format!("[fit]\nsubject = \"S2\"\nvowel = \"{vowel}\"\ntarget = \"stretch\"\n"),
@@ -193,7 +194,7 @@ fn straight_tract(half_width_mm: f64, arch_mm: f64) -> Tract {
          [larynx]\nfront_mm = [[80.0, 20.0]]\nfollows_hyoid = 0.5\n[tongue]\nroot_mm = [60.0, 20.0]\ntip_mm = [0.0, 20.0]\n\
          [jaw]\njoint_mm = [70.0, 85.0]\nfloor_mm = [[-5.0, 20.0]]\n[lips]\nlength_mm = 8.0\nwidth_mm = 20.0\n[grid]\nstep_mm = 5.0\n"
     );
-    Airway::read(&text, "straight.toml").unwrap()
+    VocalTract::read(&text, "straight.toml").unwrap()
 }
 
 #[test]
@@ -201,7 +202,7 @@ fn cross_sections_of_a_tongue_in_space_have_the_areas_of_exact_solids() {
     let body = block_in_space();
     let areas =
         |half_width_mm: f64, arch_mm: f64, shape: &dyn Fn(Vector3<f64>) -> Vector3<f64>| -> Vec<f64> {
-            let airway = SpaceAirway::round(&body, straight_tract(half_width_mm, arch_mm)).unwrap();
+            let airway = SpaceVocalTract::round(&body, straight_tract(half_width_mm, arch_mm)).unwrap();
             let positions: Vec<_> = body.mesh.nodes.iter().map(|p| shape(*p)).collect();
             let sound = airway.sound(&positions, &Articulation::default()).unwrap();
             let of_tongue = sound.profile.sections.len() - 2;
@@ -239,11 +240,11 @@ fn cross_sections_of_a_tongue_in_space_have_the_areas_of_exact_solids() {
 #[test]
 fn the_built_in_tongue_in_space_sounds_nearly_as_its_plane_does_at_rest() {
     let plane = Body::tongue(5.5e-3).unwrap();
-    let tract = Airway::drawn().unwrap();
-    let flat = Airway::round(&plane, tract.clone()).unwrap();
+    let tract = VocalTract::drawn().unwrap();
+    let flat = VocalTract::round(&plane, tract.clone()).unwrap();
     let flat = flat.sound(&plane.mesh.nodes, &Articulation::default()).unwrap();
     let body = SpaceBody::tongue(1).unwrap();
-    let airway = SpaceAirway::round(&body, tract.clone()).unwrap();
+    let airway = SpaceVocalTract::round(&body, tract.clone()).unwrap();
     let sound = airway.sound(&body.mesh.nodes, &Articulation::default()).unwrap();
     for (i, (space, plane)) in sound.formants.iter().zip(&flat.formants).take(3).enumerate() {
         eprintln!(
@@ -256,7 +257,7 @@ fn the_built_in_tongue_in_space_sounds_nearly_as_its_plane_does_at_rest() {
     }
     let mut without = tract;
     without.wall[1].half_width_mm = None;
-    let airway = SpaceAirway::round(&body, without).unwrap();
+    let airway = SpaceVocalTract::round(&body, without).unwrap();
     let told = airway.sound(&body.mesh.nodes, &Articulation::default()).unwrap_err().to_string();
     assert!(told.starts_with("wall `back wall of the pharynx` has no half_width_mm and arch_mm"), "{told}");
 }

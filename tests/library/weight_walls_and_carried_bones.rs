@@ -6,7 +6,7 @@ use tongue_core::effect::lumped_masses;
 use tongue_fit::body::{Cells, Mesh};
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity};
 use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Workspace, solve};
-use tongue_fit::system::{self, Additions, Carried, Model, System};
+use tongue_fit::system::{self, Additions, Model, PrescribedDisplacement, System};
 
 fn solved<const D: usize>(system: &System<D>) -> (Solution, Workspace<D>) {
     let mut workspace = Workspace::new(system);
@@ -116,7 +116,7 @@ fn a_free_tongue_follows_its_jaw_as_a_rigid_body() {
     tongue.muscles.clear();
     let joint = SVector::from([0.07, 0.085]);
     for angle in [5f64.to_radians(), -40f64.to_radians(), 120f64.to_radians()] {
-        let jaw = Carried::Turned { joint, angle };
+        let jaw = PrescribedDisplacement::Turned { joint, angle };
         let carried = tongue.fixed.iter().map(|&n| (n, jaw.place(tongue.nodes[n]))).collect();
         let system =
             System::with(&tongue, &Model::default(), &[], Additions { carried, ..Additions::default() })

@@ -9,7 +9,7 @@ use std::sync::OnceLock;
 use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
 use tongue_infer::posterior::diagnostics::{Mixing, mixing};
-use tongue_infer::posterior::{Said, Verdict, VerdictFrom};
+use tongue_infer::posterior::{MuscleVerdict, Verdict, VerdictFrom};
 
 fn run(folder: &Path, arguments: &str) -> Output {
     Command::new(cargo_bin("tongue-fit")).args(arguments.split(' ')).current_dir(folder).output().unwrap()
@@ -115,7 +115,7 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
     );
     assert!(fits[0]["posterior"].is_null() && fits[0]["verdict"].is_null());
     // The sentences with which a fit of the row begins.
-    let said: Vec<Said> = serde_json::from_value(fits[1]["verdict"].clone()).unwrap();
+    let said: Vec<MuscleVerdict> = serde_json::from_value(fits[1]["verdict"].clone()).unwrap();
     let sentences = Verdict { from: VerdictFrom::Draws, hyoid_mm: None, muscles: said }.sentences("ɯ");
     let detail = page.split("<details id=\"fit-1\">").nth(1).unwrap().split("</details>").next().unwrap();
     assert!(

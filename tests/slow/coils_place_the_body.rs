@@ -1,7 +1,7 @@
 //! Three to five coils on tongues of other shapes, sizes and directions place the built-in one. The intervals of the placement hold
 //! where it is, and those of the tensions carry what it leaves open.
 
-use tongue_fit::adapt::{Basis, How};
+use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::AlignedRecording;
@@ -10,16 +10,23 @@ use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::{Placement, RestError};
 use tongue_infer::track::{
-    RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, Watch, frames, track,
+    RestShape, TongueSurface, TrackSettings, TrackedRecording, TrackingContext, Watch, frames, track,
 };
 
 use crate::cases;
 use crate::speakers::{Recorded, Seeing, Tones, recorded, recorded_with};
 use crate::tracked_intervals_cover_the_truth::Held;
 
-fn basis<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> Basis<'a> {
+fn basis<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> AdaptationInput<'a> {
     let settings = TrackSettings::new(20.0, 0.1);
-    Basis { body, anatomy: None, model: Model::default(), contracting: (0..8).collect(), settings, palate }
+    AdaptationInput {
+        body,
+        anatomy: None,
+        model: Model::default(),
+        contracting: (0..8).collect(),
+        settings,
+        palate,
+    }
 }
 
 /// Place of the middle, m, turn and scale: the truth, and each with its interval.
@@ -110,7 +117,7 @@ fn a_palate_brings_the_placement_by_a_contour_nearer() {
 fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let body = Body::tongue(5.5e-3).unwrap();
     let seen: Vec<&AlignedRecording> = speaker.seen.iter().collect();
-    let made = basis(&body, None).to_recordings(&seen, How::Similarity, &[], &|_, _| {}).unwrap();
+    let made = basis(&body, None).to_recordings(&seen, RestShapeMethod::Similarity, &[], &|_, _| {}).unwrap();
     let placement = made.placement.unwrap();
     let contracting: Vec<usize> = (0..8).collect();
     let system = System::new(&made.body.mesh, &Model::default(), &contracting).unwrap();
@@ -118,7 +125,8 @@ fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let surface = TongueSurface::of(&made.body).unwrap();
     let seated = speaker.seen.iter().map(|s| placement.seated(s));
     let ready = seated.map(|s| frames(&s, &surface, &made.followed, &[])).collect();
-    let stage = Stage { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
+    let stage =
+        TrackingContext { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { branch: false, ..TrackSettings::new(20.0, 0.1) };
     Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap()
 }

@@ -3,8 +3,8 @@
 
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::parallel;
-use tongue_infer::posterior::{Contrast, Word};
-use tongue_infer::track::{Comparison, Link, compare, compared};
+use tongue_infer::posterior::{Certainty, Contrast};
+use tongue_infer::track::{Comparison, Softplus, compare, compared};
 
 use crate::cases;
 use crate::speakers::{Recorded, Seeing, Tones, WORDS, recorded_with};
@@ -27,11 +27,11 @@ impl Counts {
         self.held += f64::from(low <= true_n && true_n <= high);
         self.width += high - low;
         let (how, harder) = match c.word {
-            Word::SurelyHarder => (0, true),
-            Word::ProbablyHarder => (1, true),
-            Word::ProbablyNotHarder => (1, false),
-            Word::SurelyNotHarder => (0, false),
-            Word::NotKnown => return,
+            Certainty::SurelyHarder => (0, true),
+            Certainty::ProbablyHarder => (1, true),
+            Certainty::ProbablyNotHarder => (1, false),
+            Certainty::SurelyNotHarder => (0, false),
+            Certainty::NotKnown => return,
         };
         self.said[how][0] += 1.0;
         self.said[how][1] += f64::from(harder == (true_n > 0.0));
@@ -74,7 +74,7 @@ fn counted(speaker: &Recorded) -> Option<Vec<Counts>> {
     let names: Vec<String> = (0..8).map(|m| m.to_string()).collect();
     let draws = found.iter().map(|one| one.compared.as_slice());
     let Comparison { contrasts, .. } =
-        compare(&compared(&seen), &names, &Link::default(), draws).pop().unwrap();
+        compare(&compared(&seen), &names, &Softplus::default(), draws).pop().unwrap();
     let mean = |word: &str, m: usize| {
         let own = speaker.seen.iter().zip(&speaker.truth).filter(|(seen, _)| seen.labels[0].name == word);
         let pulls: Vec<f64> = own.flat_map(|(_, truth)| truth.iter().map(|t| t[m])).collect();

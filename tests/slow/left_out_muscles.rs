@@ -1,25 +1,27 @@
 //! What a posterior without a muscle predicts of it, from one run for all muscles and from a run for each.
 
-use tongue_fit::inverse::Matched;
+use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::TargetKind;
-use tongue_infer::posterior::{Density, Draw, Measurements, Mode, Sampling, about, sample, without_each};
+use tongue_infer::posterior::{
+    Density, Draw, MapEstimate, Measurements, Sampling, about, sample, without_each,
+};
 
 use crate::fixtures::{target, tongue};
-use crate::synthetic_speakers::coarse_ground;
+use crate::synthetic_speakers::coarse_posterior_model;
 
 #[test]
 fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
-    let ground = coarse_ground("");
-    let matched = Matched::new(&tongue(), &target("S3", "e", TargetKind::Stretch)).unwrap();
-    let mut density = Density::new(&ground, Measurements::of(&matched)).unwrap();
-    let mode = Mode::find(&mut density).unwrap();
+    let posterior_model = coarse_posterior_model("");
+    let matched = TargetOnBody::new(&tongue(), &target("S3", "e", TargetKind::Stretch)).unwrap();
+    let mut density = Density::new(&posterior_model, Measurements::of(&matched)).unwrap();
+    let mode = MapEstimate::find(&mut density).unwrap();
     let found = without_each(&density, &mode).unwrap();
     assert_eq!(found.len(), 8);
     assert!(found.iter().all(|f| f.effective > 50.0), "{found:?}");
     let mut leaning = Vec::new();
     for (position, found) in found.iter().enumerate() {
         let settings = Sampling { draws: 800, seed: 11 };
-        let own = sample(&ground, density.seen.without(position), &settings).unwrap();
+        let own = sample(&posterior_model, density.seen.without(position), &settings).unwrap();
         let row = density.rows()[position];
         // The conditional mean moves with the residuals by what geometry has in common, as it does in the run for all.
         let (gain, _) = about(&density, &own.density, position);

@@ -8,10 +8,12 @@ use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::material::Constants;
 use tongue_fit::parallel;
 use tongue_fit::system::{Model, System, TissueModel};
-use tongue_infer::posterior::{Ground, Meaning, Priors, Quantiles, Sampling, sample};
+use tongue_infer::posterior::{ParameterValues, PosteriorModel, Priors, Quantiles, Sampling, sample};
 
 use crate::cases;
-use crate::synthetic_speakers::{Number, ground, ground_at, p_of_uniform, seen, stretches, unknowns, unseen};
+use crate::synthetic_speakers::{
+    Number, p_of_uniform, posterior_model, posterior_model_at, seen, stretches, unknowns, unseen,
+};
 
 /// Of one number in all cases: whether its 95 % interval contained the truth, the sum of the interval's widths, and the
 /// rank of the truth among the draws as a number from 0 to 1.
@@ -100,16 +102,16 @@ fn room(intervals: usize) -> f64 {
 }
 
 /// The body of a speaker with another width of muscles and another radius of patches.
-fn of_other_widths(usual: &Ground, random: &mut fastrand::Rng) -> Ground {
+fn of_other_widths(usual: &PosteriorModel, random: &mut fastrand::Rng) -> PosteriorModel {
     let mut priors = usual.priors.clone();
     let (width, patch) = (priors.sd_ln_width() * normal(random), priors.sd_ln_patch() * normal(random));
     priors.bundle_width.fixed_mm = Some(priors.bundle_width.median_mm * width.exp());
     priors.bone_patch.fixed_mm = Some(priors.bone_patch.median_mm * patch.exp());
-    Ground::new(&usual.body, &usual.model, &priors).unwrap()
+    PosteriorModel::new(&usual.body, &usual.model, &priors).unwrap()
 }
 
 /// The system of a body with ends, outline and kappa drawn from the priors; `None` where a cell would fold.
-fn displaced(truth: &Ground, random: &mut fastrand::Rng) -> Option<System<2>> {
+fn displaced(truth: &PosteriorModel, random: &mut fastrand::Rng) -> Option<System<2>> {
     let all: Vec<usize> = (0..truth.muscles.len()).collect();
     let ends = normals(truth.ends.len(), random);
     let outline = normals(truth.outline.len(), random);
@@ -126,7 +128,13 @@ fn displaced(truth: &Ground, random: &mut fastrand::Rng) -> Option<System<2>> {
 
 /// Counts how often intervals contain the truth. The speakers' bodies are those of `truths` in turn, with the
 /// uncertainties of the priors.
-fn coverage(truths: &[Ground], fitted: &Ground, postures: usize, count: usize, draws: usize) -> Coverage {
+fn coverage(
+    truths: &[PosteriorModel],
+    fitted: &PosteriorModel,
+    postures: usize,
+    count: usize,
+    draws: usize,
+) -> Coverage {
     let numbers: Vec<usize> = (0..count).collect();
     let unknowns = unknowns(fitted, postures);
     let cases = parallel::map(&numbers, |&number| {
@@ -148,7 +156,7 @@ fn coverage(truths: &[Ground], fitted: &Ground, postures: usize, count: usize, d
         let count = posterior.draws.len() as f64;
         // A posterior has no draws where no chain found a start from which its tensions lead from rest; nothing is told of it.
         (count > 0.0).then(|| {
-            let of = |value: &dyn Fn(&Meaning) -> f64| {
+            let of = |value: &dyn Fn(&ParameterValues) -> f64| {
                 let values: Vec<f64> = posterior.draws.iter().map(|d| value(&d.meaning)).collect();
                 let truth = value(&meaning);
                 let below = values.iter().filter(|v| **v < truth).count() as f64;
@@ -176,7 +184,7 @@ fn coverage(truths: &[Ground], fitted: &Ground, postures: usize, count: usize, d
 
 #[test]
 fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
-    let usual = [ground("")];
+    let usual = [posterior_model("")];
     let count = cases(8);
     let found = coverage(&usual, &usual[0], 1, count, 400).told("under the stated priors");
     assert!(found.iter().all(|(part, _)| (part - 0.95).abs() < room(8 * count)), "{found:?}");
@@ -185,7 +193,7 @@ fn intervals_cover_the_truth_of_bodies_that_are_not_the_one_fitted() {
         for (name, wrong) in
             [("F ~ HN30", "tension.scale_n_per_m = 30.0"), ("F ~ HN10", "tension.scale_n_per_m = 10.0")]
         {
-            coverage(&[ground(wrong)], &usual[0], 1, count, 400).told(name);
+            coverage(&[posterior_model(wrong)], &usual[0], 1, count, 400).told(name);
         }
     }
 }
@@ -196,7 +204,7 @@ const BETWEEN_SPEAKERS: [f64; 4] = [0.05, 0.08, 0.09, 0.10];
 /// `TONGUE_FIT_CASES=200` and more ask for the published 93 to 97 %, fewer for 95 % to four standard errors between speakers.
 #[test]
 fn intervals_of_speakers_of_three_vowels_cover_the_truth_and_so_do_contrasts() {
-    let truths = [5.0, 5.5, 6.0].map(|mm| ground_at(mm * MM, ""));
+    let truths = [5.0, 5.5, 6.0].map(|mm| posterior_model_at(mm * MM, ""));
     let count = cases(5);
     let coverage = coverage(&truths, &truths[1], 3, count, 400);
     let found = coverage.told("speakers of three vowels");
@@ -215,7 +223,7 @@ fn intervals_of_a_continuum_cover_the_truth_of_continua_of_other_widths_and_mesh
     let continuum = |mm: f64| {
         let body = Body::continuum(mm * MM, &ContinuumSettings::default()).unwrap();
         let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
-        Ground::new(&body, &model, &Priors::default()).unwrap()
+        PosteriorModel::new(&body, &model, &Priors::default()).unwrap()
     };
     let count = cases(3);
     let found =

@@ -2,37 +2,41 @@
 //! the prior.
 
 use tongue_core::random::{normals, seed_of};
-use tongue_fit::inverse::Matched;
+use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::Dataset;
 use tongue_fit::parallel;
-use tongue_infer::posterior::{Meaning, Measurements, Report, Sampling, sample};
+use tongue_infer::posterior::{Measurements, ParameterValues, Report, Sampling, sample};
 
 use crate::cases;
 use crate::fixtures::tongue;
-use crate::synthetic_speakers::{coarse_ground, ground, p_of_uniform, seen, stretches, unknowns, unseen};
+use crate::synthetic_speakers::{
+    coarse_posterior_model, p_of_uniform, posterior_model, seen, stretches, unknowns, unseen,
+};
 
 #[test]
 fn ranks_of_the_truth_among_draws_are_uniform() {
     // Without what is linearised at each posterior the likelihood is the very one that makes the data.
-    let ground = coarse_ground("muscle_ends.off = true\noutline.off = true\ncompressibility.off = true\n");
+    let posterior_model =
+        coarse_posterior_model("muscle_ends.off = true\noutline.off = true\ncompressibility.off = true\n");
     for (postures, count) in [(1, cases(30)), (3, cases(8))] {
-        let unknowns = unknowns(&ground, postures);
+        let unknowns = unknowns(&posterior_model, postures);
         let numbers: Vec<usize> = (0..count).collect();
         let ranks: Vec<Option<Vec<f64>>> = parallel::map(&numbers, |&number| {
             let mut random = fastrand::Rng::with_seed(seed_of(11, number));
-            let density = unseen(&ground, postures);
+            let density = unseen(&posterior_model, postures);
             let (truth, measured) = loop {
                 let (truth, _) = density.meaning(&normals(density.parameters.len(), &mut random));
-                if let Some(s) = stretches(&density, &truth, &ground.system) {
+                if let Some(s) = stretches(&density, &truth, &posterior_model.system) {
                     break (truth, s);
                 }
             };
-            let seen = seen(&ground, postures, &measured, &mut random);
-            let posterior = sample(&ground, seen, &Sampling { draws: 160, seed: number as u64 }).unwrap();
+            let seen = seen(&posterior_model, postures, &measured, &mut random);
+            let posterior =
+                sample(&posterior_model, seen, &Sampling { draws: 160, seed: number as u64 }).unwrap();
             if posterior.draws.is_empty() {
                 return None;
             }
-            let rank = |value: &dyn Fn(&Meaning) -> f64| {
+            let rank = |value: &dyn Fn(&ParameterValues) -> f64| {
                 let own = value(&truth);
                 let below = posterior.draws.iter().filter(|d| value(&d.meaning) < own).count() as f64;
                 below / (posterior.draws.len() as f64 + 1.0)
@@ -61,16 +65,16 @@ fn ranks_of_the_truth_among_draws_are_uniform() {
 fn a_sign_that_is_sure_and_not_marked_is_sure_under_half_and_twice_the_prior() {
     let scaled = |factor: f64| {
         let scale = 20.0 * factor;
-        ground(&format!("[tension]\nscale_n_per_m = {scale}\n[baseline]\nscale_n_per_m = {scale}"))
+        posterior_model(&format!("[tension]\nscale_n_per_m = {scale}\n[baseline]\nscale_n_per_m = {scale}"))
     };
-    let grounds = [1.0, 0.5, 2.0].map(scaled);
+    let posterior_models = [1.0, 0.5, 2.0].map(scaled);
     let mut compared = 0;
     for (subject, vowel) in [("S2", "e"), ("S3", "o")] {
         let target = Dataset::reference().unwrap().stretches(subject, vowel).unwrap();
-        let matched = Matched::new(&tongue(), &target).unwrap();
-        let summaries = grounds.each_ref().map(|ground| {
+        let matched = TargetOnBody::new(&tongue(), &target).unwrap();
+        let summaries = posterior_models.each_ref().map(|posterior_model| {
             let seen = Measurements::of(&matched);
-            let posterior = sample(ground, seen, &Sampling { draws: 1000, seed: 1 }).unwrap();
+            let posterior = sample(posterior_model, seen, &Sampling { draws: 1000, seed: 1 }).unwrap();
             Report::of_each(&posterior, false, 1).unwrap().remove(0).summary
         });
         let [usual, others @ ..] = summaries;

@@ -7,48 +7,51 @@ use tongue_fit::MM;
 use tongue_fit::body::Body;
 use tongue_fit::statics::{self, SolveStatus};
 use tongue_fit::system::{Model, System};
-use tongue_infer::posterior::{Density, Ground, Meaning, Measurements, Priors};
+use tongue_infer::posterior::{Density, Measurements, ParameterValues, PosteriorModel, Priors};
 
 /// Variance of a stretch by the rounding of lengths of some 50 mm to millimetres.
 const ROUNDING: f64 = 6.7e-5;
 
 /// The tongue of springs under priors (TOML).
-pub fn ground(priors: &str) -> Ground {
-    ground_at(5.5 * MM, priors)
+pub fn posterior_model(priors: &str) -> PosteriorModel {
+    posterior_model_at(5.5 * MM, priors)
 }
 
 /// The same with a coarse mesh, for what holds on any mesh: a posterior takes a quarter of the time.
-pub fn coarse_ground(priors: &str) -> Ground {
-    ground_at(10.0 * MM, priors)
+pub fn coarse_posterior_model(priors: &str) -> PosteriorModel {
+    posterior_model_at(10.0 * MM, priors)
 }
 
 /// The same with another mesh spacing, m.
-pub fn ground_at(spacing_m: f64, priors: &str) -> Ground {
+pub fn posterior_model_at(spacing_m: f64, priors: &str) -> PosteriorModel {
     let priors = Priors::from_toml(priors, "test").unwrap();
-    Ground::new(&Body::tongue(spacing_m).unwrap(), &Model::default(), &priors).unwrap()
+    PosteriorModel::new(&Body::tongue(spacing_m).unwrap(), &Model::default(), &priors).unwrap()
 }
 
 /// Stretches of a body in the postures of a speaker, one after the other, if it has them.
-pub fn stretches(density: &Density<'_>, truth: &Meaning, system: &System<2>) -> Option<Vec<f64>> {
+pub fn stretches(density: &Density<'_>, truth: &ParameterValues, system: &System<2>) -> Option<Vec<f64>> {
     let lanes = Lanes::new(system);
     let settings = statics::SolveSettings::default();
     let lengths = |load: Load<'_, 2>| {
         let shape = lanes.solve(&[load], &settings).remove(0);
         (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
     };
-    let over = lengths(density.ground.load(truth, density.postures(), None))?;
+    let over = lengths(density.posterior_model.load(truth, density.postures(), None))?;
     let mut all = Vec::new();
     for posture in 0..density.postures() {
         all.extend(
-            lengths(density.ground.load(truth, posture, None))?.iter().zip(&over).map(|(l, l0)| l / l0),
+            lengths(density.posterior_model.load(truth, posture, None))?
+                .iter()
+                .zip(&over)
+                .map(|(l, l0)| l / l0),
         );
     }
     Some(all)
 }
 
 /// Of so many postures, with errors that are zero.
-fn exact(ground: &Ground, postures: usize, stretches: &[f64]) -> Measurements {
-    let count = ground.muscles.len();
+fn exact(posterior_model: &PosteriorModel, postures: usize, stretches: &[f64]) -> Measurements {
+    let count = posterior_model.muscles.len();
     let n = stretches.len();
     let rounding = DMatrix::from_fn(n, n, |i, j| {
         // Half of it comes from the baseline, which the postures share.
@@ -56,7 +59,7 @@ fn exact(ground: &Ground, postures: usize, stretches: &[f64]) -> Measurements {
         of_baseline + if i == j { 0.5 * ROUNDING } else { 0.0 }
     });
     Measurements {
-        names: (0..n).map(|i| ground.muscles[i % count].clone()).collect(),
+        names: (0..n).map(|i| posterior_model.muscles[i % count].clone()).collect(),
         muscles: (0..n).map(|i| i % count).collect(),
         postures: (0..n).map(|i| i / count).collect(),
         stretches: stretches.to_vec(),
@@ -67,19 +70,24 @@ fn exact(ground: &Ground, postures: usize, stretches: &[f64]) -> Measurements {
 }
 
 /// What was seen of true stretches.
-pub fn seen(ground: &Ground, postures: usize, stretches: &[f64], random: &mut fastrand::Rng) -> Measurements {
-    let mut seen = exact(ground, postures, stretches);
+pub fn seen(
+    posterior_model: &PosteriorModel,
+    postures: usize,
+    stretches: &[f64],
+    random: &mut fastrand::Rng,
+) -> Measurements {
+    let mut seen = exact(posterior_model, postures, stretches);
     let n = stretches.len();
-    let errors = &seen.rounding + DMatrix::identity(n, n) * ground.priors.discrepancy.sd.powi(2);
+    let errors = &seen.rounding + DMatrix::identity(n, n) * posterior_model.priors.discrepancy.sd.powi(2);
     let errors = errors.cholesky().unwrap().l() * normals(n, random);
     seen.stretches.iter_mut().zip(errors.iter()).for_each(|(s, e)| *s += e);
     seen
 }
 
 /// A density of which nothing was seen yet.
-pub fn unseen(ground: &Ground, postures: usize) -> Density<'_> {
-    let count = postures * ground.muscles.len();
-    Density::new(ground, exact(ground, postures, &vec![1.0; count])).unwrap()
+pub fn unseen(posterior_model: &PosteriorModel, postures: usize) -> Density<'_> {
+    let count = postures * posterior_model.muscles.len();
+    Density::new(posterior_model, exact(posterior_model, postures, &vec![1.0; count])).unwrap()
 }
 
 /// A number of a meaning.
@@ -87,24 +95,24 @@ pub struct Number {
     /// F0, F, F - F0, contrast, hyoid or tilt.
     pub kind: &'static str,
     pub name: String,
-    pub value: Box<dyn Fn(&Meaning) -> f64 + Sync>,
+    pub value: Box<dyn Fn(&ParameterValues) -> f64 + Sync>,
 }
 
 /// All that is sampled, and what is told of it.
-pub fn unknowns(ground: &Ground, postures: usize) -> Vec<Number> {
+pub fn unknowns(posterior_model: &PosteriorModel, postures: usize) -> Vec<Number> {
     let mut all: Vec<Number> = Vec::new();
-    let mut add = |kind: &'static str, of: String, value: Box<dyn Fn(&Meaning) -> f64 + Sync>| {
+    let mut add = |kind: &'static str, of: String, value: Box<dyn Fn(&ParameterValues) -> f64 + Sync>| {
         all.push(Number { kind, name: format!("{kind} {of}"), value });
     };
-    for (m, name) in ground.muscles.iter().enumerate() {
+    for (m, name) in posterior_model.muscles.iter().enumerate() {
         add("F0", name.clone(), Box::new(move |d| d.tones[m]));
         for p in 0..postures {
             add("F", format!("{name} {p}"), Box::new(move |d| d.postures[p].tensions[m]));
-            let change = move |d: &Meaning| d.postures[p].tensions[m] - d.tones[m];
+            let change = move |d: &ParameterValues| d.postures[p].tensions[m] - d.tones[m];
             add("F - F0", format!("{name} {p}"), Box::new(change));
         }
         if postures > 1 {
-            let contrast = move |d: &Meaning| d.postures[0].tensions[m] - d.postures[1].tensions[m];
+            let contrast = move |d: &ParameterValues| d.postures[0].tensions[m] - d.postures[1].tensions[m];
             add("contrast", name.clone(), Box::new(contrast));
         }
     }

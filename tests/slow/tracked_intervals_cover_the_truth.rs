@@ -5,19 +5,19 @@ use nalgebra::DVector;
 use tongue_core::geometry::NaturalSpline;
 use tongue_core::random::normal;
 use tongue_fit::adapt::followed;
-use tongue_fit::adapt::{Basis, How};
+use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
 use tongue_fit::body::HYOID;
 use tongue_fit::geometry::Point;
-use tongue_fit::inverse::FreedBone;
+use tongue_fit::inverse::MovableBone;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::parallel;
 use tongue_fit::system::{Model, System};
-use tongue_infer::adapt::{RestError, Sight};
+use tongue_infer::adapt::{RegistrationData, RestError};
 use tongue_infer::inverse::BONE_SD_M;
 use tongue_infer::track::{
-    Errors, Link, RestShape, Stage, TongueSurface, TrackSettings, TrackedRecording, Watch, compared, frames,
-    mark, track,
+    Errors, RestShape, Softplus, TongueSurface, TrackSettings, TrackedRecording, TrackingContext, Watch,
+    compared, frames, mark, track,
 };
 use tongue_input::measured::recording::{AlignedFrame, Mark};
 
@@ -44,7 +44,7 @@ impl Counts {
 }
 
 /// Tensions of all frames drawn from the prior: levels, and courses that remember.
-fn drawn(link: &Link, memory_s: f64, times: &[f64], rng: &mut fastrand::Rng) -> Vec<Vec<f64>> {
+fn drawn(link: &Softplus, memory_s: f64, times: &[f64], rng: &mut fastrand::Rng) -> Vec<Vec<f64>> {
     let levels: Vec<f64> = (0..8).map(|_| link.middle_n + link.level_sd_n * normal(rng)).collect();
     let courses = drawn_scores(8, memory_s, times, rng);
     let tension = |(level, e): (&f64, &f64)| link.tension(level + link.course_sd_n * e).0;
@@ -54,7 +54,7 @@ fn drawn(link: &Link, memory_s: f64, times: &[f64], rng: &mut fastrand::Rng) -> 
 /// `unseen`: the hyoid moves about its place and is not seen.
 fn counted(speaker: &Speaker, kind: Kind, unseen: bool, recordings: usize) -> Counts {
     let all: Vec<usize> = (0..8).collect();
-    let freed = FreedBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap();
+    let freed = MovableBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap();
     let freed = if unseen { std::slice::from_ref(&freed) } else { &[] };
     let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
     let bones = followed(&speaker.body, &["hyoid".to_owned(), "mental_spine".to_owned()]);
@@ -82,7 +82,7 @@ fn counted(speaker: &Speaker, kind: Kind, unseen: bool, recordings: usize) -> Co
         }
         let settings = TrackSettings { seed: *seed, ..settings.clone() };
         let ready = vec![frames(&seen, &speaker.surface, &bones, &[])];
-        let stage = Stage { system: &speaker.system, followed: &bones, freed, shape: None };
+        let stage = TrackingContext { system: &speaker.system, followed: &bones, freed, shape: None };
         let found =
             Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap().pop().unwrap().frames;
         let mut counts = Counts::default();
@@ -140,14 +140,20 @@ pub fn tracked(speaker: &Recorded, shared_frames: usize) -> Option<Vec<TrackedRe
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
     let contracting: Vec<usize> = (0..8).collect();
     let settings = TrackSettings::new(20.0, 0.1);
-    let basis =
-        Basis { body: &body, anatomy: None, model, contracting: contracting.clone(), settings, palate: None };
-    let placed = match basis.to_recordings(&seen, How::Similarity, &[], &|_, _| {}) {
+    let basis = AdaptationInput {
+        body: &body,
+        anatomy: None,
+        model,
+        contracting: contracting.clone(),
+        settings,
+        palate: None,
+    };
+    let placed = match basis.to_recordings(&seen, RestShapeMethod::Similarity, &[], &|_, _| {}) {
         Err(RestError::NotOneFrame(_)) => return None,
         placed => placed.unwrap(),
     };
     let system = System::new(&placed.body.mesh, &model, &contracting).unwrap();
-    let sight = Sight::of(&seen, &[]);
+    let sight = RegistrationData::of(&seen, &[]);
     let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
     let shape = RestShape::of(&placed.body, &model, &contracting, at).unwrap();
     let surface = TongueSurface::of(&placed.body).unwrap();
@@ -158,7 +164,8 @@ pub fn tracked(speaker: &Recorded, shared_frames: usize) -> Option<Vec<TrackedRe
         ready
     };
     let ready = seen.iter().map(ready).collect();
-    let stage = Stage { system: &system, followed: &placed.followed, freed: &[], shape: Some(&shape) };
+    let stage =
+        TrackingContext { system: &system, followed: &placed.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { branch: false, shared_frames, ..TrackSettings::new(20.0, 0.1) };
     Some(Watch::collect(|watch| track(&stage, ready, &settings, watch)).unwrap())
 }

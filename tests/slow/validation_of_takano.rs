@@ -4,12 +4,14 @@ use std::path::Path;
 
 use serde_json::Value;
 use tongue_fit::body::Body;
-use tongue_fit::inverse::Matched;
+use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::{Dataset, TargetKind, Vowel};
 use tongue_fit::parallel;
 use tongue_fit::system::Model;
 use tongue_fit::validate::{self, ValidationPlan};
-use tongue_infer::posterior::{Density, Ground, LeftOut, Measurements, Mode, Priors, without_each};
+use tongue_infer::posterior::{
+    Density, LeftOut, MapEstimate, Measurements, PosteriorModel, Priors, without_each,
+};
 
 use crate::fixtures::target;
 
@@ -41,14 +43,14 @@ fn the_posterior_tells_every_muscle_from_the_others_as_well_as_was_committed() {
     let body = Body::tongue(0.0055).unwrap();
     // As rows are validated by themselves: the hyoid does not tilt.
     let priors = Priors::from_toml("hyoid_tilt.off = true", "test").unwrap();
-    let ground = Ground::new(&body, &Model::default(), &priors).unwrap();
+    let posterior_model = PosteriorModel::new(&body, &Model::default(), &priors).unwrap();
     let rows: Vec<_> =
         ["S1", "S2", "S3"].iter().flat_map(|s| ["i", "e", "a", "o"].map(|v| (*s, v))).collect();
     let told: Vec<Vec<(f64, LeftOut)>> = parallel::map(&rows, |&(subject, vowel)| {
         let target = target(subject, vowel, TargetKind::Stretch);
-        let seen = Measurements::of(&Matched::new(&body.mesh, &target).unwrap());
-        let mut density = Density::new(&ground, seen).unwrap();
-        let mode = Mode::find(&mut density).unwrap();
+        let seen = Measurements::of(&TargetOnBody::new(&body.mesh, &target).unwrap());
+        let mut density = Density::new(&posterior_model, seen).unwrap();
+        let mode = MapEstimate::find(&mut density).unwrap();
         target.values.iter().copied().zip(without_each(&density, &mode).unwrap()).collect()
     });
     let told = told.concat();

@@ -1,9 +1,9 @@
 //! Inference from measurements: tensions that meet them ([`inverse`]), the posterior of tensions
 //! ([`posterior`]), tensions over time ([`track`]), a speaker's body ([`adapt`]) and the sound of a tongue
-//! ([`heard`]).
+//! ([`acoustics`]).
 
+pub mod acoustics;
 pub mod adapt;
-pub mod heard;
 pub mod inverse;
 mod least_squares;
 pub mod posterior;

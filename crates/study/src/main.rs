@@ -7,8 +7,8 @@ mod continuum;
 mod hard_cases;
 mod measure;
 mod plane;
-mod pulled;
 mod table;
+mod test_tensions;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -19,7 +19,7 @@ use tongue_files::report::{Export, Markdown, OutputDir, Provenance, Rows};
 use tongue_input::bodies::artisynth;
 
 use measure::Effort;
-use pulled::{PUBLISHED_A, Pulled};
+use test_tensions::{PUBLISHED_A, Pulled};
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
 

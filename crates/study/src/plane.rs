@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use tongue_core::body::SpaceBody;
-use tongue_core::effect::{Effect, Mirror};
+use tongue_core::effect::{Effect, SymmetryPlane};
 use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_core::statistics::upper_median;
 use tongue_core::system::{Additions, SpaceModel, System};
@@ -105,7 +105,7 @@ impl Section {
 fn in_plane(body: &SpaceBody, model: &SpaceModel) -> Result<System<3>, Error> {
     let free: Vec<usize> =
         (0..body.mesh.nodes.len()).filter(|n| body.mesh.fixed.binary_search(n).is_err()).collect();
-    let held: Vec<Box<dyn Effect<3>>> = vec![Box::new(Mirror::new(1, HELD, &free, &body.mesh.nodes))];
+    let held: Vec<Box<dyn Effect<3>>> = vec![Box::new(SymmetryPlane::new(1, HELD, &free, &body.mesh.nodes))];
     Ok(System::in_space_with(body, model, Additions { effects: held, ..Additions::default() })?)
 }
 

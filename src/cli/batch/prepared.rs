@@ -8,7 +8,7 @@ use tongue_fit::inverse::alarms::THICKNESS_M;
 use tongue_fit::inverse::batch;
 use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::{Dataset, Target, TargetKind, reference_muscle};
-use tongue_fit::posterior::Ground;
+use tongue_fit::posterior::PosteriorModel;
 use tongue_fit::report::batch::contrasts;
 use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::report::batch::{
@@ -29,7 +29,7 @@ pub struct Prepared {
     pub run: BatchRun,
     kinds: Vec<TargetKind>,
     /// Options of the posterior, and the body under its priors if posteriors are asked for.
-    posterior: (posterior::Arguments, Option<Ground>),
+    posterior: (posterior::Arguments, Option<PosteriorModel>),
     /// With `--joint`, the posteriors of rows by the numbers of their jobs; made by [`Prepared::sample`].
     sampled: BTreeMap<usize, Result<RowPosterior, String>>,
     pub provenance: Provenance,
@@ -60,7 +60,7 @@ impl Prepared {
         let mut run =
             BatchRun::new(plan, batch::settings(arguments.method), &tongue, &model).into_diagnostic()?;
         run.muscles = outputs::columns(&data, &run.mesh);
-        let ground = arguments.posterior.ground(&tongue, &model)?;
+        let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;
         let (mesh, settings) = (&run.mesh, &run.settings);
 
         let command = line_of(words.to_vec());
@@ -75,7 +75,7 @@ impl Prepared {
             format!("{model:?}"),
             format!("{settings:?}"),
         ];
-        inputs.extend(ground.as_ref().map(|g| format!("{:?} {:?}", arguments.posterior, g.priors)));
+        inputs.extend(posterior_model.as_ref().map(|g| format!("{:?} {:?}", arguments.posterior, g.priors)));
         let inputs_sha256 = outputs::sha256(&inputs.iter().map(String::as_str).collect::<Vec<_>>());
         let key = outputs::sha256(&[&inputs_sha256, &command]);
         let provenance = Provenance::new(command).with_inputs(&inputs_sha256);
@@ -84,7 +84,7 @@ impl Prepared {
             unreadable,
             kinds: selection.kinds,
             run,
-            posterior: (arguments.posterior.clone(), ground),
+            posterior: (arguments.posterior.clone(), posterior_model),
             sampled: BTreeMap::new(),
             provenance,
             key,
@@ -135,9 +135,9 @@ impl Prepared {
 
     /// The posteriors of rows that are sampled together, by the numbers of their jobs.
     fn posteriors(&self, rows: &[usize]) -> Vec<(usize, Result<RowPosterior, String>)> {
-        let (how, Some(ground)) = &self.posterior else { return Vec::new() };
+        let (how, Some(posterior_model)) = &self.posterior else { return Vec::new() };
         let targets: Vec<&Target> = rows.iter().map(|&n| &self.run.plan.jobs[n].target).collect();
-        let sampled = match how.sample(ground, &targets, Vec::new()) {
+        let sampled = match how.sample(posterior_model, &targets, Vec::new()) {
             Ok(sampled) => sampled,
             // The caller adds the row to the message.
             Err(e) => return rows.iter().map(|&n| (n, Err(e.root_cause().to_string()))).collect(),

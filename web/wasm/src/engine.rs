@@ -5,10 +5,10 @@ use std::sync::Arc;
 use nalgebra::SVector;
 use serde::Deserialize;
 use serde_json::{Value, json};
+use tongue_fit::acoustics::{Articulation, Formant, VocalTract, mean_vowels};
 use tongue_fit::body::{Body, HYOID, MANDIBLE, MeshContent};
 use tongue_fit::effect::Contact;
 use tongue_fit::geometry::topology;
-use tongue_fit::heard::{Airway, Articulation, Formant, mean_vowels};
 use tongue_fit::measured::Dataset;
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::report::SimulationRecord;
@@ -18,7 +18,7 @@ use tongue_fit::scene::prepare::prepare;
 use tongue_fit::scene::{JOINT_MM, Scene};
 use tongue_fit::simulation::read_tensions;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
-use tongue_fit::system::{Carried, Model, System, TissueModel};
+use tongue_fit::system::{Model, PrescribedDisplacement, System, TissueModel};
 
 use crate::space::Space;
 
@@ -74,7 +74,7 @@ pub struct Engine {
     wall: Option<Contact>,
     surface: Vec<usize>,
     /// The tract around it, if it has a tongue's outline.
-    airway: Option<Airway>,
+    airway: Option<VocalTract>,
     /// Whether the next posture can start from this one.
     settled: bool,
     /// The tongue in space, once it has been asked for.
@@ -100,7 +100,7 @@ impl Engine {
         };
         // The built-in tract does not fit the user's own body.
         let own = text.mesh.is_some() || text.anatomy.is_some();
-        let round = || Airway::round(&body, Airway::drawn().ok()?).ok();
+        let round = || VocalTract::round(&body, VocalTract::drawn().ok()?).ok();
         let airway = if own { None } else { round() };
         let held = system.held();
         let surface: Vec<usize> =
@@ -273,9 +273,11 @@ impl Engine {
 
     /// Moves jaw and hyoid to their places.
     fn carry(&mut self, opening_deg: f64, hyoid_mm: [f64; 2]) {
-        let turned =
-            Carried::Turned { joint: SVector::from(JOINT_MM) * 1e-3, angle: opening_deg.to_radians() };
-        let shifted = Carried::Shifted(SVector::from(hyoid_mm) * 1e-3);
+        let turned = PrescribedDisplacement::Turned {
+            joint: SVector::from(JOINT_MM) * 1e-3,
+            angle: opening_deg.to_radians(),
+        };
+        let shifted = PrescribedDisplacement::Shifted(SVector::from(hyoid_mm) * 1e-3);
         for (bone, carried) in [(MANDIBLE, turned), (HYOID, shifted)] {
             for &node in self.body.bone(bone) {
                 let rest = self.system.rest()[node];

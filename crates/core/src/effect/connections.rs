@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use crate::sparse::{BlockMatrix, Pattern};
 
 use super::spring::{Spring, length_and_direction};
-use super::{Configuration, Effect, Internal, Part, Tangent};
+use super::{Configuration, Effect, Internal, PrimitiveElement, Tangent};
 
 /// Connections that are plain tissue, or those of one contracting muscle.
 ///
@@ -72,9 +72,9 @@ impl<const D: usize> Effect<D> for Connections {
         self.springs.iter().for_each(|s| couple(&s.nodes));
     }
 
-    fn parts(&self, visit: &mut dyn FnMut(Part<'_>)) -> bool {
+    fn parts(&self, visit: &mut dyn FnMut(PrimitiveElement<'_>)) -> bool {
         let muscle = self.number();
-        self.springs.iter().for_each(|spring| visit(Part::Line { spring, muscle }));
+        self.springs.iter().for_each(|spring| visit(PrimitiveElement::Line { spring, muscle }));
         true
     }
 

@@ -91,7 +91,7 @@ impl Contact {
             // The first end of the outline belongs to one segment only.
             let weight = if previous.is_some() { ended_before + at_start - 1 } else { at_start };
             self.add_barrier(&mut sum, p - a, weight, false);
-            if place == Place::Beside {
+            if place == Place::AuxiliaryData {
                 self.add_barrier(&mut sum, way, 1, true);
             }
             ended_before = i32::from(place == Place::End);
@@ -135,7 +135,7 @@ impl Contact {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Place {
     Start,
-    Beside,
+    AuxiliaryData,
     End,
 }
 
@@ -152,7 +152,7 @@ fn nearest(p: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> (Vector2<f64>, Place) 
     } else if t >= 1.0 {
         (p - b, Place::End)
     } else {
-        (from_a - along * t, Place::Beside)
+        (from_a - along * t, Place::AuxiliaryData)
     }
 }
 

@@ -8,7 +8,7 @@ use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
 use super::barrier::{self, barrier};
-use super::{Configuration, Effect, Part, Tangent};
+use super::{Configuration, Effect, PrimitiveElement, Tangent};
 
 /// `W = 1/2 kappa ((S - S0)/S0)²` for every cell, `S` its *signed* area (2D; eq. 3.28) or volume (3D; eq.
 /// 3.16).
@@ -69,8 +69,9 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         self.cells.iter().for_each(|c| couple(c.nodes()));
     }
 
-    fn parts(&self, visit: &mut dyn FnMut(Part<'_>)) -> bool {
-        let part = |c: &Cell<D>| visit(Part::Cell { nodes: c.nodes(), rest: c.rest, kappa: self.kappa });
+    fn parts(&self, visit: &mut dyn FnMut(PrimitiveElement<'_>)) -> bool {
+        let part =
+            |c: &Cell<D>| visit(PrimitiveElement::Cell { nodes: c.nodes(), rest: c.rest, kappa: self.kappa });
         self.cells.iter().for_each(part);
         true
     }

@@ -7,9 +7,9 @@
 //! | [`Incompressibility`] | `1/2 kappa ((S - S0)/S0)²` a cell | 3.3.2 (volume), 3.3.3 (area) |
 //! | [`QuadraticElements`] | `μ/2 (tr FᵀF - D) - μ ln J + λ/2 (ln J)²` a measure, in place of tissue and cells | Bonet and Wood 2008, 6.27 |
 //! | [`Hexahedra`] | `C10 (Ī1 - 3) + C20 (Ī1 - 3)²` a measure, `K/2 V0 (V/V0 - 1)²` an element | Buchaillard et al. 2009; Simo et al. 1985 |
-//! | [`Upright`] | `λ V b(m/M)` a part of a quadratic element below a tenth of its measure | Li et al. 2020, eq. 6 |
+//! | [`OrientationBarrier`] | `λ V b(m/M)` a part of a quadratic element below a tenth of its measure | Li et al. 2020, eq. 6 |
 //! | [`Fibres`] | `F ∫ w (|F f0| - 1) ds` of a muscle of finite width | a tension that the stretch does not change |
-//! | [`Mirror`] | `1/2 k (x - x0)²` a node on the plane that halves a body | |
+//! | [`SymmetryPlane`] | `1/2 k (x - x0)²` a node on the plane that halves a body | |
 //! | [`Attachment`] | `1/2 ∫ κ |u - v|² ds` between surface and bone | chosen, not measured |
 //! | [`Gravity`] | `-m g·(x - X)` a node | Newton 1687 |
 //! | [`Contact`] | `-κ (d - d̂)² ln(d/d̂)` a node nearer than `d̂` to the palate | Li et al. 2020, eq. 6 |
@@ -19,19 +19,19 @@
 
 mod attachment;
 pub mod barrier;
+mod barrier_simplices;
 mod connections;
 mod contact;
 mod fibres;
 mod gravity;
-mod guards;
 mod hexahedra;
 mod hexahedron_point;
 mod incompressibility;
 mod internal;
-mod mirror;
+mod orientation_barrier;
 mod quadratic_element;
 pub mod spring;
-mod upright;
+mod symmetry_plane;
 
 use std::fmt::Debug;
 
@@ -48,9 +48,9 @@ pub use gravity::{Gravity, lumped_masses};
 pub use hexahedra::{Hexahedra, Stiffening};
 pub use incompressibility::Incompressibility;
 pub use internal::Internal;
-pub use mirror::Mirror;
+pub use orientation_barrier::OrientationBarrier;
 pub use quadratic_element::QuadraticElements;
-pub use upright::Upright;
+pub use symmetry_plane::SymmetryPlane;
 
 /// The state at which an effect is evaluated.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +63,7 @@ pub struct Configuration<'a, const D: usize> {
 
 /// One element of an effect that consists of springs and area or volume terms only.
 #[derive(Debug, Clone, Copy)]
-pub enum Part<'a> {
+pub enum PrimitiveElement<'a> {
     /// A spring, and the muscle along it whose tension it carries as well.
     Line { spring: &'a spring::Spring, muscle: Option<usize> },
     /// A cell of energy `1/2 kappa ((S - S0)/S0)²`.
@@ -106,8 +106,8 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
         count
     }
 
-    /// Calls `visit` with every element, if the effect is made of [`Part`]s alone; false if it is not.
-    fn parts(&self, _visit: &mut dyn FnMut(Part<'_>)) -> bool {
+    /// Calls `visit` with every element, if the effect is made of [`PrimitiveElement`]s alone; false if it is not.
+    fn parts(&self, _visit: &mut dyn FnMut(PrimitiveElement<'_>)) -> bool {
         false
     }
 

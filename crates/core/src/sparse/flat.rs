@@ -7,16 +7,16 @@
 use pulp::NullaryFnOnce;
 
 use super::Pattern;
-use super::wide::{Pair, Wide};
+use super::simd::{Pair, Simd};
 
 /// A pivot must exceed this part of the largest entry on the diagonal, as in [`super::cholesky`].
 const SMALLEST_PIVOT: f64 = 1e-13;
 const FILL: u32 = u32::MAX;
 
 /// A block, row by row.
-pub(crate) type Block<const L: usize> = [Wide<L>; 4];
+pub(crate) type Block<const L: usize> = [Simd<L>; 4];
 /// The lower triangle of a block: entries (0,0), (1,0), (1,1).
-pub(crate) type Lower<const L: usize> = [Wide<L>; 3];
+pub(crate) type Lower<const L: usize> = [Simd<L>; 3];
 
 /// The products of each block. Blocks below the diagonal are numbered column by column.
 #[derive(Debug)]
@@ -86,7 +86,7 @@ impl Symbolic {
     }
 
     pub fn factor<const L: usize>(&self) -> Factor<L> {
-        Factor { lower: vec![[Wide::ZERO; 4]; self.row.len()], inverse: vec![[Wide::ZERO; 3]; self.columns] }
+        Factor { lower: vec![[Simd::ZERO; 4]; self.row.len()], inverse: vec![[Simd::ZERO; 3]; self.columns] }
     }
 
     #[inline(always)]
@@ -115,7 +115,7 @@ impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
     #[inline(always)]
     fn call(self) -> [bool; L] {
         let Self { symbolic: s, pairs, diagonal, factor: Factor { lower, inverse: inverses } } = self;
-        let floor = largest_diagonal(&diagonal[..s.columns]) * Wide::all(SMALLEST_PIVOT);
+        let floor = largest_diagonal(&diagonal[..s.columns]) * Simd::all(SMALLEST_PIVOT);
         let mut safe = [true; L];
         let mut product = 0;
         for (j, whole) in diagonal[..s.columns].iter().enumerate() {
@@ -137,7 +137,7 @@ impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
             let column = s.column(j);
             for block in column {
                 let mut b = match s.source[block] {
-                    FILL => [Wide::ZERO; 4],
+                    FILL => [Simd::ZERO; 4],
                     pair => pairs[pair as usize],
                 };
                 let end = s.products_end[block] as usize;
@@ -197,14 +197,14 @@ impl<const L: usize> NullaryFnOnce for Solve<'_, L> {
 /// One over the root of a pivot, and the lanes where the pivot is above the floor. The other lanes get 1, so
 /// that they stay finite.
 #[inline(always)]
-fn pivot<const L: usize>(value: Wide<L>, floor: Wide<L>) -> (Wide<L>, [bool; L]) {
+fn pivot<const L: usize>(value: Simd<L>, floor: Simd<L>) -> (Simd<L>, [bool; L]) {
     let safe = value.above(floor);
     let root = value.sqrt().inverse();
-    (Wide(std::array::from_fn(|lane| if safe[lane] { root.0[lane] } else { 1.0 })), safe)
+    (Simd(std::array::from_fn(|lane| if safe[lane] { root.0[lane] } else { 1.0 })), safe)
 }
 
 /// Largest absolute entry on the diagonal.
 #[inline(always)]
-pub(crate) fn largest_diagonal<const L: usize>(diagonal: &[Lower<L>]) -> Wide<L> {
-    diagonal.iter().fold(Wide::ZERO, |m, d| m.max(d[0].abs()).max(d[2].abs()))
+pub(crate) fn largest_diagonal<const L: usize>(diagonal: &[Lower<L>]) -> Simd<L> {
+    diagonal.iter().fold(Simd::ZERO, |m, d| m.max(d[0].abs()).max(d[2].abs()))
 }

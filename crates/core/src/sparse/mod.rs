@@ -11,8 +11,8 @@ pub(crate) mod flat;
 mod minimum_degree;
 pub mod ordering;
 pub mod pattern;
+pub(crate) mod simd;
 mod supernodal;
-pub(crate) mod wide;
 
 use nalgebra::SMatrix;
 

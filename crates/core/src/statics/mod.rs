@@ -20,11 +20,11 @@
 //! The study of hard cases measures over all subsets of the muscles how often both agree
 //! (`results/stability`).
 
-mod carry;
 mod curvature;
 pub mod lanes;
+mod mass_spring;
 mod newton;
-mod plain;
+mod prescribed;
 mod response;
 mod safeguards;
 mod solution;

@@ -3,8 +3,8 @@
 
 use crate::system::System;
 
-use super::carry::{Carried, FOLLOWED, MOST_PARTS, carry};
-use super::plain::solve_single;
+use super::mass_spring::solve_single;
+use super::prescribed::{FOLLOWED, MOST_PARTS, Progress, carry};
 use super::safeguards::{settle, step_load};
 use super::state::State;
 use super::{Solution, SolveSettings, SolveStatus, Stability, Workspace};
@@ -54,9 +54,9 @@ pub fn solve<const D: usize>(
     };
     for _ in 0..MOST_PARTS {
         match carry(system, workspace) {
-            Carried::There => return solve_held(system, workspace, tensions, settings).after(&spent),
-            Carried::Nowhere => break,
-            Carried::APart => {}
+            Progress::There => return solve_held(system, workspace, tensions, settings).after(&spent),
+            Progress::Nowhere => break,
+            Progress::APart => {}
         }
         let follow =
             SolveSettings { tolerance: settings.tolerance.max(FOLLOWED), certify: false, ..*settings };

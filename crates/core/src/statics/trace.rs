@@ -101,9 +101,9 @@ pub fn trace<const D: usize>(
         return Trace { solution, critical: None, another, same: false, factorisations, stopped: None };
     }
     let (critical, stopped) = match path.follow(&mut shape, RESOLUTION) {
-        End::Whole => (None, None),
-        End::Stopped { reached } => (None, Some(reached)),
-        End::Critical { reached, load } => {
+        PathEnd::Whole => (None, None),
+        PathEnd::Stopped { reached } => (None, Some(reached)),
+        PathEnd::Critical { reached, load } => {
             (Some(Critical { load, kind: path.end_of_branch(&shape, reached) }), None)
         }
     };
@@ -140,7 +140,7 @@ pub fn is_reached_from_rest<const D: usize>(
     let mut shape = path.begin();
     if path.there_and_back(&shape).is_some() {
         shape.clone_from(&path.w.positions);
-    } else if path.follow(&mut shape, SHORTEST) != End::Whole {
+    } else if path.follow(&mut shape, SHORTEST) != PathEnd::Whole {
         return false;
     }
     largest_distance(&shape, positions) <= SAME_SHAPE_M
@@ -207,7 +207,7 @@ struct Path<'a, const D: usize> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum End {
+enum PathEnd {
     /// At the whole load.
     Whole,
     /// Where it cannot be continued: the part of the load reached, and the next one that is not.
@@ -242,12 +242,12 @@ impl<'a, const D: usize> Path<'a, D> {
 
     /// Follows the branch from `shape` without tensions; `shape` is then the last one on it. A step that does not continue the branch
     /// is halved until it is shorter than the part `shortest` of the load.
-    fn follow(&mut self, shape: &mut Vec<SVector<f64, D>>, shortest: f64) -> End {
+    fn follow(&mut self, shape: &mut Vec<SVector<f64, D>>, shortest: f64) -> PathEnd {
         let longest = 1.0 / self.steps() as f64;
         let (mut reached, mut step) = (0.0, longest);
         while reached < 1.0 {
             if self.solves >= self.settings.most_solves {
-                return End::Stopped { reached };
+                return PathEnd::Stopped { reached };
             }
             let load = f64::min(reached + step, 1.0);
             if let Some(next) = self.continued(shape, reached, load) {
@@ -256,11 +256,11 @@ impl<'a, const D: usize> Path<'a, D> {
             } else {
                 step *= 0.5;
                 if step < shortest * load {
-                    return End::Critical { reached, load: reached + step };
+                    return PathEnd::Critical { reached, load: reached + step };
                 }
             }
         }
-        End::Whole
+        PathEnd::Whole
     }
 
     /// Solves at a part of the load from given positions.

@@ -7,7 +7,7 @@ use crate::sparse::BlockMatrix;
 use crate::sparse::cholesky::Factor;
 use crate::system::System;
 
-use super::plain::Single;
+use super::mass_spring::Single;
 
 /// Everything that a solve writes to. There is one for each thread and system, and it is reused without
 /// allocating.

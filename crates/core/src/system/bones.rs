@@ -7,7 +7,7 @@ use nalgebra::SVector;
 
 /// How a bone is carried from where it is at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Carried<const D: usize> {
+pub enum PrescribedDisplacement<const D: usize> {
     /// Turned about a joint in the plane of the first two coordinates, as the mandible is about the
     /// temporomandibular joint.
     Turned {
@@ -21,7 +21,7 @@ pub enum Carried<const D: usize> {
     Shifted(SVector<f64, D>),
 }
 
-impl<const D: usize> Carried<D> {
+impl<const D: usize> PrescribedDisplacement<D> {
     /// Where a point of the bone comes to lie, m.
     pub fn place(&self, point: SVector<f64, D>) -> SVector<f64, D> {
         match self {

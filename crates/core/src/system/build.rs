@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::SVector;
 
 use crate::body::{Continuum, Mesh};
-use crate::effect::{Attachment, Effect, Fibres, Incompressibility, QuadraticElements, Upright};
+use crate::effect::{Attachment, Effect, Fibres, Incompressibility, OrientationBarrier, QuadraticElements};
 use crate::material::Coefficients;
 use crate::sparse::Pattern;
 
@@ -165,7 +165,7 @@ fn continuum_effects<const D: usize>(
         &mesh.nodes,
     );
     let (settings, (lambda, mu)) = (&continuum.settings, model.constants.lame());
-    let upright = Upright::new(lambda, continuum.elements(), &mesh.nodes);
+    let upright = OrientationBarrier::new(lambda, continuum.elements(), &mesh.nodes);
     let mut effects: Vec<Box<dyn Effect<D>>> = vec![Box::new(tissue), Box::new(upright)];
     if !continuum.ties.is_empty() {
         let stiffness = settings.patch_stiffness * mu / settings.patch_radius_m;

@@ -26,7 +26,7 @@ use crate::material::{Coefficients, Stress};
 use crate::sparse::Pattern;
 
 pub use additions::Additions;
-pub use bones::Carried;
+pub use bones::PrescribedDisplacement;
 pub use error::SystemError;
 pub use model::{Model, TissueModel, coefficients, connection_stiffness};
 pub use path::StraightPath;

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::body::space::Half;
 use crate::body::{SpaceBody, SpaceMuscle, Strand};
-use crate::effect::{Effect, Fibres, Hexahedra, Mirror, Stiffening};
+use crate::effect::{Effect, Fibres, Hexahedra, Stiffening, SymmetryPlane};
 use crate::geometry::hexahedron;
 use crate::limits::{BeyondLimit, STIFFENING};
 use crate::material::{Coefficients, Constants, MooneyRivlin};
@@ -64,7 +64,7 @@ impl System<3> {
 
     /// The same of one half of a symmetric body, held in the plane that halves it.
     pub fn of_half(half: &Half, model: &SpaceModel) -> Result<Self, SystemError> {
-        let mirror = Mirror::new(1, MIRROR, &half.plane, &half.body.mesh.nodes);
+        let mirror = SymmetryPlane::new(1, MIRROR, &half.plane, &half.body.mesh.nodes);
         let effects: Vec<Box<dyn Effect<3>>> = vec![Box::new(mirror)];
         Self::in_space_with(&half.body, model, Additions { effects, ..Additions::default() })
     }

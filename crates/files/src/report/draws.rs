@@ -36,7 +36,7 @@ impl Draws<'_> {
 
 impl Export for Draws<'_> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let (muscles, posture) = (&self.0.density.ground.muscles, self.1);
+        let (muscles, posture) = (&self.0.density.posterior_model.muscles, self.1);
         let labels = &self.0.density.seen.labels;
         let others: Vec<usize> = (0..labels.len()).filter(|p| *p != posture).collect();
         let mut columns = vec!["chain".to_owned(), "draw".to_owned(), "log_density".to_owned()];

@@ -5,9 +5,9 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::ReportError;
+use super::atomic_write::{Staged, persist};
 use super::clean::Clean;
 use super::export::{Export, Provenance};
-use super::staged::{Staged, persist};
 
 /// Endings of files of text, in which control characters are escaped.
 const TEXT: [&str; 8] = ["csv", "html", "json", "md", "pvd", "sto", "svg", "vtu"];

@@ -4,6 +4,8 @@
 //! [`OutputDir`] gives files their names, whatever they contain.
 
 #[cfg(feature = "files")]
+mod atomic_write;
+#[cfg(feature = "files")]
 pub mod batch;
 #[cfg(feature = "files")]
 mod clean;
@@ -16,7 +18,7 @@ mod export;
 #[cfg(feature = "files")]
 mod file;
 mod msh;
-mod of_muscle;
+mod muscle_columns;
 #[cfg(feature = "files")]
 mod page;
 mod plane;
@@ -24,8 +26,6 @@ mod record;
 mod sound;
 mod space;
 mod space_fit;
-#[cfg(feature = "files")]
-mod staged;
 mod sto;
 mod svg;
 #[cfg(feature = "files")]
@@ -34,6 +34,8 @@ mod track;
 mod trajectory;
 mod vtu;
 
+#[cfg(feature = "files")]
+pub use atomic_write::{InterruptGuard, discard_unfinished};
 #[cfg(feature = "files")]
 pub use clean::Clean;
 pub use conclusion::{Conclusion, DecidedBy};
@@ -49,8 +51,6 @@ pub use record::{FitRecord, SimulationRecord, ValleyPointRecord, ValleyRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{OperationRecord, SpaceRecord, SpaceVtu};
 pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};
-#[cfg(feature = "files")]
-pub use staged::{Standstill, discard_unfinished};
 pub use sto::StoTable;
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,

@@ -5,13 +5,13 @@ use serde_json::json;
 
 use super::column;
 use super::export::{Export, Provenance};
-use super::of_muscle::{self, OfMuscle};
+use super::muscle_columns::{self, OfMuscle};
 use super::{ByMuscle, Conclusion, ReportError, SectionPicture, Series, Svg, Table, changes, tongue};
 use crate::run::Equilibrium;
 use tongue_core::body::Body;
 use tongue_infer::inverse::Fit;
 use tongue_infer::inverse::alarms::Alarm;
-use tongue_infer::inverse::valley::{Valley, ValleyPoint};
+use tongue_infer::inverse::solution_curve::{CurvePoint, SolutionCurve};
 use tongue_input::measured::TargetKind;
 
 /// Lengths in metres as millimetres, by muscle.
@@ -174,7 +174,7 @@ impl FitRecord {
             target_stretch measured_stretch,residual_stretch stretch_residual";
         let row = |muscle| OfMuscle { record: self, substitute_baseline: false, muscle };
         let rows: Vec<_> = (0..self.fit.muscles.len()).map(row).collect();
-        column::table(&of_muscle::picked(COLUMNS), &rows).text(&self.made_by)
+        column::table(&muscle_columns::picked(COLUMNS), &rows).text(&self.made_by)
     }
 }
 
@@ -196,12 +196,12 @@ impl ValleyRecord {
     /// The record of a curve over `unknowns` in a body with these muscles; `of_body` selects their lengths
     /// from those of all chains.
     pub fn new(
-        valley: &Valley,
+        valley: &SolutionCurve,
         unknowns: &[String],
         muscles: &[String],
         of_body: impl Fn(&[f64]) -> Vec<f64>,
     ) -> Self {
-        let point = |p: &ValleyPoint| ValleyPointRecord {
+        let point = |p: &CurvePoint| ValleyPointRecord {
             tensions_n: by(unknowns, &p.x),
             lengths_mm: mm(muscles, &of_body(&p.lengths)),
             misfit: p.misfit,

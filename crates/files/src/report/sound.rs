@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use tongue_infer::heard::{Articulation, Sound, Tract};
+use tongue_infer::acoustics::{Articulation, Sound, Tract};
 use tongue_sound::{Acoustics, transfer};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -5,7 +5,7 @@ use tongue_core::body::Body;
 use tongue_core::effect::Contact;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
 use tongue_infer::inverse::alarms;
-use tongue_infer::inverse::{self, FitError, FitSettings, Matched, Method};
+use tongue_infer::inverse::{self, FitError, FitSettings, Method, TargetOnBody};
 use tongue_input::measured::Target;
 use tongue_input::measured::muscles::Muscles;
 
@@ -32,7 +32,7 @@ impl FitRun {
         let fit = match body.palate.as_ref().filter(|_| self.walls) {
             None => inverse::fit(&body.mesh, model, target, settings)?,
             Some(palate) => {
-                let matched = Matched::new(&body.mesh, target)?;
+                let matched = TargetOnBody::new(&body.mesh, target)?;
                 let system = walled(body, model, palate, &matched.contracting())?;
                 inverse::fit_in(&system, &matched, settings)?
             }

@@ -5,10 +5,12 @@ use tongue_core::effect::{Contact, Effect};
 use tongue_core::geometry::Similarity;
 use tongue_core::random::seed_of;
 use tongue_core::system::{self, Additions, System, SystemError};
-use tongue_infer::adapt::{self, Adaptation, Basis, How, Placement, RestError, Sight};
-use tongue_infer::inverse::{FitError, FreedBone};
+use tongue_infer::adapt::{
+    self, Adaptation, AdaptationInput, Placement, RegistrationData, RestError, RestShapeMethod,
+};
+use tongue_infer::inverse::{FitError, MovableBone};
 use tongue_infer::track::{
-    self, Followed, Frame, NotFinite, RestShape, Stage, TongueSurface, TrackedRecording, Watch,
+    self, Followed, Frame, NotFinite, RestShape, TongueSurface, TrackedRecording, TrackingContext, Watch,
 };
 use tongue_input::measured::recording::AlignedRecording;
 
@@ -34,13 +36,13 @@ pub enum TrackError {
 #[derive(Debug, Clone)]
 pub struct TrackRun<'a> {
     /// The body, its material and muscles, the settings, and the traced palate.
-    pub basis: Basis<'a>,
+    pub basis: AdaptationInput<'a>,
     /// The adaptation that the body has already, if it has one.
     pub adaptation: Option<&'a Adaptation>,
     /// Whether the body is used where it is; otherwise it is placed in the recordings.
     pub is_given: bool,
     /// Method for the rest shape of a body that is placed.
-    pub rest: How,
+    pub rest: RestShapeMethod,
     pub free_bones: &'a [String],
     pub hide: &'a [String],
 }
@@ -61,7 +63,7 @@ pub struct TrackedBody {
 
 impl TrackedBody {
     pub fn is_fitted(&self) -> bool {
-        self.adaptation.as_ref().is_some_and(|a| a.rest == How::Joint)
+        self.adaptation.as_ref().is_some_and(|a| a.rest == RestShapeMethod::Joint)
     }
 
     /// The adaptation of a displayed body, whose shape at rest may have been found in tracking.
@@ -71,8 +73,8 @@ impl TrackedBody {
         let before = self.adaptation.clone().unwrap_or(own);
         let is_found = displayed.mesh.nodes != self.body.mesh.nodes;
         let rest = match is_found {
-            true if self.placement.is_some() => How::Similarity,
-            true => How::Joint,
+            true if self.placement.is_some() => RestShapeMethod::Similarity,
+            true => RestShapeMethod::Joint,
             false => before.rest,
         };
         Adaptation { rest, ..before }
@@ -130,7 +132,7 @@ impl TrackRun<'_> {
         let shape = match &speaker.placement {
             Some(placement) => RestShape::of_coils(body, model, contracting, placement),
             None => {
-                let sight = Sight::of(seen, &[]);
+                let sight = RegistrationData::of(seen, &[]);
                 let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
                 RestShape::of(body, model, contracting, at)
             }
@@ -186,7 +188,7 @@ impl TrackRun<'_> {
                 settings.seed = seed_of(settings.seed, nth_sitting);
             }
             let freed = sitting.first().map(|&nth| self.freed(seen[nth])).into_iter().flatten();
-            let freed = freed.map(|name| FreedBone::of(body, model, &self.basis.contracting, name));
+            let freed = freed.map(|name| MovableBone::of(body, model, &self.basis.contracting, name));
             let freed = freed.collect::<Result<Vec<_>, _>>()?;
             let frames_of = |&nth: &usize| {
                 track::frames(&speaker.seated(seen[nth]), &surface, &speaker.followed, self.hide)
@@ -196,7 +198,8 @@ impl TrackRun<'_> {
                 listen(frames);
                 track::mark(frames, &seen[nth].labels, &compared);
             }
-            let stage = Stage { system: &system, followed: &speaker.followed, freed: &freed, shape };
+            let stage =
+                TrackingContext { system: &system, followed: &speaker.followed, freed: &freed, shape };
             let watch = Watch {
                 is_wanted: &|number| (watch.is_wanted)(sitting[number]),
                 take: &|number, found| (watch.take)(sitting[number], found),
@@ -235,7 +238,7 @@ impl TrackRun<'_> {
             if names.contains(&name) {
                 return refused("this bone is free already; give each bone once");
             }
-            FreedBone::of(self.basis.body, &self.basis.model, &self.basis.contracting, name)?;
+            MovableBone::of(self.basis.body, &self.basis.model, &self.basis.contracting, name)?;
             if seen.iter().all(|s| s.shows_bone(name)) {
                 return refused(
                     "it is seen in every recording, and carried to where it is seen; leave the option out",

@@ -6,7 +6,7 @@ use std::io;
 use super::file::{Scene, Want};
 use super::{JOINT_MM, SceneError};
 use tongue_core::body::Body;
-use tongue_infer::heard::{Airway, AirwayError, Articulation};
+use tongue_infer::acoustics::{Articulation, VocalTract, VocalTractError};
 use tongue_input::files;
 
 pub(super) fn posture(scene: &Scene) -> Articulation {
@@ -20,26 +20,29 @@ pub(super) fn posture(scene: &Scene) -> Articulation {
 }
 
 /// The tract around the body of a scene; `None` if no sound is wanted.
-pub(super) fn airway<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Airway>, SceneError> {
+pub(super) fn airway<const D: usize>(
+    scene: &Scene,
+    body: &Body<D>,
+) -> Result<Option<VocalTract>, SceneError> {
     let Some(wanted) =
         scene.tract.as_ref().filter(|_| scene.want != Want::Shape && scene.want != Want::Lengths)
     else {
         return Ok(None);
     };
     let mut tract = match &wanted.file {
-        None => Airway::drawn()?,
+        None => VocalTract::drawn()?,
         Some(path) => {
             let text = files::read(path).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
             let text = text.map_err(|source| SceneError::unread("tract.file", path, &source))?;
-            Airway::read(&text, path)?
+            VocalTract::read(&text, path)?
         }
     };
     tract.jaw.joint_mm = scene.effects.jaw.as_ref().map_or(JOINT_MM, |j| j.joint_mm);
     let flat = (body as &dyn Any).downcast_ref::<Body<2>>();
-    let round = flat.map(|body| Airway::round(body, tract));
+    let round = flat.map(|body| VocalTract::round(body, tract));
     match round {
-        Some(Err(AirwayError::NoSurface)) | None => {
-            let why = AirwayError::NoSurface.to_string();
+        Some(Err(VocalTractError::NoSurface)) | None => {
+            let why = VocalTractError::NoSurface.to_string();
             Err(SceneError::contradiction("[tract]", scene.body_key(), why))
         }
         Some(airway) => Ok(Some(airway?)),

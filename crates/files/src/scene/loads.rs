@@ -8,7 +8,7 @@ use super::file::Scene;
 use super::plan::{self, Planned};
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Gravity, lumped_masses};
-use tongue_core::system::{Additions, Carried, Model};
+use tongue_core::system::{Additions, Model, PrescribedDisplacement};
 
 pub(super) fn gravity<const D: usize>(
     scene: &Scene,
@@ -94,9 +94,11 @@ pub(super) fn carry_bones<const D: usize>(
     };
     let jaw = scene.effects.jaw.as_ref();
     let hyoid = scene.effects.hyoid.as_ref();
-    let turned =
-        jaw.map(|j| Carried::Turned { joint: millimetres(j.joint_mm), angle: j.opening_deg.to_radians() });
-    let shifted = hyoid.map(|h| Carried::Shifted(millimetres(h.shift_mm)));
+    let turned = jaw.map(|j| PrescribedDisplacement::Turned {
+        joint: millimetres(j.joint_mm),
+        angle: j.opening_deg.to_radians(),
+    });
+    let shifted = hyoid.map(|h| PrescribedDisplacement::Shifted(millimetres(h.shift_mm)));
     let [mandible, hyoid_bone] = [MANDIBLE, HYOID].map(|name| body.bone(name));
     let wanted = [("effects.jaw", turned, mandible), ("effects.hyoid", shifted, hyoid_bone)];
     for (key, carried, nodes) in wanted {

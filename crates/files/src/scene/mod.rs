@@ -26,7 +26,7 @@ use tongue_core::body::BodyError;
 use tongue_core::dynamics::MotionError;
 use tongue_core::limits::BeyondLimit;
 use tongue_core::system::SystemError;
-use tongue_infer::heard::AirwayError;
+use tongue_infer::acoustics::VocalTractError;
 use tongue_infer::inverse::FitError;
 use tongue_input::measured;
 
@@ -62,7 +62,7 @@ pub enum SceneError {
     #[error(transparent)]
     Motion(#[from] MotionError),
     #[error("[tract]: {0}")]
-    Airway(#[from] AirwayError),
+    VocalTract(#[from] VocalTractError),
 }
 
 impl SceneError {

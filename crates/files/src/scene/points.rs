@@ -9,7 +9,9 @@ use super::SceneError;
 use super::file::{Points, Scene};
 use tongue_core::body::Body;
 use tongue_core::system::System;
-use tongue_infer::track::{self, Errors, Frame, FrameStatus, Stage, TongueSurface, TrackSettings, Watch};
+use tongue_infer::track::{
+    self, Errors, Frame, FrameStatus, TongueSurface, TrackSettings, TrackingContext, Watch,
+};
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -65,7 +67,7 @@ pub(super) fn fit<const D: usize>(
     let settings =
         TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(points.prior_n_per_m, 0.0) };
     // A scene says what its body is, so its shape is known.
-    let stage = Stage { system, followed: &[], freed: &[], shape: None };
+    let stage = TrackingContext { system, followed: &[], freed: &[], shape: None };
     let found = Watch::collect(|watch| track::track(&stage, vec![vec![frame.clone()]], &settings, watch));
     let found = found.ok()?.pop()?.frames.pop()?;
     let of_body = |values: &[f64]| {

@@ -13,8 +13,8 @@ use tongue_core::effect::{Contact, Effect};
 use tongue_core::material::Constants;
 use tongue_core::system::locking::bending_kept;
 use tongue_core::system::{self, Additions, Model, SpaceModel, System};
-use tongue_infer::heard::Airway;
-use tongue_infer::inverse::Matched;
+use tongue_infer::acoustics::VocalTract;
+use tongue_infer::inverse::TargetOnBody;
 use tongue_infer::track::Frame;
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
@@ -32,7 +32,7 @@ pub struct Prepared<const D: usize> {
     pub wall: Option<Contact>,
     pub target: Option<Target>,
     pub seen: Option<Frame>,
-    pub airway: Option<Airway>,
+    pub airway: Option<VocalTract>,
 }
 
 pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<D>, SceneError> {
@@ -48,7 +48,7 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
         _ if seen.is_some() => all.collect(),
         None if body.space.is_some() => all.filter(|&m| tensions[m] > 0.0).collect(),
         None => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
-        Some(target) => Matched::new(&body.mesh, target)?.contracting(),
+        Some(target) => TargetOnBody::new(&body.mesh, target)?.contracting(),
     };
 
     let mut decisions = tissue_decisions(scene, &body, &contracting);
@@ -144,7 +144,7 @@ fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, Scene
     let kind: TargetKind = wanted.target.parse()?;
     let data = Dataset::reference()?;
     let target = Target::new(&data, &wanted.subject, &vowel, kind, &TargetOptions::default())?;
-    if let Err(missing) = Matched::new(&body.mesh, &target) {
+    if let Err(missing) = TargetOnBody::new(&body.mesh, &target) {
         let why = format!("{missing}; fit a body that has it, or give tensions");
         return Err(SceneError::contradiction("[fit]", scene.body_key(), why));
     }

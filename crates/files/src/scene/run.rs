@@ -45,7 +45,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     let clock = Instant::now();
     let mut fitted = None;
     if let Some(target) = &prepared.target {
-        let matched = inverse::Matched::new(&prepared.body.mesh, target)?;
+        let matched = inverse::TargetOnBody::new(&prepared.body.mesh, target)?;
         let fit = inverse::fit_in(&prepared.system, &matched, &inverse::FitSettings::default())?;
         fitted = Some(fit.status);
         prepared.tensions = fit.body_tensions;

@@ -8,7 +8,7 @@ use super::SceneError;
 use super::prepare::Prepared;
 use crate::report::{FormantsByTension, SoundRecord};
 use tongue_core::statics::{Response, Workspace};
-use tongue_infer::heard::{Airway, Articulation};
+use tongue_infer::acoustics::{Articulation, VocalTract};
 
 /// The sound of the last equilibrium in a workspace.
 pub(super) fn hear<const D: usize>(
@@ -27,7 +27,7 @@ pub(super) fn hear<const D: usize>(
     if let Ok(mut response) = Response::new(&prepared.system, workspace) {
         for &chain in prepared.system.contracting() {
             let muscle = &prepared.body.mesh.muscles[chain].name;
-            let own = Airway::by_tension(&rates, &mut response, chain);
+            let own = VocalTract::by_tension(&rates, &mut response, chain);
             match record.by_tension.iter_mut().find(|b| b.muscle == *muscle) {
                 Some(same) => same.hz_per_n.iter_mut().zip(own).for_each(|(sum, x)| *sum += x),
                 None => record.by_tension.push(FormantsByTension { muscle: muscle.clone(), hz_per_n: own }),

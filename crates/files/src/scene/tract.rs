@@ -2,7 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use tongue_infer::heard::Articulation;
+use tongue_infer::acoustics::Articulation;
 
 /// The tract around the tongue. `effects.jaw` and `effects.hyoid` move its jaw and larynx.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]

@@ -9,7 +9,7 @@ use tongue_core::observe::{Contour, Curve, Length, Ratio, Stretch, Surface};
 use tongue_core::statistics::distinct;
 use tongue_core::suggest;
 use tongue_core::system::{Model, System};
-use tongue_infer::inverse::Matched;
+use tongue_infer::inverse::TargetOnBody;
 use tongue_input::measured::Target;
 
 use super::error::check_tension;
@@ -105,7 +105,7 @@ impl<const D: usize> Assembly<D> {
     /// The observations of this body in a target: one for every fitted muscle, with its range of rounding,
     /// and one for every other measured muscle.
     pub fn observations(&self, target: &Target) -> Result<Observations<D>, SimulationError> {
-        let matched = Matched::new(&self.body().mesh, target)?;
+        let matched = TargetOnBody::new(&self.body().mesh, target)?;
         let system = self.system();
         let [fitted, others] = matched.observations(system, &system.lengths(system.rest()));
         Ok(Observations { fitted, others })

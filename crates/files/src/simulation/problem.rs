@@ -1,7 +1,9 @@
 //! An inverse problem by name: the observations of a body, and the unknowns.
 
 use tongue_core::observe::Observation;
-use tongue_infer::inverse::{self, FitSettings, FreedBone, Inverse, Prior, Quantity, TissueUnknown, Unknown};
+use tongue_infer::inverse::{
+    self, FitSettings, LeastSquaresProblem, MovableBone, Prior, Quantity, TissueUnknown, Unknown,
+};
 
 use super::error::checked;
 use super::{Assembly, Estimate, SimulationError};
@@ -33,7 +35,7 @@ pub struct InverseProblem<const D: usize> {
     /// An infinite upper bound stands for that of the settings.
     unknowns: Vec<Unknown>,
     bone_names: Vec<String>,
-    bones: Vec<FreedBone<D>>,
+    bones: Vec<MovableBone<D>>,
     tensions: Vec<f64>,
 }
 
@@ -99,7 +101,7 @@ impl<const D: usize> InverseProblem<D> {
             return Err(SimulationError::repeated(bone));
         }
         let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
-        let freed = FreedBone::new(mesh, self.assembly.model(), system.contracting(), nodes)?;
+        let freed = MovableBone::new(mesh, self.assembly.model(), system.contracting(), nodes)?;
         let number = self.bones.len();
         self.unknowns.extend((0..D).map(|axis| {
             let unknown = Unknown::bone(number, axis, 1.0);
@@ -170,7 +172,8 @@ impl<const D: usize> InverseProblem<D> {
             model: *assembly.model(),
             contracting: system.contracting(),
         };
-        let mut inverse = Inverse::new(system, self.observations.fitted.clone(), unknowns.clone());
+        let mut inverse =
+            LeastSquaresProblem::new(system, self.observations.fitted.clone(), unknowns.clone());
         inverse.others.clone_from(&self.observations.others);
         inverse.bones = &self.bones;
         inverse.tensions.clone_from(&self.tensions);

@@ -2,7 +2,7 @@
 
 use tongue_core::body::Mesh;
 use tongue_core::statistics::distinct;
-use tongue_infer::inverse::Matched;
+use tongue_infer::inverse::TargetOnBody;
 use tongue_input::measured::{Dataset, Lengths, Target, TargetKind, Vowel};
 
 #[derive(Debug, Clone)]
@@ -10,7 +10,7 @@ pub struct Case {
     pub subject: String,
     pub vowel: Vowel,
     /// The measurements, and the muscles of the body that they belong to.
-    pub matched: Matched,
+    pub matched: TargetOnBody,
     pub unseen: Vec<usize>,
 }
 
@@ -18,7 +18,7 @@ impl Case {
     /// The case of a target whose passive muscles are unseen; `None` if the body lacks a muscle that is
     /// needed.
     pub fn new(mesh: &Mesh<2>, target: &Target) -> Option<Self> {
-        let matched = Matched::new(mesh, target).ok()?;
+        let matched = TargetOnBody::new(mesh, target).ok()?;
         let target = &matched.target;
         let unseen = (0..target.muscles.len()).filter(|m| !target.active.contains(m)).collect();
         Some(Self { subject: target.subject.clone(), vowel: target.vowel.clone(), unseen, matched })

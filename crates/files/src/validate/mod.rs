@@ -106,13 +106,13 @@ pub fn run(
         tuned_parameters: 0,
         predicted: parallel::map(&all, |case| model::of_thesis(mesh, model, case)),
     });
-    let ground = model::ground(body, model)?;
+    let posterior_model = model::posterior_model(body, model)?;
     entries.push(Entry {
         name: "most_probable",
         what: "the most probable point of the posterior's model: every muscle may pull, the baseline has tensions, the hyoid moves",
         tuned_parameters: 0,
         predicted: parallel::map(&all, |case| {
-            let predicted = model::most_probable(&ground, case);
+            let predicted = model::most_probable(&posterior_model, case);
             progress.add(1, "most probable points");
             predicted
         }),

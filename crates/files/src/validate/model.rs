@@ -3,7 +3,7 @@
 use tongue_core::body::{Body, HYOID, Mesh};
 use tongue_core::system::Model;
 use tongue_infer::inverse::{self, FitSettings, FitStatus, Method};
-use tongue_infer::posterior::{Density, Ground, Measurements, Mode, PosteriorError, Priors};
+use tongue_infer::posterior::{Density, MapEstimate, Measurements, PosteriorError, PosteriorModel, Priors};
 
 use super::cases::Case;
 
@@ -16,20 +16,20 @@ pub fn of_thesis(mesh: &Mesh<2>, model: &Model, case: &Case) -> Vec<f64> {
     }
 }
 
-pub fn ground(body: &Body<2>, model: &Model) -> Result<Ground, PosteriorError> {
+pub fn posterior_model(body: &Body<2>, model: &Model) -> Result<PosteriorModel, PosteriorError> {
     let mut priors = Priors::default();
     priors.hyoid.off = body.bone(HYOID).is_empty();
-    Ground::new(body, model, &priors)
+    PosteriorModel::new(body, model, &priors)
 }
 
 /// Stretches of all muscles of the target at the most probable point, which sees the shorter muscles; ones if there is no equilibrium.
-pub fn most_probable(ground: &Ground, case: &Case) -> Vec<f64> {
+pub fn most_probable(posterior_model: &PosteriorModel, case: &Case) -> Vec<f64> {
     let mut seen = Measurements::of(&case.matched);
     for position in (0..seen.len()).rev().filter(|m| !case.target().active.contains(m)) {
         seen = seen.without(position);
     }
-    let found = Density::new(ground, seen).and_then(|mut density| Mode::find(&mut density));
-    let Ok(Mode { place, .. }) = found else { return vec![1.0; case.target().muscles.len()] };
+    let found = Density::new(posterior_model, seen).and_then(|mut density| MapEstimate::find(&mut density));
+    let Ok(MapEstimate { place, .. }) = found else { return vec![1.0; case.target().muscles.len()] };
     let stretch = |&n: &usize| place.lengths[n] / place.baseline_lengths[n];
     case.matched.numbers[..case.target().muscles.len()].iter().map(stretch).collect()
 }

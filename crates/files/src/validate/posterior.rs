@@ -10,9 +10,10 @@ use tongue_core::body::Body;
 use tongue_core::parallel;
 use tongue_core::statistics::distinct;
 use tongue_core::system::Model;
-use tongue_infer::inverse::Matched;
+use tongue_infer::inverse::TargetOnBody;
 use tongue_infer::posterior::{
-    Density, Ground, How, LeftOut, Measurements, Mode, Part, PosteriorError, Priors, left_out, without_each,
+    Density, LeftOut, MapEstimate, Measurements, MixtureComponent, PosteriorError, PosteriorModel,
+    PredictionMethod, Priors, left_out, without_each,
 };
 use tongue_input::measured::{Dataset, Vowel};
 
@@ -93,21 +94,22 @@ impl Way {
 
 struct Judge {
     /// With a hyoid that may tilt.
-    ground: Ground,
+    posterior_model: PosteriorModel,
     /// Without.
-    straight: Ground,
+    straight: PosteriorModel,
     seed: u64,
 }
 
 impl Judge {
     /// Predicts every muscle of all cases, each from all others that are taken together with it.
     fn posterior(&self, way: Way, all: &[Case]) -> Result<Vec<Vec<LeftOut>>, PosteriorError> {
-        let ground = if matches!(way, Way::Row | Way::Joint) { &self.straight } else { &self.ground };
+        let posterior_model =
+            if matches!(way, Way::Row | Way::Joint) { &self.straight } else { &self.posterior_model };
         let groups = way.groups(all);
         let found = parallel::map(&groups, |group| {
-            let matched: Vec<&Matched> = group.iter().map(|&i| &all[i].matched).collect();
-            let mut density = Density::new(ground, Measurements::together(&matched))?;
-            let mode = Mode::find(&mut density)?;
+            let matched: Vec<&TargetOnBody> = group.iter().map(|&i| &all[i].matched).collect();
+            let mut density = Density::new(posterior_model, Measurements::together(&matched))?;
+            let mode = MapEstimate::find(&mut density)?;
             let told = without_each(&density, &mode)?;
             let of_case = |posture: usize| {
                 density.seen.of_posture(posture).into_iter().map(|i| told[i].clone()).collect::<Vec<_>>()
@@ -148,8 +150,8 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
     let squares: Vec<f64> = squares.collect();
     let usual = (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt();
     let normal = |mean: f64, sd: f64, measured: f64| {
-        let parts = vec![Part { mean, weight: 1.0 }; 4000];
-        left_out(&parts, sd, measured, How::Together, seed)
+        let parts = vec![MixtureComponent { mean, weight: 1.0 }; 4000];
+        left_out(&parts, sd, measured, PredictionMethod::Together, seed)
     };
     let one = |(m, unseen): (usize, Case)| {
         let measured = case.target().values[m];
@@ -170,9 +172,9 @@ pub fn study(
     let priors = Priors::default();
     let mut without_tilt = priors.clone();
     without_tilt.hyoid_tilt.off = true;
-    let ground = Ground::new(body, model, &priors)?;
-    let straight = Ground::new(body, model, &without_tilt)?;
-    let judge = Judge { ground, straight, seed };
+    let posterior_model = PosteriorModel::new(body, model, &priors)?;
+    let straight = PosteriorModel::new(body, model, &without_tilt)?;
+    let judge = Judge { posterior_model, straight, seed };
     let all = cases(data, &body.mesh, baseline);
     let predicted = judge.all(&all, &Way::ALL)?;
     progress.add(all.len(), "posterior");
@@ -221,8 +223,8 @@ pub fn study(
     }
     let log_score_gain = [mean, error];
     Ok(PosteriorStudy {
-        poisson_ratio: judge.ground.model.constants.poisson_ratio,
-        priors: judge.ground.priors.clone(),
+        poisson_ratio: judge.posterior_model.model.constants.poisson_ratio,
+        priors: judge.posterior_model.priors.clone(),
         verdict: verdict(&scores, log_score_gain),
         scores,
         log_score_gain,

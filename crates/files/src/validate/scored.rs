@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use tongue_infer::posterior::{How, LeftOut};
+use tongue_infer::posterior::{LeftOut, PredictionMethod};
 use tongue_input::measured::Vowel;
 
 use super::cases::Case;
@@ -80,7 +80,7 @@ pub fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl F
         coverage_50: mean(&|(y, p)| f64::from(u8::from(p.spread.holds_in_half(*y)))),
         coverage_95: mean(&|(y, p)| f64::from(u8::from(p.spread.holds(*y)))),
         predictions: each.len(),
-        sampled: each.iter().filter(|(_, p)| p.how == How::Sampled).count(),
+        sampled: each.iter().filter(|(_, p)| p.how == PredictionMethod::Sampled).count(),
     }
 }
 

@@ -16,10 +16,10 @@ pub(crate) use areas::{area_residuals, is_believable};
 pub use coils::{Coil, FEWEST_COILS, Placement};
 pub(crate) use coils::{FIRST_COIL_SD_M, GAP_SD_M, MEASURED_COIL_SD_M};
 pub use landmarks::Landmarks;
-pub use place::{Placed, Sight};
+pub use place::{Registration, RegistrationData};
 pub(crate) use rest::straighten;
 pub use rest::{ControlPoints, Rest, RestError, resting};
-pub use speaker::{Basis, How, Speaker};
+pub use speaker::{AdaptationInput, RestShapeMethod, Speaker};
 
 use serde::{Deserialize, Serialize};
 
@@ -56,7 +56,7 @@ pub fn by_bones(body: &Body<2>, seen: impl Fn(&str) -> Option<Point>) -> Option<
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Adaptation {
     /// How the rest shape was found.
-    pub rest: How,
+    pub rest: RestShapeMethod,
     /// Place where the mark of each bone is seen when the bone is at its rest position, m.
     pub marks_m: std::collections::BTreeMap<String, [f64; 2]>,
     /// Distance of each coil behind the tip along the surface at rest, m; empty where the body was not placed by coils.

@@ -51,7 +51,7 @@ const SEEN_FROM_M: f64 = 8e-3;
 
 /// Observations of a speaker, over all frames, m.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Sight {
+pub struct RegistrationData {
     /// The mean contour from the root to the tip.
     pub contour: Vec<Point>,
     /// The median place of the mental spine.
@@ -67,7 +67,7 @@ pub struct Sight {
 
 /// The placement of a body.
 #[derive(Debug, Clone)]
-pub struct Placed {
+pub struct Registration {
     /// Brings the body into the frame of the recording.
     pub similarity: Similarity,
     /// Root mean square distance of the mean contour from the body at rest, m.
@@ -87,7 +87,7 @@ pub struct Placed {
     pub frames: usize,
 }
 
-impl Placed {
+impl Registration {
     /// The placement, unless a bone is farther from its place than in any recording whose contour and bones were in one frame.
     ///
     /// # Errors
@@ -144,7 +144,7 @@ impl Placed {
     }
 }
 
-impl Sight {
+impl RegistrationData {
     /// The observations from recordings of one speaker; `hide` are contour points that are not used.
     pub fn of(seen: &[&AlignedRecording], hide: &[String]) -> Self {
         let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
@@ -183,13 +183,13 @@ impl Sight {
     }
 
     /// Places a body at these observations.
-    pub fn place(&self, body: &Body<2>) -> Result<Placed, RestError> {
+    pub fn place(&self, body: &Body<2>) -> Result<Registration, RestError> {
         // A bone that is recorded together with coils is a coil on the jaw, which is not at the mental spine.
         if self.contour.is_empty() && self.hyoid.is_none() && self.coils.len() >= FEWEST_COILS {
             let placement = coils::place(body, &self.coils, &self.palate)?;
             let similarity = placement.similarity;
             let by_coils = Some(placement);
-            return Ok(Placed {
+            return Ok(Registration {
                 similarity,
                 rms_m: 0.0,
                 bones_m: Vec::new(),
@@ -258,11 +258,11 @@ impl Sight {
         if !self.palate.is_empty() && cost > MOST_COST {
             let without = Self { palate: Vec::new(), ..self.clone() }.place(body)?;
             if without.cost <= MOST_COST {
-                return Ok(Placed { without_palate: true, ..without });
+                return Ok(Registration { without_palate: true, ..without });
             }
         }
         let bones_apart_m = self.spine.zip(self.hyoid).map(|(spine, hyoid)| (hyoid - spine).norm());
-        Ok(Placed {
+        Ok(Registration {
             similarity,
             rms_m,
             bones_m,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::track::{self, Followed, RestShape, Stage, TongueSurface, TrackSettings};
+use crate::track::{self, Followed, RestShape, TongueSurface, TrackSettings, TrackingContext};
 use tongue_core::body::{Anatomy, Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics;
@@ -11,13 +11,14 @@ use tongue_input::measured::recording::{AlignedRecording, Mark};
 
 use super::areas::{TRUSTED_AREA, TRUSTED_STRETCH, area_ratios};
 use super::{
-    Adaptation, Landmarks, Placed, Placement, Rest, RestError, Sight, by_bones, followed, mark_of, resting,
+    Adaptation, Landmarks, Placement, Registration, RegistrationData, Rest, RestError, by_bones, followed,
+    mark_of, resting,
 };
 
 /// Method by which the rest shape is found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum How {
+pub enum RestShapeMethod {
     /// Turned, scaled and shifted only.
     #[default]
     Similarity,
@@ -38,7 +39,7 @@ pub struct Speaker {
     /// The bones that follow their observed places.
     pub followed: Vec<Followed>,
     /// How the rest shape was found.
-    pub how: How,
+    pub how: RestShapeMethod,
     /// The placement of the body before its shape was changed.
     pub similarity: Similarity,
     /// Smallest ratio of a cell's area to that in the placed body before the change.
@@ -96,7 +97,7 @@ impl Speaker {
 
 /// A body to be adapted, and assumptions of the adaptation.
 #[derive(Debug, Clone)]
-pub struct Basis<'a> {
+pub struct AdaptationInput<'a> {
     pub body: &'a Body<2>,
     /// The anatomy from which it was meshed, if there was one.
     pub anatomy: Option<&'a Anatomy>,
@@ -108,15 +109,15 @@ pub struct Basis<'a> {
     pub palate: Option<&'a [Point]>,
 }
 
-impl Basis<'_> {
-    /// Places the body where the contour, the spine and the hyoid of recordings fit best ([`Sight`]); `hide` are points that are not
+impl AdaptationInput<'_> {
+    /// Places the body where the contour, the spine and the hyoid of recordings fit best ([`RegistrationData`]); `hide` are points that are not
     /// used.
     ///
     /// # Errors
     /// [`RestError::Body`] for recordings that contain too little, [`RestError::NotOneFrame`] for bones that belong to no such contour.
-    pub fn place(&self, seen: &[&AlignedRecording], hide: &[String]) -> Result<Placed, RestError> {
-        let placed = Sight::of(seen, hide).under(self.palate).place(self.body);
-        placed.and_then(Placed::in_one_frame).map_err(|why| {
+    pub fn place(&self, seen: &[&AlignedRecording], hide: &[String]) -> Result<Registration, RestError> {
+        let placed = RegistrationData::of(seen, hide).under(self.palate).place(self.body);
+        placed.and_then(Registration::in_one_frame).map_err(|why| {
             let RestError::Body(why) = why else { return why };
             RestError::Body(format!(
                 "{why}; name their channels in a map (--map; --map-template writes one), or give a body that fits the speaker (--mesh, \
@@ -132,12 +133,12 @@ impl Basis<'_> {
     pub fn to_recordings(
         &self,
         seen: &[&AlignedRecording],
-        how: How,
+        how: RestShapeMethod,
         hide: &[String],
         progress: &dyn Fn(usize, usize),
     ) -> Result<Speaker, RestError> {
-        let Placed { similarity, by_coils, .. } = self.place(seen, hide)?;
-        let sight = Sight::of(seen, &[]);
+        let Registration { similarity, by_coils, .. } = self.place(seen, hide)?;
+        let sight = RegistrationData::of(seen, &[]);
         let rest = Rest::new(self.body, similarity)?;
         let mut body = rest.body(&nalgebra::DVector::zeros(rest.unknowns()));
         let mut bones: Vec<String> = seen.iter().flat_map(|s| s.bones.iter().cloned()).collect();
@@ -149,8 +150,8 @@ impl Basis<'_> {
             bone.mark = median(seen, &bone.name).unwrap_or(bone.mark);
         }
         // A few coils carry no information about the shape at rest.
-        if how != How::Joint || by_coils.is_some() {
-            let speaker = self.speaker(&rest, body, followed, How::Similarity, None);
+        if how != RestShapeMethod::Joint || by_coils.is_some() {
+            let speaker = self.speaker(&rest, body, followed, RestShapeMethod::Similarity, None);
             return Ok(Speaker { placement: by_coils, ..speaker });
         }
         let refused = |why: &str| RestError::Body(why.to_owned());
@@ -158,14 +159,14 @@ impl Basis<'_> {
         let shape = RestShape::of(&body, &self.model, &self.contracting, at)?;
         let surface = TongueSurface::of(&body).ok_or_else(|| refused("it has no outline"))?;
         let frames = seen.iter().map(|s| track::frames(s, &surface, &followed, hide)).collect();
-        let stage = Stage { system: &shape.system, followed: &followed, freed: &[], shape: None };
+        let stage = TrackingContext { system: &shape.system, followed: &followed, freed: &[], shape: None };
         let found = track::rest_shape(&stage, &shape, frames, &self.settings, progress)
             .ok_or_else(|| refused("no frame has an equilibrium with enough points"))?;
         body.mesh.nodes = found.nodes;
         // The search may have turned, scaled and shifted the body, too.
         let similarity = Similarity::between(&self.body.mesh.nodes, &body.mesh.nodes).unwrap_or(similarity);
         let rest = Rest::new(self.body, similarity)?;
-        Ok(self.speaker(&rest, body, followed, How::Joint, Some(found.rms_m)))
+        Ok(self.speaker(&rest, body, followed, RestShapeMethod::Joint, Some(found.rms_m)))
     }
 
     /// Adapts the body to landmarks of one posture at rest, and to its contour.
@@ -188,7 +189,11 @@ impl Basis<'_> {
         let similarity = match (by_landmarks, landmarks.contour.len()) {
             (Some(similarity), 0..3) => similarity,
             (Some(similarity), _) if own => similarity,
-            _ => Sight::drawn(&landmarks.contour, at(MANDIBLE), at(HYOID)).place(self.body)?.similarity,
+            _ => {
+                RegistrationData::drawn(&landmarks.contour, at(MANDIBLE), at(HYOID))
+                    .place(self.body)?
+                    .similarity
+            }
         };
         let mut rest = Rest::new(self.body, similarity)?;
         let is_far = |n: &str| ![MANDIBLE, HYOID].contains(&n) && !self.body.bone(n).is_empty();
@@ -202,13 +207,13 @@ impl Basis<'_> {
         let marks: Vec<Mark> = landmarks.contour.iter().map(|&at| Mark { at, sd: CONTOUR_SD_M }).collect();
         let mut notes = Vec::new();
         let (displacements, how) = match marks.len() {
-            0..3 => (none, How::Similarity),
-            _ if own => (none, How::Contour),
+            0..3 => (none, RestShapeMethod::Similarity),
+            _ if own => (none, RestShapeMethod::Contour),
             _ => match resting(&rest, &marks, &bones) {
-                Ok(found) => (found, How::Contour),
+                Ok(found) => (found, RestShapeMethod::Contour),
                 Err(refused @ RestError::Folds { .. }) => {
                     notes.push(format!("{refused}; the body is turned, scaled and shifted only"));
-                    (none, How::Similarity)
+                    (none, RestShapeMethod::Similarity)
                 }
                 Err(other) => return Err(other),
             },
@@ -239,7 +244,7 @@ impl Basis<'_> {
         rest: &Rest<'_>,
         mut body: Body<2>,
         followed: Vec<Followed>,
-        how: How,
+        how: RestShapeMethod,
         rms_m: Option<f64>,
     ) -> Speaker {
         let placed = rest.body(&nalgebra::DVector::zeros(rest.unknowns())).mesh;

@@ -7,10 +7,10 @@ use tongue_core::statics::Connection;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::{Target, TargetKind};
 
-use super::matched::Matched;
+use super::solution_curve::SolutionCurve;
 use super::solve::{Replay, solve};
 use super::start::Start;
-use super::valley::Valley;
+use super::target_on_body::TargetOnBody;
 use super::{AT_BOUND, FitError, FitSettings, FitStatus, Identifiability};
 
 /// A fit of a target.
@@ -95,7 +95,7 @@ impl<const D: usize> Fit<D> {
     }
 
     /// The curve of all tensions that fit as well, if exactly one direction is undetermined.
-    pub fn valley(&self) -> Option<&Valley> {
+    pub fn valley(&self) -> Option<&SolutionCurve> {
         match self.identifiability.as_ref()?.null_directions.as_slice() {
             [one] => one.valley.as_ref(),
             _ => None,
@@ -155,7 +155,7 @@ pub fn fit<const D: usize>(
     target: &Target,
     settings: &FitSettings,
 ) -> Result<Fit<D>, FitError> {
-    let matched = Matched::new(mesh, target)?;
+    let matched = TargetOnBody::new(mesh, target)?;
     let system = System::new(mesh, model, &matched.contracting())?;
     fit_in(&system, &matched, settings)
 }
@@ -163,7 +163,7 @@ pub fn fit<const D: usize>(
 /// As [`fit`], in a prepared body in which all of the target's active muscles can contract.
 pub fn fit_in<const D: usize>(
     system: &System<D>,
-    matched: &Matched,
+    matched: &TargetOnBody,
     settings: &FitSettings,
 ) -> Result<Fit<D>, FitError> {
     let target = &matched.target;

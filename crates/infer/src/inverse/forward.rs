@@ -8,10 +8,10 @@ use tongue_core::statics::{self, Critical, Solution, SolveSettings, SolveStatus,
 use tongue_core::system::{System, SystemError};
 
 use super::FitSettings;
-use super::known::{BestKnown, Known, distance_squared};
+use super::problem::LeastSquaresProblem;
 use super::start::{SearchCounts, starting_point};
-use super::statement::Inverse;
 use super::unknown::{Quantity, Unknown};
+use super::warm_starts::{BestKnown, WarmStarts, distance_squared};
 
 /// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
 /// panics on errors in its first simplex and gives up on NaN.
@@ -60,7 +60,7 @@ const EFFORT: f64 = 2e-6;
 /// Solves candidates one after another, each from the nearest of the best earlier ones.
 #[derive(Debug)]
 pub struct Forward<'a, const D: usize> {
-    pub(super) inverse: &'a Inverse<'a, D>,
+    pub(super) inverse: &'a LeastSquaresProblem<'a, D>,
     pub(super) settings: &'a FitSettings,
     /// The system with other constants, if these are unknowns.
     own: Option<System<D>>,
@@ -78,7 +78,7 @@ pub struct Forward<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Forward<'a, D> {
-    pub fn new(inverse: &'a Inverse<'a, D>, settings: &'a FitSettings) -> Self {
+    pub fn new(inverse: &'a LeastSquaresProblem<'a, D>, settings: &'a FitSettings) -> Self {
         Self {
             inverse,
             settings,
@@ -334,11 +334,12 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Residuals of several candidates: solves each from rest in its own workspace and keeps it as a start.
     pub(super) fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
-        let solved: Vec<(Option<DVector<f64>>, usize, Option<Known<D>>)> = parallel::map(candidates, |x| {
-            let mut own = Forward::new(self.inverse, self.settings);
-            let residuals = own.residuals(x);
-            (residuals, own.counts.factorisations, own.known.best().cloned())
-        });
+        let solved: Vec<(Option<DVector<f64>>, usize, Option<WarmStarts<D>>)> =
+            parallel::map(candidates, |x| {
+                let mut own = Forward::new(self.inverse, self.settings);
+                let residuals = own.residuals(x);
+                (residuals, own.counts.factorisations, own.known.best().cloned())
+            });
         let mut out = Vec::with_capacity(candidates.len());
         for (residuals, factorisations, known) in solved {
             self.counts.evaluations += 1;

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::FitSettings;
 use super::directions::{UNDETERMINED, decompose};
 use super::forward::{Forward, Linearised};
-use super::valley::{self, Valley};
+use super::solution_curve::{self, SolutionCurve};
 
 /// Local analysis at the answer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -22,17 +22,17 @@ pub struct NullDirection {
     /// Unit vector over the active muscles, in their order; its largest entry is positive.
     pub direction: Vec<f64>,
     /// The curve along it through the answer; `None` if the answer itself does not meet the target.
-    pub valley: Option<Valley>,
+    pub valley: Option<SolutionCurve>,
 }
 
 /// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as
-/// long as the target is met ([`valley`]); a curve `followed` before is used if `x` is on it. `None` if the
+/// long as the target is met ([`super::solution_curve`]); a curve `followed` before is used if `x` is on it. `None` if the
 /// equilibrium was not found or is singular.
 pub(super) fn analyse<const D: usize>(
     problem: &mut Forward<'_, D>,
     settings: &FitSettings,
     x: &[f64],
-    followed: Option<Valley>,
+    followed: Option<SolutionCurve>,
 ) -> Option<Identifiability> {
     let Linearised { jacobian, residuals, .. } = problem.linearise(x)?;
     let on_target = problem.misfit(Some(&residuals)) <= settings.misfit_tolerance;
@@ -44,7 +44,7 @@ pub(super) fn analyse<const D: usize>(
     for direction in open {
         let valley = on_target.then(|| {
             let again = followed.take().and_then(|valley| valley.through(problem, x, direction));
-            again.unwrap_or_else(|| valley::follow(problem, settings, x, direction))
+            again.unwrap_or_else(|| solution_curve::follow(problem, settings, x, direction))
         });
         null_directions.push(NullDirection { direction: direction.iter().copied().collect(), valley });
     }

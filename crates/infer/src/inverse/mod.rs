@@ -19,19 +19,19 @@ mod constants;
 mod directions;
 mod fit;
 mod forward;
-mod freed;
 mod gauss_newton;
 pub mod identifiability;
 pub mod in_space;
-mod known;
-mod matched;
+mod movable_bone;
 mod nelder_mead;
-mod on_target;
+mod problem;
+mod projection;
+pub mod solution_curve;
 mod solve;
 mod start;
-mod statement;
+mod target_on_body;
 mod unknown;
-pub mod valley;
+mod warm_starts;
 
 use serde::{Deserialize, Serialize};
 
@@ -42,12 +42,12 @@ use tongue_core::system::SystemError;
 pub use constants::TissueUnknown;
 pub use fit::{Fit, fit, fit_in};
 pub use forward::{Forward, Linearised};
-pub use freed::{BONE_SD_M, FreedBone};
 pub use identifiability::Identifiability;
-pub use matched::Matched;
+pub use movable_bone::{BONE_SD_M, MovableBone};
+pub use problem::LeastSquaresProblem;
 pub use solve::{Answer, Replay, solve};
 pub use start::{SearchCounts, Start};
-pub use statement::Inverse;
+pub use target_on_body::TargetOnBody;
 pub use unknown::{Constant, Prior, Quantity, Unknown};
 
 /// Search method.

@@ -9,12 +9,12 @@ use tongue_core::statics::{self, Critical, Solution};
 
 use super::forward::Forward;
 use super::identifiability::{self, Identifiability};
-use super::on_target::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
+use super::problem::LeastSquaresProblem;
+use super::projection::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
+use super::solution_curve::SolutionCurve;
 use super::start::Start;
-use super::statement::Inverse;
 use super::unknown::Unknown;
-use super::valley::Valley;
-use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead, valley};
+use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead, solution_curve};
 
 /// The answer followed again from rest, as all tensions grow together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -57,7 +57,7 @@ pub struct Answer<const D: usize> {
 /// # Errors
 /// [`FitError`] if the fit cannot begin; later failures are a [`FitStatus`].
 pub fn solve<const D: usize>(
-    inverse: &Inverse<'_, D>,
+    inverse: &LeastSquaresProblem<'_, D>,
     settings: &FitSettings,
 ) -> Result<Answer<D>, FitError> {
     settings.check()?;
@@ -175,7 +175,7 @@ pub(super) fn settle<const D: usize>(
     forward: &mut Forward<'_, D>,
     settings: &FitSettings,
     x: &[f64],
-) -> (Vec<f64>, Option<Valley>) {
+) -> (Vec<f64>, Option<SolutionCurve>) {
     let mut x = onto_target(forward, x);
     let residuals = forward.residuals(&x);
     if forward.misfit(residuals.as_ref()) > ON_TARGET {
@@ -193,8 +193,8 @@ pub(super) fn settle<const D: usize>(
     }
     // The least squares begin at the best point of the curve, so that no local maximum lies between.
     let open = identifiability::analyse(forward, settings, &x, None).map(|i| i.null_directions);
-    let mut valleys: Vec<Valley> = open.into_iter().flatten().filter_map(|n| n.valley).collect();
-    let rms = |p: &valley::ValleyPoint| p.other_rms.unwrap_or(f64::INFINITY);
+    let mut valleys: Vec<SolutionCurve> = open.into_iter().flatten().filter_map(|n| n.valley).collect();
+    let rms = |p: &solution_curve::CurvePoint| p.other_rms.unwrap_or(f64::INFINITY);
     let begin = valleys.iter().flat_map(|v| &v.points).min_by(|a, b| rms(a).total_cmp(&rms(b)));
     let x = nearest_to_others(forward, begin.map_or(&x, |p| &p.x));
     (x, if valleys.len() == 1 { valleys.pop() } else { None })

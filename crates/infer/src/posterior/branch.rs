@@ -10,7 +10,7 @@ use tongue_core::statics::lanes::{Group, Load};
 use tongue_core::statics::{Connection, SolveSettings};
 
 use super::density::{Density, is_found};
-use super::unknowns::Meaning;
+use super::parameters::ParameterValues;
 
 /// Numbers of steps in which the loads grow from zero; a shape is accepted if one of them leads to it.
 const STEPS: [usize; 2] = [5, 25];
@@ -24,7 +24,7 @@ pub(crate) const SAME_M: f64 = 1e-7;
 pub fn on_branch(
     density: &Density<'_>,
     group: &mut Group<'_, 2>,
-    shapes: &[(&Meaning, &[f64])],
+    shapes: &[(&ParameterValues, &[f64])],
     shape: usize,
 ) -> Vec<bool> {
     let mut found = vec![false; shapes.len()];
@@ -33,7 +33,7 @@ pub fn on_branch(
         if left.is_empty() {
             break;
         }
-        let meanings: Vec<&Meaning> = left.iter().map(|&i| shapes[i].0).collect();
+        let meanings: Vec<&ParameterValues> = left.iter().map(|&i| shapes[i].0).collect();
         for (&i, lengths) in left.iter().zip(follow(density, group, &meanings, shape, steps)) {
             let close = |(a, b): (&f64, &f64)| (a - b).abs() < SAME_M;
             found[i] = lengths.is_some_and(|l| l.iter().zip(shapes[i].1).all(close));
@@ -46,11 +46,11 @@ pub fn on_branch(
 fn follow(
     density: &Density<'_>,
     group: &mut Group<'_, 2>,
-    meanings: &[&Meaning],
+    meanings: &[&ParameterValues],
     shape: usize,
     steps: usize,
 ) -> Vec<Option<Vec<f64>>> {
-    let system = &density.ground.system;
+    let system = &density.posterior_model.system;
     let mut shapes: Vec<Vec<SVector<f64, 2>>> = vec![system.rest().to_vec(); meanings.len()];
     let mut good = vec![true; meanings.len()];
     for step in 1..=steps {
@@ -60,7 +60,7 @@ fn follow(
             .zip(&shapes)
             .map(|(m, positions)| {
                 let start = (step > 1).then_some(positions.as_slice());
-                Load { start, ..density.ground.load(&m.scaled(part), shape, None) }
+                Load { start, ..density.posterior_model.load(&m.scaled(part), shape, None) }
             })
             .collect();
         let last = density.settings();
@@ -70,7 +70,7 @@ fn follow(
             // The solver for lanes does not descend from ridges. A shape that needs this may be on another branch and is followed in more
             // steps.
             let strayed = answer.solution.connection == Connection::Downhill;
-            *good &= is_found(answer) && (density.ground.is_of_springs() || !strayed);
+            *good &= is_found(answer) && (density.posterior_model.is_of_springs() || !strayed);
             shape.clone_from(&answer.positions);
         }
     }

@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::quantiles::{Quantiles, part_above_zero};
 use super::run::{Posterior, Status};
 use super::sensitivity::Scaled;
-use super::spread::{Quantiles, part_above_zero};
 use super::summary::Change;
-use super::verdict::Word;
+use super::verdict::Certainty;
 
 /// A contrast is decided where the probability of its sign is larger than this.
 pub const DECIDED: f64 = 0.95;
@@ -24,7 +24,7 @@ pub struct Contrast {
     /// Probability that the muscle pulls harder in `a` than in `b`.
     pub probability_more: f64,
     /// What that probability is called.
-    pub word: Word,
+    pub word: Certainty,
     /// How often each label was said; `None` for postures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repetitions: Option<[usize; 2]>,
@@ -50,7 +50,7 @@ impl Contrast {
             median: spread.median,
             interval_95: spread.interval_95,
             probability_more,
-            word: Word::of(probability_more),
+            word: Certainty::of(probability_more),
             repetitions: None,
             depends_on_prior: None,
             sign_depends_on_prior: None,
@@ -64,7 +64,7 @@ impl Contrast {
         }
         let density = &posterior.density;
         let scaled = Scaled::new(density, &posterior.draws);
-        let (labels, muscles) = (&density.seen.labels, &density.ground.muscles);
+        let (labels, muscles) = (&density.seen.labels, &density.posterior_model.muscles);
         let one = |first: usize, second: usize, m: usize| {
             let values: Vec<f64> =
                 posterior.draws.iter().map(|d| d.tension(first, m) - d.tension(second, m)).collect();
@@ -96,11 +96,11 @@ impl Contrast {
     /// Such as "HGa: surely harder in /a/ than in /u/"; `None` where neither is probable.
     pub fn said(&self) -> Option<String> {
         let (how, [more, less]) = match self.word {
-            Word::SurelyHarder => ("surely", [&self.a, &self.b]),
-            Word::ProbablyHarder => ("probably", [&self.a, &self.b]),
-            Word::SurelyNotHarder => ("surely", [&self.b, &self.a]),
-            Word::ProbablyNotHarder => ("probably", [&self.b, &self.a]),
-            Word::NotKnown => return None,
+            Certainty::SurelyHarder => ("surely", [&self.a, &self.b]),
+            Certainty::ProbablyHarder => ("probably", [&self.a, &self.b]),
+            Certainty::SurelyNotHarder => ("surely", [&self.b, &self.a]),
+            Certainty::ProbablyNotHarder => ("probably", [&self.b, &self.a]),
+            Certainty::NotKnown => return None,
         };
         let [more, less] = [more, less].map(|label| match label.chars().count() {
             ..=2 => format!("/{label}/"),

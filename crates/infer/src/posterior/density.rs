@@ -18,18 +18,18 @@ use tongue_core::statics::lanes::{Equilibrium, Lanes};
 use tongue_core::statics::{SolveSettings, SolveStatus};
 
 use super::PosteriorError;
-use super::ground::Ground;
-use super::seen::Measurements;
-use super::unknowns::{Meaning, Parameter, Place, Posture};
+use super::measurements::Measurements;
+use super::model::PosteriorModel;
+use super::parameters::{Parameter, ParameterValues, Posture, WarmStart};
 
 /// The density for a set of measured stretches and other measurements.
 #[derive(Debug)]
 pub struct Density<'a> {
-    pub ground: &'a Ground,
+    pub posterior_model: &'a PosteriorModel,
     pub seen: Measurements,
     pub parameters: Vec<Parameter>,
     lanes: Lanes<'a, 2>,
-    fixed: Meaning,
+    fixed: ParameterValues,
     /// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other
     /// measurements; zero at first.
     pub geometry: DMatrix<f64>,
@@ -50,8 +50,8 @@ const SOLVE: SolveSettings = SolveSettings {
 };
 
 /// The values that the priors fix, and the unknowns to sample.
-fn parameters(ground: &Ground, postures: usize) -> (Meaning, Vec<Parameter>) {
-    let (priors, count) = (&ground.priors, ground.muscles.len());
+fn parameters(posterior_model: &PosteriorModel, postures: usize) -> (ParameterValues, Vec<Parameter>) {
+    let (priors, count) = (&posterior_model.priors, posterior_model.muscles.len());
     let mut parameters = Vec::new();
     let mut own = Posture { tensions: vec![0.0; count], hyoid: SVector::zeros() };
     let mut tones = vec![0.0; count];
@@ -59,7 +59,7 @@ fn parameters(ground: &Ground, postures: usize) -> (Meaning, Vec<Parameter>) {
     own.hyoid = fixed_place.map_or(SVector::zeros(), |mm| SVector::from(mm) * 1e-3);
     let moves = !priors.hyoid.off && fixed_place.is_none();
     for posture in 0..postures {
-        for (m, name) in ground.muscles.iter().enumerate() {
+        for (m, name) in posterior_model.muscles.iter().enumerate() {
             match priors.fixed_tension(name) {
                 Some(value) => own.tensions[m] = value,
                 None => parameters.push(Parameter::Tension(posture, m)),
@@ -69,20 +69,20 @@ fn parameters(ground: &Ground, postures: usize) -> (Meaning, Vec<Parameter>) {
             parameters.extend([Parameter::Hyoid(posture, 0), Parameter::Hyoid(posture, 1)]);
         }
     }
-    for (m, name) in ground.muscles.iter().enumerate() {
+    for (m, name) in posterior_model.muscles.iter().enumerate() {
         match priors.fixed_tone(name) {
             Some(value) => tones[m] = value,
             None => parameters.push(Parameter::Tone(m)),
         }
     }
     let tilt = &priors.hyoid_tilt;
-    let tilts = !priors.hyoid.off && !tilt.off && ground.hyoid.len() > 1;
+    let tilts = !priors.hyoid.off && !tilt.off && posterior_model.hyoid.len() > 1;
     match tilt.fixed_rad_per_m {
         None if tilts => parameters.push(Parameter::Tilt),
         _ => {}
     }
     let tilt = tilt.fixed_rad_per_m.filter(|_| tilts).unwrap_or(0.0);
-    (Meaning { postures: vec![own; postures], tones, tilt }, parameters)
+    (ParameterValues { postures: vec![own; postures], tones, tilt }, parameters)
 }
 
 impl<'a> Density<'a> {
@@ -90,8 +90,8 @@ impl<'a> Density<'a> {
     ///
     /// # Errors
     /// [`PosteriorError::Body`] where the body has no hyoid to displace, [`PosteriorError::Priors`] where nothing is left to sample.
-    pub fn new(ground: &'a Ground, seen: Measurements) -> Result<Self, PosteriorError> {
-        let (fixed, parameters) = parameters(ground, seen.labels.len());
+    pub fn new(posterior_model: &'a PosteriorModel, seen: Measurements) -> Result<Self, PosteriorError> {
+        let (fixed, parameters) = parameters(posterior_model, seen.labels.len());
         let is_of_muscles =
             |p: &Parameter| matches!(p, Parameter::Tension(..) | Parameter::Tone(_) | Parameter::Hyoid(..));
         if !parameters.iter().any(is_of_muscles) {
@@ -99,27 +99,35 @@ impl<'a> Density<'a> {
                 "these priors fix every tension, every tone and the hyoid: leave at least one of them free";
             return Err(PosteriorError::Priors(why.to_owned()));
         }
-        if !ground.priors.hyoid.off && ground.hyoid.is_empty() {
+        if !posterior_model.priors.hyoid.off && posterior_model.hyoid.is_empty() {
             return Err(PosteriorError::Body(
                 "this body names no bone \"hyoid\"; name it, or switch it off in the priors ([hyoid] off = true)"
                     .to_owned(),
             ));
         }
-        let size = seen.labels.len() * ground.muscles.len() + seen.beside_len();
-        Self::made(ground, seen, (fixed, parameters), DMatrix::zeros(size, size))
+        let size = seen.labels.len() * posterior_model.muscles.len() + seen.beside_len();
+        Self::made(posterior_model, seen, (fixed, parameters), DMatrix::zeros(size, size))
     }
 
     fn made(
-        ground: &'a Ground,
+        posterior_model: &'a PosteriorModel,
         seen: Measurements,
-        (fixed, parameters): (Meaning, Vec<Parameter>),
+        (fixed, parameters): (ParameterValues, Vec<Parameter>),
         geometry: DMatrix<f64>,
     ) -> Result<Self, PosteriorError> {
         let factor = Cholesky::new(DMatrix::identity(1, 1)).ok_or(PosteriorError::Covariance)?;
-        let lanes = Lanes::new(&ground.system);
-        let rows = seen.rows(ground.muscles.len());
-        let mut density =
-            Self { ground, seen, parameters, lanes, fixed, geometry: DMatrix::zeros(0, 0), factor, rows };
+        let lanes = Lanes::new(&posterior_model.system);
+        let rows = seen.rows(posterior_model.muscles.len());
+        let mut density = Self {
+            posterior_model,
+            seen,
+            parameters,
+            lanes,
+            fixed,
+            geometry: DMatrix::zeros(0, 0),
+            factor,
+            rows,
+        };
         density.set_geometry(geometry)?;
         Ok(density)
     }
@@ -127,7 +135,7 @@ impl<'a> Density<'a> {
     /// The density of other measured stretches of the same postures.
     pub fn of(&self, seen: Measurements) -> Result<Self, PosteriorError> {
         let sampled = (self.fixed.clone(), self.parameters.clone());
-        Self::made(self.ground, seen, sampled, self.geometry.clone())
+        Self::made(self.posterior_model, seen, sampled, self.geometry.clone())
     }
 
     /// Sets the covariance due to geometry and constants, of all muscles of the body in all postures.
@@ -157,7 +165,7 @@ impl<'a> Density<'a> {
 
     /// Variance of a stretch due to the model's own error.
     pub fn discrepancy(&self) -> f64 {
-        let prior = &self.ground.priors.discrepancy;
+        let prior = &self.posterior_model.priors.discrepancy;
         if prior.off { 0.0 } else { prior.sd * prior.sd }
     }
 
@@ -169,7 +177,10 @@ impl<'a> Density<'a> {
 
     /// Covariance of the measured numbers due to rounding of the lengths; zero if the priors leave rounding out.
     pub fn rounding(&self) -> DMatrix<f64> {
-        self.placed(0, &(&self.seen.rounding * if self.ground.priors.rounding.off { 0.0 } else { 1.0 }))
+        self.placed(
+            0,
+            &(&self.seen.rounding * if self.posterior_model.priors.rounding.off { 0.0 } else { 1.0 }),
+        )
     }
 
     /// Covariance of the measured numbers due to the errors of the other measurements.
@@ -191,8 +202,8 @@ impl<'a> Density<'a> {
     }
 
     /// Physical quantities at these scores, and the derivative of each sampled unknown by its score.
-    pub fn meaning(&self, scores: &DVector<f64>) -> (Meaning, Vec<f64>) {
-        let priors = &self.ground.priors;
+    pub fn meaning(&self, scores: &DVector<f64>) -> (ParameterValues, Vec<f64>) {
+        let priors = &self.posterior_model.priors;
         let mut meaning = self.fixed.clone();
         let half_normal = |scale: f64, g: f64| {
             let (value, slope) = half_normal::tension(g);
@@ -224,11 +235,11 @@ impl<'a> Density<'a> {
     }
 
     /// The body at rest, from which the first point is solved.
-    pub fn rest(&self) -> Place {
-        let rest = Arc::new(self.ground.system.rest().to_vec());
-        let lengths = self.ground.system.lengths(self.ground.system.rest());
+    pub fn rest(&self) -> WarmStart {
+        let rest = Arc::new(self.posterior_model.system.rest().to_vec());
+        let lengths = self.posterior_model.system.lengths(self.posterior_model.system.rest());
         let postures = vec![Arc::clone(&rest); self.postures()];
-        Place {
+        WarmStart {
             lengths: lengths.repeat(postures.len()),
             postures,
             baseline: rest,
@@ -258,8 +269,8 @@ impl<'a> Density<'a> {
     }
 }
 
-impl Place {
-    /// Positions and lengths of posture `shape`, numbered as in [`Ground::load`].
+impl WarmStart {
+    /// Positions and lengths of posture `shape`, numbered as in [`PosteriorModel::load`].
     pub fn shape(&self, shape: usize) -> (&[SVector<f64, 2>], &[f64]) {
         let count = self.baseline_lengths.len();
         match self.postures.get(shape) {

@@ -7,13 +7,13 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::statics::lanes::{Adjoint, Equilibrium, Group, length_gradient};
 
-use super::beside::Beside;
+use super::auxiliary::AuxiliaryData;
 use super::branch::on_branch;
 use super::density::{Density, is_found};
-use super::differences::{self, Adjoints, Answers, Solid};
+use super::finite_differences::{self, Adjoints, FiniteDifferences, GeometrySensitivity};
 use super::hmc::{Point, Target};
+use super::parameters::{Draw, Parameter, ParameterValues, WarmStart};
 use super::shape;
-use super::unknowns::{Draw, Meaning, Parameter, Place};
 
 /// The likelihood of the residuals of the measurements.
 pub trait Errors: Sync {
@@ -30,13 +30,13 @@ impl Errors for Density<'_> {
 
 /// Linearised stretches of all muscles of the body in all postures, at a point.
 #[derive(Debug, Clone)]
-pub struct Linear {
+pub struct LinearisationPoint {
     /// Stretches of all muscles of the body in the first posture, then in the second one, and so on; then the other measurements.
     pub values: DVector<f64>,
     /// Derivatives by the scores, one row for each value.
     pub jacobian: DMatrix<f64>,
     /// Responses to the sources of geometry and constants.
-    pub geometry: Answers,
+    pub geometry: FiniteDifferences,
 }
 
 /// Solves and differentiates points of a density, up to as many as there are lanes at once.
@@ -50,7 +50,7 @@ pub struct Evaluator<'a> {
 }
 
 /// Physical quantities and derivatives of the points, and the solved shapes.
-type Solved = (Vec<(Meaning, Vec<f64>)>, Vec<Option<Place>>);
+type Solved = (Vec<(ParameterValues, Vec<f64>)>, Vec<Option<WarmStart>>);
 
 /// The number of the shape that a measurement follows from and its adjoint at each point; `None` where it follows from tensions.
 type Sighted = Option<(usize, Vec<Option<Adjoint<2>>>)>;
@@ -69,16 +69,17 @@ impl<'a> Evaluator<'a> {
         Self { density, errors, shapes: groups(), from_rest: groups() }
     }
 
-    fn solve(&mut self, points: &[(&DVector<f64>, &Place)]) -> Solved {
+    fn solve(&mut self, points: &[(&DVector<f64>, &WarmStart)]) -> Solved {
         let density = self.density;
         let meanings: Vec<_> = points.iter().map(|(g, _)| density.meaning(g)).collect();
         for (shape, group) in self.shapes.iter_mut().enumerate() {
-            let load =
-                |i: usize| density.ground.load(&meanings[i].0, shape, Some(points[i].1.shape(shape).0));
+            let load = |i: usize| {
+                density.posterior_model.load(&meanings[i].0, shape, Some(points[i].1.shape(shape).0))
+            };
             let loads: Vec<_> = (0..points.len()).map(load).collect();
             group.solve(&loads, density.settings());
         }
-        let system = &density.ground.system;
+        let system = &density.posterior_model.system;
         let place = |point: usize| {
             let mut found: Vec<&Equilibrium<2>> =
                 self.shapes.iter().map(|group| &group.answers()[point]).collect();
@@ -86,14 +87,14 @@ impl<'a> Evaluator<'a> {
                 return None;
             }
             let baseline = found.pop()?;
-            let mut place = Place {
+            let mut place = WarmStart {
                 lengths: found.iter().flat_map(|shape| system.lengths(&shape.positions)).collect(),
                 baseline_lengths: system.lengths(&baseline.positions),
                 postures: found.iter().map(|shape| Arc::new(shape.positions.clone())).collect(),
                 baseline: Arc::new(baseline.positions.clone()),
                 beside: Vec::new(),
             };
-            let of = |b: &Beside| b.values(&meanings[point].0, &place);
+            let of = |b: &AuxiliaryData| b.values(&meanings[point].0, &place);
             place.beside = density.seen.beside.iter().flat_map(of).collect();
             place.beside.iter().all(|v| v.is_finite()).then_some(place)
         };
@@ -102,7 +103,11 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The linearisation at a point; `None` where the density is zero.
-    pub fn linearise(&mut self, scores: &DVector<f64>, begin: &Place) -> Option<(Linear, Place)> {
+    pub fn linearise(
+        &mut self,
+        scores: &DVector<f64>,
+        begin: &WarmStart,
+    ) -> Option<(LinearisationPoint, WarmStart)> {
         self.linearise_all(&[(scores, begin)], true).pop()?
     }
 
@@ -110,9 +115,9 @@ impl<'a> Evaluator<'a> {
     /// are computed only if `geometry` is set.
     pub(super) fn linearise_all(
         &mut self,
-        points: &[(&DVector<f64>, &Place)],
+        points: &[(&DVector<f64>, &WarmStart)],
         geometry: bool,
-    ) -> Vec<Option<(Linear, Place)>> {
+    ) -> Vec<Option<(LinearisationPoint, WarmStart)>> {
         let (meanings, places) = self.solve(points);
         let mut rates: Vec<Rates> = self.shapes.iter_mut().map(Group::length_rates).collect();
         let mut sights = self.sights(&places);
@@ -136,12 +141,12 @@ impl<'a> Evaluator<'a> {
     }
 
     /// For every other measurement that follows from a shape, the number of the shape and its adjoint at every point.
-    fn sights(&mut self, places: &[Option<Place>]) -> Vec<Sighted> {
-        let nodes = self.density.ground.system.rest().len();
-        let mut sight = |(beside, number): (&Beside, usize)| {
+    fn sights(&mut self, places: &[Option<WarmStart>]) -> Vec<Sighted> {
+        let nodes = self.density.posterior_model.system.rest().len();
+        let mut sight = |(beside, number): (&AuxiliaryData, usize)| {
             let posture = beside.posture(number)?;
             let shape = posture.unwrap_or(self.shapes.len() - 1);
-            let gradient = |place: &Option<Place>| {
+            let gradient = |place: &Option<WarmStart>| {
                 let mut gradient = vec![SVector::zeros(); nodes];
                 if let Some(place) = place {
                     let at = (posture, place.shape(shape).0);
@@ -158,13 +163,13 @@ impl<'a> Evaluator<'a> {
     /// The linearisation at a solved point with known adjoints.
     fn linear(
         &self,
-        (meaning, slopes): &(Meaning, Vec<f64>),
-        place: &Place,
+        (meaning, slopes): &(ParameterValues, Vec<f64>),
+        place: &WarmStart,
         rates: &Adjoints,
         geometry: bool,
-    ) -> Option<Linear> {
-        let ground = self.density.ground;
-        let (count, postures) = (ground.muscles.len(), self.density.postures());
+    ) -> Option<LinearisationPoint> {
+        let posterior_model = self.density.posterior_model;
+        let (count, postures) = (posterior_model.muscles.len(), self.density.postures());
         let over = &place.baseline_lengths;
         let of_muscles = postures * count;
         let values = (0..of_muscles).map(|row| place.lengths[row] / over[row % count]);
@@ -173,7 +178,7 @@ impl<'a> Evaluator<'a> {
             values.chain(place.beside.iter().copied()),
         );
         let length = |shape: usize, m: usize, p: Parameter| -> f64 {
-            by_parameter(ground, meaning, (shape, postures), &rates.lengths[shape][m], p)
+            by_parameter(posterior_model, meaning, (shape, postures), &rates.lengths[shape][m], p)
         };
         // d(L/L0) = dL/L0 - s dL0/L0.
         let mut jacobian = DMatrix::from_fn(values.len(), slopes.len(), |row, p| {
@@ -189,26 +194,26 @@ impl<'a> Evaluator<'a> {
             let weights = beside.only(number);
             for (p, &parameter) in self.density.parameters.iter().enumerate() {
                 let by_shape = sight.as_ref().map_or(0.0, |(shape, adjoint)| {
-                    by_parameter(ground, meaning, (*shape, postures), adjoint, parameter)
+                    by_parameter(posterior_model, meaning, (*shape, postures), adjoint, parameter)
                 });
                 let by = by_shape + beside.slope(meaning, &weights, parameter);
                 jacobian[(of_muscles + row, p)] = slopes[p] * by;
             }
         }
-        let point = Solid { place, meaning, rates, beside: &self.density.seen.beside };
-        let geometry = match (geometry, ground.is_of_springs()) {
-            (true, true) => shape::of_springs(ground, &point)?,
-            (true, false) => differences::answers(ground, &point)?,
-            (false, _) => Answers::none(values.len()),
+        let point = GeometrySensitivity { place, meaning, rates, beside: &self.density.seen.beside };
+        let geometry = match (geometry, posterior_model.is_of_springs()) {
+            (true, true) => shape::of_springs(posterior_model, &point)?,
+            (true, false) => finite_differences::answers(posterior_model, &point)?,
+            (false, _) => FiniteDifferences::none(values.len()),
         };
-        Some(Linear { values, jacobian, geometry })
+        Some(LinearisationPoint { values, jacobian, geometry })
     }
 
     /// Derivatives of the logarithm of the density by the scores, from the derivatives by the shapes.
     fn gradient(
         &self,
         scores: &DVector<f64>,
-        (meaning, slopes): &(Meaning, Vec<f64>),
+        (meaning, slopes): &(ParameterValues, Vec<f64>),
         (adjoints, weights): (&[&Adjoint<2>], &[f64]),
     ) -> DVector<f64> {
         let density = self.density;
@@ -217,7 +222,7 @@ impl<'a> Evaluator<'a> {
         };
         let by = |p: Parameter| -> f64 {
             let each = adjoints.iter().enumerate().map(|(shape, adjoint)| {
-                by_parameter(density.ground, meaning, (shape, density.postures()), adjoint, p)
+                by_parameter(density.posterior_model, meaning, (shape, density.postures()), adjoint, p)
             });
             each.sum::<f64>() + beside(p)
         };
@@ -227,15 +232,15 @@ impl<'a> Evaluator<'a> {
 
 /// Derivative of a function of one shape by a sampled unknown; `shape` is the number of a posture, or `postures` for the baseline.
 fn by_parameter(
-    ground: &super::Ground,
-    meaning: &Meaning,
+    posterior_model: &super::PosteriorModel,
+    meaning: &ParameterValues,
     (shape, postures): (usize, usize),
     adjoint: &Adjoint<2>,
     parameter: Parameter,
 ) -> f64 {
     let of_posture = |posture: usize| posture == shape;
     let by_hyoid = |which: usize| match meaning.postures.get(shape) {
-        Some(own) => ground.hyoid_rates(adjoint, own.hyoid, meaning.tilt)[which],
+        Some(own) => posterior_model.hyoid_rates(adjoint, own.hyoid, meaning.tilt)[which],
         None => 0.0,
     };
     match parameter {
@@ -248,13 +253,13 @@ fn by_parameter(
 }
 
 impl Target for Evaluator<'_> {
-    type Place = Place;
+    type WarmStart = WarmStart;
     type Kept = Draw;
 
-    fn evaluate(&mut self, points: &[(&DVector<f64>, &Place)]) -> Vec<Option<Point<Place>>> {
+    fn evaluate(&mut self, points: &[(&DVector<f64>, &WarmStart)]) -> Vec<Option<Point<WarmStart>>> {
         let (meanings, places) = self.solve(points);
         let (density, errors) = (self.density, self.errors);
-        let (seen, system) = (&density.seen, &density.ground.system);
+        let (seen, system) = (&density.seen, &density.posterior_model.system);
         let (nodes, postures) = (system.rest().len(), density.postures());
         // For every point the logarithm of the likelihood, and minus its derivatives by the residuals.
         let weighed: Vec<Option<(f64, DVector<f64>)>> = places
@@ -265,7 +270,7 @@ impl Target for Evaluator<'_> {
             })
             .collect();
         let adjoints = self.shapes.iter_mut().enumerate().map(|(shape, group)| {
-            let of = |(place, weighed): (&Option<Place>, &Option<(f64, DVector<f64>)>)| {
+            let of = |(place, weighed): (&Option<WarmStart>, &Option<(f64, DVector<f64>)>)| {
                 let mut gradient = vec![SVector::zeros(); nodes];
                 let Some((place, (_, weights))) = place.as_ref().zip(weighed.as_ref()) else {
                     return gradient;
@@ -301,20 +306,20 @@ impl Target for Evaluator<'_> {
     }
 
     /// The shapes after another step like the last one, to first order.
-    fn ahead(here: &Place, before: &Place) -> Place {
+    fn ahead(here: &WarmStart, before: &WarmStart) -> WarmStart {
         let further = |here: &[SVector<f64, 2>], before: &[SVector<f64, 2>]| {
             Arc::new(here.iter().zip(before).map(|(x, y)| x + (x - y)).collect())
         };
         let postures = here.postures.iter().zip(&before.postures).map(|(x, y)| further(x, y)).collect();
-        Place { postures, baseline: further(&here.baseline, &before.baseline), ..here.clone() }
+        WarmStart { postures, baseline: further(&here.baseline, &before.baseline), ..here.clone() }
     }
 
     /// Whether the tensions of each point lead from rest to its shapes, in all postures and in the baseline.
-    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Place>)]) -> Vec<bool> {
+    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<WarmStart>)]) -> Vec<bool> {
         let density = self.density;
-        let meanings: Vec<Meaning> = points.iter().map(|(g, _)| density.meaning(g).0).collect();
+        let meanings: Vec<ParameterValues> = points.iter().map(|(g, _)| density.meaning(g).0).collect();
         let found = self.from_rest.iter_mut().enumerate().map(|(shape, group)| {
-            let with: Vec<(&Meaning, &[f64])> =
+            let with: Vec<(&ParameterValues, &[f64])> =
                 meanings.iter().zip(points).map(|(m, (_, p))| (m, p.place.shape(shape).1)).collect();
             on_branch(density, group, &with, shape)
         });
@@ -322,9 +327,9 @@ impl Target for Evaluator<'_> {
         (0..points.len()).map(|i| found.iter().all(|shape| shape[i])).collect()
     }
 
-    fn keep(&self, at: &DVector<f64>, point: &Point<Place>) -> Draw {
+    fn keep(&self, at: &DVector<f64>, point: &Point<WarmStart>) -> Draw {
         let (meaning, _) = self.density.meaning(at);
-        let Place { lengths, baseline_lengths, beside, .. } = &point.place;
+        let WarmStart { lengths, baseline_lengths, beside, .. } = &point.place;
         Draw {
             chain: 0,
             number: 0,

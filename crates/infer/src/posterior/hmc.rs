@@ -29,24 +29,27 @@ const MOST_STEPS: usize = 100;
 /// A density to sample, of which up to [`LANES`] points are evaluated at once.
 pub trait Target {
     /// State of a solved point, from which its neighbours are solved.
-    type Place: Clone + Send + Sync;
+    type WarmStart: Clone + Send + Sync;
     type Kept: Clone + Send + Sync;
 
     /// The logarithm of the density and its derivatives at each point, solved from the place given with it; `None` where the density is
     /// zero.
-    fn evaluate(&mut self, points: &[(&DVector<f64>, &Self::Place)]) -> Vec<Option<Point<Self::Place>>>;
+    fn evaluate(
+        &mut self,
+        points: &[(&DVector<f64>, &Self::WarmStart)],
+    ) -> Vec<Option<Point<Self::WarmStart>>>;
 
     /// A place from which the next point of a trajectory is solved, after steps that led from `before` to `here`.
-    fn ahead(here: &Self::Place, _before: &Self::Place) -> Self::Place {
+    fn ahead(here: &Self::WarmStart, _before: &Self::WarmStart) -> Self::WarmStart {
         here.clone()
     }
 
     /// Whether each point, at which the density is not zero, is allowed as a draw; trajectories to other points are refused.
-    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Self::Place>)]) -> Vec<bool> {
+    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Self::WarmStart>)]) -> Vec<bool> {
         vec![true; points.len()]
     }
 
-    fn keep(&self, at: &DVector<f64>, point: &Point<Self::Place>) -> Self::Kept;
+    fn keep(&self, at: &DVector<f64>, point: &Point<Self::WarmStart>) -> Self::Kept;
 }
 
 #[derive(Debug, Clone)]
@@ -96,7 +99,7 @@ pub const DIVERGED: f64 = 1000.0;
 pub fn sample<T: Target>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
-    place: &T::Place,
+    place: &T::WarmStart,
     settings: &Settings,
 ) -> Vec<Chain<T::Kept>> {
     let groups = in_groups(&make, whitened, place, settings, None, |g| g.warmed_up(settings.warm_up));
@@ -115,7 +118,7 @@ pub fn sample<T: Target>(
 pub(super) fn sample_briefly<T: Target>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
-    place: &T::Place,
+    place: &T::WarmStart,
     settings: &Settings,
     only: Option<usize>,
 ) -> Vec<Chain<T::Kept>> {
@@ -127,7 +130,7 @@ pub(super) fn sample_briefly<T: Target>(
 fn in_groups<'w, T: Target, R: Send>(
     make: &(impl Fn() -> T + Sync),
     whitened: &'w Whitened,
-    place: &T::Place,
+    place: &T::WarmStart,
     settings: &Settings,
     only: Option<usize>,
     work: impl Fn(Group<'w, T>) -> R + Sync,
@@ -158,7 +161,7 @@ impl<P: Clone> Clone for State<P> {
 struct Group<'a, T: Target> {
     target: T,
     whitened: &'a Whitened,
-    states: Vec<State<T::Place>>,
+    states: Vec<State<T::WarmStart>>,
     /// A generator for each chain.
     random: Vec<fastrand::Rng>,
     /// Generator shared by all chains, for the lengths of trajectories.
@@ -180,7 +183,7 @@ struct Warm<P> {
 
 impl<P: Clone> Warm<P> {
     /// The same chains in other coordinates.
-    fn go_on<'a, T: Target<Place = P>>(&self, target: T, whitened: &'a Whitened) -> Group<'a, T> {
+    fn go_on<'a, T: Target<WarmStart = P>>(&self, target: T, whitened: &'a Whitened) -> Group<'a, T> {
         let state =
             |s: &State<P>| State::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone());
         Group {
@@ -199,7 +202,7 @@ impl<'a, T: Target> Group<'a, T> {
     fn new(
         mut target: T,
         whitened: &'a Whitened,
-        place: &T::Place,
+        place: &T::WarmStart,
         settings: &Settings,
         first: usize,
         chains: usize,
@@ -209,7 +212,7 @@ impl<'a, T: Target> Group<'a, T> {
             .map(|chain| fastrand::Rng::with_seed(seed_of(settings.seed, chain)))
             .collect();
         let common = fastrand::Rng::with_seed(seed_of(settings.seed, (1 << 20) + first));
-        let mut states: Vec<Option<State<T::Place>>> = (0..chains).map(|_| None).collect();
+        let mut states: Vec<Option<State<T::WarmStart>>> = (0..chains).map(|_| None).collect();
         let mut evaluations = 0;
         // Draws are moved towards the centre until all chains have a start with a density above zero. Where it is zero at the centre too,
         // whole draws are tried.
@@ -241,7 +244,7 @@ impl<'a, T: Target> Group<'a, T> {
     }
 
     /// Runs the first half of the warm-up.
-    fn warmed_up(mut self, warm_up: usize) -> Warm<T::Place> {
+    fn warmed_up(mut self, warm_up: usize) -> Warm<T::WarmStart> {
         let mut seen = Vec::new();
         if self.states.len() == self.random.len() {
             for block in blocks(warm_up, CHECKED) {
@@ -329,10 +332,10 @@ impl<'a, T: Target> Group<'a, T> {
         let length = FRAC_PI_2 * (0.7 + 0.6 * self.common.f64());
         let steps = ((length / size).round() as usize).clamp(1, MOST_STEPS);
         let mut momenta: Vec<DVector<f64>> = self.random.iter_mut().map(|r| normals(n, r)).collect();
-        let energy = |state: &State<T::Place>, p: &DVector<f64>| 0.5 * p.norm_squared() - state.point.log;
+        let energy = |state: &State<T::WarmStart>, p: &DVector<f64>| 0.5 * p.norm_squared() - state.point.log;
         let before: Vec<f64> = self.states.iter().zip(&momenta).map(|(s, p)| energy(s, p)).collect();
         let mut moved = self.states.clone();
-        let mut before_last: Vec<Option<T::Place>> = vec![None; count];
+        let mut before_last: Vec<Option<T::WarmStart>> = vec![None; count];
         let mut alive = vec![true; count];
         for _ in 0..steps {
             for (p, s) in momenta.iter_mut().zip(&moved) {
@@ -343,7 +346,7 @@ impl<'a, T: Target> Group<'a, T> {
                 .map(|i| if alive[i] { &moved[i].z + &momenta[i] * size } else { moved[i].z.clone() })
                 .collect();
             let x: Vec<DVector<f64>> = z.iter().map(|z| self.whitened.at(z)).collect();
-            let starts: Vec<T::Place> = moved
+            let starts: Vec<T::WarmStart> = moved
                 .iter()
                 .zip(&before_last)
                 .map(|(s, before)| match before {

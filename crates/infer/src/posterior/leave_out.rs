@@ -20,11 +20,11 @@ use super::PosteriorError;
 use super::density::Density;
 use super::evaluator::Errors;
 use super::hmc::Whitened;
-use super::map::Mode;
+use super::map::MapEstimate;
+use super::parameters::Draw;
+use super::quantiles::Quantiles;
 use super::run::{Posterior, Sampling, chains, numbered, sample_at};
-use super::score::{How, LeftOut, Part, about, left_out};
-use super::spread::Quantiles;
-use super::unknowns::Draw;
+use super::score::{LeftOut, MixtureComponent, PredictionMethod, about, left_out};
 
 /// Draws of the mixture for each stretch of one posture, and draws of a posterior that is sampled separately. Postures that are sampled
 /// together have as many draws as one: leaving one of many stretches out changes little, so that nearly all draws count for each.
@@ -38,15 +38,15 @@ const SEED: u64 = 5;
 /// The posterior without the stretch at a position.
 struct Without<'a> {
     density: Density<'a>,
-    mode: Mode,
+    mode: MapEstimate,
     /// Minus the logarithm of the marginal density, up to a constant.
     weight: f64,
 }
 
 impl<'a> Without<'a> {
-    fn new(whole: &Density<'a>, mode: &Mode, position: usize) -> Result<Self, PosteriorError> {
+    fn new(whole: &Density<'a>, mode: &MapEstimate, position: usize) -> Result<Self, PosteriorError> {
         let mut density = whole.of(whole.seen.without(position))?;
-        let mode = Mode::find_near(&mut density, mode)?;
+        let mode = MapEstimate::find_near(&mut density, mode)?;
         let factor = mode.precision.clone().cholesky().ok_or(PosteriorError::Covariance)?;
         let weight = factor.l_dirty().diagonal().map(f64::ln).sum() - mode.log;
         Ok(Self { density, mode, weight })
@@ -84,7 +84,7 @@ impl Errors for Mixture<'_> {
 }
 
 /// Predictions of every measured stretch without its own measurement; `mode` is the mode of the whole posterior.
-pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, PosteriorError> {
+pub fn without_each(density: &Density<'_>, mode: &MapEstimate) -> Result<Vec<LeftOut>, PosteriorError> {
     let positions: Vec<usize> = (0..density.seen.len()).collect();
     if positions.is_empty() {
         return Ok(Vec::new());
@@ -111,7 +111,13 @@ pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, 
         .iter()
         .map(|&position| {
             let own: Vec<f64> = weights.iter().map(|w| w[position]).collect();
-            predicted(density, position, &mixture.0[position].1.density, (&draws, &own), How::Together)
+            predicted(
+                density,
+                position,
+                &mixture.0[position].1.density,
+                (&draws, &own),
+                PredictionMethod::Together,
+            )
         })
         .collect();
     let alone = |(found, (position, without)): (LeftOut, (usize, Without<'_>))| {
@@ -121,7 +127,8 @@ pub fn without_each(density: &Density<'_>, mode: &Mode) -> Result<Vec<LeftOut>, 
         let settings = Sampling { draws: OWN_DRAWS, seed: SEED };
         let own = sample_at(without.density, without.mode, &settings)?;
         let weights = vec![1.0; own.draws.len()];
-        let found = predicted(density, position, &own.density, (&own.draws, &weights), How::Sampled);
+        let found =
+            predicted(density, position, &own.density, (&own.draws, &weights), PredictionMethod::Sampled);
         Ok(LeftOut { effective: own.mixing.bulk.min(own.mixing.tail), ..found })
     };
     together.into_iter().zip(mixture.0).map(alone).collect()
@@ -133,15 +140,15 @@ fn predicted(
     position: usize,
     other: &Density<'_>,
     (draws, weights): (&[Draw], &[f64]),
-    how: How,
+    how: PredictionMethod,
 ) -> LeftOut {
     let (row, measured) = (whole.rows()[position], whole.seen.stretches[position]);
     let (gain, sd) = about(whole, other, position);
     let part = |(d, &weight): (&Draw, &f64)| {
         let error = gain.dot(&other.residuals(&d.lengths, &d.baseline_lengths, &d.beside));
-        Part { mean: d.stretch(row) + error, weight }
+        MixtureComponent { mean: d.stretch(row) + error, weight }
     };
-    let parts: Vec<Part> = draws.iter().zip(weights).map(part).collect();
+    let parts: Vec<MixtureComponent> = draws.iter().zip(weights).map(part).collect();
     left_out(&parts, sd, measured, how, seed_of(SEED, position))
 }
 

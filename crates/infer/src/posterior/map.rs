@@ -13,17 +13,18 @@ use tongue_core::statics::lanes::LANES;
 
 use super::PosteriorError;
 use super::density::Density;
-use super::differences::Answers;
-use super::evaluator::{Evaluator, Linear};
+use super::evaluator::{Evaluator, LinearisationPoint};
+use super::finite_differences::FiniteDifferences;
 use super::hmc::Whitened;
-use super::unknowns::Place;
+use super::parameters::WarmStart;
 
 /// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other measurements: the
 /// mean over several linearisations; `None` without any.
-fn geometry(all: &[Linear]) -> Option<DMatrix<f64>> {
+fn geometry(all: &[LinearisationPoint]) -> Option<DMatrix<f64>> {
     let count = all.first()?.values.len();
-    let mean = |of: fn(&Answers) -> &DMatrix<f64>| {
-        let sum = |sum, linear: &Linear| sum + of(&linear.geometry) * of(&linear.geometry).transpose();
+    let mean = |of: fn(&FiniteDifferences) -> &DMatrix<f64>| {
+        let sum =
+            |sum, linear: &LinearisationPoint| sum + of(&linear.geometry) * of(&linear.geometry).transpose();
         all.iter().fold(DMatrix::zeros(count, count), sum) / all.len() as f64
     };
     Some(
@@ -37,10 +38,10 @@ fn geometry(all: &[Linear]) -> Option<DMatrix<f64>> {
 
 /// The most probable point.
 #[derive(Debug, Clone)]
-pub struct Mode {
+pub struct MapEstimate {
     pub scores: DVector<f64>,
-    pub place: Place,
-    pub linear: Linear,
+    pub place: WarmStart,
+    pub linear: LinearisationPoint,
     /// Covariance due to geometry and constants about it.
     pub geometry: DMatrix<f64>,
     /// `I + Jᵀ C⁻¹ J` there, the precision of the scores.
@@ -61,7 +62,7 @@ const DRAWS_WITHOUT_LANES: usize = 16;
 /// Seed of these draws.
 const SEED: u64 = 3;
 
-impl Mode {
+impl MapEstimate {
     /// Finds the mode, and sets the covariance due to geometry about it in the density.
     pub fn find(density: &mut Density<'_>) -> Result<Self, PosteriorError> {
         // From the medians, or from smaller tensions where there is no equilibrium at the medians.
@@ -82,7 +83,7 @@ impl Mode {
         Ok(mode.settled(density))
     }
 
-    /// As [`Mode::find`], started at the mode for nearly the same stretches.
+    /// As [`MapEstimate::find`], started at the mode for nearly the same stretches.
     pub fn find_near(density: &mut Density<'_>, near: &Self) -> Result<Self, PosteriorError> {
         density.set_geometry(near.geometry.clone())?;
         let Self { scores, linear, geometry, place, .. } = near.clone();
@@ -108,9 +109,9 @@ impl Mode {
     }
 
     /// Linearisations at draws about the mode; a draw without an equilibrium is left out.
-    fn about(&self, density: &Density<'_>) -> Result<Vec<Linear>, PosteriorError> {
+    fn about(&self, density: &Density<'_>) -> Result<Vec<LinearisationPoint>, PosteriorError> {
         let whitened = self.whitened().ok_or(PosteriorError::Covariance)?;
-        let count = if density.ground.is_of_springs() { DRAWS } else { DRAWS_WITHOUT_LANES };
+        let count = if density.posterior_model.is_of_springs() { DRAWS } else { DRAWS_WITHOUT_LANES };
         let draws: Vec<DVector<f64>> = (0..count / 2)
             .flat_map(|i| {
                 let z = normals(self.scores.len(), &mut fastrand::Rng::with_seed(seed_of(SEED, i)));
@@ -128,9 +129,9 @@ impl Mode {
     fn at(
         density: &Density<'_>,
         scores: DVector<f64>,
-        linear: Linear,
+        linear: LinearisationPoint,
         geometry: DMatrix<f64>,
-        place: Place,
+        place: WarmStart,
         evaluations: usize,
     ) -> Self {
         let jacobian = linear.jacobian.select_rows(density.rows());
@@ -149,7 +150,7 @@ impl Mode {
         let mut evaluator = Evaluator::new(density);
         let normal = |here: &Self, damping: f64| {
             let jacobian = here.linear.jacobian.select_rows(density.rows());
-            let Place { lengths, baseline_lengths, beside, .. } = &here.place;
+            let WarmStart { lengths, baseline_lengths, beside, .. } = &here.place;
             let residuals = density.residuals(lengths, baseline_lengths, beside);
             let gradient = &here.scores - jacobian.tr_mul(&density.factor().solve(&residuals));
             let mut matrix = here.precision.clone();

@@ -19,50 +19,50 @@
 //! predicts every stretch without its own measurement (`leave_out`); [`Contrast`] compares postures, and [`Verdict`] states the main
 //! result in three sentences.
 
-mod beside;
+mod auxiliary;
 mod branch;
 mod contrast;
 mod density;
 pub mod diagnostics;
-mod differences;
 mod evaluator;
-mod ground;
+mod finite_differences;
 pub mod half_normal;
 pub mod hmc;
 mod leave_out;
 mod map;
-mod marks;
+mod measurements;
+mod model;
+mod parameters;
+mod perturbed;
+mod point_data;
 mod prepare;
 mod priors;
+mod quantiles;
 mod run;
 mod score;
-mod seen;
 mod sensitivity;
 mod shape;
-mod sides;
-mod spread;
 mod summary;
-mod unknowns;
 mod verdict;
 mod warm_up;
 
-pub use beside::{Active, Beside, Electrode, Of, View};
+pub use auxiliary::{Active, AuxiliaryData, DataSource, Electrode, PostureView};
 pub use contrast::{Contrast, DECIDED};
 pub use density::Density;
-pub use differences::Answers;
-pub use evaluator::{Errors, Evaluator, Linear};
-pub use ground::{Field, Ground};
+pub use evaluator::{Errors, Evaluator, LinearisationPoint};
+pub use finite_differences::FiniteDifferences;
 pub use leave_out::without_each;
-pub use map::Mode;
+pub use map::MapEstimate;
+pub use measurements::Measurements;
+pub use model::{Field, PosteriorModel};
+pub use parameters::{Draw, Parameter, ParameterValues, Posture, WarmStart};
 pub use priors::*;
+pub use quantiles::Quantiles;
 pub use run::{Posterior, Sampling, Status, sample};
-pub use score::{How, LeftOut, Part, about, left_out};
-pub use seen::Measurements;
+pub use score::{LeftOut, MixtureComponent, PredictionMethod, about, left_out};
 pub use sensitivity::{SENSITIVE, Sensitivity};
-pub use spread::Quantiles;
 pub use summary::{Change, Effective, Report, StretchSummary, Summary, Tension};
-pub use unknowns::{Draw, Meaning, Parameter, Place, Posture};
-pub use verdict::{PROBABLE, Said, ShortRun, Verdict, VerdictFrom, Word};
+pub use verdict::{Certainty, MuscleVerdict, PROBABLE, ShortRun, Verdict, VerdictFrom};
 
 use tongue_core::system::SystemError;
 

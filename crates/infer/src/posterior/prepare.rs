@@ -7,12 +7,12 @@ use tongue_core::material::Constants;
 use tongue_core::system::{Model, System};
 
 use super::PosteriorError;
-use super::differences::beside_in_kappa;
-use super::ground::{Ground, ends, laid_anew, outline, turn};
+use super::finite_differences::beside_in_kappa;
+use super::model::{PosteriorModel, ends, laid_anew, outline, turn};
+use super::perturbed::PerturbedBodies;
 use super::priors::Priors;
-use super::sides::Sides;
 
-impl Ground {
+impl PosteriorModel {
     pub fn new(body: &Body<2>, model: &Model, priors: &Priors) -> Result<Self, PosteriorError> {
         priors.check()?;
         let muscles = body.mesh.muscle_names();
@@ -37,7 +37,7 @@ impl Ground {
         let (ends, outline) = (ends(&body, priors), outline(&body, priors));
         let priors = priors.clone();
         let turn = turn(system.rest(), &hyoid);
-        let mut ground = Self {
+        let mut posterior_model = Self {
             priors,
             body,
             system,
@@ -50,10 +50,10 @@ impl Ground {
             kappa: None,
             sides: None,
         };
-        ground.kappa = beside_in_kappa(&ground)?;
-        if !Self::is_for_springs(&ground.body, &ground.model) {
-            ground.sides = Some(Sides::new(&ground)?);
+        posterior_model.kappa = beside_in_kappa(&posterior_model)?;
+        if !Self::is_for_springs(&posterior_model.body, &posterior_model.model) {
+            posterior_model.sides = Some(PerturbedBodies::new(&posterior_model)?);
         }
-        Ok(ground)
+        Ok(posterior_model)
     }
 }

@@ -8,11 +8,11 @@ use super::branch::SAME_M;
 use super::density::Density;
 use super::diagnostics::{Mixing, mixing, most_r_hat};
 use super::evaluator::{Errors, Evaluator};
-use super::ground::Ground;
 use super::hmc::{self, Whitened};
-use super::map::Mode;
-use super::seen::Measurements;
-use super::unknowns::{Draw, Place};
+use super::map::MapEstimate;
+use super::measurements::Measurements;
+use super::model::PosteriorModel;
+use super::parameters::{Draw, WarmStart};
 
 /// Number of chains: two groups of four.
 const CHAINS: usize = 8;
@@ -57,7 +57,7 @@ pub enum Status {
 #[derive(Debug)]
 pub struct Posterior<'a> {
     pub density: Density<'a>,
-    pub mode: Mode,
+    pub mode: MapEstimate,
     pub draws: Vec<Draw>,
     pub status: Status,
     /// Why not, in words; empty where the chains have mixed.
@@ -82,10 +82,10 @@ impl Posterior<'_> {
         let step = self.draws.len().div_ceil(count.max(1)).max(1);
         let taken: Vec<&Draw> = self.draws.iter().step_by(step).collect();
         let start = Some(self.mode.place.shape(posture).0);
-        let load = |i: usize| self.density.ground.load(&taken[i].meaning, posture, start);
-        let muscles = self.density.ground.muscles.len();
+        let load = |i: usize| self.density.posterior_model.load(&taken[i].meaning, posture, start);
+        let muscles = self.density.posterior_model.muscles.len();
         let shapes = self.density.lanes().map(taken.len(), self.density.settings(), load, |i, shape| {
-            let lengths = self.density.ground.system.lengths(&shape.positions);
+            let lengths = self.density.posterior_model.system.lengths(&shape.positions);
             let drawn = &taken[i].lengths[posture * muscles..];
             let same = lengths.iter().zip(drawn).all(|(a, b)| (a - b).abs() < SAME_M);
             same.then(|| shape.positions.clone())
@@ -96,19 +96,19 @@ impl Posterior<'_> {
 
 /// Samples the posterior of measurements in a body.
 pub fn sample<'a>(
-    ground: &'a Ground,
+    posterior_model: &'a PosteriorModel,
     seen: Measurements,
     settings: &Sampling,
 ) -> Result<Posterior<'a>, PosteriorError> {
-    let mut density = Density::new(ground, seen)?;
-    let mode = Mode::find(&mut density)?;
+    let mut density = Density::new(posterior_model, seen)?;
+    let mode = MapEstimate::find(&mut density)?;
     sample_at(density, mode, settings)
 }
 
 /// Samples the posterior at a known mode.
 pub(crate) fn sample_at<'a>(
     density: Density<'a>,
-    mode: Mode,
+    mode: MapEstimate,
     settings: &Sampling,
 ) -> Result<Posterior<'a>, PosteriorError> {
     settings.check()?;
@@ -163,7 +163,7 @@ pub(super) fn chains(
     density: &Density<'_>,
     errors: &dyn Errors,
     whitened: &Whitened,
-    place: &Place,
+    place: &WarmStart,
     settings: &Sampling,
     thin: usize,
 ) -> Vec<hmc::Chain<Draw>> {
@@ -181,7 +181,7 @@ pub(super) fn chains(
 /// those of one group of chains; none if it could not begin.
 pub(super) fn short_run(
     density: &Density<'_>,
-    mode: &Mode,
+    mode: &MapEstimate,
     only: Option<usize>,
 ) -> Result<Vec<Draw>, PosteriorError> {
     let whitened = mode.whitened().ok_or(PosteriorError::Covariance)?;
@@ -205,7 +205,7 @@ pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
 
 /// Convergence diagnostics of every sampled or reported quantity, from the kept draws.
 fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<(String, Mixing)> {
-    let muscles = &density.ground.muscles;
+    let muscles = &density.posterior_model.muscles;
     let of = |value: &dyn Fn(&Draw) -> f64| -> Mixing {
         let each = |c: &hmc::Chain<Draw>| c.draws.iter().map(value).collect();
         mixing(&chains.iter().map(each).collect::<Vec<Vec<f64>>>())

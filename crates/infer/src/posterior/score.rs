@@ -6,12 +6,12 @@ use serde::Serialize;
 use tongue_core::random::normal;
 
 use super::density::Density;
-use super::spread::{Quantiles, effective};
+use super::quantiles::{Quantiles, effective};
 
 /// Method of a prediction without the muscle's own measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum How {
+pub enum PredictionMethod {
     /// From weighted draws of the mixture of all posteriors that each leave out one stretch.
     Together,
     /// From draws of the posterior without this stretch.
@@ -25,24 +25,30 @@ pub struct LeftOut {
     pub log_score: f64,
     /// Continuous ranked probability score (Gneiting and Raftery 2007).
     pub crps: f64,
-    pub how: How,
+    pub how: PredictionMethod,
     pub effective: f64,
 }
 
 /// A normal distribution of a stretch, given a draw, and the weight of the draw.
 #[derive(Debug, Clone, Copy)]
-pub struct Part {
+pub struct MixtureComponent {
     pub mean: f64,
     pub weight: f64,
 }
 
 /// The prediction from weighted normal distributions with the same standard deviation.
-pub fn left_out(parts: &[Part], sd: f64, measured: f64, how: How, seed: u64) -> LeftOut {
+pub fn left_out(
+    parts: &[MixtureComponent],
+    sd: f64,
+    measured: f64,
+    how: PredictionMethod,
+    seed: u64,
+) -> LeftOut {
     let mut random = fastrand::Rng::with_seed(seed);
     let draws: Vec<(f64, f64)> =
         parts.iter().map(|p| (p.mean + sd * normal(&mut random), p.weight)).collect();
     let total: f64 = parts.iter().map(|p| p.weight).sum();
-    let density = |p: &Part| {
+    let density = |p: &MixtureComponent| {
         let z = (measured - p.mean) / sd;
         p.weight * (-0.5 * z * z).exp() / (sd * std::f64::consts::TAU.sqrt())
     };
@@ -95,8 +101,8 @@ mod tests {
 
     #[test]
     fn scores_of_a_normal_distribution_are_the_exact_ones() {
-        let parts = vec![Part { mean: 1.0, weight: 1.0 }; 40_000];
-        let found = left_out(&parts, 0.2, 1.1, How::Together, 1);
+        let parts = vec![MixtureComponent { mean: 1.0, weight: 1.0 }; 40_000];
+        let found = left_out(&parts, 0.2, 1.1, PredictionMethod::Together, 1);
         let z: f64 = 0.5;
         let density = (-0.5 * z * z).exp() / std::f64::consts::TAU.sqrt();
         assert!((found.log_score - (density / 0.2).ln()).abs() < 1e-12);

@@ -8,7 +8,7 @@ use serde::Serialize;
 use tongue_core::statistics::mean_and_variance;
 
 use super::density::Density;
-use super::unknowns::{Draw, Parameter};
+use super::parameters::{Draw, Parameter};
 
 /// Difference of the power from one.
 const STEP: f64 = 0.01;
@@ -46,7 +46,7 @@ pub struct Scaled {
 impl Scaled {
     /// The weights of draws from a density.
     pub fn new(density: &Density<'_>, draws: &[Draw]) -> Self {
-        let priors = &density.ground.priors;
+        let priors = &density.posterior_model.priors;
         let (scale, base) = (priors.tension.scale_n_per_m, priors.baseline.scale_n_per_m);
         let prior = |d: &Draw| -> f64 {
             let each = density.parameters.iter().map(|p| match *p {

@@ -9,13 +9,13 @@
 
 use nalgebra::{DMatrix, SVector};
 
-use tongue_core::effect::Part;
+use tongue_core::effect::PrimitiveElement;
 use tongue_core::geometry::simplex::{self, Corners};
 use tongue_core::statics::lanes::Adjoint;
 use tongue_core::system::System;
 
-use super::differences::{self, Answers, Solid};
-use super::ground::{Field, Ground};
+use super::finite_differences::{self, FiniteDifferences, GeometrySensitivity};
+use super::model::{Field, PosteriorModel};
 
 /// What the elements of a body contribute to the derivatives of all lengths of one shape.
 enum Element {
@@ -27,8 +27,8 @@ enum Element {
 }
 
 /// A shape of a body, for the derivatives of its lengths by the rest positions of the nodes.
-struct Linear<'a> {
-    ground: &'a Ground,
+struct LinearisedShape<'a> {
+    posterior_model: &'a PosteriorModel,
     elements: Vec<Element>,
     /// Every connection with its direction at rest.
     connections: Vec<([usize; 2], SVector<f64, 2>)>,
@@ -37,22 +37,22 @@ struct Linear<'a> {
     held: Vec<usize>,
 }
 
-impl<'a> Linear<'a> {
+impl<'a> LinearisedShape<'a> {
     /// At an equilibrium with these positions, m.
-    fn new(ground: &'a Ground, positions: &[SVector<f64, 2>]) -> Self {
-        let system: &System<2> = &ground.system;
+    fn new(posterior_model: &'a PosteriorModel, positions: &[SVector<f64, 2>]) -> Self {
+        let system: &System<2> = &posterior_model.system;
         let rest = system.rest();
         let direction = |x: &[SVector<f64, 2>], [a, b]: [usize; 2]| (x[b] - x[a]).normalize();
         let mut elements = Vec::new();
         for effect in system.effects() {
             effect.parts(&mut |part| match part {
-                Part::Line { spring, .. } => elements.push(Element::Line {
+                PrimitiveElement::Line { spring, .. } => elements.push(Element::Line {
                     nodes: spring.nodes,
                     stiffness: spring.stiffness,
                     along: direction(positions, spring.nodes),
                     at_rest: direction(rest, spring.nodes),
                 }),
-                Part::Cell { nodes, rest: area, kappa } => {
+                PrimitiveElement::Cell { nodes, rest: area, kappa } => {
                     let here = simplex::corners(positions, nodes);
                     let strain = (simplex::measure(&here) - area) / area;
                     elements.push(Element::Cell {
@@ -65,15 +65,15 @@ impl<'a> Linear<'a> {
                 }
             });
         }
-        let mesh = &ground.body.mesh;
+        let mesh = &posterior_model.body.mesh;
         let connections = mesh.connections.iter().map(|&c| (c, direction(rest, c))).collect();
         let total = mesh.connections.iter().map(|c| mesh.distance(*c)).sum();
-        Self { ground, elements, connections, total, held: system.held() }
+        Self { posterior_model, elements, connections, total, held: system.held() }
     }
 
     /// Derivatives, dimensionless, of a length by the rest position of every node, from its adjoint.
     fn slope(&self, adjoint: &Adjoint<2>) -> Vec<SVector<f64, 2>> {
-        let system = &self.ground.system;
+        let system = &self.posterior_model.system;
         let free = |n: usize| match system.pattern().unknown(n) {
             Some(_) => adjoint.by_node[n],
             None => SVector::zeros(),
@@ -110,12 +110,16 @@ impl<'a> Linear<'a> {
 }
 
 /// Responses of all measurements at a solved point; `None` where another kappa leads to no equilibrium.
-pub(super) fn of_springs(ground: &Ground, point: &Solid<'_>) -> Option<Answers> {
+pub(super) fn of_springs(
+    posterior_model: &PosteriorModel,
+    point: &GeometrySensitivity<'_>,
+) -> Option<FiniteDifferences> {
     let place = point.place;
-    let count = ground.muscles.len();
+    let count = posterior_model.muscles.len();
     let of_muscles = place.lengths.len();
     let base = of_muscles / count;
-    let shapes: Vec<Linear<'_>> = (0..=base).map(|s| Linear::new(ground, place.shape(s).0)).collect();
+    let shapes: Vec<LinearisedShape<'_>> =
+        (0..=base).map(|s| LinearisedShape::new(posterior_model, place.shape(s).0)).collect();
     let slopes: Vec<Vec<_>> = point
         .rates
         .lengths
@@ -146,10 +150,10 @@ pub(super) fn of_springs(ground: &Ground, point: &Solid<'_>) -> Option<Answers> 
             (lengths[row / count][(m, f)] - place.lengths[row] / over * lengths[base][(m, f)]) / over
         })
     };
-    Some(Answers {
-        ends: of_fields(&ground.ends),
-        outline: of_fields(&ground.outline),
-        kappa: differences::by_kappa(ground, point)?,
-        ..Answers::none(rows)
+    Some(FiniteDifferences {
+        ends: of_fields(&posterior_model.ends),
+        outline: of_fields(&posterior_model.outline),
+        kappa: finite_differences::by_kappa(posterior_model, point)?,
+        ..FiniteDifferences::none(rows)
     })
 }

@@ -6,14 +6,14 @@ use tongue_core::random::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
 use super::PosteriorError;
-use super::ground::Ground;
 use super::leave_out::{fitted, without_each};
+use super::model::PosteriorModel;
+use super::parameters::Draw;
 use super::priors::Priors;
+use super::quantiles::{Quantiles, part_above_zero};
 use super::run::{Posterior, Status};
 use super::score::LeftOut;
 use super::sensitivity::{Scaled, Sensitivity};
-use super::spread::{Quantiles, part_above_zero};
-use super::unknowns::Draw;
 
 /// Factor of another scale of the prior, and the part by which the upper end of an interval may move under it before this is reported.
 const OTHER_SCALE: f64 = 1.5;
@@ -129,7 +129,7 @@ impl Report {
 
     fn new(all: &All<'_>, posture: usize) -> Self {
         let posterior = all.posterior;
-        let ground = posterior.density.ground;
+        let posterior_model = posterior.density.posterior_model;
         Self {
             status: posterior.status,
             why: posterior.why.clone(),
@@ -142,8 +142,8 @@ impl Report {
             folds: posterior.folds,
             off_branch: posterior.off_branch,
             equilibria: posterior.equilibria,
-            poisson_ratio: ground.model.constants.poisson_ratio,
-            priors: ground.priors.clone(),
+            poisson_ratio: posterior_model.model.constants.poisson_ratio,
+            priors: posterior_model.priors.clone(),
         }
     }
 }
@@ -182,13 +182,13 @@ impl Summary {
     fn new(all: &All<'_>, posture: usize) -> Self {
         let posterior = all.posterior;
         let density = &posterior.density;
-        let (ground, draws) = (density.ground, &posterior.draws);
-        let muscles = &ground.muscles;
+        let (posterior_model, draws) = (density.posterior_model, &posterior.draws);
+        let muscles = &posterior_model.muscles;
         let values = |of: &dyn Fn(&Draw) -> f64| draws.iter().map(of).collect::<Vec<f64>>();
         let spread = |of: &dyn Fn(&Draw) -> f64| Quantiles::of(draws.iter().map(of));
         let change = |m: usize| Change::new(&values(&|d| d.change(posture, m)), &all.scaled);
         let (most_probable, _) = density.meaning(&posterior.mode.scores);
-        let modulus = &ground.priors.young_modulus;
+        let modulus = &posterior_model.priors.young_modulus;
         let mut random = fastrand::Rng::with_seed(seed_of(all.seed, 1 << 21));
         let factors: Vec<f64> = draws
             .iter()
@@ -198,7 +198,7 @@ impl Summary {
             let own = values(&|d| d.tension(posture, m));
             let spread = Quantiles::of(own.iter().copied());
             let sensitivity = all.scaled.of(&own);
-            let moved_by_prior = moved_by_prior(ground, m, &own, spread.interval_95[1]);
+            let moved_by_prior = moved_by_prior(posterior_model, m, &own, spread.interval_95[1]);
             Tension {
                 spread,
                 most_probable: most_probable.postures[posture].tensions[m],
@@ -229,11 +229,16 @@ impl Summary {
 
 /// The part by which the upper end of a tension's interval moves if the scale of its prior is half as large again, from draws weighted by
 /// the ratio of both densities. Zero for a tension that the priors fix.
-pub(super) fn moved_by_prior(ground: &Ground, muscle: usize, tensions: &[f64], upper: f64) -> f64 {
-    if ground.priors.fixed_tension(&ground.muscles[muscle]).is_some() {
+pub(super) fn moved_by_prior(
+    posterior_model: &PosteriorModel,
+    muscle: usize,
+    tensions: &[f64],
+    upper: f64,
+) -> f64 {
+    if posterior_model.priors.fixed_tension(&posterior_model.muscles[muscle]).is_some() {
         return 0.0;
     }
-    let scale = ground.priors.tension.scale_n_per_m;
+    let scale = posterior_model.priors.tension.scale_n_per_m;
     let more = 0.5 * (1.0 - OTHER_SCALE.powi(-2)) / (scale * scale);
     let weighed = tensions.iter().map(|&tension| (tension, (tension * tension * more).min(50.0).exp()));
     Quantiles::weighted(weighed.collect()).interval_95[1] / upper - 1.0

@@ -2,22 +2,22 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::inverse::Matched;
+use crate::inverse::TargetOnBody;
 use tongue_core::body::{Body, HYOID};
 use tongue_core::choice::name_of;
 use tongue_core::system::Model;
 use tongue_input::measured::Target;
 
 use super::density::Density;
-use super::ground::Ground;
-use super::map::Mode;
+use super::map::MapEstimate;
+use super::measurements::Measurements;
+use super::model::PosteriorModel;
+use super::parameters::Draw;
 use super::priors::Priors;
+use super::quantiles::{Quantiles, part_above_zero};
 use super::run::short_run;
-use super::seen::Measurements;
 use super::sensitivity::Scaled;
-use super::spread::{Quantiles, part_above_zero};
 use super::summary::{Report, is_of_prior, moved_by_prior};
-use super::unknowns::Draw;
 use super::{DECIDED, PosteriorError};
 
 /// Probability from which a muscle "probably" pulls harder, or not harder; from [`DECIDED`] on it does "surely".
@@ -25,7 +25,7 @@ pub const PROBABLE: f64 = 0.8;
 
 /// Degree of certainty that a muscle pulls harder than in the baseline, from its probability P.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Word {
+pub enum Certainty {
     /// P is at least .95.
     #[serde(rename = "surely harder")]
     SurelyHarder,
@@ -43,7 +43,7 @@ pub enum Word {
     SurelyNotHarder,
 }
 
-impl Word {
+impl Certainty {
     /// The word for a probability that a muscle pulls harder than in the baseline.
     pub fn of(p_rises: f64) -> Self {
         match p_rises {
@@ -67,19 +67,19 @@ impl Word {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Said {
+pub struct MuscleVerdict {
     pub muscle: String,
     /// Probability that it pulls harder than in the baseline.
     pub p_rises: f64,
-    pub word: Word,
+    pub word: Certainty,
     pub tension_n_per_m: [f64; 2],
     /// Whether the size of the tension depends on the prior of tensions more than on the data.
     pub mostly_prior: bool,
 }
 
-impl Said {
+impl MuscleVerdict {
     fn new(muscle: &str, p_rises: f64, tension_n_per_m: [f64; 2], mostly_prior: bool) -> Self {
-        let (muscle, word) = (muscle.to_owned(), Word::of(p_rises));
+        let (muscle, word) = (muscle.to_owned(), Certainty::of(p_rises));
         Self { muscle, p_rises, word, tension_n_per_m, mostly_prior }
     }
 }
@@ -103,39 +103,39 @@ pub struct Verdict {
     pub hyoid_mm: Option<[[f64; 2]; 2]>,
     /// In the order of the body's muscles.
     #[serde(rename = "verdict")]
-    pub muscles: Vec<Said>,
+    pub muscles: Vec<MuscleVerdict>,
 }
 
 /// The short run of a verdict, under the default priors. Its groups of chains may be run in different places, with the same bits.
 #[derive(Debug)]
 pub struct ShortRun {
-    ground: Ground,
+    posterior_model: PosteriorModel,
     seen: Measurements,
 }
 
 impl ShortRun {
     /// The run for a fit.
     pub fn new(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
-        if !Ground::is_for_springs(body, model) {
+        if !PosteriorModel::is_for_springs(body, model) {
             return Err("in this body it takes minutes, and --posterior 2000 gives it".to_owned());
         }
-        let matched = Matched::new(&body.mesh, target).map_err(|e| e.to_string())?;
+        let matched = TargetOnBody::new(&body.mesh, target).map_err(|e| e.to_string())?;
         let mut priors = Priors::default();
         priors.hyoid.off = body.bone(HYOID).is_empty();
-        let ground = Ground::new(body, model, &priors).map_err(|e| e.to_string())?;
-        Ok(Self { ground, seen: Measurements::of(&matched) })
+        let posterior_model = PosteriorModel::new(body, model, &priors).map_err(|e| e.to_string())?;
+        Ok(Self { posterior_model, seen: Measurements::of(&matched) })
     }
 
     /// The draws of group 0 or 1 of the chains; none if it cannot begin.
     pub fn draws(&self, group: usize) -> Result<Vec<Draw>, PosteriorError> {
-        let mut density = Density::new(&self.ground, self.seen.clone())?;
-        let mode = Mode::find(&mut density)?;
+        let mut density = Density::new(&self.posterior_model, self.seen.clone())?;
+        let mode = MapEstimate::find(&mut density)?;
         short_run(&density, &mode, Some(group))
     }
 
     /// The verdict from the draws of all groups, in their order.
     pub fn verdict(&self, draws: &[Draw]) -> Result<Verdict, PosteriorError> {
-        Verdict::of_short_run(&Density::new(&self.ground, self.seen.clone())?, draws)
+        Verdict::of_short_run(&Density::new(&self.posterior_model, self.seen.clone())?, draws)
     }
 }
 
@@ -143,13 +143,13 @@ impl Verdict {
     /// The verdict on a fit without draws, from a short run under the default priors.
     pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
         let run = ShortRun::new(body, model, target)?;
-        Self::quick(&run.ground, run.seen).map_err(|e| e.to_string())
+        Self::quick(&run.posterior_model, run.seen).map_err(|e| e.to_string())
     }
 
     /// The verdict on measurements of a single posture, from a short run.
-    pub fn quick(ground: &Ground, seen: Measurements) -> Result<Self, PosteriorError> {
-        let mut density = Density::new(ground, seen)?;
-        let mode = Mode::find(&mut density)?;
+    pub fn quick(posterior_model: &PosteriorModel, seen: Measurements) -> Result<Self, PosteriorError> {
+        let mut density = Density::new(posterior_model, seen)?;
+        let mode = MapEstimate::find(&mut density)?;
         Self::of_short_run(&density, &short_run(&density, &mode, None)?)
     }
 
@@ -157,19 +157,19 @@ impl Verdict {
         if draws.is_empty() {
             return Err(PosteriorError::NoMode);
         }
-        let (ground, scaled) = (density.ground, Scaled::new(density, draws));
-        let said = ground.muscles.iter().enumerate().map(|(m, muscle)| {
+        let (posterior_model, scaled) = (density.posterior_model, Scaled::new(density, draws));
+        let said = posterior_model.muscles.iter().enumerate().map(|(m, muscle)| {
             let tensions: Vec<f64> = draws.iter().map(|d| d.tension(0, m)).collect();
             let interval = Quantiles::of(tensions.iter().copied()).interval_95;
-            let moved = moved_by_prior(ground, m, &tensions, interval[1]);
+            let moved = moved_by_prior(posterior_model, m, &tensions, interval[1]);
             let changes: Vec<f64> = draws.iter().map(|d| d.change(0, m)).collect();
             let p_rises = part_above_zero(&changes);
-            Said::new(muscle, p_rises, interval, is_of_prior(moved, &scaled.of(&tensions)))
+            MuscleVerdict::new(muscle, p_rises, interval, is_of_prior(moved, &scaled.of(&tensions)))
         });
         let shift = |axis: usize| {
             Quantiles::of(draws.iter().map(|d| 1e3 * d.meaning.postures[0].hyoid[axis])).interval_95
         };
-        let hyoid_mm = ground.moves_hyoid().then(|| [shift(0), shift(1)]);
+        let hyoid_mm = posterior_model.moves_hyoid().then(|| [shift(0), shift(1)]);
         Ok(Self { from: VerdictFrom::ShortRun, hyoid_mm, muscles: said.collect() })
     }
 
@@ -178,34 +178,34 @@ impl Verdict {
         let summary = report.summary.as_ref()?;
         let each = summary.changes_n.0.iter().zip(&summary.tensions_n.0);
         let said = each.map(|((muscle, change), (_, t))| {
-            Said::new(muscle, change.probability_rises, t.spread.interval_95, t.depends_on_prior)
+            MuscleVerdict::new(muscle, change.probability_rises, t.spread.interval_95, t.depends_on_prior)
         });
         let hyoid_mm = (!report.priors.hyoid.off).then(|| summary.hyoid_mm.map(|s| s.interval_95));
         Some(Self { from: VerdictFrom::Draws, hyoid_mm, muscles: said.collect() })
     }
 
-    pub fn named(&self, word: Word) -> Vec<&str> {
+    pub fn named(&self, word: Certainty) -> Vec<&str> {
         self.muscles.iter().filter(|m| m.word == word).map(|m| m.muscle.as_str()).collect()
     }
 
     /// Three sentences: which muscles pull harder than in the baseline or not, for which muscles that is unknown, and how hard those pull
     /// that pull harder.
     pub fn sentences(&self, baseline: &str) -> [String; 3] {
-        let two = |surely: Word, probably: Word| {
+        let two = |surely: Certainty, probably: Certainty| {
             let parts =
                 [("surely", surely), ("probably", probably)].map(|(how, word)| (how, self.named(word)));
             let told = parts.iter().filter(|(_, names)| !names.is_empty());
             told.map(|(how, names)| format!("{how}: {}", names.join(", "))).collect::<Vec<_>>().join("; ")
         };
-        let harder = match two(Word::SurelyHarder, Word::ProbablyHarder) {
+        let harder = match two(Certainty::SurelyHarder, Certainty::ProbablyHarder) {
             none if none.is_empty() => format!("No muscle is known to pull harder than in /{baseline}/."),
             names => format!("Harder than in /{baseline}/, {names}."),
         };
-        let not = match two(Word::SurelyNotHarder, Word::ProbablyNotHarder) {
+        let not = match two(Certainty::SurelyNotHarder, Certainty::ProbablyNotHarder) {
             none if none.is_empty() => String::new(),
             names => format!(" Not harder, {names}."),
         };
-        let open = match self.named(Word::NotKnown) {
+        let open = match self.named(Certainty::NotKnown) {
             none if none.is_empty() => "Every muscle is decided.".to_owned(),
             names => format!("Not known: {}.", names.join(", ")),
         };
@@ -213,7 +213,7 @@ impl Verdict {
     }
 
     fn how_hard(&self) -> String {
-        let harder: Vec<&Said> = self.muscles.iter().filter(|m| m.word.is_harder()).collect();
+        let harder: Vec<&MuscleVerdict> = self.muscles.iter().filter(|m| m.word.is_harder()).collect();
         let ranges = |of_prior: bool| {
             let told = harder.iter().filter(|m| m.mostly_prior == of_prior);
             let ranges: Vec<String> = told
@@ -235,8 +235,8 @@ impl Verdict {
 mod tests {
     use super::*;
 
-    fn said(muscle: &str, p_rises: f64, mostly_prior: bool) -> Said {
-        Said::new(muscle, p_rises, [14.2, 68.9], mostly_prior)
+    fn said(muscle: &str, p_rises: f64, mostly_prior: bool) -> MuscleVerdict {
+        MuscleVerdict::new(muscle, p_rises, [14.2, 68.9], mostly_prior)
     }
 
     #[test]
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn words_change_at_the_probabilities_that_are_documented() {
-        let words = [0.95, 0.949, 0.8, 0.79, 0.21, 0.2, 0.051, 0.05].map(|p| Word::of(p).text());
+        let words = [0.95, 0.949, 0.8, 0.79, 0.21, 0.2, 0.051, 0.05].map(|p| Certainty::of(p).text());
         assert_eq!(
             words,
             [

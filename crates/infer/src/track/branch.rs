@@ -12,8 +12,8 @@ use tongue_core::statics::{self, Connection, SAME_SHAPE_M, SolveStatus};
 use crate::least_squares::{Rule, descend};
 
 use super::frame::{Frame, Solver};
-use super::mode::{CHUNK, Course, Mode};
-use super::rates::Linear;
+use super::jacobian::Linearisation;
+use super::smoother::{CHUNK, SmoothedRecording, Smoother};
 
 /// Parts of the path from one posture to another at which the body is solved.
 const PARTS: [f64; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
@@ -32,17 +32,21 @@ const BESIDE: Rule =
     Rule { steps: 8, longest: f64::INFINITY, arrived: 0.0, less: 0.3, more: (4.0, 1.0), most: f64::INFINITY };
 
 /// What the branch from rest says about the shape of a frame.
-pub(super) enum Way {
+pub(super) enum Reachability {
     /// The shape itself can be reached.
     Own(Reached),
     /// The shape itself cannot be reached, but this one can, m: of those at similar tensions it is the nearest to the observations.
-    Beside(Vec<SVector<f64, 2>>),
+    Nearest(Vec<SVector<f64, 2>>),
     /// No equilibrium is found from rest.
     Lost,
 }
 
 /// For every frame with an equilibrium, how its shape can be reached. `unknowns` are those of its equilibrium.
-pub(super) fn ways(mode: &Mode<'_, '_>, course: &Course, unknowns: &[DVector<f64>]) -> Vec<Option<Way>> {
+pub(super) fn ways(
+    mode: &Smoother<'_, '_>,
+    course: &SmoothedRecording,
+    unknowns: &[DVector<f64>],
+) -> Vec<Option<Reachability>> {
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
     let positions = |t: usize| course.here[t].linear.as_ref().map(|l| &*l.positions);
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
@@ -64,14 +68,18 @@ pub(super) fn ways(mode: &Mode<'_, '_>, course: &Course, unknowns: &[DVector<f64
     };
     (1..numbers.len()).for_each(|t| follow(t - 1, t, &mut reached));
     (1..numbers.len()).rev().for_each(|t| follow(t, t - 1, &mut reached));
-    let beside = |chunk: &&[usize]| -> Vec<Option<Way>> {
+    let beside = |chunk: &&[usize]| -> Vec<Option<Reachability>> {
         let mut solver = (mode.solver)();
-        let one = |&t: &usize| {
-            positions(t)?;
-            let course_sd = mode.settings.link.course_sd_n;
-            let mut near = || solver.beside(&course.frames[t], &unknowns[t], course_sd);
-            Some(reached[t].map_or_else(|| near().map_or(Way::Lost, Way::Beside), Way::Own))
-        };
+        let one =
+            |&t: &usize| {
+                positions(t)?;
+                let course_sd = mode.settings.link.course_sd_n;
+                let mut near = || solver.beside(&course.frames[t], &unknowns[t], course_sd);
+                Some(reached[t].map_or_else(
+                    || near().map_or(Reachability::Lost, Reachability::Nearest),
+                    Reachability::Own,
+                ))
+            };
         chunk.iter().map(one).collect()
     };
     parallel::map(&chunks, beside).into_iter().flatten().collect()
@@ -161,15 +169,15 @@ impl Solver<'_> {
         let muscles = self.system.contracting().len();
         let held = DVector::from_fn(x.len(), |i, _| if i < muscles { course_sd.powi(-2) } else { 1.0 });
         let Some(begin) = self.linearise(frame, x, Some(&first)) else { return Some(first) };
-        let cost = |(at, here): &(DVector<f64>, Linear)| {
+        let cost = |(at, here): &(DVector<f64>, Linearisation)| {
             here.residuals.norm_squared() + (at - x).component_mul(&held).dot(&(at - x))
         };
-        let normal = |(at, here): &(DVector<f64>, Linear), damping: f64| {
+        let normal = |(at, here): &(DVector<f64>, Linearisation), damping: f64| {
             let curvature =
                 here.jacobian.tr_mul(&here.jacobian) + DMatrix::from_diagonal(&held) * (1.0 + damping);
             Some((curvature, here.jacobian.tr_mul(&here.residuals) + (at - x).component_mul(&held)))
         };
-        let moved = |(at, here): &(DVector<f64>, Linear), step: &DVector<f64>| {
+        let moved = |(at, here): &(DVector<f64>, Linearisation), step: &DVector<f64>| {
             let next = at + step;
             self.linearise(frame, &next, Some(&here.positions)).map(|there| (next, there))
         };
@@ -211,7 +219,7 @@ impl Solver<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::track::Link;
+    use crate::track::Softplus;
     use tongue_core::body::{Body, DEFAULT_SPACING_M};
     use tongue_core::system::{Model, System};
 
@@ -235,7 +243,7 @@ mod tests {
         let body = Body::tongue(DEFAULT_SPACING_M).unwrap();
         let muscles: Vec<usize> = (0..body.mesh.muscles.len()).collect();
         let system = System::new(&body.mesh, &Model::default(), &muscles).unwrap();
-        let mut solver = Solver::new(&system, &[], Link::default());
+        let mut solver = Solver::new(&system, &[], Softplus::default());
         let frame = unseen();
         let mut random = fastrand::Rng::with_seed(1);
         // Tensions at which the tongue has two shapes.

@@ -10,8 +10,8 @@ use tongue_input::measured::recording::{AlignedRecording, Label};
 
 use super::draws::Means;
 use super::frame::Frame;
-use super::link::Link;
-use super::ranged::Ranged;
+use super::interval::Interval;
+use super::softplus::Softplus;
 use super::summary::{CourseSummary, summaries};
 use super::tiers::distinguishing;
 use crate::posterior::Contrast;
@@ -102,7 +102,7 @@ pub struct LabelTension {
     pub repetitions: usize,
     pub frames: usize,
     /// N per metre of thickness.
-    pub tensions: ByMuscle<Ranged>,
+    pub tensions: ByMuscle<Interval>,
 }
 
 /// Mean tensions over the labels of a tier, and the differences between them.
@@ -145,7 +145,7 @@ impl Comparison {
 pub fn compare<'a>(
     compared: &[Compared],
     names: &[String],
-    link: &Link,
+    link: &Softplus,
     recordings: impl IntoIterator<Item = &'a [LabelDraws]>,
 ) -> Vec<Comparison> {
     let mut labels: Vec<Option<LabelDraws>> = vec![None; compared.len()];
@@ -162,10 +162,10 @@ pub fn compare<'a>(
     tiers.map(|tier| comparison(tier, names, link)).collect()
 }
 
-fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Link) -> Comparison {
+fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Softplus) -> Comparison {
     let muscles = 0..names.len();
-    let level = |label: &LabelDraws, m: usize| Ranged::of(label.mean(m)).or_slack(link);
-    let levels: Vec<Vec<Ranged>> =
+    let level = |label: &LabelDraws, m: usize| Interval::of(label.mean(m)).or_slack(link);
+    let levels: Vec<Vec<Interval>> =
         tier.iter().map(|(_, label)| muscles.clone().map(|m| level(label, m)).collect()).collect();
     let means = |m: usize| {
         let mut sums: Vec<f64> = Vec::new();
@@ -176,9 +176,10 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Link) -
         sums
     };
     let means: Vec<Vec<f64>> = muscles.clone().map(means).collect();
-    let course =
-        |label: &LabelDraws, m: usize| Ranged::of(label.mean(m).zip(&means[m]).map(|(own, mean)| own - mean));
-    let courses: Vec<Vec<Ranged>> =
+    let course = |label: &LabelDraws, m: usize| {
+        Interval::of(label.mean(m).zip(&means[m]).map(|(own, mean)| own - mean))
+    };
+    let courses: Vec<Vec<Interval>> =
         tier.iter().map(|(_, label)| muscles.clone().map(|m| course(label, m)).collect()).collect();
     let each: Vec<_> = levels.iter().map(Vec::as_slice).zip(courses.iter().map(Vec::as_slice)).collect();
     let summarised = summaries(names, &each, link);
@@ -190,7 +191,7 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Link) -
         Contrast { repetitions, ..Contrast::of(&names[m], labels, &draws) }
     };
     let contrasts = pairs.flat_map(|pair| muscles.clone().map(move |m| contrast(pair, m))).collect();
-    let label = |((compared, label), levels): (&(&Compared, LabelDraws), Vec<Ranged>)| LabelTension {
+    let label = |((compared, label), levels): (&(&Compared, LabelDraws), Vec<Interval>)| LabelTension {
         label: compared.label.clone(),
         repetitions: label.repetitions,
         frames: label.frames,

@@ -12,10 +12,10 @@ use nalgebra::{DMatrix, DVector};
 use tongue_core::parallel;
 use tongue_core::random;
 
-use super::by_shape::ByShape;
-use super::consider::BATCH;
+use super::consider_parameters::BATCH;
 use super::eliminate::{Eliminated, WINDOW, windows};
-use super::mode::{Course, Mode};
+use super::shape_jacobian::ByShape;
+use super::smoother::{SmoothedRecording, Smoother};
 
 /// Draws of a window of frames.
 pub(super) struct Draws {
@@ -47,8 +47,8 @@ impl Means {
 
 /// What the draws of a recording are made of.
 pub(super) struct Sampler<'a, 's> {
-    pub mode: &'a Mode<'a, 's>,
-    pub course: &'a Course,
+    pub mode: &'a Smoother<'a, 's>,
+    pub course: &'a SmoothedRecording,
     pub linear: &'a Eliminated<'a, 's>,
     pub by_shape: &'a [Option<ByShape>],
     /// Derivatives of the formants of every frame.
@@ -188,7 +188,7 @@ impl Sampler<'_, '_> {
 
 /// Draws of the changes of a frame's formants, Hz: by its tensions and displaced bones, and by the shape at rest.
 fn sound(
-    mode: &Mode<'_, '_>,
+    mode: &Smoother<'_, '_>,
     rates: Option<&DMatrix<f64>>,
     by: &DMatrix<f64>,
     theta: &DMatrix<f64>,
@@ -204,8 +204,8 @@ fn sound(
 
 /// Draws of the expected distances of a frame's hidden points: the motion of the surface less the expected error there.
 fn hidden(
-    mode: &Mode<'_, '_>,
-    course: &Course,
+    mode: &Smoother<'_, '_>,
+    course: &SmoothedRecording,
     by_shape: Option<&ByShape>,
     t: usize,
     errors: &[(DVector<f64>, f64)],

@@ -10,8 +10,8 @@ use nalgebra::{DMatrix, DVector};
 
 use tongue_core::parallel;
 
-use super::chain::Factors;
-use super::mode::{CHUNK, Course, Mode, Rows};
+use super::ornstein_uhlenbeck::Factors;
+use super::smoother::{CHUNK, Rows, SmoothedRecording, Smoother};
 
 /// Number of frames in a window.
 pub(super) const WINDOW: usize = 4 * CHUNK;
@@ -54,8 +54,8 @@ pub(super) struct Window {
 
 /// A recording whose states are eliminated.
 pub(super) struct Eliminated<'a, 's> {
-    mode: &'a Mode<'a, 's>,
-    course: &'a Course,
+    mode: &'a Smoother<'a, 's>,
+    course: &'a SmoothedRecording,
     damping: &'a [f64],
     by_shape: ByShapeOf<'a>,
     columns: usize,
@@ -77,8 +77,8 @@ impl<'a, 's> Eliminated<'a, 's> {
     /// Eliminates the states of a recording; `by_shape` gives derivatives by so many `columns`. `damping` holds the tensions and
     /// displacements of each frame, in units of their precision in the prior.
     pub fn new(
-        mode: &'a Mode<'a, 's>,
-        course: &'a Course,
+        mode: &'a Smoother<'a, 's>,
+        course: &'a SmoothedRecording,
         damping: &'a [f64],
         by_shape: ByShapeOf<'a>,
         columns: usize,
@@ -219,8 +219,8 @@ impl<'a, 's> Eliminated<'a, 's> {
 
 /// The rows and contributions of the frames of a window.
 fn contributions(
-    mode: &Mode<'_, '_>,
-    course: &Course,
+    mode: &Smoother<'_, '_>,
+    course: &SmoothedRecording,
     window: &Range<usize>,
     by_shape: ByShapeOf<'_>,
 ) -> Vec<Option<(Rows, Contribution)>> {
@@ -235,7 +235,7 @@ fn contributions(
 }
 
 /// The coupling of the state of a frame with the shared unknowns.
-fn coupled(mode: &Mode<'_, '_>, found: &Contribution, damping: f64, columns: usize) -> DMatrix<f64> {
+fn coupled(mode: &Smoother<'_, '_>, found: &Contribution, damping: f64, columns: usize) -> DMatrix<f64> {
     let s = mode.sizes.shared();
     let mut out = DMatrix::zeros(mode.sizes.state(), s + columns);
     (0..s).for_each(|i| out.column_mut(i).copy_from(&found.own.column(mode.beside(i))));

@@ -2,8 +2,8 @@
 
 use nalgebra::{DVector, SVector};
 
-use crate::heard::Heard;
-use crate::inverse::{BONE_SD_M, FreedBone};
+use crate::acoustics::Heard;
+use crate::inverse::{BONE_SD_M, MovableBone};
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::observe::{Contour, Curve, NodePosition as Place, Observable, Observation};
@@ -13,7 +13,7 @@ use tongue_core::system::System;
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
 
 use super::errors::Along;
-use super::link::Link;
+use super::softplus::Softplus;
 
 /// Number of frames over which the place of a bone is averaged: its keypoint is as noisy as those of the tongue.
 pub const BONE_WINDOW: usize = 7;
@@ -226,8 +226,8 @@ pub(super) type Posture<'a> = (&'a Frame, &'a DVector<f64>, Option<&'a [Point]>)
 pub struct Solver<'a> {
     pub system: &'a System<2>,
     pub followed: &'a [Followed],
-    pub(super) freed: &'a [FreedBone<2>],
-    pub(super) link: Link,
+    pub(super) freed: &'a [MovableBone<2>],
+    pub(super) link: Softplus,
     pub settings: SolveSettings,
     /// For several frames at once, from the first time that it is used.
     group: Option<Group<'a, 2>>,
@@ -236,7 +236,7 @@ pub struct Solver<'a> {
 }
 
 impl<'a> Solver<'a> {
-    pub fn new(system: &'a System<2>, followed: &'a [Followed], link: Link) -> Self {
+    pub fn new(system: &'a System<2>, followed: &'a [Followed], link: Softplus) -> Self {
         let workspace = Workspace::new(system);
         let tensions = vec![0.0; system.muscle_count()];
         let settings = SolveSettings::default();
@@ -244,7 +244,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Adds bones with unknown displacements: two more scores for each bone, after those of the tensions.
-    pub fn with_freed(mut self, freed: &'a [FreedBone<2>]) -> Self {
+    pub fn with_freed(mut self, freed: &'a [MovableBone<2>]) -> Self {
         self.freed = freed;
         self
     }

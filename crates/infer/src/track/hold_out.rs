@@ -21,7 +21,7 @@ const RIDGE: f64 = 1e-3;
 
 /// Accuracy of one method for hidden points.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Opponent {
+pub struct BaselinePredictor {
     pub name: String,
     pub points: usize,
     pub median_mm: f64,
@@ -36,10 +36,10 @@ pub struct HeldOut {
     /// The recordings from which the other methods learned: `others` (leave one recording out), or `the same` if there is only one.
     pub trained_on: &'static str,
     /// The methods, the model first.
-    pub opponents: Vec<Opponent>,
+    pub opponents: Vec<BaselinePredictor>,
 }
 
-impl Opponent {
+impl BaselinePredictor {
     fn new(name: &str, mut distances_m: Vec<f64>) -> Option<Self> {
         distances_m.retain(|d| d.is_finite());
         distances_m.iter_mut().for_each(|d| *d = d.abs());
@@ -59,7 +59,7 @@ pub fn held_out(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[Stri
     (!hide.is_empty()).then(|| HeldOut { points: hide.to_vec(), trained_on, opponents: opponents() })
 }
 
-fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Vec<Opponent> {
+fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Vec<BaselinePredictor> {
     let model = tracked.iter().copied().flatten().flat_map(missed).collect();
     let names: Vec<String> = seen.first().map(|s| s.contour.clone()).unwrap_or_default();
     let hidden: Vec<usize> = (0..names.len()).filter(|&i| hide.contains(&names[i])).collect();
@@ -92,12 +92,12 @@ fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]
     }
     let [by_mean, of_coils] = of_coils(seen, hide);
     let all = [
-        Opponent::new("the model", model),
-        Opponent::new("mean of the speaker's coils", by_mean),
-        Opponent::new("Gaussian of the speaker's coils", of_coils),
-        Opponent::new("natural spline through the other points", by_spline),
-        Opponent::new("4 principal components of the speaker", by_components),
-        Opponent::new("Gaussian of the speaker's points", by_gaussian),
+        BaselinePredictor::new("the model", model),
+        BaselinePredictor::new("mean of the speaker's coils", by_mean),
+        BaselinePredictor::new("Gaussian of the speaker's coils", of_coils),
+        BaselinePredictor::new("natural spline through the other points", by_spline),
+        BaselinePredictor::new("4 principal components of the speaker", by_components),
+        BaselinePredictor::new("Gaussian of the speaker's points", by_gaussian),
     ];
     all.into_iter().flatten().collect()
 }

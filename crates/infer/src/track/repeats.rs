@@ -14,7 +14,7 @@ use tongue_core::random::seed_of;
 use tongue_input::measured::ByMuscle;
 use tongue_input::measured::recording::Label;
 
-use super::found::Tracked;
+use super::results::Tracked;
 use super::tiers::{Groups, distinguishing};
 
 /// Number of points to which a repetition is resampled.

@@ -11,22 +11,22 @@ use tongue_core::statistics::upper_median;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
 use super::branch::ways;
-use super::by_shape::{ByShape, by_shape};
-use super::consider;
-use super::descend::descend;
+use super::consider_parameters;
+use super::context::TrackingContext;
+use super::display_shape::{Display, DisplayShape, begin_beside, sampled};
 use super::draws::Sampler;
 use super::eliminate::Eliminated;
 use super::errors::Knots;
-use super::foretell::{foretell, judged};
-use super::found::{Foretold, Found, Tracked, TrackedRecording, tracked};
+use super::formants;
 use super::frame::{Frame, Solver};
-use super::listen;
-use super::mode::{CHUNK, Course, FEWEST, Mode};
+use super::gauss_newton::descend;
+use super::prediction::{foretell, judged};
+use super::results::{Foretold, FrameSolution, Tracked, TrackedRecording, tracked};
 use super::segments::Segments;
 use super::settings::TrackSettings;
 use super::shape::RestShape;
-use super::shown::{Display, Shown, begin_beside, sampled};
-use super::stage::Stage;
+use super::shape_jacobian::{ByShape, by_shape};
+use super::smoother::{CHUNK, FEWEST, SmoothedRecording, Smoother};
 
 /// A residual larger than this many standard deviations is a fault of the observation.
 const MOST_SD: f64 = 4.0;
@@ -60,7 +60,7 @@ pub struct NotFinite;
 
 /// Finds the tensions in all frames of recordings of one speaker.
 pub fn track(
-    stage: &Stage<'_>,
+    stage: &TrackingContext<'_>,
     recordings: Vec<Vec<Frame>>,
     settings: &TrackSettings,
     watch: &Watch<'_>,
@@ -70,9 +70,10 @@ pub fn track(
     let passes = settings.rounds + 2 + wanted.len();
     let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let knots = knots(&recordings, settings);
-    let mut mode = Mode::new(stage.sizes(&knots), settings, &knots, &solver);
-    let courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
-    let frames: usize = courses.iter().map(Course::count).sum();
+    let mut mode = Smoother::new(stage.sizes(&knots), settings, &knots, &solver);
+    let courses: Vec<SmoothedRecording> =
+        recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
+    let frames: usize = courses.iter().map(SmoothedRecording::count).sum();
     let is_whole = frames <= settings.shared_frames;
     let mut sample = match is_whole {
         true => courses.clone(),
@@ -91,7 +92,7 @@ pub fn track(
     let linear =
         sample.iter().zip(&of_shape).map(|(c, by_shape)| Eliminated::new(&mode, c, &[], by_shape, columns));
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
-    let shared = consider::draws(&mode, &sample, &linear, stage.shape).ok_or(NotFinite)?;
+    let shared = consider_parameters::draws(&mode, &sample, &linear, stage.shape).ok_or(NotFinite)?;
     drop(linear);
     let done = AtomicUsize::new(settings.rounds + 2);
     mode.holds = !is_whole;
@@ -115,14 +116,14 @@ pub fn track(
             false => display.course(shown, mode.sizes, &course, &shown.courses[number]),
         });
         let (system, levels) = match &shown {
-            Some(Shown { body, levels, .. }) => {
+            Some(DisplayShape { body, levels, .. }) => {
                 (body.as_ref().map_or(stage.system, |body| &body.system), levels)
             }
             None => (stage.system, &mode.shared),
         };
         let shaped = || Solver::new(system, stage.followed, settings.link).with_freed(stage.freed);
-        let again = Mode { solver: &shaped, shared: levels.clone(), ..mode.clone() };
-        let heard = listen::rates(&mode, &course, stage.shape);
+        let again = Smoother { solver: &shaped, shared: levels.clone(), ..mode.clone() };
+        let heard = formants::rates(&mode, &course, stage.shape);
         let sampler = Sampler {
             mode: &mode,
             course: &course,
@@ -152,7 +153,7 @@ pub struct RestFound {
 /// The shape at rest with which a speaker's recordings are displayed, found from up to 60 of their frames, spread evenly. `progress` is
 /// called with the finished part of the whole. `None` where no frame has an equilibrium with enough points.
 pub fn rest_shape(
-    stage: &Stage<'_>,
+    stage: &TrackingContext<'_>,
     shape: &RestShape,
     recordings: Vec<Vec<Frame>>,
     settings: &TrackSettings,
@@ -160,11 +161,12 @@ pub fn rest_shape(
 ) -> Option<RestFound> {
     let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let knots = knots(&recordings, settings);
-    let mut mode = Mode::new(stage.sizes(&knots), settings, &knots, &solver);
-    let courses: Vec<Course> = recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
+    let mut mode = Smoother::new(stage.sizes(&knots), settings, &knots, &solver);
+    let courses: Vec<SmoothedRecording> =
+        recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
     let mut courses = sampled(&mode, &courses);
     placed(&mut mode, &mut courses, None, &|round| progress(round, settings.rounds));
-    let Shown { body, courses, .. } = Display::new(stage, settings).shown(shape, &mode, &courses);
+    let DisplayShape { body, courses, .. } = Display::new(stage, settings).shown(shape, &mode, &courses);
     let frames = courses.iter().flat_map(|course| course.frames.iter().zip(&course.here));
     let (mut squares, mut count) = (0.0, 0);
     for (frame, linear) in frames.filter_map(|(frame, here)| Some((frame, here.linear.as_ref()?))) {
@@ -192,8 +194,8 @@ type Outliers = (Vec<Vec<Fault>>, Vec<bool>);
 /// Finds the most probable tensions on the placed body, without observations that are not points of this tongue. Returns the usual
 /// residual, in standard deviations, which is that of these recordings unless it is given, and the outliers of every recording.
 fn placed(
-    mode: &mut Mode<'_, '_>,
-    courses: &mut [Course],
+    mode: &mut Smoother<'_, '_>,
+    courses: &mut [SmoothedRecording],
     usual: Option<f64>,
     progress: &dyn Fn(usize),
 ) -> (f64, Vec<Outliers>) {
@@ -211,7 +213,7 @@ fn placed(
 }
 
 /// Absolute residuals of a frame, in standard deviations; none without an equilibrium.
-fn far(mode: &Mode<'_, '_>, course: &Course, t: usize) -> Vec<f64> {
+fn far(mode: &Smoother<'_, '_>, course: &SmoothedRecording, t: usize) -> Vec<f64> {
     let Some(residuals) = mode.residuals_mm(course, t, &course.here[t], &mode.shared) else {
         return Vec::new();
     };
@@ -220,7 +222,7 @@ fn far(mode: &Mode<'_, '_>, course: &Course, t: usize) -> Vec<f64> {
 
 /// Removes observations of a recording that are much farther from the surface than their error and than is `usual`, because they are not
 /// points of this tongue.
-fn without_outliers(mode: &Mode<'_, '_>, course: &mut Course, usual: f64) -> Outliers {
+fn without_outliers(mode: &Smoother<'_, '_>, course: &mut SmoothedRecording, usual: f64) -> Outliers {
     let all: Vec<Vec<f64>> = (0..course.frames.len()).map(|t| far(mode, course, t)).collect();
     let (mut of_frames, mut lost_frames) = (Vec::new(), Vec::new());
     for ((t, frame), far) in Arc::make_mut(&mut course.frames).iter_mut().enumerate().zip(&all) {
@@ -250,8 +252,8 @@ fn without_outliers(mode: &Mode<'_, '_>, course: &mut Course, usual: f64) -> Out
 
 /// Results for every frame of a recording, on the body with the most probable shape; the draws are those of the placed body.
 fn told(
-    mode: &Mode<'_, '_>,
-    course: &Course,
+    mode: &Smoother<'_, '_>,
+    course: &SmoothedRecording,
     draws: &Sampler<'_, '_>,
     foretold: &[Vec<Foretold>],
     (mut faults, lost): (Vec<Vec<Fault>>, &[bool]),
@@ -267,7 +269,7 @@ fn told(
         let finish = |chunk: &&[usize]| -> Vec<Tracked> {
             let mut solver = (mode.solver)();
             let one = |&t: &usize| {
-                let found = Found {
+                let found = FrameSolution {
                     way: ways.get(t).and_then(Option::as_ref),
                     frame: &course.frames[t],
                     x: &unknowns[t],

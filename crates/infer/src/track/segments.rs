@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::compare::LabelDraws;
 use super::draws::{Draws, Means};
-use super::found::Tracked;
 use super::frame::Frame;
-use super::ranged::Ranged;
+use super::interval::Interval;
+use super::results::Tracked;
 
 /// Means of all tensions over the frames of a label, less those over the recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub struct LabelMean {
     pub label: usize,
     pub frames: usize,
     /// Changes of the contracting muscles, N per metre of thickness.
-    pub changes: Vec<Ranged>,
+    pub changes: Vec<Interval>,
 }
 
 /// The labels of a recording while its frames are taken one after another.
@@ -60,7 +60,7 @@ impl<'a> Segments<'a> {
             for (label, frames, mut sums) in ended {
                 sums.0.iter_mut().flatten().for_each(|sum| *sum /= frames as f64);
                 let of = |(own, means): (&Vec<f64>, &Vec<f64>)| {
-                    Ranged::of(own.iter().zip(means).map(|(own, mean)| own - mean))
+                    Interval::of(own.iter().zip(means).map(|(own, mean)| own - mean))
                 };
                 let changes = sums.0.iter().zip(&means.0).map(of).collect();
                 self.done.push(LabelMean { label, frames, changes });

@@ -1,13 +1,13 @@
 //! Settings of tracking.
 
 use super::errors::Errors;
-use super::link::Link;
+use super::softplus::Softplus;
 
 /// Settings for finding the tensions of recordings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackSettings {
     /// Prior of the tensions, and their link to the unknowns of the search.
-    pub link: Link,
+    pub link: Softplus,
     /// Time over which tensions and slow errors are remembered, s; 0: frames are independent.
     pub memory_s: f64,
     pub errors: Errors,
@@ -43,7 +43,7 @@ impl TrackSettings {
     /// Settings for tensions of this scale (default: 20 N per metre of thickness) and this memory (default: 0.1 s).
     pub fn new(scale_n: f64, memory_s: f64) -> Self {
         Self {
-            link: Link::of_scale(scale_n),
+            link: Softplus::of_scale(scale_n),
             memory_s,
             errors: Errors::default(),
             trust: TRUST,

@@ -16,7 +16,7 @@ use tongue_core::statics::lanes::{Lanes, Reshaped};
 use tongue_core::system::{Additions, Layout, Model, System};
 
 use super::TongueSurface;
-use super::ends::ends;
+use super::attachment_modes::ends;
 
 /// What placing leaves open: shift, m, turn, rad, and scale.
 pub(crate) const SHIFT_SD_M: f64 = 5e-3;

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use super::found::Tracked;
-use super::link::Link;
-use super::ranged::Ranged;
+use super::interval::Interval;
+use super::results::Tracked;
+use super::softplus::Softplus;
 
 /// What is known of the course of one muscle over all frames.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -29,22 +29,26 @@ pub const NARROW: f64 = 1.2;
 pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 
 /// What is known of every muscle over all frames.
-pub fn course_summaries(names: &[String], frames: &[&Tracked], link: &Link) -> Vec<CourseSummary> {
+pub fn course_summaries(names: &[String], frames: &[&Tracked], link: &Softplus) -> Vec<CourseSummary> {
     let each: Vec<_> = frames.iter().map(|f| (f.levels.as_slice(), f.courses.as_slice())).collect();
     summaries(names, &each, link)
 }
 
 /// The same of anything that has levels and courses of all muscles.
-pub(super) fn summaries(names: &[String], all: &[(&[Ranged], &[Ranged])], link: &Link) -> Vec<CourseSummary> {
+pub(super) fn summaries(
+    names: &[String],
+    all: &[(&[Interval], &[Interval])],
+    link: &Softplus,
+) -> Vec<CourseSummary> {
     let count = all.len().max(1) as f64;
     let prior_width = link.prior_quantile(TWO_SIDED_95) - link.prior_quantile(-TWO_SIDED_95);
     let course = |(i, name): (usize, &String)| {
-        let mean = |of: &dyn Fn(&Ranged) -> f64| all.iter().map(|(_, c)| of(&c[i])).sum::<f64>() / count;
+        let mean = |of: &dyn Fn(&Interval) -> f64| all.iter().map(|(_, c)| of(&c[i])).sum::<f64>() / count;
         let middle = mean(&|c| c.median);
         let varies = mean(&|c| (c.median - middle).powi(2));
         let unsure = mean(&|c| c.variance);
         let reliability = if varies > 0.0 { varies / (varies + unsure) } else { 0.0 };
-        let course_width_n = mean(&Ranged::width);
+        let course_width_n = mean(&Interval::width);
         let level_width_n = all.iter().map(|(l, _)| l[i].width()).sum::<f64>() / count;
         CourseSummary {
             muscle: name.clone(),

@@ -7,7 +7,7 @@ use tongue_core::dynamics::{Control, IntegrationMethod, Motion, StepCounts};
 use tongue_core::statics::Workspace;
 
 use super::ladder::Run;
-use super::march::{march, rungs, words};
+use super::time_stepping::{march, rungs, words};
 use crate::measure::{Effort, Timed, measure};
 
 /// Name of Newton's method in the tables.

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use serde::Serialize;
 
 use crate::measure::{Effort, measure, observed_order};
-use crate::pulled::largest_difference;
+use crate::test_tensions::largest_difference;
 use crate::{Error, PUBLISHED_A, Pulled, tell};
 use tongue_core::body::{Body, Mesh};
 use tongue_core::effect::{Configuration, Tangent};

@@ -12,14 +12,14 @@
 //! all. Failed and refused runs are rows too.
 
 mod axes;
-mod early;
+mod early_stopping;
 mod equilibrium;
 mod files;
 mod ladder;
-mod march;
 mod mesh;
 mod page;
 mod search;
+mod time_stepping;
 mod trajectory;
 
 use crate::measure::Effort;
@@ -39,7 +39,7 @@ pub(crate) struct AccuracyStudy {
     pub trajectory: Vec<ladder::Run>,
     /// Distance of the reference of axis 2 from one of ten times its tolerance, mm.
     pub reference_doubt_mm: f64,
-    pub early: Vec<early::Stopped>,
+    pub early: Vec<early_stopping::Stopped>,
     pub meshes: Vec<mesh::MeshRun>,
     pub fits: Vec<search::FitRun>,
 }
@@ -52,7 +52,7 @@ pub fn run(effort: &Effort) -> Result<AccuracyStudy, Error> {
     tell("axis 5, the fit");
     let fits = search::ladder(&body, effort)?;
     tell("axis 3, stopping early");
-    let early = early::ladder(&scene, effort)?;
+    let early = early_stopping::ladder(&scene, effort)?;
     tell("axis 4, meshes");
     let meshes = mesh::ladder(effort)?;
     tell("axis 2, along the trajectory");

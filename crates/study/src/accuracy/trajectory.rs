@@ -5,7 +5,7 @@ use crate::{Error, Pulled};
 use tongue_core::dynamics::{Control, IntegrationMethod};
 
 use super::ladder::{Ended, Run};
-use super::march::{Marched, Stop, march, rungs, words};
+use super::time_stepping::{Marched, Stop, march, rungs, words};
 
 /// Times at which trajectories are compared, s; they end at the last.
 const TIMES: [f64; 7] = [0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 3.0];

@@ -11,7 +11,7 @@ pub use page::page;
 use serde::Serialize;
 
 use crate::measure::{Effort, Timed, measure};
-use crate::pulled::largest_difference;
+use crate::test_tensions::largest_difference;
 use crate::{Error, PUBLISHED_A, Pulled, tell};
 use tongue_core::body::{Anatomy, Body, ContinuumSettings, Mesh};
 use tongue_core::material::Constants;

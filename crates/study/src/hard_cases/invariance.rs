@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use nalgebra::SVector;
 
-use crate::pulled::{PUBLISHED_A, Pulled, tongue};
+use crate::test_tensions::{PUBLISHED_A, Pulled, tongue};
 use tongue_core::body::{Mesh, largest_distance};
 use tongue_core::parallel;
 use tongue_core::statics::Workspace;

@@ -1,6 +1,6 @@
 //! Cases 2, 4 and 11: loads far above those of muscles, and chains that fold.
 
-use crate::pulled::{Pulled, tongue};
+use crate::test_tensions::{Pulled, tongue};
 use tongue_core::body::{Body, ContinuumSettings, Mesh, largest_distance};
 use tongue_core::statics::{SolveSettings, Workspace, trace};
 use tongue_core::system::{Model, System};

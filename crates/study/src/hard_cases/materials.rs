@@ -1,6 +1,6 @@
 //! Case 3: extreme materials.
 
-use crate::pulled::{PUBLISHED_A, Pulled, tongue};
+use crate::test_tensions::{PUBLISHED_A, Pulled, tongue};
 use tongue_core::body::{Body, ContinuumSettings, Mesh};
 use tongue_core::effect::spring::Spring;
 use tongue_core::effect::{Connections, Effect, Incompressibility};

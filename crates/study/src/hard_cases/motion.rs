@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use crate::pulled::{PUBLISHED_A, Pulled, tongue};
+use crate::test_tensions::{PUBLISHED_A, Pulled, tongue};
 use tongue_core::body::largest_distance;
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionStatus, Tensions};
 use tongue_core::material::Constants;

@@ -10,7 +10,7 @@ use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 use super::{HardCase, name_of};
 use crate::Error;
-use crate::pulled::tongue;
+use crate::test_tensions::tongue;
 
 /// Whether the target can be met, if it is known: a fit must not claim to have met a target that cannot be
 /// met (`Some(false)`), nor miss one that can.

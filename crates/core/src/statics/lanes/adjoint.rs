@@ -4,10 +4,10 @@
 use nalgebra::SVector;
 
 use crate::parallel;
-use crate::sparse::wide::Wide;
+use crate::sparse::simd::Simd;
 use crate::system::System;
 
-use super::alone::adjoint_alone;
+use super::scalar_fallback::adjoint_alone;
 use super::{Equilibrium, Group, LANES};
 
 /// Derivatives of a function of the shape. Its unit is called u here.
@@ -55,7 +55,7 @@ impl<const D: usize> Group<'_, D> {
     pub fn adjoint(&mut self, gradients: &[Vec<SVector<f64, D>>]) -> Vec<Option<Adjoint<D>>> {
         let stable = self.factorise();
         let wide = self.work.as_ref().filter(|_| stable.contains(&true)).map(|(elements, work)| {
-            let mut wide = vec![[Wide::<LANES>::ZERO; 2]; elements.node.len()];
+            let mut wide = vec![[Simd::<LANES>::ZERO; 2]; elements.node.len()];
             for (lane, gradient) in gradients.iter().enumerate().take(LANES) {
                 for (g, &node) in wide.iter_mut().zip(&elements.node) {
                     (0..2).for_each(|axis| g[axis].0[lane] = gradient[node][axis]);

@@ -67,23 +67,23 @@
 //! ```
 
 mod adjoint;
-mod alone;
 mod motion;
+mod scalar_fallback;
 
 use std::sync::Arc;
 
 use nalgebra::SVector;
 
 use crate::parallel;
-use crate::statics::plain::{Work, at_rest};
+use crate::statics::mass_spring::{SimdNewton, at_rest};
 use crate::statics::{Solution, SolveSettings};
 use crate::system::System;
 use crate::system::elements::Elements;
 
-pub use crate::sparse::wide::LANES;
+pub use crate::sparse::simd::LANES;
 pub use adjoint::{Adjoint, length_gradient};
-use alone::{Alone, solve_alone};
 pub use motion::{Change, Reshaped};
+use scalar_fallback::{ScalarFallback, solve_alone};
 
 /// Loads that one thread solves one group after another, each group with starts beginning with the factor of
 /// the one before.
@@ -159,7 +159,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
     /// chains that run side by side.
     #[inline(never)]
     pub fn group(&self) -> Group<'s, D> {
-        let work = self.elements.map(|elements| (elements, Work::new(elements)));
+        let work = self.elements.map(|elements| (elements, SimdNewton::new(elements)));
         let (answers, tensions) = (Vec::new(), Vec::new());
         let is_own = [false; LANES];
         Group { system: self.system, work, kept: Vec::new(), answers, tensions, is_own, factorised: None }
@@ -211,9 +211,9 @@ impl<'s, const D: usize> Lanes<'s, D> {
 #[derive(Debug)]
 pub struct Group<'a, const D: usize> {
     system: &'a System<D>,
-    work: Option<(&'a Elements, Work<LANES>)>,
+    work: Option<(&'a Elements, SimdNewton<LANES>)>,
     /// Of a body that is none for lanes, in place of each.
-    kept: Vec<Alone<D>>,
+    kept: Vec<ScalarFallback<D>>,
     answers: Vec<Equilibrium<D>>,
     /// Tensions of every answer, N; `None` of one in another body.
     tensions: Vec<Option<Vec<f64>>>,
@@ -233,7 +233,7 @@ impl<const D: usize> Group<'_, D> {
         self.solve_in_lanes(loads, settings);
         let (system, work, kept) = (self.system, &self.work, &mut self.kept);
         while work.is_none() && kept.len() < loads.len() {
-            kept.push(Alone::new(system));
+            kept.push(ScalarFallback::new(system));
         }
         let answer = |(lane, load): (usize, &Load<'_, D>)| {
             let body = load.system.unwrap_or(system);

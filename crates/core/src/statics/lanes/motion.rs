@@ -3,8 +3,8 @@
 
 use nalgebra::SVector;
 
-use crate::sparse::wide::Pair;
-use crate::statics::plain::Neighbour;
+use crate::sparse::simd::Pair;
+use crate::statics::mass_spring::Neighbour;
 use crate::system::System;
 
 use super::{Equilibrium, Group, LANES, Lanes};

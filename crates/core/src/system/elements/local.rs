@@ -16,16 +16,16 @@ use pulp::NullaryFnOnce;
 use crate::effect::barrier::THRESHOLD;
 
 use crate::sparse::flat::{Block, Lower, largest_diagonal};
-use crate::sparse::wide::{Pair, Wide, way};
+use crate::sparse::simd::{Pair, Simd, way};
 
 use super::{Elements, Numbers};
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local<const L: usize> {
     /// Energy, J.
-    pub energy: Wide<L>,
+    pub energy: Simd<L>,
     /// Square of the largest force on an unknown, N².
-    pub residual_squared: Wide<L>,
+    pub residual_squared: Simd<L>,
     /// Whether every triangle and every spring keeps more than the part of its rest measure below which the
     /// barrier acts.
     pub upright: [bool; L],
@@ -35,9 +35,9 @@ pub(crate) struct Local<const L: usize> {
 pub(crate) struct Evaluate<'a, const L: usize> {
     pub elements: &'a Elements,
     pub numbers: &'a Numbers<L>,
-    pub tension: &'a [Wide<L>],
+    pub tension: &'a [Simd<L>],
     pub x: &'a [Pair<L>],
-    pub h: &'a mut [Wide<L>],
+    pub h: &'a mut [Simd<L>],
     pub force: &'a mut [Pair<L>],
 }
 
@@ -47,21 +47,21 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
     #[inline(always)]
     fn call(self) -> Local<L> {
         let Self { elements, numbers, tension, x, h, force } = self;
-        let half = Wide::all(0.5);
-        let mut cell_energy = Wide::ZERO;
-        let mut least = Wide::ONE;
+        let half = Simd::all(0.5);
+        let mut cell_energy = Simd::ZERO;
+        let mut least = Simd::ONE;
         for (i, corners) in elements.cells.iter().enumerate() {
             let [a, b, c] = corners.map(|n| x[n as usize]);
             let (p, q) = (way(a, b), way(a, c));
             let (kappa, inverse) = (numbers.kappa[i], numbers.inverse_area[i]);
             let ratio = half * (p[0] * q[1] - p[1] * q[0]) * inverse;
-            let strain = ratio - Wide::ONE;
+            let strain = ratio - Simd::ONE;
             cell_energy += kappa * (strain * strain);
             h[i] = half * kappa * inverse * strain;
             least = ratio.min(least);
         }
-        force.fill([Wide::ZERO; 2]);
-        let (mut energy, mut slack) = (Wide::ZERO, Wide::ONE);
+        force.fill([Simd::ZERO; 2]);
+        let (mut energy, mut slack) = (Simd::ZERO, Simd::ONE);
         for (i, edge) in elements.edges.iter().enumerate() {
             let [a, b] = edge.nodes.map(|n| n as usize);
             let d = way(x[a], x[b]);
@@ -70,7 +70,7 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
             let e = length - rest;
             energy += (half * k * e + pull) * e;
             // Positive as long as the spring is longer than where the barrier begins.
-            slack = (length - rest * Wide::all(THRESHOLD)).min(slack);
+            slack = (length - rest * Simd::all(THRESHOLD)).min(slack);
             let along = (k * e + pull) * length.inverse();
             let push = h[edge.cells[0] as usize] - h[edge.cells[1] as usize];
             let f = [along * d[0], along * d[1]];
@@ -80,11 +80,11 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
             force[b][0] -= f[0] + g[0];
             force[b][1] -= f[1] - g[1];
         }
-        let mut residual_squared = Wide::ZERO;
+        let mut residual_squared = Simd::ZERO;
         for f in &force[..elements.unknowns] {
             residual_squared = (f[0] * f[0] + f[1] * f[1]).max(residual_squared);
         }
-        let (cells, lines) = (least.above(Wide::all(THRESHOLD)), slack.above(Wide::ZERO));
+        let (cells, lines) = (least.above(Simd::all(THRESHOLD)), slack.above(Simd::ZERO));
         let upright = std::array::from_fn(|lane| cells[lane] && lines[lane]);
         Local { energy: energy + half * cell_energy, residual_squared, upright }
     }
@@ -95,26 +95,26 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
 pub(crate) struct Assemble<'a, const L: usize> {
     pub elements: &'a Elements,
     pub numbers: &'a Numbers<L>,
-    pub tension: &'a [Wide<L>],
+    pub tension: &'a [Simd<L>],
     pub x: &'a [Pair<L>],
-    pub h: &'a [Wide<L>],
+    pub h: &'a [Simd<L>],
     pub convex: [bool; L],
     pub blocks: &'a mut [Block<L>],
     pub diagonal: &'a mut [Lower<L>],
 }
 
 impl<const L: usize> NullaryFnOnce for Assemble<'_, L> {
-    type Output = Wide<L>;
+    type Output = Simd<L>;
 
     #[inline(always)]
-    fn call(self) -> Wide<L> {
+    fn call(self) -> Simd<L> {
         let Self { elements, numbers, tension, x, h, convex, blocks, diagonal } = self;
         // The convex stiffness leaves out the lateral part of compressed springs and the part by the
         // pressure of triangles.
-        let keep = Wide(convex.map(|c| if c { 0.0 } else { 1.0 }));
-        let least_across = Wide(convex.map(|c| if c { 0.0 } else { f64::NEG_INFINITY }));
-        let quarter = Wide::all(0.25);
-        diagonal.fill([Wide::ZERO; 3]);
+        let keep = Simd(convex.map(|c| if c { 0.0 } else { 1.0 }));
+        let least_across = Simd(convex.map(|c| if c { 0.0 } else { f64::NEG_INFINITY }));
+        let quarter = Simd::all(0.25);
+        diagonal.fill([Simd::ZERO; 3]);
         for (i, edge) in elements.edges.iter().enumerate() {
             let [a, b] = edge.nodes.map(|n| n as usize);
             let [left, right] = edge.cells.map(|c| c as usize);

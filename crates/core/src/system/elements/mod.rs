@@ -6,10 +6,10 @@ pub(crate) mod local;
 use std::collections::HashMap;
 
 use crate::effect::spring::Spring;
-use crate::effect::{Effect, Part};
+use crate::effect::{Effect, PrimitiveElement};
 use crate::geometry::topology::pair;
 use crate::sparse::flat::Symbolic;
-use crate::sparse::wide::Wide;
+use crate::sparse::simd::Simd;
 
 use super::System;
 
@@ -27,7 +27,7 @@ pub(crate) struct Edge {
     pub opposite: [u32; 2],
 }
 
-/// Elements and unknowns of a system of the plane that is made of [`Part`]s alone.
+/// Elements and unknowns of a system of the plane that is made of [`PrimitiveElement`]s alone.
 #[derive(Debug)]
 pub(crate) struct Elements {
     pub edges: Vec<Edge>,
@@ -51,13 +51,13 @@ pub(crate) struct Elements {
 #[derive(Debug)]
 pub(crate) struct Numbers<const L: usize> {
     /// Spring constant of every edge, N/m; zero where it is no spring.
-    pub stiffness: Vec<Wide<L>>,
+    pub stiffness: Vec<Simd<L>>,
     /// Its length at rest, m; zero where it is no spring.
-    pub rest: Vec<Wide<L>>,
+    pub rest: Vec<Simd<L>>,
     /// kappa of every triangle, J, and at the end a zero for "no triangle".
-    pub kappa: Vec<Wide<L>>,
+    pub kappa: Vec<Simd<L>>,
     /// One over its area at rest, 1/m².
-    pub inverse_area: Vec<Wide<L>>,
+    pub inverse_area: Vec<Simd<L>>,
 }
 
 impl<const L: usize> Numbers<L> {
@@ -99,7 +99,7 @@ impl Elements {
         };
         let (mut sides, mut is_mesh) = (Vec::new(), true);
         each_part(effects, |part| match part {
-            Part::Line { spring, muscle } => {
+            PrimitiveElement::Line { spring, muscle } => {
                 let edge = *at.entry(pair(spring.nodes[0], spring.nodes[1])).or_insert_with(|| {
                     let [a, b] = spring.nodes.map(&mut number_of);
                     edges.push(Edge { nodes: [a.max(b), a.min(b)], cells: [u32::MAX; 2], opposite: [a; 2] });
@@ -108,7 +108,7 @@ impl Elements {
                 springs.push((edge, spring.nodes, muscle));
                 pulls.extend(muscle.map(|m| (edge, m as u32)));
             }
-            Part::Cell { nodes, .. } => {
+            PrimitiveElement::Cell { nodes, .. } => {
                 let &[a, b, c] = nodes else { return is_mesh = false };
                 corners.push(nodes.to_vec());
                 cells.push([a, b, c].map(&mut number_of));
@@ -137,7 +137,7 @@ impl Elements {
     }
 
     pub fn numbers<const L: usize>(&self) -> Numbers<L> {
-        let zeros = |n| vec![Wide::ZERO; n];
+        let zeros = |n| vec![Simd::ZERO; n];
         let (edges, cells) = (self.edges.len(), self.cells.len() + 1);
         Numbers {
             stiffness: zeros(edges),
@@ -164,7 +164,7 @@ impl Elements {
         let (mut springs, mut cells) = (self.springs.iter(), self.corners.iter().enumerate());
         let mut same = true;
         let visited = each_part(system.effects(), |part| match part {
-            Part::Line { spring: Spring { nodes, stiffness, rest_length, .. }, muscle } => {
+            PrimitiveElement::Line { spring: Spring { nodes, stiffness, rest_length, .. }, muscle } => {
                 let Some((edge, ..)) = springs.next().filter(|(_, n, m)| (n, *m) == (nodes, muscle)) else {
                     return same = false;
                 };
@@ -173,7 +173,7 @@ impl Elements {
                 *rest = *rest_length;
                 numbers.stiffness[*edge as usize].0[lane] += stiffness;
             }
-            Part::Cell { nodes, rest, kappa } => {
+            PrimitiveElement::Cell { nodes, rest, kappa } => {
                 let Some((cell, _)) = cells.next().filter(|(_, n)| n.as_slice() == nodes) else {
                     return same = false;
                 };
@@ -186,6 +186,9 @@ impl Elements {
 }
 
 /// Visits every part of a body; `None` if an effect is not made of parts.
-fn each_part<const D: usize>(effects: &[Box<dyn Effect<D>>], mut visit: impl FnMut(Part<'_>)) -> Option<()> {
+fn each_part<const D: usize>(
+    effects: &[Box<dyn Effect<D>>],
+    mut visit: impl FnMut(PrimitiveElement<'_>),
+) -> Option<()> {
     effects.iter().all(|e| e.parts(&mut visit)).then_some(())
 }

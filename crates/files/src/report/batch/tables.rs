@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 
 use super::record::AssessedRecord;
 use crate::report::column::{self, Column};
-use crate::report::of_muscle::{self, OfMuscle};
+use crate::report::muscle_columns::{self, OfMuscle};
 use crate::report::{Provenance, Table};
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::batch::{BaselineRow, Refusal};
@@ -14,7 +14,7 @@ use tongue_infer::posterior::{Change, LeftOut, Summary, Tension};
 /// The columns of `muscles.csv`. Lengths in mm: measured ones are the subject's; target, simulated and residual are the model's, whose size
 /// is another. What was not measured is empty.
 fn muscle_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
-    let mut columns = of_muscle::columns();
+    let mut columns = muscle_columns::columns();
     columns.extend(provenance(by));
     columns
 }
@@ -40,7 +40,7 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
     fn left_out(r: &OfMuscle<'_>, value: fn(&LeftOut) -> f64) -> Value {
         json!(summary(r).and_then(|s| s.stretches.of(r.name())?.left_out.as_ref()).map(value))
     }
-    let mut columns = of_muscle::picked("subject,vowel,baseline,muscle");
+    let mut columns = muscle_columns::picked("subject,vowel,baseline,muscle");
     columns.extend(column::columns::<OfMuscle<'a>, _>([
         ("status", "", "whether the chains have mixed", |r| {
             json!(r.record.posterior.as_ref().map(|p| p.status))

@@ -13,10 +13,10 @@ mod plot;
 mod posterior;
 mod scatter;
 mod section;
+mod solution_curve;
 #[cfg(feature = "files")]
 mod tensions;
 mod timelines;
-mod valley;
 mod views;
 mod vowel;
 mod work_precision;
@@ -37,10 +37,10 @@ pub(super) use section::check;
 #[cfg(feature = "files")]
 pub(super) use section::frame;
 pub use section::{SectionPicture, tongue};
+pub use solution_curve::valley;
 #[cfg(feature = "files")]
 pub use tensions::tensions;
 pub use timelines::timelines;
-pub use valley::valley;
 pub use views::{solid, views};
 pub use vowel::{VowelPicture, vowel};
 pub use work_precision::{PrecisionCurve, work_precision};

@@ -15,7 +15,7 @@ const POINTS: usize = 160;
 /// A ridge for every muscle: the density of the change of its tension from the baseline, with a bar over its
 /// 95 % interval and a thick one over its 50 % interval.
 pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
-    let names = &posterior.density.ground.muscles;
+    let names = &posterior.density.posterior_model.muscles;
     let changes = |m: usize| posterior.draws.iter().map(move |d| d.change(posture, m)).collect();
     let all: Vec<Vec<f64>> = (0..names.len()).map(changes).collect();
     let spreads: Vec<Quantiles> = all.iter().map(|c| Quantiles::of(c.iter().copied())).collect();

@@ -10,7 +10,7 @@ use crate::report::svg::colours;
 use crate::report::{AnimationFrame, Export as _, Provenance, ReportError, Svg, Vtu, animation};
 use tongue_core::body::{Mesh, MuscleChain};
 use tongue_core::geometry::Point;
-use tongue_infer::track::{Ranged, Tracked};
+use tongue_infer::track::{Interval, Tracked};
 
 const MOST_FRAMES: usize = 2000;
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
@@ -84,8 +84,8 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
     let frames: Vec<&Tracked> =
         one.frames.iter().step_by(one.frames.len().div_ceil(MOST_FRAMES).max(1)).collect();
     let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
-    let of = |values: fn(&Tracked) -> &[Ranged]| -> Vec<[Packed; 3]> {
-        let ends: [fn(&Ranged) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
+    let of = |values: fn(&Tracked) -> &[Interval]| -> Vec<[Packed; 3]> {
+        let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
         let muscle = |i: usize| ends.map(|end| Packed::of(frames.iter().map(|f| end(&values(f)[i]))));
         (0..results.muscles.len()).map(muscle).collect()
     };

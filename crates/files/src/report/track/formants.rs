@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::TrackResults;
 use crate::report::{Export, Provenance, csv};
 use tongue_core::statistics::upper_median;
-use tongue_infer::heard::{Articulation, TRACT_SD, Tract};
+use tongue_infer::acoustics::{Articulation, TRACT_SD, Tract};
 use tongue_infer::track::Tracked;
 
 /// What the formants of a run are those of, and how far they are known.

@@ -1,17 +1,17 @@
 //! Results of tracking as records, for JSON, tables and pages.
 
+mod assumptions;
 #[cfg(feature = "files")]
 mod figure;
 mod formants;
 #[cfg(feature = "files")]
 mod page;
-mod premises;
 mod tables;
 
+pub use assumptions::{REPEATED, placed, prior_interval_n, repeated, repeats_table};
 pub use formants::{FormantsRecord, formants_csv};
 #[cfg(feature = "files")]
 pub use page::{TrackPage, fixed};
-pub use premises::{REPEATED, placed, prior_interval_n, repeated, repeats_table};
 pub use tables::{contrasts, segments_csv, track_csv};
 
 use serde::{Serialize, Serializer};
@@ -22,7 +22,7 @@ use tongue_core::body::Body;
 use tongue_core::geometry::Point;
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
-    Comparison, CourseSummary, Displacement, Foretold, HeldOut, LabelDraws, LabelMean, Ranged, Repeats,
+    Comparison, CourseSummary, Displacement, Foretold, HeldOut, Interval, LabelDraws, LabelMean, Repeats,
     TrackSettings, Tracked, TrackedRecording,
 };
 use tongue_input::measured::recording::{AlignedRecording, Fault, Label};
@@ -107,7 +107,7 @@ impl TrackResults {
             .flat_map(|one| one.segments.iter().filter_map(move |s| Some((one, one.labels.get(s.label)?, s))))
     }
 
-    fn by_muscle(&self, of: &[Ranged], end: fn(&Ranged) -> f64) -> ByMuscle<f64> {
+    fn by_muscle(&self, of: &[Interval], end: fn(&Interval) -> f64) -> ByMuscle<f64> {
         ByMuscle::new(&self.muscles, of.iter().map(end))
     }
 
@@ -117,7 +117,7 @@ impl TrackResults {
     fn frame(&self, one: &RecordingResult, frame: &Tracked) -> Value {
         let mm = |metres: f64| metres * 1e3;
         let [levels, courses] = [&frame.levels, &frame.courses].map(|of| {
-            let ends: [fn(&Ranged) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
+            let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
             ends.map(|end| self.by_muscle(of, end))
         });
         let bone = |d: &Displacement| {
@@ -216,10 +216,10 @@ pub struct TrackRecord {
     #[serde(rename = "tongue")]
     pub body: String,
     /// Origin of its rest shape; null for a given body.
-    pub rest: Option<tongue_infer::adapt::How>,
-    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "premises::placement")]
+    pub rest: Option<tongue_infer::adapt::RestShapeMethod>,
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "assumptions::placement")]
     pub placement: Option<Placement>,
-    #[serde(rename = "prior", serialize_with = "premises::prior")]
+    #[serde(rename = "prior", serialize_with = "assumptions::prior")]
     pub settings: TrackSettings,
     pub statuses: std::collections::BTreeMap<String, usize>,
     /// Why recordings cannot be trusted: the reason for an exit status of 3.

@@ -8,7 +8,7 @@ use super::{RecordingResult, TrackRecord, TrackResults, status_name};
 use crate::report::column::{columns, table};
 use crate::report::{Export, Provenance, StoTable, Table, csv};
 use tongue_infer::posterior::Contrast;
-use tongue_infer::track::{Comparison, Ranged, Tracked};
+use tongue_infer::track::{Comparison, Interval, Tracked};
 
 pub fn track_csv(record: &TrackRecord) -> impl Export {
     move |out: &mut dyn Write, by: &Provenance| {
@@ -96,7 +96,7 @@ impl RecordingResult {
         ];
         let row = |f: &Tracked| {
             let values = [&f.levels, &f.courses].into_iter().flat_map(|of| {
-                let ends: [fn(&Ranged) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
+                let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
                 ends.into_iter().flat_map(move |end| of.iter().map(end))
             });
             let shifts = f.bones.iter().flat_map(|b| b.shift_m.map(|x| x * 1e3));

@@ -20,7 +20,7 @@ use self::marks::{Observed, on_half};
 pub use self::recorded::Recorded;
 use super::directions::decompose;
 use super::forward::Forward;
-use super::statement::Inverse;
+use super::problem::LeastSquaresProblem;
 use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
 use crate::posterior::Priors;
 use tongue_input::measured::{ByMuscle, SpaceMark};
@@ -228,8 +228,8 @@ impl SpaceSearch {
             Begin::Rest => ((&none[..], system.rest()), self.settings.starts),
             Begin::Before(b) | Begin::Found(b) => ((&b.x[..], &b.positions[..]), 1),
         };
-        let stated = Inverse::new(system, of_marks.concat(), unknowns);
-        let inverse = Inverse { tied, begin: Some(begin_at), ..stated };
+        let stated = LeastSquaresProblem::new(system, of_marks.concat(), unknowns);
+        let inverse = LeastSquaresProblem { tied, begin: Some(begin_at), ..stated };
         let settings = FitSettings { starts, ..self.settings };
         let mut forward = Forward::new(&inverse, &settings);
         let (answer, linear, searched) = match begin {

@@ -12,7 +12,7 @@ use tongue_input::measured::{
     read_space_marks,
 };
 
-use crate::adapt::{Placed, RestError, Sight};
+use crate::adapt::{Registration, RegistrationData, RestError};
 
 /// Standard deviation of a stretch from the errors of the model, as in the posterior.
 const STRETCH_SD: f64 = 0.03;
@@ -26,7 +26,7 @@ pub struct Recorded {
     /// For each frame the name of its recording, where it is of one, and what was seen.
     pub frames: Vec<(Option<String>, SpaceFrame)>,
     /// Where the body was placed; `None` where the recordings are in its frame.
-    pub placed: Option<Placed>,
+    pub placed: Option<Registration>,
 }
 
 impl Recorded {
@@ -78,7 +78,7 @@ impl Recorded {
     }
 
     /// Contours and coils of recordings. They are brought into the frame of the body by placing `section`, its midsagittal section,
-    /// beside them ([`Sight`]), under the palate of the recordings if there is one; without a section they are in that frame already.
+    /// beside them ([`RegistrationData`]), under the palate of the recordings if there is one; without a section they are in that frame already.
     /// Bones are not followed: they stay where the body has them at rest.
     ///
     /// # Errors
@@ -88,7 +88,7 @@ impl Recorded {
         section: Option<&Body<2>>,
         palate: Option<&[Point]>,
     ) -> Result<Self, RestError> {
-        let place = |section| Sight::of(seen, &[]).under(palate).place(section)?.in_one_frame();
+        let place = |section| RegistrationData::of(seen, &[]).under(palate).place(section)?.in_one_frame();
         let placed = section.map(place).transpose()?;
         let similarity = placed.as_ref().map_or(Similarity::IDENTITY, |p| p.similarity);
         let mut frames = Vec::new();

@@ -8,7 +8,7 @@ use super::number;
 use crate::report::batch::record::AssessedRecord;
 use crate::report::{ByMuscle, ReportError, status_name};
 use tongue_core::body::Mesh;
-use tongue_infer::posterior::Word;
+use tongue_infer::posterior::Certainty;
 
 /// Residual at which a cell of the heat map has its full colour.
 const FULL_COLOUR: f64 = 0.25;
@@ -139,7 +139,7 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
             @for m in muscles {
                 @match summary.and_then(|s| s.changes_n.of(m)) {
                     Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
-                        (Word::of(change.probability_rises).text().replace(" harder", ""))
+                        (Certainty::of(change.probability_rises).text().replace(" harder", ""))
                         br;
                         span.interval { (format!("{:.2}", change.probability_rises)) " [" (whole(change.spread.interval_95[0])) ", " (whole(change.spread.interval_95[1])) "]" }
                     },

@@ -1,0 +1,247 @@
+//! A barrier that keeps quadratic elements from turning over.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::geometry::quadratic::{self, MAX_NODES};
+use crate::geometry::simplex;
+use crate::sparse::{BlockMatrix, Pattern, Slot};
+
+use super::barrier::barrier;
+use super::barrier_simplices::{BarrierSimplex, BarrierSimplices, Nodes, is_free, may_go};
+use super::{Configuration, Effect, Tangent};
+
+/// A [`barrier()`] at the corners of a quadratic element and in the linear parts into which its nodes divide
+/// it, where the law is not evaluated.
+///
+/// The law is evaluated at a few interior points only. At loads far beyond muscle an element can turn over
+/// at a corner although all of these points are valid. So each corner and each part has a measure `m`, that
+/// of the simplex of its edges: from a corner `i` along the edge to `j` with the middle `k` the tangent `4
+/// x_k - 3 x_i - x_j`, in a part the way from one of its nodes to another. Where `m` is below a tenth of
+/// that at rest `M`, there is the energy `λ V b(m/M)`, with an equal share `V` of the element's measure for
+/// each. Above a tenth there is no such energy, and the answer is that of the law alone.
+#[derive(Debug, Clone)]
+pub struct OrientationBarrier<const D: usize> {
+    /// Lamé's first constant λ, Pa (2D: per metre of thickness).
+    lambda: f64,
+    elements: Vec<Element>,
+}
+
+#[derive(Debug, Clone)]
+struct Element {
+    nodes: [usize; MAX_NODES],
+    /// Area, m², or volume, m³, at rest.
+    measure: f64,
+    /// One place for each pair of nodes, pairs of a node with itself included.
+    slots: Vec<Slot>,
+}
+
+impl<const D: usize> OrientationBarrier<D> {
+    const NODES: usize = quadratic::nodes::<D>();
+
+    /// The barrier for elements of the given nodes (corners, then the middles of [`quadratic::edges`]) with
+    /// their shape at the given rest positions, m, in a tissue of `lambda`, Pa.
+    pub fn new<'a>(
+        lambda: f64,
+        elements: impl Iterator<Item = &'a [usize]>,
+        rest_positions: &[SVector<f64, D>],
+    ) -> Self {
+        let element = |given: &[usize]| {
+            let mut nodes = [0; MAX_NODES];
+            nodes[..Self::NODES].copy_from_slice(given);
+            let measure = simplex::measure(&simplex::corners(rest_positions, &given[..=D]));
+            Element { nodes, measure, slots: Vec::new() }
+        };
+        Self { lambda, elements: elements.map(element).collect() }
+    }
+
+    /// Calls `act` for every corner and part in which the barrier acts, with its ratio and the energy that
+    /// scales the barrier, J.
+    fn each(
+        &self,
+        positions: &[SVector<f64, D>],
+        mut act: impl FnMut(&Element, &BarrierSimplex<'_, D>, f64, f64),
+    ) {
+        let guards = BarrierSimplices::<D>::new();
+        for e in &self.elements {
+            let x = e.gather::<D>(positions);
+            if is_free(e.measure, &x) {
+                continue;
+            }
+            for guarded in guards.of(e.measure, &x) {
+                if let Some(ratio) = guarded.ratio() {
+                    act(e, &guarded, ratio, self.lambda * e.measure / guards.count() as f64);
+                }
+            }
+        }
+    }
+}
+
+impl Element {
+    #[inline(always)]
+    fn gather<const D: usize>(&self, of_nodes: &[SVector<f64, D>]) -> Nodes<D> {
+        let mut x = [SVector::zeros(); MAX_NODES];
+        for (x, &node) in x.iter_mut().zip(&self.nodes[..quadratic::nodes::<D>()]) {
+            *x = of_nodes[node];
+        }
+        x
+    }
+}
+
+impl<const D: usize> Effect<D> for OrientationBarrier<D> {
+    fn name(&self) -> &'static str {
+        "barrier"
+    }
+
+    fn stencils(&self, couple: &mut dyn FnMut(&[usize])) {
+        self.elements.iter().for_each(|e| couple(&e.nodes[..Self::NODES]));
+    }
+
+    fn bind(&mut self, pattern: &Pattern) {
+        for e in &mut self.elements {
+            let nodes = &e.nodes[..Self::NODES];
+            let pairs = nodes.iter().enumerate().flat_map(|(i, &a)| nodes[i..].iter().map(move |&b| (a, b)));
+            e.slots = pairs.map(|(a, b)| pattern.slot(a, b)).collect();
+        }
+    }
+
+    fn energy(&self, at: Configuration<'_, D>) -> f64 {
+        let mut energy = 0.0;
+        self.each(at.positions, |_, _, ratio, scale| energy += scale * barrier(ratio).value);
+        energy
+    }
+
+    fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {
+        self.each(at.positions, |e, guarded, ratio, scale| {
+            let push = scale * barrier(ratio).slope;
+            let slopes = guarded.slopes(&guarded.counts());
+            for (&node, slope) in e.nodes[..Self::NODES].iter().zip(&slopes) {
+                force[node] -= slope * push;
+            }
+        });
+    }
+
+    /// `λ V (b'' g gᵀ + b' d²(m/M)/dx²)`; [`Tangent::Convex`] keeps the first part, which is positive
+    /// semidefinite.
+    fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
+        self.each(at.positions, |e, guarded, ratio, scale| {
+            let b = barrier(ratio);
+            let counts = guarded.counts();
+            let slopes = guarded.slopes(&counts);
+            let bend = if tangent == Tangent::Exact { scale * b.slope / guarded.rest } else { 0.0 };
+            let mut slots = e.slots.iter();
+            for i in 0..Self::NODES {
+                for j in i..Self::NODES {
+                    let Some(slot) = slots.next() else { return };
+                    let mut block: SMatrix<f64, D, D> =
+                        slopes[i] * slopes[j].transpose() * (scale * b.curvature);
+                    for (p, q) in (0..D).flat_map(|p| (0..D).map(move |q| (p, q))) {
+                        let count = counts[i][p] * counts[j][q] * bend;
+                        if count != 0.0 && p != q {
+                            block += simplex::hessian(&guarded.corners, p + 1, q + 1) * count;
+                        }
+                    }
+                    stiffness.add(*slot, &block);
+                }
+            }
+        });
+    }
+
+    fn step_limit(&self, at: Configuration<'_, D>, step: &[SVector<f64, D>]) -> f64 {
+        let guards = BarrierSimplices::<D>::new();
+        let mut limit: f64 = 1.0;
+        for e in &self.elements {
+            let (x, p) = (e.gather::<D>(at.positions), e.gather::<D>(step));
+            if limit == 1.0 && may_go(&x, &p) {
+                continue;
+            }
+            for (here, way) in guards.of(e.measure, &x).zip(guards.of(e.measure, &p)) {
+                limit *= simplex::safe_part(&here.corners, &way.corners.map(|p| p * limit));
+            }
+        }
+        limit
+    }
+
+    fn keeps_cells_upright(&self) -> bool {
+        true
+    }
+
+    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+        let guards = BarrierSimplices::<D>::new();
+        let is_guarded = |e: &&Element| {
+            let x = e.gather::<D>(at.positions);
+            !is_free(e.measure, &x) && guards.of(e.measure, &x).any(|g| g.ratio().is_some())
+        };
+        self.elements.iter().filter(is_guarded).count()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A single element of side 1, pressed to where the barrier acts in all of it.
+    fn crushed<const D: usize>() -> (OrientationBarrier<D>, Vec<SVector<f64, D>>, Pattern) {
+        let mut rest = vec![SVector::zeros(); D + 1];
+        for d in 0..D {
+            rest[d + 1][d] = 1.0;
+        }
+        for [i, j] in quadratic::edges::<D>() {
+            rest.push((rest[*i] + rest[*j]) * 0.5);
+        }
+        let nodes: Vec<usize> = (0..rest.len()).collect();
+        let mut effect = OrientationBarrier::new(3.0, std::iter::once(nodes.as_slice()), &rest);
+        let pattern = Pattern::new(rest.len(), &vec![true; rest.len()], [nodes.clone()]);
+        effect.bind(&pattern);
+        assert_eq!(effect.guarded(Configuration { positions: &rest, tensions: &[] }), 0);
+        for (n, p) in rest.iter_mut().enumerate() {
+            p[0] *= 0.05;
+            (0..D).for_each(|d| p[d] += 0.002 * ((3 * n + 5 * d) as f64).sin());
+        }
+        (effect, rest, pattern)
+    }
+
+    fn holds<const D: usize>() {
+        let (effect, x, pattern) = crushed::<D>();
+        let at = |x: &[SVector<f64, D>]| effect.energy(Configuration { positions: x, tensions: &[] });
+        assert!(at(&x).is_finite() && effect.guarded(Configuration { positions: &x, tensions: &[] }) == 1);
+        let forces = |x: &[SVector<f64, D>]| {
+            let mut force = vec![SVector::zeros(); x.len()];
+            effect.add_force(Configuration { positions: x, tensions: &[] }, &mut force);
+            force
+        };
+        let here = forces(&x);
+        assert!(here.iter().sum::<SVector<f64, D>>().norm() < 1e-9);
+        let mut stiffness = BlockMatrix::zeros(&pattern);
+        effect.add_stiffness(Configuration { positions: &x, tensions: &[] }, Tangent::Exact, &mut stiffness);
+        let largest = here.iter().map(SVector::norm).fold(0.0, f64::max);
+        assert!(largest > 0.0);
+        let step = 1e-7;
+        for (u, &node) in pattern.nodes().iter().enumerate() {
+            for d in 0..D {
+                let moved = |by: f64| {
+                    let mut y = x.clone();
+                    y[node][d] += by;
+                    y
+                };
+                let (up, down) = (moved(step), moved(-step));
+                let slope = (at(&up) - at(&down)) / (2.0 * step);
+                assert!((slope + here[node][d]).abs() < 1e-5 * largest, "{D}D {node} {slope} {here:?}");
+                let mut unit = vec![SVector::zeros(); pattern.unknowns()];
+                unit[u][d] = 1.0;
+                let mut column = unit.clone();
+                stiffness.multiply(&pattern, &unit, &mut column);
+                let (more, less) = (forces(&up), forces(&down));
+                for (v, &other) in pattern.nodes().iter().enumerate() {
+                    let change = -(more[other] - less[other]) / (2.0 * step);
+                    assert!((change - column[v]).norm() < 1e-4 * largest, "{D}D {node} {other}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn force_and_stiffness_of_a_crushed_element_are_derivatives_of_its_energy() {
+        holds::<2>();
+        holds::<3>();
+    }
+}

@@ -1,0 +1,121 @@
+//! `L` numbers that are computed with at once, one in each lane of a vector register.
+
+use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
+
+/// Number of lanes: four double-precision numbers fill one AVX2 register, or two of SSE2.
+pub const LANES: usize = 4;
+
+/// One number in each lane. Products are rounded before they are added (no fused multiply-add), so every
+/// processor gives the same bits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Simd<const L: usize>(pub [f64; L]);
+
+impl<const L: usize> Simd<L> {
+    pub const ZERO: Self = Self([0.0; L]);
+    pub const ONE: Self = Self([1.0; L]);
+
+    #[inline(always)]
+    pub fn all(value: f64) -> Self {
+        Self([value; L])
+    }
+
+    #[inline(always)]
+    fn zip(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+        for lane in 0..L {
+            self.0[lane] = f(self.0[lane], other.0[lane]);
+        }
+        self
+    }
+
+    #[inline(always)]
+    pub fn sqrt(self) -> Self {
+        Self(self.0.map(f64::sqrt))
+    }
+
+    #[inline(always)]
+    pub fn inverse(self) -> Self {
+        Self(self.0.map(|x| 1.0 / x))
+    }
+
+    #[inline(always)]
+    pub fn abs(self) -> Self {
+        Self(self.0.map(f64::abs))
+    }
+
+    /// The lanes in which this is above `floor` and finite.
+    #[inline(always)]
+    pub fn above(self, floor: Self) -> [bool; L] {
+        std::array::from_fn(|lane| self.0[lane] > floor.0[lane] && self.0[lane] < f64::INFINITY)
+    }
+
+    /// The larger one in each lane; `other` where this is NaN.
+    #[inline(always)]
+    pub fn max(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a > b { a } else { b })
+    }
+
+    /// The smaller one in each lane; `other` where this is NaN.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        self.zip(other, |a, b| if a < b { a } else { b })
+    }
+}
+
+impl<const L: usize> Add for Simd<L> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.zip(other, |a, b| a + b)
+    }
+}
+
+impl<const L: usize> Sub for Simd<L> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+}
+
+impl<const L: usize> Mul for Simd<L> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+}
+
+impl<const L: usize> Neg for Simd<L> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(self.0.map(|x| -x))
+    }
+}
+
+impl<const L: usize> AddAssign for Simd<L> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<const L: usize> SubAssign for Simd<L> {
+    #[inline(always)]
+    fn sub_assign(&mut self, other: Self) {
+        *self = *self - other;
+    }
+}
+
+/// A vector of the plane in each lane.
+pub(crate) type Pair<const L: usize> = [Simd<L>; 2];
+
+/// `q - p`.
+#[inline(always)]
+pub(crate) fn way<const L: usize>(p: Pair<L>, q: Pair<L>) -> Pair<L> {
+    [q[0] - p[0], q[1] - p[1]]
+}

@@ -1,0 +1,292 @@
+//! Equilibria of plain bodies of the plane, one or several in lanes: Newton's method on flat lists of
+//! elements, with a line search and a status in each lane. Loads that it cannot solve are left to the solver
+//! for any body.
+
+mod linear;
+mod newton;
+mod rates;
+mod single;
+
+use nalgebra::SVector;
+
+use crate::geometry::simplex;
+use crate::sparse::flat::{Block, Factor, Lower};
+use crate::sparse::simd::{Pair, Simd};
+use crate::statics::prescribed::{FOLLOWED, MOST_PARTS};
+use crate::statics::{Solution, SolveSettings, SolveStatus};
+use crate::system::System;
+use crate::system::elements::{Elements, Numbers};
+
+pub(super) use linear::at_rest;
+pub(super) use rates::Neighbour;
+pub(super) use single::{Single, solve_single};
+
+/// Shortest part of a bone's way that is still tried.
+const LEAST_PART: f64 = 1e-6;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Phase {
+    Running,
+    Converged,
+    /// It is left to the solver for any body.
+    GivenUp,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Lane {
+    phase: Phase,
+    is_set: bool,
+    done: Solution,
+    residual: f64,
+    tolerance: f64,
+    /// Largest tension, N.
+    pull: f64,
+    extent: f64,
+    safeguarded_in_a_row: usize,
+    /// Whether its last factor was that of the exact stiffness.
+    exact: bool,
+    /// For a lane that begins with the linear answer, the energy at rest, J.
+    energy_at_rest: Option<f64>,
+}
+
+#[derive(Debug)]
+pub(crate) struct SimdNewton<const L: usize> {
+    arch: pulp::Arch,
+    numbers: Numbers<L>,
+    /// Tension of every edge, N.
+    tension: Vec<Simd<L>>,
+    positions: Vec<Pair<L>>,
+    trial: Vec<Pair<L>>,
+    force: Vec<Pair<L>>,
+    step: Vec<Pair<L>>,
+    /// For every triangle, `h` at the last evaluation, and at the end a zero for "no triangle".
+    h: Vec<Simd<L>>,
+    blocks: Vec<Block<L>>,
+    diagonal: Vec<Lower<L>>,
+    factor: Factor<L>,
+    factor_ready: bool,
+    targets: Vec<Pair<L>>,
+    lanes: [Lane; L],
+}
+
+impl<const L: usize> SimdNewton<L> {
+    pub fn new(elements: &Elements) -> Self {
+        let nodes = elements.node.len();
+        let lane = Lane {
+            phase: Phase::GivenUp,
+            is_set: false,
+            done: Solution::NONE,
+            residual: f64::INFINITY,
+            tolerance: 0.0,
+            pull: 0.0,
+            extent: 0.0,
+            safeguarded_in_a_row: 0,
+            exact: false,
+            energy_at_rest: None,
+        };
+        Self {
+            arch: pulp::Arch::new(),
+            numbers: elements.numbers(),
+            tension: vec![Simd::ZERO; elements.edges.len()],
+            positions: vec![[Simd::ZERO; 2]; nodes],
+            trial: vec![[Simd::ZERO; 2]; nodes],
+            force: vec![[Simd::ZERO; 2]; nodes],
+            step: vec![[Simd::ZERO; 2]; elements.unknowns],
+            h: vec![Simd::ZERO; elements.cells.len() + 1],
+            blocks: vec![[Simd::ZERO; 4]; elements.edges.len()],
+            diagonal: vec![[Simd::ZERO; 3]; nodes],
+            factor: elements.factor.factor(),
+            factor_ready: false,
+            targets: vec![[Simd::ZERO; 2]; nodes - elements.unknowns],
+            lanes: [lane; L],
+        }
+    }
+
+    /// Puts a body into a lane. Returns false if its elements are different.
+    pub fn set_body<const D: usize>(&mut self, elements: &Elements, lane: usize, system: &System<D>) -> bool {
+        elements.fill(system, lane, &mut self.numbers)
+    }
+
+    /// Puts tensions, the start and the places of the bones into a lane, which is solved next.
+    pub fn set_load<const D: usize>(
+        &mut self,
+        elements: &Elements,
+        lane: usize,
+        tensions: &[f64],
+        start: &[SVector<f64, D>],
+        bone: impl Fn(usize) -> SVector<f64, D>,
+    ) {
+        self.set_positions(elements, lane, start);
+        let extent = elements.node.iter().map(|&n| start[n].amax()).fold(0.0, f64::max);
+        for (to, &node) in self.targets.iter_mut().zip(&elements.node[elements.unknowns..]) {
+            let held = bone(node);
+            (0..2).for_each(|axis| to[axis].0[lane] = held[axis]);
+        }
+        self.tension.iter_mut().for_each(|t| t.0[lane] = 0.0);
+        for &(edge, muscle) in &elements.pulls {
+            self.tension[edge as usize].0[lane] += tensions[muscle as usize];
+        }
+        let pull = tensions.iter().fold(0.0, |m: f64, t| m.max(t.abs()));
+        let before = self.lanes[lane];
+        self.lanes[lane] = Lane {
+            phase: Phase::Running,
+            is_set: true,
+            done: Solution::NONE,
+            residual: f64::INFINITY,
+            pull,
+            extent,
+            safeguarded_in_a_row: 0,
+            energy_at_rest: None,
+            ..before
+        };
+    }
+
+    /// Whether a lane holds a load of the last solve, solved here or not.
+    pub fn is_set(&self, lane: usize) -> bool {
+        self.lanes[lane].is_set
+    }
+
+    pub fn clear(&mut self) {
+        self.lanes.iter_mut().for_each(|l| (l.phase, l.is_set) = (Phase::GivenUp, false));
+    }
+
+    /// Has a lane do as another one, so that it holds numbers.
+    pub fn copy_lane(&mut self, from: usize, to: usize) {
+        let n = &mut self.numbers;
+        let wides = [&mut n.stiffness, &mut n.rest, &mut n.kappa, &mut n.inverse_area, &mut self.tension];
+        wides.into_iter().flatten().for_each(|w| w.0[to] = w.0[from]);
+        for x in self.positions.iter_mut().chain(&mut self.targets) {
+            x.iter_mut().for_each(|w| w.0[to] = w.0[from]);
+        }
+        self.lanes[to] = Lane { phase: Phase::GivenUp, is_set: false, ..self.lanes[from] };
+    }
+
+    /// Has the next solve begin with a factor of its own.
+    pub fn forget_factor(&mut self) {
+        self.factor_ready = false;
+        self.lanes.iter_mut().for_each(|l| l.exact = false);
+    }
+
+    /// Puts the positions of a shape solved elsewhere into a lane.
+    pub fn set_positions<const D: usize>(
+        &mut self,
+        elements: &Elements,
+        lane: usize,
+        positions: &[SVector<f64, D>],
+    ) {
+        for (x, &node) in self.positions.iter_mut().zip(&elements.node) {
+            (0..2).for_each(|axis| x[axis].0[lane] = positions[node][axis]);
+        }
+    }
+
+    /// The solution of a lane; `None` if it was given up.
+    pub fn solution(&self, lane: usize) -> Option<Solution> {
+        let lane = &self.lanes[lane];
+        (lane.phase == Phase::Converged).then_some(lane.done)
+    }
+
+    /// Positions of a lane, m, into those of all nodes of the mesh; those of the inner nodes of paths stay.
+    pub fn positions<const D: usize>(
+        &self,
+        elements: &Elements,
+        lane: usize,
+        positions: &mut [SVector<f64, D>],
+    ) {
+        for (x, &node) in self.positions.iter().zip(&elements.node) {
+            (0..2).for_each(|axis| positions[node][axis] = x[axis].0[lane]);
+        }
+    }
+
+    /// The work of a lane before it was given up.
+    pub fn spent(&self, lane: usize) -> Solution {
+        Solution { status: SolveStatus::IterationLimit, ..self.lanes[lane].done }
+    }
+
+    /// Forces of a lane on the nodes of the mesh, N; zero on the inner nodes of paths.
+    pub fn forces<const D: usize>(&self, elements: &Elements, lane: usize, forces: &mut [SVector<f64, D>]) {
+        forces.fill(SVector::zeros());
+        for (f, &node) in self.force.iter().zip(&elements.node) {
+            (0..2).for_each(|axis| forces[node][axis] = f[axis].0[lane]);
+        }
+    }
+
+    #[inline(never)]
+    pub fn solve(&mut self, elements: &Elements, settings: &SolveSettings) {
+        for part in 1..=MOST_PARTS {
+            let mut all_there = true;
+            for lane in 0..L {
+                if self.lanes[lane].phase == Phase::GivenUp {
+                    continue;
+                }
+                let there = self.carry(elements, lane);
+                self.lanes[lane].tolerance =
+                    if there { settings.tolerance } else { settings.tolerance.max(FOLLOWED) };
+                if !there && part == MOST_PARTS {
+                    self.lanes[lane].phase = Phase::GivenUp;
+                }
+                all_there &= there || self.lanes[lane].phase == Phase::GivenUp;
+            }
+            self.newton(elements, settings.max_iterations);
+            if all_there {
+                break;
+            }
+        }
+        self.check_stability(elements, settings.certify);
+        // A lane that was given up may hold no factor that the next solve could begin with.
+        self.factor_ready &= self.lanes.iter().all(|l| l.phase == Phase::Converged);
+        for lane in self.lanes.iter_mut().filter(|l| l.phase == Phase::Converged) {
+            lane.done.status = SolveStatus::Converged;
+            lane.done.max_residual_force = lane.residual;
+            lane.done.load_reached = 1.0;
+        }
+    }
+
+    /// Moves the bones of a lane to their places, or a part of the way where cells are in it; whether they
+    /// are there.
+    fn carry(&mut self, elements: &Elements, lane: usize) -> bool {
+        let at = |x: &Pair<L>| of_lane(x, lane);
+        let bones = &self.positions[elements.unknowns..];
+        let ways: Vec<_> = self.targets.iter().zip(bones).map(|(to, x)| at(to) - at(x)).collect();
+        if ways.iter().all(|w| w.amax() == 0.0) {
+            return true;
+        }
+        let limit = step_limit(elements, |n| {
+            let bone = n.checked_sub(elements.unknowns);
+            (at(&self.positions[n]), bone.map_or(SVector::zeros(), |b| ways[b]))
+        });
+        if limit < LEAST_PART {
+            self.lanes[lane].phase = Phase::GivenUp;
+            return false;
+        }
+        let part = if limit < 1.0 { 0.5 * limit } else { 1.0 };
+        for ((x, to), w) in self.positions[elements.unknowns..].iter_mut().zip(&self.targets).zip(&ways) {
+            for axis in 0..2 {
+                let here = x[axis].0[lane];
+                x[axis].0[lane] = if part < 1.0 { here + w[axis] * part } else { to[axis].0[lane] };
+            }
+        }
+        self.factor_ready = false;
+        self.lanes[lane].phase = Phase::Running;
+        part == 1.0
+    }
+}
+
+fn of_lane<const L: usize>(x: &Pair<L>, lane: usize) -> SVector<f64, 2> {
+    SVector::from([x[0].0[lane], x[1].0[lane]])
+}
+
+/// Largest part of a step up to which all cells keep a tenth of their measure, as the solver for one has it;
+/// `at` tells where a node is and how far it is to go.
+fn step_limit(elements: &Elements, at: impl Fn(usize) -> (SVector<f64, 2>, SVector<f64, 2>)) -> f64 {
+    let mut limit: f64 = 1.0;
+    for cell in &elements.cells {
+        let mut x = [SVector::<f64, 2>::zeros(); simplex::MAX_CORNERS];
+        let mut p = x;
+        for (corner, &n) in cell.iter().enumerate() {
+            let (here, step) = at(n as usize);
+            (x[corner], p[corner]) = (here, step * limit);
+        }
+        limit *= simplex::safe_part(&x, &p);
+    }
+    limit
+}

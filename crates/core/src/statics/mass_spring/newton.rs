@@ -1,0 +1,250 @@
+//! Newton's method as [`crate::statics`] has it for any body.
+
+use pulp::NullaryFnOnce;
+
+use crate::sparse::flat::{Factorise, Solve};
+use crate::sparse::simd::{Pair, Simd};
+use crate::statics::Stability;
+use crate::statics::newton::{
+    ENERGY_NOISE, FAST_ENOUGH, NEGLIGIBLE, PATIENCE, ROUNDING, SUFFICIENT_DECREASE,
+};
+use crate::system::elements::Elements;
+use crate::system::elements::local::{Assemble, Evaluate, Local};
+
+use super::{Lane, Phase, SimdNewton, of_lane, step_limit};
+
+/// A lane that must go a shorter part of a step than this is given up.
+const SHORTEST_STEP: f64 = 1e-4;
+/// Larger and larger shifts of a convex stiffness that is singular.
+const MOST_SHIFTS: usize = 8;
+
+impl<const L: usize> SimdNewton<L> {
+    /// Goes on in all lanes until each has converged or is given up.
+    pub(super) fn newton(&mut self, elements: &Elements, max_iterations: usize) {
+        for lane in self.lanes.iter_mut().filter(|l| l.phase == Phase::Converged) {
+            lane.phase = Phase::Running;
+        }
+        let mut here = self.evaluate(elements);
+        if self.take_back(here.energy, here.upright) {
+            here = self.evaluate(elements);
+        }
+        for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Running) {
+            lane.residual = here.residual_squared.0[i].sqrt();
+            lane.done.energy = here.energy.0[i];
+            lane.done.energy_evaluations += 1;
+            if !here.upright[i] {
+                lane.phase = Phase::GivenUp;
+            }
+        }
+        let mut reuse = self.factor_ready;
+        while self.begin_iteration(max_iterations) {
+            if !reuse {
+                self.factorise(elements);
+            }
+            let slope = self.find_step(elements);
+            reuse = self.take_step(elements, slope, reuse);
+        }
+    }
+
+    /// Which lanes go on; whether any does.
+    fn begin_iteration(&mut self, max_iterations: usize) -> bool {
+        let mut any = false;
+        for lane in self.lanes.iter_mut().filter(|l| l.phase == Phase::Running) {
+            let (residual, floor) = (lane.residual, lane.done.rounding_force);
+            if !(residual.is_finite() && lane.done.energy.is_finite()) {
+                lane.phase = Phase::GivenUp;
+            } else if residual <= lane.tolerance || residual <= floor.min(NEGLIGIBLE * lane.pull) {
+                lane.phase = Phase::Converged;
+            } else if lane.done.iterations == max_iterations {
+                lane.phase = Phase::GivenUp;
+            } else {
+                lane.done.iterations += 1;
+                any = true;
+            }
+        }
+        any
+    }
+
+    /// Factorises the exact stiffness in all lanes; in those where it is not positive definite the convex
+    /// one, with a growing multiple of the unit matrix.
+    fn factorise(&mut self, elements: &Elements) {
+        let mut convex = [false; L];
+        let largest = self.assemble(elements, convex);
+        for (i, lane) in self.lanes.iter_mut().enumerate() {
+            lane.done.rounding_force = ROUNDING * largest.0[i] * lane.extent;
+        }
+        let mut safe = self.try_factor(elements);
+        let mut shift = [0.0; L];
+        for tries in 0..=MOST_SHIFTS {
+            let mut all_safe = true;
+            for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Running) {
+                if tries == 0 {
+                    lane.exact = safe[i];
+                    lane.safeguarded_in_a_row = if safe[i] { 0 } else { lane.safeguarded_in_a_row + 1 };
+                    lane.done.safeguarded += usize::from(!safe[i]);
+                }
+                if !safe[i] && (tries == MOST_SHIFTS || lane.safeguarded_in_a_row > PATIENCE) {
+                    lane.phase = Phase::GivenUp;
+                }
+                if !safe[i] && lane.phase == Phase::Running {
+                    (all_safe, convex[i]) = (false, true);
+                }
+            }
+            if all_safe {
+                break;
+            }
+            let largest = self.assemble(elements, convex);
+            for lane in 0..L {
+                if !safe[lane] {
+                    shift[lane] = if tries == 0 { 1e-6 * largest.0[lane] } else { 10.0 * shift[lane] };
+                }
+            }
+            for d in &mut self.diagonal[..elements.unknowns] {
+                d[0] += Simd(shift);
+                d[2] += Simd(shift);
+            }
+            safe = self.try_factor(elements);
+        }
+        self.factor_ready = true;
+    }
+
+    /// Looks at the stability of the equilibria of which the last factor does not tell it, or of all.
+    pub(super) fn check_stability(&mut self, elements: &Elements, certify: bool) {
+        let is_open = |l: &Lane| l.phase == Phase::Converged && (certify || !l.exact);
+        let open = self.lanes.each_ref().map(is_open);
+        let stable = if open.contains(&true) { self.factorise_exactly(elements) } else { [true; L] };
+        for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Converged) {
+            lane.done.stability = if open[i] { Stability::Stable } else { Stability::Near };
+            if open[i] && !stable[i] {
+                lane.phase = Phase::GivenUp;
+            }
+        }
+    }
+
+    /// Factorises the exact stiffness at the present positions; in which lanes it is positive definite.
+    pub fn factorise_exactly(&mut self, elements: &Elements) -> [bool; L] {
+        self.evaluate(elements);
+        self.assemble(elements, [false; L]);
+        let safe = self.try_factor(elements);
+        self.lanes.iter_mut().zip(safe).for_each(|(lane, safe)| lane.exact = safe);
+        // A lane without a factor would spoil the next solve's first step.
+        self.factor_ready = safe == [true; L];
+        safe
+    }
+
+    fn try_factor(&mut self, elements: &Elements) -> [bool; L] {
+        for lane in &mut self.lanes {
+            lane.done.factorisations += usize::from(lane.phase != Phase::GivenUp);
+        }
+        let (pairs, diagonal, factor) = (&self.blocks, &self.diagonal, &mut self.factor);
+        self.arch.dispatch(Factorise { symbolic: &elements.factor, pairs, diagonal, factor })
+    }
+
+    /// Assembles the stiffness; the largest entries on its diagonal.
+    fn assemble(&mut self, elements: &Elements, convex: [bool; L]) -> Simd<L> {
+        let Self { numbers, tension, positions: x, h, blocks, diagonal, .. } = self;
+        self.arch.dispatch(Assemble { elements, numbers, tension, x, h, convex, blocks, diagonal })
+    }
+
+    /// Energy and forces at the present positions.
+    pub(super) fn evaluate(&mut self, elements: &Elements) -> Local<L> {
+        let Self { numbers, tension, positions: x, h, force, .. } = self;
+        self.arch.dispatch(Evaluate { elements, numbers, tension, x, h, force })
+    }
+
+    /// Solves for the step; the slope of the energy along it, J.
+    fn find_step(&mut self, elements: &Elements) -> Simd<L> {
+        self.step.copy_from_slice(&self.force[..elements.unknowns]);
+        let (factor, b) = (&self.factor, &mut self.step);
+        self.arch.dispatch(Solve { symbolic: &elements.factor, factor, b });
+        let along = self.step.iter().zip(&self.force);
+        along.fold(Simd::ZERO, |slope, (s, f)| slope - (s[0] * f[0] + s[1] * f[1]))
+    }
+
+    /// Moves every lane along its step as far as its energy falls. Whether the factor serves once more: each
+    /// lane has moved, and fast.
+    fn take_step(&mut self, elements: &Elements, slope: Simd<L>, reused: bool) -> bool {
+        let mut part = Simd(self.lanes.map(|l| if l.phase == Phase::Running { 1.0 } else { 0.0 }));
+        let mut taken = part.0.map(|p| p == 0.0);
+        let before = self.lanes;
+        std::mem::swap(&mut self.positions, &mut self.trial);
+        self.positions[elements.unknowns..].copy_from_slice(&self.trial[elements.unknowns..]);
+        loop {
+            let Self { arch, positions, trial, step, .. } = &mut *self;
+            arch.dispatch(Advance { x: positions, from: trial, step, part });
+            let there = self.evaluate(elements);
+            let mut again = false;
+            for i in 0..L {
+                let (lane, trial, step) = (&mut self.lanes[i], &self.trial, &self.step);
+                if taken[i] {
+                    continue;
+                }
+                lane.done.energy_evaluations += 1;
+                let (old, energy) = (before[i].done.energy, there.energy.0[i]);
+                let promised = SUFFICIENT_DECREASE * part.0[i] * slope.0[i];
+                if part.0[i] == 1.0 && !there.upright[i] {
+                    part.0[i] = step_limit(elements, |n| {
+                        let step = step.get(n).map_or(nalgebra::SVector::zeros(), |s| of_lane(s, i));
+                        (of_lane(&trial[n], i), step)
+                    });
+                    if part.0[i] == 1.0 {
+                        // Only the barrier can tell.
+                        (part.0[i], taken[i]) = (0.0, true);
+                        lane.phase = Phase::GivenUp;
+                    }
+                    again = true;
+                } else if there.upright[i] && energy <= old + promised + ENERGY_NOISE * old.abs() {
+                    lane.done.energy = energy;
+                    lane.residual = there.residual_squared.0[i].sqrt();
+                    taken[i] = true;
+                } else {
+                    part.0[i] *= 0.5;
+                    if part.0[i] < SHORTEST_STEP {
+                        (part.0[i], taken[i]) = (0.0, true);
+                    }
+                    again = true;
+                }
+            }
+            if !again {
+                break;
+            }
+        }
+        let mut reuse = true;
+        for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Running) {
+            let noise = ENERGY_NOISE * before[i].done.energy.abs();
+            let moved =
+                part.0[i] > 0.0 && (-slope.0[i] * part.0[i] > noise || lane.residual < before[i].residual);
+            if !moved && !reused {
+                lane.phase = Phase::GivenUp;
+            } else {
+                reuse &= moved && lane.residual < FAST_ENOUGH * before[i].residual;
+            }
+        }
+        reuse
+    }
+}
+
+/// `x = from + part step` of the unknowns, exactly `from` in lanes whose part is zero.
+struct Advance<'a, const L: usize> {
+    x: &'a mut [Pair<L>],
+    from: &'a [Pair<L>],
+    step: &'a [Pair<L>],
+    part: Simd<L>,
+}
+
+impl<const L: usize> NullaryFnOnce for Advance<'_, L> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        for ((x, from), step) in self.x.iter_mut().zip(self.from).zip(self.step) {
+            for axis in 0..2 {
+                let there = from[axis] + step[axis] * self.part;
+                for lane in 0..L {
+                    let stays = self.part.0[lane] == 0.0;
+                    x[axis].0[lane] = if stays { from[axis].0[lane] } else { there.0[lane] };
+                }
+            }
+        }
+    }
+}

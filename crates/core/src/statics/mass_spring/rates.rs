@@ -1,0 +1,136 @@
+//! How an equilibrium responds to small changes, and how functions of it depend on all changes, with the
+//! factor of the stiffness at hand.
+
+use crate::sparse::flat::Solve;
+use crate::sparse::simd::{LANES, Pair, Simd, way};
+use crate::system::System;
+use crate::system::elements::local::Evaluate;
+use crate::system::elements::{Elements, Numbers};
+
+use super::SimdNewton;
+
+/// A body whose shape at rest has changed by a small part of a unit of a change.
+#[derive(Debug)]
+pub(in crate::statics) struct Neighbour {
+    /// Its numbers, the same in all lanes.
+    numbers: Numbers<LANES>,
+    /// Motion of the nodes of bones for a unit, m.
+    bones: Vec<[f64; 2]>,
+    part: f64,
+}
+
+impl Neighbour {
+    /// `None` if the edges, triangles or unknowns of the body are others.
+    pub fn new<const D: usize>(
+        elements: &Elements,
+        changed: &System<D>,
+        bones: Vec<[f64; 2]>,
+        part: f64,
+    ) -> Option<Self> {
+        let mut numbers = elements.numbers();
+        let same = elements.fill(changed, 0, &mut numbers);
+        numbers.spread();
+        same.then_some(Self { numbers, bones, part })
+    }
+
+    /// Whether it has as many elements and bone nodes as these.
+    pub fn is_of(&self, elements: &Elements) -> bool {
+        self.numbers.stiffness.len() == elements.edges.len()
+            && self.numbers.kappa.len() == elements.cells.len() + 1
+            && self.bones.len() + elements.unknowns == elements.node.len()
+    }
+}
+
+impl<const L: usize> SimdNewton<L> {
+    /// Turns forces on the unknowns, N, into the motion that they cause, m.
+    fn respond(&self, elements: &Elements, forces: &mut [Pair<L>]) {
+        self.arch.dispatch(Solve { symbolic: &elements.factor, factor: &self.factor, b: forces });
+    }
+
+    /// Motion of the unknowns for a unit of tension in a muscle, m/N.
+    pub fn motion_by_tension(&self, elements: &Elements, muscle: usize) -> Vec<Pair<L>> {
+        let mut u = vec![[Simd::ZERO; 2]; elements.unknowns];
+        for &(edge, _) in elements.pulls.iter().filter(|(_, m)| *m as usize == muscle) {
+            let [a, b] = elements.edges[edge as usize].nodes.map(|n| n as usize);
+            let d = way(self.positions[a], self.positions[b]);
+            let inverse = (d[0] * d[0] + d[1] * d[1]).sqrt().inverse();
+            for axis in 0..2 {
+                let pull = d[axis] * inverse;
+                if let Some(u) = u.get_mut(a) {
+                    u[axis] += pull;
+                }
+                if let Some(u) = u.get_mut(b) {
+                    u[axis] -= pull;
+                }
+            }
+        }
+        self.respond(elements, &mut u);
+        u
+    }
+
+    /// Motion of the unknowns for a displacement of these nodes of bones by 1 m along an axis.
+    pub fn motion_by_bone(&self, elements: &Elements, nodes: &[usize], axis: usize) -> Vec<Pair<L>> {
+        let mut u = vec![[Simd::ZERO; 2]; elements.unknowns];
+        for (edge, k) in elements.edges.iter().zip(&self.blocks) {
+            let [a, b] = edge.nodes.map(|n| n as usize);
+            if a >= elements.unknowns
+                && nodes.contains(&elements.node[a])
+                && let Some(u) = u.get_mut(b)
+            {
+                u[0] -= k[2 * axis];
+                u[1] -= k[2 * axis + 1];
+            }
+        }
+        self.respond(elements, &mut u);
+        u
+    }
+
+    /// The derivatives of [`super::lanes::Adjoint`] for a function whose derivatives by the positions of all
+    /// nodes are `gradient`. `gradient` becomes the derivatives by forces on unknowns and by the places of the
+    /// other nodes. Returns the derivatives by tensions, one for each of the elements' pulls.
+    pub fn adjoint(&self, elements: &Elements, gradient: &mut [Pair<L>]) -> Vec<Simd<L>> {
+        let (free, held) = gradient.split_at_mut(elements.unknowns);
+        self.respond(elements, free);
+        for (edge, k) in elements.edges.iter().zip(&self.blocks) {
+            let [a, b] = edge.nodes.map(|n| n as usize);
+            if let Some(bone) = a.checked_sub(elements.unknowns)
+                && b < elements.unknowns
+            {
+                let u = free[b];
+                held[bone][0] -= k[0] * u[0] + k[1] * u[1];
+                held[bone][1] -= k[2] * u[0] + k[3] * u[1];
+            }
+        }
+        let motion = |n: u32| free.get(n as usize).copied().unwrap_or([Simd::ZERO; 2]);
+        let by_tension = elements.pulls.iter().map(|&(edge, _)| {
+            let [a, b] = elements.edges[edge as usize].nodes;
+            let d = way(self.positions[a as usize], self.positions[b as usize]);
+            let nearer = way(motion(b), motion(a));
+            (d[0] * nearer[0] + d[1] * nearer[1]) * (d[0] * d[0] + d[1] * d[1]).sqrt().inverse()
+        });
+        by_tension.collect()
+    }
+}
+
+impl SimdNewton<LANES> {
+    /// Motion of the unknowns for a unit of a change of the shape at rest. The forces at the equilibrium are those of the last
+    /// evaluation.
+    pub fn motion_by_rest(&mut self, elements: &Elements, neighbour: &Neighbour) -> Vec<Pair<LANES>> {
+        let part = Simd::all(neighbour.part);
+        self.trial.copy_from_slice(&self.positions);
+        for (x, motion) in self.trial[elements.unknowns..].iter_mut().zip(&neighbour.bones) {
+            (0..2).for_each(|axis| x[axis] += Simd::all(motion[axis]) * part);
+        }
+        let mut u = vec![[Simd::ZERO; 2]; elements.node.len()];
+        let (tension, x, h) = (&self.tension, &self.trial, &mut self.h);
+        let numbers = &neighbour.numbers;
+        self.arch.dispatch(Evaluate { elements, numbers, tension, x, h, force: &mut u });
+        u.truncate(elements.unknowns);
+        let inverse = part.inverse();
+        for (u, force) in u.iter_mut().zip(&self.force) {
+            (0..2).for_each(|axis| u[axis] = (u[axis] - force[axis]) * inverse);
+        }
+        self.respond(elements, &mut u);
+        u
+    }
+}

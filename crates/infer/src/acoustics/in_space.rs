@@ -1,0 +1,105 @@
+//! The walls of a tract around a tongue in space.
+
+use nalgebra::Vector3;
+use tongue_sound::Acoustics;
+use tongue_sound::formants;
+use tongue_sound::profile::{Articulation, Point, Profile, Tract};
+
+use super::VocalTractError;
+use super::vocal_tract::{FORMANTS, Sound};
+use tongue_core::body::SpaceBody;
+
+/// Distance behind the outer wall up to which the surface of a tongue counts as one that has passed through it, m.
+const BEHIND_M: f64 = 0.02;
+
+/// A tract around a body in space. The tract lies in the midsagittal plane of the body: x to the back, y upwards.
+#[derive(Debug, Clone)]
+pub struct SpaceVocalTract {
+    tract: Tract,
+    /// Constants of air and walls.
+    pub acoustics: Acoustics,
+    /// Nodes of the surface in the midsagittal plane from root to tip.
+    midline: Vec<usize>,
+    /// Triangles of the surface, their corners counter-clockwise as seen from outside.
+    surface: Vec<[usize; 3]>,
+}
+
+impl SpaceVocalTract {
+    /// The tract around a body.
+    pub fn round(body: &SpaceBody, tract: Tract) -> Result<Self, VocalTractError> {
+        let loops = body.midsagittal_mesh().outlines();
+        let outline = loops.into_iter().max_by_key(Vec::len).ok_or(VocalTractError::NoSurface)?;
+        let at = |n: usize| flat(&body.mesh.nodes[n]);
+        let nearest = |[x, y]: [f64; 2]| {
+            let far = |i: &usize| {
+                let [a, b] = at(outline[*i]);
+                (a - 1e-3 * x).hypot(b - 1e-3 * y)
+            };
+            (0..outline.len()).min_by(|i, j| far(i).total_cmp(&far(j))).unwrap_or(0)
+        };
+        let (root, tip) = (nearest(tract.tongue.root_mm), nearest(tract.tongue.tip_mm));
+        if root == tip {
+            return Err(VocalTractError::no_wall(&tract));
+        }
+        let count = outline.len();
+        let way = |from: usize, to: usize| -> Vec<usize> {
+            (0..=(to + count - from) % count).map(|i| outline[(from + i) % count]).collect()
+        };
+        // Of the two ways from root to tip the surface is the upper one.
+        let top = |way: &[usize]| way.iter().map(|&n| at(n)[1]).fold(f64::NEG_INFINITY, f64::max);
+        let (forward, mut backward) = (way(root, tip), way(tip, root));
+        backward.reverse();
+        let midline = if top(&forward) >= top(&backward) { forward } else { backward };
+        Ok(Self { tract, acoustics: Acoustics::default(), midline, surface: body.mesh.outward_faces() })
+    }
+
+    pub fn tract(&self) -> &Tract {
+        &self.tract
+    }
+
+    /// The sound of a shape (positions of all nodes, m) in a posture.
+    ///
+    /// # Errors
+    /// [`VocalTractError::Profile`] if walls meet, or if the tract has no widths.
+    pub fn sound(
+        &self,
+        positions: &[Vector3<f64>],
+        posture: &Articulation,
+    ) -> Result<Sound, VocalTractError> {
+        let tongue: Vec<Point> = self.midline.iter().map(|&n| flat(&positions[n])).collect();
+        let triangles: Vec<[Vector3<f64>; 3]> =
+            self.surface.iter().map(|t| t.map(|n| positions[n])).collect();
+        let to_tongue = |outer: Point, direction: Point, side: f64| {
+            let from = Vector3::new(outer[0], side, outer[1]);
+            let along = Vector3::new(direction[0], 0.0, direction[1]);
+            let crossings = triangles.iter().filter_map(|t| entered(t, &from, &along));
+            crossings.filter(|at| *at > -BEHIND_M).min_by(f64::total_cmp)
+        };
+        let profile = Profile::in_space(&self.tract, &tongue, posture, &to_tongue)?;
+        let formants = formants::formants(&profile.sections, &self.acoustics, FORMANTS)?;
+        Ok(Sound { profile, formants })
+    }
+}
+
+fn flat(at: &Vector3<f64>) -> Point {
+    [at.x, at.z]
+}
+
+/// Where a line in a plane of constant y enters a triangle from outside: the distance along it, m.
+fn entered([a, b, c]: &[Vector3<f64>; 3], from: &Vector3<f64>, along: &Vector3<f64>) -> Option<f64> {
+    if from.y < a.y.min(b.y).min(c.y) || from.y > a.y.max(b.y).max(c.y) {
+        return None;
+    }
+    let (u, v) = (b - a, c - a);
+    let normal = u.cross(&v);
+    let slope = normal.dot(along);
+    if slope >= 0.0 {
+        return None;
+    }
+    let distance = normal.dot(&(a - from)) / slope;
+    let place = from + along * distance - a;
+    let size = normal.norm_squared();
+    let (by_u, by_v) = (place.cross(&v).dot(&normal) / size, u.cross(&place).dot(&normal) / size);
+    let within = -1e-9;
+    (by_u >= within && by_v >= within && by_u + by_v <= 1.0 - within).then_some(distance)
+}

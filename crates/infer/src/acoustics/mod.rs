@@ -1,0 +1,17 @@
+//! The sound of a tongue: the tract around it, its formants, and their derivatives by every node.
+//!
+//! [`VocalTract`] joins the walls of a tract ([`tongue_sound`]) to the surface of a body in the plane. A formant
+//! is an [`Observable`](tongue_core::observe::Observable) like a length: it has a value and a gradient by the
+//! nodes, from which statics and inference get its derivatives by tensions.
+
+mod formant;
+mod in_space;
+mod published;
+mod vocal_tract;
+
+pub use formant::{Heard, TRACT_SD};
+pub use in_space::SpaceVocalTract;
+pub use published::{MeanVowel, mean_vowels};
+pub use tongue_sound::Formant;
+pub use tongue_sound::profile::{Articulation, Tract};
+pub use vocal_tract::{Rates, Sound, VocalTract, VocalTractError};

@@ -1,0 +1,169 @@
+//! The walls of a tract around the surface of a body.
+
+use std::collections::BTreeMap;
+
+use nalgebra::SVector;
+use tongue_sound::Acoustics;
+use tongue_sound::formants::{self, Formant, FormantError};
+use tongue_sound::profile::{Articulation, Point, Profile, ProfileError, Tract};
+
+use crate::adapt::{by_bones, mark_of};
+use crate::track::TongueSurface;
+use tongue_core::body::{Body, DEFAULT_SPACING_M};
+use tongue_core::statics::Response;
+use tongue_core::toml_text::{self, Misread};
+
+/// The tract of the reference tongue.
+const DRAWN: &str = include_str!("../../../../targets/tract.toml");
+/// Distance of neighbouring points of the tongue's wall, m.
+const POINTS_M: f64 = 2e-3;
+/// Number of computed formants: those below 5 kHz, as in Praat's usual settings.
+pub(super) const FORMANTS: usize = 5;
+
+/// Why the sound of a body cannot be computed.
+#[derive(Debug, thiserror::Error)]
+pub enum VocalTractError {
+    #[error("{0}")]
+    Refused(String),
+    #[error(
+        "a tract needs the outline of a tongue in the midsagittal plane; take the reference tongue or a mesh in the plane"
+    )]
+    NoSurface,
+    #[error(transparent)]
+    Profile(#[from] ProfileError),
+    #[error(transparent)]
+    Formants(#[from] FormantError),
+}
+
+impl VocalTractError {
+    pub(super) fn no_wall(tract: &Tract) -> Self {
+        Self::Refused(format!(
+            "tongue.root_mm and tongue.tip_mm of the tract \"{}\" lie nearest to the same place of the body's surface; the tract was \
+             drawn for another body",
+            tract.name
+        ))
+    }
+}
+
+/// A tract around a body.
+#[derive(Debug, Clone)]
+pub struct VocalTract {
+    tract: Tract,
+    /// Constants of air and walls.
+    pub acoustics: Acoustics,
+    /// Every point of the tongue's wall as a weighted mean of nodes, from root to tip.
+    wall: Vec<Vec<(usize, f64)>>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sound {
+    pub profile: Profile,
+    /// The formants, in ascending order.
+    pub formants: Vec<Formant>,
+}
+
+/// Derivatives of the frequency of each formant by the nodes, Hz/m: a list of nodes and derivatives for each
+/// formant.
+pub type Rates = Vec<Vec<(usize, SVector<f64, 2>)>>;
+
+impl VocalTract {
+    /// Reads the file of a tract; `origin` is its name in messages.
+    pub fn read(text: &str, origin: &str) -> Result<Tract, VocalTractError> {
+        let tract: Tract = toml_text::read(text).map_err(|Misread { line, column, problem }| {
+            VocalTractError::Refused(format!("{origin}:{line}:{column}: {problem}"))
+        })?;
+        tract.check()?;
+        Ok(tract)
+    }
+
+    /// The tract of the reference tongue.
+    pub fn drawn() -> Result<Tract, VocalTractError> {
+        Self::read(DRAWN, "targets/tract.toml")
+    }
+
+    /// The tract of the reference tongue, moved by the similarity that carries the mental spine and the hyoid of that tongue to those
+    /// of a body.
+    pub fn drawn_for(body: &Body<2>) -> Result<Tract, VocalTractError> {
+        let missing = || {
+            VocalTractError::Refused(format!(
+                "{} has no mental spine and hyoid (bones \"mandible\" and \"hyoid\") by which the drawn tract could be placed; name a \
+                 tract of its own with --tract",
+                body.what
+            ))
+        };
+        let reference = Body::tongue(DEFAULT_SPACING_M).map_err(|_| missing())?;
+        let to = by_bones(&reference, |bone| mark_of(body, bone)).ok_or_else(missing)?;
+        let place = |[x, y]: [f64; 2]| <[f64; 2]>::from(to.place(SVector::from([1e-3 * x, 1e-3 * y])) * 1e3);
+        Ok(Self::drawn()?.placed(to.scale(), place))
+    }
+
+    /// The tract around a body.
+    pub fn round(body: &Body<2>, tract: Tract) -> Result<Self, VocalTractError> {
+        let curve = TongueSurface::of(body).ok_or(VocalTractError::NoSurface)?.curve;
+        let count = (curve.length() / (0.1 * POINTS_M)).ceil().max(1.0) as usize;
+        let place = |i: usize| curve.length() * i as f64 / count as f64;
+        let rest = |at: f64| mean(&curve.weights(at), &body.mesh.nodes);
+        let nearest = |[x, y]: [f64; 2]| {
+            let far = |&i: &usize| {
+                let [a, b] = rest(place(i));
+                (a - 1e-3 * x).hypot(b - 1e-3 * y)
+            };
+            (0..=count).min_by(|i, j| far(i).total_cmp(&far(j))).map_or(0.0, place)
+        };
+        let (root, tip) = (nearest(tract.tongue.root_mm), nearest(tract.tongue.tip_mm));
+        let points = ((tip - root).abs() / POINTS_M).ceil() as usize;
+        if points == 0 {
+            return Err(VocalTractError::no_wall(&tract));
+        }
+        let wall =
+            (0..=points).map(|i| curve.weights(root + (tip - root) * i as f64 / points as f64)).collect();
+        Ok(Self { tract, acoustics: Acoustics::default(), wall })
+    }
+
+    pub fn tract(&self) -> &Tract {
+        &self.tract
+    }
+
+    /// The sound of a shape (positions of all nodes, m) in a posture.
+    pub fn sound(
+        &self,
+        positions: &[SVector<f64, 2>],
+        posture: &Articulation,
+    ) -> Result<Sound, VocalTractError> {
+        let tongue: Vec<Point> = self.wall.iter().map(|weights| mean(weights, positions)).collect();
+        let profile = Profile::new(&self.tract, &tongue, posture)?;
+        let formants = formants::formants(&profile.sections, &self.acoustics, FORMANTS)?;
+        Ok(Sound { profile, formants })
+    }
+
+    /// Derivatives of the formants by the nodes.
+    pub fn rates(&self, sound: &Sound) -> Rates {
+        let of = |formant: &Formant| {
+            let by_section = formants::rates(&sound.profile.sections, &self.acoustics, formant);
+            let mut by_node: BTreeMap<usize, SVector<f64, 2>> = BTreeMap::new();
+            sound.profile.frequency_to_tongue(&by_section, |point, rate| {
+                for &(node, weight) in self.wall.get(point).into_iter().flatten() {
+                    *by_node.entry(node).or_default() += SVector::from(rate) * weight;
+                }
+            });
+            by_node.into_iter().collect()
+        };
+        sound.formants.iter().map(of).collect()
+    }
+
+    /// Derivatives of the formants by the tension of a muscle, Hz for 1 N per metre of thickness, at the
+    /// equilibrium of a response.
+    pub fn by_tension(rates: &Rates, response: &mut Response<'_, 2>, muscle: usize) -> Vec<f64> {
+        response.to_tension(muscle);
+        let motion = response.motion();
+        rates
+            .iter()
+            .map(|formant| formant.iter().map(|(node, rate)| rate.dot(&motion[*node])).sum())
+            .collect()
+    }
+}
+
+fn mean(weights: &[(usize, f64)], positions: &[SVector<f64, 2>]) -> Point {
+    let sum: SVector<f64, 2> = weights.iter().map(|&(node, weight)| positions[node] * weight).sum();
+    [sum.x, sum.y]
+}

@@ -1,0 +1,193 @@
+//! Measurements of a speaker's postures other than muscle lengths: numbers that follow from a shape, such as the distances of contour
+//! points from the surface, and muscle activity (EMG).
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, SVector};
+
+use tongue_core::observe::Observable;
+
+use super::parameters::{Parameter, ParameterValues, WarmStart};
+
+/// Muscles whose activity was measured together, in one posture or in the baseline.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Active {
+    /// Number of the posture; `None` for the baseline.
+    pub posture: Option<usize>,
+    /// Numbers of the muscles; a measurement of several is of their mean tension.
+    pub muscles: Vec<usize>,
+}
+
+/// Below this tension an electrode cannot tell pulling from rest, N per metre of thickness.
+const LEAST_TENSION: f64 = 1.0;
+
+impl Active {
+    fn mean(&self, meaning: &ParameterValues) -> f64 {
+        let tensions = self.posture.map_or(&meaning.tones, |p| &meaning.postures[p].tensions);
+        self.muscles.iter().map(|&m| tensions[m]).sum::<f64>() / self.muscles.len() as f64
+    }
+
+    /// Logarithm of one plus the mean tension over the least one.
+    fn value(&self, meaning: &ParameterValues) -> f64 {
+        (self.mean(meaning) / LEAST_TENSION).ln_1p()
+    }
+
+    fn slope(&self, meaning: &ParameterValues, parameter: Parameter) -> f64 {
+        let own = match (parameter, self.posture) {
+            (Parameter::Tension(posture, m), Some(own)) if posture == own => m,
+            (Parameter::Tone(m), None) => m,
+            _ => return 0.0,
+        };
+        let part = if self.muscles.contains(&own) { 1.0 / self.muscles.len() as f64 } else { 0.0 };
+        part / (self.mean(meaning) + LEAST_TENSION)
+    }
+}
+
+/// Numbers that follow from the shape of one posture.
+#[derive(Debug, Clone)]
+pub struct PostureView {
+    pub posture: Option<usize>,
+    pub numbers: Vec<Arc<dyn Observable<2>>>,
+}
+
+impl PostureView {
+    fn values<'a>(&'a self, positions: &'a [SVector<f64, 2>]) -> impl Iterator<Item = f64> + 'a {
+        self.numbers.iter().map(|number| number.value(positions))
+    }
+}
+
+/// The quantity from which measured numbers follow.
+#[derive(Debug, Clone)]
+pub enum DataSource {
+    /// Shapes: first all numbers that follow from one, then those that follow from the next.
+    Shapes(Vec<PostureView>),
+    /// Tensions. Their logarithms are used, so that an unknown gain is a summand.
+    Activity(Vec<Active>),
+}
+
+/// Measured numbers of one kind with their errors.
+#[derive(Debug, Clone)]
+pub struct AuxiliaryData {
+    /// The quantity from which the numbers follow.
+    pub of: DataSource,
+    pub measured: Vec<f64>,
+    pub errors: DMatrix<f64>,
+}
+
+/// Standard deviation of the logarithm of an activity: each is trusted to 40 %.
+const EMG_SD: f64 = 0.4;
+/// The same of the gain of an electrode, so large that the gain is free.
+const GAIN_SD: f64 = 30.0;
+/// Below this relative activity an electrode cannot tell pulling from rest.
+const LEAST_ACTIVITY: f64 = 0.025;
+
+/// An electrode: the numbers of its muscles, and the relative activity, 0 to 1, in each posture (`None`: in the baseline).
+pub type Electrode = (Vec<usize>, Vec<(Option<usize>, f64)>);
+
+impl AuxiliaryData {
+    /// Muscle activity. The logarithm of an activity is the logarithm of the mean tension of the muscles plus that of the electrode's own
+    /// gain. An electrode with a single measurement therefore says nothing and is left out.
+    pub fn emg(electrodes: &[Electrode]) -> Self {
+        let told: Vec<&Electrode> = electrodes.iter().filter(|(_, each)| each.len() > 1).collect();
+        let rows: Vec<(usize, &Electrode, Option<usize>, f64)> = told
+            .iter()
+            .enumerate()
+            .flat_map(|(e, &electrode)| {
+                electrode.1.iter().map(move |&(posture, a)| (e, electrode, posture, a))
+            })
+            .collect();
+        let error = |i: usize, j: usize| {
+            let of_gain = if rows[i].0 == rows[j].0 { GAIN_SD * GAIN_SD } else { 0.0 };
+            of_gain + if i == j { EMG_SD * EMG_SD } else { 0.0 }
+        };
+        Self {
+            of: DataSource::Activity(
+                rows.iter()
+                    .map(|(_, (muscles, _), posture, _)| Active {
+                        posture: *posture,
+                        muscles: muscles.clone(),
+                    })
+                    .collect(),
+            ),
+            measured: rows.iter().map(|(.., activity)| (activity / LEAST_ACTIVITY).ln_1p()).collect(),
+            errors: DMatrix::from_fn(rows.len(), rows.len(), error),
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.measured.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.measured.is_empty()
+    }
+
+    /// The shapes from which numbers follow, each with the range of its numbers.
+    pub fn views(&self) -> impl Iterator<Item = (Range<usize>, &PostureView)> {
+        let views = match &self.of {
+            DataSource::Shapes(views) => views.as_slice(),
+            DataSource::Activity(_) => &[],
+        };
+        views.iter().scan(0, |from, view| {
+            let own = *from..*from + view.numbers.len();
+            *from = own.end;
+            Some((own, view))
+        })
+    }
+
+    /// The posture whose shape a number follows from (`Some(None)`: the baseline); `None` where it follows from tensions.
+    pub fn posture(&self, number: usize) -> Option<Option<usize>> {
+        self.views().find(|(own, _)| own.contains(&number)).map(|(_, view)| view.posture)
+    }
+
+    /// The numbers that follow from shapes, given by posture (`None`: the baseline) as positions of all nodes, m; zero for those that follow
+    /// from tensions.
+    pub fn of_shapes<'p>(&self, shape: impl Fn(Option<usize>) -> &'p [SVector<f64, 2>]) -> Vec<f64> {
+        match &self.of {
+            DataSource::Shapes(views) => views.iter().flat_map(|v| v.values(shape(v.posture))).collect(),
+            DataSource::Activity(all) => vec![0.0; all.len()],
+        }
+    }
+
+    pub(super) fn of_shape(&self, posture: Option<usize>, positions: &[SVector<f64, 2>]) -> Vec<f64> {
+        let own = self.views().filter(|(_, view)| view.posture == posture);
+        own.flat_map(|(_, view)| view.values(positions)).collect()
+    }
+
+    /// Adds to `by_node` the derivatives of the sum of the numbers times `weights` by the positions in one posture.
+    pub(super) fn gradient(
+        &self,
+        (posture, positions): (Option<usize>, &[SVector<f64, 2>]),
+        weights: &[f64],
+        by_node: &mut [SVector<f64, 2>],
+    ) {
+        for (own, view) in self.views().filter(|(_, view)| view.posture == posture) {
+            for (number, weight) in view.numbers.iter().zip(&weights[own]) {
+                number.gradient(positions, &mut |node, slope| by_node[node] += slope * *weight);
+            }
+        }
+    }
+
+    pub(super) fn only(&self, number: usize) -> Vec<f64> {
+        (0..self.len()).map(|n| f64::from(u8::from(n == number))).collect()
+    }
+
+    /// The numbers at tensions and the shapes to which they lead.
+    pub(super) fn values(&self, meaning: &ParameterValues, place: &WarmStart) -> Vec<f64> {
+        match &self.of {
+            DataSource::Shapes(_) => self.of_shapes(|p| place.shape(p.unwrap_or(place.postures.len())).0),
+            DataSource::Activity(all) => all.iter().map(|active| active.value(meaning)).collect(),
+        }
+    }
+
+    /// Derivative of the sum of the computed numbers times `weights` by a tension on which they depend directly, not through a shape.
+    pub(super) fn slope(&self, meaning: &ParameterValues, weights: &[f64], parameter: Parameter) -> f64 {
+        match &self.of {
+            DataSource::Shapes(_) => 0.0,
+            DataSource::Activity(all) => {
+                all.iter().zip(weights).map(|(active, w)| w * active.slope(meaning, parameter)).sum()
+            }
+        }
+    }
+}

@@ -1,0 +1,303 @@
+//! Responses of muscle lengths to the shape of the body at rest and to its constants, in any body: from the adjoint of every length and
+//! differences of forces.
+//!
+//! A changed body (displaced at rest, or with other constants, `p`) with the same displacements `u` of the nodes has forces `f(p, u)` on
+//! them and lengths `L(p, u)`. At equilibrium `f(p, u(p)) = 0`, so `dL/dp = ∂L/∂p + a·∂f/∂p` with the adjoint `a` of the length, its
+//! response to a force on every node. Both partial derivatives are central differences without a new equilibrium. Only kappa, which may
+//! be ten times larger or smaller, is really changed and the equilibria solved again. Bodies of springs have formulas of their own
+//! (`shape`), which give the same result.
+
+use nalgebra::{DMatrix, DVector, SVector};
+
+use tongue_core::body::{Body, HYOID};
+use tongue_core::effect::Configuration;
+use tongue_core::material::Constants;
+use tongue_core::parallel;
+use tongue_core::statics::lanes::{Adjoint, Lanes};
+use tongue_core::statics::{SolveSettings, SolveStatus};
+use tongue_core::system::{Model, System};
+
+use super::PosteriorError;
+use super::auxiliary::AuxiliaryData;
+use super::model::{Field, PosteriorModel, laid_anew, turn};
+use super::parameters::{ParameterValues, WarmStart};
+use super::perturbed::{Pair, PerturbedBodies, PerturbedBody};
+
+/// Changed bodies differ by this part of a standard deviation to either side.
+const STEP: f64 = 1e-3;
+/// The same for widths and patches. It is larger because their points pass from one element to another, and over the outline, one after
+/// the other.
+const WIDE_STEP: f64 = 0.5;
+
+impl PerturbedBody {
+    fn new(posterior_model: &PosteriorModel, body: &Body<2>, model: &Model) -> Result<Self, PosteriorError> {
+        let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
+        let (system, hyoid) = (System::new(&body.mesh, model, &all)?, body.bone(HYOID).to_vec());
+        let turn = if hyoid == posterior_model.hyoid {
+            posterior_model.turn.clone()
+        } else {
+            turn(system.rest(), &hyoid)
+        };
+        Ok(Self { system, hyoid, turn })
+    }
+
+    /// Forces on all nodes of the unknowns, N, and positions of all nodes, m, if these are displaced as the unknowns of `posterior_model` are at
+    /// `positions`, and the hyoid by this displacement and angle.
+    fn at(
+        &self,
+        posterior_model: &PosteriorModel,
+        positions: &[SVector<f64, 2>],
+        tensions: &[f64],
+        (hyoid, angle): (SVector<f64, 2>, f64),
+    ) -> [Vec<SVector<f64, 2>>; 2] {
+        let (own, system) = (&posterior_model.system, &self.system);
+        let moved = |n: usize| positions[n] - own.rest()[n];
+        let mut x = system.rest().to_vec();
+        // Nodes of the tissue have the same numbers in both bodies; nodes of bones may have others.
+        own.pattern().nodes().iter().for_each(|&n| x[n] += moved(n));
+        self.hyoid.iter().zip(&self.turn).for_each(|(&n, turn)| x[n] += hyoid + turn * angle);
+        system.place_path_nodes(&mut x);
+        let mut force = vec![SVector::zeros(); x.len()];
+        system.force(Configuration { positions: &x, tensions }, &mut force);
+        [force, x]
+    }
+}
+
+impl PerturbedBodies {
+    pub fn new(posterior_model: &PosteriorModel) -> Result<Self, PosteriorError> {
+        type Make<'a> = &'a dyn Fn(f64) -> Result<PerturbedBody, PosteriorError>;
+        let (body, model, priors) = (&posterior_model.body, &posterior_model.model, &posterior_model.priors);
+        let pair = |sd: f64, step: f64, side: Make<'_>| -> Result<Option<Pair>, PosteriorError> {
+            Ok(if sd == 0.0 { None } else { Some(([side(-step * sd)?, side(step * sd)?], step)) })
+        };
+        let settings = body.mesh.continuum.as_ref().map(|c| c.settings);
+        let laid = |change: &dyn Fn(&mut tongue_core::body::ContinuumSettings)| {
+            let mut settings = settings.unwrap_or_default();
+            change(&mut settings);
+            PerturbedBody::new(posterior_model, &laid_anew(body, &settings)?, model)
+        };
+        let of_continuum = |sd: f64| if settings.is_some() { sd } else { 0.0 };
+        let fields = |fields: &[Field], ends: bool| -> Result<Vec<Pair>, PosteriorError> {
+            let numbers: Vec<usize> = (0..fields.len()).collect();
+            let side = |f: usize, by: f64| {
+                let mut along = vec![0.0; fields.len()];
+                along[f] = by;
+                let (of_ends, of_outline) = if ends { (&along[..], &[][..]) } else { (&[][..], &along[..]) };
+                let folded =
+                    || PosteriorError::Body("a cell of this body is nearly folded at rest".to_owned());
+                PerturbedBody::new(
+                    posterior_model,
+                    &posterior_model.displaced(of_ends, of_outline).ok_or_else(folded)?,
+                    model,
+                )
+            };
+            let pairs = parallel::map(&numbers, |&f| Ok(([side(f, -STEP)?, side(f, STEP)?], STEP)));
+            pairs.into_iter().collect()
+        };
+        Ok(Self {
+            ends: fields(&posterior_model.ends, true)?,
+            outline: fields(&posterior_model.outline, false)?,
+            width: pair(of_continuum(priors.sd_ln_width()), WIDE_STEP, &|by| {
+                laid(&|s| s.bundle_width_m *= by.exp())
+            })?,
+            patch: pair(of_continuum(priors.sd_ln_patch()), WIDE_STEP, &|by| {
+                laid(&|s| s.patch_radius_m *= by.exp())
+            })?,
+        })
+    }
+}
+
+/// Bodies with kappa one standard deviation of its logarithm lower and higher; `None` where it is known.
+pub(crate) fn beside_in_kappa(
+    posterior_model: &PosteriorModel,
+) -> Result<Option<[System<2>; 2]>, PosteriorError> {
+    let prior = &posterior_model.priors.compressibility;
+    if prior.off {
+        return Ok(None);
+    }
+    let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
+    let with = |times: f64| {
+        let constants = with_kappa(posterior_model, times);
+        System::new(&posterior_model.body.mesh, &Model { constants, ..posterior_model.model }, &all)
+    };
+    Ok(Some([with((-prior.sd_ln_kappa).exp())?, with(prior.sd_ln_kappa.exp())?]))
+}
+
+/// Constants with `times` the body's own kappa and the same second Lamé constant. For springs kappa is the difference of the two Lamé
+/// constants, for other tissue it is the first one.
+fn with_kappa(posterior_model: &PosteriorModel, times: f64) -> Constants {
+    let constants = posterior_model.model.constants;
+    let (lambda, mu) = constants.lame();
+    let lambda = if PosteriorModel::is_for_springs(&posterior_model.body, &posterior_model.model) {
+        mu + (lambda - mu) * times
+    } else {
+        lambda * times
+    };
+    let poisson_ratio = lambda / (2.0 * (lambda + mu));
+    Constants { poisson_ratio, young_modulus: 2.0 * mu * (1.0 + poisson_ratio), ..constants }
+}
+
+/// Responses of the stretches of all muscles in all postures to one standard deviation of the logarithm of kappa: half of the difference
+/// between the equilibria one standard deviation to either side, because the response is far from linear over that range. One column, or
+/// none if kappa is known; `None` where another kappa leads to no equilibrium.
+pub(crate) fn by_kappa(
+    posterior_model: &PosteriorModel,
+    point: &GeometrySensitivity<'_>,
+) -> Option<DMatrix<f64>> {
+    let &GeometrySensitivity { place, meaning, beside, .. } = point;
+    let (count, of_muscles, base) =
+        (posterior_model.muscles.len(), place.lengths.len(), place.postures.len());
+    let rows = of_muscles + place.beside.len();
+    let Some(sides) = &posterior_model.kappa else { return Some(DMatrix::zeros(rows, 0)) };
+    let solved = |system: &System<2>| -> Option<DVector<f64>> {
+        let load = |shape: usize| posterior_model.load(meaning, shape, Some(place.shape(shape).0));
+        let loads: Vec<_> = (0..=base).map(load).collect();
+        let found = Lanes::new(system).solve(&loads, &SolveSettings::default());
+        let converged = found.iter().all(|shape| shape.solution.status == SolveStatus::Converged);
+        let lengths: Vec<Vec<f64>> = found.iter().map(|shape| system.lengths(&shape.positions)).collect();
+        let stretches =
+            (0..of_muscles).map(|row| lengths[row / count][row % count] / lengths[base][row % count]);
+        // Activity follows from tensions, which kappa does not change.
+        let of_shape = |posture: Option<usize>| found[posture.unwrap_or(base)].positions.as_slice();
+        let others = beside.iter().flat_map(|b| b.of_shapes(of_shape));
+        let all = DVector::from_iterator(rows, stretches.chain(others));
+        (converged && all.iter().all(|v| v.is_finite())).then_some(all)
+    };
+    let half = (solved(&sides[1])? - solved(&sides[0])?) / 2.0;
+    Some(DMatrix::from_column_slice(rows, 1, half.as_slice()))
+}
+
+/// Responses of the stretches of all muscles in all postures to one standard deviation of each source; one row for each stretch.
+#[derive(Debug, Clone)]
+pub struct FiniteDifferences {
+    pub ends: DMatrix<f64>,
+    pub outline: DMatrix<f64>,
+    pub kappa: DMatrix<f64>,
+    pub width: DMatrix<f64>,
+    pub patch: DMatrix<f64>,
+}
+
+impl FiniteDifferences {
+    /// The responses of this number of stretches if there are no sources.
+    pub fn none(stretches: usize) -> Self {
+        let none = || DMatrix::zeros(stretches, 0);
+        Self { ends: none(), outline: none(), kappa: none(), width: none(), patch: none() }
+    }
+}
+
+/// Adjoints at a solved point.
+pub struct Adjoints {
+    /// Of all lengths, shape by shape.
+    pub lengths: Vec<Vec<Adjoint<2>>>,
+    /// For every other measurement that follows from a shape, the number of the shape and its adjoint; `None` for the rest of them.
+    pub sights: Vec<Option<(usize, Adjoint<2>)>>,
+}
+
+/// A solved point with its adjoints.
+pub struct GeometrySensitivity<'a> {
+    pub place: &'a WarmStart,
+    pub meaning: &'a ParameterValues,
+    pub rates: &'a Adjoints,
+    pub beside: &'a [AuxiliaryData],
+}
+
+/// Responses of all measurements at a solved point; `None` where the bodies do not match or another kappa leads to no equilibrium.
+pub fn answers(
+    posterior_model: &PosteriorModel,
+    point: &GeometrySensitivity<'_>,
+) -> Option<FiniteDifferences> {
+    let &GeometrySensitivity { place, meaning, rates, .. } = point;
+    let sides = posterior_model.sides.as_ref()?;
+    let (count, of_muscles, base) =
+        (posterior_model.muscles.len(), place.lengths.len(), place.postures.len());
+    let rows = of_muscles + place.beside.len();
+    let tensions = |shape: usize| meaning.postures.get(shape).map_or(&meaning.tones, |p| &p.tensions);
+    // For every shape, by how much each length is larger in the second body than in the first, m.
+    let stretches = |by_shape: &dyn Fn(usize) -> Option<DVector<f64>>| -> Option<DVector<f64>> {
+        let slopes: Vec<DVector<f64>> = (0..=base).map(by_shape).collect::<Option<_>>()?;
+        let stretches = (0..of_muscles).map(|row| {
+            let over = place.baseline_lengths[row % count];
+            (slopes[row / count][row % count] - place.lengths[row] / over * slopes[base][row % count]) / over
+        });
+        // The other measurements of a shape follow its lengths.
+        let mut next = vec![count; base + 1];
+        let others = rates.sights.iter().map(|sight| {
+            sight.as_ref().map_or(0.0, |&(shape, _)| {
+                next[shape] += 1;
+                slopes[shape][next[shape] - 1]
+            })
+        });
+        Some(DVector::from_iterator(rows, stretches.chain(others)))
+    };
+    let hyoid = |shape: usize| {
+        let own = meaning.postures.get(shape);
+        own.map_or((SVector::zeros(), 0.0), |p| (p.hyoid, meaning.tilt * p.hyoid.x))
+    };
+    let of_pair = |([low, high], step): &Pair| {
+        stretches(&|shape| {
+            let at = Shape {
+                positions: place.shape(shape).0,
+                tensions: tensions(shape),
+                hyoid: hyoid(shape),
+                lengths: &rates.lengths[shape],
+                sights: rates.sights.iter().flatten().filter(|(s, _)| *s == shape).map(|(_, a)| a).collect(),
+                values: &|x| {
+                    let posture = (shape < base).then_some(shape);
+                    point.beside.iter().flat_map(|b| b.of_shape(posture, x)).collect()
+                },
+            };
+            Some(slopes_of(posterior_model, [low, high], &at)? / (2.0 * step))
+        })
+    };
+    let matrix = |columns: Vec<Option<DVector<f64>>>| -> Option<DMatrix<f64>> {
+        let columns: Vec<DVector<f64>> = columns.into_iter().collect::<Option<_>>()?;
+        Some(DMatrix::from_fn(rows, columns.len(), |row, c| columns[c][row]))
+    };
+    Some(FiniteDifferences {
+        ends: matrix(sides.ends.iter().map(of_pair).collect())?,
+        outline: matrix(sides.outline.iter().map(of_pair).collect())?,
+        kappa: by_kappa(posterior_model, point)?,
+        width: matrix(sides.width.iter().map(of_pair).collect())?,
+        patch: matrix(sides.patch.iter().map(of_pair).collect())?,
+    })
+}
+
+struct Shape<'a> {
+    positions: &'a [SVector<f64, 2>],
+    tensions: &'a [f64],
+    hyoid: (SVector<f64, 2>, f64),
+    lengths: &'a [Adjoint<2>],
+    /// Adjoints of the other measurements that follow from this shape, and their values at positions of all nodes.
+    sights: Vec<&'a Adjoint<2>>,
+    values: &'a dyn Fn(&[SVector<f64, 2>]) -> Vec<f64>,
+}
+
+/// By how much every length, m, and every other measurement is larger in the second body than in the first, to first order.
+fn slopes_of(
+    posterior_model: &PosteriorModel,
+    [low, high]: [&PerturbedBody; 2],
+    shape: &Shape<'_>,
+) -> Option<DVector<f64>> {
+    let unknowns = posterior_model.system.pattern().nodes();
+    let same = |beside: &PerturbedBody| {
+        let pattern = beside.system.pattern();
+        pattern.unknowns() == unknowns.len() && unknowns.iter().all(|&n| pattern.unknown(n).is_some())
+    };
+    if !(same(low) && same(high)) {
+        return None;
+    }
+    let at = |side: &PerturbedBody| side.at(posterior_model, shape.positions, shape.tensions, shape.hyoid);
+    let ([force_low, x_low], [force_high, x_high]) = (at(low), at(high));
+    let values = |side: &PerturbedBody, x: &[SVector<f64, 2>]| -> Vec<f64> {
+        side.system.lengths(x).into_iter().chain((shape.values)(x)).collect()
+    };
+    let (of_low, of_high) = (values(low, &x_low), values(high, &x_high));
+    let adjoints = shape.lengths.iter().chain(shape.sights.iter().copied());
+    let slope = |(i, adjoint): (usize, &Adjoint<2>)| {
+        let by_force: f64 =
+            unknowns.iter().map(|&n| adjoint.by_node[n].dot(&(force_high[n] - force_low[n]))).sum();
+        of_high[i] - of_low[i] + by_force
+    };
+    let slopes: Vec<f64> = adjoints.enumerate().map(slope).collect();
+    slopes.iter().all(|s| s.is_finite()).then(|| DVector::from_vec(slopes))
+}

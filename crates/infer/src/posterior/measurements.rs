@@ -1,0 +1,132 @@
+//! The measurements of a speaker, in one posture or in several that share a baseline.
+
+use nalgebra::DMatrix;
+
+use crate::inverse::TargetOnBody;
+
+use super::auxiliary::AuxiliaryData;
+
+/// Stretches of a speaker's postures against one baseline. The first four lists run over the stretches.
+#[derive(Debug, Clone)]
+pub struct Measurements {
+    pub names: Vec<String>,
+    pub muscles: Vec<usize>,
+    pub postures: Vec<usize>,
+    pub stretches: Vec<f64>,
+    /// Covariance due to rounding of both lengths: postures share the lengths of the baseline.
+    pub rounding: DMatrix<f64>,
+    pub labels: Vec<String>,
+    pub beside: Vec<AuxiliaryData>,
+}
+
+impl Measurements {
+    /// No measurements of one posture: the posterior is then the prior.
+    pub fn nothing() -> Self {
+        Self {
+            names: Vec::new(),
+            muscles: Vec::new(),
+            postures: Vec::new(),
+            stretches: Vec::new(),
+            rounding: DMatrix::zeros(0, 0),
+            labels: vec![String::new()],
+            beside: Vec::new(),
+        }
+    }
+
+    /// All measurements in both vowels of a target.
+    pub fn of(matched: &TargetOnBody) -> Self {
+        Self::together(&[matched])
+    }
+
+    /// All measurements of a speaker's vowels, each against the same baseline. The stretch `m/b` of lengths with rounding half widths `h`
+    /// has the variance `(h_m²/b² + h_b² m²/b⁴)/3`, and with the stretch of another vowel the covariance `h_b² m m'/b⁴/3`.
+    pub fn together(vowels: &[&TargetOnBody]) -> Self {
+        let mut seen = Self { labels: Vec::with_capacity(vowels.len()), ..Self::nothing() };
+        // For every stretch, its variance due to its own length, and its derivative by the baseline's length times the half width of that
+        // length.
+        let (mut own, mut shared) = (Vec::new(), Vec::new());
+        for (posture, matched) in vowels.iter().enumerate() {
+            let target = &matched.target;
+            seen.labels.push(target.vowel.to_string());
+            for (m, name) in target.muscles.iter().enumerate() {
+                let (length, over) = (target.measured_mm[m], target.baseline_mm[m]);
+                seen.names.push(name.clone());
+                seen.muscles.push(matched.numbers[m]);
+                seen.postures.push(posture);
+                seen.stretches.push(length / over);
+                own.push((target.half_width_mm[m] / over).powi(2) / 3.0);
+                shared.push(target.baseline_half_width_mm[m] * length / (over * over));
+            }
+        }
+        let n = own.len();
+        seen.rounding = DMatrix::from_fn(n, n, |i, j| {
+            let of_baseline =
+                if seen.muscles[i] == seen.muscles[j] { shared[i] * shared[j] / 3.0 } else { 0.0 };
+            of_baseline + if i == j { own[i] } else { 0.0 }
+        });
+        seen
+    }
+
+    pub fn len(&self) -> usize {
+        self.stretches.len()
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.stretches.is_empty()
+    }
+
+    /// The measurements without the stretch at a position.
+    pub fn without(&self, position: usize) -> Self {
+        let mut seen = self.clone();
+        seen.names.remove(position);
+        seen.muscles.remove(position);
+        seen.postures.remove(position);
+        seen.stretches.remove(position);
+        seen.rounding = seen.rounding.remove_row(position).remove_column(position);
+        seen
+    }
+
+    /// The index of each measured number in a list of the stretches of all muscles of the body in the first posture, then in the second
+    /// one, and so on, followed by the other measurements.
+    pub fn rows(&self, muscles: usize) -> Vec<usize> {
+        let stretches = self.postures.iter().zip(&self.muscles).map(|(p, m)| p * muscles + m);
+        let from = self.labels.len() * muscles;
+        stretches.chain(from..from + self.beside_len()).collect()
+    }
+
+    pub(crate) fn beside_len(&self) -> usize {
+        self.beside.iter().map(AuxiliaryData::len).sum()
+    }
+
+    /// The other measurements one by one: each with its kind and its number in it.
+    pub fn numbers(&self) -> impl Iterator<Item = (&AuxiliaryData, usize)> {
+        self.beside.iter().flat_map(|b| (0..b.len()).map(move |number| (b, number)))
+    }
+
+    /// Each kind of the other measurements with its part of `weights`, which run over all of them.
+    pub(crate) fn weighed<'a>(
+        &'a self,
+        weights: &'a [f64],
+    ) -> impl Iterator<Item = (&'a AuxiliaryData, &'a [f64])> {
+        self.beside.iter().scan(weights, |left, beside| {
+            let (own, rest) = left.split_at(beside.len());
+            *left = rest;
+            Some((beside, own))
+        })
+    }
+
+    pub(crate) fn beside_errors(&self) -> DMatrix<f64> {
+        let n = self.beside_len();
+        let mut errors = DMatrix::zeros(n, n);
+        let mut from = 0;
+        for b in &self.beside {
+            errors.view_mut((from, from), (b.len(), b.len())).copy_from(&b.errors);
+            from += b.len();
+        }
+        errors
+    }
+
+    pub fn of_posture(&self, posture: usize) -> Vec<usize> {
+        (0..self.len()).filter(|&i| self.postures[i] == posture).collect()
+    }
+}

@@ -1,0 +1,209 @@
+//! Data shared by all posteriors in one body: the body, its hyoid, and the random fields that displace it at rest.
+
+use std::sync::Arc;
+
+use nalgebra::SVector;
+
+use tongue_core::body::{Body, ContinuumSettings};
+use tongue_core::geometry::Point;
+use tongue_core::statics::lanes::{Adjoint, Load};
+use tongue_core::system::{Model, System, TissueModel};
+
+use super::PosteriorError;
+use super::parameters::ParameterValues;
+use super::perturbed::PerturbedBodies;
+use super::priors::Priors;
+
+/// Points nearer to each other than this are the same, m.
+const SAME_POINT_M: f64 = 1e-6;
+/// Distance between the points that carry the field of the outline, in units of its reach.
+const CARRIERS_APART: f64 = 1.0;
+
+/// A direction in which the body at rest may differ: displacements of all nodes, m, for one standard deviation.
+#[derive(Debug, Clone)]
+pub struct Field {
+    pub displacement: Vec<SVector<f64, 2>>,
+}
+
+/// A body prepared for posteriors; threads share it.
+#[derive(Debug)]
+pub struct PosteriorModel {
+    pub priors: Priors,
+    pub body: Body<2>,
+    /// The system of the body with the Poisson's ratio of the priors; every muscle can contract.
+    pub system: Arc<System<2>>,
+    pub model: Model,
+    pub muscles: Vec<String>,
+    /// Nodes of the hyoid; empty for a body without one.
+    pub hyoid: Vec<usize>,
+    /// Fields of the ends of the muscles: two for each end.
+    pub ends: Vec<Field>,
+    pub outline: Vec<Field>,
+    /// Displacements of the hyoid's nodes, m, for a tilt of one radian, the greater horn downwards.
+    pub(super) turn: Vec<SVector<f64, 2>>,
+    /// The body with lower and with higher kappa; `None` if kappa is known.
+    pub(super) kappa: Option<[System<2>; 2]>,
+    /// For bodies that are not made of springs alone, the changed bodies to either side for every other source.
+    pub(super) sides: Option<PerturbedBodies>,
+}
+
+impl PosteriorModel {
+    /// Load of posture number `shape`, solved from given positions; the number after the last posture is the baseline.
+    pub fn load<'l>(
+        &'l self,
+        meaning: &ParameterValues,
+        shape: usize,
+        start: Option<&'l [SVector<f64, 2>]>,
+    ) -> Load<'l, 2> {
+        let own = meaning.postures.get(shape);
+        let load = Load { start, ..Load::new(own.map_or(&meaning.tones, |p| &p.tensions).clone()) };
+        match own.filter(|_| self.moves_hyoid()) {
+            Some(own) => self.with_hyoid(load, own.hyoid, meaning.tilt),
+            None => load,
+        }
+    }
+
+    pub fn moves_hyoid(&self) -> bool {
+        !self.hyoid.is_empty() && !self.priors.hyoid.off
+    }
+
+    /// A load with the hyoid displaced by `d`, m, and tilted by `tilt` radians for every metre that it moves back.
+    fn with_hyoid<'l>(&'l self, load: Load<'l, 2>, d: SVector<f64, 2>, tilt: f64) -> Load<'l, 2> {
+        if tilt == 0.0 {
+            return load.with_bone(&self.hyoid, d);
+        }
+        let nodes = self.hyoid.chunks(1).zip(&self.turn);
+        nodes.fold(load, |load, (node, turn)| load.with_bone(node, d + turn * (tilt * d.x)))
+    }
+
+    /// Derivatives of a function of a shape by the displacement of the hyoid, back and up, and by its tilt.
+    pub(crate) fn hyoid_rates(&self, adjoint: &Adjoint<2>, d: SVector<f64, 2>, tilt: f64) -> [f64; 3] {
+        let shift = adjoint.by_bone(&self.hyoid);
+        let each = self.hyoid.iter().zip(&self.turn);
+        let by_angle: f64 = each.map(|(&node, turn)| adjoint.by_node[node].dot(turn)).sum();
+        [shift.x + tilt * by_angle, shift.y, d.x * by_angle]
+    }
+
+    /// Whether a body and its model consist of springs alone; such a posterior is sampled in a fraction of a second.
+    pub(crate) fn is_for_springs(body: &Body<2>, model: &Model) -> bool {
+        model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none()
+    }
+
+    pub fn is_of_springs(&self) -> bool {
+        self.sides.is_none()
+    }
+
+    /// The body at rest displaced by fields, each multiplied by a number of standard deviations. Inner nodes of the parts of muscles
+    /// outside the tissue are put back on straight lines. `None` where a cell would fold.
+    pub fn displaced(&self, ends: &[f64], outline: &[f64]) -> Option<Body<2>> {
+        let mut body = self.body.clone();
+        let fields = self.ends.iter().zip(ends).chain(self.outline.iter().zip(outline));
+        for (field, by) in fields {
+            body.mesh.nodes.iter_mut().zip(&field.displacement).for_each(|(x, d)| *x += d * *by);
+        }
+        for path in self.system.paths() {
+            let [a, b] = path.ends();
+            let before = &self.body.mesh.nodes;
+            let whole = (before[b] - before[a]).norm();
+            let (from, to) = (body.mesh.nodes[a], body.mesh.nodes[b]);
+            for node in path.inner_nodes() {
+                body.mesh.nodes[node] = from + (to - from) * ((before[node] - before[a]).norm() / whole);
+            }
+        }
+        if let Some(continuum) = &mut body.mesh.continuum {
+            *continuum = Arc::new(continuum.moved(&self.body.mesh.nodes, &mut body.mesh.nodes));
+        }
+        body.palate = None;
+        let (low, _) = self.system.cell_ratios(&body.mesh.nodes);
+        (low > LEAST_RATIO).then_some(body)
+    }
+}
+
+/// Displacements of the hyoid's nodes, m, for a turn of one radian about its foremost node that moves the nodes behind it downwards.
+pub(super) fn turn(rest: &[SVector<f64, 2>], hyoid: &[usize]) -> Vec<SVector<f64, 2>> {
+    let foremost = hyoid.iter().copied().min_by(|a, b| rest[*a].x.total_cmp(&rest[*b].x));
+    let arm = |node: usize| foremost.map_or(SVector::zeros(), |pivot| rest[node] - rest[pivot]);
+    hyoid.iter().map(|&node| SVector::from([arm(node).y, -arm(node).x])).collect()
+}
+
+/// The body as a continuum with these settings.
+pub(super) fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, PosteriorError> {
+    if body.mesh.continuum.as_ref().is_some_and(|c| c.settings == *settings) {
+        return Ok(body.clone());
+    }
+    let Some(laid) = body.with_continuum(settings) else {
+        let why = "this continuum cannot be given other muscles and patches; leave them as they are in the priors ([bundle_width] off = true, [bone_patch] off = true)";
+        return Err(PosteriorError::Body(why.to_owned()));
+    };
+    laid.map_err(|e| PosteriorError::Body(e.to_string()))
+}
+
+/// A cell that keeps less than this part of its area counts as folded.
+const LEAST_RATIO: f64 = 0.1;
+
+fn bell(apart_m: f64, reach_m: f64) -> f64 {
+    (-0.5 * (apart_m / reach_m).powi(2)).exp()
+}
+
+/// Fields of every distinct end of a muscle along every axis: one end moves by one standard deviation, and all other ends stay.
+pub(super) fn ends(body: &Body<2>, priors: &Priors) -> Vec<Field> {
+    if priors.muscle_ends.off {
+        return Vec::new();
+    }
+    let nodes = &body.mesh.nodes;
+    let mut places: Vec<Point> = Vec::new();
+    for node in body.mesh.muscles.iter().flat_map(|m| m.ends()) {
+        if !places.iter().any(|p| (p - nodes[node]).norm() < SAME_POINT_M) {
+            places.push(nodes[node]);
+        }
+    }
+    let (sd, reach) = (1e-3 * priors.muscle_ends.sd_mm, 1e-3 * priors.muscle_ends.reach_mm);
+    let n = places.len();
+    let kernel = nalgebra::DMatrix::from_fn(n, n, |i, j| bell((places[i] - places[j]).norm(), reach));
+    // Weights that are one at an end and zero at all others.
+    let Some(inverse) = kernel.try_inverse() else { return Vec::new() };
+    fields(nodes, &places, reach, |i| inverse.column(i) * sd)
+}
+
+/// Independent fields that add up to a smooth random displacement of the outline with the covariance of the priors.
+pub(super) fn outline(body: &Body<2>, priors: &Priors) -> Vec<Field> {
+    if priors.outline.off {
+        return Vec::new();
+    }
+    let (sd, reach) = (1e-3 * priors.outline.sd_mm, 1e-3 * priors.outline.reach_mm);
+    let nodes = &body.mesh.nodes;
+    let mut places: Vec<Point> = Vec::new();
+    for node in body.mesh.outlines().into_iter().flatten() {
+        if places.iter().all(|p| (p - nodes[node]).norm() > CARRIERS_APART * reach) {
+            places.push(nodes[node]);
+        }
+    }
+    let n = places.len();
+    let kernel = nalgebra::DMatrix::from_fn(n, n, |i, j| bell((places[i] - places[j]).norm(), reach));
+    // u(x) = k(x, c) K⁻¹ u_c with u_c ~ N(0, sd² K): the columns of the inverse of the transposed Cholesky factor.
+    let Some(factor) = kernel.cholesky().map(|c| c.l()) else { return Vec::new() };
+    let Some(parts) = factor.transpose().solve_upper_triangular(&nalgebra::DMatrix::identity(n, n)) else {
+        return Vec::new();
+    };
+    fields(nodes, &places, reach, |i| parts.column(i) * sd)
+}
+
+/// Fields made of bell curves at `places`, one for each place and axis; `weights` are the amplitudes of the curves, m.
+fn fields(
+    nodes: &[Point],
+    places: &[Point],
+    reach: f64,
+    weights: impl Fn(usize) -> nalgebra::DVector<f64>,
+) -> Vec<Field> {
+    let mut out = Vec::with_capacity(2 * places.len());
+    for i in 0..places.len() {
+        let weights = weights(i);
+        let way =
+            |x: &Point| places.iter().zip(weights.iter()).map(|(p, w)| w * bell((x - p).norm(), reach)).sum();
+        let ways: Vec<f64> = nodes.iter().map(way).collect();
+        for axis in [SVector::x(), SVector::y()] {
+            out.push(Field { displacement: ways.iter().map(|w| axis * *w).collect() });
+        }
+    }
+    out
+}

@@ -1,0 +1,131 @@
+//! Formants of every frame of a recording, of a tract around the tracked tongue.
+//!
+//! A formant has its exact value at the most probable shape of a frame. How far it is known from what was seen is the spread of the draws,
+//! in which it is linear: the draws change the tensions, the displaced bones and the shape at rest, and what was seen ties these together.
+//! The errors of the walls themselves ([`TRACT_SD`](crate::heard::TRACT_SD)) are not part of that spread.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use tongue_core::body::{HYOID, MANDIBLE};
+use tongue_core::geometry::Point;
+use tongue_core::observe::{Observable, Observation};
+use tongue_core::parallel;
+use tongue_core::statistics::mean_and_variance;
+
+use super::errors::Along;
+use super::frame::{Followed, Frame, Hidden};
+use super::shape::RestShape;
+use super::smoother::{CHUNK, SmoothedRecording, Smoother};
+use crate::acoustics::{Articulation, Heard, VocalTract};
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TrackedFormant {
+    /// Its frequency at the most probable shape, Hz.
+    pub hz: f64,
+    /// Standard deviation of the draws, Hz: what the observations leave open between walls that count as known.
+    pub sd_hz: f64,
+}
+
+/// Makes the lowest formants of a tract a part of the results of frames. Jaw and larynx of the tract follow the bones of each frame; the
+/// opening of the lips is that of `posture`.
+pub fn listen(
+    frames: &mut [Frame],
+    airway: &Arc<VocalTract>,
+    followed: &[Followed],
+    posture: &Articulation,
+    count: usize,
+) {
+    let joint = Point::from(airway.tract().jaw.joint_mm) * 1e-3;
+    for frame in frames {
+        let mut posture = *posture;
+        for (bone, shift) in followed.iter().zip(&frame.shifts) {
+            match bone.name.as_str() {
+                MANDIBLE => posture.jaw_deg += opened_deg(bone.mark - joint, *shift),
+                HYOID => (0..2).for_each(|axis| posture.hyoid_mm[axis] += 1e3 * shift[axis]),
+                _ => {}
+            }
+        }
+        frame.heard = (0..count).map(|number| Heard::new(Arc::clone(airway), posture, number)).collect();
+    }
+}
+
+/// The angle of a jaw, degrees, whose mark, at rest at this place from its joint, is shifted: the rotation that is nearest to the shift.
+fn opened_deg(mark: Point, shift: Point) -> f64 {
+    let turned = Point::new(-mark.y, mark.x);
+    (turned.dot(&shift) / mark.norm_squared()).to_degrees()
+}
+
+/// Derivatives of the formants of every frame, Hz, by the unknowns of its equilibrium and then by the directions of the shape; `None`
+/// without an equilibrium or an airway.
+pub(super) fn rates(
+    mode: &Smoother<'_, '_>,
+    course: &SmoothedRecording,
+    shape: Option<&RestShape>,
+) -> Vec<Option<DMatrix<f64>>> {
+    if course.frames.iter().all(|f| f.heard.is_empty()) {
+        return vec![None; course.frames.len()];
+    }
+    let numbers: Vec<usize> = (0..course.frames.len()).collect();
+    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+    let work = |chunk: &&[usize]| -> Vec<Option<DMatrix<f64>>> {
+        let mut solver = (mode.solver)();
+        let one = |&t: &usize| {
+            let (frame, here) = (&course.frames[t], &course.here[t]);
+            let positions = &here.linear.as_ref()?.positions;
+            if !frame.heard.iter().all(|h| h.value(positions).is_finite()) {
+                return None;
+            }
+            // As hidden points, whose derivatives are in thousandths of a unit.
+            let told = |(i, heard): (usize, &Heard)| Hidden {
+                name: format!("F{}", i + 1),
+                observation: Observation::new(heard.clone(), 0.0),
+                along: Along { channel: 0, at_mm: 0.0, sd_mm: 1.0 },
+            };
+            let hidden = frame.heard.iter().enumerate().map(told).collect();
+            let frame = Frame { hidden, heard: Vec::new(), ..frame.clone() };
+            let x = mode.unknowns(&here.z, &mode.shared);
+            let linear = solver.linearise(&frame, &x, Some(positions))?;
+            let mut all = linear.hidden_jacobian * 1e-3;
+            if let Some(shape) = shape {
+                let by_shape = shape.rates(&mut solver, &[(&frame, &x, Some(&linear.positions))]).pop()??;
+                let own = all.ncols();
+                all = all.resize_horizontally(own + shape.count(), 0.0);
+                all.columns_mut(own, shape.count()).copy_from(&(by_shape.hidden * 1e-3));
+            }
+            Some(all)
+        };
+        chunk.iter().map(one).collect()
+    };
+    parallel::map(&chunks, work).into_iter().flatten().collect()
+}
+
+/// The formants of a frame at a shape, with the spread of their draws; empty where there are none.
+pub(super) fn told(frame: &Frame, positions: &[Point], draws: &[Vec<f32>]) -> Vec<TrackedFormant> {
+    let one = |(heard, draws): (&Heard, &Vec<f32>)| {
+        let hz = heard.value(positions);
+        let (_, variance) = mean_and_variance(draws.iter().map(|d| f64::from(*d)));
+        (hz.is_finite() && !draws.is_empty()).then(|| TrackedFormant { hz, sd_hz: variance.sqrt() })
+    };
+    frame.heard.iter().zip(draws).map(one).collect::<Option<_>>().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_angle_of_a_jaw_is_found_from_the_shift_of_its_mark() {
+        let mark = Point::new(-0.07, -0.085);
+        let angle: f64 = 3.0_f64.to_radians();
+        let turned = Point::new(
+            angle.cos() * mark.x - angle.sin() * mark.y,
+            angle.sin() * mark.x + angle.cos() * mark.y,
+        );
+        assert!((opened_deg(mark, turned - mark) - 3.0).abs() < 0.01);
+        // A shift along the line to the joint is no rotation.
+        assert!(opened_deg(mark, mark * 0.1).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,425 @@
+//! The search for the most probable states of all frames: the Gauss-Newton method with a separate damping for every frame (Levenberg
+//! 1944, Marquardt 1963). A frame that responds nonlinearly takes a part of its step or none; this does not shorten the steps of other
+//! frames.
+
+use std::sync::Arc;
+
+use nalgebra::DVector;
+
+use tongue_core::parallel;
+
+use super::eliminate::{Eliminated, windows};
+use super::frame::Solver;
+use super::jacobian::Linearisation;
+use super::shape::RestShape;
+use super::shape_jacobian::ByShape;
+use super::smoother::{CHUNK, FrameState, Rows, SmoothedRecording, Smoother};
+
+/// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
+/// after two quiet rounds in any case.
+const WON: f64 = 5e-4;
+/// In recordings with more frames than this, some frames are held back in every round, so a round in which only a few are counts as quiet.
+const MANY_FRAMES: usize = 150;
+/// Parts of the step that a frame tries.
+const PARTS: [f64; 3] = [1.0, 0.4, 0.1];
+/// A frame's step is too long if its cost exceeds both the previous and the expected cost by this factor plus this amount.
+const TOO_FAR: (f64, f64) = (1.1, 1.0);
+/// Damping: in the first round, at least for a frame that was held back, and the value from which on a frame stays where it is; in units
+/// of the precision of a course.
+const DAMPING: (f64, f64, f64) = (0.3, 0.3, 1e4);
+
+/// Factor of the damping of a frame that responded as expected.
+const LESS: f64 = 0.2;
+/// A frame keeps its linearisation until an unknown is farther from where it was made than this, in standard deviations of a course.
+const NEAR: f64 = 0.08;
+/// Largest difference of unknowns that are the same but for rounding.
+const SAME: f64 = 1e-9;
+
+/// A frame after a step.
+struct Tried {
+    here: FrameState,
+    /// The cost of its errors before the step, if there was an equilibrium, and after it.
+    was: Option<f64>,
+    cost: f64,
+    damping: f64,
+}
+
+/// A step of the states of a recording.
+pub(super) struct Step {
+    states: Vec<DVector<f64>>,
+    /// The cost of each frame if it responded linearly.
+    expected: Vec<f64>,
+}
+
+/// Minimises the cost in at most this number of rounds and returns the cost at the end; `progress` is called with the number of every
+/// round.
+pub(super) fn descend(
+    mode: &mut Smoother<'_, '_>,
+    courses: &mut [SmoothedRecording],
+    rounds: usize,
+    progress: &dyn Fn(usize),
+) -> f64 {
+    for course in courses.iter_mut() {
+        course.here = begun(mode, course);
+    }
+    let mut damping: Vec<Vec<f64>> = courses.iter().map(|c| vec![DAMPING.0; c.frames.len()]).collect();
+    let frames: usize = courses.iter().map(|c| c.frames.len()).sum();
+    let won = WON * (frames as f64 / MANY_FRAMES as f64).clamp(1.0, 4.0);
+    let mut quiet = 0;
+    for round in 0..rounds {
+        let Some((step, steps)) = stepped(mode, courses, &damping, None) else { break };
+        let shared = &mode.shared + step;
+        let all = courses.iter().zip(&steps).zip(&damping);
+        let tried: Vec<Vec<Tried>> =
+            all.map(|((course, step), damping)| solved(mode, course, &shared, step, damping)).collect();
+        let before = prior(mode, courses, &mode.shared, |nth, t| &courses[nth].here[t].z);
+        let after = prior(mode, courses, &shared, |nth, t| &tried[nth][t].here.z);
+        let (mut cost, mut gain, mut held_back) = (before, before - after, 0);
+        for (tried, damping) in tried.iter().zip(&mut damping) {
+            for (tried, damping) in tried.iter().zip(damping) {
+                cost += tried.was.unwrap_or(0.0);
+                // A frame that had no equilibrium before has no earlier cost to compare with.
+                gain += tried.was.map_or(0.0, |was| was - tried.cost);
+                held_back += usize::from(tried.damping > *damping && *damping < DAMPING.2);
+                *damping = tried.damping;
+            }
+        }
+        progress(round + 1);
+        quiet = if gain.abs() <= won * cost { quiet + 1 } else { 0 };
+        if gain > 0.0 {
+            mode.shared = shared;
+            for (course, tried) in courses.iter_mut().zip(tried) {
+                course.here = tried.into_iter().map(|t| t.here).collect();
+            }
+            if quiet > 1 || quiet == 1 && held_back * MANY_FRAMES < frames.max(MANY_FRAMES) {
+                break;
+            }
+        } else {
+            damping.iter_mut().flatten().for_each(|d| *d = (*d * 5.0).max(DAMPING.1));
+            if damping.iter().flatten().all(|d| *d > DAMPING.2) {
+                break;
+            }
+        }
+    }
+    for course in courses.iter_mut() {
+        course.here = settled(mode, course);
+    }
+    costs(mode, courses)
+}
+
+/// Total cost of states and shared unknowns.
+fn costs(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> f64 {
+    let frames = courses.iter().flat_map(|course| {
+        (0..course.frames.len()).filter_map(|t| own_cost(mode, course, t, &course.here[t], &mode.shared))
+    });
+    prior(mode, courses, &mode.shared, |nth, t| &courses[nth].here[t].z) + frames.sum::<f64>()
+}
+
+/// A shape that takes a step together with the states.
+#[derive(Clone, Copy)]
+pub(super) struct ShapeStep<'a> {
+    pub shape: &'a RestShape,
+    /// Its derivatives in every frame of every recording.
+    pub rates: &'a [Vec<Option<ByShape>>],
+    /// The weight of its prior, and its damping in units of that prior's precision.
+    pub weight: f64,
+    pub damping: f64,
+}
+
+/// The step of the shared unknowns, those of the shape behind the others, and of every state.
+pub(super) fn stepped(
+    mode: &Smoother<'_, '_>,
+    courses: &[SmoothedRecording],
+    damping: &[Vec<f64>],
+    shape: Option<ShapeStep<'_>>,
+) -> Option<(DVector<f64>, Vec<Step>)> {
+    let (n, more) = (mode.sizes.shared(), shape.map_or(0, |s| s.shape.count()));
+    let mut curvature = mode.shared_precision.clone().resize(n + more, n + more, 0.0);
+    let mut gradient = (&mode.shared_precision * &mode.shared).resize_vertically(n + more, 0.0);
+    if let Some(ShapeStep { shape, weight, damping, .. }) = shape {
+        curvature
+            .view_mut((n, n), (more, more))
+            .copy_from(&(&shape.prior.precision * (weight * (1.0 + damping))));
+        gradient.rows_mut(n, more).copy_from(&(&shape.prior.gradient * weight));
+    }
+    let of_shape = |nth: usize| {
+        move |t: usize| shape.and_then(|s| s.rates[nth][t].as_ref()).map(|by_shape| by_shape.seen.clone())
+    };
+    let of_shape: Vec<_> = (0..courses.len()).map(of_shape).collect();
+    let mut all = Vec::with_capacity(courses.len());
+    for ((course, damping), of_shape) in courses.iter().zip(damping).zip(&of_shape) {
+        let eliminated = Eliminated::new(mode, course, damping, of_shape, more)?;
+        curvature += &eliminated.curvature;
+        gradient += &eliminated.gradient;
+        all.push(eliminated);
+    }
+    let step = match mode.holds {
+        true => DVector::zeros(n + more),
+        false => -((&curvature + curvature.transpose()) * 0.5).cholesky()?.solve(&gradient),
+    };
+    let of = |e: &Eliminated<'_, '_>| {
+        let (mut states, mut expected) =
+            (Vec::with_capacity(e.steps.len()), Vec::with_capacity(e.steps.len()));
+        for window in windows(e.steps.len()) {
+            let here = e.window(&window);
+            for ((rows, answer), t) in here.rows.iter().zip(&here.answers).zip(window) {
+                let state = -(answer * &step) - e.steps[t].column(0);
+                let of_rows = |rows: &Rows| mode.expected(rows, &state, &step).norm_squared();
+                expected.push(rows.as_ref().map_or(f64::INFINITY, of_rows));
+                states.push(state);
+            }
+        }
+        Step { states, expected }
+    };
+    let steps = all.iter().map(of).collect();
+    Some((step, steps))
+}
+
+/// Moves the states of recordings by a step to which the unknowns `shared` belong, each frame as far as it can, on a body that is not the
+/// one of their linearisations.
+pub(super) fn follow(
+    mode: &Smoother<'_, '_>,
+    courses: &mut [SmoothedRecording],
+    shared: &DVector<f64>,
+    steps: &[Step],
+) {
+    for (course, step) in courses.iter_mut().zip(steps) {
+        let damping = vec![0.0; course.frames.len()];
+        let after: Vec<FrameState> =
+            solved(mode, course, shared, step, &damping).into_iter().map(|t| t.here).collect();
+        for (here, after) in course.here.iter_mut().zip(after) {
+            let is_old =
+                here.linear.as_ref().zip(after.linear.as_ref()).is_some_and(|(a, b)| Arc::ptr_eq(a, b));
+            let linear = after.linear.clone().filter(|_| !is_old);
+            *here = FrameState { linear, ..after };
+        }
+    }
+}
+
+/// Cost of states and shared unknowns in the prior.
+fn prior<'z>(
+    mode: &Smoother<'_, '_>,
+    courses: &[SmoothedRecording],
+    shared: &DVector<f64>,
+    state: impl Fn(usize, usize) -> &'z DVector<f64>,
+) -> f64 {
+    let mut sum = shared.dot(&(&mode.shared_precision * shared));
+    for (nth, course) in courses.iter().enumerate() {
+        let z: Vec<DVector<f64>> = (0..course.frames.len()).map(|t| state(nth, t).clone()).collect();
+        sum += z.iter().zip(course.chain.image(&z)).map(|(z, q)| z.dot(&q)).sum::<f64>();
+    }
+    sum
+}
+
+/// Cost of the errors of a frame.
+fn own_cost(
+    mode: &Smoother<'_, '_>,
+    course: &SmoothedRecording,
+    t: usize,
+    here: &FrameState,
+    shared: &DVector<f64>,
+) -> Option<f64> {
+    let residuals = mode.residuals_mm(course, t, here, shared)?;
+    let whitened = course.errors[t].as_ref()?.whitened(nalgebra::DMatrix::from_columns(&[residuals]));
+    Some(whitened.norm_squared())
+}
+
+/// Results for all frames of a recording, chunk by chunk; `work` gets the numbers of the frames of a chunk.
+fn in_chunks<T: Send>(
+    mode: &Smoother<'_, '_>,
+    course: &SmoothedRecording,
+    work: impl Fn(&mut Solver<'_>, &[usize]) -> Vec<T> + Sync,
+) -> Vec<T> {
+    let numbers: Vec<usize> = (0..course.frames.len()).collect();
+    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+    let one = |chunk: &&[usize]| work(&mut (mode.solver)(), chunk);
+    parallel::map(&chunks, one).into_iter().flatten().collect()
+}
+
+/// The frames of a recording at the states where the search begins. Frames that have not been solved yet start from the first one of
+/// their chunk, and that one from rest.
+fn begun(mode: &Smoother<'_, '_>, course: &SmoothedRecording) -> Vec<FrameState> {
+    in_chunks(mode, course, |solver, chunk| {
+        let unknowns = |t: usize| mode.unknowns(&course.here[t].z, &mode.shared);
+        let x: Vec<DVector<f64>> = chunk.iter().map(|&t| unknowns(t)).collect();
+        let is_open =
+            |i: &usize| course.errors[chunk[*i]].is_some() && course.here[chunk[*i]].linear.is_none();
+        let open: Vec<usize> = (0..chunk.len()).filter(is_open).collect();
+        let positions = |i: usize| course.here[chunk[i]].positions.as_deref();
+        let unsolved = open.iter().find(|i| positions(**i).is_none());
+        let solved = (0..chunk.len()).find_map(positions).map(<[_]>::to_vec);
+        let beside = unsolved.and_then(|&i| {
+            solved.or_else(|| solver.solve(&course.frames[chunk[i]], &x[i], None).map(<[_]>::to_vec))
+        });
+        let from = |i: usize| positions(i).or(beside.as_deref());
+        let postures: Vec<_> = open.iter().map(|&i| (&course.frames[chunk[i]], &x[i], from(i))).collect();
+        let mut here: Vec<FrameState> = chunk.iter().map(|&t| course.here[t].clone()).collect();
+        for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
+            here[i].take(linear);
+        }
+        here
+    })
+}
+
+/// The frames of a recording at the end of the search, each with a linearisation at its own state. A frame without an equilibrium there
+/// goes back to the state of its last one.
+fn settled(mode: &Smoother<'_, '_>, course: &SmoothedRecording) -> Vec<FrameState> {
+    in_chunks(mode, course, |solver, chunk| {
+        let mut here: Vec<FrameState> = chunk.iter().map(|&t| course.here[t].clone()).collect();
+        let x: Vec<DVector<f64>> = here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
+        let is_open = |i: &usize| here[*i].linear.as_ref().is_some_and(|l| (&l.x - &x[*i]).amax() > SAME);
+        let open: Vec<usize> = (0..chunk.len()).filter(is_open).collect();
+        let posture =
+            |&i: &usize| (&course.frames[chunk[i]], &x[i], course.here[chunk[i]].positions.as_deref());
+        let postures: Vec<_> = open.iter().map(posture).collect();
+        for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
+            match (linear, here[i].linear.clone()) {
+                (None, Some(last)) => {
+                    let mut state = here[i].z.rows_mut(0, x[i].len());
+                    state += &last.x - &x[i];
+                }
+                (linear, _) => here[i].take(linear),
+            }
+        }
+        here
+    })
+}
+
+/// The frames of a recording after a step, each as far as it can move.
+fn solved(
+    mode: &Smoother<'_, '_>,
+    course: &SmoothedRecording,
+    shared: &DVector<f64>,
+    step: &Step,
+    damping: &[f64],
+) -> Vec<Tried> {
+    in_chunks(mode, course, |solver, chunk| {
+        let of = |&t: &usize| {
+            Trial::new(mode, course, shared, (&step.states[t], step.expected[t]), (t, damping[t]))
+        };
+        let trials: Vec<Trial> = chunk.iter().map(of).collect();
+        let near = |trial: &Trial| if mode.keeps { trial.near(mode, course, shared) } else { None };
+        let known = |trial: &Trial| trial.unseen(course).or_else(|| near(trial));
+        let mut tried: Vec<Option<Tried>> = trials.iter().map(known).collect();
+        for part in PARTS {
+            let open: Vec<usize> = (0..trials.len()).filter(|&i| tried[i].is_none()).collect();
+            let x: Vec<DVector<f64>> = open.iter().map(|&i| trials[i].unknowns(part)).collect();
+            let postures: Vec<_> = open
+                .iter()
+                .zip(&x)
+                .map(|(&i, x)| {
+                    (&course.frames[trials[i].t], x, course.here[trials[i].t].positions.as_deref())
+                })
+                .collect();
+            for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
+                tried[i] = linear.and_then(|linear| trials[i].judged(mode, course, shared, (part, linear)));
+            }
+        }
+        let stays = |(tried, trial): (Option<Tried>, &Trial)| {
+            tried.unwrap_or_else(|| trial.stayed(mode, course, shared))
+        };
+        tried.into_iter().zip(&trials).map(stays).collect()
+    })
+}
+
+/// A frame that is to take a step.
+struct Trial {
+    t: usize,
+    /// Its state after the whole step.
+    z: DVector<f64>,
+    /// The unknowns of its equilibrium before and after it.
+    was: DVector<f64>,
+    whole: DVector<f64>,
+    /// The cost before, if there is an equilibrium, and the cost after the whole step if the frame responded linearly.
+    cost: Option<f64>,
+    expected: f64,
+    damping: f64,
+}
+
+impl Trial {
+    fn new(
+        mode: &Smoother<'_, '_>,
+        course: &SmoothedRecording,
+        shared: &DVector<f64>,
+        (step, expected): (&DVector<f64>, f64),
+        (t, damping): (usize, f64),
+    ) -> Self {
+        let before = &course.here[t];
+        let z = &before.z + step;
+        let (was, whole) = (mode.unknowns(&before.z, &mode.shared), mode.unknowns(&z, shared));
+        let cost = own_cost(mode, course, t, before, &mode.shared);
+        Self { t, z, was, whole, cost, expected, damping }
+    }
+
+    /// The result for a frame without data.
+    fn unseen(&self, course: &SmoothedRecording) -> Option<Tried> {
+        let positions = || course.here[self.t].positions.clone();
+        let here = || FrameState { z: self.z.clone(), linear: None, positions: positions() };
+        let is_seen = course.errors[self.t].is_some();
+        (!is_seen).then(|| Tried { here: here(), was: None, cost: 0.0, damping: self.damping })
+    }
+
+    /// The frame after a step, with the linearisation that it has; `None` if the step is too long for that to hold.
+    fn near(
+        &self,
+        mode: &Smoother<'_, '_>,
+        course: &SmoothedRecording,
+        shared: &DVector<f64>,
+    ) -> Option<Tried> {
+        let before = &course.here[self.t];
+        let moved = &self.whole - &before.linear.as_ref()?.x;
+        let (muscles, sd) = (mode.sizes.muscles, mode.settings.link.course_sd_n);
+        let is_near = |(i, by): (usize, &f64)| by.abs() < NEAR * if i < muscles { sd } else { 1.0 };
+        if !moved.iter().enumerate().all(is_near) {
+            return None;
+        }
+        let here = FrameState { z: self.z.clone(), ..before.clone() };
+        let cost = own_cost(mode, course, self.t, &here, shared)?;
+        Some(Tried { here, was: self.cost, cost, damping: self.damping * LESS })
+    }
+
+    /// The unknowns of the equilibrium after a part of the step.
+    fn unknowns(&self, part: f64) -> DVector<f64> {
+        &self.was + (&self.whole - &self.was) * part
+    }
+
+    /// The state after a part of the step. A shorter step applies to tensions and displacements only, because the residuals are linear in
+    /// the errors.
+    fn state(&self, part: f64) -> DVector<f64> {
+        let mut z = self.z.clone();
+        let mut x = z.rows_mut(0, self.was.len());
+        x -= (&self.whole - &self.was) * (1.0 - part);
+        z
+    }
+
+    /// The frame after a part of the step; `None` if that is too long.
+    fn judged(
+        &self,
+        mode: &Smoother<'_, '_>,
+        course: &SmoothedRecording,
+        shared: &DVector<f64>,
+        (part, linear): (f64, Linearisation),
+    ) -> Option<Tried> {
+        let positions = Some(Arc::clone(&linear.positions));
+        let here = FrameState { z: self.state(part), linear: Some(Arc::new(linear)), positions };
+        let there = own_cost(mode, course, self.t, &here, shared)?;
+        let most = self.cost.map_or(f64::INFINITY, |c| c.max(self.expected) * TOO_FAR.0 + TOO_FAR.1);
+        let off = (there - self.expected).abs();
+        let expected = self.cost.map_or(0.0, |c| (c - self.expected).abs());
+        let damping = match part {
+            1.0 if off <= 0.25 * expected + 0.01 => self.damping * LESS,
+            1.0 if off <= 0.75 * expected + 0.1 => self.damping,
+            _ => (self.damping * 4.0).max(DAMPING.1),
+        };
+        (there <= most).then_some(Tried { here, was: self.cost, cost: there, damping })
+    }
+
+    /// The frame where it was, after a step of which no part is short enough.
+    fn stayed(&self, mode: &Smoother<'_, '_>, course: &SmoothedRecording, shared: &DVector<f64>) -> Tried {
+        let before = &course.here[self.t];
+        let (linear, positions) = (before.linear.clone(), before.positions.clone());
+        let here = FrameState { z: self.state(0.0), linear, positions };
+        let cost = own_cost(mode, course, self.t, &here, shared).unwrap_or(0.0);
+        Tried { here, was: self.cost, cost, damping: (self.damping * 10.0).max(DAMPING.1) }
+    }
+}

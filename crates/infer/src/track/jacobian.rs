@@ -1,0 +1,240 @@
+//! How what is observed in frames changes with unknowns: several frames at once in lanes, and one at a time where lanes do not serve.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::inverse::{BONE_SD_M, MovableBone};
+use tongue_core::geometry::Point;
+use tongue_core::statics::SolveStatus;
+use tongue_core::statics::lanes::{Change, Equilibrium, LANES, Load};
+
+use super::frame::{Frame, Posture, Solver};
+use super::softplus::Softplus;
+
+/// Unit of the derivatives of the residuals. Those of the distances of hidden points are millimetres.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Unit {
+    StandardDeviations,
+    Millimetres,
+}
+
+/// Derivatives by unknowns of the residuals of a frame and, in the rows behind them, of the distances of its hidden points.
+pub(super) struct Rates {
+    /// Simulated less measured values, in standard deviations.
+    pub residuals: DVector<f64>,
+    /// Positions of all nodes, m.
+    pub positions: Vec<Point>,
+    pub by_unknown: DMatrix<f64>,
+    /// For each row, the nodes on which it depends with the derivative by their positions, and a factor.
+    rows: Vec<(Vec<(usize, Point)>, f64)>,
+}
+
+impl Rates {
+    /// The rows of a frame whose equilibrium has these positions, with columns of zeros; `None` where a residual is not finite.
+    fn new(frame: &Frame, positions: Vec<Point>, columns: usize, unit: Unit) -> Option<Self> {
+        let found = frame.observations.iter().map(|o| o.residual_and_slope(&positions));
+        let (residuals, slopes): (Vec<f64>, Vec<_>) = found.unzip();
+        let hidden = frame.hidden.iter().map(|h| h.slope(&positions));
+        let times = |slope: Vec<(usize, Point)>, unit: f64| {
+            (slope.into_iter().map(|(node, s)| (node, s * unit)).collect::<Vec<_>>(), 1.0)
+        };
+        let rows: Vec<_> = match unit {
+            Unit::StandardDeviations => {
+                slopes.into_iter().map(|s| (s, 1.0)).chain(hidden.map(|s| (s, 1e3))).collect()
+            }
+            Unit::Millimetres => {
+                let seen = slopes.into_iter().zip(&frame.observations).map(|(s, o)| times(s, 1e3 / o.weight));
+                seen.chain(hidden.map(|s| times(s, 1e3))).collect()
+            }
+        };
+        let is_finite = residuals.iter().all(|r| r.is_finite());
+        let by_unknown = DMatrix::zeros(rows.len(), columns);
+        is_finite.then_some(Self { residuals: DVector::from_vec(residuals), positions, by_unknown, rows })
+    }
+
+    /// Sets a column from the motion of every node for a unit of a change, and the derivative of the change by the unknown.
+    pub fn set(&mut self, column: usize, motion: impl Fn(usize) -> Point, by_unknown: f64) {
+        for (row, (slope, factor)) in self.rows.iter().enumerate() {
+            let rate: f64 = slope.iter().map(|(n, s)| s.dot(&motion(*n))).sum();
+            self.by_unknown[(row, column)] = factor * rate * by_unknown;
+        }
+    }
+
+    /// The derivatives of the residuals.
+    pub fn of_seen(&self) -> DMatrix<f64> {
+        self.by_unknown.rows(0, self.residuals.len()).into_owned()
+    }
+
+    /// The derivatives of the distances of the hidden points.
+    pub fn of_hidden(&self) -> DMatrix<f64> {
+        let seen = self.residuals.len();
+        self.by_unknown.rows(seen, self.rows.len() - seen).into_owned()
+    }
+
+    /// The same rates; `None` where a derivative of a residual is not finite.
+    fn finite(self) -> Option<Self> {
+        self.by_unknown.rows(0, self.residuals.len()).iter().all(|v| v.is_finite()).then_some(self)
+    }
+}
+
+/// Unknowns by which frames are differentiated, and how their columns of derivatives are found.
+pub(super) trait Columns {
+    /// The unit of the derivatives of the residuals.
+    const UNIT: Unit;
+
+    fn count(&self) -> usize;
+
+    /// The changes in lanes, one for each column; `None` where lanes do not take them.
+    fn changes(&self) -> Option<Vec<Change<'_, 2>>>;
+
+    /// The derivative of the change of a column by its unknown, at unknowns `x`.
+    fn by_unknown(&self, column: usize, x: &DVector<f64>) -> f64;
+
+    /// Sets all columns for any body, at the equilibrium that the solver found last; `None` where its stiffness has no factor.
+    fn set_alone(&self, solver: &mut Solver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()>;
+}
+
+impl Solver<'_> {
+    /// The derivatives of frames; `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
+    pub(super) fn rates<C: Columns>(&mut self, columns: &C, postures: &[Posture<'_>]) -> Vec<Option<Rates>> {
+        let in_lanes = postures.chunks(LANES).flat_map(|group| self.rates_of_group(columns, group));
+        let found: Vec<Option<Rates>> = in_lanes.collect();
+        let alone = |(found, posture): (Option<Rates>, &Posture<'_>)| {
+            found.or_else(|| self.rates_alone(columns, *posture))
+        };
+        found.into_iter().zip(postures).map(alone).collect()
+    }
+
+    /// As [`Solver::rates`] for as many frames as there are lanes; `None` too where lanes do not serve.
+    fn rates_of_group<C: Columns>(&mut self, columns: &C, postures: &[Posture<'_>]) -> Vec<Option<Rates>> {
+        let loads: Vec<Load<'_, 2>> = postures.iter().map(|posture| self.load(*posture)).collect();
+        let settings = self.settings;
+        let (Some(group), Some(changes)) = (self.group(), columns.changes()) else {
+            return postures.iter().map(|_| None).collect();
+        };
+        let begin = |((frame, ..), shape): (&Posture<'_>, &Equilibrium<2>)| {
+            let is_found = shape.solution.status == SolveStatus::Converged;
+            is_found.then(|| Rates::new(frame, shape.positions.clone(), columns.count(), C::UNIT)).flatten()
+        };
+        let mut all: Vec<Option<Rates>> =
+            postures.iter().zip(group.solve(&loads, &settings)).map(begin).collect();
+        for (column, change) in changes.iter().enumerate() {
+            for ((rates, motion), (_, x, _)) in all.iter_mut().zip(group.motions(*change)).zip(postures) {
+                match motion.zip(rates.as_mut()) {
+                    Some((motion, rates)) => rates.set(column, |n| motion[n], columns.by_unknown(column, x)),
+                    None => *rates = None,
+                }
+            }
+        }
+        all.into_iter().map(|rates| rates?.finite()).collect()
+    }
+
+    /// The derivatives of one frame by the solver for any body; needs one factorisation more than the equilibrium.
+    fn rates_alone<C: Columns>(&mut self, columns: &C, (frame, x, from): Posture<'_>) -> Option<Rates> {
+        let positions = self.solve(frame, x, from)?.to_vec();
+        let mut rates = Rates::new(frame, positions, columns.count(), C::UNIT)?;
+        columns.set_alone(self, x, &mut rates)?;
+        rates.finite()
+    }
+}
+
+/// The linearisation of a frame at given unknowns.
+#[derive(Debug, Clone)]
+pub struct Linearisation {
+    /// The unknowns at which it was made.
+    pub x: DVector<f64>,
+    /// Simulated less measured values, in standard deviations.
+    pub residuals: DVector<f64>,
+    /// Derivative of the residuals by the unknowns.
+    pub jacobian: DMatrix<f64>,
+    /// Positions of all nodes, m.
+    pub positions: Arc<[Point]>,
+    /// Derivative by the unknowns of the distances of the hidden points from the surface, mm, positive outside.
+    pub hidden_jacobian: DMatrix<f64>,
+}
+
+/// The unknowns of a frame: a column for each contracting muscle, then two for each freed bone.
+struct Unknowns<'a> {
+    muscles: &'a [usize],
+    freed: &'a [MovableBone<2>],
+    link: Softplus,
+    count: usize,
+}
+
+impl<'a> Unknowns<'a> {
+    /// The bone of a column behind those of the muscles, and the axis along which it is displaced.
+    fn bone(&self, column: usize) -> (&'a MovableBone<2>, usize) {
+        let number = column - self.muscles.len();
+        (&self.freed[number / 2], number % 2)
+    }
+}
+
+impl Columns for Unknowns<'_> {
+    const UNIT: Unit = Unit::StandardDeviations;
+
+    fn count(&self) -> usize {
+        self.count
+    }
+
+    fn changes(&self) -> Option<Vec<Change<'_, 2>>> {
+        let change = |column| match self.muscles.get(column) {
+            Some(&muscle) => Change::Tension(muscle),
+            None => {
+                let (bone, axis) = self.bone(column);
+                Change::Bone(bone.nodes(), axis)
+            }
+        };
+        Some((0..self.count).map(change).collect())
+    }
+
+    fn by_unknown(&self, column: usize, x: &DVector<f64>) -> f64 {
+        if column < self.muscles.len() { self.link.tension(x[column]).1 } else { BONE_SD_M }
+    }
+
+    fn set_alone(&self, solver: &mut Solver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
+        let mut response = solver.response()?;
+        for column in 0..self.count {
+            if let Some(&muscle) = self.muscles.get(column) {
+                response.to_tension(muscle);
+            } else {
+                let (bone, axis) = self.bone(column);
+                response.to_load(|at, load| bone.add_force(at, axis, None, load));
+                response.carry(bone.nodes(), axis);
+            }
+            rates.set(column, |n| response.motion()[n], self.by_unknown(column, x));
+        }
+        Some(())
+    }
+}
+
+impl Solver<'_> {
+    /// The linearisations of frames; `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
+    pub fn linearise_all(&mut self, postures: &[Posture<'_>]) -> Vec<Option<Linearisation>> {
+        let count = postures.iter().map(|(_, x, _)| x.len()).max().unwrap_or(0);
+        let (muscles, freed, link) = (self.system.contracting(), self.freed, self.link);
+        let unknowns = Unknowns { muscles, freed, link, count };
+        let linear = |(rates, (_, x, _)): (Option<Rates>, &Posture<'_>)| {
+            let rates = rates?;
+            let (jacobian, hidden_jacobian) = (rates.of_seen(), rates.of_hidden());
+            let Rates { residuals, positions, .. } = rates;
+            Some(Linearisation {
+                x: (*x).clone(),
+                residuals,
+                jacobian,
+                positions: positions.into(),
+                hidden_jacobian,
+            })
+        };
+        self.rates(&unknowns, postures).into_iter().zip(postures).map(linear).collect()
+    }
+
+    pub fn linearise(
+        &mut self,
+        frame: &Frame,
+        x: &DVector<f64>,
+        from: Option<&[Point]>,
+    ) -> Option<Linearisation> {
+        self.linearise_all(&[(frame, x, from)]).pop()?
+    }
+}

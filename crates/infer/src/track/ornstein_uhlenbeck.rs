@@ -1,0 +1,187 @@
+//! Block tridiagonal systems for all frames at once, with a prior that couples successive frames.
+//!
+//! CoursePrior: a stationary process of Ornstein and Uhlenbeck about zero with precision `P` and memory `tau`,
+//! `z_(t+1) = rho z_t + e`, `e ~ N(0, (1 - rho²) P^-1)`, `rho = exp(-dt / tau)`. Its precision `Q` couples neighbours only, so
+//! `Q + G` with a block `G` a frame is factorised frame by frame (Rauch, Tung and Striebel 1965 in the form of information).
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+/// Smallest interval between frames, as a part of the memory; frames that are closer count as this far apart, because rounding would
+/// otherwise leave no digits.
+const NEAREST: f64 = 1e-4;
+
+/// The prior of a chain of frames as its precision `Q`.
+#[derive(Debug, Clone)]
+pub(super) struct OrnsteinUhlenbeck {
+    precision: DMatrix<f64>,
+    /// For every frame, the factor of the precision in its diagonal block.
+    diagonal: Vec<f64>,
+    /// For every frame but the last, minus the factor of the precision in the block that couples it to the next.
+    beside: Vec<f64>,
+}
+
+impl OrnsteinUhlenbeck {
+    /// The prior of states with this precision in each single frame, remembered for `memory_s` (s; 0: all frames are independent).
+    pub fn new(precision: DMatrix<f64>, memory_s: f64, times: &[f64]) -> Self {
+        let mut diagonal = vec![1.0; times.len()];
+        let mut beside = Vec::with_capacity(times.len().saturating_sub(1));
+        for (t, pair) in times.windows(2).enumerate() {
+            let apart = ((pair[1] - pair[0]) / memory_s).max(NEAREST);
+            let kept = if memory_s > 0.0 { (-apart).exp() } else { 0.0 };
+            let left = 1.0 / (1.0 - kept * kept);
+            diagonal[t] += kept * kept * left;
+            diagonal[t + 1] = left;
+            beside.push(kept * left);
+        }
+        Self { precision, diagonal, beside }
+    }
+
+    /// `Q z`.
+    pub fn image(&self, z: &[DVector<f64>]) -> Vec<DVector<f64>> {
+        let own: Vec<DVector<f64>> = z.iter().map(|z| &self.precision * z).collect();
+        let mut out: Vec<DVector<f64>> = own.iter().zip(&self.diagonal).map(|(o, d)| o * *d).collect();
+        for (t, beside) in self.beside.iter().enumerate() {
+            out[t] -= &own[t + 1] * *beside;
+            out[t + 1] -= &own[t] * *beside;
+        }
+        out
+    }
+
+    /// Factorises `Q + G`; `None` where that is not positive definite.
+    pub fn factorise(&self, curvature: Vec<DMatrix<f64>>) -> Option<Factors> {
+        let mut own: Vec<Cholesky<f64, Dyn>> = Vec::with_capacity(curvature.len());
+        let mut gains: Vec<DMatrix<f64>> = Vec::with_capacity(self.beside.len());
+        for (t, curvature) in curvature.into_iter().enumerate() {
+            let mut block = &self.precision * self.diagonal[t] + curvature;
+            if let Some(before) = t.checked_sub(1) {
+                block -= &self.precision * (self.beside[before]) * &gains[before];
+            }
+            // Makes the block exactly symmetric in spite of rounding.
+            let factor = Cholesky::new((&block + block.transpose()) * 0.5)?;
+            if let Some(beside) = self.beside.get(t) {
+                gains.push(factor.solve(&(&self.precision * *beside)));
+            }
+            own.push(factor);
+        }
+        Some(Factors { own, gains })
+    }
+}
+
+/// A factorised `Q + G`.
+#[derive(Debug, Clone)]
+pub(super) struct Factors {
+    /// For every frame, the factorised diagonal block after elimination of the frames before it.
+    own: Vec<Cholesky<f64, Dyn>>,
+    /// For every frame but the last, the matrix by which its elimination acts on the next.
+    gains: Vec<DMatrix<f64>>,
+}
+
+impl Factors {
+    /// Solves `(Q + G) x = right` in place; one block of rows for each frame.
+    pub fn solve(&self, right: &mut [DMatrix<f64>]) {
+        self.forward(right, 0, None);
+        self.backward(right, 0, None);
+    }
+
+    /// The forward elimination in a window of frames that begins with the frame `from`; `before` is the block of the frame before it.
+    pub fn forward(&self, right: &mut [DMatrix<f64>], from: usize, before: Option<&DMatrix<f64>>) {
+        for t in 0..right.len() {
+            if let Some(before) = t.checked_sub(1).map(|t| &right[t]).or(before) {
+                let carried = self.gains[from + t - 1].tr_mul(before);
+                right[t] += carried;
+            }
+        }
+    }
+
+    /// The back substitution in such a window; `after` is the solution of the frame after it.
+    pub fn backward(&self, right: &mut [DMatrix<f64>], from: usize, after: Option<&DMatrix<f64>>) {
+        for t in (0..right.len()).rev() {
+            self.own[from + t].solve_mut(&mut right[t]);
+            self.carry_back(right, (from, t), after);
+        }
+    }
+
+    /// Turns independent standard normal numbers into draws of `N(0, (Q + G)^-1)` in such a window, in place; `after` are the draws of the
+    /// frame after it.
+    pub fn colour(&self, normals: &mut [DMatrix<f64>], from: usize, after: Option<&DMatrix<f64>>) {
+        for t in (0..normals.len()).rev() {
+            self.own[from + t].l_dirty().tr_solve_lower_triangular_mut(&mut normals[t]);
+            self.carry_back(normals, (from, t), after);
+        }
+    }
+
+    /// Adds to block `t` of a window what the block after it contributes.
+    fn carry_back(
+        &self,
+        blocks: &mut [DMatrix<f64>],
+        (from, t): (usize, usize),
+        after: Option<&DMatrix<f64>>,
+    ) {
+        if let Some(next) = blocks.get(t + 1).or(after) {
+            let carried = &self.gains[from + t] * next;
+            blocks[t] += carried;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solutions_images_and_draws_are_those_of_the_whole_matrix() {
+        let (n, times, memory) = (2, [0.0, 0.01, 0.03, 0.035], 0.02);
+        let mut rng = fastrand::Rng::with_seed(3);
+        let mut random =
+            |rows: usize, columns: usize| DMatrix::from_fn(rows, columns, |_, _| rng.f64() - 0.5);
+        let covariance = DMatrix::identity(n, n) * 0.7 + DMatrix::from_element(n, n, 0.2);
+        let curvature: Vec<_> = times.iter().map(|_| random(3, n)).map(|j| j.transpose() * j).collect();
+        let chain = OrnsteinUhlenbeck::new(covariance.clone().try_inverse().unwrap(), memory, &times);
+
+        // The covariance of the process, element by element.
+        let all = n * times.len();
+        let process = DMatrix::from_fn(all, all, |i, j| {
+            let apart: f64 = times[i / n] - times[j / n];
+            covariance[(i % n, j % n)] * (-apart.abs() / memory).exp()
+        });
+        let mut whole = process.try_inverse().unwrap();
+        let z = random(all, 1);
+        let blocks =
+            |v: &DMatrix<f64>| (0..times.len()).map(|t| v.rows(t * n, n).into_owned()).collect::<Vec<_>>();
+        let image = chain.image(&blocks(&z).iter().map(|b| b.column(0).into_owned()).collect::<Vec<_>>());
+        for (a, b) in image.iter().zip(blocks(&(&whole * &z))) {
+            assert!((a - b.column(0)).amax() < 1e-9);
+        }
+        for (t, g) in curvature.iter().enumerate() {
+            let mut part = whole.view_mut((t * n, t * n), (n, n));
+            part += g;
+        }
+        let inverse = whole.try_inverse().unwrap();
+        let factors = chain.factorise(curvature).unwrap();
+        let right = random(all, 3);
+        let mut solved = blocks(&right);
+        factors.solve(&mut solved);
+        for (a, b) in solved.iter().zip(blocks(&(&inverse * right))) {
+            assert!((a - b).amax() < 1e-10);
+        }
+        // Window by window, the last first, the draws are the same bits.
+        let whole = blocks(&DMatrix::from_fn(all, 2, |i, j| (i + 3 * j) as f64 * 0.1));
+        let mut at_once = whole.clone();
+        factors.colour(&mut at_once, 0, None);
+        let mut last = whole[2..].to_vec();
+        factors.colour(&mut last, 2, None);
+        let mut first = whole[..2].to_vec();
+        factors.colour(&mut first, 0, Some(&last[0]));
+        assert_eq!([first, last].concat(), at_once);
+        // The images of unit vectors are a square root of the covariance.
+        let mut root = blocks(&DMatrix::identity(all, all));
+        factors.colour(&mut root, 0, None);
+        let mut square = DMatrix::zeros(all, all);
+        for (i, a) in root.iter().enumerate() {
+            for (j, b) in root.iter().enumerate() {
+                square.view_mut((i * n, j * n), (n, n)).copy_from(&(a * b.transpose()));
+            }
+        }
+        assert!((square - inverse).amax() < 1e-10);
+    }
+}

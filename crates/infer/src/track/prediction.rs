@@ -1,0 +1,215 @@
+//! Predictions of held-out contour points, from the mechanics and from the points beside them.
+//!
+//! Let `r` be the distance of a point from the surface at rest, and `d` its distance from the surface under the tensions that were found.
+//! Along the contour `y = (1 - w) r + w d` is taken as a normal process with an unknown mean:
+//! ```text
+//! cov(y_i, y_j) = s² (exp(-(q_i - q_j)² / 2 l²) + M + n² [same point])
+//! ```
+//! and its expected value at a held-out place, given the seen points of the frame, says where the point is expected (kriging). The weight `w`
+//! of the mechanics, the length `l` and the noise `n` are those with the highest predictive density when every third seen point is held
+//! out in turn and tensions are found without it (stacking, Wolpert 1992). The errors of these predictions also give the intervals.
+
+use std::sync::Arc;
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use tongue_core::geometry::Point;
+use tongue_core::observe::Observation;
+
+use super::frame::{Frame, Hidden};
+use super::gauss_newton::descend;
+use super::results::Foretold;
+use super::smoother::{SmoothedRecording, Smoother};
+
+/// Candidates for the weight of the mechanics, the correlation length, mm, and the noise as a part of the standard deviation.
+const WEIGHTS: [f64; 6] = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
+const LENGTHS_MM: [f64; 4] = [10.0, 15.0, 20.0, 30.0];
+const NOISES: [f64; 4] = [0.03, 0.1, 0.2, 0.4];
+/// Variance of the mean in units of that of the process.
+const MEAN: f64 = 4.0;
+/// Number of parts into which the seen points are divided, and the number of frames by which the candidates are judged.
+const FOLDS: usize = 3;
+const JUDGES: usize = 60;
+/// Fewest points between the ends of a contour for which candidates are judged.
+const INNER: usize = 3;
+/// Part of the errors that an interval holds.
+const HELD: f64 = 0.95;
+
+/// Points of a contour: their places along it and their distances from the surface at rest and under tensions, all in mm.
+#[derive(Default)]
+struct Line {
+    places: Vec<f64>,
+    at_rest: Vec<f64>,
+    pulled: Vec<f64>,
+}
+
+/// The seen and the hidden points of a frame.
+struct Split {
+    seen: Line,
+    hidden: Line,
+}
+
+#[derive(Clone, Copy)]
+struct Process {
+    weight: f64,
+    length_mm: f64,
+    noise: f64,
+}
+
+/// Predictions of the hidden contour points of every frame of a recording by the candidate that was judged best; empty without one.
+pub(super) fn foretell(
+    mode: &Smoother<'_, '_>,
+    course: &SmoothedRecording,
+    judged: Option<&Judged>,
+) -> Vec<Vec<Foretold>> {
+    let Some(Judged(process, reach)) = judged else { return vec![Vec::new(); course.frames.len()] };
+    let solver = (mode.solver)();
+    let told = |t: usize| {
+        let names = course.frames[t].hidden.iter().filter(|h| h.along.channel == 0).map(|h| &h.name);
+        let errors = split(solver.system.rest(), course, t).and_then(|s| process.errors(&s));
+        let foretold = |(name, (missed, variance)): (&String, (f64, f64))| {
+            let far = 1e-3 * reach * variance.sqrt();
+            Foretold { point: name.clone(), missed_m: 1e-3 * missed, interval_m: [-far, far] }
+        };
+        errors.map_or_else(Vec::new, |errors| names.zip(errors).map(foretold).collect())
+    };
+    (0..course.frames.len()).map(told).collect()
+}
+
+/// The best candidate, and the half width of its intervals in units of the standard deviation of a process with `s = 1 mm`.
+pub(super) struct Judged(Process, f64);
+
+/// Judges the candidates; `None` for recordings without hidden contour points, and for contours of too few points.
+pub(super) fn judged(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> Option<Judged> {
+    let contours = |f: &Frame| f.hidden.iter().any(|h| h.along.channel == 0);
+    if !courses.iter().flat_map(|c| c.frames.iter()).any(contours) {
+        return None;
+    }
+    let solver = (mode.solver)();
+    let rest = solver.system.rest();
+    let mut names: Vec<(&str, f64)> = Vec::new();
+    for frame in courses.iter().flat_map(|c| c.frames.iter()) {
+        let seen = frame.names.iter().zip(&frame.along).filter(|(_, a)| a.channel == 0);
+        for (name, along) in seen {
+            if !names.iter().any(|(n, _)| n == name) {
+                names.push((name, along.at_mm));
+            }
+        }
+    }
+    names.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let inner = names.get(1..names.len().checked_sub(1)?).filter(|inner| inner.len() >= INNER)?;
+    let frames: usize = courses.iter().map(SmoothedRecording::count).sum();
+    let mut splits = Vec::new();
+    for fold in 0..FOLDS {
+        let hide: Vec<&str> = inner.iter().skip(fold).step_by(FOLDS).map(|(n, _)| *n).collect();
+        let mut sample = mode.thinned(courses, frames.div_ceil(JUDGES).max(1));
+        for course in &mut sample {
+            Arc::make_mut(&mut course.frames).iter_mut().for_each(|f| without(f, &hide));
+            course.here.iter_mut().for_each(|h| h.linear = None);
+            mode.take_errors(course);
+        }
+        let mut again = mode.clone();
+        descend(&mut again, &mut sample, mode.settings.rounds, &|_| ());
+        for course in &sample {
+            splits.extend((0..course.frames.len()).filter_map(|t| split(rest, course, t)));
+        }
+    }
+    let candidates = WEIGHTS.iter().flat_map(|&weight| {
+        let of = move |&length_mm: &f64| NOISES.map(|noise| Process { weight, length_mm, noise });
+        LENGTHS_MM.iter().flat_map(of)
+    });
+    let scored = candidates.filter_map(|process| {
+        let errors: Vec<(f64, f64)> = splits.iter().filter_map(|s| process.errors(s)).flatten().collect();
+        let count = errors.len() as f64;
+        let size = errors.iter().map(|(e, v)| e * e / v).sum::<f64>() / count;
+        let score = size.ln() + errors.iter().map(|(_, v)| v.ln()).sum::<f64>() / count;
+        score.is_finite().then_some((score, process, errors))
+    });
+    let (_, process, errors) = scored.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let mut sizes: Vec<f64> = errors.iter().map(|(e, v)| e.abs() / v.sqrt()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let held = (HELD * (sizes.len() + 1) as f64).ceil() as usize;
+    Some(Judged(process, *sizes.get(held.saturating_sub(1)).or(sizes.last())?))
+}
+
+/// Makes these points of a frame hidden ones in place of those that it has.
+fn without(frame: &mut Frame, hide: &[&str]) {
+    let (mut observations, mut names, mut along) = (Vec::new(), Vec::new(), Vec::new());
+    frame.hidden.clear();
+    for ((o, name), a) in frame.observations.drain(..).zip(frame.names.drain(..)).zip(frame.along.drain(..)) {
+        if hide.contains(&name.as_str()) {
+            frame.hidden.push(Hidden { name, observation: Observation { weight: 1.0, ..o }, along: a });
+        } else {
+            observations.push(o);
+            names.push(name);
+            along.push(a);
+        }
+    }
+    (frame.observations, frame.names, frame.along) = (observations, names, along);
+}
+
+/// The contour points of a frame, of a body with the nodes `rest` at rest, m; `None` where there is no equilibrium.
+fn split(rest: &[Point], course: &SmoothedRecording, t: usize) -> Option<Split> {
+    let frame = &course.frames[t];
+    let pulled = &course.here[t].linear.as_ref()?.positions;
+    let (mut seen, mut hidden) = (Line::default(), Line::default());
+    let all = frame.observations.iter().zip(&frame.along).map(|(o, a)| (o, a, true));
+    let all = all.chain(frame.hidden.iter().map(|h| (&h.observation, &h.along, false)));
+    for (observation, along, is_seen) in all.filter(|(_, a, _)| a.channel == 0) {
+        let line = if is_seen { &mut seen } else { &mut hidden };
+        let unit = 1e3 / observation.weight;
+        line.places.push(along.at_mm);
+        line.at_rest.push(unit * observation.residual(rest));
+        line.pulled.push(unit * observation.residual(pulled));
+    }
+    Some(Split { seen, hidden })
+}
+
+impl Process {
+    /// Errors of the predictions of the hidden points, mm, and their variances in units of `s²`.
+    fn errors(&self, split: &Split) -> Option<Vec<(f64, f64)>> {
+        let (seen, hidden) = (&split.seen, &split.hidden);
+        let covariance = |a: f64, b: f64| (-0.5 * ((a - b) / self.length_mm).powi(2)).exp() + MEAN;
+        let value =
+            |line: &Line, i: usize| (1.0 - self.weight) * line.at_rest[i] + self.weight * line.pulled[i];
+        let n = seen.places.len();
+        let noise = |i: usize, j: usize| if i == j { self.noise.powi(2) } else { 0.0 };
+        let own = DMatrix::from_fn(n, n, |i, j| covariance(seen.places[i], seen.places[j]) + noise(i, j));
+        let factor = Cholesky::new(own)?;
+        let weighed = factor.solve(&DVector::from_fn(n, |i, _| value(seen, i)));
+        let one = |i: usize| {
+            let across = DVector::from_fn(n, |j, _| covariance(hidden.places[i], seen.places[j]));
+            let variance = 1.0 + MEAN + self.noise.powi(2) - across.dot(&factor.solve(&across));
+            (value(hidden, i) - across.dot(&weighed), variance)
+        };
+        Some((0..hidden.places.len()).map(one).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(places: &[f64], at_rest: &[f64], pulled: &[f64]) -> Line {
+        Line { places: places.to_vec(), at_rest: at_rest.to_vec(), pulled: pulled.to_vec() }
+    }
+
+    #[test]
+    fn a_prediction_is_the_conditional_normal_distribution() {
+        let process = Process { weight: 0.4, length_mm: 12.0, noise: 0.1 };
+        let seen = line(&[0.0, 10.0, 31.0], &[1.0, 2.0, -1.0], &[0.5, 0.1, 0.3]);
+        let split = Split { seen, hidden: line(&[18.0], &[0.7], &[0.2]) };
+        let (error, variance) = process.errors(&split).unwrap()[0];
+        let places = [0.0, 10.0, 31.0, 18.0];
+        let of = |i: usize, j: usize| {
+            let apart: f64 = places[i] - places[j];
+            MEAN + (-apart * apart / 288.0).exp() + if i == j { 0.01 } else { 0.0 }
+        };
+        // The last row of the inverse of the joint covariance has the conditional distribution of the last value.
+        let precision = DMatrix::from_fn(4, 4, of).try_inverse().unwrap();
+        let values = [0.8, 1.24, -0.48];
+        let expected: f64 = -(0..3).map(|i| precision[(3, i)] * values[i]).sum::<f64>() / precision[(3, 3)];
+        assert!((variance - 1.0 / precision[(3, 3)]).abs() < 1e-9, "{variance}");
+        assert!((error - (0.5 - expected)).abs() < 1e-9, "{error}");
+    }
+}

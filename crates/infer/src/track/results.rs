@@ -1,0 +1,275 @@
+//! Results for a frame: levels and courses of tensions with their intervals, displacements of bones, and reasons for doubt.
+
+use nalgebra::{DMatrix, DVector, SVector};
+use serde::{Deserialize, Serialize};
+
+use crate::inverse::BONE_SD_M;
+use tongue_input::measured::recording::Fault;
+
+use super::branch::{Reachability, Reached};
+use super::compare::LabelDraws;
+use super::draws::{Draws, Means};
+use super::errors::Along;
+use super::formants::{self, TrackedFormant};
+use super::frame::{self, Frame, Solver};
+use super::interval::Interval;
+use super::jacobian::Linearisation;
+use super::segments::LabelMean;
+use super::settings::TrackSettings;
+
+/// A frame whose points are missed by more than this is no result: root mean square distance in standard deviations of the points. The same
+/// in standard deviations that include the errors of the body is out of reach.
+const MISSED_SD: f64 = 3.0;
+/// The same as a distance from the placed body, m: twice the standard deviation of its place. The linearisation does not hold for larger
+/// distances.
+const REACH_M: f64 = 10e-3;
+/// A direction of tensions is resolved if its standard deviation is below this part of the prior's.
+const RESOLVED: f64 = 0.5;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FrameStatus {
+    /// Tensions were found and there is no reason for doubt.
+    Converged,
+    /// A tension is at its upper bound.
+    AtBound,
+    /// The frame and its neighbours resolve no direction of the tensions: the result is that of the prior.
+    Unresolved,
+    /// There are no observations: the tensions follow from the frames around it and the prior.
+    Gap,
+    /// The most probable shape misses the observations by more than three times their standard deviation.
+    PoorFit,
+    /// The observations cannot be reached by this body, or are wrong.
+    OutOfReach,
+    /// No way was found in which a speaker could reach the equilibrium: not from rest, with all muscles together or some before the
+    /// others, and not from the posture before or after it.
+    OffBranch,
+}
+
+impl FrameStatus {
+    /// Whether the intervals of a frame can be trusted. Those of an unresolved frame and of one without data are wide.
+    pub fn is_trusted(self) -> bool {
+        matches!(self, Self::Converged | Self::Unresolved | Self::Gap)
+    }
+}
+
+/// A shape that is reached from rest replaces that of a frame off the branch if its distance from the observations is larger by no more
+/// than this, m: less than the noise of a point.
+const AS_WELL_M: f64 = 0.3e-3;
+
+/// The displacement found for a bone that was not observed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Displacement {
+    /// Shift from its place at rest, m.
+    pub shift_m: [f64; 2],
+    /// Lower ends of the 95 % intervals of both coordinates, m.
+    pub low_m: [f64; 2],
+    /// Upper ends of these intervals, m.
+    pub high_m: [f64; 2],
+}
+
+/// A held-out point: its distance from the place that the fit predicts, with the interval of that prediction.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Foretold {
+    pub point: String,
+    /// Distance of the point from its predicted place, m: across the contour; for a coil, which is reported once for each axis, along
+    /// that axis.
+    pub missed_m: f64,
+    /// Ends of the 95 % interval of that distance, m.
+    pub interval_m: [f64; 2],
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tracked {
+    pub time_s: f64,
+    pub status: FrameStatus,
+    /// Tensions of the contracting muscles, N per metre of thickness.
+    pub levels: Vec<Interval>,
+    /// The tensions less their mean over the recording in the same draw, N per metre of thickness.
+    pub courses: Vec<Interval>,
+    /// Displacements of the freed bones, m.
+    pub bones: Vec<Displacement>,
+    /// Root mean square distance of the fitted observations from the most probable shape, m; `None` if there are none.
+    pub rms_m: Option<f64>,
+    /// The same in standard deviations of the observations, as they are given.
+    #[serde(default)]
+    pub rms_sd: Option<f64>,
+    /// The held-out points.
+    pub hidden: Vec<Foretold>,
+    /// Number of directions of the tensions whose standard deviation is below half of the prior's.
+    pub resolved: usize,
+    /// Whether the shape is reached in another way than by growing all tensions together.
+    #[serde(default)]
+    pub other_way: bool,
+    /// For a frame whose own shape cannot be reached: root mean square distance of the fitted observations from the nearest shape that is
+    /// reached, m. If that meets them as well, the positions and formants are of it; its tensions differ a little from the levels.
+    #[serde(default)]
+    pub reached_rms_m: Option<f64>,
+    /// Positions of all nodes, m; empty where they were not asked for ([`TrackSettings::shapes`]).
+    pub positions: Vec<SVector<f64, 2>>,
+    /// Its lowest formants, if they are wanted ([`listen()`](super::listen())); empty where there is no airway or the frame has no data.
+    #[serde(default)]
+    pub formants: Vec<TrackedFormant>,
+    /// Faults that the fit found in the observations of the frame.
+    pub faults: Vec<Fault>,
+}
+
+impl Tracked {
+    /// Medians of the tensions, N per metre of thickness.
+    pub fn tensions_n(&self) -> Vec<f64> {
+        self.levels.iter().map(|l| l.median).collect()
+    }
+}
+
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrackedRecording {
+    /// Positions of all nodes of the displayed body at rest, m: the body with its most probable shape.
+    pub rest: Vec<SVector<f64, 2>>,
+    pub frames: Vec<Tracked>,
+    pub segments: Vec<LabelMean>,
+    /// Draws of the means over labels that are compared.
+    #[serde(default)]
+    pub compared: Vec<LabelDraws>,
+}
+
+/// A frame after the search, with all that its results need.
+pub(super) struct FrameSolution<'a> {
+    pub frame: &'a Frame,
+    /// Its unknowns on the body with the most probable shape.
+    pub x: &'a DVector<f64>,
+    /// Its linearisation; `None` where there is no equilibrium or there are no data.
+    pub linear: Option<&'a Linearisation>,
+    /// Positions of all nodes of the last equilibrium, m.
+    pub positions: Option<&'a [SVector<f64, 2>]>,
+    /// Positions of all nodes of the body as it was placed, m; hidden points are predicted with them.
+    pub placed: Option<&'a [SVector<f64, 2>]>,
+    /// How its shape can be reached, if that is known.
+    pub way: Option<&'a Reachability>,
+    /// Predictions of its hidden contour points, if there are enough points for them.
+    pub foretold: &'a [Foretold],
+    /// Whether its observations cannot be right.
+    pub lost: bool,
+    /// Means over the recording.
+    pub means: &'a Means,
+    /// Number of the frame in the window of the draws.
+    pub number: usize,
+    /// Whether the positions of its nodes are part of the results.
+    pub is_shown: bool,
+}
+
+/// Results for a frame, without its faults.
+pub(super) fn tracked(
+    solver: &mut Solver<'_>,
+    found: &FrameSolution<'_>,
+    draws: &Draws,
+    settings: &TrackSettings,
+) -> Tracked {
+    let &FrameSolution { frame, x, linear, placed, lost, means, number, .. } = found;
+    let tensions = &draws.tensions[number];
+    let of = |draws: &[f32]| Interval::of(draws.iter().map(|d| f64::from(*d)));
+    let levels: Vec<Interval> = tensions.iter().map(|d| of(d).or_slack(&settings.link)).collect();
+    let less = |(draws, means): (&Vec<f32>, &Vec<f64>)| {
+        Interval::of(draws.iter().zip(means).map(|(d, mean)| f64::from(*d) - mean))
+    };
+    let courses = tensions.iter().zip(&means.0).map(less).collect();
+    let shifts: Vec<Interval> = draws.bones[number].iter().map(|d| of(d)).collect();
+    let displacement = |pair: &[Interval]| {
+        let ends = |end: fn(&Interval) -> f64| [end(&pair[0]) * BONE_SD_M, end(&pair[1]) * BONE_SD_M];
+        Displacement { shift_m: ends(|r| r.median), low_m: ends(|r| r.low), high_m: ends(|r| r.high) }
+    };
+    let solved = match linear {
+        Some(linear) => Some(linear.positions.to_vec()),
+        None => solver.solve(frame, x, found.positions).map(<[_]>::to_vec),
+    };
+    let is_solved = solved.is_some();
+    let mut positions = solved.unwrap_or_else(|| solver.system.rest().to_vec());
+    let residuals = frame::residuals(frame, &positions);
+    let rms = |residuals: &DVector<f64>| {
+        let squares = residuals.iter().zip(&frame.observations).map(|(r, o)| (r / o.weight).powi(2));
+        (squares.sum::<f64>() / residuals.len() as f64).sqrt()
+    };
+    let in_sd = |residuals: &DVector<f64>, sd: &dyn Fn(&Along) -> f64| {
+        let far = residuals.iter().zip(&frame.observations).zip(&frame.along);
+        let squares: f64 = far.map(|((r, o), a)| (1e3 * r / o.weight / sd(a)).powi(2)).sum();
+        (squares / residuals.len().max(1) as f64).sqrt()
+    };
+    let is_seen = !frame.observations.is_empty();
+    let rms_m = is_seen.then(|| rms(&residuals));
+    let is_near = placed.is_none_or(|p| residuals.is_empty() || rms(&frame::residuals(frame, p)) < REACH_M);
+    let is_reached = in_sd(&residuals, &|a| settings.errors.sd(a)) <= MISSED_SD;
+    let resolved = resolved(tensions, settings.link.prior_sd_n());
+    let reached_rms_m = match found.way {
+        Some(Reachability::Nearest(there)) => Some(rms(&frame::residuals(frame, there))),
+        _ => None,
+    };
+    let is_lost = matches!(found.way, Some(Reachability::Lost));
+    let as_well = !is_lost && reached_rms_m.zip(rms_m).is_none_or(|(there, own)| there <= own + AS_WELL_M);
+    if let Some(Reachability::Nearest(there)) = found.way.filter(|_| as_well) {
+        positions.clone_from(there);
+    }
+    let of_points = |residuals: &DVector<f64>| in_sd(residuals, &|a| a.sd_mm);
+    let rms_sd = match found.way {
+        Some(Reachability::Nearest(there)) if as_well => of_points(&frame::residuals(frame, there)),
+        _ => of_points(&residuals),
+    };
+    let status = if lost || !is_solved || !is_near || !is_reached {
+        FrameStatus::OutOfReach
+    } else if linear.is_none() {
+        FrameStatus::Gap
+    } else if !as_well {
+        FrameStatus::OffBranch
+    } else if rms_sd > MISSED_SD {
+        FrameStatus::PoorFit
+    } else if levels.iter().any(|l| l.median >= settings.upper_n) {
+        FrameStatus::AtBound
+    } else if resolved == 0 {
+        FrameStatus::Unresolved
+    } else {
+        FrameStatus::Converged
+    };
+    let foretold = |(i, hidden): (usize, &frame::Hidden)| {
+        if let Some(beside) = found.foretold.iter().find(|f| f.point == hidden.name) {
+            return beside.clone();
+        }
+        let expected = of(&draws.hidden[number][i]);
+        let seen = 1e3 * placed.map_or(f64::NAN, |placed| hidden.observation.residual(placed));
+        Foretold {
+            point: hidden.name.clone(),
+            missed_m: 1e-3 * (seen - expected.median),
+            interval_m: [expected.low, expected.high].map(|end| 1e-3 * (end - expected.median)),
+        }
+    };
+    Tracked {
+        time_s: frame.time_s,
+        status,
+        courses,
+        bones: shifts.chunks_exact(2).map(displacement).collect(),
+        rms_m: if status == FrameStatus::OffBranch { rms_m } else { reached_rms_m.or(rms_m) },
+        rms_sd: is_seen.then_some(rms_sd),
+        other_way: matches!(found.way, Some(Reachability::Own(Reached::OtherWay))),
+        reached_rms_m,
+        hidden: frame.hidden.iter().enumerate().map(foretold).collect(),
+        resolved,
+        levels,
+        formants: formants::told(frame, &positions, &draws.heard[number]),
+        positions: if found.is_shown { positions } else { Vec::new() },
+        faults: Vec::new(),
+    }
+}
+
+/// Number of directions of tensions that the draws resolve.
+fn resolved(tensions: &[Vec<f32>], prior_sd_n: f64) -> usize {
+    let n = tensions.len();
+    let means: Vec<f64> = tensions.iter().map(|t| mean(t)).collect();
+    let count = tensions.first().map_or(1, Vec::len).max(1) as f64;
+    let covariance = DMatrix::from_fn(n, n, |i, j| {
+        let pairs = tensions[i].iter().zip(&tensions[j]);
+        let sum: f64 = pairs.map(|(a, b)| (f64::from(*a) - means[i]) * (f64::from(*b) - means[j])).sum();
+        sum / count / prior_sd_n.powi(2)
+    });
+    covariance.symmetric_eigenvalues().iter().filter(|v| **v < RESOLVED * RESOLVED).count()
+}
+
+fn mean(draws: &[f32]) -> f64 {
+    draws.iter().map(|d| f64::from(*d)).sum::<f64>() / draws.len().max(1) as f64
+}

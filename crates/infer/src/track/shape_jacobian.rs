@@ -1,0 +1,114 @@
+//! How the surface in a frame responds to changes of the shape at rest.
+
+use nalgebra::{DMatrix, DVector, SVector};
+
+use tongue_core::effect::Configuration;
+use tongue_core::geometry::Point;
+use tongue_core::parallel;
+use tongue_core::statics::lanes::Change;
+
+use super::frame::{Frame, Posture, Solver};
+use super::jacobian::{Columns, Rates, Unit};
+use super::shape::{RestShape, STEP};
+use super::smoother::{CHUNK, SmoothedRecording, Smoother};
+
+/// Derivatives of the observations of a frame and of its hidden points by the shape, mm.
+pub(super) struct ByShape {
+    pub seen: DMatrix<f64>,
+    pub hidden: DMatrix<f64>,
+}
+
+/// Derivatives of all frames by the shape.
+pub(super) fn by_shape(
+    mode: &Smoother<'_, '_>,
+    course: &SmoothedRecording,
+    shape: Option<&RestShape>,
+) -> Vec<Option<ByShape>> {
+    let Some(shape) = shape else { return course.frames.iter().map(|_| None).collect() };
+    let numbers: Vec<usize> = (0..course.frames.len()).collect();
+    let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
+    let work = |chunk: &&[usize]| -> Vec<Option<ByShape>> {
+        let known: Vec<usize> = chunk.iter().copied().filter(|&t| course.here[t].linear.is_some()).collect();
+        let x: Vec<_> = known.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();
+        let from = |t: usize| course.here[t].linear.as_ref().map(|linear| &*linear.positions);
+        let postures: Vec<_> = known.iter().zip(&x).map(|(&t, x)| (&course.frames[t], x, from(t))).collect();
+        let rates = shape.rates(&mut (mode.solver)(), &postures);
+        let mut out: Vec<Option<ByShape>> = chunk.iter().map(|_| None).collect();
+        for (t, all) in known.into_iter().zip(rates) {
+            out[t - chunk[0]] = all;
+        }
+        out
+    };
+    parallel::map(&chunks, work).into_iter().flatten().collect()
+}
+
+impl RestShape {
+    /// Derivatives of the residuals of frames and of the distances of their hidden points, mm, by each direction; `None` for a frame without
+    /// an equilibrium at its positions.
+    pub(super) fn rates(&self, solver: &mut Solver<'_>, postures: &[Posture<'_>]) -> Vec<Option<ByShape>> {
+        let found = solver.rates(self, postures).into_iter().zip(postures);
+        let with_coils = |(rates, (frame, ..)): (Option<Rates>, &Posture<'_>)| {
+            let mut rates = rates?;
+            self.add_coils(&mut rates, frame);
+            let is_finite = rates.by_unknown.iter().all(|v| v.is_finite());
+            is_finite.then(|| ByShape { seen: rates.of_seen(), hidden: rates.of_hidden() })
+        };
+        found.map(with_coils).collect()
+    }
+
+    /// Adds the derivatives by the directions that move coils along the surface.
+    fn add_coils(&self, rates: &mut Rates, frame: &Frame) {
+        let Rates { positions, by_unknown, .. } = rates;
+        let first = by_unknown.ncols() - self.prior.coils.len();
+        let hidden = frame.hidden.iter().map(|h| (&h.name, &h.along));
+        let rows: Vec<_> = frame.names.iter().zip(&frame.along).chain(hidden).collect();
+        for (k, (coil, weights)) in self.prior.coils.iter().enumerate() {
+            let motion: Point = weights.iter().map(|(n, w)| positions[*n] * *w).sum();
+            for (row, (_, along)) in rows.iter().enumerate().filter(|(_, (name, _))| *name == coil) {
+                by_unknown[(row, first + k)] =
+                    along.channel.checked_sub(1).map_or(0.0, |axis| 1e3 * motion[axis]);
+            }
+        }
+    }
+}
+
+impl Columns for RestShape {
+    const UNIT: Unit = Unit::Millimetres;
+
+    fn count(&self) -> usize {
+        RestShape::count(self)
+    }
+
+    fn changes(&self) -> Option<Vec<Change<'_, 2>>> {
+        Some(self.in_lanes()?.iter().map(Change::Rest).collect())
+    }
+
+    fn by_unknown(&self, _: usize, _: &DVector<f64>) -> f64 {
+        1.0
+    }
+
+    /// The factorised stiffness turns the forces of each changed body into motion.
+    fn set_alone(&self, solver: &mut Solver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
+        let tensions = solver.tensions_of(x);
+        let positions = rates.positions.clone();
+        let mut free = vec![false; positions.len()];
+        solver.system.pattern().nodes().iter().for_each(|&n| free[n] = true);
+        let mut response = solver.response()?;
+        let (mut before, mut after) =
+            (vec![SVector::zeros(); positions.len()], vec![SVector::zeros(); positions.len()]);
+        self.system.force(Configuration { positions: &positions, tensions: &tensions }, &mut before);
+        for (k, (direction, changed)) in self.prior.directions.iter().zip(self.changed()?).enumerate() {
+            // Nodes on bone move with the body at rest.
+            let moved = |(n, p): (usize, &Point)| if free[n] { *p } else { p + direction[n] * STEP };
+            let there: Vec<Point> = positions.iter().enumerate().map(moved).collect();
+            changed.force(Configuration { positions: &there, tensions: &tensions }, &mut after);
+            response.to_load(|_, load| {
+                for (l, (a, b)) in load.iter_mut().zip(after.iter().zip(&before)) {
+                    *l += (a - b) / STEP;
+                }
+            });
+            rates.set(k, |n| if free[n] { response.motion()[n] } else { direction[n] }, 1.0);
+        }
+        Some(())
+    }
+}

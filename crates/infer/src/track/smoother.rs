@@ -1,0 +1,252 @@
+//! The most probable tensions of all frames on one body, by the Gauss-Newton method.
+//!
+//! The unknowns of a frame (its state) are the course of each muscle, displacements of bones that were not observed, and the slow error
+//! at a few knots of the contour. Shared by all frames are the level of each muscle and the static error. The shape at rest is fixed.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+
+use tongue_core::geometry::Point;
+use tongue_core::statistics::upper_median;
+
+use super::errors::{Along, FrameErrors, Knots};
+use super::frame::{Frame, Solver};
+use super::jacobian::Linearisation;
+use super::ornstein_uhlenbeck::OrnsteinUhlenbeck;
+use super::settings::TrackSettings;
+
+/// Number of frames in a chunk: each is solved from the one before, and the first from rest. Chunks do not depend on threads, so the
+/// results do not either.
+pub(super) const CHUNK: usize = 32;
+/// A frame with fewer observations than this counts as one without observations.
+pub const FEWEST: usize = 3;
+
+/// Numbers of the unknowns, in their order.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sizes {
+    pub muscles: usize,
+    /// Displacements of freed bones.
+    pub bones: usize,
+    /// Knots of the errors.
+    pub knots: usize,
+}
+
+impl Sizes {
+    /// Unknowns of a frame: courses, displacements, slow error.
+    pub fn state(&self) -> usize {
+        self.muscles + self.bones + self.knots
+    }
+
+    /// Number of unknowns that all frames share on a fixed body: levels, static error.
+    pub fn shared(&self) -> usize {
+        self.muscles + self.knots
+    }
+}
+
+/// State and linearisation of a frame.
+#[derive(Debug, Clone)]
+pub(super) struct FrameState {
+    pub z: DVector<f64>,
+    /// Its linearisation, which during the search may be that at a state nearby; `None` without an equilibrium or data.
+    pub linear: Option<Arc<Linearisation>>,
+    pub positions: Option<Arc<[Point]>>,
+}
+
+impl FrameState {
+    /// Takes a linearisation at its state; the last positions stay where there is none.
+    pub fn take(&mut self, linear: Option<Linearisation>) {
+        if let Some(linear) = &linear {
+            self.positions = Some(Arc::clone(&linear.positions));
+        }
+        self.linear = linear.map(Arc::new);
+    }
+}
+
+/// A recording during the search.
+#[derive(Clone)]
+pub(super) struct SmoothedRecording {
+    pub frames: Arc<Vec<Frame>>,
+    pub chain: OrnsteinUhlenbeck,
+    /// The errors of every frame; `None` where there are too few observations.
+    pub errors: Vec<Option<Arc<FrameErrors>>>,
+    pub here: Vec<FrameState>,
+}
+
+impl SmoothedRecording {
+    /// Number of frames with data.
+    pub fn count(&self) -> usize {
+        self.errors.iter().flatten().count()
+    }
+}
+
+/// The whitened residuals of a frame and their derivatives. Levels and static error have the same derivatives as courses and slow error.
+pub(super) struct Rows {
+    pub residuals: DVector<f64>,
+    pub by_state: DMatrix<f64>,
+    /// Derivatives by the directions of the shape, where they are asked for.
+    pub by_shape: Option<DMatrix<f64>>,
+}
+
+/// All recordings of a speaker, with their shared unknowns.
+#[derive(Clone)]
+pub(super) struct Smoother<'a, 's> {
+    pub sizes: Sizes,
+    pub settings: &'a TrackSettings,
+    pub knots: &'a Knots,
+    pub solver: &'a (dyn Fn() -> Solver<'s> + Sync),
+    /// Levels (N/m) and static error (mm).
+    pub shared: DVector<f64>,
+    /// Precision of the shared unknowns in the prior.
+    pub shared_precision: DMatrix<f64>,
+    /// Whether frames keep their linearisation during the search while they are near it.
+    pub keeps: bool,
+    /// Whether the shared unknowns are held where they are.
+    pub holds: bool,
+}
+
+impl<'a, 's> Smoother<'a, 's> {
+    pub fn new(
+        sizes: Sizes,
+        settings: &'a TrackSettings,
+        knots: &'a Knots,
+        solver: &'a (dyn Fn() -> Solver<'s> + Sync),
+    ) -> Self {
+        let n = sizes.shared();
+        let mut precision = DMatrix::identity(n, n) / settings.link.level_sd_n.powi(2);
+        let (m, k) = (sizes.muscles, sizes.knots);
+        precision.view_mut((m, m), (k, k)).copy_from(&knots.precision(settings.errors.static_mm));
+        let shared = DVector::zeros(n);
+        Self {
+            sizes,
+            settings,
+            knots,
+            solver,
+            shared,
+            shared_precision: precision,
+            keeps: true,
+            holds: false,
+        }
+    }
+
+    /// A recording at the start of the search.
+    pub fn course(&self, frames: Arc<Vec<Frame>>) -> SmoothedRecording {
+        let Sizes { muscles, bones, knots } = self.sizes;
+        let n = self.sizes.state();
+        let mut precision = DMatrix::identity(n, n);
+        (0..muscles).for_each(|i| precision[(i, i)] = self.settings.link.course_sd_n.powi(-2));
+        let slow = self.knots.precision(self.settings.errors.slow_mm);
+        precision.view_mut((muscles + bones, muscles + bones), (knots, knots)).copy_from(&slow);
+        let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
+        let chain = OrnsteinUhlenbeck::new(precision, self.settings.memory_s, &times);
+        let here = vec![FrameState { z: DVector::zeros(n), linear: None, positions: None }; frames.len()];
+        let mut course = SmoothedRecording { frames, chain, errors: Vec::new(), here };
+        self.take_errors(&mut course);
+        course
+    }
+
+    /// Every n-th frame with data of recordings, at their present states; the frames of all recordings are counted together.
+    pub fn thinned(&self, courses: &[SmoothedRecording], every: usize) -> Vec<SmoothedRecording> {
+        let mut before = 0;
+        let one = |course: &SmoothedRecording| {
+            let seen = (0..course.frames.len()).filter(|&t| course.errors[t].is_some());
+            let taken: Vec<usize> =
+                seen.enumerate().filter(|(n, _)| (before + n) % every == every / 2).map(|(_, t)| t).collect();
+            before += course.count();
+            let frames = taken.iter().map(|&t| course.frames[t].clone()).collect();
+            let mut out = self.course(Arc::new(frames));
+            out.here = taken.iter().map(|&t| course.here[t].clone()).collect();
+            out
+        };
+        courses.iter().map(one).collect()
+    }
+
+    /// Sets the errors for the observations that the frames of a recording have now.
+    pub fn take_errors(&self, course: &mut SmoothedRecording) {
+        let period = |pair: &[Frame]| pair[1].time_s - pair[0].time_s;
+        let period_s = upper_median(course.frames.windows(2).map(period)).unwrap_or(f64::INFINITY);
+        // Frames that show the same points with the same certainty share their errors.
+        let mut last: Option<(&[Along], Option<Arc<FrameErrors>>)> = None;
+        let of = |f: &'_ Frame| -> Option<Arc<FrameErrors>> {
+            (f.observations.len() >= FEWEST)
+                .then(|| self.knots.frame(&f.along, period_s))
+                .flatten()
+                .map(Arc::new)
+        };
+        let mut errors = Vec::with_capacity(course.frames.len());
+        for frame in course.frames.iter() {
+            let found = match &last {
+                Some((along, found)) if *along == frame.along.as_slice() => found.clone(),
+                _ => of(frame),
+            };
+            last = Some((&frame.along, found.clone()));
+            errors.push(found);
+        }
+        course.errors = errors;
+    }
+
+    /// Unknowns of a frame's equilibrium: tensions before the link, and displacements.
+    pub fn unknowns(&self, z: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
+        let Sizes { muscles, bones, .. } = self.sizes;
+        let middle = self.settings.link.middle_n;
+        DVector::from_fn(muscles + bones, |i, _| if i < muscles { middle + shared[i] + z[i] } else { z[i] })
+    }
+
+    /// Residuals of a frame, mm, less the error given by the values at the knots.
+    pub fn residuals_mm(
+        &self,
+        course: &SmoothedRecording,
+        t: usize,
+        here: &FrameState,
+        shared: &DVector<f64>,
+    ) -> Option<DVector<f64>> {
+        let errors = course.errors[t].as_ref()?;
+        let linear = here.linear.as_ref()?;
+        let Sizes { muscles, bones, knots } = self.sizes;
+        let known = here.z.rows(muscles + bones, knots) + shared.rows(muscles, knots);
+        let moved = self.unknowns(&here.z, shared) - &linear.x;
+        let mut residuals = &linear.residuals + &linear.jacobian * moved;
+        residuals.iter_mut().zip(&course.frames[t].observations).for_each(|(r, o)| *r *= 1e3 / o.weight);
+        Some(residuals - &errors.basis * known)
+    }
+
+    /// The rows of a frame; `None` where it has no observations or no equilibrium. `by_shape` are its derivatives by the shape, mm.
+    pub(super) fn rows(
+        &self,
+        course: &SmoothedRecording,
+        t: usize,
+        by_shape: Option<DMatrix<f64>>,
+    ) -> Option<Rows> {
+        let residuals = self.residuals_mm(course, t, &course.here[t], &self.shared)?;
+        let (linear, errors) = (course.here[t].linear.as_ref()?, course.errors[t].as_ref()?);
+        let Sizes { muscles, bones, knots } = self.sizes;
+        let mut all = DMatrix::zeros(residuals.len(), 1 + self.sizes.state());
+        all.column_mut(0).copy_from(&residuals);
+        let mut jacobian = all.columns_mut(1, muscles + bones);
+        jacobian.copy_from(&linear.jacobian);
+        for (mut row, o) in jacobian.row_iter_mut().zip(&course.frames[t].observations) {
+            row *= 1e3 / o.weight;
+        }
+        all.columns_mut(1 + muscles + bones, knots).copy_from(&-&errors.basis);
+        let all = errors.whitened(all);
+        let by_state = all.columns(1, self.sizes.state()).into_owned();
+        let by_shape = by_shape.map(|by_shape| errors.whitened(by_shape));
+        Some(Rows { residuals: all.column(0).into_owned(), by_state, by_shape })
+    }
+
+    /// The unknown of a frame that responds as an unknown shared by all frames does: the course as its level, the slow as the static error.
+    pub(super) fn beside(&self, shared: usize) -> usize {
+        if shared < self.sizes.muscles { shared } else { shared + self.sizes.bones }
+    }
+
+    /// Residuals of a frame after a step of its state and of the unknowns that all frames share, if it responds linearly.
+    pub fn expected(&self, rows: &Rows, state: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
+        let mut step = state.clone();
+        (0..self.sizes.shared()).for_each(|i| step[self.beside(i)] += shared[i]);
+        let mut out = &rows.residuals + &rows.by_state * step;
+        if let Some(by_shape) = &rows.by_shape {
+            out += by_shape * shared.rows(self.sizes.shared(), by_shape.ncols());
+        }
+        out
+    }
+}
