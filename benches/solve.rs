@@ -21,7 +21,7 @@ use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::inverse;
 use tongue_fit::measured::TargetKind;
 use tongue_fit::statics::{SolveSettings, Workspace, solve};
-use tongue_fit::system::{Model, System, TissueModel};
+use tongue_fit::system::{Model, System};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
 const NEIGHBOUR: [f64; 8] = [12.3, 0.0, 0.0, 0.0, 11.3, 0.0, 4.7, 0.0];
@@ -84,7 +84,7 @@ mod equilibrium_of_the_continuum {
     #[divan::bench(args = [55, 40])]
     fn from_rest(bencher: Bencher, h_tenths: u32) {
         let body = Body::continuum(f64::from(h_tenths) * 1e-4, &ContinuumSettings::default()).unwrap();
-        let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
+        let model = Model::default();
         let system = System::new(&body.mesh, &model, &ACTIVE).unwrap();
         let mut w = Workspace::new(&system);
         bencher.bench_local(|| {

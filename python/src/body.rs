@@ -12,7 +12,7 @@ use tongue_fit::material::Constants;
 use tongue_fit::report::{Export, Provenance};
 use tongue_fit::run::{BodySource, Kind, PlaneBody};
 use tongue_fit::simulation::Assemble;
-use tongue_fit::system::{self, TissueModel};
+use tongue_fit::system;
 
 use super::answer::{Pickled, numbers, points, table};
 use super::assembly::Assembly;
@@ -117,7 +117,7 @@ impl Body {
     fn _repr_svg_(&self, py: Python<'_>) -> PyResult<String> {
         let body = Arc::clone(&self.body);
         aside(py, move || {
-            let model = Model(system::Model::default()).of(&body);
+            let model = system::Model::default();
             let assembly = model.assemble(&body, [""; 0]).map_err(refused)?;
             let shape = assembly.solver().equilibrium(&[]).map_err(refused)?;
             let picture = shape.picture(&body.what).map_err(refused)?;
@@ -205,13 +205,13 @@ impl Model {
     fn new(young_modulus: f64, poisson_ratio: f64) -> PyResult<Self> {
         let constants = Constants { young_modulus, poisson_ratio, ..Constants::TONGUE };
         constants.check().map_err(refused)?;
-        Ok(Self(system::Model { constants, ..system::Model::default() }))
+        Ok(Self(system::Model { constants }))
     }
 
     /// Makes `body` ready to be solved; the named muscles contract, and all others are passive tissue.
     fn assemble(&self, py: Python<'_>, body: &Body, muscles: &Bound<'_, PyAny>) -> PyResult<Assembly> {
         let muscles = given::names("muscles", muscles)?;
-        let (model, from, given) = (self.of(&body.body), Arc::clone(&body.body), *self);
+        let (model, from, given) = (self.0, Arc::clone(&body.body), *self);
         let made = aside(py, move || model.assemble(&from, muscles))?.map_err(refused)?;
         Ok(Assembly(made, Arc::new((given, body.clone()))))
     }
@@ -251,14 +251,4 @@ pub fn hashed(value: &impl Hash) -> u64 {
     let mut hasher = DefaultHasher::new();
     value.hash(&mut hasher);
     hasher.finish()
-}
-
-impl Model {
-    /// The model for a body: a continuum has its own tissue.
-    pub fn of(&self, body: &body::Body<2>) -> system::Model {
-        match body.mesh.continuum {
-            Some(_) => system::Model { tissue: TissueModel::Continuum, ..self.0 },
-            None => self.0,
-        }
-    }
 }

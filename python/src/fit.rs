@@ -14,6 +14,7 @@ use tongue_fit::posterior::Verdict;
 use tongue_fit::report::batch as outputs;
 use tongue_fit::report::{Export, Provenance};
 use tongue_fit::run::{BatchRun, FitRun};
+use tongue_fit::system::TissueModel;
 use tongue_fit::{body, parallel};
 
 use super::answer::loads;
@@ -29,7 +30,7 @@ fn body_and_model(
     model: Option<Model>,
 ) -> PyResult<(Arc<body::Body<2>>, tongue_fit::system::Model)> {
     let body = body.map_or_else(Body::reference, Ok)?.body;
-    let model = model.unwrap_or(Model(tongue_fit::system::Model::default())).of(&body);
+    let model = model.map_or_else(Default::default, |model| model.0);
     Ok((body, model))
 }
 
@@ -60,7 +61,7 @@ pub fn fit_row<'py>(
     let (body, model) = body_and_model(body, model)?;
     let asked = FitRun { target: Arc::unwrap_or_clone(target), settings, walls: false };
     let (text, picture) = aside_on(py, &pool(py, threads)?, move || {
-        let by = Provenance::new("python").with_tissue(model.tissue);
+        let by = Provenance::new("python").with_tissue(TissueModel::of(&body.mesh));
         let mut record = asked.run(&body, &model, &by).map_err(refused)?;
         record.wall_s = Some(clock.elapsed().as_secs_f64());
         record.verdict = if verdict { Verdict::of_target(&body, &model, &asked.target).ok() } else { None };

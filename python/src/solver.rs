@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tongue_fit::report::{Export, Provenance};
 use tongue_fit::simulation;
+use tongue_fit::system::TissueModel;
 
 use super::answer::{points, record, word};
 use super::assembly::Assembly;
@@ -294,7 +295,7 @@ impl Shape {
     /// The output of `tongue-fit simulate --json` as a dict: `lengths_mm`, `ratios`, `stretches`,
     /// `positions_m`, `alarms` and so on.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let by = Provenance::new("python").with_tissue(self.shape.assembly().model().tissue);
+        let by = Provenance::new("python").with_tissue(TissueModel::of(&self.shape.assembly().body().mesh));
         record(py, &self.shape.record(), &by)
     }
 

@@ -208,8 +208,7 @@ impl Arguments {
             }
             BodySource::Mesh { origin, .. } => {
                 let flat = self.made(&PlaneBody { kind: Kind::Springs, ..plane.clone() })?;
-                let springs = Model { tissue: Kind::Springs.tissue(), ..self.model() };
-                let mesh = output::json(&MeshRecord::of(&flat, &springs).into_diagnostic()?)?;
+                let mesh = output::json(&MeshRecord::of(&flat, &self.model()).into_diagnostic()?)?;
                 (page.file, page.mesh) = (origin.clone(), Some(mesh));
             }
         }
@@ -235,10 +234,7 @@ impl Arguments {
     }
 
     pub fn model(&self) -> Model {
-        Model {
-            constants: Constants { poisson_ratio: self.poisson_ratio, ..Constants::TONGUE },
-            tissue: self.kind().tissue(),
-        }
+        Model { constants: Constants { poisson_ratio: self.poisson_ratio, ..Constants::TONGUE } }
     }
 }
 

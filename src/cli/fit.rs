@@ -10,6 +10,7 @@ use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::Verdict;
 use tongue_fit::report::{self, Export, Series, ValleyRecord};
 use tongue_fit::run::FitRun;
+use tongue_fit::system::TissueModel;
 
 use super::choice::choice;
 use super::fit_table::Shown;
@@ -133,7 +134,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         )
     });
     let asked = FitRun { target: target.clone(), settings, walls: false };
-    let by = super::provenance().with_tissue(model.tissue);
+    let by = super::provenance().with_tissue(TissueModel::of(&tongue.mesh));
     let mut record = asked.run(&tongue, &model, &by).into_diagnostic()?;
     let fit = &record.fit;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));

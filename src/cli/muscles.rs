@@ -81,7 +81,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let each = each.collect::<miette::Result<Vec<_>>>()?;
     let title = format!("{what} {tension} N per metre of thickness");
     let palate = body.palate.as_deref().unwrap_or_default();
-    answer(each, (&body.mesh, palate, &title, "surface"), model.tissue, &out, global)
+    answer(each, (&body.mesh, palate, &title, "surface"), TissueModel::of(&body.mesh), &out, global)
 }
 
 /// Writes and prints what muscles do; each has rows, in the plane one for every muscle of the body.

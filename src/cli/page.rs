@@ -9,6 +9,7 @@ use tongue_fit::measured::{Dataset, TargetKind};
 use tongue_fit::parallel;
 use tongue_fit::report::{Json, OutputDir, PageTable, TonguePage};
 use tongue_fit::run::FitRun;
+use tongue_fit::system::TissueModel;
 
 use super::{Global, Outcome, body, inputs, output};
 
@@ -53,7 +54,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out = OutputDir::prepare(path.parent().unwrap_or(&path)).into_diagnostic()?;
     let kinds = vec![TargetKind::Ratio, TargetKind::Stretch];
     let plan = batch::plan(&data, &Selection { kinds, ..Selection::default() }).into_diagnostic()?;
-    let by = super::provenance().with_tissue(model.tissue);
+    let by = super::provenance().with_tissue(TissueModel::of(&tongue.mesh));
     let mut not_fitted: Vec<String> = plan.refusals.iter().map(|r| r.message.clone()).collect();
     let jobs = if arguments.no_fits { &[][..] } else { &plan.jobs[..plan.jobs.len().min(MOST_FITS)] };
     if !arguments.no_fits && jobs.len() < plan.jobs.len() {

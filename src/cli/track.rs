@@ -9,6 +9,7 @@ use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{FormantsRecord, Json, RecordingResult, TrackRecord, TrackResults, status_name};
 use tongue_fit::run::TrackRun;
 use tongue_fit::statistics::upper_median;
+use tongue_fit::system::TissueModel;
 use tongue_fit::track::{
     self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, Watch, course_summaries, held_out, is_untrusted,
 };
@@ -203,9 +204,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut body = speaker.body.clone();
     recordings.first().iter().for_each(|one| body.mesh.nodes.clone_from(&one.rest));
     let body = BodyFile::new(&body, &run.basis.model, speaker.tracked(&body), recordings)?;
-    let written = track_files::write(&out, &record, &body, &run.basis.model, &arguments.files)?;
+    let tissue = TissueModel::of(&speaker.body.mesh);
+    let written = track_files::write(&out, &record, &body, tissue, &arguments.files)?;
     journal.remove().into_diagnostic()?;
-    let by = super::provenance().with_tissue(run.basis.model.tissue);
+    let by = super::provenance().with_tissue(tissue);
     output::answer(global, &Json(&record), &by, &written, || track_table::track(&record))?;
     // Some recordings were not used.
     Ok(if left_out.is_empty() || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused })

@@ -8,7 +8,7 @@ use tongue_fit::report::{
     Export, Json, OutputDir, Provenance, Pvd, TrackPage, TrackRecord, contrasts, formants_csv, repeats_table,
     segments_csv, timelines, track_csv,
 };
-use tongue_fit::system::Model;
+use tongue_fit::system::TissueModel;
 
 use super::body_file::BodyFile;
 
@@ -44,10 +44,10 @@ pub fn write(
     out: &OutputDir,
     record: &TrackRecord,
     body: &BodyFile<'_>,
-    model: &Model,
+    tissue: TissueModel,
     arguments: &Arguments,
 ) -> miette::Result<Vec<PathBuf>> {
-    let by = super::provenance().with_tissue(model.tissue);
+    let by = super::provenance().with_tissue(tissue);
     let results = &record.results;
     let mut files: Vec<File<'_>> = vec![
         ("track.html".to_owned(), Box::new(TrackPage(record))),

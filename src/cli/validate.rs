@@ -6,6 +6,7 @@ use std::time::Instant;
 use miette::IntoDiagnostic;
 use tongue_fit::measured::Vowel;
 use tongue_fit::report::{Export, Json, Markdown};
+use tongue_fit::system::TissueModel;
 use tongue_fit::validate::{self, ValidationPlan};
 
 use super::{Global, Outcome, body, inputs, output, table};
@@ -56,7 +57,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     };
     let study = validate::run(&data, &body, &model, &plan, &tell).into_diagnostic()?;
     bar.finish_and_clear();
-    let by = super::provenance().with_tissue(model.tissue);
+    let by = super::provenance().with_tissue(TissueModel::of(&body.mesh));
     let json = Json(&study);
     let page = Markdown(validate::page(&study, &super::line_of(super::words_of_the_result())));
     let made = validate::files(&study);

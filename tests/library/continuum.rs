@@ -10,9 +10,7 @@ use tongue_fit::body::{Anatomy, Body, ContinuumSettings, Mesh, MuscleChain, soli
 use tongue_fit::effect::{Configuration, Effect};
 use tongue_fit::material::{Constants, NeoHookean};
 use tongue_fit::statics::{SolveSettings, SolveStatus, Workspace};
-use tongue_fit::system::{Additions, Model, System, TissueModel};
-
-const CONTINUUM: TissueModel = TissueModel::Continuum;
+use tongue_fit::system::{Additions, Model, System};
 
 /// A body of /a/: the system and the tensions of all muscles.
 fn pulled(mesh: &Mesh<2>) -> (System<2>, Vec<f64>) {
@@ -21,7 +19,7 @@ fn pulled(mesh: &Mesh<2>) -> (System<2>, Vec<f64>) {
 }
 
 fn model() -> Model {
-    Model { tissue: CONTINUUM, ..Model::default() }
+    Model::default()
 }
 
 /// The mesh as a continuum that is held on its whole surface.
@@ -261,7 +259,7 @@ fn contracted_cylinder(rings: usize, layers: usize) -> (f64, f64) {
     let settings = ContinuumSettings { bundle_width_m: 12e-3, fibres: 30, ..Default::default() };
     let mesh = continuum::lay(&base, None, &settings).unwrap().mesh;
     let constants = Constants { poisson_ratio: 0.499, ..Constants::TONGUE };
-    let system = System::new(&mesh, &Model { constants, ..model() }, &[0]).unwrap();
+    let system = System::new(&mesh, &Model { constants }, &[0]).unwrap();
     let mut workspace = Workspace::new(&system);
     let solution = statics::solve(&system, &mut workspace, &[0.3], &SolveSettings::default());
     assert_eq!((solution.status, solution.guarded), (SolveStatus::Converged, 0));

@@ -15,7 +15,7 @@ const MASS: f64 = 2.2e-2;
 /// A bar between a bone and a free node that moves along it.
 fn bar(viscosity: f64, contracts: bool) -> System<2> {
     let constants = Constants { viscosity, ..Constants::TONGUE };
-    let model = Model { constants, ..Model::default() };
+    let model = Model { constants };
     System::new(&fixtures::rope(1, 5e-3), &model, if contracts { &[0] } else { &[] }).unwrap()
 }
 

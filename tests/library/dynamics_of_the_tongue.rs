@@ -88,7 +88,7 @@ fn energy_never_grows_without_tension() {
     // Soft dampers, so that the body swings; the muscle is there, with its internal states, and slack.
     let mesh = fixtures::lattice(4, 4, 5.5e-3);
     let constants = Constants { viscosity: 20.0, ..Constants::TONGUE };
-    let system = System::new(&mesh, &Model { constants, ..Model::default() }, &[0]).unwrap();
+    let system = System::new(&mesh, &Model { constants }, &[0]).unwrap();
     for method in IntegrationMethod::ALL {
         let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
         let dt = method.step_limit(&motion).map_or(1e-4, |limit| 0.2 * limit);
@@ -112,7 +112,7 @@ fn explicit_runs_diverge_beyond_the_stability_limit() {
     let mesh = fixtures::lattice(4, 4, 5.5e-3);
     for viscosity in [0.0, 5.0, 3000.0] {
         let constants = Constants { viscosity, ..Constants::TONGUE };
-        let system = System::new(&mesh, &Model { constants, ..Model::default() }, &[]).unwrap();
+        let system = System::new(&mesh, &Model { constants }, &[]).unwrap();
         let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
         let method = IntegrationMethod::Verlet;
         {

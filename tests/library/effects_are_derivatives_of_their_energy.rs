@@ -16,7 +16,7 @@ use tongue_core::effect::lumped_masses;
 use tongue_core::sparse::BlockMatrix;
 use tongue_fit::body::{Mesh, SpaceBody};
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, Tangent};
-use tongue_fit::system::{Additions, Model, MusclesAs, SpaceModel, System, TissueModel};
+use tongue_fit::system::{Additions, Model, MusclesAs, SpaceModel, System};
 
 fn stiffness<const D: usize>(
     system: &System<D>,
@@ -57,11 +57,11 @@ fn additions<const D: usize>(mesh: &Mesh<D>, side: f64) -> Additions<D> {
     }
 }
 
-fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64, tissue: TissueModel) -> Vec<&'static str> {
-    let model = Model { tissue, ..Model::default() };
+fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64) -> Vec<&'static str> {
+    let model = Model::default();
     let system = System::with(mesh, &model, &[0], additions(mesh, side)).unwrap();
     // Nodes of quadratic elements are half as far from each other.
-    let far = if tissue == TissueModel::Continuum { 0.03 } else { 0.08 };
+    let far = if mesh.continuum.is_some() { 0.03 } else { 0.08 };
     check_system(&system, &fixtures::shaken(mesh, far * side), side, &[7.5], 1.0)
 }
 
@@ -240,9 +240,9 @@ fn all_effects(of: &str) -> BTreeSet<String> {
 #[test]
 fn all_effects_in_the_plane_and_in_space() {
     fn names<const D: usize>(springs: &Mesh<D>, continuum: Mesh<D>) -> BTreeSet<String> {
-        let springs = check_all(springs, 5.5e-3, TissueModel::MassSpring);
+        let springs = check_all(springs, 5.5e-3);
         let continuum = fixtures::held_at_a_corner(continuum, 5.5e-3);
-        let continuum = check_all(&continuum, 5.5e-3, TissueModel::Continuum);
+        let continuum = check_all(&continuum, 5.5e-3);
         springs.into_iter().chain(continuum).map(str::to_owned).collect()
     }
     let flat = names(&fixtures::lattice(4, 4, 5.5e-3), fixtures::lattice(3, 3, 5.5e-3));
@@ -278,16 +278,16 @@ fn hexahedra_and_their_muscles() {
 fn moving_the_whole_body_costs_no_energy_and_neither_does_turning_it() {
     let lattice = fixtures::lattice(4, 4, 5.5e-3);
     let continuum = fixtures::held_at_a_corner(lattice.clone(), 5.5e-3);
-    is_free_to_move(&lattice, TissueModel::MassSpring);
-    is_free_to_move(&continuum, TissueModel::Continuum);
+    is_free_to_move(&lattice);
+    is_free_to_move(&continuum);
 }
 
-fn is_free_to_move(mesh: &Mesh<2>, tissue: TissueModel) {
+fn is_free_to_move(mesh: &Mesh<2>) {
     let x = fixtures::shaken(mesh, 5e-4);
     let turn = nalgebra::Rotation2::new(0.7);
     let turned: Vec<_> = x.iter().map(|p| turn * p + SVector::from([0.02, -0.01])).collect();
     let tensions = [7.5];
-    let system = System::new(mesh, &Model { tissue, ..Model::default() }, &[0]).unwrap();
+    let system = System::new(mesh, &Model::default(), &[0]).unwrap();
     for effect in system.effects() {
         let before = effect.energy(Configuration { positions: &x, tensions: &tensions });
         let after = effect.energy(Configuration { positions: &turned, tensions: &tensions });

@@ -92,7 +92,7 @@ fn shapes_agree_from_a_neighbour_with_displaced_bones_and_in_separate_bodies() {
             moved.nodes.iter_mut().for_each(|x| *x += SVector::from([about(2e-4), about(2e-4)]));
             let poisson_ratio = 0.47 + about(0.02);
             let constants = Constants { poisson_ratio, ..Constants::TONGUE };
-            System::new(&moved, &Model { constants, ..Model::default() }, &ALL).unwrap()
+            System::new(&moved, &Model { constants }, &ALL).unwrap()
         })
         .collect();
     let middle = one_at_a_time(&system, &Load::new(PUBLISHED.to_vec()), &SHARP).1.positions().to_vec();
@@ -135,7 +135,7 @@ fn a_finer_body_and_one_without_incompressible_cells_are_solved_in_lanes_too() {
     let fine = body::build(&Anatomy::reference().unwrap(), 2.7e-3).unwrap();
     let fine = System::new(&fine, &Model::default(), &ALL).unwrap();
     let springs = Constants { poisson_ratio: 0.25, ..Constants::TONGUE };
-    let springs = Model { constants: springs, ..Model::default() };
+    let springs = Model { constants: springs };
     let springs = System::new(&tongue(), &springs, &ALL).unwrap();
     for system in [fine, springs] {
         let mut random = fastrand::Rng::with_seed(3);

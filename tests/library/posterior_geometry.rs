@@ -72,9 +72,7 @@ fn answers_to_the_shape_are_right(posterior_model: &PosteriorModel) {
             young_modulus,
             ..posterior_model.model.constants
         };
-        let system =
-            System::new(&posterior_model.body.mesh, &Model { constants, ..posterior_model.model }, &all)
-                .unwrap();
+        let system = System::new(&posterior_model.body.mesh, &Model { constants }, &all).unwrap();
         stretches(&system)
     };
     let sd = posterior_model.priors.compressibility.sd_ln_kappa;

@@ -30,7 +30,7 @@ fn body() -> impl Strategy<Value = Mesh<2>> {
 fn material() -> impl Strategy<Value = Model> {
     (2.0..6.0f64, 0.26..0.499f64).prop_map(|(log_e, poisson_ratio)| {
         let constants = Constants { young_modulus: 10f64.powf(log_e), poisson_ratio, ..Constants::TONGUE };
-        Model { constants, ..Model::default() }
+        Model { constants }
     })
 }
 
@@ -72,7 +72,7 @@ fn rests_in_every_form<const D: usize>(mesh: &Mesh<D>) -> Result<(), TestCaseErr
     rests(&System::new(mesh, &Model::default(), &[]).unwrap())?;
     rests(&System::new(mesh, &Model::default(), &all).unwrap())?;
     if let Ok(body) = Body::new("", mesh.clone()).into_continuum(&ContinuumSettings::default()) {
-        let model = Model { tissue: tongue_fit::system::TissueModel::Continuum, ..Model::default() };
+        let model = Model::default();
         rests(&System::new(&body.mesh, &model, &all).unwrap())?;
     }
     Ok(())

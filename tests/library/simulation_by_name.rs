@@ -9,7 +9,7 @@ use tongue_fit::measured::TargetKind;
 use tongue_fit::prelude::*;
 use tongue_fit::simulation::{Assembly, SimulationError};
 use tongue_fit::statics::{self, Workspace};
-use tongue_fit::system::{System, TissueModel};
+use tongue_fit::system::System;
 
 use crate::fixtures::{target, vowel};
 
@@ -150,7 +150,6 @@ fn bones_priors_and_constants_are_fitted_by_name() {
     // With known tensions the stiffness can be found; a given tension is not an unknown.
     let soft = Model {
         constants: tongue_fit::material::Constants { young_modulus: 4700.0, ..Model::default().constants },
-        ..Model::default()
     };
     let seen = soft.assemble(&body, ["GGa", "HGa"]).unwrap().solver().equilibrium(&[("GGa", 14.0)]).unwrap();
     let found = InverseProblem::new(&model, observations(&seen))
@@ -260,8 +259,7 @@ fn wrong_names_and_numbers_are_reported_in_a_sentence() {
 #[test]
 fn derivatives_of_nodes_by_tensions_are_the_differences() {
     let continuum = Body::continuum(8.0 * MM, &ContinuumSettings::default()).unwrap();
-    let tissue = TissueModel::Continuum;
-    let laid = Model { tissue, ..Model::default() }.assemble(&continuum, MUSCLES).unwrap();
+    let laid = Model::default().assemble(&continuum, MUSCLES).unwrap();
     for model in [model(), laid] {
         let mut solver = model.solver();
         let shape = solver.equilibrium(&PUBLISHED).unwrap();

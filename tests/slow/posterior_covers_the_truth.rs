@@ -7,7 +7,7 @@ use tongue_fit::MM;
 use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::material::Constants;
 use tongue_fit::parallel;
-use tongue_fit::system::{Model, System, TissueModel};
+use tongue_fit::system::{Model, System};
 use tongue_infer::posterior::{ParameterValues, PosteriorModel, Priors, Quantiles, Sampling, sample};
 
 use crate::cases;
@@ -123,7 +123,7 @@ fn displaced(truth: &PosteriorModel, random: &mut fastrand::Rng) -> Option<Syste
     let poisson_ratio = lambda / (2.0 * (lambda + mu));
     let young_modulus = 2.0 * mu * (1.0 + poisson_ratio);
     let constants = Constants { poisson_ratio, young_modulus, ..truth.model.constants };
-    System::new(&body.mesh, &Model { constants, ..truth.model }, &all).ok()
+    System::new(&body.mesh, &Model { constants }, &all).ok()
 }
 
 /// Counts how often intervals contain the truth. The speakers' bodies are those of `truths` in turn, with the
@@ -222,8 +222,7 @@ fn intervals_of_speakers_of_three_vowels_cover_the_truth_and_so_do_contrasts() {
 fn intervals_of_a_continuum_cover_the_truth_of_continua_of_other_widths_and_meshes() {
     let continuum = |mm: f64| {
         let body = Body::continuum(mm * MM, &ContinuumSettings::default()).unwrap();
-        let model = Model { tissue: TissueModel::Continuum, ..Model::default() };
-        PosteriorModel::new(&body, &model, &Priors::default()).unwrap()
+        PosteriorModel::new(&body, &Model::default(), &Priors::default()).unwrap()
     };
     let count = cases(3);
     let found =

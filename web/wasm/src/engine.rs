@@ -18,7 +18,7 @@ use tongue_fit::scene::prepare::prepare;
 use tongue_fit::scene::{JOINT_MM, Scene};
 use tongue_fit::simulation::read_tensions;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
-use tongue_fit::system::{Model, PrescribedDisplacement, System, TissueModel};
+use tongue_fit::system::{Model, PrescribedDisplacement, System};
 
 use crate::space::Space;
 
@@ -88,10 +88,7 @@ impl Engine {
     /// As the program's.
     pub fn new(text: &BodyText, scene: Scene, data: Option<Dataset>) -> Result<Self, String> {
         let body = text.plane().make(&mut |_| ()).map_err(|e| e.to_string())?;
-        let mut model = scene.model();
-        if body.mesh.continuum.is_some() {
-            model.tissue = TissueModel::Continuum;
-        }
+        let model = scene.model();
         let system = system(&scene, &body, &[])?;
         let workspace = Workspace::new(&system);
         let data = match data {

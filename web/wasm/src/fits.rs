@@ -6,6 +6,7 @@ use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::{Draw, ShortRun};
 use tongue_fit::report::{FitRecord, Provenance};
 use tongue_fit::run::FitRun;
+use tongue_fit::system::TissueModel;
 
 use crate::engine::Engine;
 
@@ -69,7 +70,7 @@ pub fn fit(
     walls: bool,
 ) -> Result<FitRecord, String> {
     let target = target(engine, subject, vowel, baseline, kind)?;
-    let by = Provenance::new("tongue.html").with_tissue(engine.model.tissue);
+    let by = Provenance::new("tongue.html").with_tissue(TissueModel::of(&engine.body.mesh));
     FitRun::quick(target, walls).run(&engine.body, &engine.model, &by).map_err(|e| e.to_string())
 }
 

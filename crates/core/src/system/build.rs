@@ -53,9 +53,6 @@ impl<const D: usize> System<D> {
             let tissue = TissueModel::Continuum;
             return Self::assemble(mesh, tissue, coefficients, effects, additions, Vec::new(), contracting);
         }
-        if model.tissue != TissueModel::MassSpring {
-            return Err(SystemError::NotAContinuum);
-        }
         if additions.incompressible && coefficients.kappa < -rounding {
             let poisson_ratio = model.constants.poisson_ratio;
             return Err(SystemError::NegativeKappa { kappa: coefficients.kappa, poisson_ratio });
@@ -68,7 +65,7 @@ impl<const D: usize> System<D> {
             effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
         }
         effects.append(&mut additions.effects);
-        Self::assemble(mesh, model.tissue, coefficients, effects, additions, paths, contracting)
+        Self::assemble(mesh, TissueModel::MassSpring, coefficients, effects, additions, paths, contracting)
     }
 
     /// A system of given effects on the nodes of `mesh`, with no straight paths, for bodies that

@@ -24,10 +24,6 @@ pub enum SystemError {
          energy has no minimum; springs alone already have 0.25, so give at least that, or take a continuum"
     )]
     NegativeKappa { kappa: f64, poisson_ratio: f64 },
-    #[error(
-        "the body is a mesh of linear cells; make it a continuum first (--body continuum, Body::into_continuum)"
-    )]
-    NotAContinuum,
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),
     #[error("the body is faulty: {0}")]

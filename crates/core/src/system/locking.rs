@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Model, System, SystemError, TissueModel};
+use super::{Model, System, SystemError};
 use crate::body::solid;
 use crate::effect::Configuration;
 
@@ -13,10 +13,10 @@ const RADIUS: f64 = 1e3;
 
 /// Which part of its deflection a cube of springs on the edges of six tetrahedra keeps when it is bent: the
 /// exact energy of pure bending, `E/2 ∫ (z/R)²`, over that of the springs at the same displacements of the
-/// corners. `None` where the model has no springs, or where Poisson's ratio is at most [`TOLD_ABOVE`].
+/// corners. `None` where Poisson's ratio is at most [`TOLD_ABOVE`].
 pub fn bending_kept(model: &Model, side: f64) -> Result<Option<f64>, SystemError> {
     let nu = model.constants.poisson_ratio;
-    if model.tissue != TissueModel::MassSpring || nu <= TOLD_ABOVE {
+    if nu <= TOLD_ABOVE {
         return Ok(None);
     }
     let mesh = solid::block([side; 3], [1; 3]);

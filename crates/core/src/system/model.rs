@@ -1,7 +1,5 @@
 //! Choices that make a mesh into a model, and the coefficients that follow from them.
 
-use serde::Serialize;
-
 use super::SystemError;
 use crate::body::Mesh;
 use crate::geometry::simplex;
@@ -11,23 +9,30 @@ use crate::material::{Coefficients, Constants};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model {
     pub constants: Constants,
-    pub tissue: TissueModel,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-#[serde(rename_all = "kebab-case")]
+/// The model of the tissue, which follows from the mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TissueModel {
     /// Springs on the connections and a term that keeps each cell's measure, as the thesis does.
-    #[default]
     MassSpring,
-    /// Quadratic elements, muscles of finite width and bones that hold patches. Every body that is a
-    /// continuum has this model, and no other body has it ([`crate::body::continuum`]).
+    /// Quadratic elements, muscles of finite width and bones that hold patches ([`crate::body::continuum`]).
     Continuum,
-    /// Hexahedra with one mean volume each, of every [`crate::body::SpaceBody`], and of no other body.
+    /// Hexahedra with one mean volume each ([`crate::body::SpaceBody`]).
     Hexahedra,
 }
 
 impl TissueModel {
+    pub fn of<const D: usize>(mesh: &Mesh<D>) -> Self {
+        if mesh.continuum.is_some() {
+            Self::Continuum
+        } else if mesh.hexahedra.is_empty() {
+            Self::MassSpring
+        } else {
+            Self::Hexahedra
+        }
+    }
+
     /// Whether an equilibrium costs much more than one of springs.
     pub fn is_expensive(self) -> bool {
         matches!(self, Self::Continuum | Self::Hexahedra)
@@ -36,7 +41,7 @@ impl TissueModel {
 
 impl Default for Model {
     fn default() -> Self {
-        Self { constants: Constants::TONGUE, tissue: TissueModel::default() }
+        Self { constants: Constants::TONGUE }
     }
 }
 

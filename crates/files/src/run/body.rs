@@ -5,7 +5,6 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tongue_core::body::{Anatomy, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M};
-use tongue_core::system::TissueModel;
 use tongue_input::bodies::{BodyFileError, MeshContent, Unit};
 
 const CONTINUUM_SPACING_M: f64 = 4e-3;
@@ -25,13 +24,6 @@ pub enum Kind {
 impl Kind {
     pub(crate) fn is_default(&self) -> bool {
         *self == Self::default()
-    }
-
-    pub fn tissue(self) -> TissueModel {
-        match self {
-            Self::Springs => TissueModel::MassSpring,
-            Self::Continuum => TissueModel::Continuum,
-        }
     }
 }
 

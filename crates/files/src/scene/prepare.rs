@@ -133,7 +133,6 @@ impl Scene {
                 poisson_ratio: m.poisson_ratio.unwrap_or(table.poisson_ratio),
                 viscosity: m.viscosity_pa_s.unwrap_or(table.viscosity),
             },
-            tissue: self.body.kind().tissue(),
         }
     }
 }
@@ -220,7 +219,7 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
 /// How much the elements of a solid lock, in words; `None` where they do not.
 fn locks<const D: usize>(body: &Body<D>, model: &Model) -> Result<Option<String>, SceneError> {
     let mesh = &body.mesh;
-    if D != 3 || mesh.cells.is_empty() {
+    if D != 3 || mesh.cells.is_empty() || mesh.continuum.is_some() {
         return Ok(None);
     }
     let total: f64 = mesh.connections.iter().map(|&c| mesh.distance(c)).sum();

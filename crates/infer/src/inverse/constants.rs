@@ -20,7 +20,7 @@ pub struct TissueUnknown<'a, const D: usize> {
 
 impl<'a, const D: usize> TissueUnknown<'a, D> {
     fn with(&self, constants: Constants) -> Result<System<D>, SystemError> {
-        System::new(self.mesh, &Model { constants, ..self.model }, self.contracting)
+        System::new(self.mesh, &Model { constants }, self.contracting)
     }
 
     pub(super) fn constants(&self, unknowns: &[Unknown], x: &[f64]) -> Constants {

@@ -21,7 +21,6 @@ pub const BONE_SD_M: f64 = 5e-3;
 pub struct MovableBone<const D: usize> {
     nodes: Vec<usize>,
     mesh: Mesh<D>,
-    model: Model,
     contracting: Vec<usize>,
     loose: Arc<System<D>>,
 }
@@ -44,7 +43,7 @@ impl<const D: usize> MovableBone<D> {
         let mut mesh = mesh.clone();
         mesh.fixed.retain(|n| !nodes.contains(n));
         let loose = Arc::new(System::new(&mesh, model, contracting)?);
-        Ok(Self { nodes: nodes.to_vec(), mesh, model: *model, contracting: contracting.to_vec(), loose })
+        Ok(Self { nodes: nodes.to_vec(), mesh, contracting: contracting.to_vec(), loose })
     }
 
     /// Frees a bone of a body by its name.
@@ -72,7 +71,7 @@ impl<const D: usize> MovableBone<D> {
         other: Option<Constants>,
         force: &mut [SVector<f64, D>],
     ) {
-        let with = |constants| System::new(&self.mesh, &Model { constants, ..self.model }, &self.contracting);
+        let with = |constants| System::new(&self.mesh, &Model { constants }, &self.contracting);
         let anew = other.and_then(|constants| with(constants).ok());
         let loose = anew.as_ref().unwrap_or(&self.loose);
         let pattern = loose.pattern();

@@ -118,7 +118,7 @@ pub(crate) fn beside_in_kappa(
     let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
     let with = |times: f64| {
         let constants = with_kappa(posterior_model, times);
-        System::new(&posterior_model.body.mesh, &Model { constants, ..posterior_model.model }, &all)
+        System::new(&posterior_model.body.mesh, &Model { constants }, &all)
     };
     Ok(Some([with((-prior.sd_ln_kappa).exp())?, with(prior.sd_ln_kappa.exp())?]))
 }
@@ -128,7 +128,7 @@ pub(crate) fn beside_in_kappa(
 fn with_kappa(posterior_model: &PosteriorModel, times: f64) -> Constants {
     let constants = posterior_model.model.constants;
     let (lambda, mu) = constants.lame();
-    let lambda = if PosteriorModel::is_for_springs(&posterior_model.body, &posterior_model.model) {
+    let lambda = if posterior_model.body.mesh.continuum.is_none() {
         mu + (lambda - mu) * times
     } else {
         lambda * times

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use tongue_core::body::{Body, ContinuumSettings};
 use tongue_core::geometry::Point;
 use tongue_core::statics::lanes::{Adjoint, Load};
-use tongue_core::system::{Model, System, TissueModel};
+use tongue_core::system::{Model, System};
 
 use super::PosteriorError;
 use super::parameters::ParameterValues;
@@ -82,11 +82,6 @@ impl PosteriorModel {
         let each = self.hyoid.iter().zip(&self.turn);
         let by_angle: f64 = each.map(|(&node, turn)| adjoint.by_node[node].dot(turn)).sum();
         [shift.x + tilt * by_angle, shift.y, d.x * by_angle]
-    }
-
-    /// Whether a body and its model consist of springs alone; such a posterior is sampled in a fraction of a second.
-    pub(crate) fn is_for_springs(body: &Body<2>, model: &Model) -> bool {
-        model.tissue == TissueModel::MassSpring && body.mesh.continuum.is_none()
     }
 
     pub fn is_of_springs(&self) -> bool {

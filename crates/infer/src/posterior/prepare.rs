@@ -51,7 +51,7 @@ impl PosteriorModel {
             sides: None,
         };
         posterior_model.kappa = beside_in_kappa(&posterior_model)?;
-        if !Self::is_for_springs(&posterior_model.body, &posterior_model.model) {
+        if posterior_model.body.mesh.continuum.is_some() {
             posterior_model.sides = Some(PerturbedBodies::new(&posterior_model)?);
         }
         Ok(posterior_model)

@@ -116,7 +116,7 @@ pub struct ShortRun {
 impl ShortRun {
     /// The run for a fit.
     pub fn new(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
-        if !PosteriorModel::is_for_springs(body, model) {
+        if body.mesh.continuum.is_some() {
             return Err("in this body it takes minutes, and --posterior 2000 gives it".to_owned());
         }
         let matched = TargetOnBody::new(&body.mesh, target).map_err(|e| e.to_string())?;

@@ -246,7 +246,7 @@ fn locking() -> Result<Vec<Locking>, Error> {
     let ratios_at = |h: f64, nu: f64| -> Result<Vec<f64>, Error> {
         let body = Body::continuum(h, &ContinuumSettings::default())?;
         let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
-        let model = Model { constants, ..Model::default() };
+        let model = Model { constants };
         Ok(ratios(&Pulled::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0)
     };
     let near = ratios_at(DEFAULT_M, NEARLY_INCOMPRESSIBLE)?;
@@ -270,7 +270,7 @@ fn sensitive(
 ) -> Result<Sensitivity, Error> {
     let body = Body::continuum(DEFAULT_M, settings)?;
     let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
-    let model = Model { constants, ..Model::default() };
+    let model = Model { constants };
     let mut found = Vec::new();
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {
