@@ -234,9 +234,9 @@ pub mod measured {
         };
 
         pub mod rest_distance {
-            //! How far the model in its baseline is from a measured row.
+            //! How far the model in its baseline is from a measured row, and whether the names of columns are shifted.
             #[doc(inline)]
-            pub use tongue_input::measured::lengths::rest_distance::{measure, nearest};
+            pub use tongue_input::measured::lengths::rest_distance::{measure, nearest, shifted};
         }
     }
 

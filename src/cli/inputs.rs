@@ -6,6 +6,9 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::acoustics::{Tract, VocalTract};
 use tongue_fit::files::{self, advice};
 use tongue_fit::measured::Dataset;
+use tongue_fit::measured::lengths::rest_distance;
+
+use super::output;
 
 /// The text of a file; `what` says in an error what it is read for, such as "the map".
 pub fn text(what: &str, path: &Path) -> miette::Result<String> {
@@ -27,6 +30,7 @@ pub fn tract(path: &Path) -> miette::Result<Tract> {
 /// The table of lengths, by default the built-in one, with the half width of their rounding if it was given.
 pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Result<Dataset> {
     let data = file.map_or_else(Dataset::reference, Dataset::from_path).into_diagnostic()?;
+    rest_distance::shifted(&data).iter().for_each(|said| output::note(&format!("{}: {said}", data.origin())));
     match half_width_mm {
         Some(mm) => data.with_half_width_mm(mm).into_diagnostic(),
         None => Ok(data),

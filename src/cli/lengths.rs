@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::inverse::batch::{self, Refusal, Selection};
+use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::lengths::{BrokenRow, Column, Encoding, HalfWidth, Malformed, Reading, Row};
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::measured::{Dataset, TargetKind, Vowel};
@@ -91,6 +92,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     output::tell(global, &record, || text(&record, &data))?;
     let is_misspelt = record.unknown_muscles.iter().any(|said| said.contains(MEANT));
     let is_good = !is_misspelt
+        && rest_distance::shifted(&data).is_none()
         && record.broken.is_empty()
         && record.bad_cells.is_empty()
         && record.not_fitted.is_empty();

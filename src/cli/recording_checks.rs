@@ -2,7 +2,7 @@
 
 use miette::bail;
 use tongue_fit::body::{Body, HYOID, MANDIBLE};
-use tongue_fit::measured::recording::{FaultKind, WITHOUT_BONES};
+use tongue_fit::measured::recording::{AlignedRecording, FaultKind, WITHOUT_BONES};
 use tongue_fit::report::RecordingResult;
 use tongue_fit::statistics::upper_median;
 use tongue_fit::track::{Followed, FrameStatus, TongueSurface, Tracked};
@@ -18,7 +18,7 @@ pub fn check_frame(recordings: &[Screened], followed: &[Followed]) -> miette::Re
             if let Some(median) = upper_median(away).filter(|d| *d > FARTHEST_BONE_M) {
                 bail!(
                     "{}: the {} is seen {:.0} mm from where the body has it, so the recording is not in the body's frame; adapt a \
-                     body to the speaker (tongue-fit adapt), or give a map with the axes",
+                     body to the speaker (tongue-fit adapt), or correct back, up, turn_deg and shift_mm in a map",
                     seen.name,
                     bone.name.replace('_', " "),
                     median * 1e3
@@ -77,7 +77,7 @@ pub fn check_scale(scale: f64, bones_apart_m: Option<f64>) -> miette::Result<Opt
              leave the bones out with a map (--map) of the line {WITHOUT_BONES}",
             m * 1e3
         ),
-        None => "correct the unit (unit_mm in a map), or the names of the bones".to_owned(),
+        None => "correct the unit (unit_mm and scale in a map), or the names of the bones".to_owned(),
     };
     if !SCALES.contains(&scale) {
         let (least, most) = (SCALES.start(), SCALES.end());
@@ -95,7 +95,7 @@ pub fn bones_apart_m(followed: &[Followed]) -> Option<f64> {
 }
 
 /// Why the tensions of a recording are not reported: most of its frames cannot be reached, or are met badly.
-pub fn out_of_reach(frames: &[Tracked]) -> Option<String> {
+pub fn out_of_reach(seen: &AlignedRecording, frames: &[Tracked], is_adapted: bool) -> Option<String> {
     /// Largest median of the root mean square distance, mm: real speakers are met to 0.1 to 1.5 mm.
     const MOST_RMS_MM: f64 = 2.5;
     let out = frames.iter().filter(|f| f.status == FrameStatus::OutOfReach).count();
@@ -109,9 +109,11 @@ pub fn out_of_reach(frames: &[Tracked]) -> Option<String> {
         false => "its points are met badly by this body".to_owned(),
     };
     let met = rms.map_or_else(String::new, |mm| format!(" (met to {mm:.1} mm)"));
+    let which = if seen.sensors.is_empty() { "names of the bones" } else { "names and places of coils" };
+    let other = if is_adapted { "" } else { ", or adapt a body to the speaker (tongue-fit adapt)" };
     Some(format!(
-        "{what}{met}, so no tensions are reported; check the unit, the axes and the places of coils in the map (turn_deg turns a recording \
-         whose axes are not those of the head), or adapt a body to the speaker (tongue-fit adapt)"
+        "{what}{met}, so no tensions are reported; check the unit, the axes and the {which}, and correct them in a map (turn_deg turns a \
+         recording whose axes are not those of the head){other}"
     ))
 }
 

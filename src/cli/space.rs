@@ -195,7 +195,7 @@ pub fn solve(
         Some((_, half)) => half.whole(workspace.positions()),
         None => workspace.positions().to_vec(),
     };
-    found.alarms.extend(alarms::of_strain(body, &positions));
+    found.alarms.extend(alarms::of_strain(&body.mesh, body.volume_ratios(&positions), &positions));
     Ok(Solved { found, positions, system, wall_s })
 }
 

@@ -146,7 +146,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     // Recordings that the body cannot reach are left out.
     let (mut results, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
     for (r, found) in recordings.iter().zip(found) {
-        match recording_checks::out_of_reach(&found.frames) {
+        match recording_checks::out_of_reach(&r.seen, &found.frames, !is_given) {
             Some(why) => unmet.push(format!("{}: {why}", r.seen.name)),
             None => {
                 results.push(RecordingResult::new(&r.seen, &r.faults, run.freed(&r.seen), found));

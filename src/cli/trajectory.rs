@@ -13,6 +13,7 @@ use tongue_fit::dynamics::{
 };
 use tongue_fit::effect::Configuration;
 use tongue_fit::geometry::Point;
+use tongue_fit::inverse::alarms;
 use tongue_fit::measured::ByMuscle;
 use tongue_fit::report::{
     self, AnimationFrame, Export, Json, OutputDir, Provenance, Pvd, ReportError, StoTable, Table,
@@ -183,6 +184,7 @@ pub fn run(
         Control::Adaptive(tolerance) => (None, Some(tolerance * 1e3)),
     };
     let (min_area_ratio, max_area_ratio) = system.tissue_ratios(&state.positions);
+    let strain = alarms::of_strain(&mesh, [min_area_ratio, max_area_ratio], &state.positions);
     let record = TrajectoryRecord {
         outcome,
         method,
@@ -200,9 +202,10 @@ pub fn run(
     let written = write(&out, &record, &by, (&mesh, &palate), &motion, watch)?;
     output::answer(global, &Json(&record), &by, &written, || table::trajectory(&record))?;
     Ok(match outcome.status {
-        MotionStatus::Completed => Outcome::judged(record.guarded == 0, || {
-            format!("in {} elements the barrier acts instead of the published law", record.guarded)
-        }),
+        MotionStatus::Completed => {
+            let alarms = alarms::barrier(record.guarded).into_iter().chain(strain).map(|a| a.to_string());
+            Outcome::of_reason(alarms.reduce(|all, next| format!("{all}; {next}")))
+        }
         other => Outcome::judged(false, || format!("the motion stopped early ({})", word(&other))),
     })
 }

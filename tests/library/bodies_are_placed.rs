@@ -92,13 +92,13 @@ fn a_bone_more_than_10_mm_from_its_place_refuses_a_recording_in_the_plane_and_in
     for (off_m, is_refused) in [([0.0, 0.0], false), ([0.0, -8e-3], false), ([8e-3, -28e-3], true)] {
         let seen = hyoid + Point::from(off_m);
         let placed =
-            RegistrationData { frames: 10, ..RegistrationData::drawn(&drawn, Some(spine), Some(seen)) }
+            RegistrationData { frames: 40, ..RegistrationData::drawn(&drawn, Some(spine), Some(seen)) }
                 .place(&body);
         let in_plane = placed.and_then(Registration::in_one_frame).map(drop);
         let mut recording = AlignedRecording::of_contours(&[&drawn]);
         recording.bones = vec![MANDIBLE.to_owned(), HYOID.to_owned()];
         recording.frames[0].bones = vec![Some(spine), Some(seen)];
-        recording.frames = vec![recording.frames[0].clone(); 10];
+        recording.frames = vec![recording.frames[0].clone(); 40];
         let in_space = Recorded::of_recordings(&[&recording], Some(&body), None).map(drop);
         for found in [in_plane, in_space] {
             match found {
@@ -114,6 +114,39 @@ fn a_bone_more_than_10_mm_from_its_place_refuses_a_recording_in_the_plane_and_in
         }
     }
 }
+
+#[test]
+fn a_contour_of_another_scale_or_without_its_root_is_named_beside_a_bone_far_from_its_place() {
+    let body = body();
+    let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
+    let whole = contour(&body, 11);
+    let of = |drawn: &[Point], off: Point| {
+        RegistrationData { frames: 90, ..RegistrationData::drawn(drawn, Some(spine), Some(hyoid + off)) }
+            .place(&body)
+            .unwrap()
+    };
+    let larger: Vec<Point> = whole.iter().map(|p| p * 1.5 + Point::new(20e-3, -20e-3)).collect();
+    let behind: Vec<Point> = whole.iter().map(|p| p + Point::new(25e-3, 0.0)).collect();
+    for (placed, said) in [
+        (of(&larger, Point::zeros()), "its unit is larger"),
+        (of(&behind, Point::zeros()), "not in one frame"),
+        (of(&whole[4..], Point::new(0.0, -35e-3)), "its root is not drawn"),
+    ] {
+        let told = placed.in_one_frame().unwrap_err().to_string();
+        assert!(told.contains(said) && told.contains("hyoid = \"ignore\""), "{told}");
+    }
+    // Without its root a contour is used where the hyoid is 10 to 14 mm off, and that is told.
+    let mut used = 0;
+    for down_mm in 0..40 {
+        let short = of(&whole[4..], Point::new(0.0, -1e-3 * f64::from(down_mm)));
+        let off_mm = short.bones_m.iter().map(|b| b.1 * 1e3).fold(0.0, f64::max);
+        let told = short.doubt().is_some_and(|said| said.contains("its root is not drawn"));
+        assert_eq!((short.in_one_frame().is_ok(), told), (off_mm <= 14.0, off_mm > 10.0), "{off_mm}");
+        used += i32::from(off_mm > 10.0 && off_mm <= 14.0);
+    }
+    assert!(used > 2, "{used}");
+}
+
 #[test]
 fn a_bone_10_to_20_mm_from_its_place_is_told_of_single_frames_and_refused_of_whole_recordings() {
     let body = body();
@@ -129,14 +162,15 @@ fn a_bone_10_to_20_mm_from_its_place_is_told_of_single_frames_and_refused_of_who
         };
         let one = of(1);
         let off_mm = one.bones_m.iter().map(|b| b.1 * 1e3).fold(0.0, f64::max);
-        assert_eq!(of(10).in_one_frame().is_ok(), off_mm <= 10.0, "{off_mm}");
-        assert_eq!(one.clone().in_one_frame().is_ok(), off_mm <= 20.0, "{off_mm}");
+        for (frames, most_mm) in [(1, 19.75), (10, 17.5), (20, 15.0), (40, 10.0), (90, 10.0)] {
+            assert_eq!(of(frames).in_one_frame().is_ok(), off_mm <= most_mm, "{off_mm}");
+        }
         assert_eq!(
             one.doubt().is_some_and(|said| said.contains("so few frames (1)")),
             off_mm > 10.0,
             "{off_mm}"
         );
-        told[usize::from(off_mm > 10.0) + usize::from(off_mm > 20.0)] += 1;
+        told[usize::from(off_mm > 10.0) + usize::from(off_mm > 19.75)] += 1;
     }
     assert!(told.iter().all(|n| *n > 0), "{told:?}");
 }

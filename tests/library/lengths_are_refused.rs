@@ -1,5 +1,6 @@
 //! Tables of lengths that cannot be used are refused, wholly or in part, with the place, the reason and what to write.
 
+use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::{Dataset, Vowel};
 
 const REFERENCE: &str = include_str!("../../targets/takano2007_lengths.csv");
@@ -244,14 +245,14 @@ fn lengths_are_refused_with_the_reason_and_an_example_in_their_unit() {
         (
             "mm",
             "4.9",
-            "is 4.9, too short for millimetres (below 10): it looks like centimetres; multiply the lengths by 10, or \
+            "is 4.9, too short for millimetres (below 10); correct it, or if all lengths are in centimetres, \
              write cm in place of mm in the column's name"
                 .to_owned(),
         ),
         (
             "mm",
             "0.049",
-            "is 0.049, too short for millimetres (below 10): it looks like metres; multiply the lengths by 1000, or \
+            "is 0.049, too short for millimetres (below 10); correct it, or if all lengths are in metres, \
              write m in place of mm in the column's name"
                 .to_owned(),
         ),
@@ -297,4 +298,25 @@ fn one_decimal_mark_a_table() {
     // A decimal comma in quotation marks is possible with commas between fields.
     let quoted = dataset("subject,vowel,GGa_mm\nX,a,\"47,5\"\n");
     assert_eq!(quoted.rows()[0].lengths.length_mm, [Some(47.5)]);
+}
+
+#[test]
+fn names_that_are_shifted_against_their_columns_are_told() {
+    const TABLE: &str = include_str!("../../targets/takano2007_lengths.csv");
+    let (header, rows) = TABLE.trim_end().split_once('\n').unwrap();
+    let names: Vec<&str> = header.split(',').collect();
+    let told = |by: usize, rows: &str| {
+        let mut names = names.clone();
+        names[2..10].rotate_left(by);
+        rest_distance::shifted(
+            &Dataset::from_reader(format!("{}\n{rows}\n", names.join(",")).as_bytes(), "my.csv").unwrap(),
+        )
+    };
+    for rows in std::iter::once(rows).chain(rows.lines()) {
+        assert_eq!(told(0, rows), None, "{rows}");
+    }
+    for by in 1..8 {
+        assert!(told(by, rows).is_some_and(|said| said.contains("seems to have the lengths of")), "{by}");
+    }
+    assert!(told(1, rows).unwrap().contains("shifted by one column: GGm seems to have the lengths of GGa"));
 }

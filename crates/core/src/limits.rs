@@ -93,8 +93,8 @@ pub static SURFACE_MM: Limit =
 pub static SIZE_MM: Limit = limit("a size of the body", [1e-3, 1000.0], " mm", NO_TONGUE);
 pub static SPACING_MM: Limit = limit("h_mm", [1e-3, 1000.0], " mm", NO_TONGUE);
 const NO_MUSCLE: &str = "muscles pull, and none of the tongue pulls as hard";
-pub static TENSION: Limit = limit("a tension", [0.0, 1e9], " N", NO_MUSCLE);
-pub static SCENE_TENSION: Limit = limit("a tension of tensions_n", [0.0, 1e9], " N", NO_MUSCLE);
+pub static TENSION: Limit = limit("a tension", [0.0, 1e4], " N", NO_MUSCLE);
+pub static SCENE_TENSION: Limit = limit("a tension of tensions_n", [0.0, 1e4], " N", NO_MUSCLE);
 pub static GRAVITY: Limit =
     limit("effects.gravity.acceleration_m_per_s2", [0.0, 1e6], "", "that of the earth is 9.81");
 pub static REACH_MM: Limit = limit(

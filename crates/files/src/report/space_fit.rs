@@ -59,7 +59,8 @@ impl SpaceFitRecord {
     ) -> Self {
         let replay = &fit.answer.replay;
         let mut alarms = alarms::of_equilibrium(&replay.solution, replay.critical);
-        alarms.extend(alarms::of_strain(body, &fit.answer.positions));
+        let positions = &fit.answer.positions;
+        alarms.extend(alarms::of_strain(&body.mesh, body.volume_ratios(positions), positions));
         Self {
             recording,
             time_s,

@@ -89,6 +89,10 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         && min_cell_ratio > 0.0;
     let in_space = positions.iter().map(|p| Vector3::from_fn(|i, _| p.get(i).copied().unwrap_or(0.0)));
     let in_space: Vec<Vector3<f64>> = in_space.collect();
+    let alarms = match &prepared.body.space {
+        Some(body) => alarms::of_strain(&body.mesh, body.volume_ratios(&in_space), &in_space),
+        None => alarms::of_strain(&prepared.body.mesh, system.tissue_ratios(&positions).into(), &positions),
+    };
     Ok(SceneOutcome {
         converged,
         pulls: match prepared.body.space.is_some() {
@@ -107,7 +111,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         sound: heard,
         operation: compared(scene, prepared, &positions)?,
         trajectory,
-        alarms: prepared.body.space.iter().flat_map(|body| alarms::of_strain(body, &in_space)).collect(),
+        alarms,
         wall_s,
         time_by_effect: time_by_effect(prepared, at, evaluations),
         positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),

@@ -39,10 +39,15 @@ const MOST_COST: f64 = 45.0;
 /// Largest distance of a bone from its place in a body that was placed, m: no real recording whose contour and bones are in one frame has one
 /// that is farther off.
 const FARTHEST_BONE_M: f64 = 10e-3;
-/// The same of fewer frames than these: the hyoid moves by millimetres in speech and the contour is of one posture, so that in single frames
-/// of the real recording in which both are in one frame it lies 4 to 12 mm from its place (91 frames); up to 20 mm is told only.
-const FEW_FRAMES: usize = 10;
-const FARTHEST_BONE_OF_FEW_M: f64 = 20e-3;
+/// With fewer frames than these it may be farther, up to twice as far in a single one: the hyoid moves by millimetres in speech and the
+/// contour is of few postures. In parts of a real recording it lies up to 12 mm from its place in 1 frame, 11 in 10, 10 in 20 and 7 in 40.
+const FEW_FRAMES: f64 = 40.0;
+/// The same of contours whose root is not drawn: it is 10 to 12 mm off where the rear fifth to third is missing.
+const FARTHEST_BONE_WITHOUT_ROOT_M: f64 = 14e-3;
+/// Usual lengths of a contour over the distance of the two bones: 2.2 in a real speaker, 2.7 in the built-in body.
+const USUAL_LENGTHS: std::ops::RangeInclusive<f64> = 1.9..=2.85;
+/// Usual sizes of speakers over that of the body.
+const USUAL_SCALES: std::ops::RangeInclusive<f64> = 0.75..=1.3;
 /// Unit of shifts in the search, m.
 const SHIFT_M: f64 = 10e-3;
 /// Distance along the surface at which a contour begins, and its distance from the tip at the end, m; used only at the start of the
@@ -76,6 +81,8 @@ pub struct Registration {
     pub bones_m: Vec<(&'static str, f64)>,
     /// How far the two were seen from each other, m.
     pub bones_apart_m: Option<f64>,
+    /// Length of the contour, m.
+    pub contour_m: f64,
     /// Sum of the squared distances of contour and bones, in standard deviations. Where the speaker is larger than the body, distances
     /// are first divided by the scale.
     pub cost: f64,
@@ -93,14 +100,44 @@ impl Registration {
     /// # Errors
     /// [`RestError::NotOneFrame`] with the bone and the way on.
     pub fn in_one_frame(self) -> Result<Self, RestError> {
-        let most_m = if self.frames < FEW_FRAMES { FARTHEST_BONE_OF_FEW_M } else { FARTHEST_BONE_M };
+        let of_few = FARTHEST_BONE_M * (2.0 - self.frames as f64 / FEW_FRAMES).max(1.0);
+        let is_short = self.lengths().is_some_and(|lengths| lengths < *USUAL_LENGTHS.start());
+        let most_m = if is_short { of_few.max(FARTHEST_BONE_WITHOUT_ROOT_M) } else { of_few };
         match self.far_bone(most_m) {
             Some(what) => Err(RestError::NotOneFrame(format!(
-                "{what}: contour and bones are not in one frame; export both in the same one, or leave the bones out with a map (--map) of the \
-                 line {WITHOUT_BONES}"
+                "{what}: {}, or leave the bones out with a map (--map) of the line {WITHOUT_BONES}",
+                self.cause()
             ))),
             None => Ok(self),
         }
+    }
+
+    /// How many times the contour is as long as the bones are apart.
+    fn lengths(&self) -> Option<f64> {
+        self.bones_apart_m.map(|apart_m| self.contour_m / apart_m).filter(|lengths| *lengths > 0.0)
+    }
+
+    /// Why a bone is far from its place, and the way on.
+    fn cause(&self) -> String {
+        let (times, scale) = (self.lengths().unwrap_or(*USUAL_LENGTHS.start()), self.similarity.scale());
+        let why = match times {
+            t if t > *USUAL_LENGTHS.end() => {
+                "its unit is larger than that of the bones; give both in one unit"
+            }
+            t if t < *USUAL_LENGTHS.start() => {
+                "its root is not drawn, its unit is smaller, or a bone is another point; correct that"
+            }
+            _ if !USUAL_SCALES.contains(&scale) => {
+                return format!(
+                    "the recording is {scale:.2} times as large as the body; correct its unit (unit_mm in a map)"
+                );
+            }
+            _ => return "contour and bones are not in one frame; export both in the same one".to_owned(),
+        };
+        let [least, most] = [USUAL_LENGTHS.start(), USUAL_LENGTHS.end()];
+        format!(
+            "the contour is {times:.1} times as long as the bones are apart, where {least} to {most} times is usual: {why}"
+        )
     }
 
     /// The bone that is farthest from its place, in words, if it is farther than this.
@@ -126,11 +163,14 @@ impl Registration {
             );
         }
         if let Some(what) = self.far_bone(FARTHEST_BONE_M) {
-            return Some(format!(
-                "{what} in whole recordings: with so few frames ({}) the body is placed less well; give the whole recording, or check that contour and \
-                 bones are in one frame",
-                self.frames
-            ));
+            return Some(match (self.frames as f64) < FEW_FRAMES {
+                true => format!(
+                    "{what} in whole recordings: with so few frames ({}) the body is placed less well; give the whole recording, or check that \
+                     contour and bones are in one frame",
+                    self.frames
+                ),
+                false => format!("{what}: {}", self.cause()),
+            });
         }
         (self.cost > MOST_COST && !self.bones_m.is_empty()).then(|| {
             let bones = self.bones_m.iter().map(|(b, m)| format!("{} by {:.0}", b.replace('_', " "), m * 1e3));
@@ -194,6 +234,7 @@ impl RegistrationData {
                 rms_m: 0.0,
                 bones_m: Vec::new(),
                 bones_apart_m: None,
+                contour_m: 0.0,
                 cost: 0.0,
                 by_coils,
                 without_palate: false,
@@ -267,6 +308,7 @@ impl RegistrationData {
             rms_m,
             bones_m,
             bones_apart_m,
+            contour_m: self.contour.windows(2).map(|w| (w[1] - w[0]).norm()).sum(),
             cost,
             by_coils: None,
             without_palate: false,

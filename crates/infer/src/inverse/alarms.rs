@@ -2,10 +2,10 @@
 
 use std::ops::RangeInclusive;
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::SVector;
 use serde::{Serialize, Serializer};
 
-use tongue_core::body::{Mesh, SpaceBody};
+use tongue_core::body::Mesh;
 use tongue_core::statics::{self, Connection, Critical, Solution};
 use tongue_input::measured::muscles::Muscles;
 
@@ -187,16 +187,19 @@ pub fn of_equilibrium(solution: &Solution, critical: Option<Critical>) -> Vec<Al
     out
 }
 
-/// The alarms for a shape of a body in space that is strained too far: at the points of Gauss, and along
-/// muscles.
-pub fn of_strain(body: &SpaceBody, positions: &[Vector3<f64>]) -> Vec<Alarm> {
-    let [least_volume_ratio, largest_volume_ratio] = body.volume_ratios(positions);
+/// The alarms for a shape that is strained too far: tissue with the least and the largest of these ratios of its volume (in the plane
+/// its area) to that at rest, and muscles.
+pub fn of_strain<const D: usize>(
+    mesh: &Mesh<D>,
+    [least_volume_ratio, largest_volume_ratio]: [f64; 2],
+    positions: &[SVector<f64, D>],
+) -> Vec<Alarm> {
     let is_usual = |ratio: f64| VOLUME_RATIOS.contains(&ratio);
     let tissue = (!is_usual(least_volume_ratio) || !is_usual(largest_volume_ratio))
         .then_some(Alarm::Overstrained { least_volume_ratio, largest_volume_ratio });
-    let muscles = body.mesh.muscles.iter().filter_map(|muscle| {
+    let muscles = mesh.muscles.iter().filter_map(|muscle| {
         let [a, b] = muscle.ends();
-        let stretch = (positions[b] - positions[a]).norm() / body.mesh.distance([a, b]);
+        let stretch = (positions[b] - positions[a]).norm() / mesh.distance([a, b]);
         let muscle = muscle.name.clone();
         (!STRETCHES.contains(&stretch)).then_some(Alarm::MuscleOverstrained { muscle, stretch })
     });

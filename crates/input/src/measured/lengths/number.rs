@@ -163,12 +163,11 @@ impl Numbers<'_> {
                 format!("{like}; a column that is not of a muscle is ignored if its name has no unit"),
             ),
             mm => {
-                let (other, factor, unit) =
-                    if mm < SHORTEST_CM { ("metres", 1000, "m") } else { ("centimetres", 10, "cm") };
+                let (other, unit) = if mm < SHORTEST_CM { ("metres", "m") } else { ("centimetres", "cm") };
                 (
-                    format!("too short for millimetres (below 10): it looks like {other}"),
+                    "too short for millimetres (below 10)".to_owned(),
                     format!(
-                        "multiply the lengths by {factor}, or write {unit} in place of mm in the column's name"
+                        "correct it, or if all lengths are in {other}, write {unit} in place of mm in the column's name"
                     ),
                 )
             }

@@ -1,11 +1,10 @@
 //! Articulate Assistant Advanced's export of splines: a table separated by tabs (by semicolons or commas where a
-//! spreadsheet has saved it) with a header, perhaps below a title, one row for each frame, and columns `X0 SPLINE`, `Y0 SPLINE` and so on, millimetres, y up. Missing values are empty or `*`;
+//! spreadsheet has saved it) with a header, perhaps below a title, one row for each frame, and columns
+//! `X0 SPLINE`, `Y0 SPLINE` and so on, millimetres, y up. Missing values are empty or `*`;
 //! numbers may have a decimal comma. Column names as in the R package rticulate (Coretta 2021, `read_aaa`)
 //! and AAA's own list of DeepLabCut splines. Rows exported label by label are sorted by time.
 
 use std::collections::BTreeMap;
-
-use tongue_core::statistics::upper_median;
 
 use super::super::error::{Malformed, Place};
 use super::{Budget, Format, Label, Recording, Sample, coordinate, limits};
@@ -42,7 +41,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         )
     })?;
     let (points, twins, alone) = points(&header, start)?;
-    let mut apart_mm: Vec<Vec<f64>> = vec![Vec::new(); twins.len()];
     let of_recording: Vec<usize> = OF_RECORDING.iter().filter_map(|word| begins(word)).collect();
     let tiers = [("annotation", column("Annotation Title")), ("prompt", begins(OF_RECORDING[2]))];
     let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
@@ -76,9 +74,16 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             Ok(value(p.x)?.zip(value(p.y)?).map(|(x, y)| [x, y, 0.0]))
         };
         let places = points.iter().map(place).collect::<Result<Vec<_>, Malformed>>()?;
-        for ((first, twin), apart_mm) in twins.iter().zip(&mut apart_mm) {
+        for (first, twin) in &twins {
             let both = places[*first].zip(place(twin)?);
-            apart_mm.extend(both.map(|([x, y, _], [u, v, _])| (u - x).hypot(v - y)));
+            let apart_mm = both.map_or(0.0, |([x, y, _], [u, v, _])| (u - x).hypot(v - y));
+            if apart_mm > TWINS_APART_MM {
+                let [a, b] = [points[*first].x, twin.x].map(|x| &header[x]);
+                let what =
+                    format!("{b:?} lies {apart_mm:.0} mm from {a:?}, though both are the {}", twin.name);
+                let help = "points of a spline are exchanged, or it has another's name; correct the header, or leave it out";
+                return Err(at.at_column(twin.x + 1).error(what, help));
+            }
         }
         if let Some(x) = alone.iter().find(|x| !is_missing(cell(**x))) {
             let what = format!("{:?} has a value, but no column for y beside it", &header[*x]);
@@ -94,14 +99,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     }
     if let Some(fault) = cut_in_a_number(&text, title_lines, separator, start) {
         return Err(fault);
-    }
-    for ((first, twin), apart_mm) in twins.iter().zip(apart_mm) {
-        if let Some(mm) = upper_median(apart_mm).filter(|mm| *mm > TWINS_APART_MM) {
-            let [a, b] = [points[*first].x, twin.x].map(|x| &header[x]);
-            let what = format!("{b:?} lies {mm:.0} mm from {a:?}, though both are the {}", twin.name);
-            let at = Place { line: title_lines as u64 + 1, column: twin.x + 1, ..start };
-            return Err(at.error(what, "the points of a spline are exchanged, or its name is; correct the header, or leave the spline out"));
-        }
     }
     let mut found = rows.recordings(Format::Aaa, start)?;
     if let (Some(line), Some(first)) = (short.first(), found.first_mut()) {
@@ -394,13 +391,9 @@ fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Points, Malfor
             None => alone.push(x),
             Some(&y) => {
                 let name = name_of(spline.trim(), number);
-                match names.get(&name) {
-                    Some(first) => twins.push((*first, Columns { name, x, y })),
-                    None => {
-                        names.insert(name.clone(), points.len());
-                        points.push(Columns { name, x, y });
-                    }
-                }
+                let first = *names.entry(name.clone()).or_insert(points.len());
+                let point = Columns { name, x, y };
+                if first < points.len() { twins.push((first, point)) } else { points.push(point) }
             }
         }
     }

@@ -270,7 +270,7 @@ fn coils_of_tongue_and_jaw_that_belong_to_two_frames_or_are_exchanged_are_told()
         _ => p,
     });
     assert!(
-        exchanged.len() == 1 && exchanged[0].contains("MANi") && exchanged[0].contains("exchanged"),
+        exchanged.len() == 1 && exchanged[0].contains("MANi") && exchanged[0].contains("exchanged with it"),
         "{exchanged:?}"
     );
 }

@@ -91,12 +91,8 @@ impl<'a> Flat<'a> {
         let unknown = recording.channels.iter().filter(|c| names::is_unknown(c) && !map.names(c));
         let unknown: Vec<&str> = unknown.map(String::as_str).collect();
         let unused = unknown.first().map(|first| {
-            const SHOWN: usize = 5;
-            let names = unknown.iter().take(SHOWN).copied().collect::<Vec<_>>().join(", ");
-            let more = match unknown.len().saturating_sub(SHOWN) {
-                0 => String::new(),
-                more => format!(" and {more} more"),
-            };
+            let names = unknown.chunks(5).next().unwrap_or_default().join(", ");
+            let more = if unknown.len() > 5 { ", .." } else { "" };
             format!(
                 "nothing is known of the channels {names}{more}, so they are not used; give their roles in a map (--map) with lines such as \
                  {first:?} = \"contour\" (or \"coil\", \"reference\", \"ignore\") below [points]"

@@ -28,7 +28,10 @@ impl Front<'_> {
         if let Some(problem) = self.lips(sensors) {
             return Err(problem);
         }
-        notes.extend(bones.iter().find_map(|&jaw| self.jaw(*sensors.first()?, jaw)));
+        if let Some(&first) = sensors.first() {
+            notes
+                .extend(self.behind(first).or_else(|| bones.iter().find_map(|&jaw| self.height(first, jaw))));
+        }
         Ok(())
     }
 
@@ -60,17 +63,27 @@ impl Front<'_> {
         })
     }
 
-    /// The doubt about a coil on the jaw beside the first one on the tongue.
-    fn jaw(&self, first: usize, jaw: usize) -> Option<String> {
+    /// The doubt about coils of lips, incisors and the jaw that lie behind the first one on the tongue.
+    fn behind(&self, first: usize) -> Option<String> {
+        let x = |c: usize| median_x(self.places, c);
+        let all = (0..self.channels.len()).filter(|&c| names::is_in_front(&self.channels[c]));
+        let all = all.filter_map(|c| Some((self.channels[c].as_str(), x(c)? - x(first)?)));
+        let (names, behind): (Vec<&str>, Vec<f64>) = all.filter(|(_, behind)| *behind > BEHIND_M).unzip();
+        (!names.is_empty()).then(|| {
+            format!(
+                "{} seen {:.0} mm behind {}, the first coil on the tongue, which seems to be exchanged with {}; correct their names, or say \
+                 in a map what they are",
+                names.join(" and ") + if names.len() > 1 { " are" } else { " is" },
+                behind.iter().fold(0.0, |a: f64, b| a.max(*b)) * 1e3,
+                self.channels[first],
+                if names.len() > 1 { "one of them" } else { "it" }
+            )
+        })
+    }
+
+    /// The doubt about the height of a coil on the jaw beside the first one on the tongue.
+    fn height(&self, first: usize, jaw: usize) -> Option<String> {
         let (tongue, name) = (&self.channels[first], &self.channels[jaw]);
-        let behind = median_x(self.places, jaw)? - median_x(self.places, first)?;
-        if behind > BEHIND_M && names::is_incisor(name) {
-            return Some(format!(
-                "{name}, a coil on the jaw, lies {:.0} mm behind {tongue}, the first coil on the tongue: the two seem to be exchanged; \
-                 correct their names, or say in a map what they are",
-                behind * 1e3
-            ));
-        }
         let mut above: Vec<f64> = self.places.iter().filter_map(|f| Some(f[first]?.y - f[jaw]?.y)).collect();
         above.sort_unstable_by(f64::total_cmp);
         let (low, high) = (*above.get(above.len() / 10)?, *above.get(above.len() * 9 / 10)?);

@@ -183,7 +183,8 @@ impl Map {
 
     /// The error for a name in the map that is not a channel of the recording.
     pub(super) fn unknown<'a>(&'a self, channels: &'a [String]) -> Option<String> {
-        let name = self.entries.keys().find(|name| !channels.contains(name))?;
+        let leaves_out = |name: &str| [HYOID, MANDIBLE].contains(&name) && self.ignores(name);
+        let name = self.entries.keys().find(|name| !channels.contains(name) && !leaves_out(name))?;
         Some(format!(
             "the map {} names the point {name:?}; {}",
             self.origin,
@@ -210,15 +211,23 @@ impl Map {
                 || matches!(role, Role::Bone(bone) if bone == HYOID)
                 || (is_mandible(role) && !is_by_name(c))
         });
-        let used = |(role, c): (Role, &String)| match is_mandible(&role) && is_by_name(c) && others {
-            true => Role::Ignored,
-            false => role,
+        // A bone is ignored by its own name too where the channel that shows it has another one.
+        let is_left_out = |bone: &String| !channels.contains(bone) && self.ignores(bone);
+        let used = |(role, c): (Role, &String)| match &role {
+            Role::Bone(bone) if is_left_out(bone) || (is_mandible(&role) && is_by_name(c) && others) => {
+                Role::Ignored
+            }
+            _ => role,
         };
         roles.into_iter().zip(channels).map(used).collect()
     }
 
     fn role(&self, channel: &str) -> Role {
         self.entries.get(channel).map_or_else(|| names::role(channel), |e| e.role.clone())
+    }
+
+    fn ignores(&self, name: &str) -> bool {
+        self.entries.get(name).is_some_and(|e| e.role == Role::Ignored)
     }
 
     /// Standard deviation of a channel, m: from the map's point, the map, the file, or the usual value.

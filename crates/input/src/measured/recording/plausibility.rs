@@ -181,6 +181,15 @@ pub fn doubts(recording: &AlignedRecording) -> Vec<Doubt> {
             break;
         }
     }
+    let stated = recording.stated;
+    for (subject, doubt) in told.subjects.iter().zip(&mut told.doubts) {
+        let key = match *subject {
+            "axes" if stated.axes => "the axes",
+            "size" | "unit" if stated.unit => "unit_mm",
+            _ => continue,
+        };
+        doubt.said += &format!(" (the map given states {key}: correct that, or the names in it)");
+    }
     told.doubts
 }
 
