@@ -76,8 +76,10 @@ fn with_line_feeds(text: &str) -> String {
 
 fn utf8<'a>(bytes: &'a [u8], origin: &str) -> Result<&'a str, Malformed> {
     str::from_utf8(bytes).map_err(|e| {
-        place_of_byte(origin, bytes, e.valid_up_to())
-            .error("the text is not UTF-8", "save the file as UTF-8 (in Excel: \"CSV UTF-8\")")
+        place_of_byte(origin, bytes, e.valid_up_to()).error(
+            "the text is not UTF-8",
+            "save the file as UTF-8, in Excel as \"CSV UTF-8\" (the vowel ɯ may be written u)",
+        )
     })
 }
 
