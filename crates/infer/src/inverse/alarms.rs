@@ -195,7 +195,9 @@ pub fn of_strain<const D: usize>(
     positions: &[SVector<f64, D>],
 ) -> Vec<Alarm> {
     let is_usual = |ratio: f64| VOLUME_RATIOS.contains(&ratio);
-    let tissue = (!is_usual(least_volume_ratio) || !is_usual(largest_volume_ratio))
+    // A body without cells has no ratios.
+    let has_tissue = least_volume_ratio <= largest_volume_ratio;
+    let tissue = (has_tissue && !(is_usual(least_volume_ratio) && is_usual(largest_volume_ratio)))
         .then_some(Alarm::Overstrained { least_volume_ratio, largest_volume_ratio });
     let muscles = mesh.muscles.iter().filter_map(|muscle| {
         let [a, b] = muscle.ends();
