@@ -30,7 +30,9 @@ pub fn tract(path: &Path) -> miette::Result<Tract> {
 /// The table of lengths, by default the built-in one, with the half width of their rounding if it was given.
 pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Result<Dataset> {
     let data = file.map_or_else(Dataset::reference, Dataset::from_path).into_diagnostic()?;
-    rest_distance::shifted(&data).iter().for_each(|said| output::note(&format!("{}: {said}", data.origin())));
+    if let Some(said) = file.and_then(|_| rest_distance::shifted(&data)) {
+        output::note(&format!("{}: {said}", data.origin()));
+    }
     match half_width_mm {
         Some(mm) => data.with_half_width_mm(mm).into_diagnostic(),
         None => Ok(data),

@@ -4,7 +4,6 @@ use std::time::Instant;
 
 use miette::IntoDiagnostic;
 
-use tongue_fit::inverse::alarms;
 use tongue_fit::report::{self, Export, Json, SectionPicture, Vtu};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::Workspace;
@@ -60,12 +59,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
     let mut workspace = Workspace::new(&system);
     let clock = Instant::now();
-    let mut found = Equilibrium::of(&system, &mut workspace, &all, arguments.direct);
+    let found = Equilibrium::of(&system, &mut workspace, &all, arguments.direct);
     let wall_s = clock.elapsed().as_secs_f64();
     output::step(|| format!("{:?} in {} iterations", found.solution.status, found.solution.iterations));
     let positions = workspace.positions();
-    found.alarms.extend(alarms::of_strain(mesh, system.tissue_ratios(positions).into(), positions));
-    let record = found.record(&system, positions, &mesh.muscle_names(), &all, wall_s);
+    let record = found.record(&system, mesh, positions, &all, wall_s);
     let json = Json(&record);
     let title = "Tongue at rest (grey) and deformed";
     let stretch = arguments.colour_stretch;

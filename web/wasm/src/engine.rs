@@ -295,7 +295,7 @@ impl Engine {
         given.iter().for_each(|(m, tension)| tensions[*m] = *tension);
         let mut workspace = Workspace::new(&system);
         let found = Equilibrium::of(&system, &mut workspace, &tensions, false);
-        Ok(found.record(&system, workspace.positions(), &self.body.mesh.muscle_names(), &tensions, 0.0))
+        Ok(found.record(&system, &self.body.mesh, workspace.positions(), &tensions, 0.0))
     }
 }
 

@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 use serde::{Serialize, Serializer};
 use serde_json::json;
+use tongue_core::body::Mesh;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::System;
 use tongue_infer::inverse::alarms::{self, Alarm};
@@ -56,21 +57,22 @@ impl Equilibrium {
         Self { solution: found.solution, branch: Some(found), alarms }
     }
 
-    /// The record of this equilibrium of `system`: `positions` of all nodes, m; `names` and `tensions` of all muscles,
-    /// N (2D: N per metre of thickness).
+    /// The record of this equilibrium of the `system` of a mesh, with alarms where it is strained too far: `positions` of all nodes, m,
+    /// and `tensions` of all muscles, N (2D: N per metre of thickness).
     pub fn record<const D: usize>(
-        &self,
+        mut self,
         system: &System<D>,
+        mesh: &Mesh<D>,
         positions: &[SVector<f64, D>],
-        names: &[String],
         tensions: &[f64],
         wall_s: f64,
     ) -> SimulationRecord {
+        let names = &mesh.muscle_names();
         let (lengths, rest) = (system.lengths(positions), system.lengths(system.rest()));
         let of_kind = |kind: TargetKind| kind.values(&lengths, &rest, reference_muscle(names));
         let (min_area_ratio, max_area_ratio) = system.tissue_ratios(positions);
+        self.alarms.extend(alarms::of_strain(mesh, [min_area_ratio, max_area_ratio], positions));
         SimulationRecord {
-            found: self.clone(),
             tensions_n: ByMuscle::new(names, tensions.iter().copied()),
             lengths_mm: ByMuscle::new(names, lengths.iter().map(|l| 1e3 * l)),
             ratios: ByMuscle::new(names, of_kind(TargetKind::Ratio)),
@@ -80,6 +82,7 @@ impl Equilibrium {
             max_area_ratio,
             energy_j: self.solution.energy,
             wall_s,
+            found: self,
         }
     }
 }

@@ -90,16 +90,13 @@ impl<const D: usize> Shape<D> {
 
     /// A record for JSON ([`report::Json`]), as of `tongue-fit simulate --json`, without the duration.
     pub fn record(&self) -> SimulationRecord {
-        let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
-        let names = mesh.muscle_names();
-        let mut alarms = match &self.trace {
+        let alarms = match &self.trace {
             Some(trace) => alarms::of_equilibrium(&self.solution, trace.critical),
             None => alarms::barrier(self.solution.guarded).into_iter().collect(),
         };
-        let ratios = system.tissue_ratios(&self.positions).into();
-        alarms.extend(alarms::of_strain(mesh, ratios, &self.positions));
         let found = Equilibrium { solution: self.solution, branch: self.trace, alarms };
-        found.record(system, &self.positions, &names, &self.tensions, f64::NAN)
+        let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
+        found.record(system, mesh, &self.positions, &self.tensions, f64::NAN)
     }
 
     pub fn vtu(&self) -> Result<Vtu<'_, D>, ReportError> {

@@ -42,11 +42,11 @@ const FARTHEST_BONE_M: f64 = 10e-3;
 /// With fewer frames than these it may be farther, up to twice as far in a single one: the hyoid moves by millimetres in speech and the
 /// contour is of few postures. In parts of a real recording it lies up to 12 mm from its place in 1 frame, 11 in 10, 10 in 20 and 7 in 40.
 const FEW_FRAMES: f64 = 40.0;
-/// The same of contours whose root is not drawn: it is 10 to 12 mm off where the rear fifth to third is missing.
+/// The same for contours whose root is not drawn: a bone is 10 to 12 mm from its place where the rear fifth to third is missing.
 const FARTHEST_BONE_WITHOUT_ROOT_M: f64 = 14e-3;
-/// Usual lengths of a contour over the distance of the two bones: 2.2 in a real speaker, 2.7 in the built-in body.
+/// Usual ratios of the length of a contour to the distance between the two bones: 2.2 in a real speaker, 2.7 in the built-in body.
 const USUAL_LENGTHS: std::ops::RangeInclusive<f64> = 1.9..=2.85;
-/// Usual sizes of speakers over that of the body.
+/// Usual ratios of a speaker's size to that of the body.
 const USUAL_SCALES: std::ops::RangeInclusive<f64> = 0.75..=1.3;
 /// Unit of shifts in the search, m.
 const SHIFT_M: f64 = 10e-3;

@@ -362,7 +362,7 @@ fn is_same(a: &Sample, b: &Sample) -> bool {
     (a.time_s - b.time_s).abs() <= SAME_S && a.places.iter().zip(&b.places).all(near)
 }
 
-/// Columns of a point that two splines share are apart by less, mm.
+/// Largest distance between the two places that a file gives for a point that two splines share, mm.
 const TWINS_APART_MM: f64 = 3.0;
 
 /// The number and the spline of a column `X3 SPLINE`.
@@ -374,7 +374,7 @@ fn spline_of(title: &str) -> Option<(&str, &str)> {
 /// The points of a header, the second columns of points that two splines share with the number of the point, and columns without y.
 type Points = (Vec<Columns>, Vec<(usize, Columns)>, Vec<usize>);
 
-/// The pairs `X3 SPLINE`, `Y3 SPLINE` of the header, and the columns `X0 SPLINE` without one, as AAA writes them for an empty spline.
+/// The columns of points: pairs such as `X3 SPLINE`, `Y3 SPLINE`, and columns such as `X0 SPLINE` alone, which AAA writes for an empty spline.
 fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Points, Malformed> {
     let mut points: Vec<Columns> = Vec::new();
     let mut twins: Vec<(usize, Columns)> = Vec::new();

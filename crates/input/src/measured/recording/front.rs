@@ -63,7 +63,7 @@ impl Front<'_> {
         })
     }
 
-    /// The doubt about coils of lips, incisors and the jaw that lie behind the first one on the tongue.
+    /// A note where coils of lips, incisors or jaw lie behind the first coil on the tongue.
     fn behind(&self, first: usize) -> Option<String> {
         let x = |c: usize| median_x(self.places, c);
         let all = (0..self.channels.len()).filter(|&c| names::is_in_front(&self.channels[c]));
@@ -81,7 +81,7 @@ impl Front<'_> {
         })
     }
 
-    /// The doubt about the height of a coil on the jaw beside the first one on the tongue.
+    /// A note where the first coil on the tongue always lies far above or below a coil on the jaw.
     fn height(&self, first: usize, jaw: usize) -> Option<String> {
         let (tongue, name) = (&self.channels[first], &self.channels[jaw]);
         let mut above: Vec<f64> = self.places.iter().filter_map(|f| Some(f[first]?.y - f[jaw]?.y)).collect();
