@@ -32,7 +32,7 @@ pub struct Arguments {
 }
 
 /// A muscle that pulls alone, and what it does to the surface.
-struct Alone {
+struct MuscleEffect {
     name: String,
     status: SolveStatus,
     alarms: Vec<Alarm>,
@@ -86,15 +86,15 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 
 /// Writes and prints what muscles do; each has rows, in the plane one for every muscle of the body.
 fn answer(
-    found: Vec<(Alone, Vec<Value>)>,
+    found: Vec<(MuscleEffect, Vec<Value>)>,
     (mesh, palate, title, surface): (&Mesh<2>, &[Point], &str, &str),
     tissue: TissueModel,
     out: &OutputDir,
     global: &Global,
 ) -> miette::Result<Outcome> {
-    let (all, rows): (Vec<Alone>, Vec<_>) = found.into_iter().unzip();
+    let (all, rows): (Vec<MuscleEffect>, Vec<_>) = found.into_iter().unzip();
     let rows = rows.concat();
-    let panels: Vec<Panel> = all.iter().map(Alone::panel).collect();
+    let panels: Vec<Panel> = all.iter().map(MuscleEffect::panel).collect();
     let picture = report::panels(mesh, palate, &panels, title).into_diagnostic()?;
     let by = super::provenance().with_tissue(tissue);
     let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
@@ -104,7 +104,7 @@ fn answer(
     Ok(Outcome::of_muscles(all.iter().map(|a| (a.name.as_str(), a.status, a.alarms.len()))))
 }
 
-fn text(title: &str, all: &[Alone], surface: &str) -> String {
+fn text(title: &str, all: &[MuscleEffect], surface: &str) -> String {
     let columns =
         ["pulling", "its length", "tip forward", "up", "top forward", "up", "root forward", "up", "wider"];
     let has_width = all.iter().any(|a| a.wider_mm.is_some());
@@ -121,7 +121,12 @@ fn text(title: &str, all: &[Alone], surface: &str) -> String {
 }
 
 /// The equilibrium to which the tension of a muscle leads from rest.
-fn in_plane(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::Result<(Alone, Vec<Value>)> {
+fn in_plane(
+    body: &Body<2>,
+    model: &Model,
+    name: &str,
+    tension: f64,
+) -> miette::Result<(MuscleEffect, Vec<Value>)> {
     let mesh = &body.mesh;
     let pulling: Vec<usize> = body.muscles_called(name).collect();
     let mut tensions = vec![0.0; mesh.muscles.len()];
@@ -133,8 +138,10 @@ fn in_plane(body: &Body<2>, model: &Model, name: &str, tension: f64) -> miette::
     let lengths = |m: usize| [system.rest(), positions].map(|x| system.length(x, m));
     let stretch = pulling.first().map_or(1.0, |&m| lengths(m)[1] / lengths(m)[0]);
     let alarms = alarms::of_equilibrium(&found.solution, found.critical);
-    let alone =
-        Alone { tensions, ..Alone::new(name, found.solution.status, alarms, stretch, mesh, positions) };
+    let alone = MuscleEffect {
+        tensions,
+        ..MuscleEffect::new(name, found.solution.status, alarms, stretch, mesh, positions)
+    };
     let row = |m: usize| {
         let [rest, length] = lengths(m);
         let muscle = &mesh.muscles[m].name;
@@ -152,7 +159,7 @@ fn in_space(
     section: &Mesh<2>,
     name: &str,
     activation: f64,
-) -> miette::Result<(Alone, Vec<Value>)> {
+) -> miette::Result<(MuscleEffect, Vec<Value>)> {
     let activations = body.activations(&[(name, activation)]).map_err(|e| miette!("--activation: {e}"))?;
     let solved = space::solve(body, model, &activations, false)?;
     let surface = body.mesh.surface_nodes();
@@ -167,13 +174,13 @@ fn in_space(
     let stretch = length(&solved.positions) / length(&body.mesh.nodes);
     let flat = solved.midsagittal_positions();
     let found = solved.found;
-    let alone = Alone::new(name, found.solution.status, found.alarms, stretch, section, &flat);
-    let alone = Alone { wider_mm, ..alone };
+    let alone = MuscleEffect::new(name, found.solution.status, found.alarms, stretch, section, &flat);
+    let alone = MuscleEffect { wider_mm, ..alone };
     let row = alone.row(json!({ "activation": activation }), json!({}), stretch);
     Ok((alone, vec![row]))
 }
 
-impl Alone {
+impl MuscleEffect {
     fn new(
         name: &str,
         status: SolveStatus,

@@ -6,14 +6,15 @@ use tongue_fit::inverse::{FitSettings, Method};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::measured::muscles::Muscles;
 use tongue_fit::system::Model;
-use tongue_infer::inverse::batch::{Known, assess};
+use tongue_infer::inverse::batch::{PublishedFacts, assess};
 
 #[test]
 fn each_alarm_is_raised_by_its_cause() {
     let mesh = tongue();
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     let target = target("S2", "a", TargetKind::Stretch);
-    let mut found = assess(&mesh, &Model::default(), &target, &Known::built_in(), &settings).unwrap();
+    let mut found =
+        assess(&mesh, &Model::default(), &target, &PublishedFacts::built_in(), &settings).unwrap();
     // S2 /a/ against /ɯ/: only SGp is within rounding (59 mm in both).
     assert_eq!(found.alarms, [Alarm::DecidedWithinRounding { muscle: "SGp".into() }]);
 

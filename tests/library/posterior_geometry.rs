@@ -123,7 +123,7 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
 
 /// Scores of draws of the posterior's normal approximation at a mode, without those of which there is no
 /// equilibrium.
-fn about(mode: &MapEstimate, count: usize, seed: u64) -> Vec<DVector<f64>> {
+fn laplace_draws(mode: &MapEstimate, count: usize, seed: u64) -> Vec<DVector<f64>> {
     let mut random = fastrand::Rng::with_seed(seed);
     let root = mode.precision.clone().cholesky().unwrap().inverse().cholesky().unwrap().unpack();
     (0..count).map(|_| &mode.scores + &root * normals(root.nrows(), &mut random)).collect()
@@ -137,7 +137,7 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
     let mode = MapEstimate::find(&mut density).unwrap();
     let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
-    let draws: Vec<(u64, DVector<f64>)> = (0..).zip(about(&mode, 200, 2)).collect();
+    let draws: Vec<(u64, DVector<f64>)> = (0..).zip(laplace_draws(&mode, 200, 2)).collect();
     let moved: Vec<Option<DVector<f64>>> = parallel::map(&draws, |(number, scores)| {
         let mut random = fastrand::Rng::with_seed(1000 + number);
         let (meaning, _) = density.meaning(scores);

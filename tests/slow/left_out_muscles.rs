@@ -3,7 +3,7 @@
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::TargetKind;
 use tongue_infer::posterior::{
-    Density, Draw, MapEstimate, Measurements, Sampling, about, sample, without_each,
+    Density, Draw, MapEstimate, Measurements, Sampling, conditional, sample, without_each,
 };
 
 use crate::fixtures::{target, tongue};
@@ -24,7 +24,7 @@ fn one_run_for_all_muscles_left_out_predicts_what_a_run_without_each_does() {
         let own = sample(&posterior_model, density.seen.without(position), &settings).unwrap();
         let row = density.rows()[position];
         // The conditional mean moves with the residuals by what geometry has in common, as it does in the run for all.
-        let (gain, _) = about(&density, &own.density, position);
+        let (gain, _) = conditional(&density, &own.density, position);
         let mean = |d: &Draw| {
             d.stretch(row) + gain.dot(&own.density.residuals(&d.lengths, &d.baseline_lengths, &d.beside))
         };

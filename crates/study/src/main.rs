@@ -19,7 +19,7 @@ use tongue_files::report::{Export, Markdown, OutputDir, Provenance, Rows};
 use tongue_input::bodies::artisynth;
 
 use measure::Effort;
-use test_tensions::{PUBLISHED_A, Pulled};
+use test_tensions::{PUBLISHED_A, TestTensions};
 
 type Error = Box<dyn std::error::Error + Send + Sync>;
 

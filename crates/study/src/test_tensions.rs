@@ -29,7 +29,7 @@ const TO_THE_END: SolveSettings = SolveSettings {
 };
 
 #[derive(Debug)]
-pub struct Pulled {
+pub struct TestTensions {
     /// The system, in which the muscles with tension are active.
     pub system: System<2>,
     /// Tensions of all muscles of the mesh, N per metre of thickness.
@@ -50,7 +50,7 @@ pub fn pulling(mesh: &Mesh<2>, pull: &[(&str, f64)]) -> Result<(Vec<usize>, Vec<
     Ok((numbers, tensions))
 }
 
-impl Pulled {
+impl TestTensions {
     /// `mesh` with tensions in some of its muscles, N per metre of thickness.
     pub fn new(mesh: &Mesh<2>, model: &Model, pull: &[(&str, f64)]) -> Result<Self, Error> {
         let (contracting, tensions) = pulling(mesh, pull)?;

@@ -2,7 +2,7 @@
 
 use tongue_core::body::{Body, Mesh};
 use tongue_core::system::{Model, System};
-use tongue_infer::inverse::batch::{self, BatchPlan, Known};
+use tongue_infer::inverse::batch::{self, BatchPlan, PublishedFacts};
 use tongue_infer::inverse::{FitError, FitSettings};
 use tongue_input::measured::thesis::Thesis;
 
@@ -16,7 +16,7 @@ pub struct BatchRun {
     pub muscles: Vec<String>,
     pub model: Model,
     pub settings: FitSettings,
-    known: Known,
+    known: PublishedFacts,
     thesis: Option<Thesis>,
 }
 
@@ -28,7 +28,7 @@ impl BatchRun {
         model: &Model,
     ) -> Result<Self, FitError> {
         System::new(&body.mesh, model, &[])?;
-        let (known, thesis) = (Known::built_in(), Thesis::reference().ok());
+        let (known, thesis) = (PublishedFacts::built_in(), Thesis::reference().ok());
         let (mesh, muscles) = (body.mesh.clone(), body.mesh.muscle_names());
         Ok(Self { plan, mesh, muscles, model: *model, settings, known, thesis })
     }

@@ -93,7 +93,7 @@ pub struct Moment {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Way {
+pub struct SceneMotion {
     pub status: dynamics::MotionStatus,
     pub time_s: f64,
     /// Part of the way to its equilibrium that the body has moved; null if there is no such way.
@@ -128,7 +128,7 @@ pub struct SceneOutcome {
     /// What surgery changed, if there was any; everything else is after it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub operation: Option<OperationRecord>,
-    pub trajectory: Option<Way>,
+    pub trajectory: Option<SceneMotion>,
     /// What is wrong with the shape of a tongue in space: strained too far.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alarms: Vec<Alarm>,

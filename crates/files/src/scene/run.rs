@@ -4,7 +4,9 @@ use std::any::Any;
 use std::time::Instant;
 
 use super::file::{Scene, SceneBody, Want};
-pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, Pulls, SceneOutcome, Way};
+pub use super::outcome::{
+    ContactForce, EffectTime, Moment, MuscleLength, Pull, Pulls, SceneMotion, SceneOutcome,
+};
 use super::points::PointsFit;
 use super::prepare::{Prepared, prepare};
 use super::tongue_in_space::{Operation, in_space};
@@ -77,7 +79,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     let at = Configuration { positions: &positions, tensions: &prepared.tensions };
     let of_solution =
         |s: Solution| [s.energy_evaluations as u64, s.iterations as u64 + 1, s.factorisations as u64];
-    let of_way = |t: &Way| [0, t.counts.force_evaluations, t.counts.factorisations];
+    let of_way = |t: &SceneMotion| [0, t.counts.force_evaluations, t.counts.factorisations];
     let evaluations = solution.map(of_solution).or(trajectory.as_ref().map(of_way)).unwrap_or_default();
     let contact = contact(prepared, at);
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
@@ -144,7 +146,7 @@ fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> 
 fn follow<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,
-) -> Result<(Way, Vec<SVector<f64, D>>), SceneError> {
+) -> Result<(SceneMotion, Vec<SVector<f64, D>>), SceneError> {
     let wanted = scene.trajectory.as_ref();
     let (duration, tolerance) = wanted.map_or((0.0, 1e-6), |t| (t.duration_s, t.tolerance_mm * 1e-3));
     let start = match &prepared.start {
@@ -171,7 +173,7 @@ fn follow<const D: usize>(
         lengths_mm: muscles(prepared, positions, None).into_iter().map(|m| m.length_mm).collect(),
         formants_hz: sound::formants(prepared, &posture, positions),
     };
-    let way = Way {
+    let way = SceneMotion {
         status: found.outcome.status,
         time_s: found.outcome.time_s,
         part_of_way_to_equilibrium: found.part_of_way,

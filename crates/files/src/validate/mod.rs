@@ -31,7 +31,7 @@ use statistics::{bootstraps, constant, correlation, middle, root_mean};
 pub use page::{files, page};
 pub use posterior::{PosteriorStudy, ScoredBaseline};
 pub use record::{Prediction, ScoredOpponent, ValidationStudy};
-pub use scored::{Scored, Told};
+pub use scored::{Scored, ScoredPrediction};
 
 #[derive(Debug, thiserror::Error)]
 pub enum ValidationError {

@@ -20,7 +20,8 @@ use tongue_input::measured::{Dataset, Vowel};
 use super::cases::{Case, cases, of_rows, subjects};
 use super::robustness::{orders, renamed};
 use super::scored::{
-    FIRST_POSTERIOR, OPPONENTS, Predicted, Scored, Told, all_scored, scored, told, verdict, warning,
+    FIRST_POSTERIOR, OPPONENTS, Predicted, Scored, ScoredPrediction, all_scored, scored, told, verdict,
+    warning,
 };
 use super::statistics::{best_shrunk, expected};
 
@@ -50,14 +51,14 @@ pub struct PosteriorStudy {
     pub log_score_gain: [f64; 2],
     pub other_baselines: Vec<ScoredBaseline>,
     #[serde(skip)]
-    pub predictions: Vec<Told>,
+    pub predictions: Vec<ScoredPrediction>,
     pub verdict: String,
     pub permuted_rms: Vec<f64>,
     pub permuted_log_score: Vec<f64>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Way {
+enum PosteriorKind {
     /// The row alone; the hyoid does not tilt.
     Row,
     /// All rows of the speaker; the hyoid does not tilt.
@@ -68,7 +69,7 @@ enum Way {
     OtherSpeakers,
 }
 
-impl Way {
+impl PosteriorKind {
     const ALL: [Self; 4] = [Self::Row, Self::Joint, Self::JointTilt, Self::OtherSpeakers];
 
     /// Cases that are taken together, by their numbers.
@@ -102,9 +103,12 @@ struct Judge {
 
 impl Judge {
     /// Predicts every muscle of all cases, each from all others that are taken together with it.
-    fn posterior(&self, way: Way, all: &[Case]) -> Result<Vec<Vec<LeftOut>>, PosteriorError> {
-        let posterior_model =
-            if matches!(way, Way::Row | Way::Joint) { &self.straight } else { &self.posterior_model };
+    fn posterior(&self, way: PosteriorKind, all: &[Case]) -> Result<Vec<Vec<LeftOut>>, PosteriorError> {
+        let posterior_model = if matches!(way, PosteriorKind::Row | PosteriorKind::Joint) {
+            &self.straight
+        } else {
+            &self.posterior_model
+        };
         let groups = way.groups(all);
         let found = parallel::map(&groups, |group| {
             let matched: Vec<&TargetOnBody> = group.iter().map(|&i| &all[i].matched).collect();
@@ -122,8 +126,8 @@ impl Judge {
         Ok(out)
     }
 
-    fn all(&self, all: &[Case], ways: &[Way]) -> Result<Vec<Predicted>, PosteriorError> {
-        let posteriors: Vec<Option<Vec<Vec<LeftOut>>>> = Way::ALL
+    fn all(&self, all: &[Case], ways: &[PosteriorKind]) -> Result<Vec<Predicted>, PosteriorError> {
+        let posteriors: Vec<Option<Vec<Vec<LeftOut>>>> = PosteriorKind::ALL
             .into_iter()
             .map(|way| ways.contains(&way).then(|| self.posterior(way, all)).transpose())
             .collect::<Result<_, _>>()?;
@@ -176,7 +180,7 @@ pub fn study(
     let straight = PosteriorModel::new(body, model, &without_tilt)?;
     let judge = Judge { posterior_model, straight, seed };
     let all = cases(data, &body.mesh, baseline);
-    let predicted = judge.all(&all, &Way::ALL)?;
+    let predicted = judge.all(&all, &PosteriorKind::ALL)?;
     progress.add(all.len(), "posterior");
     let scores = all_scored(&all, &predicted, |_| true);
     let mut predictions = told(baseline, &all, &predicted);
@@ -200,7 +204,7 @@ pub fn study(
         if subjects(&all).len() < 2 || vowel == *baseline {
             continue;
         }
-        let predicted = judge.all(&all, &[Way::Row, Way::JointTilt])?;
+        let predicted = judge.all(&all, &[PosteriorKind::Row, PosteriorKind::JointTilt])?;
         predictions.extend(told(&vowel, &all, &predicted));
         progress.add(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
@@ -214,7 +218,7 @@ pub fn study(
     let (mut permuted_rms, mut permuted_log_score) = (Vec::new(), Vec::new());
     for order in orders(data.muscles().len(), permutations.min(MOST_PERMUTATIONS), seed) {
         let all = of_rows(data, &body.mesh, baseline, |lengths| renamed(lengths, &order));
-        if let Ok(predicted) = judge.all(&all, &[Way::Row]) {
+        if let Ok(predicted) = judge.all(&all, &[PosteriorKind::Row]) {
             let found = scored(FIRST_POSTERIOR, &all, &predicted, |_| true);
             permuted_rms.push(found.rms);
             permuted_log_score.push(found.log_score);
@@ -245,7 +249,7 @@ mod tests {
         // Three speakers of four vowels, and with /i/ as baseline a fourth one of three.
         for (baseline, groups_of) in [("ɯ", 3), ("i", 4)] {
             let all = cases(&Dataset::reference().unwrap(), &body.mesh, &baseline.parse().unwrap());
-            let groups = Way::OtherSpeakers.groups(&all);
+            let groups = PosteriorKind::OtherSpeakers.groups(&all);
             let mut taken: Vec<usize> = groups.concat();
             taken.sort_unstable();
             assert_eq!(taken, (0..all.len()).collect::<Vec<_>>());

@@ -47,7 +47,7 @@ impl Scored {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Told {
+pub struct ScoredPrediction {
     pub baseline: Vowel,
     pub subject: String,
     pub vowel: Vowel,
@@ -89,13 +89,13 @@ pub fn all_scored(all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -
     each.filter(|s| s.predictions > 0).collect()
 }
 
-pub fn told(baseline: &Vowel, all: &[Case], predicted: &[Predicted]) -> Vec<Told> {
+pub fn told(baseline: &Vowel, all: &[Case], predicted: &[Predicted]) -> Vec<ScoredPrediction> {
     let mut out = Vec::new();
     for (case, row) in all.iter().zip(predicted) {
         for (m, of_muscle) in row.iter().enumerate() {
             for (which, found) in of_muscle.iter().enumerate() {
                 let Some(found) = found else { continue };
-                out.push(Told {
+                out.push(ScoredPrediction {
                     baseline: baseline.clone(),
                     subject: case.subject.clone(),
                     vowel: case.vowel.clone(),

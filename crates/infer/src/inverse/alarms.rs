@@ -97,12 +97,12 @@ impl Serialize for Alarm {
             Alarm::serialize(alarm, serializer)
         }
         #[derive(Serialize)]
-        struct Told<'a> {
+        struct WithText<'a> {
             #[serde(flatten, serialize_with = "fields")]
             alarm: &'a Alarm,
             text: String,
         }
-        Serialize::serialize(&Told { alarm: self, text: self.to_string() }, serializer)
+        Serialize::serialize(&WithText { alarm: self, text: self.to_string() }, serializer)
     }
 }
 

@@ -171,7 +171,7 @@ pub fn assess(
     mesh: &Mesh<2>,
     model: &Model,
     target: &Target,
-    known: &Known,
+    known: &PublishedFacts,
     settings: &FitSettings,
 ) -> Result<Assessment, FitError> {
     let fit = super::fit(mesh, model, target, settings)?;
@@ -186,12 +186,12 @@ pub fn assess(
 
 /// Known facts about muscles and vowels, for comparison with answers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Known {
+pub struct PublishedFacts {
     pub muscles: Muscles,
     pub patterns: Patterns,
 }
 
-impl Known {
+impl PublishedFacts {
     /// The built-in tables; one that is damaged is empty, which a test checks for.
     pub fn built_in() -> Self {
         let patterns = Patterns::reference().unwrap_or_default();

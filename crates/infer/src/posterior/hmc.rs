@@ -327,7 +327,7 @@ impl<'a, T: Target> Group<'a, T> {
     }
 
     /// One trajectory of every chain.
-    fn trajectory(&mut self, size: f64) -> Vec<End> {
+    fn trajectory(&mut self, size: f64) -> Vec<TrajectoryEnd> {
         let (n, count) = (self.whitened.centre.len(), self.states.len());
         let length = FRAC_PI_2 * (0.7 + 0.6 * self.common.f64());
         let steps = ((length / size).round() as usize).clamp(1, MOST_STEPS);
@@ -383,13 +383,13 @@ impl<'a, T: Target> Group<'a, T> {
             if taken {
                 self.states[i] = after.clone();
             }
-            ends.push(End { probability, diverged, zero: !alive[i] });
+            ends.push(TrajectoryEnd { probability, diverged, zero: !alive[i] });
         }
         ends
     }
 }
 
-struct End {
+struct TrajectoryEnd {
     probability: f64,
     diverged: bool,
     zero: bool,

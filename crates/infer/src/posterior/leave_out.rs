@@ -24,7 +24,7 @@ use super::map::MapEstimate;
 use super::parameters::Draw;
 use super::quantiles::Quantiles;
 use super::run::{Posterior, Sampling, chains, numbered, sample_at};
-use super::score::{LeftOut, MixtureComponent, PredictionMethod, about, left_out};
+use super::score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 
 /// Draws of the mixture for each stretch of one posture, and draws of a posterior that is sampled separately. Postures that are sampled
 /// together have as many draws as one: leaving one of many stretches out changes little, so that nearly all draws count for each.
@@ -143,7 +143,7 @@ fn predicted(
     how: PredictionMethod,
 ) -> LeftOut {
     let (row, measured) = (whole.rows()[position], whole.seen.stretches[position]);
-    let (gain, sd) = about(whole, other, position);
+    let (gain, sd) = conditional(whole, other, position);
     let part = |(d, &weight): (&Draw, &f64)| {
         let error = gain.dot(&other.residuals(&d.lengths, &d.baseline_lengths, &d.beside));
         MixtureComponent { mean: d.stretch(row) + error, weight }

@@ -101,7 +101,7 @@ impl MapEstimate {
 
     /// Sets the covariance due to geometry about this point.
     fn average(&mut self, density: &mut Density<'_>) -> Result<(), PosteriorError> {
-        if let Some(geometry) = geometry(&self.about(density)?) {
+        if let Some(geometry) = geometry(&self.around(density)?) {
             density.set_geometry(geometry.clone())?;
             self.geometry = geometry;
         }
@@ -109,7 +109,7 @@ impl MapEstimate {
     }
 
     /// Linearisations at draws about the mode; a draw without an equilibrium is left out.
-    fn about(&self, density: &Density<'_>) -> Result<Vec<LinearisationPoint>, PosteriorError> {
+    fn around(&self, density: &Density<'_>) -> Result<Vec<LinearisationPoint>, PosteriorError> {
         let whitened = self.whitened().ok_or(PosteriorError::Covariance)?;
         let count = if density.posterior_model.is_of_springs() { DRAWS } else { DRAWS_WITHOUT_LANES };
         let draws: Vec<DVector<f64>> = (0..count / 2)

@@ -59,7 +59,7 @@ pub use parameters::{Draw, Parameter, ParameterValues, Posture, WarmStart};
 pub use priors::*;
 pub use quantiles::Quantiles;
 pub use run::{Posterior, Sampling, Status, sample};
-pub use score::{LeftOut, MixtureComponent, PredictionMethod, about, left_out};
+pub use score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};
 pub use sensitivity::{SENSITIVE, Sensitivity};
 pub use summary::{Change, Effective, Report, StretchSummary, Summary, Tension};
 pub use verdict::{Certainty, MuscleVerdict, PROBABLE, ShortRun, Verdict, VerdictFrom};

@@ -80,7 +80,7 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
 
 /// Conditional normal distribution of a stretch given the tensions: its coefficients for the residuals of the other stretches, and its
 /// standard deviation. `position` is that of the stretch in `whole`; `other` leaves it out.
-pub fn about(whole: &Density<'_>, other: &Density<'_>, position: usize) -> (DVector<f64>, f64) {
+pub fn conditional(whole: &Density<'_>, other: &Density<'_>, position: usize) -> (DVector<f64>, f64) {
     let (row, rounding) = (whole.rows()[position], whole.rounding());
     let across = DVector::from_iterator(
         other.rows().len(),

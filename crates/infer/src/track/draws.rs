@@ -14,7 +14,7 @@ use tongue_core::random;
 
 use super::consider_parameters::BATCH;
 use super::eliminate::{Eliminated, WINDOW, windows};
-use super::shape_jacobian::ByShape;
+use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{SmoothedRecording, Smoother};
 
 /// Draws of a window of frames.
@@ -50,7 +50,7 @@ pub(super) struct Sampler<'a, 's> {
     pub mode: &'a Smoother<'a, 's>,
     pub course: &'a SmoothedRecording,
     pub linear: &'a Eliminated<'a, 's>,
-    pub by_shape: &'a [Option<ByShape>],
+    pub by_shape: &'a [Option<ShapeJacobian>],
     /// Derivatives of the formants of every frame.
     pub heard: Vec<Option<DMatrix<f64>>>,
     /// Draws of the shared unknowns.
@@ -206,7 +206,7 @@ fn sound(
 fn hidden(
     mode: &Smoother<'_, '_>,
     course: &SmoothedRecording,
-    by_shape: Option<&ByShape>,
+    by_shape: Option<&ShapeJacobian>,
     t: usize,
     errors: &[(DVector<f64>, f64)],
     (by, theta): (&DMatrix<f64>, &DMatrix<f64>),

@@ -12,7 +12,7 @@ use super::eliminate::{Eliminated, windows};
 use super::frame::Solver;
 use super::jacobian::Linearisation;
 use super::shape::RestShape;
-use super::shape_jacobian::ByShape;
+use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{CHUNK, FrameState, Rows, SmoothedRecording, Smoother};
 
 /// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
@@ -120,7 +120,7 @@ fn costs(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> f64 {
 pub(super) struct ShapeStep<'a> {
     pub shape: &'a RestShape,
     /// Its derivatives in every frame of every recording.
-    pub rates: &'a [Vec<Option<ByShape>>],
+    pub rates: &'a [Vec<Option<ShapeJacobian>>],
     /// The weight of its prior, and its damping in units of that prior's precision.
     pub weight: f64,
     pub damping: f64,

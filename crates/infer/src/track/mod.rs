@@ -45,7 +45,7 @@ pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, TongueSurface, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
 pub use interval::Interval;
 pub use repeats::{Repeated, Repeats, repeats};
-pub use results::{Displacement, Foretold, FrameStatus, Tracked, TrackedRecording};
+pub use results::{Displacement, FrameStatus, HeldOutPrediction, Tracked, TrackedRecording};
 pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
 pub use segments::LabelMean;
 pub use settings::TrackSettings;

@@ -18,7 +18,7 @@ use tongue_core::observe::Observation;
 
 use super::frame::{Frame, Hidden};
 use super::gauss_newton::descend;
-use super::results::Foretold;
+use super::results::HeldOutPrediction;
 use super::smoother::{SmoothedRecording, Smoother};
 
 /// Candidates for the weight of the mechanics, the correlation length, mm, and the noise as a part of the standard deviation.
@@ -57,11 +57,11 @@ struct Process {
 }
 
 /// Predictions of the hidden contour points of every frame of a recording by the candidate that was judged best; empty without one.
-pub(super) fn foretell(
+pub(super) fn predict_hidden(
     mode: &Smoother<'_, '_>,
     course: &SmoothedRecording,
     judged: Option<&Judged>,
-) -> Vec<Vec<Foretold>> {
+) -> Vec<Vec<HeldOutPrediction>> {
     let Some(Judged(process, reach)) = judged else { return vec![Vec::new(); course.frames.len()] };
     let solver = (mode.solver)();
     let told = |t: usize| {
@@ -69,7 +69,7 @@ pub(super) fn foretell(
         let errors = split(solver.system.rest(), course, t).and_then(|s| process.errors(&s));
         let foretold = |(name, (missed, variance)): (&String, (f64, f64))| {
             let far = 1e-3 * reach * variance.sqrt();
-            Foretold { point: name.clone(), missed_m: 1e-3 * missed, interval_m: [-far, far] }
+            HeldOutPrediction { point: name.clone(), missed_m: 1e-3 * missed, interval_m: [-far, far] }
         };
         errors.map_or_else(Vec::new, |errors| names.zip(errors).map(foretold).collect())
     };

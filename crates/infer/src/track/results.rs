@@ -70,7 +70,7 @@ pub struct Displacement {
 
 /// A held-out point: its distance from the place that the fit predicts, with the interval of that prediction.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Foretold {
+pub struct HeldOutPrediction {
     pub point: String,
     /// Distance of the point from its predicted place, m: across the contour; for a coil, which is reported once for each axis, along
     /// that axis.
@@ -95,7 +95,7 @@ pub struct Tracked {
     #[serde(default)]
     pub rms_sd: Option<f64>,
     /// The held-out points.
-    pub hidden: Vec<Foretold>,
+    pub hidden: Vec<HeldOutPrediction>,
     /// Number of directions of the tensions whose standard deviation is below half of the prior's.
     pub resolved: usize,
     /// Whether the shape is reached in another way than by growing all tensions together.
@@ -146,7 +146,7 @@ pub(super) struct FrameSolution<'a> {
     /// How its shape can be reached, if that is known.
     pub way: Option<&'a Reachability>,
     /// Predictions of its hidden contour points, if there are enough points for them.
-    pub foretold: &'a [Foretold],
+    pub foretold: &'a [HeldOutPrediction],
     /// Whether its observations cannot be right.
     pub lost: bool,
     /// Means over the recording.
@@ -233,7 +233,7 @@ pub(super) fn tracked(
         }
         let expected = of(&draws.hidden[number][i]);
         let seen = 1e3 * placed.map_or(f64::NAN, |placed| hidden.observation.residual(placed));
-        Foretold {
+        HeldOutPrediction {
             point: hidden.name.clone(),
             missed_m: 1e-3 * (seen - expected.median),
             interval_m: [expected.low, expected.high].map(|end| 1e-3 * (end - expected.median)),

@@ -20,12 +20,12 @@ use super::errors::Knots;
 use super::formants;
 use super::frame::{Frame, Solver};
 use super::gauss_newton::descend;
-use super::prediction::{foretell, judged};
-use super::results::{Foretold, FrameSolution, Tracked, TrackedRecording, tracked};
+use super::prediction::{judged, predict_hidden};
+use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, tracked};
 use super::segments::Segments;
 use super::settings::TrackSettings;
 use super::shape::RestShape;
-use super::shape_jacobian::{ByShape, by_shape};
+use super::shape_jacobian::{ShapeJacobian, by_shape};
 use super::smoother::{CHUNK, FEWEST, SmoothedRecording, Smoother};
 
 /// A residual larger than this many standard deviations is a fault of the observation.
@@ -87,8 +87,10 @@ pub fn track(
     progress(settings.rounds + 1, passes);
     let columns = stage.shape.map_or(0, RestShape::count);
     let of_sample: Vec<_> = sample.iter().map(|course| by_shape(&mode, course, stage.shape)).collect();
-    let of_shape: Vec<_> =
-        of_sample.iter().map(|all| |t: usize| all[t].as_ref().map(|b: &ByShape| b.seen.clone())).collect();
+    let of_shape: Vec<_> = of_sample
+        .iter()
+        .map(|all| |t: usize| all[t].as_ref().map(|b: &ShapeJacobian| b.seen.clone()))
+        .collect();
     let linear =
         sample.iter().zip(&of_shape).map(|(c, by_shape)| Eliminated::new(&mode, c, &[], by_shape, columns));
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
@@ -108,9 +110,9 @@ pub fn track(
         }
         let own = (!is_whole).then(|| by_shape(&mode, &course, stage.shape));
         let by_shape = own.as_ref().unwrap_or(&of_sample[number]);
-        let seen = |t: usize| by_shape[t].as_ref().map(|b: &ByShape| b.seen.clone());
+        let seen = |t: usize| by_shape[t].as_ref().map(|b: &ShapeJacobian| b.seen.clone());
         let linear = Eliminated::new(&mode, &course, &[], &seen, columns).ok_or(NotFinite)?;
-        let foretold = foretell(&mode, &course, process.as_ref());
+        let foretold = predict_hidden(&mode, &course, process.as_ref());
         let displayed = shown.as_ref().map(|shown| match is_whole {
             true => shown.courses[number].clone(),
             false => display.course(shown, mode.sizes, &course, &shown.courses[number]),
@@ -255,7 +257,7 @@ fn told(
     mode: &Smoother<'_, '_>,
     course: &SmoothedRecording,
     draws: &Sampler<'_, '_>,
-    foretold: &[Vec<Foretold>],
+    foretold: &[Vec<HeldOutPrediction>],
     (mut faults, lost): (Vec<Vec<Fault>>, &[bool]),
 ) -> TrackedRecording {
     let count = course.frames.len();

@@ -13,7 +13,7 @@ use super::shape::{RestShape, STEP};
 use super::smoother::{CHUNK, SmoothedRecording, Smoother};
 
 /// Derivatives of the observations of a frame and of its hidden points by the shape, mm.
-pub(super) struct ByShape {
+pub(super) struct ShapeJacobian {
     pub seen: DMatrix<f64>,
     pub hidden: DMatrix<f64>,
 }
@@ -23,17 +23,17 @@ pub(super) fn by_shape(
     mode: &Smoother<'_, '_>,
     course: &SmoothedRecording,
     shape: Option<&RestShape>,
-) -> Vec<Option<ByShape>> {
+) -> Vec<Option<ShapeJacobian>> {
     let Some(shape) = shape else { return course.frames.iter().map(|_| None).collect() };
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let work = |chunk: &&[usize]| -> Vec<Option<ByShape>> {
+    let work = |chunk: &&[usize]| -> Vec<Option<ShapeJacobian>> {
         let known: Vec<usize> = chunk.iter().copied().filter(|&t| course.here[t].linear.is_some()).collect();
         let x: Vec<_> = known.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();
         let from = |t: usize| course.here[t].linear.as_ref().map(|linear| &*linear.positions);
         let postures: Vec<_> = known.iter().zip(&x).map(|(&t, x)| (&course.frames[t], x, from(t))).collect();
         let rates = shape.rates(&mut (mode.solver)(), &postures);
-        let mut out: Vec<Option<ByShape>> = chunk.iter().map(|_| None).collect();
+        let mut out: Vec<Option<ShapeJacobian>> = chunk.iter().map(|_| None).collect();
         for (t, all) in known.into_iter().zip(rates) {
             out[t - chunk[0]] = all;
         }
@@ -45,13 +45,17 @@ pub(super) fn by_shape(
 impl RestShape {
     /// Derivatives of the residuals of frames and of the distances of their hidden points, mm, by each direction; `None` for a frame without
     /// an equilibrium at its positions.
-    pub(super) fn rates(&self, solver: &mut Solver<'_>, postures: &[Posture<'_>]) -> Vec<Option<ByShape>> {
+    pub(super) fn rates(
+        &self,
+        solver: &mut Solver<'_>,
+        postures: &[Posture<'_>],
+    ) -> Vec<Option<ShapeJacobian>> {
         let found = solver.rates(self, postures).into_iter().zip(postures);
         let with_coils = |(rates, (frame, ..)): (Option<Rates>, &Posture<'_>)| {
             let mut rates = rates?;
             self.add_coils(&mut rates, frame);
             let is_finite = rates.by_unknown.iter().all(|v| v.is_finite());
-            is_finite.then(|| ByShape { seen: rates.of_seen(), hidden: rates.of_hidden() })
+            is_finite.then(|| ShapeJacobian { seen: rates.of_seen(), hidden: rates.of_hidden() })
         };
         found.map(with_coils).collect()
     }

@@ -8,8 +8,8 @@ use crate::Error;
 use crate::table::{markdown, number};
 
 use super::AccuracyStudy;
-use super::ladder::Run;
 use super::mesh::{MeshRun, SCENES, order};
+use super::runs::Run;
 
 fn all_runs(runs: &[Run]) -> Result<String, Error> {
     let table = markdown(runs, &["repeats"])?;

@@ -3,10 +3,10 @@
 use serde::Serialize;
 
 use crate::measure::Effort;
-use crate::{Error, Pulled};
+use crate::{Error, TestTensions};
 use tongue_core::dynamics::{Control, IntegrationMethod};
 
-use super::time_stepping::march;
+use super::time_stepping::integrate;
 
 const TIMES: [f64; 4] = [1.0, 3.0, 10.0, 30.0];
 /// Tolerance of each step, m. Its error is far below the distance from equilibrium.
@@ -29,11 +29,11 @@ pub struct Stopped {
 }
 
 /// Compares the shape at each of the times with the equilibrium; integrated by TR-BDF2 at a tight tolerance.
-pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<Vec<Stopped>, Error> {
+pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<Vec<Stopped>, Error> {
     let (reference, _) = scene.reference()?;
     let motion = scene.motion()?;
     let whole = Effort { longest_run_s: f64::INFINITY, ..*effort };
-    let marched = march(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), &TIMES, &whole);
+    let marched = integrate(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), &TIMES, &whole);
     if let Some(why) = marched.missing {
         return Err(format!("the reference trajectory was not found: {}", why.words()).into());
     }

@@ -2,12 +2,12 @@
 
 use nalgebra::SVector;
 
-use crate::{Error, Pulled};
+use crate::{Error, TestTensions};
 use tongue_core::dynamics::{Control, IntegrationMethod, Motion, StepCounts};
 use tongue_core::statics::Workspace;
 
-use super::ladder::Run;
-use super::time_stepping::{march, rungs, words};
+use super::runs::Run;
+use super::time_stepping::{integrate, rungs, words};
 use crate::measure::{Effort, Timed, measure};
 
 /// Name of Newton's method in the tables.
@@ -26,7 +26,7 @@ const STEP_TOLERANCES: [f64; 4] = [1e-4, 1e-5, 1e-6, 1e-8];
 const PARTS: [f64; 3] = [2.0, 0.99, 0.01];
 
 /// Runs of every method, and the residual force of the reference, N.
-pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), Error> {
+pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>, f64), Error> {
     let (reference, residual) = scene.reference()?;
     let mut workspace = Workspace::new(&scene.system);
     let mut runs = Vec::new();
@@ -53,14 +53,14 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), Error>
 }
 
 fn to_rest(
-    scene: &Pulled,
+    scene: &TestTensions,
     motion: &Motion<'_, 2>,
     (method, control): (IntegrationMethod, Control),
     reference: &[SVector<f64, 2>],
     effort: &Effort,
 ) -> Vec<Run> {
     let times: &[f64] = if method.is_explicit() { &EXPLICIT_TIMES } else { &TIMES };
-    let marched = march(motion, method, control, times, effort);
+    let marched = integrate(motion, method, control, times, effort);
     let to = |time: f64| Run {
         method: method.name(),
         setting: format!("{}, to {time} s", words(control)),

@@ -6,9 +6,9 @@ use tongue_infer::inverse::{FitSettings, Method};
 use tongue_input::measured::TargetKind;
 
 use super::AccuracyStudy;
-use super::ladder::Run;
 use super::mesh::{MeshRun, SCENES};
 use super::page::page;
+use super::runs::Run;
 use super::search::FitRun;
 
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;

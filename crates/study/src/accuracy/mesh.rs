@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::measure::{Effort, measure, observed_order};
 use crate::test_tensions::largest_difference;
-use crate::{Error, PUBLISHED_A, Pulled, tell};
+use crate::{Error, PUBLISHED_A, TestTensions, tell};
 use tongue_core::body::{Body, Mesh};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
@@ -13,7 +13,7 @@ use tongue_core::sparse::cholesky::Factor;
 use tongue_core::statics::Workspace;
 use tongue_core::system::Model;
 
-use super::ladder::Ended;
+use super::runs::Ended;
 
 /// /a/ as published, and a muscle of the back and one of the tip alone.
 pub const SCENES: [(&str, &[(&str, f64)]); 3] =
@@ -48,7 +48,7 @@ pub struct MeshRun {
     pub ended: Ended,
 }
 
-pub fn ladder(effort: &Effort) -> Result<Vec<MeshRun>, Error> {
+pub fn work_precision(effort: &Effort) -> Result<Vec<MeshRun>, Error> {
     let mut runs: Vec<MeshRun> = Vec::new();
     for &h in effort.spacings {
         tell(&format!("mesh of {:.2} mm", h * 1e3));
@@ -70,7 +70,7 @@ fn one(
     (h, mesh_s): (f64, f64),
     effort: &Effort,
 ) -> Result<MeshRun, Error> {
-    let made = measure(effort, || Pulled::new(mesh, &Model::default(), pull));
+    let made = measure(effort, || TestTensions::new(mesh, &Model::default(), pull));
     let scene = made.result?;
     let system = &scene.system;
     let mut workspace = Workspace::new(system);

@@ -15,15 +15,15 @@ mod axes;
 mod early_stopping;
 mod equilibrium;
 mod files;
-mod ladder;
 mod mesh;
 mod page;
+mod runs;
 mod search;
 mod time_stepping;
 mod trajectory;
 
 use crate::measure::Effort;
-use crate::{Error, PUBLISHED_A, Pulled, tell};
+use crate::{Error, PUBLISHED_A, TestTensions, tell};
 use tongue_core::body::{Body, DEFAULT_SPACING_M};
 use tongue_core::system::Model;
 
@@ -33,10 +33,10 @@ mod tests;
 
 #[derive(Debug, Clone)]
 pub(crate) struct AccuracyStudy {
-    pub equilibrium: Vec<ladder::Run>,
+    pub equilibrium: Vec<runs::Run>,
     /// Residual force at the reference of axis 1, N.
     pub reference_residual_n: f64,
-    pub trajectory: Vec<ladder::Run>,
+    pub trajectory: Vec<runs::Run>,
     /// Distance of the reference of axis 2 from one of ten times its tolerance, mm.
     pub reference_doubt_mm: f64,
     pub early: Vec<early_stopping::Stopped>,
@@ -48,17 +48,17 @@ pub(crate) struct AccuracyStudy {
 pub fn run(effort: &Effort) -> Result<AccuracyStudy, Error> {
     let spacing = if effort.repeats > 1 { DEFAULT_SPACING_M } else { effort.spacings[0] };
     let body = Body::tongue(spacing)?.mesh;
-    let scene = Pulled::new(&body, &Model::default(), &PUBLISHED_A)?;
+    let scene = TestTensions::new(&body, &Model::default(), &PUBLISHED_A)?;
     tell("axis 5, the fit");
-    let fits = search::ladder(&body, effort)?;
+    let fits = search::work_precision(&body, effort)?;
     tell("axis 3, stopping early");
-    let early = early_stopping::ladder(&scene, effort)?;
+    let early = early_stopping::work_precision(&scene, effort)?;
     tell("axis 4, meshes");
-    let meshes = mesh::ladder(effort)?;
+    let meshes = mesh::work_precision(effort)?;
     tell("axis 2, along the trajectory");
-    let (trajectory, reference_doubt_mm) = trajectory::ladder(&scene, effort)?;
+    let (trajectory, reference_doubt_mm) = trajectory::work_precision(&scene, effort)?;
     tell("axis 1, to equilibrium");
-    let (equilibrium, reference_residual_n) = equilibrium::ladder(&scene, effort)?;
+    let (equilibrium, reference_residual_n) = equilibrium::work_precision(&scene, effort)?;
     Ok(AccuracyStudy {
         equilibrium,
         reference_residual_n,

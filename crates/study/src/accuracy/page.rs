@@ -11,7 +11,7 @@ use tongue_input::measured::TargetKind;
 use super::AccuracyStudy;
 use super::axes::{mesh_verdict, sections};
 use super::equilibrium::NEWTON;
-use super::ladder::{Run, fastest};
+use super::runs::{Run, fastest};
 use super::search::FitRun;
 
 /// An error of 0.01 of a ratio.

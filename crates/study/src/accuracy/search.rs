@@ -8,7 +8,7 @@ use tongue_core::system::Model;
 use tongue_infer::inverse::{self, Fit, FitSettings, Method};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
-use super::ladder::Ended;
+use super::runs::Ended;
 use crate::measure::{Effort, measure};
 
 /// Tension tolerances of Nelder-Mead, N.
@@ -49,7 +49,7 @@ fn kind_name<S: Serializer>(kind: &TargetKind, serializer: S) -> Result<S::Ok, S
 ///
 /// The reference is Gauss-Newton with the tightest tolerances; the difference of Nelder-Mead at its tightest
 /// from it is a row.
-pub fn ladder(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, Error> {
+pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, Error> {
     let data = Dataset::reference()?;
     let vowel = Vowel::new("a")?;
     let mut runs = Vec::new();

@@ -7,8 +7,8 @@ use std::sync::OnceLock;
 use tongue_files::VERSION;
 use tongue_files::report::Provenance;
 
-use super::ladder::Ended;
 use super::page::page as made;
+use super::runs::Ended;
 use super::{AccuracyStudy, Effort, files, run};
 
 fn tiny() -> &'static AccuracyStudy {

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionStatus, StepCounts};
 use tongue_core::statistics::median;
 
-use super::ladder::Ended;
+use super::runs::Ended;
 use crate::measure::Effort;
 use crate::table::duration;
 
@@ -27,7 +27,7 @@ pub struct Stop {
 }
 
 #[derive(Debug, Clone)]
-pub struct Marched {
+pub struct TimeSteppingRun {
     pub stops: Vec<Stop>,
     pub repeats: usize,
     /// Why later times were not reached: refused or failed.
@@ -36,16 +36,20 @@ pub struct Marched {
 
 /// Integrates to each of the ascending `times`, s, in several repeats within the time that the effort allows.
 /// An explicit method that needs more is stopped, with an estimate of its time.
-pub fn march(
+pub fn integrate(
     motion: &Motion<'_, 2>,
     method: IntegrationMethod,
     control: Control,
     times: &[f64],
     effort: &Effort,
-) -> Marched {
+) -> TimeSteppingRun {
     // Checking the stability of a step computes a spectrum, whose time is not part of the run.
     if let Err(error) = method.checked(motion, control) {
-        return Marched { stops: Vec::new(), repeats: 0, missing: Some(Ended::Refused(error.to_string())) };
+        return TimeSteppingRun {
+            stops: Vec::new(),
+            repeats: 0,
+            missing: Some(Ended::Refused(error.to_string())),
+        };
     }
     let begin = Instant::now();
     let mut marched = once(motion, method, control, times, effort);
@@ -90,11 +94,11 @@ fn once(
     control: Control,
     times: &[f64],
     effort: &Effort,
-) -> Marched {
-    let mut marched = Marched { stops: Vec::new(), repeats: 1, missing: None };
+) -> TimeSteppingRun {
+    let mut marched = TimeSteppingRun { stops: Vec::new(), repeats: 1, missing: None };
     let mut integrator = match method.integrator(motion, control) {
         Ok(integrator) => integrator,
-        Err(error) => return Marched { missing: Some(Ended::Refused(error.to_string())), ..marched },
+        Err(error) => return TimeSteppingRun { missing: Some(Ended::Refused(error.to_string())), ..marched },
     };
     let mut state = motion.at_rest();
     let mut counts = StepCounts::default();
@@ -112,7 +116,7 @@ fn once(
                 "{steps:.1e} steps to t = {end} s, about {}, are more than one run of this study may take; take tr-bdf2",
                 duration(estimate)
             );
-            return Marched { missing: Some(Ended::Refused(why)), ..marched };
+            return TimeSteppingRun { missing: Some(Ended::Refused(why)), ..marched };
         }
     }
     let clock = Instant::now();

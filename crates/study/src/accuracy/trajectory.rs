@@ -1,11 +1,11 @@
 //! Axis 2: the trajectory to t = 3 s, where the thesis stops.
 
 use crate::measure::Effort;
-use crate::{Error, Pulled};
+use crate::{Error, TestTensions};
 use tongue_core::dynamics::{Control, IntegrationMethod};
 
-use super::ladder::{Ended, Run};
-use super::time_stepping::{Marched, Stop, march, rungs, words};
+use super::runs::{Ended, Run};
+use super::time_stepping::{Stop, TimeSteppingRun, integrate, rungs, words};
 
 /// Times at which trajectories are compared, s; they end at the last.
 const TIMES: [f64; 7] = [0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 3.0];
@@ -19,11 +19,11 @@ const REFERENCE: [f64; 2] = [1e-12, 1e-11];
 const PARTS: [f64; 3] = [2.0, 0.99, 0.05];
 
 /// Runs of every method, and the distance of the reference from one of ten times its tolerance, mm.
-pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), Error> {
+pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>, f64), Error> {
     let motion = scene.motion()?;
     let once = Effort { repeats: 1, longest_run_s: f64::INFINITY, ..*effort };
     let [reference, check] =
-        REFERENCE.map(|t| march(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(t), &TIMES, &once));
+        REFERENCE.map(|t| integrate(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(t), &TIMES, &once));
     if let Some(why) = reference.missing.or(check.missing) {
         return Err(format!("the reference trajectory was not found: {}", why.words()).into());
     }
@@ -31,7 +31,8 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), Error>
     let mut runs = Vec::new();
     for method in IntegrationMethod::ALL {
         for control in rungs(method, &motion, &STEP_TOLERANCES, &PARTS) {
-            let Marched { stops, repeats, missing } = march(&motion, method, control, &TIMES, effort);
+            let TimeSteppingRun { stops, repeats, missing } =
+                integrate(&motion, method, control, &TIMES, effort);
             let run = Run { method: method.name(), setting: words(control), ..Run::default() };
             runs.push(match (missing, stops.last()) {
                 (None, Some(last)) => {
@@ -46,7 +47,7 @@ pub fn ladder(scene: &Pulled, effort: &Effort) -> Result<(Vec<Run>, f64), Error>
 }
 
 /// Largest errors over all times: of a node's position, mm, and of a ratio.
-fn along(scene: &Pulled, stops: &[Stop], reference: &[Stop]) -> (f64, f64) {
+fn along(scene: &TestTensions, stops: &[Stop], reference: &[Stop]) -> (f64, f64) {
     let errors = stops.iter().zip(reference).map(|(a, b)| scene.apart(&a.positions, &b.positions));
     errors.fold((0.0, 0.0), |(e, r): (f64, f64), (error, ratio)| (e.max(error), r.max(ratio)))
 }
@@ -62,8 +63,8 @@ mod tests {
     #[test]
     fn on_a_coarse_tongue_the_ladder_shows_the_known_orders_and_lists_what_was_refused() {
         let mesh = Body::tongue(11e-3).unwrap().mesh;
-        let scene = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A).unwrap();
-        let (runs, doubt) = ladder(&scene, &Effort::TINY).unwrap();
+        let scene = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A).unwrap();
+        let (runs, doubt) = work_precision(&scene, &Effort::TINY).unwrap();
         let errors = |method: &str| -> Vec<f64> {
             runs.iter().filter(|r| r.method == method).filter_map(|r| r.error_mm).collect()
         };

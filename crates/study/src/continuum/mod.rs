@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use crate::measure::{Effort, Timed, measure};
 use crate::test_tensions::largest_difference;
-use crate::{Error, PUBLISHED_A, Pulled, tell};
+use crate::{Error, PUBLISHED_A, TestTensions, tell};
 use tongue_core::body::{Anatomy, Body, ContinuumSettings, Mesh};
 use tongue_core::material::Constants;
 use tongue_core::statics::{SolveSettings, SolveStatus, Workspace, solve};
@@ -100,7 +100,7 @@ pub struct ContinuumStudy {
 }
 
 /// Ratios at a load, how the solve ended, and its median time, s.
-fn ratios(scene: &Pulled, load: f64) -> (Vec<f64>, Timed<SolveStatus>) {
+fn ratios(scene: &TestTensions, load: f64) -> (Vec<f64>, Timed<SolveStatus>) {
     let tensions: Vec<f64> = scene.tensions.iter().map(|t| t * load).collect();
     let mut workspace = Workspace::new(&scene.system);
     let solved = measure(&Effort::FULL, || {
@@ -178,7 +178,7 @@ impl Kind<'_> {
             Some(settings) => plain.into_continuum_of(self.anatomy, settings)?,
             None => plain,
         };
-        let scene = Pulled::new(&body.mesh, &Model::default(), &PUBLISHED_A)?;
+        let scene = TestTensions::new(&body.mesh, &Model::default(), &PUBLISHED_A)?;
         let (once, solved) = ratios(&scene, 1.0);
         // On fine meshes the control has no equilibrium at the larger load that can be found in useful time.
         let twice = match self.settings == Some(&CONTROL) {
@@ -247,7 +247,7 @@ fn locking() -> Result<Vec<Locking>, Error> {
         let body = Body::continuum(h, &ContinuumSettings::default())?;
         let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
         let model = Model { constants };
-        Ok(ratios(&Pulled::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0)
+        Ok(ratios(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0)
     };
     let near = ratios_at(DEFAULT_M, NEARLY_INCOMPRESSIBLE)?;
     let row = |poisson_ratio: f64| {
@@ -288,7 +288,7 @@ fn sensitive(
     let quantile = |q: f64| {
         parts.get((q * (parts.len().max(1) - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
     };
-    let scene = Pulled::new(&body.mesh, &model, &PUBLISHED_A)?;
+    let scene = TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?;
     let table = Thesis::reference()?.ratios_a(&scene.muscles).unwrap_or_default();
     let rms = |load: f64| {
         let ratios = ratios(&scene, load).0;

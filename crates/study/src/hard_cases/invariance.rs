@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use nalgebra::SVector;
 
-use crate::test_tensions::{PUBLISHED_A, Pulled, tongue};
+use crate::test_tensions::{PUBLISHED_A, TestTensions, tongue};
 use tongue_core::body::{Mesh, largest_distance};
 use tongue_core::parallel;
 use tongue_core::statics::Workspace;
@@ -52,7 +52,7 @@ pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
 type Shape = Vec<SVector<f64, 2>>;
 
 fn published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, Shape), Error> {
-    let Pulled { system, tensions, .. } = Pulled::new(mesh, &Model::default(), &PUBLISHED_A)?;
+    let TestTensions { system, tensions, .. } = TestTensions::new(mesh, &Model::default(), &PUBLISHED_A)?;
     let mut workspace = Workspace::new(&system);
     let row = equilibrium_row(10, variant, &system, &mut workspace, &tensions);
     Ok((row, workspace.positions().to_vec()))

@@ -1,6 +1,6 @@
 //! Cases 2, 4 and 11: loads far above those of muscles, and chains that fold.
 
-use crate::test_tensions::{Pulled, tongue};
+use crate::test_tensions::{TestTensions, tongue};
 use tongue_core::body::{Body, ContinuumSettings, Mesh, largest_distance};
 use tongue_core::statics::{SolveSettings, Workspace, trace};
 use tongue_core::system::{Model, System};
@@ -35,7 +35,7 @@ fn subsets_of(case: u8, mesh: &Mesh<2>, followed_n: f64, extent: HowMany) -> Res
         let active: Vec<&str> = (0..all.len()).filter(|m| set >> m & 1 == 1).map(|m| all[m]).collect();
         for load in [1.0, 10.0, 100.0, 1000.0] {
             let variant = format!("{} at {load} N", active.join(" "));
-            let Pulled { system, tensions, .. } = all_at(mesh, &active, load)?;
+            let TestTensions { system, tensions, .. } = all_at(mesh, &active, load)?;
             let mut workspace = Workspace::new(&system);
             let row = equilibrium_row(case, variant, &system, &mut workspace, &tensions);
             rows.push(match load <= followed_n {
@@ -48,8 +48,8 @@ fn subsets_of(case: u8, mesh: &Mesh<2>, followed_n: f64, extent: HowMany) -> Res
 }
 
 /// The body with some of its muscles at the same tension.
-fn all_at(mesh: &Mesh<2>, muscles: &[&str], load: f64) -> Result<Pulled, Error> {
-    Pulled::new(mesh, &Model::default(), &muscles.iter().map(|m| (*m, load)).collect::<Vec<_>>())
+fn all_at(mesh: &Mesh<2>, muscles: &[&str], load: f64) -> Result<TestTensions, Error> {
+    TestTensions::new(mesh, &Model::default(), &muscles.iter().map(|m| (*m, load)).collect::<Vec<_>>())
 }
 
 /// Follows the branch from rest to the load of a row whose answer is in the workspace, and compares the two.
@@ -92,7 +92,7 @@ pub(super) fn folding_chains() -> Result<Vec<HardCase>, Error> {
     for (name, set) in sets {
         for load in [5.0, 50.0, 500.0] {
             let variant = format!("{name} at {load} N, straight");
-            let Pulled { system, tensions, .. } = all_at(&mesh, set, load)?;
+            let TestTensions { system, tensions, .. } = all_at(&mesh, set, load)?;
             rows.push(equilibrium_row(4, variant, &system, &mut Workspace::new(&system), &tensions));
         }
     }

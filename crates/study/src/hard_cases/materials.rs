@@ -1,6 +1,6 @@
 //! Case 3: extreme materials.
 
-use crate::test_tensions::{PUBLISHED_A, Pulled, tongue};
+use crate::test_tensions::{PUBLISHED_A, TestTensions, tongue};
 use tongue_core::body::{Body, ContinuumSettings, Mesh};
 use tongue_core::effect::spring::Spring;
 use tongue_core::effect::{Connections, Effect, Incompressibility};
@@ -23,15 +23,15 @@ pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
     };
     let of = |poisson_ratio| Model { constants: Constants { poisson_ratio, ..Constants::TONGUE } };
     for nu in [0.25, 0.26, 0.3, 0.49, 0.499, 0.49999, 0.4999999] {
-        let Pulled { system, tensions, .. } = Pulled::new(&mesh, &of(nu), &PUBLISHED_A)?;
+        let TestTensions { system, tensions, .. } = TestTensions::new(&mesh, &of(nu), &PUBLISHED_A)?;
         solved(format!("nu = {nu}"), &system, &tensions);
     }
     let continuum = Body::continuum(CONTINUUM_M, &ContinuumSettings::default())?.mesh;
     for nu in [-0.5, 0.0, 0.2, 0.49, 0.499, 0.49999] {
-        let Pulled { system, tensions, .. } = Pulled::new(&continuum, &of(nu), &PUBLISHED_A)?;
+        let TestTensions { system, tensions, .. } = TestTensions::new(&continuum, &of(nu), &PUBLISHED_A)?;
         solved(format!("nu = {nu}, continuum"), &system, &tensions);
     }
-    let Pulled { system, tensions, .. } = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A)?;
+    let TestTensions { system, tensions, .. } = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     for factor in [0.0, 1e-6, 1e-3, 1e3, 1e6] {
         let changed = uneven(&mesh, system.contracting(), factor, 1.0)?;
         solved(format!("kappa_s x {factor:e}"), &changed, &tensions);
@@ -41,7 +41,7 @@ pub(super) fn extremes() -> Result<Vec<HardCase>, Error> {
         solved(format!("every second connection's k x {contrast:e}"), &changed, &tensions);
     }
     for nu in [0.0, 0.5] {
-        let refused = Pulled::new(&mesh, &of(nu), &PUBLISHED_A).err().map(|e| e.to_string());
+        let refused = TestTensions::new(&mesh, &of(nu), &PUBLISHED_A).err().map(|e| e.to_string());
         rows.push(HardCase::refusal(3, &format!("nu = {nu}"), "system", refused));
     }
     Ok(rows)

@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use crate::test_tensions::{PUBLISHED_A, Pulled, tongue};
+use crate::test_tensions::{PUBLISHED_A, TestTensions, tongue};
 use tongue_core::body::largest_distance;
 use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionStatus, Tensions};
 use tongue_core::material::Constants;
@@ -33,9 +33,9 @@ pub(super) fn printed_table() -> Result<Vec<HardCase>, Error> {
     let weak = Model { constants: weak };
     let (mesh, mut rows) = (tongue()?, Vec::new());
     let bodies = [
-        ("kappa_s 1.46e3 (printed)", Pulled::as_printed(&mesh)?),
-        ("kappa_s 1.46", Pulled::new(&mesh, &Model::default(), &PUBLISHED_A)?),
-        ("kappa_s 1.46, b 3e-3", Pulled::new(&mesh, &weak, &PUBLISHED_A)?),
+        ("kappa_s 1.46e3 (printed)", TestTensions::as_printed(&mesh)?),
+        ("kappa_s 1.46", TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A)?),
+        ("kappa_s 1.46, b 3e-3", TestTensions::new(&mesh, &weak, &PUBLISHED_A)?),
     ];
     for (kappa, body) in bodies {
         for (mass_name, mass) in MASSES {
@@ -68,14 +68,14 @@ fn explicit(name: &str, motion: &Motion<'_, 2>) -> Result<HardCase, Error> {
 /// Case 8: implicit steps from a microsecond to a hundred seconds, many explicit steps, a sudden 300 N.
 pub(super) fn steps(extent: HowMany) -> Result<Vec<HardCase>, Error> {
     let mesh = tongue()?;
-    let body = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A)?;
+    let body = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A)?;
     let motion = body.motion()?;
     let mut rows = Vec::new();
     for dt in [1e-6, 1e-4, 1e-2, 1.0, 100.0] {
         let name = format!("20 steps of {dt:e} s");
         rows.push(run(8, &name, &motion, IntegrationMethod::TrBdf2, Control::Fixed(dt), 20.0 * dt)?);
     }
-    let sudden = Pulled::new(&mesh, &Model::default(), &PUBLISHED_A.map(|(m, _)| (m, 300.0)))?;
+    let sudden = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A.map(|(m, _)| (m, 300.0)))?;
     let suddenly = sudden.motion()?;
     let name = "300 N at once, adaptive to 3 s";
     rows.push(run(8, name, &suddenly, IntegrationMethod::TrBdf2, Control::Adaptive(TOLERANCE), PRINTED_END)?);

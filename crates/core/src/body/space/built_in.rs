@@ -30,7 +30,7 @@ struct File {
 #[serde(deny_unknown_fields)]
 struct BoneParts {
     name: String,
-    parts: Vec<Part>,
+    parts: Vec<BoxRegion>,
 }
 
 #[derive(Deserialize)]
@@ -38,8 +38,8 @@ struct BoneParts {
 struct Given {
     name: String,
     force_n: f64,
-    course: Course,
-    region: Part,
+    course: FibreDirection,
+    region: BoxRegion,
     fibre: [[f64; 3]; 2],
     #[serde(default)]
     middle: bool,
@@ -49,7 +49,7 @@ struct Given {
 /// Where fibres run: along u, v or t, or in a fan.
 #[derive(Deserialize)]
 #[serde(untagged)]
-enum Course {
+enum FibreDirection {
     Along(char),
     Fan { from_mm: [f64; 2], sector: [f64; 2] },
 }
@@ -59,19 +59,19 @@ enum Course {
 struct Outside {
     from_mm: [f64; 3],
     bone: String,
-    to: Part,
+    to: BoxRegion,
 }
 
 /// A box in parts of length, height and half width.
 #[derive(Deserialize, Clone, Copy)]
 #[serde(deny_unknown_fields)]
-struct Part {
+struct BoxRegion {
     u: [f64; 2],
     v: [f64; 2],
     t: [f64; 2],
 }
 
-impl Part {
+impl BoxRegion {
     /// Whether a place [u, v, t] lies in it, on either side.
     fn holds(&self, [u, v, t]: [f64; 3]) -> bool {
         let within = |x: f64, [low, high]: [f64; 2]| (low - ROOM..=high + ROOM).contains(&x);
@@ -304,7 +304,7 @@ fn between(table: &[[f64; 2]], x: f64) -> f64 {
     y0 + (y1 - y0) * ((x - x0) / (x1 - x0)).clamp(0.0, 1.0)
 }
 
-impl Course {
+impl FibreDirection {
     /// Whether an element with this middle lies within the fan.
     fn passes(&self, middle: &Vector3<f64>) -> bool {
         let Self::Fan { from_mm: [x, z], sector: [low, high] } = self else { return true };

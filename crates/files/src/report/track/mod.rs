@@ -22,8 +22,8 @@ use tongue_core::body::Body;
 use tongue_core::geometry::Point;
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
-    Comparison, CourseSummary, Displacement, Foretold, HeldOut, Interval, LabelDraws, LabelMean, Repeats,
-    TrackSettings, Tracked, TrackedRecording,
+    Comparison, CourseSummary, Displacement, HeldOut, HeldOutPrediction, Interval, LabelDraws, LabelMean,
+    Repeats, TrackSettings, Tracked, TrackedRecording,
 };
 use tongue_input::measured::recording::{AlignedRecording, Fault, Label};
 
@@ -128,7 +128,7 @@ impl TrackResults {
         let hidden = &frame.hidden;
         let squares: f64 = hidden.iter().map(|h| h.missed_m * h.missed_m).sum();
         let missed = (!hidden.is_empty()).then(|| mm((squares / hidden.len() as f64).sqrt()));
-        let point = |h: &Foretold| {
+        let point = |h: &HeldOutPrediction| {
             let [missed_mm, interval_mm] = [json!(mm(h.missed_m)), json!(h.interval_m.map(mm))];
             json!({ "point": h.point, "missed_mm": missed_mm, "interval_mm": interval_mm })
         };

@@ -27,7 +27,7 @@ const TONGUE: [&str; 11] = [
 const HELP: &str = "give the .csv that DeepLabCut's analyze_videos(.., save_as_csv=True) writes";
 
 /// A body part: its name, the column of its x, which that of its y follows, and that of its likelihood.
-struct Part {
+struct BodyPart {
     name: String,
     x: usize,
     likelihood: Option<usize>,
@@ -36,7 +36,7 @@ struct Part {
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = limits::text(bytes, origin)?;
     let mut titles: Vec<csv::StringRecord> = Vec::new();
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<BodyPart> = Vec::new();
     let mut samples: Vec<Sample> = Vec::new();
     let mut budget = Budget::default();
     for record in limits::records(&text, origin, 0, &mut csv::ReaderBuilder::new(), HELP) {
@@ -82,12 +82,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
 }
 
 /// The parts of the lines of titles, of which that of the coordinates is the last.
-fn parts_of(titles: &[csv::StringRecord], at: Place<'_>) -> Result<Vec<Part>, Malformed> {
+fn parts_of(titles: &[csv::StringRecord], at: Place<'_>) -> Result<Vec<BodyPart>, Malformed> {
     let row = |name: &str| titles.iter().find(|row| row.get(0).is_some_and(|f| f.eq_ignore_ascii_case(name)));
     let names =
         row("bodyparts").ok_or_else(|| at.error("there is no line that begins with bodyparts", HELP))?;
     let coords = row("coords").ok_or_else(|| at.error("there is no line that begins with coords", HELP))?;
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<BodyPart> = Vec::new();
     let mut known: BTreeSet<String> = BTreeSet::new();
     for x in (1..coords.len()).filter(|field| coords.get(*field) == Some("x")) {
         let at = at.at_column(x + 1);
@@ -106,7 +106,7 @@ fn parts_of(titles: &[csv::StringRecord], at: Place<'_>) -> Result<Vec<Part>, Ma
             let what = format!("the body part {name:?} is empty or given twice");
             return Err(at.error(what, "give every part one name"));
         }
-        parts.push(Part { name, x, likelihood });
+        parts.push(BodyPart { name, x, likelihood });
     }
     if parts.is_empty() { Err(at.error("no body part has x and y", HELP)) } else { Ok(parts) }
 }

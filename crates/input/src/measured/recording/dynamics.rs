@@ -19,7 +19,7 @@ const ACCELERATION_M_S2: f64 = 30.0;
 const ACCELERATION_OF_BONES_M_S2: f64 = 10.0;
 
 /// The course of a point of the tongue over the frames that show it.
-struct Course<'a> {
+struct PointTrack<'a> {
     name: &'a str,
     times: Vec<f64>,
     marks: Vec<Mark>,
@@ -28,7 +28,7 @@ struct Course<'a> {
     variance: f64,
 }
 
-impl<'a> Course<'a> {
+impl<'a> PointTrack<'a> {
     fn new(name: &'a str, seen: impl Iterator<Item = (f64, Mark)>) -> Self {
         let (times, marks): (Vec<f64>, Vec<Mark>) = seen.unzip();
         let mean = marks.iter().map(|m| m.at).sum::<Point>() / marks.len() as f64;
@@ -134,19 +134,19 @@ impl<'a> Course<'a> {
 
 /// Whether the tracking of a bone slips: it jumps farther than a bone can move, and stays there.
 pub(super) fn bone_slips(seen: impl Iterator<Item = (f64, Point)>) -> bool {
-    let course = Course::new("", seen.map(|(time_s, at)| (time_s, Mark { at, sd: BONE_SD_M })));
+    let course = PointTrack::new("", seen.map(|(time_s, at)| (time_s, Mark { at, sd: BONE_SD_M })));
     course.marks.len() >= FEW && course.slip(ACCELERATION_OF_BONES_M_S2).is_some()
 }
 
 /// The courses of all points of the tongue, and of all bones, that enough frames show.
 pub(super) struct Motion<'a> {
-    courses: Vec<Course<'a>>,
-    bones: Vec<Course<'a>>,
+    courses: Vec<PointTrack<'a>>,
+    bones: Vec<PointTrack<'a>>,
 }
 
 impl<'a> Motion<'a> {
     pub fn of(recording: &'a AlignedRecording) -> Self {
-        let course = |(point, name): (usize, &'a String)| Course::new(name, recording.course(point));
+        let course = |(point, name): (usize, &'a String)| PointTrack::new(name, recording.course(point));
         let (points, all) =
             (recording.contour.len() + recording.sensors.len(), recording.names().enumerate());
         let (tongue, bones): (Vec<_>, Vec<_>) = all.partition(|(point, _)| *point < points);
@@ -174,7 +174,7 @@ impl<'a> Motion<'a> {
 
     /// The median over the points that move; `None` if these are less than half, since one that jumps among others that rest says nothing of
     /// the recording.
-    fn middle(&self, continuous: bool, of: impl Fn(&Course<'_>) -> Option<f64>) -> Option<f64> {
+    fn middle(&self, continuous: bool, of: impl Fn(&PointTrack<'_>) -> Option<f64>) -> Option<f64> {
         let least = if continuous { MOVES_SD } else { HELD_SD };
         let moving = self.courses.iter().filter(|c| c.moves_by(least) && c.part_still() <= 0.5);
         let values: Vec<f64> =
@@ -194,7 +194,7 @@ impl Measures<'_> {
     /// 1 if all points repeat their place in most frames, though some move.
     pub fn repeated(&self) -> Option<Value> {
         let courses = &self.motion.courses;
-        let moving = courses.iter().any(Course::moves);
+        let moving = courses.iter().any(PointTrack::moves);
         (moving && courses.iter().all(|c| c.part_still() > 0.5)).then(|| bare(1.0))
     }
 
@@ -216,10 +216,10 @@ impl Measures<'_> {
     /// The part of the frames in which points stay while others move.
     pub fn stuck(&self) -> Option<Value> {
         let courses = &self.motion.courses;
-        let stuck: Vec<&Course<'_>> = courses.iter().filter(|c| c.part_still() > 0.5).collect();
+        let stuck: Vec<&PointTrack<'_>> = courses.iter().filter(|c| c.part_still() > 0.5).collect();
         let names: Vec<&str> = stuck.iter().map(|c| c.name).collect();
         let most = stuck.iter().map(|c| c.part_still()).fold(0.0, f64::max);
-        courses.iter().any(Course::moves).then(|| (most, names.join("\" and \"")))
+        courses.iter().any(PointTrack::moves).then(|| (most, names.join("\" and \"")))
     }
 
     pub fn quickest_part(&self) -> Option<Value> {
@@ -230,8 +230,8 @@ impl Measures<'_> {
     /// Points and bones that jump and stay, while most points do not.
     pub fn slipped_points_mm(&self) -> Option<Value> {
         let Motion { courses, bones } = &self.motion;
-        let slips_of = |courses: &[Course<'_>], acceleration_m_s2: f64| -> Vec<(String, f64, f64)> {
-            let slip = |c: &Course<'_>| {
+        let slips_of = |courses: &[PointTrack<'_>], acceleration_m_s2: f64| -> Vec<(String, f64, f64)> {
+            let slip = |c: &PointTrack<'_>| {
                 let (frame, by) = c.slip(acceleration_m_s2)?;
                 Some((c.name.to_owned(), c.times[frame], by * 1e3))
             };

@@ -62,7 +62,7 @@ const MOST_ORDERED: usize = 40;
 /// Points that have a fault, by their numbers among the names of a recording.
 type Found = (FaultKind, Vec<usize>);
 
-type Stage<'a> = &'a dyn Fn(&AlignedRecording, usize) -> Vec<Found>;
+type Detector<'a> = &'a dyn Fn(&AlignedRecording, usize) -> Vec<Found>;
 
 /// Removes implausible points from a recording and returns the faults. `palate`: a line of points from front
 /// to back, m.
@@ -84,7 +84,7 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
             (FaultKind::BeyondPalate, beyond),
         ]
     };
-    for stage in [&exchanged as Stage<'_>, &misplaced] {
+    for stage in [&exchanged as Detector<'_>, &misplaced] {
         let found: Vec<Vec<Found>> = (0..faults.len()).map(|f| stage(seen, f)).collect();
         for ((frame, faults), found) in seen.frames.iter_mut().zip(&mut faults).zip(found) {
             for (kind, points) in found.into_iter().filter(|(_, points)| !points.is_empty()) {

@@ -31,14 +31,14 @@ impl Doubt {
 
 /// The doubts about a recording, and their subjects.
 #[derive(Default)]
-struct Told {
+struct DoubtList {
     subjects: Vec<&'static str>,
     doubts: Vec<Doubt>,
 }
 
 const ANY: f64 = f64::INFINITY;
 
-impl Told {
+impl DoubtList {
     /// Tells of values outside a range; of the checks with one subject only the first that fails is told. In the words, `{value}` is the
     /// value, `{name}` what has it, `{without_bones}` the line of a map that leaves the bones out.
     fn check(
@@ -174,8 +174,8 @@ const EXCHANGED: &str = "coils or bones that lie one behind the other are record
 
 pub fn doubts(recording: &AlignedRecording) -> Vec<Doubt> {
     let measures = Measures::of(recording);
-    let mut told = Told::default();
-    for stage in [Told::size, Told::shape, Told::motion] {
+    let mut told = DoubtList::default();
+    for stage in [DoubtList::size, DoubtList::shape, DoubtList::motion] {
         stage(&mut told, &measures);
         if told.doubts.iter().any(Doubt::is_refused) {
             break;
