@@ -228,6 +228,16 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
     assert!(told([[-25.0, 40.0], [-25.0, 20.0]], ["T1", "T2", "T3"]).is_ok());
     assert!(told([[-25.0, 20.0], [-25.0, 40.0]], ["T1", "T2", "T3"]).unwrap_err().contains("upside down"));
     assert!(told([[-25.0, 40.0], [-25.0, 20.0]], ["T3", "T2", "T1"]).unwrap_err().contains("exchanged"));
+    // A coil at the incisors is in front of the first one on the tongue, unless a map says what it is.
+    let behind = changed(|_, _, points| {
+        points.retain(|(n, _)| ["tongue_4", "tongue_7", "tongue_10"].contains(&n.as_str()));
+        points.iter_mut().rev().zip(["T1", "T2", "T3"]).for_each(|(p, name)| p.0 = name.to_owned());
+        let first = points[2].1;
+        points.push(("LI".to_owned(), [first[0] + 8.0, first[1] - 5.0]));
+    });
+    let notes = |map| seen_with(&behind, map).notes.join("; ");
+    assert!(notes("").contains("LI is seen 8 mm behind T1"), "{}", notes(""));
+    assert!(!notes("[points]\nLI = \"ignore\"").contains("behind"), "{}", notes("[points]\nLI = \"ignore\""));
 }
 
 #[test]

@@ -35,15 +35,17 @@ impl Front<'_> {
         Ok(())
     }
 
-    /// The problem of coils that lie in front of lips, incisors and jaw, or of lips that are upside down; those that the map names are
-    /// not judged.
+    /// The channels whose meaning is taken from their names alone: those that the map does not name.
+    fn judged(&self) -> impl Iterator<Item = usize> {
+        (0..self.channels.len()).filter(|&c| !self.map.names(&self.channels[c]))
+    }
+
+    /// The problem of coils that lie in front of lips, incisors and jaw, or of lips that are upside down.
     fn lips(&self, sensors: &[usize]) -> Option<String> {
         let place = |c: usize| median_place(self.places, c);
-        let named: Vec<usize> =
-            (0..self.channels.len()).filter(|&c| !self.map.names(&self.channels[c])).collect();
         let lip = |upper: bool| {
-            let found = named.iter().find(|&&c| names::lip(&self.channels[c]) == Some(upper));
-            found.and_then(|&c| Some((&self.channels[c], place(c)?)))
+            let found = self.judged().find(|&c| names::lip(&self.channels[c]) == Some(upper));
+            found.and_then(|c| Some((&self.channels[c], place(c)?)))
         };
         if let Some(((upper, a), (lower, b))) = lip(true).zip(lip(false))
             && a.y < b.y - APART_M
@@ -53,8 +55,8 @@ impl Front<'_> {
         }
         let (tip, rear) =
             (median_x(self.places, *sensors.first()?)?, median_x(self.places, *sensors.last()?)?);
-        let front = named.iter().filter(|&&c| names::is_in_front(&self.channels[c]));
-        let (name, at) = front.filter_map(|&c| Some((&self.channels[c], place(c)?))).next()?;
+        let front = self.judged().filter(|&c| names::is_in_front(&self.channels[c]));
+        let (name, at) = front.filter_map(|c| Some((&self.channels[c], place(c)?))).next()?;
         (sensors.len() > 1 && (at.x - tip).abs() > (at.x - rear).abs() + APART_M).then(|| {
             format!(
                 "{name} is nearer to the rear coil than to the one at the tip: the coils are exchanged, or the axis is; correct their \
@@ -66,8 +68,8 @@ impl Front<'_> {
     /// A note where coils of lips, incisors or jaw lie behind the first coil on the tongue.
     fn behind(&self, first: usize) -> Option<String> {
         let x = |c: usize| median_x(self.places, c);
-        let all = (0..self.channels.len()).filter(|&c| names::is_in_front(&self.channels[c]));
-        let all = all.filter_map(|c| Some((self.channels[c].as_str(), x(c)? - x(first)?)));
+        let front = self.judged().filter(|&c| names::is_in_front(&self.channels[c]));
+        let all = front.filter_map(|c| Some((self.channels[c].as_str(), x(c)? - x(first)?)));
         let (names, behind): (Vec<&str>, Vec<f64>) = all.filter(|(_, behind)| *behind > BEHIND_M).unzip();
         (!names.is_empty()).then(|| {
             format!(
