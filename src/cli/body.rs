@@ -32,6 +32,12 @@ pub fn growth(nodes: usize) -> f64 {
     (nodes as f64 / NODES_AT_DEFAULT).max(1.0).powf(1.5)
 }
 
+/// A note, before it begins, on an equilibrium that may take longer than a minute.
+pub fn tell_duration_of_equilibrium(nodes: usize) {
+    let what = format!("one equilibrium on a body of {nodes} nodes");
+    output::tell_duration_of_equilibrium(&what, EQUILIBRIUM_S * growth(nodes), "a larger --h is faster");
+}
+
 /// A note, before they begin, on solves that take longer than a minute; `at_default_s` is their time at the default
 /// spacing.
 pub fn tell_duration(what: &str, nodes: usize, at_default_s: f64) {

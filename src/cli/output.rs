@@ -135,6 +135,16 @@ pub fn tell_duration(what: &str, seconds: f64, advice: &str) {
     }
 }
 
+/// The same of an equilibrium; if the branch from rest ends before the load, it takes a hundred times as long or longer.
+pub fn tell_duration_of_equilibrium(what: &str, seconds: f64, advice: &str) {
+    const LONGER: f64 = 100.0;
+    tell_duration(what, seconds, advice);
+    if seconds <= 60.0 && LONGER * seconds > 60.0 {
+        let longer = duration(LONGER * seconds);
+        note(&format!("{what}: {longer} or more if the load is too large to be reached from rest; {advice}"));
+    }
+}
+
 pub fn duration(seconds: f64) -> String {
     if seconds < 2.0 * 3600.0 {
         format!("{:.0} minutes", (seconds / 60.0).max(1.0))

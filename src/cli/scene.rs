@@ -160,7 +160,11 @@ fn answered<const D: usize>(
         format!("{}; {}; {} unknowns; simulated: {}", plan.body, plan.method, plan.unknowns, on.join(", "))
     });
     let an_iteration_us = plan.effects.iter().map(|e| e.estimated_us).sum::<f64>() + plan.estimated_factor_us;
-    output::tell_duration(
+    let tell = match scene.want {
+        Want::Lengths | Want::Shape | Want::Sound => output::tell_duration_of_equilibrium,
+        Want::Trajectory => output::tell_duration,
+    };
+    tell(
         &format!("{} nodes", plan.nodes),
         an_iteration_us * 1e-6 * iterations(scene),
         "a larger h_mm is faster",

@@ -48,7 +48,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let body = arguments.body.body()?;
     let given = arguments.pulls.tensions(&body)?;
-    body::tell_duration("one equilibrium", body.mesh.nodes.len(), body::EQUILIBRIUM_S);
+    body::tell_duration_of_equilibrium(body.mesh.nodes.len());
     let mesh = &body.mesh;
     let palate = body.palate.as_deref().unwrap_or_default();
     let out = global.given_folder()?;

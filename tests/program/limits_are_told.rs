@@ -109,8 +109,18 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
     let folder = tempfile::tempdir().unwrap();
     let message = refused(folder.path(), "simulate --tension GGa=1 --h 0.2mm --threads 1");
     assert!(message.contains("it must be from 1 to 60000: more need over 1 GB of memory"), "{message}");
-    let fine = "title = \"t\"\nwant = \"shape\"\n[body.cylinder]\nradius_mm = 10.0\nlength_mm = 20.0\nh_mm = 1.75\nkind = \"continuum\"\n";
-    fs::write(folder.path().join("fine.toml"), fine).unwrap();
+    let block = |want: &str, h_mm: f64| {
+        format!(
+            "title = \"t\"\nwant = \"{want}\"\n[body.block]\nsize_mm = [7.0, 51.0, 41.0]\nh_mm = {h_mm}\n"
+        )
+    };
+    fs::write(folder.path().join("fine.toml"), block("trajectory", 1.5) + "[trajectory]\nduration_s = 0.5\n")
+        .unwrap();
+    fs::write(folder.path().join("finer.toml"), block("shape", 1.2)).unwrap();
+    let message = refused(folder.path(), "scene run finer.toml");
+    assert!(message.contains("over 1 GB of memory"), "{message}");
+    let printed = shell(folder.path(), "$TONGUE_FIT simulate --h 0.6mm --tension SGp=1").out;
+    assert!(printed.contains("minutes or more if the load is too large"), "{printed}");
     for (line, said) in [
         ("--vowel a --h 1mm", "a fit with its verdict on a body of"),
         ("--vowel a --method gauss-newton --posterior 100000", "--posterior 100000: about"),

@@ -58,7 +58,7 @@ pub static CONTINUUM_ELEMENTS: Limit =
 pub static PLANE_NODES: Limit =
     limit("the number of nodes of the body in the plane", [1.0, 60_000.0], "", MUCH_MEMORY);
 pub static FACTOR_ENTRIES: Limit =
-    limit("the number of entries of the factorised stiffness matrix", [0.0, 6e7], "", MUCH_MEMORY);
+    limit("the number of entries of the factorised stiffness matrix", [0.0, 1.3e7], "", MUCH_MEMORY);
 pub static COORDINATE_MM: Limit = limit("a coordinate", [-1000.0, 1000.0], " mm", NO_TONGUE);
 
 // Fits and posteriors.
