@@ -246,19 +246,6 @@ fn fans_without_a_header_are_contours_without_bones() {
 }
 
 #[test]
-fn limits_hold_for_a_file_and_not_for_a_recording() {
-    // Many recordings with many points: together more than a file may have.
-    let mut text = "recording,time_s,point,x_mm,y_mm\n".to_owned();
-    for recording in 0..20 {
-        for row in 0..1500 {
-            text += &format!("r{recording},{row},p{row},1,2\n");
-        }
-    }
-    let told = refused(text.as_bytes(), "t.csv");
-    assert!(told.contains("places"), "{told}");
-}
-
-#[test]
 fn the_unit_of_coils_is_found_from_their_distances() {
     let head = "EST_File Track\nDataType ascii\nNumFrames 1\nNumChannels 6\nBreaksPresent false\n";
     for (unit, mm) in [(1.4, "10 mm"), (1400.0, "0.01 mm"), (14.0, "1 mm")] {
@@ -326,6 +313,11 @@ fn wrong_keys_of_a_map_are_named_with_the_right_ones() {
         ("scale = 3", "from 0.5 to 2"),
         ("turn_deg = 400", "from -180 to 180"),
         ("shift_mm = [1]", "shift_mm"),
+        ("noise_mm = 1e-4", "m.toml:1: noise_mm is 0.0001; it must be from 0.001 to 100"),
+        ("back = \"x\"\nunit_mm = 1e-9", "m.toml:2: unit_mm is 0.000000001; it must be"),
+        ("rate_hz = nan", "m.toml:1: rate_hz is NaN; it must be from"),
+        ("[points]\nT1 = 3", "m.toml:2: "),
+        ("[points]\nT1 = { surface_mm = \"x\" }", "string \"x\"; needed is a number in `surface_mm`; write"),
     ] {
         let told = wrong(text);
         assert!(told.contains(right) && !told.contains("untagged"), "{text}: {told}");

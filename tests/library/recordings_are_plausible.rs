@@ -2,7 +2,7 @@
 
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
-    AlignedRecording, Format, Map, Recording, Severity, doubts, other_size, palate_doubt, screen,
+    AlignedRecording, FaultKind, Format, Map, Recording, Severity, doubts, other_size, palate_doubt, screen,
 };
 
 use tongue_input::measured::recording::Label;
@@ -525,6 +525,22 @@ fn a_bone_whose_tracking_slips_is_named_and_makes_no_frame_of_each_sample() {
         let name = ["hyoid", "mental_spine"][bone - 11];
         noticed(&slipped, "", &format!("{name} jumps by 2"), Refused);
     }
+    // A bone that one frame does not show is told there.
+    let faults = screen(
+        &mut seen_with(&changed(|f, _, points| points.truncate(if f == 7 { 11 } else { 13 })), ""),
+        None,
+    );
+    assert!(
+        faults
+            .iter()
+            .enumerate()
+            .all(|(f, all)| all.iter().all(|a| f == 7 && a.kind == FaultKind::BoneMissing)),
+        "{faults:?}"
+    );
+    assert_eq!(
+        faults[7].iter().flat_map(|a| a.points.clone()).collect::<Vec<_>>(),
+        ["hyoid", "mental_spine"]
+    );
     // In every third frame, or in two, it is left out.
     for slips in [|f: usize| f % 3 == 1, |f: usize| (30..32).contains(&f)] {
         let jumped = changed(|f, _, points| points[11].1[1] += if slips(f) { 24.0 } else { 0.0 });

@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use assert_cmd::cargo::cargo_bin;
+use super::run::run;
 
-fn printed(arguments: &[&str]) -> String {
-    let output = Command::new(cargo_bin("tongue-fit")).args(arguments).output().unwrap();
-    assert!(output.status.success(), "{arguments:?}");
-    String::from_utf8(output.stdout).unwrap()
+fn printed(line: &str) -> String {
+    let done = run(Path::new("."), line);
+    assert_eq!(done.status, Some(0), "{line}");
+    done.out
 }
 
 fn git(arguments: &[&str]) -> Option<String> {
@@ -18,7 +18,7 @@ fn git(arguments: &[&str]) -> Option<String> {
 
 #[test]
 fn the_version_names_a_commit_of_this_repository_and_is_that_of_the_outputs() {
-    let version = printed(&["--version"]);
+    let version = printed("--version");
     assert_eq!(version, format!("tongue-fit {}\n", tongue_fit::VERSION));
     assert!(tongue_fit::VERSION.starts_with(env!("CARGO_PKG_VERSION")));
     if git(&["rev-parse", "--show-prefix"]).is_none_or(|prefix| !prefix.is_empty()) {
@@ -28,14 +28,14 @@ fn the_version_names_a_commit_of_this_repository_and_is_that_of_the_outputs() {
     let commit = tongue_fit::VERSION.split(['(', ')']).nth(1).unwrap().trim_end_matches("-modified");
     assert!(git(&["cat-file", "-e", &format!("{commit}^{{commit}}")]).is_some(), "{version}");
 
-    let mesh: serde_json::Value = serde_json::from_str(&printed(&["mesh", "--json"])).unwrap();
+    let mesh: serde_json::Value = serde_json::from_str(&printed("mesh --json")).unwrap();
     assert_eq!(mesh["version"], tongue_fit::VERSION);
 }
 
 #[test]
 fn the_completions_of_each_shell_name_commands_and_options_and_bash_takes_them() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = printed(&["completions", shell]);
+        let script = printed(&format!("completions {shell}"));
         for word in ["hold-out", "simulate", "explain"] {
             assert!(script.contains(word), "{shell}: {word}");
         }
@@ -46,7 +46,7 @@ fn the_completions_of_each_shell_name_commands_and_options_and_bash_takes_them()
     }
     let folder = tempfile::tempdir().unwrap();
     let script = folder.path().join("tongue-fit.bash");
-    std::fs::write(&script, printed(&["completions", "bash"])).unwrap();
+    std::fs::write(&script, printed("completions bash")).unwrap();
     // As the shell does if the user presses the tabulator key after the last word.
     let complete = |words: &str| {
         let line = format!(

@@ -28,6 +28,7 @@ mod page_in_space;
 mod page_moves;
 mod posterior_command;
 mod readme_is_true;
+mod refusals;
 mod results_are_as_told;
 mod run;
 mod scene_command;

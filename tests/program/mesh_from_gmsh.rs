@@ -1,7 +1,7 @@
 //! A mesh from Gmsh in every command: the same answers as from the original body, and exit statuses for
 //! faults.
 
-use super::run::{json, refused, refused_with, run};
+use super::run::{json, run};
 
 fn fixture(name: &str) -> String {
     format!("{}/tests/gmsh/{name}", env!("CARGO_MANIFEST_DIR"))
@@ -22,33 +22,6 @@ fn reading_a_mesh_tells_what_to_look_at() {
         "{}",
         done.err
     );
-}
-
-#[test]
-fn incompatible_options_are_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let tongue = fixture("tongue_41.msh");
-    for other in [
-        &format!("--mesh '{tongue}' --h 4mm"),
-        &format!("--mesh '{tongue}' --anatomy a.toml"),
-        "--mesh-unit mm",
-    ] {
-        refused_with(2, folder.path(), &format!("mesh {other}"));
-    }
-    let in_cm = tongue_fit::body::REFERENCE
-        .lines()
-        .map(|line| if line.starts_with('#') { String::new() } else { tenfold_smaller(line) + "\n" })
-        .collect::<String>();
-    std::fs::write(folder.path().join("cm.toml"), in_cm).unwrap();
-    for (line, told) in [
-        ("--mesh ".to_owned() + &fixture("millimetres.msh"), "--mesh-unit mm"),
-        ("--mesh ".to_owned() + &fixture("cylinder_41.msh"), "[body.mesh] file ="),
-        ("--anatomy cm.toml".to_owned(), "millimetres?"),
-        ("--mesh missing.msh".to_owned(), "missing.msh"),
-    ] {
-        let message = refused(folder.path(), &format!("mesh {line}"));
-        assert!(message.contains(told), "{message}");
-    }
 }
 
 #[test]
@@ -78,22 +51,4 @@ fn a_scene_takes_a_mesh_in_the_plane_and_in_space() {
     let solid = format!("[body.mesh]\nfile = \"{}\"", fixture("cylinder_22_binary.msh"));
     let solid = scene("solid.toml", &solid, "axial = 0.05", "");
     assert_eq!(solid["positions_m"][0].as_array().unwrap().len(), 3);
-
-    let text = "title = \"t\"\nwant = \"lengths\"\n[body.mesh]\nfile = \"mesh.json\"\nunit = \"mm\"\n";
-    std::fs::write(folder.path().join("slip.toml"), text).unwrap();
-    let message = refused(folder.path(), "scene run slip.toml");
-    assert!(message.contains("leave out [body.mesh] unit"), "{message}");
-}
-
-/// The text with every number with a decimal point divided by ten, as in a file of centimetres.
-fn tenfold_smaller(line: &str) -> String {
-    let mut out = String::new();
-    for word in line.split_inclusive(&['[', ']', ',', ' ', '='][..]) {
-        let number = word.trim_end_matches(&['[', ']', ',', ' ', '='][..]);
-        match number.parse::<f64>() {
-            Ok(value) if number.contains('.') => out += &format!("{}{}", value / 10.0, &word[number.len()..]),
-            _ => out += word,
-        }
-    }
-    out
 }

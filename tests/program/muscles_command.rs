@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::run::{json, refused};
+use super::run::json;
 
 #[test]
 fn every_muscle_shortens_where_it_pulls_and_all_are_drawn_with_the_same_axes() {
@@ -45,12 +45,4 @@ fn every_muscle_shortens_where_it_pulls_and_all_are_drawn_with_the_same_axes() {
         })
         .collect();
     assert!(shapes.len() <= 2, "all the same, but for rounding: {}", shapes.len());
-}
-
-#[test]
-fn an_invalid_tension_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    for tension in ["0", "-3", "nan"] {
-        assert!(refused(folder.path(), &format!("muscles --tension {tension}")).contains("--tension"));
-    }
 }

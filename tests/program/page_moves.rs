@@ -3,12 +3,11 @@
 #![cfg(unix)]
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use assert_cmd::cargo::cargo_bin;
 use serde_json::{Value, json};
 
 use super::browser::{Browser, Page};
+use super::run::{self, Done};
 
 /// Names a newly built page to be tested instead of the committed one (`.ci/page`).
 const BUILT: &str = "TONGUE_FIT_PAGE";
@@ -25,14 +24,8 @@ pub(super) fn kept() -> PathBuf {
 /// Output and errors of the program.
 pub(super) fn program(arguments: &[&str]) -> (Value, String) {
     let folder = tempfile::tempdir().unwrap();
-    let done = Command::new(cargo_bin("tongue-fit"))
-        .args(arguments)
-        .arg("--json")
-        .current_dir(folder.path())
-        .output()
-        .unwrap();
-    let told = String::from_utf8(done.stderr).unwrap();
-    (serde_json::from_slice(&done.stdout).unwrap_or_default(), told)
+    let done: Done = run::program(folder.path(), "--json").args(arguments).output().unwrap().into();
+    (serde_json::from_str(&done.out).unwrap_or_default(), done.err)
 }
 
 /// Sends a request to the library in the page.

@@ -47,26 +47,6 @@ fn the_python_program_in_the_readme_is_one_of_the_modules_own_readme() {
     assert!(include_str!("../../python/README.md").contains(&format!("```python\n{shown}```")), "{shown}");
 }
 
-#[test]
-fn the_errors_of_prediction_in_the_readme_are_those_of_the_results() {
-    let results: serde_json::Value =
-        serde_json::from_str(include_str!("../../results/validate/validate.json")).unwrap();
-    let rms = |name: &str| {
-        let opponents = results["opponents"].as_array().unwrap();
-        let opponent = opponents.iter().find(|o| o["name"] == name).unwrap();
-        format!("{:.3}", opponent["rms"].as_f64().unwrap())
-    };
-    let told = [
-        format!("no change {}, one constant {}", rms("no_change"), rms("constant")),
-        format!("the thesis's model {}", rms("thesis")),
-        format!("the most probable point of the posterior's model {}", rms("most_probable")),
-    ];
-    let text: String = README.split_whitespace().flat_map(|word| [word, " "]).collect();
-    for sentence in told {
-        assert!(text.contains(&sentence), "{sentence}");
-    }
-}
-
 /// The entry for those who cite has the version of the package and names the same sources as the README.
 #[test]
 fn the_citation_is_of_this_version() {

@@ -65,6 +65,11 @@ pub fn json(folder: &Path, line: &str) -> Value {
     done.record()
 }
 
+/// The record in a file of a run in its folder.
+pub fn record(folder: &Path, file: &str) -> Value {
+    serde_json::from_slice(&std::fs::read(folder.join(file)).unwrap()).unwrap()
+}
+
 /// Number of files and folders in a folder and those in it.
 fn files(folder: &Path) -> usize {
     let count = |path: &Path| 1 + if path.is_dir() { files(path) } else { 0 };

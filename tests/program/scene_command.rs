@@ -71,24 +71,3 @@ fn a_mesh_file_is_the_body_that_it_was_printed_from() {
     assert!(message.contains("mesh.json") && message.contains("--out"), "{message}");
     assert_eq!(std::fs::read_to_string(folder.path().join("mesh.json")).unwrap(), mesh.out);
 }
-
-#[test]
-fn faults_of_a_scene_file_are_reported_with_their_place() {
-    let folder = tempfile::tempdir().unwrap();
-    let message = refused(folder.path(), "scene run vowel-x");
-    assert!(message.contains("unknown scene \"vowel-x\"; did you mean \"vowel-a\"?"), "{message}");
-    let message = refused(folder.path(), "scene explain missing.toml");
-    assert!(message.contains("unknown scene") || message.contains("cannot read"), "{message}");
-    let text = "title = \"t\"\nwant = \"shape\"\n[body.tongue]\n[effects]\nincompresibility = true\n";
-    std::fs::write(folder.path().join("slip.toml"), text).unwrap();
-    let message = refused(folder.path(), "scene run slip.toml");
-    assert!(
-        message.contains("slip.toml:5:1:") && message.contains("did you mean `incompressibility`?"),
-        "{message}"
-    );
-    let text = text.replace("incompresibility = true", "finite_elements = true");
-    std::fs::write(folder.path().join("gone.toml"), text).unwrap();
-    let message = refused(folder.path(), "scene run gone.toml --out out");
-    assert!(message.contains("gone.toml:5:1: unknown field `finite_elements`"), "{message}");
-    assert_eq!(std::fs::read_dir(folder.path().join("out")).map_or(0, Iterator::count), 0);
-}

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::run::{json, refused, refused_with, run};
+use super::run::{json, run};
 
 #[test]
 fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn() {
@@ -97,8 +97,6 @@ fn a_vowel_is_fitted_in_space_from_its_lengths() {
         let rms = frame["rms_mm"].as_f64().unwrap();
         assert!(rms < limit, "{target}: {rms}");
     }
-    let said = refused(folder.path(), &format!("{vowel} --method gauss-newton"));
-    assert!(said.contains("--method is for bodies in the plane"), "{said}");
 }
 
 #[test]
@@ -115,51 +113,6 @@ fn surgery_of_one_side_deviates_and_what_is_left_must_be_said() {
         deviations.push(operation["deviation_mm"].as_f64().unwrap());
     }
     assert!(deviations.iter().all(|d| d.abs() > 0.2), "{deviations:?}");
-    assert!(refused_with(2, folder.path(), line).contains("--filling"));
-}
-
-#[test]
-fn what_cannot_be_used_is_refused_in_one_message() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("far.csv"), "node,x_mm,y_mm,z_mm\n5000,1,2,3\n").unwrap();
-    std::fs::write(folder.path().join("short.csv"), "node,x_mm,y_mm\n5,1,2\n").unwrap();
-    std::fs::write(folder.path().join("words.csv"), "node,x_mm,y_mm,z_mm\n5,1,two,3\n").unwrap();
-    std::fs::write(folder.path().join("late.csv"), "node,x_mm,y_mm,z_mm,time_s\n5,1,2,3,1\n5,1,2,3,0\n")
-        .unwrap();
-    std::fs::write(folder.path().join("timed.csv"), "x_mm,z_mm,time_s\n1,2,0\n").unwrap();
-    std::fs::write(folder.path().join("doubled.csv"), "muscle,length_mm,stretch\nGGP,40,1\n").unwrap();
-    std::fs::write(folder.path().join("flat.csv"), "muscle,stretch\nGGP,0\n").unwrap();
-    for (line, why) in [
-        ("simulate --body space --activation GGX=0.1", "no muscle \"GGX\""),
-        ("simulate --body space --activation GGP=2", "between 0 and 1"),
-        ("simulate --body space --muscles-as lines", "does not have"),
-        ("simulate --body space --tension GGP=2", "give activations"),
-        ("simulate --body space --filling removed --operate box:1,2,3", "six numbers"),
-        ("simulate --body space --filling removed --operate ball:500,0,0,1", "no element"),
-        ("simulate --body space --filling removed --operate ball:0,0,0,12", "may not remove a bone"),
-        ("track --body space far.csv", "node 5000 was seen"),
-        ("track --body space short.csv", "no column z_mm"),
-        ("track --body space words.csv", "line 2: y_mm is \"two\""),
-        ("track --body space late.csv", "sort them by time_s"),
-        ("track --body space none.csv", "none.csv"),
-        ("track --body space", "name at least one recording"),
-        ("track --body space far.csv timed.csv", "in all tables of a recording or in none"),
-        ("track --body space doubled.csv", "length_mm and stretch"),
-        ("track --body space flat.csv", "line 2: stretch must be positive"),
-        ("mesh --body space", "is a body in space"),
-        ("muscles --refined", "--refined needs a body in space"),
-        ("muscles --body space --activation 2", "it must lie between 0 and 1"),
-        ("simulate --body none.msh", "cannot read the mesh"),
-        ("simulate --activation GGP=0.1", "--body space"),
-        ("simulate --body space --poisson-ratio 0.4", "--poisson-ratio is for bodies in the plane"),
-        ("track --body space far.csv --draws 1000", "--draws is for bodies in the plane"),
-        ("sound --body space --subject S2", "--subject is for bodies in the plane"),
-        ("sound --body space --jaw 3", "--jaw is for bodies in the plane"),
-        ("track far.csv --sd 0.5", "--sd needs a body in space"),
-    ] {
-        let message = refused(folder.path(), line);
-        assert!(message.contains(why), "{line}: {message}");
-    }
 }
 
 #[test]

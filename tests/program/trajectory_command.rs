@@ -1,6 +1,6 @@
 //! `tongue-fit simulate --trajectory` as its users meet it.
 
-use super::run::{json, refused, refused_with, run};
+use super::run::{json, run};
 
 #[test]
 fn lengths_frames_and_an_animation_are_written() {
@@ -51,37 +51,6 @@ fn a_motion_before_equilibrium_reports_its_part_of_the_way() {
             "{}",
             done.out
         );
-    }
-}
-
-#[test]
-fn invalid_runs_are_refused_with_one_message_and_leave_nothing() {
-    let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("curves.csv"), "time_s,GGa\n0,0\n0.2,5\n0.1,6\n").unwrap();
-    for (options, expected) in [
-        ("--t-end 0", "--t-end is 0"),
-        ("--t-end nan", "--t-end is NaN"),
-        ("--dt -1", "--dt is -1"),
-        ("--tolerance 0", "--tolerance is 0"),
-        ("--ramp -0.1", "--ramp is -0.1"),
-        ("--t-end 1e-320", "--t-end is 1e-320"),
-        ("--ramp 1e-320", "--ramp is 1e-320"),
-        ("--frames 1", "--frames is 1"),
-        ("--method verlet --dt 1e-3", "beyond the stability limit of verlet, 1.1"),
-        ("--method verlet --tolerance 1e-3", "verlet has no error control"),
-        ("--method verlet --t-end 1e4", "take --method tr-bdf2"),
-        ("--tension-curves curves.csv", "curves.csv:4:1: time_s"),
-    ] {
-        let message = refused(folder.path(), &format!("simulate --trajectory {options}"));
-        assert!(message.contains(expected), "{options}: {message}");
-    }
-}
-
-#[test]
-fn a_method_of_a_wrong_name_is_told_with_and_without_a_trajectory() {
-    let folder = tempfile::tempdir().unwrap();
-    for line in ["simulate --method verlett", "simulate --trajectory --method verlett"] {
-        assert!(refused_with(2, folder.path(), line).contains("did you mean \"verlet\"?"));
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::run::{json, refused};
+use super::run::json;
 
 /// Two subjects, one of whom lacks a muscle, with a vowel that is not built in.
 const TABLE: &str = "speaker,phoneme,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm\n\
@@ -53,15 +53,6 @@ fn any_table_of_two_subjects_is_validated_with_the_same_bits_on_one_and_two_thre
     for file in ["README.md", "validate.json", "opponents.csv", "predictions.csv", "predicted.svg"] {
         assert!(folder.path().join("1").join(file).metadata().unwrap().len() > 100, "{file}");
     }
-}
-
-#[test]
-fn a_table_with_one_subject_is_refused_in_a_sentence() {
-    let folder = tempfile::tempdir().unwrap();
-    let one: String = TABLE.lines().filter(|l| !l.starts_with('B')).map(|l| l.to_owned() + "\n").collect();
-    std::fs::write(folder.path().join("one.csv"), one).unwrap();
-    let message = refused(folder.path(), "validate --lengths one.csv");
-    assert!(message.starts_with("error: 1 subject of one.csv has a row for /ɯ/"), "{message}");
 }
 
 fn committed(path: &str) -> Value {

@@ -1,10 +1,9 @@
-//! The tract drawn around the reference tongue: areas, exact derivatives by the points of the tongue,
-//! refusals.
+//! The tract drawn around the reference tongue: areas and refusals.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test says by panicking")]
 
 use tongue_sound::Acoustics;
-use tongue_sound::formants::{formants, rates};
+use tongue_sound::formants::formants;
 use tongue_sound::profile::{Articulation, Point, Profile, ProfileError, Tract};
 
 fn tract() -> Tract {
@@ -62,39 +61,6 @@ fn lips_jaw_and_larynx_do_what_is_known_of_them() {
     assert!(rest.iter().zip(&lowered).all(|(r, l)| l < r), "{rest:?} {lowered:?}");
     // Opening the jaw raises the first formant.
     assert!(with(|p| p.jaw_deg = 4.0)[0] > rest[0]);
-}
-
-#[test]
-fn rates_by_the_tongue_are_the_differences() {
-    let (tract, tongue, acoustics) = (tract(), tongue(), Acoustics::default());
-    let posture = Articulation { jaw_deg: 3.0, hyoid_mm: [1.0, 2.0], ..Articulation::default() };
-    let profile = Profile::new(&tract, &tongue, &posture).unwrap();
-    let found = formants(&profile.sections, &acoustics, 4).unwrap();
-    for (k, formant) in found.iter().enumerate() {
-        let mut exact = vec![[0.0; 2]; tongue.len()];
-        let by_section = rates(&profile.sections, &acoustics, formant);
-        profile.frequency_to_tongue(&by_section, |i, by| {
-            exact[i][0] += by[0];
-            exact[i][1] += by[1];
-        });
-        let largest = exact.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));
-        for (i, by) in exact.iter().enumerate() {
-            for axis in 0..2 {
-                let at = |h: f64| {
-                    let mut moved = tongue.clone();
-                    moved[i][axis] += h;
-                    let profile = Profile::new(&tract, &moved, &posture).unwrap();
-                    formants(&profile.sections, &acoustics, 4).unwrap()[k].frequency_hz
-                };
-                let h = 1e-7;
-                let difference = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
-                assert!(
-                    (by[axis] - difference).abs() <= 1e-6 * largest,
-                    "F{k} {i} {axis}: {by:?}, {difference}"
-                );
-            }
-        }
-    }
 }
 
 #[test]
