@@ -193,6 +193,7 @@ fn a_table_of_nothing_but_contracting_muscles_is_fitted_and_drawn_anew() {
     std::fs::write(folder.path().join("three.csv"), rows).unwrap();
     let batch = run(folder.path(), "batch --lengths three.csv --json").record();
     assert_eq!(batch["summary"]["fits"], 2, "{}", batch["summary"]);
+    assert!(batch["fits"][0]["wall_s"].is_number());
 }
 
 #[test]
