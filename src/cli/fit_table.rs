@@ -9,7 +9,7 @@ use tongue_fit::measured::TargetKind;
 use tongue_fit::posterior::Verdict;
 use tongue_fit::report::{self, Conclusion, FitRecord, fixed};
 
-use super::posterior::Sampled;
+use super::posterior::{ACTIVE_BASELINE, Sampled};
 use super::reference_solution::Published;
 use super::table::{counted, newtons, rows};
 use super::word;
@@ -65,7 +65,9 @@ impl Shown<'_> {
     /// The verdict, which stands before all else.
     fn told_first(&self) -> String {
         let target = &self.record.fit.target;
-        let mut text = format!("{} /{}/ against /{}/\n", target.subject, target.vowel, target.baseline);
+        let wider = if target.has_active_baseline() { ACTIVE_BASELINE } else { "" };
+        let mut text =
+            format!("{} /{}/ against /{}/{wider}\n", target.subject, target.vowel, target.baseline);
         match self.verdict {
             Ok(verdict) => {
                 for sentence in verdict.sentences(target.baseline.label()) {

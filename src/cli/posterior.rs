@@ -19,6 +19,9 @@ use super::Global;
 use super::table::rows;
 use super::{body, inputs, output};
 
+/// Said of every baseline but /ɯ/.
+pub const ACTIVE_BASELINE: &str = " (muscles pull there too: less sure than against /ɯ/)";
+
 const SECONDS_A_DRAW: f64 = 3.5e-3;
 
 #[derive(Debug, Clone, clap::Args)]
@@ -151,9 +154,10 @@ impl Sampled<'_> {
         let others = seen.labels.iter().enumerate().filter(|(p, _)| *p != posture);
         let others: Vec<String> = others.map(|(_, label)| format!("/{label}/")).collect();
         let mut text = format!(
-            "\nPOSTERIOR of {} against /{}/{}: all {}, every muscle may pull\n",
+            "\nPOSTERIOR of {} against /{}/{}{}: all {}, every muscle may pull\n",
             self.what(posture),
             self.baseline,
+            if seen.is_baseline_active { ACTIVE_BASELINE } else { "" },
             if others.is_empty() { String::new() } else { format!(", with {}", others.join(", ")) },
             match seen.of_posture(posture).len() {
                 1 => "that was measured, one stretch".to_owned(),

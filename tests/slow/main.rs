@@ -11,6 +11,7 @@ mod left_out_muscles;
 mod mutated_inputs;
 mod posterior_covers_the_truth;
 mod posterior_is_calibrated;
+mod rows_of_other_baselines;
 mod synthetic_speakers;
 mod tracked_intervals_cover_the_truth;
 mod validation_of_takano;

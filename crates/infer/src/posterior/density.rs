@@ -163,16 +163,15 @@ impl<'a> Density<'a> {
         self.measured(&self.geometry) + self.discrepancies() + self.rounding() + self.errors_beside()
     }
 
-    /// Variance of a stretch due to the model's own error.
-    pub fn discrepancy(&self) -> f64 {
-        let prior = &self.posterior_model.priors.discrepancy;
-        if prior.off { 0.0 } else { prior.sd * prior.sd }
-    }
-
-    /// Covariance of the measured numbers due to the model's own error of stretches.
+    /// Covariance of the measured numbers due to the model's own error of stretches. A vowel alone does not tell the error in its baseline,
+    /// several together do.
     pub fn discrepancies(&self) -> DMatrix<f64> {
+        let prior = &self.posterior_model.priors.discrepancy;
+        let is_alone = self.seen.is_baseline_active && self.postures() == 1;
+        let of_baseline = if is_alone { prior.sd_of_baseline } else { 0.0 };
+        let variance = if prior.off { 0.0 } else { prior.sd * prior.sd + of_baseline * of_baseline };
         let n = self.seen.len();
-        self.placed(0, &(DMatrix::identity(n, n) * self.discrepancy()))
+        self.placed(0, &(DMatrix::identity(n, n) * variance))
     }
 
     /// Covariance of the measured numbers due to rounding of the lengths; zero if the priors leave rounding out.

@@ -16,6 +16,8 @@ pub struct Measurements {
     /// Covariance due to rounding of both lengths: postures share the lengths of the baseline.
     pub rounding: DMatrix<f64>,
     pub labels: Vec<String>,
+    /// [`Target::has_active_baseline`](tongue_input::measured::Target::has_active_baseline).
+    pub is_baseline_active: bool,
     pub beside: Vec<AuxiliaryData>,
 }
 
@@ -29,6 +31,7 @@ impl Measurements {
             stretches: Vec::new(),
             rounding: DMatrix::zeros(0, 0),
             labels: vec![String::new()],
+            is_baseline_active: false,
             beside: Vec::new(),
         }
     }
@@ -47,6 +50,7 @@ impl Measurements {
         let (mut own, mut shared) = (Vec::new(), Vec::new());
         for (posture, matched) in vowels.iter().enumerate() {
             let target = &matched.target;
+            seen.is_baseline_active = target.has_active_baseline();
             seen.labels.push(target.vowel.to_string());
             for (m, name) in target.muscles.iter().enumerate() {
                 let (length, over) = (target.measured_mm[m], target.baseline_mm[m]);

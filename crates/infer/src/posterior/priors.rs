@@ -158,6 +158,8 @@ priors! {
     DiscrepancyPrior {
         /// Standard deviation of a stretch, dimensionless.
         sd: f64 = 0.03,
+        /// What is added for a vowel that is sampled alone against a baseline in which muscles pull as in any vowel, that is, any but /ɯ/.
+        sd_of_baseline: f64 = 0.065,
         /// Whether the model is taken as exact.
         off: bool = false,
     }
@@ -208,6 +210,7 @@ impl Priors {
             ("bone_patch.fixed_mm", self.bone_patch.fixed_mm.unwrap_or(1.0), 50.0),
             ("bone_patch.sd_ln", self.bone_patch.sd_ln, 1.0),
             ("discrepancy.sd", self.discrepancy.sd, 1.0),
+            ("discrepancy.sd_of_baseline", self.discrepancy.sd_of_baseline, 1.0),
             ("young_modulus.sd_ln", self.young_modulus.sd_ln, 3.0),
         ];
         for (name, value, most) in positive {

@@ -81,16 +81,16 @@ fn crps(draws: &[(f64, f64)], measured: f64) -> f64 {
 /// Conditional normal distribution of a stretch given the tensions: its coefficients for the residuals of the other stretches, and its
 /// standard deviation. `position` is that of the stretch in `whole`; `other` leaves it out.
 pub fn conditional(whole: &Density<'_>, other: &Density<'_>, position: usize) -> (DVector<f64>, f64) {
-    let (row, rounding) = (whole.rows()[position], whole.rounding());
+    let (row, errors) = (whole.rows()[position], whole.discrepancies() + whole.rounding());
     let across = DVector::from_iterator(
         other.rows().len(),
         other.rows().iter().enumerate().map(|(i, &other_row)| {
             let in_whole = if i < position { i } else { i + 1 };
-            other.geometry[(other_row, row)] + rounding[(in_whole, position)]
+            other.geometry[(other_row, row)] + errors[(in_whole, position)]
         }),
     );
     let gain = other.factor().solve(&across);
-    let own = other.geometry[(row, row)] + other.discrepancy() + rounding[(position, position)];
+    let own = other.geometry[(row, row)] + errors[(position, position)];
     let variance = own - gain.dot(&across);
     (gain, variance.max(f64::MIN_POSITIVE).sqrt())
 }

@@ -47,6 +47,11 @@ pub struct Target {
 }
 
 impl Target {
+    /// Whether muscles pull in the baseline as in any vowel, so that the model's error there counts: in every baseline but /ɯ/.
+    pub fn has_active_baseline(&self) -> bool {
+        self.baseline != Vowel::unrounded_u()
+    }
+
     pub fn new(
         data: &Dataset,
         subject: &str,

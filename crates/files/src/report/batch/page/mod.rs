@@ -61,7 +61,7 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
                 @if shown < s.fits { strong { "This page shows the first " (shown) " fits; all of them are in the CSV and JSON files." } }
             }
             @if !s.substitute_baselines.is_empty() {
-                p { "No /ɯ/ was measured for " (s.substitute_baselines.join(", ")) ": fitted against /e/ and marked †." }
+                p { "No /ɯ/ was measured for " (s.substitute_baselines.join(", ")) ": fitted against /e/, in which muscles pull too (less sure than against /ɯ/), and marked †." }
             }
             @if let Some(n) = &s.nearest_row_to_rest {
                 p { "The model at rest is nearest to /" (n.vowel) "/ of " (n.subject) ": " (format!("{:.3}", n.distance.rms_ratio)) " (" (s.rest_shape_measure) ")." }
