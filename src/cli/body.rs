@@ -221,7 +221,6 @@ impl Arguments {
         Ok(page)
     }
 
-    /// The body in space, if one was given.
     pub fn space(&self) -> Option<&SpaceSource> {
         match &self.body {
             BodyName::Space(source) => Some(source),

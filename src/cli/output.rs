@@ -86,7 +86,6 @@ impl Global {
         OutputDir::prepare(self.out.as_deref().unwrap_or(Path::new(default))).into_diagnostic()
     }
 
-    /// The folder, if one was given.
     pub fn given_folder(&self) -> miette::Result<Option<OutputDir>> {
         self.out.as_ref().map(OutputDir::prepare).transpose().into_diagnostic()
     }

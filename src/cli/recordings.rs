@@ -14,7 +14,6 @@ use tongue_fit::track::TrackSettings;
 
 use super::{body, inputs, output};
 
-/// The built-in recording.
 const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 
 #[derive(Debug, Clone, clap::Args)]

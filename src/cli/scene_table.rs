@@ -153,7 +153,6 @@ pub fn outcome(o: &SceneOutcome) -> String {
     text
 }
 
-/// The lengths over time, one row for each time.
 pub fn lengths_over_time(o: &SceneOutcome) -> report::Table {
     let lengths = o.muscles.iter().map(|m| format!("{}_mm", m.muscle));
     let row = |m: &Moment| {

@@ -33,7 +33,6 @@ fn align(t: &mut Table, column: usize, to: CellAlignment) {
     });
 }
 
-/// A table with a row for each item.
 pub(super) fn rows<T, R: IntoIterator<Item: Into<Cell>>>(
     header: &[&str],
     items: impl IntoIterator<Item = T>,

@@ -54,7 +54,6 @@ fn ten() -> f64 {
     10.0
 }
 
-/// Why surgery is refused.
 #[derive(Debug, thiserror::Error)]
 pub enum SurgeryError {
     #[error("{0}")]
@@ -120,7 +119,6 @@ impl Surgery {
     }
 }
 
-/// Reads a region and its side.
 fn region(word: &str) -> Result<(Region, Option<Side>), String> {
     let (side, word) = match (word.strip_prefix("left:"), word.strip_prefix("right:")) {
         (Some(rest), _) => (Some(Side::Left), rest),

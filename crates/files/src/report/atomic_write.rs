@@ -88,7 +88,6 @@ impl Drop for Staged {
     }
 }
 
-/// Gives a set of written files their names.
 pub(super) fn persist(mut ready: Vec<(Staged, PathBuf)>) -> Result<Vec<PathBuf>, ReportError> {
     // Held until the end, so that an interruption cannot separate the files of a set.
     let mut unfinished = unfinished();

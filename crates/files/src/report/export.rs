@@ -121,7 +121,6 @@ impl<T: Serialize> Export for Json<'_, T> {
     }
 }
 
-/// A page of Markdown.
 #[derive(Debug, Clone)]
 pub struct Markdown(pub String);
 

@@ -13,19 +13,6 @@ use super::export::{Export, Provenance};
 const TEXT: [&str; 8] = ["csv", "html", "json", "md", "pvd", "sto", "svg", "vtu"];
 
 /// A folder that can be written to. One that was created for it and is empty at its end is removed.
-///
-/// # Example
-/// ```
-/// use tongue_files::report::{OutputDir, Provenance};
-///
-/// # let home = tempfile::tempdir()?;
-/// # let folder = home.path().join("results");
-/// let out = OutputDir::prepare(&folder)?; // before the work, so that a bad folder is found early
-/// let [json, csv] = ["{}\n", "muscle\n"].map(str::to_owned);
-/// let written = out.export(&[("fit.json", &json), ("fit.csv", &csv)], &Provenance::new("me"))?; // both or neither
-/// assert_eq!(written[1], folder.join("fit.csv"));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Debug)]
 pub struct OutputDir {
     path: PathBuf,

@@ -4,7 +4,6 @@ use maud::{DOCTYPE, Markup, PreEscaped, Render, html};
 
 const STYLE: &str = include_str!("page.css");
 
-/// A table with these headings, and its rows.
 pub fn table(headings: impl IntoIterator<Item = impl Render>, rows: &Markup) -> Markup {
     html! {
         table {

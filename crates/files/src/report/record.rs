@@ -14,7 +14,6 @@ use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::solution_curve::{CurvePoint, SolutionCurve};
 use tongue_input::measured::TargetKind;
 
-/// Lengths in metres as millimetres, by muscle.
 pub(super) fn mm(names: &[String], lengths_m: &[f64]) -> ByMuscle<f64> {
     ByMuscle::new(names, lengths_m.iter().map(|l| l * 1e3))
 }

@@ -27,7 +27,6 @@ impl Kind {
     }
 }
 
-/// What a body is made from.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum BodySource {

@@ -26,7 +26,6 @@ impl FitRun {
         Self { target, settings, walls }
     }
 
-    /// Makes the fit, with what there is to doubt in it; `made_by` is its provenance.
     pub fn run(&self, body: &Body<2>, model: &Model, made_by: &Provenance) -> Result<FitRecord, FitError> {
         let Self { target, settings, .. } = self;
         let fit = match body.palate.as_ref().filter(|_| self.walls) {

@@ -6,7 +6,6 @@ use tongue_core::dynamics::{
 };
 use tongue_core::system::System;
 
-/// A motion: how it ended, and the body at each of the times.
 #[derive(Debug, Clone)]
 pub(crate) struct Followed<const D: usize> {
     pub outcome: MotionOutcome,

@@ -37,7 +37,6 @@ pub enum TrackError {
 pub struct TrackRun<'a> {
     /// The body, its material and muscles, the settings, and the traced palate.
     pub basis: AdaptationInput<'a>,
-    /// The adaptation that the body has already, if it has one.
     pub adaptation: Option<&'a Adaptation>,
     /// Whether the body is used where it is; otherwise it is placed in the recordings.
     pub is_given: bool,
@@ -47,7 +46,6 @@ pub struct TrackRun<'a> {
     pub hide: &'a [String],
 }
 
-/// A body ready for tracking.
 #[derive(Debug, Clone)]
 pub struct TrackedBody {
     pub body: Body<2>,
@@ -211,7 +209,6 @@ impl TrackRun<'_> {
         Ok(())
     }
 
-    /// Places the body and tracks all recordings.
     pub fn run(
         &self,
         seen: &[&AlignedRecording],

@@ -168,7 +168,6 @@ impl Scene {
         Ok(())
     }
 
-    /// Whether the body is in space.
     pub(crate) fn is_solid(&self) -> bool {
         matches!(self.body, SceneBody::Cylinder(_) | SceneBody::Block(_))
     }

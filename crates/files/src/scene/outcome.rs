@@ -9,7 +9,6 @@ use tongue_core::dynamics::{self, StepCounts};
 use tongue_core::statics::Solution;
 use tongue_infer::inverse::{self, alarms::Alarm};
 
-/// How hard a muscle pulls.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Pull {

@@ -18,7 +18,6 @@ pub struct Planned {
     pub estimated_us: f64,
 }
 
-/// Role of a muscle of the mesh in the scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct EffectRole {
     pub muscle: String,

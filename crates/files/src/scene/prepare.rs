@@ -18,7 +18,6 @@ use tongue_infer::inverse::TargetOnBody;
 use tongue_infer::track::Frame;
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
-/// A scene ready to run.
 #[derive(Debug)]
 pub struct Prepared<const D: usize> {
     pub plan: ScenePlan,
@@ -102,7 +101,6 @@ fn of_hexahedra<const D: usize>(space: &SpaceBody, additions: Additions<D>) -> R
     Ok(*system.downcast::<System<D>>().map_err(|_| wrong())?)
 }
 
-/// What the muscles of a tongue in space do.
 fn activated(space: &SpaceBody, activations: &[f64]) -> Vec<EffectRole> {
     let role = |(muscle, &a): (&SpaceMuscle, &f64)| EffectRole {
         muscle: muscle.name.clone(),

@@ -54,7 +54,6 @@ pub struct ValidationStudy {
     pub posterior: Option<PosteriorStudy>,
 }
 
-/// Values by name in the order of a file.
 #[cfg(test)]
 fn in_order<'de, D: serde::Deserializer<'de>>(from: D) -> Result<ByMuscle<f64>, D::Error> {
     let all = serde_json::Map::deserialize(from)?;

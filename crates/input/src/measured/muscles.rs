@@ -82,16 +82,6 @@ impl Muscles {
 
     /// The facts about `names`, in their order. An unknown muscle has its own name, is a group of its own,
     /// has no capacity, and gets a colour of [`PALETTE`] that no other muscle has, while there are any.
-    ///
-    /// # Example
-    /// ```
-    /// let muscles = tongue_input::measured::muscles::Muscles::reference()?;
-    /// let [gga, mine] = &muscles.of(&["GGa".to_owned(), "mylohyoid".to_owned()])[..] else { unreachable!() };
-    /// assert_eq!((gga.full_name.as_str(), gga.capacity_n), ("genioglossus, anterior", Some(18.0)));
-    /// assert_eq!((mine.group.as_str(), mine.capacity_n), ("mylohyoid", None));
-    /// assert_ne!(gga.colour, mine.colour);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
     pub fn of(&self, names: &[String]) -> Vec<MuscleInfo> {
         let taken: Vec<Colour> = names.iter().filter_map(|n| self.get(n)).map(|m| m.colour).collect();
         let free = PALETTE.into_iter().filter(|c| !taken.contains(c));

@@ -1,16 +1,6 @@
 //! What was seen of a body in space, over time where there are several frames: CSV tables.
 //!
-//! The columns of a table say what its rows are:
-//!
-//! | columns | a row is |
-//! |---|---|
-//! | `node,x_mm,y_mm,z_mm` | the place of a node, numbered from 1 in the order of the body |
-//! | `x_mm,y_mm,z_mm` | a point somewhere on the surface |
-//! | `x_mm,z_mm` | a point somewhere on the midsagittal contour |
-//! | `surface_mm,x_mm,z_mm` | the place of a coil, so far behind the tip along the midsagittal surface at rest |
-//! | `muscle,length_mm` | the length of a muscle's measuring fibre, or of a line of tables of lengths (GGa, HGp, ..) |
-//! | `muscle,stretch` | that length over its length at rest |
-//! | `muscle,ratio` | that length over the length of another muscle, which the column `over` may name (GGA) |
+//! The columns of a table say what its rows are (a table in `docs/space.md`).
 //!
 //! Each may have the columns `sd_mm` (of each coordinate, distance or length) and `time_s`, by which rows form frames.
 

@@ -72,7 +72,6 @@ pub struct Fitted {
     pub shown: Option<page::PageFit>,
 }
 
-/// Digests of the finished fits with the numbers of their jobs.
 pub type Digests = Vec<(usize, Digest)>;
 
 /// The digests of the finished fits, and the jobs that could not begin.

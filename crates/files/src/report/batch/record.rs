@@ -12,7 +12,6 @@ use tongue_input::measured::lengths::rest_distance::RestDistance;
 use tongue_input::measured::published_patterns::PatternCheck;
 use tongue_input::measured::thesis::Thesis;
 
-/// One fit of a batch: the record of the fit, and its reliability.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AssessedRecord {
     #[serde(flatten)]

@@ -13,7 +13,6 @@ const COLOURS: [&str; 10] = [
     "#fde725",
 ];
 
-/// The colour of a stretch on a scale of them.
 fn colour(stretch: f64, [low, high]: [f64; 2]) -> &'static str {
     let part = ((stretch - low) / (high - low)).clamp(0.0, 1.0);
     COLOURS[((part * COLOURS.len() as f64) as usize).min(COLOURS.len() - 1)]

@@ -135,7 +135,6 @@ impl Svg {
         );
     }
 
-    /// As [`Svg::stroke`], dashed.
     fn dashes(&mut self, d: &str, colour: &str, width: f64) {
         self.element(
             "path",

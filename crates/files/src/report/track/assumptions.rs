@@ -50,7 +50,6 @@ pub(super) fn placement<S: Serializer>(found: &Option<Placement>, serializer: S)
     record.serialize(serializer)
 }
 
-/// A placement by coils in a sentence.
 pub fn placed(placement: &Placement) -> String {
     let [back, up, turn, scale] = placement.intervals();
     let half_mm = |[_, low, high]: [f64; 3]| 0.5 * (1e3 * high - 1e3 * low);
@@ -69,7 +68,6 @@ pub fn placed(placement: &Placement) -> String {
     )
 }
 
-/// The repetitions in a sentence.
 pub fn repeated(repeats: &Repeats) -> String {
     let labels: Vec<String> = repeats.labels.iter().map(|(name, n)| format!("{name} {n} times")).collect();
     format!("repetitions of {}: {}", repeats.tier, labels.join(", "))

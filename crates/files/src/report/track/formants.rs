@@ -18,7 +18,6 @@ pub struct FormantsRecord {
     pub lip_protrusion_mm: f64,
     /// Number of frames that have formants: the others have no data, or their tongue touches a wall.
     pub frames: usize,
-    /// What `sd_hz` of a formant contains.
     pub sd_hz_is: &'static str,
     /// Standard deviation by the errors of estimated walls, as a part of the frequency; it is not in `sd_hz`.
     pub tract_sd_part: f64,

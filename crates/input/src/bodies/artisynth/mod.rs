@@ -62,7 +62,6 @@ impl Text {
         Ok(Self { file, text: String::from_utf8_lossy(&bytes).into_owned() })
     }
 
-    /// The error for a line of the file, or for all of it.
     fn wrong(&self, line: Option<usize>, problem: String) -> BodyFileError {
         let place = line.map_or_else(String::new, |line| format!(":{line}"));
         BodyFileError::Malformed(format!("{}{place}: {problem}", self.file))

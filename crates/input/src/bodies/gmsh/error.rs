@@ -10,7 +10,6 @@ pub(super) struct Located {
 }
 
 impl Located {
-    /// The error for a file of these bytes.
     pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> BodyFileError {
         let place = match self.at {
             None => String::new(),

@@ -72,7 +72,6 @@ fn words(dimension: usize, form: Form) -> Vec<(&'static str, &'static str)> {
     }
 }
 
-/// The refusal of a group whose name is not known.
 fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles, at: usize) -> Located {
     let (kind, rest) = split(name);
     let words = words(dimension, form);

@@ -1,12 +1,6 @@
 //! Bodies in space of hexahedra from Gmsh: muscles are overlapping groups of volumes, with directions from views or curves.
 //!
-//! | physical group | on | is |
-//! |---|---|---|
-//! | `tissue`, `tissue:NAME` | volumes | hexahedra |
-//! | `muscle:NAME 18.5 N`, `muscle:NAME 49.8 kPa` | volumes | the region of a muscle with its strength at full activation: force, or stress along the fibres |
-//! | `fibre:NAME` | curves | fibres of that muscle |
-//! | `bone:NAME` | points, curves, surfaces, volumes | nodes that do not move |
-//! | `other:NAME` | anything | left out |
+//! `docs/space.md` lists the physical groups; a group `other:NAME` is left out.
 //!
 //! A view `fibre:NAME` of vectors on elements or nodes gives the directions of a muscle. Without one they follow from its curves, whose
 //! nodes need not be nodes of the mesh. Outside the tissue a curve runs from a node of the tissue to one on bone, and is taken as straight.

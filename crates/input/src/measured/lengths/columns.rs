@@ -24,7 +24,6 @@ const BETWEEN: [char; 9] = [' ', '_', '.', '-', '(', '[', '/', ',', ':'];
 
 const FEW: usize = 20;
 
-/// A column, and the unit of its numbers.
 pub(super) type Field = (usize, TableUnit);
 
 pub(super) struct Length {

@@ -71,19 +71,6 @@ impl Dataset {
     ///
     /// A cell that is no length counts as not measured and is listed in [`Dataset::bad_cells`]; a row without a
     /// subject, a vowel or any length is left out and listed in [`Dataset::broken`].
-    ///
-    /// # Example
-    /// ```
-    /// use tongue_input::measured::lengths::{Dataset, Vowel};
-    ///
-    /// let table = "Speaker;Phoneme;age;GGa (mm);HG (cm)\nX;ɔ;31;46,5;3,6\nX;ə;31;38;-\n";
-    /// let data = Dataset::from_reader(table.as_bytes(), "my.csv")?;
-    /// assert_eq!(data.muscles(), ["GGa", "HG"]);
-    /// assert_eq!(data.row("X", &Vowel::new("ɔ").unwrap())?.length_mm, [Some(46.5), Some(36.0)]);
-    /// assert_eq!(data.row("X", &Vowel::new("ə").unwrap())?.length_mm_of("HG"), None);
-    /// assert_eq!(data.reading().set_aside[0].name, "age");
-    /// # Ok::<(), tongue_input::measured::ReadError>(())
-    /// ```
     pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, ReadError> {
         Self::from_input(files::take_up_to(LARGEST, reader), origin)
     }

@@ -29,15 +29,6 @@ impl Vowel {
     ///
     /// # Errors
     /// For an empty label, one with control characters, or one of more than 40 characters.
-    ///
-    /// # Example
-    /// ```
-    /// use tongue_input::measured::lengths::Vowel;
-    ///
-    /// assert_eq!(Vowel::new(" /u/ ")?, Vowel::unrounded_u());
-    /// assert_eq!(Vowel::new("o\u{303}")?.label(), "õ"); // o and a tilde are one letter
-    /// # Ok::<(), tongue_input::measured::ReadError>(())
-    /// ```
     pub fn new(label: &str) -> Result<Self, ReadError> {
         let vowel = Self::as_written(label)?;
         Ok(if vowel.0 == "u" { Self::unrounded_u() } else { vowel })

@@ -46,7 +46,6 @@ pub struct Stated {
     pub axes: bool,
 }
 
-/// A recording in the frame of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct AlignedRecording {
     pub name: String,

@@ -127,7 +127,6 @@ impl SampleFrame {
         Ok(best.copied())
     }
 
-    /// The median of a property of the frames.
     fn typical(&self, group: &[&Flat<'_>], of: fn(Axes) -> f64) -> Option<f64> {
         let axes = group.iter().flat_map(|flat| &flat.places).filter_map(|frame| self.axes(frame));
         upper_median(axes.map(of))
@@ -150,7 +149,6 @@ impl SampleFrame {
         Some(Axes { origin, x, y })
     }
 
-    /// Whether the recordings are explained better with the contour in this frame.
     fn explains(&self, group: &[&Flat<'_>]) -> bool {
         let off = |moved| self.middle(group, moved).map_or(f64::INFINITY, |m| (m - MIDDLE).norm());
         let (off, off_as_is) = (off(true), off(false));

@@ -1,25 +1,5 @@
-//! Map of a recording: a TOML file that gives the meaning of channels. Without one the names decide.
-//!
-//! ```toml
-//! unit_mm = 10.0      # millimetres in a unit of the file, where the format does not say it
-//! rate_hz = 60.0      # frames a second, where the file has no times
-//! back = "-x"         # the axis that grows towards the back of the head, and the one that grows upwards
-//! up = "y"
-//! contour_frame = "hyoid" # the contour is in a frame of each sample (origin at the hyoid, x towards the mandible), or in that of the "bones"
-//! noise_mm = 0.5      # standard deviation of a point
-//! scale = 1.05        # brings the recording into the body's frame: multiplied by this,
-//! turn_deg = -12.0    # turned by this (from the axis to the back towards the one upwards),
-//! shift_mm = [4, -2]  # and shifted by this, to the back and upwards; without shift_mm the program places the body itself
-//!
-//! [points]
-//! T1 = { coil = 1 }                          # a sensor on the tongue: the first from the tip
-//! T2 = { surface_mm = 30.0, noise_mm = 0.3 } # a sensor so far behind the tip, along the surface at rest
-//! T3 = "coil"                                # a sensor on the tongue, behind those that are in front of it
-//! rim_1 = "contour"                          # somewhere on the surface
-//! jaw = { bone = "mental_spine" }            # moves with a bone of the body
-//! incisor = "reference"                      # moves with the head: every frame is brought back to it
-//! lip = "ignore"
-//! ```
+//! Map of a recording: a TOML file that gives the meaning of channels. Without one the names decide. Its keys are in `docs/guide.md`, and with
+//! their meaning in every map that [`Map::template`] writes.
 
 use std::collections::BTreeMap;
 
@@ -181,7 +161,6 @@ impl Map {
         Stated { unit: self.file.unit_mm.is_some(), axes: self.file.up.is_some() }
     }
 
-    /// The error for a name in the map that is not a channel of the recording.
     pub(super) fn unknown<'a>(&'a self, channels: &'a [String]) -> Option<String> {
         let leaves_out = |name: &str| [HYOID, MANDIBLE].contains(&name) && self.ignores(name);
         let name = self.entries.keys().find(|name| !channels.contains(name) && !leaves_out(name))?;

@@ -1,19 +1,7 @@
 //! Recordings of a tongue over time in the formats of laboratories: points of its contour, sensors glued to
 //! it, and bones.
 //!
-//! | format | what | unit |
-//! |---|---|---|
-//! | AAA's table of splines (`.tsv`, `.txt`) | DeepLabCut keypoints of ultrasound (Wrench and Balch-Tomes 2022) | mm |
-//! | tidy CSV `recording,time_s,point,x_mm,y_mm[,sigma_mm]` | anything | mm |
-//! | AAA's fans without a header (`.txt`) | a spline on 42 fan lines | mm |
-//! | Carstens AG50x (`.pos`), with or without a header | electromagnetic sensors | mm |
-//! | NDI Wave (`.tsv`), Carstens AG501 as text (`.txt`) | electromagnetic sensors | mm |
-//! | Edinburgh Speech Tools' track (`.ema`) | electromagnetic sensors (mngu0, MOCHA) | not in the file |
-//! | MOCHA as text (`.ema`) | electromagnetic sensors | 0.01 mm |
-//! | X-ray microbeam (`.txy`) | gold pellets | 0.001 mm |
-//! | MVIEW's structures (MATLAB 5 `.mat`) | electromagnetic sensors (HPRC) | mm |
-//! | DeepLabCut (`.csv`) | keypoints with their likelihood | pixels |
-//! | EdgeTrak (`.con`) | contours of ultrasound | pixels |
+//! `docs/guide.md` lists the formats with their units ("Other recordings"); each reader here begins with where its format is from.
 //!
 //! ```text
 //! bytes -> Recording (channels by name, axes and unit of the file) -> Map -> AlignedRecording (points of the body, m)

@@ -33,7 +33,6 @@ impl FaultKind {
     }
 }
 
-/// A fault in a frame, and the points that have it.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Fault {
     pub kind: FaultKind,

@@ -29,7 +29,6 @@ impl Doubt {
     }
 }
 
-/// The doubts about a recording, and their subjects.
 #[derive(Default)]
 struct DoubtList {
     subjects: Vec<&'static str>,
