@@ -213,7 +213,9 @@ impl Arguments {
                 (page.file, page.anatomy) = (origin.clone(), Some(toml.clone()));
             }
             BodySource::Mesh { origin, .. } => {
-                let flat = self.made(&PlaneBody { kind: Kind::Springs, ..plane.clone() })?;
+                // The file's concerns were told where the body was made.
+                let springs = PlaneBody { kind: Kind::Springs, ..plane.clone() };
+                let flat = springs.make(&mut |_| ()).into_diagnostic()?;
                 let mesh = output::json(&MeshRecord::of(&flat, &self.model()).into_diagnostic()?)?;
                 (page.file, page.mesh) = (origin.clone(), Some(mesh));
             }

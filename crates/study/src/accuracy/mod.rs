@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | 1 to equilibrium | [`equilibrium`] | Newton's method stopped by rounding alone |
 //! | 2 along the trajectory to 3 s | [`trajectory`] | TR-BDF2 at a tolerance a thousand times tighter |
-//! | 3 stopping early | [`early`] | the equilibrium |
+//! | 3 stopping early | [`early_stopping`] | the equilibrium |
 //! | 4 the mesh | [`mesh`] | the next coarser mesh: there is no limit to compare with |
 //! | 5 the fit | [`search`] | Gauss-Newton at the tightest tolerances |
 //!
