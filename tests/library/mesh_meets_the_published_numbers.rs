@@ -215,6 +215,8 @@ fn a_bad_anatomy_is_refused_with_line_and_column() {
         ("[bones]", "[bone]", "bone"),
         ("outline = [", "outline = [[0.0, 0.0]]\nrest = [", "rest"),
     ];
+    let error = Anatomy::from_toml("[outline]\nrest = 5x\n", "my.toml").unwrap_err().to_string();
+    assert!(error.starts_with("my.toml:2:8: "), "{error}");
     for (from, to, says) in cases {
         assert!(REFERENCE.contains(from), "{from}");
         let error = Anatomy::from_toml(&REFERENCE.replacen(from, to, 1), "my.toml").unwrap_err();
