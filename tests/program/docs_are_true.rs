@@ -198,6 +198,10 @@ fn every_path_that_contributors_are_sent_to_exists() {
         seen += 1;
     }
     assert!(seen >= 30, "{seen}");
+    // The table of what 95 % intervals hold names the tests that count it.
+    let model = fs::read_to_string(root().join("docs/model.md")).unwrap();
+    let tests: Vec<&str> = model.split('`').filter(|c| c.starts_with("tests/")).collect();
+    assert!(tests.len() >= 7 && tests.iter().all(|path| root().join(path).exists()), "{tests:?}");
 }
 
 /// Paragraphs and items of lists, without tables, headings and fenced blocks.
