@@ -8,7 +8,7 @@ use super::sensitivity::Scaled;
 use super::summary::Change;
 use super::verdict::Certainty;
 
-/// A contrast is decided where the probability of its sign is larger than this.
+/// A sign is sure from this probability on.
 pub const DECIDED: f64 = 0.95;
 
 /// The difference of a muscle's tensions in two postures that were sampled together, or between the means over two labels of recordings.
@@ -109,7 +109,8 @@ impl Contrast {
         Some(format!("{}: {how} harder in {more} than in {less}", self.muscle))
     }
 
+    /// Whether its sign is sure.
     pub fn is_decided(&self) -> bool {
-        self.probability_more.max(1.0 - self.probability_more) > DECIDED
+        matches!(self.word, Certainty::SurelyHarder | Certainty::SurelyNotHarder)
     }
 }
