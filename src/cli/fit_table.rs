@@ -65,9 +65,8 @@ impl Shown<'_> {
     /// The verdict, which stands before all else.
     fn told_first(&self) -> String {
         let target = &self.record.fit.target;
-        let wider = if target.has_active_baseline() { ACTIVE_BASELINE } else { "" };
-        let mut text =
-            format!("{} /{}/ against /{}/{wider}\n", target.subject, target.vowel, target.baseline);
+        let note = if target.has_active_baseline() { ACTIVE_BASELINE } else { "" };
+        let mut text = format!("{} /{}/ against /{}/{note}\n", target.subject, target.vowel, target.baseline);
         match self.verdict {
             Ok(verdict) => {
                 for sentence in verdict.sentences(target.baseline.label()) {

@@ -160,9 +160,9 @@ fn answered<const D: usize>(
         format!("{}; {}; {} unknowns; simulated: {}", plan.body, plan.method, plan.unknowns, on.join(", "))
     });
     let an_iteration_us = plan.effects.iter().map(|e| e.estimated_us).sum::<f64>() + plan.estimated_factor_us;
-    let tell = match scene.want {
-        Want::Lengths | Want::Shape | Want::Sound => output::tell_duration_of_equilibrium,
-        Want::Trajectory => output::tell_duration,
+    let tell = match is_one_equilibrium(scene) {
+        true => output::tell_duration_of_equilibrium,
+        false => output::tell_duration,
     };
     tell(
         &format!("{} nodes", plan.nodes),
@@ -199,12 +199,15 @@ fn answered<const D: usize>(
     Ok((result, by, written))
 }
 
+fn is_one_equilibrium(scene: &Scene) -> bool {
+    scene.fit.is_none() && scene.points.is_none() && scene.want != Want::Trajectory
+}
+
 fn iterations(scene: &Scene) -> f64 {
-    match scene.want {
-        _ if scene.fit.is_some() => 20_000.0,
-        Want::Trajectory => 1000.0,
-        _ if scene.points.is_some() => 1000.0,
-        Want::Lengths | Want::Shape | Want::Sound => 30.0,
+    match () {
+        () if scene.fit.is_some() => 20_000.0,
+        () if is_one_equilibrium(scene) => 30.0,
+        () => 1000.0,
     }
 }
 

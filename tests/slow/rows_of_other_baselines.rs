@@ -26,11 +26,8 @@ fn intervals_of_muscles_left_out_of_rows_against_another_baseline_hold() {
         let mut density = Density::new(&posterior_model, Measurements::of(&matched)).unwrap();
         let mode = MapEstimate::find(&mut density).unwrap();
         let found = without_each(&density, &mode).unwrap();
-        let is_held = |(f, y): (&_, &f64)| {
-            let f: &tongue_infer::posterior::LeftOut = f;
-            (f.spread.interval_95[0]..=f.spread.interval_95[1]).contains(y)
-        };
-        (found.iter().zip(&density.seen.stretches).filter(|one| is_held(*one)).count(), found.len())
+        let measured = density.seen.stretches.iter();
+        (found.iter().zip(measured).filter(|(f, y)| f.spread.holds(**y)).count(), found.len())
     });
     let (held, all) = held.iter().fold((0, 0), |(h, a), (held, all)| (h + held, a + all));
     eprintln!("against /{baseline}/: {held} of {all} hold");
