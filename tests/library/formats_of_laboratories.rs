@@ -3,11 +3,9 @@
 use tongue_fit::measured::recording::{AlignedRecording, Format, Map, Recording};
 use tongue_input::measured::recording::Times;
 
-use crate::recordings::{DLC, fan_row, headerless_pos, matlab, mocha, mview, near, read, refused, txy};
-
-fn seen(recording: &Recording, map: &str) -> AlignedRecording {
-    AlignedRecording::new(recording, &Map::from_toml(map, "m.toml").unwrap()).unwrap()
-}
+use crate::recordings::{
+    DLC, aligned, fan_row, headerless_pos, matlab, mocha, mview, near, read, refused, seen, txy,
+};
 
 #[test]
 fn the_microbeam_counts_microseconds_and_thousandths_of_a_millimetre() {
@@ -143,9 +141,7 @@ fn deeplabcut_weighs_points_by_their_likelihood() {
     let sd = |frame: usize| seen.frames[frame].contour[1].unwrap().sd;
     assert!((sd(0) / sd(1) - 2.0).abs() < 1e-6, "a quarter as likely is worth a quarter");
     assert!(near(seen.frames[0].contour[1].map(|m| m.at), [0.002, -0.015]), "pixels count downwards");
-    let rate =
-        AlignedRecording::new(found, &Map::from_toml("unit_mm = 0.1", "m").unwrap()).unwrap_err().to_string();
-    assert!(rate.contains("rate_hz"), "{rate}");
+    assert!(aligned(found, "unit_mm = 0.1").unwrap_err().contains("rate_hz"));
     let odd = DLC.replace("coords,x,y,", "coords,x,x,");
     assert!(refused(odd.as_bytes(), "a.csv").starts_with("a.csv:3:2: "));
     assert!(refused(DLC[..DLC.len() - 4].replace(",0.9\n1", "\n1").as_bytes(), "a.csv").contains("a.csv:4"));
@@ -286,47 +282,47 @@ fn a_map_is_written_for_every_format_and_read_again() {
     for (bytes, origin) in all {
         let recording = &read(&bytes, origin)[0];
         let text = Map::template(recording);
-        let map = Map::from_toml(&text, "t.toml").unwrap_or_else(|e| panic!("{origin}: {e}\n{text}"));
-        let (with, without) =
-            (AlignedRecording::new(recording, &map), AlignedRecording::new(recording, &Map::default()));
-        if let (Ok(with), Ok(without)) = (with, without) {
-            assert_eq!(
-                (with.contour, with.sensors, with.bones),
-                (without.contour, without.sensors, without.bones)
-            );
+        Map::from_toml(&text, "t.toml").unwrap_or_else(|e| panic!("{origin}: {e}\n{text}"));
+        if let (Ok(with), Ok(without)) = (aligned(recording, &text), aligned(recording, "")) {
+            let names = |seen: AlignedRecording| (seen.contour, seen.sensors, seen.bones);
+            assert_eq!(names(with), names(without));
         }
         assert!(text.contains("[points]") && text.contains("half of the time within"));
     }
 }
 
 #[test]
-fn wrong_keys_of_a_map_are_named_with_the_right_ones() {
-    let wrong = |text: &str| Map::from_toml(text, "m.toml").unwrap_err().to_string();
+fn faults_of_maps_are_told_with_their_line_and_the_right_word() {
     for (text, right) in [
         ("unit_cm = 1", "unit_mm"),
+        ("noise = 1", "noise_mm"),
         ("[point]\nT1 = \"coil\"", "points"),
         ("[points]\nT1 = { surfce_mm = 3 }", "surface_mm"),
         ("[points]\nT1 = \"coyl\"", "coil"),
+        ("[points]\nT1 = \"tip\"", "is not a role"),
         ("[points]\nT1 = 5", "\"contour\""),
+        ("[points]\nT1 = { surface_mm = 1.0, bone = \"hyoid\" }", "one of"),
         ("[points]\nT1 = { coil = 0 }", "count the coils from the tip"),
         ("[points]\nT1 = { surface_mm = 300 }", "150"),
         ("scale = 3", "from 0.5 to 2"),
         ("turn_deg = 400", "from -180 to 180"),
         ("shift_mm = [1]", "shift_mm"),
+        ("unit_mm = 1\nback = \"w\"", "the map m.toml:2: back"),
         ("noise_mm = 1e-4", "m.toml:1: noise_mm is 0.0001; it must be from 0.001 to 100"),
         ("back = \"x\"\nunit_mm = 1e-9", "m.toml:2: unit_mm is 0.000000001; it must be"),
         ("rate_hz = nan", "m.toml:1: rate_hz is NaN; it must be from"),
         ("[points]\nT1 = 3", "m.toml:2: "),
         ("[points]\nT1 = { surface_mm = \"x\" }", "string \"x\"; needed is a number in `surface_mm`; write"),
     ] {
-        let told = wrong(text);
+        let told = Map::from_toml(text, "m.toml").unwrap_err().to_string();
         assert!(told.contains(right) && !told.contains("untagged"), "{text}: {told}");
     }
+    let table = &read(b"time_s,point,x_mm,y_mm\n0,T1,1,2\n", "t.csv")[0];
     // A rate in the map contradicts times in the file.
-    let table = &read(b"time_s,point,x_mm,y_mm\n0,tongue_0,1,2\n", "t.csv")[0];
-    let told =
-        AlignedRecording::new(table, &Map::from_toml("rate_hz = 50", "m").unwrap()).unwrap_err().to_string();
-    assert!(told.contains("own times"), "{told}");
+    for (map, told) in [("[points]\nT2 = \"contour\"", "did you mean \"T1\""), ("rate_hz = 50", "own times")]
+    {
+        assert!(aligned(table, map).unwrap_err().contains(told), "{map}");
+    }
 }
 
 #[test]
@@ -356,10 +352,7 @@ fn coils(name: &str, time: &str, z_up: bool) -> String {
 
 #[test]
 fn the_axis_upwards_of_sensors_is_said_by_their_header_or_found_from_the_coils() {
-    let aligned = |text: &str, map: &str| {
-        let map = Map::from_toml(map, "m.toml").unwrap();
-        AlignedRecording::new(&read(text.as_bytes(), "coils.txt")[0], &map).map_err(|e| e.to_string())
-    };
+    let aligned = |text: &str, map: &str| aligned(&read(text.as_bytes(), "coils.txt")[0], map);
     let height_mm = |seen: &AlignedRecording| seen.frames[0].sensors[0].map(|m| m.at.y * 1e3).unwrap();
     let up_mm = 6.0 * 1.0_f64.sin() + 20.0;
     for (z_up, axis) in [(true, "z is taken"), (false, "y is taken")] {
@@ -423,4 +416,44 @@ fn places_at_the_origin_are_not_seen_where_the_point_is_elsewhere_otherwise() {
     let seen: Vec<[bool; 2]> = found.samples.iter().map(|s| [0, 1].map(|c| s.places[c].is_some())).collect();
     assert_eq!(seen, [[true, true], [false, true], [true, true]], "an origin of the frame is a place");
     assert!(found.notes[0].contains("(tongue_0)"), "{:?}", found.notes);
+}
+
+#[test]
+fn many_short_recordings_and_many_frames_of_one_point_are_too_large_for_a_file() {
+    let table = |rows: &mut dyn Iterator<Item = String>| {
+        let text = "recording,time_s,point,x_mm,y_mm\n".to_owned() + &rows.collect::<String>();
+        Recording::from_bytes(text.as_bytes(), "input.csv", Some(Format::Tidy)).map(|r| r.len())
+    };
+    let short = |count: usize| table(&mut (0..count).map(|n| format!("r{n},0,p,1,2\n")));
+    assert_eq!(short(50_000), Ok(50_000));
+    assert!(short(60_000).unwrap_err().to_string().contains("a recording counts as 40 more"));
+    let long = |count: usize| table(&mut (0..count).map(|n| format!("r{},{n},p,1,2\n", n / 90_000)));
+    assert!(long(900_000).unwrap_err().to_string().contains("a frame as 2"));
+}
+
+#[test]
+fn files_that_are_cut_in_their_last_number_are_doubted_and_whole_ones_are_not() {
+    let rows = |row: &dyn Fn(i32) -> String| (10..40).map(row).collect::<String>();
+    let tidy = rows(&|f| format!("{f},tongue_1,3{f}.1234567,2{f}.765432\n"));
+    let dlc = rows(&|f| format!("{f},1{f}.25,80.5,0.987654321\n"));
+    let aaa = rows(&|f| format!("1,{f}\t3{f},1234\t4{f},567\n"));
+    for (name, text, cut) in [
+        ("a.txy", rows(&|f| format!("{}{}\n", 6866 * f, "\t-20431\t15017".repeat(8))), 3),
+        ("a.ema", rows(&|f| format!("0.{f} 1{}\n", " -2043.5 1501.25".repeat(10))), 2),
+        ("a.con", rows(&|f| format!("3{f}.125\t41.500\t3{f}.250\t40.875\n")), 2),
+        ("a.csv", format!("time_s,point,x_mm,y_mm\n{tidy}"), 3),
+        (
+            "a.csv",
+            format!("scorer,net,net,net\nbodyparts,hyoid,hyoid,hyoid\ncoords,x,y,likelihood\n{dlc}"),
+            5,
+        ),
+        ("a.txt", format!("Time of sample in recording\tX0 DLC_Tongue\tY0 DLC_Tongue\n{aaa}"), 2),
+    ] {
+        let found = |end: usize| Recording::from_bytes(&text.as_bytes()[..end], name, None);
+        for whole in [text.len(), text.len() - 1] {
+            assert_eq!(found(whole).unwrap()[0].notes, [""; 0], "{name}");
+        }
+        let told = found(text.len() - cut).map_or_else(|e| e.to_string(), |found| found[0].notes[0].clone());
+        assert!(told.contains("cut off"), "{name}: {told}");
+    }
 }

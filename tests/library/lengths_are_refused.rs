@@ -1,15 +1,18 @@
 //! Tables of lengths that cannot be used are refused, wholly or in part, with the place, the reason and what to write.
 
+use tongue_fit::measured::Dataset;
 use tongue_fit::measured::lengths::rest_distance;
-use tongue_fit::measured::{Dataset, Vowel};
+use tongue_input::measured::lengths::DecimalMark;
 
-const REFERENCE: &str = include_str!("../../targets/takano2007_lengths.csv");
-const HEADER: &str = "subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm";
-const ROW: &str = "S1,i,47,49,49,51,28,42,38,30";
+use crate::fixtures::vowel;
+
+pub const REFERENCE: &str = include_str!("../../targets/takano2007_lengths.csv");
+pub const HEADER: &str = "subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm";
+pub const ROW: &str = "S1,i,47,49,49,51,28,42,38,30";
 const WANTED: &str = "it must name, in any order, subject, vowel, and for each muscle its length with the unit, like \
                       subject,vowel,GGa_mm,GGm_mm";
 
-fn dataset(table: impl AsRef<[u8]>) -> Dataset {
+pub fn dataset(table: impl AsRef<[u8]>) -> Dataset {
     Dataset::from_reader(table.as_ref(), "my.csv").unwrap()
 }
 
@@ -24,13 +27,9 @@ fn rows_refusal(rows: &str) -> String {
 }
 
 /// Messages about rows that cannot be used, and about cells.
-fn faults(data: &Dataset) -> [Vec<String>; 2] {
+pub fn faults(data: &Dataset) -> [Vec<String>; 2] {
     let rows = data.broken().iter().map(|row| row.fault.to_string()).collect();
     [rows, data.bad_cells().iter().map(ToString::to_string).collect()]
-}
-
-fn vowel(label: &str) -> Vowel {
-    Vowel::new(label).unwrap()
 }
 
 #[test]
@@ -63,58 +62,68 @@ fn a_bad_cell_loses_one_cell_and_a_broken_row_one_row() {
 
 #[test]
 fn header_faults_quote_the_line_that_was_taken() {
-    let taken = |header: &str| {
-        let quoted: String = header.chars().take(40).collect();
-        format!("line 1 was taken for the header: \"{quoted}...\"; {WANTED}")
-    };
-    let with = |from, to| refusal(format!("{}\n{ROW}\n", HEADER.replacen(from, to, 1)));
-    assert_eq!(
-        with("subject", "subjct"),
-        format!(
-            "my.csv:1:11: missing from the header: subject; is column \"subjct\" meant to be subject?; {}",
-            taken("subjct,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm")
-        )
-    );
+    let with = |to: &str| HEADER.replacen("GGm_mm", to, 1);
     let bare = HEADER.replace("_mm", "");
-    assert_eq!(
-        refusal(format!("{bare}\n{ROW}\n")),
-        format!(
-            "my.csv:1:11: missing from the header: a length, like GGa_mm; if column \"GGa\" has lengths, its name must end with \
-             their unit; {}",
-            taken(&bare)
-        )
-    );
-    assert_eq!(
-        refusal("Lengths\nname,vowel,GGa\nX,a,40\n"),
-        format!(
-            "my.csv:2:4: missing from the header: subject, a length, like GGa_mm; if column \"GGa\" has lengths, its name \
-             must end with their unit; line 2 was taken for the header: \"name,vowel,GGa\"; {WANTED}"
-        )
-    );
-    for (to, expected) in [
-        ("GGa_cm", "column GGa_cm says the same as column 3 (GGa_mm)"),
-        ("GGa_mm", "column GGa_mm appears twice, here and as column 3"),
-        ("subject", "column subject appears twice, here and as column 1"),
+    let unit = "missing from the header: a length, like GGa_mm; if column \"GGa\" has lengths, its name must end with their unit";
+    for (header, place, told) in [
+        (
+            &HEADER.replacen("subject", "subjct", 1),
+            "1:11",
+            "missing from the header: subject; is column \"subjct\" meant to be subject?",
+        ),
+        (&bare, "1:11", unit),
+        (&"name,vowel,GGa".to_owned(), "1:4", &unit.replace("a length", "subject, a length")),
+        (&with("GGa_cm"), "1:4", "column GGa_cm says the same as column 3 (GGa_mm); keep one of the two"),
+        (&with("GGa_mm"), "1:4", "column GGa_mm appears twice, here and as column 3; keep one of the two"),
+        (&with("subject"), "1:4", "column subject appears twice, here and as column 1; keep one of the two"),
     ] {
-        assert_eq!(with("GGm_mm", to), format!("my.csv:1:4: {expected}; keep one of the two"));
+        let quoted: String = header.chars().take(40).collect();
+        let cut = if header.len() > 40 { "..." } else { "" };
+        let taken = match told.starts_with("missing") {
+            true => format!("; line 1 was taken for the header: \"{quoted}{cut}\"; {WANTED}"),
+            false => String::new(),
+        };
+        assert_eq!(refusal(format!("{header}\n{ROW}\n")), format!("my.csv:{place}: {told}{taken}"));
     }
-    assert!(refusal("x,".repeat(20_000)).contains("the header has 20001 columns"));
+    let titled = refusal("Lengths\nname,vowel,GGa\nX,a,40\n");
+    assert!(titled.contains("line 2 was taken for the header: \"name,vowel,GGa\""), "{titled}");
 }
 
-/// As ten new users wrote them.
 #[test]
-fn tables_of_other_forms_are_refused_with_what_to_write_instead() {
-    for (table, told) in [
-        ("subject vowel GGa_mm\nP1 a 41\n", "1:1: the table has fewer than two columns; line 1 was"),
-        ("| subject | vowel | GGa_mm |\n|---|---|---|\n", "1:1: the table has fewer than two columns"),
-        ("[{\"subject\": \"P1\", \"GGa_mm\": 41}]", "1:1: the file is JSON, XML or a page, not a table"),
-        ("subject,vowel,muscle,length_mm\nP1,a,GGa,41\n", "1:3: column muscle names muscles, so that each"),
-        ("muscle,u,a\nGGa,46,41\n", "1:1: column muscle names muscles, so that each has rows of its own"),
-        ("subject,vowel,GGa\nP1,a,46 mm\n", "1:4: missing from the header: a length, like GGa_mm; if column"),
-        ("subject,vowel,GGa\n,,mm\nP1,a,46\n", "1:4: missing from the header: a length, like GGa_mm; if"),
-        ("subject,vowel,A_mm,B_mm,C_mm\nP1,u,100,100,100\n", "2:3: every length is 100; write the measured"),
+fn what_is_no_table_and_tables_of_other_forms_are_refused_with_what_to_write_instead() {
+    let latin1 = [HEADER.as_bytes(), b"\nS1,\xFC,47"].concat();
+    let many = format!("{HEADER}\n{}", "a\n".repeat(200_001));
+    for (bytes, told) in [
+        (&latin1[..], "2:2: the text is not UTF-8; save the file as UTF-8"),
+        (b"\xFF\xFEs\0u", "1:1: the text begins as UTF-16 does, but is damaged"),
+        (b"s\0u\0b\0", "1:1: the text holds a zero byte; "),
+        (b"PK\x03\x04...", "1:1: the file is a workbook of a spreadsheet program; "),
+        (b"", "1:1: the file is empty; begin with a line like subject"),
+        (b" \n\n", "1:1: the file is empty; begin with a line like subject"),
+        ("\u{feff}".as_bytes(), "1:1: the file is empty; begin with a line like subject"),
+        (b"# only a comment\n", "1:1: the file is empty; begin with a line like subject"),
+        (format!("{HEADER}\n").as_bytes(), "2:1: the table has a header but no rows; line 1 was taken"),
+        (REFERENCE.replace("_mm", "_cm").as_bytes(), "2:3: GGa_cm is 47, which is 470 mm: not a length"),
+        ("x,".repeat(20_000).as_bytes(), "1:1: the header has 20001 columns"),
+        (many.as_bytes(), "200002:1: the table has more than 200000 rows"),
+        (
+            format!("{HEADER}\nS1,i,,,,,,,,\n").as_bytes(),
+            "3:1: no row has a length; write lengths in millimetres, like 57.8, where they were measured",
+        ),
+        // As ten new users wrote them.
+        (b"subject vowel GGa_mm\nP1 a 41\n", "1:1: the table has fewer than two columns; line 1 was"),
+        (b"| subject | vowel | GGa_mm |\n|---|---|---|\n", "1:1: the table has fewer than two columns"),
+        (b"[{\"subject\": \"P1\", \"GGa_mm\": 41}]", "1:1: the file is JSON, XML or a page, not a table"),
+        (b"subject,vowel,muscle,length_mm\nP1,a,GGa,41\n", "1:3: column muscle names muscles, so that each"),
+        (b"muscle,u,a\nGGa,46,41\n", "1:1: column muscle names muscles, so that each has rows of its own"),
+        (
+            b"subject,vowel,GGa\nP1,a,46 mm\n",
+            "1:4: missing from the header: a length, like GGa_mm; if column",
+        ),
+        (b"subject,vowel,GGa\n,,mm\nP1,a,46\n", "1:4: missing from the header: a length, like GGa_mm; if"),
+        (b"subject,vowel,A_mm,B_mm,C_mm\nP1,u,100,100,100\n", "2:3: every length is 100; write the measured"),
     ] {
-        let message = refusal(table);
+        let message = refusal(bytes);
         assert!(message.starts_with(&format!("my.csv:{told}")), "{message}");
     }
     let exchanged = dataset("subject,vowel,GGa_mm\na,P1,41\n");
@@ -122,33 +131,6 @@ fn tables_of_other_forms_are_refused_with_what_to_write_instead() {
         exchanged.row("P1", &vowel("a")).unwrap_err().to_string(),
         "unknown subject \"P1\" in my.csv; it is in column vowel; are subject and vowel exchanged?"
     );
-}
-
-#[test]
-fn what_is_no_table_is_refused() {
-    let latin1 = [HEADER.as_bytes(), b"\nS1,\xFC,47"].concat();
-    for (bytes, expected) in [
-        (&latin1[..], "my.csv:2:2: the text is not UTF-8; save the file as UTF-8"),
-        (b"\xFF\xFEs\0u", "my.csv:1:1: the text begins as UTF-16 does, but is damaged"),
-        (b"s\0u\0b\0", "my.csv:1:1: the text holds a zero byte; "),
-        (b"PK\x03\x04...", "my.csv:1:1: the file is a workbook of a spreadsheet program; "),
-        (b"", "my.csv:1:1: the file is empty; begin with a line like subject"),
-        (b" \n\n", "my.csv:1:1: the file is empty; begin with a line like subject"),
-        ("\u{feff}".as_bytes(), "my.csv:1:1: the file is empty; begin with a line like subject"),
-        (b"# only a comment\n", "my.csv:1:1: the file is empty; begin with a line like subject"),
-        (
-            format!("{HEADER}\n").as_bytes(),
-            "my.csv:2:1: the table has a header but no rows; line 1 was taken",
-        ),
-        (
-            REFERENCE.replace("_mm", "_cm").as_bytes(),
-            "my.csv:2:3: GGa_cm is 47, which is 470 mm: not a length",
-        ),
-    ] {
-        let message = refusal(bytes);
-        assert!(message.starts_with(expected), "{message}");
-    }
-    assert!(refusal(format!("{HEADER}\n{}", "a\n".repeat(200_001))).contains("more than 200000 rows"));
     let message = Dataset::from_reader(std::io::repeat(b'x'), "endless").unwrap_err().to_string();
     assert_eq!(message, "cannot read endless: it is larger than 64 MiB; split it into smaller files");
     let message = Dataset::from_path("no/such.csv").unwrap_err().to_string();
@@ -290,6 +272,12 @@ fn one_decimal_mark_a_table() {
         let data = dataset(format!("subject;vowel;GGa_mm\n{rows}"));
         assert_eq!(data.broken()[0].fault.to_string(), format!("my.csv:3:3: {told}"));
     }
+    for cell in ["57", "", "a,b", "5,7,8", "1.234,5", "1,234.5"] {
+        for (other, mark) in [("40", DecimalMark::Point), ("47,5", DecimalMark::Comma)] {
+            let data = dataset(format!("subject;vowel;GGa_mm\nX;a;{cell}\nY;a;{other}\n"));
+            assert_eq!(data.reading().decimal_mark, mark, "{cell} says nothing of the mark");
+        }
+    }
     // A decimal comma in quotation marks is possible with commas between fields.
     let quoted = dataset("subject,vowel,GGa_mm\nX,a,\"47,5\"\n");
     assert_eq!(quoted.rows()[0].lengths.length_mm, [Some(47.5)]);
@@ -297,15 +285,12 @@ fn one_decimal_mark_a_table() {
 
 #[test]
 fn names_that_are_shifted_against_their_columns_are_told() {
-    const TABLE: &str = include_str!("../../targets/takano2007_lengths.csv");
-    let (header, rows) = TABLE.trim_end().split_once('\n').unwrap();
+    let (header, rows) = REFERENCE.trim_end().split_once('\n').unwrap();
     let names: Vec<&str> = header.split(',').collect();
     let told = |by: usize, rows: &str| {
         let mut names = names.clone();
         names[2..10].rotate_left(by);
-        rest_distance::shifted(
-            &Dataset::from_reader(format!("{}\n{rows}\n", names.join(",")).as_bytes(), "my.csv").unwrap(),
-        )
+        rest_distance::shifted(&dataset(format!("{}\n{rows}\n", names.join(","))))
     };
     for rows in std::iter::once(rows).chain(rows.lines()) {
         assert_eq!(told(0, rows), None, "{rows}");

@@ -2,20 +2,22 @@
 
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
-    AlignedRecording, FaultKind, Format, Map, Recording, Severity, doubts, other_size, palate_doubt, screen,
+    AlignedRecording, FaultKind, Format, Recording, Severity, doubts, other_size, palate_doubt, screen,
 };
 
 use tongue_input::measured::recording::Label;
 
+use crate::recordings::{aligned, read, seen};
+
 use Severity::{Note, Refused, Untrusted};
 use std::f64::consts::TAU;
 
-/// A frame: its time, s, and its points by name, mm.
-type Frame = (f64, Vec<(String, [f64; 2])>);
+/// Frames with their times, s, and points by name, mm.
+pub type Frames = Vec<(f64, Vec<(String, [f64; 2])>)>;
 
 /// A tongue that faces left, rises and advances with time, with noise: eleven points from the root to the
 /// tip, the hyoid and the mental spine, mm.
-fn tongue(frames: usize) -> Vec<Frame> {
+pub fn tongue(frames: usize) -> Frames {
     let mut rng = fastrand(7);
     (0..frames)
         .map(|f| {
@@ -37,7 +39,7 @@ fn tongue(frames: usize) -> Vec<Frame> {
 }
 
 /// Pseudo-random numbers from -1 to 1.
-fn fastrand(seed: u64) -> impl FnMut() -> f64 {
+pub fn fastrand(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -45,28 +47,32 @@ fn fastrand(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-type Frames = Vec<(f64, Vec<(String, [f64; 2])>)>;
-
-fn table(frames: &Frames) -> String {
+/// The recording in a table whose coordinates have four digits, as AAA writes them.
+pub fn recording(frames: &Frames) -> Recording {
     let mut text = "time_s,point,x_mm,y_mm\n".to_owned();
     for (time, points) in frames {
-        for (name, [x, y]) in points {
-            text += &format!("{time},{name},{x},{y}\n");
-        }
+        points.iter().for_each(|(name, [x, y])| text += &format!("{time},{name},{x:.4},{y:.4}\n"));
     }
-    text
+    read(text.as_bytes(), "t.csv").remove(0)
 }
 
 fn seen_with(frames: &Frames, map: &str) -> AlignedRecording {
-    let text = table(frames);
-    let recording = Recording::from_bytes(text.as_bytes(), "t.csv", None).unwrap().remove(0);
-    AlignedRecording::new(&recording, &Map::from_toml(map, "m").unwrap()).unwrap()
+    seen(&recording(frames), map)
 }
 
 fn changed(change: impl Fn(usize, &mut f64, &mut Vec<(String, [f64; 2])>)) -> Frames {
     let mut all = tongue(90);
     all.iter_mut().enumerate().for_each(|(f, (time, points))| change(f, time, points));
     all
+}
+
+fn moved(mut frames: Frames, to: impl Fn([f64; 2]) -> [f64; 2]) -> Frames {
+    frames.iter_mut().flat_map(|(_, points)| points).for_each(|(_, p)| *p = to(*p));
+    frames
+}
+
+fn scaled(frames: Frames, factor: f64) -> Frames {
+    moved(frames, |p| p.map(|v| factor * v))
 }
 
 /// The doubts about a recording, and the worst that follows from them.
@@ -91,34 +97,21 @@ fn noticed(frames: &Frames, map: &str, word: &str, severity: Severity) {
 fn a_good_recording_is_not_suspected() {
     not_suspected(&tongue(90), "");
     // A face to the right, a single frame, and pixels with the right unit are good too.
-    let right = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = -p[0]));
-    not_suspected(&right, "");
+    not_suspected(&moved(tongue(90), |[x, y]| [-x, y]), "");
     not_suspected(&tongue(1), "");
-    let pixels = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * 8.0)));
-    not_suspected(&pixels, "unit_mm = 0.125");
+    not_suspected(&scaled(tongue(90), 8.0), "unit_mm = 0.125");
+    let built_in = read(include_bytes!("../../targets/recordings/synthetic.tsv"), "synthetic.tsv");
+    assert!(built_in.len() == 2 && built_in.iter().all(|one| doubts(&seen(one, "")).is_empty()));
 }
 
 #[test]
 fn wrong_units_are_reported() {
     for factor in [0.001, 0.1, 10.0, 1000.0] {
-        let wrong = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor)));
-        noticed(&wrong, "", "unit_mm", Refused);
         // Without bones the contour tells the unit; of coils their distance does.
-        let contour = changed(|_, _, points| {
-            points.truncate(11);
-            points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor));
-        });
-        noticed(&contour, "", "unit_mm", Refused);
-        let coils = changed(|_, _, points| {
-            points.retain(|(n, _)| ["tongue_4", "tongue_7", "tongue_10"].contains(&n.as_str()));
-            points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor));
-        });
-        noticed(
-            &coils,
-            "[points]\ntongue_10 = { coil = 1 }\ntongue_7 = { coil = 2 }\ntongue_4 = { coil = 3 }",
-            "unit_mm",
-            Refused,
-        );
+        let contour = changed(|_, _, points| points.truncate(11));
+        for wrong in [tongue(90), contour, coils(["T1", "T2", "T3"])] {
+            noticed(&scaled(wrong, factor), "", "unit_mm", Refused);
+        }
     }
 }
 
@@ -172,41 +165,37 @@ fn a_tongue_that_is_shifted_at_once_and_a_point_that_stands_out_are_reported() {
 }
 
 /// The recording with three coils on the tongue alone, of these names from the tip.
-fn coils(names: [&str; 3], change: impl Fn([f64; 2]) -> [f64; 2]) -> Frames {
+fn coils(names: [&str; 3]) -> Frames {
     changed(|_, _, points| {
         points.retain(|(n, _)| ["tongue_4", "tongue_7", "tongue_10"].contains(&n.as_str()));
-        for (point, name) in points.iter_mut().rev().zip(names) {
-            *point = (name.to_owned(), change(point.1));
-        }
+        points.iter_mut().rev().zip(names).for_each(|(point, name)| point.0 = name.to_owned());
     })
 }
 
 #[test]
 fn coils_of_other_names_sizes_and_axes_are_reported() {
-    let same = |p: [f64; 2]| p;
-    let good = coils(["T1", "T2", "T3"], same);
-    not_suspected(&good, "");
-    noticed(&coils(["T2", "T1", "T3"], same), "", "order T2, T1, T3", Note);
-    noticed(&coils(["TT", "TD", "TB"], same), "", "order TT, TD, TB", Note);
+    let good = coils(["T1", "T2", "T3"]);
     let numbered = "[points]\na = { coil = 1 }\nb = { coil = 2 }\nc = { coil = 3 }";
-    not_suspected(&coils(["a", "b", "c"], same), numbered);
-    noticed(&coils(["a", "c", "b"], same), numbered, "along the tongue in this order", Refused);
+    not_suspected(&good, "");
+    noticed(&coils(["T2", "T1", "T3"]), "", "order T2, T1, T3", Note);
+    noticed(&coils(["TT", "TD", "TB"]), "", "order TT, TD, TB", Note);
+    not_suspected(&coils(["a", "b", "c"]), numbered);
+    noticed(&coils(["a", "c", "b"]), numbered, "along the tongue in this order", Refused);
     noticed(&good, "back = \"-x\"", "lies behind the others", Refused);
-    let below = coils(["T1", "T2", "T3"], |[x, y]| [x, -y]);
+    let below = moved(good.clone(), |[x, y]| [x, -y]);
     noticed(&below, "", "either the recording is upside down, or the tongue is held hollow", Refused);
     // A map that states the axis or the unit is believed.
     not_suspected(&below, "up = \"y\"");
     for factor in [0.4, 1.8] {
-        let other = coils(["T1", "T2", "T3"], |p| p.map(|v| v * factor));
+        let other = scaled(good.clone(), factor);
         noticed(&other, "", "unit_mm", Refused);
         not_suspected(&other, "unit_mm = 1");
     }
-    for exchanged in [coils(["T1", "T2", "T3"], |[x, y]| [y, x]), coils(["T1", "T2", "T3"], |[x, y]| [y, -x])]
-    {
-        noticed(&exchanged, "", "x and y seem to be exchanged", Refused);
+    for exchange in [|[x, y]: [f64; 2]| [y, x], |[x, y]: [f64; 2]| [y, -x]] {
+        noticed(&moved(good.clone(), exchange), "", "x and y seem to be exchanged", Refused);
     }
     // A retroflex in a third of the frames hollows the tongue there.
-    let mut retroflex = coils(["T1", "T2", "T3"], same);
+    let mut retroflex = good.clone();
     for (f, (_, points)) in retroflex.iter_mut().enumerate() {
         let part = (0.07 * f as f64).sin().max(0.0);
         points.iter_mut().filter(|(n, _)| n == "T2").for_each(|(_, p)| p[1] -= 14.0 * part);
@@ -214,27 +203,27 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
     not_suspected(&retroflex, "");
     // Where the tip is taken to be is said of a face to the right, in a table whose axes nobody has told.
     assert!(seen_with(&good, "").notes.is_empty());
-    let exchanged = seen_with(&coils(["T3", "T2", "T1"], same), "");
+    let exchanged = seen_with(&coils(["T3", "T2", "T1"]), "");
     assert!(exchanged.notes[0].contains("looks to the right"), "{:?}", exchanged.notes);
     // Lips tell which way is up, and to the front.
-    let told = |at: [[f64; 2]; 2], names: [&str; 3]| {
-        let mut frames = coils(names, same);
+    for (upper, lower, names, told) in [
+        (40.0, 20.0, ["T1", "T2", "T3"], None),
+        (20.0, 40.0, ["T1", "T2", "T3"], Some("upside down")),
+        (40.0, 20.0, ["T3", "T2", "T1"], Some("exchanged")),
+    ] {
+        let mut frames = coils(names);
         for (_, points) in &mut frames {
-            points.extend(["UL", "LL"].into_iter().zip(at).map(|(n, p)| (n.to_owned(), p)));
+            points.extend([("UL", upper), ("LL", lower)].map(|(n, y)| (n.to_owned(), [-25.0, y])));
         }
-        let recording = Recording::from_bytes(table(&frames).as_bytes(), "t.csv", None).unwrap().remove(0);
-        AlignedRecording::new(&recording, &Map::default()).map_err(|e| e.to_string())
-    };
-    assert!(told([[-25.0, 40.0], [-25.0, 20.0]], ["T1", "T2", "T3"]).is_ok());
-    assert!(told([[-25.0, 20.0], [-25.0, 40.0]], ["T1", "T2", "T3"]).unwrap_err().contains("upside down"));
-    assert!(told([[-25.0, 40.0], [-25.0, 20.0]], ["T3", "T2", "T1"]).unwrap_err().contains("exchanged"));
+        let found = aligned(&recording(&frames), "").err();
+        assert!(found.is_some() == told.is_some() && found.unwrap_or_default().contains(told.unwrap_or("")));
+    }
     // A coil at the incisors is in front of the first one on the tongue, unless a map says what it is.
-    let behind = changed(|_, _, points| {
-        points.retain(|(n, _)| ["tongue_4", "tongue_7", "tongue_10"].contains(&n.as_str()));
-        points.iter_mut().rev().zip(["T1", "T2", "T3"]).for_each(|(p, name)| p.0 = name.to_owned());
-        let first = points[2].1;
-        points.push(("LI".to_owned(), [first[0] + 8.0, first[1] - 5.0]));
-    });
+    let mut behind = good;
+    for (_, points) in &mut behind {
+        let [x, y] = points[2].1;
+        points.push(("LI".to_owned(), [x + 8.0, y - 5.0]));
+    }
     let notes = |map| seen_with(&behind, map).notes.join("; ");
     assert!(notes("").contains("LI is seen 8 mm behind T1"), "{}", notes(""));
     assert!(!notes("[points]\nLI = \"ignore\"").contains("behind"), "{}", notes("[points]\nLI = \"ignore\""));
@@ -242,12 +231,7 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
 
 #[test]
 fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
-    let of = |factor: f64| {
-        seen_with(
-            &changed(|_, _, points| points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v * factor))),
-            "",
-        )
-    };
+    let of = |factor: f64| seen_with(&scaled(tongue(90), factor), "");
     let (one, other) = (of(1.0), of(0.8));
     assert_eq!(other_size(&[&one, &of(1.1), &one]), None);
     let (number, doubt) = other_size(&[&one, &one, &other]).unwrap();
@@ -333,8 +317,7 @@ fn exchanged_bones_and_axes_are_reported() {
     let contour = changed(|_, _, points| points.truncate(11));
     not_suspected(&contour, "");
     noticed(&contour, "up = \"-y\"", "upside down", Refused);
-    let turned = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p.swap(0, 1)));
-    noticed(&turned, "", "x and y seem to be exchanged", Refused);
+    noticed(&moved(tongue(90), |[x, y]| [y, x]), "", "x and y seem to be exchanged", Refused);
     for by in [15.0, 22.0] {
         let high = changed(|_, _, points| points.iter_mut().take(11).for_each(|(_, p)| p[1] += by));
         noticed(&high, "", "too high for the bones", Note);
@@ -396,14 +379,8 @@ fn palates_are_compared_with_the_recording() {
 
 #[test]
 fn a_coil_of_the_tongue_is_not_a_reference() {
-    let text = table(&tongue(90));
-    let recording = Recording::from_bytes(text.as_bytes(), "t.csv", None).unwrap().remove(0);
-    let with = |name: &str| {
-        let map = Map::from_toml(&format!("[points]\n{name} = \"reference\""), "m").unwrap();
-        AlignedRecording::new(&recording, &map)
-    };
-    assert!(with("mental_spine").is_ok());
-    assert!(with("tongue_6").unwrap_err().to_string().contains("reference"));
+    let with = |name: &str| aligned(&recording(&tongue(90)), &format!("[points]\n{name} = \"reference\""));
+    assert!(with("mental_spine").is_ok() && with("tongue_6").unwrap_err().contains("reference"));
 }
 
 /// A speaker who says three syllables, so much larger than an adult, at so many frames a second and with so many syllables a second; with a
@@ -480,10 +457,7 @@ fn good_speakers_of_all_sizes_rates_and_manners_are_not_suspected_and_ten_times_
         let held: Frames = held.into_iter().take(rate_hz as usize).collect();
         not_suspected(&held, "");
         not_suspected(&held[..1].to_vec(), "");
-        let rounded = held
-            .iter()
-            .map(|(t, points)| (*t, points.iter().map(|(n, p)| (n.clone(), p.map(f64::round))).collect()));
-        not_suspected(&rounded.collect(), "");
+        not_suspected(&moved(held, |p| p.map(f64::round)), "");
         good += 3;
     }
     assert!(good >= 40, "{good}");
@@ -491,9 +465,8 @@ fn good_speakers_of_all_sizes_rates_and_manners_are_not_suspected_and_ten_times_
 
 #[test]
 fn a_coil_whose_tracking_slips_is_named_and_no_axis_is_blamed() {
-    let same = |p: [f64; 2]| p;
     for (by, from) in [([0.0, 35.0], 10), ([-30.0, 0.0], 45), ([5.0, 60.0], 60), ([0.0, -25.0], 20)] {
-        let mut slipped = coils(["T1", "T2", "T3"], same);
+        let mut slipped = coils(["T1", "T2", "T3"]);
         let slip = |(_, points): &mut (f64, Vec<(String, [f64; 2])>)| {
             let coil = points.iter_mut().find(|(n, _)| n == "T3").unwrap();
             coil.1 = [coil.1[0] + by[0], coil.1[1] + by[1]];
@@ -504,7 +477,7 @@ fn a_coil_whose_tracking_slips_is_named_and_no_axis_is_blamed() {
         assert!(is_named && !first.contains("exchanged"), "{first}");
     }
     // The coil has come off before the recording begins.
-    let off = coils(["T1", "T2", "T3"], |[x, y]| if x > 22.0 { [x, y + 45.0] } else { [x, y] });
+    let off = moved(coils(["T1", "T2", "T3"]), |[x, y]| if x > 22.0 { [x, y + 45.0] } else { [x, y] });
     noticed(&off, "", "\"T3\" = \"ignore\"", Refused);
     // The keypoint of the hyoid is found above the spine: the tongue is the right way up.
     let bone = changed(|_, _, points| points[11].1 = [8.0, 62.0]);
@@ -560,7 +533,7 @@ fn postures_of_one_speaker_are_not_taken_for_two_speakers() {
     // An /i/ bulges more than an /e/, so its coils lie farther apart along the tongue.
     let vowel = |wider: f64| {
         let mut rng = fastrand(4);
-        let mut frames = coils(["T1", "T2", "T3"], |p| p);
+        let mut frames = coils(["T1", "T2", "T3"]);
         let posture = frames[0].1.clone();
         for (_, points) in &mut frames {
             points.clone_from(&posture);
@@ -578,16 +551,13 @@ fn postures_of_one_speaker_are_not_taken_for_two_speakers() {
 fn the_axis_to_the_back_is_found_where_it_is_not_the_usual_one() {
     // Coils of an AG500 whose y leads to the back of the head.
     let coils = as_coils(&tongue(60));
-    let read = Recording::from_bytes(table(&coils).as_bytes(), "t.csv", None).unwrap().remove(0);
+    let read = recording(&coils);
     let mut turned = read.clone();
     turned.format = Format::Ag50x;
-    turned
-        .samples
-        .iter_mut()
-        .flat_map(|s| s.places.iter_mut().flatten())
-        .for_each(|p| *p = [0.5, p[0], p[1]]);
-    let seen = AlignedRecording::new(&turned, &Map::default()).unwrap();
-    assert_eq!(seen.frames, AlignedRecording::new(&read, &Map::default()).unwrap().frames);
+    let places = turned.samples.iter_mut().flat_map(|s| s.places.iter_mut().flatten());
+    places.for_each(|p| *p = [0.5, p[0], p[1]]);
+    let seen = aligned(&turned, "").unwrap();
+    assert_eq!(seen.frames, aligned(&read, "").unwrap().frames);
     assert!(seen.notes.iter().any(|n| n.contains("y is taken for the axis to the back")), "{:?}", seen.notes);
     assert_eq!(doubts(&seen), []);
 }

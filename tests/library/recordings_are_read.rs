@@ -1,9 +1,11 @@
 //! Recordings of every format are read, and their faults are reported with their place.
 
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{AlignedRecording, FaultKind, Format, Map, Recording, screen};
+use tongue_fit::measured::recording::{AlignedRecording, FaultKind, Format, Recording, screen};
+use tongue_input::measured::recording::text_grid;
 
-use crate::recordings::{est, near, pos, read, refused};
+use crate::other_tables_are_read::TEXT_GRID;
+use crate::recordings::{aligned, est, near, pos, read, refused, seen};
 
 const AAA: &str = "Client family name\tDate Time of recording\tTime of sample in recording\tPrompt\tX0 DLC_Tongue\tY0 DLC_Tongue\t\
     X1 DLC_Tongue\tY1 DLC_Tongue\tX0 DLC_HyoidMandible\tY0 DLC_HyoidMandible\tX1 DLC_HyoidMandible\tY1 DLC_HyoidMandible\t\
@@ -18,7 +20,7 @@ fn aaa_tables_part_into_recordings_and_need_no_map() {
     assert_eq!(found.iter().map(|r| r.samples.len()).collect::<Vec<_>>(), [2, 1]);
     assert_eq!(found[0].name, "s, d1, pa");
     assert_eq!(found[0].channels, ["tongue_0", "tongue_1", "hyoid", "mandible", "mental_spine"]);
-    let seen = AlignedRecording::new(&found[0], &Map::default()).unwrap();
+    let seen = seen(&found[0], "");
     // The spine lies at larger x than the hyoid, so the face looks to the right and is mirrored.
     assert!(seen.mirrored);
     let first = &seen.frames[0];
@@ -72,39 +74,32 @@ fn aaa_tables_say_where_they_are_wrong() {
 fn tidy_tables_hold_any_points_in_any_order() {
     let text = "point,time_s,recording,y_mm,x_mm,sigma_mm\n\
                 tongue_1,0,a,2,1,0.5\ntongue_0,0,a,4,3,\nhyoid,0,a,0,30,\ntongue_0,0.5,a,5,3.5,\ntongue_0,0,b,1,1,\n";
-    let found = read(text.as_bytes(), "t.csv");
-    assert_eq!((found.len(), found[0].samples.len()), (2, 2));
-    let seen = AlignedRecording::new(&found[0], &Map::default()).unwrap();
-    assert_eq!(seen.contour, ["tongue_0", "tongue_1"]);
-    assert!(near(
-        seen.frames[1].contour[0]
-            .map(|m| m.at * if seen.mirrored { -1.0 } else { 1.0 })
-            .map(|p| Point::new(p.x, p.y.abs())),
-        [0.0035, 0.005]
-    ));
-    assert_eq!(seen.frames[1].contour[1], None);
-    assert!((seen.frames[0].contour[1].unwrap().sd - 0.5e-3).abs() < 1e-12);
+    let all = read(text.as_bytes(), "t.csv");
+    assert_eq!((all.len(), all[0].samples.len()), (2, 2));
+    let found = seen(&all[0], "");
+    assert_eq!(found.contour, ["tongue_0", "tongue_1"]);
+    assert!(near(found.frames[1].contour[0].map(|m| m.at), [0.0035, 0.005]));
+    assert_eq!(found.frames[1].contour[1], None);
+    assert!((found.frames[0].contour[1].unwrap().sd - 0.5e-3).abs() < 1e-12);
     let twice = "time_s,point,x_mm,y_mm\n0,a,1,2\n0,a,1,3\n";
     assert!(refused(twice.as_bytes(), "t.csv").starts_with("t.csv:3:2: a is given twice"));
     assert!(refused(b"time_s,point,x_mm\n", "t.csv").contains("y_mm"));
     assert!(refused(b"time_s,point,x_mm,y_mm\n0,a,inf,2\n", "t.csv").starts_with("t.csv:2:3: "));
     // Names are known in any case and with spaces, and those of which nothing is known are told.
     let named = "a title\ntime_s;point;x_mm;y_mm\n0;Tongue 1;1,5;2\n0;TONGUE_0;3;4\n0;Hyoid;30;0\n0;Mental Spine;1;0\n0;tonuge_2;2;2\n0;UI;0;9\n";
-    let seen = AlignedRecording::new(&read(named.as_bytes(), "t.csv")[0], &Map::default()).unwrap();
-    assert_eq!(seen.contour, ["TONGUE_0", "Tongue 1"]);
-    assert!(near(seen.frames[0].contour[1].map(|m| m.at), [0.0015, 0.002]));
-    assert_eq!(seen.bones, ["hyoid", "mental_spine"]);
+    let found = seen(&read(named.as_bytes(), "t.csv")[0], "");
+    assert_eq!(found.contour, ["TONGUE_0", "Tongue 1"]);
+    assert!(near(found.frames[0].contour[1].map(|m| m.at), [0.0015, 0.002]));
+    assert_eq!(found.bones, ["hyoid", "mental_spine"]);
     let told = "nothing is known of the channels tonuge_2, so they are not used";
-    assert!(seen.notes.len() == 1 && seen.notes[0].starts_with(told), "{:?}", seen.notes);
+    assert!(found.notes.len() == 1 && found.notes[0].starts_with(told), "{:?}", found.notes);
     // Bones are left out by their own names too, whatever their channels are called.
-    let map =
-        Map::from_toml("[points]\ntonuge_2 = \"ignore\"\nhyoid = \"ignore\"\nmental_spine = \"ignore\"", "m")
-            .unwrap();
-    let seen = AlignedRecording::new(&read(named.as_bytes(), "t.csv")[0], &map).unwrap();
+    let map = "[points]\ntonuge_2 = \"ignore\"\nhyoid = \"ignore\"\nmental_spine = \"ignore\"";
+    let found = seen(&read(named.as_bytes(), "t.csv")[0], map);
     assert!(
-        seen.bones.is_empty() && seen.notes.iter().all(|n| !n.contains("nothing is known")),
+        found.bones.is_empty() && !found.notes.concat().contains("nothing is known"),
         "{:?}",
-        seen.notes
+        found.notes
     );
 }
 
@@ -116,8 +111,7 @@ fn carstens_positions_are_seven_numbers_a_sensor() {
     assert_eq!(found.channels, ["sensor_1", "sensor_2", "sensor_3"]);
     assert_eq!(found.samples[2].places[1], Some([12.0, -1.0, 102.0]));
     assert_eq!((found.samples[0].places[2], found.samples[3].time_s), (None, 0.012));
-    let map = Map::from_toml("back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }\n", "m.toml").unwrap();
-    let seen = AlignedRecording::new(found, &map).unwrap();
+    let seen = seen(found, "back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }\n");
     // z is up; sensors have a standard deviation of half a millimetre.
     assert!(near(seen.frames[2].sensors[0].map(|m| m.at), [0.012, 0.102]));
     assert!((seen.frames[2].sensors[0].unwrap().sd - 0.5e-3).abs() < 1e-12);
@@ -139,12 +133,9 @@ fn tracks_of_the_edinburgh_tools_are_the_same_in_binary_and_as_text() {
     assert_eq!(binary.samples[1].places, [None], "a break");
     assert_eq!(binary.samples[2].places[0], Some([0.0, -3.5, 2.25]));
     // The file has no unit.
-    let message = AlignedRecording::new(&binary, &Map::from_toml("[points]\nT1 = \"contour\"", "m").unwrap())
-        .unwrap_err()
-        .to_string();
-    assert!(message.contains("unit_mm"), "{message}");
+    assert!(aligned(&binary, "[points]\nT1 = \"contour\"").unwrap_err().contains("unit_mm"));
     let map = "unit_mm = 10.0\nback = \"-y\"\nup = \"z\"\n[points]\nT1 = { surface_mm = 5 }";
-    let seen = AlignedRecording::new(&binary, &Map::from_toml(map, "m").unwrap()).unwrap();
+    let seen = seen(&binary, map);
     assert!(near(seen.frames[2].sensors[0].map(|m| m.at), [0.035, 0.0225]));
     assert!(refused(&est(false)[..150], "a.ema").contains("EST_Header_End"));
     let short = &est(false)[..est(false).len() - 4];
@@ -157,27 +148,14 @@ fn edgetrak_contours_want_a_pixel_and_a_rate() {
     let found = &read(text.as_bytes(), "x.con")[0];
     assert_eq!((found.samples.len(), found.channels.len()), (2, 3));
     assert_eq!((found.samples[1].places[0], found.samples[1].places[1]), (Some([11.0, 21.0, 0.0]), None));
-    assert!(AlignedRecording::new(found, &Map::default()).unwrap_err().to_string().contains("unit_mm"));
-    let map = Map::from_toml("unit_mm = 0.5\nrate_hz = 40\nback = \"x\"", "m").unwrap();
-    let seen = AlignedRecording::new(found, &map).unwrap();
+    assert!(aligned(found, "").unwrap_err().contains("unit_mm"));
+    let seen = seen(found, "unit_mm = 0.5\nrate_hz = 40\nback = \"x\"");
     assert_eq!(seen.frames[1].time_s, 0.025);
     assert!(near(seen.frames[0].contour[0].map(|m| m.at), [0.005, -0.010]), "pixels count downwards");
     // GetContours writes two header lines.
     let titled = format!("FRAME1\t\tFRAME2\nX\tY\tX\tY\n{text}");
     assert_eq!(read(titled.as_bytes(), "x.con")[0].samples, found.samples);
     assert!(refused(b"1 2\n3\n", "x.con").starts_with("x.con:2:"));
-}
-
-#[test]
-fn maps_are_checked_with_their_lines() {
-    let wrong = |text: &str| Map::from_toml(text, "m.toml").unwrap_err().to_string();
-    assert!(wrong("unit_mm = 1\nback = \"w\"").starts_with("the map m.toml:2: back"));
-    assert!(wrong("[points]\nT1 = \"tip\"").contains("is not a role"));
-    assert!(wrong("[points]\nT1 = { surface_mm = 1.0, bone = \"hyoid\" }").contains("one of"));
-    assert!(wrong("noise = 1").contains("noise_mm"));
-    let table = read(b"time_s,point,x_mm,y_mm\n0,T1,1,2\n", "t.csv");
-    let map = Map::from_toml("[points]\nT2 = \"contour\"", "m.toml").unwrap();
-    assert!(AlignedRecording::new(&table[0], &map).unwrap_err().to_string().contains("did you mean \"T1\""));
 }
 
 #[test]
@@ -192,8 +170,7 @@ fn a_head_that_moves_is_brought_back_to_its_references() {
         }
     }
     let map = "back = \"x\"\n[points]\nr1 = \"reference\"\nr2 = \"reference\"\nT = \"contour\"";
-    let seen = AlignedRecording::new(&read(text.as_bytes(), "t.csv")[0], &Map::from_toml(map, "m").unwrap())
-        .unwrap();
+    let seen = seen(&read(text.as_bytes(), "t.csv")[0], map);
     assert!(near(seen.frames[1].contour[0].map(|m| m.at), [0.020, 0.010]));
 }
 
@@ -210,7 +187,7 @@ fn changed_in(frames: &[i32], change: impl Fn(&mut [[f64; 2]; 7])) -> AlignedRec
             text += &format!("{},tongue_{i},{x},{y}\n", 0.02 * f64::from(frame));
         }
     }
-    AlignedRecording::new(&read(text.as_bytes(), "t.csv")[0], &Map::default()).unwrap()
+    seen(&read(text.as_bytes(), "t.csv")[0], "")
 }
 
 #[test]
@@ -248,4 +225,17 @@ fn implausible_points_are_removed_and_reported() {
         let named: Vec<&str> = fault.iter().flat_map(|f| &f.points).map(String::as_str).collect();
         assert_eq!(named, if frame % 3 == 0 { vec!["tongue_3"] } else { vec![] }, "{frame}: {faults:?}");
     }
+}
+
+#[test]
+fn a_text_grid_beside_a_recording_gives_its_labels() {
+    let folder = tempfile::tempdir().unwrap();
+    let [table, grid] = ["one.csv", "one.TextGrid"].map(|name| folder.path().join(name));
+    std::fs::write(&table, "time_s,point,x_mm,y_mm\n0,T1,1,2\n").unwrap();
+    std::fs::write(&grid, TEXT_GRID).unwrap();
+    let found = Recording::from_path(&table, None).unwrap().remove(0).labels;
+    assert_eq!(found, text_grid(TEXT_GRID.as_bytes(), "").unwrap());
+    std::fs::write(&grid, &TEXT_GRID[..TEXT_GRID.len() - 12]).unwrap();
+    let told = Recording::from_path(&table, None).unwrap_err().to_string();
+    assert!(told.contains("one.TextGrid:") && told.contains("cut off"), "{told}");
 }

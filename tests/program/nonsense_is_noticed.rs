@@ -2,17 +2,9 @@
 
 use std::fs;
 
-use super::run::{record, refused as refuses, run};
+use super::run::{record, refused, run};
 
 const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv");
-
-/// The message with which a command is refused; it leaves nothing in its folder.
-fn refused(folder: &std::path::Path, line: &str) -> String {
-    fs::create_dir_all(folder.join("refused")).unwrap();
-    let told = refuses(folder, &format!("{} --out refused", line.replace("RECORDING", RECORDING)));
-    assert_eq!(fs::read_dir(folder.join("refused")).unwrap().count(), 0, "{line} left files behind");
-    told
-}
 
 /// The built-in recording as a tidy table, each coordinate changed.
 fn tidy(change: impl Fn(usize, f64, f64) -> [f64; 2]) -> String {
@@ -90,27 +82,6 @@ fn landmarks_of_no_tongue_are_refused_or_end_with_3() {
     fs::write(at.join("spikes.csv"), format!("point,x_mm,y_mm\n{spikes}")).unwrap();
     let done = run(at, "adapt --landmarks bones.csv --contour spikes.csv --out body");
     assert!(done.status == Some(3) && done.err.contains("not to be trusted"), "{}", done.err);
-}
-
-#[test]
-fn a_refused_recording_leaves_no_journal_and_a_good_one_is_not_suspected() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = folder.path();
-    for option in [
-        "--muscles GGa,GGa",
-        "--hold-out 99",
-        "--free-bone jaw",
-        "--palate nowhere.csv",
-        "--prior 1e300",
-        "--memory 1e300",
-    ] {
-        refused(at, &format!("track RECORDING {option}"));
-    }
-    let told = run(at, &format!("track '{RECORDING}' --rest similarity --frames 0 --out good")).err;
-    for word in ["upside down", "exchanged", "follow one another", "faster than", "unit", "very same place"] {
-        assert!(!told.contains(word), "{told}");
-    }
-    assert!(!at.join("good/track.journal").exists());
 }
 
 #[test]

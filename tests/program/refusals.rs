@@ -4,10 +4,18 @@ use std::fs;
 
 use super::run::{refused_with, run};
 
-const GMSH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gmsh");
+/// What stands for files of the repository in the commands.
+const PATHS: [(&str, &str); 2] = [
+    ("GMSH", concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gmsh")),
+    ("RECORDING", concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv")),
+];
+
+fn with_paths(line: &str) -> String {
+    PATHS.iter().fold(line.to_owned(), |line, (word, path)| line.replace(word, path))
+}
 
 /// Files that the commands below name.
-const FILES: [(&str, &str); 12] = [
+const FILES: [(&str, &str); 16] = [
     ("bad.toml", "name = 3"),
     ("far.csv", "node,x_mm,y_mm,z_mm\n5000,1,2,3\n"),
     ("short.csv", "node,x_mm,y_mm\n5,1,2\n"),
@@ -22,6 +30,10 @@ const FILES: [(&str, &str); 12] = [
     ),
     ("slip.toml", "title = \"t\"\nwant = \"shape\"\n[body.tongue]\n[effects]\nincompresibility = true\n"),
     ("mesh.json", "{}"),
+    ("ema.csv", "time_s,point,x_mm,y_mm\n0,T1,1,2\n0,T2,20,12\n"),
+    ("three.csv", "time_s,point,x_mm,y_mm\n0,T1,1,2\n0,T2,20,12\n0,T3,30,8\n"),
+    ("map.toml", "[points]\nT1 = { surface_mm = 5 }\nT2 = { surface_mm = 25 }\n"),
+    ("tiny.toml", "noise_mm = 1e-300\n"),
     ("unit.toml", "title = \"t\"\nwant = \"lengths\"\n[body.mesh]\nfile = \"mesh.json\"\nunit = \"mm\"\n"),
 ];
 
@@ -62,6 +74,8 @@ fn what_cannot_be_used_is_refused_in_one_message_and_leaves_nothing() {
         ("batch --poisson-ratio 0", "Poisson's ratio"),
         ("batch --subjects S2 --posterior 99", "--posterior is 99 draws; it must be from 100"),
         ("--vowel a --posterior 1000000", "--posterior is 1000000 draws; it must be from 100 to 200000"),
+        ("lengths check .", "cannot read .: it is a folder; name a file in it"),
+        ("lengths check one.csv --error-mm -1", "the half width of rounding is -1 mm; give one from 0 to"),
         ("validate --lengths one.csv", "1 subject of one.csv has a row for /ɯ/"),
         // Motions.
         ("simulate --trajectory --t-end 0", "--t-end is 0"),
@@ -97,6 +111,27 @@ fn what_cannot_be_used_is_refused_in_one_message_and_leaves_nothing() {
         ("mesh --mesh GMSH/cylinder_41.msh", "[body.mesh] file ="),
         ("mesh --mesh missing.msh", "missing.msh"),
         ("mesh --anatomy cm.toml", "millimetres?"),
+        // Recordings.
+        ("track", "name at least one recording"),
+        ("track none.tsv", "cannot read none.tsv"),
+        ("track ema.csv", "--map"),
+        ("track ema.csv --map map.toml", "mental spine"),
+        ("track ema.csv --map map.toml", "a body that fits the speaker"),
+        ("track ema.csv --map tiny.toml", "tiny.toml:1: noise_mm is 1e-300; it must be from 0.001 to 100"),
+        ("track three.csv --hold-out T2,T3 --frames 0", "two coils"),
+        ("track three.csv --hold-out T9", "there is no such contour point or coil; did you mean \"T1\"?"),
+        ("track RECORDING --prior=-1", "--prior is -1"),
+        ("track RECORDING --prior 1e300", "--prior is 1e300"),
+        ("track RECORDING --memory 1e300", "--memory is 1e300"),
+        ("track RECORDING --hold-out 12", "--hold-out 12: there is no such contour point"),
+        ("track RECORDING --free-bone hyoid", "it is seen in every recording"),
+        (
+            "track RECORDING --free-bone hioid",
+            "the bone \"hioid\" cannot be freed: the bones of this body are hyoid",
+        ),
+        ("track RECORDING --muscles GGa,GGa", "GGa is given twice"),
+        ("track RECORDING --palate nowhere.csv", "nowhere.csv"),
+        ("adapt", "--landmarks"),
         // The body in space, and what only the plane has.
         ("simulate --body space --muscles-as lines", "does not have"),
         ("simulate --body space --tension GGP=2", "give activations"),
@@ -122,7 +157,7 @@ fn what_cannot_be_used_is_refused_in_one_message_and_leaves_nothing() {
         ("--vowel a --body space --method gauss-newton", "--method is for bodies in the plane"),
         ("track far.csv --sd 0.5", "--sd needs a body in space"),
     ] {
-        let message = refused_with(1, folder.path(), &line.replace("GMSH", GMSH));
+        let message = refused_with(1, folder.path(), &with_paths(line));
         assert!(message.contains(told), "{line}: {message}");
         // A number of hundreds of digits is told in few.
         assert!(
@@ -152,7 +187,7 @@ fn wrong_usage_exits_with_2() {
         ("sound", "--vowel"),
         ("simulate --body space --operate left:box:-20,20,-40,40,15,60", "--filling"),
     ] {
-        let message = refused_with(2, folder.path(), &line.replace("GMSH", GMSH));
+        let message = refused_with(2, folder.path(), &with_paths(line));
         assert!(message.contains(told), "{line}: {message}");
     }
     // No command at all prints the help, and options of every command may stand anywhere.

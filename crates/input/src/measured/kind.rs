@@ -63,29 +63,3 @@ impl FromStr for TargetKind {
             .ok_or_else(|| ReadError::Refused(format!("unknown target kind \"{name}\"; {}", hint())))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_read_and_written_alike() {
-        for kind in TargetKind::ALL {
-            assert_eq!(kind.name().to_uppercase().parse::<TargetKind>().unwrap(), kind);
-            assert_eq!(serde_json::to_value(kind).unwrap(), kind.name());
-        }
-        let message = "rato".parse::<TargetKind>().unwrap_err().to_string();
-        assert_eq!(message, "unknown target kind \"rato\"; did you mean \"ratio\"? (known: ratio, stretch)");
-    }
-
-    #[test]
-    fn ratios_ignore_scale_and_stretches_are_one_at_rest() {
-        let lengths = [41.0, 62.0, 53.0, 59.0, 23.0, 44.0, 33.0, 35.0];
-        // 1/1024 is a power of two, so that the quotients are exact.
-        let scaled = lengths.map(|l| l / 1024.0);
-        let ratio = TargetKind::Ratio;
-        assert_eq!(ratio.values(&lengths, &lengths, 0), ratio.values(&scaled, &lengths, 0));
-        assert_eq!(TargetKind::Stretch.values(&lengths, &lengths, 0), [1.0; 8]);
-        assert_eq!(ratio.values(&lengths, &lengths, 4)[4], 1.0);
-    }
-}

@@ -79,37 +79,3 @@ impl Patterns {
         Some(check)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_published_answer_for_a_has_the_published_pattern_and_portions_count_for_their_muscle() {
-        let (patterns, muscles) = (Patterns::reference().unwrap(), Muscles::reference().unwrap());
-        let all: Vec<String> = muscles.all().iter().map(|m| m.name.clone()).collect();
-        let check = |vowel: &str, tensions: &[(usize, f64)]| {
-            let mut each = [0.0; 8];
-            tensions.iter().for_each(|(m, t)| each[*m] = *t);
-            patterns.check(&Vowel::new(vowel).unwrap(), &all, &each, &muscles).unwrap()
-        };
-        let a = check("a", &[(0, 12.0), (4, 11.5), (6, 4.5)]);
-        assert_eq!(a.found, ["GGa", "HG", "SG"]);
-        assert!(a.missing.is_empty() && a.unexpected.is_empty());
-        let i = check("i", &[(7, 1.0), (2, 0.5 * ACTIVE_N)]);
-        assert_eq!(i.missing, ["GGa", "GGp", "SG"]);
-        assert_eq!(i.unexpected, ["HG"]);
-        assert_eq!(patterns.of(&Vowel::unrounded_u()), ["GGa", "SG"]);
-    }
-
-    #[test]
-    fn other_vowels_and_muscles_have_no_pattern() {
-        let (patterns, muscles) = (Patterns::reference().unwrap(), Muscles::reference().unwrap());
-        let schwa = Vowel::new("ə").unwrap();
-        assert_eq!(patterns.check(&schwa, &["GGa".to_owned()], &[1.0], &muscles), None);
-        let some = ["GGa".to_owned(), "mylohyoid".to_owned()];
-        let check = patterns.check(&Vowel::unrounded_u(), &some, &[1.0, 1.0], &muscles).unwrap();
-        assert_eq!(check.found, ["GGa"]);
-        assert!(check.missing.is_empty() && check.unexpected.is_empty());
-    }
-}

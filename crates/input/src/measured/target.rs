@@ -246,7 +246,3 @@ fn chosen_positions(
         None => Ok(positions),
     }
 }
-
-#[cfg(test)]
-#[path = "target_tests.rs"]
-mod tests;

@@ -67,20 +67,3 @@ impl Thesis {
             .collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_built_in_tables_are_those_of_the_thesis() {
-        let thesis = Thesis::reference().unwrap();
-        let column = |of: fn(&ThesisRow) -> f64| thesis.rows().iter().map(of).collect::<Vec<_>>();
-        assert_eq!(column(|r| r.rest_length_mm), [42.7, 57.8, 47.9, 56.3, 23.0, 33.2, 31.0, 32.9]);
-        assert_eq!(column(|r| r.measured_ratio_a), [1.00, 1.51, 1.29, 1.44, 0.56, 1.07, 0.80, 0.85]);
-        assert_eq!(column(|r| r.simulated_ratio_a), [1.00, 1.52, 1.31, 1.54, 0.56, 0.97, 0.80, 0.91]);
-        assert_eq!(thesis.tensions_a(), [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)]);
-        assert_eq!(thesis.of("sgm").unwrap().rest_length_mm, 23.0);
-        assert!(thesis.of("mylohyoid").is_none());
-    }
-}

@@ -30,23 +30,3 @@ impl Lengths {
         self.muscles.iter().map(of).collect()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::Dataset;
-
-    #[test]
-    fn a_change_is_uncertain_within_both_half_widths() {
-        let table = "subject,vowel,A_mm,B_mm,C_mm,D_mm,E_mm,half_width_mm\n\
-                     X,ɯ,43.1,43.1,43.1,43.1,NA,0.5\nX,a,42.1,42.099,44.1,NA,40,0.5\nX,e,42.1,40.8,45,43.1,40,2\n";
-        let data = Dataset::from_reader(table.as_bytes(), "my.csv").unwrap();
-        let told = |label: &str| {
-            let row = data.row("X", &label.parse().unwrap()).unwrap();
-            let all = row.activation(data.baseline("X").unwrap());
-            all.into_iter().map(|a| a.map(|a| (a.contracting, a.uncertain))).collect::<Vec<_>>()
-        };
-        assert_eq!(told("a"), [Some((true, true)), Some((true, false)), Some((false, true)), None, None]);
-        let wide = [Some((true, true)), Some((true, true)), Some((false, true)), Some((false, true)), None];
-        assert_eq!(told("e"), wide);
-    }
-}

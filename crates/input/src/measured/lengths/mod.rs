@@ -70,6 +70,3 @@ pub fn position_of(names: &[String], name: &str) -> Option<usize> {
         alike.next().filter(|_| alike.next().is_none())
     })
 }
-
-#[cfg(test)]
-mod tests;

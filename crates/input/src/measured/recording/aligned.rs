@@ -320,7 +320,3 @@ fn ends(
     let rear = others.max_by(|a, b| (a - x).abs().total_cmp(&(b - x).abs()))?;
     Some((x, rear))
 }
-
-#[cfg(test)]
-#[path = "aligned_tests.rs"]
-mod tests;

@@ -147,36 +147,3 @@ impl Words<'_> {
         number.ok_or_else(|| self.wrong(&format!("{what} is {word:?}"), "give a number"))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const LONG: &str = "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\nxmin = 0 \nxmax = 1.5 \ntiers? <exists> \nsize = 2 \n\
-        item []: \n    item [1]:\n        class = \"IntervalTier\" \n        name = \"phones\" \n        xmin = 0 \n        xmax = 1.5 \n        \
-        intervals: size = 2 \n        intervals [1]:\n            xmin = 0 \n            xmax = 0.4 \n            text = \"\" \n        \
-        intervals [2]:\n            xmin = 0.4 \n            xmax = 1.5 \n            text = \"a \"\"1\"\"\" \n    item [2]:\n        \
-        class = \"TextTier\" \n        name = \"bell\" \n        xmin = 0 \n        xmax = 1.5 \n        points: size = 1 \n        points [1]:\n            \
-        number = 0.2 \n            mark = \"x\" \n";
-    const SHORT: &str = "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n0\n1.5\n<exists>\n1\n\"IntervalTier\"\n\"phones\"\n0\n1.5\n2\n0\n0.4\n\
-        \"\"\n0.4\n1.5\n\"a \"\"1\"\"\"\n";
-
-    #[test]
-    fn long_and_short_text_grids_say_the_same() {
-        let found = text_grid(LONG.as_bytes(), "a.TextGrid").unwrap();
-        let label = Label { tier: "phones".into(), name: "a \"1\"".into(), from_s: 0.4, to_s: 1.5 };
-        assert_eq!(found, [label]);
-        assert_eq!(text_grid(SHORT.as_bytes(), "a.TextGrid").unwrap(), found);
-        assert!(found[0].holds(0.4) && found[0].holds(1.5) && !found[0].holds(0.39));
-    }
-
-    #[test]
-    fn cut_text_grids_are_refused_with_a_line() {
-        for end in [30, 200, LONG.len() - 4, LONG.len() - 30] {
-            let told = text_grid(&LONG.as_bytes()[..end], "a.TextGrid").unwrap_err().to_string();
-            assert!(told.starts_with("a.TextGrid:"), "{told}");
-        }
-        let huge = SHORT.replace("\n2\n", "\n1e300\n");
-        assert!(text_grid(huge.as_bytes(), "a.TextGrid").unwrap_err().to_string().contains("missing"));
-    }
-}

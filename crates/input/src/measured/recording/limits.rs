@@ -120,21 +120,3 @@ impl Budget {
         self.add(frames, channels, places.saturating_add(CHANNEL.saturating_mul(channels)), at)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::super::{Format, Recording};
-
-    #[test]
-    fn many_short_recordings_and_many_frames_of_one_point_are_too_large_for_a_file() {
-        let table = |rows: &mut dyn Iterator<Item = String>| {
-            let text = "recording,time_s,point,x_mm,y_mm\n".to_owned() + &rows.collect::<String>();
-            Recording::from_bytes(text.as_bytes(), "input.csv", Some(Format::Tidy)).map(|r| r.len())
-        };
-        let short = |count: usize| table(&mut (0..count).map(|n| format!("r{n},0,p,1,2\n")));
-        assert_eq!(short(50_000), Ok(50_000));
-        assert!(short(60_000).unwrap_err().to_string().contains("a recording counts as 40 more"));
-        let long = |count: usize| table(&mut (0..count).map(|n| format!("r{},{n},p,1,2\n", n / 90_000)));
-        assert!(long(900_000).unwrap_err().to_string().contains("a frame as 2"));
-    }
-}
