@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 use tongue_sound::profile::Articulation;
 
-use tongue_core::observe::{Observable, Observation};
+use tongue_core::observe::Observable;
 
 use super::VocalTract;
 
@@ -27,13 +27,6 @@ impl Heard {
     /// Formant `number`, from 0, of a tract around a body in a posture.
     pub fn new(airway: Arc<VocalTract>, posture: Articulation, number: usize) -> Self {
         Self { airway, posture, number }
-    }
-
-    /// An observation of the formant, Hz, with the standard deviation of its measurement, Hz; the error of
-    /// the tract is added.
-    pub fn measured(self, frequency_hz: f64, sd_hz: f64) -> Observation<2> {
-        let sd = sd_hz.hypot(TRACT_SD * frequency_hz);
-        Observation::new(self, frequency_hz).with_standard_deviation(sd)
     }
 }
 

@@ -119,12 +119,6 @@ impl<'a> Rest<'a> {
         2 * self.controls.points.len()
     }
 
-    /// Place of a point after displacements (m, in the frame of the body before the similarity) and the similarity.
-    pub fn place(&self, p: Point, displacements: &DVector<f64>) -> Point {
-        let Some(plate) = ThinPlate::new(&self.controls.points) else { return self.similarity.place(p) };
-        self.similarity.place(moved(p, &plate.weights(p), displacements))
-    }
-
     /// The nodes after the displacements and before the similarity, m.
     fn changed(&self, displacements: &DVector<f64>) -> Vec<Point> {
         self.body.mesh.nodes.iter().zip(&self.weights).map(|(p, w)| moved(*p, w, displacements)).collect()

@@ -174,16 +174,3 @@ fn one_simplex<const D: usize>(
     let stopped = state.get_termination_reason() == Some(&TerminationReason::SolverConverged);
     Ok((fold(&best, unknowns), state.get_best_cost(), state.get_iter(), stopped))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn folding_keeps_the_bounds_and_keeps_lengths() {
-        let unknowns = [Unknown::tension(0, 10.0); 6];
-        assert_eq!(fold(&[-1.0, 0.0, 3.0, 10.0, 12.0, 21.0], &unknowns), [1.0, 0.0, 3.0, 10.0, 8.0, 1.0]);
-        let symmetric = [Unknown::bone(0, 0, 4.0); 3];
-        assert_eq!(fold(&[-5.0, 4.5, 1.0], &symmetric), [-3.0, 3.5, 1.0]);
-    }
-}

@@ -83,20 +83,3 @@ fn radical_inverse(mut n: usize, base: usize) -> f64 {
     }
     value
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn starts_are_halton_points_within_the_range() {
-        let unknowns = |n: usize, upper: f64| vec![Unknown::tension(0, upper); n];
-        assert_eq!(starting_point(0, &unknowns(3, 100.0)), [15.0, 10.0, 6.0]);
-        assert_eq!(starting_point(1, &unknowns(2, 120.0)), [9.0, 24.0]);
-        assert!(
-            (0..100).all(|n| starting_point(n, &unknowns(11, 1.0)).iter().all(|t| (0.0..0.3).contains(t)))
-        );
-        assert_eq!(starting_point(0, &[Unknown::bone(0, 0, 10.0)]), [0.0], "around the middle");
-        assert_eq!(primes().take(9).collect::<Vec<_>>(), [2, 3, 5, 7, 11, 13, 17, 19, 23]);
-    }
-}

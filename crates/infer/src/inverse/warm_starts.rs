@@ -71,25 +71,3 @@ impl<const D: usize> BestKnown<D> {
 pub(super) fn distance_squared(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_worst_gives_way_and_the_spread_is_that_of_the_best() {
-        let mut known = BestKnown::new(1);
-        let shape = [SVector::<f64, 2>::zeros()];
-        assert_eq!(known.spread(), f64::INFINITY);
-        known.remember(&[5.0], 3.0, &shape);
-        known.remember(&[1.0], 1.0, &shape);
-        assert_eq!(known.spread(), 4.0);
-        known.remember(&[9.0], 4.0, &shape);
-        assert_eq!(known.spread(), 4.0, "worse than both: not kept");
-        known.remember(&[2.0], 2.0, &shape);
-        assert_eq!(known.spread(), 1.0);
-        assert_eq!(known.nearest(&[1.8]).map(|k| k.cost), Some(2.0));
-        known.keep_best();
-        assert_eq!((known.best().map(|k| k.cost), known.spread()), (Some(1.0), f64::INFINITY));
-    }
-}

@@ -199,78 +199,19 @@ fn glue(seen: &AlignedRecording, coil: usize) -> Vec<(Shared, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tongue_core::body::Body;
-    use tongue_input::measured::recording::AlignedFrame;
-
-    /// A contour and three coils that lie on the body at rest, in two frames.
-    fn seen(body: &Body<2>) -> AlignedRecording {
-        let surface = TongueSurface::of(body).unwrap();
-        let place =
-            |at: f64| surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>();
-        let contour: Vec<Point> = (0..11).map(|i| place(0.02 + 5e-3 * f64::from(i))).collect();
-        let behind = [0.01, 0.026, 0.042];
-        let mark = |at: Point| Some(Mark { at, sd: 0.5e-3 });
-        let one = AlignedRecording::of_contours(&[&contour]);
-        let sensors = behind.iter().map(|b| mark(place(surface.tip - b))).collect();
-        let frame = AlignedFrame { sensors, ..one.frames[0].clone() };
-        AlignedRecording {
-            sensors: (1..).zip(behind).map(|(i, b)| (format!("T{i}"), b)).collect(),
-            measured: vec![false; 3],
-            frames: vec![frame.clone(), frame],
-            ..one
-        }
-    }
-
-    /// By how many standard deviations, squared, the residuals where the points of each frame are moved by so much are away from zero.
-    fn cost(body: &Body<2>, moved: [Point; 2]) -> f64 {
-        let mut seen = seen(body);
-        for (frame, by) in seen.frames.iter_mut().zip(moved) {
-            frame.contour.iter_mut().chain(&mut frame.sensors).flatten().for_each(|m| m.at += by);
-        }
-        let beside = AuxiliaryData::points(body, &seen, &[Some(0), None]).unwrap();
-        let computed = beside.of_shapes(|_| &body.mesh.nodes);
-        let residuals = DVector::from_vec(beside.measured.clone()) - DVector::from_vec(computed);
-        residuals.dot(&beside.errors.clone().cholesky().unwrap().solve(&residuals))
-    }
-
-    #[test]
-    fn a_common_shift_is_one_standard_deviation_and_a_shift_of_one_posture_is_many() {
-        let body = Body::tongue(5.5e-3).unwrap();
-        let (back, zero) = (Point::new(SHIFT_SD_M, 0.0), Point::zeros());
-        // Contours and coils of both postures move together.
-        let common = cost(&body, [back; 2]);
-        assert!(common < 2.0, "{common}");
-        let apart = cost(&body, [back, zero]);
-        assert!(apart > 8.0 * common.max(1.0), "{apart} {common}");
-    }
 
     #[test]
     fn a_coil_behind_a_measured_one_is_as_uncertain_as_the_gap() {
-        let mut seen = seen(&Body::tongue(5.5e-3).unwrap());
+        let mut seen = AlignedRecording {
+            sensors: (1..).zip([0.01, 0.026, 0.042]).map(|(i, behind)| (format!("T{i}"), behind)).collect(),
+            measured: vec![false; 3],
+            ..AlignedRecording::of_contours(&[])
+        };
         let sds =
             |seen: &AlignedRecording, coil| glue(seen, coil).iter().map(|(_, sd)| *sd).collect::<Vec<_>>();
         assert_eq!(sds(&seen, 2), [FIRST_COIL_SD_M, GAP_SD_M, GAP_SD_M]);
         seen.measured[1] = true;
         assert_eq!(sds(&seen, 2), [MEASURED_COIL_SD_M, GAP_SD_M]);
         assert_eq!(sds(&seen, 0), [FIRST_COIL_SD_M]);
-    }
-
-    #[test]
-    fn a_contour_that_was_drawn_the_other_way_has_the_same_errors() {
-        let body = Body::tongue(5.5e-3).unwrap();
-        let only = |reversed: bool| {
-            let mut seen = AlignedRecording { sensors: Vec::new(), ..seen(&body) };
-            for frame in &mut seen.frames {
-                frame.sensors.clear();
-                if reversed {
-                    frame.contour.reverse();
-                }
-            }
-            AuxiliaryData::points(&body, &seen, &[Some(0), None]).unwrap().errors
-        };
-        let (forth, back) = (only(false), only(true));
-        let other = |i: usize| 11 * (i / 11) + 10 - i % 11;
-        let expected = DMatrix::from_fn(22, 22, |i, j| back[(other(i), other(j))]);
-        assert!((&forth - expected).amax() < 1e-9 * forth.amax());
     }
 }

@@ -1,10 +1,8 @@
 //! Sampling of a posterior, from measurements to draws.
 
-use nalgebra::SVector;
 use serde::Serialize;
 
 use super::PosteriorError;
-use super::branch::SAME_M;
 use super::density::Density;
 use super::diagnostics::{Mixing, mixing, most_r_hat};
 use super::evaluator::{Errors, Evaluator};
@@ -74,24 +72,6 @@ pub struct Posterior<'a> {
     pub off_branch: usize,
     pub acceptance: f64,
     pub equilibria: usize,
-}
-
-impl Posterior<'_> {
-    /// Positions of all nodes in a posture, m, for this number of draws, evenly spaced among all.
-    pub fn shapes(&self, posture: usize, count: usize) -> Vec<Vec<SVector<f64, 2>>> {
-        let step = self.draws.len().div_ceil(count.max(1)).max(1);
-        let taken: Vec<&Draw> = self.draws.iter().step_by(step).collect();
-        let start = Some(self.mode.place.shape(posture).0);
-        let load = |i: usize| self.density.posterior_model.load(&taken[i].meaning, posture, start);
-        let muscles = self.density.posterior_model.muscles.len();
-        let shapes = self.density.lanes().map(taken.len(), self.density.settings(), load, |i, shape| {
-            let lengths = self.density.posterior_model.system.lengths(&shape.positions);
-            let drawn = &taken[i].lengths[posture * muscles..];
-            let same = lengths.iter().zip(drawn).all(|(a, b)| (a - b).abs() < SAME_M);
-            same.then(|| shape.positions.clone())
-        });
-        shapes.into_iter().flatten().collect()
-    }
 }
 
 /// Samples the posterior of measurements in a body.

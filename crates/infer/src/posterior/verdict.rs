@@ -128,9 +128,14 @@ impl ShortRun {
 
     /// The draws of group 0 or 1 of the chains; none if it cannot begin.
     pub fn draws(&self, group: usize) -> Result<Vec<Draw>, PosteriorError> {
+        self.draws_of(Some(group))
+    }
+
+    /// The same of one group or of all.
+    fn draws_of(&self, group: Option<usize>) -> Result<Vec<Draw>, PosteriorError> {
         let mut density = Density::new(&self.posterior_model, self.seen.clone())?;
         let mode = MapEstimate::find(&mut density)?;
-        short_run(&density, &mode, Some(group))
+        short_run(&density, &mode, group)
     }
 
     /// The verdict from the draws of all groups, in their order.
@@ -143,14 +148,7 @@ impl Verdict {
     /// The verdict on a fit without draws, from a short run under the default priors.
     pub fn of_target(body: &Body<2>, model: &Model, target: &Target) -> Result<Self, String> {
         let run = ShortRun::new(body, model, target)?;
-        Self::quick(&run.posterior_model, run.seen).map_err(|e| e.to_string())
-    }
-
-    /// The verdict on measurements of a single posture, from a short run.
-    pub fn quick(posterior_model: &PosteriorModel, seen: Measurements) -> Result<Self, PosteriorError> {
-        let mut density = Density::new(posterior_model, seen)?;
-        let mode = MapEstimate::find(&mut density)?;
-        Self::of_short_run(&density, &short_run(&density, &mode, None)?)
+        run.draws_of(None).and_then(|draws| run.verdict(&draws)).map_err(|e| e.to_string())
     }
 
     fn of_short_run(density: &Density<'_>, draws: &[Draw]) -> Result<Self, PosteriorError> {
