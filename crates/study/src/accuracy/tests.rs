@@ -9,7 +9,9 @@ use tongue_files::report::Provenance;
 
 use super::page::page as made;
 use super::runs::Ended;
+use super::trajectory::{PARTS, STEP_TOLERANCES};
 use super::{AccuracyStudy, Effort, files, run};
+use crate::measure::observed_order;
 
 fn tiny() -> &'static AccuracyStudy {
     static STUDY: OnceLock<AccuracyStudy> = OnceLock::new();
@@ -62,8 +64,19 @@ fn refused_runs_are_listed_with_the_reason_and_what_to_do() {
 }
 
 #[test]
-fn tighter_settings_give_smaller_errors() {
+fn tighter_settings_give_smaller_errors_with_the_known_orders() {
     let study = tiny();
+    let adaptive: Vec<f64> =
+        study.trajectory.iter().filter(|r| r.method == "tr-bdf2").filter_map(|r| r.error_mm).collect();
+    let points: Vec<(f64, f64)> = STEP_TOLERANCES.into_iter().zip(adaptive.clone()).collect();
+    let order = observed_order(&points).unwrap();
+    assert!((order - 2.0 / 3.0).abs() < 0.1, "TR-BDF2: power {order} of the tolerance");
+    // The difference of the two references is nearly the error of the looser one, which is 10^(2/3) times
+    // that of the tighter one.
+    let doubt = study.reference_doubt_mm;
+    assert!(doubt / 4.6 * 50.0 < adaptive[adaptive.len() - 1], "the reference is not tight enough: {doubt}");
+    let verlet = study.trajectory.iter().filter(|r| r.method == "verlet").count();
+    assert_eq!(verlet, PARTS.len(), "refused runs are rows too");
     let newton = study.equilibrium.iter().filter(|r| r.method == "Newton");
     let errors: Vec<f64> = newton.filter_map(|r| r.error_mm).collect();
     assert!(errors.windows(2).all(|w| w[1] <= w[0]), "{errors:?}");

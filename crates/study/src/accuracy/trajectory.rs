@@ -10,13 +10,13 @@ use super::time_stepping::{Stop, TimeSteppingRun, integrate, rungs, words};
 /// Times at which trajectories are compared, s; they end at the last.
 const TIMES: [f64; 7] = [0.03, 0.1, 0.3, 0.6, 1.0, 2.0, 3.0];
 /// Tolerances of the adaptive methods, m.
-const STEP_TOLERANCES: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
+pub(super) const STEP_TOLERANCES: [f64; 6] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9];
 /// Tolerances of the reference and of the run that checks it, m. The error along the trajectory goes with the
 /// power 2/3 of the tolerance of a step, so the reference is a hundred times better than the most accurate
 /// run.
 const REFERENCE: [f64; 2] = [1e-12, 1e-11];
 /// Steps of explicit methods as parts of the stability limit; a step of twice the limit is refused.
-const PARTS: [f64; 3] = [2.0, 0.99, 0.05];
+pub(super) const PARTS: [f64; 3] = [2.0, 0.99, 0.05];
 
 /// Runs of every method, and the distance of the reference from one of ten times its tolerance, mm.
 pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>, f64), Error> {
@@ -50,37 +50,4 @@ pub fn work_precision(scene: &TestTensions, effort: &Effort) -> Result<(Vec<Run>
 fn along(scene: &TestTensions, stops: &[Stop], reference: &[Stop]) -> (f64, f64) {
     let errors = stops.iter().zip(reference).map(|(a, b)| scene.apart(&a.positions, &b.positions));
     errors.fold((0.0, 0.0), |(e, r): (f64, f64), (error, ratio)| (e.max(error), r.max(ratio)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::PUBLISHED_A;
-    use crate::measure::observed_order;
-    use tongue_core::body::Body;
-    use tongue_core::system::Model;
-
-    #[test]
-    fn on_a_coarse_tongue_the_ladder_shows_the_known_orders_and_lists_what_was_refused() {
-        let mesh = Body::tongue(11e-3).unwrap().mesh;
-        let scene = TestTensions::new(&mesh, &Model::default(), &PUBLISHED_A).unwrap();
-        let (runs, doubt) = work_precision(&scene, &Effort::TINY).unwrap();
-        let errors = |method: &str| -> Vec<f64> {
-            runs.iter().filter(|r| r.method == method).filter_map(|r| r.error_mm).collect()
-        };
-        let adaptive = errors("tr-bdf2");
-        let order =
-            observed_order(&STEP_TOLERANCES.into_iter().zip(adaptive.clone()).collect::<Vec<_>>()).unwrap();
-        assert!((order - 2.0 / 3.0).abs() < 0.1, "TR-BDF2: power {order} of the tolerance");
-        // The difference of the two references is nearly the error of the looser one, which is 10^(2/3) times
-        // that of the tighter one.
-        assert!(
-            doubt / 4.6 * 50.0 < adaptive[adaptive.len() - 1],
-            "the reference is not tight enough: {doubt}"
-        );
-        let verlet: Vec<_> = runs.iter().filter(|r| r.method == "verlet").collect();
-        assert_eq!(verlet.len(), PARTS.len(), "refused runs are rows too");
-        let words = verlet[0].ended.words();
-        assert!(words.starts_with("refused: ") && words.contains("stability limit"), "{words}");
-    }
 }
