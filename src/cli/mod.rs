@@ -363,9 +363,4 @@ mod tests {
         let words = ["--tension", "my own=2", "it's", "--vowel", "ɯ", ""].map(str::to_owned).to_vec();
         assert_eq!(line_of(words), r"tongue-fit --tension 'my own=2' 'it'\''s' --vowel ɯ ''");
     }
-
-    #[test]
-    fn the_definition_of_the_command_line_is_sound() {
-        Cli::command().debug_assert();
-    }
 }

@@ -212,17 +212,3 @@ fn short_numbers(text: &str) -> String {
     }
     out + rest
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn long_numbers_have_an_exponent() {
-        let long =
-            format!("h is {} mm, not {}. Build 0.1.0 (5e10), 46.97, 0.30000000000000004.", 1e308, -1e-30);
-        let short = "h is 1e308 mm, not -1e-30. Build 0.1.0 (5e10), 46.97, 0.30000000000000004.";
-        assert_eq!(short_numbers(&long), short);
-        assert_eq!(short_numbers("a12345678901234567890123 ..."), "a12345678901234567890123 ...");
-    }
-}

@@ -2,8 +2,11 @@
 
 use nalgebra::SVector;
 use roxmltree::{Document, Node};
-use tongue_fit::body::{Cells, Mesh, MuscleChain};
-use tongue_fit::report::{ReportError, SectionPicture, Series, changes, tongue};
+use tongue_files::report::{
+    AnimationFrame, PrecisionCurve, ReportError, Scatter, SectionPicture, Series, animation, changes,
+    scatter, solid, tongue, work_precision,
+};
+use tongue_fit::body::{self, Cells, Mesh, MuscleChain};
 
 fn number(node: Node, name: &str) -> f64 {
     node.attribute(name).unwrap().parse().unwrap()
@@ -254,6 +257,89 @@ fn a_picture_of_eight_muscles_names_each() {
     assert!(names.iter().all(|name| named(name) == 1), "{told:?}");
     let told = all(&document, "desc")[0].text().unwrap();
     assert!(told.contains("Contracting muscles: GGa, SGm, HGa."), "{told}");
+}
+
+#[test]
+fn names_of_crossing_muscles_keep_apart() {
+    let mut mesh = patch();
+    let chain = |(name, nodes): (&str, [usize; 3])| MuscleChain { name: name.into(), nodes: nodes.to_vec() };
+    mesh.muscles = [("GGa", [0, 4, 8]), ("GGm", [6, 4, 2]), ("GGp", [1, 4, 7])].map(chain).to_vec();
+    check_figure(&drawn(&mesh, &mesh.nodes, &[12.0; 3], "crossing"));
+}
+
+#[test]
+fn hostile_titles_stay_well_formed_and_readable() {
+    let (hostile, clean) = ("a < b & \"c\" > 'd' \u{0}\u{1b}\u{ffff} /ɯ/", "a < b & \"c\" > 'd' /ɯ/");
+    let mesh = patch();
+    let svg = drawn(&mesh, &mesh.nodes, &[0.0, 0.0], hostile);
+    let document = Document::parse(&svg).unwrap();
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words(all(&document, "title")[0].text().unwrap()).contains(clean), "{svg}");
+    assert!(words(&texts(&document).join(" ")).contains(clean), "{svg}");
+}
+
+#[test]
+fn every_frame_of_an_animation_is_there_and_the_last_one_shows_without_it() {
+    let mesh = patch();
+    let frame = |i: u8| {
+        let mut positions = mesh.nodes.clone();
+        positions[6].x -= 1e-3 * f64::from(i);
+        AnimationFrame { time: f64::from(i), positions, tensions: vec![f64::from(i), 0.0] }
+    };
+    let svg = animation(&mesh, &[], &[0, 1, 2].map(frame), &[], false, "a < b").unwrap().to_string();
+    let document = Document::parse(&svg).unwrap();
+    let groups: Vec<_> = document.descendants().filter(|n| n.has_attribute("visibility")).collect();
+    let ring = |n: &Node| {
+        let path = n.children().find(|c| c.attribute("stroke") == Some(DEFORMED)).unwrap();
+        path.attribute("d").unwrap().to_owned()
+    };
+    assert_ne!(ring(&groups[0]), ring(&groups[2]));
+    assert!(groups.iter().all(|g| g.first_element_child().unwrap().has_tag_name("animate")));
+    let visible: Vec<_> = groups.iter().map(|g| g.attribute("visibility").unwrap()).collect();
+    assert_eq!(visible, ["hidden", "hidden", "visible"]);
+    let told = texts(&document);
+    assert!(["0.00 s", "1.00 s", "2.00 s"].iter().all(|time| told.iter().any(|t| t == time)), "{told:?}");
+    assert!(matches!(animation(&mesh, &[], &[], &[], false, ""), Err(ReportError::NoFrame)));
+}
+
+#[test]
+fn a_block_shows_one_side_in_each_view() {
+    let mesh = body::solid::block([1.0, 1.0, 1.0], [2, 2, 2]);
+    let svg = solid(&mesh, &mesh.nodes, "block").unwrap().to_string();
+    let document = Document::parse(&svg).unwrap();
+    let faces = document.descendants().filter(|n| n.attribute("stroke-width") == Some("0.7"));
+    let faces: Vec<&str> = faces.filter_map(|n| n.attribute("fill")).collect();
+    assert_eq!(faces.len(), mesh.surface().len() / 2, "three of six sides");
+    assert!(faces.iter().all(|fill| *fill == faces[0]), "each is turned to the viewer: {faces:?}");
+}
+
+#[test]
+fn what_is_predicted_exactly_lies_on_the_diagonal() {
+    let muscles = ["GGa", "mine"].map(String::from);
+    let panel = |title: &str, points| Scatter { title: title.into(), line: "0.1 RMS".into(), points };
+    let panels = [panel("exact", vec![(0, 1.1, 1.1), (1, 0.9, 0.9)]), panel("high", vec![(0, 1.1, 1.3)])];
+    let svg = scatter(&muscles, &panels, "Predicted").to_string();
+    let document = Document::parse(&svg).unwrap();
+    // Two dots of the legend, then those of the panels.
+    let dots: Vec<_> = all(&document, "circle").iter().map(|n| ["cx", "cy"].map(|c| number(*n, c))).collect();
+    assert_eq!(dots.len(), 5);
+    assert!((dots[2][0] - dots[3][0] + dots[2][1] - dots[3][1]).abs() < 0.3, "{dots:?}");
+    assert!(dots[4][1] < dots[2][1] - 20.0, "higher than measured");
+    assert!(svg.contains("exact: 0.1 RMS."));
+}
+
+#[test]
+fn every_curve_of_precision_is_told_and_what_has_no_place_is_left_out() {
+    let curve =
+        |name: &str, points: &[(f64, f64)]| PrecisionCurve { name: name.into(), points: points.to_vec() };
+    let curves = [curve("Newton", &[(1e-4, 1e-2), (2e-4, 0.0)]), curve("<Verlet>", &[(1.0, 1e-3)])];
+    let svg = work_precision("T", "time, s", "error, mm", &curves).unwrap().to_string();
+    let told = texts(&Document::parse(&svg).unwrap());
+    for name in ["Newton", "<Verlet>", "time, s", "error, mm"] {
+        assert!(told.iter().any(|t| t == name), "{name}");
+    }
+    assert!(svg.contains("Newton: (1.00e-4, 1.00e-2)."), "the zero has no place");
+    assert!(matches!(work_precision("T", "x", "y", &[]), Err(ReportError::Curves { curves: 0, .. })));
 }
 
 #[test]

@@ -247,6 +247,14 @@ fn a_cylinder_with_axial_fibres_shortens_and_thickens_and_keeps_its_volume() {
     assert!(after > 1.04 * before, "{before} {after}");
 }
 
+#[test]
+fn the_published_schema_is_that_of_the_program() {
+    let published: serde_json::Value =
+        serde_json::from_str(include_str!("../../targets/scenes/scene.schema.json")).unwrap();
+    let own = serde_json::to_value(Scene::schema()).unwrap();
+    assert_eq!(published, own, "run `tongue-fit scene schema`");
+}
+
 /// A built-in scene with its body as a continuum.
 fn as_continuum(name: &str) -> String {
     let path = format!("{}/targets/scenes/{name}.toml", env!("CARGO_MANIFEST_DIR"));
@@ -424,17 +432,28 @@ fn contradictions_are_named() {
         (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.01"), vec!["h_mm", "0.01", "sixtieth"]),
         (format!("{TONGUE}[fit]\nsubject = \"S9\"\nvowel = \"a\"\n"), vec!["S9"]),
         (format!("{TONGUE}[material]\npoisson_ratio = 0.5\n"), vec!["Poisson", "0.5"]),
+        // What is no scene is told with its line and the nearest word.
+        (
+            format!("{TONGUE}[body.block]\nsize_mm = [1.0, 1.0, 1.0]\nh_mm = 0.5\n"),
+            vec!["exactly one of tongue, mesh, cylinder and block"],
+        ),
+        (
+            format!("{TONGUE}[effects]\ngravty = {{ posture = \"supine\" }}\n"),
+            vec!["my.toml:6:1: unknown field `gravty`", "did you mean `gravity`?"],
+        ),
+        (TONGUE.replace("h_mm", "h"), vec!["my.toml:4:1:", "h_mm"]),
+        (TONGUE.replace("shape", "length"), vec!["my.toml:2:8:", "did you mean `lengths`?"]),
+        (TONGUE.replace("tongue", "tounge"), vec!["did you mean `tongue`?"]),
     ];
     for (text, wanted) in cases {
-        let scene = Scene::from_toml(&text, "test").unwrap_or_else(|e| panic!("{e} in\n{text}"));
-        let error = scene
-            .check()
-            .and_then(|()| match body::build(&scene)? {
+        let prepared = |scene: Scene| {
+            scene.check()?;
+            match body::build(&scene)? {
                 AnyBody::Flat(built) => prepare(&scene, built).map(drop),
                 AnyBody::Solid(built) => prepare(&scene, built).map(drop),
-            })
-            .expect_err(&text)
-            .to_string();
+            }
+        };
+        let error = Scene::from_toml(&text, "my.toml").and_then(prepared).expect_err(&text).to_string();
         for word in wanted {
             assert!(error.contains(word), "\"{word}\" is missing in: {error}");
         }

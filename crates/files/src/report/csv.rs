@@ -124,19 +124,4 @@ mod tests {
             assert_eq!(harmless(cell), cell);
         }
     }
-
-    #[test]
-    fn records_and_tables_say_who_made_them_and_keep_every_bit() {
-        #[derive(Serialize)]
-        struct Row {
-            muscle: &'static str,
-            stretch: f64,
-        }
-        let by = Provenance::new("me, \"quoted\"");
-        let rows = Rows(&[Row { muscle: "=GGa", stretch: 0.1 + 0.2 }]).text(&by).unwrap();
-        let cells = ["=GGa".to_owned(), (0.1 + 0.2f64).to_string()].to_vec();
-        let table = Table { columns: ["muscle", "stretch"].map(String::from).to_vec(), rows: vec![cells] };
-        assert_eq!(rows, table.text(&by).unwrap());
-        assert!(rows.starts_with("muscle,stretch,version,command\n'=GGa,0.30000000000000004,"), "{rows}");
-    }
 }

@@ -73,20 +73,3 @@ fn remedy(refusal: &io::Error) -> &'static str {
         _ => "choose another folder",
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[cfg(unix)]
-    #[test]
-    fn advice_fits_the_refusal() {
-        for (number, word) in
-            [(28, "free some space"), (24, "ulimit"), (13, "writable"), (21, "choose another")]
-        {
-            let source = io::Error::from_raw_os_error(number);
-            let said = ReportError::File { path: "fit.csv".into(), source }.to_string();
-            assert!(said.contains(word), "{number}: {said}");
-        }
-    }
-}

@@ -144,17 +144,6 @@ mod tests {
     }
 
     #[test]
-    fn creates_the_folder_and_leaves_only_what_was_written() {
-        let root = tempfile::tempdir().unwrap();
-        let out = OutputDir::prepare(root.path().join("a/b")).unwrap();
-        assert!(names(out.path()).is_empty());
-        assert_eq!(write(&out, "fit.csv", "x\n1\n").unwrap(), root.path().join("a/b/fit.csv"));
-        write(&out, "fit.csv", "x\n2\n").unwrap();
-        assert_eq!(names(out.path()), ["fit.csv"]);
-        assert_eq!(fs::read_to_string(out.path().join("fit.csv")).unwrap(), "x\n2\n");
-    }
-
-    #[test]
     fn one_bad_file_of_a_set_changes_nothing() {
         let root = tempfile::tempdir().unwrap();
         let out = OutputDir::prepare(root.path()).unwrap();
@@ -167,25 +156,6 @@ mod tests {
             assert_eq!(fs::read_to_string(root.path().join("fit.csv")).unwrap(), "old");
             assert_eq!(names(root.path()), ["fit.csv", "taken"]);
         }
-    }
-
-    #[test]
-    fn folders_that_were_created_for_nothing_are_removed() {
-        let root = tempfile::tempdir().unwrap();
-        fs::create_dir(root.path().join("mine")).unwrap();
-        for path in ["mine", "mine/a", "b/c"] {
-            drop(OutputDir::prepare(root.path().join(path)).unwrap());
-        }
-        assert_eq!((names(root.path()), names(&root.path().join("mine"))), (vec!["mine".to_owned()], vec![]));
-    }
-
-    #[test]
-    fn a_folder_that_is_gone_is_an_error() {
-        let root = tempfile::tempdir().unwrap();
-        let out = OutputDir::prepare(root.path().join("out")).unwrap();
-        fs::remove_dir(out.path()).unwrap();
-        let error = write(&out, "fit.csv", "x").unwrap_err();
-        assert!(matches!(&error, ReportError::File { path, .. } if path.ends_with("out/fit.csv")), "{error}");
     }
 
     #[cfg(unix)]

@@ -98,27 +98,3 @@ fn samples(line: &[Px]) -> Vec<Px> {
     };
     line.windows(2).flat_map(between).collect()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_of_crossing_lines_keep_apart_and_in_the_frame() {
-        let lines =
-            [[[10.0, 10.0], [300.0, 290.0]], [[10.0, 290.0], [300.0, 10.0]], [[155.0, 5.0], [155.0, 295.0]]];
-        let named: Vec<_> =
-            lines.iter().map(|l| Named { name: "GGa 12.0", face: Face::Bold, line: l }).collect();
-        let places: Vec<Px> =
-            place(&named, &[], [[0.0, 0.0], [310.0, 300.0]]).into_iter().map(Option::unwrap).collect();
-        let half = [0.5 * Face::Bold.width("GGa 12.0"), 0.5 * TEXT];
-        for (nth, a) in places.iter().enumerate() {
-            assert!(a[0] >= half[0] && a[0] <= 310.0 - half[0], "{a:?}");
-            for b in &places[..nth] {
-                assert!(Area::around(*a, half).shared(&Area::around(*b, half)) == 0.0, "{a:?} {b:?}");
-            }
-        }
-        let point = [Named { name: "x", face: Face::Plain, line: &[[1.0, 1.0]] }];
-        assert_eq!(place(&point, &[], [[0.0, 0.0], [9.0, 9.0]]), [None]);
-    }
-}

@@ -320,30 +320,3 @@ impl Svg {
         if x > left { y + 0.5 * LEGEND_ROW - top } else { 0.0 }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn long_titles_wrap_between_words_and_lose_no_letter() {
-        let title = "one two three four";
-        assert_eq!(wrapped(title, 9), ["one two", "three", "four"]);
-        assert_eq!(wrapped(title, 2), ["one", "two", "three", "four"]);
-        assert!(wrapped("  ", 9).is_empty());
-    }
-
-    #[test]
-    fn hostile_titles_stay_well_formed_and_readable() {
-        let title = "a < b & \"c\" > 'd' \u{0}\u{1b}\u{ffff} /ɯ/";
-        let svg = Svg::new(title, title, WIDTH).0.finish(100.0).to_string();
-        let document = roxmltree::Document::parse(&svg).unwrap();
-        let told = |name| {
-            let element = document.descendants().find(|n| n.has_tag_name(name)).unwrap();
-            element.text().unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
-        };
-        for name in ["title", "desc", "text"] {
-            assert_eq!(told(name), "a < b & \"c\" > 'd' /ɯ/", "{name}");
-        }
-    }
-}

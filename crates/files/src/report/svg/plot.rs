@@ -141,19 +141,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn marks_are_round_and_powers_are_raised() {
-        let labels = |scale: Scale, edges| scale.marks(edges).into_iter().map(|(_, l)| l).collect::<Vec<_>>();
-        assert_eq!(
-            labels(Scale::Linear, [0.9, 1.4]),
-            ["0.90", "0.95", "1.00", "1.05", "1.10", "1.15", "1.20", "1.25", "1.30", "1.35", "1.40"]
-        );
-        assert_eq!(labels(Scale::Linear, [30.0, -10.0])[..3], ["\u{2212}10", "\u{2212}5", "0"]);
-        assert_eq!(labels(Scale::Logarithmic, [1e-2, 10.0]), ["10⁻²", "10⁻¹", "10⁰", "10¹"]);
-        assert_eq!(power(-10), "10⁻¹⁰");
-        assert_eq!((around(0.2, 31.0), around(-3.0, 11.0)), ([0.0, 35.0], [-4.0, 12.0]));
-    }
-
-    #[test]
     fn equal_ratios_are_equal_distances_on_logarithmic_axes() {
         let plot = Plot {
             corner: [0.0, 0.0],

@@ -51,27 +51,3 @@ pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
     }
     svg.finish(bottom + MARGIN)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_predicted_exactly_lies_on_the_diagonal() {
-        let muscles = ["GGa", "mine"].map(String::from);
-        let panel = |title: &str, points| Scatter { title: title.into(), line: "0.1 RMS".into(), points };
-        let panels = [panel("exact", vec![(0, 1.1, 1.1), (1, 0.9, 0.9)]), panel("high", vec![(0, 1.1, 1.3)])];
-        let svg = scatter(&muscles, &panels, "Predicted").to_string();
-        let document = roxmltree::Document::parse(&svg).unwrap();
-        let circles = document.descendants().filter(|n| n.has_tag_name("circle"));
-        let at = |n: roxmltree::Node<'_, '_>| -> [f64; 2] {
-            ["cx", "cy"].map(|name| n.attribute(name).unwrap().parse().unwrap())
-        };
-        // Two dots of the legend, then those of the panels.
-        let dots: Vec<_> = circles.map(at).collect();
-        assert_eq!(dots.len(), 5);
-        assert!((dots[2][0] - dots[3][0] + dots[2][1] - dots[3][1]).abs() < 0.3, "{dots:?}");
-        assert!(dots[4][1] < dots[2][1] - 20.0, "higher than measured");
-        assert!(svg.contains("exact: 0.1 RMS."));
-    }
-}

@@ -162,19 +162,3 @@ fn scale(svg: &mut Svg, width: f64, per_m: f64, top: f64) {
     svg.stroke(&data(bars), INK, 2.0);
     svg.text([end + 12.0, y], Anchor::Start, Face::Plain, &format!("{} mm", (1e6 * length).round() / 1e3));
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_block_shows_one_side_in_each_view() {
-        let mesh = tongue_core::body::solid::block([1.0, 1.0, 1.0], [2, 2, 2]);
-        let svg = solid(&mesh, &mesh.nodes, "block").unwrap().to_string();
-        let document = roxmltree::Document::parse(&svg).unwrap();
-        let of = |width| document.descendants().filter(move |n| n.attribute("stroke-width") == Some(width));
-        let faces: Vec<&str> = of("0.7").filter_map(|n| n.attribute("fill")).collect();
-        assert_eq!(faces.len(), mesh.surface().len() / 2, "three of six sides");
-        assert!(faces.iter().all(|fill| *fill == faces[0]), "each is turned to the viewer: {faces:?}");
-    }
-}

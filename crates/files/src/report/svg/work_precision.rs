@@ -83,31 +83,3 @@ fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
     svg.fill(&outline, if number < SHAPES.len() { colour } else { "#ffffff" });
     svg.stroke(&outline, colour, 2.2);
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn curve(name: &str, points: &[(f64, f64)]) -> PrecisionCurve {
-        PrecisionCurve { name: name.into(), points: points.to_vec() }
-    }
-
-    #[test]
-    fn decades_hold_all_values() {
-        assert_eq!(decades([3e-5, 0.2].into_iter()), [1e-5, 1.0]);
-        assert_eq!(decades([1.0].into_iter()), [1.0, 10.0]);
-    }
-
-    #[test]
-    fn every_curve_is_in_legend_and_description_and_unplottable_points_are_left_out() {
-        let curves = [curve("Newton", &[(1e-4, 1e-2), (2e-4, 0.0)]), curve("<Verlet>", &[(1.0, 1e-3)])];
-        let svg = work_precision("T", "time, s", "error, mm", &curves).unwrap().to_string();
-        let document = roxmltree::Document::parse(&svg).unwrap();
-        let texts: Vec<_> = document.descendants().filter_map(|n| n.text()).map(str::trim).collect();
-        for name in ["Newton", "<Verlet>", "time, s", "error, mm"] {
-            assert!(texts.contains(&name), "{name}");
-        }
-        assert!(svg.contains("Newton: (1.00e-4, 1.00e-2)."), "the zero has no place");
-        assert!(matches!(work_precision("T", "x", "y", &[]), Err(ReportError::Curves { curves: 0, .. })));
-    }
-}
