@@ -1,14 +1,13 @@
 //! Muscle activity, contours and coils in one posterior with stretches: derivatives, what geometry does to them, and what they add.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector, DVectorView};
 use tongue_core::random::normals;
-use tongue_core::statics::lanes::{Equilibrium, Load};
+use tongue_core::statics::lanes::Load;
 use tongue_core::statistics::mean_and_variance;
-use tongue_fit::body::{Body, ContinuumSettings};
+use tongue_fit::body::{Body, ContinuumSettings, Mesh};
 use tongue_fit::geometry::Point;
-use tongue_fit::inverse::TargetOnBody;
+use tongue_fit::material::Constants;
 use tongue_fit::measured::recording::{self, Format, Map, Recording};
-use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
@@ -16,7 +15,7 @@ use tongue_infer::posterior::{
     Status, sample,
 };
 
-use crate::posterior::{coarse_posterior_model, derivatives, solved};
+use crate::posterior::{at_mode, coarse_posterior_model, derivatives, sampled, seen, solved};
 
 fn posterior_models() -> Vec<PosteriorModel> {
     let bodies = [Body::tongue(5.5e-3), Body::continuum(8e-3, &ContinuumSettings::default())];
@@ -26,8 +25,7 @@ fn posterior_models() -> Vec<PosteriorModel> {
 }
 
 fn stretches() -> Measurements {
-    let target: Target = Dataset::reference().unwrap().stretches("S2", "a").unwrap();
-    Measurements::of(&TargetOnBody::new(&Body::tongue(5.5e-3).unwrap().mesh, &target).unwrap())
+    seen("S2", "a")
 }
 
 /// Activity of GGa, and of the hyoglossus, HGa and HGp together, in the posture and in the baseline.
@@ -138,54 +136,109 @@ fn the_gradient_is_the_derivative_of_the_density() {
 }
 
 #[test]
-fn what_geometry_does_to_other_data_is_what_bodies_that_are_moved_show() {
+fn what_geometry_does_to_stretches_and_other_data_is_what_bodies_that_are_moved_show() {
     for posterior_model in &posterior_models() {
         let mut density = Density::new(posterior_model, with_all(posterior_model)).unwrap();
         let mode = MapEstimate::find(&mut density).unwrap();
         let (meaning, _) = density.meaning(&mode.scores);
-        let (linear, _) = Evaluator::new(&density).linearise(&mode.scores, &mode.place).unwrap();
-        let of_muscles = posterior_model.muscles.len();
-        let all: Vec<usize> = (0..of_muscles).collect();
-        // Of the posture and of the baseline.
-        let values = |shapes: &[Equilibrium<2>]| -> DVector<f64> {
+        let answers = at_mode(&density, &mode).geometry;
+        let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
+        // Stretches, and then the other data, of the posture and of the baseline.
+        let values = |mesh: &Mesh<2>, model: &Model| -> DVector<f64> {
+            let system = System::new(mesh, model, &all).unwrap();
+            let load = |s| Load {
+                system: Some(&system),
+                ..posterior_model.load(&meaning, s, Some(mode.place.shape(s).0))
+            };
+            let shapes = density.lanes().solve(&[load(0), load(1)], density.settings());
+            let [vowel, base] = [0, 1].map(|s| system.lengths(&shapes[s].positions));
             let shape = |posture: Option<usize>| shapes[posture.unwrap_or(1)].positions.as_slice();
-            DVector::from_vec(density.seen.beside.iter().flat_map(|b| b.of_shapes(shape)).collect())
+            let beside = density.seen.beside.iter().flat_map(|b| b.of_shapes(shape));
+            DVector::from_vec(vowel.iter().zip(&base).map(|(v, b)| v / b).chain(beside).collect())
+        };
+        let agree = |derivative: DVectorView<'_, f64>, difference: &DVector<f64>, what: &str| {
+            assert!((derivative - difference).amax() < 1e-6, "{what}: {derivative} {difference}");
         };
         let h = 1e-3;
-        let mut largest: f64 = 0.0;
-        for (which, derivative) in [(0, &linear.geometry.ends), (1, &linear.geometry.outline)] {
-            for f in (0..derivative.ncols()).step_by(7) {
+        let [mut of_stretches, mut of_others]: [f64; 2] = [0.0; 2];
+        for (which, derivative) in [&answers.ends, &answers.outline].into_iter().enumerate() {
+            for f in (0..derivative.ncols()).step_by(3) {
                 let side = |by: f64| {
                     let mut fields =
                         [vec![0.0; posterior_model.ends.len()], vec![0.0; posterior_model.outline.len()]];
                     fields[which][f] = by;
                     let body = posterior_model.displaced(&fields[0], &fields[1]).unwrap();
-                    let system = System::new(&body.mesh, &posterior_model.model, &all).unwrap();
-                    let loads: Vec<_> = (0..2)
-                        .map(|s| Load {
-                            system: Some(&system),
-                            ..posterior_model.load(&meaning, s, Some(mode.place.shape(s).0))
-                        })
-                        .collect();
-                    values(&density.lanes().solve(&loads, density.settings()))
+                    values(&body.mesh, &posterior_model.model)
                 };
                 let difference = (side(h) - side(-h)) / (2.0 * h);
-                for (row, difference) in difference.iter().enumerate() {
-                    let exact = derivative[(of_muscles + row, f)];
-                    largest = largest.max(1e3 * difference.abs());
-                    assert!((exact - difference).abs() < 1e-6, "{which} {f} {row}: {exact} {difference}");
-                }
+                agree(derivative.column(f), &difference, &format!("{which} {f}"));
+                of_stretches = of_stretches.max(difference.rows(0, all.len()).amax());
+                of_others = of_others.max(difference.rows_range(all.len()..).amax());
             }
         }
-        assert!(largest > 0.3, "they do matter: {largest}");
+        assert!(of_stretches > 5e-3 && of_others > 0.3e-3, "they do matter: {of_stretches} {of_others}");
+        // Kappa by Poisson's ratio, with a modulus that leaves the springs as they are.
+        let with = |ln_kappa: f64| {
+            let (lambda, mu) = posterior_model.model.constants.lame();
+            let lambda = match posterior_model.is_of_springs() {
+                true => mu + (lambda - mu) * f64::exp(ln_kappa),
+                false => lambda * f64::exp(ln_kappa),
+            };
+            let poisson_ratio = lambda / (2.0 * (lambda + mu));
+            let young_modulus = 2.0 * mu * (1.0 + poisson_ratio);
+            let constants = Constants { poisson_ratio, young_modulus, ..posterior_model.model.constants };
+            values(&posterior_model.body.mesh, &Model { constants })
+        };
+        let sd = posterior_model.priors.compressibility.sd_ln_kappa;
+        let difference = (with(sd) - with(-sd)) * 0.5;
+        agree(answers.kappa.column(0), &difference, "kappa");
+        assert!(difference.rows(0, all.len()).amax() > 1e-3, "{difference}");
+    }
+}
+
+/// By how many standard deviations, squared, a contour and coils on the body at rest are away where those of each posture are moved.
+fn costs(posterior_model: &PosteriorModel, moved: [Point; 2]) -> [f64; 2] {
+    let rest = posterior_model.system.rest();
+    let [a, b] = moved.map(|by| rest.iter().map(|p| p + by).collect::<Vec<_>>());
+    let contour = |positions: &[Point]| points_of(posterior_model, positions);
+    let both =
+        [contours(posterior_model, &contour(&a), Some(&contour(&b))), coils(posterior_model, [&a, &b])];
+    both.map(|beside| {
+        let computed = DVector::from_vec(beside.of_shapes(|_| rest));
+        let residuals = DVector::from_vec(beside.measured) - computed;
+        residuals.dot(&beside.errors.cholesky().unwrap().solve(&residuals))
+    })
+}
+
+#[test]
+fn a_common_shift_is_one_standard_deviation_and_a_shift_of_one_posture_is_many() {
+    let posterior_model = &posterior_models()[0];
+    // The standard deviation of the placement.
+    let back = Point::new(5e-3, 0.0);
+    let of_both = costs(posterior_model, [back; 2]);
+    for (common, apart) in of_both.into_iter().zip(costs(posterior_model, [back, Point::zeros()])) {
+        assert!(common < 2.0, "{common}");
+        assert!(apart > 8.0 * common.max(1.0), "{apart} {common}");
     }
 }
 
 #[test]
-fn each_kind_adds_to_what_is_known() {
+fn a_contour_that_was_drawn_the_other_way_has_the_same_errors() {
     let posterior_model = &posterior_models()[0];
+    let mut points = points_of(posterior_model, posterior_model.system.rest());
+    let forth = contours(posterior_model, &points, Some(&points)).errors;
+    points.reverse();
+    let back = contours(posterior_model, &points, Some(&points)).errors;
+    let other = |i: usize| 11 * (i / 11) + 10 - i % 11;
+    let expected = DMatrix::from_fn(22, 22, |i, j| back[(other(i), other(j))]);
+    assert!((&forth - expected).amax() < 1e-9 * forth.amax());
+}
+
+#[test]
+fn each_kind_adds_to_what_is_known() {
     let settings = Sampling { draws: 1000, seed: 1 };
-    let alone = sample(posterior_model, stretches(), &settings).unwrap();
+    let alone = sampled("S2");
+    let posterior_model = alone.density.posterior_model;
     assert_eq!(alone.status, Status::Mixed, "{}", alone.why);
     // A contour of the baseline too tells more: the errors of the placement and of the body are those of both.
     let mean_sd = |draws: &[Draw]| {

@@ -17,7 +17,6 @@ mod effects_are_derivatives_of_their_energy;
 mod equilibrium_is_where_forces_cancel;
 mod figures;
 mod fit_finds_the_tensions;
-mod fit_methods_agree;
 mod formats_of_laboratories;
 mod gmsh_files;
 mod gmsh_hexahedra;

@@ -1,5 +1,7 @@
 //! The density of a posterior is differentiated exactly, and its sampler draws from what it is given.
 
+use std::sync::OnceLock;
+
 use nalgebra::{DMatrix, DVector};
 use tongue_core::random::normals;
 use tongue_fit::MM;
@@ -11,8 +13,8 @@ use tongue_fit::statics::{self, SolveStatus, Workspace};
 use tongue_fit::system::Model;
 use tongue_infer::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_infer::posterior::{
-    Contrast, Density, Draw, Evaluator, LinearisationPoint, MapEstimate, Measurements, PosteriorModel,
-    Priors, Report, Sampling, ShortRun, Verdict, WarmStart, sample,
+    Contrast, Density, Draw, Evaluator, LinearisationPoint, MapEstimate, Measurements, Posterior,
+    PosteriorModel, Priors, Report, Sampling, ShortRun, Verdict, WarmStart, sample,
 };
 
 pub fn posterior_model(priors: &Priors) -> PosteriorModel {
@@ -25,7 +27,7 @@ pub fn coarse_posterior_model(priors: &Priors) -> PosteriorModel {
 }
 
 /// The continuum, whose equilibria are solved one by one.
-pub fn posterior_model_without_lanes() -> PosteriorModel {
+fn posterior_model_without_lanes() -> PosteriorModel {
     let continuum = Body::continuum(8.0 * MM, &ContinuumSettings::default()).unwrap();
     PosteriorModel::new(&continuum, &Model::default(), &Priors::default()).unwrap()
 }
@@ -43,6 +45,19 @@ pub fn seen(subject: &str, vowel: &str) -> Measurements {
 fn together(subject: &str, vowels: &[&str]) -> Measurements {
     let all: Vec<TargetOnBody> = vowels.iter().map(|vowel| matched(subject, vowel)).collect();
     Measurements::together(&all.iter().collect::<Vec<_>>())
+}
+
+/// Rows of which 1000 draws are looked at by several tests.
+const SAMPLED: [(&str, &str); 3] = [("S1", "i"), ("S2", "a"), ("S3", "o")];
+
+/// The posterior of the row of a subject from 1000 draws, sampled once.
+pub fn sampled(subject: &str) -> &'static Posterior<'static> {
+    static ALL: [OnceLock<Posterior<'static>>; 3] = [const { OnceLock::new() }; 3];
+    let row = SAMPLED.iter().position(|(s, _)| *s == subject).unwrap();
+    ALL[row].get_or_init(|| {
+        let posterior_model = Box::leak(Box::new(posterior_model(&Priors::default())));
+        sample(posterior_model, seen(subject, SAMPLED[row].1), &Sampling { draws: 1000, seed: 1 }).unwrap()
+    })
 }
 
 #[test]
@@ -152,14 +167,22 @@ fn vowels_together_share_the_baseline_and_tell_contrasts() {
 }
 
 #[test]
-fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do() {
-    let posterior_model = posterior_model(&Priors::default());
+fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_groups_apart() {
+    let (body, model) = (Body::tongue(5.5 * MM).unwrap(), Model::default());
     let mut same = 0;
-    for (subject, vowel) in [("S1", "i"), ("S2", "a"), ("S3", "o")] {
-        let quick = Verdict::quick(&posterior_model, seen(subject, vowel)).unwrap();
-        let posterior =
-            sample(&posterior_model, seen(subject, vowel), &Sampling { draws: 1000, seed: 1 }).unwrap();
-        let whole = Verdict::of(&Report::of_each(&posterior, false, 1).unwrap()[0]).unwrap();
+    for (subject, vowel) in SAMPLED {
+        let target = Dataset::reference().unwrap().stretches(subject, vowel).unwrap();
+        let quick = Verdict::of_target(&body, &model, &target).unwrap();
+        if subject == "S2" {
+            let run = ShortRun::new(&body, &model, &target).unwrap();
+            let draws: Vec<Draw> = [0, 1].into_iter().flat_map(|group| run.draws(group).unwrap()).collect();
+            assert_eq!(draws.len(), 240);
+            // As the page hands them from one worker to another.
+            let sent: Vec<Draw> = serde_json::from_str(&serde_json::to_string(&draws).unwrap()).unwrap();
+            assert_eq!(run.verdict(&sent).unwrap(), quick);
+            assert!(run.verdict(&[]).is_err());
+        }
+        let whole = Verdict::of(&Report::of_each(sampled(subject), false, 1).unwrap()[0]).unwrap();
         for (quick, whole) in quick.muscles.iter().zip(&whole.muscles) {
             // Four standard deviations of a probability of about a hundred effective draws.
             let p = whole.p_rises.clamp(0.02, 0.98);
@@ -169,19 +192,6 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do() {
         }
     }
     assert!(same >= 20, "{same} of 24 words are the same");
-}
-
-#[test]
-fn groups_of_chains_that_run_apart_have_the_verdict_of_one_run() {
-    let (body, model) = (Body::tongue(5.5 * MM).unwrap(), Model::default());
-    let target = Dataset::reference().unwrap().stretches("S2", "a").unwrap();
-    let run = ShortRun::new(&body, &model, &target).unwrap();
-    let draws: Vec<Draw> = [0, 1].into_iter().flat_map(|group| run.draws(group).unwrap()).collect();
-    assert_eq!(draws.len(), 240);
-    // As the page hands them from one worker to another.
-    let sent: Vec<Draw> = serde_json::from_str(&serde_json::to_string(&draws).unwrap()).unwrap();
-    assert_eq!(run.verdict(&sent).unwrap(), Verdict::of_target(&body, &model, &target).unwrap());
-    assert!(run.verdict(&[]).is_err());
 }
 
 /// A target whose answer is known.
@@ -275,11 +285,11 @@ fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
 #[test]
 fn every_draw_is_where_its_tensions_lead_from_rest() {
     // In /i/ of S1 there is another branch not far away.
-    let posterior_model = posterior_model(&Priors::default());
-    let posterior = sample(&posterior_model, seen("S1", "i"), &Sampling { draws: 400, seed: 1 }).unwrap();
+    let posterior = sampled("S1");
+    let posterior_model = posterior.density.posterior_model;
     let settings = statics::SolveSettings::default();
     let mut snapped = 0;
-    for draw in posterior.draws.iter().step_by(4) {
+    for draw in posterior.draws.iter().step_by(10) {
         let mut w = Workspace::new(&posterior_model.system);
         let own = &draw.meaning.postures[0];
         let load = posterior_model.load(&draw.meaning, 0, None);

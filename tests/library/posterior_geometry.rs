@@ -10,76 +10,7 @@ use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Model, System};
 use tongue_infer::posterior::{Density, MapEstimate, PosteriorModel, Priors};
 
-use crate::posterior::{at_mode, posterior_model, posterior_model_without_lanes, seen};
-
-#[test]
-fn stretches_answer_to_the_shape_at_rest_as_bodies_that_are_moved_do() {
-    answers_to_the_shape_are_right(&posterior_model(&Priors::default()));
-    answers_to_the_shape_are_right(&posterior_model_without_lanes());
-}
-
-fn answers_to_the_shape_are_right(posterior_model: &PosteriorModel) {
-    let mut density = Density::new(posterior_model, seen("S2", "a")).unwrap();
-    let mode = MapEstimate::find(&mut density).unwrap();
-    let (meaning, _) = density.meaning(&mode.scores);
-    let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
-    let stretches = |system: &System<2>| -> DVector<f64> {
-        let lanes = density.lanes();
-        let loads = [
-            Load {
-                system: Some(system),
-                ..density.posterior_model.load(&meaning, 0, Some(&mode.place.postures[0]))
-            },
-            Load {
-                system: Some(system),
-                ..density.posterior_model.load(&meaning, density.postures(), Some(&mode.place.baseline))
-            },
-        ];
-        let [vowel, base] =
-            [0, 1].map(|i| lanes.solve(&loads[i..=i], density.settings()).remove(0).positions);
-        DVector::from_fn(all.len(), |m, _| system.length(&vowel, m) / system.length(&base, m))
-    };
-    let zeros = |fields: &[tongue_infer::posterior::Field]| vec![0.0; fields.len()];
-    let h = 1e-3;
-    let mut largest = 0.0_f64;
-    let answers = at_mode(&density, &mode).geometry;
-    for (which, derivative) in [(0, &answers.ends), (1, &answers.outline)] {
-        for f in (0..derivative.ncols()).step_by(3) {
-            let side = |by: f64| {
-                let (mut ends, mut outline) = (zeros(&posterior_model.ends), zeros(&posterior_model.outline));
-                [&mut ends, &mut outline][which][f] = by;
-                let body = posterior_model.displaced(&ends, &outline).unwrap();
-                stretches(&System::new(&body.mesh, &posterior_model.model, &all).unwrap())
-            };
-            let difference = (side(h) - side(-h)) / (2.0 * h);
-            let error = (derivative.column(f) - &difference).amax();
-            largest = largest.max(difference.amax());
-            assert!(error < 1e-6, "{which} {f}: {error} of {}", difference.amax());
-        }
-    }
-    assert!(largest > 5e-3, "they do matter: {largest}");
-    // Kappa by Poisson's ratio, with a modulus that leaves the springs as they are.
-    let with = |ln_kappa: f64| {
-        let (lambda, mu) = posterior_model.model.constants.lame();
-        let lambda = match posterior_model.is_of_springs() {
-            true => mu + (lambda - mu) * f64::exp(ln_kappa),
-            false => lambda * f64::exp(ln_kappa),
-        };
-        let poisson_ratio = lambda / (2.0 * (lambda + mu));
-        let young_modulus = 2.0 * mu * (1.0 + poisson_ratio);
-        let constants = tongue_fit::material::Constants {
-            poisson_ratio,
-            young_modulus,
-            ..posterior_model.model.constants
-        };
-        let system = System::new(&posterior_model.body.mesh, &Model { constants }, &all).unwrap();
-        stretches(&system)
-    };
-    let sd = posterior_model.priors.compressibility.sd_ln_kappa;
-    let difference = (with(sd) - with(-sd)) * 0.5;
-    let error = (answers.kappa.column(0) - &difference).amax();
-    assert!(error < 1e-6 && difference.amax() > 1e-3, "{error}: {difference}");
-}
+use crate::posterior::{at_mode, posterior_model, seen};
 
 #[test]
 fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {

@@ -3,7 +3,7 @@
 
 use nalgebra::{SVector, Vector3};
 use tongue_fit::body::{Body, ContinuumSettings, Mesh, MeshContent, MuscleChain};
-use tongue_fit::inverse::{self, Answer, FitSettings, FitStatus, Method, MovableBone, Unknown};
+use tongue_fit::inverse::{self, FitSettings, FitStatus, Method, MovableBone, Unknown};
 use tongue_fit::observe::{Length, NodePosition, Observation, Stretch, Surface};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
@@ -24,10 +24,6 @@ fn shape<const D: usize>(system: &System<D>, tensions: &[f64]) -> Vec<SVector<f6
     let solution = statics::solve(system, &mut workspace, tensions, &settings().equilibrium);
     assert_eq!(solution.status, statics::SolveStatus::Converged);
     workspace.positions().to_vec()
-}
-
-fn relative(found: &[f64], truth: &[f64]) -> f64 {
-    found.iter().zip(truth).map(|(f, t)| (f / t - 1.0).abs()).fold(0.0, f64::max)
 }
 
 /// A block of tissue on bone with two muscles along upper edges, from Gmsh's files.
@@ -51,19 +47,20 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
     let system = System::new(&body.mesh, &Model::default(), &[0, 1]).unwrap();
     let seen = shape(&system, &truth);
     let unknowns = || vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)];
-    let fit = |observations| -> Answer<3> {
-        let answer =
-            inverse::solve(&LeastSquaresProblem::new(&system, observations, unknowns()), &settings())
-                .unwrap();
-        assert_eq!(answer.status, FitStatus::Converged);
-        assert!(relative(&answer.x, &truth) < 1e-6, "{:?}", answer.x);
-        answer
+    let fit = |observations, method, room: f64| {
+        let problem = LeastSquaresProblem::new(&system, observations, unknowns());
+        let answer = inverse::solve(&problem, &FitSettings { method, ..settings() }).unwrap();
+        assert_eq!(answer.status, FitStatus::Converged, "{method:?}");
+        let off = answer.x.iter().zip(&truth).map(|(f, t)| (f / t - 1.0).abs()).fold(0.0, f64::max);
+        assert!(off < room, "{method:?}: {:?}", answer.x);
     };
-    let stretches = (0..2).map(|m| {
+    let stretch = |m| {
         let length = Length::new(system.muscle_ends(m));
-        Observation::new(Stretch::new(length, system.length(system.rest(), m)), 0.0)
-    });
-    fit(stretches.map(|o| Observation { measured: o.observable.value(&seen), ..o }).collect());
+        let o = Observation::new(Stretch::new(length, system.length(system.rest(), m)), 0.0);
+        Observation { measured: o.observable.value(&seen), ..o }
+    };
+    fit((0..2).map(stretch).collect(), Method::GaussNewton, 1e-6);
+    fit((0..2).map(stretch).collect(), Method::NelderMead, 1e-2);
 
     // Points on the upper face as from a scanner: without names, not at nodes, with a standard deviation of a
     // tenth of a millimetre.
@@ -83,29 +80,7 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
     let centres = top.iter().map(|f| f.iter().map(|&n| seen[n]).sum::<Vector3<f64>>() / 3.0);
     let points =
         centres.map(|p| Observation::new(Surface::new(top.clone(), p), 0.0).with_standard_deviation(1e-4));
-    fit(points.collect());
-}
-
-#[test]
-fn nelder_mead_finds_the_same_in_space() {
-    let body = solid();
-    let system = System::new(&body.mesh, &Model::default(), &[0, 1]).unwrap();
-    let seen = shape(&system, &[0.2, 0.1]);
-    let lengths = (0..2).map(|m| {
-        let length = Length::new(system.muscle_ends(m));
-        let stretch = Stretch::new(length, system.length(system.rest(), m));
-        Observation {
-            measured: system.length(&seen, m) / system.length(system.rest(), m),
-            ..Observation::new(stretch, 0.0)
-        }
-    });
-    let inverse = LeastSquaresProblem::new(
-        &system,
-        lengths.collect(),
-        vec![Unknown::tension(0, 1.0), Unknown::tension(1, 1.0)],
-    );
-    let answer = inverse::solve(&inverse, &FitSettings { method: Method::NelderMead, ..settings() }).unwrap();
-    assert!(relative(&answer.x, &[0.2, 0.1]) < 1e-2, "{:?}", answer.x);
+    fit(points.collect(), Method::GaussNewton, 1e-6);
 }
 
 /// The reference tongue with GGa and HGa, whose hyoid may move and whose constants may change.
@@ -188,55 +163,6 @@ fn the_jacobian_is_the_difference_of_solved_residuals_for_every_kind_of_unknown(
             );
         }
     }
-}
-
-#[test]
-fn a_displaced_hyoid_and_a_softer_tissue_are_told_from_tensions() {
-    let t = tongue();
-    let model = Model::default();
-    let system = System::new(&t.mesh, &model, &t.muscles).unwrap();
-    let bones = [MovableBone::new(&t.mesh, &model, &t.muscles, &t.hyoid).unwrap()];
-    let unknowns = vec![
-        Unknown::tension(t.muscles[0], 100.0),
-        Unknown::tension(t.muscles[1], 100.0),
-        Unknown::bone(0, 0, 10.0),
-        Unknown::bone(0, 1, 10.0),
-    ];
-    let truth = [14.0, 9.0, 3.0, -2.0];
-    let mut inverse = LeastSquaresProblem {
-        bones: &bones,
-        ..LeastSquaresProblem::new(&system, observations(&system), unknowns)
-    };
-    let settings = settings();
-    let seen = Forward::new(&inverse, &settings).follow_from_rest(&truth).positions;
-    for o in &mut inverse.observations {
-        o.measured = o.observable.value(&seen);
-    }
-    let answer = inverse::solve(&inverse, &settings).unwrap();
-    assert_eq!(answer.status, FitStatus::Converged);
-    assert!(relative(&answer.x, &truth) < 1e-6, "{:?}", answer.x);
-    for &node in &t.hyoid {
-        let moved = answer.positions[node] - t.mesh.nodes[node];
-        assert!((moved - SVector::from([3e-3, -2e-3])).norm() < 1e-8);
-    }
-
-    // With lengths alone Young's modulus only scales tensions; the stretch of a third muscle with a fixed
-    // tension determines it.
-    let constants = TissueUnknown { mesh: &t.mesh, model, contracting: &t.muscles };
-    let unknowns = vec![Unknown::young_modulus(10.0, 200.0)];
-    let mut tensions = vec![0.0; system.muscle_count()];
-    tensions[t.muscles[0]] = 14.0;
-    let mut soft = LeastSquaresProblem {
-        tissue: Some(&constants),
-        tensions,
-        ..LeastSquaresProblem::new(&system, observations(&system), unknowns)
-    };
-    let seen = Forward::new(&soft, &settings).follow_from_rest(&[47.0]).positions;
-    for o in &mut soft.observations {
-        o.measured = o.observable.value(&seen);
-    }
-    let answer = inverse::solve(&soft, &settings).unwrap();
-    assert!((answer.x[0] - 47.0).abs() < 1e-4, "{:?}", answer.x);
 }
 
 #[test]

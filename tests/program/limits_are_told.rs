@@ -68,7 +68,7 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
     fs::write(folder.path().join("finer.toml"), block("shape", 1.2)).unwrap();
     let message = refused(folder.path(), "scene run finer.toml");
     assert!(message.contains("over 1 GB of memory"), "{message}");
-    let printed = shell(folder.path(), "$TONGUE_FIT simulate --h 0.6mm --tension SGp=1").out;
+    let printed = shell(folder.path(), "ulimit -t 6; $TONGUE_FIT simulate --h 0.6mm --tension SGp=1").out;
     assert!(printed.contains("minutes or more if the load is too large"), "{printed}");
     for (line, said) in [
         ("--vowel a --h 1mm", "a fit with its verdict on a body of"),

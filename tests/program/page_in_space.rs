@@ -4,7 +4,7 @@
 use serde_json::json;
 
 use super::browser::Browser;
-use super::page_moves::{CLOSE, OUT_OF_REACH, agree, kept, program, same};
+use super::page_moves::{CLOSE, agree, all_are_within_reach, kept, program, same};
 
 const REST: &str = "state.space && settled() && byId('found').textContent.startsWith('Equilibrium')";
 const PICTURE: &str = "new Promise((done) => requestAnimationFrame(() => done(byId('solid').toDataURL())))";
@@ -83,15 +83,7 @@ fn in_space_every_control_is_within_reach_and_a_scroll_neither_turns_nor_pulls()
     let Some(mut browser) = Browser::start() else { return };
     let page = browser.open(&kept(), "#body=space&a=GGP=0.1");
     browser.wait(&page, REST);
-    for (width, height, phone) in [(1280, 900, false), (640, 400, false), (390, 800, true)] {
-        browser.size(&page, width, height, phone);
-        let found = browser.run(&page, OUT_OF_REACH);
-        assert!(found["count"].as_u64().unwrap() > 20, "{found}");
-        for wrong in ["small", "covered"] {
-            assert_eq!(found[wrong], json!([]), "{width} x {height}: {found}");
-        }
-        assert_eq!(found["wide"], false, "{width} x {height}");
-    }
+    all_are_within_reach(&mut browser, &page, 20);
     let (nameless, controls) = browser.nameless_controls(&page);
     assert!(nameless.is_empty() && controls > 20, "{nameless:?} of {controls}");
     // On the phone: a finger up the picture scrolls, along it turns.

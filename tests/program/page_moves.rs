@@ -192,24 +192,20 @@ fn the_controls_move_the_tongue_and_the_link_holds_all_of_it() {
     browser.wait(&page, "!asked");
 
     // Jaw, weight, palate and the other body: each moves the tongue, and is undone.
-    for (set, back) in [
-        (
-            "byId('jaw').value = 6; byId('jaw').dispatchEvent(new Event('input'))",
-            "byId('jaw').value = 0; byId('jaw').dispatchEvent(new Event('input'))",
-        ),
-        (
-            "byId('gravity').value = 'supine'; byId('gravity').dispatchEvent(new Event('change'))",
-            "byId('gravity').value = ''; byId('gravity').dispatchEvent(new Event('change'))",
-        ),
-        (
-            "byId('body').value = 'continuum'; byId('body').dispatchEvent(new Event('change'))",
-            "byId('body').value = 'springs'; byId('body').dispatchEvent(new Event('change'))",
-        ),
+    for (control, event, there, back) in [
+        ("jaw", "input", "6", "0"),
+        ("gravity", "change", "supine", ""),
+        ("body", "change", "continuum", "springs"),
     ] {
+        let set = |value: &str| {
+            format!(
+                "byId('{control}').value = '{value}'; byId('{control}').dispatchEvent(new Event('{event}'))"
+            )
+        };
         let before = browser.run(&page, drawn);
-        browser.run(&page, set);
+        browser.run(&page, &set(there));
         browser.wait(&page, &format!("!asked && shape && {drawn} !== {before}"));
-        browser.run(&page, back);
+        browser.run(&page, &set(back));
         browser.wait(
             &page,
             &format!(
@@ -516,7 +512,7 @@ fn a_table_of_ones_own_goes_with_the_link_or_is_asked_for() {
 }
 
 /// Controls that are lower or narrower than 24 px, and those that something covers when they have the focus.
-pub(super) const OUT_OF_REACH: &str = "(() => {
+const OUT_OF_REACH: &str = "(() => {
   const all = [...document.querySelectorAll('button, select, input, summary')].filter((c) => c.offsetParent !== null && !c.disabled);
   const small = all.filter((c) => { const b = c.getBoundingClientRect(); return b.width < 24 || b.height < 24; });
   const covered = all.toReversed().filter((c) => {
@@ -529,22 +525,26 @@ pub(super) const OUT_OF_REACH: &str = "(() => {
   return { count: all.length, small: small.map(said), covered: covered.map(said), wide: document.documentElement.scrollWidth > innerWidth };
 })()";
 
+/// Every control of a page is within reach on a screen, a small one, and a phone, on which the page is left; there are more than `least`.
+pub(super) fn all_are_within_reach(browser: &mut Browser, page: &Page, least: u64) {
+    for (width, height, phone) in [(1280, 900, false), (640, 400, false), (390, 800, true)] {
+        browser.size(page, width, height, phone);
+        let found = browser.run(page, OUT_OF_REACH);
+        assert!(found["count"].as_u64().unwrap() > least, "{found}");
+        for wrong in ["small", "covered"] {
+            assert_eq!(found[wrong], json!([]), "{width} x {height}: {found}");
+        }
+        assert_eq!(found["wide"], false, "{width} x {height}");
+    }
+}
+
 #[test]
 fn every_control_is_within_reach_on_any_screen_and_a_scroll_pulls_no_muscle() {
     let Some(mut browser) = Browser::start() else { return };
     let page = browser.open(&kept(), "");
     // The sentences of the verdict move what stands below them when they come.
     browser.wait(&page, "settled() && rises !== null");
-    for (width, height, phone) in [(1280, 900, false), (640, 400, false), (390, 800, true)] {
-        browser.size(&page, width, height, phone);
-        let found = browser.run(&page, OUT_OF_REACH);
-        println!("{width} x {height}: {found}");
-        assert!(found["count"].as_u64().unwrap() > 40, "{found}");
-        for wrong in ["small", "covered"] {
-            assert_eq!(found[wrong], json!([]), "{width} x {height}: {found}");
-        }
-        assert_eq!(found["wide"], false, "{width} x {height}");
-    }
+    all_are_within_reach(&mut browser, &page, 40);
     // The room that is kept for the sentences holds them, so that sliders do not move under a finger when they come.
     let more = "byId('rises').offsetHeight - parseFloat(getComputedStyle(byId('rises')).minHeight)";
     let more = browser.run(&page, more);

@@ -40,21 +40,6 @@ fn lengths_frames_and_an_animation_are_written() {
 }
 
 #[test]
-fn a_motion_before_equilibrium_reports_its_part_of_the_way() {
-    let folder = tempfile::tempdir().unwrap();
-    let load = "simulate --trajectory --tension GGa=12 --tension SGm=11.5 --tension HGa=4.5 --frames 2";
-    for (t_end, said) in [("3", "at 3 s the body has gone 82"), ("30", "at 30 s the body has gone 100.0 %")] {
-        let done = run(folder.path(), &format!("{load} --t-end {t_end}"));
-        assert_eq!(done.status, Some(0));
-        assert!(
-            done.out.contains(said) && done.out.contains("% of the way to its equilibrium"),
-            "{}",
-            done.out
-        );
-    }
-}
-
-#[test]
 fn a_failed_run_reports_it_and_keeps_its_frames() {
     let folder = tempfile::tempdir().unwrap();
     let line = "simulate --trajectory --tension GGa=12 --method verlet --dt 1e-5 --t-end 0.1 --force --json";
