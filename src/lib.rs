@@ -298,8 +298,8 @@ pub mod report {
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
-        Clean, FormantsRecord, REPEATED, StoTable, contrasts, formants_csv, limit_of_plane, placed,
-        prior_interval_n, repeated, repeats_table, segments_csv, track_csv,
+        Clean, FormantsRecord, REPEATED, Ssff, StoTable, contrasts, draws_csv, formants_csv, limit_of_plane,
+        placed, prior_interval_n, repeated, repeats_table, segments_csv, track_csv,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]

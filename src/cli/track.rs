@@ -97,6 +97,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         draws: arguments.draws as usize,
         seed: arguments.seed,
         shapes: arguments.files.frames,
+        kept_draws: arguments.files.kept_draws(),
         ..arguments.prior.settings()?
     };
     let mut notes = recording_checks::notes(&recordings, &given.body, &arguments.free_bone);

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use miette::IntoDiagnostic;
 use tongue_fit::report::{
-    Export, Json, OutputDir, Provenance, Pvd, TrackPage, TrackRecord, contrasts, formants_csv, repeats_table,
-    segments_csv, timelines, track_csv,
+    Export, Json, OutputDir, Provenance, Pvd, Ssff, TrackPage, TrackRecord, contrasts, draws_csv,
+    formants_csv, repeats_table, segments_csv, timelines, track_csv,
 };
 use tongue_fit::system::TissueModel;
 
@@ -19,6 +19,12 @@ pub enum Also {
     Svg,
     /// Tensions over time for OpenSim: `track_1.sto`
     Sto,
+    /// The same at one rate for EMU: `track_1.ssff`
+    Ssff,
+    /// Stretches in which a muscle surely pulls harder or less than in its mean, for Praat: `track_1.TextGrid`
+    Textgrid,
+    /// 100 draws of the tensions at eleven parts of every label in long form, for mixed models: `draws.csv`
+    Draws,
     /// How well each course repeats where labels do: `repeats.csv`, as on the page
     Repeats,
     /// Shapes for ParaView: `shapes_1.pvd` with a `.vtu` for each frame
@@ -36,6 +42,12 @@ pub struct Arguments {
     /// Files beside the page and the tables, most of them of each recording, such as svg,sto
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', hide_short_help = true)]
     also: Vec<Also>,
+}
+
+impl Arguments {
+    pub fn kept_draws(&self) -> usize {
+        if self.also.contains(&Also::Draws) { 100 } else { 0 }
+    }
 }
 
 type File<'a> = (String, Box<dyn Export + 'a>);
@@ -69,6 +81,9 @@ pub fn write(
     if let Some(found) = record.repeats.as_ref().filter(|_| wants(Also::Repeats)) {
         files.push(("repeats.csv".to_owned(), Box::new(repeats_table(found))));
     }
+    if wants(Also::Draws) {
+        files.push(("draws.csv".to_owned(), Box::new(draws_csv(results))));
+    }
     for (nth, one) in results.recordings.iter().enumerate() {
         let number = nth + 1;
         let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
@@ -76,6 +91,16 @@ pub fn write(
             let made =
                 move |out: &mut dyn io::Write, by: &Provenance| one.sto(&results.muscles).write(out, by);
             files.push((format!("track_{number}.sto"), Box::new(made)));
+        }
+        if wants(Also::Ssff) {
+            let made = move |out: &mut dyn io::Write, by: &Provenance| {
+                Ssff(one.sto(&results.muscles)).write(out, by)
+            };
+            files.push((format!("track_{number}.ssff"), Box::new(made)));
+        }
+        if wants(Also::Textgrid) {
+            let made = |out: &mut dyn io::Write, _: &Provenance| one.write_text_grid(&results.muscles, out);
+            files.push((format!("track_{number}.TextGrid"), Box::new(made)));
         }
         if wants(Also::Svg) {
             let made = move |out: &mut dyn io::Write, by: &Provenance| {

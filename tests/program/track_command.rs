@@ -1,6 +1,7 @@
 //! `tongue-fit track` and `tongue-fit adapt`: from a recording to tensions, and what is told of recordings
 //! that are none.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -51,7 +52,7 @@ fn truth(muscle: &str) -> Vec<f64> {
 #[test]
 fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     let folder = tempfile::tempdir().unwrap();
-    let line = format!("track '{RECORDING}' --json --frames 10 --formants --also svg,sto,vtu");
+    let line = format!("track '{RECORDING}' --json --frames 10 --formants --also svg,sto,vtu,draws");
     let found = run(folder.path(), &line).record();
     let frames = found["frames"].as_array().unwrap();
     assert_eq!((frames.len(), found["recordings"].as_array().unwrap().len()), (90, 2));
@@ -119,6 +120,23 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     let read = |name: &str| fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert_eq!(read("track.csv").lines().count(), 1 + 90 * 8);
     assert_eq!(read("formants.csv").lines().count(), 1 + 2 * told);
+    // Draws over labels are those of the frames: 5 % of them lie outside the intervals.
+    let mut draws = csv::Reader::from_path(out.join("draws.csv")).unwrap();
+    let (mut all, mut outside) = (0, 0);
+    for row in draws.deserialize::<BTreeMap<String, String>>() {
+        let row = row.unwrap();
+        let value = |name: &str| row[name].parse::<f64>().unwrap();
+        let is_own = |f: &&Value| f["recording"] == row["recording"] && f["time_s"] == value("time_s");
+        let frame = frames.iter().find(is_own).unwrap();
+        for (kind, of) in
+            [("tension", ["level_low", "level_high"]), ("course", ["course_low", "course_high"])]
+        {
+            all += 1;
+            let drawn = value(&format!("{kind}_n_per_m"));
+            outside += usize::from(!inside(frame, of, &row["muscle"], drawn));
+        }
+    }
+    assert!(all > 50_000 && (0.03..0.07).contains(&(outside as f64 / all as f64)), "{outside} of {all}");
     assert!(read("track.html").contains("Without data a tension is 13.5"));
     for name in ["track_1.svg", "track_2.svg", "shapes_1.svg", "shapes_2.svg", "shapes_1_0000.vtu"] {
         roxmltree::Document::parse(&read(name)).unwrap_or_else(|e| panic!("{name}: {e}"));

@@ -26,6 +26,7 @@ mod record;
 mod sound;
 mod space;
 mod space_fit;
+mod ssff;
 mod sto;
 mod svg;
 #[cfg(feature = "files")]
@@ -51,6 +52,7 @@ pub use record::{FitRecord, SimulationRecord, ValleyPointRecord, ValleyRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{OperationRecord, SpaceRecord, SpaceVtu};
 pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};
+pub use ssff::Ssff;
 pub use sto::StoTable;
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,
@@ -61,8 +63,8 @@ pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]
 pub use tongue_page::{PageBody, PageTable, TonguePage};
 pub use track::{
-    FormantsRecord, REPEATED, RecordingResult, TrackRecord, TrackResults, contrasts, formants_csv, placed,
-    prior_interval_n, repeated, repeats_table, segments_csv, status_name, track_csv,
+    FormantsRecord, REPEATED, RecordingResult, TrackRecord, TrackResults, contrasts, draws_csv, formants_csv,
+    placed, prior_interval_n, repeated, repeats_table, segments_csv, status_name, track_csv,
 };
 #[cfg(feature = "files")]
 pub use track::{TrackPage, fixed};

@@ -47,7 +47,7 @@ pub use interval::Interval;
 pub use repeats::{Repeated, Repeats, repeats};
 pub use results::{Displacement, FrameStatus, HeldOutPrediction, Tracked, TrackedRecording};
 pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
-pub use segments::LabelMean;
+pub use segments::{LabelCourse, LabelMean, LabelPoint};
 pub use settings::TrackSettings;
 pub use shape::{RestShape, ShapePrior};
 pub(crate) use shape::{SCALE_SD, SHIFT_SD_M, TURN_SD};

@@ -14,7 +14,7 @@ use super::formants::{self, TrackedFormant};
 use super::frame::{self, Frame, Solver};
 use super::interval::Interval;
 use super::jacobian::Linearisation;
-use super::segments::LabelMean;
+use super::segments::{LabelCourse, LabelMean};
 use super::settings::TrackSettings;
 
 /// A frame whose points are missed by more than this is no result: root mean square distance in standard deviations of the points. The same
@@ -130,6 +130,9 @@ pub struct TrackedRecording {
     /// Draws of the means over labels that are compared.
     #[serde(default)]
     pub compared: Vec<LabelDraws>,
+    /// Draws of the tensions over labels, where they were asked for ([`TrackSettings::kept_draws`]).
+    #[serde(default)]
+    pub label_courses: Vec<LabelCourse>,
 }
 
 /// A frame after the search, with all that its results need.

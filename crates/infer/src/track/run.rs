@@ -263,7 +263,7 @@ fn told(
     let count = course.frames.len();
     let unknowns: Vec<_> = course.here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
     let ways = if mode.settings.branch { ways(mode, course, &unknowns) } else { Vec::new() };
-    let mut segments = Segments::new(&course.frames);
+    let mut segments = Segments::new(&course.frames, mode.settings.kept_draws);
     let mut frames: Vec<Tracked> = Vec::with_capacity(count);
     draws.draw(|window, drawn, means| {
         let numbers: Vec<usize> = window.clone().collect();
@@ -293,6 +293,5 @@ fn told(
     });
     frames.iter_mut().zip(&mut faults).for_each(|(frame, faults)| frame.faults = std::mem::take(faults));
     let rest = (mode.solver)().system.rest().to_vec();
-    let (segments, compared) = segments.finish();
-    TrackedRecording { rest, frames, segments, compared }
+    TrackedRecording { rest, frames, ..segments.finish() }
 }

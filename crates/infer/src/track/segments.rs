@@ -9,7 +9,7 @@ use super::compare::LabelDraws;
 use super::draws::{Draws, Means};
 use super::frame::Frame;
 use super::interval::Interval;
-use super::results::Tracked;
+use super::results::{Tracked, TrackedRecording};
 
 /// Means of all tensions over the frames of a label, less those over the recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -18,6 +18,29 @@ pub struct LabelMean {
     pub frames: usize,
     /// Changes of the contracting muscles, N per metre of thickness.
     pub changes: Vec<Interval>,
+}
+
+/// Number of equal parts into which a label is divided for the draws over it.
+const PARTS: usize = 10;
+
+/// Draws of the tensions over one label, from its first frame to its last.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LabelCourse {
+    /// Its number among the labels of the recording.
+    pub label: usize,
+    /// Its frames nearest to 0, 1/10, ... 1 of the time from the first to the last, each once; without those that cannot be trusted.
+    pub points: Vec<LabelPoint>,
+}
+
+/// Draws of a frame of a label, N per metre of thickness, for each muscle in the order of the draws of the run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LabelPoint {
+    pub time_s: f64,
+    /// 0 at the first frame of the label, 1 at the last.
+    pub part: f64,
+    pub tensions: Vec<Vec<f32>>,
+    /// The tensions less their mean over the recording in the same draw.
+    pub courses: Vec<Vec<f32>>,
 }
 
 /// The labels of a recording while its frames are taken one after another.
@@ -30,14 +53,33 @@ pub(super) struct Segments<'a> {
     done: Vec<LabelMean>,
     /// Draws of the labels that are compared.
     draws: BTreeMap<usize, LabelDraws>,
+    kept_draws: usize,
+    /// For frames whose draws are kept, the labels and the parts of these.
+    parts: BTreeMap<usize, Vec<(usize, f64)>>,
+    courses: BTreeMap<usize, Vec<LabelPoint>>,
 }
 
 impl<'a> Segments<'a> {
-    pub fn new(frames: &'a [Frame]) -> Self {
+    /// Of a recording whose first draws, as many as `kept_draws`, are kept over its labels.
+    pub fn new(frames: &'a [Frame], kept_draws: usize) -> Self {
         let count = frames.iter().flat_map(|f| &f.labels).max().map_or(0, |most| most + 1);
         let mut last = vec![None; count];
         frames.iter().enumerate().for_each(|(t, f)| f.labels.iter().for_each(|l| last[*l] = Some(t)));
-        Self { frames, last, open: Vec::new(), done: Vec::new(), draws: BTreeMap::new() }
+        let mut parts: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
+        for label in (0..count).filter(|_| kept_draws > 0) {
+            let own: Vec<usize> = (0..frames.len()).filter(|&t| frames[t].labels.contains(&label)).collect();
+            let Some((first, final_one)) = own.first().zip(own.last()) else { continue };
+            let (from_s, span_s) = (frames[*first].time_s, frames[*final_one].time_s - frames[*first].time_s);
+            let mut nearest: Vec<usize> =
+                (0..=PARTS).map(|p| own[(p * (own.len() - 1) + PARTS / 2) / PARTS]).collect();
+            nearest.dedup();
+            for t in nearest {
+                let part = if span_s > 0.0 { (frames[t].time_s - from_s) / span_s } else { 0.0 };
+                parts.entry(t).or_default().push((label, part));
+            }
+        }
+        let (open, done, draws, courses) = Default::default();
+        Self { frames, last, open, done, draws, kept_draws, parts, courses }
     }
 
     /// Takes the draws of a window of frames, and what was found of all frames so far; `means` are those over the recording.
@@ -45,6 +87,19 @@ impl<'a> Segments<'a> {
         let from = window.start;
         for t in window {
             let frame = &self.frames[t];
+            for (label, part) in
+                self.parts.remove(&t).into_iter().flatten().filter(|_| found[t].status.is_trusted())
+            {
+                let kept =
+                    || draws.tensions[t - from].iter().map(|all| &all[..all.len().min(self.kept_draws)]);
+                let less = |(own, means): (&[f32], &Vec<f64>)| {
+                    own.iter().zip(means).map(|(draw, mean)| (f64::from(*draw) - mean) as f32).collect()
+                };
+                let tensions = kept().map(<[f32]>::to_vec).collect();
+                let courses = kept().zip(&means.0).map(less).collect();
+                let point = LabelPoint { time_s: frame.time_s, part, tensions, courses };
+                self.courses.entry(label).or_default().push(point);
+            }
             for &label in frame.labels.iter().filter(|_| found[t].status.is_trusted()) {
                 if !self.open.iter().any(|(l, ..)| *l == label) {
                     self.open.push((label, 0, Means::zeros(means)));
@@ -72,9 +127,15 @@ impl<'a> Segments<'a> {
         }
     }
 
-    /// The means of all labels, in their order, and the draws of those that are compared.
-    pub fn finish(mut self) -> (Vec<LabelMean>, Vec<LabelDraws>) {
+    /// The means of all labels, in their order, and the draws of those that are compared or kept.
+    pub fn finish(mut self) -> TrackedRecording {
         self.done.sort_by_key(|segment| segment.label);
-        (self.done, self.draws.into_values().collect())
+        let course = |(label, points)| LabelCourse { label, points };
+        TrackedRecording {
+            segments: self.done,
+            compared: self.draws.into_values().collect(),
+            label_courses: self.courses.into_iter().map(course).collect(),
+            ..TrackedRecording::default()
+        }
     }
 }

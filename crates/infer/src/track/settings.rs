@@ -24,6 +24,8 @@ pub struct TrackSettings {
     /// Largest number of frames by which what all recordings share is found. More are spread evenly over all recordings; levels, static
     /// error and shape are then held, with the covariance that those frames give them, while each recording is searched for its states.
     pub shared_frames: usize,
+    /// Number of draws of the tensions over labels that are part of the results ([`LabelCourse`](super::LabelCourse)).
+    pub kept_draws: usize,
     /// Largest number of rounds of the search for the most probable tensions.
     pub rounds: usize,
 }
@@ -53,6 +55,7 @@ impl TrackSettings {
             shapes: usize::MAX,
             branch: true,
             shared_frames: 240,
+            kept_draws: 0,
             rounds: 40,
         }
     }

@@ -7,12 +7,13 @@ mod formants;
 #[cfg(feature = "files")]
 mod page;
 mod tables;
+mod text_grid;
 
 pub use assumptions::{REPEATED, placed, prior_interval_n, repeated, repeats_table};
 pub use formants::{FormantsRecord, formants_csv};
 #[cfg(feature = "files")]
 pub use page::{TrackPage, fixed};
-pub use tables::{contrasts, segments_csv, track_csv};
+pub use tables::{contrasts, draws_csv, segments_csv, track_csv};
 
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};
@@ -22,14 +23,15 @@ use tongue_core::body::Body;
 use tongue_core::geometry::Point;
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
-    Comparison, CourseSummary, Displacement, HeldOut, HeldOutPrediction, Interval, LabelDraws, LabelMean,
-    Repeats, TrackSettings, Tracked, TrackedRecording,
+    Comparison, CourseSummary, Displacement, HeldOut, HeldOutPrediction, Interval, LabelCourse, LabelDraws,
+    LabelMean, Repeats, TrackSettings, Tracked, TrackedRecording,
 };
 use tongue_input::measured::recording::{AlignedRecording, Fault, Label};
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct RecordingResult {
     pub name: String,
+    pub speaker: Option<String>,
     pub labels: Vec<Label>,
     pub freed: Vec<String>,
     pub rest: Vec<Point>,
@@ -42,6 +44,7 @@ pub struct RecordingResult {
     pub segments: Vec<LabelMean>,
     /// Draws of the means over labels that are compared.
     pub compared: Vec<LabelDraws>,
+    pub label_courses: Vec<LabelCourse>,
 }
 
 impl RecordingResult {
@@ -50,7 +53,7 @@ impl RecordingResult {
         seen: &AlignedRecording,
         faults: &[Vec<Fault>],
         freed: impl Iterator<Item = &'b str>,
-        TrackedRecording { rest, mut frames, segments, compared }: TrackedRecording,
+        TrackedRecording { rest, mut frames, segments, compared, label_courses }: TrackedRecording,
     ) -> Self {
         for (frame, faults) in frames.iter_mut().zip(faults) {
             frame.faults.splice(0..0, faults.iter().cloned());
@@ -62,6 +65,7 @@ impl RecordingResult {
         });
         Self {
             name: seen.name.clone(),
+            speaker: seen.speaker.clone(),
             labels: seen.labels.clone(),
             freed: freed.map(str::to_owned).collect(),
             rest,
@@ -70,6 +74,7 @@ impl RecordingResult {
             frames,
             segments,
             compared,
+            label_courses,
         }
     }
 

@@ -1,5 +1,6 @@
 //! Tracking as tables: tidy CSV, and OpenSim's. Rows are made while they are written.
 
+use std::collections::BTreeMap;
 use std::io::Write;
 
 use serde_json::json;
@@ -71,6 +72,38 @@ pub fn segments_csv(results: &TrackResults) -> impl Export {
                     low,
                     high,
                 ])
+            })
+        });
+        csv::write(out, by, columns.split(','), rows)
+    }
+}
+
+/// Draws of the tensions over labels in long form, for mixed models: a row for each label, part of it, muscle and draw. The draws of one
+/// number belong together in all recordings of a sitting.
+pub fn draws_csv(results: &TrackResults) -> impl Export {
+    move |out: &mut dyn Write, by: &Provenance| {
+        let columns =
+            "speaker,recording,tier,label,repetition,part,time_s,muscle,draw,tension_n_per_m,course_n_per_m";
+        let mut said: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+        let rows = results.recordings.iter().flat_map(|one| one.label_courses.iter().map(move |c| (one, c)));
+        let rows = rows.flat_map(|(one, course)| {
+            let label = &one.labels[course.label];
+            let repetition = said.entry((&label.tier, &label.name)).or_default();
+            *repetition += 1;
+            let speaker = one.speaker.clone().unwrap_or_default();
+            let begin =
+                [speaker, one.name.clone(), label.tier.clone(), label.name.clone(), repetition.to_string()];
+            course.points.iter().flat_map(move |point| {
+                let begin = begin.clone();
+                let values = results.muscles.iter().zip(point.tensions.iter().zip(&point.courses));
+                values.flat_map(move |(muscle, (tensions, courses))| {
+                    let begin = begin.clone();
+                    tensions.iter().zip(courses).enumerate().map(move |(draw, (tension, course))| {
+                        let own = [format!("{:.3}", point.part), point.time_s.to_string(), muscle.clone()];
+                        let numbers = [draw.to_string(), format!("{tension:.2}"), format!("{course:.2}")];
+                        begin.clone().into_iter().chain(own).chain(numbers)
+                    })
+                })
             })
         });
         csv::write(out, by, columns.split(','), rows)
