@@ -280,9 +280,9 @@ pub mod posterior {
     //! The posterior of tensions: which tensions data and model allow, with every unknown included.
     #[doc(inline)]
     pub use tongue_infer::posterior::{
-        AuxiliaryData, Contrast, Density, Draw, MapEstimate, Measurements, Posterior, PosteriorError,
-        PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun, Status, StretchSummary, Summary,
-        Verdict, VerdictFrom, sample,
+        AuxiliaryData, Contrast, Density, Draw, MapEstimate, Measurements, OverSpeakers, Posterior,
+        PosteriorError, PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun, Status,
+        StretchSummary, Summary, Verdict, VerdictFrom, sample,
     };
 }
 
@@ -299,7 +299,7 @@ pub mod report {
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
         Clean, FormantsRecord, REPEATED, Ssff, StoTable, contrasts, draws_csv, formants_csv, limit_of_plane,
-        placed, prior_interval_n, repeated, repeats_table, segments_csv, track_csv,
+        over_speakers, placed, prior_interval_n, repeated, repeats_table, segments_csv, track_csv,
     };
     #[cfg(feature = "files")]
     #[doc(inline)]
@@ -319,7 +319,7 @@ pub mod report {
         pub mod contrasts {
             //! Differences of tensions between vowels.
             #[doc(inline)]
-            pub use tongue_files::report::batch::contrasts::{SubjectContrast, all};
+            pub use tongue_files::report::batch::contrasts::{SubjectContrast, all, over_subjects};
         }
 
         pub mod journal {

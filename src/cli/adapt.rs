@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             if arguments.recordings.files.is_empty() && !arguments.recordings.example {
                 bail!("name recordings of the speaker, or --landmarks of one posture at rest");
             }
-            let (recordings, left_out) = arguments.recordings.read(None)?;
+            let (recordings, left_out) = arguments.recordings.screened(arguments.recordings.read()?, None)?;
             recording_checks::check_points(&recordings, &given.body)?;
             is_whole = left_out.is_empty();
             implausible = recording_checks::with_implausible(&recordings, None);

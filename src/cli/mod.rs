@@ -36,6 +36,7 @@ mod track;
 mod track_files;
 mod track_run;
 mod track_sound;
+mod track_speakers;
 mod track_table;
 mod trajectory;
 mod validate;

@@ -139,22 +139,33 @@ impl Arguments {
         Ok(Some(path.clone()))
     }
 
-    /// All recordings, screened, and a sentence for each that is left out because nothing can be read from it.
-    pub fn read(&self, palate: Option<&[Point]>) -> miette::Result<(Vec<Screened>, Vec<String>)> {
-        let (map, own) = (self.map()?, self.palate()?);
-        let (mut all, mut left_out): (Vec<Screened>, Vec<String>) = (Vec::new(), Vec::new());
-        let mut sources: Vec<(PathBuf, Vec<Recording>)> = Vec::new();
+    /// All recordings with the names of their files.
+    pub fn read(&self) -> miette::Result<Vec<(String, Recording)>> {
+        let mut all = Vec::new();
+        let mut take = |file: String, recordings: Vec<Recording>| {
+            let chosen =
+                recordings.into_iter().filter(|r| self.speaker.is_none() || r.speaker == self.speaker);
+            all.extend(chosen.map(|recording| (file.clone(), recording)));
+        };
         if self.example {
-            sources.push((PathBuf::from("synthetic.tsv"), self.example()?));
+            take("synthetic.tsv".to_owned(), self.example()?);
         }
         for file in &self.files {
-            sources.push((file.clone(), Recording::from_path(file, self.format).into_diagnostic()?));
+            take(file.display().to_string(), Recording::from_path(file, self.format).into_diagnostic()?);
         }
-        let chosen = |recording: &&Recording| self.speaker.is_none() || recording.speaker == self.speaker;
-        let read = sources.iter().flat_map(|(file, all)| {
-            all.iter().filter(chosen).map(move |recording| (file.display().to_string(), recording))
-        });
-        let (files, recordings): (Vec<String>, Vec<&Recording>) = read.unzip();
+        Ok(all)
+    }
+
+    /// Recordings of one speaker, screened, and a sentence for each that is left out because nothing can be read from it.
+    pub fn screened(
+        &self,
+        read: Vec<(String, Recording)>,
+        palate: Option<&[Point]>,
+    ) -> miette::Result<(Vec<Screened>, Vec<String>)> {
+        let (map, own) = (self.map()?, self.palate()?);
+        let (mut all, mut left_out): (Vec<Screened>, Vec<String>) = (Vec::new(), Vec::new());
+        let (files, recordings): (Vec<String>, Vec<&Recording>) =
+            read.iter().map(|(file, recording)| (file.clone(), recording)).unzip();
         for (file, seen) in files.into_iter().zip(AlignedRecording::all(&recordings, &map)) {
             let mut seen = seen.into_diagnostic().wrap_err_with(|| file.clone())?;
             let side = if seen.mirrored { -1.0 } else { 1.0 };

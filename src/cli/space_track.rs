@@ -154,7 +154,7 @@ fn recorded(
     recordings: &recordings::Arguments,
     as_is: bool,
 ) -> miette::Result<(Recorded, Vec<String>, Option<String>)> {
-    let (screened, left_out) = recordings.read(None)?;
+    let (screened, left_out) = recordings.screened(recordings.read()?, None)?;
     let seen: Vec<&AlignedRecording> = screened.iter().map(|r| &r.seen).collect();
     let is_placed = as_is || recordings.map()?.is_in_frame();
     // The built-in body has the outline of the tongue in the plane, whose bones are marked where recordings mark them.

@@ -8,7 +8,8 @@ use miette::IntoDiagnostic;
 use tongue_fit::choice::name_of;
 use tongue_fit::dynamics::{MotionOutcome, MotionStatus};
 use tongue_fit::inverse::alarms::{self, Alarm};
-use tongue_fit::report::batch::contrasts::SubjectContrast;
+use tongue_fit::posterior::OverSpeakers;
+use tongue_fit::report::batch::contrasts::{SubjectContrast, over_subjects};
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{OperationRecord, SimulationRecord, SpaceRecord, TrajectoryRecord};
 use tongue_fit::run::Equilibrium;
@@ -295,6 +296,7 @@ pub fn batch(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
     );
     if !batch.contrasts.is_empty() {
         text += &decided(batch.contrasts);
+        text += &most_agree(&over_subjects(batch.contrasts));
     }
     if s.posteriors_untold > 0 {
         let _ = writeln!(
@@ -317,6 +319,19 @@ pub fn batch(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
         );
     }
     Ok(text)
+}
+
+/// The differences between labels in which most speakers agree, a line each.
+pub fn most_agree(all: &[OverSpeakers]) -> String {
+    const MOST: usize = 30;
+    if all.is_empty() {
+        return String::new();
+    }
+    let said: Vec<String> = all.iter().filter_map(OverSpeakers::said).collect();
+    let title = "differences between labels in which most speakers agree";
+    let intervals = "intervals are of the mean over speakers, without errors that all share";
+    let count = format!("{} of {}", said.len(), all.len());
+    format!("{title} ({count}; {intervals})\n{}\n", listed(said, MOST, "\n"))
 }
 
 /// The contrasts between vowels whose sign is sure, a line for each subject and pair of vowels.

@@ -1,14 +1,17 @@
 //! `tongue-fit track`: tensions over time.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, bail, ensure, miette};
 use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
-use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{FormantsRecord, Json, RecordingResult, TrackRecord, TrackResults, status_name};
+use tongue_fit::measured::recording::{AlignedRecording, Recording};
+use tongue_fit::report::{
+    FormantsRecord, Json, OutputDir, Provenance, RecordingResult, TrackRecord, TrackResults, status_name,
+};
 use tongue_fit::run::TrackRun;
-use tongue_fit::statistics::upper_median;
+use tongue_fit::statistics::{distinct, upper_median};
 use tongue_fit::system::TissueModel;
 use tongue_fit::track::{
     self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, Watch, course_summaries, held_out, is_untrusted,
@@ -21,7 +24,7 @@ use super::recordings::{self, Given, PriorArguments, Screened};
 use super::track_sound::{FORMANTS, Sound};
 use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
-    track_table,
+    track_speakers, track_table,
 };
 
 #[derive(Debug, Clone, clap::Args)]
@@ -72,7 +75,6 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let clock = Instant::now();
     if let Some(written) = arguments.recordings.write_template()? {
         let text = || format!("{}: a map to correct; then give it with --map\n", written.display());
         output::tell(global, &serde_json::json!({ "map": written }), text)?;
@@ -81,13 +83,42 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(source) = arguments.body.space() {
         return space_track::run(source, (&arguments.recordings, arguments.as_is), &arguments.space, global);
     }
+    let read = arguments.recordings.read()?;
+    let speakers = distinct(read.iter().filter_map(|(_, recording)| recording.speaker.clone()));
+    if speakers.len() > 1 && arguments.recordings.palate.is_none() && !arguments.is_given()? {
+        return track_speakers::run(arguments, global, read, &speakers);
+    }
+    let done = one(arguments, read, &global.folder("results/track")?)?;
+    output::answer(global, &Json(&done.record), &done.by, &done.written, || {
+        track_table::track(&done.record)
+    })?;
+    Ok(done.outcome)
+}
+
+/// The run of one speaker, whose files are written.
+pub struct Done {
+    pub record: TrackRecord,
+    pub by: Provenance,
+    pub written: Vec<PathBuf>,
+    pub outcome: Outcome,
+}
+
+impl Arguments {
+    /// Whether the body is in the frame of the recordings or that of one speaker.
+    fn is_given(&self) -> miette::Result<bool> {
+        Ok(self.body.is_given() || self.as_is || self.recordings.map()?.is_in_frame())
+    }
+}
+
+/// Tracks recordings of one speaker.
+pub fn one(arguments: &Arguments, read: Vec<(String, Recording)>, out: &OutputDir) -> miette::Result<Done> {
+    let clock = Instant::now();
     let given = Given::read(&arguments.body)?;
-    let is_placed = arguments.recordings.map()?.is_in_frame();
-    let is_given = arguments.body.is_given() || arguments.as_is || is_placed;
+    let is_given = arguments.is_given()?;
     // The palate of a drawn body is where the speaker's is only if the body is used as it is.
     let is_drawn = arguments.body.is_given() || arguments.as_is;
     let palate = given.body.palate.as_deref().filter(|_| is_drawn);
-    let (recordings, mut left_out) = arguments.recordings.read(palate)?;
+    let (recordings, mut left_out) = arguments.recordings.screened(read, palate)?;
     recording_checks::check_points(&recordings, &given.body)?;
     let names = contracting(arguments, &given.body)?;
     let numbers =
@@ -124,7 +155,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         }
     }
     let sound = arguments.sound.read()?;
-    let out = global.folder("results/track")?;
     let speaker = track_run::speaker(&run, &seen)?;
     let contact = run.wall(&speaker.body, &output::note).into_diagnostic()?;
     let shape = run.shape(&speaker, contact.as_ref(), &seen, &output::note).into_diagnostic()?;
@@ -135,7 +165,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 .to_owned(),
         );
     }
-    let journal = track_run::journal(&run, &given, &out, &seen, &format!("{sound:?}"))?;
+    let journal = track_run::journal(&run, &given, out, &seen, &format!("{sound:?}"))?;
     let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
     let listen = |frames: &mut [Frame]| {
         let heard = sound.iter();
@@ -206,12 +236,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     recordings.first().iter().for_each(|one| body.mesh.nodes.clone_from(&one.rest));
     let body = BodyFile::new(&body, &run.basis.model, speaker.tracked(&body), recordings)?;
     let tissue = TissueModel::of(&speaker.body.mesh);
-    let written = track_files::write(&out, &record, &body, tissue, &arguments.files)?;
+    let written = track_files::write(out, &record, &body, tissue, &arguments.files)?;
     journal.remove().into_diagnostic()?;
     let by = super::provenance().with_tissue(tissue);
-    output::answer(global, &Json(&record), &by, &written, || track_table::track(&record))?;
-    // Some recordings were not used.
-    Ok(if left_out.is_empty() || outcome != Outcome::Good { outcome } else { Outcome::SomeRowsRefused })
+    let is_whole = left_out.is_empty() || outcome != Outcome::Good;
+    let outcome = if is_whole { outcome } else { Outcome::SomeRowsRefused };
+    Ok(Done { record, by, written, outcome })
 }
 
 /// Why recordings cannot be trusted, if one has too many frames that cannot; of fewer frames there is a note.

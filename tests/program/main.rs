@@ -38,5 +38,6 @@ mod stretches_from_rest;
 mod surface_is_small;
 mod terminal_manners;
 mod track_command;
+mod track_speakers;
 mod trajectory_command;
 mod validate_command;

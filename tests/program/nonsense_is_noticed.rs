@@ -56,7 +56,8 @@ fn recordings_that_cannot_be_right_are_refused_with_what_to_do() {
         ("track high.csv --as-is --frames 0", "cannot be reached by this body"),
         ("track high.csv --as-is --frames 0", "adapt"),
         ("track far.csv --as-is", "not in the body's frame"),
-        ("track two.tsv", "are of 2 speakers (other, synthetic)"),
+        ("adapt two.tsv", "are of 2 speakers (other, synthetic)"),
+        ("track two.tsv --as-is", "are of 2 speakers (other, synthetic)"),
         ("track two.tsv --speaker nobody", "no recording is of this speaker"),
     ] {
         let said = refused(at, arguments);

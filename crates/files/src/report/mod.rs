@@ -64,7 +64,7 @@ pub use tongue_input::measured::ByMuscle;
 pub use tongue_page::{PageBody, PageTable, TonguePage};
 pub use track::{
     FormantsRecord, REPEATED, RecordingResult, TrackRecord, TrackResults, contrasts, draws_csv, formants_csv,
-    placed, prior_interval_n, repeated, repeats_table, segments_csv, status_name, track_csv,
+    over_speakers, placed, prior_interval_n, repeated, repeats_table, segments_csv, status_name, track_csv,
 };
 #[cfg(feature = "files")]
 pub use track::{TrackPage, fixed};

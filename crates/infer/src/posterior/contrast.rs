@@ -102,10 +102,7 @@ impl Contrast {
             Certainty::ProbablyNotHarder => ("probably", [&self.b, &self.a]),
             Certainty::NotKnown => return None,
         };
-        let [more, less] = [more, less].map(|label| match label.chars().count() {
-            ..=2 => format!("/{label}/"),
-            _ => format!("“{label}”"),
-        });
+        let [more, less] = [more, less].map(|label| quoted(label));
         Some(format!("{}: {how} harder in {more} than in {less}", self.muscle))
     }
 
@@ -113,4 +110,9 @@ impl Contrast {
     pub fn is_decided(&self) -> bool {
         matches!(self.word, Certainty::SurelyHarder | Certainty::SurelyNotHarder)
     }
+}
+
+/// A label in a sentence: a sound of one or two letters between slashes, a word in quotes.
+pub(super) fn quoted(label: &str) -> String {
+    if label.chars().count() <= 2 { format!("/{label}/") } else { format!("“{label}”") }
 }

@@ -9,7 +9,7 @@ use super::tables::provenance;
 use super::{Batch, Digest};
 use crate::report::{column, csv};
 use tongue_infer::inverse::batch::Job;
-use tongue_infer::posterior::Contrast;
+use tongue_infer::posterior::{Contrast, OverSpeakers};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SubjectContrast {
@@ -30,6 +30,12 @@ pub fn all(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<SubjectContrast> {
         digest.contrasts.iter().map(with_subject).collect::<Vec<_>>()
     };
     digests.iter().flat_map(of_fit).collect()
+}
+
+/// The same differences over all subjects; the tier is that of vowels against one baseline.
+pub fn over_subjects(all: &[SubjectContrast]) -> Vec<OverSpeakers> {
+    let tiers: Vec<String> = all.iter().map(|c| format!("vowel against /{}/", c.baseline)).collect();
+    OverSpeakers::all(tiers.iter().map(String::as_str).zip(all.iter().map(|c| &c.contrast)))
 }
 
 pub fn write_csv(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {

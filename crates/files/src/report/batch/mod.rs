@@ -25,7 +25,7 @@ use tongue_input::measured::thesis::Thesis;
 use self::journal::{Entry, Journal};
 use self::record::AssessedRecord;
 use super::csv::lines;
-use super::{OutputDir, Provenance, ReportError, Table, Writes};
+use super::{Export as _, OutputDir, Provenance, ReportError, Table, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
 pub use self::shard::Shard;
@@ -199,7 +199,8 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
         shown.extend(batch.fit(number)?.and_then(|(_, fit)| fit.shown));
     }
     let has_posterior = batch.digests.iter().any(|(_, digest)| digest.has_posterior);
-    let files: [(&str, &Writes<'_>); 7] = [
+    let over_subjects = contrasts::over_subjects(batch.contrasts);
+    let files: [(&str, &Writes<'_>); 8] = [
         ("batch.json", &|w| write_json(w, batch, false)),
         ("fits.csv", &|w| write_fits(w, batch)),
         ("muscles.csv", &|w| write_rows(w, batch, 1).map(drop)),
@@ -207,12 +208,10 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
         ("tensions.svg", &|w| page::write_tensions(w, batch, &shown)),
         ("posterior.csv", &|w| write_rows(w, batch, 2).map(drop)),
         ("contrasts.csv", &|w| contrasts::write_csv(w, batch)),
+        ("over_speakers.csv", &|w| super::over_speakers(&over_subjects).write(w, batch.provenance)),
     ];
-    let count = match (has_posterior, !batch.contrasts.is_empty()) {
-        (_, true) => 7,
-        (true, false) => 6,
-        (false, false) => 5,
-    };
+    let is_there = [has_posterior, !batch.contrasts.is_empty(), !over_subjects.is_empty()];
+    let count = 5 + is_there.iter().take_while(|there| **there).count();
     out.write_streams(files[..count].iter().copied())
 }
 

@@ -13,7 +13,7 @@ pub use assumptions::{REPEATED, placed, prior_interval_n, repeated, repeats_tabl
 pub use formants::{FormantsRecord, formants_csv};
 #[cfg(feature = "files")]
 pub use page::{TrackPage, fixed};
-pub use tables::{contrasts, draws_csv, segments_csv, track_csv};
+pub use tables::{contrasts, draws_csv, over_speakers, segments_csv, track_csv};
 
 use serde::{Serialize, Serializer};
 use serde_json::{Value, json};

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::{RecordingResult, TrackRecord, TrackResults, status_name};
 use crate::report::column::{columns, table};
 use crate::report::{Export, Provenance, StoTable, Table, csv};
-use tongue_infer::posterior::Contrast;
+use tongue_infer::posterior::{Contrast, OverSpeakers};
 use tongue_infer::track::{Comparison, Interval, Tracked};
 
 pub fn track_csv(record: &TrackRecord) -> impl Export {
@@ -52,6 +52,25 @@ pub fn contrasts(comparisons: &[Comparison]) -> Table {
         ("repetitions_b", "", "", |(_, c)| json!(c.repetitions.map(|n| n[1]))),
     ]);
     table(&columns, &rows)
+}
+
+/// Differences between labels over speakers: a row for each muscle and two labels of a tier.
+pub fn over_speakers(all: &[OverSpeakers]) -> Table {
+    let columns = columns::<OverSpeakers, _>([
+        ("tier", "", "", |c| json!(c.tier)),
+        ("muscle", "", "", |c| json!(c.muscle)),
+        ("a", "", "", |c| json!(c.a)),
+        ("b", "", "", |c| json!(c.b)),
+        ("speakers", "", "", |c| c.speakers.into()),
+        ("surely_harder_in_a", "", "", |c| c.surely_harder_in_a.into()),
+        ("harder_in_a", "", "", |c| c.harder_in_a.into()),
+        ("surely_harder_in_b", "", "", |c| c.surely_harder_in_b.into()),
+        ("harder_in_b", "", "", |c| c.harder_in_b.into()),
+        ("mean_difference_n_per_m", "N/m", "", |c| c.mean_n.into()),
+        ("low_n_per_m", "N/m", "", |c| json!(c.interval_95.map(|ends| ends[0]))),
+        ("high_n_per_m", "N/m", "", |c| json!(c.interval_95.map(|ends| ends[1]))),
+    ]);
+    table(&columns, all)
 }
 
 pub fn segments_csv(results: &TrackResults) -> impl Export {

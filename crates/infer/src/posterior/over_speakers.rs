@@ -1,0 +1,169 @@
+//! Differences of a muscle's tension between two labels, over several speakers.
+
+use serde::Serialize;
+use tongue_core::statistics::mean_and_variance;
+
+use super::contrast::{Contrast, quoted};
+use super::verdict::Certainty;
+
+/// The same difference in several speakers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OverSpeakers {
+    pub tier: String,
+    pub muscle: String,
+    pub a: String,
+    pub b: String,
+    pub speakers: usize,
+    /// Number of speakers in whom the muscle surely, and at least probably, pulls harder in `a` than in `b`.
+    pub surely_harder_in_a: usize,
+    pub harder_in_a: usize,
+    pub surely_harder_in_b: usize,
+    pub harder_in_b: usize,
+    /// Mean difference of the population of speakers, `a` less `b`, N per metre of thickness.
+    pub mean_n: f64,
+    /// Its 95 % interval; `None` for fewer than three speakers. Errors that all speakers share, such as those of the model, are not in it.
+    pub interval_95: Option<[f64; 2]>,
+}
+
+impl OverSpeakers {
+    /// All differences that at least two speakers have, in the order in which they come first; each contrast is given with its tier.
+    pub fn all<'a>(contrasts: impl IntoIterator<Item = (&'a str, &'a Contrast)>) -> Vec<Self> {
+        let mut groups: Vec<(&str, &Contrast, Vec<(f64, &Contrast)>)> = Vec::new();
+        for (tier, c) in contrasts {
+            let same = |(t, first, _): &&mut (&str, &Contrast, Vec<_>)| {
+                let (labels, own) = ([&first.a, &first.b], [&c.a, &c.b]);
+                *t == tier && first.muscle == c.muscle && (labels == own || labels == [own[1], own[0]])
+            };
+            match groups.iter_mut().find(same) {
+                Some((_, first, all)) => all.push((if first.a == c.a { 1.0 } else { -1.0 }, c)),
+                None => groups.push((tier, c, vec![(1.0, c)])),
+            }
+        }
+        groups.retain(|(.., all)| all.len() > 1);
+        groups.into_iter().map(|(tier, first, all)| Self::of(tier, first, &all)).collect()
+    }
+
+    /// Such as "HGa: harder in /a/ than in /u/ in 9 of 9 speakers, surely in 7, on average by 12.3 (8.1 to 16.5) N/m"; `None` where half of
+    /// the speakers or fewer agree.
+    pub fn said(&self) -> Option<String> {
+        let in_a = (self.harder_in_a, self.surely_harder_in_a, [&self.a, &self.b], 1.0);
+        let in_b = (self.harder_in_b, self.surely_harder_in_b, [&self.b, &self.a], -1.0);
+        let (count, sure, labels, sign) = if in_a.0 >= in_b.0 { in_a } else { in_b };
+        let [more, less] = labels.map(|label| quoted(label));
+        let interval = self.interval_95.map_or_else(String::new, |ends| {
+            let [one, other] = ends.map(|end| sign * end);
+            format!(" ({:.1} to {:.1})", one.min(other), one.max(other))
+        });
+        (2 * count > self.speakers).then(|| {
+            format!(
+                "{}: harder in {more} than in {less} in {count} of {} speakers, surely in {sure}, on average by {:.1}{interval} N/m",
+                self.muscle,
+                self.speakers,
+                sign * self.mean_n
+            )
+        })
+    }
+
+    fn of(tier: &str, first: &Contrast, all: &[(f64, &Contrast)]) -> Self {
+        let estimates: Vec<f64> = all.iter().map(|(sign, c)| sign * c.median).collect();
+        let (mean_n, interval_95) = population_mean(&estimates);
+        let count = |harder: &[Certainty], less: &[Certainty]| {
+            all.iter().filter(|(sign, c)| if *sign > 0.0 { harder } else { less }.contains(&c.word)).count()
+        };
+        let harder = [Certainty::SurelyHarder, Certainty::ProbablyHarder];
+        let less = [Certainty::SurelyNotHarder, Certainty::ProbablyNotHarder];
+        Self {
+            tier: tier.to_owned(),
+            muscle: first.muscle.clone(),
+            a: first.a.clone(),
+            b: first.b.clone(),
+            speakers: all.len(),
+            surely_harder_in_a: count(&harder[..1], &less[..1]),
+            harder_in_a: count(&harder, &less),
+            surely_harder_in_b: count(&less[..1], &harder[..1]),
+            harder_in_b: count(&less, &harder),
+            mean_n,
+            interval_95,
+        }
+    }
+}
+
+/// The mean of the population of speakers from one estimate of each, and its 95 % interval by Student's distribution. All speakers count
+/// alike: weights by their intervals hold 92.9 % for four speakers who differ, because the variance between them is hardly known.
+fn population_mean(estimates: &[f64]) -> (f64, Option<[f64; 2]>) {
+    let (mean, variance) = mean_and_variance(estimates.iter().copied());
+    let degrees = estimates.len() as f64 - 1.0;
+    let half = student_95(degrees) * (variance / degrees).sqrt();
+    (mean, (degrees >= 2.0).then_some([mean - half, mean + half]))
+}
+
+/// Two-sided 95 % quantile of Student's distribution with at least two degrees of freedom (Abramowitz and Stegun 1964, eq. 26.7.5; exact
+/// for two).
+fn student_95(degrees: f64) -> f64 {
+    if degrees < 2.5 {
+        return 4.302_653;
+    }
+    // That of the normal distribution.
+    let z: f64 = 1.959_963_985;
+    let terms = [
+        (z.powi(3) + z) / 4.0,
+        (5.0 * z.powi(5) + 16.0 * z.powi(3) + 3.0 * z) / 96.0,
+        (3.0 * z.powi(7) + 19.0 * z.powi(5) + 17.0 * z.powi(3) - 15.0 * z) / 384.0,
+        (79.0 * z.powi(9) + 776.0 * z.powi(7) + 1482.0 * z.powi(5) - 1920.0 * z.powi(3) - 945.0 * z)
+            / 92_160.0,
+    ];
+    terms.iter().rev().fold(0.0, |sum, term| (sum + term) / degrees) + z
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tongue_core::random;
+
+    #[test]
+    fn the_quantiles_are_those_of_students_table() {
+        for (degrees, table) in [(2.0, 4.303), (3.0, 3.182), (4.0, 2.776), (8.0, 2.306), (30.0, 2.042)] {
+            assert!((student_95(degrees) - table).abs() < 4e-3, "{degrees}: {}", student_95(degrees));
+        }
+    }
+
+    #[test]
+    fn intervals_of_a_population_hold_its_mean_in_95_percent() {
+        let mut random = fastrand::Rng::with_seed(1);
+        for (speakers, between) in [(4, 0.0), (4, 3.0), (9, 1.0), (9, 6.0)] {
+            const TRIALS: usize = 4000;
+            let held = (0..TRIALS).filter(|_| {
+                let mut one = |_| {
+                    let sd = 1.0 + 4.0 * random.f64();
+                    let own = 2.0 + between * random::normal(&mut random);
+                    own + sd * random::normal(&mut random)
+                };
+                let estimates: Vec<f64> = (0..speakers).map(&mut one).collect();
+                let [low, high] = population_mean(&estimates).1.unwrap();
+                (low..=high).contains(&2.0)
+            });
+            let part = held.count() as f64 / TRIALS as f64;
+            assert!((0.93..=0.97).contains(&part), "{speakers} speakers, {between} between: {part}");
+        }
+    }
+
+    #[test]
+    fn differences_are_those_of_the_same_labels_in_either_order() {
+        let draws = |middle: f64| (0..100).map(|i| middle + 0.01 * f64::from(i)).collect::<Vec<_>>();
+        let all = [
+            Contrast::of("GGp", ["i", "a"], &draws(5.0)),
+            Contrast::of("GGp", ["a", "i"], &draws(-7.0)),
+            Contrast::of("GGp", ["i", "a"], &draws(-0.5)),
+            Contrast::of("HGa", ["i", "a"], &draws(1.0)),
+        ];
+        let found = OverSpeakers::all(all.iter().map(|c| ("word", c)));
+        let [one] = &found[..] else { panic!("{found:?}") };
+        assert_eq!((one.speakers, one.surely_harder_in_a, one.harder_in_a, one.harder_in_b), (3, 2, 2, 0));
+        assert!(
+            one.said()
+                .unwrap()
+                .starts_with("GGp: harder in /i/ than in /a/ in 2 of 3 speakers, surely in 2, on")
+        );
+        assert!((one.mean_n - 3.8).abs() < 0.2 && one.interval_95.unwrap()[0] < 0.0, "{one:?}");
+    }
+}

@@ -1,0 +1,113 @@
+//! `tongue-fit track` of recordings of several speakers: each is tracked on a body of its own, and their differences between labels are
+//! brought together.
+
+use std::path::PathBuf;
+
+use miette::{IntoDiagnostic, miette};
+use serde::Serialize;
+use tongue_fit::measured::recording::Recording;
+use tongue_fit::posterior::OverSpeakers;
+use tongue_fit::report::{Export, Json, OutputDir, over_speakers};
+use tongue_fit::track::Comparison;
+
+use super::track::{self, Arguments};
+use super::{Global, Outcome, output, table};
+
+/// One of the speakers.
+#[derive(Debug, Serialize)]
+struct Speaker {
+    name: String,
+    folder: PathBuf,
+    frames: usize,
+    recordings: usize,
+    /// Why the results cannot be trusted, or there are none.
+    problem: Option<String>,
+}
+
+#[derive(Debug, Serialize)]
+struct SpeakersRecord {
+    speakers: Vec<Speaker>,
+    over_speakers: Vec<OverSpeakers>,
+}
+
+pub fn run(
+    arguments: &Arguments,
+    global: &Global,
+    read: Vec<(String, Recording)>,
+    names: &[String],
+) -> miette::Result<Outcome> {
+    let out = global.folder("results/track")?;
+    let unnamed = read.iter().filter(|(_, r)| r.speaker.is_none()).count();
+    if unnamed > 0 {
+        output::note(&format!(
+            "left out: {} without the name of a speaker",
+            table::counted(unnamed, "recording")
+        ));
+    }
+    let (mut speakers, mut comparisons, mut is_whole): (_, Vec<Comparison>, _) =
+        (Vec::new(), Vec::new(), unnamed == 0);
+    for (number, name) in names.iter().enumerate() {
+        output::note(&format!("speaker {name} ({} of {})", number + 1, names.len()));
+        let own = read.iter().filter(|(_, r)| r.speaker.as_ref() == Some(name)).cloned().collect();
+        let folder = out.path().join(folder(number, name));
+        let done =
+            OutputDir::prepare(&folder).into_diagnostic().and_then(|out| track::one(arguments, own, &out));
+        let (mut frames, mut recordings) = (0, 0);
+        let problem = match done {
+            Ok(done) => {
+                (frames, recordings) = (done.record.results.frames().count(), done.record.recordings.len());
+                comparisons.extend(done.record.comparisons);
+                is_whole &= done.outcome != Outcome::SomeRowsRefused;
+                done.record.untrusted
+            }
+            Err(why) => {
+                is_whole = false;
+                output::error(&why.wrap_err(format!("left out: speaker {name}")));
+                Some("nothing was tracked".to_owned())
+            }
+        };
+        speakers.push(Speaker { name: name.clone(), folder, frames, recordings, problem });
+    }
+    if speakers.iter().all(|s| s.recordings == 0) {
+        return Err(miette!("no speaker could be tracked"));
+    }
+    let contrasts = comparisons.iter().flat_map(|c| c.contrasts.iter().map(|one| (c.tier.as_str(), one)));
+    let record = SpeakersRecord { over_speakers: OverSpeakers::all(contrasts), speakers };
+    let (json, csv, by) = (Json(&record), over_speakers(&record.over_speakers), super::provenance());
+    let files: [(&str, &dyn Export); 2] = [("speakers.json", &json), ("over_speakers.csv", &csv)];
+    output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&record))?;
+    let tracked = record.speakers.iter().filter(|s| s.recordings > 0);
+    let doubtful: Vec<String> =
+        tracked.filter_map(|s| Some(format!("{}: {}", s.name, s.problem.as_ref()?))).collect();
+    Ok(match (doubtful.is_empty(), is_whole) {
+        (true, true) => Outcome::Good,
+        (true, false) => Outcome::SomeRowsRefused,
+        (false, _) => Outcome::of_reason(Some(doubtful.join("; "))),
+    })
+}
+
+/// The folder of a speaker: the name where every system takes it, else the number.
+fn folder(number: usize, name: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if !name.is_empty() && !name.starts_with("speaker_") && name.chars().all(is_plain) {
+        name.to_owned()
+    } else {
+        format!("speaker_{}", number + 1)
+    }
+}
+
+fn text(record: &SpeakersRecord) -> String {
+    let header = ["speaker", "recordings", "frames", "results in", "problem"];
+    let mut t = table::rows(&header, &record.speakers, |s| {
+        let [recordings, frames] = [s.recordings, s.frames].map(|n| n.to_string());
+        [
+            s.name.clone(),
+            recordings,
+            frames,
+            s.folder.display().to_string(),
+            s.problem.clone().unwrap_or_default(),
+        ]
+    });
+    (3..5).for_each(|column| table::left(&mut t, column));
+    format!("{t}\n\n{}\n", table::most_agree(&record.over_speakers))
+}
