@@ -108,6 +108,7 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     // Formants of most frames; the others touch the drawn palate.
     let heard: Vec<&Value> = frames.iter().filter_map(|f| f.get("formants")).collect();
     assert_eq!(found["formants"]["frames"], heard.len());
+    assert_eq!(found["formants"]["without"], json!({ "the tongue touches a wall": 90 - heard.len() }));
     assert!(heard.len() > 45, "{}", found["formants"]);
     let told = heard.len();
     for formants in heard {
@@ -119,7 +120,7 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     let out = folder.path().join("results/track");
     let read = |name: &str| fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
     assert_eq!(read("track.csv").lines().count(), 1 + 90 * 8);
-    assert_eq!(read("formants.csv").lines().count(), 1 + 2 * told);
+    assert_eq!(read("formants.csv").lines().count(), 1 + 2 * told + (90 - told));
     // Draws over labels are those of the frames: 5 % of them lie outside the intervals.
     let mut draws = csv::Reader::from_path(out.join("draws.csv")).unwrap();
     let (mut all, mut outside) = (0, 0);

@@ -28,19 +28,20 @@ pub struct OverSpeakers {
 impl OverSpeakers {
     /// All differences that at least two speakers have, in the order in which they come first; each contrast is given with its tier.
     pub fn all<'a>(contrasts: impl IntoIterator<Item = (&'a str, &'a Contrast)>) -> Vec<Self> {
-        let mut groups: Vec<(&str, &Contrast, Vec<(f64, &Contrast)>)> = Vec::new();
+        // Differences of the same tier, muscle and labels, the first of which says which label is `a`.
+        let mut groups: Vec<Vec<(&str, &Contrast)>> = Vec::new();
         for (tier, c) in contrasts {
-            let same = |(t, first, _): &&mut (&str, &Contrast, Vec<_>)| {
+            let is_same = |all: &&mut Vec<(&str, &Contrast)>| {
+                let (t, first) = all[0];
                 let (labels, own) = ([&first.a, &first.b], [&c.a, &c.b]);
-                *t == tier && first.muscle == c.muscle && (labels == own || labels == [own[1], own[0]])
+                t == tier && first.muscle == c.muscle && (labels == own || labels == [own[1], own[0]])
             };
-            match groups.iter_mut().find(same) {
-                Some((_, first, all)) => all.push((if first.a == c.a { 1.0 } else { -1.0 }, c)),
-                None => groups.push((tier, c, vec![(1.0, c)])),
+            match groups.iter_mut().find(is_same) {
+                Some(all) => all.push((tier, c)),
+                None => groups.push(vec![(tier, c)]),
             }
         }
-        groups.retain(|(.., all)| all.len() > 1);
-        groups.into_iter().map(|(tier, first, all)| Self::of(tier, first, &all)).collect()
+        groups.iter().filter(|all| all.len() > 1).map(|all| Self::of(all)).collect()
     }
 
     /// Such as "HGa: harder in /a/ than in /u/ in 9 of 9 speakers, surely in 7, on average by 12.3 (8.1 to 16.5) N/m"; `None` where half of
@@ -64,11 +65,13 @@ impl OverSpeakers {
         })
     }
 
-    fn of(tier: &str, first: &Contrast, all: &[(f64, &Contrast)]) -> Self {
-        let estimates: Vec<f64> = all.iter().map(|(sign, c)| sign * c.median).collect();
+    fn of(all: &[(&str, &Contrast)]) -> Self {
+        let (tier, first) = all[0];
+        let sign = |c: &Contrast| if c.a == first.a { 1.0 } else { -1.0 };
+        let estimates: Vec<f64> = all.iter().map(|(_, c)| sign(c) * c.median).collect();
         let (mean_n, interval_95) = population_mean(&estimates);
         let count = |harder: &[Certainty], less: &[Certainty]| {
-            all.iter().filter(|(sign, c)| if *sign > 0.0 { harder } else { less }.contains(&c.word)).count()
+            all.iter().filter(|(_, c)| if sign(c) > 0.0 { harder } else { less }.contains(&c.word)).count()
         };
         let harder = [Certainty::SurelyHarder, Certainty::ProbablyHarder];
         let less = [Certainty::SurelyNotHarder, Certainty::ProbablyNotHarder];
