@@ -251,7 +251,7 @@ pub mod measured {
         #[doc(inline)]
         pub use tongue_input::measured::recording::{
             AlignedRecording, Doubt, Fault, FaultKind, Format, Map, Mark, Recording, Severity, WITHOUT_BONES,
-            doubts, is_coil, other_size, palate_doubt, screen,
+            Waveform, doubts, is_coil, other_size, palate_doubt, screen,
         };
     }
 

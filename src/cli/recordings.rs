@@ -1,14 +1,15 @@
 //! Options for recordings, and how they are read.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::adapt::{Adaptation, AdaptationInput};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
-    AlignedRecording, Fault, Format, Map, Recording, Severity, doubts, other_size, palate_doubt, screen,
+    AlignedRecording, Fault, Format, Map, Recording, Severity, Waveform, doubts, other_size, palate_doubt,
+    screen,
 };
 use tongue_fit::track::TrackSettings;
 
@@ -92,6 +93,8 @@ pub const REST: [&str; 2] = ["joint", "similarity"];
 
 pub struct Screened {
     pub seen: AlignedRecording,
+    /// The sound beside its file.
+    pub sound: Option<Waveform>,
     pub faults: Vec<Vec<Fault>>,
     /// The given palate in the frame of the body, m.
     pub palate: Option<Vec<Point>>,
@@ -197,7 +200,13 @@ impl Arguments {
                     list(&seen.ignored)
                 )
             });
-            all.push(Screened { seen, faults, palate: own, is_trusted });
+            let is_only = read.iter().filter(|(other, _)| *other == file).count() == 1;
+            let sound = if is_only { Waveform::beside(Path::new(&file)) } else { Ok(None) };
+            let sound = sound.unwrap_or_else(|why| {
+                seen.notes.push(why);
+                None
+            });
+            all.push(Screened { seen, sound, faults, palate: own, is_trusted });
         }
         if let Some(why) = left_out.first().filter(|_| all.is_empty()) {
             bail!("{why}");

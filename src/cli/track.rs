@@ -180,7 +180,8 @@ pub fn one(arguments: &Arguments, read: Vec<(String, Recording)>, out: &OutputDi
         match recording_checks::out_of_reach(&r.seen, &found.frames, !is_given) {
             Some(why) => unmet.push(format!("{}: {why}", r.seen.name)),
             None => {
-                results.push(RecordingResult::new(&r.seen, &r.faults, run.freed(&r.seen), found));
+                let own = RecordingResult::new(&r.seen, &r.faults, run.freed(&r.seen), found);
+                results.push(RecordingResult { sound: r.sound.clone(), ..own });
                 met.push(&r.seen);
             }
         }

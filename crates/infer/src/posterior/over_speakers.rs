@@ -1,5 +1,7 @@
 //! Differences of a muscle's tension between two labels, over several speakers.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 use tongue_core::statistics::mean_and_variance;
 
@@ -30,16 +32,12 @@ impl OverSpeakers {
     pub fn all<'a>(contrasts: impl IntoIterator<Item = (&'a str, &'a Contrast)>) -> Vec<Self> {
         // Differences of the same tier, muscle and labels, the first of which says which label is `a`.
         let mut groups: Vec<Vec<(&str, &Contrast)>> = Vec::new();
+        let mut numbers: BTreeMap<[&str; 4], usize> = BTreeMap::new();
         for (tier, c) in contrasts {
-            let is_same = |all: &&mut Vec<(&str, &Contrast)>| {
-                let (t, first) = all[0];
-                let (labels, own) = ([&first.a, &first.b], [&c.a, &c.b]);
-                t == tier && first.muscle == c.muscle && (labels == own || labels == [own[1], own[0]])
-            };
-            match groups.iter_mut().find(is_same) {
-                Some(all) => all.push((tier, c)),
-                None => groups.push(vec![(tier, c)]),
-            }
+            let [one, other] = if c.a < c.b { [&c.a, &c.b] } else { [&c.b, &c.a] };
+            let number = *numbers.entry([tier, &c.muscle, one, other]).or_insert(groups.len());
+            groups.resize(groups.len().max(number + 1), Vec::new());
+            groups[number].push((tier, c));
         }
         groups.iter().filter(|all| all.len() > 1).map(|all| Self::of(all)).collect()
     }

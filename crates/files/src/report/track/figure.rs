@@ -11,6 +11,7 @@ use crate::report::{AnimationFrame, Export as _, Provenance, ReportError, Svg, V
 use tongue_core::body::{Mesh, MuscleChain};
 use tongue_core::geometry::Point;
 use tongue_infer::track::{Interval, Tracked};
+use tongue_input::measured::recording::Waveform;
 
 const MOST_FRAMES: usize = 2000;
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
@@ -96,6 +97,7 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
         "doubtful": frames.iter().map(|f| if f.status.is_trusted() { '0' } else { '1' }).collect::<String>(),
         "rms_mm": Packed::of(frames.iter().map(|f| f.rms_m.map_or(f64::NAN, |r| r * 1e3))),
         "labels": one.shown_labels().into_iter().map(|l| (l.from_s, l.to_s, &l.name)).collect::<Vec<_>>(),
+        "sound": one.sound.as_ref().and_then(|sound| drawn_sound(sound, &frames)),
         "courses": of(|f| &f.courses),
         "levels": of(|f| &f.levels),
         "mirrored": one.mirrored,
@@ -105,6 +107,18 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
         "rest": Packed::of_points(drawn.iter().map(|n| one.rest.get(*n).copied())),
         "marks": Packed::of_points(one.marks.iter().flatten().copied()),
     })
+}
+
+/// The sound while frames were recorded: time of its beginning and width of a bin, s, and of each bin the smallest and the largest sample.
+fn drawn_sound(sound: &Waveform, frames: &[&Tracked]) -> Option<(f64, f64, [Packed; 2])> {
+    const MOST_BINS: usize = 2000;
+    let [from_s, to_s] = [frames.first()?, frames.last()?].map(|f| f.time_s);
+    let bin = |time_s: f64| ((time_s / Waveform::BIN_S).max(0.0) as usize).min(sound.ends.len());
+    let (first, last) = (bin(from_s), bin(to_s));
+    let together = (last - first).div_ceil(MOST_BINS).max(1);
+    let bins: Vec<[f64; 2]> = sound.ends[first..last].chunks(together).map(Waveform::ends_of).collect();
+    let packed = [0, 1].map(|end| Packed::of(bins.iter().map(|ends| ends[end])));
+    (!bins.is_empty()).then_some((first as f64 * Waveform::BIN_S, together as f64 * Waveform::BIN_S, packed))
 }
 
 impl TrackResults {

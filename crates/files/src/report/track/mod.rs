@@ -26,7 +26,7 @@ use tongue_infer::track::{
     Comparison, CourseSummary, Displacement, HeldOut, HeldOutPrediction, Interval, LabelCourse, LabelDraws,
     LabelMean, Repeats, TrackSettings, Tracked, TrackedRecording,
 };
-use tongue_input::measured::recording::{AlignedRecording, Fault, Label};
+use tongue_input::measured::recording::{AlignedRecording, Fault, Label, Waveform};
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RecordingResult {
@@ -45,6 +45,8 @@ pub struct RecordingResult {
     /// Draws of the means over labels that are compared.
     pub compared: Vec<LabelDraws>,
     pub label_courses: Vec<LabelCourse>,
+    /// The sound that was recorded with it, where there is a file.
+    pub sound: Option<Waveform>,
 }
 
 impl RecordingResult {
@@ -75,6 +77,7 @@ impl RecordingResult {
             segments,
             compared,
             label_courses,
+            sound: None,
         }
     }
 

@@ -21,7 +21,7 @@ const nice = v => { const ten = 10 ** Math.floor(Math.log10(v)); return [1, 2, 5
 
 function figure(svg, data, what) {
   svg.replaceChildren();
-  const times = unpack(data.times), n = times.length, left = 90, right = 980, high = 62, gap = 14, top = 24;
+  const times = unpack(data.times), n = times.length, left = 90, right = 980, high = 62, gap = 14, top = data.sound ? 78 : 24;
   const from = times[0], to = Math.max(times[n - 1], from + 1e-6), x = t => left + (right - left) * (t - from) / (to - from);
   const panels = body.muscles.map(([name, known], i) => ({ name, known, unit: 'N/m', values: data[what][i].map(unpack) }));
   panels.push({ name: 'RMS', known: true, unit: 'mm', values: [unpack(data.rms_mm)] });
@@ -38,6 +38,12 @@ function figure(svg, data, what) {
     for (const at of [p, q]) make('line', { x1: at, x2: at, y1: top - 4, y2: foot, stroke: '#999', 'stroke-dasharray': '4 4' }, svg);
     if (7 * name.length < q - p) make('text', { x: (p + q) / 2, y: 14, 'text-anchor': 'middle' }, svg, name);
   }
+  if (data.sound) {
+    const [start, width, ends] = data.sound, [low, upper] = ends.map(unpack), loudest = Math.max(1e-9, ...upper, ...low.map(v => -v));
+    const at = (v, k) => `${x(start + width * (k + .5)).toFixed(1)} ${(46 - 24 * v[k] / loudest).toFixed(1)}`, bins = [...low.keys()];
+    make('path', { d: `M${bins.map(k => at(upper, k)).concat(bins.reverse().map(k => at(low, k))).join('L')}Z`, fill: '#636363' }, svg);
+    make('text', { x: 4, y: 50 }, svg, 'sound');
+  }
   panels.forEach((panel, i) => {
     const [middle, low, upper] = panel.values, base = top + i * (high + gap) + high;
     const all = panel.values.flatMap(v => [...v]).filter(Number.isFinite);
@@ -51,7 +57,7 @@ function figure(svg, data, what) {
     if (line.length) make('path', { d: `M${line.join('L')}`, fill: 'none', stroke: panel.known ? '#08519c' : '#888', 'stroke-width': 1.8 }, svg);
     make('path', { d: `M${left} ${base - high}V${base}`, stroke: '#222', fill: 'none' }, svg);
     make('path', { d: `M${left} ${y(0)}H${right}`, stroke: '#222', fill: 'none' }, svg);
-    const step = nice((most - least) / 2.5);
+    const step = nice((most - least) / 4);
     for (let v = Math.ceil(least / step) * step; v <= most; v += step) make('text', { x: left - 6, y: y(v) + 4, 'text-anchor': 'end' }, svg, +v.toFixed(6));
     make('text', { x: 4, y: base - high / 2, 'font-weight': panel.known ? 700 : 400 }, svg, panel.name);
     make('text', { x: 4, y: base - high / 2 + 15 }, svg, panel.unit);

@@ -34,6 +34,7 @@ mod sensor_table;
 mod template;
 mod tidy;
 mod txy;
+mod waveform;
 
 use std::path::Path;
 
@@ -51,6 +52,7 @@ pub use map::{CONTOUR_SD_M, Map, Role, WITHOUT_BONES};
 pub use names::is_coil;
 pub use outliers::{Fault, FaultKind, Screened, screen};
 pub use plausibility::{Doubt, Severity, doubts, other_size, palate_doubt};
+pub use waveform::Waveform;
 
 /// Limit of coordinates, in the unit of the file.
 const FARTHEST: f64 = 1e9;

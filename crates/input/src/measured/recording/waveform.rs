@@ -1,0 +1,97 @@
+//! The sound beside a recording.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use super::limits;
+
+/// A sound as it is drawn: the smallest and the largest sample of every bin, from -1 to 1, from the beginning of the recording on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Waveform {
+    pub ends: Vec<[f32; 2]>,
+}
+
+impl Waveform {
+    /// Duration of a bin, s.
+    pub const BIN_S: f64 = 2e-3;
+
+    /// The sound `NAME.wav` beside the recording `NAME.tsv`, whose first sample is at the recording's time 0; `None` without such a file,
+    /// and a sentence where it cannot be read.
+    pub fn beside(recording: &Path) -> Result<Option<Self>, String> {
+        let Some(path) =
+            ["wav", "WAV"].map(|e| recording.with_extension(e)).into_iter().find(|p| p.is_file())
+        else {
+            return Ok(None);
+        };
+        let unread = |why: String| format!("the sound {} cannot be drawn: {why}", path.display());
+        let bytes = crate::files::read_up_to(limits::LARGEST, &path).map_err(|e| unread(e.to_string()))?;
+        Self::of_wav(&bytes).map(Some).map_err(unread)
+    }
+
+    /// The first channel of a WAV file.
+    pub fn of_wav(bytes: &[u8]) -> Result<Self, String> {
+        let mut file = hound::WavReader::new(Cursor::new(bytes)).map_err(|e| e.to_string())?;
+        let spec = file.spec();
+        let channels = usize::from(spec.channels.max(1));
+        let samples: Result<Vec<f32>, hound::Error> = match spec.sample_format {
+            hound::SampleFormat::Float => file.samples::<f32>().step_by(channels).collect(),
+            hound::SampleFormat::Int => {
+                let full = 2f32.powi(i32::from(spec.bits_per_sample) - 1);
+                file.samples::<i32>().step_by(channels).map(|s| s.map(|s| s as f32 / full)).collect()
+            }
+        };
+        let samples = samples.map_err(|e| e.to_string())?;
+        let in_bin = (Self::BIN_S * f64::from(spec.sample_rate)).max(1.0);
+        let bins = (samples.len() as f64 / in_bin).floor() as usize;
+        let bin = |k: usize| {
+            let [from, to] = [k, k + 1].map(|k| (k as f64 * in_bin) as usize);
+            let start = [f32::INFINITY, f32::NEG_INFINITY];
+            samples[from..to].iter().fold(start, |[low, high], s| [low.min(*s), high.max(*s)])
+        };
+        Ok(Self { ends: (0..bins).map(bin).collect() })
+    }
+
+    /// The smallest and the largest sample of several bins.
+    pub fn ends_of(bins: &[[f32; 2]]) -> [f64; 2] {
+        let start = [f64::INFINITY, f64::NEG_INFINITY];
+        bins.iter().fold(start, |[a, b], [low, high]| [a.min(f64::from(*low)), b.max(f64::from(*high))])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use hound::{SampleFormat, WavSpec, WavWriter};
+
+    #[test]
+    fn bins_have_the_ends_of_the_first_channel() {
+        for (bits_per_sample, sample_format) in
+            [(16, SampleFormat::Int), (24, SampleFormat::Int), (32, SampleFormat::Float)]
+        {
+            let spec = WavSpec { channels: 2, sample_rate: 10_000, bits_per_sample, sample_format };
+            let mut bytes = Cursor::new(Vec::new());
+            let mut out = WavWriter::new(&mut bytes, spec).unwrap();
+            // 20 samples are a bin; the second channel is louder.
+            let of = |i: i32| [0.01 * (i / 20) as f32 * if i % 2 == 0 { 1.0 } else { -0.5 }, 0.9];
+            for sample in (0..110).flat_map(of) {
+                match sample_format {
+                    SampleFormat::Float => out.write_sample(sample).unwrap(),
+                    SampleFormat::Int => {
+                        out.write_sample((sample * 2f32.powi(i32::from(bits_per_sample) - 1)) as i32)
+                            .unwrap();
+                    }
+                }
+            }
+            out.finalize().unwrap();
+            let found = Waveform::of_wav(bytes.get_ref()).unwrap();
+            assert_eq!(found.ends.len(), 5);
+            for (k, [low, high]) in found.ends.iter().enumerate().take(4) {
+                let expected = 0.01 * k as f32;
+                assert!((high - expected).abs() < 1e-3 && (low + 0.5 * expected).abs() < 1e-3, "{found:?}");
+            }
+            let half = &bytes.get_ref()[..bytes.get_ref().len() / 2];
+            assert!(Waveform::of_wav(half).is_err() || Waveform::of_wav(half).unwrap().ends.len() < 5);
+        }
+        assert!(Waveform::of_wav(b"RIFF").is_err());
+    }
+}
