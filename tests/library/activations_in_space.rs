@@ -6,24 +6,21 @@ use nalgebra::Vector3;
 use tongue_fit::body::{SpaceBody, artisynth};
 use tongue_fit::inverse::in_space::SpaceSearch;
 use tongue_fit::inverse::{FitSettings, FitStatus};
-use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;
 use tongue_input::measured::SpaceMark;
 
+use crate::fixtures::solved;
 use crate::fixtures::space_block::space_block;
 use crate::tongue_in_space::{RECORDED, folder, recording};
 
 /// Where these nodes are at activations by name, known to 0.5 mm.
 fn seen(body: &SpaceBody, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SpaceMark> {
-    let mut w = Workspace::new(system);
-    let solution =
-        statics::solve(system, &mut w, &body.activations(given).unwrap(), &statics::SolveSettings::default());
-    assert_eq!(solution.status, statics::SolveStatus::Converged);
+    let w = solved(system, &body.activations(given).unwrap());
     nodes.iter().map(|&node| SpaceMark::node(node, w.positions()[node], 5e-4)).collect()
 }
 
-fn told(what: &str, fit: &SpaceFit) {
+pub fn told(what: &str, fit: &SpaceFit) {
     let found: Vec<String> = fit.names.iter().zip(fit.found()).map(|(n, a)| format!("{n} {a:.3}")).collect();
     let starts: Vec<_> = fit.starts.iter().map(|s| (s.misfit, s.factorisations, s.converged)).collect();
     eprintln!(

@@ -13,7 +13,8 @@ use tongue_fit::system::{MusclesAs, SpaceModel, System};
 use tongue_input::bodies::artisynth::{self, Files, Text};
 
 use crate::fixtures::artisynth::files;
-use crate::fixtures::space_block::space_block;
+use crate::fixtures::solved;
+use crate::fixtures::space_block::{hexahedra, space_block};
 
 const SIDE: f64 = 5.5e-3;
 
@@ -47,23 +48,8 @@ fn an_even_deformation_costs_what_the_law_says_and_turning_nothing() {
 fn deflection(law: MooneyRivlin, parts: [usize; 2]) -> f64 {
     let (length, height, width) = (40e-3, 5e-3, 5e-3);
     let [along, up] = parts;
-    let mut body = SpaceBody::default();
-    let node = |i: usize, j: usize, k: usize| (k * 2 + j) * (along + 1) + i;
-    for k in 0..=up {
-        for j in 0..2 {
-            for i in 0..=along {
-                let (x, z) = (length * i as f64 / along as f64, height * k as f64 / up as f64);
-                body.mesh.nodes.push(Vector3::new(x, width * j as f64, z));
-            }
-        }
-    }
-    for k in 0..up {
-        for i in 0..along {
-            let low = [node(i, 0, k), node(i + 1, 0, k), node(i + 1, 1, k), node(i, 1, k)];
-            let high = [node(i, 0, k + 1), node(i + 1, 0, k + 1), node(i + 1, 1, k + 1), node(i, 1, k + 1)];
-            body.mesh.hexahedra.push(std::array::from_fn(|c| if c < 4 { low[c] } else { high[c - 4] }));
-        }
-    }
+    let place = |[x, y, z]: [f64; 3]| [length * x / along as f64, width * y, height * z / up as f64];
+    let mut body = SpaceBody { mesh: hexahedra([along, 1, up], place), ..SpaceBody::default() };
     body.mesh.fixed = (0..body.mesh.nodes.len()).filter(|&n| body.mesh.nodes[n].x == 0.0).collect();
     let force = 1e-5;
     body.mesh.connect();
@@ -77,7 +63,7 @@ fn deflection(law: MooneyRivlin, parts: [usize; 2]) -> f64 {
     let mut w = Workspace::new(&system);
     let settings = SolveSettings { tolerance: 1e-13, ..SolveSettings::default() };
     assert_eq!(statics::solve(&system, &mut w, &[], &settings).status, SolveStatus::Converged);
-    let tip = node(along, 0, up);
+    let tip = up * 2 * (along + 1) + along;
     let found = w.positions()[tip].z - body.mesh.nodes[tip].z;
     // Timoshenko: bending and shear.
     let young = 4.0 * law.c10 * (1.0 + law.poisson_ratio());
@@ -108,15 +94,9 @@ fn both_sides_alike_is_solved_on_one_half_with_the_same_answer() {
         let model = SpaceModel { muscles, stiffening: 9.0, ..SpaceModel::default() };
         let (whole, left) =
             (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
-        let (mut w, mut l) = (Workspace::new(&whole), Workspace::new(&left));
         let activations = body.activations(&[("A", 0.2), ("m", 0.1)]).unwrap();
         let of_half = half.activations(&activations).unwrap();
-        for (status, converged) in [
-            (statics::solve(&whole, &mut w, &activations, &SolveSettings::default()).status, "whole"),
-            (statics::solve(&left, &mut l, &of_half, &SolveSettings::default()).status, "half"),
-        ] {
-            assert_eq!(status, SolveStatus::Converged, "{converged}");
-        }
+        let (w, l) = (solved(&whole, &activations), solved(&left, &of_half));
         let apart = largest_distance(&half.whole(l.positions()), w.positions());
         assert!(apart < 1e-7, "{apart}");
         assert!(largest_distance(w.positions(), &body.mesh.nodes) > 1e-4);

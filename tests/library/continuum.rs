@@ -1,25 +1,20 @@
 //! The continuum of quadratic elements: exact for homogeneous strain, of third order for smooth strain, with
 //! forces of muscles and bones that do not depend on the mesh.
 
-use crate::fixtures;
+use crate::fixtures::{self, solved};
 use nalgebra::{Matrix2, Matrix3, SMatrix, SVector};
 use tongue_core::body::{ContinuumError, continuum};
 use tongue_core::geometry::{quadratic, simplex};
-use tongue_core::statics;
 use tongue_fit::body::{Anatomy, Body, ContinuumSettings, Mesh, MuscleChain, solid};
 use tongue_fit::effect::{Configuration, Effect};
 use tongue_fit::material::{Constants, NeoHookean};
-use tongue_fit::statics::{SolveSettings, SolveStatus, Workspace};
+use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Additions, Model, System};
 
 /// A body of /a/: the system and the tensions of all muscles.
 fn pulled(mesh: &Mesh<2>) -> (System<2>, Vec<f64>) {
     let (contracting, tensions) = fixtures::pulling(mesh, &fixtures::PUBLISHED_A);
-    (System::new(mesh, &model(), &contracting).unwrap(), tensions)
-}
-
-fn model() -> Model {
-    Model::default()
+    (System::new(mesh, &Model::default(), &contracting).unwrap(), tensions)
 }
 
 /// The mesh as a continuum that is held on its whole surface.
@@ -32,7 +27,7 @@ fn held_all_around<const D: usize>(mut mesh: Mesh<D>) -> Mesh<D> {
 fn patch_test<const D: usize>(mut mesh: Mesh<D>, side: f64, stretch: SMatrix<f64, D, D>) {
     mesh.nodes = fixtures::shaken(&mesh, 0.2 * side);
     let mesh = held_all_around(mesh);
-    let system = System::new(&mesh, &model(), &[]).unwrap();
+    let system = System::new(&mesh, &Model::default(), &[]).unwrap();
     let x: Vec<_> = mesh.nodes.iter().map(|p| stretch * p).collect();
     let mut force = vec![SVector::zeros(); x.len()];
     system.force(Configuration { positions: &x, tensions: &[] }, &mut force);
@@ -124,15 +119,11 @@ fn deformed<const D: usize>(p: &SVector<f64, D>) -> SMatrix<f64, D, D> {
     f
 }
 
+/// First Piola-Kirchhoff stress, from Cauchy's.
 fn stress<const D: usize>(law: NeoHookean, p: &SVector<f64, D>) -> SMatrix<f64, D, D> {
     let f = deformed(p);
-    let (ratio, turned) = (determinant(&f), f.try_inverse().unwrap().transpose());
-    let mut p = SMatrix::<f64, D, D>::zeros();
-    for d in 0..D {
-        let axis = SVector::from_fn(|i, _| f64::from(u8::from(i == d)));
-        p.set_column(d, &law.at(f, ratio).stress(&axis, &(turned * axis)));
-    }
-    p
+    let ratio = determinant(&f);
+    law.at(f, ratio).state().cauchy_pa * ratio * f.try_inverse().unwrap().transpose()
 }
 
 fn held_by<const D: usize>(law: NeoHookean, p: &SVector<f64, D>) -> SVector<f64, D> {
@@ -206,10 +197,8 @@ fn errors<const D: usize>(mut mesh: Mesh<D>) -> (f64, f64) {
     }
     let carried = mesh.fixed.iter().map(|&n| (n, mesh.nodes[n] + field(&mesh.nodes[n]))).collect();
     let additions = Additions { effects: vec![Box::new(Load(load))], carried, ..Additions::default() };
-    let system = System::with(&mesh, &model(), &[], additions).unwrap();
-    let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &[], &SolveSettings::default());
-    assert_eq!(solution.status, SolveStatus::Converged);
+    let system = System::with(&mesh, &Model::default(), &[], additions).unwrap();
+    let workspace = solved(&system, &[]);
     let x = workspace.positions();
     let (mut squares, mut all) = (0.0, 0.0);
     for element in elements.elements() {
@@ -260,8 +249,7 @@ fn contracted_cylinder(rings: usize, layers: usize) -> (f64, f64) {
     let mesh = continuum::lay(&base, None, &settings).unwrap().mesh;
     let constants = Constants { poisson_ratio: 0.499, ..Constants::TONGUE };
     let system = System::new(&mesh, &Model { constants }, &[0]).unwrap();
-    let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &[0.3], &SolveSettings::default());
+    let (solution, workspace) = fixtures::solve(&system, &[0.3]);
     assert_eq!((solution.status, solution.guarded), (SolveStatus::Converged, 0));
     let (mut volume, mut before) = (0.0, 0.0);
     let points = fine_points::<3>(1);
@@ -302,7 +290,7 @@ fn a_cylinder_of_contracting_fibres_keeps_its_volume_and_converges_under_refinem
 fn tongue(h: f64, muscles: &[&str]) -> (Body<2>, System<2>) {
     let body = Body::continuum(h, &ContinuumSettings::default()).unwrap();
     let contracting: Vec<usize> = muscles.iter().map(|m| body.muscle(m).unwrap()).collect();
-    let system = System::new(&body.mesh, &model(), &contracting).unwrap();
+    let system = System::new(&body.mesh, &Model::default(), &contracting).unwrap();
     (body, system)
 }
 
@@ -351,11 +339,9 @@ fn a_carried_bone_takes_a_body_along_that_nothing_else_holds() {
     let mesh = fixtures::held_at_a_corner(fixtures::lattice(4, 4, 5e-3), 5e-3);
     let by = SVector::from([1e-3, -2e-3]);
     let carried = mesh.fixed.iter().map(|&n| (n, mesh.nodes[n] + by)).collect();
-    let system = System::with(&mesh, &model(), &[0], Additions { carried, ..Additions::default() }).unwrap();
-    let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &[0.0], &SolveSettings::default());
-    assert_eq!(solution.status, SolveStatus::Converged);
-    for (x, rest) in workspace.positions().iter().zip(&mesh.nodes) {
+    let system =
+        System::with(&mesh, &Model::default(), &[0], Additions { carried, ..Additions::default() }).unwrap();
+    for (x, rest) in solved(&system, &[0.0]).positions().iter().zip(&mesh.nodes) {
         assert!((x - rest - by).norm() < 1e-9, "{x} {rest}");
     }
 }
@@ -367,9 +353,7 @@ fn forces_of_muscles_end_on_the_bones() {
     for (name, tension) in [("GGa", 12.0), ("SGp", 5.0), ("HGp", 4.0)] {
         tensions[body.muscle(name).unwrap()] = tension;
     }
-    let mut workspace = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
-    assert_eq!(solution.status, SolveStatus::Converged);
+    let workspace = solved(&system, &tensions);
     let on = |bone: &str| body.bone(bone).iter().map(|&n| workspace.force()[n]).sum::<SVector<f64, 2>>();
     let [spine, hyoid, styloid] = ["mental_spine", "hyoid", "styloid"].map(on);
     assert!((spine + hyoid + styloid).norm() < 1e-9, "reactions cancel: {spine} {hyoid} {styloid}");
@@ -398,8 +382,7 @@ fn ratios_of_area_are_those_of_the_tissue_within_its_elements() {
         system.rest().iter().map(|x| SVector::from([1.2 * x[0] + 0.1 * x[1], 0.9 * x[1]])).collect();
     let (low, high) = system.tissue_ratios(&stretched);
     assert!((low - 1.08).abs() < 1e-12 && (high - 1.08).abs() < 1e-12, "{low} {high}");
-    let mut workspace = Workspace::new(&system);
-    statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
+    let workspace = solved(&system, &tensions);
     // The cells, whose sides are straight, change by more than the tissue does anywhere.
     let [(low, high), (of_cells, to_cells)] =
         [system.tissue_ratios(workspace.positions()), system.cell_ratios(workspace.positions())];
@@ -431,10 +414,7 @@ fn ratios_settle_on_nested_meshes_but_not_of_a_thin_bundle_on_one_node() {
             let body = body.into_continuum_of(&anatomy, &settings).unwrap();
             let (system, tensions) = pulled(&body.mesh);
             let tensions: Vec<f64> = tensions.iter().map(|t| t * load).collect();
-            let mut workspace = Workspace::new(&system);
-            let solution = statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
-            assert_eq!(solution.status, SolveStatus::Converged);
-            let lengths = system.lengths(workspace.positions());
+            let lengths = system.lengths(solved(&system, &tensions).positions());
             lengths.iter().map(|l| l / lengths[0]).collect::<Vec<f64>>()
         };
         let all: Vec<Vec<f64>> = nested(4).into_iter().map(ratios).collect();

@@ -6,7 +6,6 @@ use tongue_core::statics::lanes::Load;
 use tongue_core::statistics::mean_and_variance;
 use tongue_fit::body::{Body, ContinuumSettings, Mesh};
 use tongue_fit::geometry::Point;
-use tongue_fit::material::Constants;
 use tongue_fit::measured::recording::{self, Format, Map, Recording};
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
@@ -15,6 +14,7 @@ use tongue_infer::posterior::{
     Status, sample,
 };
 
+use crate::fixtures::less_compressible;
 use crate::posterior::{at_mode, coarse_posterior_model, derivatives, sampled, seen, solved};
 
 fn posterior_models() -> Vec<PosteriorModel> {
@@ -177,17 +177,8 @@ fn what_geometry_does_to_stretches_and_other_data_is_what_bodies_that_are_moved_
             }
         }
         assert!(of_stretches > 5e-3 && of_others > 0.3e-3, "they do matter: {of_stretches} {of_others}");
-        // Kappa by Poisson's ratio, with a modulus that leaves the springs as they are.
         let with = |ln_kappa: f64| {
-            let (lambda, mu) = posterior_model.model.constants.lame();
-            let lambda = match posterior_model.is_of_springs() {
-                true => mu + (lambda - mu) * f64::exp(ln_kappa),
-                false => lambda * f64::exp(ln_kappa),
-            };
-            let poisson_ratio = lambda / (2.0 * (lambda + mu));
-            let young_modulus = 2.0 * mu * (1.0 + poisson_ratio);
-            let constants = Constants { poisson_ratio, young_modulus, ..posterior_model.model.constants };
-            values(&posterior_model.body.mesh, &Model { constants })
+            values(&posterior_model.body.mesh, &less_compressible(posterior_model, ln_kappa.exp()))
         };
         let sd = posterior_model.priors.compressibility.sd_ln_kappa;
         let difference = (with(sd) - with(-sd)) * 0.5;

@@ -2,6 +2,7 @@
 
 use crate::fixtures;
 use nalgebra::SVector;
+use tongue_core::body::largest_distance;
 use tongue_core::dynamics::Spectrum;
 use tongue_core::effect::Incompressibility;
 use tongue_fit::body::Body;
@@ -45,11 +46,6 @@ fn static_positions(system: &System<2>, tensions: &[f64]) -> Vec<SVector<f64, 2>
     workspace.positions().to_vec()
 }
 
-/// Largest distance of a node, m.
-fn apart(a: &[SVector<f64, 2>], b: &[SVector<f64, 2>]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
-}
-
 #[derive(Default)]
 struct Keep(Vec<Vec<SVector<f64, 2>>>);
 
@@ -67,7 +63,7 @@ fn in_the_long_run_the_body_comes_to_the_equilibrium() {
         let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
         let tensions = vec![4.0];
         let goal = static_positions(&system, &tensions);
-        assert!(apart(&goal, system.rest()) > 1e-4);
+        assert!(largest_distance(&goal, system.rest()) > 1e-4);
         let motion = Motion::new(&system, Tensions::Ramp { to: tensions, duration: 0.3 }).unwrap();
         for (method, control) in [
             (IntegrationMethod::TrBdf2, Control::Adaptive(1e-9)),
@@ -77,7 +73,7 @@ fn in_the_long_run_the_body_comes_to_the_equilibrium() {
             let mut state = motion.at_rest();
             let outcome = run(&motion, integrator.as_mut(), &mut state, 60.0, &[], &mut ());
             assert_eq!(outcome.status, MotionStatus::Completed, "{method} {control:?}");
-            let left = apart(&state.positions, &goal);
+            let left = largest_distance(&state.positions, &goal);
             assert!(left < 1e-9, "{method} {control:?}: {left:e} m from the equilibrium");
         }
     }
@@ -115,18 +111,16 @@ fn explicit_runs_diverge_beyond_the_stability_limit() {
         let system = System::new(&mesh, &Model { constants }, &[]).unwrap();
         let motion = Motion::new(&system, Tensions::Constant(vec![0.0])).unwrap();
         let method = IntegrationMethod::Verlet;
-        {
-            let limit = method.step_limit(&motion).unwrap();
-            let status = |part: f64| {
-                let mut integrator = method.integrator(&motion, Control::Fixed(part * limit)).unwrap();
-                let mut state = motion.at_rest();
-                // Small, so that the body stays as stiff as at rest.
-                state.positions = fixtures::shaken(&mesh, 1e-9);
-                run(&motion, integrator.as_mut(), &mut state, 3000.0 * limit, &[], &mut ()).status
-            };
-            assert_eq!(status(0.98), MotionStatus::Completed, "{method} at viscosity {viscosity}");
-            assert_ne!(status(1.05), MotionStatus::Completed, "{method} at viscosity {viscosity}");
-        }
+        let limit = method.step_limit(&motion).unwrap();
+        let status = |part: f64| {
+            let mut integrator = method.integrator(&motion, Control::Fixed(part * limit)).unwrap();
+            let mut state = motion.at_rest();
+            // Small, so that the body stays as stiff as at rest.
+            state.positions = fixtures::shaken(&mesh, 1e-9);
+            run(&motion, integrator.as_mut(), &mut state, 3000.0 * limit, &[], &mut ()).status
+        };
+        assert_eq!(status(0.98), MotionStatus::Completed, "{method} at viscosity {viscosity}");
+        assert_ne!(status(1.05), MotionStatus::Completed, "{method} at viscosity {viscosity}");
     }
 }
 
@@ -147,31 +141,28 @@ fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that
         let (_, expected) = end(&motion, IntegrationMethod::TrBdf2, Control::Adaptive(1e-8));
         let unloaded = Motion::new(&system, Tensions::Constant(vec![0.0; system.muscle_count()])).unwrap();
         let method = IntegrationMethod::Verlet;
-        {
-            let (loaded, at_rest) =
-                (method.step_limit(&motion).unwrap(), method.step_limit(&unloaded).unwrap());
-            assert!(loaded < 0.95 * at_rest, "{method} at {load} N: {loaded:e} s, at rest {at_rest:e} s");
-            let mut unstable = 0;
-            for part in [0.95, 0.98, 0.99, 1.0, 1.01, 1.05] {
-                let dt = part * at_rest;
-                let refused = method.checked(&motion, Control::Fixed(dt)).unwrap_err();
-                assert!(
-                    matches!(refused, MotionError::Unstable { body: "as its tensions load it", .. })
-                        || part > 1.0
-                );
-                let (outcome, found) = end(&motion, method, Control::Fixed(dt));
-                let error = apart(&found, &expected);
-                let what =
-                    format!("{method} at {load} N and {part} of the limit at rest: {outcome:?}, {error:e} m");
-                assert!(outcome.status != MotionStatus::Completed || error < 1e-6, "{what}");
-                unstable += usize::from(outcome.status == MotionStatus::Unstable);
-                assert!(part < 1.01 || outcome.status != MotionStatus::Completed, "{what}");
-            }
-            assert!(unstable > 0, "{method} at {load} N: where its steps grow it says so");
-            let (outcome, found) = end(&motion, method, Control::Fixed(0.99 * loaded));
-            assert_eq!(outcome.status, MotionStatus::Completed);
-            assert!(apart(&found, &expected) < 1e-6);
+        let (loaded, at_rest) = (method.step_limit(&motion).unwrap(), method.step_limit(&unloaded).unwrap());
+        assert!(loaded < 0.95 * at_rest, "{method} at {load} N: {loaded:e} s, at rest {at_rest:e} s");
+        let mut unstable = 0;
+        for part in [0.95, 0.98, 0.99, 1.0, 1.01, 1.05] {
+            let dt = part * at_rest;
+            let refused = method.checked(&motion, Control::Fixed(dt)).unwrap_err();
+            assert!(
+                matches!(refused, MotionError::Unstable { body: "as its tensions load it", .. })
+                    || part > 1.0
+            );
+            let (outcome, found) = end(&motion, method, Control::Fixed(dt));
+            let error = largest_distance(&found, &expected);
+            let what =
+                format!("{method} at {load} N and {part} of the limit at rest: {outcome:?}, {error:e} m");
+            assert!(outcome.status != MotionStatus::Completed || error < 1e-6, "{what}");
+            unstable += usize::from(outcome.status == MotionStatus::Unstable);
+            assert!(part < 1.01 || outcome.status != MotionStatus::Completed, "{what}");
         }
+        assert!(unstable > 0, "{method} at {load} N: where its steps grow it says so");
+        let (outcome, found) = end(&motion, method, Control::Fixed(0.99 * loaded));
+        assert_eq!(outcome.status, MotionStatus::Completed);
+        assert!(largest_distance(&found, &expected) < 1e-6);
     }
 }
 
@@ -247,7 +238,7 @@ fn an_adaptive_trajectory_is_right_to_a_tenth_of_a_micrometre_in_few_steps() {
     };
     let (reference, _) = go(1e-12);
     let (found, counts) = go(1e-9);
-    let error = found.iter().zip(&reference).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+    let error = found.iter().zip(&reference).map(|(a, b)| largest_distance(a, b)).fold(0.0, f64::max);
     assert!(error < 1e-7, "{error:e} m");
     assert!(counts.steps < 250 && counts.factorisations < 100, "{counts:?}");
 }
@@ -265,7 +256,7 @@ fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
     let mut seen = Keep::default();
     let mut integrator = IntegrationMethod::TrBdf2.checked(&slack, Control::Adaptive(1e-10)).unwrap();
     run(&slack, integrator.as_mut(), &mut released, 8.0, &times, &mut seen);
-    let left: Vec<f64> = seen.0.iter().map(|x| apart(x, passive.rest())).collect();
+    let left: Vec<f64> = seen.0.iter().map(|x| largest_distance(x, passive.rest())).collect();
     let time_constant = 2.0 / (left[2] / left[3]).ln();
     let c = passive.coefficients();
     assert!((time_constant - c.tissue_damping / c.tissue_stiffness).abs() < 0.02, "{time_constant} s");
@@ -276,7 +267,7 @@ fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
     let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-10)).unwrap();
     let mut seen = Keep::default();
     run(&motion, integrator.as_mut(), &mut motion.at_rest(), 8.0, &times, &mut seen);
-    let left: Vec<f64> = seen.0.iter().map(|x| apart(x, &shape)).collect();
+    let left: Vec<f64> = seen.0.iter().map(|x| largest_distance(x, &shape)).collect();
     let time_constant = 2.0 / (left[2] / left[3]).ln();
     assert!((time_constant - 1.43).abs() < 0.03, "{time_constant} s");
     assert!((left[1] / left[0] - 0.178).abs() < 0.01, "{}", left[1] / left[0]);

@@ -5,16 +5,10 @@ use crate::fixtures::{self, tongue};
 use nalgebra::SVector;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::Configuration;
-use tongue_fit::statics::{Connection, Solution, SolveSettings, SolveStatus, Workspace, solve, trace};
+use tongue_fit::statics::{Connection, SolveSettings, SolveStatus, solve, trace};
 use tongue_fit::system::{Model, System};
 
 const PUBLISHED: [f64; 8] = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
-
-fn solved<const D: usize>(system: &System<D>, tensions: &[f64]) -> (Solution, Workspace<D>) {
-    let mut workspace = Workspace::new(system);
-    let solution = solve(system, &mut workspace, tensions, &SolveSettings::default());
-    (solution, workspace)
-}
 
 /// A line of `n` connections of 1 cm between a bone and a free end, as one muscle, and the equilibrium of the
 /// end under tension `F`: each connection at `l0 - F/k`.
@@ -28,7 +22,7 @@ fn rope(n: usize, tension: f64) -> (Mesh<2>, f64) {
 fn a_contracting_rope_shortens_by_f_over_k_a_connection() {
     let (mesh, exact) = rope(5, 8.0);
     let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
-    let (solution, workspace) = solved(&system, &[8.0]);
+    let (solution, workspace) = fixtures::solve(&system, &[8.0]);
     assert_eq!(solution.status, SolveStatus::Converged, "{solution:?}");
     assert!((system.length(workspace.positions(), 0) - exact).abs() < 1e-12);
     // The condensed path places the inner nodes evenly.
@@ -40,7 +34,7 @@ fn a_contracting_rope_shortens_by_f_over_k_a_connection() {
 #[test]
 fn the_tongue_rests_where_every_free_node_is_in_balance_and_the_energy_is_least() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
-    let (solution, workspace) = solved(&system, &PUBLISHED);
+    let (solution, workspace) = fixtures::solve(&system, &PUBLISHED);
     assert_eq!(solution.status, SolveStatus::Converged);
     assert!(solution.max_residual_force < 1e-9, "{solution:?}");
     let (smallest, largest) = system.cell_ratios(workspace.positions());
@@ -66,7 +60,7 @@ fn the_tongue_rests_where_every_free_node_is_in_balance_and_the_energy_is_least(
 #[test]
 fn the_published_load_takes_as_many_factorisations_as_before_and_a_neighbour_fewer() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
-    let (cold, mut workspace) = solved(&system, &PUBLISHED);
+    let (cold, mut workspace) = fixtures::solve(&system, &PUBLISHED);
     assert!(cold.iterations <= 9 && cold.factorisations <= 7, "{cold:?}");
     let near = workspace.positions().to_vec();
     workspace.start_from(&near);
@@ -81,7 +75,7 @@ fn a_pushed_path_stays_straight_and_in_balance() {
     // HGa and GGp together push the hyoid side; HGp shortens although it does not contract.
     let mesh = tongue();
     let system = System::new(&mesh, &Model::default(), &[2, 5, 6]).unwrap();
-    let (solution, workspace) = solved(&system, &[0.0, 0.0, 20.0, 0.0, 0.0, 20.0, 30.0, 0.0]);
+    let (solution, workspace) = fixtures::solve(&system, &[0.0, 0.0, 20.0, 0.0, 0.0, 20.0, 30.0, 0.0]);
     assert_eq!(solution.status, SolveStatus::Converged, "{solution:?}");
     for path in system.paths() {
         let [a, b] = path.ends().map(|n| workspace.positions()[n]);
@@ -97,19 +91,19 @@ fn whatever_the_tensions_a_solve_ends_in_a_status_with_finite_positions() {
     let system = System::new(&tongue(), &Model::default(), &[0, 1, 2, 3, 4, 5, 6, 7]).unwrap();
     let cases = [[1e9; 8], [f64::NAN; 8], [f64::INFINITY; 8], [200.0; 8], [-50.0; 8]];
     for tensions in cases {
-        let (solution, workspace) = solved(&system, &tensions);
+        let (solution, workspace) = fixtures::solve(&system, &tensions);
         assert!(workspace.positions().iter().all(|p| p.iter().all(|c| c.is_finite())), "{tensions:?}");
         assert_eq!(solution.status == SolveStatus::NotFinite, !tensions[0].is_finite(), "{solution:?}");
         assert!(system.cell_ratios(workspace.positions()).0 > 0.0, "{tensions:?} turned a triangle over");
     }
-    let (solution, _) = solved(&system, &[1.0; 3]);
+    let (solution, _) = fixtures::solve(&system, &[1.0; 3]);
     assert_eq!(solution.status, SolveStatus::NotFinite, "a wrong number of tensions");
 }
 
 #[test]
 fn a_trace_counts_all_that_it_took_and_says_where_it_stopped() {
     let system = System::new(&tongue(), &Model::default(), &[0, 4, 6]).unwrap();
-    let (direct, mut workspace) = solved(&system, &PUBLISHED);
+    let (direct, mut workspace) = fixtures::solve(&system, &PUBLISHED);
     let whole = trace(&system, &mut workspace, &PUBLISHED, &SolveSettings::default());
     assert_eq!((whole.stopped, whole.solution.connection), (None, Connection::Traced));
     assert!(whole.solution.iterations > 10 * direct.iterations, "{whole:?}");

@@ -1,10 +1,10 @@
-//! The SVG figures: well-formed, correct, readable, and the same bytes every time.
+//! The SVG figures, and a body for ParaView: well-formed, correct, readable, and the same bytes every time.
 
 use nalgebra::SVector;
 use roxmltree::{Document, Node};
 use tongue_files::report::{
-    AnimationFrame, PrecisionCurve, ReportError, Scatter, SectionPicture, Series, animation, changes,
-    scatter, solid, tongue, work_precision,
+    AnimationFrame, Export, PrecisionCurve, Provenance, ReportError, Scatter, SectionPicture, Series, Vtu,
+    animation, changes, scatter, solid, tongue, work_precision,
 };
 use tongue_fit::body::{self, Cells, Mesh, MuscleChain};
 
@@ -311,6 +311,22 @@ fn a_block_shows_one_side_in_each_view() {
     let faces: Vec<&str> = faces.filter_map(|n| n.attribute("fill")).collect();
     assert_eq!(faces.len(), mesh.surface().len() / 2, "three of six sides");
     assert!(faces.iter().all(|fill| *fill == faces[0]), "each is turned to the viewer: {faces:?}");
+}
+
+#[test]
+fn a_solid_is_written_as_tetrahedra() {
+    let mesh = body::solid::cylinder(0.01, 0.02, 1, 2);
+    let text = Vtu::new(&mesh, &mesh.nodes, &[0.5; 7]).unwrap().text(&Provenance::new("")).unwrap();
+    let document = Document::parse(&text).unwrap();
+    let values = |name: &str| -> Vec<f64> {
+        let array = document.descendants().find(|n| n.attribute("Name") == Some(name)).unwrap();
+        array.text().unwrap().split_whitespace().map(|w| w.parse().unwrap()).collect()
+    };
+    assert_eq!(values("types").iter().filter(|k| **k == 10.0).count(), mesh.cells.len());
+    let lines: usize = mesh.muscles.iter().map(|m| m.nodes.len() - 1).sum();
+    assert_eq!(values("volume_ratio"), vec![1.0; mesh.cells.len() + lines]);
+    assert_eq!(values("tension_n").last(), Some(&0.5));
+    assert_eq!(values("position").len(), 3 * mesh.nodes.len());
 }
 
 #[test]

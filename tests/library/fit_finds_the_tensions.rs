@@ -1,6 +1,6 @@
 //! The inverse problem against known answers of simulations, and against the thesis.
 
-use crate::fixtures::{pulling, target, target_of, tongue, vowel};
+use crate::fixtures::{pulling, solved, target, target_of, tongue, vowel};
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::solution_curve::{SolutionCurve, Termination};
 use tongue_fit::inverse::{self, Fit, FitSettings, FitStatus, Method};
@@ -13,10 +13,7 @@ use tongue_fit::system::{Model, System};
 fn simulated(mesh: &Mesh<2>, tensions: &[(&str, f64)]) -> (Vec<f64>, Vec<f64>) {
     let (active, all) = pulling(mesh, tensions);
     let system = System::new(mesh, &Model::default(), &active).unwrap();
-    let mut w = Workspace::new(&system);
-    let solution = statics::solve(&system, &mut w, &all, &statics::SolveSettings::default());
-    assert_eq!(solution.status, statics::SolveStatus::Converged);
-    (system.lengths(system.rest()), system.lengths(w.positions()))
+    (system.lengths(system.rest()), system.lengths(solved(&system, &all).positions()))
 }
 
 /// A target from simulated lengths, and their tensions.

@@ -6,10 +6,12 @@ use tongue_fit::body::{Anatomy, SpaceBody};
 use tongue_fit::inverse::in_space::SpaceSearch;
 use tongue_fit::inverse::{FitSettings, FitStatus};
 use tongue_fit::observe::Observable;
-use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;
 use tongue_input::measured::{LengthMeasure, Marked, SpaceMark};
+
+use crate::activations_in_space::told;
+use crate::fixtures::solved;
 
 const SD_M: f64 = 5e-4;
 
@@ -29,10 +31,7 @@ impl Moved {
         let (system, left) =
             (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
         let activations = half.activations(&body.activations(given).unwrap()).unwrap();
-        let mut w = Workspace::new(&left);
-        let found = statics::solve(&left, &mut w, &activations, &SolveSettings::default());
-        assert_eq!(found.status, SolveStatus::Converged);
-        let positions = half.whole(w.positions());
+        let positions = half.whole(solved(&left, &activations).positions());
         Self { body, system, half, left, positions }
     }
 
@@ -79,17 +78,7 @@ impl Moved {
         let usual = SpaceSearch::default();
         let search = SpaceSearch { prior_sd, settings: FitSettings { starts, ..usual.settings }, ..usual };
         let fit = search.fit_alike((&self.body, &self.system), (&self.half, &self.left), seen, None).unwrap();
-        let found: Vec<String> =
-            fit.names.iter().zip(fit.found()).map(|(n, a)| format!("{n} {a:.4}")).collect();
-        let open = fit.combinations.iter().filter(|c| c.sd > search.open_above).count();
-        eprintln!(
-            "{} marks: {:.4} mm RMS, {:?}, {} factorisations, {open} open; {}",
-            seen.len(),
-            1e3 * fit.rms_m,
-            fit.answer.status,
-            fit.factorisations,
-            found.join(", ")
-        );
+        told(&format!("{} marks", seen.len()), &fit);
         fit
     }
 }

@@ -9,7 +9,7 @@ use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::parallel;
-use tongue_fit::statics::{self, SolveStatus, Workspace};
+use tongue_fit::statics::{SolveSettings, SolveStatus, Trace, Workspace, trace};
 use tongue_fit::system::Model;
 use tongue_infer::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_infer::posterior::{
@@ -127,22 +127,21 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     };
     let (one, two) = (chains(1), chains(2));
     assert_eq!(one, two);
-    let mut w = Workspace::new(&posterior_model.system);
     for draw in one.iter().filter_map(|chain| chain.draws.last()) {
-        let own = &draw.meaning.postures[0];
-        let load = posterior_model.load(&draw.meaning, 0, None);
-        load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&posterior_model.system, nodes, *shift));
-        w.start_from_rest(&posterior_model.system);
-        let solution = statics::solve(
-            &posterior_model.system,
-            &mut w,
-            &own.tensions,
-            &statics::SolveSettings::default(),
-        );
-        assert_eq!(solution.status, SolveStatus::Converged);
-        let lengths = posterior_model.system.lengths(w.positions());
-        assert!(lengths.iter().zip(&draw.lengths).all(|(a, b)| (a - b).abs() < 1e-7));
+        let (found, away) = from_rest(&posterior_model, draw);
+        assert!(found.solution.status == SolveStatus::Converged && away < 1e-7, "{away}");
     }
+}
+
+/// Where the tensions of a draw lead from rest, and how far the lengths there are from those of the draw, m.
+fn from_rest(posterior_model: &PosteriorModel, draw: &Draw) -> (Trace, f64) {
+    let mut w = Workspace::new(&posterior_model.system);
+    let load = posterior_model.load(&draw.meaning, 0, None);
+    load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&posterior_model.system, nodes, *shift));
+    w.start_from_rest(&posterior_model.system);
+    let found = trace(&posterior_model.system, &mut w, &load.tensions, &SolveSettings::default());
+    let lengths = posterior_model.system.lengths(w.positions());
+    (found, lengths.iter().zip(&draw.lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max))
 }
 
 #[test]
@@ -286,18 +285,9 @@ fn the_same_seed_gives_the_same_draws_on_any_number_of_threads() {
 fn every_draw_is_where_its_tensions_lead_from_rest() {
     // In /i/ of S1 there is another branch not far away.
     let posterior = sampled("S1");
-    let posterior_model = posterior.density.posterior_model;
-    let settings = statics::SolveSettings::default();
     let mut snapped = 0;
     for draw in posterior.draws.iter().step_by(10) {
-        let mut w = Workspace::new(&posterior_model.system);
-        let own = &draw.meaning.postures[0];
-        let load = posterior_model.load(&draw.meaning, 0, None);
-        load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(&posterior_model.system, nodes, *shift));
-        w.start_from_rest(&posterior_model.system);
-        let found = statics::trace(&posterior_model.system, &mut w, &own.tensions, &settings);
-        let lengths = posterior_model.system.lengths(w.positions());
-        let away = lengths.iter().zip(&draw.lengths).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let (found, away) = from_rest(posterior.density.posterior_model, draw);
         // Behind a snap-through the shape depends on the steps in which the load grows.
         snapped += usize::from(found.critical.is_some() && away >= 1e-7);
         assert!(

@@ -6,8 +6,10 @@ use tongue_fit::body::SpaceBody;
 use tongue_fit::material::Constants;
 use tongue_fit::scene::run::SceneOutcome;
 use tongue_fit::scene::{self, Scene};
-use tongue_fit::statics::{self, Connection, SolveSettings, SolveStatus, Workspace};
+use tongue_fit::statics::Connection;
 use tongue_fit::system::{SpaceModel, System};
+
+use crate::fixtures::solved;
 
 fn run(rest: &str) -> SceneOutcome {
     let text = format!("title = \"t\"\nwant = \"shape\"\n[body.tongue-in-space]\n{rest}");
@@ -31,13 +33,10 @@ fn surgery_in_a_scene_is_that_of_simulate_with_the_loads_of_the_scene() {
     let wanted = Scene::from_toml(&text, "t.toml").unwrap().surgery.unwrap();
     let operated = wanted.operate(&body).unwrap();
     let system = System::in_space(&operated.body, &SpaceModel::default()).unwrap();
-    let mut w = Workspace::new(&system);
     let all = body.activations(&[("GGP", 0.15), ("TRANS", 0.1)]).unwrap();
     let left: Vec<f64> = operated.muscles.iter().map(|&m| all[m]).collect();
-    let found = statics::solve(&system, &mut w, &left, &SolveSettings::default());
-    assert_eq!(found.status, SolveStatus::Converged);
     let tip = body.tip().unwrap();
-    let moved = (w.positions()[tip] - body.mesh.nodes[tip]) * 1e3;
+    let moved = (solved(&system, &left).positions()[tip] - body.mesh.nodes[tip]) * 1e3;
     let after = Vector3::from(plain.tip_after_mm);
     assert!((moved - after).norm() < 1e-3, "{moved} {after}");
     assert!(plain.tip_before_mm[1].abs() < 1e-4 && plain.deviation_mm.abs() > 0.2, "{plain:?}");
@@ -99,11 +98,8 @@ fn a_scene_moves_the_tongue_as_its_muscles_do_alone() {
     let answer = run("[activations]\nGGP = 0.1\nTRANS_L = 0.05\n");
     let body = SpaceBody::tongue(1).unwrap();
     let system = System::in_space(&body, &SpaceModel::default()).unwrap();
-    let mut w = Workspace::new(&system);
     let activations = body.activations(&[("GGP", 0.1), ("TRANS_L", 0.05)]).unwrap();
-    let found = statics::solve(&system, &mut w, &activations, &SolveSettings::default());
-    assert_eq!(found.status, SolveStatus::Converged);
-    let apart = largest_distance(w.positions(), &positions(&answer));
+    let apart = largest_distance(solved(&system, &activations).positions(), &positions(&answer));
     assert!(apart < 1e-7, "{apart}");
     let active: Vec<&str> =
         answer.muscles.iter().filter(|m| m.pull.value() > 0.0).map(|m| m.muscle.as_str()).collect();

@@ -10,9 +10,11 @@ use tongue_fit::scene::file::Want;
 use tongue_fit::scene::prepare::{Prepared, prepare};
 use tongue_fit::scene::run::{SceneOutcome, run};
 use tongue_fit::scene::{self, Scene, simulate};
-use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Workspace, solve};
+use tongue_fit::statics::{Solution, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
+
+use crate::fixtures::solve;
 
 const TONGUE: &str = "title = \"t\"\nwant = \"shape\"\n[body.tongue]\nh_mm = 5.5\n";
 const CYLINDER: &str =
@@ -37,9 +39,7 @@ fn outcome(text: &str) -> SceneOutcome {
 }
 
 fn solved<const D: usize>(prepared: &Prepared<D>) -> (Solution, Workspace<D>) {
-    let mut workspace = Workspace::new(&prepared.system);
-    let solution = solve(&prepared.system, &mut workspace, &prepared.tensions, &SolveSettings::default());
-    (solution, workspace)
+    solve(&prepared.system, &prepared.tensions)
 }
 
 /// The scene with every muscle pulling, if only with 0 N, and with weight and wall, if only of zero strength.
@@ -111,8 +111,7 @@ fn an_effect_that_is_off_costs_nothing() {
     assert_eq!(prepared.system.pattern().matrix_blocks(), plain.pattern().matrix_blocks());
     assert_eq!(prepared.system.pattern().blocks(), plain.pattern().blocks());
     let (solution, workspace) = solved(&prepared);
-    let mut other = Workspace::new(&plain);
-    let plain_solution = solve(&plain, &mut other, &prepared.tensions, &SolveSettings::default());
+    let (plain_solution, other) = solve(&plain, &prepared.tensions);
     assert_eq!(solution, plain_solution, "the same work, and the same bits");
     assert_eq!(workspace.positions(), other.positions());
 

@@ -1,9 +1,8 @@
 //! The fields of quadratic elements are those of scikit-fem, an independent code, on the same mesh with the
 //! same integration points. Needs `TONGUE_FIT_PYTHON` with the name of a Python that has it.
 
-use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
-
 use crate::fixtures::scikit_fem::Tongue;
+use crate::fixtures::solved;
 
 #[test]
 fn a_pulled_tongue_has_the_displacements_that_scikit_fem_finds() {
@@ -16,9 +15,7 @@ fn a_pulled_tongue_has_the_displacements_that_scikit_fem_finds() {
     let published = [12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0];
     for (h, far, tensions) in [(5.5e-3, [3e-3, -4e-3], [0.0; 8]), (4e-3, [0.0; 2], published)] {
         let tongue = Tongue::new(h, far, &tensions);
-        let mut workspace = Workspace::new(&tongue.system);
-        let solution = statics::solve(&tongue.system, &mut workspace, &[], &SolveSettings::default());
-        assert_eq!(solution.status, SolveStatus::Converged);
+        let workspace = solved(&tongue.system, &[]);
         let theirs = tongue.by_scikit_fem(&python, 0.0, 1);
         let worst = tongue.largest_difference(workspace.positions(), &theirs);
         assert!(worst < 1e-11, "{worst:e} m");

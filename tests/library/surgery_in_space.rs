@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 use tongue_fit::body::space::{Filling, Region, Side};
 use tongue_fit::body::{SpaceBody, artisynth};
-use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
+use crate::fixtures::solved;
 use crate::fixtures::space_block::space_block;
 use crate::tongue_in_space::folder;
 
@@ -14,12 +14,9 @@ const SIDE: f64 = 1e-2;
 /// The way of a node at activations by name, mm.
 fn way(body: &SpaceBody, model: &SpaceModel, node: usize, given: &[(&str, f64)]) -> Vector3<f64> {
     let system = System::in_space(body, model).unwrap();
-    let mut w = Workspace::new(&system);
     let known: Vec<(&str, f64)> =
         given.iter().copied().filter(|(name, _)| body.muscles_called(name).is_ok()).collect();
-    let found =
-        statics::solve(&system, &mut w, &body.activations(&known).unwrap(), &SolveSettings::default());
-    assert_eq!(found.status, SolveStatus::Converged);
+    let w = solved(&system, &body.activations(&known).unwrap());
     (w.positions()[node] - body.mesh.nodes[node]) * 1e3
 }
 

@@ -41,15 +41,13 @@ fn recorded(speaker: &Speaker, count: usize, noise: f64) -> AlignedRecording {
     speaker.seen(&shapes, &times, Kind::Contour(11, noise), &mut fastrand::Rng::with_seed(7))
 }
 
+fn independent() -> TrackSettings {
+    TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) }
+}
+
 /// On the body itself, which is known, and with errors that are independent.
 fn tracked(speaker: &Speaker, seen: &AlignedRecording) -> Vec<Tracked> {
-    tracked_with(
-        speaker,
-        seen,
-        &[],
-        &TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) },
-        None,
-    )
+    tracked_with(speaker, seen, &[], &independent(), None)
 }
 
 fn tracked_with(
@@ -114,7 +112,7 @@ fn contrasts_are_differences_of_means_in_the_same_draws_and_repetitions_do_not_n
         mark(&mut ready, &seen.labels, &compared);
         ready
     };
-    let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
+    let settings = independent();
     let stage = TrackingContext { system: &speaker.system, followed: &followed, freed: &[], shape: None };
     let all = vec![ready(&seen), ready(&other)];
     let found = Watch::collect(|watch| track(&stage, all, &settings, watch)).unwrap();
@@ -208,7 +206,7 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     let mut ready = frames(&seen, &speaker.surface, followed, &[]);
     let airway = Arc::new(VocalTract::round(&speaker.body, VocalTract::drawn().unwrap()).unwrap());
     listen(&mut ready, &airway, followed, &Articulation::default(), 2);
-    let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
+    let settings = independent();
     let stage = TrackingContext { system: &speaker.system, followed, freed: &[], shape: None };
     let found =
         Watch::collect(|watch| track(&stage, vec![ready], &settings, watch)).unwrap().pop().unwrap().frames;
@@ -257,7 +255,7 @@ fn a_bone_that_was_not_seen_is_found_where_it_is() {
     seen.frames.iter_mut().for_each(|f| f.bones[0] = None);
     let all: Vec<usize> = (0..8).collect();
     let freed = [MovableBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap()];
-    let settings = TrackSettings { errors: Errors::INDEPENDENT, ..TrackSettings::new(20.0, 0.1) };
+    let settings = independent();
     let found = tracked_with(&speaker, &seen, &freed, &settings, None);
     let held = tracked_with(&speaker, &seen, &[], &settings, None);
     for (frame, held) in found.iter().zip(&held) {

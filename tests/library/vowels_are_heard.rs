@@ -14,6 +14,9 @@ use tongue_fit::scene::{self, Scene};
 use tongue_fit::statics::{self, SolveSettings, Workspace};
 use tongue_fit::system::{Additions, Model, System};
 
+use crate::fixtures::solved;
+use crate::fixtures::space_block::hexahedra;
+
 fn pulled() -> (Body<2>, System<2>, Vec<f64>) {
     let body = Body::tongue(5.5e-3).unwrap();
     let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
@@ -29,9 +32,7 @@ const POSTURE: Articulation =
 fn a_formant_is_an_observable_whose_gradient_is_its_derivative() {
     let (body, system, tensions) = pulled();
     let airway = Arc::new(VocalTract::round(&body, VocalTract::drawn().unwrap()).unwrap());
-    let mut workspace = Workspace::new(&system);
-    statics::solve(&system, &mut workspace, &tensions, &SolveSettings::default());
-    let positions = workspace.positions().to_vec();
+    let positions = solved(&system, &tensions).positions().to_vec();
     for number in 0..4 {
         let formant = Heard::new(Arc::clone(&airway), POSTURE, number);
         let mut exact = vec![[0.0; 2]; positions.len()];
@@ -158,28 +159,9 @@ fn a_trajectory_with_a_tract_has_formants_over_time() {
 
 /// A box of hexahedra from x = 0 to 60 mm, 40 mm wide, from z = 0 to 20 mm, with faces in the midsagittal plane.
 fn block_in_space() -> SpaceBody {
-    let counts = [12, 80, 2];
-    let size = [60e-3, 40e-3, 20e-3];
-    let node = |i: usize, j: usize, k: usize| (k * (counts[1] + 1) + j) * (counts[0] + 1) + i;
-    let mut body = SpaceBody { what: "a box".to_owned(), ..SpaceBody::default() };
-    for k in 0..=counts[2] {
-        for j in 0..=counts[1] {
-            for i in 0..=counts[0] {
-                let at = |n: usize, axis: usize| size[axis] * n as f64 / counts[axis] as f64;
-                body.mesh.nodes.push(Vector3::new(at(i, 0), at(j, 1) - 0.5 * size[1], at(k, 2)));
-            }
-        }
-    }
-    for k in 0..counts[2] {
-        for j in 0..counts[1] {
-            for i in 0..counts[0] {
-                let layer =
-                    |k: usize| [node(i, j, k), node(i + 1, j, k), node(i + 1, j + 1, k), node(i, j + 1, k)];
-                let (low, high) = (layer(k), layer(k + 1));
-                body.mesh.hexahedra.push(std::array::from_fn(|c| if c < 4 { low[c] } else { high[c - 4] }));
-            }
-        }
-    }
+    let place = |[x, y, z]: [f64; 3]| [x / 12.0 * 60e-3, (y / 80.0 - 0.5) * 40e-3, z / 2.0 * 20e-3];
+    let mesh = hexahedra([12, 80, 2], place);
+    let mut body = SpaceBody { what: "a box".to_owned(), mesh, ..SpaceBody::default() };
     body.mesh.fixed = vec![0];
     body.mesh.connect();
     body

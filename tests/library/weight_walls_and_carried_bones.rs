@@ -5,14 +5,11 @@ use nalgebra::{SVector, Vector2};
 use tongue_core::effect::lumped_masses;
 use tongue_fit::body::{Cells, Mesh};
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity};
-use tongue_fit::statics::{Solution, SolveSettings, SolveStatus, Workspace, solve};
+use tongue_fit::statics::{Solution, SolveStatus, Workspace};
 use tongue_fit::system::{self, Additions, Model, PrescribedDisplacement, System};
 
 fn solved<const D: usize>(system: &System<D>) -> (Solution, Workspace<D>) {
-    let mut workspace = Workspace::new(system);
-    let slack = vec![0.0; system.muscle_count()];
-    let solution = solve(system, &mut workspace, &slack, &SolveSettings::default());
-    (solution, workspace)
+    fixtures::solve(system, &vec![0.0; system.muscle_count()])
 }
 
 fn pushed<const D: usize>(effects: Vec<Box<dyn Effect<D>>>) -> Additions<D> {

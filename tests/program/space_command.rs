@@ -96,19 +96,15 @@ fn a_vowel_is_fitted_in_space_from_its_lengths() {
 }
 
 #[test]
-fn surgery_of_one_side_deviates_and_what_is_left_must_be_said() {
+fn surgery_of_one_side_deviates() {
     let folder = tempfile::tempdir().unwrap();
     let line = "simulate --body space --activation GGP=0.15 --activation TRANS=0.1 --json \
                 --operate left:box:-20,20,-40,40,15,60";
-    let mut deviations = Vec::new();
-    for filling in ["flap", "scar"] {
-        let made = json(folder.path(), &format!("{line} --filling {filling}"));
-        let operation = &made["operation"];
-        assert!(operation["elements"].as_u64().unwrap() > 20, "{operation}");
-        assert!(operation["tip_before_mm"][1].as_f64().unwrap().abs() < 1e-6);
-        deviations.push(operation["deviation_mm"].as_f64().unwrap());
-    }
-    assert!(deviations.iter().all(|d| d.abs() > 0.2), "{deviations:?}");
+    // Of a flap: scenes_in_space in tests/library.
+    let operation = &json(folder.path(), &format!("{line} --filling scar"))["operation"];
+    assert!(operation["elements"].as_u64().unwrap() > 20, "{operation}");
+    assert!(operation["tip_before_mm"][1].as_f64().unwrap().abs() < 1e-6);
+    assert!(operation["deviation_mm"].as_f64().unwrap().abs() > 0.2, "{operation}");
 }
 
 #[test]

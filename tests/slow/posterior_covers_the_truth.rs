@@ -5,12 +5,12 @@
 use tongue_core::random::{normal, normals, seed_of};
 use tongue_fit::MM;
 use tongue_fit::body::{Body, ContinuumSettings};
-use tongue_fit::material::Constants;
 use tongue_fit::parallel;
 use tongue_fit::system::{Model, System};
 use tongue_infer::posterior::{ParameterValues, PosteriorModel, Priors, Quantiles, Sampling, sample};
 
 use crate::cases;
+use crate::fixtures::less_compressible;
 use crate::synthetic_speakers::{
     Number, p_of_uniform, posterior_model, posterior_model_at, seen, stretches, unknowns, unseen,
 };
@@ -117,13 +117,7 @@ fn displaced(truth: &PosteriorModel, random: &mut fastrand::Rng) -> Option<Syste
     let outline = normals(truth.outline.len(), random);
     let body = truth.displaced(ends.as_slice(), outline.as_slice())?;
     let kappa = (truth.priors.compressibility.sd_ln_kappa * normal(random)).exp();
-    let (lambda, mu) = truth.model.constants.lame();
-    // In springs kappa goes with lambda minus mu, in other tissue with lambda; mu stays.
-    let lambda = if truth.is_of_springs() { mu + (lambda - mu) * kappa } else { lambda * kappa };
-    let poisson_ratio = lambda / (2.0 * (lambda + mu));
-    let young_modulus = 2.0 * mu * (1.0 + poisson_ratio);
-    let constants = Constants { poisson_ratio, young_modulus, ..truth.model.constants };
-    System::new(&body.mesh, &Model { constants }, &all).ok()
+    System::new(&body.mesh, &less_compressible(truth, kappa), &all).ok()
 }
 
 /// Counts how often intervals contain the truth. The speakers' bodies are those of `truths` in turn, with the

@@ -1,6 +1,8 @@
 //! Recordings are simulated: on the body that they are tracked with, at tensions drawn from the prior, and on other bodies, at
 //! tensions of another kind. About 95 % of the intervals hold the truth.
 
+use std::sync::OnceLock;
+
 use nalgebra::DVector;
 use tongue_core::geometry::NaturalSpline;
 use tongue_core::random::normal;
@@ -248,7 +250,7 @@ impl Held {
 
 #[test]
 fn intervals_of_speakers_with_other_bodies_hold_the_truth() {
-    let held = other_bodies(Tones::HalfNormal(20.0), SHARED, 40);
+    let held = sum(usual());
     assert!((93.0..=97.0).contains(&held.levels()), "{}", held.told());
     assert!((93.0..=97.0).contains(&held.courses()), "{}", held.told());
     assert!(held.level_width() < 46.0, "of 52.7 N/m without data: {}", held.told());
@@ -279,8 +281,8 @@ pub const SHARED: usize = 240;
 /// A contour that is drawn through 41 points instead of 11, or whose frames are given twice, has intervals as wide as before.
 #[test]
 fn more_points_of_a_contour_and_frames_given_twice_are_no_new_data() {
-    let held = |change: &Change| held_of(Tones::HalfNormal(20.0), SHARED, 12, change);
-    let usual = held(&|_| ());
+    let held = |change: &Change| sum(&held_of(Tones::HalfNormal(20.0), SHARED, 12, change));
+    let usual = sum(&usual()[..cases(12)]);
     for (what, held) in [("41 points", held(&|s| redrawn(s, 4))), ("frames twice", held(&doubled))] {
         let wider = held.level_width() / usual.level_width();
         assert!((wider - 1.0).abs() < 0.1, "{what}: {} and {}", held.told(), usual.told());
@@ -321,14 +323,26 @@ fn doubled(speaker: &mut Recorded) {
 }
 
 fn other_bodies(tones: Tones, shared_frames: usize, speakers: usize) -> Held {
-    held_of(tones, shared_frames, speakers, &|_| ())
+    sum(&held_of(tones, shared_frames, speakers, &|_| ()))
+}
+
+/// Of 40 speakers with tones as the prior has them, tracked once for all tests that look at them.
+fn usual() -> &'static [Held] {
+    static ALL: OnceLock<Vec<Held>> = OnceLock::new();
+    ALL.get_or_init(|| held_of(Tones::HalfNormal(20.0), SHARED, 40, &|_| ()))
+}
+
+fn sum(speakers: &[Held]) -> Held {
+    let mut sum = Held::default();
+    speakers.iter().for_each(|held| sum.extend(held));
+    sum
 }
 
 /// What is done to a speaker's recordings before they are tracked.
 type Change = dyn Fn(&mut Recorded) + Sync;
 
 #[allow(clippy::print_stdout, reason = "for --nocapture")]
-fn held_of(tones: Tones, shared_frames: usize, speakers: usize, change: &Change) -> Held {
+fn held_of(tones: Tones, shared_frames: usize, speakers: usize, change: &Change) -> Vec<Held> {
     let seeds: Vec<u64> = (0..cases(speakers) as u64).collect();
     let all = parallel::map(&seeds, |seed| {
         let (mut speaker, mut held) = (recorded_with(*seed, Seeing::Contour, tones), Held::default());
@@ -338,14 +352,14 @@ fn held_of(tones: Tones, shared_frames: usize, speakers: usize, change: &Change)
         held.add(&speaker, found.unwrap_or_default());
         (speaker.what, held, placed)
     });
-    let mut sum = Held::default();
     for (seed, (what, held, placed)) in all.iter().enumerate() {
         println!("{seed} {what}: {}{}", held.told(), if *placed { "" } else { "refused" });
-        sum.extend(held);
     }
     let refused = all.iter().filter(|(.., placed)| !placed).count();
-    println!("{tones:?}, {shared_frames} frames: {}; {refused} of {} refused", sum.told(), all.len());
+    let count = all.len();
+    let all: Vec<Held> = all.into_iter().map(|(_, held, _)| held).collect();
+    println!("{tones:?}, {shared_frames} frames: {}; {refused} of {count} refused", sum(&all).told());
     // These bodies differ more than people do: of files in the right frame none is refused for its bones.
-    assert!(refused * 3 <= all.len(), "{refused} of {}", all.len());
-    sum
+    assert!(refused * 3 <= count, "{refused} of {count}");
+    all
 }

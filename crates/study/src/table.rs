@@ -67,28 +67,3 @@ pub fn duration(seconds: f64) -> String {
         s => format!("{:.1} h", s / 3600.0),
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[derive(Serialize)]
-    struct Row {
-        name: &'static str,
-        error_mm: Option<f64>,
-        seconds: f64,
-        steps: usize,
-        hidden: u8,
-    }
-
-    #[test]
-    fn fields_are_columns_with_their_units_and_numbers_are_short() {
-        let row = |name, error_mm| Row { name, error_mm, seconds: 1.5e-4, steps: 12, hidden: 0 };
-        let rows = [row("a|b", Some(1.25e-8)), row("c", None)];
-        assert_eq!(
-            markdown(&rows, &["hidden"]).unwrap(),
-            "| name | error, mm | time | steps |\n|---|--:|--:|--:|\n\
-             | a/b | 1.2e-8 | 150 µs | 12 |\n| c | – | 150 µs | 12 |\n\n"
-        );
-    }
-}

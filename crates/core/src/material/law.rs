@@ -172,14 +172,6 @@ impl<const D: usize> Deformed<D> {
         shear + (0.5 * lambda * self.log - mu) * self.log
     }
 
-    /// `P G`, with the first Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, on a direction at rest
-    /// `rest` (G), for which `deformed` is `F⁻ᵀ G`.
-    #[inline(always)]
-    pub fn stress(&self, rest: &SVector<f64, D>, deformed: &SVector<f64, D>) -> SVector<f64, D> {
-        let NeoHookean { lambda, mu } = self.law;
-        self.gradient * rest * mu + deformed * (lambda * self.log - mu)
-    }
-
     /// First Piola-Kirchhoff stress `P = μ F + (λ ln J - μ) F⁻ᵀ`, Pa, with `F⁻ᵀ` given.
     #[inline(always)]
     pub(crate) fn piola(&self, turned: &SMatrix<f64, D, D>) -> SMatrix<f64, D, D> {

@@ -231,26 +231,3 @@ impl Export for Pvd {
         out.write_all(b"</Collection>\n</VTKFile>\n")
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn values(document: &roxmltree::Document<'_>, name: &str) -> Vec<f64> {
-        let node = document.descendants().find(|n| n.attribute("Name") == Some(name)).unwrap();
-        node.text().unwrap().split_whitespace().map(|w| w.parse().unwrap()).collect()
-    }
-
-    #[test]
-    fn a_solid_is_written_as_tetrahedra() {
-        let mesh = tongue_core::body::solid::cylinder(0.01, 0.02, 1, 2);
-        let text = Vtu::new(&mesh, &mesh.nodes, &[0.5; 7]).unwrap().text(&Provenance::new("")).unwrap();
-        let document = roxmltree::Document::parse(&text).unwrap();
-        let kinds = values(&document, "types");
-        assert_eq!(kinds.iter().filter(|k| **k == 10.0).count(), mesh.cells.len());
-        let lines: usize = mesh.muscles.iter().map(|m| m.nodes.len() - 1).sum();
-        assert_eq!(values(&document, "volume_ratio"), vec![1.0; mesh.cells.len() + lines]);
-        assert_eq!(values(&document, "tension_n").last(), Some(&0.5));
-        assert_eq!(values(&document, "position").len(), 3 * mesh.nodes.len());
-    }
-}

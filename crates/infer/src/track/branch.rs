@@ -223,28 +223,13 @@ mod tests {
     use tongue_core::body::{Body, DEFAULT_SPACING_M};
     use tongue_core::system::{Model, System};
 
-    /// A frame without observations.
-    fn unseen() -> Frame {
-        Frame {
-            time_s: 0.0,
-            observations: Vec::new(),
-            names: Vec::new(),
-            along: Vec::new(),
-            hidden: Vec::new(),
-            shifts: Vec::new(),
-            labels: Vec::new(),
-            compared: Vec::new(),
-            heard: Vec::new(),
-        }
-    }
-
     #[test]
     fn a_shape_that_one_muscle_before_the_others_leads_to_is_reached_in_another_way() {
         let body = Body::tongue(DEFAULT_SPACING_M).unwrap();
         let muscles: Vec<usize> = (0..body.mesh.muscles.len()).collect();
         let system = System::new(&body.mesh, &Model::default(), &muscles).unwrap();
         let mut solver = Solver::new(&system, &[], Softplus::default());
-        let frame = unseen();
+        let frame = Frame::default();
         let mut random = fastrand::Rng::with_seed(1);
         // Tensions at which the tongue has two shapes.
         let mut found = None;

@@ -81,7 +81,7 @@ pub struct Followed {
 }
 
 /// The prepared observations of one frame.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Frame {
     pub time_s: f64,
     /// Observations that are fitted, in metres, with their standard deviations.
@@ -169,17 +169,8 @@ fn one(
     hide: &[String],
     along: &[f64],
 ) -> Frame {
-    let mut out = Frame {
-        time_s: frame.time_s,
-        observations: Vec::new(),
-        names: Vec::new(),
-        along: Vec::new(),
-        hidden: Vec::new(),
-        heard: Vec::new(),
-        shifts,
-        labels: (0..seen.labels.len()).filter(|&l| seen.labels[l].holds(frame.time_s)).collect(),
-        compared: Vec::new(),
-    };
+    let labels = (0..seen.labels.len()).filter(|&l| seen.labels[l].holds(frame.time_s)).collect();
+    let mut out = Frame { time_s: frame.time_s, shifts, labels, ..Frame::default() };
     let marks: Vec<_> = seen
         .contour
         .iter()
