@@ -7,6 +7,7 @@ mod continuum;
 mod hard_cases;
 mod measure;
 mod plane;
+mod plane_signs;
 mod table;
 mod test_tensions;
 
@@ -52,7 +53,7 @@ enum Study {
     },
     /// The mesh of the continuum, and the settings that were chosen without data (a minute or two)
     Continuum,
-    /// A body in space against its own midsagittal plane, muscle by muscle (a minute)
+    /// A body in space against its own midsagittal plane, muscle by muscle, and which signs of differences survive (minutes)
     Plane {
         /// A folder with ArtiSynth's tongue in place of the built-in one
         #[arg(long, value_name = "FOLDER")]
@@ -101,11 +102,13 @@ impl Study {
                     Some(folder) => artisynth::read(folder)?,
                     None => SpaceBody::tongue(1)?,
                 };
-                let study = plane::run(&body)?;
-                let files: [(&str, &dyn Export); 3] = [
-                    ("README.md", &Markdown(plane::page(&study, &made)?)),
+                let (study, signs) = (plane::run(&body)?, plane_signs::run(&body)?);
+                let page = plane::page(&study, &made)? + &plane_signs::page(&signs)?;
+                let files: [(&str, &dyn Export); 4] = [
+                    ("README.md", &Markdown(page)),
                     ("alone.csv", &Rows(&study.alone)),
                     ("inverse.csv", &Rows(&study.inverse)),
+                    ("signs.csv", &Rows(&signs)),
                 ];
                 out.export(&files, by)?
             }

@@ -1,0 +1,252 @@
+//! Which signs of differences survive the plane: contours made by the tongue in space at known activations, tracked in the plane.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use tongue_core::body::{Anatomy, Body, DEFAULT_SPACING_M, HYOID, MANDIBLE, SpaceBody};
+use tongue_core::geometry::Point;
+use tongue_core::parallel;
+use tongue_core::random::{normal, seed_of};
+use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
+use tongue_core::system::{Model, SpaceModel, System};
+use tongue_files::run::TrackRun;
+use tongue_infer::adapt::{AdaptationInput, RestShapeMethod, mark_of};
+use tongue_infer::posterior::Certainty;
+use tongue_infer::track::{TongueSurface, TrackSettings, compare, compared};
+use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Label, Mark};
+
+use crate::table::markdown;
+use crate::{Error, tell};
+
+const PAIRS: u64 = 60;
+/// Muscles of the plane, and what they are in space.
+const MUSCLES: [(&str, &str); 8] = [
+    ("GGa", "GGA"),
+    ("GGm", "GGM"),
+    ("GGp", "GGP"),
+    ("SGp", "STY"),
+    ("SGm", "STY"),
+    ("SGa", "STY"),
+    ("HGa", "HG"),
+    ("HGp", "HG"),
+];
+/// Largest activations: of muscles that the plane has, and of others.
+const MOST: [f64; 2] = [0.12, 0.08];
+/// Smallest difference of activations that counts.
+const DIFFERENT: f64 = 0.02;
+/// Each posture is said so often, with so many frames.
+const REPETITIONS: usize = 3;
+const FRAMES: usize = 4;
+const CONTOUR_POINTS: usize = 11;
+/// Noise of a contour point along each axis, and its stated standard deviation, m.
+const NOISE_M: f64 = 0.8e-3;
+const SD_M: f64 = 0.93e-3;
+
+/// What the plane says of a muscle where its activations in space differ.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct SignRow {
+    /// Which muscles of space pull: those of the plane, or all.
+    pub pulling: String,
+    pub muscle: String,
+    pub in_space: String,
+    pub pairs: usize,
+    pub surely_right: usize,
+    pub surely_wrong: usize,
+    pub probably_right: usize,
+    pub probably_wrong: usize,
+    pub not_known: usize,
+    /// Pairs in which a posture could not be tracked.
+    pub not_tracked: usize,
+}
+
+/// A tongue in space that is seen from the side.
+struct Seen<'a> {
+    body: &'a SpaceBody,
+    section: Body<2>,
+    surface: TongueSurface,
+    system: System<3>,
+    names: Vec<String>,
+}
+
+pub fn run(body: &SpaceBody) -> Result<Vec<SignRow>, Error> {
+    let section = body.section();
+    let surface = TongueSurface::of(&section).ok_or("the body has no midsagittal contour")?;
+    let system = System::in_space(body, &SpaceModel::default())?;
+    let seen = Seen { body, section, surface, system, names: body.groups() };
+    let mut rows = Vec::new();
+    for (pulling, others) in [("muscles of the plane", false), ("all muscles", true)] {
+        tell(&format!("{PAIRS} pairs of postures: {pulling}"));
+        let seeds: Vec<u64> = (0..PAIRS).collect();
+        let pairs = parallel::map(&seeds, |&seed| seen.pair(seed, others));
+        let pairs = pairs.into_iter().collect::<Result<Vec<_>, Error>>()?;
+        for (number, (muscle, in_space)) in MUSCLES.into_iter().enumerate() {
+            let begun = SignRow {
+                pulling: pulling.to_owned(),
+                muscle: muscle.to_owned(),
+                in_space: in_space.to_owned(),
+                ..SignRow::default()
+            };
+            rows.push(pairs.iter().fold(begun, |row, pair| with_pair(row, pair[number])));
+        }
+    }
+    Ok(rows)
+}
+
+/// A row with another pair: the true difference, and the word for it, if the pair could be tracked.
+fn with_pair(mut row: SignRow, (true_difference, word): (f64, Option<Certainty>)) -> SignRow {
+    if true_difference.abs() < DIFFERENT {
+        return row;
+    }
+    row.pairs += 1;
+    let is_harder = true_difference > 0.0;
+    let count = match word {
+        None => &mut row.not_tracked,
+        Some(Certainty::NotKnown) => &mut row.not_known,
+        Some(Certainty::SurelyHarder) if is_harder => &mut row.surely_right,
+        Some(Certainty::SurelyNotHarder) if !is_harder => &mut row.surely_right,
+        Some(Certainty::SurelyHarder | Certainty::SurelyNotHarder) => &mut row.surely_wrong,
+        Some(Certainty::ProbablyHarder) if is_harder => &mut row.probably_right,
+        Some(Certainty::ProbablyNotHarder) if !is_harder => &mut row.probably_right,
+        Some(Certainty::ProbablyHarder | Certainty::ProbablyNotHarder) => &mut row.probably_wrong,
+    };
+    *count += 1;
+    row
+}
+
+impl Seen<'_> {
+    /// Two postures with an equilibrium each, tracked as two words: for every muscle of the plane the true difference of its activations and
+    /// the word for that of its tensions.
+    fn pair(&self, seed: u64, others: bool) -> Result<[(f64, Option<Certainty>); 8], Error> {
+        let mut rng = fastrand::Rng::with_seed(seed_of(seed, usize::from(others)));
+        let postures = [self.posture(&mut rng, others)?, self.posture(&mut rng, others)?];
+        let recording = self.recorded(&postures, &mut rng);
+        let words = words(&recording)?;
+        Ok(std::array::from_fn(|m| {
+            let number = self.names.iter().position(|name| name == MUSCLES[m].1);
+            let [a, b] = [0, 1].map(|p| number.map_or(0.0, |n| postures[p].0[n]));
+            (a - b, words.as_ref().map(|words| words[m]))
+        }))
+    }
+
+    /// Activations of the muscles, of which 40 % do nothing, and positions of all nodes.
+    fn posture(&self, rng: &mut fastrand::Rng, others: bool) -> Result<(Vec<f64>, Vec<Vector3<f64>>), Error> {
+        for _ in 0..50 {
+            let mut one = |name: &String| {
+                let is_of_plane = MUSCLES.iter().any(|(_, in_space)| in_space == name);
+                let most = MOST[usize::from(!is_of_plane)];
+                let pull = if rng.f64() < 0.4 { 0.0 } else { most * rng.f64() };
+                if is_of_plane || others { pull } else { 0.0 }
+            };
+            let activations: Vec<f64> = self.names.iter().map(&mut one).collect();
+            let given: Vec<(&String, f64)> = self.names.iter().zip(activations.iter().copied()).collect();
+            let all = self.body.activations(&given)?;
+            let mut workspace = Workspace::new(&self.system);
+            let solution = statics::solve(&self.system, &mut workspace, &all, &SolveSettings::default());
+            if solution.status == SolveStatus::Converged {
+                return Ok((activations, workspace.positions().to_vec()));
+            }
+        }
+        Err("no equilibrium was found for 50 postures".into())
+    }
+
+    /// The postures in turn as words `a` and `b`, seen as contour points with noise beside bones that do not move.
+    fn recorded(
+        &self,
+        postures: &[(Vec<f64>, Vec<Vector3<f64>>); 2],
+        rng: &mut fastrand::Rng,
+    ) -> AlignedRecording {
+        let (from, to) = (0.010, self.surface.tip - 0.003);
+        let places = (0..CONTOUR_POINTS).map(|i| from + (to - from) * i as f64 / (CONTOUR_POINTS - 1) as f64);
+        let weights: Vec<_> = places.map(|at| self.surface.curve.weights(at)).collect();
+        let bones = [HYOID, MANDIBLE].map(|bone| mark_of(&self.section, bone));
+        let (mut frames, mut labels) = (Vec::new(), Vec::new());
+        for said in 0..2 * REPETITIONS {
+            let positions = &postures[said % 2].1;
+            let start_s = 0.4 * said as f64;
+            let time = |t: usize| start_s + t as f64 / 80.0;
+            for t in 0..FRAMES {
+                let mut noise = || Point::new(normal(rng), normal(rng)) * NOISE_M;
+                let point = |all: &Vec<(usize, f64)>| {
+                    all.iter().map(|(n, w)| Point::new(positions[*n].x, positions[*n].z) * *w).sum::<Point>()
+                };
+                let contour =
+                    weights.iter().map(|w| Some(Mark { at: point(w) + noise(), sd: SD_M })).collect();
+                let bones = bones.iter().map(|at| at.map(|at| at + noise())).collect();
+                frames.push(AlignedFrame { time_s: time(t), contour, sensors: Vec::new(), bones });
+            }
+            let name = ["a", "b"][said % 2].to_owned();
+            labels.push(Label { tier: "word".to_owned(), name, from_s: start_s, to_s: time(FRAMES - 1) });
+        }
+        AlignedRecording {
+            name: "from space".to_owned(),
+            labels,
+            contour: (0..CONTOUR_POINTS).map(|i| format!("tongue_{i}")).collect(),
+            bones: [HYOID, MANDIBLE].map(str::to_owned).to_vec(),
+            frames,
+            ..AlignedRecording::default()
+        }
+    }
+}
+
+/// For every muscle of the plane the word for its tension in `a` less that in `b`; `None` where the recording cannot be tracked.
+fn words(recording: &AlignedRecording) -> Result<Option<[Certainty; 8]>, Error> {
+    let (body, anatomy) = (Body::tongue(DEFAULT_SPACING_M)?, Anatomy::reference()?);
+    let contracting = MUSCLES.iter().map(|(name, _)| body.muscle(name)).collect::<Result<Vec<_>, _>>()?;
+    let settings = TrackSettings { shapes: 0, ..TrackSettings::new(20.0, 0.1) };
+    let link = settings.link;
+    let model = Model::default();
+    let basis =
+        AdaptationInput { body: &body, anatomy: Some(&anatomy), model, contracting, settings, palate: None };
+    let rest = RestShapeMethod::Similarity;
+    let run = TrackRun { basis, adaptation: None, is_given: false, rest, free_bones: &[], hide: &[] };
+    let Ok(found) = run.run(&[recording], &|_| ()) else { return Ok(None) };
+    let names = MUSCLES.map(|(name, _)| name.to_owned());
+    let draws = found.iter().map(|one| one.compared.as_slice());
+    let Some(comparison) = compare(&compared(&[recording]), &names, &link, draws).pop() else {
+        return Ok(None);
+    };
+    let of =
+        |name: &String| comparison.contrasts.iter().find(|c| c.muscle == *name && c.a == "a").map(|c| c.word);
+    let all: Option<Vec<Certainty>> = names.iter().map(of).collect();
+    Ok(all.and_then(|all| all.try_into().ok()))
+}
+
+pub fn page(rows: &[SignRow]) -> Result<String, Error> {
+    let sum = |of: fn(&SignRow) -> usize| rows.iter().map(of).sum::<usize>();
+    let (right, wrong) = (sum(|r| r.surely_right), sum(|r| r.surely_wrong));
+    Ok(format!(
+        "\n## Which signs of differences survive\n\n{PAIRS} pairs of postures of this tongue in space, seen from the side as `track` sees a \
+         speaker ({CONTOUR_POINTS} points of the contour with a noise of {} mm, hyoid and mandible; each posture {REPETITIONS} times), and tracked \
+         with the tongue of the plane. Of the differences in a muscle's activation above {DIFFERENT}, **{right} of {} that are called sure have the \
+         right sign.** The styloglossus and the hyoglossus of space are each compared with every part of theirs in the plane.\n\n{}",
+        1e3 * NOISE_M,
+        right + wrong,
+        markdown(rows, &[])?
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_muscle_that_pulls_in_one_posture_alone_is_told_in_the_plane() {
+        let body = SpaceBody::tongue(1).unwrap();
+        let section = body.section();
+        let surface = TongueSurface::of(&section).unwrap();
+        let system = System::in_space(&body, &SpaceModel::default()).unwrap();
+        let seen = Seen { body: &body, section, surface, system, names: body.groups() };
+        let posture = |a: f64| {
+            let all = body.activations(&[("GGA", a)]).unwrap();
+            let mut workspace = Workspace::new(&seen.system);
+            statics::solve(&seen.system, &mut workspace, &all, &SolveSettings::default());
+            (all, workspace.positions().to_vec())
+        };
+        let recording = seen.recorded(&[posture(0.12), posture(0.0)], &mut fastrand::Rng::with_seed(1));
+        let words = words(&recording).unwrap().unwrap();
+        assert_eq!(words[0], Certainty::SurelyHarder, "{words:?}");
+        let row = with_pair(SignRow::default(), (0.12, Some(words[0])));
+        let row = with_pair(with_pair(row, (-0.12, Some(words[0]))), (0.01, None));
+        assert_eq!((row.pairs, row.surely_right, row.surely_wrong, row.not_tracked), (2, 1, 1, 0));
+    }
+}
