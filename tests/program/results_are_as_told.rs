@@ -1,5 +1,6 @@
 //! The files in `results/` were made by the commands that `results/README.md` names, with the same options.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// Options without influence on a result, each with the number of its values.
@@ -83,4 +84,26 @@ fn every_picture_of_a_scene_records_that_scene() {
         }
     }
     assert!(pictures >= 17, "{pictures}");
+}
+
+#[test]
+fn the_signs_that_survive_the_plane_are_those_of_its_study() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut table = csv::Reader::from_path(root.join("results/plane/signs.csv")).unwrap();
+    let rows: Vec<BTreeMap<String, String>> = table.deserialize().map(Result::unwrap).collect();
+    let right_of_all = |muscle: &str| {
+        let own = rows.iter().filter(|row| muscle.is_empty() || row["muscle"] == muscle);
+        let count = |row: &BTreeMap<String, String>, key: &str| row[key].parse::<usize>().unwrap();
+        own.fold([0, 0], |[right, all], row| {
+            let sure = count(row, "surely_right");
+            [right + sure, all + sure + count(row, "surely_wrong")]
+        })
+    };
+    let ([right, all], [own, of]) = (right_of_all(""), right_of_all("SGp"));
+    let told = std::fs::read_to_string(root.join("docs/model.md")).unwrap();
+    let told = told.split_whitespace().collect::<Vec<_>>().join(" ");
+    let wanted = format!(
+        "{right} of {all} differences between two postures that are called sure have the right sign; of SGp {own} of {of}"
+    );
+    assert!(told.contains(&wanted), "{wanted}");
 }

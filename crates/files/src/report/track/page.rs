@@ -9,7 +9,7 @@ use super::figure::{figure, shared};
 use super::{REPEATED, TrackRecord, placed, prior_interval_n, repeated, status_name};
 use crate::report::page;
 use crate::report::{Export, Provenance};
-use tongue_infer::track::{Comparison, FrameStatus, NARROW};
+use tongue_infer::track::{Comparison, CourseSummary, FrameStatus, NARROW};
 
 const SCRIPT: &str = include_str!("page.js");
 
@@ -95,8 +95,17 @@ fn contrasts(compared: &Comparison) -> Markup {
     let range = |[middle, low, high]: [f64; 3]| {
         format!("{} ({} to {})", fixed(middle, 1), fixed(low, 1), fixed(high, 1))
     };
-    let muscles = compared.muscles.iter();
-    let muscles = muscles.map(|m| format!("{}{}", m.muscle, if m.known { "" } else { " (not known)" }));
+    let labels: Vec<String> = compared.labels.iter().map(|l| l.label.clone()).collect();
+    let known = |m: &CourseSummary| format!("{}{}", m.muscle, if m.known { "" } else { " (not known)" });
+    let muscles: Vec<String> = compared.muscles.iter().map(known).collect();
+    // The longer list stands below each other.
+    let is_turned = labels.len() < muscles.len();
+    let (across, down) = if is_turned { (&labels, &muscles) } else { (&muscles, &labels) };
+    let mean = |i: usize, j: usize| {
+        let (label, muscle) = if is_turned { (j, i) } else { (i, j) };
+        let tension = &compared.labels[label].tensions.0[muscle].1;
+        range([tension.median, tension.low, tension.high])
+    };
     html! {
         section {
             h2 { "In which label a muscle pulls harder" }
@@ -111,10 +120,11 @@ fn contrasts(compared: &Comparison) -> Markup {
             }))
             @if decided.len() > MOST { p { "The first " (MOST) "; all are in contrasts.csv." } }
             p { "Means over all frames with a label that can be trusted, N/m, with 95 % intervals:" }
-            (page::table(std::iter::once("mean in".to_owned()).chain(muscles), &html! {
-                @for l in &compared.labels {
-                    tr { td { (l.label) } @for (_, t) in &l.tensions.0 { td { (range([t.median, t.low, t.high])) } } }
-                }
+            (page::table(std::iter::once("mean").chain(across.iter().map(String::as_str)), &html! {
+                @for (i, name) in down.iter().enumerate() { tr {
+                    td { (name) }
+                    @for j in 0..across.len() { td { (mean(i, j)) } }
+                } }
             }))
         }
     }
