@@ -102,7 +102,7 @@ pub mod body {
     pub mod gmsh {
         //! Meshes of Gmsh, read and written.
         #[doc(inline)]
-        pub use tongue_input::bodies::gmsh::{Content, File, read, read_space, write};
+        pub use tongue_input::bodies::gmsh::{Content, read, read_space, write};
     }
 
     pub mod json {

@@ -4,159 +4,187 @@ use tongue_fit::measured::recording::{AlignedRecording, Format, Map, Recording};
 use tongue_input::measured::recording::Times;
 
 use crate::recordings::{
-    DLC, aligned, fan_row, headerless_pos, matlab, mocha, mview, near, read, refused, seen, txy,
+    AAA, AG501, CON, DLC, aligned, est, fan_row, files, headerless_pos, matlab, mocha, mview, near, pos,
+    read, refused, seen, txy, wave,
 };
+use crate::recordings_are_read::AAA as WITH_BONES;
+
+/// Of each file its format, channels, times, s, and places by frame and channel.
+const EXPECTED: &str = "\
+Microbeam; UL LL T1 T2 T3 T4 MANi MANm; 0 0.006866 0.013732; 0.5=- 0.6=-60000,5000,0
+NdiWave; sensor_1 sensor_2 sensor_3; 0 0.01; 0.1=25,5,-50 1.1=- 1.2=40,8,-50
+NdiWave; sensor_1 sensor_2 sensor_3; 0 0.01; 0.1=- 1.1=-
+Ag50x; TT T2; 0.004 0.008; 0.1=4,5,6 1.0=-
+Est; ui li ul ll tt tb td v bn; 0 0.002 0.004 0.006; 0.4=400,900,0 1.4=-
+Est; ui li ul ll tt tb td v bn; 0 0.002 0.004; 0.4=400,900,0
+Ag50x; sensor_1 .. sensor_12; 0 0.005 0.01 0.015; 0.11=-
+Ag50x; sensor_1 sensor_2 sensor_3; 0 0.004 0.008 0.012; 2.1=12,-1,102 0.2=-
+Mview; TR TB TT JAW; 0 0.01; 0.2=-20,0,4 1.0=-
+Mview; TR TB TT JAW; 0 0.01; 0.2=-20,0,4 1.0=-
+DeepLabCut; tongue_0 tongue_10 hyoid; 0 1; 1.0=-
+AaaFan; tongue_1 .. tongue_42; 0.48 0.5 0.52; 0.8=- 0.9=10.5,20.25,0 0.12=-
+Est; T1; 0 0.005 0.01; 1.0=- 2.0=0,-3.5,2.25
+Est; T1; 0 0.005 0.01; 1.0=- 2.0=0,-3.5,2.25
+Edgetrak; tongue_0 tongue_1 tongue_2; 0 1; 1.0=11,21,0 1.1=-
+Edgetrak; tongue_0 tongue_1 tongue_2; 0 1; 1.0=11,21,0 1.1=-
+Aaa; tongue_0 tongue_1; 0.01; 0.1=30.25,40,0";
 
 #[test]
-fn the_microbeam_counts_microseconds_and_thousandths_of_a_millimetre() {
-    let found = &read(txy(3).as_bytes(), "tp011.txy")[0];
-    assert_eq!((found.format, found.channels.len()), (Format::Microbeam, 8));
-    assert_eq!(found.samples[2].time_s, 0.013732);
-    assert_eq!(found.samples[0].places[5], None, "a million is no place");
-    // x grows to the front: T1 is in front of T4, and no map is needed.
-    let seen = seen(found, "");
-    let names: Vec<&str> = seen.sensors.iter().map(|(n, _)| n.as_str()).collect();
-    assert_eq!(names, ["T1", "T2", "T3", "T4"]);
-    assert!(near(seen.frames[1].sensors[0].map(|m| m.at), [0.0199, 0.0051]), "{:?}", seen.frames[1]);
+fn every_format_has_its_channels_times_and_places() {
+    let all = files();
+    for ((bytes, origin), expected) in all.iter().zip(EXPECTED.lines()) {
+        let found = read(bytes, origin);
+        assert_eq!(found.len(), 1, "{origin}");
+        let Recording { format, channels, samples, .. } = &found[0];
+        let named = match channels.as_slice() {
+            [first, .., last] if channels.len() > 9 => format!("{first} .. {last}"),
+            all => all.join(" "),
+        };
+        let times = samples.iter().map(|s| ((s.time_s * 1e6).round() / 1e6).to_string());
+        let places = expected.rsplit_once("; ").unwrap().1.split(' ').map(|told| {
+            let at = told.split_once('=').unwrap().0;
+            let (frame, channel) = at.split_once('.').unwrap();
+            let place = samples[frame.parse::<usize>().unwrap()].places[channel.parse::<usize>().unwrap()];
+            format!("{at}={}", place.map_or("-".to_owned(), |p| p.map(|v| v.to_string()).join(",")))
+        });
+        let [times, places] = [times.collect::<Vec<_>>(), places.collect()].map(|all| all.join(" "));
+        assert_eq!(format!("{format:?}; {named}; {times}; {places}"), expected, "{origin}");
+    }
+    assert_eq!(EXPECTED.lines().count(), all.len());
+    assert_eq!(read(&all[5].0, "a.ema")[0].times, Times::Usual(500.0));
+    assert_eq!([7, 8].map(|n| read(&all[n].0, all[n].1).remove(0).name), ["0001", "sentence_01"]);
+}
+
+#[test]
+fn every_format_is_brought_into_the_axes_of_the_body() {
+    let slow = "rate_hz = 100\nback = \"x\"\n[points]\nsensor_1 = { coil = 1 }\nsensor_2 = \"coil\"";
+    let surface = "back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }";
+    let of_est = "unit_mm = 10.0\nback = \"-y\"\nup = \"z\"\n[points]\nT1 = { surface_mm = 5 }";
+    for (bytes, origin, map, frame, time_s, point, at) in [
+        // x grows to the front: T1 is in front of T4, and no map is needed.
+        (txy(3).into_bytes(), "a.txy", "", 1, 0.006866, 0, [0.0199, 0.0051]),
+        (AG501.into(), "ag501.txt", "back = \"x\"", 0, 0.004, 0, [0.001, 0.003]),
+        (mocha(4).into(), "a.ema", "", 0, 0.0, 0, [0.004, 0.009]),
+        (headerless_pos(4), "1.pos", slow, 3, 0.03, 0, [0.003, 0.103]),
+        (mview(true), "a.mat", "", 0, 0.0, 0, [0.020, 0.004]),
+        (pos(3, 250.0, 4), "1.pos", surface, 2, 0.008, 0, [0.012, 0.102]),
+        (est(false), "a.ema", of_est, 2, 0.01, 0, [0.035, 0.0225]),
+        // Pixels count downwards.
+        (DLC.into(), "a.csv", "unit_mm = 0.1\nrate_hz = 50", 0, 0.0, 1, [0.002, -0.015]),
+        (DLC.into(), "a.csv", "unit_mm = 0.1\nrate_hz = 50", 1, 0.02, 1, [0.0021, -0.0151]),
+        (CON.into(), "x.con", "unit_mm = 0.5\nrate_hz = 40\nback = \"x\"", 0, 0.0, 0, [0.005, -0.010]),
+        (CON.into(), "x.con", "unit_mm = 0.5\nrate_hz = 40\nback = \"x\"", 1, 0.025, 0, [0.0055, -0.0105]),
+    ] {
+        let seen = seen(&read(&bytes, origin)[0], map);
+        let found = seen.frames[frame].points().nth(point).unwrap().map(|m| m.at);
+        let off = (seen.frames[frame].time_s - time_s).abs();
+        assert!(near(found, at) && off < 1e-6, "{origin}: {found:?}, {off} s");
+    }
+    for (bytes, origin, map, told) in [
+        (DLC.as_bytes().to_vec(), "a.csv", "unit_mm = 0.1", "rate_hz"),
+        (CON.into(), "x.con", "", "unit_mm"),
+        (est(false), "a.ema", "[points]\nT1 = \"contour\"", "unit_mm"),
+    ] {
+        assert!(aligned(&read(&bytes, origin)[0], map).unwrap_err().contains(told), "{origin}");
+    }
+}
+
+#[test]
+fn sensors_are_in_their_order_from_the_tip_at_usual_places_with_usual_errors() {
+    let names =
+        |seen: &AlignedRecording| seen.sensors.iter().map(|(n, _)| n.clone()).collect::<Vec<_>>().join(" ");
+    let microbeam = seen(&read(txy(3).as_bytes(), "a.txy")[0], "");
+    assert_eq!((names(&microbeam), microbeam.measured), ("T1 T2 T3 T4".to_owned(), vec![false; 4]));
     // The usual places: 8 mm behind the tip, then slightly more than the distance of the coils.
-    let places: Vec<f64> = seen.sensors.iter().map(|(_, at)| at * 1e3).collect();
+    let places: Vec<f64> = microbeam.sensors.iter().map(|(_, at)| at * 1e3).collect();
     assert!((places[0] - 8.0).abs() < 1e-9 && (places[1] - 18.3).abs() < 1e-6, "{places:?}");
-    assert_eq!(seen.measured, [false; 4]);
-    assert!(refused(b"0\t1\t2\n", "a.txy").contains("17"));
-    let back = txy(1) + &txy(1);
-    assert!(refused(back.as_bytes(), "a.txy").starts_with("a.txy:2:1: "));
-    let cut = &txy(2)[..txy(2).len() - 9];
-    assert!(refused(cut.as_bytes(), "a.txy").starts_with("a.txy:2:"));
-}
-
-#[test]
-fn tables_of_sensors_of_ndi_and_carstens_are_read_by_their_titles() {
-    let titles = "\tId\tFrame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\t ";
-    let sensor = |x: f64, state: &str| format!("\t1\t7\t{state}\t1\t0\t0\t0\t{x}\t{}\t-50\t ", 0.2 * x);
-    let row = |t: f64, state: &str| {
-        format!("{t}{}{}{}\n", sensor(10.0, "OK"), sensor(25.0, state), sensor(40.0, "OK"))
-    };
-    let text = format!("Wav Time{}\n{}{}", titles.repeat(3), row(0.0, "OK"), row(0.01, "Bad Fit"));
-    let found = &read(text.as_bytes(), "wave.tsv")[0];
-    assert_eq!(
-        (found.format, found.channels.join(" ")),
-        (Format::NdiWave, "sensor_1 sensor_2 sensor_3".to_owned())
-    );
-    assert_eq!((found.samples[1].time_s, found.samples[0].places[1]), (0.01, Some([25.0, 5.0, -50.0])));
-    assert_eq!((found.samples[1].places[1], found.samples[1].places[2]), (None, Some([40.0, 8.0, -50.0])));
-    let lost = text.replace("\t25\t5", "\t-3.697314e28\t-3.697314e28");
-    assert_eq!(read(lost.as_bytes(), "wave.tsv")[0].samples[0].places[1], None);
-    let named =
-        "Time (ms),TT_x (mm),TT_y (mm),TT_z (mm),TT_phi,T2_x,T2_y,T2_z\n4,1,2,3,0,4,5,6\n8,1,2,NaN,0,4,5,6\n";
-    let found = &read(named.as_bytes(), "ag501.txt")[0];
-    assert_eq!(
-        (found.format, found.channels.join(" "), found.samples[1].time_s),
-        (Format::Ag50x, "TT T2".to_owned(), 0.008)
-    );
-    assert_eq!((found.samples[0].places[1], found.samples[1].places[0]), (Some([4.0, 5.0, 6.0]), None));
-    assert!(refused(named.replace("\n8,", "\n3,").as_bytes(), "ag501.txt").starts_with("ag501.txt:3:1: "));
-    assert!(
-        refused(named.replace(",4,5,6\n8", ",4,y,6\n8").as_bytes(), "ag501.txt")
-            .starts_with("ag501.txt:2:7: ")
-    );
-    assert!(refused(&text.as_bytes()[..text.len() - 20], "wave.tsv").contains("cut off"));
-    let seen = seen(found, "back = \"x\"");
-    assert!(
-        near(seen.frames[0].sensors[0].map(|m| m.at), [0.001, 0.003]),
-        "z is upwards in Carstens's space"
-    );
-}
-
-#[test]
-fn mocha_as_text_has_its_channels_in_their_order() {
-    let found = &read(mocha(4).as_bytes(), "fsew0_001.ema")[0];
-    assert_eq!(found.channels, ["ui", "li", "ul", "ll", "tt", "tb", "td", "v", "bn"]);
-    assert_eq!(found.samples[0].places[4], Some([400.0, 900.0, 0.0]));
-    assert_eq!((found.samples[1].places[4], found.samples[3].time_s), (None, 0.006));
-    let seen = seen(found, "");
-    assert_eq!(seen.sensors.len(), 3);
-    assert!(near(seen.frames[0].sensors[0].map(|m| m.at), [0.004, 0.009]));
-    // The twenty channels alone count frames of 2 ms.
-    let alone: String =
-        mocha(3).lines().map(|l| l.splitn(3, ' ').nth(2).unwrap().to_owned() + "\n").collect();
-    let found = &read(alone.as_bytes(), "a.ema")[0];
-    assert_eq!((found.times, found.samples[2].time_s), (Times::Usual(500.0), 0.004));
-    assert!(refused(b"1 2 3\n", "a.ema").contains("22"));
-    assert!(refused(&mocha(2).as_bytes()[..mocha(2).len() - 8], "a.ema").starts_with("a.ema:2:"));
-}
-
-#[test]
-fn an_ag500_without_a_header_has_twelve_sensors() {
-    let bytes = headerless_pos(4);
-    let found = &read(&bytes, "0001.pos")[0];
-    assert_eq!((found.channels.len(), found.samples.len()), (12, 4));
-    assert_eq!((found.samples[3].time_s, found.samples[0].places[11]), (0.015, None));
-    let map = "rate_hz = 100\nback = \"x\"\n[points]\nsensor_1 = { coil = 1 }\nsensor_2 = \"coil\"";
-    let slow = seen(found, map);
-    assert_eq!(slow.frames[3].time_s, 0.03);
-    assert!(refused(&bytes[..bytes.len() - 1], "0001.pos").contains("AG50x"));
-    // Bytes that are not millimetres are not positions.
-    assert!(refused(&[0x7f; 336], "0001.pos").contains("AG50x"));
-}
-
-#[test]
-fn structures_of_mview_are_read_plain_and_compressed() {
-    let [plain, packed] = [false, true].map(|compressed| read(&mview(compressed), "a.mat").remove(0));
-    assert_eq!(plain, packed);
-    assert_eq!((plain.name.as_str(), plain.channels.join(" ")), ("sentence_01", "TR TB TT JAW".to_owned()));
-    assert_eq!(plain.samples[1].time_s, 0.01);
-    assert_eq!(plain.samples[0].places[2], Some([-20.0, 0.0, 4.0]), "whole numbers are stored as such");
-    assert_eq!(plain.samples[1].places[0], None, "NaN is no place");
-    let seen = seen(&plain, "");
+    assert_eq!(names(&seen(&read(mocha(4).as_bytes(), "a.ema")[0], "")), "tt tb td");
     // The tip has the larger x, so that the face looks to the right.
-    assert!(seen.mirrored);
-    assert_eq!(seen.sensors.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>(), ["TT", "TB", "TR"]);
-    assert!(near(seen.frames[0].sensors[0].map(|m| m.at), [0.020, 0.004]));
-    assert_eq!((seen.bones.as_slice(), seen.ignored.len()), (&["mental_spine".to_owned()][..], 0));
+    let mview = seen(&read(&mview(false), "a.mat")[0], "");
+    assert_eq!((mview.mirrored, names(&mview), mview.ignored.len()), (true, "TT TB TR".to_owned(), 0));
+    assert_eq!(mview.bones, ["mental_spine"]);
+    let carstens = seen(
+        &read(&pos(3, 250.0, 4), "1.pos")[0],
+        "back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }",
+    );
+    assert!((carstens.frames[2].sensors[0].unwrap().sd - 0.5e-3).abs() < 1e-12);
+    // A point of DeepLabCut that is a quarter as likely is worth a quarter, and one at 0.01 is not seen.
+    let dlc = seen(&read(DLC.as_bytes(), "a.csv")[0], "unit_mm = 0.1\nrate_hz = 50");
+    assert!(dlc.frames[0].contour[0].is_some() && dlc.frames[1].contour[0].is_none());
+    let sd = |frame: usize| dlc.frames[frame].contour[1].unwrap().sd;
+    assert!((sd(0) / sd(1) - 2.0).abs() < 1e-6);
+    let rows = [fan_row("0,5", "a"), fan_row("0,52", "a")].concat();
+    let fan = seen(&read(rows.as_bytes(), "old.txt")[0], "");
+    assert_eq!((fan.contour.len(), fan.bones.len()), (42, 0));
 }
 
 #[test]
-fn faults_of_matlab_files_are_reported() {
-    let good = mview(true);
-    assert!(refused(&good[..good.len() - 20], "a.mat").contains("cut off"));
-    let mut newer = good.clone();
+fn faults_are_told_with_their_place() {
+    let without = |bytes: Vec<u8>, end: usize| bytes[..bytes.len() - end].to_vec();
+    let mut newer = mview(true);
     newer.splice(..10, *b"MATLAB 7.3");
-    assert!(refused(&newer, "a.mat").contains("-v7"));
     let other = matlab::file(&[matlab::structures("x", &["A"], &[vec![matlab::text("b")]])], false);
-    assert!(refused(&other, "a.mat").contains("NAME, SRATE and SIGNAL"));
-    // A small file that becomes a large one is not decompressed.
-    let bomb = matlab::file(&[vec![0; 80 << 20]], true);
-    assert!(refused(&bomb, "a.mat").contains("64 MB"));
-}
-
-#[test]
-fn deeplabcut_weighs_points_by_their_likelihood() {
-    let found = &read(DLC.as_bytes(), "videoDLC_resnet.csv")[0];
-    assert_eq!(found.format, Format::DeepLabCut);
-    assert_eq!(found.channels, ["tongue_0", "tongue_10", "hyoid"]);
-    let map = "unit_mm = 0.1\nrate_hz = 50";
-    let seen = seen(found, map);
-    assert_eq!(seen.frames[1].time_s, 0.02);
-    assert!(seen.frames[0].contour[0].is_some() && seen.frames[1].contour[0].is_none(), "0.01 is not seen");
-    let sd = |frame: usize| seen.frames[frame].contour[1].unwrap().sd;
-    assert!((sd(0) / sd(1) - 2.0).abs() < 1e-6, "a quarter as likely is worth a quarter");
-    assert!(near(seen.frames[0].contour[1].map(|m| m.at), [0.002, -0.015]), "pixels count downwards");
-    assert!(aligned(found, "unit_mm = 0.1").unwrap_err().contains("rate_hz"));
-    let odd = DLC.replace("coords,x,y,", "coords,x,x,");
-    assert!(refused(odd.as_bytes(), "a.csv").starts_with("a.csv:3:2: "));
-    assert!(refused(DLC[..DLC.len() - 4].replace(",0.9\n1", "\n1").as_bytes(), "a.csv").contains("a.csv:4"));
-}
-
-const AAA: &str = "Client family name\tDate Time of recording\tTime of sample in recording\tPrompt\tAnnotation Title\t\
-    X0 DLC_Tongue\tY0 DLC_Tongue\tX1 DLC_Tongue\tY1 DLC_Tongue\n";
-
-#[test]
-fn aaa_tables_may_have_decimal_commas() {
-    let text = format!("{AAA}s\td\t0,01\tpa\tx\t10,5\t20\t30,25\t40\n");
-    let found = &read(text.as_bytes(), "a.tsv")[0];
-    assert_eq!((found.samples[0].time_s, found.samples[0].places[1]), (0.01, Some([30.25, 40.0, 0.0])));
-    let both = format!("{AAA}s\td\t0,01\tpa\tx\t1.000,5\t20\t30,25\t40\n");
-    assert!(refused(both.as_bytes(), "a.tsv").starts_with("a.tsv:2:6: "));
+    let fan = [fan_row("0,5", "a"), fan_row("0,52", "a"), fan_row("0,48", "b")].concat();
+    let aaa = |row: &str| format!("{AAA}s\td\t{row}\n").into_bytes();
+    let bones = |row: &str| format!("{WITH_BONES}s\td\t0.01\tpa\t{row}\n").into_bytes();
+    let of_track = |lines: &str| {
+        let head = "EST_File Track\nDataType ascii\nNumFrames 2\nNumChannels 2\nBreaksPresent false\nChannel_0 tt_x\nChannel_1 tt_y\n";
+        format!("{head}EST_Header_End\n{lines}").into_bytes()
+    };
+    assert_eq!(read(&of_track("0 1 2\n0.1 1.55 2.55\n"), "a.ema")[0].samples.len(), 2);
+    let tidy = |rows: &str| format!("time_s,point,x_mm,y_mm\n{rows}").into_bytes();
+    let many = pos(3, 250.0, 1).iter().map(|b| if *b == b'3' { b'9' } else { *b }).collect();
+    for (bytes, origin, told) in [
+        (b"0\t1\t2\n".to_vec(), "a.txy", "17"),
+        ((txy(1) + &txy(1)).into(), "a.txy", "a.txy:2:1: "),
+        (without(txy(2).into(), 9), "a.txy", "a.txy:2:"),
+        (AG501.replace("\n8,", "\n3,").into(), "ag501.txt", "ag501.txt:3:1: "),
+        (AG501.replace(",4,5,6\n8", ",4,y,6\n8").into(), "ag501.txt", "ag501.txt:2:7: "),
+        (without(wave("OK").into(), 20), "wave.tsv", "cut off"),
+        (b"1 2 3\n".to_vec(), "a.ema", "22"),
+        (without(mocha(2).into(), 8), "a.ema", "a.ema:2:"),
+        (without(headerless_pos(4), 1), "1.pos", "AG50x"),
+        // Bytes that are not millimetres are not positions.
+        (vec![0x7f; 336], "1.pos", "AG50x"),
+        (without(pos(3, 250.0, 4), 3), "1.pos", "cut off"),
+        (b"AG50xDATA_V009\n00000070\n".to_vec(), "1.pos", "V001"),
+        (many, "1.pos", "1.pos:"),
+        (without(mview(true), 20), "a.mat", "cut off"),
+        (newer, "a.mat", "-v7"),
+        (other, "a.mat", "NAME, SRATE and SIGNAL"),
+        // A small file that becomes a large one is not decompressed.
+        (matlab::file(&[vec![0; 80 << 20]], true), "a.mat", "64 MB"),
+        (DLC.replace("coords,x,y,", "coords,x,x,").into(), "a.csv", "a.csv:3:2: "),
+        (DLC[..DLC.len() - 4].replace(",0.9\n1", "\n1").into(), "a.csv", "a.csv:4"),
+        (aaa("0,01\tpa\tx\t1.000,5\t20\t30,25\t40"), "a.tsv", "a.tsv:2:6: "),
+        (without(fan.into(), 6), "old.txt", "old.txt:3:"),
+        (est(false)[..150].to_vec(), "a.ema", "EST_Header_End"),
+        (without(est(false), 4), "a.ema", "cut off"),
+        (of_track("0 1 2\n"), "a.ema", "1 of 2 frames follow"),
+        (of_track("0 1 2\n0.1 1.55 2.5"), "a.ema", "cut off"),
+        (of_track("0 1 2\n0.1 1.5\n"), "a.ema", "values of"),
+        (of_track("0 1 2\n0.1 1 2\n0.2 1 2\n"), "a.ema", "NumFrames"),
+        (b"1 2\n3\n".to_vec(), "x.con", "x.con:2:"),
+        (tidy("0,a,1,2\n0,a,1,3\n"), "t.csv", "t.csv:3:2: a is given twice"),
+        (tidy("0,a,inf,2\n"), "t.csv", "t.csv:2:3: "),
+        (b"time_s,point,x_mm\n".to_vec(), "t.csv", "y_mm"),
+        (
+            bones("10\ttwenty\t30\t40\t5\t1\t60\t2\t55\t3\t60\t2"),
+            "a.tsv",
+            "a.tsv:2:6: a coordinate of tongue_0 is \"twenty\"",
+        ),
+        (WITH_BONES.into(), "a.tsv", "no frame"),
+        (b"Time of sample in recording\tX0 DLC_Tongue\n0\t1\n".to_vec(), "a.tsv", "Y0 DLC_Tongue"),
+        // The points of the second spline are exchanged, so that it has the mandible elsewhere than the first.
+        (
+            bones("10\t20\t30\t40\t5\t1\t60\t2\t60\t2\t45\t2"),
+            "a.tsv",
+            "a.tsv:2:15: \"X1 DLC_ShorttendonMandible\" lies 15 mm from",
+        ),
+    ] {
+        let message = refused(&bytes, origin);
+        assert!(message.starts_with(&format!("{origin}:")) && message.contains(told), "{told}: {message}");
+    }
 }
 
 #[test]
@@ -228,20 +256,6 @@ fn truncated_tables_of_aaa_are_refused() {
 }
 
 #[test]
-fn fans_without_a_header_are_contours_without_bones() {
-    let text = [fan_row("0,5", "a"), fan_row("0,52", "a"), fan_row("0,48", "b")].concat();
-    let found = &read(text.as_bytes(), "old.txt");
-    assert_eq!((found.len(), found[0].format), (1, Format::AaaFan));
-    assert_eq!(found[0].samples.iter().map(|s| s.time_s).collect::<Vec<_>>(), [0.48, 0.5, 0.52]);
-    assert_eq!(found[0].samples[0].places[9], Some([10.5, 20.25, 0.0]));
-    assert_eq!(found[0].samples[0].places.iter().flatten().count(), 3);
-    let seen = seen(&found[0], "");
-    assert_eq!((seen.contour.len(), seen.bones.len()), (42, 0));
-    let cut = &text[..text.len() - 6];
-    assert!(refused(cut.as_bytes(), "old.txt").starts_with("old.txt:3:"));
-}
-
-#[test]
 fn the_unit_of_coils_is_found_from_their_distances() {
     let head = "EST_File Track\nDataType ascii\nNumFrames 1\nNumChannels 6\nBreaksPresent false\n";
     for (unit, mm) in [(1.4, "10 mm"), (1400.0, "0.01 mm"), (14.0, "1 mm")] {
@@ -255,31 +269,9 @@ fn the_unit_of_coils_is_found_from_their_distances() {
 }
 
 #[test]
-fn tracks_that_end_early_or_late_are_refused() {
-    let head = "EST_File Track\nDataType ascii\nNumFrames 2\nNumChannels 2\nBreaksPresent false\nChannel_0 tt_x\nChannel_1 tt_y\n\
-                EST_Header_End\n";
-    let two = "0 1 2\n0.1 1.55 2.55\n";
-    assert_eq!(read(format!("{head}{two}").as_bytes(), "a.ema")[0].samples.len(), 2);
-    for end in ["0 1 2\n", "0 1 2\n0.1 1.55 2.5", "0 1 2\n0.1 1.5\n", "0 1 2\n0.1 1 2\n0.2 1 2\n"] {
-        let told = refused(format!("{head}{end}").as_bytes(), "a.ema");
-        assert!(
-            told.contains("cut off") || told.contains("NumFrames") || told.contains("values of"),
-            "{told}"
-        );
-    }
-}
-
-#[test]
 fn a_map_is_written_for_every_format_and_read_again() {
-    let all: [(Vec<u8>, &str); 6] = [
-        (mview(false), "a.mat"),
-        (txy(3).into_bytes(), "a.txy"),
-        (mocha(3).into_bytes(), "a.ema"),
-        (headerless_pos(3), "a.pos"),
-        (DLC.as_bytes().to_vec(), "a.csv"),
-        (b"time_s,point,x_mm,y_mm\n0,\"odd \"\"name\"\" = [x]\",1,2\n0,tongue_0,3,4\n".to_vec(), "t.csv"),
-    ];
-    for (bytes, origin) in all {
+    let odd = b"time_s,point,x_mm,y_mm\n0,\"odd \"\"name\"\" = [x]\",1,2\n0,tongue_0,3,4\n".to_vec();
+    for (bytes, origin) in files().into_iter().chain([(odd, "t.csv")]) {
         let recording = &read(&bytes, origin)[0];
         let text = Map::template(recording);
         Map::from_toml(&text, "t.toml").unwrap_or_else(|e| panic!("{origin}: {e}\n{text}"));

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use tongue_core::geometry::simplex;
 use tongue_fit::body::BodyFileError;
-use tongue_fit::body::gmsh::{Content, File};
-use tongue_fit::body::{self, Mesh, Quality};
+use tongue_fit::body::gmsh::Content;
+use tongue_fit::body::{self, Body, Bone, Mesh, Quality};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
 use tongue_input::bodies::gmsh::{self, Unit};
@@ -23,26 +23,21 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-fn read(name: &str) -> Result<File, BodyFileError> {
+fn read(name: &str) -> Result<Content, BodyFileError> {
     gmsh::read(&bytes(name), name, Unit::M)
 }
 
-fn flat(name: &str) -> Content<2> {
-    flat_in(bytes(name), Unit::M)
+fn flat(name: &str) -> Body<2> {
+    read(name).unwrap().body.flat().unwrap()
 }
 
-fn flat_in(bytes: impl AsRef<[u8]>, unit: Unit) -> Content<2> {
-    match gmsh::read(bytes.as_ref(), "", unit).unwrap() {
-        File::Flat(body) => body,
-        File::Solid(_) => panic!("it is flat"),
-    }
+fn solid(name: &str) -> Body<3> {
+    read(name).unwrap().body.solid().unwrap()
 }
 
-fn solid(name: &str) -> Content<3> {
-    match read(name).unwrap() {
-        File::Solid(body) => body,
-        File::Flat(_) => panic!("{name} is solid"),
-    }
+/// A body as it is after it was written.
+fn written<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> Content {
+    gmsh::read(gmsh::write(mesh, bones).as_bytes(), "own", Unit::M).unwrap()
 }
 
 /// A mesh read through Gmsh's own interface: positions by tag, and the elements of each group.
@@ -70,27 +65,27 @@ impl Said {
     }
 }
 
-fn assert_as_gmsh_says<const D: usize>(body: &Content<D>, said: &Said) {
-    let tags = |nodes: &[usize]| nodes.iter().map(|n| body.tags[*n]).collect::<BTreeSet<u64>>();
-    for (x, tag) in body.body.mesh.nodes.iter().zip(&body.tags) {
+fn assert_as_gmsh_says<const D: usize>(body: &Body<D>, own: &[u64], said: &Said) {
+    let tags = |nodes: &[usize]| nodes.iter().map(|n| own[*n]).collect::<BTreeSet<u64>>();
+    for (x, tag) in body.mesh.nodes.iter().zip(own) {
         let given = said.nodes_m[tag];
         assert!((0..D).all(|d| (x[d] - given[d]).abs() <= LAST_BIT_M), "node {tag}: {x} against {given:?}");
     }
-    let cells: BTreeSet<_> = body.body.mesh.cells.iter().map(tags).collect();
+    let cells: BTreeSet<_> = body.mesh.cells.iter().map(tags).collect();
     assert_eq!(cells, said.elements(D, "tissue"));
-    assert_eq!(cells.len(), body.body.mesh.cells.len());
-    for muscle in &body.body.mesh.muscles {
+    assert_eq!(cells.len(), body.mesh.cells.len());
+    for muscle in &body.mesh.muscles {
         let name = if D == 2 { muscle.name.clone() } else { format!("muscle:{}", muscle.name) };
         let lines: BTreeSet<_> = muscle.nodes.windows(2).map(tags).collect();
         assert_eq!(lines, said.elements(1, &name), "{name}");
     }
-    for bone in &body.body.bones {
+    for bone in &body.bones {
         let dimension = if D == 2 { 0 } else { 2 };
         let held = said.elements(dimension, &format!("bone:{}", bone.name)).into_iter().flatten().collect();
         assert_eq!(tags(&bone.nodes), held, "{}", bone.name);
     }
     let used: BTreeSet<u64> = said.groups.iter().flat_map(|g| g.elements.iter().flatten().copied()).collect();
-    assert_eq!(body.tags, used.into_iter().collect::<Vec<_>>(), "no node of an element is lost");
+    assert_eq!(own, used.into_iter().collect::<Vec<_>>(), "no node of an element is lost");
 }
 
 /// Gmsh writes text with 16 digits, and its scaled coordinates in binary differ in the last bit.
@@ -119,23 +114,24 @@ fn stretch<const D: usize>(mesh: &Mesh<D>, muscle: usize, tension: f64) -> f64 {
 fn every_format_that_gmsh_writes_is_read_as_gmsh_says() {
     let said = Said::of("tongue.json");
     for form in FORMS {
-        let body = flat(&format!("tongue_{form}.msh"));
-        assert_as_gmsh_says(&body, &said);
-        let names: Vec<_> = body.body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
+        let Content { body, tags, concerns } = read(&format!("tongue_{form}.msh")).unwrap();
+        let body = body.flat().unwrap();
+        assert_as_gmsh_says(&body, &tags, &said);
+        let names: Vec<_> = body.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
         assert_eq!(
             names,
             ["GGa", "GGm", "GGp", "SGp", "SGm", "SGa", "HGa", "HGp"],
             "in the order of the tables"
         );
-        assert_eq!(body.body.bones.len(), 3);
-        assert_eq!(body.concerns, [""; 0], "nothing to look at");
-        assert_same(&body.body.mesh, &flat("tongue_41.msh").body.mesh);
+        assert_eq!(body.bones.len(), 3);
+        assert_eq!(concerns, [""; 0], "nothing to look at");
+        assert_same(&body.mesh, &flat("tongue_41.msh").mesh);
     }
 }
 
 #[test]
 fn a_tongue_meshed_by_gmsh_is_the_tongue_of_the_anatomy_and_contracts_like_it() {
-    let (theirs, ours) = (flat("tongue_41.msh").body.mesh, fixtures::tongue());
+    let (theirs, ours) = (flat("tongue_41.msh").mesh, fixtures::tongue());
     let area = |mesh: &Mesh<2>| Quality::of(mesh).area_m2;
     assert!((area(&theirs) / area(&ours) - 1.0).abs() < 0.01, "{} against {} m²", area(&theirs), area(&ours));
     for (a, b) in theirs.muscles.iter().zip(&ours.muscles) {
@@ -158,14 +154,15 @@ fn a_tongue_meshed_by_gmsh_is_the_tongue_of_the_anatomy_and_contracts_like_it() 
 fn a_solid_is_read_and_contracts() {
     let said = Said::of("cylinder.json");
     for form in ["41", "22_binary"] {
-        let body = solid(&format!("cylinder_{form}.msh"));
-        assert_as_gmsh_says(&body, &said);
-        assert_eq!(body.body.bones.len(), 1);
-        let base = body.body.mesh.nodes.iter().filter(|x| x[2] == 0.0).count();
-        assert_eq!(body.body.bone("base").len(), base);
-        assert!(stretch(&body.body.mesh, 0, 0.05) < 0.999);
+        let Content { body, tags, .. } = read(&format!("cylinder_{form}.msh")).unwrap();
+        let body = body.solid().unwrap();
+        assert_as_gmsh_says(&body, &tags, &said);
+        assert_eq!(body.bones.len(), 1);
+        let base = body.mesh.nodes.iter().filter(|x| x[2] == 0.0).count();
+        assert_eq!(body.bone("base").len(), base);
+        assert!(stretch(&body.mesh, 0, 0.05) < 0.999);
     }
-    assert_same(&solid("cylinder_41.msh").body.mesh, &solid("cylinder_22_binary.msh").body.mesh);
+    assert_same(&solid("cylinder_41.msh").mesh, &solid("cylinder_22_binary.msh").mesh);
 }
 
 #[test]
@@ -211,7 +208,7 @@ fn meshes_without_a_body_are_refused_with_place_and_advice() {
 #[test]
 fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() {
     let (first, second) = (flat("broken/square.msh"), flat("second_order.msh"));
-    let (first, second) = (&first.body.mesh, &second.body.mesh);
+    let (first, second) = (&first.mesh, &second.mesh);
     assert_eq!(second.cells.len(), first.cells.len());
     assert_eq!((second.nodes.len(), second.muscles.len()), (first.nodes.len(), first.muscles.len()));
     let area = |mesh: &Mesh<2>| -> f64 {
@@ -223,12 +220,12 @@ fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() 
 
     // The same file with the middle of one side moved: the body is the same, and the curved side is reported.
     let bends = |c: &String| c.contains("are taken as straight");
-    assert!(!flat("second_order.msh").concerns.iter().any(bends));
+    assert!(!read("second_order.msh").unwrap().concerns.iter().any(bends));
     let text = String::from_utf8(bytes("second_order.msh")).unwrap();
     let curved = text.replace("0.04 0.009999999999984759 0", "0.043 0.009999999999984759 0");
-    let curved = flat_in(curved, Unit::M);
-    assert_eq!(&curved.body.mesh, second);
+    let curved = gmsh::read(curved.as_bytes(), "", Unit::M).unwrap();
     let told = curved.concerns.concat();
+    assert_eq!(&curved.body.flat().unwrap().mesh, second);
     assert!(told.contains("taken as straight (1 of them, by up to 3.00 mm)"), "{told}");
 
     // The same file with its six-node triangles declared as ten-node ones.
@@ -266,40 +263,39 @@ fn a_continuum_is_written_as_elements_of_the_second_order_whose_middles_lie_on_t
 
 #[test]
 fn reading_tells_of_missing_muscles_thin_cells_bent_parts_and_wrong_units() {
-    let told = |content: &Content<2>| content.concerns.clone();
-    let missing = |c: &String| c.starts_with("no muscle GGm, GGp, SGp, SGm, SGa, HGa, HGp: ");
-    assert!(flat("broken/square.msh").concerns.iter().any(missing));
-    let thin = flat("broken/thin.msh");
-    assert!(thin.concerns.iter().any(|c| c.starts_with("the smallest angle is ")), "{:?}", told(&thin));
-    let in_mm = flat("millimetres.msh");
-    assert!(told(&in_mm)[0].contains("look like millimetres"), "{:?}", told(&in_mm));
-    let right = flat_in(bytes("millimetres.msh"), Unit::Mm);
-    assert_eq!(right.concerns, [""; 0]);
-    assert!((right.body.mesh.extent() - flat("tongue_41.msh").body.mesh.extent()).abs() < 1e-3);
-    assert!(told(&flat_in(bytes("tongue_41.msh"), Unit::Mm))[0].contains("look like metres"));
+    let told = |name: &str, unit| gmsh::read(&bytes(name), "", unit).unwrap().concerns;
+    let tells = |name: &str, unit, words: &str| {
+        let told = told(name, unit);
+        assert!(told.iter().any(|c| c.contains(words)), "{name}: {told:?}");
+    };
+    tells("broken/square.msh", Unit::M, "no muscle GGm, GGp, SGp, SGm, SGa, HGa, HGp: ");
+    tells("broken/thin.msh", Unit::M, "the smallest angle is ");
+    tells("millimetres.msh", Unit::M, "look like millimetres");
+    tells("tongue_41.msh", Unit::Mm, "look like metres");
+    assert_eq!(told("millimetres.msh", Unit::Mm), [""; 0]);
+    let right = gmsh::read(&bytes("millimetres.msh"), "", Unit::Mm).unwrap().body.flat().unwrap();
+    assert!((right.mesh.extent() - flat("tongue_41.msh").mesh.extent()).abs() < 1e-3);
     // A node of SGp outside the tissue moved to the side.
     let mut tongue = fixtures::tongue();
     let inside = tongue.in_tissue();
     let sgp = tongue.muscles.iter().find(|m| m.name == "SGp").unwrap();
     let node = sgp.nodes.iter().copied().find(|n| !inside[*n] && !tongue.fixed.contains(n)).unwrap();
     tongue.nodes[node][0] += 10e-3;
-    let bent = flat_in(gmsh::write(&tongue, &[]), Unit::M);
-    assert!(told(&bent)[0].starts_with("SGp bends outside the tissue"), "{:?}", told(&bent));
+    let bent = written(&tongue, &[]).concerns;
+    assert!(bent[0].starts_with("SGp bends outside the tissue"), "{bent:?}");
 }
 
 #[test]
 fn written_meshes_are_read_back_to_the_last_bit_and_clockwise_triangles_are_turned() {
+    let read_back = |mesh: &Mesh<2>, bones: &[Bone]| written(mesh, bones).body.flat().unwrap();
     let mut tongue = fixtures::tongue();
-    assert_eq!(flat_in(gmsh::write(&tongue, &[]), Unit::M).body.mesh, tongue);
+    assert_eq!(read_back(&tongue, &[]).mesh, tongue);
     let solid = fixtures::block(2, 0.02);
-    let File::Solid(back) = gmsh::read(gmsh::write(&solid, &[]).as_bytes(), "own", Unit::M).unwrap() else {
-        panic!()
-    };
-    assert_eq!(back.body.mesh, solid);
-    let theirs = flat("tongue_22_binary.msh").body;
-    let back = flat_in(gmsh::write(&theirs.mesh, &theirs.bones), Unit::M).body;
+    assert_eq!(written(&solid, &[]).body.solid().unwrap().mesh, solid);
+    let theirs = flat("tongue_22_binary.msh");
+    let back = read_back(&theirs.mesh, &theirs.bones);
     assert_eq!((back.mesh, back.bones), (theirs.mesh, theirs.bones));
     let upright = std::mem::replace(&mut tongue.cells, body::Cells::new());
     upright.iter().for_each(|cell| assert!(tongue.cells.push(&[cell[0], cell[2], cell[1]])));
-    assert_eq!(flat_in(gmsh::write(&tongue, &[]), Unit::M).body.mesh.cells, upright);
+    assert_eq!(read_back(&tongue, &[]).mesh.cells, upright);
 }

@@ -47,21 +47,12 @@ fn the_built_in_table_is_that_of_the_thesis_and_missing_rows_are_told_with_those
     let rows: String = (0..10_000).map(|n| format!("P{n},a,47,49,49,51,28,42,38,30\n")).collect();
     let many = dataset(format!("{HEADER}\n{rows}"));
     assert_eq!(many.subjects()[9_999], "P9999");
-    for (data, subject, label, told) in [
-        (
-            &data,
-            "S22",
-            "a",
-            format!("unknown subject \"S22\" in {origin}; did you mean \"S2\"? (known: S1, S2, S3, S4)"),
-        ),
-        (&data, "S4", "u", format!("S4 has no row for /ɯ/ in {origin}; it has /i/, /e/, /a/, /o/")),
-        (
-            &many,
-            "p77x",
-            "a",
-            "unknown subject \"p77x\" in my.csv; did you mean \"P77\"? (one of 10000 subjects)".to_owned(),
-        ),
-    ] {
+    let known = format!("unknown subject \"S22\" in {origin}; did you mean \"S2\"? (known: S1, S2, S3, S4)");
+    let has = format!("S4 has no row for /ɯ/ in {origin}; it has /i/, /e/, /a/, /o/");
+    let of_many = "unknown subject \"p77x\" in my.csv; did you mean \"P77\"? (one of 10000 subjects)";
+    for (data, subject, label, told) in
+        [(&data, "S22", "a", known.as_str()), (&data, "S4", "u", &has), (&many, "p77x", "a", of_many)]
+    {
         assert_eq!(data.row(subject, &vowel(label)).unwrap_err().to_string(), told);
     }
 }

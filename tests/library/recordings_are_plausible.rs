@@ -385,41 +385,30 @@ fn a_coil_of_the_tongue_is_not_a_reference() {
 
 /// A speaker who says three syllables, so much larger than an adult, at so many frames a second and with so many syllables a second; with a
 /// pause and a vowel that is held for these times, s.
-struct Speaker {
-    scale: f64,
-    rate_hz: f64,
-    syllables_hz: f64,
-    pause_s: f64,
-    held_s: f64,
-}
-
-impl Speaker {
-    fn speaks(&self) -> Frames {
-        let &Self { scale, rate_hz, syllables_hz, pause_s, held_s } = self;
-        let mut rng = fastrand(11);
-        let spoken_s = 3.0 / syllables_hz;
-        let frame = |f: usize| {
-            let time = f as f64 / rate_hz;
-            // The tongue is high in the middle of each syllable and stays at the top of the second.
-            let phase = match time - pause_s {
-                t if t < 0.0 => 0.0,
-                t if t < spoken_s / 2.0 => t * syllables_hz,
-                t if t < spoken_s / 2.0 + held_s => 1.5,
-                t => ((t - held_s) * syllables_hz).min(3.0),
-            };
-            let (rise, forth) = (-7.0 * (TAU * phase).cos(), 3.0 * (TAU * 0.5 * phase).sin());
-            let mut points = tongue(1).remove(0).1;
-            for (i, (name, p)) in points.iter_mut().enumerate() {
-                let angle = 0.15 + 0.27 * i as f64;
-                if name.starts_with("tongue") {
-                    *p = [p[0] - forth, p[1] - 4.0 + rise * angle.sin()];
-                }
-                *p = p.map(|v| scale * v + 0.3 * rng());
-            }
-            (time, points)
+fn speech(scale: f64, rate_hz: f64, syllables_hz: f64, pause_s: f64, held_s: f64) -> Frames {
+    let mut rng = fastrand(11);
+    let spoken_s = 3.0 / syllables_hz;
+    let frame = |f: usize| {
+        let time = f as f64 / rate_hz;
+        // The tongue is high in the middle of each syllable and stays at the top of the second.
+        let phase = match time - pause_s {
+            t if t < 0.0 => 0.0,
+            t if t < spoken_s / 2.0 => t * syllables_hz,
+            t if t < spoken_s / 2.0 + held_s => 1.5,
+            t => ((t - held_s) * syllables_hz).min(3.0),
         };
-        (0..((spoken_s + pause_s + held_s + pause_s) * rate_hz) as usize).map(frame).collect()
-    }
+        let (rise, forth) = (-7.0 * (TAU * phase).cos(), 3.0 * (TAU * 0.5 * phase).sin());
+        let mut points = tongue(1).remove(0).1;
+        for (i, (name, p)) in points.iter_mut().enumerate() {
+            let angle = 0.15 + 0.27 * i as f64;
+            if name.starts_with("tongue") {
+                *p = [p[0] - forth, p[1] - 4.0 + rise * angle.sin()];
+            }
+            *p = p.map(|v| scale * v + 0.3 * rng());
+        }
+        (time, points)
+    };
+    (0..((spoken_s + pause_s + held_s + pause_s) * rate_hz) as usize).map(frame).collect()
 }
 
 /// The coils of a recording of a contour.
@@ -440,7 +429,7 @@ fn good_speakers_of_all_sizes_rates_and_manners_are_not_suspected_and_ten_times_
         for (syllables_hz, pause_s, held_s) in
             [(4.0, 0.3, 0.0), (2.5, 0.0, 0.0), (6.0, 0.0, 0.5), (4.0, 1.5, 3.0)]
         {
-            let frames = Speaker { scale, rate_hz, syllables_hz, pause_s, held_s }.speaks();
+            let frames = speech(scale, rate_hz, syllables_hz, pause_s, held_s);
             for frames in [as_coils(&frames), frames] {
                 not_suspected(&frames, "");
                 good += 1;
@@ -453,7 +442,7 @@ fn good_speakers_of_all_sizes_rates_and_manners_are_not_suspected_and_ten_times_
             }
         }
         // A vowel that is held throughout, a single posture, and one whose places are rounded.
-        let held = Speaker { scale, rate_hz, syllables_hz: 4.0, pause_s: 1.0, held_s: 0.0 }.speaks();
+        let held = speech(scale, rate_hz, 4.0, 1.0, 0.0);
         let held: Frames = held.into_iter().take(rate_hz as usize).collect();
         not_suspected(&held, "");
         not_suspected(&held[..1].to_vec(), "");

@@ -1,13 +1,13 @@
 //! Recordings of every format are read, and their faults are reported with their place.
 
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{AlignedRecording, FaultKind, Format, Recording, screen};
+use tongue_fit::measured::recording::{AlignedRecording, FaultKind, Recording, screen};
 use tongue_input::measured::recording::text_grid;
 
 use crate::other_tables_are_read::TEXT_GRID;
-use crate::recordings::{aligned, est, near, pos, read, refused, seen};
+use crate::recordings::{near, read, refused, seen};
 
-const AAA: &str = "Client family name\tDate Time of recording\tTime of sample in recording\tPrompt\tX0 DLC_Tongue\tY0 DLC_Tongue\t\
+pub const AAA: &str = "Client family name\tDate Time of recording\tTime of sample in recording\tPrompt\tX0 DLC_Tongue\tY0 DLC_Tongue\t\
     X1 DLC_Tongue\tY1 DLC_Tongue\tX0 DLC_HyoidMandible\tY0 DLC_HyoidMandible\tX1 DLC_HyoidMandible\tY1 DLC_HyoidMandible\t\
     X0 DLC_ShorttendonMandible\tY0 DLC_ShorttendonMandible\tX1 DLC_ShorttendonMandible\tY1 DLC_ShorttendonMandible\n";
 
@@ -51,26 +51,6 @@ fn aaa_tables_part_into_recordings_and_need_no_map() {
 }
 
 #[test]
-fn aaa_tables_say_where_they_are_wrong() {
-    let row = "s\td\t0.01\tpa\t10\ttwenty\t30\t40\t5\t1\t60\t2\t55\t3\t60\t2\n";
-    let message = refused(format!("{AAA}{row}").as_bytes(), "a.tsv");
-    assert!(message.starts_with("a.tsv:2:6: ") && message.contains("twenty"), "{message}");
-    let back = "s\td\t0.01\tpa\t1\t2\t3\t4\t5\t1\t6\t2\t5\t3\t6\t2\ns\td\t0.01\tpa\t1\t9\t3\t4\t5\t1\t6\t2\t5\t3\t6\t2\n";
-    assert!(refused(format!("{AAA}{back}").as_bytes(), "a.tsv").starts_with("a.tsv:3:1: "));
-    assert!(refused(AAA.as_bytes(), "a.tsv").contains("no frame"));
-    assert!(
-        refused(b"Time of sample in recording\tX0 DLC_Tongue\n0\t1\n", "a.tsv").contains("Y0 DLC_Tongue")
-    );
-    // The points of the second spline are exchanged, so that it has the mandible elsewhere than the first.
-    let exchanged = "s\td\t0.01\tpa\t10\t20\t30\t40\t5\t1\t60\t2\t60\t2\t45\t2\n";
-    let told = refused(format!("{AAA}{exchanged}").as_bytes(), "a.tsv");
-    assert!(
-        told.starts_with("a.tsv:2:15: ") && told.contains("15 mm") && told.contains("mandible"),
-        "{told}"
-    );
-}
-
-#[test]
 fn tidy_tables_hold_any_points_in_any_order() {
     let text = "point,time_s,recording,y_mm,x_mm,sigma_mm\n\
                 tongue_1,0,a,2,1,0.5\ntongue_0,0,a,4,3,\nhyoid,0,a,0,30,\ntongue_0,0.5,a,5,3.5,\ntongue_0,0,b,1,1,\n";
@@ -81,10 +61,6 @@ fn tidy_tables_hold_any_points_in_any_order() {
     assert!(near(found.frames[1].contour[0].map(|m| m.at), [0.0035, 0.005]));
     assert_eq!(found.frames[1].contour[1], None);
     assert!((found.frames[0].contour[1].unwrap().sd - 0.5e-3).abs() < 1e-12);
-    let twice = "time_s,point,x_mm,y_mm\n0,a,1,2\n0,a,1,3\n";
-    assert!(refused(twice.as_bytes(), "t.csv").starts_with("t.csv:3:2: a is given twice"));
-    assert!(refused(b"time_s,point,x_mm\n", "t.csv").contains("y_mm"));
-    assert!(refused(b"time_s,point,x_mm,y_mm\n0,a,inf,2\n", "t.csv").starts_with("t.csv:2:3: "));
     // Names are known in any case and with spaces, and those of which nothing is known are told.
     let named = "a title\ntime_s;point;x_mm;y_mm\n0;Tongue 1;1,5;2\n0;TONGUE_0;3;4\n0;Hyoid;30;0\n0;Mental Spine;1;0\n0;tonuge_2;2;2\n0;UI;0;9\n";
     let found = seen(&read(named.as_bytes(), "t.csv")[0], "");
@@ -101,61 +77,6 @@ fn tidy_tables_hold_any_points_in_any_order() {
         "{:?}",
         found.notes
     );
-}
-
-#[test]
-fn carstens_positions_are_seven_numbers_a_sensor() {
-    let bytes = pos(3, 250.0, 4);
-    let found = &read(&bytes, "0001.pos")[0];
-    assert_eq!((found.name.as_str(), found.format), ("0001", Format::Ag50x));
-    assert_eq!(found.channels, ["sensor_1", "sensor_2", "sensor_3"]);
-    assert_eq!(found.samples[2].places[1], Some([12.0, -1.0, 102.0]));
-    assert_eq!((found.samples[0].places[2], found.samples[3].time_s), (None, 0.012));
-    let seen = seen(found, "back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }\n");
-    // z is up; sensors have a standard deviation of half a millimetre.
-    assert!(near(seen.frames[2].sensors[0].map(|m| m.at), [0.012, 0.102]));
-    assert!((seen.frames[2].sensors[0].unwrap().sd - 0.5e-3).abs() < 1e-12);
-    assert!(refused(&bytes[..bytes.len() - 3], "0001.pos").contains("cut off"));
-    assert!(refused(b"AG50xDATA_V009\n00000070\n", "0001.pos").contains("V001"));
-    let many = pos(3, 250.0, 1).iter().map(|b| if *b == b'3' { b'9' } else { *b }).collect::<Vec<_>>();
-    assert!(Recording::from_bytes(&many, "x.pos", None).is_err());
-}
-
-#[test]
-fn tracks_of_the_edinburgh_tools_are_the_same_in_binary_and_as_text() {
-    let [binary, text] = [false, true].map(|ascii| read(&est(ascii), "a.ema").remove(0));
-    assert_eq!(binary.channels, ["T1"]);
-    assert_eq!(binary.samples.len(), 3);
-    for (a, b) in binary.samples.iter().zip(&text.samples) {
-        assert!((a.time_s - b.time_s).abs() < 1e-6);
-        assert_eq!(a.places, b.places);
-    }
-    assert_eq!(binary.samples[1].places, [None], "a break");
-    assert_eq!(binary.samples[2].places[0], Some([0.0, -3.5, 2.25]));
-    // The file has no unit.
-    assert!(aligned(&binary, "[points]\nT1 = \"contour\"").unwrap_err().contains("unit_mm"));
-    let map = "unit_mm = 10.0\nback = \"-y\"\nup = \"z\"\n[points]\nT1 = { surface_mm = 5 }";
-    let seen = seen(&binary, map);
-    assert!(near(seen.frames[2].sensors[0].map(|m| m.at), [0.035, 0.0225]));
-    assert!(refused(&est(false)[..150], "a.ema").contains("EST_Header_End"));
-    let short = &est(false)[..est(false).len() - 4];
-    assert!(refused(short, "a.ema").contains("cut off"));
-}
-
-#[test]
-fn edgetrak_contours_want_a_pixel_and_a_rate() {
-    let text = "10\t20\t11\t21\n12\t22\t0\t0\n14\t24\t15\t25\n";
-    let found = &read(text.as_bytes(), "x.con")[0];
-    assert_eq!((found.samples.len(), found.channels.len()), (2, 3));
-    assert_eq!((found.samples[1].places[0], found.samples[1].places[1]), (Some([11.0, 21.0, 0.0]), None));
-    assert!(aligned(found, "").unwrap_err().contains("unit_mm"));
-    let seen = seen(found, "unit_mm = 0.5\nrate_hz = 40\nback = \"x\"");
-    assert_eq!(seen.frames[1].time_s, 0.025);
-    assert!(near(seen.frames[0].contour[0].map(|m| m.at), [0.005, -0.010]), "pixels count downwards");
-    // GetContours writes two header lines.
-    let titled = format!("FRAME1\t\tFRAME2\nX\tY\tX\tY\n{text}");
-    assert_eq!(read(titled.as_bytes(), "x.con")[0].samples, found.samples);
-    assert!(refused(b"1 2\n3\n", "x.con").starts_with("x.con:2:"));
 }
 
 #[test]

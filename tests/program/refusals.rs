@@ -15,7 +15,7 @@ fn with_paths(line: &str) -> String {
 }
 
 /// Files that the commands below name.
-const FILES: [(&str, &str); 16] = [
+const FILES: [(&str, &str); 19] = [
     ("bad.toml", "name = 3"),
     ("far.csv", "node,x_mm,y_mm,z_mm\n5000,1,2,3\n"),
     ("short.csv", "node,x_mm,y_mm\n5,1,2\n"),
@@ -32,6 +32,12 @@ const FILES: [(&str, &str); 16] = [
     ("mesh.json", "{}"),
     ("ema.csv", "time_s,point,x_mm,y_mm\n0,T1,1,2\n0,T2,20,12\n"),
     ("three.csv", "time_s,point,x_mm,y_mm\n0,T1,1,2\n0,T2,20,12\n0,T3,30,8\n"),
+    ("cm.csv", "point,x_mm,y_mm\nmental_spine,0,0\nhyoid,3.76,-0.31\n"),
+    ("bones.csv", "point,x_mm,y_mm\nmental_spine,0,0\nhyoid,37.6,-3.1\n"),
+    (
+        "below.csv",
+        "point,x_mm,y_mm\na,45,-10\nb,39,-13\nc,33,-10\nd,27,-13\ne,21,-10\nf,15,-13\ng,9,-10\nh,3,-13\ni,-3,-10\n",
+    ),
     ("map.toml", "[points]\nT1 = { surface_mm = 5 }\nT2 = { surface_mm = 25 }\n"),
     ("tiny.toml", "noise_mm = 1e-300\n"),
     ("unit.toml", "title = \"t\"\nwant = \"lengths\"\n[body.mesh]\nfile = \"mesh.json\"\nunit = \"mm\"\n"),
@@ -132,6 +138,8 @@ fn what_cannot_be_used_is_refused_in_one_message_and_leaves_nothing() {
         ("track RECORDING --muscles GGa,GGa", "GGa is given twice"),
         ("track RECORDING --palate nowhere.csv", "nowhere.csv"),
         ("adapt", "--landmarks"),
+        ("adapt --landmarks cm.csv", "0.100 times as large"),
+        ("adapt --landmarks bones.csv --contour below.csv", "below the hyoid and the mental spine"),
         // The body in space, and what only the plane has.
         ("simulate --body space --muscles-as lines", "does not have"),
         ("simulate --body space --tension GGP=2", "give activations"),

@@ -37,9 +37,7 @@ mod tests {
         let mesh = tongue_core::body::solid::cylinder(0.01, 0.02, 1, 2);
         let text = Msh { mesh: &mesh, bones: &[] }.text(&Provenance::new("$EndComments")).unwrap();
         assert_eq!(text.matches("$EndComments").count(), 1);
-        let gmsh::File::Solid(back) = gmsh::read(text.as_bytes(), "own", gmsh::Unit::M).unwrap() else {
-            panic!("a solid")
-        };
-        assert_eq!(back.body.mesh.nodes, mesh.nodes);
+        let back = gmsh::read(text.as_bytes(), "own", gmsh::Unit::M).unwrap().body.solid().unwrap();
+        assert_eq!(back.mesh.nodes, mesh.nodes);
     }
 }

@@ -59,16 +59,13 @@ impl MeshContent {
             }
             Self::Gmsh { bytes, unit } => (bytes, *unit),
         };
-        let (size, concerns, any) = match gmsh::read(bytes, origin, unit)? {
-            gmsh::File::Flat(gmsh::Content { body, concerns, .. }) => {
-                (body.mesh.check_size(), concerns, AnyBody::Flat(body))
-            }
-            gmsh::File::Solid(gmsh::Content { body, concerns, .. }) => {
-                (body.mesh.check_size(), concerns, AnyBody::Solid(body))
-            }
-        };
+        let gmsh::Content { body, concerns, .. } = gmsh::read(bytes, origin, unit)?;
         concerns.into_iter().for_each(tell);
-        size.map(|()| any).map_err(|error| {
+        let size = match &body {
+            AnyBody::Flat(body) => body.mesh.check_size(),
+            AnyBody::Solid(body) => body.mesh.check_size(),
+        };
+        size.map(|()| body).map_err(|error| {
             let how = "--mesh-unit mm (in a scene: [body.mesh] unit = \"mm\")";
             wrong(origin, format!("cannot be used: {error}, or read them with {how}"))
         })

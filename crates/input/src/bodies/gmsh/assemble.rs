@@ -9,7 +9,7 @@ use super::error::{Found, Located, wrong};
 use super::groups::{Form, Group, Parts, Role, positions};
 use super::parse::Raw;
 use super::review::review;
-use super::{Content, File, Unit};
+use super::{AnyBody, Content, Unit};
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, Mesh, MeshFault, MuscleChain};
 use tongue_core::geometry::simplex;
@@ -21,11 +21,11 @@ const INSIDE: f64 = 1e-6;
 const BENT: f64 = 1e-6;
 
 /// The body of a file, in the plane or in space.
-pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<File> {
+pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<Content> {
     let parts = Parts::new(raw, Form::Simplices)?;
     match parts.dimension {
-        3 => Ok(File::Solid(body::<3>(raw, &parts, origin, unit)?)),
-        _ => Ok(File::Flat(body::<2>(raw, &parts, origin, unit)?)),
+        3 => body(raw, &parts, origin, unit, AnyBody::Solid),
+        _ => body(raw, &parts, origin, unit, AnyBody::Flat),
     }
 }
 
@@ -36,7 +36,13 @@ struct TaggedChain<'a> {
     group: &'a Group<'a>,
 }
 
-fn body<const D: usize>(raw: &Raw, parts: &Parts<'_>, origin: &str, unit: Unit) -> Found<Content<D>> {
+fn body<const D: usize>(
+    raw: &Raw,
+    parts: &Parts<'_>,
+    origin: &str,
+    unit: Unit,
+    any: fn(Body<D>) -> AnyBody,
+) -> Found<Content> {
     let cells = &parts.cells;
     let chains = chains(&parts.groups)?;
     let kept: BTreeSet<u64> =
@@ -80,7 +86,7 @@ fn body<const D: usize>(raw: &Raw, parts: &Parts<'_>, origin: &str, unit: Unit) 
     parts.check_held(mesh.connections.iter().copied(), &mesh.fixed, &numbers)?;
     let concerns = review(&mesh).into_iter().chain(bent(raw, parts, unit)).collect();
     let body = Body { what: format!("the mesh of \"{origin}\""), mesh, bones, ..Body::default() };
-    Ok(Content { body, tags, concerns })
+    Ok(Content { body: any(body), tags, concerns })
 }
 
 /// The two corners of each side, in Gmsh's order of the middle nodes.

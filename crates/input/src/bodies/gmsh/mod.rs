@@ -1,5 +1,5 @@
 //! Bodies from Gmsh (Geuzaine and Remacle 2009, <https://gmsh.info>): `.msh` files of the formats 4.1 and
-//! 2.2, text or binary, read into a [`Body`] and written from one. Physical groups have these meanings:
+//! 2.2, text or binary, read into a body and written from one. Physical groups have these meanings:
 //!
 //! | physical group | on | is |
 //! |---|---|---|
@@ -36,9 +36,9 @@ mod write;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::BodyFileError;
+use super::{AnyBody, BodyFileError};
 pub(super) use review::review;
-use tongue_core::body::{Body, SpaceBody};
+use tongue_core::body::SpaceBody;
 pub use write::write;
 
 /// The unit of a file's coordinates.
@@ -61,24 +61,19 @@ impl Unit {
     }
 }
 
+/// A body as it was read.
 #[derive(Debug, Clone, PartialEq)]
-pub enum File {
-    Flat(Content<2>),
-    Solid(Content<3>),
-}
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct Content<const D: usize> {
+pub struct Content {
     /// The body, m. Nodes are in the order of their tags, without those that no cell and no muscle uses;
     /// cells in the order of the file; the eight published muscles in the order of the tables, then others in
     /// the order of their groups.
-    pub body: Body<D>,
+    pub body: AnyBody,
     pub tags: Vec<u64>,
     pub concerns: Vec<String>,
 }
 
 /// Reads a body of triangles or tetrahedra. `origin` is its name in messages, usually its path.
-pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<File, BodyFileError> {
+pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<Content, BodyFileError> {
     parsed(bytes, origin, |raw| assemble::assemble(raw, origin, unit))
 }
 

@@ -4,4 +4,4 @@
 #[allow(dead_code, reason = "one reader a target")]
 mod inputs;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| inputs::recording_pos(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| inputs::recording(bytes));
