@@ -158,7 +158,9 @@ def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_
     at = found.muscles.index("HGp")
     assert (groups["prior"]["tension_n_per_m"][..., at] == 3.0).all() and (draws["tension_n_per_m"][..., at] == 3.0).all()
     assert groups["sample_stats"]["lp"].shape == (chains, 400 // chains)
-    assert pickle.loads(pickle.dumps(found)) == found and found.status in ("mixed", "not_mixed")
+    assert pickle.loads(pickle.dumps(found)) == found and found.status == "not_mixed"
+    with pytest.warns(UserWarning, match="have not mixed"):
+        found.draws  # noqa: B018
     pytest.importorskip("arviz")
     tree = found.to_arviz()
     assert list(tree["posterior"]["tension_n_per_m"].coords["muscle"].values) == found.muscles

@@ -6,6 +6,7 @@ import csv
 import io
 import operator
 import re
+import warnings
 from typing import TYPE_CHECKING, Any
 
 from . import _tongue_fit as native
@@ -22,7 +23,8 @@ _BY_MUSCLE = re.compile(r"(tension|baseline_tension|change|stretch|log_likelihoo
 
 
 class Posterior(Run):
-    """What `tongue-fit --vowel V --posterior N` prints and writes. Without numbers where the chains have not mixed: `status` says so."""
+    """What `tongue-fit --vowel V --posterior N` prints and writes. Without intervals where the chains have not mixed: `status` says so, and
+    every way to the draws warns."""
 
     @property
     def status(self) -> str:
@@ -31,6 +33,9 @@ class Posterior(Run):
 
     def _columns(self) -> tuple[list[str], NDArray[np.float64]]:
         import numpy as np
+
+        if self.status != "mixed":
+            warnings.warn("the chains have not mixed: these draws are not those of the posterior; take more draws", stacklevel=3)
 
         rows = list(csv.reader(io.StringIO(self.files["posterior.csv"].decode())))
         # Behind the numbers stand version and command.
