@@ -21,7 +21,7 @@ const EXAMPLE: &[u8] = include_bytes!("../../targets/recordings/synthetic.tsv");
 #[group(skip)]
 #[command(next_help_heading = "Recordings")]
 pub struct Arguments {
-    /// Recordings of one speaker: AAA's tables and fans, tidy CSV, AG50x (.pos), Edinburgh Speech Tools or
+    /// Recordings, several speakers apart: AAA's tables and fans, tidy CSV, AG50x (.pos), Edinburgh Speech Tools or
     /// MOCHA (.ema), X-ray microbeam (.txy), MVIEW (.mat), DeepLabCut (.csv), EdgeTrak (.con)
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
@@ -91,6 +91,15 @@ impl PriorArguments {
 /// The methods for a rest shape from recordings; another one is for contours alone.
 pub const REST: [&str; 2] = ["joint", "similarity"];
 
+/// A recording as it was read.
+#[derive(Clone)]
+pub struct Loaded {
+    pub file: String,
+    /// Whether its file has no other recording.
+    pub is_only: bool,
+    pub recording: Recording,
+}
+
 pub struct Screened {
     pub seen: AlignedRecording,
     /// The sound beside its file.
@@ -143,12 +152,13 @@ impl Arguments {
     }
 
     /// All recordings with the names of their files.
-    pub fn read(&self) -> miette::Result<Vec<(String, Recording)>> {
+    pub fn read(&self) -> miette::Result<Vec<Loaded>> {
         let mut all = Vec::new();
         let mut take = |file: String, recordings: Vec<Recording>| {
+            let is_only = recordings.len() == 1;
             let chosen =
                 recordings.into_iter().filter(|r| self.speaker.is_none() || r.speaker == self.speaker);
-            all.extend(chosen.map(|recording| (file.clone(), recording)));
+            all.extend(chosen.map(|recording| Loaded { file: file.clone(), is_only, recording }));
         };
         if self.example {
             take("synthetic.tsv".to_owned(), self.example()?);
@@ -162,14 +172,14 @@ impl Arguments {
     /// Recordings of one speaker, screened, and a sentence for each that is left out because nothing can be read from it.
     pub fn screened(
         &self,
-        read: Vec<(String, Recording)>,
+        read: Vec<Loaded>,
         palate: Option<&[Point]>,
     ) -> miette::Result<(Vec<Screened>, Vec<String>)> {
         let (map, own) = (self.map()?, self.palate()?);
         let (mut all, mut left_out): (Vec<Screened>, Vec<String>) = (Vec::new(), Vec::new());
-        let (files, recordings): (Vec<String>, Vec<&Recording>) =
-            read.iter().map(|(file, recording)| (file.clone(), recording)).unzip();
-        for (file, seen) in files.into_iter().zip(AlignedRecording::all(&recordings, &map)) {
+        let recordings: Vec<&Recording> = read.iter().map(|one| &one.recording).collect();
+        for (Loaded { file, is_only, .. }, seen) in read.iter().zip(AlignedRecording::all(&recordings, &map))
+        {
             let mut seen = seen.into_diagnostic().wrap_err_with(|| file.clone())?;
             let side = if seen.mirrored { -1.0 } else { 1.0 };
             let own = own.as_ref().map(|p| {
@@ -200,8 +210,12 @@ impl Arguments {
                     list(&seen.ignored)
                 )
             });
-            let is_only = read.iter().filter(|(other, _)| *other == file).count() == 1;
-            let sound = if is_only { Waveform::beside(Path::new(&file)) } else { Ok(None) };
+            let sound = match Waveform::beside(Path::new(file)) {
+                Ok(Some(_)) if !is_only => {
+                    Err(format!("the sound beside {file} is not drawn: the file has several recordings"))
+                }
+                sound => sound,
+            };
             let sound = sound.unwrap_or_else(|why| {
                 seen.notes.push(why);
                 None

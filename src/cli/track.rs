@@ -6,7 +6,7 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, bail, ensure, miette};
 use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
-use tongue_fit::measured::recording::{AlignedRecording, Recording};
+use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{
     FormantsRecord, Json, OutputDir, Provenance, RecordingResult, TrackRecord, TrackResults, status_name,
 };
@@ -20,7 +20,7 @@ use tongue_fit::track::{
 use super::body_file::BodyFile;
 use super::choice::choice_among;
 use super::outcome::counted;
-use super::recordings::{self, Given, PriorArguments, Screened};
+use super::recordings::{self, Given, Loaded, PriorArguments, Screened};
 use super::track_sound::{FORMANTS, Sound};
 use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
@@ -84,11 +84,22 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         return space_track::run(source, (&arguments.recordings, arguments.as_is), &arguments.space, global);
     }
     let read = arguments.recordings.read()?;
-    let speakers = distinct(read.iter().filter_map(|(_, recording)| recording.speaker.clone()));
-    if speakers.len() > 1 && arguments.recordings.palate.is_none() && !arguments.is_given()? {
-        return track_speakers::run(arguments, global, read, &speakers);
+    let speakers = distinct(read.iter().filter_map(|one| one.recording.speaker.clone()));
+    let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
+    match (&speakers[..], arguments.of_one_speaker()?) {
+        ([_] | [], _) => {}
+        ([first, ..], Some(option)) => bail!(
+            "the recordings are of {} speakers ({}), and {option} is of one; take one at a time, such as --speaker {first:?}",
+            speakers.len(),
+            speakers.join(", ")
+        ),
+        (_, None) => return track_speakers::run(arguments, global, read, &speakers),
     }
-    let done = one(arguments, read, &global.folder("results/track")?)?;
+    if let Some(name) = speakers.first().filter(|_| unnamed > 0) {
+        let count = super::table::counted(unnamed, "recording");
+        output::note(&format!("{count} without the name of a speaker: taken for {name}'s"));
+    }
+    let done = one(arguments, read, &global.folder("results/track")?, None)?;
     output::answer(global, &Json(&done.record), &done.by, &done.written, || {
         track_table::track(&done.record)
     })?;
@@ -104,14 +115,30 @@ pub struct Done {
 }
 
 impl Arguments {
-    /// Whether the body is in the frame of the recordings or that of one speaker.
+    /// Whether the body is in the frame of the recordings.
     fn is_given(&self) -> miette::Result<bool> {
         Ok(self.body.is_given() || self.as_is || self.recordings.map()?.is_in_frame())
     }
+
+    /// The option, if there is one, that holds for one speaker alone.
+    fn of_one_speaker(&self) -> miette::Result<Option<&'static str>> {
+        let given = [
+            (self.recordings.palate.is_some(), "--palate"),
+            (self.body.is_given(), "the body (--mesh, --anatomy)"),
+            (self.as_is, "--as-is"),
+            (self.recordings.map()?.is_in_frame(), "the placement in --map"),
+        ];
+        Ok(given.into_iter().find(|(is_given, _)| *is_given).map(|(_, option)| option))
+    }
 }
 
-/// Tracks recordings of one speaker.
-pub fn one(arguments: &Arguments, read: Vec<(String, Recording)>, out: &OutputDir) -> miette::Result<Done> {
+/// Tracks recordings of one speaker; `among` is the name if there are others.
+pub fn one(
+    arguments: &Arguments,
+    read: Vec<Loaded>,
+    out: &OutputDir,
+    among: Option<&str>,
+) -> miette::Result<Done> {
     let clock = Instant::now();
     let given = Given::read(&arguments.body)?;
     let is_given = arguments.is_given()?;
@@ -130,6 +157,10 @@ pub fn one(arguments: &Arguments, read: Vec<(String, Recording)>, out: &OutputDi
         shapes: arguments.files.frames,
         kept_draws: arguments.files.kept_draws(),
         ..arguments.prior.settings()?
+    };
+    let settings = match among {
+        Some(name) => settings.of_speaker(name),
+        None => settings,
     };
     let mut notes = recording_checks::notes(&recordings, &given.body, &arguments.free_bone);
     let wall = recordings.iter().find_map(|r| r.palate.as_deref());

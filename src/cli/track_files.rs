@@ -21,9 +21,9 @@ pub enum Also {
     Sto,
     /// The same at one rate for EMU: `track_1.ssff`
     Ssff,
-    /// Stretches in which a muscle surely pulls harder or less than in its mean, for Praat: `track_1.TextGrid`
+    /// Stretches in which the 95 % interval of a course excludes 0, for Praat: `track_1.TextGrid`
     Textgrid,
-    /// 100 draws of the tensions at eleven parts of every label in long form, for mixed models: `draws.csv`
+    /// Up to 100 draws of the tensions over every label in long form, for mixed models: `draws.csv`, 1 MB a label
     Draws,
     /// How well each course repeats where labels do: `repeats.csv`, as on the page
     Repeats,

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, miette};
 use serde::Serialize;
-use tongue_fit::measured::recording::Recording;
 use tongue_fit::posterior::OverSpeakers;
 use tongue_fit::report::{Export, Json, OutputDir, over_speakers};
 use tongue_fit::track::Comparison;
 
+use super::recordings::Loaded;
 use super::track::{self, Arguments};
 use super::{Global, Outcome, output, table};
 
@@ -17,7 +17,8 @@ use super::{Global, Outcome, output, table};
 #[derive(Debug, Serialize)]
 struct Speaker {
     name: String,
-    folder: PathBuf,
+    /// Where the files are; `None` without results.
+    folder: Option<PathBuf>,
     frames: usize,
     recordings: usize,
     /// Why the results cannot be trusted, or there are none.
@@ -33,11 +34,11 @@ struct SpeakersRecord {
 pub fn run(
     arguments: &Arguments,
     global: &Global,
-    read: Vec<(String, Recording)>,
+    read: Vec<Loaded>,
     names: &[String],
 ) -> miette::Result<Outcome> {
     let out = global.folder("results/track")?;
-    let unnamed = read.iter().filter(|(_, r)| r.speaker.is_none()).count();
+    let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
     if unnamed > 0 {
         output::note(&format!(
             "left out: {} without the name of a speaker",
@@ -48,24 +49,28 @@ pub fn run(
         (Vec::new(), Vec::new(), unnamed == 0);
     for (number, name) in names.iter().enumerate() {
         output::note(&format!("speaker {name} ({} of {})", number + 1, names.len()));
-        let own = read.iter().filter(|(_, r)| r.speaker.as_ref() == Some(name)).cloned().collect();
-        let folder = out.path().join(folder(number, name));
-        let done =
-            OutputDir::prepare(&folder).into_diagnostic().and_then(|out| track::one(arguments, own, &out));
+        let own = read.iter().filter(|one| one.recording.speaker.as_ref() == Some(name)).cloned().collect();
+        let folder = out.path().join(folder(number, name, &names[..number]));
+        let made = OutputDir::prepare(&folder).into_diagnostic();
         let (mut frames, mut recordings) = (0, 0);
-        let problem = match done {
+        let problem = match made.and_then(|out| track::one(arguments, own, &out, Some(name))) {
             Ok(done) => {
                 (frames, recordings) = (done.record.results.frames().count(), done.record.recordings.len());
-                comparisons.extend(done.record.comparisons);
                 is_whole &= done.outcome != Outcome::SomeRowsRefused;
+                // Differences that cannot be trusted are not counted.
+                if done.record.untrusted.is_none() {
+                    comparisons.extend(done.record.comparisons);
+                }
                 done.record.untrusted
             }
             Err(why) => {
                 is_whole = false;
+                let said = why.to_string();
                 output::error(&why.wrap_err(format!("left out: speaker {name}")));
-                Some("nothing was tracked".to_owned())
+                Some(said)
             }
         };
+        let folder = (recordings > 0).then_some(folder);
         speakers.push(Speaker { name: name.clone(), folder, frames, recordings, problem });
     }
     if speakers.iter().all(|s| s.recordings == 0) {
@@ -86,13 +91,15 @@ pub fn run(
     })
 }
 
-/// The folder of a speaker: the name where every system takes it, else the number.
-fn folder(number: usize, name: &str) -> String {
+/// The folder of a speaker: the name where that is short, of plain letters and no other's but for upper and lower case, else the number.
+fn folder(number: usize, name: &str, before: &[String]) -> String {
+    const LONGEST: usize = 60;
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !name.is_empty() && !name.starts_with("speaker_") && name.chars().all(is_plain) {
-        name.to_owned()
-    } else {
-        format!("speaker_{}", number + 1)
+    let is_own = !before.iter().any(|other| other.eq_ignore_ascii_case(name));
+    let is_short = (1..=LONGEST).contains(&name.len()) && !name.to_lowercase().starts_with("speaker_");
+    match is_own && is_short && name.chars().all(is_plain) {
+        true => name.to_owned(),
+        false => format!("speaker_{}", number + 1),
     }
 }
 
@@ -104,7 +111,7 @@ fn text(record: &SpeakersRecord) -> String {
             s.name.clone(),
             recordings,
             frames,
-            s.folder.display().to_string(),
+            s.folder.as_ref().map_or_else(String::new, |folder| folder.display().to_string()),
             s.problem.clone().unwrap_or_default(),
         ]
     });

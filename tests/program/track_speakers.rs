@@ -26,7 +26,7 @@ fn several_speakers_are_tracked_apart_and_their_differences_counted() {
     let bad: Vec<String> = of("third").lines().map(without_points).collect();
     let bad = bad.join("\n");
     fs::write(at.join("all.tsv"), format!("{head}\n{}{}{bad}\n", of("first"), of("the second"))).unwrap();
-    let done = run(at, "track all.tsv --draws 200 --out out --json");
+    let done = run(at, "track all.tsv --draws 400 --also draws --out out --json");
     assert_eq!(done.status, Some(1), "{}", done.err);
     assert!(done.err.contains("left out: speaker third: "), "{}", done.err);
     let found = done.record();
@@ -38,6 +38,31 @@ fn several_speakers_are_tracked_apart_and_their_differences_counted() {
     let table = |name: &str| -> Vec<Row> {
         csv::Reader::from_path(at.join("out").join(name)).unwrap().deserialize().map(Result::unwrap).collect()
     };
+    // Draws of two speakers who are seen alike are independent.
+    let draws = folders.map(|folder| {
+        let mut all: BTreeMap<(String, String), Vec<f64>> = BTreeMap::new();
+        for row in table(&format!("{folder}/draws.csv"))
+            .iter()
+            .filter(|row| row["part"] == "0.000" && row["tier"] == "annotation")
+        {
+            let key = (row["label"].clone() + &row["repetition"], row["muscle"].clone());
+            all.entry(key).or_default().push(row["tension_n_per_m"].parse().unwrap());
+        }
+        all
+    });
+    let mut correlations = 0.0;
+    for (key, a) in &draws[0] {
+        let b = &draws[1][key];
+        assert_eq!((a.len(), b.len()), (100, 100));
+        let [mean_a, mean_b] = [a, b].map(|all| all.iter().sum::<f64>() / 100.0);
+        let sum = |x: &[f64], x0: f64, y: &[f64], y0: f64| {
+            x.iter().zip(y).map(|(x, y)| (x - x0) * (y - y0)).sum::<f64>()
+        };
+        correlations +=
+            sum(a, mean_a, b, mean_b) / (sum(a, mean_a, a, mean_a) * sum(b, mean_b, b, mean_b)).sqrt();
+    }
+    // Each has a standard deviation of 0.1.
+    assert!((correlations / draws[0].len() as f64).abs() < 0.15, "{correlations} of {}", draws[0].len());
     let contrasts = folders.map(|folder| table(&format!("{folder}/contrasts.csv")));
     let all = table("over_speakers.csv");
     assert_eq!((all.len(), contrasts[0].len()), (24, 24));

@@ -57,6 +57,10 @@ pub struct SignRow {
     pub not_known: usize,
     /// Pairs in which a posture could not be tracked.
     pub not_tracked: usize,
+    /// Pairs in which the muscle pulls alike, and those of them in which it is called surely or probably different.
+    pub alike: usize,
+    pub surely_where_alike: usize,
+    pub probably_where_alike: usize,
 }
 
 /// A tongue in space that is seen from the side.
@@ -95,6 +99,12 @@ pub fn run(body: &SpaceBody) -> Result<Vec<SignRow>, Error> {
 /// A row with another pair: the true difference, and the word for it, if the pair could be tracked.
 fn with_pair(mut row: SignRow, (true_difference, word): (f64, Option<Certainty>)) -> SignRow {
     if true_difference.abs() < DIFFERENT {
+        row.alike += 1;
+        match word {
+            Some(Certainty::SurelyHarder | Certainty::SurelyNotHarder) => row.surely_where_alike += 1,
+            Some(Certainty::ProbablyHarder | Certainty::ProbablyNotHarder) => row.probably_where_alike += 1,
+            Some(Certainty::NotKnown) | None => {}
+        }
         return row;
     }
     row.pairs += 1;
@@ -213,14 +223,19 @@ fn words(recording: &AlignedRecording) -> Result<Option<[Certainty; 8]>, Error> 
 
 pub fn page(rows: &[SignRow]) -> Result<String, Error> {
     let sum = |of: fn(&SignRow) -> usize| rows.iter().map(of).sum::<usize>();
-    let (right, wrong) = (sum(|r| r.surely_right), sum(|r| r.surely_wrong));
+    let [sure, probable] = [
+        [sum(|r| r.surely_right), sum(|r| r.surely_wrong)],
+        [sum(|r| r.probably_right), sum(|r| r.probably_wrong)],
+    ]
+    .map(|[right, wrong]| format!("{right} of {}", right + wrong));
+    let (alike, false_alarms) = (sum(|r| r.alike), sum(|r| r.surely_where_alike));
     Ok(format!(
         "\n## Which signs of differences survive\n\n{PAIRS} pairs of postures of this tongue in space, seen from the side as `track` sees a \
          speaker ({CONTOUR_POINTS} points of the contour with a noise of {} mm, hyoid and mandible; each posture {REPETITIONS} times), and tracked \
-         with the tongue of the plane. Of the differences in a muscle's activation above {DIFFERENT}, **{right} of {} that are called sure have the \
-         right sign.** The styloglossus and the hyoglossus of space are each compared with every part of theirs in the plane.\n\n{}",
+         with the tongue of the plane. Of the differences in a muscle's activation above {DIFFERENT}, **{sure} that are called sure have the \
+         right sign, and {probable} that are called probable**; of {alike} smaller ones {false_alarms} are called sure. The styloglossus and the \
+         hyoglossus of space are each compared with every part of theirs in the plane, so these counts are not independent.\n\n{}",
         1e3 * NOISE_M,
-        right + wrong,
         markdown(rows, &[])?
     ))
 }
@@ -247,6 +262,6 @@ mod tests {
         assert_eq!(words[0], Certainty::SurelyHarder, "{words:?}");
         let row = with_pair(SignRow::default(), (0.12, Some(words[0])));
         let row = with_pair(with_pair(row, (-0.12, Some(words[0]))), (0.01, None));
-        assert_eq!((row.pairs, row.surely_right, row.surely_wrong, row.not_tracked), (2, 1, 1, 0));
+        assert_eq!((row.pairs, row.surely_right, row.surely_wrong, row.alike), (2, 1, 1, 1));
     }
 }

@@ -64,12 +64,24 @@ pub(super) fn write<'a>(
     columns: impl Iterator<Item = &'a str>,
     rows: impl Iterator<Item = impl IntoIterator<Item = impl AsRef<str>>>,
 ) -> io::Result<()> {
-    let (names, values): (Vec<_>, Vec<_>) = by.entries().unzip();
+    write_with(out, by, columns, rows, false)
+}
+
+/// The same; in a long table only the first row has the provenance, and it is empty in the others.
+pub(super) fn write_with<'a>(
+    out: &mut dyn Write,
+    by: &Provenance,
+    columns: impl Iterator<Item = &'a str>,
+    rows: impl Iterator<Item = impl IntoIterator<Item = impl AsRef<str>>>,
+    is_long: bool,
+) -> io::Result<()> {
+    let (names, mut values): (Vec<_>, Vec<_>) = by.entries().unzip();
     let mut writer = ::csv::Writer::from_writer(out);
     writer.write_record(columns.chain(names).map(harmless).map(Cow::into_owned))?;
     for row in rows {
         row.into_iter().try_for_each(|cell| writer.write_field(harmless(cell.as_ref()).as_bytes()))?;
         writer.write_record(&values)?;
+        values.iter_mut().filter(|_| is_long).for_each(String::clear);
     }
     writer.flush()
 }

@@ -6,6 +6,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::compare::LabelDraws;
+use super::consider_parameters::BATCH;
 use super::draws::{Draws, Means};
 use super::frame::Frame;
 use super::interval::Interval;
@@ -20,7 +21,7 @@ pub struct LabelMean {
     pub changes: Vec<Interval>,
 }
 
-/// Number of equal parts into which a label is divided for the draws over it.
+/// Number of the frames of a label whose draws are kept, less one.
 const PARTS: usize = 10;
 
 /// Draws of the tensions over one label, from its first frame to its last.
@@ -28,7 +29,7 @@ const PARTS: usize = 10;
 pub struct LabelCourse {
     /// Its number among the labels of the recording.
     pub label: usize,
-    /// Its frames nearest to 0, 1/10, ... 1 of the time from the first to the last, each once; without those that cannot be trusted.
+    /// At most eleven of its frames, evenly spread over all of them; without those that cannot be trusted.
     pub points: Vec<LabelPoint>,
 }
 
@@ -36,7 +37,7 @@ pub struct LabelCourse {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LabelPoint {
     pub time_s: f64,
-    /// 0 at the first frame of the label, 1 at the last.
+    /// Where in the label it lies: 0 at its first frame, 1 at its last.
     pub part: f64,
     pub tensions: Vec<Vec<f32>>,
     /// The tensions less their mean over the recording in the same draw.
@@ -90,13 +91,15 @@ impl<'a> Segments<'a> {
             for (label, part) in
                 self.parts.remove(&t).into_iter().flatten().filter(|_| found[t].status.is_trusted())
             {
-                let kept =
-                    || draws.tensions[t - from].iter().map(|all| &all[..all.len().min(self.kept_draws)]);
-                let less = |(own, means): (&[f32], &Vec<f64>)| {
-                    own.iter().zip(means).map(|(draw, mean)| (f64::from(*draw) - mean) as f32).collect()
+                // The second half of every batch mirrors the first.
+                let numbers =
+                    |count: usize| (0..count).filter(|draw| draw % BATCH < BATCH / 2).take(self.kept_draws);
+                let own = |all: &Vec<f32>| numbers(all.len()).map(|d| all[d]).collect();
+                let less = |(all, means): (&Vec<f32>, &Vec<f64>)| {
+                    numbers(all.len()).map(|d| (f64::from(all[d]) - means[d]) as f32).collect()
                 };
-                let tensions = kept().map(<[f32]>::to_vec).collect();
-                let courses = kept().zip(&means.0).map(less).collect();
+                let tensions = draws.tensions[t - from].iter().map(own).collect();
+                let courses = draws.tensions[t - from].iter().zip(&means.0).map(less).collect();
                 let point = LabelPoint { time_s: frame.time_s, part, tensions, courses };
                 self.courses.entry(label).or_default().push(point);
             }

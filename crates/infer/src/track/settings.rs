@@ -1,5 +1,7 @@
 //! Settings of tracking.
 
+use tongue_core::random::seed_of;
+
 use super::errors::Errors;
 use super::softplus::Softplus;
 
@@ -40,6 +42,12 @@ impl TrackSettings {
     /// Whether the positions of frame `t` of so many are part of the results.
     pub fn is_shown(&self, t: usize, frames: usize) -> bool {
         self.shapes > 0 && t.is_multiple_of(frames.div_ceil(self.shapes).max(1))
+    }
+
+    /// The settings for one of several speakers: what is unknown of one is independent of what is unknown of another.
+    pub fn of_speaker(self, name: &str) -> Self {
+        let seed = name.bytes().fold(self.seed, |seed, byte| seed_of(seed, usize::from(byte)));
+        Self { seed, ..self }
     }
 
     /// Settings for tensions of this scale (default: 20 N per metre of thickness) and this memory (default: 0.1 s).

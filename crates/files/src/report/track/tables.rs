@@ -98,7 +98,7 @@ pub fn segments_csv(results: &TrackResults) -> impl Export {
 }
 
 /// Draws of the tensions over labels in long form, for mixed models: a row for each label, part of it, muscle and draw. The draws of one
-/// number belong together in all recordings of a sitting.
+/// number belong together in all recordings of a speaker that show the same bones.
 pub fn draws_csv(results: &TrackResults) -> impl Export {
     move |out: &mut dyn Write, by: &Provenance| {
         let columns =
@@ -125,7 +125,7 @@ pub fn draws_csv(results: &TrackResults) -> impl Export {
                 })
             })
         });
-        csv::write(out, by, columns.split(','), rows)
+        csv::write_with(out, by, columns.split(','), rows, true)
     }
 }
 

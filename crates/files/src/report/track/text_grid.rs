@@ -3,42 +3,68 @@
 use std::io::{self, Write};
 
 use super::RecordingResult;
+use tongue_core::statistics::upper_median;
 use tongue_infer::track::Tracked;
 
+/// A step between frames that is longer than this many usual ones is a hole.
+const LONGEST_STEP: f64 = 2.5;
+
+/// A stretch with a word, and its ends, s.
+type Stretch = (&'static str, [f64; 2]);
+
 impl RecordingResult {
-    /// A tier for each muscle, with intervals in which the 95 % interval of its course excludes 0 in every frame that can be trusted:
-    /// `above` or `below` its mean over the recording. Borders lie in the middle between frames. The format is that of Praat's manual,
-    /// "TextGrid file formats".
+    /// A tier for each muscle, with stretches in which the 95 % interval of its course excludes 0 in every frame, and every frame can be
+    /// trusted: `above` or `below` its mean over the recording. Borders lie in the middle between frames, and half a usual step from the
+    /// frames beside a hole. The format is that of Praat's manual, "TextGrid file formats".
     pub fn write_text_grid(&self, muscles: &[String], out: &mut dyn Write) -> io::Result<()> {
-        let times: Vec<f64> = self.frames.iter().map(|f| f.time_s).collect();
-        let (from_s, to_s) = (times.first().copied().unwrap_or(0.0), times.last().copied().unwrap_or(0.0));
-        let whole = format!("xmin = {from_s}\nxmax = {to_s}\n");
+        let each = self.stretches(|_| "");
+        let (first, last) =
+            (each.first().map_or(0.0, |(_, ends)| ends[0]), each.last().map_or(1.0, |(_, ends)| ends[1]));
+        let whole = format!("xmin = {first}\nxmax = {last}\n");
         writeln!(out, "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n{whole}tiers? <exists>")?;
         writeln!(out, "size = {}\nitem []:", muscles.len())?;
         for (number, muscle) in muscles.iter().enumerate() {
-            let word = |f: &Tracked| match &f.courses[number] {
+            let stretches = self.stretches(|f| match &f.courses[number] {
                 _ if !f.status.is_trusted() => "",
                 course if course.low > 0.0 => "above",
                 course if course.high < 0.0 => "below",
                 _ => "",
-            };
-            let words: Vec<&str> = self.frames.iter().map(word).collect();
-            let mut borders_s = vec![from_s];
-            let mut names = Vec::new();
-            for same in words.chunk_by(PartialEq::eq) {
-                let end = names.iter().map(|(_, count)| count).sum::<usize>() + same.len();
-                borders_s.push(times.get(end).map_or(to_s, |next| 0.5 * (times[end - 1] + next)));
-                names.push((same[0], same.len()));
-            }
+            });
             let name = muscle.replace('"', "\"\"");
             write!(out, "item [{}]:\nclass = \"IntervalTier\"\nname = \"{name}\"\n{whole}", number + 1)?;
-            writeln!(out, "intervals: size = {}", names.len())?;
-            for (i, ((word, _), ends)) in names.iter().zip(borders_s.windows(2)).enumerate() {
-                write!(out, "intervals [{}]:\nxmin = {}\nxmax = {}\n", i + 1, ends[0], ends[1])?;
+            writeln!(out, "intervals: size = {}", stretches.len())?;
+            for (i, (word, [from_s, to_s])) in stretches.iter().enumerate() {
+                write!(out, "intervals [{}]:\nxmin = {from_s}\nxmax = {to_s}\n", i + 1)?;
                 writeln!(out, "text = \"{word}\"")?;
             }
         }
         Ok(())
+    }
+
+    /// The whole recording in stretches in which the word for the frames is the same; holes have none.
+    fn stretches(&self, word: impl Fn(&Tracked) -> &'static str) -> Vec<Stretch> {
+        let times: Vec<f64> = self.frames.iter().map(|f| f.time_s).collect();
+        let usual_s = upper_median(times.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.02);
+        let mut out: Vec<Stretch> = Vec::new();
+        let mut add = |word, ends: [f64; 2]| match out.last_mut() {
+            Some((last, before)) if *last == word => before[1] = ends[1],
+            _ if ends[0] < ends[1] => out.push((word, ends)),
+            _ => {}
+        };
+        for (t, frame) in self.frames.iter().enumerate() {
+            let end = |other: Option<&f64>| match other {
+                Some(other) if (other - times[t]).abs() <= LONGEST_STEP * usual_s => 0.5 * (times[t] + other),
+                Some(other) => times[t] + 0.5 * usual_s * (other - times[t]).signum(),
+                None => times[t],
+            };
+            let [from, to] = [end(t.checked_sub(1).map(|t| &times[t])), end(times.get(t + 1))];
+            let to = if times.len() == 1 { to + usual_s } else { to };
+            add(word(frame), [from, to]);
+            if let Some(next) = times.get(t + 1).filter(|next| *next - times[t] > LONGEST_STEP * usual_s) {
+                add("", [to, next - 0.5 * usual_s]);
+            }
+        }
+        out
     }
 }
 
@@ -59,17 +85,18 @@ mod tests {
             serde_json::from_value(frame).unwrap()
         };
         let (sure, less) = ((1.0, 5.0, "converged"), (-5.0, -1.0, "converged"));
-        let frames = [(-1.0, 1.0, "gap"), sure, sure, less, (1.0, 2.0, "out_of_reach"), sure];
-        let one = RecordingResult {
-            frames: frames.iter().enumerate().map(frame).collect(),
-            ..RecordingResult::default()
-        };
+        let frames = [(-1.0, 1.0, "gap"), sure, sure, less, (1.0, 2.0, "out_of_reach"), sure, sure];
+        let mut frames: Vec<Tracked> = frames.iter().enumerate().map(frame).collect();
+        // A hole before the last frame.
+        frames[6].time_s = 5.0;
+        let one = RecordingResult { frames, ..RecordingResult::default() };
         let mut bytes = Vec::new();
         one.write_text_grid(&["my \"own\"".to_owned()], &mut bytes).unwrap();
         let labels = text_grid(&bytes, "a.TextGrid").unwrap();
         let read: Vec<(&str, f64, f64)> =
             labels.iter().map(|l| (l.name.as_str(), l.from_s, l.to_s)).collect();
-        let expected = [("above", 0.05, 0.25), ("below", 0.25, 0.35), ("above", 0.45, 0.5)];
+        let expected =
+            [("above", 0.05, 0.25), ("below", 0.25, 0.35), ("above", 0.45, 0.55), ("above", 4.95, 5.0)];
         assert_eq!(read.len(), expected.len(), "{read:?}");
         for (found, wanted) in read.iter().zip(expected) {
             assert!(
@@ -79,6 +106,11 @@ mod tests {
                 "{read:?}"
             );
         }
+        let single = RecordingResult { frames: one.frames[1..2].to_vec(), ..RecordingResult::default() };
+        let mut bytes = Vec::new();
+        single.write_text_grid(&["GGa".to_owned()], &mut bytes).unwrap();
+        let label = &text_grid(&bytes, "a.TextGrid").unwrap()[0];
+        assert!(label.from_s == 0.1 && label.to_s > 0.1, "{label:?}");
         assert_eq!(labels[0].tier, "my \"own\"");
     }
 }

@@ -41,7 +41,13 @@ impl Waveform {
             }
         };
         let samples = samples.map_err(|e| e.to_string())?;
-        let in_bin = (Self::BIN_S * f64::from(spec.sample_rate)).max(1.0);
+        let in_bin = Self::BIN_S * f64::from(spec.sample_rate);
+        if in_bin < 1.0 {
+            return Err(format!("{} samples a second are too few", spec.sample_rate));
+        }
+        if samples.iter().any(|s| !s.is_finite()) || samples.len() < in_bin as usize {
+            return Err("it has no samples, or some that are not numbers".to_owned());
+        }
         let bins = (samples.len() as f64 / in_bin).floor() as usize;
         let bin = |k: usize| {
             let [from, to] = [k, k + 1].map(|k| (k as f64 * in_bin) as usize);
