@@ -10,7 +10,7 @@ use tongue_core::body::{Bone, Mesh};
 /// The mesh at rest, m, with the physical groups of [`super::read`]; fixed nodes outside `bones` are in a
 /// group `bone`. Node `n` has the tag `n + 1`. Elements are numbered from 1: cells (of a continuum its
 /// quadratic elements), then the lines of one muscle after another, then the points on bone. Reading it gives
-/// the same mesh to the last bit if its muscles are in the order of [`super::Body::mesh`] and every node is
+/// the same mesh to the last bit if its muscles are in the order of [`Body::mesh`](tongue_core::body::Body::mesh) and every node is
 /// used.
 pub fn write<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> String {
     let mut out = String::from("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n");
