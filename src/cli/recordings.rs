@@ -92,11 +92,10 @@ impl PriorArguments {
 pub const REST: [&str; 2] = ["joint", "similarity"];
 
 /// A recording as it was read.
-#[derive(Clone)]
 pub struct Loaded {
     pub file: String,
-    /// Whether its file has no other recording.
-    pub is_only: bool,
+    /// The file of the sound beside it, where its file has no other recording.
+    pub sound: Option<PathBuf>,
     pub recording: Recording,
 }
 
@@ -155,10 +154,20 @@ impl Arguments {
     pub fn read(&self) -> miette::Result<Vec<Loaded>> {
         let mut all = Vec::new();
         let mut take = |file: String, recordings: Vec<Recording>| {
-            let is_only = recordings.len() == 1;
+            let mut sound = Waveform::beside(Path::new(&file));
+            if sound.is_some() && recordings.len() > 1 {
+                sound = None;
+                output::note(&format!(
+                    "the sound beside {file} is not drawn: the file has several recordings"
+                ));
+            }
             let chosen =
                 recordings.into_iter().filter(|r| self.speaker.is_none() || r.speaker == self.speaker);
-            all.extend(chosen.map(|recording| Loaded { file: file.clone(), is_only, recording }));
+            all.extend(chosen.map(|recording| Loaded {
+                file: file.clone(),
+                sound: sound.clone(),
+                recording,
+            }));
         };
         if self.example {
             take("synthetic.tsv".to_owned(), self.example()?);
@@ -178,8 +187,7 @@ impl Arguments {
         let (map, own) = (self.map()?, self.palate()?);
         let (mut all, mut left_out): (Vec<Screened>, Vec<String>) = (Vec::new(), Vec::new());
         let recordings: Vec<&Recording> = read.iter().map(|one| &one.recording).collect();
-        for (Loaded { file, is_only, .. }, seen) in read.iter().zip(AlignedRecording::all(&recordings, &map))
-        {
+        for (Loaded { file, sound, .. }, seen) in read.iter().zip(AlignedRecording::all(&recordings, &map)) {
             let mut seen = seen.into_diagnostic().wrap_err_with(|| file.clone())?;
             let side = if seen.mirrored { -1.0 } else { 1.0 };
             let own = own.as_ref().map(|p| {
@@ -210,16 +218,9 @@ impl Arguments {
                     list(&seen.ignored)
                 )
             });
-            let sound = match Waveform::beside(Path::new(file)) {
-                Ok(Some(_)) if !is_only => {
-                    Err(format!("the sound beside {file} is not drawn: the file has several recordings"))
-                }
-                sound => sound,
-            };
-            let sound = sound.unwrap_or_else(|why| {
-                seen.notes.push(why);
-                None
-            });
+            let sound = sound
+                .as_deref()
+                .and_then(|path| Waveform::read(path).map_err(|why| seen.notes.push(why)).ok());
             all.push(Screened { seen, sound, faults, palate: own, is_trusted });
         }
         if let Some(why) = left_out.first().filter(|_| all.is_empty()) {
@@ -233,20 +234,25 @@ impl Arguments {
             });
         }
         let speakers: BTreeSet<&str> = all.iter().filter_map(|s| s.seen.speaker.as_deref()).collect();
-        let speakers: Vec<&str> = speakers.into_iter().collect();
-        if let [first, _, ..] = speakers[..] {
-            bail!(
-                "the recordings are of {} speakers ({}), and each needs a body of his or her own; take one at a time, such as \
-                 --speaker {first:?}",
-                speakers.len(),
-                speakers.join(", ")
-            );
+        if speakers.len() > 1 {
+            return Err(of_several(speakers, "each needs a body of his or her own"));
         }
         while let Some((number, doubt)) = other_size(&all.iter().map(|s| &s.seen).collect::<Vec<_>>()) {
             left_out.push(format!("left out: {}: {}", all.remove(number).seen.name, doubt.said));
         }
         Ok((all, left_out))
     }
+}
+
+/// That recordings are of several speakers, and why that is too many.
+pub fn of_several<'a>(speakers: impl IntoIterator<Item = &'a str>, why: &str) -> miette::Report {
+    let speakers: Vec<&str> = speakers.into_iter().collect();
+    miette!(
+        "the recordings are of {} speakers ({}), and {why}; take one at a time, such as --speaker {:?}",
+        speakers.len(),
+        speakers.join(", "),
+        speakers.first().unwrap_or(&"")
+    )
 }
 
 fn list(names: &[String]) -> String {

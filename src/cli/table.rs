@@ -296,8 +296,7 @@ pub fn batch(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
     );
     if !batch.contrasts.is_empty() {
         text += &decided(batch.contrasts);
-        let over = over_subjects(batch.contrasts);
-        text += &if over.is_empty() { String::new() } else { most_agree(&over) };
+        text += &most_agree(&over_subjects(batch.contrasts));
     }
     if s.posteriors_untold > 0 {
         let _ = writeln!(
@@ -326,7 +325,7 @@ pub fn batch(batch: &Batch<'_>, wall_s: f64) -> miette::Result<String> {
 pub fn most_agree(all: &[OverSpeakers]) -> String {
     const MOST: usize = 30;
     if all.is_empty() {
-        return "no two labels were repeated by two speakers or more, so that nothing is counted over speakers\n".to_owned();
+        return String::new();
     }
     let said: Vec<String> = all.iter().filter_map(OverSpeakers::said).collect();
     let title = "differences between labels in which most speakers agree";

@@ -85,16 +85,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let read = arguments.recordings.read()?;
     let speakers = distinct(read.iter().filter_map(|one| one.recording.speaker.clone()));
-    let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
-    match (&speakers[..], arguments.of_one_speaker()?) {
-        ([_] | [], _) => {}
-        ([first, ..], Some(option)) => bail!(
-            "the recordings are of {} speakers ({}), and {option} is of one; take one at a time, such as --speaker {first:?}",
-            speakers.len(),
-            speakers.join(", ")
-        ),
-        (_, None) => return track_speakers::run(arguments, global, read, &speakers),
+    if speakers.len() > 1 {
+        return match arguments.of_one_speaker()? {
+            Some(option) => Err(recordings::of_several(
+                speakers.iter().map(String::as_str),
+                &format!("{option} is of one"),
+            )),
+            None => track_speakers::run(arguments, global, read, &speakers),
+        };
     }
+    let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
     if let Some(name) = speakers.first().filter(|_| unnamed > 0) {
         let count = super::table::counted(unnamed, "recording");
         output::note(&format!("{count} without the name of a speaker: taken for {name}'s"));

@@ -34,7 +34,7 @@ struct SpeakersRecord {
 pub fn run(
     arguments: &Arguments,
     global: &Global,
-    read: Vec<Loaded>,
+    mut read: Vec<Loaded>,
     names: &[String],
 ) -> miette::Result<Outcome> {
     let out = global.folder("results/track")?;
@@ -49,7 +49,7 @@ pub fn run(
         (Vec::new(), Vec::new(), unnamed == 0);
     for (number, name) in names.iter().enumerate() {
         output::note(&format!("speaker {name} ({} of {})", number + 1, names.len()));
-        let own = read.iter().filter(|one| one.recording.speaker.as_ref() == Some(name)).cloned().collect();
+        let own = read.extract_if(.., |one| one.recording.speaker.as_ref() == Some(name)).collect();
         let folder = out.path().join(folder(number, name, &names[..number]));
         let made = OutputDir::prepare(&folder).into_diagnostic();
         let (mut frames, mut recordings) = (0, 0);
@@ -116,5 +116,12 @@ fn text(record: &SpeakersRecord) -> String {
         ]
     });
     (3..5).for_each(|column| table::left(&mut t, column));
-    format!("{t}\n\n{}\n", table::most_agree(&record.over_speakers))
+    let agree = match &record.over_speakers[..] {
+        [] => {
+            "no two labels were repeated by two speakers or more, so that nothing is counted over speakers\n"
+                .to_owned()
+        }
+        all => table::most_agree(all),
+    };
+    format!("{t}\n\n{agree}\n")
 }

@@ -110,7 +110,7 @@ fn in_plane(body: &SpaceBody, model: &SpaceModel) -> Result<System<3>, Error> {
 }
 
 /// Positions of all nodes at activations of all muscles; `None` where there is no equilibrium.
-fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>>> {
+pub fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>>> {
     let mut w = Workspace::new(system);
     let solution = statics::solve(system, &mut w, activations, &SolveSettings::default());
     (solution.status == SolveStatus::Converged).then(|| w.positions().to_vec())

@@ -7,7 +7,6 @@ use tongue_core::body::{Anatomy, Body, DEFAULT_SPACING_M, HYOID, MANDIBLE, Space
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
 use tongue_core::random::{normal, seed_of};
-use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::{Model, SpaceModel, System};
 use tongue_files::run::TrackRun;
 use tongue_infer::adapt::{AdaptationInput, RestShapeMethod, mark_of};
@@ -15,6 +14,7 @@ use tongue_infer::posterior::Certainty;
 use tongue_infer::track::{TongueSurface, TrackSettings, compare, compared};
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Label, Mark};
 
+use crate::plane::shape;
 use crate::table::markdown;
 use crate::{Error, tell};
 
@@ -150,10 +150,8 @@ impl Seen<'_> {
             let activations: Vec<f64> = self.names.iter().map(&mut one).collect();
             let given: Vec<(&String, f64)> = self.names.iter().zip(activations.iter().copied()).collect();
             let all = self.body.activations(&given)?;
-            let mut workspace = Workspace::new(&self.system);
-            let solution = statics::solve(&self.system, &mut workspace, &all, &SolveSettings::default());
-            if solution.status == SolveStatus::Converged {
-                return Ok((activations, workspace.positions().to_vec()));
+            if let Some(positions) = shape(&self.system, &all) {
+                return Ok((activations, positions));
             }
         }
         Err("no equilibrium was found for 50 postures".into())
@@ -253,9 +251,8 @@ mod tests {
         let seen = Seen { body: &body, section, surface, system, names: body.groups() };
         let posture = |a: f64| {
             let all = body.activations(&[("GGA", a)]).unwrap();
-            let mut workspace = Workspace::new(&seen.system);
-            statics::solve(&seen.system, &mut workspace, &all, &SolveSettings::default());
-            (all, workspace.positions().to_vec())
+            let positions = shape(&seen.system, &all).unwrap();
+            (all, positions)
         };
         let recording = seen.recorded(&[posture(0.12), posture(0.0)], &mut fastrand::Rng::with_seed(1));
         let words = words(&recording).unwrap().unwrap();

@@ -81,7 +81,9 @@ pub(super) fn write_with<'a>(
     for row in rows {
         row.into_iter().try_for_each(|cell| writer.write_field(harmless(cell.as_ref()).as_bytes()))?;
         writer.write_record(&values)?;
-        values.iter_mut().filter(|_| is_long).for_each(String::clear);
+        if is_long {
+            values.iter_mut().for_each(String::clear);
+        }
     }
     writer.flush()
 }

@@ -7,8 +7,8 @@ use tongue_core::statistics::upper_median;
 use super::export::{Export, Provenance};
 use super::sto::StoTable;
 
-/// A gap between rows that is longer than this many usual steps has no values.
-const LONGEST_STEP: f64 = 2.5;
+/// A step between rows that is longer than this many usual ones is a hole, which has no values.
+pub(super) const LONGEST_STEP: f64 = 2.5;
 const MOST_RECORDS: usize = 1_000_000;
 
 /// A table over time as tracks of one column each. The format has one rate, so rows are interpolated linearly at the median step from the

@@ -64,17 +64,16 @@ impl<'a> Segments<'a> {
     /// Of a recording whose first draws, as many as `kept_draws`, are kept over its labels.
     pub fn new(frames: &'a [Frame], kept_draws: usize) -> Self {
         let count = frames.iter().flat_map(|f| &f.labels).max().map_or(0, |most| most + 1);
-        let mut last = vec![None; count];
-        frames.iter().enumerate().for_each(|(t, f)| f.labels.iter().for_each(|l| last[*l] = Some(t)));
+        let mut of_label: Vec<Vec<usize>> = vec![Vec::new(); count];
+        frames.iter().enumerate().for_each(|(t, f)| f.labels.iter().for_each(|l| of_label[*l].push(t)));
+        let last = of_label.iter().map(|own| own.last().copied()).collect();
         let mut parts: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
-        for label in (0..count).filter(|_| kept_draws > 0) {
-            let own: Vec<usize> = (0..frames.len()).filter(|&t| frames[t].labels.contains(&label)).collect();
-            let Some((first, final_one)) = own.first().zip(own.last()) else { continue };
-            let (from_s, span_s) = (frames[*first].time_s, frames[*final_one].time_s - frames[*first].time_s);
-            let mut nearest: Vec<usize> =
-                (0..=PARTS).map(|p| own[(p * (own.len() - 1) + PARTS / 2) / PARTS]).collect();
-            nearest.dedup();
-            for t in nearest {
+        for (label, own) in of_label.iter().enumerate().filter(|(_, own)| kept_draws > 0 && !own.is_empty()) {
+            let steps = own.len() - 1;
+            let (from_s, span_s) = (frames[own[0]].time_s, frames[own[steps]].time_s - frames[own[0]].time_s);
+            let mut chosen: Vec<usize> = (0..=PARTS).map(|p| own[(p * steps + PARTS / 2) / PARTS]).collect();
+            chosen.dedup();
+            for t in chosen {
                 let part = if span_s > 0.0 { (frames[t].time_s - from_s) / span_s } else { 0.0 };
                 parts.entry(t).or_default().push((label, part));
             }

@@ -1,25 +1,22 @@
-//! Stretches of a recording in which a muscle surely pulls harder or less than in its mean, as a TextGrid for Praat and EMU.
+//! Stretches of a recording in which the 95 % interval of a muscle's course excludes 0, as a TextGrid for Praat and EMU.
 
 use std::io::{self, Write};
 
 use super::RecordingResult;
+use crate::report::ssff::LONGEST_STEP;
 use tongue_core::statistics::upper_median;
 use tongue_infer::track::Tracked;
-
-/// A step between frames that is longer than this many usual ones is a hole.
-const LONGEST_STEP: f64 = 2.5;
 
 /// A stretch with a word, and its ends, s.
 type Stretch = (&'static str, [f64; 2]);
 
 impl RecordingResult {
     /// A tier for each muscle, with stretches in which the 95 % interval of its course excludes 0 in every frame, and every frame can be
-    /// trusted: `above` or `below` its mean over the recording. Borders lie in the middle between frames, and half a usual step from the
-    /// frames beside a hole. The format is that of Praat's manual, "TextGrid file formats".
+    /// trusted: `above` or `below` its mean over the recording. Borders lie in the middle between frames; a step
+    /// much longer than usual is a hole, whose borders lie half a usual step from the frames beside it. The format is that of Praat's manual, "TextGrid file formats".
     pub fn write_text_grid(&self, muscles: &[String], out: &mut dyn Write) -> io::Result<()> {
-        let each = self.stretches(|_| "");
-        let (first, last) =
-            (each.first().map_or(0.0, |(_, ends)| ends[0]), each.last().map_or(1.0, |(_, ends)| ends[1]));
+        // Without words the whole recording is one stretch.
+        let [first, last] = self.stretches(|_| "").first().map_or([0.0, 1.0], |(_, ends)| *ends);
         let whole = format!("xmin = {first}\nxmax = {last}\n");
         writeln!(out, "File type = \"ooTextFile\"\nObject class = \"TextGrid\"\n\n{whole}tiers? <exists>")?;
         writeln!(out, "size = {}\nitem []:", muscles.len())?;

@@ -1,7 +1,7 @@
 //! The sound beside a recording.
 
 use std::io::Cursor;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::limits;
 
@@ -15,17 +15,16 @@ impl Waveform {
     /// Duration of a bin, s.
     pub const BIN_S: f64 = 2e-3;
 
-    /// The sound `NAME.wav` beside the recording `NAME.tsv`, whose first sample is at the recording's time 0; `None` without such a file,
-    /// and a sentence where it cannot be read.
-    pub fn beside(recording: &Path) -> Result<Option<Self>, String> {
-        let Some(path) =
-            ["wav", "WAV"].map(|e| recording.with_extension(e)).into_iter().find(|p| p.is_file())
-        else {
-            return Ok(None);
-        };
+    /// The file of the sound `NAME.wav` beside the recording `NAME.tsv`, whose first sample is at the recording's time 0.
+    pub fn beside(recording: &Path) -> Option<PathBuf> {
+        ["wav", "WAV"].map(|e| recording.with_extension(e)).into_iter().find(|p| p.is_file())
+    }
+
+    /// Reads a WAV file; otherwise a sentence why that is not possible.
+    pub fn read(path: &Path) -> Result<Self, String> {
         let unread = |why: String| format!("the sound {} cannot be drawn: {why}", path.display());
-        let bytes = crate::files::read_up_to(limits::LARGEST, &path).map_err(|e| unread(e.to_string()))?;
-        Self::of_wav(&bytes).map(Some).map_err(unread)
+        let bytes = crate::files::read_up_to(limits::LARGEST, path).map_err(|e| unread(e.to_string()))?;
+        Self::of_wav(&bytes).map_err(unread)
     }
 
     /// The first channel of a WAV file.
