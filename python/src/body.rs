@@ -54,14 +54,14 @@ impl Body {
 
 #[pymethods]
 impl Body {
-    /// The reference tongue at a mesh spacing, m (default: 5.5 mm, the thesis's).
+    /// The reference tongue with the mesh spacing `spacing_m`, m (the thesis's is 5.5 mm).
     #[staticmethod]
     #[pyo3(signature = (spacing_m = 0.0055))]
     fn tongue(py: Python<'_>, spacing_m: f64) -> PyResult<Self> {
         Self::made(py, PlaneBody { spacing_m: Some(spacing_m), ..PlaneBody::default() })
     }
 
-    /// The reference tongue as a continuum of quadratic elements at a mesh spacing, m (default: 4 mm).
+    /// The reference tongue as a continuum of quadratic elements with the mesh spacing `spacing_m`, m.
     #[staticmethod]
     #[pyo3(signature = (spacing_m = 0.004))]
     fn continuum(py: Python<'_>, spacing_m: f64) -> PyResult<Self> {
@@ -69,7 +69,7 @@ impl Body {
         Self::made(py, PlaneBody { kind, spacing_m, ..PlaneBody::default() })
     }
 
-    /// A tongue of an anatomy (the text of a TOML file) at a mesh spacing, m.
+    /// A tongue of an anatomy (`toml`, the text of the file) with the mesh spacing `spacing_m`, m; `origin` is its name in messages.
     #[staticmethod]
     #[pyo3(signature = (toml, spacing_m = 0.0055, origin = "anatomy"))]
     fn from_anatomy(py: Python<'_>, toml: String, spacing_m: f64, origin: &str) -> PyResult<Self> {
@@ -77,7 +77,7 @@ impl Body {
         Self::made(py, PlaneBody { source, spacing_m: Some(spacing_m), ..PlaneBody::default() })
     }
 
-    /// A body from a file: Gmsh's (`unit` of its coordinates: m or mm), or the JSON of
+    /// A body from the file `path`: Gmsh's (`unit` of its coordinates: m or mm), or the JSON of
     /// `tongue-fit mesh --json` (.json).
     #[staticmethod]
     #[pyo3(signature = (path, unit = "m"))]
@@ -192,14 +192,14 @@ impl Body {
     }
 }
 
-/// The model of a body: constants of the tissue.
+/// The model of a body: Young's modulus `young_modulus` of the tissue, Pa, and its Poisson's ratio `poisson_ratio`, below 0.5.
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Model(pub system::Model);
 
 #[pymethods]
 impl Model {
-    /// Young's modulus (Pa) and Poisson's ratio of the tissue.
+    /// The model with these constants.
     #[new]
     #[pyo3(signature = (*, young_modulus = 6900.0, poisson_ratio = 0.49))]
     fn new(young_modulus: f64, poisson_ratio: f64) -> PyResult<Self> {

@@ -37,7 +37,7 @@ fn body_and_model(
 /// Fits one row: the implementation of `tongue_fit.fit`, with the picture of the fitted shape (SVG).
 #[pyfunction]
 #[pyo3(signature = (data, subject, vowel, *, target = "ratio", muscles = None, baseline = None, body = None, model = None,
-    method = "nelder-mead", verdict = true, threads = None))]
+    method = "gauss-newton", verdict = true, threads = None))]
 #[allow(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 pub fn fit_row<'py>(
     py: Python<'py>,

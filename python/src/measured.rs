@@ -51,7 +51,7 @@ impl Dataset {
         Ok(Self { data, source: Arc::new((Vec::new(), None)) })
     }
 
-    /// The table in a file (CSV).
+    /// The table in the file `path` (CSV).
     #[staticmethod]
     fn from_path(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         if path.as_os_str() == "-" {
@@ -177,8 +177,8 @@ impl Dataset {
         Ok(vowels.iter().map(|v| v.label().to_owned()).collect())
     }
 
-    /// The target of a fit of ratios to GGa. `muscles` contract instead of those that are shorter than in the
-    /// baseline.
+    /// The target of a fit of the ratios to GGa of the row of `subject` and `vowel`. `muscles` contract (default: those shorter than in
+    /// the baseline); `baseline` is the vowel that is compared with (default: ɯ).
     #[pyo3(signature = (subject, vowel, *, muscles = None, baseline = None))]
     fn ratios(
         &self,
@@ -190,7 +190,7 @@ impl Dataset {
         target(self, subject, vowel, TargetKind::Ratio, muscles, baseline)
     }
 
-    /// The target of a fit of lengths over those in the baseline.
+    /// The target of a fit of lengths over those in the baseline, with the arguments `subject`, `vowel`, `muscles` and `baseline` of `ratios`.
     #[pyo3(signature = (subject, vowel, *, muscles = None, baseline = None))]
     fn stretches(
         &self,

@@ -111,7 +111,8 @@ enum Source {
     Target(Assembly, Target, usize),
 }
 
-/// An observable, its measured value (its unit), and its standard deviation.
+/// That an `observable` has the value `measured`, in its unit; with a `standard_deviation` (same unit, default: none) its residual is
+/// divided by that.
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Observation {
@@ -143,8 +144,7 @@ impl Observation {
 
 #[pymethods]
 impl Observation {
-    /// The observation that the observable has this value; with a standard deviation (unit of the value) its
-    /// residual is divided by that.
+    /// The observation of this value.
     #[new]
     #[pyo3(signature = (observable, measured, standard_deviation = None))]
     fn new(observable: &Observable, measured: f64, standard_deviation: Option<f64>) -> PyResult<Self> {

@@ -16,8 +16,9 @@ use super::observe::Observation;
 use super::solver::Shape;
 use super::work::{aside_on, pool};
 
-/// The observations of a body and its unknowns: at first the tension of every contracting muscle. Every
-/// `with_` and `free_` returns a new problem.
+/// What was seen of a body (`observations`) and what is unknown of it: at first the tension of every contracting muscle of the
+/// `assembly`, N per metre of thickness, up to `upper_bound`. The search (`method`) begins at `starts` points. Every `with_` and `free_`
+/// returns another problem.
 #[pyclass(frozen, module = "tongue_fit")]
 #[derive(Clone)]
 pub struct InverseProblem {
@@ -36,8 +37,7 @@ impl InverseProblem {
 
 #[pymethods]
 impl InverseProblem {
-    /// The tensions of all contracting muscles from these observations; `method` is nelder-mead or
-    /// gauss-newton, `upper_bound` is the largest tension, N per metre of thickness.
+    /// The problem in which only the tensions are unknown.
     #[new]
     #[pyo3(signature = (assembly, observations, *, method = "gauss-newton", starts = 4,
         upper_bound = 100.0))]
@@ -61,18 +61,17 @@ impl InverseProblem {
         Ok(Self { problem, of: assembly.clone() })
     }
 
-    /// The problem with a known tension, N per metre of thickness.
+    /// The problem with a known `tension` of a `muscle`, N per metre of thickness.
     fn with_tension(&self, muscle: &str, tension: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().with_tension(muscle, tension))
     }
 
-    /// The problem with other bounds of a tension, N per metre of thickness.
+    /// The problem with the bounds `lower` and `upper` of the tension of a `muscle`, N per metre of thickness.
     fn with_bounds(&self, muscle: &str, lower: f64, upper: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().with_bounds(muscle, lower, upper))
     }
 
-    /// The problem with a normal prior of a tension: its mean and standard deviation, N per metre of
-    /// thickness.
+    /// The problem with a normal prior of the tension of a `muscle`: its `mean` and standard deviation `sd`, N per metre of thickness.
     fn with_prior(&self, muscle: &str, mean: f64, sd: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().with_prior(muscle, mean, sd))
     }
@@ -83,18 +82,17 @@ impl InverseProblem {
         self.changed(self.problem.clone().free_bone(bone, most))
     }
 
-    /// The problem with a normal prior of a free bone's displacement: its standard deviation along each axis,
-    /// m.
+    /// The problem with a normal prior of the displacement of a free `bone`: its standard deviation `sd` along each axis, m.
     fn with_bone_prior(&self, bone: &str, sd: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().with_bone_prior(bone, sd))
     }
 
-    /// The problem with Young's modulus as an unknown between these values, Pa.
+    /// The problem with Young's modulus as an unknown between `lower` and `upper`, Pa.
     fn free_young_modulus(&self, lower: f64, upper: f64) -> Self {
         Self { problem: self.problem.clone().free_young_modulus(lower, upper), of: self.of.clone() }
     }
 
-    /// The problem with Poisson's ratio as an unknown between these values.
+    /// The problem with Poisson's ratio as an unknown between `lower` and `upper`.
     fn free_poisson_ratio(&self, lower: f64, upper: f64) -> Self {
         Self { problem: self.problem.clone().free_poisson_ratio(lower, upper), of: self.of.clone() }
     }

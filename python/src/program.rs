@@ -9,3 +9,9 @@ use pyo3::prelude::*;
 pub fn run_program(words: Vec<OsString>) -> u8 {
     tongue_fit::cli::run(words)
 }
+
+/// What is wrong with the usage of a command line (its name first), which is not run; `None` if nothing is.
+#[pyfunction]
+pub fn wrong_usage(words: Vec<OsString>) -> Option<String> {
+    tongue_fit::cli::wrong_usage(words)
+}

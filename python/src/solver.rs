@@ -146,7 +146,7 @@ impl Solver {
         Ok(self.shape(solved))
     }
 
-    /// As equilibrium, starting from an earlier shape: for small changes of the tensions.
+    /// As equilibrium, starting from the earlier shape `start`: for small changes of the tensions.
     fn equilibrium_from(&self, py: Python<'_>, start: &Shape, tensions: Tensions) -> PyResult<Shape> {
         let (given, start) = (tensions.of(&self.assembly.0)?, Arc::clone(&start.shape));
         let solved = self
@@ -299,7 +299,7 @@ impl Shape {
         record(py, &self.shape.record(), &by)
     }
 
-    /// A picture (SVG): the tissue at rest and deformed, and the muscles with their names.
+    /// A picture (SVG) with a `title`: the tissue at rest and deformed, and the muscles with their names.
     #[pyo3(signature = (title = "Tongue at rest (grey) and deformed"))]
     pub fn picture(&self, title: &str) -> PyResult<String> {
         let picture = self.shape.picture(title).map_err(refused)?;

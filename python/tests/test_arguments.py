@@ -110,7 +110,11 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
         | {"model": tf.Model(), "method": "gauss-newton", "verdict": False, "threads": 1},
     ),
     "merge": (tf.merge, {"shards": [tf.batch(DATA, subjects="S2", vowels="a", **ROWS)]}),
-    "posterior": (tf.posterior, {"data": DATA, "subject": "S2", "vowel": "a", "draws": 100, "seed": 1, "threads": 1}),
+    "posterior": (
+        tf.posterior,
+        {"data": DATA, "subject": "S2", "vowel": "a", "target": "ratio", "baseline": "e", "method": "gauss-newton", "draws": 100, "seed": 1}
+        | {"threads": 1},
+    ),
     "scene": (tf.scene, {"scene": "supine", "threads": 1}),
 }
 #: Callables with any options, which the program checks (`test_program.py`).
@@ -141,7 +145,7 @@ def is_meant(call: str, name: str, kind: str, right: Any) -> bool:
     """Whether an argument may be such a value after all."""
     without = {"muscles", "baseline", "baselines", "body", "model", "threads", "standard_deviation", "subjects", "vowels"}
     if kind == "None":
-        return name in without or (call == "posterior" and name != "draws")
+        return name in without
     if kind == "a text":
         return name in {"origin", "title"} or (call, name) in {("batch", "baseline"), ("Posterior.save", "folder")}
     if kind == "no items":

@@ -45,10 +45,10 @@ def test_an_equilibrium_that_is_not_to_be_believed_says_so(asked: Asked) -> None
 @pytest.mark.parametrize(
     ("words", "given"),
     [
-        (["--vowel", "a"], {}),
-        (["--vowel", "a", "--target", "stretch"], {"target": "stretch"}),
-        (["--vowel", "i", "--method", "gauss-newton"], {"method": "gauss-newton"}),
-        (["--vowel", "a", "--muscles", "GGa,SGm,HGa,SGp"], {"muscles": ["GGa", "SGm", "HGa", "SGp"]}),
+        (["--vowel", "a"], {"method": "nelder-mead"}),
+        (["--vowel", "a", "--target", "stretch"], {"target": "stretch", "method": "nelder-mead"}),
+        (["--vowel", "i", "--method", "gauss-newton"], {}),
+        (["--vowel", "a", "--muscles", "GGa,SGm,HGa,SGp"], {"muscles": ["GGa", "SGm", "HGa", "SGp"], "method": "nelder-mead"}),
     ],
 )
 def test_a_fit(asked: Asked, words: list[str], given: dict[str, Any]) -> None:
@@ -61,6 +61,7 @@ def test_all_rows(asked: Asked, tmp_path: Path) -> None:
         tf.Dataset.reference(),
         subjects=["S2", "S4"],
         vowels=["a", "e"],
+        target="both",
         progress=lambda done, of: seen.append((done, of)),
     )
     words = ("batch", "--subjects", "S2,S4", "--vowels", "a,e")
@@ -68,7 +69,7 @@ def test_all_rows(asked: Asked, tmp_path: Path) -> None:
     assert [plain(fit) for fit in found.fits] == [plain(fit) for fit in of_program["fits"]]
     assert found.not_fitted == []
     assert seen == [(n, len(found)) for n in range(1, len(found) + 1)]
-    one = tf.batch(tf.Dataset.reference(), subjects=["S2", "S4"], vowels=["a", "e"], threads=1, progress=False)
+    one = tf.batch(tf.Dataset.reference(), subjects=["S2", "S4"], vowels=["a", "e"], target="both", threads=1, progress=False)
     assert one.to_json() == found.to_json()
     # The tidy table, but for who made it.
     pd = pytest.importorskip("pandas")

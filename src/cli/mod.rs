@@ -158,26 +158,10 @@ pub fn main() -> ExitCode {
 /// it, and signals are handled from then on.
 pub fn run(words: Vec<OsString>) -> u8 {
     let words = with_points_tracked(WORDS.get_or_init(|| words).clone());
-    let matches = Cli::command().get_matches_from(words);
-    let cli = match Cli::from_arg_matches(&matches) {
-        Ok(cli) => cli,
+    let (cli, matches) = match parsed(words) {
+        Ok(parsed) => parsed,
         Err(error) => error.exit(),
     };
-    if let Some(option) = misplaced_option(&matches) {
-        let message = format!(
-            "--{option} belongs to the fit of a vowel or stands behind its subcommand, not before it"
-        );
-        Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
-    }
-    if !cli.fit.others.points.is_empty() && cli.fit.posterior.posterior.is_none() {
-        let message = "--points needs --posterior N (points beside the lengths), or comes before all other options (points \
-                       alone), as in tongue-fit --points my.csv --as-is";
-        Cli::command().error(ErrorKind::ArgumentConflict, message).exit();
-    }
-    if cli.command.is_none() && cli.fit.vowel.is_none() {
-        let message = "give a vowel to fit: --vowel i, e, a, o or ɯ (or a subcommand)";
-        Cli::command().error(ErrorKind::MissingRequiredArgument, message).exit();
-    }
     output::begin(cli.global.volume());
     interrupt::tidy_up_when_told_to_stop();
     interrupt::report_files_that_become_too_large();
@@ -210,6 +194,40 @@ pub fn run(words: Vec<OsString>) -> u8 {
             output::error(&error);
             FAILED
         }
+    }
+}
+
+/// The arguments of a command line.
+///
+/// # Errors
+/// Wrong usage; also a request for help or the version.
+fn parsed(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
+    let matches = Cli::command().try_get_matches_from(words)?;
+    let cli = Cli::from_arg_matches(&matches)?;
+    let wrong = |kind, message: &str| Err(Cli::command().error(kind, message));
+    if let Some(option) = misplaced_option(&matches) {
+        let message = format!(
+            "--{option} belongs to the fit of a vowel or stands behind its subcommand, not before it"
+        );
+        return wrong(ErrorKind::ArgumentConflict, &message);
+    }
+    if !cli.fit.others.points.is_empty() && cli.fit.posterior.posterior.is_none() {
+        let message = "--points needs --posterior N (points beside the lengths), or comes before all other options (points \
+                       alone), as in tongue-fit --points my.csv --as-is";
+        return wrong(ErrorKind::ArgumentConflict, message);
+    }
+    if cli.command.is_none() && cli.fit.vowel.is_none() {
+        let message = "give a vowel to fit: --vowel i, e, a, o or ɯ (or a subcommand)";
+        return wrong(ErrorKind::MissingRequiredArgument, message);
+    }
+    Ok((cli, matches))
+}
+
+/// What is wrong with the usage of a command line (the name of the program first), which is not run; `None` if nothing is.
+pub fn wrong_usage(words: Vec<OsString>) -> Option<String> {
+    match parsed(with_points_tracked(words)) {
+        Ok((_, matches)) => option_checks::check(&Cli::command(), &matches).err().map(|e| e.to_string()),
+        Err(error) => error.use_stderr().then(|| error.render().to_string()),
     }
 }
 

@@ -68,7 +68,7 @@ impl Arguments {
         if self.posterior.is_none() {
             return Ok(None);
         }
-        self.settings().check().into_diagnostic().wrap_err("--posterior")?;
+        self.settings().check().into_diagnostic()?;
         let priors = match &self.priors {
             None => Priors::default(),
             Some(path) => {

@@ -1,7 +1,9 @@
-"""tongue-fit: the tensions of tongue muscles from their lengths.\n\nA thin layer over the Rust library. Names and units are those of Rust: SI units, or millimetres in names with `_mm`; tensions are newtons per
-metre of thickness, because the model is a plane. Arrays are numpy's: positions have the shape (nodes, 2), tensions that of
-`Assembly.contracting`. Invalid input raises `tongue_fit.Error` (a ValueError) with the message of
-the program. Other threads run during a solve; fits, batches and motions stop on Ctrl-C.
+"""tongue-fit: the tensions of tongue muscles from their lengths.
+
+A thin layer over the Rust library. Names and units are those of Rust: SI units, or millimetres in names with `_mm`; tensions are newtons
+per metre of thickness, because the model is a plane. Arrays are numpy's: positions have the shape (nodes, 2), tensions that of
+`Assembly.contracting`. Invalid input raises `tongue_fit.Error` (a ValueError) that names the argument, and an argument that a function
+does not have Python's TypeError. Other threads run during a solve; fits, batches and motions stop on Ctrl-C.
 
     import tongue_fit as tf
 
@@ -14,6 +16,7 @@ the program. Other threads run during a solve; fits, batches and motions stop on
 
 from __future__ import annotations
 
+from . import options
 from ._tongue_fit import (
     VERSION,
     Assembly,
@@ -61,6 +64,7 @@ __all__ = [
     "dataset",
     "fit",
     "merge",
+    "options",
     "posterior",
     "run",
     "scene",

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
-from typing import Any, Protocol, TypeAlias, final
+from typing import Any, Literal, Protocol, TypeAlias, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ _Tensions: TypeAlias = Mapping[str, float] | _Listed | _Labelled
 _Pair: TypeAlias = Mapping[str, float] | _Listed | _Labelled
 _Points: TypeAlias = Sequence[Sequence[float]] | NDArray[np.floating[Any]] | NDArray[np.integer[Any]] | _Labelled
 _Names: TypeAlias = str | Sequence[str]
+_Method: TypeAlias = Literal["nelder-mead", "gauss-newton"]
 
 class _Labelled(Protocol):
     """Labelled numbers: a Series or a DataFrame of pandas, a DataArray of xarray."""
@@ -36,16 +37,16 @@ class Body:
 
     @staticmethod
     def tongue(spacing_m: float = 0.0055) -> Body:
-        """The reference tongue at a mesh spacing, m (default: 5.5 mm, the thesis's)."""
+        """The reference tongue with the mesh spacing `spacing_m`, m (the thesis's is 5.5 mm)."""
     @staticmethod
     def continuum(spacing_m: float = 0.004) -> Body:
-        """The reference tongue as a continuum of quadratic elements at a mesh spacing, m (default: 4 mm)."""
+        """The reference tongue as a continuum of quadratic elements with the mesh spacing `spacing_m`, m."""
     @staticmethod
     def from_anatomy(toml: str, spacing_m: float = 0.0055, origin: str = "anatomy") -> Body:
-        """A tongue of an anatomy (the text of a TOML file) at a mesh spacing, m."""
+        """A tongue of an anatomy (`toml`, the text of the file) with the mesh spacing `spacing_m`, m; `origin` is its name in messages."""
     @staticmethod
-    def read(path: str | PathLike[str], unit: str = "m") -> Body:
-        """A body from a file: Gmsh's (`unit` of its coordinates: m or mm), or the JSON of
+    def read(path: str | PathLike[str], unit: Literal["m", "mm"] = "m") -> Body:
+        """A body from the file `path`: Gmsh's (`unit` of its coordinates: m or mm), or the JSON of
         `tongue-fit mesh --json` (.json)."""
     @property
     def what(self) -> str:
@@ -76,7 +77,7 @@ class Body:
 
 @final
 class Model:
-    """The model of a body: constants of the tissue."""
+    """The model of a body: Young's modulus `young_modulus` of the tissue, Pa, and its Poisson's ratio `poisson_ratio`, below 0.5."""
 
     def __copy__(self) -> Model: ...
     def __deepcopy__(self, _memo: Any) -> Model: ...
@@ -89,7 +90,7 @@ class Model:
         young_modulus: float = 6900.0,
         poisson_ratio: float = 0.49,
     ) -> Model:
-        """Young's modulus (Pa) and Poisson's ratio of the tissue."""
+        """The model with these constants."""
     def assemble(self, body: Body, muscles: _Names) -> Assembly:
         """Makes `body` ready to be solved; the named muscles contract, and all others are passive tissue."""
 
@@ -132,7 +133,7 @@ class Solver:
         """The equilibrium at these tensions (a dict by muscle, or an array in the order of Assembly.contracting), from rest. The result
         does not depend on earlier solves."""
     def equilibrium_from(self, start: Shape, tensions: _Tensions) -> Shape:
-        """As equilibrium, starting from an earlier shape: for small changes of the tensions."""
+        """As equilibrium, starting from the earlier shape `start`: for small changes of the tensions."""
     def follow_from_rest(self, tensions: _Tensions) -> Shape:
         """As equilibrium, and follows the equilibria from rest as the tensions grow, to check that the shape lies on
         that branch (Shape.is_traced). Costs about forty solves."""
@@ -186,7 +187,7 @@ class Shape:
         """The output of `tongue-fit simulate --json` as a dict: `lengths_mm`, `ratios`, `stretches`,
         `positions_m`, `alarms` and so on."""
     def picture(self, title: str = "Tongue at rest (grey) and deformed") -> str:
-        """A picture (SVG): the tissue at rest and deformed, and the muscles with their names."""
+        """A picture (SVG) with a `title`: the tissue at rest and deformed, and the muscles with their names."""
     def vtu(self) -> str:
         """Shape and tensions for ParaView (VTU)."""
     def _repr_svg_(self) -> str:
@@ -221,20 +222,21 @@ class Observable:
 
 @final
 class Observation:
-    """An observable, its measured value (its unit), and its standard deviation."""
+    """That an `observable` has the value `measured`, in its unit; with a `standard_deviation` (same unit, default: none) its residual is
+    divided by that."""
 
     def __eq__(self, other: object, /) -> bool: ...
 
     def __new__(cls, observable: Observable, measured: float, standard_deviation: float | None = None) -> Observation:
-        """The observation that the observable has this value; with a standard deviation (unit of the value)
-        its residual is divided by that."""
+        """The observation of this value."""
     @property
     def measured(self) -> float:
         """The measured value, unit of the observable."""
 
 @final
 class InverseProblem:
-    """What was seen of a body and what is unknown of it: at first the tension of every contracting muscle. Every `with_` and `free_`
+    """What was seen of a body (`observations`) and what is unknown of it: at first the tension of every contracting muscle of the
+    `assembly`, N per metre of thickness, up to `upper_bound`. The search (`method`) begins at `starts` points. Every `with_` and `free_`
     returns another problem."""
 
     def __new__(
@@ -242,27 +244,26 @@ class InverseProblem:
         assembly: Assembly,
         observations: Sequence[Observation],
         *,
-        method: str = "gauss-newton",
+        method: _Method = "gauss-newton",
         starts: int = 4,
         upper_bound: float = 100.0,
     ) -> InverseProblem:
-        """The tensions of all contracting muscles from these observations; `method` is nelder-mead or gauss-newton, `upper_bound` that
-        of every tension, N per metre of thickness."""
+        """The problem in which only the tensions are unknown."""
     def with_tension(self, muscle: str, tension: float) -> InverseProblem:
-        """The problem with a known tension, N per metre of thickness."""
+        """The problem with a known `tension` of a `muscle`, N per metre of thickness."""
     def with_bounds(self, muscle: str, lower: float, upper: float) -> InverseProblem:
-        """The problem with other bounds of a tension, N per metre of thickness."""
+        """The problem with the bounds `lower` and `upper` of the tension of a `muscle`, N per metre of thickness."""
     def with_prior(self, muscle: str, mean: float, sd: float) -> InverseProblem:
-        """The problem with a normal prior of a tension: its mean and standard deviation, N per metre of thickness."""
+        """The problem with a normal prior of the tension of a `muscle`: its `mean` and standard deviation `sd`, N per metre of thickness."""
     def free_bone(self, bone: str, most: float) -> InverseProblem:
         """The problem with the displacement of a bone as an unknown, of at most `most` (m) in both
         directions of each axis."""
     def with_bone_prior(self, bone: str, sd: float) -> InverseProblem:
-        """The problem with a normal prior of a free bone's displacement: its standard deviation along each axis, m."""
+        """The problem with a normal prior of the displacement of a free `bone`: its standard deviation `sd` along each axis, m."""
     def free_young_modulus(self, lower: float, upper: float) -> InverseProblem:
-        """The problem with Young's modulus as an unknown between these values, Pa."""
+        """The problem with Young's modulus as an unknown between `lower` and `upper`, Pa."""
     def free_poisson_ratio(self, lower: float, upper: float) -> InverseProblem:
-        """The problem with Poisson's ratio as an unknown between these values."""
+        """The problem with Poisson's ratio as an unknown between `lower` and `upper`."""
     def fit(self, *, threads: int | None = None) -> Estimate:
         """Searches for the best fit of the observations on `threads` threads (default: one for each core).
         The result has the same bits for any number of threads."""
@@ -312,7 +313,7 @@ class Dataset:
         """The lengths of Takano and Honda (2007): eight muscles of the subjects S1 to S4."""
     @staticmethod
     def from_path(path: str | PathLike[str]) -> Dataset:
-        """The table in a file (CSV)."""
+        """The table in the file `path` (CSV)."""
     @staticmethod
     def from_text(text: str, origin: str = "text") -> Dataset:
         """The table in a text (CSV); `origin` is its name in messages."""
@@ -339,10 +340,10 @@ class Dataset:
     def vowels(self, subject: str) -> list[str]:
         """The vowels of a subject, in the order of the table."""
     def ratios(self, subject: str, vowel: str, *, muscles: _Names | None = None, baseline: str | None = None) -> Target:
-        """The target of a fit of ratios to GGa. `muscles` contract instead of those that are shorter than
-        in the baseline."""
+        """The target of a fit of the ratios to GGa of the row of `subject` and `vowel`. `muscles` contract (default: those shorter than
+        in the baseline); `baseline` is the vowel that is compared with (default: ɯ)."""
     def stretches(self, subject: str, vowel: str, *, muscles: _Names | None = None, baseline: str | None = None) -> Target:
-        """The target of a fit of lengths over those in the baseline."""
+        """The target of a fit of lengths over those in the baseline, with the arguments `subject`, `vowel`, `muscles` and `baseline` of `ratios`."""
     def __len__(self) -> int: ...
     def _repr_html_(self) -> str:
         """The table for notebooks."""
@@ -366,7 +367,7 @@ class Target:
     def baseline(self) -> str:
         """The vowel it is compared with."""
     @property
-    def kind(self) -> str:
+    def kind(self) -> Literal["ratio", "stretch"]:
         """`ratio` or `stretch`."""
     @property
     def muscles(self) -> list[str]:
@@ -383,12 +384,12 @@ def fit_row(
     subject: str,
     vowel: str,
     *,
-    target: str = "ratio",
+    target: Literal["ratio", "stretch"] = "ratio",
     muscles: _Names | None = None,
     baseline: str | None = None,
     body: Body | None = None,
     model: Model | None = None,
-    method: str = "nelder-mead",
+    method: _Method = "gauss-newton",
     verdict: bool = True,
     threads: int | None = None,
 ) -> tuple[dict[str, Any], str]:
@@ -413,3 +414,6 @@ def fit_rows(
 
 def run_program(words: Sequence[str]) -> int:
     """Runs the program with a command line (its name first) and returns its exit status; wrong usage ends the process. Once in a process."""
+
+def wrong_usage(words: Sequence[str]) -> str | None:
+    """What is wrong with the usage of a command line (its name first), which is not run; None if nothing is."""

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import csv
 import io
-import operator
 import re
 import warnings
 from typing import TYPE_CHECKING, Any
 
 from . import _tongue_fit as native
+from .options import Kind, Method, PosteriorOptions, check_value, documented
 from .program import Run, _ran
+from .rows import _measured
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+    from typing_extensions import Unpack
 
     _Arrays = dict[str, NDArray[np.float64]]
 
@@ -92,7 +94,8 @@ class Posterior(Run):
     def to_dict(self) -> dict[str, _Arrays]:
         """The groups that ArviZ knows: `posterior`, `prior` (as many draws), `sample_stats` (the logarithm of the density, up to a
         constant), `observed_data` (the measured stretches), `log_likelihood` (of each of them given all others, since their errors are
-        correlated: what `arviz.loo` takes) and `constant_data` (Poisson's ratio)."""
+        correlated; Pareto k of `arviz.loo` is above 0.7 for many, so that it supports no comparison) and `constant_data` (Poisson's
+        ratio)."""
         import numpy as np
 
         names, table = self._columns()
@@ -120,21 +123,34 @@ class Posterior(Run):
         return arviz.from_dict(self.to_dict(), **said)
 
 
+@documented(PosteriorOptions, "The draws, and the JSON of the program as a dict.")
 def posterior(
-    data: native.Dataset | None = None,
-    subject: str = "S2",
-    vowel: str = "a",
+    data: native.Dataset,
+    subject: str,
+    vowel: str,
     *,
+    target: Kind = "ratio",
+    baseline: str | None = None,
+    method: Method = "gauss-newton",
     draws: int = 1000,
     seed: int = 1,
     threads: int | None = None,
-    **options: Any,
+    **options: Unpack[PosteriorOptions],
 ) -> Posterior:
-    """Draws from the posterior of the tensions of a row (`tongue-fit --vowel V --target stretch --posterior N`); `priors=` is a dict or a file
-    of those that `tongue-fit priors` prints."""
-    try:
-        draws = operator.index(draws)
-    except TypeError:
-        raise native.Error(f"draws must be a whole number, not {draws!r:.60}") from None
-    said = {"subject": subject, "vowel": vowel, "lengths": data, "posterior": draws, "posterior_seed": seed}
-    return _ran(Posterior, [], threads, {"target": "stretch", **said, **options})
+    """Draws from the posterior of the tensions of one row (`tongue-fit --vowel V --posterior N`).
+
+    The draws are of all measured stretches; `target`, `method` and `muscles` are of the fit beside them.
+    """
+    for name, text in (("subject", subject), ("vowel", vowel), ("target", target), ("method", method)):
+        if not isinstance(text, str):
+            raise native.Error(f"{name} must be a text, not {text!r:.60}")
+    check_value("target", target, Kind)
+    check_value("method", method, Method)
+    for name, number in (("draws", draws), ("seed", seed)):
+        if not hasattr(number, "__index__"):
+            raise native.Error(f"{name} must be a whole number, not {number!r:.60}")
+    own = {
+        "lengths": ("data", _measured(data)), "subject": ("subject", subject), "vowel": ("vowel", vowel), "target": ("target", target),
+        "baseline": ("baseline", baseline), "method": ("method", method), "posterior": ("draws", draws), "posterior-seed": ("seed", seed),
+    }  # fmt: skip
+    return _ran(Posterior, [], threads, options, PosteriorOptions, own=own)

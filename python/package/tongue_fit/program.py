@@ -1,9 +1,8 @@
 """What the program does beside single fits: posteriors, recordings, bodies, scenes, sounds.
 
 Each function runs the program of this package in a process of its own. What `--json` prints is a dict, and the files that the program
-writes are bytes by name. Options are keyword arguments with the names of the program's: `--hold-out` is `hold_out=`, True gives an option
-without a value, a list is joined by commas, a dict gives the option once for each `NAME=VALUE`. A DataFrame or a Dataset stands for a CSV
-file, a dict of keys for a scene, priors or a map (TOML), bytes for any file.
+writes are bytes by name. A list stands for several values, a dict for a value of each muscle or vowel or for a file of keys (TOML), a
+DataFrame or a Dataset for a CSV file, and bytes for any file.
 """
 
 from __future__ import annotations
@@ -14,16 +13,18 @@ import math
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from . import _tongue_fit as native
+from .options import AdaptOptions, CheckOptions, File, Keys, SoundOptions, TrackOptions, ValidateOptions, check_options, documented, in_python
 from .rows import csv_text
 
 if TYPE_CHECKING:
     import pandas as pd
+    from typing_extensions import Unpack
 
 #: Exit status of a result that did not converge or cannot be trusted.
 _UNTRUSTWORTHY = 3
@@ -81,23 +82,35 @@ class Run(dict[str, Any]):
         return f"<{type(self).__name__}: {', '.join(self)}; files {', '.join(self.files) or 'none'}>"
 
 
+@documented(None, "What was printed, as a dict, and the files.")
 def run(*words: Any, threads: int | None = None, **options: Any) -> Run:
-    """Runs the program: `run("scene", "run", "supine")` is `tongue-fit scene run supine --json`."""
-    return _ran(Run, words, threads, options, "words")
+    """Runs any command: `run("scene", "run", "supine", threads=2)` is `tongue-fit scene run supine --threads=2 --json`."""
+    return _ran(Run, words, threads, options, None, "words")
 
 
 _R = TypeVar("_R", bound=Run)
 
 
-def _ran(kind: type[_R], words: Iterable[Any], threads: int | None, options: Mapping[str, Any], what: str = "given") -> _R:
+def _ran(
+    kind: type[_R], words: Sequence[Any], threads: int | None, options: Mapping[str, object], typed: type | None,
+    what: str = "given", own: Mapping[str, tuple[str, object]] | None = None,
+) -> _R:  # fmt: skip
+    """Runs a command with options of the type `typed` (None: any). `own` are options of the program that have arguments of the function."""
+    own = {**(own or {}), "threads": ("threads", threads)}
+    if typed:
+        check_options(typed.__name__.removesuffix("Options").lower(), options, typed)
+    named = {name.removesuffix("_").replace("_", "-"): name for name in [*(typed.__annotations__ if typed else ()), *options]}
+    named |= {option: argument for option, (argument, _) in own.items()}
     with tempfile.TemporaryDirectory(prefix="tongue-fit-") as folder:
         given, out = Path(folder) / "given", Path(folder) / "out"
         given.mkdir()
         line = [_word(word, given, what) for word in words]
+        for option, (name, value) in own.items():
+            line += _option(option, name, value, given)
         for name, value in options.items():
-            line += _option(name, value, given)
-        if threads is not None:
-            line.append(f"--threads={_word(threads, given, 'threads')}")
+            line += _option(name.removesuffix("_").replace("_", "-"), name, value, given)
+        if wrong := native.wrong_usage(["tongue-fit", *line]):
+            raise native.Error(in_python(wrong, named).replace(str(given) + "/", ""))
         command = [sys.executable, "-m", "tongue_fit", *line, "--json", "--out", str(out)]
         with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
             try:
@@ -109,9 +122,12 @@ def _ran(kind: type[_R], words: Iterable[Any], threads: int | None, options: Map
         # A check of a table that has faults answers with them.
         answered = child.returncode in (0, _UNTRUSTWORTHY) or line[:2] == ["lengths", "check"]
         if not answered or not printed:
-            raise native.Error(told.strip().removeprefix("error: ") or f"the program ended with status {child.returncode}")
+            raise native.Error(in_python(told, named) or f"the program ended with status {child.returncode}")
         files = {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*")) if path.is_file()}
-        record = json.loads(printed)
+        try:
+            record = json.loads(printed)
+        except json.JSONDecodeError:
+            raise native.Error(f"the program printed no JSON but {printed[:200]!r}") from None
         is_trustworthy = child.returncode == 0
         if "conclusion" in record and "posterior" not in record:
             is_trustworthy = record["conclusion"]["tensions_trusted"]
@@ -127,8 +143,9 @@ def _communicated(child: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
             continue
 
 
-def _option(name: str, value: Any, given: Path) -> list[str]:
-    option = f"--{name.removesuffix('_').replace('_', '-')}"
+def _option(option: str, name: str, value: Any, given: Path) -> list[str]:
+    """The words of an option, whose value is that of the argument `name`."""
+    option = f"--{option}"
     if isinstance(value, native.Dataset):
         state: Any = value.__reduce__()[1]
         table, _, half_width_mm = state
@@ -149,7 +166,7 @@ def _option(name: str, value: Any, given: Path) -> list[str]:
 
 
 #: Options whose value may be a dict that stands for a file of keys (TOML), and those that are given once for each value.
-_FILES = ("priors", "map")
+_FILES = ("priors", "map", "anatomy", "tract")
 _SEVERAL = ("free_bone",)
 
 
@@ -197,33 +214,37 @@ def _toml(value: Any, key: str) -> str:
     raise native.Error(f"{key} must be a text, a number, a list or a dict, not {value!r:.60}")
 
 
-def scene(scene: str | PathLike[str] | Mapping[str, Any], *, threads: int | None = None, **options: Any) -> Run:
-    """Runs a scene (`tongue-fit scene run`): the name of a built-in one, a file, or its keys as a dict."""
-    return _ran(Run, ["scene", "run", scene], threads, options, "scene")
+@documented(None, "Positions (m), lengths (mm) and alarms; its picture in `files`.")
+def scene(scene: Keys, *, threads: int | None = None) -> Run:
+    """Runs a scene: only the effects that it names are simulated (`tongue-fit scene run`)."""
+    return _ran(Run, ["scene", "run", scene], threads, {}, None, "scene")
 
 
-def sound(*, threads: int | None = None, **options: Any) -> Run:
-    """The vowel that is heard (`tongue-fit sound`): `vowel="a"`, or `tension={"GGa": 12.0}`; formants, areas, and a voice in
-    `files` (WAV)."""
-    return _ran(Run, ["sound"], threads, options)
+@documented(SoundOptions, "Formants (`formants_hz`, Hz) and areas of the tract; a voice in `files` (WAV).")
+def sound(*, threads: int | None = None, **options: Unpack[SoundOptions]) -> Run:
+    """The vowel that is heard of a tongue (`tongue-fit sound`): `vowel="a"`, or `tension={"GGa": 12.0}`."""
+    return _ran(Run, ["sound"], threads, options, SoundOptions)
 
 
-def adapt(*recordings: Any, threads: int | None = None, **options: Any) -> Run:
-    """A speaker's body from recordings, or from `landmarks=` and `contour=` (`tongue-fit adapt`); `files["body.json"]` is for `mesh=` of
-    other functions."""
-    return _ran(Run, ["adapt", *recordings], threads, options, "recordings")
+@documented(AdaptOptions, 'How the body was found; `files["body.json"]` is for `mesh` of other functions.')
+def adapt(*recordings: File, threads: int | None = None, **options: Unpack[AdaptOptions]) -> Run:
+    """A speaker's body, from recordings or from `landmarks` and `contour` (`tongue-fit adapt`)."""
+    return _ran(Run, ["adapt", *recordings], threads, options, AdaptOptions, "recordings")
 
 
-def track(*recordings: Any, threads: int | None = None, **options: Any) -> Run:
-    """Tensions over time from recordings (`tongue-fit track`); `.frame(NAME)` gives a table that was written."""
-    return _ran(Run, ["track", *recordings], threads, options, "recordings")
+@documented(TrackOptions, 'Levels and courses of tensions (N/m); `frame("track.csv")` has them by time and muscle.')
+def track(*recordings: File, threads: int | None = None, **options: Unpack[TrackOptions]) -> Run:
+    """Tensions over time, from recordings (`tongue-fit track`)."""
+    return _ran(Run, ["track", *recordings], threads, options, TrackOptions, "recordings")
 
 
-def validate(*, threads: int | None = None, **options: Any) -> Run:
-    """How well muscles are predicted that were not fitted (`tongue-fit validate`)."""
-    return _ran(Run, ["validate"], threads, options)
+@documented(ValidateOptions, "Errors of the predicted stretches, dimensionless.")
+def validate(*, threads: int | None = None, **options: Unpack[ValidateOptions]) -> Run:
+    """How well muscles are predicted that were not fitted, beside simpler predictions (`tongue-fit validate`)."""
+    return _ran(Run, ["validate"], threads, options, ValidateOptions)
 
 
-def check(table: Any, **options: Any) -> Run:
-    """What is understood of a table of lengths, and which rows are not (`tongue-fit lengths check`): a file, a DataFrame, or bytes."""
-    return _ran(Run, ["lengths", "check", table], None, options, "table")
+@documented(CheckOptions, "Subjects, vowels and muscles that were understood, and the faults.")
+def check(table: File, **options: Unpack[CheckOptions]) -> Run:
+    """What is understood of a table of lengths, and which rows are not (`tongue-fit lengths check`)."""
+    return _ran(Run, ["lengths", "check", table], None, options, CheckOptions, "table")

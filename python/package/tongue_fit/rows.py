@@ -9,9 +9,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from . import _tongue_fit as native
+from .options import documented
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from .options import Kind, Kinds, Method, Names
 
 #: Maximum number of shards that are named one by one.
 _MOST_NAMED = 20
@@ -19,8 +22,12 @@ _MOST_NAMED = 20
 _MOST_SHOWN = 60
 
 
+@documented(None, "The lengths.")
 def dataset(frame: pd.DataFrame, origin: str = "frame") -> native.Dataset:
-    """The table of lengths in a pandas frame, with the columns of a CSV: `subject`, `vowel`, `GGa_mm`, ... Subject and vowel may\n    also be the index.\n\n    The digits of a number are those that it needs: lengths in whole millimetres have a half width of 0.5 mm, as integers or,\n    if some are missing, as floats.
+    """The table of lengths in a pandas frame.
+
+    The digits of a number are those that it needs: lengths in whole millimetres have a half width of 0.5 mm, as integers or,
+    if some are missing, as floats.
     """
     return frame if isinstance(frame, native.Dataset) else native.Dataset.from_text(csv_text(frame), origin)
 
@@ -52,6 +59,11 @@ class Fit(dict[str, Any]):
 
     picture: str = ""
 
+    @property
+    def tensions_n_per_m(self) -> dict[str, float]:
+        """The tensions by muscle, N per metre of thickness: `tensions_n` of the JSON."""
+        return dict(self["tensions_n"])
+
     def _repr_html_(self) -> str:
         tensions, active = self.get("tensions_n", {}), self.get("active", [])
         heads = ["muscle", "tension, N/m", "stretch", "measured"]
@@ -69,23 +81,26 @@ class Fit(dict[str, Any]):
         return self.picture
 
 
+@documented(None, "The JSON of the program as a dict, and a picture of the shape.")
 def fit(
     data: native.Dataset,
     subject: str,
     vowel: str,
     *,
-    target: str = "ratio",
-    muscles: Sequence[str] | None = None,
+    target: Kind = "ratio",
+    muscles: Names | None = None,
     baseline: str | None = None,
     body: native.Body | None = None,
     model: native.Model | None = None,
-    method: str = "nelder-mead",
+    method: Method = "gauss-newton",
     verdict: bool = True,
     threads: int | None = None,
 ) -> Fit:
-    """Fits one row on `threads` threads (default: one for each core): a dict with the names and bits of the JSON of
-    `tongue-fit --vowel V --json`. Most of its time is that of `verdict`, which says for every muscle how probably it pulls harder than in the
-    baseline; False leaves it out."""
+    """Fits one row (`tongue-fit --vowel V`).
+
+    `fit`, `batch` and `posterior` have the same defaults. The program's own differ where it does as the thesis did: its `--vowel` searches
+    by nelder-mead, which finds the same tensions in five times the time, and its `batch` fits ratios and stretches.
+    """
     record, picture = native.fit_row(
         _measured(data), subject, vowel, target=target, muscles=muscles, baseline=baseline, body=body, model=model, method=method,
         verdict=verdict, threads=threads,
@@ -98,7 +113,8 @@ def fit(
 class Batch:
     """Results of the fits of a table.
 
-    `fits` has the fits in the order of the table, as in `batch.json`; `numbers` their indices among all fits of the table;\n    `all_fits` the number of these; `not_fitted` the reasons for rows without a fit; `shard` the part ("1/1": all).
+    `fits` has the fits in the order of the table, as in `batch.json`; `numbers` their indices among all fits of the table;
+    `all_fits` the number of these; `not_fitted` the reasons for rows without a fit; `shard` the part ("1/1": all).
     """
 
     def __init__(
@@ -166,25 +182,23 @@ class Batch:
         return f"<Batch {self.shard}: {len(self)} of {self.all_fits} fits, {len(self.not_fitted)} rows not fitted>"
 
 
+@documented(None, "The fits, and the reasons for rows without one.")
 def batch(
     data: native.Dataset,
     *,
-    subjects: Sequence[str] | None = None,
-    vowels: Sequence[str] | None = None,
-    target: str = "both",
+    subjects: Names | None = None,
+    vowels: Names | None = None,
+    target: Kinds = "ratio",
     baseline: str | None = None,
     baselines: Mapping[str, str] | None = None,
     body: native.Body | None = None,
     model: native.Model | None = None,
-    method: str = "gauss-newton",
+    method: Method = "gauss-newton",
     shard: str = "1/1",
     threads: int | None = None,
     progress: bool | Callable[[int, int], object] = True,
 ) -> Batch:
-    """Fits every row of a table, as `tongue-fit batch` does, with the same names, defaults and bits.
-
-    `target` is ratio, stretch or both; `baseline` is the baseline vowel (default: ɯ, and e for subjects without ɯ), `baselines`\n    that of single subjects; `shard`, such as "3/16", makes every sixteenth\n    fit from the third on; `merge` merges the shards. `progress` shows a progress bar if tqdm is installed, or is called with\n    (done, all).
-    """
+    """Fits every row of a table (`tongue-fit batch`), with the defaults of `fit`."""
     said: dict[str, Any] = {
         "subjects": subjects, "vowels": vowels, "target": target, "baseline": baseline, "baselines": baselines, "body": body,
         "model": model, "method": method,
@@ -204,6 +218,7 @@ def batch(
     return Batch(shard, all_fits, found, not_fitted)
 
 
+@documented(None, "The whole batch.")
 def merge(shards: Iterable[Batch]) -> Batch:
     """Merges the shards of a batch to the same bytes as one run. If a shard is missing, an error names it."""
     parts: list[Any] = list(shards) if hasattr(shards, "__iter__") else [shards]
