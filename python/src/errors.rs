@@ -24,7 +24,8 @@ pub fn refused(error: impl std::error::Error) -> PyErr {
         }
         cause = error.source();
     }
-    Error::new_err(text)
+    // The one option of the program that such a text names is `unit` of `Body.read`.
+    Error::new_err(text.replace("--mesh-unit mm", "unit=\"mm\""))
 }
 
 /// The exception with this text.

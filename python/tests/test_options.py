@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import pytest
-from test_arguments import CALLS, OF_OPTIONS, resolved
+from test_arguments import CALLS, OF_OPTIONS, ROOT, resolved
 
 import tongue_fit as tf
 from tongue_fit import options
@@ -130,10 +130,16 @@ def test_a_wrong_option_is_refused_in_terms_of_python_before_a_process_is_starte
     assert "Usage" not in str(refused.value) and "--help" not in str(refused.value)
 
 
-def test_what_the_program_refuses_later_is_in_terms_of_python_too() -> None:
+def test_what_the_program_refuses_later_is_in_terms_of_python_too(tmp_path: Path) -> None:
     with pytest.raises(tf.Error, match="^draws is 99 draws; it must be from 100"):
         tf.posterior(DATA, "S2", "a", draws=99)
-    assert options.in_python("error: leave '--hold-out <POINTS>' out, or --map", {"hold-out": "hold_out"}) == "leave hold_out out, or --map"
+    lines = (ROOT / "tests/gmsh/tongue_41.msh").read_text(encoding="utf-8").splitlines()
+    huge = [re.sub(r"^-?\d+\.\S+ -?\d+\.\S+ 0$", lambda at: " ".join(str(1e3 * float(n)) for n in at[0].split()), line) for line in lines]
+    (tmp_path / "mm.msh").write_text("\n".join(huge))
+    with pytest.raises(tf.Error, match='read them with unit="mm"'):
+        tf.Body.read(tmp_path / "mm.msh")
+    message = "a note\nerror: leave '--hold-out <POINTS>' out, or --map\n\nUsage: tongue-fit"
+    assert options.in_python(message, {"hold-out": "hold_out"}) == "leave hold_out out, or --map\na note"
 
 
 @pytest.mark.parametrize("name", sorted({*CALLS, *OF_OPTIONS} - {"Posterior.frame", "Posterior.save"}))

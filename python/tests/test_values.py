@@ -92,13 +92,15 @@ def test_a_fit_is_the_dict_of_the_program_with_a_picture() -> None:
     assert isinstance(found, dict) and found == pickle.loads(pickle.dumps(found)) == copy.deepcopy(found)
     assert pickle.loads(pickle.dumps(found))._repr_svg_() == found._repr_svg_()
     assert f"{found['tensions_n']['GGa']:.2f}" in found._repr_html_()
+    of_batch = tf.batch(DATA, subjects="S2", vowels="a", target=found["target_kind"], progress=False).fits[0]
+    assert found.tensions_n_per_m == found["tensions_n"] and of_batch.tensions_n_per_m == pytest.approx(found["tensions_n"], abs=1e-3)
 
 
 def test_notebooks_show_tables_and_shapes() -> None:
     model = tf.Model().assemble(tf.Body.tongue(), ["GGa", "HGa"])
     estimate = tf.InverseProblem(model, [tf.Observation(model.length("GGa"), 0.041)]).with_tension("HGa", 3.0).fit()
     for drawn in (model.body, model.solver().equilibrium([1.0, 2.0]), estimate, tf.fit(DATA, "S2", "a", **QUICK)):
-        assert ElementTree.fromstring(drawn._repr_svg_()).tag.endswith("svg")
+        assert ElementTree.fromstring(drawn._repr_svg_() or "").tag.endswith("svg")
     batch = tf.batch(DATA, subjects="S2", target="stretch", progress=False)
     table = tf.Dataset.from_text(TABLE)
     for shown, cells in ((table, 3 * 5), (batch, 5 * len(batch))):

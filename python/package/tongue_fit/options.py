@@ -237,10 +237,6 @@ def _nearest(word: object, known: Iterable[str]) -> str:
 
 def in_python(message: str, arguments: Mapping[str, str]) -> str:
     """A message of the program in Python's terms: options that are arguments, by the program's names, have the names of these."""
-
-    def named(found: re.Match[str]) -> str:
-        argument = arguments.get(found[2])
-        return found[0] if argument is None else argument
-
-    message = re.split(r"\n+(?:Usage:|For more information)", message)[0].strip().removeprefix("error: ")
-    return re.sub(r"('?)--([a-z][a-z-]*)(?: <[^>]*>(?:\.\.\.)?)?\1", named, message)
+    notes, _, error = re.split(r"\n+(?:Usage:|For more information)", f"\n{message}")[0].rpartition("\nerror: ")
+    message = f"{error.strip()}\n{notes.strip()}".strip()
+    return re.sub(r"('?)--([a-z][a-z-]*)(?: <[^>]*>(?:\.\.\.)?)?\1", lambda option: arguments.get(option[2], option[0]), message)

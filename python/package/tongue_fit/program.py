@@ -177,7 +177,8 @@ def _word(value: Any, given: Path, name: str) -> str:
     if isinstance(value, Mapping):
         return _written(given, name, ".toml", toml_text(value).encode())
     if isinstance(value, (bytes, bytearray, memoryview)):
-        return _written(given, name, "", bytes(value))
+        # The program knows a body in JSON by the ending of its file.
+        return _written(given, name, ".json" if bytes(value).lstrip().startswith(b"{") else "", bytes(value))
     if isinstance(value, PathLike):
         return str(fspath(value))
     if getattr(value, "shape", None) == () and hasattr(value, "item"):

@@ -76,9 +76,9 @@ class Fit(dict[str, Any]):
         alarms = "".join(f"<li>{html.escape(alarm['text'])}</li>" for alarm in self.get("alarms", []))
         return f"<p>{html.escape(what)}</p>{_table(heads, rows)}" + (f"<ul>{alarms}</ul>" if alarms else "")
 
-    def _repr_svg_(self) -> str:
+    def _repr_svg_(self) -> str | None:
         """The fitted shape over that of the baseline, as in the program."""
-        return self.picture
+        return self.picture or None
 
 
 @documented(None, "The JSON of the program as a dict, and a picture of the shape.")
@@ -135,9 +135,9 @@ class Batch:
         return [number for number, fit, _ in self._found if fit is not None]
 
     @property
-    def fits(self) -> list[dict[str, Any]]:
-        """The fits, each as a dict."""
-        return [json.loads(fit) for _, fit, _ in self._found if fit is not None]
+    def fits(self) -> list[Fit]:
+        """The fits, without pictures."""
+        return [Fit(json.loads(fit)) for _, fit, _ in self._found if fit is not None]
 
     @property
     def not_fitted(self) -> list[str]:
