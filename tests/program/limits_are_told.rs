@@ -81,7 +81,7 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
     };
     fs::write(folder.path().join("fine.toml"), block("trajectory", 1.5) + "[trajectory]\nduration_s = 0.5\n")
         .unwrap();
-    fs::write(folder.path().join("finer.toml"), block("shape", 1.3)).unwrap();
+    fs::write(folder.path().join("finer.toml"), block("shape", 1.2)).unwrap();
     let message = refused(folder.path(), "scene run finer.toml");
     assert!(message.contains("over 1 GB of memory"), "{message}");
     for (line, said) in [
