@@ -17,8 +17,8 @@ want = "shape"
 [body.tongue]
 h_mm = 5.5
 [tensions_n]
-GGp = 48.0
-SGa = 4.0
+GGp = 60.0
+SGa = 50.0
 [effects]
 incompressibility = true
 gravity = { posture = "upright" }

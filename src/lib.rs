@@ -167,6 +167,7 @@ pub mod acoustics {
     #[doc(inline)]
     pub use tongue_infer::acoustics::{
         Articulation, Formant, Heard, MeanVowel, Sound, SpaceVocalTract, Tract, VocalTract, mean_vowels,
+        nearest_vowel,
     };
 }
 
@@ -369,7 +370,7 @@ pub mod scene {
     pub mod run {
         //! Scenes run.
         #[doc(inline)]
-        pub use tongue_files::scene::run::{Moment, SceneOutcome, run};
+        pub use tongue_files::scene::run::{Moment, SceneOutcome, fit, run};
     }
 
     pub mod sound {

@@ -7,11 +7,13 @@ use std::path::PathBuf;
 use miette::{IntoDiagnostic, bail, miette};
 use nalgebra::SVector;
 use serde::Serialize;
-use tongue_fit::acoustics::{Articulation, Formant, Tract, VocalTract, mean_vowels};
+use tongue_fit::acoustics::{
+    Articulation, Formant, MeanVowel, Tract, VocalTract, mean_vowels, nearest_vowel,
+};
 use tongue_fit::body::{AnyBody, Mesh};
-use tongue_fit::measured::{ByMuscle, Vowel};
+use tongue_fit::measured::{ByMuscle, Dataset, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
-use tongue_fit::scene::file::{Effects, FitTarget, Hyoid, Jaw, Material, SceneBody, SceneTongue, Want};
+use tongue_fit::scene::file::{Effects, FitTarget, Material, SceneBody, SceneTongue, Want};
 use tongue_fit::scene::prepare::prepare;
 use tongue_fit::scene::{Scene, body, run, sound};
 use tongue_fit::system::TissueModel;
@@ -92,7 +94,10 @@ pub struct Record {
     pub activations: Option<ByMuscle<f64>>,
     #[serde(flatten)]
     pub sound: SoundRecord,
+    /// Mean formants of the vowel, Hz.
     pub published_hz: Option<[f64; 2]>,
+    /// The vowel whose published mean is nearest to the first two formants.
+    pub nearest_vowel: Option<String>,
     pub wall_s: f64,
 }
 
@@ -104,9 +109,6 @@ pub struct Heard {
     pub positions: Vec<SVector<f64, 2>>,
     pub record: Record,
 }
-
-/// A published mean: vowel, first and second formant, Hz.
-type Mean = (String, [f64; 2]);
 
 impl Arguments {
     fn check(&self) -> miette::Result<()> {
@@ -153,7 +155,7 @@ impl Arguments {
             tensions_n.insert(muscle.trim().to_owned(), n);
         }
         let fitted = vowel.filter(|v| v.label() != BASELINE);
-        Ok(Scene {
+        let scene = Scene {
             title: match vowel {
                 Some(v) => format!("{} /{v}/", self.subject),
                 None => self.tension.join(", "),
@@ -171,23 +173,20 @@ impl Arguments {
             activations: BTreeMap::new(),
             surgery: None,
             points: None,
-            effects: Effects {
-                incompressibility: Some(true),
-                jaw: (posture.jaw_deg != 0.0)
-                    .then_some(Jaw { opening_deg: posture.jaw_deg, joint_mm: tract.jaw.joint_mm }),
-                hyoid: (posture.hyoid_mm != [0.0; 2]).then_some(Hyoid { shift_mm: posture.hyoid_mm }),
-                ..Effects::default()
-            },
+            effects: Effects::default(),
             trajectory: None,
             tract: Some(sound::SceneTract {
                 file: self.tract.as_ref().map(|p| p.display().to_string()),
-                lip_opening_mm: posture.lip_opening_mm,
-                lip_protrusion_mm: posture.lip_protrusion_mm,
+                ..Default::default()
             }),
-        })
+        };
+        Ok(scene.spoken(&posture, tract.jaw.joint_mm))
     }
 
-    fn in_plane(&self, tract: &Tract, vowel: Option<&Vowel>, means: &[Mean]) -> miette::Result<Heard> {
+    fn in_plane(&self, tract: &Tract, vowel: Option<&Vowel>, means: &[MeanVowel]) -> miette::Result<Heard> {
+        if let Some(vowel) = vowel.filter(|v| v.label() == BASELINE) {
+            Dataset::reference().into_diagnostic()?.baseline_vowel(&self.subject, vowel).into_diagnostic()?;
+        }
         let scene = self.scene(tract, vowel)?;
         scene.check().into_diagnostic()?;
         let AnyBody::Flat(body) = body::build(&scene).into_diagnostic()? else {
@@ -204,8 +203,9 @@ impl Arguments {
             activations: None,
             sound,
             published_hz: vowel
-                .and_then(|v| means.iter().find(|(name, _)| name == v.label()))
-                .map(|(_, f)| *f),
+                .and_then(|v| means.iter().find(|m| m.vowel == v.label()))
+                .map(|m| [m.f1_hz, m.f2_hz]),
+            nearest_vowel: None,
             wall_s: answer.wall_s,
         };
         let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
@@ -218,8 +218,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
     let vowel = arguments.vowel.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
     let source = arguments.space.body.as_ref();
-    let means = mean_vowels().into_diagnostic()?.into_iter();
-    let means: Vec<Mean> = means.map(|m| (m.vowel, [m.f1_hz, m.f2_hz])).collect();
+    let means = mean_vowels().into_diagnostic()?;
     let tract = arguments.read_tract(source)?;
     let (out, heard) = match source {
         Some(source) => {
@@ -231,7 +230,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             (global.folder("results/sound")?, arguments.in_plane(&tract, vowel.as_ref(), &means)?)
         }
     };
-    let Heard { title, tissue, mesh, positions, record } = heard;
+    let Heard { title, tissue, mesh, positions, mut record } = heard;
+    if let [f1, f2, ..] = record.sound.formants_hz[..] {
+        record.nearest_vowel = nearest_vowel(&means, f1, f2).map(|m| m.vowel.clone());
+    }
     let drawn = format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
     let picture = report::vowel(&VowelPicture {
         mesh: &mesh,
@@ -262,8 +264,8 @@ fn text(record: &Record, title: &str) -> String {
     let p = &sound.posture;
     let _ = writeln!(
         text,
-        "jaw opened by {} degrees, lips by {} mm and protruded by {} mm; {:.0} mm from glottis to lips\n",
-        p.jaw_deg, p.lip_opening_mm, p.lip_protrusion_mm, sound.tract_length_mm
+        "jaw opened by {} degrees, hyoid {} mm back and {} mm up, lips opened by {} mm and protruded by {} mm; {:.0} mm from glottis to lips\n",
+        p.jaw_deg, p.hyoid_mm[0], p.hyoid_mm[1], p.lip_opening_mm, p.lip_protrusion_mm, sound.tract_length_mm
     );
     let muscles = sound.by_tension.iter().map(|b| format!("by {} Hz per N/m", b.muscle));
     let columns: Vec<String> = ["formant", "Hz", "bandwidth Hz", "published Hz"]
@@ -288,5 +290,11 @@ fn text(record: &Record, title: &str) -> String {
     if !record.converged {
         text += "NOT CONVERGED (do not trust the shape)\n";
     }
-    text + "walls, jaw and lips are drawn, not measured: docs/sound.md says what that does to formants\n\n"
+    if let Some(nearest) = &record.nearest_vowel {
+        let _ = writeln!(
+            text,
+            "nearest published mean of Japanese men: /{nearest}/ (distance of F1 and F2 in Bark)"
+        );
+    }
+    text + "walls are another speaker's, jaw and lips estimated: docs/sound.md says what that does to formants\n\n"
 }

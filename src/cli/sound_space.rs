@@ -50,6 +50,7 @@ impl Arguments {
             activations: Some(ByMuscle(names.zip(activations).collect())),
             sound,
             published_hz: None,
+            nearest_vowel: None,
             wall_s: solved.wall_s,
         };
         let title = match self.activation.is_empty() {
@@ -66,7 +67,7 @@ pub fn drawn(source: &SpaceSource) -> miette::Result<Tract> {
     match source {
         SpaceSource::BuiltIn => VocalTract::drawn().into_diagnostic(),
         SpaceSource::Folder(folder) | SpaceSource::Mesh(folder) => Err(miette!(
-            "the drawn tract fits the built-in tongue only; give a tract in the frame of {} with --tract",
+            "the built-in tract fits the built-in tongue only; give a tract in the frame of {} with --tract",
             folder.display()
         )),
     }

@@ -18,10 +18,10 @@ const REACH_MM: f64 = 12.0;
 #[group(skip)]
 #[command(next_help_heading = "Sound")]
 pub struct Arguments {
-    /// Compute F1 and F2 of every frame: the drawn tract, placed by the mental spine and the hyoid, around the tongue
+    /// Compute F1 and F2 of every frame: the built-in tract, placed by the mental spine and the hyoid, around the tongue
     #[arg(long, hide_short_help = true)]
     formants: bool,
-    /// Tract (TOML) in the frame of the recordings instead of the drawn one
+    /// Tract (TOML) in the frame of the recordings instead of the built-in one
     #[arg(long, value_name = "FILE", requires = "formants", hide_short_help = true)]
     tract: Option<PathBuf>,
     /// Height of the opening between the lips in all frames, mm

@@ -46,6 +46,7 @@ mod tensions_are_tracked;
 mod tongue_in_space;
 mod unknowns_are_recovered;
 mod vowels_are_heard;
+mod walls_are_traced;
 mod weight_walls_and_carried_bones;
 
 #[path = "../fixtures/mod.rs"]

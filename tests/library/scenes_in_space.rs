@@ -123,22 +123,22 @@ fn bones_carry_the_weight_of_the_tongue() {
 }
 
 #[test]
-fn the_palate_stops_a_tongue_that_would_pass_it() {
-    let muscles = "[activations]\nGGP = 0.15\nTRANS = 0.05\n";
+fn palate_and_teeth_stop_a_tongue_that_would_pass_them() {
+    let muscles = "[activations]\nGGP = 0.05\nTRANS = 0.2\n";
     let free = run(muscles);
     let stopped = run(&format!("{muscles}[effects.contact]\n"));
     let surface = SpaceBody::tongue(1).unwrap().mesh.surface_nodes();
-    let top = |answer: &SceneOutcome| {
+    let foremost = |answer: &SceneOutcome| {
         let places = positions(answer);
-        surface.iter().map(|&n| places[n].z).fold(0.0, f64::max)
+        surface.iter().map(|&n| places[n].x).fold(0.0, f64::min)
     };
     let contact = stopped.contact.as_ref().unwrap();
     eprintln!(
-        "highest {:.2} mm free, {:.2} mm under the palate: {contact:?}",
-        1e3 * top(&free),
-        1e3 * top(&stopped)
+        "foremost {:.2} mm free, {:.2} mm behind the teeth: {contact:?}",
+        1e3 * foremost(&free),
+        1e3 * foremost(&stopped)
     );
-    assert!(top(&stopped) < top(&free) - 0.5e-3);
+    assert!(foremost(&stopped) > foremost(&free) + 0.5e-3);
     assert!(contact.touching > 0 && contact.closest_mm > 0.0 && !contact.edge_through_wall, "{contact:?}");
     assert!(contact.on_wall_n[1] > 0.0, "{contact:?}");
 }

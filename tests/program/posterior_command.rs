@@ -11,15 +11,9 @@ use tongue_infer::posterior::{Certainty, MuscleVerdict, Verdict, VerdictFrom};
 
 use super::run::{refused, run};
 
-/// What a run printed and wrote.
-pub struct Left {
-    pub printed: String,
-    files: BTreeMap<String, String>,
-}
-
 /// The README's command `tongue-fit --vowel a --posterior 1000`, run once for all tests that look at what it leaves.
-pub fn of_the_readme() -> &'static Left {
-    static LEFT: OnceLock<Left> = OnceLock::new();
+fn files_of_the_readme() -> &'static BTreeMap<String, String> {
+    static LEFT: OnceLock<BTreeMap<String, String>> = OnceLock::new();
     LEFT.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();
         let output = run(folder.path(), "--vowel a --posterior 1000 --out out");
@@ -28,14 +22,13 @@ pub fn of_the_readme() -> &'static Left {
             let entry = entry.unwrap();
             (entry.file_name().into_string().unwrap(), std::fs::read_to_string(entry.path()).unwrap())
         };
-        let files = std::fs::read_dir(folder.path().join("out")).unwrap().map(file).collect();
-        Left { printed: output.out, files }
+        std::fs::read_dir(folder.path().join("out")).unwrap().map(file).collect()
     })
 }
 
 #[test]
 fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
-    let Left { files, .. } = of_the_readme();
+    let files = files_of_the_readme();
     let fit: Value = serde_json::from_str(&files["fit.json"]).unwrap();
     let posterior = &fit["posterior"];
     assert_eq!(posterior["status"], "mixed", "{}", posterior["why"]);

@@ -1,6 +1,5 @@
 //! What the README shows, the program prints.
 
-use super::posterior_command::of_the_readme;
 use super::run::run;
 
 const README: &str = include_str!("../../README.md");
@@ -11,17 +10,6 @@ fn the_table_in_the_readme_is_what_the_main_command_prints() {
     let printed = run(folder.path(), "--vowel a").out;
     let shown = README.split("```text\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     assert_eq!(shown, printed);
-}
-
-#[test]
-fn the_table_of_the_posterior_is_what_its_command_prints() {
-    let printed = &of_the_readme().printed;
-    let shown = README.split("```text\n").nth(2).and_then(|rest| rest.split("```").next()).unwrap();
-    let mut lines = printed.lines();
-    for line in shown.lines() {
-        assert!(lines.any(|l| l == line), "{line}\nis not printed, or not in this place:\n{printed}");
-    }
-    assert_eq!(shown.lines().count(), 2 + 8, "a heading, and a row for each muscle");
 }
 
 /// The front page's program is compiled and run with the documentation.

@@ -96,10 +96,11 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
         let r = products.iter().sum::<f64>() / products.len() as f64 / (of_a * of_b).sqrt();
         assert!(r > 0.75, "{muscle}: {r}");
     }
-    // Formants of most frames; the others touch the drawn palate.
+    // Formants of most frames; of others it is said why there are none.
     let heard: Vec<&Value> = frames.iter().filter_map(|f| f.get("formants")).collect();
     assert_eq!(found["formants"]["frames"], heard.len());
-    assert_eq!(found["formants"]["without"], json!({ "the tongue touches a wall": 90 - heard.len() }));
+    let without = found["formants"]["without"].as_object().unwrap();
+    assert_eq!(without.values().map(|n| n.as_u64().unwrap()).sum::<u64>(), 90 - heard.len() as u64);
     assert!(heard.len() > 45, "{}", found["formants"]);
     let told = heard.len();
     for formants in heard {

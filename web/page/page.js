@@ -13,7 +13,7 @@ const element = (name, properties = {}, ...children) => {
 };
 
 // What is shown; the link holds all of it.
-const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: true, mesh: true, subject: "", vowel: "", baseline: "", target: "stretch", along: null, lips: [8, 0], space: false, activations: [], view: [40, 15], cut: false };
+const state = { continuum: own.continuum ?? false, tensions: [], bones: [0, 0, 0], gravity: "", palate: false, mesh: true, subject: "", vowel: "", baseline: "", target: "stretch", along: null, spoken: true, lips: [8, 0], space: false, activations: [], view: [40, 15], cut: false };
 let body, live, solid = null, worker, thinkers, draw, path, sound, fit = null, rises = null, shape = null, table = null;
 // The link as it was opened; what is shown becomes the link only after it has been taken up.
 const opening = location.hash;
@@ -262,7 +262,7 @@ function showControls() {
     renew(byId(id), "value", String(state.lips[i]));
     renew(byId(`${id}-out`), "textContent", `${round(state.lips[i])} mm`);
   });
-  byId("as-spoken").disabled = !body.tract?.posture?.[state.vowel];
+  byId("as-spoken").checked = state.spoken;
   byId("body").value = state.space ? "space" : state.continuum ? "continuum" : "springs";
   byId("gravity").value = state.gravity;
   byId("palate").checked = state.palate;
@@ -332,7 +332,7 @@ async function think(mine, subject, vowel) {
 }
 // No fit is shown any more, and one that is under way is not waited for.
 function forget(said = "") {
-  [fit, rises] = [null, null];
+  [fit, rises, spoken] = [null, null, null];
   fitting++;
   byId("valley").hidden = true;
   verdict(said);
@@ -346,7 +346,7 @@ async function choose(vowel, keep = false) {
   showControls();
   if (vowel === state.baseline) {
     forget(`/${vowel}/ is ${subject}’s baseline: every other vowel is compared with it, and the fit takes it for the shape at rest.`);
-    if (!keep) plain(body.muscles.map(() => 0), [0, 0, 0]);
+    if (!keep) { speak(body.tract?.posture?.[vowel]); plain(body.muscles.map(() => 0), [0, 0, 0]); }
     return;
   }
   const mine = ++fitting;
@@ -355,24 +355,34 @@ async function choose(vowel, keep = false) {
   think(mine, subject, vowel);
   const clock = performance.now();
   const walls = walled();
-  const ready = !state.continuum === !own.continuum && walls === (body.palate_m !== null)
+  const ready = !state.continuum === !own.continuum && !walls
     && own.fits?.find((f) => f.subject === subject && f.vowel === vowel && f.baseline === state.baseline && f.target_kind === target && table.own);
   const found = ready || await worker({ ask: "fit", subject, vowel, baseline: state.baseline, target, walls });
   if (mine !== fitting || found.ended) return;
+  const said = state.spoken && target === "stretch" && !found.error && await worker({ ask: "spoken", subject, vowel, baseline: state.baseline, target });
+  if (mine !== fitting || said?.ended) return;
   if (found.error) {
     forget(found.error);
     show();
     return;
   }
   fit = found;
+  spoken = said?.posture ? said : null;
   const took = ready ? "as the file has it" : `${fit.evaluations} equilibria in ${round((performance.now() - clock) / 1000, 2)} s`;
   const count = fit.identifiability?.undetermined ?? 0;
-  verdict(`${subject} /${vowel}/ against /${fit.baseline}/${body.palate_m === null ? "" : walls ? ", stopped by palate and teeth" : ", palate and teeth left out"}: ${fit.status.replaceAll("_", " ")}, missed by ${fit.misfit.toExponential(1)}; ${took}.${count ? ` Not unique: ${count} direction${count > 1 ? "s are" : " is"} open.` : ""}`, fit.alarms.map((a) => a.text));
+  verdict(`${subject} /${vowel}/ against /${fit.baseline}/${body.palate_m === null ? "" : walls ? ", stopped by palate and teeth" : ", palate and teeth left out"}: ${fit.status.replaceAll("_", " ")}, missed by ${fit.misfit.toExponential(1)}; ${took}.${count ? ` Not unique: ${count} direction${count > 1 ? "s are" : " is"} open.` : ""}${spoken ? ` Shown as spoken: jaw ${round(spoken.posture.jaw_deg)}° open, hyoid ${way(spoken.posture.hyoid_mm[0], ["forward", "back"])}, and the tensions that meet the lengths there.` : ""}`, fit.alarms.map((a) => a.text));
   byId("valley").hidden = !fit.valley;
   if (fit.valley) drawPath();
-  if (keep) { showControls(); show(); } else back();
+  if (keep) { showControls(); show(); } else { speak(spoken?.posture); back(); }
 }
-const fitted = () => ({ tensions: body.muscles.map((m) => fit.tensions_n[m.name] ?? 0), bones: [0, 0, 0] });
+// Lips of a vowel.
+function speak(posture) {
+  if (state.spoken && posture) state.lips = [posture.lip_opening_mm, posture.lip_protrusion_mm];
+}
+// With jaw and hyoid of speech the measured lengths are met by other tensions than with both at rest.
+let spoken = null;
+const fitted = () => spoken ? { tensions: spoken.tensions_n, bones: [spoken.posture.jaw_deg, ...spoken.posture.hyoid_mm] }
+  : { tensions: body.muscles.map((m) => fit.tensions_n[m.name] ?? 0), bones: [0, 0, 0] };
 const back = () => plain(fitted().tensions, fitted().bones);
 // What has been changed by hand since the fit was made.
 function showChanged() {
@@ -387,7 +397,7 @@ function showChanged() {
   byId("changed").firstElementChild.textContent = `Changed by hand since: ${changed.join(", ")}.`;
   for (const id of ["verdict", "rises", "rows"]) byId(id).classList.toggle("old", changed.length > 0);
 }
-// What a fit is made with: no weight, the jaw closed.
+// What a fit is made with: no weight.
 function plain(tensions, bones) {
   if (state.gravity) {
     state.gravity = "";
@@ -435,7 +445,7 @@ function showAlong() {
 function slide(along) {
   const { points } = fit.valley, i = Math.min(Math.floor(along), points.length - 2), part = along - i;
   tween = null;
-  state.along = along;
+  [state.along, state.bones] = [along, [0, 0, 0]];
   body.muscles.forEach((m, n) => {
     const at = (p) => p.tensions_n[m.name] ?? (fit.tensions_n[m.name] ?? 0);
     state.tensions[n] = (1 - part) * at(points[i]) + part * at(points[i + 1]);
@@ -517,6 +527,7 @@ function link() {
   if (state.gravity) q.set("gravity", state.gravity);
   q.set("palate", state.palate ? "1" : "0");
   if (state.lips[0] !== 8 || state.lips[1] !== 0) q.set("lips", state.lips.join(","));
+  if (!state.spoken) q.set("spoken", "0");
   if (state.space) {
     q.set("body", "space");
     if (activated().length) q.set("a", activated().join(","));
@@ -530,7 +541,7 @@ function remember() {
   if (ready && !testing) try { history.replaceState(null, "", link()); } catch { /* a page without an address has no link */ }
 }
 // Takes up what a link says, and says what of it cannot be taken up; what is wrong with a tension the program says.
-const IN_LINKS = ["body", "file", "table", "s", "b", "v", "k", "t", "bones", "gravity", "palate", "lips", "mesh", "along", "a", "view"];
+const IN_LINKS = ["body", "file", "table", "s", "b", "v", "k", "t", "bones", "gravity", "palate", "lips", "spoken", "mesh", "along", "a", "view"];
 async function takeUp(fragment) {
   const q = new URLSearchParams(fragment.replace(/^#/, "")), wrong = [];
   const one = (key, known, usual) => {
@@ -556,8 +567,9 @@ async function takeUp(fragment) {
   }
   state.target = one("k", ["stretch", "ratio"], "stretch");
   state.gravity = one("gravity", ["upright", "supine", "prone"], "");
-  state.palate = one("palate", ["0", "1"], "1") === "1";
+  state.palate = one("palate", ["0", "1"], "0") === "1";
   state.mesh = one("mesh", ["0", "1"], "1") === "1";
+  state.spoken = one("spoken", ["0", "1"], "1") === "1";
   makeVowels();
   const given = q.get("t")?.split(",").filter((w) => w !== "") ?? [];
   const read = live.ask({ ask: "tensions", tensions: given });
@@ -676,12 +688,7 @@ function listen() {
   byId("slack").addEventListener("click", () => { [state.vowel, state.along] = ["", null]; forget(); glide(body.muscles.map(() => 0), [0, 0, 0]); showControls(); });
   ["jaw", "back", "up"].forEach((id, i) => byId(id).addEventListener("input", () => { tween = null; state.bones[i] = Number(byId(id).value); showControls(); move(); }));
   ["lips", "round"].forEach((id, i) => byId(id).addEventListener("input", () => { state.lips[i] = Number(byId(id).value); showControls(); move(); }));
-  byId("as-spoken").addEventListener("click", () => {
-    const spoken = body.tract.posture[state.vowel];
-    state.lips = [spoken.lip_opening_mm, spoken.lip_protrusion_mm];
-    glide(state.tensions.slice(), [spoken.jaw_deg, state.bones[1], state.bones[2]]);
-    showControls();
-  });
+  byId("as-spoken").addEventListener("change", () => { state.spoken = byId("as-spoken").checked; if (state.vowel) choose(state.vowel); });
   byId("play").addEventListener("click", () => sound.toggle());
   byId("volume").addEventListener("input", () => sound.level());
   window.addEventListener("keydown", (e) => {

@@ -1,6 +1,10 @@
 // The vowel that is heard: a chart of its first two formants, and a voice through resonators in cascade (Klatt 1980).
 function makeSound(means) {
-  const svg = byId("chart"), wide = 320, high = 220, [left, below, right, top] = [40, 34, 8, 8];
+  // The vowel whose mean is nearest, in Bark (Traunmüller 1990).
+  const bark = (hz) => 26.81 * hz / (1960 + hz) - 0.53;
+  const apart = (m, [f1, f2]) => Math.hypot(bark(m.f1_hz) - bark(f1), bark(m.f2_hz) - bark(f2));
+  const nearest = (formants) => means.reduce((a, b) => apart(b, formants) < apart(a, formants) ? b : a).vowel;
+  const svg = byId("chart"), wide = 320, high = 220, [left, below, right, top] = [56, 36, 8, 8];
   const within = (v, [from, to]) => Math.min(1, Math.max(0, (v - from) / (to - from)));
   const [f2s, f1s] = [[2600, 600], [200, 950]];
   const x = (f2) => left + (wide - left - right) * within(f2, f2s), y = (f1) => top + (high - top - below) * within(f1, f1s);
@@ -10,7 +14,7 @@ function makeSound(means) {
   svg.setAttribute("viewBox", `0 0 ${wide} ${high}`);
   svg.replaceChildren(...svg.querySelectorAll("title, desc"),
     ...[1000, 1500, 2000, 2500].flatMap((f) => [rule([x(f), top], [x(f), high - below]), text([x(f), high - below + 13], f)]),
-    ...[300, 500, 700, 900].flatMap((f) => [rule([left, y(f)], [wide - right, y(f)]), text([left - 16, y(f)], f)]),
+    ...[300, 500, 700, 900].flatMap((f) => [rule([left, y(f)], [wide - right, y(f)]), text([left - 18, y(f)], f)]),
     text([(left + wide) / 2, high - 8], "F2 (Hz)"), text([8, (top + high - below) / 2], "F1 (Hz)", { transform: `rotate(-90 8 ${(top + high - below) / 2})` }),
     ...means.map((m) => text([x(m.f2_hz), y(m.f1_hz)], m.vowel, { class: "mean" })), here);
 
@@ -64,7 +68,7 @@ function makeSound(means) {
     },
     // The same in words.
     tell() {
-      const told = last ? `F1 ${Math.round(last.formants[0])}, F2 ${Math.round(last.formants[1])}, F3 ${Math.round(last.formants[2])} Hz` : "The airway is closed: nothing is heard.";
+      const told = last ? `${means.length ? `Nearest to /${nearest(last.formants)}/: ` : ""}F1 ${Math.round(last.formants[0])}, F2 ${Math.round(last.formants[1])}, F3 ${Math.round(last.formants[2])} Hz` : "The airway is closed: nothing is heard.";
       byId("formants").textContent = told;
       byId("chart-text").textContent = `${told}. Letters: published means of Japanese men.`;
     },

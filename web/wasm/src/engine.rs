@@ -130,6 +130,16 @@ impl Engine {
         Ok(self.space.insert(space))
     }
 
+    /// Jaw, hyoid and lips of a vowel, if the body has a tract whose file has it.
+    pub fn posture(&self, vowel: &str) -> Option<Articulation> {
+        self.airway.as_ref()?.tract().posture.get(vowel).copied()
+    }
+
+    /// The scene as it was opened.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// Data for a picture: positions in m, and node numbers.
     pub fn describe(&self) -> Value {
         let mesh = &self.body.mesh;

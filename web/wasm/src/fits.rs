@@ -6,6 +6,8 @@ use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::{Draw, ShortRun};
 use tongue_fit::report::{FitRecord, Provenance};
 use tongue_fit::run::FitRun;
+use tongue_fit::scene::prepare::prepare;
+use tongue_fit::scene::{self, JOINT_MM};
 use tongue_fit::system::TissueModel;
 
 use crate::engine::Engine;
@@ -72,6 +74,33 @@ pub fn fit(
     let target = target(engine, subject, vowel, baseline, kind)?;
     let by = Provenance::new("tongue.html").with_tissue(TissueModel::of(&engine.body.mesh));
     FitRun::quick(target, walls).run(&engine.body, &engine.model, &by).map_err(|e| e.to_string())
+}
+
+/// The vowel as `tongue-fit sound` speaks it: jaw, hyoid and lips of the tract's file, and the tensions with which the tongue has its
+/// measured lengths there; null where the tract's file has no such vowel.
+///
+/// # Errors
+/// As the program's.
+pub fn spoken(
+    engine: &Engine,
+    subject: &str,
+    vowel: &str,
+    baseline: Option<&str>,
+    kind: TargetKind,
+) -> Result<Value, String> {
+    let Some(posture) = engine.posture(vowel) else { return Ok(Value::Null) };
+    let mut spoken = engine.scene().clone().spoken(&posture, JOINT_MM);
+    let target = match baseline == Some(vowel) {
+        true => None,
+        false => Some(target(engine, subject, vowel, baseline, kind)?),
+    };
+    if let Some(target) = &target {
+        spoken.tensions_n = target.active_names().into_iter().map(|name| (name.to_owned(), 0.0)).collect();
+    }
+    let mut prepared = prepare(&spoken, engine.body.clone()).map_err(|e| e.to_string())?;
+    prepared.target = target;
+    scene::run::fit(&mut prepared).map_err(|e| e.to_string())?;
+    Ok(json!({"tensions_n": prepared.tensions, "posture": posture}))
 }
 
 /// The draws of one group of chains for a verdict.

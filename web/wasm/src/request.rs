@@ -34,6 +34,8 @@ enum Request {
         #[serde(default)]
         walls: bool,
     },
+    /// One vowel with the jaw, the hyoid and the lips of speech.
+    Spoken { subject: String, vowel: String, baseline: Option<String>, target: String },
     /// The built-in tongue in space, at rest.
     OpenSpace,
     /// A few iterations towards the equilibrium of the tongue in space.
@@ -76,6 +78,10 @@ pub fn answer(request: &[u8], engine: &mut Option<Engine>) -> Result<String, Str
         (Request::Fit { subject, vowel, baseline, target, walls }, Some(engine)) => {
             let kind: TargetKind = target.parse().map_err(|e| format!("{e}"))?;
             to_value(fits::fit(engine, &subject, &vowel, baseline.as_deref(), kind, walls)?)
+        }
+        (Request::Spoken { subject, vowel, baseline, target }, Some(engine)) => {
+            let kind: TargetKind = target.parse().map_err(|e| format!("{e}"))?;
+            fits::spoken(engine, &subject, &vowel, baseline.as_deref(), kind)
         }
         (Request::OpenSpace, Some(engine)) => engine.space().map(|space| space.describe()),
         (Request::MoveInSpace { activations, iterations }, Some(engine)) => {

@@ -35,8 +35,8 @@ pub use plan::ScenePlan;
 pub use run::simulate;
 pub use shipped::{names, shipped};
 
-/// The temporomandibular joint of the reference tongue, mm: estimated, 110 mm from the mental spine.
-pub const JOINT_MM: [f64; 2] = [70.0, 85.0];
+/// The temporomandibular joint of the reference tongue, mm: that of `targets/tract.toml`.
+pub const JOINT_MM: [f64; 2] = [92.9, 60.8];
 
 /// Why a scene cannot be planned or run.
 #[derive(Debug, thiserror::Error)]

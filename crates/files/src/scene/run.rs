@@ -45,13 +45,7 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
     // Made before the clock starts; a trajectory does not need it.
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
-    let mut fitted = None;
-    if let Some(target) = &prepared.target {
-        let matched = inverse::TargetOnBody::new(&prepared.body.mesh, target)?;
-        let fit = inverse::fit_in(&prepared.system, &matched, &inverse::FitSettings::default())?;
-        fitted = Some(fit.status);
-        prepared.tensions = fit.body_tensions;
-    }
+    let fitted = fit(prepared)?;
     let mut points = None;
     if let (Some(wanted), Some(frame)) = (&scene.points, &prepared.seen)
         && let Some((tensions, told)) = super::points::fit(wanted, frame, &prepared.system)
@@ -119,6 +113,21 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
         positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
         plan: prepared.plan.clone(),
     })
+}
+
+/// Finds the tensions with which a prepared scene meets its target, if it has one, and stores them in it.
+pub fn fit<const D: usize>(prepared: &mut Prepared<D>) -> Result<Option<inverse::FitStatus>, SceneError> {
+    let Some(target) = &prepared.target else { return Ok(None) };
+    let matched = inverse::TargetOnBody::new(&prepared.body.mesh, target)?;
+    // Where Nelder-Mead ends depends on the last bits of a machine, by 2 Hz of a formant.
+    let method = match prepared.airway {
+        Some(_) => inverse::Method::GaussNewton,
+        None => inverse::Method::default(),
+    };
+    let settings = inverse::FitSettings { method, ..inverse::FitSettings::default() };
+    let fit = inverse::fit_in(&prepared.system, &matched, &settings)?;
+    prepared.tensions = fit.body_tensions;
+    Ok(Some(fit.status))
 }
 
 /// Solves for the equilibrium. Where Newton's method leaves an unstable equilibrium on its way, the tensions are raised in steps from

@@ -5,10 +5,30 @@ use std::any::Any;
 use nalgebra::SVector;
 
 use super::SceneError;
+use super::effects::{Hyoid, Jaw};
+use super::file::{Scene, Want};
 use super::prepare::Prepared;
+use super::tract::SceneTract;
 use crate::report::{FormantsByTension, SoundRecord};
 use tongue_core::statics::{Response, Workspace};
 use tongue_infer::acoustics::{Articulation, VocalTract};
+
+impl Scene {
+    /// The same scene with jaw, hyoid and lips of speech, whose sound is wanted.
+    #[must_use]
+    pub fn spoken(mut self, posture: &Articulation, joint_mm: [f64; 2]) -> Self {
+        self.want = Want::Sound;
+        self.effects.incompressibility = Some(true);
+        self.effects.jaw = (posture.jaw_deg != 0.0).then_some(Jaw { opening_deg: posture.jaw_deg, joint_mm });
+        self.effects.hyoid = (posture.hyoid_mm != [0.0; 2]).then_some(Hyoid { shift_mm: posture.hyoid_mm });
+        self.tract = Some(SceneTract {
+            lip_opening_mm: posture.lip_opening_mm,
+            lip_protrusion_mm: posture.lip_protrusion_mm,
+            ..self.tract.unwrap_or_default()
+        });
+        self
+    }
+}
 
 /// The sound of the last equilibrium in a workspace.
 pub(super) fn hear<const D: usize>(

@@ -11,7 +11,7 @@ mod vocal_tract;
 
 pub use formant::{Heard, TRACT_SD};
 pub use in_space::SpaceVocalTract;
-pub use published::{MeanVowel, mean_vowels};
+pub use published::{MeanVowel, mean_vowels, nearest_vowel};
 pub use tongue_sound::Formant;
 pub use tongue_sound::profile::{Articulation, Tract};
 pub use vocal_tract::{Rates, Sound, VocalTract, VocalTractError};

@@ -8,6 +8,7 @@ use super::section::{DEFORMED, REST_TISSUE, ring};
 use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
 use crate::report::{AreaRow, ReportError, SoundRecord};
 use tongue_core::body::Mesh;
+use tongue_infer::acoustics::MeanVowel;
 
 const WALL: &str = "#a04000";
 const HEARD: &str = "#08519c";
@@ -20,8 +21,8 @@ pub struct VowelPicture<'a> {
     pub mesh: &'a Mesh<2>,
     pub positions: &'a [SVector<f64, 2>],
     pub sound: &'a SoundRecord,
-    /// Published means: vowel, first and second formant, Hz.
-    pub means: &'a [(String, [f64; 2])],
+    /// Published means.
+    pub means: &'a [MeanVowel],
     pub title: &'a str,
 }
 
@@ -74,7 +75,7 @@ fn tract(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
 /// First against second formant with the axes of phonetics; returns its lower end, px.
 fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     let heard = [0, 1].map(|i| shown.sound.formants_hz.get(i).copied().unwrap_or(0.0));
-    let all = || shown.means.iter().map(|(_, f)| *f).chain([heard]);
+    let all = || shown.means.iter().map(|m| [m.f1_hz, m.f2_hz]).chain([heard]);
     let most = |i: usize, least: f64| all().map(|f| f[i]).fold(least, f64::max);
     let plot = Plot::linear(
         [0.5 * WIDTH + LEFT + MARGIN, top],
@@ -83,7 +84,7 @@ fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
         [around(200.0, most(0, 900.0))[1], 200.0],
     );
     plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"].map(Axis::Named));
-    for (vowel, [f1, f2]) in shown.means {
+    for MeanVowel { vowel, f1_hz: f1, f2_hz: f2 } in shown.means {
         svg.text(plot.place(*f2, *f1), Anchor::Middle, Face::Plain, vowel);
     }
     svg.dot(plot.place(heard[1], heard[0]), 9.0, HEARD, HEARD);
