@@ -29,10 +29,9 @@ impl Published {
         }
     }
 
-    /// The published tensions in a few characters, for a legend.
-    pub fn name(&self) -> String {
-        let tensions = self.tensions.iter().filter(|t| **t > 0.0).map(|t| format!("{t:.1}"));
-        format!("{} N", tensions.collect::<Vec<_>>().join("/"))
+    /// What it is, for a legend.
+    pub fn name() -> String {
+        "published tensions (Kato 2014)".to_owned()
     }
 }
 

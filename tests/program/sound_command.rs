@@ -82,15 +82,12 @@ fn praat_finds_the_computed_formants() {
         let wav = folder.path().join(format!("out/{file}.wav"));
         let done = Command::new(&python).arg(&script).arg(wav).output().unwrap();
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
-        let mut theirs: Vec<f64> = serde_json::from_slice(&done.stdout).unwrap();
+        let theirs: Vec<f64> = serde_json::from_slice(&done.stdout).unwrap();
         println!("/{vowel}/ ours {ours:.0?}, Praat's {theirs:.0?}");
-        if vowel == "a" {
-            // Linear prediction finds one more, weak peak there, near 1300 Hz, that is not a resonance of the
-            // tract.
-            theirs.remove(1);
-        }
-        for (a, b) in ours.iter().zip(&theirs) {
-            assert!((a / b - 1.0).abs() < 0.05, "/{vowel}/: {ours:.0?}, Praat {theirs:.0?}");
+        // Linear prediction may find one more, weak peak that is not a resonance of the tract.
+        for a in &ours[..4] {
+            let found = theirs.iter().any(|b| (a / b - 1.0).abs() < 0.05);
+            assert!(found, "/{vowel}/: {ours:.0?}, Praat {theirs:.0?}");
         }
     }
 }

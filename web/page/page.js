@@ -726,6 +726,7 @@ function listen() {
     try { await navigator.clipboard.writeText(address); byId("found").textContent = `The link is copied: ${holds}.`; }
     catch { byId("found").textContent = `The link is in the address bar: ${holds}.`; }
   });
+  byId("hall").addEventListener("click", () => byId("hall").setAttribute("aria-pressed", document.body.classList.toggle("hall")));
   byId("theme").addEventListener("click", () => {
     const root = document.documentElement;
     const dark = root.dataset.theme ? root.dataset.theme === "dark" : matchMedia("(prefers-color-scheme: dark)").matches;

@@ -6,9 +6,11 @@ const STYLE: &str = include_str!("page.css");
 
 pub fn table(headings: impl IntoIterator<Item = impl Render>, rows: &Markup) -> Markup {
     html! {
-        table {
-            thead { tr { @for heading in headings { th { (heading) } } } }
-            tbody { (rows) }
+        div.scrolls tabindex="0" {
+            table {
+                thead { tr { @for heading in headings { th { (heading) } } } }
+                tbody { (rows) }
+            }
         }
     }
 }
@@ -16,9 +18,11 @@ pub fn table(headings: impl IntoIterator<Item = impl Render>, rows: &Markup) -> 
 /// The same of a table that its reader can sort.
 pub fn sortable<'a>(id: &str, headings: impl IntoIterator<Item = &'a str>, rows: &Markup) -> Markup {
     html! {
-        table.sortable id=(id) {
-            thead { tr { @for heading in headings { th { button type="button" { (heading) } } } } }
-            tbody { (rows) }
+        div.scrolls tabindex="0" {
+            table.sortable id=(id) {
+                thead { tr { @for heading in headings { th { button type="button" { (heading) } } } } }
+                tbody { (rows) }
+            }
         }
     }
 }

@@ -110,7 +110,7 @@ fn contrasts(compared: &Comparison) -> Markup {
         section {
             h2 { "In which label a muscle pulls harder" }
             p { (compared.said()) ". What is unknown of the body and of the levels of a sitting cancels from a difference." }
-            (page::table(["", "difference, N/m", "P", "repetitions"], &html! {
+            (page::table(["comparison", "difference, N/m", "P", "repetitions"], &html! {
                 @for c in decided.iter().take(MOST) { tr {
                     td { (c.said().unwrap_or_default()) }
                     td { (range(c.size())) }

@@ -24,21 +24,23 @@ const SCRIPT: &str = include_str!("page.js");
 
 pub fn write(w: &mut dyn Write, batch: &Batch<'_>, fits: &[PageFit]) -> io::Result<()> {
     let body = html! {
-                    (top(batch, fits.len()))
-                    (posteriors(fits, batch.muscles))
-                    (fit_table(fits, batch.muscles))
-                    (viewer(fits))
-                    (heat_map(fits, batch.muscles))
-                    (passive(&batch.summary.passive))
-                    section {
-                        h2 { "Every fit" }
-                        p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and reasons to trust or to doubt the answer." }
-                        @for f in fits { (PreEscaped(&f.detail)) }
-                    }
-                    (others(batch))
-                    footer { "Inputs, SHA-256: " code { (batch.provenance.inputs_sha256.as_deref().unwrap_or_default()) } }
-                    script type="application/json" id="data" { (PreEscaped(data(batch.mesh, fits))) }
-                    script { (PreEscaped(SCRIPT)) }
+        main {
+            (top(batch, fits.len()))
+            (posteriors(fits, batch.muscles))
+            (fit_table(fits, batch.muscles))
+            (viewer(fits))
+            (heat_map(fits, batch.muscles))
+            (passive(&batch.summary.passive))
+            section {
+                h2 { "Every fit" }
+                p { "Measured and simulated change of every muscle against the baseline (figure 4.9 of the thesis), and reasons to trust or to doubt the answer." }
+                @for f in fits { (PreEscaped(&f.detail)) }
+            }
+            (others(batch))
+            footer { "Inputs, SHA-256: " code { (batch.provenance.inputs_sha256.as_deref().unwrap_or_default()) } }
+        }
+        script type="application/json" id="data" { (PreEscaped(data(batch.mesh, fits))) }
+        script { (PreEscaped(SCRIPT)) }
     };
     w.write_all(page::document("tongue-fit batch", &body).as_bytes())
 }
