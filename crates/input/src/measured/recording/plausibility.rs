@@ -201,9 +201,10 @@ fn shown(value: f64) -> String {
 
 /// The doubt about a palate (m, in the frame of the recording) for this recording.
 pub fn palate_doubt(recording: &AlignedRecording, palate: &[Point]) -> Option<Doubt> {
-    /// Largest plausible height of a palate above the highest points, mm: of a posture, and of speech, which touches it.
+    /// Largest plausible height of a palate above the highest points, mm: of a posture, and of speech, where three coils of vowels stay up to 23
+    /// below a traced palate.
     const HIGHEST_MM: f64 = 60.0;
-    const NEAREST_MM: f64 = 20.0;
+    const NEAREST_MM: f64 = 25.0;
     let doubt = |severity, said: String| Some(Doubt { said, severity });
     let sag_mm = sag(palate).unwrap_or(0.0) * 1e3;
     if palate.len() >= 3 && sag_mm > 2.0 {
