@@ -111,8 +111,8 @@ enum Source {
     Target(Assembly, Target, usize),
 }
 
-/// That an `observable` has the value `measured`, in its unit; with a `standard_deviation` (same unit, default: none) its residual is
-/// divided by that.
+/// A measurement: an `observable` has the value `measured`, in its unit. Its residual is divided by `standard_deviation` (same unit,
+/// default: not divided).
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone)]
 pub struct Observation {

@@ -178,9 +178,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let picture = record.picture(&tongue).into_diagnostic()?;
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
-    let published_stretches = published
-        .as_ref()
-        .map(|p| Series { name: reference_solution::Published::name(), values: p.stretches.clone() });
+    let legend = || "published tensions (Kato 2014)".to_owned();
+    let published_stretches =
+        published.as_ref().map(|p| Series { name: legend(), values: p.stretches.clone() });
     let title = format!(
         "{} /{}/: change of every muscle relative to /{}/",
         target.subject, target.vowel, target.baseline

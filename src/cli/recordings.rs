@@ -244,7 +244,7 @@ impl Arguments {
     }
 }
 
-/// That recordings are of several speakers, and why that is too many.
+/// The error for recordings of several speakers; `why` says what allows only one.
 pub fn of_several<'a>(speakers: impl IntoIterator<Item = &'a str>, why: &str) -> miette::Report {
     let speakers: Vec<&str> = speakers.into_iter().collect();
     miette!(

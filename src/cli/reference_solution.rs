@@ -28,11 +28,6 @@ impl Published {
             TargetKind::Stretch => (&self.stretches, &self.thesis_stretches),
         }
     }
-
-    /// What it is, for a legend.
-    pub fn name() -> String {
-        "published tensions (Kato 2014)".to_owned()
-    }
 }
 
 pub fn answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<Option<Published>> {

@@ -96,7 +96,7 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
         let r = products.iter().sum::<f64>() / products.len() as f64 / (of_a * of_b).sqrt();
         assert!(r > 0.75, "{muscle}: {r}");
     }
-    // Formants of most frames; of others it is said why there are none.
+    // Most frames have formants, and of the others the reason is counted.
     let heard: Vec<&Value> = frames.iter().filter_map(|f| f.get("formants")).collect();
     assert_eq!(found["formants"]["frames"], heard.len());
     let without = found["formants"]["without"].as_object().unwrap();

@@ -32,15 +32,15 @@ const DRAWN = {
   chin: [[-25.5, 33.4], [-30, 32.4], [-32.4, 27.5], [-31.6, 20.5], [-28.5, 13.5], [-27.6, 8], [-30, 1], [-31.2, -6], [-29.5, -14], [-24, -20.5], [-15, -24]],
   throat: [[8, -24.5], [26, -25.5], [36, -29], [38, -40]],
   nose: [[-33, 62.6], [-26, 66], [-14, 67.5], [4, 68.5], [20, 69.5], [38, 69], [50, 68.5], [58, 65], [64, 57], [66, 65], [66, 77], [58, 85], [40, 89], [10, 89], [-14, 85], [-27, 75]],
-  maxilla: [[33, 61.5], [27.4, 61], [20.3, 61.3], [13, 60.3], [7.8, 58.4], [3.2, 55.2], [-0.9, 50.9], [-5.2, 46.9], [-9.9, 43.9], [-14.5, 41.4], [-17, 45], [-20.6, 47], [-21, 52], [-20.4, 57], [-22, 61], [-19, 63.6], [-10, 64.4], [2, 65.4], [16, 66.4], [28, 66.2], [34, 65]],
-  velum: [[33, 65], [41, 62], [49, 60.6], [57, 59], [63, 53.5], [66.2, 46], [65.5, 42.1], [62.6, 45.2], [59.5, 47.6], [54.3, 53], [45.8, 53.5], [39.3, 54.6], [33, 59.6]],
+  maxillaAbove: [[-17, 45], [-20.6, 47], [-21, 52], [-20.4, 57], [-22, 61], [-19, 63.6], [-10, 64.4], [2, 65.4], [16, 66.4], [28, 66.2], [34, 65], [33, 61.5]],
+  velumAbove: [[33, 65], [41, 62], [49, 60.6], [57, 59], [63, 53.5], [66.2, 46]],
   upperTooth: [[-14.2, 42], [-16.4, 38.2], [-17.8, 34.6], [-18.6, 33.7], [-19.4, 34.6], [-21, 39], [-21.6, 43.5], [-20.6, 48.5], [-18.2, 54], [-16.8, 54.4], [-15.4, 49]],
   lowerTooth: [[-13.4, 18.1], [-15.7, 23.6], [-16.4, 27.7], [-17.1, 28.5], [-17.8, 27.7], [-18.9, 23.1], [-19.1, 18.1], [-18.1, 12.1], [-16.1, 6.5], [-15.1, 6.5], [-13.7, 12.1]],
   symphysis: [[-12.2, 15.6], [-9.6, 10], [-6.8, 4.6], [-2.6, 1.4], [0, 0.4], [0.4, -2.6], [-2, -8.6], [-6.4, -13.8], [-13, -16.8], [-19.6, -15], [-22.6, -9], [-22.2, -2], [-20.2, 4], [-19.4, 10], [-18.6, 14.6]],
   ramus: [[-4, -12], [14, -9], [34, -3], [50, 8], [57, 26], [62, 48], [66, 68], [67, 80], [70, 85], [74, 82], [74, 66], [71, 40], [68, 16], [58, -4], [42, -13], [20, -18], [-4, -16.6]],
   hyoidBone: [[35.6, -2.2], [39, -1.2], [44, -4.6], [49.4, -8.8], [49, -11.6], [45, -11.4], [39, -7.6], [35.4, -4.6]],
   epiglottis: [[45.6, -3], [50, 2], [52.6, 8], [53.8, 15], [53, 18.5], [51.4, 15.4], [49.6, 9], [47, 3.6], [44, -1]],
-  back: [[67, 78], [67, 62], [66.8, 46], [66, 34], [65, 26.4], [64.3, 19.2], [63.8, 13.7], [63.4, 8.2], [63.1, 2.6], [62.9, -2.9], [61.6, -8.3], [57, -13], [53.4, -18.5], [52.4, -30], [52.4, -40]],
+  backAbove: [[67, 78], [67, 62], [66.8, 46]],
   styloid: [[95, 99], [90, 94], [84, 84], [79.6, 76.6], [82.4, 81], [90, 90], [99, 96]],
 };
 
@@ -55,6 +55,9 @@ function makeMouth(svg, body) {
   const path = (kind, d = "") => make("path", { class: kind, d });
   const fixed = (kind, name, closed = true) => path(kind, smooth(DRAWN[name], closed));
   const own = body.palate_m === null;
+  // The walls of the tract whose sound is computed, from the glottis to the upper teeth.
+  const [larynx, pharynx, velum, vault, ridge] = own ? [] : body.tract.wall.map((w) => w.points_mm.map(([x, y]) => [x, y]));
+  const backWall = own ? [] : [...pharynx.toReversed(), ...larynx.toReversed(), [52.4, -40]], roof = own ? [] : [...vault, ...ridge.slice(0, -1)];
   const soft = path("soft"), cavity = path("air"), wall = path("wall"), ghost = path("ghost"), symphysis = path("bone"), hyoid = path("bone");
   const epiglottis = path("soft"), lowerTooth = path("tooth"), tissue = path("tissue"), web = path("web"), was = path("was"), arrow = path("arrow");
   const edgesOf = (points) => body.edges.map(([a, b]) => `M${put(points[a])}L${put(points[b])}`).join("");
@@ -64,7 +67,7 @@ function makeMouth(svg, body) {
   const palate = path("palate", own ? "" : line(body.palate_m.map(mm)));
   const pins = body.fixed.map(() => make("circle", { class: "pin", r: 1.25 }));
   const places = own ? [] : PLACES.map(([name, at, moves]) => ({ at, moves, text: make("text", { class: "place" }, name) }));
-  const setting = own ? [] : [soft, fixed("air", "nose"), cavity, wall, ghost, fixed("soft", "velum"), fixed("bone", "maxilla"), fixed("bone", "styloid"),
+  const setting = own ? [] : [soft, fixed("air", "nose"), cavity, wall, ghost, path("soft", smooth([...DRAWN.velumAbove, ...velum])), path("bone", smooth([...roof, ...DRAWN.maxillaAbove])), fixed("bone", "styloid"),
     symphysis, hyoid, epiglottis, fixed("tooth", "upperTooth"), lowerTooth];
   was.setAttribute("d", outline(rest));
   const down = make("g", { hidden: "" }, arrow, make("text", { class: "place" }, "weight"));
@@ -95,8 +98,8 @@ function makeMouth(svg, body) {
       set(soft, "d", smooth([...lips, ...upper, ...inside.slice().reverse(), ...chin], false)
         + "L" + [...DRAWN.throat.map((p, i) => i === 0 ? jaw(p) : i < 3 ? lift(p) : p)].map(put).join("L") + "L110 50L110 -110L-25 -110Z");
       // The mouth's air: lips, palate, soft palate, pharynx, and the floor of the mouth.
-      set(cavity, "d", line([lips.at(-1), ...upper, [-14.5, 41.4], [-5.2, 46.9], [3.2, 55.2], [13, 60.3], [27.4, 61], [39, 55.6], [54, 54], [60, 48], [66, 42], ...DRAWN.back.slice(3), [38, -40], lift([46.4, -16.7]), lift([49, -12]), lift([47, -8]), floor[2], floor[1], floor[0], ...inside, chin[0]]) + "Z");
-      set(wall, "d", smooth(DRAWN.back, false));
+      set(cavity, "d", line([lips.at(-1), ...upper, ...roof.toReversed(), ...velum.toReversed(), ...backWall, [38, -40], lift([46.4, -16.7]), lift([49, -12]), lift([47, -8]), floor[2], floor[1], floor[0], ...inside, chin[0]]) + "Z");
+      set(wall, "d", smooth([...DRAWN.backAbove, ...backWall], false));
       set(ghost, "d", smooth(DRAWN.ramus.map(jaw)));
       set(symphysis, "d", smooth(DRAWN.symphysis.map(jaw)));
       set(lowerTooth, "d", smooth(DRAWN.lowerTooth.map(jaw)));

@@ -97,7 +97,7 @@ class TrackOptions(Recordings, Mesh, Space, total=False):
     starts: Annotated[int, "4", "In space: number of starting points of the search."]
     sd: Annotated[float, "0.5", "In space: standard deviation of each coordinate, mm, where a table has no column `sd_mm`."]
     formants: Annotated[bool, "False", "Compute F1 and F2 of every frame."]
-    tract: Annotated[Keys, "the drawn one", "Tract (TOML) in the frame of the recordings."]
+    tract: Annotated[Keys, "the built-in one", "Tract (TOML) in the frame of the recordings."]
     lip_opening: Annotated[float, "8", "Height of the opening between the lips, mm."]
     lip_protrusion: Annotated[float, "0", "Protrusion of the lips, mm."]
 

@@ -90,15 +90,10 @@ pub fn spoken(
 ) -> Result<Value, String> {
     let Some(posture) = engine.posture(vowel) else { return Ok(Value::Null) };
     let mut spoken = engine.scene().clone().spoken(&posture, JOINT_MM);
-    let target = match baseline == Some(vowel) {
-        true => None,
-        false => Some(target(engine, subject, vowel, baseline, kind)?),
-    };
-    if let Some(target) = &target {
-        spoken.tensions_n = target.active_names().into_iter().map(|name| (name.to_owned(), 0.0)).collect();
-    }
+    let target = target(engine, subject, vowel, baseline, kind)?;
+    spoken.tensions_n = target.active_names().into_iter().map(|name| (name.to_owned(), 0.0)).collect();
     let mut prepared = prepare(&spoken, engine.body.clone()).map_err(|e| e.to_string())?;
-    prepared.target = target;
+    prepared.target = Some(target);
     scene::run::fit(&mut prepared).map_err(|e| e.to_string())?;
     Ok(json!({"tensions_n": prepared.tensions, "posture": posture}))
 }
