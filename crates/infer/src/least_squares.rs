@@ -1,57 +1,120 @@
-//! Damped least squares for a few unknowns (Levenberg 1944, Marquardt 1963).
+//! Damped least squares (Levenberg 1944, Marquardt 1963): the one search behind fits, modes, placements and displayed shapes.
 
 use nalgebra::{DMatrix, DVector};
 
 /// When a search ends, and how its damping changes.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Rule {
+    /// Largest number of steps, refused ones included.
     pub steps: usize,
-    /// Largest change of an unknown in a step.
-    pub longest: f64,
-    /// The search ends before a step in which every unknown changes by less than this.
+    /// The search ends before a step in which no unknown changes by more than this.
     pub arrived: f64,
-    /// Factor of the damping after a step that reduced the cost.
-    pub less: f64,
-    /// Factor of the damping after a step that did not, and the damping after the first such step.
-    pub more: (f64, f64),
+    /// The search ends before a step that promises to reduce the cost by less than this.
+    pub promised: f64,
+    /// The search ends after a step that reduced the cost by less than this part of it.
+    pub won: f64,
+    /// Damping of the first step.
+    pub first: f64,
+    /// Smallest damping after a step that was refused.
+    pub least: f64,
     /// The search ends when the damping exceeds this: the steps are then negligible.
     pub most: f64,
+    /// Factor of the damping after a step that reduced the cost by an amount that was not promised.
+    pub less: f64,
+    /// Factor of the damping after a step that was refused, and factor of this factor until a step is taken.
+    pub more: (f64, f64),
 }
 
-/// Descends from a point. `normal` gives half of the second derivative of the cost, damped by the given amount, and half of its gradient;
-/// `moved` gives the point after a step. Where one of them is `None`, the matrix is not used or the step is not taken.
-pub(crate) fn descend<P>(
+impl Rule {
+    /// Undamped steps until one is refused.
+    pub const UNDAMPED: Self = Self {
+        steps: 60,
+        arrived: 0.0,
+        promised: 0.0,
+        won: 0.0,
+        first: 0.0,
+        least: 0.1,
+        most: f64::INFINITY,
+        less: 0.2,
+        more: (4.0, 1.0),
+    };
+}
+
+/// A step that may be taken.
+pub(crate) struct Step<S> {
+    pub by: S,
+    /// Largest change of an unknown.
+    pub size: f64,
+    /// By how much a quadratic model of the cost decreases, if that is known: a step that wins less than a thousandth of it is refused, and
+    /// the damping follows the ratio of the two (Nielsen 1999).
+    pub promised: Option<f64>,
+    /// Whether the search ends if the step is taken.
+    pub is_last: bool,
+}
+
+/// Smallest part of the promised decrease with which a step is taken.
+const ACCEPTED: f64 = 1e-3;
+
+impl Step<DVector<f64>> {
+    /// The step to the minimum of a quadratic model with this damped second derivative and gradient, shortened so that no unknown changes
+    /// by more than `longest`.
+    pub fn newton(matrix: DMatrix<f64>, gradient: &DVector<f64>, longest: f64) -> Option<Self> {
+        let mut by = -matrix.cholesky()?.solve(gradient);
+        let largest = by.amax();
+        if largest > longest {
+            by *= longest / largest;
+        }
+        Some(Self { size: by.amax(), by, promised: None, is_last: false })
+    }
+}
+
+/// Where a search ended.
+pub(crate) struct Descended<P> {
+    pub here: P,
+    pub steps: usize,
+    /// Whether the steps became negligible without damping, rather than too many or too much damped.
+    pub converged: bool,
+}
+
+/// Descends from a point. `step` gives the step with a damping, `None` where the damped second derivative is not positive definite; `moved`
+/// gives the point after a step, `None` where it cannot be.
+pub(crate) fn descend<P, S>(
     mut here: P,
     rule: &Rule,
     cost: impl Fn(&P) -> f64,
-    normal: impl Fn(&P, f64) -> Option<(DMatrix<f64>, DVector<f64>)>,
-    mut moved: impl FnMut(&P, &DVector<f64>) -> Option<P>,
-) -> P {
-    let mut damping = 0.0;
-    for _ in 0..rule.steps {
-        let Some((matrix, gradient)) = normal(&here, damping) else { break };
-        let Some(factors) = matrix.cholesky() else { break };
-        let mut step = -factors.solve(&gradient);
-        let largest = step.amax();
-        if largest > rule.longest {
-            step *= rule.longest / largest;
+    mut step: impl FnMut(&P, f64) -> Option<Step<S>>,
+    mut moved: impl FnMut(&P, &S) -> Option<P>,
+) -> Descended<P> {
+    let (mut damping, mut more, mut steps) = (rule.first, rule.more.0, 0);
+    while steps < rule.steps && damping <= rule.most {
+        steps += 1;
+        let step = step(&here, damping);
+        let negligible = |s: &Step<S>| {
+            s.size <= rule.arrived || s.promised.is_some_and(|promised| promised.abs() < rule.promised)
+        };
+        if step.as_ref().is_some_and(negligible) {
+            return Descended { here, steps, converged: true };
         }
-        if step.amax() < rule.arrived {
-            break;
+        let least =
+            |s: &Step<S>| s.promised.map_or(0.0, |p| if p > 0.0 { ACCEPTED * p } else { f64::INFINITY });
+        let taken = step.and_then(|step| {
+            let there = moved(&here, &step.by)?;
+            let won = cost(&here) - cost(&there);
+            (won > least(&step)).then_some((there, step, won))
+        });
+        let Some((there, step, won)) = taken else {
+            damping = (damping * more).max(rule.least);
+            more *= rule.more.1;
+            continue;
+        };
+        here = there;
+        if step.is_last || won < rule.won * cost(&here) {
+            return Descended { here, steps, converged: true };
         }
-        match moved(&here, &step).filter(|there| cost(there) < cost(&here)) {
-            Some(there) => {
-                here = there;
-                damping *= rule.less;
-            }
-            None => {
-                damping = (damping * rule.more.0).max(rule.more.1);
-                if damping > rule.most {
-                    break;
-                }
-            }
-        }
+        damping *= step.promised.map_or(rule.less, |p| (1.0 - (2.0 * won / p - 1.0).powi(3)).clamp(0.1, 2.0));
+        more = rule.more.0;
     }
-    here
+    Descended { here, steps, converged: false }
 }
 
 /// Residuals in standard deviations; `None` where they cannot be computed.
@@ -63,26 +126,28 @@ pub(crate) struct Minimum {
     pub residuals: DVector<f64>,
 }
 
-/// Minimises a sum of squares from `start`, with unknowns of the order of 1 and derivatives by differences of size `step`, until the
-/// unknowns would move by less than `arrived`; `allowed` says which unknowns are permitted. `None` where the residuals cannot be computed
-/// at the start.
+/// The least sum of squares that is found from several starts, with unknowns of the order of 1 and derivatives by differences of size `step`.
+/// A search ends before the unknowns would move by less than `arrived`; `allowed` says which unknowns are permitted. `None` where the
+/// residuals are not finite at any start.
 pub(crate) fn minimise(
-    start: DVector<f64>,
+    starts: impl IntoIterator<Item = DVector<f64>>,
     residuals: &Residuals<'_>,
     allowed: &dyn Fn(&DVector<f64>) -> bool,
-    step: f64,
-    arrived: f64,
+    (step, arrived): (f64, f64),
 ) -> Option<Minimum> {
-    let rule = Rule { steps: 60, longest: f64::INFINITY, arrived, less: 0.2, more: (5.0, 0.1), most: 1e6 };
-    let at = |x: DVector<f64>| Some(Minimum { residuals: residuals(&x)?, x });
-    let normal = |here: &Minimum, damping: f64| {
-        let jacobian = by_differences(&here.x, residuals, step)?;
+    let rule = Rule { arrived, more: (5.0, 1.0), most: 1e6, ..Rule::UNDAMPED };
+    let finite = |x: &DVector<f64>| residuals(x).filter(|r| r.iter().all(|v| v.is_finite()));
+    let at = |x: DVector<f64>| Some(Minimum { residuals: finite(&x)?, x });
+    let cost = |here: &Minimum| here.residuals.norm_squared();
+    let damped = |here: &Minimum, damping: f64| {
+        let jacobian = by_differences(&here.x, &finite, step)?;
         let mut matrix = jacobian.tr_mul(&jacobian);
         (0..here.x.len()).for_each(|i| matrix[(i, i)] *= 1.0 + damping);
-        Some((matrix, jacobian.tr_mul(&here.residuals)))
+        Step::newton(matrix, &jacobian.tr_mul(&here.residuals), f64::INFINITY)
     };
     let moved = |here: &Minimum, by: &DVector<f64>| at(&here.x + by).filter(|there| allowed(&there.x));
-    Some(descend(at(start)?, &rule, |m| m.residuals.norm_squared(), normal, moved))
+    let from = |start: DVector<f64>| Some(descend(at(start)?, &rule, cost, damped, moved).here);
+    starts.into_iter().filter_map(from).min_by(|a, b| cost(a).total_cmp(&cost(b)))
 }
 
 /// The derivative of residuals by the unknowns, by central differences.

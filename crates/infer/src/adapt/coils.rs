@@ -12,7 +12,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::track::TongueSurface;
+use crate::track::{TWO_SIDED_95, TongueSurface};
 use tongue_core::body::Body;
 use tongue_core::geometry::{NaturalSpline, Point, Similarity};
 use tongue_core::statistics::median;
@@ -50,7 +50,7 @@ const BEYOND_M: f64 = 30e-3;
 const SHIFT_UNIT_M: f64 = 10e-3;
 const COIL_UNIT_M: f64 = 4e-3;
 /// Turns from which the search begins, rad.
-const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
+pub(super) const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coil {
@@ -245,12 +245,12 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
             });
         }
         of_palate.iter().for_each(|vault| out.extend(vault.residuals(&to).iter()));
-        Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
+        Some(DVector::from_vec(out))
     };
     let residuals = |x: &DVector<f64>| {
         let mut out = of_coils(x);
         out.extend(of_the_rest(x)?.iter());
-        Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
+        Some(DVector::from_vec(out))
     };
     let mut along = 0.0;
     let usual: Vec<f64> = (0..coils.len())
@@ -261,9 +261,9 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         })
         .collect();
     let middle = places.iter().sum::<Point>() / places.len() as f64;
-    let start = |turn: &f64| {
+    let start = |turn: f64| {
         let mut x = DVector::zeros(4 + coils.len());
-        x[2] = *turn / TURN_SD;
+        x[2] = turn / TURN_SD;
         usual.iter().enumerate().for_each(|(i, behind)| x[4 + i] = behind / COIL_UNIT_M);
         let there =
             usual.iter().map(|b| similarity(&x).place(on_surface(*b))).sum::<Point>() / places.len() as f64;
@@ -271,10 +271,7 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         (x[0], x[1]) = (shift.x, shift.y);
         x
     };
-    let best = TURNS
-        .iter()
-        .filter_map(|turn| minimise(start(turn), &residuals, &|_| true, 1e-5, 1e-7))
-        .min_by(|a, b| a.residuals.norm_squared().total_cmp(&b.residuals.norm_squared()))
+    let best = minimise(TURNS.map(start), &residuals, &|_| true, (1e-5, 1e-7))
         .ok_or_else(|| failed("no place of it can be compared with the coils"))?;
     let found = similarity(&best.x);
     let told = by_differences(&best.x, &residuals, 1e-5).zip(by_differences(&best.x, &of_the_rest, 1e-5));
@@ -315,8 +312,7 @@ impl Placement {
 
     /// The place of the centre along both axes (m), the turn (rad) and the scale, each with the ends of its 95 % interval.
     pub fn intervals(&self) -> [[f64; 3]; 4] {
-        const HALF: f64 = 1.959_963_984_540_054;
-        let about = |middle: f64, sd: f64| [middle, middle - HALF * sd, middle + HALF * sd];
+        let about = |middle: f64, sd: f64| [middle, middle - TWO_SIDED_95 * sd, middle + TWO_SIDED_95 * sd];
         let [x, y, turn, ln_scale] = self.sd;
         let scale = about(self.similarity.scale().ln(), ln_scale).map(f64::exp);
         [about(self.centre.x, x), about(self.centre.y, y), about(self.similarity.angle(), turn), scale]

@@ -14,8 +14,7 @@ use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_input::measured::recording::{AlignedRecording, WITHOUT_BONES};
 
-use super::coils::evenly;
-use super::coils::{self, Coil, FEWEST_COILS, Placement, Vault};
+use super::coils::{self, Coil, FEWEST_COILS, Placement, TURNS, Vault, evenly};
 use super::{RestError, mark_of};
 use crate::least_squares::minimise;
 
@@ -31,8 +30,6 @@ const HYOID_SD_M: f64 = 5e-3;
 const TURN_SD: f64 = 20.0 * std::f64::consts::PI / 180.0;
 /// Standard deviation of the logarithm of the scale.
 const LN_SCALE_SD: f64 = 0.15;
-/// Turns from which the search begins, rad.
-const TURNS: [f64; 3] = [0.0, -0.3, 0.3];
 /// Sum of the squares above which the observations do not belong to one tongue: 29 of a real speaker, whose hyoid and spine are 7 and 5 mm
 /// off, and less than 20 of most.
 const MOST_COST: f64 = 45.0;
@@ -268,7 +265,7 @@ impl RegistrationData {
             }
             out.extend([x[2], x[3]]);
             vault.iter().for_each(|vault| out.extend(vault.residuals(&similarity).iter()));
-            Some(DVector::from_vec(out)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
+            Some(DVector::from_vec(out))
         };
         // At the start, one observation lies on its place in the body: the spine, or else the middle of the contour.
         let anchor = match (bones.first(), mean(self.contour.iter().copied())) {
@@ -276,14 +273,8 @@ impl RegistrationData {
             (None, Some(middle)) => (middle_of(&surface, body), middle),
             (None, None) => (Point::zeros(), Point::zeros()),
         };
-        let best = TURNS
-            .iter()
-            .filter_map(|turn| {
-                let start = started(*turn / TURN_SD, anchor);
-                minimise(start, &residuals, &|_| true, 1e-5, 1e-7)
-            })
-            .min_by(|a, b| a.residuals.norm_squared().total_cmp(&b.residuals.norm_squared()));
-        let best = best
+        let starts = TURNS.map(|turn| started(turn / TURN_SD, anchor));
+        let best = minimise(starts, &residuals, &|_| true, (1e-5, 1e-7))
             .ok_or_else(|| RestError::Body("no place of it can be compared with what was seen".to_owned()))?;
         let similarity = similarity(&best.x);
         let squares: f64 = distances(&similarity).iter().map(|d| d * d).sum();

@@ -202,15 +202,12 @@ pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Res
         let bone = |(name, seen): &(&str, Mark)| Some((mark_of(&body, name)? - seen.at) / seen.sd);
         let bones = bones.iter().filter_map(bone).flat_map(|away| [away.x, away.y]);
         let seen = contour.iter().map(away).chain(bones).chain(rest.price(d).iter().copied()).collect();
-        Some(DVector::from_vec(seen)).filter(|r: &DVector<f64>| r.iter().all(|v| v.is_finite()))
+        Some(DVector::from_vec(seen))
     };
     let none = || RestError::Body("it has no outline".to_owned());
     let allowed = |d: &DVector<f64>| rest.least_area_ratio(d) >= LEAST_AREA_RATIO;
-    let start = DVector::zeros(rest.unknowns());
-    let d = minimise(start, &residuals, &allowed, STEP_M, 1e-6).ok_or_else(none)?.x;
+    let start = [DVector::zeros(rest.unknowns())];
+    let d = minimise(start, &residuals, &allowed, (1e-6, 1e-6)).ok_or_else(none)?.x;
     let ratio = rest.least_area_ratio(&d);
     if ratio < LEAST_AREA_RATIO { Err(RestError::Folds { ratio }) } else { Ok(Rest::cleaned(&d)) }
 }
-
-/// Step of a central difference in displacements, m.
-pub(super) const STEP_M: f64 = 1e-6;

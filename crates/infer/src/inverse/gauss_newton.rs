@@ -14,20 +14,22 @@ use super::FitSettings;
 use super::forward::{FAILED, Forward, Linearised};
 use super::start::{SAME_COST, Start};
 use super::unknown::Unknown;
+use crate::least_squares::{self, Rule, Step};
 
 /// Damping of the first step, as a part of the largest diagonal entry of the second derivative.
 const FIRST_DAMPING: f64 = 1e-3;
 /// Largest damping, as a part of the same entry: beyond it a step is lost in rounding.
 const MOST_DAMPING: f64 = 1e12;
-/// Smallest part of the predicted decrease with which a step is accepted.
-const ACCEPTED: f64 = 1e-3;
 
 /// A candidate with its cost and derivatives.
+#[derive(Clone)]
 struct Point {
     x: DVector<f64>,
     linear: Linearised,
     gradient: DVector<f64>,
     cost: f64,
+    /// An approximation of `S`.
+    secant: DMatrix<f64>,
 }
 
 impl Point {
@@ -41,7 +43,13 @@ impl Point {
             tensions += x[i];
         }
         let cost = linear.residuals.norm_squared() + effort * tensions;
-        cost.is_finite().then_some(Self { x, linear, gradient, cost })
+        let secant = DMatrix::zeros(x.len(), x.len());
+        cost.is_finite().then_some(Self { x, linear, gradient, cost, secant })
+    }
+
+    /// Largest diagonal entry of the second derivative.
+    fn diagonal(&self) -> f64 {
+        2.0 * self.linear.jacobian.column_iter().map(|c| c.norm_squared()).fold(1e-12, f64::max)
     }
 
     /// Whether the cost would decrease if value `i` left its bound.
@@ -115,47 +123,35 @@ fn descend<const D: usize>(
     iterations: &mut u64,
 ) -> bool {
     let unknowns = problem.unknowns().to_vec();
-    let mut secant = DMatrix::zeros(here.x.len(), here.x.len());
-    let diagonal =
-        |p: &Point| 2.0 * p.linear.jacobian.column_iter().map(|c| c.norm_squared()).fold(1e-12, f64::max);
-    let mut damping = FIRST_DAMPING * diagonal(here);
-    let mut growth = 2.0;
-    while *iterations < settings.max_iterations && damping < MOST_DAMPING * diagonal(here) {
-        *iterations += 1;
-        let curvature = (here.linear.jacobian.tr_mul(&here.linear.jacobian) + &secant) * 2.0;
-        let stepped = if settings.best_steps { best_step } else { bounded_step };
-        let Some(step) = stepped(here, &curvature, damping, &unknowns) else {
-            // Not a descent direction: the second derivative is indefinite on the free values.
-            damping *= growth;
-            growth *= 2.0;
-            continue;
-        };
-        let promised = -(here.gradient.dot(&step) + 0.5 * step.dot(&(&curvature * &step)));
-        let undamped = damping <= FIRST_DAMPING * diagonal(here);
-        if step.amax() == 0.0 || promised.abs() < settings.cost_tolerance {
-            return true;
-        }
-        let next = Point::new(problem, &here.x + &step);
-        let gained = next.as_ref().map_or(f64::NEG_INFINITY, |p| here.cost - p.cost);
-        match next {
-            Some(next) if promised > 0.0 && gained > ACCEPTED * promised => {
-                update_secant(&mut secant, here, &next, &step);
-                *here = next;
-                if undamped && step.amax() < settings.tension_tolerance {
-                    return true;
-                }
-                // Nielsen (1999): the damping follows the ratio of actual to predicted decrease, without
-                // jumps.
-                damping *= (1.0 - (2.0 * gained / promised - 1.0).powi(3)).clamp(0.1, 2.0);
-                growth = 2.0;
-            }
-            _ => {
-                damping *= growth;
-                growth *= 2.0;
-            }
-        }
-    }
-    false
+    let first = FIRST_DAMPING * here.diagonal();
+    let rule = Rule {
+        steps: settings.max_iterations.saturating_sub(*iterations) as usize,
+        promised: settings.cost_tolerance,
+        first,
+        least: 0.0,
+        most: MOST_DAMPING / FIRST_DAMPING * first,
+        more: (2.0, 2.0),
+        ..Rule::UNDAMPED
+    };
+    let stepped = if settings.best_steps { best_step } else { bounded_step };
+    let step = |here: &Point, damping: f64| {
+        let curvature = (here.linear.jacobian.tr_mul(&here.linear.jacobian) + &here.secant) * 2.0;
+        let by = stepped(here, &curvature, damping, &unknowns)?;
+        let promised = -(here.gradient.dot(&by) + 0.5 * by.dot(&(&curvature * &by)));
+        let size = by.amax();
+        let undamped = damping <= FIRST_DAMPING * here.diagonal();
+        let is_last = undamped && size < settings.tension_tolerance;
+        Some(Step { by, size, promised: Some(promised), is_last })
+    };
+    let moved = |here: &Point, by: &DVector<f64>| {
+        let mut next = Point::new(problem, &here.x + by)?;
+        next.secant = updated_secant(here, &next, by);
+        Some(next)
+    };
+    let found = least_squares::descend(here.clone(), &rule, |p| p.cost, step, moved);
+    *here = found.here;
+    *iterations += found.steps as u64;
+    found.converged
 }
 
 /// The damped step on the free values, cut at the bounds; `None` if the damped second derivative is not positive definite. [`best_step`]
@@ -245,18 +241,20 @@ fn best_step(
 
 /// The symmetric rank-two update of `S` by Dennis, Gay and Welsch, with sizing, so that old information
 /// decays.
-fn update_secant(secant: &mut DMatrix<f64>, here: &Point, next: &Point, step: &DVector<f64>) {
+fn updated_secant(here: &Point, next: &Point, step: &DVector<f64>) -> DMatrix<f64> {
+    let mut secant = here.secant.clone();
     let change = (&next.linear.jacobian - &here.linear.jacobian).tr_mul(&next.linear.residuals);
     let y = (&next.gradient - &here.gradient) * 0.5;
     let along = y.dot(step);
     if along.abs() <= 1e-12 * y.norm() * step.norm() {
-        return;
+        return secant;
     }
-    let held = step.dot(&(&*secant * step));
+    let held = step.dot(&(&secant * step));
     if held != 0.0 {
-        *secant *= (step.dot(&change) / held).abs().min(1.0);
+        secant *= (step.dot(&change) / held).abs().min(1.0);
     }
-    let missing = change - &*secant * step;
-    *secant += (&missing * y.transpose() + &y * missing.transpose()) / along
+    let missing = change - &secant * step;
+    secant += (&missing * y.transpose() + &y * missing.transpose()) / along
         - &y * y.transpose() * (missing.dot(step) / (along * along));
+    secant
 }

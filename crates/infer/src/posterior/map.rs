@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::least_squares::{Rule, descend};
+use crate::least_squares::{Rule, Step, descend};
 use tongue_core::parallel;
 use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
@@ -52,7 +52,8 @@ pub struct MapEstimate {
 }
 
 /// The search from one point, in scores: the linear response of the tensions holds for 2 of them.
-const CLIMB: Rule = Rule { steps: 40, longest: 2.0, arrived: 1e-4, less: 0.2, more: (4.0, 0.5), most: 1e8 };
+const LONGEST: f64 = 2.0;
+const CLIMB: Rule = Rule { steps: 40, arrived: 1e-4, least: 0.5, most: 1e8, ..Rule::UNDAMPED };
 /// Number of times that the covariance of geometry is averaged and the mode searched again.
 const ROUNDS: usize = 2;
 /// Number of draws for the average, in pairs mirrored about the mode.
@@ -148,14 +149,14 @@ impl MapEstimate {
         // The density there with the present covariance.
         let begin = Self::at(density, scores, linear, geometry, place, evaluations);
         let mut evaluator = Evaluator::new(density);
-        let normal = |here: &Self, damping: f64| {
+        let step = |here: &Self, damping: f64| {
             let jacobian = here.linear.jacobian.select_rows(density.rows());
             let WarmStart { lengths, baseline_lengths, beside, .. } = &here.place;
             let residuals = density.residuals(lengths, baseline_lengths, beside);
             let gradient = &here.scores - jacobian.tr_mul(&density.factor().solve(&residuals));
             let mut matrix = here.precision.clone();
             (0..here.scores.len()).for_each(|i| matrix[(i, i)] += damping);
-            Some((matrix, gradient))
+            Step::newton(matrix, &gradient, LONGEST)
         };
         let moved = |here: &Self, step: &DVector<f64>| {
             let next = &here.scores + step;
@@ -163,7 +164,7 @@ impl MapEstimate {
             let (linear, place) = evaluator.linearise_all(&[(&next, &here.place)], false).pop().flatten()?;
             Some(Self::at(density, next, linear, here.geometry.clone(), place, evaluations))
         };
-        *self = descend(begin, &CLIMB, |mode| -mode.log, normal, moved);
+        *self = descend(begin, &CLIMB, |mode| -mode.log, step, moved).here;
         self.evaluations = evaluations;
     }
 

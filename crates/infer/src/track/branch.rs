@@ -9,7 +9,7 @@ use tongue_core::body::largest_distance;
 use tongue_core::parallel;
 use tongue_core::statics::{self, Connection, SAME_SHAPE_M, SolveStatus};
 
-use crate::least_squares::{Rule, descend};
+use crate::least_squares::{Rule, Step, descend};
 
 use super::frame::{Frame, Solver};
 use super::jacobian::Linearisation;
@@ -28,8 +28,7 @@ pub(super) enum Reached {
 }
 
 /// The search for the nearest shape on the branch.
-const BESIDE: Rule =
-    Rule { steps: 8, longest: f64::INFINITY, arrived: 0.0, less: 0.3, more: (4.0, 1.0), most: f64::INFINITY };
+const BESIDE: Rule = Rule { steps: 8, less: 0.3, least: 1.0, ..Rule::UNDAMPED };
 
 /// What the branch from rest says about the shape of a frame.
 pub(super) enum Reachability {
@@ -172,16 +171,17 @@ impl Solver<'_> {
         let cost = |(at, here): &(DVector<f64>, Linearisation)| {
             here.residuals.norm_squared() + (at - x).component_mul(&held).dot(&(at - x))
         };
-        let normal = |(at, here): &(DVector<f64>, Linearisation), damping: f64| {
+        let step = |(at, here): &(DVector<f64>, Linearisation), damping: f64| {
             let curvature =
                 here.jacobian.tr_mul(&here.jacobian) + DMatrix::from_diagonal(&held) * (1.0 + damping);
-            Some((curvature, here.jacobian.tr_mul(&here.residuals) + (at - x).component_mul(&held)))
+            let gradient = here.jacobian.tr_mul(&here.residuals) + (at - x).component_mul(&held);
+            Step::newton(curvature, &gradient, f64::INFINITY)
         };
         let moved = |(at, here): &(DVector<f64>, Linearisation), step: &DVector<f64>| {
             let next = at + step;
             self.linearise(frame, &next, Some(&here.positions)).map(|there| (next, there))
         };
-        let (at, here) = descend((x.clone(), begin), &BESIDE, cost, normal, moved);
+        let (at, here) = descend((x.clone(), begin), &BESIDE, cost, step, moved).here;
         let is_reached = self.is_on_branch(frame, &at, &here.positions, &mut None);
         Some(if is_reached { here.positions.to_vec() } else { first })
     }

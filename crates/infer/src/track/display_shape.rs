@@ -1,19 +1,22 @@
 //! The displayed body: the speaker's most probable shape at rest, with the frames on it.
 
 use std::slice;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::DVector;
 
 use tongue_core::geometry::Point;
+use tongue_core::system::System;
+
+use crate::least_squares::{self, Rule};
 
 use super::context::TrackingContext;
 use super::errors::{Errors, Knots};
 use super::frame::Solver;
-use super::gauss_newton::{ShapeStep, descend, follow, stepped};
+use super::gauss_newton::{ShapeStep, Step, descend, follow, stepped};
 use super::settings::TrackSettings;
 use super::shape::RestShape;
-use super::shape_jacobian::by_shape;
+use super::shape_jacobian::{ShapeJacobian, by_shape};
 use super::smoother::{FrameState, Sizes, SmoothedRecording, Smoother};
 use super::softplus::Softplus;
 
@@ -24,17 +27,30 @@ const TRUST: f64 = 0.5;
 const LEVEL_SD: f64 = 0.5;
 /// Largest number of frames by which the displayed shape is found.
 const SHAPE_FRAMES: usize = 60;
-/// Largest number of steps to it; the last step is one that reduces the cost by less than this part.
-const SHAPES: usize = 40;
-const SHAPE_WON: f64 = 3e-3;
 /// Rounds in which the tensions follow a new shape.
 const SHAPE_ROUNDS: usize = 4;
-/// First and largest damping of these steps, in units of the precision in the prior, and its factors after a step that reduced the cost
-/// and after one that did not.
-const SHAPE_DAMPING: f64 = 1.0;
-const MOST_DAMPING: f64 = 100.0;
-const LESS: f64 = 0.4;
-const MORE: f64 = 4.0;
+/// The search for it; damping is in units of the precision in the prior.
+const SEARCH: Rule =
+    Rule { steps: 40, won: 3e-3, first: 1.0, least: 0.0, most: 100.0, less: 0.4, ..Rule::UNDAMPED };
+
+/// A shape with the frames on it.
+struct Candidate {
+    /// Of the directions of the shape.
+    amounts: DVector<f64>,
+    /// `None` for the placed body.
+    body: Option<RestShape>,
+    levels: DVector<f64>,
+    sample: Vec<SmoothedRecording>,
+    cost: f64,
+    /// Derivatives of every frame by the shape, computed once.
+    rates: OnceLock<Vec<Vec<Option<ShapeJacobian>>>>,
+}
+
+impl Candidate {
+    fn system<'a>(&'a self, stage: &TrackingContext<'a>) -> &'a System<2> {
+        self.body.as_ref().map_or(stage.system, |body| &body.system)
+    }
+}
 
 /// The displayed body and the frames on it by which it was found.
 pub(super) struct DisplayShape {
@@ -126,56 +142,42 @@ impl<'a> Display<'a> {
         at.keeps = false;
         let plain: Vec<SmoothedRecording> = courses.iter().map(|course| Self::plain(&at, course)).collect();
         let mut sample = sampled(&at, &plain);
-        let mut least = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST;
-        let mut amounts = DVector::zeros(shape.count());
-        let (mut damping, mut out) = (SHAPE_DAMPING, None::<RestShape>);
-        // The derivatives by the shape, until a step is taken.
-        let mut known: Option<Vec<_>> = None;
-        let steps = if shape.is_kept() { 0 } else { SHAPES };
-        for _ in 0..steps {
-            if damping > MOST_DAMPING {
-                break;
-            }
-            let here = out.as_ref().unwrap_or(shape);
-            let system = out.as_ref().map_or(stage.system, |s| &s.system);
-            let solver = || Solver::new(system, stage.followed, link).with_freed(stage.freed);
-            let from = Smoother { solver: &solver, ..at.clone() };
-            let damped: Vec<Vec<f64>> = sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
-            let of = |course: &SmoothedRecording| by_shape(&from, course, Some(here));
-            let rates = known.take().unwrap_or_else(|| sample.iter().map(of).collect());
-            let of_shape = ShapeStep { shape: here, rates: &rates, weight: 1.0 / TRUST, damping };
-            let Some((step, steps)) = stepped(&from, &sample, &damped, Some(of_shape)) else { break };
-            let n = at.shared.len();
-            let there = shape.stepped(&amounts, &step.rows(n, step.len() - n).into_owned());
-            let Some(body) = shape.moved(&there) else {
-                (damping, known) = (damping * MORE, Some(rates));
-                continue;
-            };
+        let cost = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST;
+        let (amounts, levels) = (DVector::zeros(shape.count()), at.shared.clone());
+        let begin = Candidate { amounts, body: None, levels, sample, cost, rates: OnceLock::new() };
+        let step = |from: &Candidate, damping: f64| {
+            let solver = || Solver::new(from.system(stage), stage.followed, link).with_freed(stage.freed);
+            let here = from.body.as_ref().unwrap_or(shape);
+            let mode = Smoother { solver: &solver, shared: from.levels.clone(), ..at.clone() };
+            let damped: Vec<Vec<f64>> = from.sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
+            let of = |course: &SmoothedRecording| by_shape(&mode, course, Some(here));
+            let rates = from.rates.get_or_init(|| from.sample.iter().map(of).collect());
+            let of_shape = ShapeStep { shape: here, rates, weight: 1.0 / TRUST, damping };
+            let by = stepped(&mode, &from.sample, &damped, Some(of_shape))?;
+            Some(least_squares::Step { size: by.0.amax(), by, promised: None, is_last: false })
+        };
+        let moved = |from: &Candidate, (step, steps): &(DVector<f64>, Vec<Step>)| {
+            let n = from.levels.len();
+            let there = shape.stepped(&from.amounts, &step.rows(n, step.len() - n).into_owned());
+            let body = shape.moved(&there)?;
             let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
-            let mut again = Smoother { solver: &solver, ..at.clone() };
-            let before: Vec<Vec<FrameState>> = sample.iter().map(|c| c.here.clone()).collect();
-            carry(&mut sample, system.rest(), body.system.rest());
-            follow(&again, &mut sample, &(&at.shared + step.rows(0, n)), &steps);
-            again.shared += step.rows(0, n);
-            let cost = descend(&mut again, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST + shape.price(&there);
-            if cost < least {
-                let is_done = least - cost < SHAPE_WON * cost;
-                at.shared.copy_from(&again.shared);
-                damping *= LESS;
-                if is_done {
-                    out = Some(body);
-                    break;
-                }
-                out = Some(body.expanded(&there));
-                (amounts, least) = (there, cost);
-            } else {
-                sample.iter_mut().zip(before).for_each(|(course, here)| course.here = here);
-                (damping, known) = (damping * MORE, Some(rates));
-            }
-        }
+            let levels = &from.levels + step.rows(0, n);
+            let mut mode = Smoother { solver: &solver, shared: from.levels.clone(), ..at.clone() };
+            let mut sample = from.sample.clone();
+            carry(&mut sample, from.system(stage).rest(), body.system.rest());
+            follow(&mode, &mut sample, &levels, steps);
+            mode.shared = levels;
+            let cost = descend(&mut mode, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST + shape.price(&there);
+            let levels = mode.shared.clone();
+            let body = Some(body.expanded(&there));
+            Some(Candidate { amounts: there, body, levels, sample, cost, rates: OnceLock::new() })
+        };
+        let rule = Rule { steps: if shape.is_kept() { 0 } else { SEARCH.steps }, ..SEARCH };
+        let Candidate { body, levels, sample, .. } =
+            least_squares::descend(begin, &rule, |c| c.cost, step, moved).here;
         let mut courses = courses.to_vec();
-        let levels = self.on(out.as_ref(), (sizes, &at.shared, false), &mut courses, &sample);
-        DisplayShape { body: out, courses, levels }
+        let levels = self.on(body.as_ref(), (sizes, &levels, false), &mut courses, &sample);
+        DisplayShape { body, courses, levels }
     }
 }
 
