@@ -72,12 +72,10 @@ extern crate self as tongue_fit;
 #[doc(hidden)]
 pub mod cli;
 
-#[doc(inline)]
 pub use tongue_files::VERSION;
 
 pub mod adapt {
     //! Bodies of speakers, made from recordings or landmarks.
-    #[doc(inline)]
     pub use tongue_infer::adapt::{
         Adaptation, AdaptationInput, Landmarks, RestShapeMethod, Speaker, followed, mark_of,
     };
@@ -85,86 +83,71 @@ pub mod adapt {
 
 pub mod body {
     //! Bodies: meshes with named muscles and bones, from an anatomy, from a file, or of your own.
-    #[doc(inline)]
     pub use tongue_core::body::{
         Anatomy, Body, BodyError, Bone, Cells, ContinuumSettings, DEFAULT_SPACING_M, HYOID, MANDIBLE, Mesh,
         MuscleChain, Quality, REFERENCE, SpaceBody, SpaceMuscle, build,
     };
-    #[doc(inline)]
-    pub use tongue_input::bodies::{AnyBody, BodyFileError, MeshContent, Unit};
+    pub use tongue_input::bodies::{AnyBody, MeshContent, Unit};
 
     pub mod artisynth {
         //! The tongue of ArtiSynth, from its folder.
-        #[doc(inline)]
         pub use tongue_input::bodies::artisynth::read;
     }
 
     pub mod gmsh {
         //! Meshes of Gmsh, read and written.
-        #[doc(inline)]
         pub use tongue_input::bodies::gmsh::{Content, read, read_space, write};
     }
 
     pub mod json {
         //! Bodies as JSON.
-        #[doc(inline)]
         pub use tongue_input::bodies::json::{MeshRecord, read};
     }
 
     pub mod solid {
         //! Simple bodies in space.
-        #[doc(inline)]
         pub use tongue_core::body::solid::{block, cylinder};
     }
 
     pub mod space {
         //! Muscles of bodies in space.
-        #[doc(inline)]
         pub use tongue_core::body::space::{Filling, Half, Operated, Region, Segment, Side};
     }
 }
 
 pub mod dynamics {
     //! Motion: masses, dampers and three-element muscles over time.
-    #[doc(inline)]
     pub use tongue_core::dynamics::{
         Control, IntegrationMethod, Integrator, Motion, MotionError, MotionOutcome, MotionStatus, Observer,
         SHORTEST_S, State, Tensions, cost_per_step, run, sample_times,
     };
-    #[doc(inline)]
     pub use tongue_input::measured::curves::Curves;
 }
 
 pub mod effect {
     //! Effects: what pulls and pushes at the nodes of a body.
-    #[doc(inline)]
     pub use tongue_core::effect::{Configuration, Contact, Effect, Gravity, PrimitiveElement, Tangent};
 }
 
 pub mod files {
     //! Reading files with a limit on their size, and advice where the operating system refuses.
     #[cfg(feature = "files")]
-    #[doc(inline)]
     pub use tongue_input::files::read_text;
-    #[doc(inline)]
     pub use tongue_input::files::{advice, read};
 }
 
 pub mod geometry {
     //! Points and similarities.
-    #[doc(inline)]
     pub use tongue_core::geometry::{Point, Similarity};
 
     pub mod topology {
         //! What bounds a mesh.
-        #[doc(inline)]
         pub use tongue_core::geometry::topology::{outlines, surface};
     }
 }
 
 pub mod acoustics {
     //! What is heard of a tongue: formants, how they answer to its nodes, a voice.
-    #[doc(inline)]
     pub use tongue_infer::acoustics::{
         Articulation, Formant, Heard, MeanVowel, Sound, SpaceVocalTract, Tract, VocalTract, mean_vowels,
         nearest_vowel,
@@ -173,7 +156,6 @@ pub mod acoustics {
 
 pub mod inverse {
     //! The inverse problem: tensions, displaced bones and constants that meet what was measured.
-    #[doc(inline)]
     pub use tongue_infer::inverse::{
         Answer, Fit, FitError, FitSettings, FitStatus, Method, MovableBone, Prior, TargetOnBody, Unknown,
         fit, solve,
@@ -181,7 +163,6 @@ pub mod inverse {
 
     pub mod alarms {
         //! What to doubt in an answer.
-        #[doc(inline)]
         pub use tongue_infer::inverse::alarms::{
             Alarm, THICKNESS_M, alarms, barrier, of_equilibrium, of_strain,
         };
@@ -189,7 +170,6 @@ pub mod inverse {
 
     pub mod batch {
         //! Every subject and vowel of a table.
-        #[doc(inline)]
         pub use tongue_infer::inverse::batch::{
             BatchPlan, Job, Refusal, SUBSTITUTE_BASELINE, Selection, plan, settings,
         };
@@ -197,59 +177,50 @@ pub mod inverse {
 
     pub mod in_space {
         //! Activations of a body in space from what was seen of it.
-        #[doc(inline)]
         pub use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
     }
 
     pub mod solution_curve {
         //! The curve of tensions that meet the same ratios.
-        #[doc(inline)]
         pub use tongue_infer::inverse::solution_curve::{SolutionCurve, Termination};
     }
 }
 
 pub mod material {
     //! Materials: constants of tissue, coefficients matched to them, laws.
-    #[doc(inline)]
     pub use tongue_core::material::{Coefficients, Constants, MooneyRivlin, NeoHookean};
 }
 
 pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
-    #[doc(inline)]
     pub use tongue_input::measured::{
         ByMuscle, Dataset, Lengths, ReadError, Target, TargetKind, TargetOptions, Vowel, reference_muscle,
     };
 
     pub mod emg {
         //! Relative muscle activity by vowel.
-        #[doc(inline)]
         pub use tongue_input::measured::emg::Activity;
     }
 
     pub mod lengths {
         //! Tables of lengths, and how they were read.
-        #[doc(inline)]
         pub use tongue_input::measured::lengths::{
             BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LineEnds, Malformed, Reading, Row,
         };
 
         pub mod rest_distance {
             //! How far the model in its baseline is from a measured row, and whether the names of columns are shifted.
-            #[doc(inline)]
             pub use tongue_input::measured::lengths::rest_distance::{measure, nearest, shifted};
         }
     }
 
     pub mod muscles {
         //! Names, groups and capacities of muscles.
-        #[doc(inline)]
         pub use tongue_input::measured::muscles::Muscles;
     }
 
     pub mod recording {
         //! Recordings of moving tongues.
-        #[doc(inline)]
         pub use tongue_input::measured::recording::{
             AlignedRecording, Doubt, Fault, FaultKind, Format, Map, Mark, Recording, Severity, WITHOUT_BONES,
             Waveform, doubts, is_coil, other_size, palate_doubt, screen,
@@ -258,14 +229,12 @@ pub mod measured {
 
     pub mod thesis {
         //! What the thesis simulated.
-        #[doc(inline)]
         pub use tongue_input::measured::thesis::Thesis;
     }
 }
 
 pub mod observe {
     //! What can be observed of a body: its value and its gradient.
-    #[doc(inline)]
     pub use tongue_core::observe::{
         Contour, Curve, Length, NodePosition, Observable, Observation, Ratio, Stretch, Surface,
     };
@@ -273,13 +242,11 @@ pub mod observe {
 
 pub mod parallel {
     //! Work on several threads, with the same bits as on one.
-    #[doc(inline)]
     pub use tongue_core::parallel::{map, with_threads};
 }
 
 pub mod posterior {
     //! The posterior of tensions: which tensions data and model allow, with every unknown included.
-    #[doc(inline)]
     pub use tongue_infer::posterior::{
         AuxiliaryData, Contrast, Density, Draw, MapEstimate, Measurements, OverSpeakers, Posterior,
         PosteriorError, PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun, Status,
@@ -289,7 +256,6 @@ pub mod posterior {
 
 pub mod report {
     //! Outputs: records, tables, pictures and pages.
-    #[doc(inline)]
     pub use tongue_files::report::{
         AnimationFrame, Conclusion, DecidedBy, Draws, Export, FitRecord, Json, Markdown, Msh,
         OperationRecord, Panel, Provenance, Pvd, RecordingResult, ReportError, Rows, SectionPicture, Series,
@@ -303,7 +269,6 @@ pub mod report {
         over_speakers, placed, prior_interval_n, repeated, repeats_table, segments_csv, track_csv,
     };
     #[cfg(feature = "files")]
-    #[doc(inline)]
     pub use tongue_files::report::{
         OutputDir, PageBody, PageTable, TonguePage, TrackPage, discard_unfinished, fixed, write,
     };
@@ -311,7 +276,6 @@ pub mod report {
     #[cfg(feature = "files")]
     pub mod batch {
         //! The files of a batch.
-        #[doc(inline)]
         pub use tongue_files::report::batch::{
             Batch, BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, Shard, columns, digests,
             passive_groups, sha256, write_files, write_json,
@@ -319,13 +283,11 @@ pub mod report {
 
         pub mod contrasts {
             //! Differences of tensions between vowels.
-            #[doc(inline)]
             pub use tongue_files::report::batch::contrasts::{SubjectContrast, all, over_subjects};
         }
 
         pub mod journal {
             //! Finished jobs, kept.
-            #[doc(inline)]
             pub use tongue_files::report::batch::journal::{Entry, Journal, NAME, arguments};
         }
     }
@@ -334,9 +296,7 @@ pub mod report {
 pub mod run {
     //! Runs as plain structs, which the program, the Python module and the page fill in.
     #[cfg(feature = "files")]
-    #[doc(inline)]
     pub use tongue_files::run::BatchRun;
-    #[doc(inline)]
     pub use tongue_files::run::{
         BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackError, TrackRun, TrackedBody,
     };
@@ -344,45 +304,37 @@ pub mod run {
 
 pub mod scene {
     //! Scenes: files that say what happens to a tongue and what is wanted.
-    #[doc(inline)]
     pub use tongue_files::scene::{JOINT_MM, Scene, SceneError, ScenePlan, names, shipped, simulate};
 
     pub mod body {
         //! Bodies of scenes.
-        #[doc(inline)]
         pub use tongue_files::scene::body::build;
     }
 
     pub mod file {
         //! What stands in a scene file.
-        #[doc(inline)]
         pub use tongue_files::scene::effects::{Effects, Hyoid, Jaw};
-        #[doc(inline)]
         pub use tongue_files::scene::file::{FitTarget, Material, SceneBody, SceneTongue, Want};
     }
 
     pub mod prepare {
         //! Scenes made ready.
-        #[doc(inline)]
         pub use tongue_files::scene::prepare::{Prepared, prepare};
     }
 
     pub mod run {
         //! Scenes run.
-        #[doc(inline)]
         pub use tongue_files::scene::run::{Moment, SceneOutcome, fit, run};
     }
 
     pub mod sound {
         //! The tract of a scene.
-        #[doc(inline)]
         pub use tongue_files::scene::tract::SceneTract;
     }
 }
 
 pub mod simulation {
     //! The whole library by names of muscles and bones.
-    #[doc(inline)]
     pub use tongue_files::simulation::{
         Assemble, Assembly, Estimate, InverseProblem, Observations, Shape, SimulationError, Solver,
         Trajectory, read_tensions,
@@ -391,7 +343,6 @@ pub mod simulation {
 
 pub mod statics {
     //! Equilibria: Newton's method, the branch from rest.
-    #[doc(inline)]
     pub use tongue_core::statics::{
         Connection, CriticalKind, Solution, SolveSettings, SolveStatus, Stability, Trace, Workspace, solve,
         solve_and_trace, trace,
@@ -400,31 +351,26 @@ pub mod statics {
 
 pub mod statistics {
     //! Statistics.
-    #[doc(inline)]
     pub use tongue_core::statistics::{distinct, upper_median};
 }
 
 pub mod choice {
     //! Choices by their names.
-    #[doc(inline)]
     pub use tongue_core::choice::{name_of, named, names};
 }
 
 pub mod suggest {
     //! "Did you mean".
-    #[doc(inline)]
     pub use tongue_core::suggest::hint;
 }
 
 pub mod surgery {
     //! Surgery of a tongue in space, in words.
-    #[doc(inline)]
     pub use tongue_files::surgery::{FillingKind, Surgery};
 }
 
 pub mod system {
     //! Systems: the effects of a body that are called for, with its unknowns.
-    #[doc(inline)]
     pub use tongue_core::system::{
         Additions, Model, MusclesAs, PrescribedDisplacement, SpaceModel, System, SystemError, TissueModel,
         coefficients,
@@ -433,13 +379,11 @@ pub mod system {
 
 pub mod validate {
     //! Predictions of muscles that were not fitted, beside predictors without mechanics.
-    #[doc(inline)]
     pub use tongue_files::validate::{ValidationPlan, ValidationStudy, files, page, run};
 }
 
 pub mod track {
     //! Tensions over time from recordings of a tongue.
-    #[doc(inline)]
     pub use tongue_infer::track::{
         Compared, Comparison, Displacement, FEWEST, Followed, Frame, FrameStatus, HeldOut, LabelDraws,
         LabelMean, Repeats, TongueSurface, TrackSettings, Tracked, TrackedRecording, compare, compared,

@@ -7,7 +7,7 @@ use tongue_core::dynamics::Spectrum;
 use tongue_core::effect::Incompressibility;
 use tongue_fit::body::Body;
 use tongue_fit::dynamics::{
-    Control, IntegrationMethod, Motion, MotionError, MotionStatus, Observer, Tensions, run, sample_times,
+    Control, IntegrationMethod, Motion, MotionStatus, Observer, Tensions, run, sample_times,
 };
 use tongue_fit::material::Constants;
 use tongue_fit::statics::{self, Workspace};
@@ -147,10 +147,8 @@ fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that
         for part in [0.95, 0.98, 0.99, 1.0, 1.01, 1.05] {
             let dt = part * at_rest;
             let refused = method.checked(&motion, Control::Fixed(dt)).unwrap_err();
-            assert!(
-                matches!(refused, MotionError::Unstable { body: "as its tensions load it", .. })
-                    || part > 1.0
-            );
+            let says = "(as its tensions load it: stiffest mode";
+            assert!(part > 1.0 || refused.to_string().contains(says), "{refused}");
             let (outcome, found) = end(&motion, method, Control::Fixed(dt));
             let error = largest_distance(&found, &expected);
             let what =
@@ -196,11 +194,9 @@ fn a_run_shorter_than_any_motion_and_kinks_closer_than_any_step_end_at_once() {
             assert!(state.positions.iter().flatten().all(|x| x.is_finite()));
         }
     }
-    assert!(matches!(
-        IntegrationMethod::Verlet
-            .integrator(&Motion::new(&system, table(&[0.0])).unwrap(), Control::Fixed(1e-320)),
-        Err(MotionError::Step { .. })
-    ));
+    let motion = Motion::new(&system, table(&[0.0])).unwrap();
+    let refused = IntegrationMethod::Verlet.integrator(&motion, Control::Fixed(1e-320)).unwrap_err();
+    assert!(refused.to_string().starts_with("the step is 0.000"), "{refused}");
 }
 
 #[test]
@@ -279,13 +275,12 @@ fn steps_and_tolerances_out_of_range_are_refused() {
     let motion = Motion::new(&system, Tensions::Constant(vec![1.0])).unwrap();
     for bad in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
         for method in IntegrationMethod::ALL {
-            assert!(matches!(method.checked(&motion, Control::Fixed(bad)), Err(MotionError::Step { .. })));
+            let refused = method.checked(&motion, Control::Fixed(bad)).unwrap_err().to_string();
+            assert!(refused.starts_with(&format!("the step is {bad} s")), "{refused}");
             assert!(method.checked(&motion, Control::Adaptive(bad)).is_err());
         }
     }
-    assert_eq!(
-        IntegrationMethod::Verlet.checked(&motion, Control::Adaptive(1e-9)).unwrap_err(),
-        MotionError::NotAdaptive { method: IntegrationMethod::Verlet }
-    );
+    let refused = IntegrationMethod::Verlet.checked(&motion, Control::Adaptive(1e-9)).unwrap_err();
+    assert!(refused.to_string().starts_with("verlet has no error control"), "{refused}");
     assert!(Motion::new(&system, Tensions::Constant(vec![])).is_err());
 }

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use tongue_core::geometry::simplex;
-use tongue_fit::body::BodyFileError;
+use tongue_fit::body::BodyError;
 use tongue_fit::body::gmsh::Content;
 use tongue_fit::body::{self, Body, Bone, Mesh, Quality};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
@@ -23,7 +23,7 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-fn read(name: &str) -> Result<Content, BodyFileError> {
+fn read(name: &str) -> Result<Content, BodyError> {
     gmsh::read(&bytes(name), name, Unit::M)
 }
 

@@ -1,6 +1,6 @@
 //! The mesh agrees with the thesis's published numbers, keeps the anatomy at any spacing, and reports faults.
 
-use tongue_core::body::{MeshError, MeshFault};
+use tongue_core::body::MeshFault;
 use tongue_fit::body::{
     Anatomy, Body, Cells, DEFAULT_SPACING_M, MANDIBLE, Mesh, MuscleChain, Quality, REFERENCE, build, json,
 };
@@ -88,9 +88,8 @@ fn building_twice_gives_the_same_bits() {
 fn a_spacing_out_of_range_is_refused_with_the_range() {
     let anatomy = Anatomy::reference().unwrap();
     for h in [0.0, -5.5e-3, f64::NAN, f64::INFINITY, 5.5, 1e-5] {
-        let error = build(&anatomy, h).unwrap_err();
-        assert!(matches!(error, MeshError::Spacing { .. }), "{error}");
-        assert!(error.to_string().contains("0.20 to 15.0 mm"), "{error}");
+        let error = build(&anatomy, h).unwrap_err().to_string();
+        assert!(error.starts_with("the mesh spacing") && error.contains("0.20 to 15.0 mm"), "{error}");
     }
 }
 
@@ -184,8 +183,10 @@ fn a_bad_anatomy_is_refused_with_line_and_column() {
         assert!(REFERENCE.contains(from), "{from}");
         let error = Anatomy::from_toml(&REFERENCE.replacen(from, to, 1), "my.toml").unwrap_err();
         let message = error.to_string();
-        assert!(message.starts_with(&format!("my.toml:{}:", error.line)), "{message}");
-        assert!(error.line > 1 && message.contains(says), "expected \"{says}\": {message}");
+        let place: Vec<&str> = message.splitn(4, ':').collect();
+        let [line, column] = [1, 2].map(|i| place[i].parse::<usize>().expect(&message));
+        assert!(place[0] == "my.toml" && line > 1 && column > 0, "{message}");
+        assert!(message.contains(says), "expected \"{says}\": {message}");
     }
 }
 

@@ -7,8 +7,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::report::OperationRecord;
+use tongue_core::body::BodyError;
 use tongue_core::body::SpaceBody;
-use tongue_core::body::space::{Filling, Operated, Region, Side, SurgeryFault};
+use tongue_core::body::space::{Filling, Operated, Region, Side};
 use tongue_core::system::System;
 use tongue_infer::inverse::in_space::SpaceSearch;
 use tongue_infer::inverse::{FitError, FitSettings};
@@ -59,7 +60,7 @@ pub enum SurgeryError {
     #[error("{0}")]
     Refused(String),
     #[error(transparent)]
-    Fault(#[from] SurgeryFault),
+    Fault(#[from] BodyError),
     #[error(transparent)]
     Fit(#[from] FitError),
 }

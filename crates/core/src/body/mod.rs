@@ -21,14 +21,11 @@ use crate::suggest;
 
 pub use crate::geometry::{ClosedSpline, Point};
 pub use check::{MeshFault, TooLarge};
-pub use continuum::{Continuum, ContinuumError, ContinuumSettings, Follower, Strand, Tie};
+pub use continuum::{Continuum, ContinuumSettings, Follower, Strand, Tie};
 pub use mesh::{Cells, Mesh, MuscleChain, largest_distance};
 pub use quality::Quality;
-pub use space::{SpaceBody, SpaceFault, SpaceMuscle};
-pub use tongue::{
-    Anatomy, AnatomyError, AnatomyProblem, DEFAULT_SPACING_M, MeshError, MuscleLine, OutsidePart, REFERENCE,
-    build,
-};
+pub use space::{SpaceBody, SpaceMuscle};
+pub use tongue::{Anatomy, DEFAULT_SPACING_M, MuscleLine, OutsidePart, REFERENCE, build};
 
 /// The part of the jaw at which the genioglossus and the geniohyoid begin.
 pub const MANDIBLE: &str = "mental_spine";
@@ -67,32 +64,16 @@ pub struct Origin<const D: usize> {
     lines: Option<Vec<Vec<SVector<f64, D>>>>,
 }
 
+/// Why there is no such body: the file and the place in it where there is one, what is wrong, and what to do.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("there is no muscle \"{name}\" in this body; {}", hint(name, known))]
-pub struct NoSuchMuscle {
-    pub name: String,
-    pub known: Vec<String>,
-}
+#[error("{0}")]
+pub struct BodyError(pub String);
 
-fn hint(name: &str, known: &[String]) -> String {
-    match known {
-        [] => "it has no muscles".to_owned(),
-        known => suggest::hint(name, known.iter().map(String::as_str)),
+impl BodyError {
+    /// What is wrong with a mesh file.
+    pub fn file(file: impl std::fmt::Display, problem: impl std::fmt::Display) -> Self {
+        Self(format!("the mesh file \"{file}\" {problem}"))
     }
-}
-
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum BodyError {
-    #[error(transparent)]
-    Anatomy(#[from] AnatomyError),
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    #[error(transparent)]
-    Continuum(#[from] ContinuumError),
-    #[error("the mesh file \"{file}\" {problem}")]
-    File { file: String, problem: String },
-    #[error("{what} is a body of {is}; {wanted} is needed here")]
-    Dimension { what: String, is: &'static str, wanted: &'static str },
 }
 
 impl<const D: usize> Body<D> {
@@ -103,12 +84,14 @@ impl<const D: usize> Body<D> {
 
     /// The number of the first muscle of this name in `mesh.muscles`. If no name is exactly the same, upper
     /// and lower case do not count.
-    pub fn muscle(&self, name: &str) -> Result<usize, NoSuchMuscle> {
+    pub fn muscle(&self, name: &str) -> Result<usize, BodyError> {
         let any_case = || self.mesh.muscles.iter().position(|m| m.name.eq_ignore_ascii_case(name));
         self.muscles_called(name).next().or_else(any_case).ok_or_else(|| {
-            let mut known: Vec<String> = self.mesh.muscles.iter().map(|m| m.name.clone()).collect();
+            let mut known: Vec<_> = self.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
             known.dedup();
-            NoSuchMuscle { name: name.to_owned(), known }
+            let none = "it has no muscles".to_owned();
+            let hint = if known.is_empty() { none } else { suggest::hint(name, known) };
+            BodyError(format!("there is no muscle \"{name}\" in this body; {hint}"))
         })
     }
 
@@ -119,13 +102,13 @@ impl<const D: usize> Body<D> {
 
     /// The same body as a continuum ([`continuum`]): quadratic elements, muscles of finite width along their
     /// chains, bones that hold patches.
-    pub fn into_continuum(self, settings: &ContinuumSettings) -> Result<Self, ContinuumError> {
+    pub fn into_continuum(self, settings: &ContinuumSettings) -> Result<Self, BodyError> {
         Origin { body: self, lines: None }.lay(settings)
     }
 
     /// A continuum on the same linear cells with other settings; `None` if the body is not a continuum, or
     /// its linear cells are not known.
-    pub fn with_continuum(&self, settings: &ContinuumSettings) -> Option<Result<Self, ContinuumError>> {
+    pub fn with_continuum(&self, settings: &ContinuumSettings) -> Option<Result<Self, BodyError>> {
         self.origin.as_ref().map(|origin| Origin::clone(origin).lay(settings))
     }
 
@@ -136,7 +119,7 @@ impl<const D: usize> Body<D> {
 }
 
 impl<const D: usize> Origin<D> {
-    fn lay(self, settings: &ContinuumSettings) -> Result<Body<D>, ContinuumError> {
+    fn lay(self, settings: &ContinuumSettings) -> Result<Body<D>, BodyError> {
         let laid = continuum::lay(&self.body.mesh, self.lines.as_deref(), settings)?;
         let Body { what, bones, palate, .. } = &self.body;
         let mut bones = bones.clone();
@@ -172,11 +155,11 @@ impl Body<2> {
         settings: &ContinuumSettings,
     ) -> Result<Self, BodyError> {
         let lines: Vec<Vec<Point>> = anatomy.muscles().iter().map(|m| m.ends.to_vec()).collect();
-        Ok(Origin { body: self, lines: Some(lines) }.lay(settings)?)
+        Origin { body: self, lines: Some(lines) }.lay(settings)
     }
 
     /// A tongue of an anatomy at a mesh spacing, m.
-    pub fn from_anatomy(anatomy: &Anatomy, spacing_m: f64) -> Result<Self, MeshError> {
+    pub fn from_anatomy(anatomy: &Anatomy, spacing_m: f64) -> Result<Self, BodyError> {
         let mesh = build(anatomy, spacing_m)?;
         let bones = tongue::bones(anatomy, &mesh);
         let what = format!("a tongue at {} mm", rounded_mm(spacing_m));

@@ -27,12 +27,6 @@ pub enum Control {
     Adaptive(f64),
 }
 
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("unknown method \"{name}\"; {}", suggest::hint(name, IntegrationMethod::ALL.map(IntegrationMethod::name)))]
-pub struct UnknownMethod {
-    pub name: String,
-}
-
 impl IntegrationMethod {
     pub const ALL: [IntegrationMethod; 2] = [IntegrationMethod::TrBdf2, IntegrationMethod::Verlet];
 
@@ -56,20 +50,23 @@ impl IntegrationMethod {
         control: Control,
     ) -> Result<Box<dyn Integrator<D>>, MotionError> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
-        match control {
-            Control::Fixed(dt) if !(positive(dt) && dt >= SHORTEST_STEP) => {
-                return Err(MotionError::Step { dt });
+        Err(MotionError(match (self, control) {
+            (_, Control::Fixed(dt)) if !(positive(dt) && dt >= SHORTEST_STEP) => {
+                format!("the step is {dt} s; it must be finite and at least {SHORTEST_STEP:e} s")
             }
-            Control::Adaptive(tolerance) if !positive(tolerance) => {
-                return Err(MotionError::Tolerance { tolerance });
+            (_, Control::Adaptive(tolerance)) if !positive(tolerance) => {
+                format!("the tolerance is {} mm; it must be positive and finite", tolerance * 1e3)
             }
-            _ => {}
-        }
-        Ok(match (self, control) {
-            (IntegrationMethod::TrBdf2, _) => Box::new(TrBdf2::new(motion, control)),
-            (method, Control::Adaptive(_)) => return Err(MotionError::NotAdaptive { method }),
-            (IntegrationMethod::Verlet, Control::Fixed(dt)) => Box::new(VelocityVerlet::new(motion, dt)),
-        })
+            (IntegrationMethod::TrBdf2, _) => return Ok(Box::new(TrBdf2::new(motion, control))),
+            (IntegrationMethod::Verlet, Control::Fixed(dt)) => {
+                return Ok(Box::new(VelocityVerlet::new(motion, dt)));
+            }
+            (method, Control::Adaptive(_)) => {
+                format!(
+                    "{method} has no error control, so it takes a step, not a tolerance: give a step, or use tr-bdf2"
+                )
+            }
+        }))
     }
 
     /// Makes the integrator and refuses a step beyond the stability limit of the body at rest or as its
@@ -86,7 +83,11 @@ impl IntegrationMethod {
             && dt > limit
         {
             let (frequency, damping) = (spectrum.stiffness.sqrt(), spectrum.damping);
-            return Err(MotionError::Unstable { method: self, dt, limit, body, frequency, damping });
+            return Err(MotionError(format!(
+                "a step of {dt:.3e} s is beyond the stability limit of {self}, {limit:.3e} s \
+                 ({body}: stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s): the run would blow up. \
+                 Take a step below the limit, or tr-bdf2, which has none"
+            )));
         }
         Ok(integrator)
     }
@@ -122,12 +123,11 @@ impl fmt::Display for IntegrationMethod {
 }
 
 impl FromStr for IntegrationMethod {
-    type Err = UnknownMethod;
+    type Err = MotionError;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        IntegrationMethod::ALL
-            .into_iter()
-            .find(|m| m.name().eq_ignore_ascii_case(name.trim()))
-            .ok_or_else(|| UnknownMethod { name: name.to_owned() })
+        let found = Self::ALL.into_iter().find(|m| m.name().eq_ignore_ascii_case(name.trim()));
+        let hint = || suggest::hint(name, Self::ALL.map(Self::name));
+        found.ok_or_else(|| MotionError(format!("unknown method \"{name}\"; {}", hint())))
     }
 }

@@ -37,7 +37,7 @@ use std::fmt::Debug;
 use nalgebra::{DMatrix, SVector};
 use serde::Serialize;
 
-pub use method::{Control, IntegrationMethod, UnknownMethod};
+pub use method::{Control, IntegrationMethod};
 pub use motion::{Motion, MotionError, Rates};
 pub use run::{MotionOutcome, MotionStatus, Observer, run, sample_times};
 pub use spectrum::Spectrum;

@@ -10,7 +10,7 @@ use crate::sparse::BlockMatrix;
 use crate::statics::{self, SolveSettings, SolveStatus, Workspace};
 use crate::system::System;
 
-use super::{IntegrationMethod, SHORTEST_STEP, State, StepCounts, Tensions};
+use super::{State, StepCounts, Tensions};
 
 /// Time after which contractile elements have settled, s.
 const LONG: f64 = 1e30;
@@ -28,39 +28,10 @@ pub struct Motion<'a, const D: usize> {
     internal: Vec<Range<usize>>,
 }
 
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum MotionError {
-    #[error("tensions are given for {given} muscles, but the mesh has {muscles}; give one for each")]
-    TensionCount { given: usize, muscles: usize },
-    #[error("the {name} is {value}; for a trajectory it must be positive and finite")]
-    Coefficient { name: &'static str, value: f64 },
-    #[error("the step is {dt} s; it must be finite and at least {SHORTEST_STEP:e} s")]
-    Step { dt: f64 },
-    #[error("the tolerance is {} mm; it must be positive and finite", tolerance * 1e3)]
-    Tolerance { tolerance: f64 },
-    #[error(
-        "{method} has no error control, so it takes a step, not a tolerance: give a step, or use tr-bdf2"
-    )]
-    NotAdaptive { method: IntegrationMethod },
-    #[error(
-        "a step of {dt:.3e} s is beyond the stability limit of {method}, {limit:.3e} s \
-         ({body}: stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s): the run would blow up. \
-         Take a step below the limit, or tr-bdf2, which has none"
-    )]
-    Unstable {
-        method: IntegrationMethod,
-        /// The step asked for, s.
-        dt: f64,
-        /// The longest stable step, s.
-        limit: f64,
-        /// The state that has this limit: the body at rest, or as its tensions load it.
-        body: &'static str,
-        /// Largest angular frequency of the body, rad/s.
-        frequency: f64,
-        /// Largest damping rate of the body, 1/s.
-        damping: f64,
-    },
-}
+/// Why there is no such motion: what is wrong, and what to do.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct MotionError(pub String);
 
 /// The rates of a state by the equations of motion.
 #[derive(Debug, Clone)]
@@ -82,12 +53,16 @@ impl<'a, const D: usize> Motion<'a, D> {
     pub fn with_mass(system: &'a System<D>, tensions: Tensions, mass: f64) -> Result<Self, MotionError> {
         let (given, muscles) = (tensions.muscle_count(), system.muscle_count());
         if given != muscles {
-            return Err(MotionError::TensionCount { given, muscles });
+            return Err(MotionError(format!(
+                "tensions are given for {given} muscles, but the mesh has {muscles}; give one for each"
+            )));
         }
         let c = system.coefficients();
         let positive = |name, value: f64| match value > 0.0 && value.is_finite() {
             true => Ok(()),
-            false => Err(MotionError::Coefficient { name, value }),
+            false => Err(MotionError(format!(
+                "the {name} is {value}; for a trajectory it must be positive and finite"
+            ))),
         };
         positive("mass of a node (kg)", mass)?;
         if !system.contracting().is_empty() {

@@ -1,6 +1,6 @@
 //! Errors of making a system from a mesh and a model.
 
-use crate::body::{MeshFault, SpaceFault, TooLarge};
+use crate::body::{BodyError, MeshFault, TooLarge};
 use crate::limits::BeyondLimit;
 
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -27,7 +27,7 @@ pub enum SystemError {
     #[error("the mesh is faulty: {0}")]
     Mesh(#[from] MeshFault),
     #[error("the body is faulty: {0}")]
-    Space(#[from] SpaceFault),
+    Space(#[from] BodyError),
     #[error(
         "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa make no solid: C10 and K must be positive, C20 not negative"
     )]

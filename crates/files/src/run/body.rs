@@ -5,7 +5,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tongue_core::body::{Anatomy, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M};
-use tongue_input::bodies::{BodyFileError, MeshContent, Unit};
+use tongue_input::bodies::{MeshContent, Unit};
 
 const CONTINUUM_SPACING_M: f64 = 4e-3;
 
@@ -46,7 +46,7 @@ pub enum BodySource {
 
 impl BodySource {
     /// The mesh in a file ([`MeshContent::read`]).
-    pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
+    pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyError> {
         Ok(Self::Mesh { content: MeshContent::read(path, unit)?, origin: path.display().to_string() })
     }
 }
@@ -76,30 +76,26 @@ impl PlaneBody {
     /// # Errors
     /// For a text that is no anatomy, a file that contains no body of the plane, a spacing out of range, and
     /// a body that cannot be made a continuum.
-    pub fn make(&self, tell: &mut dyn FnMut(String)) -> Result<Body<2>, BodyFileError> {
+    pub fn make(&self, tell: &mut dyn FnMut(String)) -> Result<Body<2>, BodyError> {
         let settings = ContinuumSettings::default();
         let spacing_m = self.spacing_m();
         let continuum = self.kind == Kind::Continuum;
         match &self.source {
-            BodySource::Tongue if continuum => Ok(Body::continuum(spacing_m, &settings)?),
-            BodySource::Tongue => Ok(Body::tongue(spacing_m)?),
+            BodySource::Tongue if continuum => Body::continuum(spacing_m, &settings),
+            BodySource::Tongue => Body::tongue(spacing_m),
             BodySource::Anatomy { toml, origin } => {
-                let anatomy = Anatomy::from_toml(toml, origin).map_err(BodyError::from)?;
-                let body = Body::from_anatomy(&anatomy, spacing_m).map_err(BodyError::from);
+                let anatomy = Anatomy::from_toml(toml, origin)?;
+                let body = Body::from_anatomy(&anatomy, spacing_m);
                 let body = if continuum {
                     body.and_then(|body| body.into_continuum_of(&anatomy, &settings))
                 } else {
                     body
                 };
-                body.map_err(|error| BodyFileError::Malformed(format!("{origin}: {error}")))
+                body.map_err(|error| BodyError(format!("{origin}: {error}")))
             }
             BodySource::Mesh { content, origin } => {
                 let body = content.body(origin, tell)?.flat()?;
-                if continuum {
-                    Ok(body.into_continuum(&settings).map_err(BodyError::from)?)
-                } else {
-                    Ok(body)
-                }
+                if continuum { body.into_continuum(&settings) } else { Ok(body) }
             }
         }
     }

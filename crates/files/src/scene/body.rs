@@ -6,7 +6,7 @@ use super::SceneError;
 use super::file::{self, Block, Cylinder, Scene};
 use super::tongue_in_space::{Operation, in_space, space_body};
 use crate::run::{Kind, PlaneBody};
-use tongue_core::body::{Body, BodyError, ContinuumSettings, solid};
+use tongue_core::body::{Body, ContinuumSettings, solid};
 use tongue_core::limits::{SIZE_MM, SPACING_MM};
 use tongue_input::bodies::AnyBody;
 
@@ -34,11 +34,11 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
         return Ok(made);
     }
     Ok(match made {
-        AnyBody::Flat(flat) => AnyBody::Flat(flat.into_continuum(&settings).map_err(BodyError::from)?),
+        AnyBody::Flat(flat) => AnyBody::Flat(flat.into_continuum(&settings)?),
         // Muscles of solids are given fibre by fibre.
         AnyBody::Solid(solid) => {
             let settings = ContinuumSettings { bundle_width_m: 0.0, ..settings };
-            AnyBody::Solid(solid.into_continuum(&settings).map_err(BodyError::from)?)
+            AnyBody::Solid(solid.into_continuum(&settings)?)
         }
     })
 }

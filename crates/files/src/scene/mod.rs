@@ -45,14 +45,10 @@ pub enum SceneError {
     Refused(String),
     #[error(transparent)]
     Limit(#[from] BeyondLimit),
-    #[error("activations: {0}")]
-    Activation(#[from] tongue_core::body::space::BadActivation),
     #[error("[surgery]: {0}")]
     Surgery(#[from] crate::surgery::SurgeryError),
     #[error(transparent)]
     Body(#[from] BodyError),
-    #[error(transparent)]
-    BodyFile(#[from] tongue_input::bodies::BodyFileError),
     #[error(transparent)]
     System(#[from] SystemError),
     #[error(transparent)]

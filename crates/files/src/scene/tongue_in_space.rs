@@ -68,7 +68,10 @@ pub(super) fn activations(
     left: &SpaceBody,
 ) -> Result<Vec<f64>, SceneError> {
     let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
-    let Some(Operation { whole, operated }) = operation else { return Ok(left.activations(&given)?) };
-    let all = whole.activations(&given)?;
+    let of = |body: &SpaceBody| {
+        body.activations(&given).map_err(|wrong| SceneError::Refused(format!("activations: {wrong}")))
+    };
+    let Some(Operation { whole, operated }) = operation else { return of(left) };
+    let all = of(whole)?;
     Ok(operated.muscles.iter().map(|&m| all[m]).collect())
 }

@@ -32,7 +32,7 @@ pub trait Assemble {
     /// muscles are passive tissue.
     ///
     /// # Errors
-    /// [`SimulationError::NoSuchMuscle`] with the nearest name, for a muscle given twice, and as [`System::new`].
+    /// For an unknown muscle, with the nearest name, for a muscle given twice, and as [`System::new`].
     fn assemble<const D: usize>(
         &self,
         body: &Body<D>,

@@ -1,6 +1,6 @@
 //! Errors of names and numbers.
 
-use tongue_core::body::NoSuchMuscle;
+use tongue_core::body::BodyError;
 use tongue_core::dynamics::MotionError;
 use tongue_core::system::SystemError;
 use tongue_infer::inverse::FitError;
@@ -9,7 +9,7 @@ use tongue_infer::inverse::FitError;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SimulationError {
     #[error(transparent)]
-    NoSuchMuscle(#[from] NoSuchMuscle),
+    Body(#[from] BodyError),
     #[error("{0}")]
     Refused(String),
     #[error(transparent)]

@@ -78,7 +78,7 @@ struct Ends {
 
 /// Reads a body; `file` is its name in messages.
 pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
-    let wrong = |problem: String| BodyError::File { file: file.to_owned(), problem };
+    let wrong = |problem: String| BodyError::file(file, problem);
     let text: MeshText = serde_json::from_str(text).map_err(|e| {
         wrong(format!("is not as `tongue-fit mesh --json` prints it: {}", plain(&e.to_string())))
     })?;

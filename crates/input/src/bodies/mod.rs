@@ -13,15 +13,6 @@ use tongue_core::body::{Body, BodyError};
 
 pub use gmsh::Unit;
 
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum BodyFileError {
-    #[error(transparent)]
-    Body(#[from] BodyError),
-    /// A file is missing or contains no body: the file, the place in it, what is wrong and what to do.
-    #[error("{0}")]
-    Malformed(String),
-}
-
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MeshContent {
@@ -36,8 +27,8 @@ pub enum MeshContent {
 impl MeshContent {
     /// Reads a file: Gmsh's, with coordinates in `unit`, or the JSON of `tongue-fit mesh --json` if its name
     /// ends in `.json`.
-    pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
-        let wrong = |problem: String| wrong(&path.display().to_string(), problem);
+    pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyError> {
+        let wrong = |problem: String| BodyError::file(path.display(), problem);
         let bytes = crate::files::read(path)
             .map_err(|e| wrong(format!("cannot be read: {e}; give a mesh of Gmsh (.msh)")))?;
         if path.extension().is_none_or(|e| !e.eq_ignore_ascii_case("json")) {
@@ -50,7 +41,7 @@ impl MeshContent {
     }
 
     /// The body; `origin` is the name of the file in messages, and concerns about it are passed to `tell`.
-    pub fn body(&self, origin: &str, tell: &mut dyn FnMut(String)) -> Result<AnyBody, BodyFileError> {
+    pub fn body(&self, origin: &str, tell: &mut dyn FnMut(String)) -> Result<AnyBody, BodyError> {
         let (bytes, unit) = match self {
             Self::Json(text) => {
                 let body = json::read(text, origin)?;
@@ -67,7 +58,7 @@ impl MeshContent {
         };
         size.map(|()| body).map_err(|error| {
             let how = "--mesh-unit mm (in a scene: [body.mesh] unit = \"mm\")";
-            wrong(origin, format!("cannot be used: {error}, or read them with {how}"))
+            BodyError::file(origin, format!("cannot be used: {error}, or read them with {how}"))
         })
     }
 }
@@ -80,18 +71,17 @@ pub enum AnyBody {
 
 impl AnyBody {
     /// Reads a file, as [`MeshContent::read`] and [`MeshContent::body`].
-    pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyFileError> {
+    pub fn read(path: &Path, unit: Unit) -> Result<Self, BodyError> {
         MeshContent::read(path, unit)?.body(&path.display().to_string(), &mut |_| ())
     }
 
     pub fn flat(self) -> Result<Body<2>, BodyError> {
         match self {
             Self::Flat(body) => Ok(body),
-            Self::Solid(Body { what, .. }) => Err(BodyError::Dimension {
-                what,
-                is: "tetrahedra",
-                wanted: "one in the midsagittal plane (as a scene, solids are simulated too: [body.mesh] file = ..)",
-            }),
+            Self::Solid(Body { what, .. }) => Err(BodyError(format!(
+                "{what} is a body of tetrahedra; one in the midsagittal plane (as a scene, solids are simulated too: \
+                 [body.mesh] file = ..) is needed here"
+            ))),
         }
     }
 
@@ -99,14 +89,11 @@ impl AnyBody {
         match self {
             Self::Solid(body) => Ok(body),
             Self::Flat(Body { what, .. }) => {
-                Err(BodyError::Dimension { what, is: "triangles", wanted: "one of tetrahedra" })
+                let is = "is a body of triangles; one of tetrahedra is needed here";
+                Err(BodyError(format!("{what} {is}")))
             }
         }
     }
-}
-
-fn wrong(file: &str, problem: String) -> BodyFileError {
-    BodyError::File { file: file.to_owned(), problem }.into()
 }
 
 /// The group and the side of a muscle by its name, such as `GGP_L`.

@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 
 use super::locate::Locator;
-use super::{ContinuumError, ContinuumSettings, Follower, Strand};
-use crate::body::{Mesh, MuscleChain};
+use super::{ContinuumSettings, Follower, Strand};
+use crate::body::{BodyError, Mesh, MuscleChain};
 use crate::geometry::quadrature::gauss_legendre;
 
 /// Points of each piece of a fibre.
@@ -35,8 +35,7 @@ impl<const D: usize> Line<D> {
         chain: &MuscleChain,
         points: Vec<SVector<f64, D>>,
         stand_ins: &[(usize, Vec<usize>)],
-    ) -> Result<Self, ContinuumError> {
-        let muscle = || chain.name.clone();
+    ) -> Result<Self, BodyError> {
         let in_tissue = base.in_tissue();
         let inside: Vec<usize> = (0..chain.nodes.len()).filter(|&i| in_tissue[chain.nodes[i]]).collect();
         let bones = chain.ends().map(|end| {
@@ -47,20 +46,17 @@ impl<const D: usize> Line<D> {
         let surface = base.surface_nodes();
         let fades = [0, 1].map(|i| bones[i].is_none() && surface.binary_search(&chain.ends()[i]).is_err());
         if (0..2).any(|i| outside[i] && bones[i].is_none()) {
-            return Err(ContinuumError::Dangling { muscle: muscle() });
+            return Err(dangling(&chain.name));
         }
-        let (Some(first), Some(last)) = (inside.first(), inside.last()) else {
-            return Err(ContinuumError::LeavesTissue { muscle: muscle() });
-        };
+        let leaves =
+            "leaves the tissue between its ends; only a part from a bone to the tissue may be outside";
+        let leaves = || BodyError(format!("muscle {} {leaves}", chain.name));
+        let (Some(first), Some(last)) = (inside.first(), inside.last()) else { return Err(leaves()) };
         let apart = first == last;
         if last - first + 1 != inside.len() || (apart && outside[0] == outside[1]) {
-            return Err(ContinuumError::LeavesTissue { muscle: muscle() });
+            return Err(leaves());
         }
-        Ok(Self { name: muscle(), points, bones, outside, fades, apart })
-    }
-
-    fn dangling(&self) -> ContinuumError {
-        ContinuumError::Dangling { muscle: self.name.clone() }
+        Ok(Self { name: chain.name.clone(), points, bones, outside, fades, apart })
     }
 
     fn length(&self) -> f64 {
@@ -72,12 +68,13 @@ impl<const D: usize> Line<D> {
         &self,
         locator: &Locator<'_, D>,
         settings: &ContinuumSettings,
-    ) -> Result<Vec<Strand>, ContinuumError> {
+    ) -> Result<Vec<Strand>, BodyError> {
         if self.apart {
             // The end in the tissue is the one that is not outside.
             let (bone, inner) = if self.outside[0] { (0, 1) } else { (1, 0) };
             let at = if inner == 0 { self.points[0] } else { self.points[self.points.len() - 1] };
-            let mean = locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| self.dangling())?;
+            let mean =
+                locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| dangling(&self.name))?;
             return self.bone_to(bone, mean, 1.0).map(|strand| vec![strand]);
         }
         let mut strands = Vec::new();
@@ -87,7 +84,7 @@ impl<const D: usize> Line<D> {
             for bone in (0..2).filter(|&i| self.outside[i]) {
                 // A fibre that misses the tissue has no entry.
                 let Some(entry) = ends.map(|ends| ends[bone]) else { continue };
-                let mean = locator.mean(&entry, 0.0).ok_or_else(|| self.dangling())?;
+                let mean = locator.mean(&entry, 0.0).ok_or_else(|| dangling(&self.name))?;
                 strands.push(self.bone_to(bone, mean, share)?);
             }
         }
@@ -95,8 +92,8 @@ impl<const D: usize> Line<D> {
     }
 
     /// The straight part from the bone at an end to a mean of nodes.
-    fn bone_to(&self, end: usize, mean: Vec<(usize, f64)>, weight: f64) -> Result<Strand, ContinuumError> {
-        let bone = self.bones[end].ok_or_else(|| self.dangling())?;
+    fn bone_to(&self, end: usize, mean: Vec<(usize, f64)>, weight: f64) -> Result<Strand, BodyError> {
+        let bone = self.bones[end].ok_or_else(|| dangling(&self.name))?;
         let (mut nodes_of, mut coefficients): (Vec<usize>, Vec<f64>) = mean.into_iter().unzip();
         nodes_of.push(bone);
         coefficients.push(-1.0);
@@ -185,7 +182,7 @@ impl<const D: usize> Line<D> {
         followers: &mut Vec<Follower<D>>,
         settings: &ContinuumSettings,
         spacing: f64,
-    ) -> Result<Vec<usize>, ContinuumError> {
+    ) -> Result<Vec<usize>, BodyError> {
         let mut follow = |at: SVector<f64, D>, weights: Vec<(usize, f64)>| {
             let known = |f: &&Follower<D>| nodes[f.node] == at && f.weights == weights;
             if let Some(same) = followers.iter().find(known) {
@@ -201,7 +198,8 @@ impl<const D: usize> Line<D> {
             Some(bone) => Ok(bone),
             None => {
                 let at = self.points[i * last];
-                let mean = locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| self.dangling())?;
+                let mean =
+                    locator.mean(&at, 0.5 * settings.bundle_width_m).ok_or_else(|| dangling(&self.name))?;
                 Ok(follow(at, mean))
             }
         };
@@ -221,6 +219,11 @@ impl<const D: usize> Line<D> {
         chain.push(ends[1]);
         Ok(chain)
     }
+}
+
+fn dangling(muscle: &str) -> BodyError {
+    let problem = "ends outside the tissue and on no bone, so it has nothing to pull at; fix its end";
+    BodyError(format!("muscle {muscle} {problem}"))
 }
 
 /// Where the fibres are in the cross-section, in half widths, and which share of the tension each has:

@@ -17,9 +17,9 @@ use std::collections::BTreeMap;
 use nalgebra::SVector;
 use serde::Serialize;
 
-use super::{Mesh, MuscleChain};
+use super::{BodyError, Mesh, MuscleChain};
 use crate::geometry::quadratic;
-use crate::limits::{self, BeyondLimit};
+use crate::limits;
 use bundle::Line;
 use locate::Locator;
 
@@ -62,36 +62,16 @@ impl std::fmt::Display for ContinuumSettings {
 }
 
 impl ContinuumSettings {
-    pub fn check(&self) -> Result<(), ContinuumError> {
+    pub fn check(&self) -> Result<(), BodyError> {
         let within = |name, value: f64, low: f64, high: f64| match (low..=high).contains(&value) {
             true => Ok(()),
-            false => Err(ContinuumError::Setting { name, value, low, high }),
+            false => Err(BodyError(format!("the {name} is {value}; give {low} to {high}"))),
         };
         within("width of a muscle (m)", self.bundle_width_m, 0.0, 1.0)?;
         within("number of fibres of a muscle", self.fibres as f64, 1.0, MOST_FIBRES as f64)?;
         within("radius of a bone's patch (m)", self.patch_radius_m, 0.0, 1.0)?;
         within("stiffness of a bone's patch", self.patch_stiffness, 1e-6, 1e6)
     }
-}
-
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ContinuumError {
-    #[error("the {name} is {value}; give {low} to {high}")]
-    Setting { name: &'static str, value: f64, low: f64, high: f64 },
-    #[error("the mesh has no triangles or tetrahedra, so it cannot be a continuum; take --body springs")]
-    NoCells,
-    #[error(transparent)]
-    TooMany(BeyondLimit),
-    #[error("the mesh is a continuum already")]
-    Already,
-    #[error(
-        "muscle {muscle} ends outside the tissue and on no bone, so it has nothing to pull at; fix its end"
-    )]
-    Dangling { muscle: String },
-    #[error(
-        "muscle {muscle} leaves the tissue between its ends; only a part from a bone to the tissue may be outside"
-    )]
-    LeavesTissue { muscle: String },
 }
 
 /// The data that make a [`Mesh`] a continuum. The cells of the mesh are then the linear parts of the
@@ -233,15 +213,19 @@ pub fn lay<const D: usize>(
     base: &Mesh<D>,
     lines: Option<&[Vec<SVector<f64, D>>]>,
     settings: &ContinuumSettings,
-) -> Result<Laid<D>, ContinuumError> {
+) -> Result<Laid<D>, BodyError> {
     settings.check()?;
     if base.continuum.is_some() {
-        return Err(ContinuumError::Already);
+        return Err(BodyError("the mesh is a continuum already".to_owned()));
     }
     if base.cells.is_empty() {
-        return Err(ContinuumError::NoCells);
+        let said =
+            "the mesh has no triangles or tetrahedra, so it cannot be a continuum; take --body springs";
+        return Err(BodyError(said.to_owned()));
     }
-    limits::CONTINUUM_ELEMENTS.check(base.cells.len() as f64).map_err(ContinuumError::TooMany)?;
+    limits::CONTINUUM_ELEMENTS
+        .check(base.cells.len() as f64)
+        .map_err(|beyond| BodyError(beyond.to_string()))?;
     let (mut mesh, elements, number) = elements::quadratic(base);
     let held = attach::bones(base, &mut mesh, &elements, &number, settings);
     let locator = Locator::new(&mesh.nodes, &elements);

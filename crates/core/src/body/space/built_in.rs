@@ -94,7 +94,7 @@ impl SpaceBody {
     /// The built-in tongue: `fine` times as many elements along each direction as in its file
     /// (`targets/tongue_in_space.toml`), which has 672 of them.
     pub fn tongue(fine: usize) -> Result<Self, BodyError> {
-        let wrong = |problem: String| BodyError::File { file: FILE.to_owned(), problem };
+        let wrong = |problem: String| BodyError::file(FILE, problem);
         let file: File = toml::from_str(REFERENCE).map_err(|e| wrong(e.message().to_owned()))?;
         let anatomy = Anatomy::reference()?;
         let Grid { counts, mut mesh, mut at, middles } = Grid::new(&file, anatomy.outline(), fine.max(1));

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
 
-use super::{Body, Bone, MANDIBLE, Mesh};
+use super::{Body, BodyError, Bone, MANDIBLE, Mesh};
 use crate::geometry::hexahedron;
 use crate::observe::Line;
 use crate::statistics::distinct;
@@ -22,7 +22,7 @@ use crate::suggest;
 
 pub use direction::at as direction_at;
 pub use half::Half;
-pub use surgery::{Filling, Operated, Region, SurgeryFault};
+pub use surgery::{Filling, Operated, Region};
 
 /// On which side of the midsagittal plane a muscle lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,73 +83,42 @@ pub struct SpaceBody {
     pub tip_node: Option<usize>,
 }
 
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SpaceFault {
-    #[error("element {element} refers to node {node}, but there are {count} nodes (numbered from 1 here)")]
-    NoSuchNode {
-        /// The element, from 1.
-        element: usize,
-        /// The node, from 1.
-        node: usize,
-        count: usize,
-    },
-    #[error(
-        "element {element} (from 1) is turned inside out or flat at one of its points; list its corners around the bottom and \
-         then around the top, or repair the mesh"
-    )]
-    Inverted {
-        /// The element, from 1.
-        element: usize,
-    },
-    #[error("a fibre of muscle {muscle} has two nodes at one place (nodes {} and {}, from 1)", nodes[0] + 1, nodes[1] + 1)]
-    NoLength {
-        muscle: String,
-        /// The nodes, from 0.
-        nodes: [usize; 2],
-    },
-    #[error("muscle {muscle} has no {what}, so nothing can contract; give it some, or leave the muscle out")]
-    Empty { muscle: String, what: &'static str },
-    #[error("no node is on bone, so the body could move freely; say which nodes are attached")]
-    NoBone,
-}
-
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum BadActivation {
-    #[error("there is no muscle \"{name}\" in this body; {hint}")]
-    NoSuchMuscle { name: String, hint: String },
-    #[error("the activation of {name} is {value}; it must lie between 0 and 1")]
-    OutOfRange { name: String, value: f64 },
-    #[error("the activation of {name} is given twice; give it once")]
-    Repeated { name: String },
-}
-
 impl SpaceBody {
-    pub fn check(&self) -> Result<(), SpaceFault> {
+    pub fn check(&self) -> Result<(), BodyError> {
         let Mesh { nodes, hexahedra, fixed, .. } = &self.mesh;
         for (number, corners) in hexahedra.iter().enumerate() {
             let element = number + 1;
             if let Some(&node) = corners.iter().find(|&&n| n >= nodes.len()) {
-                return Err(SpaceFault::NoSuchNode { element, node: node + 1, count: nodes.len() });
+                let (node, count) = (node + 1, nodes.len());
+                return Err(BodyError(format!(
+                    "element {element} refers to node {node}, but there are {count} nodes (numbered from 1 here)"
+                )));
             }
             let x = hexahedron::corners(nodes, corners);
             let mut points = hexahedron::points().into_iter();
             if !points.all(|at| hexahedron::jacobian(&x, at).determinant() > 0.0) {
-                return Err(SpaceFault::Inverted { element });
+                return Err(BodyError(format!(
+                    "element {element} (from 1) is turned inside out or flat at one of its points; list its corners around \
+                     the bottom and then around the top, or repair the mesh"
+                )));
             }
         }
         for m in &self.muscles {
-            let empty = |what| Err(SpaceFault::Empty { muscle: m.name.clone(), what });
-            if m.segments.is_empty() {
-                return empty("fibres");
-            }
-            if m.region.is_empty() {
-                return empty("elements");
+            for (what, is_empty) in [("fibres", m.segments.is_empty()), ("elements", m.region.is_empty())] {
+                if is_empty {
+                    let todo = "so nothing can contract; give it some, or leave the muscle out";
+                    return Err(BodyError(format!("muscle {} has no {what}, {todo}", m.name)));
+                }
             }
             if let Some(s) = m.segments.iter().find(|s| nodes[s.nodes[0]] == nodes[s.nodes[1]]) {
-                return Err(SpaceFault::NoLength { muscle: m.name.clone(), nodes: s.nodes });
+                let ([a, b], name) = (s.nodes.map(|n| n + 1), &m.name);
+                return Err(BodyError(format!(
+                    "a fibre of muscle {name} has two nodes at one place (nodes {a} and {b}, from 1)"
+                )));
             }
         }
-        if fixed.is_empty() { Err(SpaceFault::NoBone) } else { Ok(()) }
+        let free = "no node is on bone, so the body could move freely; say which nodes are attached";
+        if fixed.is_empty() { Err(BodyError(free.to_owned())) } else { Ok(()) }
     }
 
     /// The names of the muscles without their sides, each once, in the order of the body.
@@ -159,7 +128,7 @@ impl SpaceBody {
 
     /// The numbers of the muscles that a name stands for: of one side, or of both where the name has none.
     /// Case does not count.
-    pub fn muscles_called(&self, name: &str) -> Result<Vec<usize>, BadActivation> {
+    pub fn muscles_called(&self, name: &str) -> Result<Vec<usize>, BodyError> {
         let with = |is: &dyn Fn(&SpaceMuscle) -> bool| -> Vec<usize> {
             self.muscles.iter().enumerate().filter(|(_, m)| is(m)).map(|(number, _)| number).collect()
         };
@@ -170,22 +139,24 @@ impl SpaceBody {
         if found.is_empty() {
             let known = self.groups();
             let hint = suggest::hint(name, known.iter().map(String::as_str));
-            return Err(BadActivation::NoSuchMuscle { name: name.to_owned(), hint });
+            return Err(BodyError(format!("there is no muscle \"{name}\" in this body; {hint}")));
         }
         Ok(found)
     }
 
     /// Activations of all muscles from those given by name; every other is 0.
-    pub fn activations<N: AsRef<str>>(&self, given: &[(N, f64)]) -> Result<Vec<f64>, BadActivation> {
+    pub fn activations<N: AsRef<str>>(&self, given: &[(N, f64)]) -> Result<Vec<f64>, BodyError> {
         let mut all = vec![None; self.muscles.len()];
         for (name, value) in given {
             let name = name.as_ref();
             if !(0.0..=1.0).contains(value) {
-                return Err(BadActivation::OutOfRange { name: name.to_owned(), value: *value });
+                let said = format!("the activation of {name} is {value}; it must lie between 0 and 1");
+                return Err(BodyError(said));
             }
             for m in self.muscles_called(name)? {
                 if all[m].replace(*value).is_some() {
-                    return Err(BadActivation::Repeated { name: self.muscles[m].name.clone() });
+                    let name = &self.muscles[m].name;
+                    return Err(BodyError(format!("the activation of {name} is given twice; give it once")));
                 }
             }
         }

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use nalgebra::Vector3;
 
 use super::{Side, SpaceBody};
+use crate::body::BodyError;
 use crate::geometry::hexahedron;
 
 /// Where something is done: elements by the place of their middle.
@@ -33,20 +34,6 @@ pub enum Filling {
     Silent,
 }
 
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SurgeryFault {
-    #[error("no element has its middle in the region; coordinates are millimetres in the frame of the body")]
-    Nothing,
-    #[error(
-        "the region removes the tissue at {bone} ({nodes} of its nodes); a region may not remove a bone: make it smaller, or fill it"
-    )]
-    Bone { bone: String, nodes: usize },
-    #[error(transparent)]
-    Muscle(#[from] super::BadActivation),
-    #[error("the region has no extent or is not finite; give a box from low to high, or a positive radius")]
-    Extent,
-}
-
 #[derive(Debug, Clone, PartialEq)]
 pub struct Operated {
     pub body: SpaceBody,
@@ -58,7 +45,7 @@ pub struct Operated {
 
 impl SpaceBody {
     /// Numbers of the elements of a region, on one side or on both.
-    pub fn elements_in(&self, region: &Region, side: Option<Side>) -> Result<BTreeSet<usize>, SurgeryFault> {
+    pub fn elements_in(&self, region: &Region, side: Option<Side>) -> Result<BTreeSet<usize>, BodyError> {
         let of_muscles: BTreeSet<usize> = match region {
             Region::Muscle(name) => {
                 let muscles = self.muscles_called(name)?;
@@ -76,7 +63,8 @@ impl SpaceBody {
             Region::Muscle(_) => true,
         };
         if !sound {
-            return Err(SurgeryFault::Extent);
+            let said = "the region has no extent or is not finite; give a box from low to high, or a positive radius";
+            return Err(BodyError(said.to_owned()));
         }
         let holds = |element: &usize| {
             let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[*element]);
@@ -94,13 +82,15 @@ impl SpaceBody {
                 }
         };
         let found: BTreeSet<usize> = (0..self.mesh.hexahedra.len()).filter(holds).collect();
-        if found.is_empty() { Err(SurgeryFault::Nothing) } else { Ok(found) }
+        let none =
+            "no element has its middle in the region; coordinates are millimetres in the frame of the body";
+        if found.is_empty() { Err(BodyError(none.to_owned())) } else { Ok(found) }
     }
 
     /// The body after these elements were operated. Muscles end where they were cut: the rest of a region
     /// pulls with the stress that it had. Nodes keep their numbers; those without tissue stay where they
     /// are.
-    pub fn operated(&self, elements: &BTreeSet<usize>, filling: Filling) -> Result<Operated, SurgeryFault> {
+    pub fn operated(&self, elements: &BTreeSet<usize>, filling: Filling) -> Result<Operated, BodyError> {
         let mut body = self.clone();
         let is_cut = |e: usize| elements.contains(&e);
         let volumes = self.volumes();
@@ -118,7 +108,11 @@ impl SpaceBody {
                 for bone in &self.bones {
                     let nodes = bone.nodes.iter().filter(|n| lost.contains(n)).count();
                     if nodes > 0 {
-                        return Err(SurgeryFault::Bone { bone: bone.name.clone(), nodes });
+                        return Err(BodyError(format!(
+                            "the region removes the tissue at {} ({nodes} of its nodes); a region may not remove a bone: \
+                             make it smaller, or fill it",
+                            bone.name
+                        )));
                     }
                 }
                 let mut kept = 0..;

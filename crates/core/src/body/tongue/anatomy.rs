@@ -7,6 +7,7 @@ use std::ops::Range;
 use serde::Deserialize;
 use toml::Spanned;
 
+use crate::body::BodyError;
 use crate::geometry::ClosedSpline;
 use crate::geometry::plane::{self, Point};
 use crate::toml_text::{Exactly, line_and_column, plain};
@@ -52,54 +53,6 @@ pub struct AnatomyBone {
     pub points: Vec<Point>,
 }
 
-/// An anatomy that cannot be used: where in which file, and why.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{origin}:{line}:{column}: {problem}")]
-pub struct AnatomyError {
-    /// The file, or a name for the text.
-    pub origin: String,
-    /// Line, from 1.
-    pub line: usize,
-    /// Column in characters, from 1.
-    pub column: usize,
-    pub problem: AnatomyProblem,
-}
-
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum AnatomyProblem {
-    #[error("{0}")]
-    Syntax(String),
-    #[error("the point [{x_mm}, {y_mm}] is not finite; give two numbers in millimetres")]
-    NotFinite { x_mm: f64, y_mm: f64 },
-    #[error("the outline has {0} points; give at least four")]
-    TooFewPoints(usize),
-    #[error("this point of the outline repeats the one before it; remove one (the outline closes by itself)")]
-    RepeatedPoint,
-    #[error("the outline crosses itself; list its points in order once around the tongue")]
-    OutlineCrossesItself,
-    #[error("there is no muscle; give the two ends of each as `GGa = [[x, y], [x, y]]` in millimetres")]
-    NoMuscle,
-    #[error("the muscle name {0:?} is empty or has characters that cannot be printed; rename it")]
-    BadName(String),
-    #[error("the two ends of {0} are the same point")]
-    NoLength(String),
-    #[error(
-        "{0} does not reach the tissue: both of its ends are outside the outline; move one of them inside"
-    )]
-    NotInTissue(String),
-    #[error(
-        "{0} leaves the tissue between its ends; a line may be outside only from one end to where it enters"
-    )]
-    LeavesTissue(String),
-    #[error("the end [{x_mm}, {y_mm}] of {muscle} is outside the tissue and on no bone; add it to a bone")]
-    Dangling { muscle: String, x_mm: f64, y_mm: f64 },
-    #[error(
-        "the point [{x_mm}, {y_mm}] of bone \"{bone}\" is {away_mm:.2} mm from the nearest muscle end or outline; \
-         a bone holds ends of muscles or points of the outline"
-    )]
-    BoneHoldsNothing { bone: String, x_mm: f64, y_mm: f64, away_mm: f64 },
-}
-
 /// A point `[x, y]`, mm.
 type GivenPoint = Spanned<Exactly<f64, 2>>;
 
@@ -112,24 +65,24 @@ struct File {
 }
 
 /// A problem and the bytes of the text it is about.
-type Found<T> = Result<T, (Range<usize>, AnatomyProblem)>;
+type Found<T> = Result<T, (Range<usize>, String)>;
 
 impl Anatomy {
     /// The reference anatomy (`targets/anatomy.toml`), which meets the published aggregate numbers.
-    pub fn reference() -> Result<Self, AnatomyError> {
+    pub fn reference() -> Result<Self, BodyError> {
         Self::from_toml(REFERENCE, "targets/anatomy.toml (embedded)")
     }
 
     /// Reads an anatomy written like `targets/anatomy.toml`, in millimetres. `origin` is its name in
     /// messages, usually the path.
-    pub fn from_toml(text: &str, origin: &str) -> Result<Self, AnatomyError> {
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, BodyError> {
         let parsed = toml::from_str::<File>(text).map_err(|e| {
             let hint = "an anatomy has `outline`, `[muscles]` with the two ends of a straight line each, and `[bones]`; points are [x, y]";
-            (e.span().unwrap_or(0..0), AnatomyProblem::Syntax(format!("{} ({hint})", plain(e.message()))))
+            (e.span().unwrap_or(0..0), format!("{} ({hint})", plain(e.message())))
         });
         parsed.and_then(|file| Self::checked(&file)).map_err(|(span, problem)| {
             let (line, column) = line_and_column(text, span.start);
-            AnatomyError { origin: origin.to_owned(), line, column, problem }
+            BodyError(format!("{origin}:{line}:{column}: {problem}"))
         })
     }
 
@@ -140,7 +93,9 @@ impl Anatomy {
         let mut given: Vec<_> = file.muscles.get_ref().iter().collect();
         given.sort_by_key(|(_, line)| line.span().start);
         if given.is_empty() {
-            return Err((file.muscles.span(), AnatomyProblem::NoMuscle));
+            let said =
+                "there is no muscle; give the two ends of each as `GGa = [[x, y], [x, y]]` in millimetres";
+            return Err((file.muscles.span(), said.to_owned()));
         }
         let mut muscles = Vec::with_capacity(given.len());
         for (name, line) in given {
@@ -173,27 +128,29 @@ fn metres(point: &GivenPoint) -> Found<Point> {
     finite(point.get_ref().0).map_err(|p| (point.span(), p))
 }
 
-fn finite([x_mm, y_mm]: [f64; 2]) -> Result<Point, AnatomyProblem> {
+fn finite([x_mm, y_mm]: [f64; 2]) -> Result<Point, String> {
     let point = Point::new(x_mm * 1e-3, y_mm * 1e-3);
     if x_mm.is_finite() && y_mm.is_finite() {
         Ok(point)
     } else {
-        Err(AnatomyProblem::NotFinite { x_mm, y_mm })
+        Err(format!("the point [{x_mm}, {y_mm}] is not finite; give two numbers in millimetres"))
     }
 }
 
 fn outline(given: &Spanned<Vec<GivenPoint>>) -> Found<ClosedSpline> {
     let count = given.get_ref().len();
     if count < 4 {
-        return Err((given.span(), AnatomyProblem::TooFewPoints(count)));
+        return Err((given.span(), format!("the outline has {count} points; give at least four")));
     }
     let points = given.get_ref().iter().map(metres).collect::<Found<Vec<_>>>()?;
     for ((a, b), spanned) in plane::edges(&points).zip(given.get_ref().iter().cycle().skip(1)) {
         if (b - a).norm() < SAME_POINT_M {
-            return Err((spanned.span(), AnatomyProblem::RepeatedPoint));
+            let said = "this point of the outline repeats the one before it; remove one (the outline closes by itself)";
+            return Err((spanned.span(), said.to_owned()));
         }
     }
-    let crossed = || (given.span(), AnatomyProblem::OutlineCrossesItself);
+    let crossed = "the outline crosses itself; list its points in order once around the tongue";
+    let crossed = || (given.span(), crossed.to_owned());
     let curve = ClosedSpline::through(points).ok_or_else(crossed)?;
     // A coarser polygon than the curve's own: the test compares every edge with every other.
     let coarse: Vec<Point> = curve.polygon().iter().step_by(4).copied().collect();
@@ -213,16 +170,16 @@ fn muscle_line(
     given: &Spanned<Exactly<Exactly<f64, 2>, 2>>,
     outline: &ClosedSpline,
     bones: &[AnatomyBone],
-) -> Result<MuscleLine, AnatomyProblem> {
-    let muscle = name.to_owned();
+) -> Result<MuscleLine, String> {
     if name.trim().is_empty() || name.contains(char::is_control) {
-        return Err(AnatomyProblem::BadName(muscle));
+        let said = "is empty or has characters that cannot be printed; rename it";
+        return Err(format!("the muscle name {name:?} {said}"));
     }
     let [first, second] = given.get_ref().0.map(|point| point.0);
     let ends = [finite(first)?, finite(second)?];
     let length = (ends[1] - ends[0]).norm();
     if length < SAME_POINT_M {
-        return Err(AnatomyProblem::NoLength(muscle));
+        return Err(format!("the two ends of {name} are the same point"));
     }
     let on_outline = ends.map(|end| outline.nearest(end).1 < ON_OUTLINE_M);
     let outside = [0, 1].map(|i| !on_outline[i] && !plane::encloses(outline.polygon(), ends[i]));
@@ -232,12 +189,18 @@ fn muscle_line(
     let mut meets = outline.crossings(ends);
     meets.retain(|t| (margin(0)..=1.0 - margin(1)).contains(t));
     let at = |t: f64| ends[0] + (ends[1] - ends[0]) * t;
-    let leaves = AnatomyProblem::LeavesTissue(muscle.clone());
+    let line = |outside| MuscleLine { name: name.to_owned(), ends, outside };
+    let leaves =
+        "leaves the tissue between its ends; a line may be outside only from one end to where it enters";
+    let leaves = format!("{name} {leaves}");
     let end = match outside {
-        [true, true] => return Err(AnatomyProblem::NotInTissue(muscle)),
+        [true, true] => {
+            let said = "both of its ends are outside the outline; move one of them inside";
+            return Err(format!("{name} does not reach the tissue: {said}"));
+        }
         [false, false] => {
             let inside = meets.is_empty() && plane::encloses(outline.polygon(), at(0.5));
-            return if inside { Ok(MuscleLine { name: muscle, ends, outside: None }) } else { Err(leaves) };
+            return if inside { Ok(line(None)) } else { Err(leaves) };
         }
         [true, false] => 0,
         [false, true] => 1,
@@ -249,10 +212,11 @@ fn muscle_line(
     };
     let held = bones.iter().flat_map(|b| &b.points).any(|p| (p - ends[end]).norm() < SAME_POINT_M);
     if !held {
-        let [x_mm, y_mm] = if end == 0 { first } else { second };
-        return Err(AnatomyProblem::Dangling { muscle, x_mm, y_mm });
+        let [x, y] = if end == 0 { first } else { second };
+        let said = "is outside the tissue and on no bone; add it to a bone";
+        return Err(format!("the end [{x}, {y}] of {name} {said}"));
     }
-    Ok(MuscleLine { name: muscle, ends, outside: Some(OutsidePart { end, entry }) })
+    Ok(line(Some(OutsidePart { end, entry })))
 }
 
 fn holds_something(
@@ -260,7 +224,7 @@ fn holds_something(
     point: Point,
     outline: &ClosedSpline,
     muscles: &[MuscleLine],
-) -> Result<(), AnatomyProblem> {
+) -> Result<(), String> {
     let from_end =
         muscles.iter().flat_map(|m| m.ends).map(|e| (e - point).norm()).fold(f64::INFINITY, f64::min);
     let from_outline = outline.nearest(point).1;
@@ -268,6 +232,9 @@ fn holds_something(
         return Ok(());
     }
     let away_mm = from_end.min(from_outline) * 1e3;
-    let (x_mm, y_mm) = (point.x * 1e3, point.y * 1e3);
-    Err(AnatomyProblem::BoneHoldsNothing { bone: bone.to_owned(), x_mm, y_mm, away_mm })
+    let (x, y) = (point.x * 1e3, point.y * 1e3);
+    Err(format!(
+        "the point [{x}, {y}] of bone \"{bone}\" is {away_mm:.2} mm from the nearest muscle end or outline; \
+         a bone holds ends of muscles or points of the outline"
+    ))
 }

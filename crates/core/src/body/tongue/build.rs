@@ -1,11 +1,10 @@
 //! From an anatomy to a mesh of any spacing.
 
 use super::anatomy::{Anatomy, MuscleLine};
-use super::error::MeshError;
 use super::fill::fill;
 use super::frame::{Frame, Site};
 use super::smooth::smooth;
-use crate::body::{Cells, Mesh, MuscleChain};
+use crate::body::{BodyError, Cells, Mesh, MuscleChain};
 use crate::geometry;
 use crate::geometry::plane::{self, Point};
 
@@ -33,13 +32,16 @@ const COARSEST: f64 = 1.0 / 3.3;
 /// assert_eq!((quality.nodes, quality.cells), (123, 188)); // as in the thesis
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, MeshError> {
+pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, BodyError> {
     let size = anatomy.outline().area().sqrt();
     let (least, most) = (size * FINEST, size * COARSEST);
     if !(least..=most).contains(&h) {
         let [h_mm, extent_mm, least_mm, most_mm] =
             [h, geometry::extent(anatomy.outline().points()), least, most].map(|m| m * 1e3);
-        return Err(MeshError::Spacing { h_mm, extent_mm, least_mm, most_mm });
+        return Err(BodyError(format!(
+            "the mesh spacing {h_mm} mm is not usable; for this anatomy, whose outline is {extent_mm:.1} mm across, give \
+             {least_mm:.2} to {most_mm:.1} mm (is it in millimetres?)"
+        )));
     }
     let mut frame = Frame::lay(anatomy, h);
     let outline: Vec<Point> = frame.nodes[..frame.boundary].iter().map(|n| n.at).collect();
@@ -49,7 +51,7 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, MeshError> {
     fill(&mut frame, free, h)?;
     let triangles = smooth(&mut frame.nodes, &frame.segments, h)?;
     let mesh = assemble(anatomy, &frame, &triangles);
-    mesh.check()?;
+    mesh.check().map_err(|fault| BodyError(format!("the mesh is faulty ({fault}); try another spacing")))?;
     Ok(mesh)
 }
 

@@ -1,8 +1,8 @@
 //! Nodes between the lines: a hexagonal lattice, then one at a time into the largest hole.
 
-use super::error::MeshError;
 use super::frame::{Draft, Frame, Freedom};
 use super::triangulate::triangulate;
+use crate::body::BodyError;
 use crate::geometry::plane::{self, Point};
 
 /// Lattice nodes keep this far from outline and muscles, in mesh spacings.
@@ -14,7 +14,7 @@ const WIDEN: f64 = 1.01;
 const ROUND: usize = 4;
 
 /// Adds `wanted` free nodes to a frame at spacing `h`, m.
-pub(crate) fn fill(frame: &mut Frame, wanted: usize, h: f64) -> Result<(), MeshError> {
+pub(crate) fn fill(frame: &mut Frame, wanted: usize, h: f64) -> Result<(), BodyError> {
     let lines: Vec<[Point; 2]> =
         frame.segments.iter().map(|[a, b]| [frame.nodes[*a].at, frame.nodes[*b].at]).collect();
     let outline: Vec<Point> = frame.nodes[..frame.boundary].iter().map(|n| n.at).collect();
@@ -51,7 +51,7 @@ pub(crate) fn fill(frame: &mut Frame, wanted: usize, h: f64) -> Result<(), MeshE
             }
         }
         if frame.nodes.len() == before {
-            return Err(MeshError::NoRoom { missing });
+            return Err(BodyError(format!("{missing} nodes find no room at this spacing; try a finer one")));
         }
         missing -= frame.nodes.len() - before;
     }
@@ -71,7 +71,7 @@ fn hexagons(outline: &[Point], spacing: f64) -> impl Iterator<Item = Point> {
 }
 
 /// Centre and radius of the circle through the corners of every triangle, m.
-fn holes(nodes: &[Draft], segments: &[[usize; 2]]) -> Result<Vec<(Point, f64)>, MeshError> {
+fn holes(nodes: &[Draft], segments: &[[usize; 2]]) -> Result<Vec<(Point, f64)>, BodyError> {
     let points: Vec<Point> = nodes.iter().map(|n| n.at).collect();
     let triangles = triangulate(&points, segments)?;
     let circles = triangles.iter().map(|t| {

@@ -4,7 +4,6 @@
 mod anatomy;
 mod anchors;
 mod build;
-mod error;
 mod fill;
 mod frame;
 mod smooth;
@@ -15,9 +14,8 @@ use serde::Deserialize;
 use super::{BodyError, Bone, Mesh};
 use crate::geometry::Point;
 
-pub use anatomy::{Anatomy, AnatomyBone, AnatomyError, AnatomyProblem, MuscleLine, OutsidePart, REFERENCE};
+pub use anatomy::{Anatomy, AnatomyBone, MuscleLine, OutsidePart, REFERENCE};
 pub use build::{DEFAULT_SPACING_M, build};
-pub use error::MeshError;
 
 /// A bone's point and a node nearer to each other than this are one, m.
 const SAME_POINT_M: f64 = 1e-5;
@@ -38,8 +36,7 @@ pub(super) fn palate() -> Result<Vec<Point>, BodyError> {
     struct Palate {
         outline_mm: Vec<[f64; 2]>,
     }
-    let file = "targets/palate.toml";
     let palate: Palate = toml::from_str(include_str!("../../../../../targets/palate.toml"))
-        .map_err(|e| BodyError::File { file: file.to_owned(), problem: e.message().to_owned() })?;
+        .map_err(|e| BodyError::file("targets/palate.toml", e.message()))?;
     Ok(palate.outline_mm.iter().map(|&[x, y]| Point::new(x, y) * 1e-3).collect())
 }

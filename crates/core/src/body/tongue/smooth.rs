@@ -4,9 +4,9 @@
 //! the error of linear interpolation (optimal Delaunay triangulation; Chen and Xu 2004, Chen 2004). Then the
 //! worst corners that are left are improved one node at a time.
 
-use super::error::MeshError;
 use super::frame::{Draft, Freedom};
 use super::triangulate::triangulate;
+use crate::body::BodyError;
 use crate::geometry::plane::{self, Point};
 
 /// Rounds of the first and of the second kind.
@@ -29,7 +29,7 @@ pub(crate) fn smooth(
     nodes: &mut [Draft],
     segments: &[[usize; 2]],
     h: f64,
-) -> Result<Vec<[usize; 3]>, MeshError> {
+) -> Result<Vec<[usize; 3]>, BodyError> {
     let mut points: Vec<Point> = nodes.iter().map(|n| n.at).collect();
     let mut triangles = triangulate(&points, segments)?;
     for round in 0..EVEN_ROUNDS + POLISH_ROUNDS {

@@ -3,25 +3,27 @@
 use spade::handles::FixedVertexHandle as Handle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
-use super::error::MeshError;
+use crate::body::BodyError;
 use crate::geometry::plane::Point;
 
 /// The triangles inside a closed outline, counter-clockwise; every node is used and every segment is an edge.
 ///
 /// `segments` are the edges to keep, those of the outline among them.
-pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Vec<[usize; 3]>, MeshError> {
+pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Vec<[usize; 3]>, BodyError> {
     let points = nodes.iter().map(|p| Point2::new(p.x, p.y)).collect();
     // Conflicts are found below, together with segments that were split because a node lies on them.
     let cdt: ConstrainedDelaunayTriangulation<Point2<f64>> =
         ConstrainedDelaunayTriangulation::try_bulk_load_cdt(points, segments.to_vec(), |_| {})
-            .map_err(|_| MeshError::NotFinite)?;
+            .map_err(|_| BodyError("a node's position is not finite".to_owned()))?;
     if cdt.num_vertices() != nodes.len() {
-        return Err(MeshError::CoincidentNodes);
+        let said = "two nodes fall on the same place at this spacing; try a finer one";
+        return Err(BodyError(said.to_owned()));
     }
     let kept = |[a, b]: &[usize; 2]| cdt.exists_constraint(Handle::from_index(*a), Handle::from_index(*b));
     if let Some([a, b]) = segments.iter().find(|segment| !kept(segment)) {
-        let middle = (nodes[*a] + nodes[*b]) / 2.0 * 1e3;
-        return Err(MeshError::LinesCollide { x_mm: middle.x, y_mm: middle.y });
+        let [x, y]: [f64; 2] = ((nodes[*a] + nodes[*b]) / 2.0 * 1e3).into();
+        let said = "mm two lines of outline and muscles collide at this spacing; try a finer one";
+        return Err(BodyError(format!("near [{x:.1}, {y:.1}] {said}")));
     }
 
     // Triangles that can be reached from outside over edges that are not segments are outside the outline.

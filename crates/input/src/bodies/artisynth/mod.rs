@@ -22,11 +22,11 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use tongue_core::body::space::{Segment, Side};
-use tongue_core::body::{Bone, HYOID, MANDIBLE, Mesh, MuscleChain, SpaceBody, SpaceMuscle};
+use tongue_core::body::{BodyError, Bone, HYOID, MANDIBLE, Mesh, MuscleChain, SpaceBody, SpaceMuscle};
 
 use tables::{elements, fibres, nodes, numbers, regions, strengths};
 
-use super::{BodyFileError, group_and_side};
+use super::group_and_side;
 
 /// The styloid processes, which ArtiSynth's program places and its mesh lacks: ids in `Fibers.mac` and
 /// positions, m.
@@ -55,27 +55,27 @@ pub struct Text {
 }
 
 impl Text {
-    fn read(path: &Path) -> Result<Self, BodyFileError> {
+    fn read(path: &Path) -> Result<Self, BodyError> {
         let file = path.display().to_string();
         let bytes = crate::files::read(path).map_err(|e| unreadable(&file, &e))?;
         // Comments are in Latin-1.
         Ok(Self { file, text: String::from_utf8_lossy(&bytes).into_owned() })
     }
 
-    fn wrong(&self, line: Option<usize>, problem: String) -> BodyFileError {
+    fn wrong(&self, line: Option<usize>, problem: String) -> BodyError {
         let place = line.map_or_else(String::new, |line| format!(":{line}"));
-        BodyFileError::Malformed(format!("{}{place}: {problem}", self.file))
+        BodyError(format!("{}{place}: {problem}", self.file))
     }
 }
 
-fn unreadable(file: &str, error: &std::io::Error) -> BodyFileError {
-    BodyFileError::Malformed(format!(
+fn unreadable(file: &str, error: &std::io::Error) -> BodyError {
+    BodyError(format!(
         "{file}: cannot be read: {error}; name a folder with ArtiSynth's tongue (.node, .elem, CreateMuscles.mac, Fibers.mac, \
          MuscleMaxForce.txt, jawAttachments.txt, hyoidAttachments.txt)"
     ))
 }
 
-pub fn read(folder: &Path) -> Result<SpaceBody, BodyFileError> {
+pub fn read(folder: &Path) -> Result<SpaceBody, BodyError> {
     let named = |name: &str| Text::read(&folder.join(name));
     let files = Files {
         nodes: named(&find(folder, "node")?)?,
@@ -90,7 +90,7 @@ pub fn read(folder: &Path) -> Result<SpaceBody, BodyFileError> {
 }
 
 /// The name of the only file in a folder with this ending.
-fn find(folder: &Path, ending: &str) -> Result<String, BodyFileError> {
+fn find(folder: &Path, ending: &str) -> Result<String, BodyError> {
     let origin = folder.display().to_string();
     let mut found: Vec<String> = std::fs::read_dir(folder)
         .map_err(|e| unreadable(&origin, &e))?
@@ -102,11 +102,11 @@ fn find(folder: &Path, ending: &str) -> Result<String, BodyFileError> {
         (None, _) => format!("contains no file that ends in .{ending}; a body of ArtiSynth has one"),
         (Some(_), false) => format!("contains several files that end in .{ending}; keep one"),
     };
-    Err(BodyFileError::Malformed(format!("{origin}: {problem}")))
+    Err(BodyError(format!("{origin}: {problem}")))
 }
 
 /// The body of these files; `origin` is its name.
-pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyFileError> {
+pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyError> {
     let (places, mut ids) = nodes(&files.nodes)?;
     let in_tissue = places.len();
     let (hexahedra, element_ids) = elements(&files.elements, &ids)?;

@@ -7,9 +7,9 @@ use std::str::FromStr;
 use nalgebra::Vector3;
 
 use super::{Fibres, Text};
-use crate::bodies::BodyFileError;
+use tongue_core::body::BodyError;
 
-type Read<T> = Result<T, BodyFileError>;
+type Read<T> = Result<T, BodyError>;
 
 /// What has an id, with its place in the order of the file by its id.
 pub(super) type Ids = BTreeMap<u64, usize>;
@@ -41,11 +41,11 @@ impl<'a> Line<'a> {
         if is_any { Ok(()) } else { Err(text.wrong(None, nothing())) }
     }
 
-    fn wrong(&self, problem: String) -> BodyFileError {
+    fn wrong(&self, problem: String) -> BodyError {
         self.text.wrong(Some(self.number), problem)
     }
 
-    fn expected(&self, what: &str, found: impl Display) -> BodyFileError {
+    fn expected(&self, what: &str, found: impl Display) -> BodyError {
         self.wrong(format!("\"{found}\" stands where {what} was expected"))
     }
 

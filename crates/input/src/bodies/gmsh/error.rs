@@ -1,6 +1,6 @@
 //! Errors of reading Gmsh files: what is wrong, where, and what to do. Nodes and elements are named by their Gmsh tags.
 
-use crate::bodies::BodyFileError;
+use tongue_core::body::BodyError;
 
 /// A problem and its byte, if there is one.
 #[derive(Debug)]
@@ -10,13 +10,13 @@ pub(super) struct Located {
 }
 
 impl Located {
-    pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> BodyFileError {
+    pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> BodyError {
         let place = match self.at {
             None => String::new(),
             Some(at) if binary => format!(" (byte {at})"),
             Some(at) => format!(":{}", 1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
         };
-        BodyFileError::Malformed(format!("{origin}{place}: {}", self.problem))
+        BodyError(format!("{origin}{place}: {}", self.problem))
     }
 }
 

@@ -36,9 +36,9 @@ mod write;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{AnyBody, BodyFileError};
+use super::AnyBody;
 pub(super) use review::review;
-use tongue_core::body::SpaceBody;
+use tongue_core::body::{BodyError, SpaceBody};
 pub use write::write;
 
 /// The unit of a file's coordinates.
@@ -73,12 +73,12 @@ pub struct Content {
 }
 
 /// Reads a body of triangles or tetrahedra. `origin` is its name in messages, usually its path.
-pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<Content, BodyFileError> {
+pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<Content, BodyError> {
     parsed(bytes, origin, |raw| assemble::assemble(raw, origin, unit))
 }
 
 /// Reads a body in space of hexahedra, as [`read`].
-pub fn read_space(bytes: &[u8], origin: &str, unit: Unit) -> Result<SpaceBody, BodyFileError> {
+pub fn read_space(bytes: &[u8], origin: &str, unit: Unit) -> Result<SpaceBody, BodyError> {
     parsed(bytes, origin, |raw| space::assemble(raw, origin, unit))
 }
 
@@ -86,7 +86,7 @@ fn parsed<T>(
     bytes: &[u8],
     origin: &str,
     assemble: impl FnOnce(&parse::Raw) -> error::Found<T>,
-) -> Result<T, BodyFileError> {
+) -> Result<T, BodyError> {
     let mut cursor = cursor::Cursor::new(bytes);
     let assembled = parse::parse(&mut cursor).and_then(|raw| assemble(&raw));
     assembled.map_err(|located| located.into_error(origin, bytes, cursor.is_binary()))
