@@ -294,3 +294,24 @@ fn is_free_to_move(mesh: &Mesh<2>) {
         assert!((before - after).abs() < 1e-14, "{}: {before} {after}", effect.name());
     }
 }
+
+#[test]
+fn crushed_elements_where_the_barrier_acts() {
+    fn check<const D: usize>(mesh: Mesh<D>) {
+        let side = 5.5e-3;
+        let mesh = fixtures::held_at_a_corner(mesh, side);
+        let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
+        let guarded = |x: &[SVector<f64, D>]| -> usize {
+            let at = Configuration { positions: x, tensions: &[7.5] };
+            system.effects().iter().filter(|e| e.name() == "barrier").map(|e| e.guarded(at)).sum()
+        };
+        let mut x = fixtures::shaken(&mesh, 0.002 * side);
+        assert_eq!(guarded(&x), 0);
+        x.iter_mut().for_each(|p| p[0] *= 0.065);
+        let elements = mesh.continuum.as_ref().unwrap().elements().len();
+        assert_eq!(guarded(&x), elements);
+        check_system(&system, &x, side, &[7.5], 1.0);
+    }
+    check(fixtures::lattice(2, 2, 5.5e-3));
+    check(fixtures::block(1, 5.5e-3));
+}

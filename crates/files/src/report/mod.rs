@@ -55,9 +55,8 @@ pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};
 pub use ssff::Ssff;
 pub use sto::StoTable;
 pub use svg::{
-    AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,
-    changes, panels, ridges, scatter, solid, timelines, tongue, valley, views, vowel, work_precision,
-    wrapped,
+    AnimationFrame, Panel, Scatter, SectionPicture, Series, Svg, VowelPicture, animation, changes, panels,
+    ridges, scatter, solid, timelines, tongue, valley, views, vowel, wrapped,
 };
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]

@@ -47,7 +47,7 @@ impl Serialize for Ended {
     }
 }
 
-/// One run of a method: a point in the diagram of time against accuracy.
+/// One run of a method.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Run {
     pub method: &'static str,
