@@ -51,7 +51,12 @@ pub fn priors(global: &Global) -> miette::Result<()> {
         return output::print(&output::json(&Priors::default())?);
     }
     let text = toml::to_string(&Priors::default()).into_diagnostic()?;
-    output::print(&text)
+    let fixed =
+        Priors::beside().iter().map(|e| format!("# {} = {} # {}\n", e.name.to_lowercase(), e.value, e.what));
+    output::print(&format!(
+        "{text}\n# Further numbers of the model, which this file does not change:\n{}",
+        fixed.collect::<String>()
+    ))
 }
 
 pub struct Sampled<'a> {

@@ -189,6 +189,53 @@ fn the_priors_that_are_printed_are_read_back() {
     let priors = run(folder.path(), "priors").out;
     let read = tongue_infer::posterior::Priors::from_toml(&priors, "printed").unwrap();
     assert_eq!(read, tongue_infer::posterior::Priors::default());
+    let printed = |name: &str| -> f64 {
+        let line = priors.lines().find_map(|l| l.strip_prefix(&format!("# {name} = "))).unwrap();
+        line.split_once(" # ").unwrap().0.parse().unwrap()
+    };
+    let (errors, link) = (tongue_infer::track::Errors::default(), tongue_infer::track::Softplus::default());
+    let space = tongue_infer::inverse::in_space::SpaceSearch::default();
+    for (name, used) in [
+        ("slow_mm", errors.slow_mm),
+        ("static_mm", errors.static_mm),
+        ("points_apart_mm", errors.apart_mm),
+        ("tension_n", link.scale_n()),
+        ("level_n", link.level_sd_n),
+        ("course_n", link.course_sd_n),
+        ("activation", space.prior_sd),
+        ("stretch", read.discrepancy.sd),
+        ("hyoid_mm", read.hyoid.sd_mm),
+        ("hyoid_mm", 1e3 * tongue_infer::inverse::BONE_SD_M),
+        ("muscle_end_mm", read.muscle_ends.sd_mm),
+        ("formant", tongue_infer::acoustics::TRACT_SD),
+    ] {
+        assert!((printed(name) - used).abs() < 1e-12, "{name}: {} is printed, {used} used", printed(name));
+    }
+}
+
+/// A limit counted in standard deviations (`MOST_SD`) is none.
+#[test]
+fn no_standard_deviation_stands_outside_the_table_that_is_printed() {
+    let mut found = Vec::new();
+    let mut folders =
+        vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/crates/infer/src"))];
+    while let Some(folder) = folders.pop() {
+        for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if !path.ends_with("standard_deviations.rs") {
+                let source = std::fs::read_to_string(&path).unwrap();
+                let constant = |l: &&str| l.contains("const ") && l.contains("SD") && !l.contains("const M");
+                let own = |l: &&str| {
+                    l.split_once('=').is_some_and(|(_, v)| !v.contains("sd::") && !v.contains("MM"))
+                };
+                found.extend(
+                    source.lines().filter(constant).filter(own).map(|l| format!("{}: {l}", path.display())),
+                );
+            }
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
 }
 
 /// The posterior was asked for and is told, so the fit beside it, which ends on its bound, makes no status of 3.

@@ -7,4 +7,5 @@ pub mod adapt;
 pub mod inverse;
 mod least_squares;
 pub mod posterior;
+pub mod standard_deviations;
 pub mod track;

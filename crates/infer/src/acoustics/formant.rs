@@ -8,11 +8,12 @@ use tongue_sound::profile::Articulation;
 use tongue_core::observe::Observable;
 
 use super::VocalTract;
+use crate::standard_deviations as sd;
 
 /// Standard deviation of a formant by the errors of an estimated tract, as a part of its frequency. Walls
 /// moved by 2 mm, areas 20 % larger, lips 2 mm wider and a larynx 5 mm lower change formants by 1 to 7 %
 /// each, together by 12 % (docs/sound.md).
-pub const TRACT_SD: f64 = 0.15;
+pub const TRACT_SD: f64 = sd::FORMANT;
 
 /// The frequency of a formant, Hz. Without an airway (the tongue touches the palate) it is infinite, so that
 /// no fit goes there.

@@ -3,8 +3,9 @@
 use tongue_core::body::Mesh;
 use tongue_core::geometry::{Point, simplex};
 
-/// Standard deviation of the logarithm of a cell's area (a factor of e^0.4), and the weight of all cells together.
-const AREA_LOG: f64 = 0.4;
+use crate::standard_deviations::LN_AREA;
+
+/// The weight of all cells together.
 const AREA_WEIGHT: f64 = 40.0;
 /// A cell that keeps less than the first number of its area resists further compression by the second number times as much.
 const SQUEEZED: (f64, f64) = (0.7, 4.0);
@@ -32,7 +33,7 @@ pub(crate) fn area_ratios(mesh: &Mesh<2>, nodes: &[Point]) -> impl Iterator<Item
 /// For every cell, the change of the logarithm of its area, in standard deviations and weighted. A cell that is turned over counts as one
 /// with a millionth of its area; such a shape is rejected anyway.
 pub(crate) fn area_residuals(mesh: &Mesh<2>, nodes: &[Point]) -> impl Iterator<Item = f64> {
-    let weight = (AREA_WEIGHT / mesh.cells.len().max(1) as f64).sqrt() / AREA_LOG;
+    let weight = (AREA_WEIGHT / mesh.cells.len().max(1) as f64).sqrt() / LN_AREA;
     let (from, factor) = (SQUEEZED.0.ln(), SQUEEZED.1 - 1.0);
     let resisted = move |log: f64| weight * (log + factor * (log - from).min(0.0));
     area_ratios(mesh, nodes).map(move |ratio| resisted(ratio.max(1e-6).ln()))

@@ -20,26 +20,16 @@ use tongue_input::measured::recording::{AlignedRecording, FIRST_COIL_M, LONGER_T
 
 use super::RestError;
 use crate::least_squares::{by_differences, minimise};
+use crate::standard_deviations as sd;
 
 /// Smallest number of coils that place a body.
 pub const FEWEST_COILS: usize = 3;
-/// Standard deviations of the turn relative to the axes of the recording, rad, and of the logarithm of the scale.
-const TURN_SD: f64 = 15.0 * std::f64::consts::PI / 180.0;
-const LN_SCALE_SD: f64 = 0.10;
-/// Standard deviation of the prior of the shift, m; so large that the prior has no effect.
-const SHIFT_SD_M: f64 = 0.1;
-/// Standard deviation of the distance of the first coil behind the tip, m.
-pub(crate) const FIRST_COIL_SD_M: f64 = 4e-3;
-/// Standard deviation of the distance of neighbouring coils along the tongue, m.
-pub(crate) const GAP_SD_M: f64 = 2e-3;
-/// Standard deviation of a measured distance, m.
-pub(crate) const MEASURED_COIL_SD_M: f64 = 1e-3;
+/// Standard deviation of the turn relative to the axes of the recording, rad.
+const TURN_SD: f64 = sd::COILS_TURN_DEG.to_radians();
 /// Difference of the mean posture from rest, and of the palate from that of the body: standard deviation, correlation length, and
-/// standard deviation of each point by itself, m.
-const POSTURE_M: [f64; 3] = [5e-3, 20e-3, 1e-3];
-const PALATE_M: [f64; 3] = [3e-3, 15e-3, 0.5e-3];
-/// Standard deviation of the tilt of a palate relative to that of the body, rad.
-const TILT_SD: f64 = 4.0 * std::f64::consts::PI / 180.0;
+/// standard deviation of each point by itself.
+const POSTURE_MM: [f64; 3] = [sd::POSTURE_MM, sd::POSTURE_FAR_MM, sd::POSTURE_ALONE_MM];
+const PALATE_MM: [f64; 3] = [sd::PALATE_MM, sd::PALATE_FAR_MM, sd::PALATE_ALONE_MM];
 /// Number of points to which a palate trace is resampled.
 const PALATE_POINTS: usize = 9;
 /// Where a palate is steeper than this relative to its rear half, it is gum and teeth, which differ more between speakers.
@@ -160,11 +150,8 @@ impl Line {
 }
 
 /// The Cholesky factor of the covariance of points along a line.
-fn whitener(
-    points: &[Point],
-    [sd, length, alone]: [f64; 3],
-    tilt: f64,
-) -> Option<nalgebra::Cholesky<f64, nalgebra::Dyn>> {
+fn whitener(points: &[Point], mm: [f64; 3], tilt: f64) -> Option<nalgebra::Cholesky<f64, nalgebra::Dyn>> {
+    let [sd, length, alone] = mm.map(|mm| 1e-3 * mm);
     let mut at: Vec<f64> = vec![0.0];
     points.windows(2).for_each(|w| at.push(at[at.len() - 1] + (w[1] - w[0]).norm()));
     let n = at.len();
@@ -189,7 +176,7 @@ impl Vault {
     pub fn of(body: &Body<2>, palate: &[Point]) -> Option<Self> {
         let trace = vault(palate);
         let line = Line::through(&vault(body.palate.as_deref()?)).filter(|_| trace.len() > 2)?;
-        Some(Self { line, factor: whitener(&trace, PALATE_M, TILT_SD)?, trace })
+        Some(Self { line, factor: whitener(&trace, PALATE_MM, sd::PALATE_TILT_DEG.to_radians())?, trace })
     }
 
     /// Distances of the trace from the vault of a placed body, in independent standard deviations.
@@ -209,14 +196,14 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let centre = outline.iter().map(|&n| body.mesh.nodes[n]).sum::<Point>() / outline.len().max(1) as f64;
     let places: Vec<Point> = coils.iter().map(|c| c.at).collect();
     let coincide = || failed("coils lie in the same place");
-    let posture = whitener(&places, POSTURE_M, 0.0).ok_or_else(coincide)?;
+    let posture = whitener(&places, POSTURE_MM, 0.0).ok_or_else(coincide)?;
     let of_palate = Vault::of(body, palate);
     // Unknowns: shift of the centre, turn and logarithm of the scale in units of the search, and for every coil its distance behind the
     // tip before scaling.
     let similarity = |x: &DVector<f64>| {
-        let turned = Similarity::new((LN_SCALE_SD * x[3]).exp(), TURN_SD * x[2], Point::zeros());
+        let turned = Similarity::new((sd::COILS_LN_SCALE * x[3]).exp(), TURN_SD * x[2], Point::zeros());
         let shift = centre + Point::new(x[0], x[1]) * SHIFT_UNIT_M - turned.place(centre);
-        Similarity::new((LN_SCALE_SD * x[3]).exp(), TURN_SD * x[2], shift)
+        Similarity::new((sd::COILS_LN_SCALE * x[3]).exp(), TURN_SD * x[2], shift)
     };
     let on_surface = |behind: f64| -> Point {
         let weights = surface.curve.weights(surface.tip - behind);
@@ -236,11 +223,11 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         let mut out = vec![x[2], x[3]];
         for (i, coil) in coils.iter().enumerate() {
             out.push(match (coil.behind, i.checked_sub(1)) {
-                (Some(measured), _) => (behind(i) - measured) / MEASURED_COIL_SD_M,
-                (None, None) => (behind(i) - FIRST_COIL_M) / FIRST_COIL_SD_M,
+                (Some(measured), _) => (behind(i) - measured) / (1e-3 * sd::MEASURED_COIL_MM),
+                (None, None) => (behind(i) - FIRST_COIL_M) / (1e-3 * sd::FIRST_COIL_MM),
                 (None, Some(before)) => {
                     let chord = (places[i] - places[before]).norm();
-                    (behind(i) - behind(before) - LONGER_THAN_CHORD * chord) / GAP_SD_M
+                    (behind(i) - behind(before) - LONGER_THAN_CHORD * chord) / (1e-3 * sd::COIL_GAP_MM)
                 }
             });
         }
@@ -281,10 +268,10 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let units = DVector::from_fn(best.x.len(), |i, _| match i {
         0 | 1 => SHIFT_UNIT_M,
         2 => TURN_SD,
-        3 => LN_SCALE_SD,
+        3 => sd::COILS_LN_SCALE,
         _ => COIL_UNIT_M * scale,
     });
-    let vague = |i: usize| if i < 2 { (SHIFT_UNIT_M / SHIFT_SD_M).powi(2) } else { 0.0 };
+    let vague = |i: usize| if i < 2 { (SHIFT_UNIT_M / sd::COILS_SHIFT_M).powi(2) } else { 0.0 };
     let with_shift = |mut square: DMatrix<f64>| {
         (0..2).for_each(|i| square[(i, i)] += vague(i));
         square

@@ -14,7 +14,6 @@ mod speaker;
 
 pub(crate) use areas::{area_residuals, is_believable};
 pub use coils::{Coil, FEWEST_COILS, Placement};
-pub(crate) use coils::{FIRST_COIL_SD_M, GAP_SD_M, MEASURED_COIL_SD_M};
 pub use landmarks::Landmarks;
 pub use place::{Registration, RegistrationData};
 pub(crate) use rest::straighten;

@@ -17,19 +17,12 @@ use tongue_input::measured::recording::{AlignedRecording, WITHOUT_BONES};
 use super::coils::{self, Coil, FEWEST_COILS, Placement, TURNS, Vault, evenly};
 use super::{RestError, mark_of};
 use crate::least_squares::minimise;
+use crate::standard_deviations as sd;
 
 /// Number of points to which a mean contour is resampled at equal distances, so that its weight does not depend on the sampling.
 const POINTS: usize = 11;
-/// Standard deviation of the mean contour about the surface at rest, m.
-const CONTOUR_SD_M: f64 = 3e-3;
-/// Standard deviation of the mental spine about its observed place, m.
-const SPINE_SD_M: f64 = 2.5e-3;
-/// Standard deviation of the hyoid about its observed place, m.
-const HYOID_SD_M: f64 = 5e-3;
 /// Standard deviation of the turn relative to the axes of the recording, rad.
-const TURN_SD: f64 = 20.0 * std::f64::consts::PI / 180.0;
-/// Standard deviation of the logarithm of the scale.
-const LN_SCALE_SD: f64 = 0.15;
+const TURN_SD: f64 = sd::TURN_DEG.to_radians();
 /// Sum of the squares above which the observations do not belong to one tongue: 29 of a real speaker, whose hyoid and spine are 7 and 5 mm
 /// off, and less than 20 of most.
 const MOST_COST: f64 = 45.0;
@@ -246,9 +239,9 @@ impl RegistrationData {
         }
         let surface = outline(body)?;
         let bones: Vec<(&'static str, Point, Point, f64)> =
-            [(MANDIBLE, self.spine, SPINE_SD_M), (HYOID, self.hyoid, HYOID_SD_M)]
+            [(MANDIBLE, self.spine, sd::SPINE_MM), (HYOID, self.hyoid, sd::HYOID_MM)]
                 .into_iter()
-                .filter_map(|(bone, seen, sd)| Some((bone, mark_of(body, bone)?, seen?, sd)))
+                .filter_map(|(bone, seen, sd)| Some((bone, mark_of(body, bone)?, seen?, 1e-3 * sd)))
                 .collect();
         let distances = |similarity: &Similarity| -> Vec<f64> {
             let scale = similarity.scale();
@@ -258,7 +251,8 @@ impl RegistrationData {
         let vault = Vault::of(body, &self.palate);
         let residuals = |x: &DVector<f64>| {
             let similarity = similarity(x);
-            let mut out: Vec<f64> = distances(&similarity).iter().map(|d| d / CONTOUR_SD_M).collect();
+            let mut out: Vec<f64> =
+                distances(&similarity).iter().map(|d| d / (1e-3 * sd::CONTOUR_MM)).collect();
             for (_, mark, seen, sd) in &bones {
                 let away = (similarity.place(*mark) - seen) / *sd;
                 out.extend([away.x, away.y]);
@@ -310,7 +304,7 @@ impl RegistrationData {
 
 /// The similarity for the unknowns of a search: two shifts, the turn and the logarithm of the scale in units of the search.
 fn similarity(x: &DVector<f64>) -> Similarity {
-    Similarity::new((LN_SCALE_SD * x[3]).exp(), TURN_SD * x[2], Point::new(x[0], x[1]) * SHIFT_M)
+    Similarity::new((sd::LN_SCALE * x[3]).exp(), TURN_SD * x[2], Point::new(x[0], x[1]) * SHIFT_M)
 }
 
 /// The unknowns at a turn (in standard deviations) that move a point of the body to its observed place.

@@ -11,6 +11,7 @@ use tongue_input::measured::recording::Mark;
 use super::areas::{LEAST_AREA_RATIO, area_ratios, area_residuals};
 use super::mark_of;
 use crate::least_squares::minimise;
+use crate::standard_deviations as sd;
 
 /// Control points of the built-in tongue, mm: around its outline, and one in its middle.
 const CONTROLS_MM: [[f64; 2]; 13] = [
@@ -30,11 +31,6 @@ const CONTROLS_MM: [[f64; 2]; 13] = [
 ];
 /// Distance between the mental spine and the hyoid's mark in the built-in tongue, m; the size of other bodies is relative to it.
 const SPINE_TO_HYOID_M: f64 = 37.75e-3;
-/// Prior of a displacement, m: standard deviation, that of bones, correlation length, and standard deviation of each point by itself.
-const SD_M: f64 = 5e-3;
-const BONE_SD_M: f64 = 2e-3;
-const TOGETHER_M: f64 = 15e-3;
-const ALONE_M: f64 = 0.7e-3;
 /// Displacements below this count as zero, m.
 const NOTHING_M: f64 = 1e-9;
 
@@ -79,11 +75,12 @@ impl ControlPoints {
         let points: Vec<Point> =
             if near { built_in } else { built_in.iter().map(|p| place.place(*p)).collect() };
         let size = (hyoid - spine).norm() / SPINE_TO_HYOID_M;
-        let sd = |i: usize| size * if matches!(i, 0 | 10) { BONE_SD_M } else { SD_M };
+        let mm = |i: usize| if matches!(i, 0 | 10) { sd::CONTROL_BONE_MM } else { sd::CONTROL_MM };
+        let sd = |i: usize| size * (1e-3 * mm(i));
         let covariance = DMatrix::from_fn(points.len(), points.len(), |i, j| {
             let apart = (points[i] - points[j]).norm_squared();
-            let alone = if i == j { (size * ALONE_M).powi(2) } else { 0.0 };
-            sd(i) * sd(j) * (-0.5 * apart / (size * TOGETHER_M).powi(2)).exp() + alone
+            let alone = if i == j { (size * (1e-3 * sd::CONTROL_ALONE_MM)).powi(2) } else { 0.0 };
+            sd(i) * sd(j) * (-0.5 * apart / (size * (1e-3 * sd::CONTROL_FAR_MM)).powi(2)).exp() + alone
         });
         let precision =
             covariance.try_inverse().ok_or_else(|| RestError::Body("control points coincide".to_owned()))?;

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::standard_deviations as sd;
 use crate::track::{self, Followed, RestShape, TongueSurface, TrackSettings, TrackingContext};
 use tongue_core::body::{Anatomy, Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
@@ -271,8 +272,8 @@ impl AdaptationInput<'_> {
 
 /// Standard deviations of a drawn contour, and of landmarks on bones at rest: the mental spine, and the hyoid, which moves with the neck,
 /// m.
-const CONTOUR_SD_M: f64 = 0.5e-3;
-const LANDMARK_SD_M: [(&str, f64); 2] = [(MANDIBLE, 1e-3), (HYOID, 5e-3)];
+const CONTOUR_SD_M: f64 = 1e-3 * sd::DRAWN_CONTOUR_MM;
+const LANDMARK_SD_M: [(&str, f64); 2] = [(MANDIBLE, 1e-3 * sd::DRAWN_SPINE_MM), (HYOID, 1e-3 * sd::HYOID_MM)];
 
 /// The median place of a bone over all frames of recordings.
 pub(super) fn median(seen: &[&AlignedRecording], bone: &str) -> Option<Point> {

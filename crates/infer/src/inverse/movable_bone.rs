@@ -10,10 +10,12 @@ use tongue_core::material::Constants;
 use tongue_core::sparse::BlockMatrix;
 use tongue_core::system::{Model, System, SystemError};
 
+use crate::standard_deviations::HYOID_MM;
+
 use super::FitError;
 
 /// Standard deviation of the displacement of a bone, m.
-pub const BONE_SD_M: f64 = 5e-3;
+pub const BONE_SD_M: f64 = 1e-3 * HYOID_MM;
 
 /// A bone that may be displaced: its nodes, and the system in which they are free, for the forces of the
 /// tissue on them.

@@ -8,6 +8,8 @@ use nalgebra::{DMatrix, SVector};
 
 use tongue_core::observe::Observable;
 
+use crate::standard_deviations::{EMG, EMG_GAIN};
+
 use super::parameters::{Parameter, ParameterValues, WarmStart};
 
 /// Muscles whose activity was measured together, in one posture or in the baseline.
@@ -75,10 +77,6 @@ pub struct AuxiliaryData {
     pub errors: DMatrix<f64>,
 }
 
-/// Standard deviation of the logarithm of an activity: each is trusted to 40 %.
-const EMG_SD: f64 = 0.4;
-/// The same of the gain of an electrode, so large that the gain is free.
-const GAIN_SD: f64 = 30.0;
 /// Below this relative activity an electrode cannot tell pulling from rest.
 const LEAST_ACTIVITY: f64 = 0.025;
 
@@ -98,8 +96,8 @@ impl AuxiliaryData {
             })
             .collect();
         let error = |i: usize, j: usize| {
-            let of_gain = if rows[i].0 == rows[j].0 { GAIN_SD * GAIN_SD } else { 0.0 };
-            of_gain + if i == j { EMG_SD * EMG_SD } else { 0.0 }
+            let of_gain = if rows[i].0 == rows[j].0 { EMG_GAIN * EMG_GAIN } else { 0.0 };
+            of_gain + if i == j { EMG * EMG } else { 0.0 }
         };
         Self {
             of: DataSource::Activity(

@@ -15,8 +15,11 @@ use tongue_core::body::Body;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::{Contour, NodePosition, Observable};
 
-use crate::adapt::{FIRST_COIL_SD_M, GAP_SD_M, MEASURED_COIL_SD_M};
-use crate::track::{Along, Errors, SCALE_SD, SHIFT_SD_M, TURN_SD, TongueSurface};
+use crate::standard_deviations::{
+    COIL_GAP_MM, DRAWN_ALONE_MM, DRAWN_NEAR_MM, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG,
+    MEASURED_COIL_MM,
+};
+use crate::track::{Along, Errors, TongueSurface};
 use tongue_input::measured::recording::{AlignedRecording, Mark};
 
 use super::auxiliary::{AuxiliaryData, DataSource, PostureView};
@@ -44,10 +47,10 @@ impl Shared {
     fn displaced(&self, at: Point, centre: Point, sds: f64) -> Point {
         let about = |scale, turn| centre + Similarity::new(scale, turn, Point::zeros()).place(at - centre);
         match self {
-            Self::Back => at + Point::x() * (SHIFT_SD_M * sds),
-            Self::Up => at + Point::y() * (SHIFT_SD_M * sds),
-            Self::Turn => about(1.0, TURN_SD * sds),
-            Self::Scale => about((SCALE_SD * sds).exp(), 0.0),
+            Self::Back => at + Point::x() * (1e-3 * LEFT_SHIFT_MM * sds),
+            Self::Up => at + Point::y() * (1e-3 * LEFT_SHIFT_MM * sds),
+            Self::Turn => about(1.0, LEFT_TURN_DEG.to_radians() * sds),
+            Self::Scale => about((LEFT_SCALE * sds).exp(), 0.0),
             Self::Glue(_) => at,
         }
     }
@@ -87,21 +90,17 @@ impl AuxiliaryData {
     }
 }
 
-/// Correlation length of the errors of one contour along it, and the independent error of a point, mm. A drawn contour has corners that
-/// say nothing about the tongue; a smooth covariance would take them as information.
-const NEAR_MM: f64 = 4.0;
-const ALONE_MM: f64 = 0.1;
-
-/// Covariance of the errors of all numbers, m².
+/// Covariance of the errors of all numbers, m². A drawn contour has corners that say nothing about the tongue; a smooth covariance of the
+/// own errors would take them as information.
 fn errors(numbers: &[Number]) -> DMatrix<f64> {
     let errors = Errors::default();
     let own = DMatrix::from_fn(numbers.len(), numbers.len(), |i, j| {
         let (a, b) = (&numbers[i].along, &numbers[j].along);
         let same_frame = numbers[i].frame == numbers[j].frame;
-        let near = (-(a.at_mm - b.at_mm).abs() / NEAR_MM).exp();
+        let near = (-(a.at_mm - b.at_mm).abs() / DRAWN_NEAR_MM).exp();
         let is_near = same_frame && a.channel == b.channel;
         let drawn = if is_near { a.sd_mm * b.sd_mm * near } else { 0.0 };
-        let alone = if i == j { ALONE_MM.powi(2) } else { 0.0 };
+        let alone = if i == j { DRAWN_ALONE_MM.powi(2) } else { 0.0 };
         1e-6 * (errors.of_body(a, b, same_frame) + drawn + alone)
     });
     let mut by_source: BTreeMap<&Shared, DVector<f64>> = BTreeMap::new();
@@ -189,9 +188,9 @@ impl Marks<'_> {
 fn glue(seen: &AlignedRecording, coil: usize) -> Vec<(Shared, f64)> {
     let known = (0..=coil).rev().find(|&c| seen.measured[c]);
     let sd = |c: usize| match c {
-        c if known == Some(c) => MEASURED_COIL_SD_M,
-        0 => FIRST_COIL_SD_M,
-        _ => GAP_SD_M,
+        c if known == Some(c) => 1e-3 * MEASURED_COIL_MM,
+        0 => 1e-3 * FIRST_COIL_MM,
+        _ => 1e-3 * COIL_GAP_MM,
     };
     (known.unwrap_or(0)..=coil).map(|c| (Shared::Glue(seen.sensors[c].0.clone()), sd(c))).collect()
 }
@@ -209,9 +208,9 @@ mod tests {
         };
         let sds =
             |seen: &AlignedRecording, coil| glue(seen, coil).iter().map(|(_, sd)| *sd).collect::<Vec<_>>();
-        assert_eq!(sds(&seen, 2), [FIRST_COIL_SD_M, GAP_SD_M, GAP_SD_M]);
+        assert_eq!(sds(&seen, 2), [4e-3, 2e-3, 2e-3]);
         seen.measured[1] = true;
-        assert_eq!(sds(&seen, 2), [MEASURED_COIL_SD_M, GAP_SD_M]);
-        assert_eq!(sds(&seen, 0), [FIRST_COIL_SD_M]);
+        assert_eq!(sds(&seen, 2), [1e-3, 2e-3]);
+        assert_eq!(sds(&seen, 0), [4e-3]);
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::PosteriorError;
+use crate::standard_deviations as sd;
 use tongue_core::body::ContinuumSettings;
 use tongue_core::toml_text;
 
@@ -62,7 +63,7 @@ priors! {
     /// Half-normal, independently for each muscle.
     TensionPrior {
         /// Scale of the half-normal distribution, N per metre of thickness.
-        scale_n_per_m: f64 = 20.0,
+        scale_n_per_m: f64 = sd::TENSION_N,
         /// Known tensions, N per metre of thickness, by muscle; "*" is every muscle not named.
         fixed_n_per_m: BTreeMap<String, f64> = BTreeMap::new(),
     }
@@ -71,7 +72,7 @@ priors! {
     BaselinePrior {
         /// Scale of the half-normal distribution, N per metre of thickness.
         // The scale of the vowel's tensions, so that without data either tension is equally likely to be the larger one.
-        scale_n_per_m: f64 = 20.0,
+        scale_n_per_m: f64 = sd::TENSION_N,
         /// Known tensions, N per metre of thickness, by muscle; "*" is every muscle not named.
         fixed_n_per_m: BTreeMap<String, f64> = BTreeMap::new(),
         /// Whether the baseline is rest, as in the thesis.
@@ -81,7 +82,7 @@ priors! {
     /// Normal about the hyoid's place in the body, independently for each axis.
     HyoidPrior {
         /// Standard deviation along an axis, mm.
-        sd_mm: f64 = 5.0,
+        sd_mm: f64 = sd::HYOID_MM,
         /// A known displacement, x and y, mm.
         fixed_mm: Option<[f64; 2]> = None,
         /// Whether the hyoid stays at its place in the body.
@@ -102,7 +103,7 @@ priors! {
     /// Normal, independently for each end and axis; the tissue around an end moves with it.
     MuscleEndsPrior {
         /// Standard deviation along an axis, mm.
-        sd_mm: f64 = 3.0,
+        sd_mm: f64 = sd::MUSCLE_END_MM,
         /// Distance around an end over which the tissue moves with it, mm (the standard deviation of a bell curve).
         reach_mm: f64 = 8.0,
         /// Whether the ends stay at their places in the body.
@@ -157,7 +158,7 @@ priors! {
     /// Normal, independently for each stretch.
     DiscrepancyPrior {
         /// Standard deviation of a stretch, dimensionless.
-        sd: f64 = 0.03,
+        sd: f64 = sd::STRETCH,
         /// What is added for a vowel that is sampled alone against a baseline in which muscles pull as in any vowel, that is, any but /ɯ/.
         sd_of_baseline: f64 = 0.065,
         /// Whether the model is taken as exact.
@@ -188,6 +189,11 @@ impl Priors {
             .map_err(|e| PosteriorError::Priors(format!("{origin}:{}: {}", e.line, e.problem)))?;
         priors.check().map_err(|e| PosteriorError::Priors(format!("{origin}: {e}")))?;
         Ok(priors)
+    }
+
+    /// The numbers of the model beside the priors: no file changes them.
+    pub fn beside() -> &'static [sd::Entry] {
+        sd::TABLE
     }
 
     /// Checks that every number is in its range.

@@ -3,9 +3,8 @@
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::geometry::Point;
 
-/// Standard deviations of the end of a muscle, m, and of an end on a bone that is not observed, such as the styloid.
-const END_SD_M: f64 = 3e-3;
-const FAR_END_SD_M: f64 = 8e-3;
+use crate::standard_deviations::{FAR_END_MM, MUSCLE_END_MM};
+
 /// A node where muscles cross moves along the other muscle; if the sine of their angle is smaller than this it stays.
 const LEAST_SINE: f64 = 0.3;
 
@@ -19,7 +18,7 @@ pub(super) fn ends(body: &Body<2>) -> Vec<Vec<Point>> {
     let mut nodes: Vec<usize> = mesh.muscles.iter().flat_map(|m| m.ends()).collect();
     nodes.sort_unstable();
     nodes.dedup();
-    let size = |n: usize| if fixed(n) && !seen(n) { FAR_END_SD_M } else { END_SD_M };
+    let size = |n: usize| if fixed(n) && !seen(n) { FAR_END_MM } else { MUSCLE_END_MM };
     let mut out = Vec::new();
     for end in nodes {
         let on_outline = outline.iter().position(|&n| n == end).filter(|_| !fixed(end));
@@ -33,7 +32,7 @@ pub(super) fn ends(body: &Body<2>) -> Vec<Vec<Point>> {
         };
         for way in ways {
             let mut moved = vec![Point::zeros(); mesh.nodes.len()];
-            moved[end] = way * size(end);
+            moved[end] = way * (1e-3 * size(end));
             for (number, muscle) in mesh.muscles.iter().enumerate() {
                 let [a, b] = muscle.ends();
                 let other = if a == end { b } else { a };

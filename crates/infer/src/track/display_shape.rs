@@ -9,6 +9,7 @@ use tongue_core::geometry::Point;
 use tongue_core::system::System;
 
 use crate::least_squares::{self, Rule};
+use crate::standard_deviations::SHOWN_LEVEL;
 
 use super::context::TrackingContext;
 use super::errors::{Errors, Knots};
@@ -22,9 +23,6 @@ use super::softplus::Softplus;
 
 /// Weight of the frames for the displayed shape, which is one body and has no intervals.
 const TRUST: f64 = 0.5;
-/// Standard deviation of levels while the displayed shape is found, as a fraction of the scale of tensions. It is smaller than that of the
-/// intervals, so that of two shapes that fit the frames equally well the one with levels nearer to the middle of the prior is displayed.
-const LEVEL_SD: f64 = 0.5;
 /// Largest number of frames by which the displayed shape is found.
 const SHAPE_FRAMES: usize = 60;
 /// Rounds in which the tensions follow a new shape.
@@ -74,7 +72,8 @@ impl<'a> Display<'a> {
     pub fn new(stage: &'a TrackingContext<'a>, settings: &TrackSettings) -> Self {
         let errors = Errors { slow_mm: 0.0, static_mm: 0.0, ..settings.errors };
         let knots = Knots::new(errors, &[]);
-        let link = Softplus { level_sd_n: LEVEL_SD * settings.link.scale_n(), ..settings.link };
+        // Of two shapes that fit the frames equally well the one with levels nearer to the middle of the prior is displayed.
+        let link = Softplus { level_sd_n: SHOWN_LEVEL * settings.link.scale_n(), ..settings.link };
         Self { stage, settings: TrackSettings { errors, link, ..settings.clone() }, knots }
     }
 

@@ -10,6 +10,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::standard_deviations as sd;
+
 /// Covariance of the errors of the observations, lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
@@ -27,14 +29,20 @@ pub struct Errors {
 
 impl Default for Errors {
     fn default() -> Self {
-        Self { slow_mm: 0.7, static_mm: 0.7, far_mm: 15.0, apart_mm: 9.0, apart_s: 0.0125 }
+        Self {
+            slow_mm: sd::SLOW_MM,
+            static_mm: sd::STATIC_MM,
+            far_mm: sd::ERRORS_FAR_MM,
+            apart_mm: sd::POINTS_APART_MM,
+            apart_s: sd::FRAMES_APART_S,
+        }
     }
 }
 
 impl Errors {
     /// Errors for a body of known shape, and points whose errors are independent.
     pub const INDEPENDENT: Self =
-        Self { slow_mm: 0.0, static_mm: 0.0, far_mm: 15.0, apart_mm: 0.0, apart_s: 0.0 };
+        Self { slow_mm: 0.0, static_mm: 0.0, far_mm: sd::ERRORS_FAR_MM, apart_mm: 0.0, apart_s: 0.0 };
 
     /// Covariance of the errors of two observations of a body of unknown shape, mm², without their own errors. `same_frame`: frames are
     /// otherwise too far apart to remember.

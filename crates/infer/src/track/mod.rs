@@ -50,7 +50,6 @@ pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
 pub use segments::{LabelCourse, LabelMean, LabelPoint};
 pub use settings::TrackSettings;
 pub use shape::{RestShape, ShapePrior};
-pub(crate) use shape::{SCALE_SD, SHIFT_SD_M, TURN_SD};
 pub use smoother::FEWEST;
 pub use softplus::Softplus;
 pub use summary::{CourseSummary, MOST_UNTRUSTED, NARROW, TWO_SIDED_95, course_summaries, is_untrusted};

@@ -9,6 +9,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::{DMatrix, DVector};
 
 use crate::adapt::{ControlPoints, Placement, RestError, area_residuals, is_believable, mark_of, straighten};
+use crate::standard_deviations as sd;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::geometry::{Point, Similarity, ThinPlate};
@@ -18,17 +19,11 @@ use tongue_core::system::{Additions, Layout, Model, System};
 use super::TongueSurface;
 use super::attachment_modes::ends;
 
-/// What placing leaves open: shift, m, turn, rad, and scale.
-pub(crate) const SHIFT_SD_M: f64 = 5e-3;
-pub(crate) const TURN_SD: f64 = 9.0 * std::f64::consts::PI / 180.0;
-pub(crate) const SCALE_SD: f64 = 0.1;
+/// What placing leaves open: shift, m, and turn, rad.
+const SHIFT_SD_M: f64 = 1e-3 * sd::LEFT_SHIFT_MM;
+const TURN_SD: f64 = sd::LEFT_TURN_DEG.to_radians();
 /// A unit of a direction that moves a coil along the surface, m.
 const COIL_UNIT_M: f64 = 1e-3;
-/// Standard deviation of a shear along the axes and of one along the diagonals.
-const SHEAR_SD: f64 = 0.08;
-/// Standard deviations of the mental spine and the hyoid about their observed places, m.
-const SPINE_SD_M: f64 = 2.5e-3;
-const HYOID_SD_M: f64 = 5e-3;
 /// Step of a difference, in units of a direction: 1 mm or one standard deviation.
 pub(super) const STEP: f64 = 1e-3;
 
@@ -73,10 +68,10 @@ impl ShapePrior {
             |of: &dyn Fn(Point) -> Point| mesh.nodes.iter().map(|p| of(p - centre)).collect::<Vec<_>>();
         directions.extend(axes.map(|a| about(&|_| a * SHIFT_SD_M)));
         directions.push(about(&|p| Point::new(-p.y, p.x) * TURN_SD));
-        directions.push(about(&|p| p * SCALE_SD));
+        directions.push(about(&|p| p * sd::LEFT_SCALE));
         let kept = directions.len();
-        directions.push(about(&|p| Point::new(p.x, -p.y) * (0.5 * SHEAR_SD)));
-        directions.push(about(&|p| Point::new(p.y, p.x) * (0.5 * SHEAR_SD)));
+        directions.push(about(&|p| Point::new(p.x, -p.y) * (0.5 * sd::SHEAR)));
+        directions.push(about(&|p| Point::new(p.y, p.x) * (0.5 * sd::SHEAR)));
         directions.extend(ends(body));
 
         let all = directions.len();
@@ -89,7 +84,7 @@ impl ShapePrior {
             }
         }
         let mut gradient = DVector::zeros(all);
-        for (bone, sd) in [(MANDIBLE, SPINE_SD_M), (HYOID, HYOID_SD_M)] {
+        for (bone, sd) in [(MANDIBLE, 1e-3 * sd::SPINE_MM), (HYOID, 1e-3 * sd::HYOID_MM)] {
             let (Some(mark), Some(at)) = (mark_of(body, bone), seen(bone)) else { continue };
             let Some(node) = body.bone(bone).iter().find(|&&i| mesh.nodes[i] == mark) else { continue };
             for axis in 0..2 {
@@ -115,7 +110,7 @@ impl ShapePrior {
     /// surface.
     fn placed(mut self, mesh: &Mesh<2>, surface: &TongueSurface, by: &Placement) -> Self {
         let (first, all) = (self.placing.start, self.directions.len());
-        let units = [SHIFT_SD_M, SHIFT_SD_M, TURN_SD, SCALE_SD];
+        let units = [SHIFT_SD_M, SHIFT_SD_M, TURN_SD, sd::LEFT_SCALE];
         let place = |i: usize| if i < 4 { (first + i, units[i]) } else { (all + i - 4, COIL_UNIT_M) };
         let count = all + by.coils.len();
         let (mut precision, mut gradient) = self.own;

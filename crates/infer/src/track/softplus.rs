@@ -1,16 +1,6 @@
 //! Tensions as a smooth function of unbounded numbers, so that a slack muscle is not on a bound: `F = s ln(1 + exp(h / s))`.
 
-/// Scale of tensions for which the numbers below are given, N per metre of thickness.
-const SCALE_N: f64 = 20.0;
-/// The constant `s`, where the exponential turns into a straight line.
-const BEND_N: f64 = 3.0;
-/// Prior mean of `h`: a level has the median of the half-normal prior that a tone has in the posterior, 0.674 of its scale.
-const MIDDLE_N: f64 = 13.456;
-/// Standard deviation of a muscle's level in a speaker, which is the same in all frames: a level is below 2.241 of the scale with a
-/// probability of 97.5 %, as a half-normal tone is.
-const LEVEL_SD_N: f64 = 16.0;
-/// Standard deviation of a muscle's course about that level.
-const COURSE_SD_N: f64 = 12.0;
+use crate::standard_deviations as sd;
 
 /// The link of tensions, and their prior: `h = middle + M + e(t)` with `M ~ N(0, level²)` shared by all frames and `e` an
 /// Ornstein-Uhlenbeck process. Independent priors of the frames would treat the mean of all frames as known.
@@ -28,24 +18,24 @@ pub struct Softplus {
 
 impl Default for Softplus {
     fn default() -> Self {
-        Self::of_scale(SCALE_N)
+        Self::of_scale(sd::TENSION_N)
     }
 }
 
 impl Softplus {
     /// A link with all values in proportion to a scale of the tensions, N/m; the default is 20 N/m.
     pub fn of_scale(scale_n: f64) -> Self {
-        let by = scale_n / SCALE_N;
+        let by = scale_n / sd::TENSION_N;
         Self {
-            bend_n: BEND_N * by,
-            middle_n: MIDDLE_N * by,
-            level_sd_n: LEVEL_SD_N * by,
-            course_sd_n: COURSE_SD_N * by,
+            bend_n: sd::BEND_N * by,
+            middle_n: sd::LEVEL_MIDDLE_N * by,
+            level_sd_n: sd::LEVEL_N * by,
+            course_sd_n: sd::COURSE_N * by,
         }
     }
 
     pub fn scale_n(&self) -> f64 {
-        SCALE_N * self.bend_n / BEND_N
+        sd::TENSION_N * self.bend_n / sd::BEND_N
     }
 
     /// Tension, N/m, and its derivative by `h`.

@@ -23,6 +23,7 @@ use super::forward::Forward;
 use super::problem::LeastSquaresProblem;
 use super::{Answer, FitError, FitSettings, Method, Unknown, solve};
 use crate::posterior::Priors;
+use crate::standard_deviations::ACTIVATION;
 use tongue_input::measured::{ByMuscle, SpaceMark};
 
 /// Settings of the search for activations.
@@ -30,7 +31,7 @@ use tongue_input::measured::{ByMuscle, SpaceMark};
 pub struct SpaceSearch {
     /// Whether both sides of a muscle have activations of their own; otherwise these are equal.
     pub sides_apart: bool,
-    /// Standard deviation of the prior of every activation, whose mean is 0. Default 0.5.
+    /// Standard deviation of the prior of every activation, whose mean is 0.
     pub prior_sd: f64,
     /// Standard deviation of the logarithm of the stiffness of the tissue. Default: that of Young's modulus in a posterior.
     pub stiffness_sd_ln: f64,
@@ -52,7 +53,7 @@ impl Default for SpaceSearch {
             ..FitSettings::default()
         };
         let stiffness_sd_ln = Priors::default().young_modulus.sd_ln;
-        Self { sides_apart: false, prior_sd: 0.5, stiffness_sd_ln, open_above: 0.1, settings }
+        Self { sides_apart: false, prior_sd: ACTIVATION, stiffness_sd_ln, open_above: 0.1, settings }
     }
 }
 

@@ -13,12 +13,7 @@ use tongue_input::measured::{
 };
 
 use crate::adapt::{Registration, RegistrationData, RestError};
-
-/// Standard deviation of a stretch from the errors of the model, as in the posterior.
-const STRETCH_SD: f64 = 0.03;
-/// Contour points nearer to each other than this are not independent, m: a contour drawn through many pixels carries no more information
-/// than one with points this far apart.
-const INDEPENDENT_M: f64 = 4e-3;
+use crate::standard_deviations::{DRAWN_NEAR_MM, STRETCH};
 
 /// What was seen of one speaker, in the frame of a body in space.
 #[derive(Debug, Clone)]
@@ -70,7 +65,7 @@ impl Recorded {
                 }
             };
             // Of the stretch or ratio, as a length at rest.
-            let sd_m = rest(over) * own.hypot(other).hypot(STRETCH_SD);
+            let sd_m = rest(over) * own.hypot(other).hypot(STRETCH);
             SpaceMark { what: Marked::Muscle { muscle: target.muscles[m].clone(), measure }, sd_m }
         };
         let frame = SpaceFrame { time_s: None, marks: target.compared().map(mark).collect() };
@@ -124,5 +119,5 @@ fn marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Similarity)
 /// By what the standard deviations of contour points grow that lie closer to each other than independent ones.
 fn crowding(contour: &[&Mark]) -> f64 {
     let length: f64 = contour.windows(2).map(|pair| (pair[1].at - pair[0].at).norm()).sum();
-    (contour.len() as f64 * INDEPENDENT_M / length.max(INDEPENDENT_M)).max(1.0).sqrt()
+    (contour.len() as f64 * (1e-3 * DRAWN_NEAR_MM) / length.max(1e-3 * DRAWN_NEAR_MM)).max(1.0).sqrt()
 }

@@ -48,7 +48,7 @@ pub use channels::{FIRST_COIL_M, LONGER_THAN_CHORD};
 pub use labels::{Label, text_grid};
 use limits::Budget;
 pub use limits::{MOST_CHANNELS, MOST_FRAMES};
-pub use map::{CONTOUR_SD_M, Map, Role, WITHOUT_BONES};
+pub use map::{CONTOUR_SD_M, Map, Role, SENSOR_SD_M, WITHOUT_BONES};
 pub use names::is_coil;
 pub use outliers::{Fault, FaultKind, Screened, screen};
 pub use plausibility::{Doubt, Severity, doubts, other_size, palate_doubt};
