@@ -178,7 +178,7 @@ pub struct Held {
     all: f64,
     levels: f64,
     courses: f64,
-    /// Levels that the interval of a muscle's level in the prior holds.
+    /// Levels that the interval of a muscle's level in the prior, which begins at 0, holds.
     by_prior: f64,
     level_widths: f64,
     course_widths: f64,
@@ -233,7 +233,7 @@ impl Held {
     /// Of a speaker and what was found of each recording.
     pub fn add(&mut self, speaker: &Recorded, found: Vec<TrackedRecording>) {
         let link = Softplus::default();
-        let prior = [-1.96, 1.96].map(|z| link.tension(link.middle_n + z * link.level_sd_n).0);
+        let highest = link.tension(link.middle_n + 1.96 * link.level_sd_n).0;
         for (truth, found) in speaker.truth.iter().zip(found) {
             for m in 0..8 {
                 let mean = truth.iter().map(|t| t[m]).sum::<f64>() / truth.len() as f64;
@@ -243,7 +243,7 @@ impl Held {
                     self.all += 1.0;
                     self.levels += f64::from(level.holds(truth[m]));
                     self.courses += f64::from(course.holds(truth[m] - mean));
-                    self.by_prior += f64::from((prior[0]..=prior[1]).contains(&truth[m]));
+                    self.by_prior += f64::from(truth[m] <= highest);
                     self.level_widths += level.width();
                     self.course_widths += course.width();
                     self.dead[0] += f64::from(is_dead);
