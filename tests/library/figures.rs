@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 use roxmltree::{Document, Node};
 use tongue_files::report::{
-    AnimationFrame, Export, Provenance, ReportError, Scatter, SectionPicture, Series, Vtu, animation,
-    changes, scatter, solid, tongue,
+    AnimationFrame, Export, PrecisionCurve, Provenance, ReportError, Scatter, SectionPicture, Series, Vtu,
+    animation, changes, scatter, solid, tongue, work_precision,
 };
 use tongue_fit::body::{self, Cells, Mesh, MuscleChain};
 
@@ -342,6 +342,20 @@ fn what_is_predicted_exactly_lies_on_the_diagonal() {
     assert!((dots[2][0] - dots[3][0] + dots[2][1] - dots[3][1]).abs() < 0.3, "{dots:?}");
     assert!(dots[4][1] < dots[2][1] - 20.0, "higher than measured");
     assert!(svg.contains("exact: 0.1 RMS."));
+}
+
+#[test]
+fn every_curve_of_precision_is_told_and_what_has_no_place_is_left_out() {
+    let curve =
+        |name: &str, points: &[(f64, f64)]| PrecisionCurve { name: name.into(), points: points.to_vec() };
+    let curves = [curve("Newton", &[(1e-4, 1e-2), (2e-4, 0.0)]), curve("<Verlet>", &[(1.0, 1e-3)])];
+    let svg = work_precision("T", "time, s", "error, mm", &curves).unwrap().to_string();
+    let told = texts(&Document::parse(&svg).unwrap());
+    for name in ["Newton", "<Verlet>", "time, s", "error, mm"] {
+        assert!(told.iter().any(|t| t == name), "{name}");
+    }
+    assert!(svg.contains("Newton: (1.00e-4, 1.00e-2)."), "the zero has no place");
+    assert!(matches!(work_precision("T", "x", "y", &[]), Err(ReportError::Curves { curves: 0, .. })));
 }
 
 #[test]

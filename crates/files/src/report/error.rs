@@ -42,6 +42,8 @@ pub enum ReportError {
          a ratio of lengths must be positive, finite and at most 100"
     )]
     Ratio { series: String, label: String, value: f64 },
+    #[error("a diagram needs 1 to {most} curves with a positive, finite point each; got {curves}")]
+    Curves { curves: usize, most: usize },
 }
 
 /// Advice for a journal that cannot grow; other errors contain theirs.

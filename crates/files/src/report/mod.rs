@@ -55,8 +55,9 @@ pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};
 pub use ssff::Ssff;
 pub use sto::StoTable;
 pub use svg::{
-    AnimationFrame, Panel, Scatter, SectionPicture, Series, Svg, VowelPicture, animation, changes, panels,
-    ridges, scatter, solid, timelines, tongue, valley, views, vowel, wrapped,
+    AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,
+    changes, panels, ridges, scatter, solid, timelines, tongue, valley, views, vowel, work_precision,
+    wrapped,
 };
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]

@@ -20,17 +20,18 @@ pub fn sections(study: &AccuracyStudy) -> Result<String, Error> {
     let mut p = String::new();
     let _ = write!(
         p,
-        "## 1. To equilibrium\n\n\
+        "## 1. To equilibrium\n\n![position error against time](1-equilibrium.svg)\n\n\
          Error against Newton's method carried on until rounding stops it (largest force left {} N). Integrators start at rest with \
-         the tensions applied at once, and are compared at several times. An explicit step beyond the \
-         stability limit is refused, and so is a run that would take longer than the study allows.\n\n{}",
+         the tensions applied at once, and are compared at several times; the figure shows for each method the \
+         runs that no other of its runs beats. An explicit step beyond the stability limit is refused, and so is a run that would take \
+         longer than the study allows.\n\n{}",
         number(study.reference_residual_n),
         all_runs(&study.equilibrium)?
     );
     let below = study.trajectory.iter().filter(|r| r.error_mm.is_some_and(|e| e < study.reference_doubt_mm));
     let _ = write!(
         p,
-        "## 2. Along the trajectory\n\n\
+        "## 2. Along the trajectory\n\n![position error against time](2-trajectory.svg)\n\n\
          Largest error at t = 0.03, 0.1, 0.3, 0.6, 1, 2 and 3 s, where steps are made to end, against TR-BDF2 at a tolerance of 1e-9 \
          mm a step, a thousand times tighter than the tightest rung; from one ten times looser that differs by {} mm. Errors below \
          this ({} runs) are the reference's own.\n\n{}",
@@ -47,7 +48,7 @@ pub fn sections(study: &AccuracyStudy) -> Result<String, Error> {
     meshes(&mut p, study)?;
     let _ = write!(
         p,
-        "## 5. Fit\n\n\
+        "## 5. Fit\n\n![tension error against time](5-fit.svg)\n\n\
          /a/ of S2. Error against Gauss-Newton with a force tolerance of 1e-11 N, steps below 1e-8 N and eight starts. Three \
          stretches determine three tensions; two ratios leave a direction open, in which the smallest total tension is sought. \
          One setting is changed at a time. Warm: candidates are solved from the nearest solved one, not from rest. The time is that \
@@ -82,7 +83,7 @@ fn meshes(p: &mut String, study: &AccuracyStudy) -> Result<(), Error> {
     let runs = &study.meshes;
     let _ = write!(
         p,
-        "## 4. Mesh\n\n{}\n\n\
+        "## 4. Mesh\n\n![change of a ratio against time](4-mesh.svg)\n\n{}\n\n\
          Changes are the largest of the ratios from the next coarser mesh; there is no limit to compare with. Memory \
          is that of the stiffness matrix and its factor.\n\n",
         mesh_verdict(runs).unwrap_or_default()

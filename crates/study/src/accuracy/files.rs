@@ -1,15 +1,34 @@
-//! Files of the study: its page and a table for each axis.
+//! Files of the study: a table for each axis, and the diagrams.
 
 use crate::Error;
-use tongue_files::report::{Export, Markdown, Rows};
+use tongue_files::report::{Export, Markdown, PrecisionCurve, Rows, work_precision};
+use tongue_infer::inverse::{FitSettings, Method};
+use tongue_input::measured::TargetKind;
 
 use super::AccuracyStudy;
+use super::mesh::{MeshRun, SCENES};
 use super::page::page;
+use super::runs::Run;
+use super::search::FitRun;
 
 pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
-/// The page and a table for each axis; `made` says how and where it was made.
+/// The page, a table for each axis, and the diagrams; `made` says how and where it was made.
 pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Error> {
+    let time = "time, s (median)";
+    let error = "largest position error, mm";
+    let equilibrium = work_precision("To equilibrium", time, error, &best_curves(&study.equilibrium))?;
+    let curves = best_curves(&study.trajectory);
+    let trajectory = work_precision("Along the trajectory to t = 3 s", time, error, &curves)?;
+    let meshes = work_precision(
+        "Change of a ratio from one mesh spacing to the next finer one",
+        "time of one equilibrium, s",
+        "largest change of a ratio",
+        &mesh_curves(&study.meshes),
+    )?;
+    let title = "Fit of /a/: Nelder-Mead's simplex from the nearest solved candidate (warm) or from rest (cold), and Gauss-Newton";
+    let fits =
+        work_precision(title, "time of a fit, s", "largest tension error, N", &fit_curves(&study.fits))?;
     Ok(vec![
         ("README.md", Box::new(Markdown(page(study, made)?))),
         ("1-equilibrium.csv", Box::new(Rows(&study.equilibrium))),
@@ -17,5 +36,61 @@ pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Erro
         ("3-early.csv", Box::new(Rows(&study.early))),
         ("4-mesh.csv", Box::new(Rows(&study.meshes))),
         ("5-fit.csv", Box::new(Rows(&study.fits))),
+        ("1-equilibrium.svg", Box::new(equilibrium)),
+        ("2-trajectory.svg", Box::new(trajectory)),
+        ("4-mesh.svg", Box::new(meshes)),
+        ("5-fit.svg", Box::new(fits)),
     ])
+}
+
+/// For every method the runs that no other run of it beats in both time and error.
+fn best_curves(runs: &[Run]) -> Vec<PrecisionCurve> {
+    let mut curves: Vec<PrecisionCurve> = Vec::new();
+    for run in runs {
+        let Some(point) = run.seconds.zip(run.error_mm) else { continue };
+        match curves.iter_mut().find(|c| c.name == run.method) {
+            Some(curve) => curve.points.push(point),
+            None => curves.push(PrecisionCurve { name: run.method.into(), points: vec![point] }),
+        }
+    }
+    for curve in &mut curves {
+        curve.points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut least = f64::INFINITY;
+        curve.points.retain(|p| {
+            p.1 < least && {
+                least = p.1;
+                true
+            }
+        });
+    }
+    curves
+}
+
+fn mesh_curves(runs: &[MeshRun]) -> Vec<PrecisionCurve> {
+    let curve = |(scene, _): (&str, _)| {
+        let of_scene = runs.iter().filter(|r| r.scene == scene);
+        let points = of_scene.filter_map(|r| Some((r.solve_s, r.change_from_next_coarser?))).collect();
+        PrecisionCurve { name: scene.into(), points }
+    };
+    SCENES.map(curve).into()
+}
+
+fn fit_curves(runs: &[FitRun]) -> Vec<PrecisionCurve> {
+    let mut curves = Vec::new();
+    for kind in [TargetKind::Stretch, TargetKind::Ratio] {
+        for (method, warm, name) in [
+            (Method::NelderMead, true, "simplex, warm"),
+            (Method::NelderMead, false, "simplex, cold"),
+            (Method::GaussNewton, true, "Gauss-Newton"),
+        ] {
+            let starts = FitSettings::default().starts;
+            let ladder = runs
+                .iter()
+                .filter(|r| (r.target, r.method, r.warm, r.starts) == (kind, method, warm, starts));
+            let mut points: Vec<(f64, f64)> = ladder.map(|r| (r.seconds, r.error_n)).collect();
+            points.sort_by(|a, b| b.1.total_cmp(&a.1));
+            curves.push(PrecisionCurve { name: format!("{name}, {}", kind.name()), points });
+        }
+    }
+    curves
 }

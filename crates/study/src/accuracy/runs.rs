@@ -47,7 +47,7 @@ impl Serialize for Ended {
     }
 }
 
-/// One run of a method.
+/// One run of a method: a point in the diagram of time against accuracy.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Run {
     pub method: &'static str,

@@ -29,7 +29,14 @@ fn every_file_is_made_and_every_run_is_a_row() {
     let files = files(study, "Made by a test.").unwrap();
     let files: Vec<(&str, String)> = files.iter().map(|(n, f)| (*n, f.text(&by).unwrap())).collect();
     let names: BTreeSet<&str> = files.iter().map(|(n, _)| *n).collect();
-    assert!(files.iter().all(|(_, text)| text.contains("a test") && text.contains(VERSION)), "{names:?}");
+    let page = page(study);
+    for (name, text) in &files {
+        assert!(text.contains("a test") && text.contains(VERSION), "{name}");
+        if name.ends_with(".svg") {
+            assert!(page.contains(&format!("({name})")), "the page shows {name}");
+            roxmltree::Document::parse(text).unwrap();
+        }
+    }
     let rows = |name: &str| {
         let (_, text) = files.iter().find(|(n, _)| *n == name).unwrap();
         csv::Reader::from_reader(text.as_bytes()).into_records().count()

@@ -19,6 +19,7 @@ mod tensions;
 mod timelines;
 mod views;
 mod vowel;
+mod work_precision;
 
 use std::fmt::{self, Write as _};
 use std::io::{self, Write};
@@ -42,6 +43,7 @@ pub use tensions::tensions;
 pub use timelines::timelines;
 pub use views::{solid, views};
 pub use vowel::{VowelPicture, vowel};
+pub use work_precision::{PrecisionCurve, work_precision};
 
 /// Width of an ordinary figure, px. In a journal column of 85 mm, 24 px are 6.4 points, the smallest text.
 const WIDTH: f64 = 900.0;

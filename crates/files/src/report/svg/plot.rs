@@ -11,6 +11,14 @@ pub(super) struct Plot {
     pub x: [f64; 2],
     /// Values at the lower and at the upper edge; the second may be smaller.
     pub y: [f64; 2],
+    pub scale: Scale,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scale {
+    Linear,
+    /// Equal ratios are equal distances; the edges are powers of ten.
+    Logarithmic,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,12 +30,38 @@ pub(super) enum Axis<'a> {
     Nothing,
 }
 
-fn marks(edges: [f64; 2]) -> Vec<(f64, String)> {
-    let values = ticks(edges[0].min(edges[1])..=edges[0].max(edges[1]));
-    let step = values.get(1).map_or(1.0, |second| second - values[0]);
-    let digits = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
-    let label = |v: f64| format!("{:.digits$}", v + 0.0).replace('-', "\u{2212}");
-    values.into_iter().map(|v| (v, label(v))).collect()
+impl Scale {
+    fn of(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Logarithmic => value.log10(),
+        }
+    }
+
+    fn marks(self, edges: [f64; 2]) -> Vec<(f64, String)> {
+        let [low, high] = [self.of(edges[0].min(edges[1])), self.of(edges[0].max(edges[1]))];
+        match self {
+            Self::Linear => {
+                let values = ticks(low..=high);
+                let step = values.get(1).map_or(1.0, |second| second - values[0]);
+                let digits = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
+                let label = |v: f64| format!("{:.digits$}", v + 0.0).replace('-', "\u{2212}");
+                values.into_iter().map(|v| (v, label(v))).collect()
+            }
+            Self::Logarithmic => {
+                let [low, high] = [low.round() as i32, high.round() as i32];
+                (low..=high).map(|e| (10f64.powi(e), power(e))).collect()
+            }
+        }
+    }
+}
+
+/// `10⁻³`.
+fn power(exponent: i32) -> String {
+    const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    let digits = exponent.to_string();
+    let raised = digits.chars().map(|c| c.to_digit(10).map_or('⁻', |d| RAISED[d as usize % 10]));
+    format!("10{}", raised.collect::<String>())
 }
 
 /// The nearest round numbers around a range of values.
@@ -39,12 +73,15 @@ pub(super) fn around(low: f64, high: f64) -> [f64; 2] {
 
 impl Plot {
     pub fn linear(corner: Px, size: [f64; 2], x: [f64; 2], y: [f64; 2]) -> Self {
-        Self { corner, size, x, y }
+        Self { corner, size, x, y, scale: Scale::Linear }
     }
 
     /// The position of a pair of values, px, moved to the edge if it is outside.
     pub fn place(&self, x: f64, y: f64) -> Px {
-        let part = |v: f64, [from, to]: [f64; 2]| ((v - from) / (to - from)).clamp(0.0, 1.0);
+        let part = |v: f64, edges: [f64; 2]| {
+            let [from, to] = edges.map(|edge| self.scale.of(edge));
+            ((self.scale.of(v) - from) / (to - from)).clamp(0.0, 1.0)
+        };
         [
             self.corner[0] + self.size[0] * part(x, self.x),
             self.corner[1] + self.size[1] * (1.0 - part(y, self.y)),
@@ -71,7 +108,7 @@ impl Plot {
         let is_numbered = |axis: Axis<'_>| matches!(axis, Axis::Named(_) | Axis::Numbers);
         let [left, top] = self.corner;
         let [right, bottom] = [left + self.size[0], top + self.size[1]];
-        for (value, label) in every(marks(self.x), 70.0 / self.size[0]) {
+        for (value, label) in every(self.scale.marks(self.x), 70.0 / self.size[0]) {
             let [at, _] = self.place(value, self.y[0]);
             if x != Axis::Nothing {
                 svg.line([at, top], [at, bottom], RULE, 1.0);
@@ -80,7 +117,7 @@ impl Plot {
                 svg.text([at, bottom + 20.0], Anchor::Middle, Face::Plain, &label);
             }
         }
-        for (value, label) in every(marks(self.y), 34.0 / self.size[1]) {
+        for (value, label) in every(self.scale.marks(self.y), 34.0 / self.size[1]) {
             let [_, at] = self.place(self.x[0], value);
             if y != Axis::Nothing {
                 svg.line([left, at], [right, at], RULE, 1.0);
@@ -96,5 +133,24 @@ impl Plot {
         if let Axis::Named(name) = y {
             svg.upright_text([left - 78.0, 0.5 * (top + bottom)], name);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_ratios_are_equal_distances_on_logarithmic_axes() {
+        let plot = Plot {
+            corner: [0.0, 0.0],
+            size: [400.0, 200.0],
+            x: [1e-2, 1e2],
+            y: [1.0, 1e4],
+            scale: Scale::Logarithmic,
+        };
+        let [a, b, c] = [1e-1, 1.0, 1e1].map(|x| plot.place(x, 1e2));
+        assert!(((b[0] - a[0]) - (c[0] - b[0])).abs() < 1e-9);
+        assert!((a[1] - 100.0).abs() < 1e-9);
     }
 }

@@ -1,0 +1,85 @@
+//! Work-precision diagram: error against cost on logarithmic axes, a curve for each method.
+
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+
+use super::plot::{Axis, Plot, Scale};
+use super::{Entry, INK, MARGIN, Px, Svg, WIDTH, closed, data};
+use crate::report::ReportError;
+
+/// Colours of Okabe and Ito (2008) with contrast to white; neighbours in the list differ in lightness too.
+const COLOURS: [&str; 7] = [INK, "#e69f00", "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9"];
+/// Shapes of markers, which distinguish curves without colour: corners and the direction of the first, rad.
+const SHAPES: [(u32, f64); 5] = [(24, 0.0), (4, FRAC_PI_4), (3, -FRAC_PI_2), (4, 0.0), (3, FRAC_PI_2)];
+/// Maximum number of curves: each shape filled and hollow.
+const MOST_CURVES: usize = 2 * SHAPES.len();
+
+const PLOT: f64 = 520.0;
+const LEFT: f64 = 120.0;
+const BOTTOM: f64 = 100.0;
+const SAMPLE: f64 = 56.0;
+const MARK: f64 = 10.5;
+
+#[derive(Debug, Clone, PartialEq)]
+pub struct PrecisionCurve {
+    pub name: String,
+    /// Cost and error of each run, joined in this order; points that are not positive and finite are left
+    /// out, because the axes are logarithmic.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// Draws the curves. `x` and `y` are the names of the axes with units.
+pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) -> Result<Svg, ReportError> {
+    let fits = |v: f64| v.is_finite() && v > 0.0;
+    let visible = |c: &PrecisionCurve| -> Vec<(f64, f64)> {
+        c.points.iter().copied().filter(|p| fits(p.0) && fits(p.1)).collect()
+    };
+    let curves = curves.iter().map(|c| (c.name.as_str(), visible(c)));
+    let curves: Vec<_> = curves.filter(|(_, points)| !points.is_empty()).collect();
+    if curves.is_empty() || curves.len() > MOST_CURVES {
+        return Err(ReportError::Curves { curves: curves.len(), most: MOST_CURVES });
+    }
+    let told = curves.iter().map(|(name, points)| {
+        let points: Vec<String> = points.iter().map(|p| format!("({:.2e}, {:.2e})", p.0, p.1)).collect();
+        format!("{name}: {}.", points.join(" "))
+    });
+    let described = format!("{y} against {x}. {}", told.collect::<Vec<_>>().join(" "));
+    let (mut svg, top) = Svg::new(title, &described, WIDTH);
+    let entries = curves.iter().enumerate().map(|(number, (name, _))| {
+        Entry::new(SAMPLE, name, move |svg, [x, y]| {
+            svg.line([x, y], [x + SAMPLE - 12.0, y], COLOURS[number % COLOURS.len()], 2.0);
+            mark(svg, number, [x + 0.5 * (SAMPLE - 12.0), y]);
+        })
+    });
+    let height = svg.legend(entries, [LEFT, WIDTH - MARGIN], top);
+    let all = || curves.iter().flat_map(|(_, points)| points);
+    let plot = Plot {
+        corner: [LEFT, top + height + MARGIN],
+        size: [WIDTH - LEFT - 2.0 * MARGIN, PLOT],
+        x: decades(all().map(|p| p.0)),
+        y: decades(all().map(|p| p.1)),
+        scale: Scale::Logarithmic,
+    };
+    plot.axes(&mut svg, [Axis::Named(x), Axis::Named(y)]);
+    for (number, (_, points)) in curves.iter().enumerate() {
+        let points: Vec<Px> = points.iter().map(|&(x, y)| plot.place(x, y)).collect();
+        svg.stroke(&data([points.iter().copied()]), COLOURS[number % COLOURS.len()], 2.0);
+        points.into_iter().for_each(|p| mark(&mut svg, number, p));
+    }
+    Ok(svg.finish(plot.corner[1] + PLOT + BOTTOM))
+}
+
+fn decades(values: impl Iterator<Item = f64>) -> [f64; 2] {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = values.map(f64::log10).fold(none, |(l, h), v| (l.min(v), h.max(v)));
+    let (low, high) = (low.floor() as i32, high.ceil() as i32);
+    [low, high.max(low + 1)].map(|e| 10f64.powi(e))
+}
+
+fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
+    let (corners, first) = SHAPES[number % SHAPES.len()];
+    let corner = |i: u32| first + TAU * f64::from(i) / f64::from(corners);
+    let outline = (0..corners).map(corner).map(|a| [x + MARK * a.cos(), y + MARK * a.sin()]);
+    let (outline, colour) = (closed([outline]), COLOURS[number % COLOURS.len()]);
+    svg.fill(&outline, if number < SHAPES.len() { colour } else { "#ffffff" });
+    svg.stroke(&outline, colour, 2.2);
+}
