@@ -1,10 +1,12 @@
 //! Bodies and models.
 
+use std::ffi::CString;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tongue_fit::body;
@@ -39,16 +41,18 @@ impl PartialEq for Body {
 impl Body {
     /// The reference tongue.
     pub fn reference() -> PyResult<Self> {
-        Self::of(PlaneBody::default())
+        Ok(Self::of(PlaneBody::default())?.0)
     }
 
-    fn of(source: PlaneBody) -> PyResult<Self> {
-        let body = source.make(&mut |_| ()).map_err(refused)?;
-        Ok(Self { body: Arc::new(body), source: Arc::new(source) })
+    /// A body, and notes on the file that it is from.
+    fn of(source: PlaneBody) -> PyResult<(Self, Vec<String>)> {
+        let mut notes = Vec::new();
+        let body = source.make(&mut |note| notes.push(note)).map_err(refused)?;
+        Ok((Self { body: Arc::new(body), source: Arc::new(source) }, notes))
     }
 
     fn made(py: Python<'_>, source: PlaneBody) -> PyResult<Self> {
-        aside(py, move || Self::of(source))?
+        Ok(aside(py, move || Self::of(source))??.0)
     }
 }
 
@@ -78,15 +82,21 @@ impl Body {
     }
 
     /// A body from the file `path`: Gmsh's (`unit` of its coordinates: m or mm), or the JSON of
-    /// `tongue-fit mesh --json` (.json).
+    /// `tongue-fit mesh --json` (.json). What the program notes on the file is a `UserWarning`.
     #[staticmethod]
     #[pyo3(signature = (path, unit = "m"))]
     fn read(py: Python<'_>, path: PathBuf, unit: &str) -> PyResult<Self> {
         let unit = chosen("unit", unit)?;
-        aside(py, move || {
+        let origin = path.display().to_string();
+        let (body, notes) = aside(py, move || {
             let source = BodySource::read(&path, unit).map_err(refused)?;
             Self::of(PlaneBody { source, ..PlaneBody::default() })
-        })?
+        })??;
+        for note in notes {
+            let text = CString::new(format!("{origin}: {note}").replace('\0', " ")).unwrap_or_default();
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+        }
+        Ok(body)
     }
 
     /// The body of a pickle.

@@ -152,3 +152,8 @@ def test_help_names_every_argument(name: str) -> None:
         assert re.findall(r"^(\w+)\n-+$", text, re.MULTILINE) == ["Parameters", "Returns", "Raises"]
         assert {name.strip("*") for name in re.findall(r"^([*\w]+) : ", text, re.MULTILINE)} - {"options"} == arguments
     assert [argument for argument in arguments if not re.search(rf"\b{argument}\b", text)] == []
+
+
+def test_what_the_program_notes_on_a_mesh_is_a_warning() -> None:
+    with pytest.warns(UserWarning, match="second_order.msh: no muscle GGm"):
+        tf.Body.read(ROOT / "tests/gmsh/second_order.msh")

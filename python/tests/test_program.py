@@ -161,7 +161,9 @@ def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_
     with pytest.warns(UserWarning, match="have not mixed"):
         found.draws  # noqa: B018
     pytest.importorskip("arviz")
-    tree = found.to_arviz()
+    with pytest.warns(UserWarning) as told:
+        tree = found.to_arviz()
+    assert len([one for one in told if "have not mixed" in str(one.message)]) == 1
     assert list(tree["posterior"]["tension_n_per_m"].coords["muscle"].values) == found.muscles
     assert float(tree["observed_data"]["measured_stretch"].sel(measured="SGm")) == found["target_stretches"]["SGm"]
 

@@ -115,18 +115,20 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
             let contact = p.wall.is_some();
             let wall = p.wall.as_ref().map(|w| w.outline().to_vec());
             let wall = wall.or_else(|| p.body.palate.clone()).unwrap_or_default();
-            answered(&scene, p, to, |mesh, positions, tensions| {
-                let section = SectionPicture::new(mesh, positions, tensions, &wall, &scene.title);
+            answered(&scene, p, to, |mesh, positions, result| {
+                let section =
+                    SectionPicture::new(mesh, positions, result.pulls.values(), &wall, &scene.title);
                 report::tongue(&SectionPicture { contact, ..section })
             })?
         }
         Ready::Solid(p) => {
             let space = p.body.space.clone();
-            answered(&scene, p, to, |mesh, shape, activations| match &space {
+            answered(&scene, p, to, |mesh, shape, result| match &space {
                 None => report::solid(mesh, shape, &scene.title),
                 Some(body) => {
                     let (body, shape) = (upright(body), turned(shape));
-                    report::views(&body, &shape, activations, &scene.title)
+                    let operation = result.operation.as_ref();
+                    report::views(&body, &shape, result.pulls.values(), &scene.title, operation)
                 }
             })?
         }
@@ -152,7 +154,7 @@ fn answered<const D: usize>(
     scene: &Scene,
     mut prepared: Prepared<D>,
     to: Option<(&OutputDir, &Path)>,
-    draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>], &[f64]) -> Result<Svg, ReportError>,
+    draw: impl FnOnce(&Mesh<D>, &[SVector<f64, D>], &Answer) -> Result<Svg, ReportError>,
 ) -> miette::Result<(Answer, Provenance, Vec<PathBuf>)> {
     let plan = &prepared.plan;
     output::step(|| {
@@ -178,7 +180,7 @@ fn answered<const D: usize>(
     let names = ["svg", "json", "vtu", "csv"].map(|extension| format!("{stem}.{extension}"));
     refuse_to_overwrite(scene, out, &names)?;
     let mesh = &prepared.body.mesh;
-    let picture = draw(mesh, &positions, result.pulls.values()).into_diagnostic()?;
+    let picture = draw(mesh, &positions, &result).into_diagnostic()?;
     let stresses = prepared.system.stresses(&positions);
     let vtu = Vtu::new(mesh, &positions, result.pulls.values()).into_diagnostic()?.with_stresses(stresses);
     let shape: Vec<_> = result

@@ -237,9 +237,14 @@ pub fn run(
     let active = body.muscles.iter().zip(&activations).filter(|(_, a)| **a > 0.0);
     let mut title: Vec<String> = vec!["Tongue in space".to_owned()];
     title.extend(active.map(|(m, a)| format!("{} {a}", m.name)));
-    title.extend(record.operation.is_some().then(|| "operated".to_owned()));
-    let title = format!("{}: at rest (light) and deformed", title.join(", "));
-    let picture = report::views(body, &positions, &activations, &title).into_diagnostic()?;
+    let operation = record.operation.as_ref();
+    let shapes = if operation.is_some() {
+        "before surgery (light) and after it"
+    } else {
+        "at rest (light) and deformed"
+    };
+    let title = format!("{}: {shapes}", title.join(", "));
+    let picture = report::views(body, &positions, &activations, &title, operation).into_diagnostic()?;
     let vtu = SpaceVtu { body, positions: &positions, activations: &activations };
     let files: [(&str, &dyn Export); 3] =
         [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];

@@ -128,7 +128,7 @@ impl Arguments {
         let out = global.folder(folder)?;
         let Some(answer) = last else { return Err(miette!("no frame was found")) };
         let title = "Tongue in space: at rest (light) and as it was seen";
-        let picture = report::views(body, &answer.positions, &answer.tensions, title);
+        let picture = report::views(body, &answer.positions, &answer.tensions, title, None);
         let (picture, json) = (picture.into_diagnostic()?, Json(&record));
         let vtu = SpaceVtu { body, positions: &answer.positions, activations: &answer.tensions };
         let by = super::provenance().with_tissue(system.tissue());

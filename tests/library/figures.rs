@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use roxmltree::{Document, Node};
 use tongue_files::report::{
     AnimationFrame, Export, PrecisionCurve, Provenance, ReportError, Scatter, SectionPicture, Series, Vtu,
-    animation, changes, scatter, solid, tongue, work_precision,
+    animation, changes, parts, scatter, solid, tongue, work_precision,
 };
 use tongue_fit::body::{self, Cells, Mesh, MuscleChain};
 
@@ -485,6 +485,19 @@ fn a_chart_of_inconsistent_data_is_refused() {
         let error = refused(&labels(), &[series("measured", &values)]);
         assert!(matches!(&error, ReportError::Ratio { label, .. } if label == "SGm*"), "{error}");
     }
+}
+
+#[test]
+fn bars_of_parts_begin_at_zero_and_reach_their_values() {
+    let labels = ["GGP", "TRANS"].map(str::to_owned);
+    let svg = parts(&labels, &[series("missed", &[0.25, 1.0])], "error", "t").unwrap().to_string();
+    let heights: Vec<f64> = svg
+        .split("height=\"")
+        .filter_map(|part| part.split_once("\" fill=\"#0072b2\"")?.0.parse().ok())
+        .collect();
+    // The first is that of the legend.
+    assert!((heights[1] / heights[2] - 0.25).abs() < 1e-3, "{heights:?}");
+    assert!(matches!(parts(&labels, &[series("x", &[0.5, -0.1])], "", ""), Err(ReportError::Ratio { .. })));
 }
 
 #[test]

@@ -101,10 +101,17 @@ fn surgery_of_one_side_deviates() {
     let line = "simulate --body space --activation GGP=0.15 --activation TRANS=0.1 --json \
                 --operate left:box:-20,20,-40,40,15,60";
     // Of a flap: scenes_in_space in tests/library.
-    let operation = &json(folder.path(), &format!("{line} --filling scar"))["operation"];
+    let operation = &json(folder.path(), &format!("{line} --filling scar --out cut"))["operation"];
     assert!(operation["elements"].as_u64().unwrap() > 20, "{operation}");
     assert!(operation["tip_before_mm"][1].as_f64().unwrap().abs() < 1e-6);
-    assert!(operation["deviation_mm"].as_f64().unwrap().abs() > 0.2, "{operation}");
+    let [back, right] = ["reach_lost_mm", "deviation_mm"].map(|key| operation[key].as_f64().unwrap());
+    assert!(right.abs() > 0.2, "{operation}");
+    // The picture shows the way of the tip at one scale from the left and from the front, where the speaker's right is on the left.
+    let picture = std::fs::read_to_string(folder.path().join("cut/tongue.svg")).unwrap();
+    let across = |circle: &str| circle.split('"').next().unwrap().parse::<f64>().unwrap();
+    let x: Vec<f64> = picture.split("<circle cx=\"").skip(1).map(across).collect();
+    assert!(((x[3] - x[2]) / (x[1] - x[0]) + right / back).abs() < 0.03, "{x:?} {operation}");
+    assert!(["tip before", "tip after", "operated"].iter().all(|name| picture.contains(name)));
 }
 
 #[test]

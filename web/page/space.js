@@ -1,43 +1,95 @@
-// The tongue in space, turned by hand: the faces of its surface are painted from the farthest to the nearest. Millimetres, x to the back,
-// y to the right, z up.
+// The tongue in space, turned by hand: the faces of its surface are painted from the farthest to the nearest, then the fibres of the muscles
+// that are active, palate and jaw. Millimetres, x to the back, y to the right, z up.
 const SOLID_NAMES = { GGP: "genioglossus, posterior", GGM: "genioglossus, middle", GGA: "genioglossus, anterior", STY: "styloglossus", GH: "geniohyoid", MH: "mylohyoid", HG: "hyoglossus", VERT: "verticalis", TRANS: "transversus", IL: "inferior longitudinal", SL: "superior longitudinal" };
 // Colours of the muscles as in the program's pictures (Tol 2021), and of tissue without an active muscle.
 const SOLID_COLOURS = [[204, 102, 119], [51, 34, 136], [221, 204, 119], [17, 119, 51], [136, 204, 238], [136, 34, 85], [68, 170, 153], [153, 153, 51], [170, 68, 153], [119, 170, 221], [238, 136, 102]];
-const SOLID_TISSUE = [214, 205, 205], SOLID_ACTIVE = 5e-3, SOLID_ROOM = [56, 50];
+const SOLID_TISSUE = [214, 205, 205], SOLID_BONE = [226, 216, 180], SOLID_ACTIVE = 5e-3, SOLID_ROOM = [56, 50];
 const rgb = (colour, light) => `rgb(${colour.map((c) => Math.round(c * (0.58 + 0.42 * Math.max(0, light)))).join(" ")})`;
+// Signs of the local coordinates of the corners of a hexahedron, over 8.
+const CORNERS = [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]].map((c) => c.map((x) => x / 8));
+// The mandible, drawn for orientation: its lower border from the chin to the joint, x, half of the width there, z; and its row of teeth.
+const MANDIBLE = [[-22, 0, -6], [-20, 9, -7], [-8, 20, -9], [14, 31, -8], [34, 39, -3], [50, 43, 7], [58, 46, 26], [63, 48, 48], [70, 50, 80]];
+const LOWER_TEETH = [[-17.1, 0, 28.5], [-14, 9, 28], [-4, 17, 26.5], [10, 23, 25], [24, 26, 24]];
 
-function makeSolid(canvas, body) {
+// `walls`: those of the tract, of which the palate and the upper teeth are drawn.
+function makeSolid(canvas, body, walls) {
   const context = canvas.getContext("2d");
+  const rest = body.rest_um;
   const shown = [...new Set(body.faces.concat(body.cut_faces).flatMap((f) => f.nodes))];
-  const rest = body.rest_um, range = (i) => shown.reduce(([low, high], n) => [Math.min(low, rest[3 * n + i]), Math.max(high, rest[3 * n + i])], [Infinity, -Infinity]);
-  const centre = [0, 1, 2].map((i) => { const [low, high] = range(i); return (low + high) / 2; });
+  const range = (i) => shown.reduce(([low, high], n) => [Math.min(low, rest[3 * n + i]), Math.max(high, rest[3 * n + i])], [Infinity, -Infinity]);
+  const centre = [0, 1, 2].map((i) => { const [low, high] = range(i); return (low + high) / 2e3; });
+  const mm = (um, n) => [um[3 * n] / 1e3, um[3 * n + 1] / 1e3, um[3 * n + 2] / 1e3];
+  const bones = body.bones.map((b) => ({ name: b.name, nodes: new Set(b.nodes) }));
+  const isRight = body.hexahedra.map((h) => h.reduce((sum, n) => sum + rest[3 * n + 1], 0) > 0);
+  for (const face of body.faces.concat(body.cut_faces)) face.bone = bones.some((b) => face.nodes.every((n) => b.nodes.has(n)));
+  // Palate and upper teeth: across at each place a parabola, as high as the wall's arch.
+  const mix = ([a, b], t) => a + (b - a) * t;
+  const arches = walls.filter((w) => /palate|teeth/.test(w.name)).flatMap((w) => w.points_mm.map(([x, z, ax, az], i, all) => {
+    const t = i / Math.max(all.length - 1, 1), [half, arch] = [mix(w.half_width_mm, t), mix(w.arch_mm, t)], long = Math.hypot(ax - x, az - z);
+    return [-1, -0.75, -0.5, -0.25, 0, 0.25, 0.5, 0.75, 1].map((y) => [x + (ax - x) / long * arch * y * y, half * y, z + (az - z) / long * arch * y * y]);
+  }));
+  const along = (i) => arches.map((arch) => arch[i]);
+  const bothSides = (points) => [...points.slice(1).toReversed().map(([x, y, z]) => [x, -y, z]), ...points];
+  // What is drawn beside the tongue: points, mm, and width.
+  const SETTING = [...arches.map((points) => [points, 0.25]), ...[0, 4, 8].map((i) => [along(i), i === 4 ? 0.9 : 0.45]), [bothSides(MANDIBLE), 0.7], [bothSides(LOWER_TEETH), 0.45]];
+  const WORDS = [["palate", along(4)[3]], ["upper teeth", along(4).at(-1)], ["jaw", [-8, -20, -9]], ["hyoid", [40, 0, -12]]];
+  const AXES = [["front", [-1, 0, 0]], ["right", [0, 1, 0]], ["up", [0, 0, 1]]];
   // The shape, and the shape at rest as it is seen, and from where.
   let at = rest, ghost = {};
   // Light from above and from the viewer's left, in the axes of the picture.
   const [LEFT, ABOVE, NEAR] = [-0.45, -0.45, 0.77];
-  // The faces that are turned to the viewer, the farthest first, with their colours. Turned by 0 the speaker's left side is seen, by 90
-  // degrees the front. In the picture x is to the right, y downwards, and the depth towards the viewer.
-  function list(um, [turn, tilt], cut, activations) {
+  // From millimetres to the picture: x to the right, y downwards, and the depth towards the viewer. Turned by 0 the speaker's left side is
+  // seen, by 90 degrees the front.
+  function camera([turn, tilt]) {
     const [sa, ca, sb, cb] = [turn, tilt].flatMap((d) => [Math.sin(d * Math.PI / 180), Math.cos(d * Math.PI / 180)]);
+    return ([x, y, z]) => { const away = sa * x + ca * y; return [ca * x - sa * y, -(sb * away + cb * z), sb * z - cb * away]; };
+  }
+  const from = (p) => [p[0] - centre[0], p[1] - centre[1], p[2] - centre[2]];
+  // The faces that are turned to the viewer, the farthest first, with their colours.
+  function faces(um, turned, cut, activations) {
     const seen = [];
-    for (const n of shown) {
-      const [x, y, z] = [(um[3 * n] - centre[0]) / 1e3, (um[3 * n + 1] - centre[1]) / 1e3, (um[3 * n + 2] - centre[2]) / 1e3];
-      const away = sa * x + ca * y;
-      seen[n] = [ca * x - sa * y, -(sb * away + cb * z), sb * z - cb * away];
-    }
+    for (const n of shown) seen[n] = turned(from(mm(um, n)));
     const found = [];
-    for (const { nodes, muscles } of cut ? body.cut_faces : body.faces) {
-      const a = seen[nodes[0]], b = seen[nodes[1]], c = seen[nodes[2]], d = seen[nodes[3]];
+    for (const { nodes, muscles, bone } of cut ? body.cut_faces : body.faces) {
+      const [a, b, c, d] = nodes.map((n) => seen[n]);
       const [ux, uy, uz, vx, vy, vz] = [c[0] - a[0], c[1] - a[1], c[2] - a[2], d[0] - b[0], d[1] - b[1], d[2] - b[2]];
       // Counter-clockwise as seen from outside; y is downwards here.
       const normal = [vy * uz - uy * vz, vz * ux - uz * vx, vx * uy - ux * vy];
       if (normal[2] <= 0) continue;
       let most = -1;
       for (const m of muscles) if (activations[m] > (activations[most] ?? SOLID_ACTIVE)) most = m;
+      const colour = bone ? SOLID_BONE : most < 0 ? SOLID_TISSUE : SOLID_TISSUE.map((c, i) => 0.55 * c + 0.45 * SOLID_COLOURS[most][i]);
       const light = (LEFT * normal[0] + ABOVE * normal[1] + NEAR * normal[2]) / (Math.hypot(...normal) || 1);
-      found.push({ corners: [a, b, c, d], depth: a[2] + b[2] + c[2] + d[2], fill: rgb(SOLID_COLOURS[most] ?? SOLID_TISSUE, light) });
+      found.push({ points: [a, b, c, d], depth: a[2] + b[2] + c[2] + d[2], fill: rgb(colour, light) });
     }
     return found.sort((a, b) => a.depth - b.depth);
+  }
+  // The fibres of the active muscles through the elements, also through those within: points, colour and width.
+  function fibres(turned, cut, activations) {
+    return body.muscles.flatMap((_, m) => {
+      if (!(activations[m] > SOLID_ACTIVE)) return [];
+      const width = 0.35 + 0.75 * Math.sqrt(activations[m]), colour = rgb(SOLID_COLOURS[m], 1);
+      const within = body.fibres[m].flatMap(([element, ...half]) => {
+        if (cut && !isRight[element]) return [];
+        const [middle, way] = [[0, 0, 0], [0, 0, 0]];
+        body.hexahedra[element].forEach((n, i) => {
+          const by = CORNERS[i][0] * half[0] + CORNERS[i][1] * half[1] + CORNERS[i][2] * half[2];
+          for (let k = 0; k < 3; k++) { middle[k] += at[3 * n + k] / 8e3; way[k] += by * at[3 * n + k] / 1e3; }
+        });
+        return [[-1, 1].map((end) => turned(from(middle.map((x, k) => x + end * way[k]))))];
+      });
+      const outside = body.lines[m].filter(([, n]) => !cut || rest[3 * n + 1] > 0).map((ends) => ends.map((n) => turned(from(mm(at, n)))));
+      return [...within, ...outside].map((points) => ({ points, colour, width }));
+    });
+  }
+  // Lines and words beside the tongue, and the directions in the lower corner.
+  function setting(turned) {
+    const corner = [-SOLID_ROOM[0] + 9, SOLID_ROOM[1] - 9];
+    const tips = AXES.map(([name, axis]) => [name, turned(axis)]);
+    return {
+      lines: [...SETTING.map(([points, width]) => ({ points: points.map((p) => turned(from(p))), width })), ...tips.map(([, [x, y]]) => ({ points: [corner, [corner[0] + 6 * x, corner[1] + 6 * y]], width: 0.6 }))],
+      words: [...WORDS.map(([name, p]) => [name, turned(from(p))]), ...tips.filter(([, [x, y]]) => Math.hypot(x, y) > 0.35).map(([name, [x, y]]) => [name, [corner[0] + 8.2 * x, corner[1] + 8.2 * y]])],
+    };
   }
   return {
     body,
@@ -50,29 +102,43 @@ function makeSolid(canvas, body) {
       context.clearRect(0, 0, wide, high);
       const scale = Math.min(wide / SOLID_ROOM[0], high / SOLID_ROOM[1]) / 2;
       context.setTransform(scale, 0, 0, scale, wide / 2, high / 2);
-      context.lineJoin = "round";
-      context.lineWidth = 1 / scale;
-      const trace = ([a, b, c, d]) => { context.moveTo(a[0], a[1]); context.lineTo(b[0], b[1]); context.lineTo(c[0], c[1]); context.lineTo(d[0], d[1]); context.closePath(); };
+      context.lineJoin = context.lineCap = "round";
+      const { color, backgroundColor } = getComputedStyle(canvas), turned = camera(view);
+      const trace = (points) => points.forEach(([x, y], i) => i ? context.lineTo(x, y) : context.moveTo(x, y));
+      const stroke = ({ points, width, colour }) => { context.beginPath(); trace(points); context.lineWidth = width; context.strokeStyle = colour; context.stroke(); };
       const key = `${view} ${cut}`;
-      if (ghost.key !== key) ghost = { key, faces: list(rest, view, cut, []) };
+      if (ghost.key !== key) ghost = { key, faces: faces(rest, turned, cut, []) };
       context.fillStyle = "rgb(128 128 128 / .2)";
       context.beginPath();
-      for (const face of ghost.faces) trace(face.corners);
+      for (const face of ghost.faces) { trace(face.points); context.closePath(); }
       context.fill();
-      context.strokeStyle = "#4a4a4a";
-      for (const face of list(at, view, cut, activations)) {
+      for (const face of faces(at, turned, cut, activations)) {
         context.beginPath();
-        trace(face.corners);
+        trace(face.points);
+        context.closePath();
         context.fillStyle = face.fill;
         context.fill();
+        context.strokeStyle = "#4a4a4a";
+        context.lineWidth = 1 / scale;
         context.stroke();
       }
+      for (const fibre of fibres(turned, cut, activations)) stroke(fibre);
+      const { lines, words } = setting(turned);
+      context.globalAlpha = 0.7;
+      for (const beside of lines) stroke({ ...beside, colour: color });
+      context.globalAlpha = 1;
+      Object.assign(context, { font: "3.4px system-ui, sans-serif", textAlign: "center", textBaseline: "middle", lineWidth: 1, strokeStyle: backgroundColor, fillStyle: color });
+      for (const [word, [x, y]] of words) { context.strokeText(word, x, y); context.fillText(word, x, y); }
     },
     // The same as an element of SVG.
     picture({ view, cut, activations }) {
-      const [wide, high] = SOLID_ROOM;
-      const faces = list(at, view, cut, activations).map((f) => make("path", { d: `M${f.corners.map((p) => `${p[0].toFixed(2)} ${p[1].toFixed(2)}`).join("L")}Z`, fill: f.fill, stroke: "#4a4a4a", "stroke-width": 0.25, "stroke-linejoin": "round" }));
-      return make("svg", { viewBox: `${-wide} ${-high} ${2 * wide} ${2 * high}` }, make("title", {}, "A tongue in space"), make("desc", {}, "Surface"), ...faces);
+      const [wide, high] = SOLID_ROOM, turned = camera(view), { lines, words } = setting(turned);
+      const d = (points) => `M${points.map((p) => `${p[0].toFixed(2)} ${p[1].toFixed(2)}`).join("L")}`;
+      const path = ({ points, colour = "currentColor", width }) => make("path", { d: d(points), fill: "none", stroke: colour, "stroke-width": width.toFixed(2), "stroke-linecap": "round" });
+      return make("svg", { viewBox: `${-wide} ${-high} ${2 * wide} ${2 * high}` }, make("title", {}, "A tongue in space"), make("desc", {}, "Surface, fibres of the active muscles, palate and jaw"),
+        ...faces(at, turned, cut, activations).map((f) => make("path", { d: `${d(f.points)}Z`, fill: f.fill, stroke: "#4a4a4a", "stroke-width": 0.25, "stroke-linejoin": "round" })),
+        ...fibres(turned, cut, activations).map(path), ...lines.map(path),
+        ...words.map(([word, [x, y]]) => make("text", { x: x.toFixed(2), y: y.toFixed(2), fill: "currentColor", "font-size": "3.4px", "text-anchor": "middle", "dominant-baseline": "middle" }, word)));
     },
   };
 }
@@ -91,7 +157,7 @@ async function enterSpace() {
     if (made.ended) return enterSpace();
     complain("space", made.error);
     if (made.error) return false;
-    solid = makeSolid(byId("solid"), made);
+    solid = makeSolid(byId("solid"), made, body.tract?.wall ?? []);
     byId("solid").setAttribute("aria-label", "Tongue in space");
     state.activations = made.muscles.map((_, i) => state.activations[i] ?? 0);
     makeSolidRows();

@@ -116,6 +116,7 @@ impl Surgery {
         record.made_up_by = Some(ByMuscle::new(&fit.names, fit.found()));
         record.made_up_interval_95 = Some(ByMuscle::new(&fit.names, fit.intervals_95()));
         record.made_up_to_mm = Some(1e3 * fit.rms_m);
+        record.before.made_up = fit.answer.positions;
         Ok(())
     }
 }

@@ -85,12 +85,19 @@ impl Study {
                 let extent = if *full { hard_cases::HowMany::Full } else { hard_cases::HowMany::Sample };
                 let rows = hard_cases::run_all(case, extent)?;
                 let page = Markdown(hard_cases::markdown(&rows, &made)?);
-                out.export(&[("stability.csv", &Rows(&rows)), ("stability.md", &page)], by)?
+                let picture = hard_cases::picture(&rows).transpose()?;
+                let table = Rows(&rows);
+                let mut files: Vec<(&str, &dyn Export)> =
+                    vec![("stability.csv", &table), ("stability.md", &page)];
+                files.extend(picture.iter().map(|svg| ("stability.svg", svg as &dyn Export)));
+                out.export(&files, by)?
             }
             Self::Continuum => {
                 let study = continuum::run(continuum::LEVELS)?;
-                let files: [(&str, &dyn Export); 4] = [
+                let picture = continuum::picture(&study.spacings)?;
+                let files: [(&str, &dyn Export); 5] = [
                     ("README.md", &Markdown(continuum::page(&study, &made)?)),
+                    ("spacings.svg", &picture),
                     ("spacings.csv", &Rows(&study.spacings)),
                     ("locking.csv", &Rows(&study.locking)),
                     ("sensitivity.csv", &Rows(&study.sensitivity)),
@@ -104,8 +111,10 @@ impl Study {
                 };
                 let (study, signs) = (plane::run(&body)?, plane_signs::run(&body)?);
                 let page = plane::page(&study, &made)? + &plane_signs::page(&signs)?;
-                let files: [(&str, &dyn Export); 4] = [
+                let picture = plane::picture(&study)?;
+                let files: [(&str, &dyn Export); 5] = [
                     ("README.md", &Markdown(page)),
+                    ("alone.svg", &picture),
                     ("alone.csv", &Rows(&study.alone)),
                     ("inverse.csv", &Rows(&study.inverse)),
                     ("signs.csv", &Rows(&signs)),

@@ -47,7 +47,7 @@ class Body:
     @staticmethod
     def read(path: str | PathLike[str], unit: Literal["m", "mm"] = "m") -> Body:
         """A body from the file `path`: Gmsh's (`unit` of its coordinates: m or mm), or the JSON of
-        `tongue-fit mesh --json` (.json)."""
+        `tongue-fit mesh --json` (.json). What the program notes on the file is a `UserWarning`."""
     @property
     def what(self) -> str:
         """A description in words."""

@@ -33,11 +33,13 @@ class Posterior(Run):
         """`mixed`, or why there are no intervals."""
         return str(self["posterior"]["status"])
 
-    def _columns(self) -> tuple[list[str], NDArray[np.float64]]:
-        import numpy as np
-
+    def _warn(self) -> None:
         if self.status != "mixed":
             warnings.warn("the chains have not mixed: these draws are not those of the posterior; take more draws", stacklevel=3)
+
+    @property
+    def _columns(self) -> tuple[list[str], NDArray[np.float64]]:
+        import numpy as np
 
         rows = list(csv.reader(io.StringIO(self.files["posterior.csv"].decode())))
         # Behind the numbers stand version and command.
@@ -49,22 +51,26 @@ class Posterior(Run):
     @property
     def muscles(self) -> list[str]:
         """The muscles, in the order of the last axis of arrays."""
-        found = (re.fullmatch(r"tension_(.+)_n_per_m", name) for name in self._columns()[0])
+        found = (re.fullmatch(r"tension_(.+)_n_per_m", name) for name in self._columns[0])
         return [match[1] for match in found if match]
 
     @property
     def measured(self) -> list[str]:
         """The muscles whose stretch was measured, in the order of the last axis of `log_likelihood`."""
-        return [name.removeprefix("log_likelihood_") for name in self._columns()[0] if name.startswith("log_likelihood_")]
+        return [name.removeprefix("log_likelihood_") for name in self._columns[0] if name.startswith("log_likelihood_")]
 
     @property
     def draws(self) -> _Arrays:
         """The draws: `tension_n_per_m`, `baseline_tension_n_per_m`, `change_n_per_m` and `stretch` with the shape (chains, draws,
         muscles), `hyoid_mm` with (chains, draws, 2)."""
+        self._warn()
+        return self._draws()
+
+    def _draws(self) -> _Arrays:
         return {name: values for name, values in self._arrays().items() if name != "log_likelihood"}
 
     def _arrays(self) -> _Arrays:
-        names, table = self._columns()
+        names, table = self._columns
         found: dict[str, list[int]] = {}
         for at, name in enumerate(names):
             if match := _BY_MUSCLE.fullmatch(name):
@@ -96,12 +102,16 @@ class Posterior(Run):
         constant), `observed_data` (the measured stretches), `log_likelihood` (of each of them given all others, since their errors are
         correlated; Pareto k of `arviz.loo` is above 0.7 for many, so that it supports no comparison) and `constant_data` (Poisson's
         ratio)."""
+        self._warn()
+        return self._groups()
+
+    def _groups(self) -> dict[str, _Arrays]:
         import numpy as np
 
-        names, table = self._columns()
+        names, table = self._columns
         observed = [self["target_stretches"][muscle] for muscle in self.measured]
         return {
-            "posterior": self.draws,
+            "posterior": self._draws(),
             "prior": self._prior(table.shape[0] * table.shape[1]),
             "sample_stats": {"lp": table[:, :, names.index("log_density")]},
             "observed_data": {"measured_stretch": np.array(observed, float)},
@@ -111,6 +121,7 @@ class Posterior(Run):
 
     def to_arviz(self) -> Any:
         """The same as ArviZ has it: an `InferenceData`, and from ArviZ 1.0 on a `DataTree` of xarray."""
+        self._warn()
         try:
             import arviz_base as arviz
         except ImportError:
@@ -119,8 +130,8 @@ class Posterior(Run):
         dims = {**dict.fromkeys(by_muscle, ["muscle"]), "hyoid_mm": ["axis"], "measured_stretch": ["measured"]}
         said = {"coords": {"muscle": self.muscles, "measured": self.measured, "axis": ["back", "up"]}, "dims": dims}
         if hasattr(arviz, "InferenceData"):
-            return arviz.from_dict(**self.to_dict(), **said)
-        return arviz.from_dict(self.to_dict(), **said)
+            return arviz.from_dict(**self._groups(), **said)
+        return arviz.from_dict(self._groups(), **said)
 
 
 @documented(PosteriorOptions, "The draws, and the JSON of the program as a dict.")

@@ -33,7 +33,8 @@ impl Space {
     }
 
     /// Data for a picture: positions in micrometres, one coordinate after the other; muscles of both sides; the faces of the surface,
-    /// and of that of the right half, each with its nodes and the muscles that run through its element.
+    /// and of that of the right half, each with its nodes and the muscles that run through its element; for each muscle its fibres
+    /// in elements (number, then half of it in local coordinates) and its lines outside the tissue (two nodes); bones with their nodes.
     pub fn describe(&self) -> Value {
         let groups = self.body.groups();
         let mesh = &self.body.mesh;
@@ -47,6 +48,17 @@ impl Space {
             let faces = Mesh::<3> { hexahedra, ..Mesh::default() }.outward_quadrilaterals();
             faces.into_iter().map(|(e, f)| json!({"nodes": f, "muscles": through[of[e]]})).collect()
         };
+        let hundredth = |x: f64| (100.0 * x).round() / 100.0;
+        let mut fibres = vec![Vec::new(); groups.len()];
+        let mut lines = vec![Vec::new(); groups.len()];
+        for (m, muscle) in self.body.muscles.iter().enumerate() {
+            let Some(group) = groups.iter().position(|g| *g == muscle.group) else { continue };
+            let halves = muscle.region.iter().filter_map(|&e| Some((e, self.body.local_fibre(m, e)?)));
+            fibres[group]
+                .extend(halves.map(|(e, c)| json!([e, hundredth(c.x), hundredth(c.y), hundredth(c.z)])));
+            lines[group].extend(muscle.segments.iter().filter(|s| s.outside).map(|s| s.nodes));
+        }
+        let bones = self.body.bones.iter().map(|b| json!({"name": b.name, "nodes": b.nodes}));
         let all: Vec<usize> = (0..mesh.hexahedra.len()).collect();
         let is_right = |&e: &usize| mesh.hexahedra[e].iter().map(|&n| mesh.nodes[n].y).sum::<f64>() > 0.0;
         let right: Vec<usize> = all.iter().copied().filter(is_right).collect();
@@ -55,6 +67,10 @@ impl Space {
             "what": self.body.what,
             "muscles": groups,
             "rest_um": micrometres(&mesh.nodes),
+            "hexahedra": mesh.hexahedra,
+            "fibres": fibres,
+            "lines": lines,
+            "bones": bones.collect::<Vec<_>>(),
             "faces": faces(&all),
             "cut_faces": faces(&right),
         })

@@ -56,7 +56,7 @@ pub use ssff::Ssff;
 pub use sto::StoTable;
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,
-    changes, panels, ridges, scatter, solid, timelines, tongue, valley, views, vowel, work_precision,
+    changes, panels, parts, ridges, scatter, solid, timelines, tongue, valley, views, vowel, work_precision,
     wrapped,
 };
 pub use tongue_input::measured::ByMuscle;

@@ -1,5 +1,6 @@
 //! An equilibrium of a body in space: a record for JSON, and a file for ParaView.
 
+use std::collections::BTreeSet;
 use std::io::{self, Write};
 
 use nalgebra::{Matrix3, Vector3};
@@ -106,6 +107,19 @@ pub struct OperationRecord {
     pub made_up_interval_95: Option<ByMuscle<[f64; 2]>>,
     /// How far its nodes stay from there, mm (RMS).
     pub made_up_to_mm: Option<f64>,
+    #[serde(skip)]
+    pub before: BeforeSurgery,
+}
+
+/// What a picture after surgery shows of the body before it. Positions are those of all nodes in the axes of the body, m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BeforeSurgery {
+    pub body: SpaceBody,
+    pub positions: Vec<Vector3<f64>>,
+    /// Numbers of its operated elements.
+    pub elements: BTreeSet<usize>,
+    /// Positions after surgery where the tip was brought back; empty where that was not asked for.
+    pub made_up: Vec<Vector3<f64>>,
 }
 
 impl OperationRecord {
@@ -119,7 +133,7 @@ impl OperationRecord {
         Self {
             regions: surgery.operate.clone(),
             filling: surgery.filling,
-            elements: operated.elements,
+            elements: operated.elements.len(),
             volume_cm3: 1e6 * operated.volume_m3,
             tip_before_mm,
             tip_after_mm,
@@ -128,6 +142,12 @@ impl OperationRecord {
             made_up_by: None,
             made_up_interval_95: None,
             made_up_to_mm: None,
+            before: BeforeSurgery {
+                body: body.clone(),
+                positions: before.to_vec(),
+                elements: operated.elements.clone(),
+                made_up: Vec::new(),
+            },
         }
     }
 }

@@ -311,5 +311,6 @@ fn compared<const D: usize>(
     let after: Vec<Vector3<f64>> = after.iter().map(|p| Vector3::from_fn(|axis, _| p[axis])).collect();
     let mut record = OperationRecord::new(surgery, whole, operated, [&own(&before), &own(&after)]);
     surgery.make_up(&mut record, whole.tip(), (body, system), &before)?;
+    record.before.made_up = own(&record.before.made_up);
     Ok(Some(record))
 }

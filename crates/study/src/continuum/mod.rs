@@ -6,7 +6,7 @@
 
 mod page;
 
-pub use page::page;
+pub use page::{page, picture};
 
 use serde::Serialize;
 

@@ -5,6 +5,8 @@ use std::fmt::Write as _;
 use tongue_core::body::ContinuumSettings;
 
 use super::{ContinuumStudy, NEARLY_INCOMPRESSIBLE, Spacing};
+use tongue_files::report::{PrecisionCurve, ReportError, Svg, work_precision};
+
 use crate::Error;
 use crate::table::{duration, markdown, number};
 
@@ -37,6 +39,22 @@ pub fn verdict(spacings: &[Spacing]) -> String {
     }
 }
 
+/// Accuracy of a fitted tension against time, a curve for each body.
+pub fn picture(spacings: &[Spacing]) -> Result<Svg, ReportError> {
+    let mut curves: Vec<PrecisionCurve> = Vec::new();
+    for row in spacings {
+        let point = row.error_of_tension.map(|error| (row.fit_s, error));
+        match curves.iter_mut().find(|c| c.name == row.body) {
+            Some(curve) => curve.points.extend(point),
+            None => {
+                curves.push(PrecisionCurve { name: row.body.into(), points: point.into_iter().collect() })
+            }
+        }
+    }
+    let title = "Fits of S2 /a/: difference from the finest mesh of the same body";
+    work_precision(title, "time of a fit, s", "error of a tension, as a part of it", &curves)
+}
+
 pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, Error> {
     let mut p = format!(
         "# The continuum: accuracy, time, and what was chosen\n\n{made}\n\n{}\n\n",
@@ -54,7 +72,7 @@ pub fn page(study: &ContinuumStudy, made: &str) -> Result<String, Error> {
     }
     let _ = write!(
         p,
-        "## Mesh\n\n/a/ at the published tensions on nested meshes; errors against the finest mesh of the same body; the default spacing, 4 mm, \
+        "![Error of a fitted tension against time](spacings.svg)\n\n## Mesh\n\n/a/ at the published tensions on nested meshes; errors against the finest mesh of the same body; the default spacing, 4 mm, \
          is not one of them. The tension is the worst of the three that are fitted to the stretches of S2 /a/. The control is expected not to converge. Times are medians of up to 15 solves and \
          3 fits (Gauss-Newton, one start).\n\n{}",
         markdown(&study.spacings, &[])?

@@ -28,7 +28,7 @@ use tongue_core::statics::{
 };
 use tongue_core::system::System;
 
-pub use table::markdown;
+pub use table::{markdown, picture};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HowMany {

@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use serde_json::Value;
 use tongue_files::report::column::{self, Column};
+use tongue_files::report::{ReportError, Series, Svg, parts};
 
 use super::{CASES, HardCase};
 use crate::table;
@@ -34,6 +35,9 @@ pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Err
     let mut cases: BTreeMap<u8, Vec<&HardCase>> = BTreeMap::new();
     rows.iter().for_each(|r| cases.entry(r.case).or_default().push(r));
     out += &column::markdown(&summary(), &cases.iter().collect::<Vec<_>>());
+    if LONG.iter().any(|case| cases.contains_key(case)) {
+        out.push_str("\n![What becomes of subsets of muscles at each load](stability.svg)\n");
+    }
     for (case, rows) in &cases {
         let _ = writeln!(out, "\n## {case}. {}\n", title(*case));
         out.push_str(&branches(rows));
@@ -54,6 +58,30 @@ pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Err
         }
     }
     Ok(out)
+}
+
+/// What becomes of the subsets of muscles at each load; `None` if their case was not run.
+pub fn picture(rows: &[HardCase]) -> Option<Result<Svg, ReportError>> {
+    let case = LONG.into_iter().find(|case| rows.iter().any(|r| r.case == *case))?;
+    let mut loads: Vec<(String, Vec<&HardCase>)> = Vec::new();
+    for row in rows.iter().filter(|r| r.case == case) {
+        let load = row.variant.rsplit_once(" at ")?.1;
+        match loads.iter_mut().find(|(name, _)| name == load) {
+            Some((_, rows)) => rows.push(row),
+            None => loads.push((load.to_owned(), vec![row])),
+        }
+    }
+    let series = |name: &str, holds: fn(&HardCase) -> bool| Series {
+        name: name.to_owned(),
+        values: loads.iter().map(|(_, rows)| count(rows, holds) as f64 / rows.len() as f64).collect(),
+    };
+    let series = [
+        series("stable equilibrium found", |r| r.converged),
+        series("on the branch from rest", HardCase::is_on_branch),
+        series("without the barrier against inversion", |r| r.guarded == 0),
+    ];
+    let names: Vec<String> = loads.iter().map(|(name, _)| name.clone()).collect();
+    Some(parts(&names, &series, "part of the subsets of muscles", title(case)))
 }
 
 fn count(rows: &[&HardCase], holds: impl Fn(&HardCase) -> bool) -> usize {

@@ -252,6 +252,15 @@ impl SpaceBody {
         ratios.fold([f64::INFINITY, 0.0], |[least, most], ratio| [least.min(ratio), most.max(ratio)])
     }
 
+    /// Half of the straight fibre of a muscle through the middle of an element, in local coordinates: it ends at the nearest face. `None`
+    /// where the muscle has no direction.
+    pub fn local_fibre(&self, muscle: usize, element: usize) -> Option<Vector3<f64>> {
+        let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
+        let mean: Vector3<f64> = self.directions(muscle, element).into_iter().flatten().sum();
+        let local = hexahedron::jacobian(&x, [0.0; 3]).try_inverse()? * mean;
+        (local.amax() > 0.0).then(|| local / local.amax())
+    }
+
     /// Unit directions of the fibres of a muscle at the points of Gauss of an element; `None` far from every
     /// fibre.
     pub fn directions(&self, muscle: usize, element: usize) -> Directions {

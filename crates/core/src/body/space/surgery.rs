@@ -39,7 +39,8 @@ pub struct Operated {
     pub body: SpaceBody,
     /// Numbers in the body before of its muscles; those that lost all of their tissue are gone.
     pub muscles: Vec<usize>,
-    pub elements: usize,
+    /// Numbers in the body before of its operated elements.
+    pub elements: BTreeSet<usize>,
     pub volume_m3: f64,
 }
 
@@ -165,6 +166,6 @@ impl SpaceBody {
         }
         body.what = format!("{}, operated", self.what);
         let volume_m3 = elements.iter().map(|&e| volumes[e]).sum();
-        Ok(Operated { body, muscles, elements: elements.len(), volume_m3 })
+        Ok(Operated { body, muscles, elements: elements.clone(), volume_m3 })
     }
 }

@@ -1,4 +1,4 @@
-//! Bar chart of muscle lengths relative to a baseline vowel: figure 4.9 of Kato (2014).
+//! Bar charts in groups: muscle lengths relative to a baseline vowel (figure 4.9 of Kato 2014), and parts of a whole.
 
 use super::plot::{Axis, Plot, around};
 use super::{Anchor, Entry, Face, INK, LEGEND_ROW, MARGIN, Svg, TEXT, WIDTH};
@@ -16,7 +16,7 @@ const FILLED: f64 = 0.78;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     pub name: String,
-    /// Length over the subject's own length in the baseline, dimensionless; one for each label.
+    /// One for each label: a length over the subject's own length in the baseline, or a part of a whole; dimensionless.
     pub values: Vec<f64>,
 }
 
@@ -31,8 +31,24 @@ pub fn changes(
     baseline: &str,
     title: &str,
 ) -> Result<Svg, ReportError> {
-    check(labels, series)?;
-    let (mut svg, top) = Svg::new(title, &description(labels, series, baseline), WIDTH);
+    let told = format!("Muscle lengths relative to /{baseline}/.");
+    chart(labels, series, (&format!("length relative to /{baseline}/"), 1.0), [title, &told])
+}
+
+/// Draws grouped bars that grow from zero: parts of a whole under the name of their axis.
+pub fn parts(labels: &[String], series: &[Series], axis: &str, title: &str) -> Result<Svg, ReportError> {
+    chart(labels, series, (axis, 0.0), [title, &format!("{axis}.")])
+}
+
+/// Grouped bars from a value `base` of the axis.
+fn chart(
+    labels: &[String],
+    series: &[Series],
+    (axis, base): (&str, f64),
+    [title, what]: [&str; 2],
+) -> Result<Svg, ReportError> {
+    check(labels, series, base)?;
+    let (mut svg, top) = Svg::new(title, &description(labels, series, what), WIDTH);
     let half = 0.5 * TEXT - 2.0;
     let shown = series.iter().zip(FILLS).map(|(one, fill)| {
         Entry::new(SAMPLE, &one.name, move |svg, [x, y]| {
@@ -43,11 +59,11 @@ pub fn changes(
     let contracting = contracting.then(|| Entry::new(0.0, "* contracting", |_, _| ()));
     let top = top + 0.2 * LEGEND_ROW;
     let top = top + svg.legend(shown.chain(contracting), [AXIS, WIDTH - MARGIN], top) + MARGIN;
-    bars(&mut svg, labels, series, baseline, top);
+    bars(&mut svg, labels, series, (axis, base), top);
     Ok(svg.finish(top + PLOT + LABELS + MARGIN))
 }
 
-fn check(labels: &[String], series: &[Series]) -> Result<(), ReportError> {
+fn check(labels: &[String], series: &[Series], base: f64) -> Result<(), ReportError> {
     if labels.is_empty() || series.is_empty() || series.len() > FILLS.len() {
         let (labels, series) = (labels.len(), series.len());
         return Err(ReportError::ChartShape { labels, series, most: FILLS.len() });
@@ -58,7 +74,7 @@ fn check(labels: &[String], series: &[Series]) -> Result<(), ReportError> {
             return Err(ReportError::SeriesLength { series: name.clone(), values, labels });
         }
         for (&value, label) in values.iter().zip(labels) {
-            if !(value > 0.0 && value <= 100.0) {
+            if !((value > 0.0 || value == base) && value <= 100.0) {
                 return Err(ReportError::Ratio { series: name.clone(), label: label.clone(), value });
             }
         }
@@ -66,35 +82,41 @@ fn check(labels: &[String], series: &[Series]) -> Result<(), ReportError> {
     Ok(())
 }
 
-fn description(labels: &[String], series: &[Series], baseline: &str) -> String {
+fn description(labels: &[String], series: &[Series], what: &str) -> String {
     let told = series.iter().map(|s| {
         let values: Vec<_> = labels.iter().zip(&s.values).map(|(l, v)| format!("{l} {v:.2}")).collect();
         format!("{}: {}.", s.name, values.join(", "))
     });
-    format!("Muscle lengths relative to /{baseline}/. {}", told.collect::<Vec<_>>().join(" "))
+    format!("{what} {}", told.collect::<Vec<_>>().join(" "))
 }
 
-fn bars(svg: &mut Svg, labels: &[String], series: &[Series], baseline: &str, top: f64) {
+fn bars(svg: &mut Svg, labels: &[String], series: &[Series], (axis, base): (&str, f64), top: f64) {
     let values = || series.iter().flat_map(|s| s.values.iter().copied());
-    let [low, high] = around(values().fold(0.9, f64::min) - 0.02, values().fold(1.1, f64::max) + 0.02);
+    let (low, high) = (values().fold(base, f64::min), values().fold(base, f64::max));
+    // Parts of a whole end at 1.
+    let room = if base == 0.0 { 0.0 } else { 0.02 };
+    let [low, high] = around(low.min(base - 0.1) - room, high.max(base + 0.1) + room);
     let groups = labels.len() as f64;
     let plot = Plot::linear([AXIS, top], [WIDTH - MARGIN - AXIS, PLOT], [0.0, groups], [low.max(0.0), high]);
-    plot.axes(svg, [Axis::Nothing, Axis::Named(&format!("length relative to /{baseline}/"))]);
-    svg.stroke(&plot.path([[0.0, 1.0], [groups, 1.0]]), INK, 2.0);
+    plot.axes(svg, [Axis::Nothing, Axis::Named(axis)]);
+    svg.stroke(&plot.path([[0.0, base], [groups, base]]), INK, 2.0);
     let width = FILLED / series.len() as f64;
-    // A muscle that did not change gets a thin bar at 1.00.
+    // A value at the base gets a thin bar.
     let sliver = 0.006 * (high - low);
     for (nth, (one, fill)) in series.iter().zip(FILLS).enumerate() {
         for (number, &value) in one.values.iter().enumerate() {
             let x = number as f64 + 0.5 * (1.0 - FILLED) + nth as f64 * width;
             let (bottom, tip) =
-                if (value - 1.0).abs() < sliver { (1.0 - sliver, 1.0 + sliver) } else { (1.0, value) };
+                if (value - base).abs() < sliver { (base - sliver, base + sliver) } else { (base, value) };
             plot.rectangle(svg, [[x, bottom], [x + width, tip]], fill, Some(INK));
         }
     }
+    let is_wide = labels.iter().any(|l| Face::Bold.width(l) > plot.size[0] / groups);
     for (number, label) in labels.iter().enumerate() {
         let face = if label.ends_with('*') { Face::Bold } else { Face::Plain };
         let [x, foot] = plot.place(number as f64 + 0.5, plot.y[0]);
-        svg.text([x, foot + 0.5 * LABELS + 4.0], Anchor::Middle, face, label);
+        // Every second one of long labels stands lower.
+        let row = if is_wide && number % 2 == 1 { 0.75 } else { 0.4 };
+        svg.text([x, foot + row * LABELS], Anchor::Middle, face, label);
     }
 }

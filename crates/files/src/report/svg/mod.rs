@@ -27,7 +27,7 @@ use std::io::{self, Write};
 use super::export::{Export, Provenance};
 
 pub use animation::{AnimationFrame, animation};
-pub use changes::{Series, changes};
+pub use changes::{Series, changes, parts};
 #[cfg(feature = "files")]
 pub(super) use muscle_lines::colours;
 pub use muscles::{Panel, panels};

@@ -1,18 +1,20 @@
 //! Pictures of bodies in space from the side, the front and the top; of a tongue with the muscles that act in colour.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 
 use super::axes::{Bounds, View};
 use super::section::check;
-use super::{Anchor, Entry, Face, INK, LEGEND_ROW, MARGIN, Svg, TEXT, WIDTH, closed, data};
+use super::{Anchor, Entry, Face, INK, LEGEND_ROW, MARGIN, Px, Svg, TEXT, WIDTH, closed, data};
 use crate::report::ReportError;
-use crate::report::space::most_active;
+use crate::report::space::{OperationRecord, most_active};
 use tongue_core::body::{Mesh, SpaceBody};
 use tongue_core::geometry::Point;
 
 /// From where it is seen: what is across, up, and towards the viewer.
 const VIEWS: [(&str, [Vector3<f64>; 3]); 3] = [
-    ("side", [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 0.0, 1.0), Vector3::new(0.0, -1.0, 0.0)]),
+    ("left side", [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 0.0, 1.0), Vector3::new(0.0, -1.0, 0.0)]),
     ("front", [Vector3::new(0.0, -1.0, 0.0), Vector3::new(0.0, 0.0, 1.0), Vector3::new(-1.0, 0.0, 0.0)]),
     ("top", [Vector3::new(1.0, 0.0, 0.0), Vector3::new(0.0, 1.0, 0.0), Vector3::new(0.0, 0.0, 1.0)]),
 ];
@@ -33,16 +35,22 @@ const COLOURS: [[f64; 3]; 11] = [
 const TISSUE: [f64; 3] = [214.0, 205.0, 205.0];
 const SOLID: [f64; 3] = [205.0, 222.0, 240.0];
 const ACTIVE: f64 = 5e-3;
+/// Operated tissue, and the shape below with what was removed from it.
+const FILLING: [f64; 3] = [110.0, 110.0, 110.0];
+const UNDER: &str = "#ececec";
+const GONE: &str = "#b0b0b0";
 const SAMPLE: f64 = 34.0;
 
-/// Draws a body in space over itself at rest (light). An element has the colour of the most active muscle that runs through it.
-/// Positions of all nodes are in m.
+/// Draws a body in space over itself at rest (light), or after surgery over itself before it, with the operated region and the way of the
+/// tip. An element has the colour of the most active muscle that runs through it. Positions of all nodes are in m.
 pub fn views(
     body: &SpaceBody,
     positions: &[Vector3<f64>],
     activations: &[f64],
     title: &str,
+    operation: Option<&OperationRecord>,
 ) -> Result<Svg, ReportError> {
+    let before = operation.map(|operation| &operation.before);
     check(&body.mesh, positions, activations)?;
     let groups = body.groups();
     let colour = |m: usize| {
@@ -50,12 +58,14 @@ pub fn views(
         COLOURS[group % COLOURS.len()]
     };
     let of_element = most_active(body, activations);
-    let quadrilaterals = body.mesh.outward_quadrilaterals();
-    let faces = quadrilaterals.iter().map(|(element, nodes)| {
-        let active = of_element[*element].filter(|&m| activations[m] > ACTIVE);
-        (nodes.as_slice(), active.map_or(TISSUE, colour))
+    // Elements keep their numbers unless some are removed.
+    let is_filled = before.is_some_and(|b| b.body.mesh.hexahedra.len() == body.mesh.hexahedra.len());
+    let operated = |element: &usize| before.is_some_and(|b| b.elements.contains(element));
+    let faces = body.mesh.outward_quadrilaterals().into_iter().map(|(element, nodes)| {
+        let active = of_element[element].filter(|&m| activations[m] > ACTIVE);
+        let filled = is_filled && operated(&element);
+        (nodes.to_vec(), if filled { FILLING } else { active.map_or(TISSUE, colour) })
     });
-    let described = format!("A tongue in space of {} hexahedra", body.mesh.hexahedra.len());
     let of_group = |g: &String| {
         let of = body.muscles.iter().zip(activations).filter(|(m, _)| m.group == *g).map(|(m, a)| (m, *a));
         let most = of.clone().map(|(_, a)| a).fold(0.0, f64::max);
@@ -68,64 +78,171 @@ pub fn views(
     };
     let names =
         groups.iter().enumerate().filter_map(|(i, g)| Some((of_group(g)?, COLOURS[i % COLOURS.len()])));
-    let (faces, names): (Vec<_>, Vec<_>) = (faces.collect(), names.collect());
-    Ok(drawn(&faces, [&body.mesh.nodes, positions], &names, [title, &described]))
+    let mut drawing = Drawing {
+        what: format!("A tongue in space of {} hexahedra", body.mesh.hexahedra.len()),
+        faces: faces.collect(),
+        positions,
+        under: Vec::new(),
+        under_positions: &body.mesh.nodes,
+        names: names.collect(),
+        sides: true,
+        outlined: Vec::new(),
+        tips: Vec::new(),
+    };
+    if let Some(before) = before {
+        let under = before.body.mesh.outward_quadrilaterals().into_iter();
+        drawing.under =
+            under.map(|(e, nodes)| (nodes.to_vec(), if operated(&e) { GONE } else { UNDER })).collect();
+        drawing.under_positions = &before.positions;
+        let region = before.elements.iter().map(|&e| before.body.mesh.hexahedra[e]).collect();
+        let region = Mesh::<3> { hexahedra: region, ..Mesh::default() };
+        let shape = if is_filled { positions } else { &before.positions[..] };
+        let corners = |(_, face): (usize, [usize; 4])| face.map(|n| (n, shape[n]));
+        drawing.outlined = region.outward_quadrilaterals().into_iter().map(corners).collect();
+        drawing.names.push((
+            if is_filled { "operated" } else { "removed" }.to_owned(),
+            if is_filled { FILLING } else { [196.0; 3] },
+        ));
+        let places = [
+            ("before", &before.positions[..], "#ffffff"),
+            ("after", positions, INK),
+            ("brought back", &before.made_up, "#ddcc77"),
+        ];
+        if let Some(tip) = before.body.tip() {
+            let tips = places
+                .into_iter()
+                .filter_map(|(name, x, fill)| Some((format!("tip {name}"), *x.get(tip)?, fill)));
+            drawing.tips = tips.collect();
+        }
+    }
+    Ok(drawing.draw(title))
 }
 
 /// Draws a body of tetrahedra in the same way, in one colour.
 pub fn solid(mesh: &Mesh<3>, positions: &[Vector3<f64>], title: &str) -> Result<Svg, ReportError> {
     check(mesh, positions, &vec![0.0; mesh.muscles.len()])?;
-    let triangles = mesh.outward_faces();
-    let faces: Vec<_> = triangles.iter().map(|nodes| (nodes.as_slice(), SOLID)).collect();
     let (nodes, cells) = (mesh.nodes.len(), mesh.cells.len());
-    let described = format!("A body in space of {nodes} nodes and {cells} tetrahedra");
-    Ok(drawn(&faces, [&mesh.nodes, positions], &[], [title, &described]))
+    let drawing = Drawing {
+        what: format!("A body in space of {nodes} nodes and {cells} tetrahedra"),
+        faces: mesh.outward_faces().iter().map(|nodes| (nodes.to_vec(), SOLID)).collect(),
+        positions,
+        under: Vec::new(),
+        under_positions: &mesh.nodes,
+        names: Vec::new(),
+        sides: false,
+        outlined: Vec::new(),
+        tips: Vec::new(),
+    };
+    Ok(drawing.draw(title))
 }
 
-/// Draws a surface in parallel projection, of the faces that are turned to the viewer the farthest first, over itself at rest (light).
-fn drawn(
-    faces: &[(&[usize], [f64; 3])],
-    [rest, positions]: [&[Vector3<f64>]; 2],
-    names: &[(String, [f64; 3])],
-    [title, what]: [&str; 2],
-) -> Svg {
-    let shown =
-        format!("{what} from the side, the front and the top: deformed, over itself at rest (light).");
-    let (mut svg, top) = Svg::new(title, &shown, WIDTH);
-    let seen = |p: &Vector3<f64>, [across, up, _]: &[Vector3<f64>; 3]| Point::new(p.dot(across), p.dot(up));
-    let on_surface: Vec<usize> = faces.iter().flat_map(|(f, _)| f.iter().copied()).collect();
-    let size = rest.iter().map(|p| p.amax()).fold(1e-3, f64::max);
-    let margin = 0.03 * size;
-    let bounds = VIEWS.map(|(_, axes)| {
-        let points =
-            [rest, positions].into_iter().flat_map(|x| on_surface.iter().map(|&n| seen(&x[n], &axes)));
-        let points: Vec<Point> = points.chain(on_surface.is_empty().then(Point::zeros)).collect();
-        Bounds::of(&points).outwards(margin, 0.5 * margin)
-    });
-    let [side, front, above] = bounds.map(|b| b.size());
-    let per_m = (WIDTH - 3.0 * MARGIN) / (side[0].max(above[0]) + front[0]);
-    let row = top + TEXT + MARGIN;
-    let below = row + per_m * side[1].max(front[1]) + TEXT + 2.0 * MARGIN;
-    let right = 2.0 * MARGIN + per_m * side[0].max(above[0]);
-    let corners = [[MARGIN, row], [right, row], [MARGIN, below]];
-    for (((name, axes), bounds), corner) in VIEWS.into_iter().zip(bounds).zip(corners) {
-        let view = View::new(bounds, corner, per_m * bounds.size()[0]);
-        svg.text([corner[0], corner[1] - 0.5 * TEXT], Anchor::Start, Face::Plain, name);
-        let outline =
-            |f: &[usize], x: &[Vector3<f64>]| closed([f.iter().map(|n| view.place(&seen(&x[*n], &axes)))]);
-        let normal = |f: &[usize], x: &[Vector3<f64>]| {
-            (x[f[2]] - x[f[0]]).cross(&(x[f[f.len() - 1]] - x[f[1]])).try_normalize(0.0).unwrap_or(axes[2])
-        };
-        for (f, _) in faces.iter().filter(|(f, _)| normal(f, rest).dot(&axes[2]) > 0.0) {
-            svg.fill(&outline(f, rest), "#ececec");
+/// A surface in parallel projection over another shape of it (light).
+struct Drawing<'a> {
+    what: String,
+    /// Corners counter-clockwise as seen from outside, and colour, 0 to 255.
+    faces: Vec<(Vec<usize>, [f64; 3])>,
+    positions: &'a [Vector3<f64>],
+    /// Faces of the shape below, with their colour; empty if they are those of the surface.
+    under: Vec<(Vec<usize>, &'static str)>,
+    under_positions: &'a [Vector3<f64>],
+    /// Entries of the legend.
+    names: Vec<(String, [f64; 3])>,
+    /// Whether left and right are written.
+    sides: bool,
+    /// Faces of a region of which the silhouette is drawn: number and place of their corners.
+    outlined: Vec<[(usize, Vector3<f64>); 4]>,
+    /// Places of the tip, in the order of its way: name, place, fill.
+    tips: Vec<(String, Vector3<f64>, &'static str)>,
+}
+
+/// Twice the normal of a face, which points out of the body.
+fn normal(f: &[usize], x: &[Vector3<f64>]) -> Vector3<f64> {
+    (x[f[2]] - x[f[0]]).cross(&(x[f[f.len() - 1]] - x[f[1]]))
+}
+
+impl Drawing<'_> {
+    fn draw(&self, title: &str) -> Svg {
+        let (rest, positions) = (self.under_positions, self.positions);
+        let below = if self.under.is_empty() { "itself at rest" } else { "itself before surgery" };
+        let shown =
+            format!("{} from the side, the front and the top: deformed, over {below} (light).", self.what);
+        let (mut svg, top) = Svg::new(title, &shown, WIDTH);
+        let seen =
+            |p: &Vector3<f64>, [across, up, _]: &[Vector3<f64>; 3]| Point::new(p.dot(across), p.dot(up));
+        let on_surface: Vec<usize> = self.faces.iter().flat_map(|(f, _)| f.iter().copied()).collect();
+        let size = rest.iter().map(|p| p.amax()).fold(1e-3, f64::max);
+        let margin = 0.03 * size;
+        let bounds = VIEWS.map(|(_, axes)| {
+            let points =
+                [rest, positions].into_iter().flat_map(|x| on_surface.iter().map(|&n| seen(&x[n], &axes)));
+            let tips = self.tips.iter().map(|(_, p, _)| seen(p, &axes));
+            let region = self.outlined.iter().flatten().map(|(_, p)| seen(p, &axes));
+            let points: Vec<Point> =
+                points.chain(tips).chain(region).chain(on_surface.is_empty().then(Point::zeros)).collect();
+            Bounds::of(&points).outwards(margin, 0.5 * margin)
+        });
+        let [side, front, above] = bounds.map(|b| b.size());
+        let per_m = (WIDTH - 3.0 * MARGIN) / (side[0].max(above[0]) + front[0]);
+        let row = top + TEXT + MARGIN;
+        let below = row + per_m * side[1].max(front[1]) + TEXT + 2.0 * MARGIN;
+        let right = 2.0 * MARGIN + per_m * side[0].max(above[0]);
+        let corners = [[MARGIN, row], [right, row], [MARGIN, below]];
+        for (((name, axes), bounds), corner) in VIEWS.into_iter().zip(bounds).zip(corners) {
+            let view = View::new(bounds, corner, per_m * bounds.size()[0]);
+            svg.text([corner[0], corner[1] - 0.5 * TEXT], Anchor::Start, Face::Bold, name);
+            let place = |p: &Vector3<f64>| view.place(&seen(p, &axes));
+            self.surface(&mut svg, &axes, &place);
+            let silhouette = self.silhouette(&axes).map(|edge| edge.map(|p| place(&p)));
+            svg.dashes(&data(silhouette), INK, 2.5);
+            for pair in self.tips.windows(2) {
+                svg.line(place(&pair[0].1), place(&pair[1].1), INK, 3.0);
+            }
+            for (_, p, fill) in &self.tips {
+                svg.dot(place(p), 7.0, fill, INK);
+            }
         }
-        let mut towards: Vec<_> =
-            faces.iter().filter(|(f, _)| normal(f, positions).dot(&axes[2]) > 0.0).collect();
+        if self.sides {
+            let (far, bottom) = (right + per_m * front[0], below + per_m * above[1]);
+            let front = [("right", [right, row], Anchor::Start), ("left", [far, row], Anchor::End)];
+            let above =
+                [("right", [MARGIN, below], Anchor::Start), ("left", [MARGIN, bottom - TEXT], Anchor::Start)];
+            for (side, [x, y], anchor) in front.into_iter().chain(above) {
+                svg.text([x, y + 0.5 * TEXT], anchor, Face::Plain, side);
+            }
+        }
+        let bottom = below + per_m * above[1];
+        scale(&mut svg, side[0], per_m, bottom + MARGIN);
+        let names = self.names.iter().map(|(name, colour)| {
+            let fill = shaded(*colour, 1.0);
+            Entry::new(SAMPLE, name, move |svg, [x, y]| {
+                svg.rectangle([x, y - 10.0], [x + SAMPLE - 10.0, y + 10.0], &fill, Some(INK));
+            })
+        });
+        let tips = self.tips.iter().map(|(name, _, fill)| {
+            Entry::new(SAMPLE, name, |svg, [x, y]| svg.dot([x + 12.0, y], 7.0, fill, INK))
+        });
+        let height = svg.legend(names.chain(tips), [right, WIDTH - MARGIN], below);
+        svg.finish((bottom + MARGIN).max(below + height) + LEGEND_ROW + 2.0 * MARGIN)
+    }
+
+    /// The shape below, then the faces of the surface that are turned to the viewer, the farthest first.
+    fn surface(&self, svg: &mut Svg, axes: &[Vector3<f64>; 3], place: &impl Fn(&Vector3<f64>) -> Px) {
+        let (rest, positions) = (self.under_positions, self.positions);
+        let outline = |f: &[usize], x: &[Vector3<f64>]| closed([f.iter().map(|&n| place(&x[n]))]);
+        let is_seen = |f: &[usize], x: &[Vector3<f64>]| normal(f, x).dot(&axes[2]) > 0.0;
+        let same = self.faces.iter().map(|(f, _)| (f, UNDER)).filter(|_| self.under.is_empty());
+        for (f, colour) in
+            self.under.iter().map(|(f, colour)| (f, *colour)).chain(same).filter(|(f, _)| is_seen(f, rest))
+        {
+            svg.fill(&outline(f, rest), colour);
+        }
+        let mut towards: Vec<_> = self.faces.iter().filter(|(f, _)| is_seen(f, positions)).collect();
         let depth = |f: &[usize]| f.iter().map(|&n| positions[n].dot(&axes[2])).sum::<f64>();
-        towards.sort_by(|a, b| depth(a.0).total_cmp(&depth(b.0)));
+        towards.sort_by(|a, b| depth(&a.0).total_cmp(&depth(&b.0)));
         for (f, colour) in towards {
             // Light from above and from the viewer's left.
-            let light = normal(f, positions).dot(&((axes[1] - axes[0]) * 0.45 + axes[2] * 0.77));
+            let normal = normal(f, positions).try_normalize(0.0).unwrap_or(axes[2]);
+            let light = normal.dot(&((axes[1] - axes[0]) * 0.45 + axes[2] * 0.77));
             let (d, fill) = (outline(f, positions), shaded(*colour, light));
             svg.element(
                 "path",
@@ -133,16 +250,20 @@ fn drawn(
             );
         }
     }
-    let bottom = below + per_m * above[1];
-    scale(&mut svg, side[0], per_m, bottom + MARGIN);
-    let entries = names.iter().map(|(name, colour)| {
-        let fill = shaded(*colour, 1.0);
-        Entry::new(SAMPLE, name, move |svg, [x, y]| {
-            svg.rectangle([x, y - 10.0], [x + SAMPLE - 10.0, y + 10.0], &fill, Some(INK));
-        })
-    });
-    let height = svg.legend(entries, [right, WIDTH - MARGIN], below);
-    svg.finish((bottom + MARGIN).max(below + height) + LEGEND_ROW + 2.0 * MARGIN)
+
+    /// The edges of the outlined region between a face that is turned to the viewer and one that is not.
+    fn silhouette(&self, axes: &[Vector3<f64>; 3]) -> impl Iterator<Item = [Vector3<f64>; 2]> {
+        let mut edges: BTreeMap<[usize; 2], ([Vector3<f64>; 2], usize)> = BTreeMap::new();
+        for face in &self.outlined {
+            let [a, b, c, d] = face.map(|(_, p)| p);
+            if (c - a).cross(&(d - b)).dot(&axes[2]) > 0.0 {
+                for (p, q) in [(0, 1), (1, 2), (2, 3), (3, 0)].map(|(i, j)| (face[i], face[j])) {
+                    edges.entry([p.0.min(q.0), p.0.max(q.0)]).or_insert(([p.1, q.1], 0)).1 += 1;
+                }
+            }
+        }
+        edges.into_values().filter(|(_, faces)| *faces == 1).map(|(edge, _)| edge)
+    }
 }
 
 /// A colour, 0 to 255, of a face that looks into the light by so much, from 0 to 1.
