@@ -234,9 +234,8 @@ pub fn run(
     let record = SpaceRecord::new(body, (&system, &found), &activations, &positions, wall_s);
     let record = SpaceRecord { operation, ..record };
     let json = Json(&record);
-    let active = body.muscles.iter().zip(&activations).filter(|(_, a)| **a > 0.0);
     let mut title: Vec<String> = vec!["Tongue in space".to_owned()];
-    title.extend(active.map(|(m, a)| format!("{} {a}", m.name)));
+    title.extend(whole.active(&all).into_iter().map(|(name, a)| format!("{name} {a}")));
     let operation = record.operation.as_ref();
     let shapes = if operation.is_some() {
         "before surgery (light) and after it"

@@ -19,7 +19,7 @@ fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn()
     let document = roxmltree::Document::parse(&svg).unwrap();
     let words: Vec<&str> =
         document.descendants().filter(|n| n.has_tag_name("text")).filter_map(|n| n.text()).collect();
-    for word in ["side", "front", "top", "GGP 0.10", "TRANS 0.05"] {
+    for word in ["left side", "front", "top", "left", "right", "GGP 0.10", "TRANS 0.05"] {
         assert!(words.contains(&word), "{word}: {words:?}");
     }
 

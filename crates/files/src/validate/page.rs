@@ -25,8 +25,17 @@ pub fn files(study: &ValidationStudy) -> Files<'_> {
 fn picture(study: &ValidationStudy) -> Svg {
     let muscles: Vec<String> = distinct(study.predictions.iter().map(|p| p.muscle.clone()));
     let panel = |o: &ScoredOpponent| Scatter {
-        title: o.name.replace('_', " "),
-        line: format!("RMS {:.3}, r {}", o.rms, o.correlation.map_or("–".into(), |r| format!("{r:.2}"))),
+        title: match o.name.as_str() {
+            "constant" => "one constant".to_owned(),
+            "thesis" => "the thesis’s model".to_owned(),
+            "most_probable" => "most probable point".to_owned(),
+            other => other.replace('_', " "),
+        },
+        line: format!(
+            "RMS {:.3}, r {}",
+            o.rms,
+            o.correlation.map_or("–".into(), |r| format!("{r:.2}").replace('-', "\u{2212}"))
+        ),
         points: study
             .predictions
             .iter()

@@ -126,6 +126,17 @@ impl SpaceBody {
         distinct(self.muscles.iter().map(|m| m.group.clone()))
     }
 
+    /// The active muscles with their activations, both sides by their common name where they are as active.
+    pub fn active(&self, activations: &[f64]) -> Vec<(String, f64)> {
+        let sides =
+            |m: &SpaceMuscle| self.muscles.iter().zip(activations).filter(move |(o, _)| o.group == m.group);
+        let all = self.muscles.iter().zip(activations).filter(|(_, a)| **a > 0.0);
+        distinct(all.map(|(m, a)| {
+            let is_alike = sides(m).all(|(_, other)| other == a);
+            (if is_alike { m.group.clone() } else { m.name.clone() }, *a)
+        }))
+    }
+
     /// The numbers of the muscles that a name stands for: of one side, or of both where the name has none.
     /// Case does not count.
     pub fn muscles_called(&self, name: &str) -> Result<Vec<usize>, BodyError> {

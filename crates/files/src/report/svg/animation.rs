@@ -72,7 +72,7 @@ fn drawn(
     let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
     let (mut svg, top) = Svg::new(title, &shown, WIDTH);
     let shapes = frames.iter().map(|f| f.positions.as_slice());
-    let view = View::new(frame(mesh, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    let view = View::new(frame(mesh, palate, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
     draw_palate(&mut svg, &view, mesh, palate);

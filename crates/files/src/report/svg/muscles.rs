@@ -45,7 +45,7 @@ pub fn panels(
     let shown =
         format!("Midsagittal sections, front to the left, all with the same axes. {}", told.join(" "));
     let (mut svg, top) = Svg::new(title, &shown, width);
-    let bounds = frame(mesh, panels.iter().map(|p| p.positions.as_slice()));
+    let bounds = frame(mesh, palate, panels.iter().map(|p| p.positions.as_slice()));
     let mut bottom = top;
     for (nth, panel) in panels.iter().enumerate() {
         let [row, column] = [nth / columns, nth % columns];

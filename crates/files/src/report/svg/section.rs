@@ -71,7 +71,7 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let SectionPicture { mesh, positions, tensions, palate, seen, contact, stretch, grey, title } = *section;
     check(mesh, positions, tensions)?;
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
-    let view = View::new(frame(mesh, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    let view = View::new(frame(mesh, palate, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     let colours = stretch.then(|| contours::fill(&mut svg, &view, mesh, positions)).flatten();
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
@@ -152,9 +152,10 @@ fn description(section: &SectionPicture<'_>) -> String {
     )
 }
 
-/// The view: the tissue at rest with a margin, extended only for shapes that need it.
+/// The view: the tissue at rest with a margin, and the palate near it, extended only for shapes that need it.
 pub(in crate::report) fn frame<'a>(
     mesh: &Mesh<2>,
+    palate: &[SVector<f64, 2>],
     shapes: impl IntoIterator<Item = &'a [SVector<f64, 2>]>,
 ) -> Bounds {
     let inside = mesh.in_tissue();
@@ -169,8 +170,10 @@ pub(in crate::report) fn frame<'a>(
     let side = w.max(h).max(1e-3);
     let step = 0.5 * 10f64.powf(side.log10().floor());
     let room = rest.outwards(ROOM * side, step);
+    let near = room.outwards(0.2 * side, step);
+    let palate = Bounds::of(palate.iter().filter(|p| near.contains(p))).outwards(PALATE_THICKNESS, step);
     let shapes = shapes.into_iter().map(|x| tissue(x).outwards(0.0, step));
-    shapes.fold(room, Bounds::with).paged()
+    shapes.fold(room.with(palate), Bounds::with).paged()
 }
 
 pub(super) fn ring(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> String {

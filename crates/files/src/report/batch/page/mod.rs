@@ -192,7 +192,7 @@ fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
         .zip(colours(&names))
         .map(|(m, colour)| serde_json::json!({"name": m.name, "nodes": m.nodes, "colour": colour}))
         .collect();
-    let view = frame(mesh, []);
+    let view = frame(mesh, &[], []);
     let [low, high] = [view.low, view.high].map(|corner| corner.map(fit::micrometres));
     let shapes: Vec<_> = fits
         .iter()
