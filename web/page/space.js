@@ -28,11 +28,13 @@ function makeSolid(canvas, body, walls) {
     const t = i / Math.max(all.length - 1, 1), [half, arch] = [mix(w.half_width_mm, t), mix(w.arch_mm, t)], long = Math.hypot(ax - x, az - z);
     return [-1, -0.75, -0.5, -0.25, 0, 0.25, 0.5, 0.75, 1].map((y) => [x + (ax - x) / long * arch * y * y, half * y, z + (az - z) / long * arch * y * y]);
   }));
+  // Below the middle of a bone.
+  const under = (name) => { const places = body.bones.find((b) => b.name === name).nodes.map((n) => mm(rest, n)); return [0, 1, 2].map((i) => places.reduce((sum, p) => sum + p[i], 0) / places.length - (i === 2 ? 5 : 0)); };
   const along = (i) => arches.map((arch) => arch[i]);
   const bothSides = (points) => [...points.slice(1).toReversed().map(([x, y, z]) => [x, -y, z]), ...points];
   // What is drawn beside the tongue: points, mm, and width.
   const SETTING = [...arches.map((points) => [points, 0.25]), ...[0, 4, 8].map((i) => [along(i), i === 4 ? 0.9 : 0.45]), [bothSides(MANDIBLE), 0.7], [bothSides(LOWER_TEETH), 0.45]];
-  const WORDS = [["palate", along(4)[3]], ["upper teeth", along(4).at(-1)], ["jaw", [-8, -20, -9]], ["hyoid", [40, 0, -12]]];
+  const WORDS = [["palate", along(4)[3]], ["upper teeth", along(4).at(-1)], ["jaw", [-8, -20, -9]], ["hyoid", under("hyoid")]];
   const AXES = [["front", [-1, 0, 0]], ["right", [0, 1, 0]], ["up", [0, 0, 1]]];
   // The shape, and the shape at rest as it is seen, and from where.
   let at = rest, ghost = {};
@@ -84,11 +86,11 @@ function makeSolid(canvas, body, walls) {
   }
   // Lines and words beside the tongue, and the directions in the lower corner.
   function setting(turned) {
-    const corner = [-SOLID_ROOM[0] + 9, SOLID_ROOM[1] - 9];
+    const corner = [-SOLID_ROOM[0] + 15, SOLID_ROOM[1] - 10];
     const tips = AXES.map(([name, axis]) => [name, turned(axis)]);
     return {
-      lines: [...SETTING.map(([points, width]) => ({ points: points.map((p) => turned(from(p))), width })), ...tips.map(([, [x, y]]) => ({ points: [corner, [corner[0] + 6 * x, corner[1] + 6 * y]], width: 0.6 }))],
-      words: [...WORDS.map(([name, p]) => [name, turned(from(p))]), ...tips.filter(([, [x, y]]) => Math.hypot(x, y) > 0.35).map(([name, [x, y]]) => [name, [corner[0] + 8.2 * x, corner[1] + 8.2 * y]])],
+      lines: [...SETTING.map(([points, width]) => ({ points: points.map((p) => turned(from(p))), width })), ...tips.map(([, [x, y]]) => ({ points: [corner, [corner[0] + 7 * x, corner[1] + 7 * y]], width: 0.6 }))],
+      words: [...WORDS.map(([name, p]) => [name, turned(from(p))]), ...tips.filter(([, [x, y]]) => Math.hypot(x, y) > 0.35).map(([name, [x, y]]) => [name, [corner[0] + 9.5 * x, corner[1] + 9.5 * y]])],
     };
   }
   return {

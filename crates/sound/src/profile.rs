@@ -154,6 +154,16 @@ fn minus(a: Point, b: Point) -> Point {
     [a[0] - b[0], a[1] - b[1]]
 }
 
+/// Whether both ends of each line are on the same side of the other, the side to which the airway runs.
+fn are_apart(first: &Across, second: &Across) -> bool {
+    let sign = cross(minus(second.inner, first.outer), minus(second.outer, first.inner)).signum();
+    let side = |line: &Across, p: Point| sign * cross(line.direction, minus(p, line.outer));
+    side(first, second.inner) > 0.0
+        && side(first, second.outer) > 0.0
+        && side(second, first.inner) < 0.0
+        && side(second, first.outer) < 0.0
+}
+
 /// The section between two lines, with an area and its derivative from the distance across; `None` if the lines cross.
 fn between(first: &Across, second: &Across, area_of: impl Fn(f64) -> [f64; 2]) -> Option<(Section, Slopes)> {
     let way = minus(second.middle(), first.middle());
@@ -163,13 +173,7 @@ fn between(first: &Across, second: &Across, area_of: impl Fn(f64) -> [f64; 2]) -
     let signed = 0.5 * cross(diagonal, other);
     let sign = signed.signum();
     let area = signed.abs();
-    // Both ends of each line must be on the same side of the other.
-    let side = |line: &Across, p: Point| sign * cross(line.direction, minus(p, line.outer));
-    let apart = side(first, second.inner) > 0.0
-        && side(first, second.outer) > 0.0
-        && side(second, first.inner) < 0.0
-        && side(second, first.outer) < 0.0;
-    if length.is_nan() || length <= 0.0 || !apart {
+    if length.is_nan() || length <= 0.0 || !are_apart(first, second) {
         return None;
     }
     let distance = area / length;

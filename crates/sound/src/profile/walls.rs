@@ -1,12 +1,14 @@
 //! The walls in one posture, and the lines across the airway between them.
 
 use super::tract::Carrier;
-use super::{Across, Articulation, Point, ProfileError, Tract, cross, minus};
+use super::{Across, Articulation, Point, ProfileError, Tract, are_apart, cross, minus};
 
 /// Largest distance at which a line finds the opposite wall, m.
 const REACH_M: f64 = 0.08;
 /// Distance behind the outer wall up to which a line finds an inner wall that has passed through it, m.
 const BEYOND_M: f64 = 0.01;
+/// Most averages of directions of lines that cross.
+const MOST_AVERAGES: usize = 60;
 
 /// A place of the outer wall at which a line begins.
 struct Start {
@@ -57,9 +59,28 @@ impl<'a> Walls<'a> {
         Ok(Self { tract, starts: starts(tract, larynx), inner })
     }
 
-    /// The lines across, from the glottis to the edge of the upper teeth.
+    /// The lines across, from the glottis to the edge of the upper teeth. Where lines cross, because the airway is so wide that they
+    /// meet, their directions are averaged with those of their neighbours until they are apart.
     pub(super) fn across(&self) -> Result<Vec<Across>, ProfileError> {
-        self.starts.iter().map(|start| self.line(start)).collect()
+        let mut ways: Vec<Point> = self.starts.iter().map(|start| minus(start.toward, start.at)).collect();
+        for _ in 0..MOST_AVERAGES {
+            let lines = self.lines(&ways)?;
+            let crossed: Vec<usize> =
+                (1..lines.len()).filter(|&i| !are_apart(&lines[i - 1], &lines[i])).collect();
+            if crossed.is_empty() {
+                return Ok(lines);
+            }
+            let units: Vec<Point> = lines.iter().map(|line| line.direction).collect();
+            for i in crossed.into_iter().flat_map(|i| [i - 1, i]).filter(|&i| i > 0 && i + 1 < units.len()) {
+                ways[i] = [0, 1].map(|k| units[i - 1][k] + units[i][k] + units[i + 1][k]);
+            }
+        }
+        self.lines(&ways)
+    }
+
+    /// The lines from the outer wall in these directions.
+    fn lines(&self, ways: &[Point]) -> Result<Vec<Across>, ProfileError> {
+        self.starts.iter().zip(ways).map(|(start, way)| self.line(start, *way)).collect()
     }
 
     /// The name of the wall at which line number `i` begins.
@@ -94,9 +115,8 @@ impl<'a> Walls<'a> {
     }
 
     /// The line from a place to its first crossing with the inner wall.
-    fn line(&self, start: &Start) -> Result<Across, ProfileError> {
+    fn line(&self, start: &Start, way: Point) -> Result<Across, ProfileError> {
         let name = || self.tract.wall.get(start.wall).map_or("wall", |w| &w.name).to_owned();
-        let way = minus(start.toward, start.at);
         let norm = way[0].hypot(way[1]);
         if norm.is_nan() || norm <= 0.0 {
             return Err(ProfileError::Bad(format!(

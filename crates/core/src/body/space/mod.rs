@@ -128,11 +128,10 @@ impl SpaceBody {
 
     /// The active muscles with their activations, both sides by their common name where they are as active.
     pub fn active(&self, activations: &[f64]) -> Vec<(String, f64)> {
-        let sides =
-            |m: &SpaceMuscle| self.muscles.iter().zip(activations).filter(move |(o, _)| o.group == m.group);
         let all = self.muscles.iter().zip(activations).filter(|(_, a)| **a > 0.0);
         distinct(all.map(|(m, a)| {
-            let is_alike = sides(m).all(|(_, other)| other == a);
+            let mut others = self.muscles.iter().zip(activations).filter(|(other, _)| other.group == m.group);
+            let is_alike = others.all(|(_, other)| other == a);
             (if is_alike { m.group.clone() } else { m.name.clone() }, *a)
         }))
     }
