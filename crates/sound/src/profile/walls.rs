@@ -7,8 +7,6 @@ use super::{Across, Articulation, Point, ProfileError, Tract, are_apart, cross, 
 const REACH_M: f64 = 0.08;
 /// Distance behind the outer wall up to which a line finds an inner wall that has passed through it, m.
 const BEYOND_M: f64 = 0.01;
-/// Most averages of directions of lines that cross.
-const MOST_AVERAGES: usize = 60;
 
 /// A place of the outer wall at which a line begins.
 struct Start {
@@ -59,23 +57,24 @@ impl<'a> Walls<'a> {
         Ok(Self { tract, starts: starts(tract, larynx), inner })
     }
 
-    /// The lines across, from the glottis to the edge of the upper teeth. Where lines cross, because the airway is so wide that they
-    /// meet, their directions are averaged with those of their neighbours until they are apart.
+    /// The lines across, from the glottis to the edge of the upper teeth. Where an airway is so wide that lines meet, the directions of all
+    /// are averaged over more and more neighbours until the lines are apart.
     pub(super) fn across(&self) -> Result<Vec<Across>, ProfileError> {
-        let mut ways: Vec<Point> = self.starts.iter().map(|start| minus(start.toward, start.at)).collect();
-        for _ in 0..MOST_AVERAGES {
-            let lines = self.lines(&ways)?;
-            let crossed: Vec<usize> =
-                (1..lines.len()).filter(|&i| !are_apart(&lines[i - 1], &lines[i])).collect();
-            if crossed.is_empty() {
-                return Ok(lines);
-            }
-            let units: Vec<Point> = lines.iter().map(|line| line.direction).collect();
-            for i in crossed.into_iter().flat_map(|i| [i - 1, i]).filter(|&i| i > 0 && i + 1 < units.len()) {
-                ways[i] = [0, 1].map(|k| units[i - 1][k] + units[i][k] + units[i + 1][k]);
-            }
+        let ways: Vec<Point> = self.starts.iter().map(|start| minus(start.toward, start.at)).collect();
+        let given = self.lines(&ways)?;
+        let are_all_apart = |lines: &[Across]| lines.windows(2).all(|pair| are_apart(&pair[0], &pair[1]));
+        if are_all_apart(&given) {
+            return Ok(given);
         }
-        self.lines(&ways)
+        let mean = |i: usize, neighbours: usize| {
+            let near = i.saturating_sub(neighbours)..(i + neighbours + 1).min(given.len());
+            given[near].iter().fold([0.0; 2], |sum, line| [0, 1].map(|k| sum[k] + line.direction[k]))
+        };
+        let mut averaged = (1..=given.len() / 2).filter_map(|neighbours| {
+            let ways: Vec<Point> = (0..given.len()).map(|i| mean(i, neighbours)).collect();
+            self.lines(&ways).ok().filter(|lines| are_all_apart(lines))
+        });
+        Ok(averaged.next().unwrap_or_else(|| given.clone()))
     }
 
     /// The lines from the outer wall in these directions.
