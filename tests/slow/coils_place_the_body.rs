@@ -17,7 +17,7 @@ use crate::cases;
 use crate::speakers::{Recorded, Seeing, Tones, recorded, recorded_with};
 use crate::tracked_intervals_cover_the_truth::Held;
 
-fn basis<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> AdaptationInput<'a> {
+pub fn basis<'a>(body: &'a Body<2>, palate: Option<&'a [Point]>) -> AdaptationInput<'a> {
     let settings = TrackSettings::new(20.0, 0.1);
     AdaptationInput {
         body,

@@ -7,6 +7,7 @@ mod batch_in_shards;
 mod batch_survives;
 mod coils_place_the_body;
 mod contrasts_cover_the_truth;
+mod hidden_coils_are_predicted;
 mod left_out_muscles;
 mod mutated_inputs;
 mod posterior_covers_the_truth;

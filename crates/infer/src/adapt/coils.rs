@@ -49,6 +49,8 @@ pub struct Coil {
     pub at: Point,
     /// Its distance behind the tip along the tongue, m, if it was measured.
     pub behind: Option<f64>,
+    /// Whether only its distance from its neighbours is used.
+    pub is_hidden: bool,
 }
 
 /// A placement of a body by coils, with its uncertainty.
@@ -69,7 +71,7 @@ pub struct Placement {
 }
 
 /// The coils of recordings in order from the tip; coils with the same name in several recordings are taken as the same.
-pub(super) fn coils(seen: &[&AlignedRecording]) -> Vec<Coil> {
+pub(super) fn coils(seen: &[&AlignedRecording], hide: &[String]) -> Vec<Coil> {
     let mut out: Vec<(f64, Coil)> = Vec::new();
     for one in seen {
         for (n, (name, behind)) in one.sensors.iter().enumerate() {
@@ -85,11 +87,15 @@ pub(super) fn coils(seen: &[&AlignedRecording]) -> Vec<Coil> {
             if let Some((x, y)) = middle(0).zip(middle(1)) {
                 let measured = one.measured.get(n).copied().unwrap_or(false);
                 let behind = (*behind, measured.then_some(*behind));
-                out.push((behind.0, Coil { name: name.clone(), at: Point::new(x, y), behind: behind.1 }));
+                let (is_hidden, at) = (hide.contains(name), Point::new(x, y));
+                out.push((behind.0, Coil { name: name.clone(), at, behind: behind.1, is_hidden }));
             }
         }
     }
     out.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if out.iter().filter(|(_, coil)| !coil.is_hidden).count() < FEWEST_COILS {
+        out.iter_mut().for_each(|(_, coil)| coil.is_hidden = false);
+    }
     out.into_iter().map(|(_, coil)| coil).collect()
 }
 
@@ -196,7 +202,9 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let centre = outline.iter().map(|&n| body.mesh.nodes[n]).sum::<Point>() / outline.len().max(1) as f64;
     let places: Vec<Point> = coils.iter().map(|c| c.at).collect();
     let coincide = || failed("coils lie in the same place");
-    let posture = whitener(&places, POSTURE_MM, 0.0).ok_or_else(coincide)?;
+    let shown: Vec<usize> = (0..coils.len()).filter(|&i| !coils[i].is_hidden).collect();
+    let seen: Vec<Point> = shown.iter().map(|&i| places[i]).collect();
+    let posture = whitener(&seen, POSTURE_MM, 0.0).ok_or_else(coincide)?;
     let of_palate = Vault::of(body, palate);
     // Unknowns: shift of the centre, turn and logarithm of the scale in units of the search, and for every coil its distance behind the
     // tip before scaling.
@@ -212,7 +220,7 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
     let of_coils = |x: &DVector<f64>| {
         let to = similarity(x);
         let away = |i: usize| places[i] - to.place(on_surface(x[4 + i] * COIL_UNIT_M));
-        let mut out = DMatrix::from_fn(coils.len(), 2, |i, axis| away(i)[axis]);
+        let mut out = DMatrix::from_fn(shown.len(), 2, |i, axis| away(shown[i])[axis]);
         posture.l_dirty().solve_lower_triangular_mut(&mut out);
         out.as_slice().to_vec()
     };
@@ -247,13 +255,13 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
             coils[i].behind.unwrap_or(along)
         })
         .collect();
-    let middle = places.iter().sum::<Point>() / places.len() as f64;
+    let middle = seen.iter().sum::<Point>() / seen.len() as f64;
     let start = |turn: f64| {
         let mut x = DVector::zeros(4 + coils.len());
         x[2] = turn / TURN_SD;
         usual.iter().enumerate().for_each(|(i, behind)| x[4 + i] = behind / COIL_UNIT_M);
-        let there =
-            usual.iter().map(|b| similarity(&x).place(on_surface(*b))).sum::<Point>() / places.len() as f64;
+        let there = shown.iter().map(|&i| similarity(&x).place(on_surface(usual[i]))).sum::<Point>();
+        let there = there / seen.len() as f64;
         let shift = (middle - there) / SHIFT_UNIT_M;
         (x[0], x[1]) = (shift.x, shift.y);
         x

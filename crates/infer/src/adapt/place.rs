@@ -175,7 +175,7 @@ impl Registration {
 }
 
 impl RegistrationData {
-    /// The observations from recordings of one speaker; `hide` are contour points that are not used.
+    /// The observations from recordings of one speaker; `hide` are points that are not used. Of a coil only its distance from its neighbours is used then, if three others are left.
     pub fn of(seen: &[&AlignedRecording], hide: &[String]) -> Self {
         let mut all: Vec<(Vec<Point>, usize)> = Vec::new();
         for one in seen {
@@ -195,7 +195,7 @@ impl RegistrationData {
             contour,
             spine: super::speaker::median(seen, MANDIBLE),
             hyoid: super::speaker::median(seen, HYOID),
-            coils: coils::coils(seen),
+            coils: coils::coils(seen, hide),
             palate: Vec::new(),
             frames,
         }

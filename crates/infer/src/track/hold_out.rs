@@ -90,10 +90,11 @@ fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]
             }
         }
     }
-    let [by_mean, of_coils] = of_coils(seen, hide);
+    let [by_mean, by_line, of_coils] = of_coils(seen, hide);
     let all = [
         BaselinePredictor::new("the model", model),
         BaselinePredictor::new("mean of the speaker's coils", by_mean),
+        BaselinePredictor::new("line between the coils beside it", by_line),
         BaselinePredictor::new("Gaussian of the speaker's coils", of_coils),
         BaselinePredictor::new("natural spline through the other points", by_spline),
         BaselinePredictor::new("4 principal components of the speaker", by_components),
@@ -114,9 +115,10 @@ fn missed(frame: &Tracked) -> Vec<f64> {
     out.into_iter().map(|(_, far)| far).collect()
 }
 
-/// Errors, m, of two predictions of hidden coils: the speaker's mean place, and a Gaussian of the speaker's coils given the others.
-fn of_coils(seen: &[&AlignedRecording], hide: &[String]) -> [Vec<f64>; 2] {
-    let (mut by_mean, mut by_gaussian) = (Vec::new(), Vec::new());
+/// Errors, m, of three predictions of hidden coils: the speaker's mean place, the straight line between the coils beside it (divided as the
+/// means are), and a Gaussian of the speaker's coils given the others.
+fn of_coils(seen: &[&AlignedRecording], hide: &[String]) -> [Vec<f64>; 3] {
+    let (mut by_mean, mut by_line, mut by_gaussian) = (Vec::new(), Vec::new(), Vec::new());
     let names = |s: &AlignedRecording| s.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
     let first = seen.first().map(|s| names(s)).unwrap_or_default();
     let (hidden, shown): (Vec<usize>, Vec<usize>) = (0..first.len()).partition(|&i| hide.contains(&first[i]));
@@ -137,10 +139,16 @@ fn of_coils(seen: &[&AlignedRecording], hide: &[String]) -> [Vec<f64>; 2] {
             for (i, at) in hidden.iter().filter_map(|i| Some((*i, place(frame, i)?))) {
                 by_mean.push((at - mean[i]).norm());
                 by_gaussian.push((at - expected[i]).norm());
+                let beside = [shown.iter().rfind(|s| **s < i), shown.iter().find(|s| **s > i)];
+                if let [Some(&a), Some(&b)] = beside {
+                    let far = [a, b].map(|s| (mean[i] - mean[s]).norm());
+                    let ends = [a, b].map(|s| place(frame, &s).unwrap_or(mean[s]));
+                    by_line.push((at - ends[0] - (ends[1] - ends[0]) * (far[0] / (far[0] + far[1]))).norm());
+                }
             }
         }
     }
-    [by_mean, by_gaussian]
+    [by_mean, by_line, by_gaussian]
 }
 
 /// All coordinates of a frame in which every point was seen; `None` for other frames.

@@ -148,8 +148,8 @@ pub(super) struct FrameSolution<'a> {
     pub placed: Option<&'a [SVector<f64, 2>]>,
     /// How its shape can be reached, if that is known.
     pub way: Option<&'a Reachability>,
-    /// Predictions of its hidden contour points, if there are enough points for them.
-    pub foretold: &'a [HeldOutPrediction],
+    /// Predictions of its hidden points, where there are enough others for them.
+    pub foretold: &'a [Option<HeldOutPrediction>],
     /// Whether its observations cannot be right.
     pub lost: bool,
     /// Means over the recording.
@@ -231,7 +231,7 @@ pub(super) fn tracked(
         FrameStatus::Converged
     };
     let foretold = |(i, hidden): (usize, &frame::Hidden)| {
-        if let Some(beside) = found.foretold.iter().find(|f| f.point == hidden.name) {
+        if let Some(beside) = &found.foretold[i] {
             return beside.clone();
         }
         let expected = of(&draws.hidden[number][i]);

@@ -257,7 +257,7 @@ fn told(
     mode: &Smoother<'_, '_>,
     course: &SmoothedRecording,
     draws: &Sampler<'_, '_>,
-    foretold: &[Vec<HeldOutPrediction>],
+    foretold: &[Vec<Option<HeldOutPrediction>>],
     (mut faults, lost): (Vec<Vec<Fault>>, &[bool]),
 ) -> TrackedRecording {
     let count = course.frames.len();
