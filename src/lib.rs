@@ -83,6 +83,7 @@ pub mod adapt {
 
 pub mod body {
     //! Bodies: meshes with named muscles and bones, from an anatomy, from a file, or of your own.
+    pub use tongue_core::body::space::{Filling, Half, Operated, Region, Segment, Side};
     pub use tongue_core::body::{
         Anatomy, Body, BodyError, Bone, Cells, ContinuumSettings, DEFAULT_SPACING_M, HYOID, MANDIBLE, Mesh,
         MuscleChain, Quality, REFERENCE, SpaceBody, SpaceMuscle, build,
@@ -107,11 +108,6 @@ pub mod body {
     pub mod solid {
         //! Simple bodies in space.
         pub use tongue_core::body::solid::{block, cylinder};
-    }
-
-    pub mod space {
-        //! Muscles of bodies in space.
-        pub use tongue_core::body::space::{Filling, Half, Operated, Region, Segment, Side};
     }
 }
 
@@ -156,6 +152,8 @@ pub mod acoustics {
 
 pub mod inverse {
     //! The inverse problem: tensions, displaced bones and constants that meet what was measured.
+    pub use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
+    pub use tongue_infer::inverse::solution_curve::{SolutionCurve, Termination};
     pub use tongue_infer::inverse::{
         Answer, Fit, FitError, FitSettings, FitStatus, Method, MovableBone, Prior, TargetOnBody, Unknown,
         fit, solve,
@@ -174,16 +172,6 @@ pub mod inverse {
             BatchPlan, Job, Refusal, SUBSTITUTE_BASELINE, Selection, plan, settings,
         };
     }
-
-    pub mod in_space {
-        //! Activations of a body in space from what was seen of it.
-        pub use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
-    }
-
-    pub mod solution_curve {
-        //! The curve of tensions that meet the same ratios.
-        pub use tongue_infer::inverse::solution_curve::{SolutionCurve, Termination};
-    }
 }
 
 pub mod material {
@@ -193,14 +181,12 @@ pub mod material {
 
 pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
+    pub use tongue_input::measured::emg::Activity;
+    pub use tongue_input::measured::muscles::Muscles;
+    pub use tongue_input::measured::thesis::Thesis;
     pub use tongue_input::measured::{
         ByMuscle, Dataset, Lengths, ReadError, Target, TargetKind, TargetOptions, Vowel, reference_muscle,
     };
-
-    pub mod emg {
-        //! Relative muscle activity by vowel.
-        pub use tongue_input::measured::emg::Activity;
-    }
 
     pub mod lengths {
         //! Tables of lengths, and how they were read.
@@ -214,22 +200,12 @@ pub mod measured {
         }
     }
 
-    pub mod muscles {
-        //! Names, groups and capacities of muscles.
-        pub use tongue_input::measured::muscles::Muscles;
-    }
-
     pub mod recording {
         //! Recordings of moving tongues.
         pub use tongue_input::measured::recording::{
             AlignedRecording, Doubt, Fault, FaultKind, Format, Map, Mark, Recording, Severity, WITHOUT_BONES,
             Waveform, doubts, is_coil, other_size, palate_doubt, screen,
         };
-    }
-
-    pub mod thesis {
-        //! What the thesis simulated.
-        pub use tongue_input::measured::thesis::Thesis;
     }
 }
 
@@ -304,17 +280,14 @@ pub mod run {
 
 pub mod scene {
     //! Scenes: files that say what happens to a tongue and what is wanted.
+    pub use tongue_files::scene::effects::{Effects, Hyoid, Jaw};
+    pub use tongue_files::scene::file::{FitTarget, Material, SceneBody, SceneTongue, Want};
+    pub use tongue_files::scene::tract::SceneTract;
     pub use tongue_files::scene::{JOINT_MM, Scene, SceneError, ScenePlan, names, shipped, simulate};
 
     pub mod body {
         //! Bodies of scenes.
         pub use tongue_files::scene::body::build;
-    }
-
-    pub mod file {
-        //! What stands in a scene file.
-        pub use tongue_files::scene::effects::{Effects, Hyoid, Jaw};
-        pub use tongue_files::scene::file::{FitTarget, Material, SceneBody, SceneTongue, Want};
     }
 
     pub mod prepare {
@@ -325,11 +298,6 @@ pub mod scene {
     pub mod run {
         //! Scenes run.
         pub use tongue_files::scene::run::{Moment, SceneOutcome, fit, run};
-    }
-
-    pub mod sound {
-        //! The tract of a scene.
-        pub use tongue_files::scene::tract::SceneTract;
     }
 }
 

@@ -4,9 +4,7 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::body::Body;
-use tongue_fit::measured::Vowel;
-use tongue_fit::measured::emg::Activity;
-use tongue_fit::measured::muscles::Muscles;
+use tongue_fit::measured::{Activity, Muscles, Vowel};
 use tongue_fit::simulation::read_tensions;
 
 use super::inputs;

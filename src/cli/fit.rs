@@ -14,8 +14,7 @@ use tongue_fit::system::TissueModel;
 
 use super::choice::choice;
 use super::fit_table::Shown;
-use super::reference_solution;
-use super::{Global, Outcome, body, inputs, others, output, posterior, space_track};
+use super::{Global, Outcome, body, inputs, others, output, posterior, reference_solution, space_track};
 
 /// The subject of the thesis's experiment.
 const PUBLISHED_SUBJECT: &str = "S2";

@@ -3,8 +3,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use tongue_fit::inverse::Fit;
-use tongue_fit::inverse::solution_curve::SolutionCurve;
+use tongue_fit::inverse::{Fit, SolutionCurve};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::posterior::Verdict;
 use tongue_fit::report::{self, Conclusion, FitRecord, fixed};

@@ -7,10 +7,10 @@ use std::path::PathBuf;
 use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::inverse::batch::{self, Refusal, Selection};
-use tongue_fit::measured::lengths::rest_distance;
-use tongue_fit::measured::lengths::{BrokenRow, Column, Encoding, HalfWidth, Malformed, Reading, Row};
-use tongue_fit::measured::muscles::Muscles;
-use tongue_fit::measured::{Dataset, TargetKind, Vowel};
+use tongue_fit::measured::lengths::{
+    BrokenRow, Column, Encoding, HalfWidth, Malformed, Reading, Row, rest_distance,
+};
+use tongue_fit::measured::{Dataset, Muscles, TargetKind, Vowel};
 use tongue_fit::suggest;
 
 use super::table::{left, listed};

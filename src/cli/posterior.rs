@@ -15,9 +15,8 @@ use tongue_fit::posterior::{
 use tongue_fit::report::{self, Draws, Export, Svg, fixed};
 use tongue_fit::system::Model;
 
-use super::Global;
 use super::table::rows;
-use super::{body, inputs, output};
+use super::{Global, body, inputs, output};
 
 /// Said of every baseline but /ɯ/.
 pub const ACTIVE_BASELINE: &str = " (muscles pull there too: less sure than against /ɯ/)";

@@ -3,8 +3,7 @@
 use miette::IntoDiagnostic;
 use tongue_fit::body::Mesh;
 use tongue_fit::inverse::TargetOnBody;
-use tongue_fit::measured::thesis::Thesis;
-use tongue_fit::measured::{Target, TargetKind};
+use tongue_fit::measured::{Target, TargetKind, Thesis};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
 

@@ -9,11 +9,9 @@ use tongue_fit::body::{AnyBody, Mesh, SpaceBody};
 use tongue_fit::report::{
     self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, SpaceVtu, Svg, Vtu,
 };
-use tongue_fit::scene::body;
-use tongue_fit::scene::file::{SceneBody, Want};
 use tongue_fit::scene::prepare::{Prepared, prepare};
 use tongue_fit::scene::run::{self, SceneOutcome as Answer};
-use tongue_fit::scene::{self, Scene};
+use tongue_fit::scene::{self, Scene, SceneBody, Want, body};
 use tongue_fit::statics::Connection;
 
 use super::{Global, Outcome, inputs, output, scene_table};

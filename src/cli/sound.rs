@@ -13,9 +13,10 @@ use tongue_fit::acoustics::{
 use tongue_fit::body::{AnyBody, Mesh};
 use tongue_fit::measured::{ByMuscle, Dataset, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
-use tongue_fit::scene::file::{Effects, FitTarget, Material, SceneBody, SceneTongue, Want};
 use tongue_fit::scene::prepare::prepare;
-use tongue_fit::scene::{Scene, body, run, sound};
+use tongue_fit::scene::{
+    Effects, FitTarget, Material, Scene, SceneBody, SceneTongue, SceneTract, Want, body, run,
+};
 use tongue_fit::system::TissueModel;
 use tongue_sound::voice::{self, Voice};
 
@@ -175,7 +176,7 @@ impl Arguments {
             points: None,
             effects: Effects::default(),
             trajectory: None,
-            tract: Some(sound::SceneTract {
+            tract: Some(SceneTract {
                 file: self.tract.as_ref().map(|p| p.display().to_string()),
                 ..Default::default()
             }),

@@ -8,8 +8,7 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 
 use tongue_fit::body::{Body, DEFAULT_SPACING_M, SpaceBody};
-use tongue_fit::inverse::in_space::{Recorded, SpaceSearch};
-use tongue_fit::inverse::{FitSettings, FitStatus};
+use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{self, Export, Json, SpaceFitRecord, SpaceTrackRecord, SpaceVtu};

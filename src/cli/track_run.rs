@@ -5,9 +5,8 @@ use std::time::Instant;
 
 use miette::IntoDiagnostic;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::OutputDir;
-use tongue_fit::report::batch;
 use tongue_fit::report::batch::journal::{Entry, Journal};
+use tongue_fit::report::{OutputDir, batch};
 use tongue_fit::run::{TrackRun, TrackedBody};
 use tongue_fit::track::{TrackedRecording, Watch};
 

@@ -21,6 +21,7 @@ use tongue_fit::report::{
 };
 use tongue_fit::system::System;
 
+use super::choice::choice;
 use super::{Global, Outcome, body, drive, output, table, word};
 
 const PART_OF_LIMIT: f64 = 0.9;
@@ -41,8 +42,8 @@ pub struct Arguments {
     /// End of the motion, s
     #[arg(long, value_name = "S", default_value_t = 3.0, requires = "trajectory")]
     t_end: f64,
-    /// Integrator: tr-bdf2 or verlet
-    #[arg(long, value_name = "NAME", default_value = IntegrationMethod::TrBdf2.name(), requires = "trajectory", hide_short_help = true)]
+    /// Integrator
+    #[arg(long, value_name = "NAME", value_parser = choice::<IntegrationMethod>(), default_value = "tr-bdf2", requires = "trajectory", hide_short_help = true)]
     method: IntegrationMethod,
     /// Fixed step, s [default: error control; 0.9 of the stability limit for verlet]
     #[arg(

@@ -4,8 +4,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use tongue_fit::body::{SpaceBody, artisynth};
-use tongue_fit::inverse::in_space::SpaceSearch;
-use tongue_fit::inverse::{FitSettings, FitStatus};
+use tongue_fit::inverse::{FitSettings, FitStatus, SpaceSearch};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;
 use tongue_input::measured::SpaceMark;

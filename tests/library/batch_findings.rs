@@ -3,8 +3,7 @@
 use crate::fixtures::{target, tongue};
 use tongue_fit::inverse::alarms::{Alarm, alarms};
 use tongue_fit::inverse::{FitSettings, Method};
-use tongue_fit::measured::TargetKind;
-use tongue_fit::measured::muscles::Muscles;
+use tongue_fit::measured::{Muscles, TargetKind};
 use tongue_fit::system::Model;
 use tongue_infer::inverse::batch::{PublishedFacts, assess};
 

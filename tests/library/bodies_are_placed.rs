@@ -2,7 +2,7 @@
 
 use tongue_fit::body::{Body, HYOID, MANDIBLE};
 use tongue_fit::geometry::{Point, Similarity};
-use tongue_fit::inverse::in_space::Recorded;
+use tongue_fit::inverse::Recorded;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::track::TongueSurface;
 use tongue_infer::adapt::{Registration, RegistrationData, RestError, by_bones, mark_of};

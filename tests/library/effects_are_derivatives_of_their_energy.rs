@@ -11,8 +11,7 @@ use std::path::Path;
 
 use crate::fixtures;
 use nalgebra::{DMatrix, SVector, Vector2};
-use tongue_core::effect::SymmetryPlane;
-use tongue_core::effect::lumped_masses;
+use tongue_core::effect::{SymmetryPlane, lumped_masses};
 use tongue_core::sparse::BlockMatrix;
 use tongue_fit::body::{Mesh, SpaceBody};
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, Tangent};

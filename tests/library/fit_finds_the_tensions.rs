@@ -2,10 +2,8 @@
 
 use crate::fixtures::{pulling, solved, target, target_of, tongue, vowel};
 use tongue_fit::body::Mesh;
-use tongue_fit::inverse::solution_curve::{SolutionCurve, Termination};
-use tongue_fit::inverse::{self, Fit, FitSettings, FitStatus, Method};
-use tongue_fit::measured::thesis::Thesis;
-use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions};
+use tongue_fit::inverse::{self, Fit, FitSettings, FitStatus, Method, SolutionCurve, Termination};
+use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Thesis};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
 

@@ -6,9 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use tongue_core::geometry::simplex;
-use tongue_fit::body::BodyError;
 use tongue_fit::body::gmsh::Content;
-use tongue_fit::body::{self, Body, Bone, Mesh, Quality};
+use tongue_fit::body::{self, Body, BodyError, Bone, Mesh, Quality};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{Model, System};
 use tongue_input::bodies::gmsh::{self, Unit};

@@ -3,8 +3,7 @@
 use nalgebra::{Vector2, Vector3};
 use tongue_core::body::space::Half;
 use tongue_fit::body::{Anatomy, SpaceBody};
-use tongue_fit::inverse::in_space::SpaceSearch;
-use tongue_fit::inverse::{FitSettings, FitStatus};
+use tongue_fit::inverse::{FitSettings, FitStatus, SpaceSearch};
 use tongue_fit::observe::Observable;
 use tongue_fit::system::{SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;

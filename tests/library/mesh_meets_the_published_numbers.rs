@@ -4,7 +4,7 @@ use tongue_core::body::MeshFault;
 use tongue_fit::body::{
     Anatomy, Body, Cells, DEFAULT_SPACING_M, MANDIBLE, Mesh, MuscleChain, Quality, REFERENCE, build, json,
 };
-use tongue_fit::measured::thesis::Thesis;
+use tongue_fit::measured::Thesis;
 
 use crate::fixtures;
 

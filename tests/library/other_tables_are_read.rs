@@ -1,8 +1,7 @@
 //! Muscle activity, tension curves and labels of recordings are read, and what is wrong in them is told with line and column.
 
 use tongue_fit::dynamics::Curves;
-use tongue_fit::measured::emg::Activity;
-use tongue_fit::measured::muscles::Muscles;
+use tongue_fit::measured::{Activity, Muscles};
 use tongue_input::measured::lengths::Malformed;
 use tongue_input::measured::recording::{Label, text_grid};
 

@@ -4,13 +4,12 @@ use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
 use tongue_core::random::normals;
-use tongue_fit::MM;
 use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::{Dataset, Target};
-use tongue_fit::parallel;
 use tongue_fit::statics::{SolveSettings, SolveStatus, Trace, Workspace, trace};
 use tongue_fit::system::Model;
+use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::hmc::{self, Point, Target as Sampled, Whitened};
 use tongue_infer::posterior::{
     Contrast, Density, Draw, Evaluator, LinearisationPoint, MapEstimate, Measurements, Posterior,

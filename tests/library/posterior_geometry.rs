@@ -3,11 +3,10 @@
 use nalgebra::{DMatrix, DVector};
 use tongue_core::random::normals;
 use tongue_core::statics::lanes::{Lanes, Load};
-use tongue_fit::MM;
 use tongue_fit::body::{Body, ContinuumSettings};
-use tongue_fit::parallel;
 use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Model, System};
+use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::{Density, MapEstimate, PosteriorModel, Priors};
 
 use crate::posterior::{at_mode, posterior_model, seen};

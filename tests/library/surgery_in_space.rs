@@ -1,8 +1,7 @@
 //! Surgery of bodies in space: what is left pulls as before, and what cannot be operated is refused.
 
 use nalgebra::Vector3;
-use tongue_fit::body::space::{Filling, Region, Side};
-use tongue_fit::body::{SpaceBody, artisynth};
+use tongue_fit::body::{Filling, Region, Side, SpaceBody, artisynth};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use crate::fixtures::solved;

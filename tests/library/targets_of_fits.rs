@@ -1,8 +1,8 @@
 //! Which muscles contract, what is fitted, and the published facts about muscles with which answers are compared.
 
-use tongue_fit::measured::muscles::Muscles;
-use tongue_fit::measured::thesis::Thesis;
-use tongue_fit::measured::{Dataset, Lengths, ReadError, Target, TargetKind, TargetOptions, Vowel};
+use tongue_fit::measured::{
+    Dataset, Lengths, Muscles, ReadError, Target, TargetKind, TargetOptions, Thesis, Vowel,
+};
 use tongue_input::measured::lengths::rest_distance::{RestDistance, distance, measure, nearest};
 use tongue_input::measured::muscles::{Colour, PALETTE};
 use tongue_input::measured::published_patterns::{ACTIVE_N, Patterns};

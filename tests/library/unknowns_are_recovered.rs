@@ -7,8 +7,7 @@ use tongue_fit::inverse::{self, FitSettings, FitStatus, Method, MovableBone, Unk
 use tongue_fit::observe::{Length, NodePosition, Observation, Stretch, Surface};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Model, System};
-use tongue_infer::inverse::TissueUnknown;
-use tongue_infer::inverse::{Forward, LeastSquaresProblem};
+use tongue_infer::inverse::{Forward, LeastSquaresProblem, TissueUnknown};
 use tongue_input::bodies::gmsh;
 
 use crate::fixtures::block;

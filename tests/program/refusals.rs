@@ -190,8 +190,8 @@ fn wrong_usage_exits_with_2() {
         ("--h 2.75mm mesh", "--h"),
         ("--method nelder-mead simulate", "--method"),
         ("--vowel a --threads 0", ""),
-        ("simulate --method verlett", "did you mean \"verlet\"?"),
-        ("simulate --trajectory --method verlett", "did you mean \"verlet\"?"),
+        ("simulate --method verlett", "a similar value exists: 'verlet'"),
+        ("simulate --trajectory --method verlett", "a similar value exists: 'verlet'"),
         ("sound", "--vowel"),
         ("simulate --body space --operate left:box:-20,20,-40,40,15,60", "--filling"),
     ] {

@@ -3,10 +3,9 @@
 //! widths of muscles and patches of bones, and another mesh where a test says so.
 
 use tongue_core::random::{normal, normals, seed_of};
-use tongue_fit::MM;
 use tongue_fit::body::{Body, ContinuumSettings};
-use tongue_fit::parallel;
 use tongue_fit::system::{Model, System};
+use tongue_fit::{MM, parallel};
 use tongue_infer::posterior::{ParameterValues, PosteriorModel, Priors, Quantiles, Sampling, sample};
 
 use crate::cases;

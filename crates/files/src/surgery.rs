@@ -7,9 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::report::OperationRecord;
-use tongue_core::body::BodyError;
-use tongue_core::body::SpaceBody;
 use tongue_core::body::space::{Filling, Operated, Region, Side};
+use tongue_core::body::{BodyError, SpaceBody};
 use tongue_core::system::System;
 use tongue_infer::inverse::in_space::SpaceSearch;
 use tongue_infer::inverse::{FitError, FitSettings};

@@ -9,10 +9,9 @@ use tongue_fit::inverse::batch;
 use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::{Dataset, Target, TargetKind, reference_muscle};
 use tongue_fit::posterior::PosteriorModel;
-use tongue_fit::report::batch::contrasts;
 use tongue_fit::report::batch::journal::{Entry, Journal};
 use tongue_fit::report::batch::{
-    self as outputs, Batch, BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior,
+    self as outputs, Batch, BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, contrasts,
 };
 use tongue_fit::report::{OutputDir, Provenance, ReportError};
 use tongue_fit::run::BatchRun;

@@ -1,7 +1,7 @@
 //! The built-in tongue in space, activated on both sides alike: one half is solved, from the last shape.
 
 use serde_json::{Value, json};
-use tongue_fit::body::space::Half;
+use tongue_fit::body::Half;
 use tongue_fit::body::{Mesh, SpaceBody};
 use tongue_fit::report::SpaceRecord;
 use tongue_fit::run::Equilibrium;

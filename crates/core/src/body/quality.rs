@@ -40,7 +40,7 @@ impl Quality {
         let [shortest_connection_m, mean_connection_m, longest_connection_m] = connections(mesh);
         Self {
             nodes: mesh.nodes.len(),
-            nodes_outside_tissue: outside_tissue(mesh),
+            nodes_outside_tissue: mesh.in_tissue().iter().filter(|t| !**t).count(),
             // An outline is closed, so it has as many nodes as edges.
             boundary_nodes: mesh.surface().len(),
             cells: mesh.cells.len(),
@@ -52,10 +52,6 @@ impl Quality {
             longest_connection_m,
         }
     }
-}
-
-fn outside_tissue<const D: usize>(mesh: &Mesh<D>) -> usize {
-    mesh.in_tissue().iter().filter(|t| !**t).count()
 }
 
 /// The shortest, the mean and the longest connection, m; 0 without connections.

@@ -1,17 +1,16 @@
 //! The methods by name, and the choice of their step.
 
 use std::fmt;
-use std::str::FromStr;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use crate::suggest;
+use crate::choice;
 
 use super::tr_bdf2::TrBdf2;
 use super::velocity_verlet::VelocityVerlet;
 use super::{Integrator, Motion, MotionError, SHORTEST_STEP, Spectrum, step_limit};
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum IntegrationMethod {
     TrBdf2,
@@ -30,11 +29,8 @@ pub enum Control {
 impl IntegrationMethod {
     pub const ALL: [IntegrationMethod; 2] = [IntegrationMethod::TrBdf2, IntegrationMethod::Verlet];
 
-    pub const fn name(self) -> &'static str {
-        match self {
-            IntegrationMethod::TrBdf2 => "tr-bdf2",
-            IntegrationMethod::Verlet => "verlet",
-        }
+    pub fn name(self) -> &'static str {
+        choice::name_of(&self)
     }
 
     /// Whether its steps are limited by stability, so that it cannot choose them by their error.
@@ -119,15 +115,5 @@ fn limit<const D: usize>(
 impl fmt::Display for IntegrationMethod {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(self.name())
-    }
-}
-
-impl FromStr for IntegrationMethod {
-    type Err = MotionError;
-
-    fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let found = Self::ALL.into_iter().find(|m| m.name().eq_ignore_ascii_case(name.trim()));
-        let hint = || suggest::hint(name, Self::ALL.map(Self::name));
-        found.ok_or_else(|| MotionError(format!("unknown method \"{name}\"; {}", hint())))
     }
 }

@@ -37,7 +37,7 @@ pub struct Hexahedra {
     law: MooneyRivlin,
     rest: Vec<Vector3<f64>>,
     elements: Vec<Element>,
-    stiffening: Option<Stiffening>,
+    pub(crate) stiffening: Option<Stiffening>,
 }
 
 #[derive(Debug, Clone)]
@@ -75,13 +75,9 @@ impl Hexahedra {
         Some(Self { law, rest: rest_positions.to_vec(), elements, stiffening: None })
     }
 
-    pub(crate) fn with_stiffening(self, stiffening: Stiffening) -> Self {
-        Self { stiffening: Some(stiffening), ..self }
-    }
-
-    pub(crate) fn with_factors(mut self, factors: &[f64]) -> Self {
+    /// Multiplies the constants of the tissue in each element.
+    pub(crate) fn scale(&mut self, factors: &[f64]) {
         self.elements.iter_mut().zip(factors).for_each(|(e, factor)| e.factor = *factor);
-        self
     }
 
     /// By what the constants of element `number` are multiplied at these activations.

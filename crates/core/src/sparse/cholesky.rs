@@ -51,7 +51,7 @@ impl<const D: usize> Factor<D> {
     /// Space for the factor of any matrix on `pattern`, by the method that is faster there.
     #[inline(never)]
     pub fn new(pattern: &Pattern) -> Self {
-        match Supernodal::if_worthwhile::<D>(pattern) {
+        match pattern.is_for_supernodes::<D>().then(|| Supernodal::new::<D>(pattern)).flatten() {
             None => Self::block_by_block(pattern),
             supernodal => {
                 Self { supernodal, is_supernodal: false, lower: Vec::new(), place_of_row: Vec::new() }
@@ -205,7 +205,7 @@ impl<const D: usize> NullaryFnOnce for Blocks<'_, D> {
                 let head = done[place as usize].transpose();
                 for (block, &i) in done[places.clone()].iter().zip(pattern.rows(places)) {
                     let target = place_of_row[i as usize] as usize - column.start;
-                    subtract_product(&mut current[target], block, &head);
+                    current[target] -= product(block, &head);
                 }
             }
             let inverse = invert_lower_cholesky(&current[0], floor)
@@ -218,15 +218,6 @@ impl<const D: usize> NullaryFnOnce for Blocks<'_, D> {
         }
         Ok(())
     }
-}
-
-#[inline(always)]
-fn subtract_product<const D: usize>(
-    target: &mut SMatrix<f64, D, D>,
-    a: &SMatrix<f64, D, D>,
-    b: &SMatrix<f64, D, D>,
-) {
-    *target -= product(a, b);
 }
 
 /// `a b` written out, so that it unrolls for the dimension at hand.

@@ -46,14 +46,8 @@ impl Pattern {
 }
 
 impl Supernodal {
-    /// Space for the factor; `None` if the pattern is not full enough for faer's factorisation to be the
-    /// faster one.
-    pub fn if_worthwhile<const D: usize>(pattern: &Pattern) -> Option<Self> {
-        pattern.is_for_supernodes::<D>().then(|| Self::new::<D>(pattern)).flatten()
-    }
-
-    /// `None` if faer cannot allocate its memory.
-    fn new<const D: usize>(pattern: &Pattern) -> Option<Self> {
+    /// Space for the factor; `None` if faer cannot allocate its memory.
+    pub fn new<const D: usize>(pattern: &Pattern) -> Option<Self> {
         let (mut start, mut row) = (vec![0], Vec::new());
         let (mut upper_start, mut upper_row) = (vec![0], Vec::new());
         for j in 0..pattern.unknowns() {

@@ -50,7 +50,9 @@ impl<'a, const D: usize> State<'a, D> {
         let at = Configuration { positions: &w.positions, tensions: &w.tensions };
         self.system.force(at, &mut w.force);
         let nodes = self.system.pattern().nodes();
-        let largest = nodes.iter().map(|&n| w.force[n].norm_squared()).fold(0.0, nan_or_max);
+        // A NaN is kept, where `f64::max` would drop it.
+        let larger = |a, b: f64| if b > a || b.is_nan() { b } else { a };
+        let largest = nodes.iter().map(|&n| w.force[n].norm_squared()).fold(0.0, larger);
         self.done.max_residual_force = largest.sqrt();
     }
 
@@ -84,9 +86,4 @@ impl<'a, const D: usize> State<'a, D> {
         let stiffness = w.stiffness.largest_diagonal(self.system.pattern());
         16.0 * f64::EPSILON * (pull + stiffness * largest(&w.positions))
     }
-}
-
-/// The larger of two numbers; a NaN is kept, where `f64::max` would drop it.
-fn nan_or_max(a: f64, b: f64) -> f64 {
-    if b > a || b.is_nan() { b } else { a }
 }

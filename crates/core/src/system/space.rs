@@ -85,15 +85,13 @@ impl System<3> {
         let Some(mut tissue) = Hexahedra::new(law, &mesh.hexahedra, &mesh.nodes) else {
             return Err(SystemError::Law { c10: law.c10, c20: law.c20, bulk: law.bulk });
         };
-        if !body.factors.is_empty() {
-            tissue = tissue.with_factors(&body.factors);
-        }
+        tissue.scale(&body.factors);
         if model.stiffening > 0.0 {
             let mut muscles = vec![Vec::new(); mesh.hexahedra.len()];
             for (number, muscle) in body.muscles.iter().enumerate() {
                 muscle.region.iter().for_each(|&e| muscles[e].push(number));
             }
-            tissue = tissue.with_stiffening(Stiffening { gain: model.stiffening, muscles });
+            tissue.stiffening = Some(Stiffening { gain: model.stiffening, muscles });
         }
         let mut effects: Vec<Box<dyn Effect<3>>> = vec![Box::new(tissue)];
         for (number, muscle) in body.muscles.iter().enumerate() {

@@ -3,10 +3,9 @@
 use serde::{Serialize, Serializer};
 use serde_json::json;
 
-use super::column;
 use super::export::{Export, Provenance};
 use super::muscle_columns::{self, OfMuscle};
-use super::{ByMuscle, Conclusion, ReportError, SectionPicture, Series, Svg, Table, changes, tongue};
+use super::{ByMuscle, Conclusion, ReportError, SectionPicture, Series, Svg, Table, changes, column, tongue};
 use crate::run::Equilibrium;
 use tongue_core::body::Body;
 use tongue_infer::inverse::Fit;

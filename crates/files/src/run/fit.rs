@@ -4,8 +4,7 @@ use nalgebra::SVector;
 use tongue_core::body::Body;
 use tongue_core::effect::Contact;
 use tongue_core::system::{self, Additions, Model, System, SystemError};
-use tongue_infer::inverse::alarms;
-use tongue_infer::inverse::{self, FitError, FitSettings, Method, TargetOnBody};
+use tongue_infer::inverse::{self, FitError, FitSettings, Method, TargetOnBody, alarms};
 use tongue_input::measured::Target;
 use tongue_input::measured::muscles::Muscles;
 

@@ -44,6 +44,7 @@ impl Scene {
         let (activated, activation) = (activation.is_some(), activation.unwrap_or_default());
         let continuum = self.body.kind() == Kind::Continuum;
         let in_space = matches!(self.body, SceneBody::TongueInSpace(_));
+        let is_solid = matches!(self.body, SceneBody::Cylinder(_) | SceneBody::Block(_));
         let (moves, sounds) = (self.want == Want::Trajectory, self.want == Want::Sound);
         let (fit, points, tract) = (self.fit.is_some(), self.points.is_some(), self.tract.is_some());
         let weight = e.gravity.as_ref().map(|g| (g.posture.is_some(), g.direction.is_some()));
@@ -91,7 +92,7 @@ impl Scene {
                 "neither shape nor lengths depend on it; want = \"sound\", or remove the table"),
             (matches!(weight, Some((true, true) | (false, false))), "effects.gravity.posture", "effects.gravity.direction",
                 "give exactly one of them, since each gives the direction of weight"),
-            (matches!(weight, Some((true, _))) && self.is_solid(), "effects.gravity.posture", body,
+            (matches!(weight, Some((true, _))) && is_solid, "effects.gravity.posture", body,
                 "a simple solid has no head; give effects.gravity.direction"),
         ];
         match rules.iter().find(|(is_broken, ..)| *is_broken) {
@@ -166,10 +167,6 @@ impl Scene {
             limits::LIP_PROTRUSION_MM.check(tract.lip_protrusion_mm)?;
         }
         Ok(())
-    }
-
-    pub(crate) fn is_solid(&self) -> bool {
-        matches!(self.body, SceneBody::Cylinder(_) | SceneBody::Block(_))
     }
 
     pub(super) fn body_key(&self) -> &'static str {

@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use crate::report::column::Column;
 
+use super::scored::{JOINT_TILT, OPPONENTS};
 use super::{Prediction, Scored, ScoredBaseline, ScoredOpponent, ValidationStudy};
 
 pub type BaselineScore<'s> = (&'s ScoredBaseline, &'s Scored);
@@ -86,8 +87,9 @@ pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
         Of::of_page("subjects", |r| r.0.subjects.join(", ").into()),
     ];
     columns.extend(scores().into_iter().map(|column| column.within(|r: &BaselineScore<'s>| r.1)));
-    let warning =
-        |r: &BaselineScore<'s>| if r.1.is_of_joint_tilt() { r.0.warning.clone() } else { String::new() };
+    // A baseline's warning belongs to the posterior of a speaker's rows with a hyoid that tilts.
+    let is_warned = |r: &BaselineScore<'s>| r.1.name == OPPONENTS[JOINT_TILT];
+    let warning = move |r: &BaselineScore<'s>| if is_warned(r) { r.0.warning.clone() } else { String::new() };
     columns.push(Of::of_page("", move |r| warning(r).into()).shown(warning));
     columns
 }

@@ -18,7 +18,7 @@ pub const OPPONENTS: [&str; 6] = [
 /// Position of the first posterior among them.
 pub const FIRST_POSTERIOR: usize = 2;
 /// The posterior of a speaker's rows with a hyoid that tilts.
-const JOINT_TILT: usize = 4;
+pub(super) const JOINT_TILT: usize = 4;
 
 /// The predictions of every muscle of a case by each opponent; `None` for opponents that were not asked.
 pub type Predicted = Vec<Vec<Option<LeftOut>>>;
@@ -37,13 +37,6 @@ pub struct Scored {
     pub predictions: usize,
     /// Predictions that were sampled by themselves, since too few draws of the run for all of them counted.
     pub sampled: usize,
-}
-
-impl Scored {
-    /// Whether they are those of the posterior of a speaker's rows with a hyoid that tilts, to which a baseline's warning belongs.
-    pub(super) fn is_of_joint_tilt(&self) -> bool {
-        self.name == OPPONENTS[JOINT_TILT]
-    }
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -1,6 +1,6 @@
 //! Axis 5: the fit.
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use crate::Error;
 use tongue_core::body::Mesh;
@@ -20,7 +20,6 @@ const STARTS: [usize; 3] = [1, 2, 8];
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FitRun {
-    #[serde(serialize_with = "kind_name")]
     pub target: TargetKind,
     pub method: Method,
     pub starts: usize,
@@ -39,10 +38,6 @@ pub struct FitRun {
     /// Iterations over all starts.
     pub iterations: u64,
     pub ended: Ended,
-}
-
-fn kind_name<S: Serializer>(kind: &TargetKind, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_str(kind.name())
 }
 
 /// Fits /a/ of S2 with both kinds of target.

@@ -127,8 +127,9 @@ impl<const D: usize> Patches<'_, D> {
         let corners = simplex::corners(&self.mesh.nodes, &element[..=D]);
         let on_face: Vec<usize> = on_face::<D>(face.opposite).collect();
         let mut forms: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+        let corners_of_face: Vec<_> = (0..=D).filter(|&i| i != face.opposite).map(|i| corners[i]).collect();
+        let measure = size(&corners_of_face);
         let size = on_face.len() + D;
-        let measure = face_measure(&corners, face.opposite);
         for (at, share) in face_points::<D>(face.opposite) {
             let place: SVector<f64, D> = corners.iter().zip(at).map(|(x, l)| x * l).sum();
             let away = |c: &usize| (self.mesh.nodes[*c] - place).norm();
@@ -155,13 +156,7 @@ impl<const D: usize> Patches<'_, D> {
     }
 }
 
-/// Length of an edge, m, or area of a triangle, m².
-fn face_measure<const D: usize>(x: &[SVector<f64, D>; MAX_CORNERS], opposite: usize) -> f64 {
-    let corners: Vec<SVector<f64, D>> = (0..=D).filter(|&i| i != opposite).map(|i| x[i]).collect();
-    size(&corners)
-}
-
-/// The same of the face of a [`Tie`] between nodes at these positions, m.
+/// Length of an edge, m, or area of a triangle, m²: the face of a [`Tie`] between nodes at these positions, m.
 pub(super) fn face_size<const D: usize>(tie: &[usize], positions: &[SVector<f64, D>]) -> f64 {
     let corners: Vec<SVector<f64, D>> = tie[..D].iter().map(|&n| positions[n]).collect();
     size(&corners)

@@ -40,9 +40,3 @@ pub(super) fn quadratic<const D: usize>(base: &Mesh<D>) -> (Mesh<D>, Vec<Vec<usi
     }
     (Mesh { nodes, cells, ..Mesh::default() }, elements, number)
 }
-
-/// The mean length of the edges of the cells, m.
-pub(super) fn mean_edge<const D: usize>(base: &Mesh<D>) -> f64 {
-    let edges = base.cells.edges();
-    edges.keys().map(|&edge| base.distance(edge)).sum::<f64>() / edges.len().max(1) as f64
-}

@@ -229,7 +229,8 @@ pub fn lay<const D: usize>(
     let (mut mesh, elements, number) = elements::quadratic(base);
     let held = attach::bones(base, &mut mesh, &elements, &number, settings);
     let locator = Locator::new(&mesh.nodes, &elements);
-    let spacing = elements::mean_edge(base);
+    let edges = base.cells.edges();
+    let spacing = edges.keys().map(|&edge| base.distance(edge)).sum::<f64>() / edges.len().max(1) as f64;
     // If elements were smaller than the gaps between fibres, each fibre would be a load without width.
     let many = (3.0 * settings.bundle_width_m / spacing).ceil() as usize;
     let settings = &ContinuumSettings { fibres: settings.fibres.max(many.min(MOST_FIBRES)), ..*settings };

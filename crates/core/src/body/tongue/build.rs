@@ -46,19 +46,15 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, BodyError> {
     let mut frame = Frame::lay(anatomy, h);
     let outline: Vec<Point> = frame.nodes[..frame.boundary].iter().map(|n| n.at).collect();
     let equilateral = 0.75_f64.sqrt() / 2.0 * h * h;
-    let wanted = nodes_for(plane::polygon_area(&outline) / equilateral, frame.boundary);
+    // A triangulation of V nodes, B of them around it, has T = 2 V - 2 - B triangles.
+    let triangles = plane::polygon_area(&outline) / equilateral;
+    let wanted = ((triangles + 2.0 + frame.boundary as f64) / 2.0).round() as usize;
     let free = wanted.saturating_sub(frame.nodes.len());
     fill(&mut frame, free, h)?;
     let triangles = smooth(&mut frame.nodes, &frame.segments, h)?;
     let mesh = assemble(anatomy, &frame, &triangles);
     mesh.check().map_err(|fault| BodyError(format!("the mesh is faulty ({fault}); try another spacing")))?;
     Ok(mesh)
-}
-
-/// Nodes of a triangulation with `boundary` nodes around it and about `triangles` triangles (T = 2 V - 2 -
-/// B).
-fn nodes_for(triangles: f64, boundary: usize) -> usize {
-    ((triangles + 2.0 + boundary as f64) / 2.0).round() as usize
 }
 
 fn assemble(anatomy: &Anatomy, frame: &Frame, triangles: &[[usize; 3]]) -> Mesh<2> {

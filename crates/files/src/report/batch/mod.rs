@@ -166,7 +166,7 @@ pub fn fitted(
             tables::of_posterior(&record, provenance),
         ],
         line: line(&record),
-        verdict: record.verdict_of_row(),
+        verdict: record.verdict().map(|said| format!("{}: {said}", record.row())),
         shown: shown.transpose()?,
         record: serde_json::to_value(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
     })
@@ -205,7 +205,7 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
         ("fits.csv", &|w| write_fits(w, batch)),
         ("muscles.csv", &|w| write_rows(w, batch, 1).map(drop)),
         ("batch.html", &|w| page::write(w, batch, &shown)),
-        ("tensions.svg", &|w| page::write_tensions(w, batch, &shown)),
+        ("tensions.svg", &|w| page::tensions(batch.muscles, &shown).write(w, batch.provenance)),
         ("posterior.csv", &|w| write_rows(w, batch, 2).map(drop)),
         ("contrasts.csv", &|w| contrasts::write_csv(w, batch)),
         ("over_speakers.csv", &|w| super::over_speakers(&over_subjects).write(w, batch.provenance)),

@@ -65,7 +65,7 @@ impl AssessedRecord {
     }
 
     /// `S2 /a/`, with a mark where the baseline replaces a missing /ɯ/.
-    fn row(&self) -> String {
+    pub fn row(&self) -> String {
         let target = &self.fit().target;
         format!("{}{} /{}/", target.subject, self.mark(), target.vowel)
     }
@@ -79,11 +79,6 @@ impl AssessedRecord {
     pub fn verdict(&self) -> Option<String> {
         let verdict = Verdict { hyoid_mm: None, ..self.record.verdict.clone()? };
         Some(verdict.sentences(self.fit().target.baseline.label()).join(" "))
-    }
-
-    /// The same with the name of the row before it.
-    pub fn verdict_of_row(&self) -> Option<String> {
-        self.verdict().map(|said| format!("{}: {said}", self.row()))
     }
 
     pub fn mark(&self) -> &'static str {

@@ -7,8 +7,7 @@ use serde_json::Value;
 
 use super::figure::{figure, shared};
 use super::{REPEATED, TrackRecord, placed, prior_interval_n, repeated, status_name};
-use crate::report::page;
-use crate::report::{Export, Provenance};
+use crate::report::{Export, Provenance, page};
 use tongue_infer::track::{Comparison, CourseSummary, FrameStatus, NARROW};
 
 const SCRIPT: &str = include_str!("page.js");

@@ -46,7 +46,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
     let mut rows = Rows::new(
         points.iter().map(|p| p.name.clone()).collect(),
-        is_of_annotation(&header[time]),
+        // Whether times begin again with every annotation.
+        ![TIMES[0], "time_s"].iter().any(|title| title.eq_ignore_ascii_case(&header[time])),
         begins(OF_RECORDING[0]).is_some(),
     );
     let mut short: Vec<u64> = Vec::new();
@@ -108,11 +109,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         ));
     }
     Ok(found)
-}
-
-/// Whether the times of a column begin again with every annotation.
-fn is_of_annotation(title: &str) -> bool {
-    !title.eq_ignore_ascii_case(TIMES[0]) && !title.eq_ignore_ascii_case("time_s")
 }
 
 /// The error for a last line without a line end whose last number has fewer decimals than all numbers above

@@ -7,9 +7,8 @@ use serde::Deserialize;
 
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::limits;
-use tongue_core::suggest;
 use tongue_core::toml_text::{self, plain};
+use tongue_core::{limits, suggest};
 
 use super::super::error::ReadError;
 use super::super::lengths::text::clip;

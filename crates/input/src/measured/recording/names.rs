@@ -88,12 +88,8 @@ pub(super) fn lip(channel: &str) -> Option<bool> {
 
 /// Whether a channel of this name is in front of the tongue: a lip, an incisor or the jaw.
 pub(super) fn is_in_front(channel: &str) -> bool {
-    lip(channel).is_some() || is_incisor(channel) || ["ui", "upperincisor"].contains(&plain(channel).as_str())
-}
-
-/// Whether this is a usual name of a coil at the lower incisors.
-pub(super) fn is_incisor(channel: &str) -> bool {
-    INCISORS.contains(&plain(channel).as_str())
+    let plain = plain(channel);
+    lip(channel).is_some() || INCISORS.iter().chain(&["ui", "upperincisor"]).any(|name| *name == plain)
 }
 
 pub fn is_coil(channel: &str) -> bool {

@@ -11,8 +11,8 @@ use maud::{Markup, PreEscaped, html};
 
 use super::Batch;
 use super::summary::PassiveGroup;
+use crate::report::page;
 use crate::report::svg::{self, Svg, colours, frame};
-use crate::report::{Export, page};
 use tongue_core::body::Mesh;
 
 pub use self::fit::{PageFit, displacements};
@@ -43,10 +43,6 @@ pub fn write(w: &mut dyn Write, batch: &Batch<'_>, fits: &[PageFit]) -> io::Resu
         script { (PreEscaped(SCRIPT)) }
     };
     w.write_all(page::document("tongue-fit batch", &body).as_bytes())
-}
-
-pub fn write_tensions(w: &mut dyn Write, batch: &Batch<'_>, fits: &[PageFit]) -> io::Result<()> {
-    tensions(batch.muscles, fits).write(w, batch.provenance)
 }
 
 fn top(batch: &Batch<'_>, shown: usize) -> Markup {
@@ -167,7 +163,7 @@ fn others(batch: &Batch<'_>) -> Markup {
     }
 }
 
-fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
+pub fn tensions(muscles: &[String], fits: &[PageFit]) -> Svg {
     let found: Vec<_> = fits.iter().map(|f| (f.label.as_str(), f.tensions.as_slice())).collect();
     svg::tensions(muscles, &found, "Tensions that the fits found")
 }
