@@ -11,7 +11,7 @@ use tongue_fit::body::{Body, DEFAULT_SPACING_M, SpaceBody};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, SpaceFitRecord, SpaceTrackRecord, SpaceVtu};
+use tongue_fit::report::{self, Export, Json, Pvd, SpaceFitRecord, SpaceTrackRecord, SpaceVtu};
 use tongue_fit::system::System;
 
 use super::body::SpaceSource;
@@ -21,6 +21,8 @@ use super::{Global, Outcome, output, recording_checks, recordings, table, untrus
 
 /// A share of a combination below this is not worth a word.
 const SHARE: f64 = 0.2;
+/// Up to so many frames each has a file for ParaView; of more only the last.
+const MOST_SHAPES: usize = 200;
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -102,7 +104,8 @@ impl Arguments {
             notes.push(format!("places of coils are counted from the tip, {at}; --tip names another"));
         }
         notes.iter().for_each(|note| output::note(note));
-        let (mut frames, mut last) = (Vec::new(), None);
+        let (mut frames, mut last, mut shapes) = (Vec::new(), None, Vec::new());
+        let has_shapes = recorded.frames.len() <= MOST_SHAPES;
         for (recording, frame) in &recorded.frames {
             let fit = match half.as_ref().zip(left.as_ref()) {
                 Some(alike) => search.fit_alike((body, &system), alike, &frame.marks, last.as_ref()),
@@ -111,10 +114,18 @@ impl Arguments {
             let fit = fit.into_diagnostic()?;
             output::step(|| {
                 let (status, rms) = (fit.answer.status, 1e3 * fit.rms_m);
-                format!("{status:?}: {rms:.2} mm RMS in {} factorisations", fit.factorisations)
+                format!("{}: {rms:.2} mm RMS in {} factorisations", word(&status), fit.factorisations)
             });
             frames.push(SpaceFitRecord::new(body, recording.clone(), frame.time_s, &fit, search.open_above));
             last = Some(fit.answer);
+            shapes.extend(
+                last.clone().filter(|_| has_shapes).map(|answer| (answer.positions, answer.tensions)),
+            );
+        }
+        if half.is_some() && frames.iter().any(|frame| frame.status == FitStatus::TargetNotMet) {
+            let note = "left and right were kept alike; --sides-apart meets what differs between them";
+            output::note(note);
+            notes.push(note.to_owned());
         }
         let wall_s = clock.elapsed().as_secs_f64();
         let statuses = counted(frames.iter().map(|frame| match frame.status {
@@ -129,10 +140,21 @@ impl Arguments {
         let title = "Tongue in space: at rest (light) and as it was seen";
         let picture = report::views(body, &answer.positions, &answer.tensions, title, None);
         let (picture, json) = (picture.into_diagnostic()?, Json(&record));
-        let vtu = SpaceVtu { body, positions: &answer.positions, activations: &answer.tensions };
+        if shapes.len() < 2 {
+            shapes = vec![(answer.positions, answer.tensions)];
+        }
+        let vtus: Vec<SpaceVtu<'_>> =
+            shapes.iter().map(|(positions, activations)| SpaceVtu { body, positions, activations }).collect();
+        let is_one = vtus.len() == 1;
+        let moment = |(nth, frame): (usize, &SpaceFitRecord)| match is_one {
+            true => (0.0, "tongue.vtu".to_owned()),
+            false => (frame.time_s.unwrap_or(nth as f64), format!("tongue_{nth:04}.vtu")),
+        };
+        let pvd = Pvd(record.frames.iter().enumerate().take(vtus.len()).map(moment).collect());
         let by = super::provenance().with_tissue(system.tissue());
-        let files: [(&str, &dyn Export); 3] =
-            [("track.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
+        let mut files: Vec<(&str, &dyn Export)> = vec![("track.json", &json), ("tongue.svg", &picture)];
+        files.extend((!is_one).then_some(("tongue.pvd", &pvd as &dyn Export)));
+        files.extend(pvd.0.iter().zip(&vtus).map(|((_, name), vtu)| (name.as_str(), vtu as &dyn Export)));
         output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&record))?;
         Ok(Outcome::of_reason(record.untrusted.clone()))
     }
@@ -196,8 +218,8 @@ fn text(record: &SpaceTrackRecord) -> String {
         });
         let _ = writeln!(
             text,
-            "{t}\n{:?}: met to {:.2} mm (RMS), {:.2} mm at most; {} of {} starts ended here; {} factorisations",
-            frame.status,
+            "{t}\n{}: met to {:.2} mm (RMS), {:.2} mm at most; {} of {} starts ended here; {} factorisations",
+            word(&frame.status),
             frame.rms_mm,
             frame.distances_mm.iter().copied().fold(0.0, f64::max),
             frame.ended_here,

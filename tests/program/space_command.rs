@@ -96,6 +96,30 @@ fn a_vowel_is_fitted_in_space_from_its_lengths() {
 }
 
 #[test]
+fn frames_of_a_one_sided_posture_have_a_file_each_and_want_their_sides_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = json(folder.path(), "simulate --body space --activation GGP_L=0.2 --json --out made");
+    let mut table = "time_s,node,x_mm,y_mm,z_mm\n".to_owned();
+    for (node, place) in
+        made["positions_m"].as_array().unwrap()[..13 * 8 * 9].iter().enumerate().skip(3).step_by(41)
+    {
+        let [x, y, z] = [0, 1, 2].map(|i| 1e3 * place[i].as_f64().unwrap());
+        (0..2).for_each(|t| writeln!(table, "0.{t},{},{x},{y},{z}", node + 1).unwrap());
+    }
+    std::fs::write(folder.path().join("nodes.csv"), table).unwrap();
+    let alike = run(folder.path(), "track nodes.csv --body space --starts 1 --out alike");
+    assert_eq!(alike.status, Some(3));
+    assert!(alike.out.contains("target not met") && alike.err.contains("--sides-apart"), "{}", alike.err);
+    let apart = run(folder.path(), "track nodes.csv --body space --starts 1 --sides-apart --out apart");
+    assert_eq!(apart.status, Some(0), "{}", apart.err);
+    let frames = std::fs::read_to_string(folder.path().join("apart/tongue.pvd")).unwrap();
+    for (time, file) in [("0", "tongue_0000.vtu"), ("0.1", "tongue_0001.vtu")] {
+        assert!(frames.contains(&format!("timestep=\"{time}\" part=\"0\" file=\"{file}\"")), "{frames}");
+        assert!(folder.path().join("apart").join(file).is_file());
+    }
+}
+
+#[test]
 fn surgery_of_one_side_deviates() {
     let folder = tempfile::tempdir().unwrap();
     let line = "simulate --body space --activation GGP=0.15 --activation TRANS=0.1 --json \
