@@ -273,9 +273,7 @@ pub mod run {
     //! Runs as plain structs, which the program, the Python module and the page fill in.
     #[cfg(feature = "files")]
     pub use tongue_files::run::BatchRun;
-    pub use tongue_files::run::{
-        BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackError, TrackRun, TrackedBody,
-    };
+    pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackRun, TrackedBody};
 }
 
 pub mod scene {
@@ -283,7 +281,7 @@ pub mod scene {
     pub use tongue_files::scene::effects::{Effects, Hyoid, Jaw};
     pub use tongue_files::scene::file::{FitTarget, Material, SceneBody, SceneTongue, Want};
     pub use tongue_files::scene::tract::SceneTract;
-    pub use tongue_files::scene::{JOINT_MM, Scene, SceneError, ScenePlan, names, shipped, simulate};
+    pub use tongue_files::scene::{JOINT_MM, Scene, ScenePlan, names, shipped, simulate};
 
     pub mod body {
         //! Bodies of scenes.

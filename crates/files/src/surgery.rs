@@ -7,11 +7,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::report::OperationRecord;
+use crate::simulation::SimulationError;
+use tongue_core::body::SpaceBody;
 use tongue_core::body::space::{Filling, Operated, Region, Side};
-use tongue_core::body::{BodyError, SpaceBody};
 use tongue_core::system::System;
+use tongue_infer::inverse::FitSettings;
 use tongue_infer::inverse::in_space::SpaceSearch;
-use tongue_infer::inverse::{FitError, FitSettings};
 use tongue_input::measured::{ByMuscle, SpaceMark};
 
 /// Nodes nearer to the foremost one than this belong to the tip, m.
@@ -54,22 +55,12 @@ fn ten() -> f64 {
     10.0
 }
 
-#[derive(Debug, thiserror::Error)]
-pub enum SurgeryError {
-    #[error("{0}")]
-    Refused(String),
-    #[error(transparent)]
-    Fault(#[from] BodyError),
-    #[error(transparent)]
-    Fit(#[from] FitError),
-}
-
 impl Surgery {
-    pub fn operate(&self, body: &SpaceBody) -> Result<Operated, SurgeryError> {
+    pub fn operate(&self, body: &SpaceBody) -> Result<Operated, SimulationError> {
         let filling = match self.filling {
             FillingKind::Scar if !(self.scar.is_finite() && self.scar > 0.0 && self.scar <= 1e6) => {
                 let said = format!("scar is {}; it must lie above 0 and be at most 1e6", self.scar);
-                return Err(SurgeryError::Refused(said));
+                return Err(SimulationError::Refused(said));
             }
             FillingKind::Scar => Filling::Scar(self.scar),
             FillingKind::Flap => Filling::Flap,
@@ -78,13 +69,13 @@ impl Surgery {
         };
         let mut elements = BTreeSet::new();
         for word in &self.operate {
-            let wrong = |problem: String| SurgeryError::Refused(format!("{word}: {problem}"));
+            let wrong = |problem: String| SimulationError::Refused(format!("{word}: {problem}"));
             let (region, side) = region(word).map_err(wrong)?;
             elements.extend(body.elements_in(&region, side).map_err(|fault| wrong(fault.to_string()))?);
         }
         if elements.is_empty() {
             let said = "no region is given; name at least one, such as left:box:-20,20,-40,40,15,60";
-            return Err(SurgeryError::Refused(said.to_owned()));
+            return Err(SimulationError::Refused(said.to_owned()));
         }
         Ok(body.operated(&elements, filling)?)
     }
@@ -97,7 +88,7 @@ impl Surgery {
         tip: Option<usize>,
         (operated, system): (&SpaceBody, &System<3>),
         before: &[Vector3<f64>],
-    ) -> Result<(), SurgeryError> {
+    ) -> Result<(), SimulationError> {
         let Some(tip) = tip.filter(|_| self.make_up) else { return Ok(()) };
         let rest = &operated.mesh.nodes;
         let free = |n: &usize| operated.mesh.fixed.binary_search(n).is_err();

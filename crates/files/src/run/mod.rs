@@ -15,4 +15,4 @@ pub use batch::BatchRun;
 pub use body::{BodySource, Kind, PlaneBody};
 pub use equilibrium::Equilibrium;
 pub use fit::FitRun;
-pub use track::{TrackError, TrackRun, TrackedBody};
+pub use track::{TrackRun, TrackedBody};

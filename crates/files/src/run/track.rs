@@ -1,14 +1,13 @@
 //! Tensions over time: the speaker's body, what is not known of its shape, and the search.
 
+use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::geometry::Similarity;
 use tongue_core::random::seed_of;
-use tongue_core::system::{self, Additions, System, SystemError};
-use tongue_infer::adapt::{
-    self, Adaptation, AdaptationInput, Placement, RegistrationData, RestError, RestShapeMethod,
-};
-use tongue_infer::inverse::{FitError, MovableBone};
+use tongue_core::system::{self, Additions, System};
+use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RegistrationData, RestShapeMethod};
+use tongue_infer::inverse::MovableBone;
 use tongue_infer::track::{
     self, Followed, Frame, NotFinite, RestShape, TongueSurface, TrackedRecording, TrackingContext, Watch,
 };
@@ -18,19 +17,6 @@ use tongue_input::measured::recording::AlignedRecording;
 const PALATE_REACH_M: f64 = 1e-3;
 const NOT_FINITE: &str = "the covariance of what was seen cannot be factorised; look for numbers that are not finite or very large in the \
                           recordings";
-
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum TrackError {
-    /// The body cannot be placed or its shape not be varied.
-    #[error(transparent)]
-    Rest(#[from] RestError),
-    #[error(transparent)]
-    System(#[from] SystemError),
-    #[error(transparent)]
-    Fit(#[from] FitError),
-    #[error("{0}")]
-    Refused(String),
-}
 
 /// Recordings of one speaker to be tracked, as options.
 #[derive(Debug, Clone)]
@@ -95,7 +81,7 @@ impl TrackRun<'_> {
         &self,
         seen: &[&AlignedRecording],
         progress: &dyn Fn(usize, usize),
-    ) -> Result<TrackedBody, TrackError> {
+    ) -> Result<TrackedBody, SimulationError> {
         if self.is_given {
             return Ok(known(self.basis.body.clone(), self.adaptation));
         }
@@ -117,7 +103,7 @@ impl TrackRun<'_> {
         wall: Option<&Contact>,
         seen: &[&AlignedRecording],
         tell: &dyn Fn(&str),
-    ) -> Result<Option<RestShape>, TrackError> {
+    ) -> Result<Option<RestShape>, SimulationError> {
         let body = &speaker.body;
         if [HYOID, MANDIBLE].iter().any(|bone| body.bone(bone).is_empty()) {
             tell(&format!(
@@ -147,7 +133,7 @@ impl TrackRun<'_> {
 
     /// The traced palate as a wall; `None` if the body at rest would pass through it, of which `tell` gets a
     /// note.
-    pub fn wall(&self, body: &Body<2>, tell: &dyn Fn(&str)) -> Result<Option<Contact>, TrackError> {
+    pub fn wall(&self, body: &Body<2>, tell: &dyn Fn(&str)) -> Result<Option<Contact>, SimulationError> {
         let Some(palate) = self.basis.palate else { return Ok(None) };
         let stiffness = system::coefficients(&body.mesh, &self.basis.model)?.tissue_stiffness;
         let wall = Contact::new(palate.to_vec(), &body.mesh.surface_nodes(), stiffness, PALATE_REACH_M);
@@ -167,13 +153,13 @@ impl TrackRun<'_> {
         seen: &[&AlignedRecording],
         listen: &dyn Fn(&mut [Frame]),
         watch: &Watch<'_>,
-    ) -> Result<(), TrackError> {
+    ) -> Result<(), SimulationError> {
         let (body, model) = (&speaker.body, &self.basis.model);
         let effects = wall.map(|w| Box::new(w.clone()) as Box<dyn Effect<2>>).into_iter().collect();
         let additions = Additions { effects, ..Additions::default() };
         let system = System::with(&body.mesh, model, &self.basis.contracting, additions)?;
         let surface = TongueSurface::of(body).ok_or_else(|| {
-            TrackError::Refused(format!("{} has no outline of tissue to compare with", body.what))
+            SimulationError::Refused(format!("{} has no outline of tissue to compare with", body.what))
         })?;
         let compared = track::compared(seen);
         for (nth_sitting, sitting) in sittings(seen).into_iter().enumerate() {
@@ -204,7 +190,7 @@ impl TrackRun<'_> {
                 ..*watch
             };
             track::track(&stage, frames, &settings, &watch)
-                .map_err(|NotFinite| TrackError::Refused(NOT_FINITE.to_owned()))?;
+                .map_err(|NotFinite| SimulationError::Refused(NOT_FINITE.to_owned()))?;
         }
         Ok(())
     }
@@ -213,7 +199,7 @@ impl TrackRun<'_> {
         &self,
         seen: &[&AlignedRecording],
         tell: &dyn Fn(&str),
-    ) -> Result<Vec<TrackedRecording>, TrackError> {
+    ) -> Result<Vec<TrackedRecording>, SimulationError> {
         self.check_freed(seen)?;
         let speaker = self.body(seen, &|_, _| ())?;
         let wall = self.wall(&speaker.body, tell)?;
@@ -228,10 +214,10 @@ impl TrackRun<'_> {
     }
 
     /// Refuses free bones without an effect.
-    pub fn check_freed(&self, seen: &[&AlignedRecording]) -> Result<(), TrackError> {
+    pub fn check_freed(&self, seen: &[&AlignedRecording]) -> Result<(), SimulationError> {
         let mut names: Vec<&str> = Vec::new();
         for name in self.free_bones.iter().map(|b| b.trim()) {
-            let refused = |why: &str| Err(TrackError::Refused(format!("--free-bone {name}: {why}")));
+            let refused = |why: &str| Err(SimulationError::Refused(format!("--free-bone {name}: {why}")));
             if names.contains(&name) {
                 return refused("this bone is free already; give each bone once");
             }

@@ -3,8 +3,9 @@
 use std::any::Any;
 use std::io;
 
+use super::JOINT_MM;
 use super::file::{Scene, Want};
-use super::{JOINT_MM, SceneError};
+use crate::simulation::SimulationError;
 use tongue_core::body::Body;
 use tongue_infer::acoustics::{Articulation, VocalTract, VocalTractError};
 use tongue_input::files;
@@ -23,7 +24,7 @@ pub(super) fn posture(scene: &Scene) -> Articulation {
 pub(super) fn airway<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
-) -> Result<Option<VocalTract>, SceneError> {
+) -> Result<Option<VocalTract>, SimulationError> {
     let Some(wanted) =
         scene.tract.as_ref().filter(|_| scene.want != Want::Shape && scene.want != Want::Lengths)
     else {
@@ -33,7 +34,7 @@ pub(super) fn airway<const D: usize>(
         None => VocalTract::drawn()?,
         Some(path) => {
             let text = files::read(path).and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other));
-            let text = text.map_err(|source| SceneError::unread("tract.file", path, &source))?;
+            let text = text.map_err(|source| SimulationError::unread("tract.file", path, &source))?;
             VocalTract::read(&text, path)?
         }
     };
@@ -43,7 +44,7 @@ pub(super) fn airway<const D: usize>(
     match round {
         Some(Err(VocalTractError::NoSurface)) | None => {
             let why = VocalTractError::NoSurface.to_string();
-            Err(SceneError::contradiction("[tract]", scene.body_key(), why))
+            Err(SimulationError::contradiction("[tract]", scene.body_key(), why))
         }
         Some(airway) => Ok(Some(airway?)),
     }

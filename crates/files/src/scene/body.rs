@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use super::SceneError;
 use super::file::{self, Block, Cylinder, Scene};
 use super::tongue_in_space::{Operation, in_space, space_body};
 use crate::run::{Kind, PlaneBody};
+use crate::simulation::SimulationError;
 use tongue_core::body::{Body, ContinuumSettings, solid};
 use tongue_core::limits::{SIZE_MM, SPACING_MM};
 use tongue_input::bodies::AnyBody;
@@ -13,7 +13,7 @@ use tongue_input::bodies::AnyBody;
 const MOST_LAYERS: f64 = 60.0;
 const MOST_NODES: usize = 12_000;
 
-pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
+pub fn build(scene: &Scene) -> Result<AnyBody, SimulationError> {
     let body = &scene.body;
     let settings = ContinuumSettings::default();
     let made = match body {
@@ -43,7 +43,7 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SceneError> {
     })
 }
 
-fn cylinder(c: &Cylinder) -> Result<Body<3>, SceneError> {
+fn cylinder(c: &Cylinder) -> Result<Body<3>, SimulationError> {
     let &Cylinder { radius_mm: radius, length_mm: length, h_mm: h, .. } = c;
     SIZE_MM.check(radius)?;
     SIZE_MM.check(length)?;
@@ -54,7 +54,7 @@ fn cylinder(c: &Cylinder) -> Result<Body<3>, SceneError> {
     Ok(Body::new(format!("a cylinder of {radius} mm radius and {length} mm length at {h} mm"), mesh))
 }
 
-fn block(b: &Block) -> Result<Body<3>, SceneError> {
+fn block(b: &Block) -> Result<Body<3>, SimulationError> {
     let h = b.h_mm;
     SPACING_MM.check(h)?;
     let mut counts = [0; 3];
@@ -68,16 +68,16 @@ fn block(b: &Block) -> Result<Body<3>, SceneError> {
     Ok(Body::new(format!("a block of {x} x {y} x {z} mm at {h} mm"), mesh))
 }
 
-fn divisions(size: f64, h: f64) -> Result<usize, SceneError> {
+fn divisions(size: f64, h: f64) -> Result<usize, SimulationError> {
     let count = (size / h).round().max(1.0);
     if count > MOST_LAYERS {
         let must = "at least a sixtieth of the body's extent";
-        return Err(SceneError::value("body h_mm", h, must));
+        return Err(SimulationError::value("body h_mm", h, must));
     }
     Ok(count as usize)
 }
 
-fn limited(nodes: usize, h: f64) -> Result<(), SceneError> {
+fn limited(nodes: usize, h: f64) -> Result<(), SimulationError> {
     let must = "larger, so that the body has at most 12,000 nodes";
-    if nodes > MOST_NODES { Err(SceneError::value("body h_mm", h, must)) } else { Ok(()) }
+    if nodes > MOST_NODES { Err(SimulationError::value("body h_mm", h, must)) } else { Ok(()) }
 }

@@ -1,8 +1,8 @@
 //! Consistency of a scene, as far as it can be checked without the mesh: numbers in their ranges, then one table of contradictions.
 
-use super::SceneError;
 use super::file::{Scene, SceneBody, Want};
 use crate::run::Kind;
+use crate::simulation::SimulationError;
 use tongue_core::dynamics::SHORTEST_S;
 use tongue_core::limits::{self, BeyondLimit};
 use tongue_infer::track;
@@ -18,17 +18,17 @@ const OWN_LAW: &str = "a tongue in space has the law of Buchaillard, Perrier and
 const FOUND: &str = "tensions are found from points; give one or the other";
 
 /// The error for a number of a key.
-fn of(key: &'static str) -> impl Fn(BeyondLimit) -> SceneError {
-    move |beyond| SceneError::Refused(format!("{key}: {beyond}"))
+fn of(key: &'static str) -> impl Fn(BeyondLimit) -> SimulationError {
+    move |beyond| SimulationError::Refused(format!("{key}: {beyond}"))
 }
 
-fn coordinates<'a>(key: &'static str, mut mm: impl Iterator<Item = &'a f64>) -> Result<(), SceneError> {
+fn coordinates<'a>(key: &'static str, mut mm: impl Iterator<Item = &'a f64>) -> Result<(), SimulationError> {
     mm.try_for_each(|&x| limits::COORDINATE_MM.check(x)).map_err(of(key))
 }
 
 impl Scene {
     /// Checks a scene for contradictions and for numbers out of range.
-    pub fn check(&self) -> Result<(), SceneError> {
+    pub fn check(&self) -> Result<(), SimulationError> {
         self.check_numbers()?;
         self.contradictions()?;
         self.check_points()
@@ -36,7 +36,7 @@ impl Scene {
 
     /// Of the things that exclude each other the first pair that is there, and why.
     #[rustfmt::skip]
-    fn contradictions(&self) -> Result<(), SceneError> {
+    fn contradictions(&self) -> Result<(), SimulationError> {
         let (m, e, body) = (&self.material, &self.effects, self.body_key());
         let tension = self.tensions_n.keys().next().map(|muscle| format!("tensions_n.{muscle}"));
         let activation = self.activations.keys().next().map(|muscle| format!("activations.{muscle}"));
@@ -96,12 +96,12 @@ impl Scene {
                 "a simple solid has no head; give effects.gravity.direction"),
         ];
         match rules.iter().find(|(is_broken, ..)| *is_broken) {
-            Some((_, first, second, why)) => Err(SceneError::contradiction(first, second, why)),
+            Some((_, first, second, why)) => Err(SimulationError::contradiction(first, second, why)),
             None => Ok(()),
         }
     }
 
-    fn check_points(&self) -> Result<(), SceneError> {
+    fn check_points(&self) -> Result<(), SimulationError> {
         let Some(points) = &self.points else { return Ok(()) };
         limits::NOISE_MM.check(points.noise_mm).map_err(of("points"))?;
         limits::PRIOR.check(points.prior_n_per_m)?;
@@ -112,7 +112,7 @@ impl Scene {
         }
         let seen = points.contour_mm.len() + 2 * points.sensors.len();
         match seen < track::FEWEST {
-            true => Err(SceneError::value(
+            true => Err(SimulationError::value(
                 "the number of points of points.contour_mm and, twice, points.sensors",
                 seen as f64,
                 "at least 3: fewer do not determine tensions",
@@ -121,14 +121,14 @@ impl Scene {
         }
     }
 
-    fn check_numbers(&self) -> Result<(), SceneError> {
+    fn check_numbers(&self) -> Result<(), SimulationError> {
         for &tension in self.tensions_n.values() {
             limits::SCENE_TENSION.check(tension)?;
         }
         if let Some(g) = &self.effects.gravity {
             limits::GRAVITY.check(g.acceleration_m_per_s2)?;
             if let Some(&value) = g.direction.iter().flatten().find(|x| !x.is_finite()) {
-                return Err(SceneError::value("effects.gravity.direction", value, "finite"));
+                return Err(SimulationError::value("effects.gravity.direction", value, "finite"));
             }
         }
         if let Some(c) = &self.effects.contact {
@@ -138,12 +138,12 @@ impl Scene {
             let points = c.outline_mm.as_deref().unwrap_or(&[[0.0, 0.0], [1.0, 0.0]]);
             if points.len() < 2 {
                 let key = "the number of points of effects.contact.outline_mm";
-                return Err(SceneError::value(key, points.len() as f64, "at least 2"));
+                return Err(SimulationError::value(key, points.len() as f64, "at least 2"));
             }
             let gap = |p: &[[f64; 2]]| (p[0][0] - p[1][0]).hypot(p[0][1] - p[1][1]);
             if let Some(value) = points.windows(2).map(gap).find(|gap| *gap < LEAST_SEGMENT_MM) {
                 let key = "the distance in mm between two points of effects.contact.outline_mm";
-                return Err(SceneError::value(key, value, "at least 0.001; drop one of them"));
+                return Err(SimulationError::value(key, value, "at least 0.001; drop one of them"));
             }
         }
         if let Some(jaw) = &self.effects.jaw {
@@ -158,7 +158,7 @@ impl Scene {
             limits::RAMP_S.check(t.ramp_s)?;
             if t.ramp_s > 0.0 && t.ramp_s < SHORTEST_S {
                 let must = "0 or at least 1e-9: nothing moves faster";
-                return Err(SceneError::value("trajectory.ramp_s", t.ramp_s, must));
+                return Err(SimulationError::value("trajectory.ramp_s", t.ramp_s, must));
             }
             limits::TOLERANCE_MM.check(t.tolerance_mm)?;
         }

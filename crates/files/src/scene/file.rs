@@ -6,10 +6,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::SceneError;
 use super::effects::Effects;
 use super::tract::SceneTract;
 use crate::run::Kind;
+use crate::simulation::SimulationError;
 use crate::surgery::Surgery;
 use tongue_core::toml_text::{self, Misread};
 use tongue_input::bodies::Unit;
@@ -261,13 +261,13 @@ fn default_tolerance() -> f64 {
 
 impl Scene {
     /// Reads a scene; `origin` is its name in messages, usually its path.
-    pub fn from_toml(text: &str, origin: &str) -> Result<Self, SceneError> {
+    pub fn from_toml(text: &str, origin: &str) -> Result<Self, SimulationError> {
         toml_text::read(text).map_err(|Misread { line, column, problem }| {
             let problem = match problem.starts_with("wanted exactly 1 element") {
                 true => "[body] takes exactly one of tongue, mesh, cylinder and block".to_owned(),
                 false => toml_text::with_nearest(&problem),
             };
-            SceneError::Refused(format!("{origin}:{line}:{column}: {problem}"))
+            SimulationError::Refused(format!("{origin}:{line}:{column}: {problem}"))
         })
     }
 

@@ -2,10 +2,10 @@
 
 use nalgebra::{SVector, Vector2};
 
-use super::SceneError;
 use super::effects::{Posture, SceneGravity};
 use super::file::Scene;
 use super::plan::{self, Planned};
+use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Gravity, lumped_masses};
 use tongue_core::system::{Additions, Model, PrescribedDisplacement};
@@ -14,14 +14,14 @@ pub(super) fn gravity<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
     model: &Model,
-) -> Result<Option<Gravity<D>>, SceneError> {
+) -> Result<Option<Gravity<D>>, SimulationError> {
     let Some(keys) = &scene.effects.gravity else { return Ok(None) };
     let acceleration = direction::<D>(keys)? * keys.acceleration_m_per_s2;
     let masses = lumped_masses(&body.mesh, model.constants.density);
     Ok(Some(Gravity::new(&masses, acceleration, &body.mesh.nodes)))
 }
 
-fn direction<const D: usize>(keys: &SceneGravity) -> Result<SVector<f64, D>, SceneError> {
+fn direction<const D: usize>(keys: &SceneGravity) -> Result<SVector<f64, D>, SimulationError> {
     let flat = |x: f64, y: f64| {
         let mut v = SVector::zeros();
         (v[0], v[1]) = (x, y);
@@ -39,14 +39,14 @@ pub(super) fn contact<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
     tissue_stiffness: f64,
-) -> Result<Option<Contact>, SceneError> {
+) -> Result<Option<Contact>, SimulationError> {
     let Some(keys) = &scene.effects.contact else { return Ok(None) };
     let outline: Vec<Vector2<f64>> = match (&keys.outline_mm, &body.palate) {
         (Some(points), _) => points.iter().map(|&[x, y]| Vector2::new(x, y) * 1e-3).collect(),
         (None, Some(palate)) => palate.clone(),
         (None, None) => {
             let why = "no palate goes with this body; give effects.contact.outline_mm";
-            return Err(SceneError::contradiction("effects.contact", scene.body_key(), why));
+            return Err(SimulationError::contradiction("effects.contact", scene.body_key(), why));
         }
     };
     let stiffness = keys.stiffness_n_per_m.unwrap_or(tissue_stiffness);
@@ -59,7 +59,7 @@ pub(super) fn contact<const D: usize>(
             1e3 * x,
             1e3 * y
         );
-        return Err(SceneError::contradiction("effects.contact", scene.body_key(), why));
+        return Err(SimulationError::contradiction("effects.contact", scene.body_key(), why));
     }
     Ok(Some(wall))
 }
@@ -86,7 +86,7 @@ pub(super) fn carry_bones<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
     additions: &mut Additions<D>,
-) -> Result<[Planned; 2], SceneError> {
+) -> Result<[Planned; 2], SimulationError> {
     let millimetres = |[x, y]: [f64; 2]| {
         let mut v = SVector::<f64, D>::zeros();
         (v[0], v[1]) = (x * 1e-3, y * 1e-3);
@@ -105,7 +105,7 @@ pub(super) fn carry_bones<const D: usize>(
         let Some(carried) = carried else { continue };
         if nodes.is_empty() {
             let why = "this body does not say which of its nodes are on that bone; take the reference tongue";
-            return Err(SceneError::contradiction(key, scene.body_key(), why));
+            return Err(SimulationError::contradiction(key, scene.body_key(), why));
         }
         additions.carried.extend(nodes.iter().map(|&n| (n, carried.place(body.mesh.nodes[n]))));
     }

@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 use serde::Serialize;
 
-use super::SceneError;
 use super::file::{Scene, Want};
+use crate::simulation::SimulationError;
 use tongue_core::system::System;
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -175,9 +175,9 @@ impl ScenePlan {
 }
 
 /// A direction as a unit vector, checked for its dimension.
-pub(super) fn unit<const D: usize>(given: &[f64]) -> Result<SVector<f64, D>, SceneError> {
+pub(super) fn unit<const D: usize>(given: &[f64]) -> Result<SVector<f64, D>, SimulationError> {
     if given.len() != D {
-        return Err(SceneError::contradiction(
+        return Err(SimulationError::contradiction(
             format!("effects.gravity.direction with {} numbers", given.len()),
             format!("a body in {D} dimensions"),
             "give one number for each",
@@ -189,6 +189,6 @@ pub(super) fn unit<const D: usize>(given: &[f64]) -> Result<SVector<f64, D>, Sce
         // Scaled first, since squares of very large or small numbers overflow or vanish.
         Ok((direction / largest).normalize())
     } else {
-        Err(SceneError::value("the length of effects.gravity.direction", 0.0, "positive"))
+        Err(SimulationError::value("the length of effects.gravity.direction", 0.0, "positive"))
     }
 }

@@ -5,8 +5,8 @@ use std::any::Any;
 use nalgebra::Vector2;
 use serde::Serialize;
 
-use super::SceneError;
 use super::file::{Points, Scene};
+use crate::simulation::SimulationError;
 use tongue_core::body::Body;
 use tongue_core::system::System;
 use tongue_infer::track::{
@@ -27,12 +27,12 @@ pub struct PointsFit {
 }
 
 /// The points of a scene as observations of its body; `None` if it has none.
-pub(super) fn frame<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Frame>, SceneError> {
+pub(super) fn frame<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Option<Frame>, SimulationError> {
     let Some(points) = &scene.points else { return Ok(None) };
     let flat = (body as &dyn Any).downcast_ref::<Body<2>>();
     let surface = flat.and_then(TongueSurface::of).ok_or_else(|| {
         let why = "points are seen in the midsagittal plane, on the outline of a body; take the reference tongue or a mesh in the plane";
-        SceneError::contradiction("[points]", scene.body_key(), why)
+        SimulationError::contradiction("[points]", scene.body_key(), why)
     })?;
     Ok(track::frames(&seen(points), &surface, &[], &[]).pop())
 }

@@ -7,7 +7,8 @@ use super::file::{Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
 use super::plan::{self, EffectRole, Planned, ScenePlan};
 use super::tongue_in_space::{Operation, activations};
-use super::{SceneError, airway, points};
+use super::{airway, points};
+use crate::simulation::SimulationError;
 use tongue_core::body::{Body, MuscleChain, SpaceBody, SpaceMuscle};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::material::Constants;
@@ -34,7 +35,7 @@ pub struct Prepared<const D: usize> {
     pub airway: Option<VocalTract>,
 }
 
-pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<D>, SceneError> {
+pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<D>, SimulationError> {
     scene.check()?;
     let model = scene.model();
     let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
@@ -92,9 +93,13 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
 }
 
 /// The system of a tongue in space: `D` is 3 where a body has one.
-fn of_hexahedra<const D: usize>(space: &SpaceBody, additions: Additions<D>) -> Result<System<D>, SceneError> {
-    let wrong =
-        || SceneError::contradiction("a tongue in space", "a body in the plane", "it has three dimensions");
+fn of_hexahedra<const D: usize>(
+    space: &SpaceBody,
+    additions: Additions<D>,
+) -> Result<System<D>, SimulationError> {
+    let wrong = || {
+        SimulationError::contradiction("a tongue in space", "a body in the plane", "it has three dimensions")
+    };
     let additions: Box<dyn Any> = Box::new(additions);
     let additions = additions.downcast::<Additions<3>>().map_err(|_| wrong())?;
     let system: Box<dyn Any> = Box::new(System::in_space_with(space, &SpaceModel::default(), *additions)?);
@@ -135,15 +140,17 @@ impl Scene {
     }
 }
 
-fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, SceneError> {
-    let Some(wanted) = &scene.fit else { return Err(SceneError::contradiction("[fit]", "its absence", "")) };
+fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, SimulationError> {
+    let Some(wanted) = &scene.fit else {
+        return Err(SimulationError::contradiction("[fit]", "its absence", ""));
+    };
     let vowel: Vowel = wanted.vowel.parse()?;
     let kind: TargetKind = wanted.target.parse()?;
     let data = Dataset::reference()?;
     let target = Target::new(&data, &wanted.subject, &vowel, kind, &TargetOptions::default())?;
     if let Err(missing) = TargetOnBody::new(&body.mesh, &target) {
         let why = format!("{missing}; fit a body that has it, or give tensions");
-        return Err(SceneError::contradiction("[fit]", scene.body_key(), why));
+        return Err(SimulationError::contradiction("[fit]", scene.body_key(), why));
     }
     Ok(target)
 }
@@ -153,13 +160,17 @@ fn tensions<const D: usize>(
     scene: &Scene,
     operation: Option<&Operation>,
     body: &Body<D>,
-) -> Result<Vec<f64>, SceneError> {
+) -> Result<Vec<f64>, SimulationError> {
     if let Some(space) = &body.space {
         return activations(scene, operation, space);
     }
     for name in scene.tensions_n.keys() {
         body.muscle(name).map_err(|missing| {
-            SceneError::contradiction(format!("tensions_n.{name}"), scene.body_key(), missing.to_string())
+            SimulationError::contradiction(
+                format!("tensions_n.{name}"),
+                scene.body_key(),
+                missing.to_string(),
+            )
         })?;
     }
     let given = |m: &MuscleChain| scene.tensions_n.get(&m.name).copied().unwrap_or(0.0);
@@ -215,7 +226,7 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
 }
 
 /// How much the elements of a solid lock, in words; `None` where they do not.
-fn locks<const D: usize>(body: &Body<D>, model: &Model) -> Result<Option<String>, SceneError> {
+fn locks<const D: usize>(body: &Body<D>, model: &Model) -> Result<Option<String>, SimulationError> {
     let mesh = &body.mesh;
     if D != 3 || mesh.cells.is_empty() || mesh.continuum.is_some() {
         return Ok(None);

@@ -10,9 +10,10 @@ pub use super::outcome::{
 use super::points::PointsFit;
 use super::prepare::{Prepared, prepare};
 use super::tongue_in_space::{Operation, in_space};
-use super::{SceneError, airway, body, sound};
+use super::{airway, body, sound};
 use crate::report::OperationRecord;
 use crate::run::motion::follow as follow_from;
+use crate::simulation::SimulationError;
 use nalgebra::{SVector, Vector3};
 use tongue_core::dynamics::{self, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
@@ -31,8 +32,8 @@ const REPETITIONS: u32 = 50;
 /// Runs a scene: its body, its plan, its result.
 ///
 /// # Errors
-/// [`SceneError`] if the run cannot begin; later failures are in the outcome.
-pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SceneError> {
+/// [`SimulationError`] if the run cannot begin; later failures are in the outcome.
+pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SimulationError> {
     scene.check()?;
     match body::build(scene)? {
         AnyBody::Flat(body) => run(scene, &mut prepare(scene, body)?),
@@ -41,7 +42,10 @@ pub fn simulate(scene: &Scene) -> Result<SceneOutcome, SceneError> {
 }
 
 /// Runs a prepared scene and stores the tensions that were found in it.
-pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<SceneOutcome, SceneError> {
+pub fn run<const D: usize>(
+    scene: &Scene,
+    prepared: &mut Prepared<D>,
+) -> Result<SceneOutcome, SimulationError> {
     // Made before the clock starts; a trajectory does not need it.
     let mut workspace = (scene.want != Want::Trajectory).then(|| Workspace::new(&prepared.system));
     let clock = Instant::now();
@@ -116,7 +120,9 @@ pub fn run<const D: usize>(scene: &Scene, prepared: &mut Prepared<D>) -> Result<
 }
 
 /// Finds the tensions with which a prepared scene meets its target, if it has one, and stores them in it.
-pub fn fit<const D: usize>(prepared: &mut Prepared<D>) -> Result<Option<inverse::FitStatus>, SceneError> {
+pub fn fit<const D: usize>(
+    prepared: &mut Prepared<D>,
+) -> Result<Option<inverse::FitStatus>, SimulationError> {
     let Some(target) = &prepared.target else { return Ok(None) };
     let matched = inverse::TargetOnBody::new(&prepared.body.mesh, target)?;
     // Where Nelder-Mead ends depends on the last bits of a machine, by 2 Hz of a formant.
@@ -155,7 +161,7 @@ fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> 
 fn follow<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,
-) -> Result<(SceneMotion, Vec<SVector<f64, D>>), SceneError> {
+) -> Result<(SceneMotion, Vec<SVector<f64, D>>), SimulationError> {
     let wanted = scene.trajectory.as_ref();
     let (duration, tolerance) = wanted.map_or((0.0, 1e-6), |t| (t.duration_s, t.tolerance_mm * 1e-3));
     let start = match &prepared.start {
@@ -165,7 +171,7 @@ fn follow<const D: usize>(
             let slack = vec![0.0; prepared.tensions.len()];
             let solution = statics::solve(start, &mut workspace, &slack, &SolveSettings::default());
             if solution.status != statics::SolveStatus::Converged {
-                return Err(SceneError::Refused(format!(
+                return Err(SimulationError::Refused(format!(
                     "effects.jaw and effects.hyoid: the bones could not be brought to their places before the motion began ({:?}); \
                      move them less far, or the wall out of their way",
                     solution.status
@@ -284,7 +290,7 @@ fn compared<const D: usize>(
     scene: &Scene,
     prepared: &Prepared<D>,
     after: &[SVector<f64, D>],
-) -> Result<Option<OperationRecord>, SceneError> {
+) -> Result<Option<OperationRecord>, SimulationError> {
     let Some(surgery) = &scene.surgery else { return Ok(None) };
     let system: &dyn Any = &*prepared.system;
     let (Some(system), Some(body)) = (system.downcast_ref::<System<3>>(), &prepared.body.space) else {
@@ -299,7 +305,7 @@ fn compared<const D: usize>(
     let mut ready = prepare(&unoperated, in_space(given, whole.clone())?)?;
     let before = run(&unoperated, &mut ready)?;
     if !before.converged {
-        return Err(SceneError::contradiction(
+        return Err(SimulationError::contradiction(
             "[surgery]",
             "the scene before it",
             "that did not converge, so there is nothing to compare with; make its activations or loads smaller",
@@ -310,7 +316,8 @@ fn compared<const D: usize>(
     let own = |x: &[Vector3<f64>]| x.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect::<Vec<_>>();
     let after: Vec<Vector3<f64>> = after.iter().map(|p| Vector3::from_fn(|axis, _| p[axis])).collect();
     let mut record = OperationRecord::new(surgery, whole, operated, [&own(&before), &own(&after)]);
-    surgery.make_up(&mut record, whole.tip(), (body, system), &before)?;
+    let made_up = surgery.make_up(&mut record, whole.tip(), (body, system), &before);
+    made_up.map_err(SimulationError::in_surgery)?;
     record.before.made_up = own(&record.before.made_up);
     Ok(Some(record))
 }

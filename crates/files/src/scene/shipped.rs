@@ -1,6 +1,7 @@
 //! Built-in scenes.
 
-use super::{Scene, SceneError};
+use super::Scene;
+use crate::simulation::SimulationError;
 use tongue_core::suggest;
 
 const SHIPPED: [(&str, &str); 17] = [
@@ -27,9 +28,9 @@ pub fn names() -> impl Iterator<Item = &'static str> + Clone {
     SHIPPED.iter().map(|(name, _)| *name)
 }
 
-pub fn shipped(name: &str) -> Result<Scene, SceneError> {
+pub fn shipped(name: &str) -> Result<Scene, SimulationError> {
     let unknown = || format!("unknown scene \"{name}\"; {}", suggest::hint(name, names()));
     let found = SHIPPED.iter().find(|(n, _)| *n == name);
-    let (name, text) = found.ok_or_else(|| SceneError::Refused(unknown()))?;
+    let (name, text) = found.ok_or_else(|| SimulationError::Refused(unknown()))?;
     Scene::from_toml(text, &format!("targets/scenes/{name}.toml (embedded)"))
 }

@@ -4,12 +4,12 @@ use std::any::Any;
 
 use nalgebra::SVector;
 
-use super::SceneError;
 use super::effects::{Hyoid, Jaw};
 use super::file::{Scene, Want};
 use super::prepare::Prepared;
 use super::tract::SceneTract;
 use crate::report::{FormantsByTension, SoundRecord};
+use crate::simulation::SimulationError;
 use tongue_core::statics::{Response, Workspace};
 use tongue_infer::acoustics::{Articulation, VocalTract};
 
@@ -35,7 +35,7 @@ pub(super) fn hear<const D: usize>(
     prepared: &Prepared<D>,
     posture: Articulation,
     workspace: &mut Workspace<D>,
-) -> Result<Option<SoundRecord>, SceneError> {
+) -> Result<Option<SoundRecord>, SimulationError> {
     let (prepared, workspace) = (prepared as &dyn Any, workspace as &mut dyn Any);
     let plane = prepared.downcast_ref::<Prepared<2>>().zip(workspace.downcast_mut::<Workspace<2>>());
     let Some((prepared, workspace)) = plane else { return Ok(None) };

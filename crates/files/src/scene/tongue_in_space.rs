@@ -2,26 +2,26 @@
 
 use std::path::Path;
 
-use super::SceneError;
 use super::file::{Scene, SceneBody, SceneSpace};
+use crate::simulation::SimulationError;
 use tongue_core::body::space::Operated;
 use tongue_core::body::{Body, DEFAULT_SPACING_M, SpaceBody};
 use tongue_input::bodies::{artisynth, gmsh};
 use tongue_input::files;
 
 /// A tongue in space in the axes of scenes. The built-in one has the palate of the reference tongue, as a wall without end to both sides.
-pub(super) fn in_space(given: &SceneSpace, tongue: SpaceBody) -> Result<Body<3>, SceneError> {
+pub(super) fn in_space(given: &SceneSpace, tongue: SpaceBody) -> Result<Body<3>, SimulationError> {
     let is_built_in = given.folder.is_none() && given.file.is_none();
     let palate = if is_built_in { Body::tongue(DEFAULT_SPACING_M)?.palate } else { None };
     Ok(Body { palate, ..tongue.in_scene() })
 }
 
 /// A tongue in space in its own axes, before any surgery.
-pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SceneError> {
+pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SimulationError> {
     let body = match (&given.folder, &given.file) {
         (Some(_), Some(_)) => {
             let why = "each is a body; give one of them";
-            return Err(SceneError::contradiction(
+            return Err(SimulationError::contradiction(
                 "body.tongue-in-space.folder",
                 "body.tongue-in-space.file",
                 why,
@@ -31,7 +31,7 @@ pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SceneError> {
         (Some(folder), None) => artisynth::read(Path::new(folder))?,
         (None, Some(file)) => {
             let bytes = files::read(Path::new(file))
-                .map_err(|source| SceneError::unread("body.tongue-in-space.file", file, &source))?;
+                .map_err(|source| SimulationError::unread("body.tongue-in-space.file", file, &source))?;
             gmsh::read_space(&bytes, file, given.unit)?
         }
     };
@@ -46,17 +46,17 @@ pub struct Operation {
 }
 
 impl Operation {
-    pub(super) fn of(scene: &Scene) -> Result<Option<Self>, SceneError> {
+    pub(super) fn of(scene: &Scene) -> Result<Option<Self>, SimulationError> {
         let Some(surgery) = &scene.surgery else { return Ok(None) };
         let SceneBody::TongueInSpace(given) = &scene.body else {
-            return Err(SceneError::contradiction(
+            return Err(SimulationError::contradiction(
                 "[surgery]",
                 scene.body_key(),
                 "only a tongue in space is operated",
             ));
         };
         let whole = space_body(given)?;
-        let operated = surgery.operate(&whole)?;
+        let operated = surgery.operate(&whole).map_err(SimulationError::in_surgery)?;
         Ok(Some(Self { whole, operated }))
     }
 }
@@ -66,10 +66,10 @@ pub(super) fn activations(
     scene: &Scene,
     operation: Option<&Operation>,
     left: &SpaceBody,
-) -> Result<Vec<f64>, SceneError> {
+) -> Result<Vec<f64>, SimulationError> {
     let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
     let of = |body: &SpaceBody| {
-        body.activations(&given).map_err(|wrong| SceneError::Refused(format!("activations: {wrong}")))
+        body.activations(&given).map_err(|wrong| SimulationError::Refused(format!("activations: {wrong}")))
     };
     let Some(Operation { whole, operated }) = operation else { return of(left) };
     let all = of(whole)?;

@@ -1,12 +1,18 @@
 //! Errors of names and numbers.
 
+use std::fmt::Display;
+
 use tongue_core::body::BodyError;
 use tongue_core::dynamics::MotionError;
+use tongue_core::limits::BeyondLimit;
 use tongue_core::system::SystemError;
+use tongue_infer::acoustics::VocalTractError;
+use tongue_infer::adapt::RestError;
 use tongue_infer::inverse::FitError;
+use tongue_input::measured::ReadError;
 
 /// Why something cannot begin. Later failures are a status of the result.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 pub enum SimulationError {
     #[error(transparent)]
     Body(#[from] BodyError),
@@ -18,9 +24,34 @@ pub enum SimulationError {
     Fit(#[from] FitError),
     #[error(transparent)]
     Motion(#[from] MotionError),
+    #[error(transparent)]
+    Limit(#[from] BeyondLimit),
+    #[error(transparent)]
+    Target(#[from] ReadError),
+    /// The body cannot be placed or its shape not be varied.
+    #[error(transparent)]
+    Rest(#[from] RestError),
+    #[error("[tract]: {0}")]
+    VocalTract(#[from] VocalTractError),
 }
 
 impl SimulationError {
+    pub(crate) fn contradiction(first: impl Display, second: impl Display, why: impl Display) -> Self {
+        Self::Refused(format!("{first} contradicts {second}: {why}"))
+    }
+
+    pub(crate) fn value(key: &str, value: f64, must: &str) -> Self {
+        Self::Refused(format!("{key} is {value}; it must be {must}"))
+    }
+
+    pub(crate) fn in_surgery(self) -> Self {
+        Self::Refused(format!("[surgery]: {self}"))
+    }
+
+    pub(crate) fn unread(key: &str, path: &str, source: &std::io::Error) -> Self {
+        Self::Refused(format!("{key}: cannot read \"{path}\": {source}"))
+    }
+
     pub(super) fn repeated(name: &str) -> Self {
         Self::Refused(format!("{name} is given twice; give each name once"))
     }
@@ -36,8 +67,7 @@ impl SimulationError {
 
 /// `value` if it is `good`.
 pub(super) fn checked(name: &str, value: f64, good: bool, must: &str) -> Result<f64, SimulationError> {
-    let refused = || SimulationError::Refused(format!("{name} is {value}; it must be {must}"));
-    good.then_some(value).ok_or_else(refused)
+    good.then_some(value).ok_or_else(|| SimulationError::value(name, value, must))
 }
 
 pub fn check_tension(muscle: &str, tension: f64) -> Result<(), SimulationError> {
