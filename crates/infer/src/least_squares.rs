@@ -7,21 +7,18 @@ use nalgebra::{DMatrix, DVector};
 pub(crate) struct Rule {
     /// Largest number of steps, refused ones included.
     pub steps: usize,
-    /// The search ends before a step in which no unknown changes by more than this.
+    /// The search ends before a step in which no unknown changes by more than this, or that promises to reduce the cost by less than that.
     pub arrived: f64,
-    /// The search ends before a step that promises to reduce the cost by less than this.
     pub promised: f64,
-    /// The search ends after a step that reduced the cost by less than this part of it.
+    /// It ends after a step that reduced the cost by less than this part of it.
     pub won: f64,
-    /// Damping of the first step.
+    /// Damping of the first step, smallest after a refused step, and largest with which the search goes on.
     pub first: f64,
-    /// Smallest damping after a step that was refused.
     pub least: f64,
-    /// The search ends when the damping exceeds this: the steps are then negligible.
     pub most: f64,
-    /// Factor of the damping after a step that reduced the cost by an amount that was not promised.
+    /// Factor of the damping after a step of which no decrease was promised.
     pub less: f64,
-    /// Factor of the damping after a step that was refused, and factor of this factor until a step is taken.
+    /// The same after a refused step, and the factor of this factor until a step is taken.
     pub more: (f64, f64),
 }
 

@@ -61,7 +61,7 @@ pub struct RegistrationData {
 }
 
 /// The placement of a body.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Registration {
     /// Brings the body into the frame of the recording.
     pub similarity: Similarity,
@@ -217,18 +217,12 @@ impl RegistrationData {
         // A bone that is recorded together with coils is a coil on the jaw, which is not at the mental spine.
         if self.contour.is_empty() && self.hyoid.is_none() && self.coils.len() >= FEWEST_COILS {
             let placement = coils::place(body, &self.coils, &self.palate)?;
-            let similarity = placement.similarity;
-            let by_coils = Some(placement);
+            let (similarity, frames) = (placement.similarity, self.frames);
             return Ok(Registration {
                 similarity,
-                rms_m: 0.0,
-                bones_m: Vec::new(),
-                bones_apart_m: None,
-                contour_m: 0.0,
-                cost: 0.0,
-                by_coils,
-                without_palate: false,
-                frames: self.frames,
+                frames,
+                by_coils: Some(placement),
+                ..Registration::default()
             });
         }
         if self.contour.is_empty() && (self.spine.is_none() || self.hyoid.is_none()) {
@@ -295,9 +289,8 @@ impl RegistrationData {
             bones_apart_m,
             contour_m: self.contour.windows(2).map(|w| (w[1] - w[0]).norm()).sum(),
             cost,
-            by_coils: None,
-            without_palate: false,
             frames: self.frames,
+            ..Registration::default()
         })
     }
 }

@@ -16,7 +16,7 @@ pub struct SearchCounts {
     pub factorisations: usize,
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Start {
     /// Values of the unknowns, in their units: tensions in N.
     #[serde(rename = "tensions")]
@@ -39,17 +39,7 @@ pub struct Start {
 
 impl Start {
     pub(super) fn at(x: Vec<f64>, cost: f64) -> Self {
-        Self {
-            x,
-            cost,
-            evaluations: 0,
-            failures: 0,
-            factorisations: 0,
-            iterations: 0,
-            restarts: 0,
-            converged: false,
-            solved: false,
-        }
+        Self { x, cost, ..Self::default() }
     }
 
     pub(super) fn count(&mut self, counts: SearchCounts) {
