@@ -100,15 +100,14 @@ fn frames_of_a_one_sided_posture_have_a_file_each_and_want_their_sides_apart() {
     let folder = tempfile::tempdir().unwrap();
     let made = json(folder.path(), "simulate --body space --activation GGP_L=0.2 --json --out made");
     let mut table = "time_s,node,x_mm,y_mm,z_mm\n".to_owned();
-    for (node, place) in
-        made["positions_m"].as_array().unwrap()[..13 * 8 * 9].iter().enumerate().skip(3).step_by(41)
-    {
-        let [x, y, z] = [0, 1, 2].map(|i| 1e3 * place[i].as_f64().unwrap());
-        (0..2).for_each(|t| writeln!(table, "0.{t},{},{x},{y},{z}", node + 1).unwrap());
+    let nodes = &made["positions_m"].as_array().unwrap()[..13 * 8 * 9];
+    for (time, node) in (0..2).flat_map(|time| (3..nodes.len()).step_by(41).map(move |node| (time, node))) {
+        let [x, y, z] = [0, 1, 2].map(|i| 1e3 * nodes[node][i].as_f64().unwrap());
+        writeln!(table, "0.{time},{},{x},{y},{z}", node + 1).unwrap();
     }
     std::fs::write(folder.path().join("nodes.csv"), table).unwrap();
     let alike = run(folder.path(), "track nodes.csv --body space --starts 1 --out alike");
-    assert_eq!(alike.status, Some(3));
+    assert_eq!(alike.status, Some(3), "{}", alike.err);
     assert!(alike.out.contains("target not met") && alike.err.contains("--sides-apart"), "{}", alike.err);
     let apart = run(folder.path(), "track nodes.csv --body space --starts 1 --sides-apart --out apart");
     assert_eq!(apart.status, Some(0), "{}", apart.err);
