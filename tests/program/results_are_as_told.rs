@@ -44,7 +44,7 @@ fn recorded(path: &Path) -> Vec<String> {
     let after = ["\"command\":\"", "\"command\": \"", "command: "];
     let found = after.iter().flat_map(|key| text.split(key).skip(1));
     let commands = found.map(|rest| rest.split(ends).next().unwrap().trim().to_owned());
-    commands.filter(|command| command.starts_with("tongue-fit ")).collect()
+    commands.filter(|command| command.starts_with("tongue-")).collect()
 }
 
 #[test]

@@ -36,7 +36,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Study {
-    /// What accuracy costs in time, for every method of solution (ten minutes)
+    /// What accuracy costs in time, for every method of solution (two minutes)
     Accuracy {
         /// A study of half a minute: fewer repeats, no mesh below 1.4 mm, long explicit runs refused
         #[arg(long)]
