@@ -45,8 +45,18 @@ impl Assembly {
         Solver::new(self)
     }
 
-    /// The motion from rest while the tensions (N per metre of thickness) grow to their values in `ramp_s`
-    /// (s) and then stay, until `t_end_s`, at `samples` equidistant times.
+    /// The motion from rest while the tensions grow to their values and then stay.
+    ///
+    /// Parameters
+    /// ----------
+    /// tensions : mapping, array or list of float
+    ///     Tensions by muscle, or in the order of `contracting`, N per metre of thickness.
+    /// t_end_s : float
+    ///     End of the motion, s.
+    /// ramp_s : float, default 0.0
+    ///     Time in which the tensions grow, s.
+    /// samples : int, default 101
+    ///     Number of equidistant times.
     #[pyo3(signature = (tensions, t_end_s, ramp_s = 0.0, samples = 101))]
     fn trajectory(
         &self,

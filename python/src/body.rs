@@ -73,7 +73,16 @@ impl Body {
         Self::made(py, PlaneBody { kind, spacing_m, ..PlaneBody::default() })
     }
 
-    /// A tongue of an anatomy (`toml`, the text of the file) with the mesh spacing `spacing_m`, m; `origin` is its name in messages.
+    /// A tongue of an anatomy.
+    ///
+    /// Parameters
+    /// ----------
+    /// toml : str
+    ///     The text of the file.
+    /// spacing_m : float, default 0.0055
+    ///     Mesh spacing, m.
+    /// origin : str, default "anatomy"
+    ///     Its name in messages.
     #[staticmethod]
     #[pyo3(signature = (toml, spacing_m = 0.0055, origin = "anatomy"))]
     fn from_anatomy(py: Python<'_>, toml: String, spacing_m: f64, origin: &str) -> PyResult<Self> {
@@ -81,8 +90,14 @@ impl Body {
         Self::made(py, PlaneBody { source, spacing_m: Some(spacing_m), ..PlaneBody::default() })
     }
 
-    /// A body from the file `path`: Gmsh's (`unit` of its coordinates: m or mm), or the JSON of
-    /// `tongue-fit mesh --json` (.json). What the program notes on the file is a `UserWarning`.
+    /// A body from a file: Gmsh's, or the JSON of `tongue-fit mesh --json` (.json). What the program notes on the file is a `UserWarning`.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : str or PathLike
+    ///     The file.
+    /// unit : {"m", "mm"}, default "m"
+    ///     Unit of the coordinates of a file of Gmsh.
     #[staticmethod]
     #[pyo3(signature = (path, unit = "m"))]
     fn read(py: Python<'_>, path: PathBuf, unit: &str) -> PyResult<Self> {
@@ -202,7 +217,14 @@ impl Body {
     }
 }
 
-/// The model of a body: Young's modulus `young_modulus` of the tissue, Pa, and its Poisson's ratio `poisson_ratio`, below 0.5.
+/// The model of a body.
+///
+/// Parameters
+/// ----------
+/// young_modulus : float, default 6900.0
+///     Young's modulus of the tissue, Pa.
+/// poisson_ratio : float, default 0.49
+///     Poisson's ratio of the tissue, below 0.5.
 #[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
 #[derive(Clone, Copy, PartialEq)]
 pub struct Model(pub system::Model);

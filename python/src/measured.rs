@@ -177,8 +177,18 @@ impl Dataset {
         Ok(vowels.iter().map(|v| v.label().to_owned()).collect())
     }
 
-    /// The target of a fit of the ratios to GGa of the row of `subject` and `vowel`. `muscles` contract (default: those shorter than in
-    /// the baseline); `baseline` is the vowel that is compared with (default: ɯ).
+    /// The target of a fit of the ratios to GGa of a row.
+    ///
+    /// Parameters
+    /// ----------
+    /// subject : str
+    ///     Subject of the row.
+    /// vowel : str
+    ///     Vowel of the row.
+    /// muscles : sequence of str, optional
+    ///     Muscles that contract (default: those shorter than in the baseline).
+    /// baseline : str, optional
+    ///     The vowel that is compared with (default: ɯ).
     #[pyo3(signature = (subject, vowel, *, muscles = None, baseline = None))]
     fn ratios(
         &self,
@@ -190,7 +200,18 @@ impl Dataset {
         target(self, subject, vowel, TargetKind::Ratio, muscles, baseline)
     }
 
-    /// The target of a fit of lengths over those in the baseline, with the arguments `subject`, `vowel`, `muscles` and `baseline` of `ratios`.
+    /// The target of a fit of lengths over those in the baseline.
+    ///
+    /// Parameters
+    /// ----------
+    /// subject : str
+    ///     Subject of the row.
+    /// vowel : str
+    ///     Vowel of the row.
+    /// muscles : sequence of str, optional
+    ///     Muscles that contract (default: those shorter than in the baseline).
+    /// baseline : str, optional
+    ///     The vowel that is compared with (default: ɯ).
     #[pyo3(signature = (subject, vowel, *, muscles = None, baseline = None))]
     fn stretches(
         &self,

@@ -16,9 +16,21 @@ use super::observe::Observation;
 use super::solver::Shape;
 use super::work::{aside_on, pool};
 
-/// What was seen of a body (`observations`) and what is unknown of it: at first the tension of every contracting muscle of the
-/// `assembly`, N per metre of thickness, up to `upper_bound`. The search (`method`) begins at `starts` points. Every `with_` and `free_`
-/// returns another problem.
+/// What was seen of a body and what is unknown of it: at first the tension of every contracting muscle. Every `with_` and `free_` returns
+/// another problem.
+///
+/// Parameters
+/// ----------
+/// assembly : Assembly
+///     The body and its contracting muscles.
+/// observations : sequence of Observation
+///     What was seen.
+/// method : {"gauss-newton", "nelder-mead"}, default "gauss-newton"
+///     The search.
+/// starts : int, default 4
+///     Number of its starting points.
+/// upper_bound : float, default 100.0
+///     Largest tension, N per metre of thickness.
 #[pyclass(frozen, module = "tongue_fit")]
 #[derive(Clone)]
 pub struct InverseProblem {
@@ -66,12 +78,30 @@ impl InverseProblem {
         self.changed(self.problem.clone().with_tension(muscle, tension))
     }
 
-    /// The problem with the bounds `lower` and `upper` of the tension of a `muscle`, N per metre of thickness.
+    /// The problem with bounds of the tension of a muscle.
+    ///
+    /// Parameters
+    /// ----------
+    /// muscle : str
+    ///     Name of the muscle.
+    /// lower : float
+    ///     Lower bound, N per metre of thickness.
+    /// upper : float
+    ///     Upper bound, N per metre of thickness.
     fn with_bounds(&self, muscle: &str, lower: f64, upper: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().with_bounds(muscle, lower, upper))
     }
 
-    /// The problem with a normal prior of the tension of a `muscle`: its `mean` and standard deviation `sd`, N per metre of thickness.
+    /// The problem with a normal prior of the tension of a muscle.
+    ///
+    /// Parameters
+    /// ----------
+    /// muscle : str
+    ///     Name of the muscle.
+    /// mean : float
+    ///     Mean, N per metre of thickness.
+    /// sd : float
+    ///     Standard deviation, N per metre of thickness.
     fn with_prior(&self, muscle: &str, mean: f64, sd: f64) -> PyResult<Self> {
         self.changed(self.problem.clone().with_prior(muscle, mean, sd))
     }
@@ -97,8 +127,12 @@ impl InverseProblem {
         Self { problem: self.problem.clone().free_poisson_ratio(lower, upper), of: self.of.clone() }
     }
 
-    /// Searches for the best fit of the observations on `threads` threads (default: one for each core). The
-    /// result has the same bits for any number of threads.
+    /// Searches for the best fit of the observations. The result has the same bits for any number of threads.
+    ///
+    /// Parameters
+    /// ----------
+    /// threads : int, optional
+    ///     Number of threads (default: one for each core).
     #[pyo3(signature = (*, threads = None))]
     fn fit(&self, py: Python<'_>, threads: Option<usize>) -> PyResult<Estimate> {
         let problem = self.problem.clone();
