@@ -117,10 +117,10 @@ impl Arguments {
                 format!("{}: {rms:.2} mm RMS in {} factorisations", word(&status), fit.factorisations)
             });
             frames.push(SpaceFitRecord::new(body, recording.clone(), frame.time_s, &fit, search.open_above));
+            if has_shapes {
+                shapes.push((fit.answer.positions.clone(), fit.answer.tensions.clone()));
+            }
             last = Some(fit.answer);
-            shapes.extend(
-                last.clone().filter(|_| has_shapes).map(|answer| (answer.positions, answer.tensions)),
-            );
         }
         if half.is_some() && frames.iter().any(|frame| frame.status == FitStatus::TargetNotMet) {
             let note = "left and right were kept alike; --sides-apart meets what differs between them";

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use tongue_core::body::ContinuumSettings;
+use tongue_core::statistics::distinct;
 
 use super::{ContinuumStudy, NEARLY_INCOMPRESSIBLE, Spacing};
 use tongue_files::report::{PrecisionCurve, ReportError, Svg, work_precision};
@@ -41,16 +42,13 @@ pub fn verdict(spacings: &[Spacing]) -> String {
 
 /// Accuracy of a fitted tension against time, a curve for each body.
 pub fn picture(spacings: &[Spacing]) -> Result<Svg, ReportError> {
-    let mut curves: Vec<PrecisionCurve> = Vec::new();
-    for row in spacings {
-        let point = row.error_of_tension.map(|error| (row.fit_s, error));
-        match curves.iter_mut().find(|c| c.name == row.body) {
-            Some(curve) => curve.points.extend(point),
-            None => {
-                curves.push(PrecisionCurve { name: row.body.into(), points: point.into_iter().collect() })
-            }
-        }
-    }
+    let bodies = distinct(spacings.iter().map(|row| row.body));
+    let curves = bodies.into_iter().map(|body| {
+        let own = spacings.iter().filter(|row| row.body == body);
+        let points = own.filter_map(|row| Some((row.fit_s, row.error_of_tension?))).collect();
+        PrecisionCurve { name: body.to_owned(), points }
+    });
+    let curves: Vec<PrecisionCurve> = curves.collect();
     let title = "Fits of S2 /a/: difference from the finest mesh of the same body";
     work_precision(title, "time of a fit, s", "error of a tension, as a part of it", &curves)
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde_json::Value;
+use tongue_core::statistics::distinct;
 use tongue_files::report::column::{self, Column};
 use tongue_files::report::{ReportError, Series, Svg, parts};
 
@@ -63,25 +64,26 @@ pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Err
 /// What becomes of the subsets of muscles at each load; `None` if their case was not run.
 pub fn picture(rows: &[HardCase]) -> Option<Result<Svg, ReportError>> {
     let case = LONG.into_iter().find(|case| rows.iter().any(|r| r.case == *case))?;
-    let mut loads: Vec<(String, Vec<&HardCase>)> = Vec::new();
-    for row in rows.iter().filter(|r| r.case == case) {
-        let load = row.variant.rsplit_once(" at ")?.1;
-        match loads.iter_mut().find(|(name, _)| name == load) {
-            Some((_, rows)) => rows.push(row),
-            None => loads.push((load.to_owned(), vec![row])),
-        }
-    }
+    let rows: Vec<&HardCase> = rows.iter().filter(|r| r.case == case).collect();
+    let load = |r: &HardCase| r.variant.rsplit_once(" at ").map(|(_, load)| load.to_owned());
+    let loads = distinct(rows.iter().filter_map(|r| load(r)));
     let series = |name: &str, holds: fn(&HardCase) -> bool| Series {
         name: name.to_owned(),
-        values: loads.iter().map(|(_, rows)| count(rows, holds) as f64 / rows.len() as f64).collect(),
+        values: loads
+            .iter()
+            .map(|at| {
+                let own: Vec<&HardCase> =
+                    rows.iter().copied().filter(|r| load(r).as_ref() == Some(at)).collect();
+                count(&own, holds) as f64 / own.len() as f64
+            })
+            .collect(),
     };
     let series = [
         series("stable equilibrium found", |r| r.converged),
         series("on the branch from rest", HardCase::is_on_branch),
         series("without the barrier against inversion", |r| r.guarded == 0),
     ];
-    let names: Vec<String> = loads.iter().map(|(name, _)| name.clone()).collect();
-    Some(parts(&names, &series, "part of the subsets of muscles", title(case)))
+    Some(parts(&loads, &series, "part of the subsets of muscles", title(case)))
 }
 
 fn count(rows: &[&HardCase], holds: impl Fn(&HardCase) -> bool) -> usize {

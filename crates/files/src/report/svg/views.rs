@@ -35,7 +35,7 @@ const COLOURS: [[f64; 3]; 11] = [
 const TISSUE: [f64; 3] = [214.0, 205.0, 205.0];
 const SOLID: [f64; 3] = [205.0, 222.0, 240.0];
 const ACTIVE: f64 = 5e-3;
-/// Operated tissue, and the shape below with what was removed from it.
+/// Colours of operated tissue, of the shape below, and of the operated part of that.
 const FILLING: [f64; 3] = [110.0, 110.0, 110.0];
 const UNDER: &str = "#ececec";
 const GONE: &str = "#b0b0b0";
@@ -82,12 +82,10 @@ pub fn views(
         what: format!("A tongue in space of {} hexahedra", body.mesh.hexahedra.len()),
         faces: faces.collect(),
         positions,
-        under: Vec::new(),
         under_positions: &body.mesh.nodes,
         names: names.collect(),
         sides: true,
-        outlined: Vec::new(),
-        tips: Vec::new(),
+        ..Drawing::default()
     };
     if let Some(before) = before {
         let under = before.body.mesh.outward_quadrilaterals().into_iter();
@@ -126,17 +124,14 @@ pub fn solid(mesh: &Mesh<3>, positions: &[Vector3<f64>], title: &str) -> Result<
         what: format!("A body in space of {nodes} nodes and {cells} tetrahedra"),
         faces: mesh.outward_faces().iter().map(|nodes| (nodes.to_vec(), SOLID)).collect(),
         positions,
-        under: Vec::new(),
         under_positions: &mesh.nodes,
-        names: Vec::new(),
-        sides: false,
-        outlined: Vec::new(),
-        tips: Vec::new(),
+        ..Drawing::default()
     };
     Ok(drawing.draw(title))
 }
 
 /// A surface in parallel projection over another shape of it (light).
+#[derive(Default)]
 struct Drawing<'a> {
     what: String,
     /// Corners counter-clockwise as seen from outside, and colour, 0 to 255.
@@ -149,7 +144,7 @@ struct Drawing<'a> {
     names: Vec<(String, [f64; 3])>,
     /// Whether left and right are written.
     sides: bool,
-    /// Faces of a region of which the silhouette is drawn: number and place of their corners.
+    /// The faces of the region whose silhouette is drawn: of each corner the number of its node and its place, m.
     outlined: Vec<[(usize, Vector3<f64>); 4]>,
     /// Places of the tip, in the order of its way: name, place, fill.
     tips: Vec<(String, Vector3<f64>, &'static str)>,
