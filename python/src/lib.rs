@@ -34,7 +34,7 @@ mod _tongue_fit {
     #[pymodule_export]
     use super::problem::{Estimate, InverseProblem};
     #[pymodule_export]
-    use super::program::{run_program, wrong_usage};
+    use super::program::{call_program, run_program};
     #[pymodule_export]
     use super::solver::{Shape, Solver, Trajectory};
 

@@ -1,8 +1,12 @@
-//! The program `tongue-fit` itself, for a process that is nothing else.
+//! The program `tongue-fit`: as a process that is nothing else, and as calls within the process.
 
 use std::ffi::OsString;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use pyo3::prelude::*;
+
+use super::work::alone;
 
 /// Runs the program with a command line (its name first) and returns its exit status; wrong usage ends the process. Once in a process.
 #[pyfunction]
@@ -10,8 +14,16 @@ pub fn run_program(words: Vec<OsString>) -> u8 {
     tongue_fit::cli::run(words)
 }
 
-/// What is wrong with the usage of a command line (its name first), which is not run; `None` if nothing is.
+/// Runs a command line (the program's name first) on threads of its own while other threads may use Python. Returns its exit status,
+/// what it prints, and what it says on standard error. After Ctrl-C it ends at its next report of progress.
+///
+/// # Errors
+/// As [`alone`].
 #[pyfunction]
-pub fn wrong_usage(words: Vec<OsString>) -> Option<String> {
-    tongue_fit::cli::wrong_usage(words)
+pub fn call_program(py: Python<'_>, words: Vec<OsString>) -> PyResult<(u8, String, String)> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let of_call = Arc::clone(&stop);
+    let called = alone(py, move || tongue_fit::cli::call(words, &of_call));
+    stop.store(called.is_err(), Ordering::Relaxed);
+    called.map(|c| (c.status, c.stdout, c.stderr))
 }

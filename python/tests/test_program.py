@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -122,17 +123,38 @@ def test_the_command_is_in_the_wheel() -> None:
     assert "supine" in module.stdout
 
 
-def test_ctrl_c_ends_the_program_too() -> None:
+def test_commands_run_in_this_process_side_by_side(monkeypatch: pytest.MonkeyPatch) -> None:
+    def heard(tension: float) -> Any:
+        found = tf.sound(tension={"GGa": tension}, threads=1)
+        return found["formants_hz"], found["area_function"], found.files["sound.csv"].split(b"\n", 1)[1]
+
+    expected = [heard(tension) for tension in (5.0, 10.0, 15.0)]
+    monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("a process was started"))
+    with ThreadPoolExecutor(3) as pool:
+        assert list(pool.map(heard, (5.0, 10.0, 15.0))) == expected
+    assert tf.scene("supine").is_trustworthy and tf.check(b"subject,vowel,GGa_mm\nX,a,50\n")
+
+
+def threads() -> int:
+    return len(os.listdir("/proc/self/task"))
+
+
+def test_ctrl_c_ends_a_command_and_its_threads() -> None:
+    """The call returns at once, and the threads that compute end at their next report of progress."""
     sent: list[float] = []
 
     def interrupt() -> None:
         sent.append(time.monotonic())
         os.kill(os.getpid(), signal.SIGINT)
 
+    before = threads()
     threading.Timer(0.7, interrupt).start()
     with pytest.raises(KeyboardInterrupt):
-        tf.run(vowel="a", target="stretch", posterior=20000)
+        tf.run("batch", target="stretch", h=2, threads=2)
     assert time.monotonic() - sent[0] < 0.2
+    while threads() > before:
+        assert time.monotonic() - sent[0] < 60, "the threads go on"
+        time.sleep(0.05)
 
 
 def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_path: Path) -> None:

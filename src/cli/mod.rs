@@ -11,6 +11,7 @@ mod fit_table;
 mod inputs;
 mod install;
 mod interrupt;
+mod invocation;
 mod lengths;
 mod merge;
 mod mesh;
@@ -44,12 +45,15 @@ mod validate;
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::OnceLock;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
 
+pub use invocation::Called;
+use invocation::{Invocation, line_of, provenance, words_of_the_result};
 use outcome::{Outcome, untrusted, word};
 
 const FAILED: u8 = 1;
@@ -59,6 +63,9 @@ const UNTRUSTWORTHY: u8 = 3;
 
 /// Maximum number of threads; starting more takes longer than a fit.
 const MOST_THREADS: usize = 1024;
+
+/// Size of the stack of a thread that runs a call, as the main thread of a process has, bytes.
+const STACK: usize = 8 << 20;
 
 /// Finds the tensions of tongue muscles from their lengths.
 ///
@@ -147,8 +154,6 @@ enum Command {
     Completions(install::Completions),
 }
 
-static WORDS: OnceLock<Vec<OsString>> = OnceLock::new();
-
 pub fn main() -> ExitCode {
     ExitCode::from(run(std::env::args_os().collect()))
 }
@@ -157,32 +162,49 @@ pub fn main() -> ExitCode {
 /// 1 bad input or I/O, 2 wrong usage, 3 done but something did not converge or cannot be trusted. Once in a process: wrong usage ends
 /// it, and signals are handled from then on.
 pub fn run(words: Vec<OsString>) -> u8 {
-    let words = with_points_tracked(WORDS.get_or_init(|| words).clone());
-    let (cli, matches) = match parsed(words) {
+    let (cli, matches) = match parsed(words.clone()) {
         Ok(parsed) => parsed,
         Err(error) => error.exit(),
     };
-    output::begin(cli.global.volume());
+    Invocation::begin(words, cli.global.volume());
     interrupt::tidy_up_when_told_to_stop();
     interrupt::report_files_that_become_too_large();
-    let checked = option_checks::check(&Cli::command(), &matches);
-    let result = checked.and_then(|()| set_threads(cli.global.threads)).and_then(|()| match &cli.command {
-        None => fit::run(&cli.fit, &cli.global),
-        Some(Command::Batch(arguments)) => batch::run(arguments, &cli.global),
-        Some(Command::Merge(arguments)) => merge::run(arguments, &cli.global),
-        Some(Command::Simulate(arguments)) => simulate::run(arguments, &cli.global),
-        Some(Command::Adapt(arguments)) => adapt::run(arguments, &cli.global),
-        Some(Command::Track(arguments)) => track::run(arguments, &cli.global),
-        Some(Command::Sound(arguments)) => sound::run(arguments, &cli.global),
-        Some(Command::Muscles(arguments)) => muscles::run(arguments, &cli.global),
-        Some(Command::Page(arguments)) => page::run(arguments, &cli.global),
-        Some(Command::Scene(arguments)) => scene::run(arguments, &cli.global),
-        Some(Command::Lengths(arguments)) => lengths::run(arguments, &cli.global),
-        Some(Command::Mesh(arguments)) => mesh::run(arguments, &cli.global),
-        Some(Command::Priors) => posterior::priors(&cli.global).map(|()| Outcome::Good),
-        Some(Command::Validate(arguments)) => validate::run(arguments, &cli.global),
-        Some(Command::Completions(arguments)) => install::completions(arguments),
-    });
+    ended(option_checks::check(&Cli::command(), &matches).and_then(|()| {
+        if cli.global.threads.is_some() {
+            start_threads(&cli.global, rayon::ThreadPoolBuilder::build_global)?;
+        }
+        cli.run()
+    }))
+}
+
+/// Runs a command line within a process, on threads of its own, and returns what it prints. Calls may run side by side. After `stop`
+/// becomes true, the call unwinds at its next report of progress.
+pub fn call(words: Vec<OsString>, stop: &Arc<AtomicBool>) -> Called {
+    let (cli, matches) = match parsed(words.clone()) {
+        Ok(parsed) => parsed,
+        Err(error) => {
+            let (text, status) =
+                (error.render().to_string(), u8::try_from(error.exit_code()).unwrap_or(FAILED));
+            let [stdout, stderr] =
+                if error.use_stderr() { [String::new(), text] } else { [text, String::new()] };
+            return Called { status, stdout, stderr };
+        }
+    };
+    let invocation = Invocation::call(words, cli.global.volume(), Arc::clone(stop));
+    invocation.enter();
+    let of_threads = Arc::clone(&invocation);
+    let status = ended(option_checks::check(&Cli::command(), &matches).and_then(|()| {
+        let threads = start_threads(&cli.global, |threads| {
+            threads.start_handler(move |_| of_threads.enter()).stack_size(STACK).build()
+        })?;
+        threads.install(|| cli.run())
+    }));
+    let [stdout, stderr] = invocation.printed();
+    Called { status, stdout, stderr }
+}
+
+/// The exit status of a command that has ended, which is reported if it failed.
+fn ended(result: miette::Result<Outcome>) -> u8 {
     match result {
         Ok(Outcome::Good) => 0,
         Ok(Outcome::Untrustworthy(why)) => {
@@ -197,12 +219,38 @@ pub fn run(words: Vec<OsString>) -> u8 {
     }
 }
 
+impl Cli {
+    fn run(&self) -> miette::Result<Outcome> {
+        output::step(|| {
+            format!("tongue-fit {}, {} threads", tongue_fit::VERSION, rayon::current_num_threads())
+        });
+        let global = &self.global;
+        match &self.command {
+            None => fit::run(&self.fit, global),
+            Some(Command::Batch(arguments)) => batch::run(arguments, global),
+            Some(Command::Merge(arguments)) => merge::run(arguments, global),
+            Some(Command::Simulate(arguments)) => simulate::run(arguments, global),
+            Some(Command::Adapt(arguments)) => adapt::run(arguments, global),
+            Some(Command::Track(arguments)) => track::run(arguments, global),
+            Some(Command::Sound(arguments)) => sound::run(arguments, global),
+            Some(Command::Muscles(arguments)) => muscles::run(arguments, global),
+            Some(Command::Page(arguments)) => page::run(arguments, global),
+            Some(Command::Scene(arguments)) => scene::run(arguments, global),
+            Some(Command::Lengths(arguments)) => lengths::run(arguments, global),
+            Some(Command::Mesh(arguments)) => mesh::run(arguments, global),
+            Some(Command::Priors) => posterior::priors(global).map(|()| Outcome::Good),
+            Some(Command::Validate(arguments)) => validate::run(arguments, global),
+            Some(Command::Completions(arguments)) => install::completions(arguments),
+        }
+    }
+}
+
 /// The arguments of a command line.
 ///
 /// # Errors
 /// Wrong usage; also a request for help or the version.
 fn parsed(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
-    let matches = Cli::command().try_get_matches_from(words)?;
+    let matches = Cli::command().try_get_matches_from(with_points_tracked(words))?;
     let cli = Cli::from_arg_matches(&matches)?;
     let wrong = |kind, message: &str| Err(Cli::command().error(kind, message));
     if let Some(option) = misplaced_option(&matches) {
@@ -221,14 +269,6 @@ fn parsed(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
         return wrong(ErrorKind::MissingRequiredArgument, message);
     }
     Ok((cli, matches))
-}
-
-/// What is wrong with the usage of a command line (the name of the program first), which is not run; `None` if nothing is.
-pub fn wrong_usage(words: Vec<OsString>) -> Option<String> {
-    match parsed(with_points_tracked(words)) {
-        Ok((_, matches)) => option_checks::check(&Cli::command(), &matches).err().map(|e| e.to_string()),
-        Err(error) => error.use_stderr().then(|| error.render().to_string()),
-    }
 }
 
 /// `--points FILE` as the first option means `track FILE`, unless a vowel is fitted.
@@ -258,59 +298,19 @@ fn misplaced_option(matches: &ArgMatches) -> Option<String> {
         .find_map(|a| a.get_long().map(str::to_owned))
 }
 
-fn set_threads(threads: Option<std::num::NonZeroUsize>) -> miette::Result<()> {
+/// Starts the threads that were asked for: one for each core if no number was.
+fn start_threads<T>(
+    global: &Global,
+    start: impl FnOnce(rayon::ThreadPoolBuilder) -> Result<T, rayon::ThreadPoolBuildError>,
+) -> miette::Result<T> {
     use miette::{IntoDiagnostic, WrapErr};
-    if let Some(threads) = threads {
-        if threads.get() > MOST_THREADS {
-            return Err(miette::miette!("--threads is {threads}; give at most {MOST_THREADS}"));
-        }
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(threads.get())
-            .build_global()
-            .into_diagnostic()
-            .wrap_err_with(|| format!("cannot start {threads} threads; ask for fewer"))?;
+    let threads = global.threads.map_or(0, std::num::NonZeroUsize::get);
+    if threads > MOST_THREADS {
+        return Err(miette::miette!("--threads is {threads}; give at most {MOST_THREADS}"));
     }
-    output::step(|| format!("tongue-fit {}, {} threads", tongue_fit::VERSION, rayon::current_num_threads()));
-    Ok(())
-}
-
-fn provenance() -> tongue_fit::report::Provenance {
-    tongue_fit::report::Provenance::new(line_of(words()))
-}
-
-/// The words of the command line without options that do not change results, so that outputs are the same
-/// wherever they are made.
-fn words_of_the_result() -> Vec<String> {
-    let mut words = words().into_iter();
-    let mut kept = Vec::new();
-    while let Some(word) = words.next() {
-        match word.as_str() {
-            "--json" | "-q" | "--quiet" | "-v" | "--verbose" => {}
-            "--threads" | "--out" | "--shard" => {
-                words.next();
-            }
-            w if ["--threads=", "--out=", "--shard="].iter().any(|option| w.starts_with(option)) => {}
-            _ => kept.push(word),
-        }
-    }
-    kept
-}
-
-fn words() -> Vec<String> {
-    WORDS.get().into_iter().flatten().skip(1).map(|a| a.to_string_lossy().into_owned()).collect()
-}
-
-/// The words as one line for a shell, quoted if the shell would split or change them.
-fn line_of(words: Vec<String>) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "_@%+=:,./-".contains(c);
-    let quoted = |word: String| match !word.is_empty() && word.chars().all(plain) {
-        true => word,
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    };
-    std::iter::once("tongue-fit".to_owned())
-        .chain(words.into_iter().map(quoted))
-        .collect::<Vec<_>>()
-        .join(" ")
+    start(rayon::ThreadPoolBuilder::new().num_threads(threads))
+        .into_diagnostic()
+        .wrap_err_with(|| format!("cannot start {threads} threads; ask for fewer"))
 }
 
 #[cfg(test)]
@@ -375,11 +375,5 @@ mod tests {
                 assert!(called.starts_with(&words), "{example} is no example of {words:?}");
             }
         }
-    }
-
-    #[test]
-    fn a_word_that_a_shell_would_split_is_quoted() {
-        let words = ["--tension", "my own=2", "it's", "--vowel", "ɯ", ""].map(str::to_owned).to_vec();
-        assert_eq!(line_of(words), r"tongue-fit --tension 'my own=2' 'it'\''s' --vowel ɯ ''");
     }
 }

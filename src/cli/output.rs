@@ -3,14 +3,13 @@
 use std::fmt::Display;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
-use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
 use serde::Serialize;
 use tongue_fit::report::{Clean, Export, OutputDir, Provenance};
 
+use super::invocation::{Stream, current, stop_if_asked};
 use super::{Global, table};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -23,16 +22,8 @@ pub enum Volume {
     Verbose,
 }
 
-/// Set once by [`begin`]; tests and output before that have the normal volume.
-static BEGUN: OnceLock<(Volume, Instant)> = OnceLock::new();
-
-/// Sets the volume and starts the clock of [`step`].
-pub fn begin(volume: Volume) {
-    let _ = BEGUN.set((volume, Instant::now()));
-}
-
 fn volume() -> Volume {
-    BEGUN.get().map_or(Volume::Normal, |(volume, _)| *volume)
+    current().map_or(Volume::Normal, |run| run.volume)
 }
 
 pub fn is_verbose() -> bool {
@@ -93,7 +84,7 @@ impl Global {
 
 /// As [`print`], for output that is too large for memory: `write` writes it.
 pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::Result<()> {
-    let mut out = Clean::new(io::BufWriter::new(io::stdout().lock()));
+    let mut out = Clean::new(io::BufWriter::new(Stream::Stdout));
     match write(&mut out).and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result.into_diagnostic().wrap_err("cannot write to stdout"),
@@ -156,17 +147,18 @@ pub fn duration(seconds: f64) -> String {
 
 /// With `-v`: reports a step on stderr after the time since the start.
 pub fn step(what: impl FnOnce() -> String) {
-    if let Some((Volume::Verbose, start)) = BEGUN.get() {
-        line(format_args!("[{:8.3} s] {}", start.elapsed().as_secs_f64(), what()));
+    stop_if_asked();
+    if let Some(run) = current().filter(|run| run.volume == Volume::Verbose) {
+        line(format_args!("[{:8.3} s] {}", run.start.elapsed().as_secs_f64(), what()));
     }
 }
 
-/// A progress bar on stderr: on a terminal, and neither with `-q` nor with `-v`.
+/// A progress bar on stderr: on a terminal, and neither with `-q` nor with `-v` nor in a call within a process.
 pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
     // Indicatif draws to stderr only if it is a terminal.
-    let target = match volume() {
-        Volume::Normal => ProgressDrawTarget::stderr(),
-        Volume::Quiet | Volume::Verbose => ProgressDrawTarget::hidden(),
+    let target = match current() {
+        Some(run) if run.volume == Volume::Normal && !run.is_call() => ProgressDrawTarget::stderr(),
+        _ => ProgressDrawTarget::hidden(),
     };
     let style = ProgressStyle::with_template(template).into_diagnostic()?;
     Ok(ProgressBar::with_draw_target(Some(length), target).with_style(style))
@@ -179,6 +171,7 @@ pub fn with_bar<T>(
 ) -> miette::Result<T> {
     let bar = bar(1, template)?;
     let done = work(&|done, of| {
+        stop_if_asked();
         bar.set_length(of as u64);
         bar.set_position(done as u64);
     });
@@ -188,7 +181,7 @@ pub fn with_bar<T>(
 
 /// An error of writing to stderr cannot be reported.
 fn line(what: impl Display) {
-    let _ = writeln!(Clean::new(io::stderr().lock()), "{}", short_numbers(&what.to_string()));
+    let _ = writeln!(Clean::new(io::LineWriter::new(Stream::Stderr)), "{}", short_numbers(&what.to_string()));
 }
 
 /// Digits of the longest number that is printed in full.

@@ -415,5 +415,6 @@ def fit_rows(
 def run_program(words: Sequence[str]) -> int:
     """Runs the program with a command line (its name first) and returns its exit status; wrong usage ends the process. Once in a process."""
 
-def wrong_usage(words: Sequence[str]) -> str | None:
-    """What is wrong with the usage of a command line (its name first), which is not run; None if nothing is."""
+def call_program(words: Sequence[str]) -> tuple[int, str, str]:
+    """Runs a command line (the program's name first) within this process: the exit status, and what it printed on standard output and on
+    standard error. After Ctrl-C it ends at its next report of progress."""

@@ -1,7 +1,7 @@
 """What the program does beside single fits: posteriors, recordings, bodies, scenes, sounds.
 
-Each function runs the program of this package in a process of its own. What `--json` prints is a dict, and the files that the program
-writes are bytes by name. A list stands for several values, a dict for a value of each muscle or vowel or for a file of keys (TOML), a
+Each function runs a command of the program within this process, on threads of its own. What `--json` prints is a dict, and the files
+that the command writes are bytes by name. A list stands for several values, a dict for a value of each muscle or vowel or for a file of keys (TOML), a
 DataFrame or a Dataset for a CSV file, and bytes for any file.
 """
 
@@ -10,8 +10,6 @@ from __future__ import annotations
 import io
 import json
 import math
-import subprocess
-import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from os import PathLike, fspath
@@ -109,38 +107,21 @@ def _ran(
             line += _option(option, name, value, given)
         for name, value in options.items():
             line += _option(name.removesuffix("_").replace("_", "-"), name, value, given)
-        if wrong := native.wrong_usage(["tongue-fit", *line]):
-            raise native.Error(in_python(wrong, named).replace(str(given) + "/", ""))
-        command = [sys.executable, "-m", "tongue_fit", *line, "--json", "--out", str(out)]
-        with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as child:
-            try:
-                printed, said = _communicated(child)
-            except BaseException:
-                child.kill()
-                raise
-        told = said.decode(errors="replace").replace(str(given) + "/", "")
+        status, printed, told = native.call_program(["tongue-fit", *line, "--json", "--out", str(out)])
+        told = told.replace(str(given) + "/", "")
         # A check of a table that has faults answers with them.
-        answered = child.returncode in (0, _UNTRUSTWORTHY) or line[:2] == ["lengths", "check"]
+        answered = status in (0, _UNTRUSTWORTHY) or line[:2] == ["lengths", "check"]
         if not answered or not printed:
-            raise native.Error(in_python(told, named) or f"the program ended with status {child.returncode}")
+            raise native.Error(in_python(told, named) or f"the program ended with status {status}")
         files = {str(path.relative_to(out)): path.read_bytes() for path in sorted(out.rglob("*")) if path.is_file()}
         try:
             record = json.loads(printed)
         except json.JSONDecodeError:
             raise native.Error(f"the program printed no JSON but {printed[:200]!r}") from None
-        is_trustworthy = child.returncode == 0
+        is_trustworthy = status == 0
         if "conclusion" in record and "posterior" not in record:
             is_trustworthy = record["conclusion"]["tensions_trusted"]
         return kind(record, files, told, is_trustworthy)
-
-
-def _communicated(child: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
-    """What a process prints, waited for in short spells: after Ctrl-C Python waits for the rest of a spell, and at most a quarter of a second."""
-    while True:
-        try:
-            return child.communicate(timeout=0.05)
-        except subprocess.TimeoutExpired:
-            continue
 
 
 def _option(option: str, name: str, value: Any, given: Path) -> list[str]:
