@@ -103,10 +103,8 @@ fn sensors_are_in_their_order_from_the_tip_at_usual_places_with_usual_errors() {
     let mview = seen(&read(&mview(false), "a.mat")[0], "");
     assert_eq!((mview.mirrored, names(&mview), mview.ignored.len()), (true, "TT TB TR".to_owned(), 0));
     assert_eq!(mview.bones, ["mental_spine"]);
-    let carstens = seen(
-        &read(&pos(3, 250.0, 4), "1.pos")[0],
-        "back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }",
-    );
+    let map = "back = \"x\"\n[points]\nsensor_2 = { surface_mm = 10.0 }";
+    let carstens = seen(&read(&pos(3, 250.0, 4), "1.pos")[0], map);
     assert!((carstens.frames[2].sensors[0].unwrap().sd - 0.5e-3).abs() < 1e-12);
     // A point of DeepLabCut that is a quarter as likely is worth a quarter, and one at 0.01 is not seen.
     let dlc = seen(&read(DLC.as_bytes(), "a.csv")[0], "unit_mm = 0.1\nrate_hz = 50");
@@ -168,19 +166,11 @@ fn faults_are_told_with_their_place() {
         (tidy("0,a,1,2\n0,a,1,3\n"), "t.csv", "t.csv:3:2: a is given twice"),
         (tidy("0,a,inf,2\n"), "t.csv", "t.csv:2:3: "),
         (b"time_s,point,x_mm\n".to_vec(), "t.csv", "y_mm"),
-        (
-            bones("10\ttwenty\t30\t40\t5\t1\t60\t2\t55\t3\t60\t2"),
-            "a.tsv",
-            "a.tsv:2:6: a coordinate of tongue_0 is \"twenty\"",
-        ),
+        (bones("10\ttwenty\t30\t40\t5\t1\t60\t2\t55\t3\t60\t2"), "a.tsv", "a.tsv:2:6: a coordinate of"),
         (WITH_BONES.into(), "a.tsv", "no frame"),
         (b"Time of sample in recording\tX0 DLC_Tongue\n0\t1\n".to_vec(), "a.tsv", "Y0 DLC_Tongue"),
         // The points of the second spline are exchanged, so that it has the mandible elsewhere than the first.
-        (
-            bones("10\t20\t30\t40\t5\t1\t60\t2\t60\t2\t45\t2"),
-            "a.tsv",
-            "a.tsv:2:15: \"X1 DLC_ShorttendonMandible\" lies 15 mm from",
-        ),
+        (bones("10\t20\t30\t40\t5\t1\t60\t2\t60\t2\t45\t2"), "a.tsv", "Mandible\" lies 15 mm from"),
     ] {
         let message = refused(&bytes, origin);
         assert!(message.starts_with(&format!("{origin}:")) && message.contains(told), "{told}: {message}");
@@ -213,29 +203,17 @@ fn a_blank_spline_is_not_seen_and_rounded_repeats_of_a_row_are_one_frame() {
     let found = &read(text.as_bytes(), "a.tsv")[0];
     let shown: Vec<usize> = found.samples.iter().map(|s| s.places.iter().flatten().count()).collect();
     assert_eq!(shown, [2, 0, 1]);
-    assert!(
-        found.notes[0].contains("2 rows of a.tsv") && found.notes[0].contains("line 3"),
-        "{:?}",
-        found.notes
-    );
+    assert!(found.notes[0].contains("2 rows of a.tsv") && found.notes[0].contains("line 3"));
     // The row that two labels share is interpolated anew for each.
     let row = |time: f64, label: &str, x: f64| format!("s\td\t{time}\tpa\t{label}\t{x}\t2\t3\t4\n");
     for (later, moved) in [(0.0, 0.003), (3e-6, 0.0), (3e-6, 0.003)] {
-        let text = [
-            row(0.01, "a", 1.0),
-            row(0.02, "a", 2.0),
-            row(0.02 + later, "b", 2.0 + moved),
-            row(0.03, "b", 3.0),
-        ];
-        let found = &read(format!("{AAA}{}", text.concat()).as_bytes(), "a.tsv")[0];
+        let text = row(0.01, "a", 1.0) + &row(0.02, "a", 2.0) + &row(0.02 + later, "b", 2.0 + moved);
+        let found = &read(format!("{AAA}{text}{}", row(0.03, "b", 3.0)).as_bytes(), "a.tsv")[0];
         assert_eq!((found.samples.len(), found.labels.len()), (3, 3), "{:?}", found.labels);
     }
     let zero = [row(0.0, "a", 1.0), row(0.0, "a", 2.0), row(0.0, "a", 3.0)].concat();
     let told = refused(format!("{AAA}{zero}").as_bytes(), "a.tsv");
-    assert!(
-        told.starts_with("a.tsv:4:") && told.contains("all 3 rows of this recording have the time 0 s"),
-        "{told}"
-    );
+    assert!(told.starts_with("a.tsv:4:") && told.contains("all 3 rows of this recording have"), "{told}");
     // An empty spline has X0 and Y1 alone.
     let odd = AAA.replace("\tX0 DLC_Tongue", "\tX0 Palate\tY1 Palate\tX0 DLC_Tongue");
     let text = |palate: &str| format!("{odd}s\td\t0.01\tpa\tx\t{palate}\t\t1\t2\t3\t4\n");
@@ -244,23 +222,10 @@ fn a_blank_spline_is_not_seen_and_rounded_repeats_of_a_row_are_one_frame() {
 }
 
 #[test]
-fn truncated_tables_of_aaa_are_refused() {
-    let whole = format!(
-        "{AAA}s\td\t0.01\tpa\tx\t10.55\t20.55\t30.25\t40.25\ns\td\t0.02\tpa\tx\t10.55\t20.55\t30.25\t40.25"
-    );
-    assert_eq!(read(whole.as_bytes(), "a.tsv")[0].samples.len(), 2);
-    for cut in [1, 2, 3, 8, 14] {
-        let told = refused(&whole.as_bytes()[..whole.len() - cut], "a.tsv");
-        assert!(told.starts_with("a.tsv:3:") && told.contains("cut off"), "{cut}: {told}");
-    }
-}
-
-#[test]
 fn the_unit_of_coils_is_found_from_their_distances() {
     let head = "EST_File Track\nDataType ascii\nNumFrames 1\nNumChannels 6\nBreaksPresent false\n";
     for (unit, mm) in [(1.4, "10 mm"), (1400.0, "0.01 mm"), (14.0, "1 mm")] {
-        let names = ["tt_x", "tt_y", "tb_x", "tb_y", "td_x", "td_y"];
-        let channels: String = names.iter().enumerate().map(|(n, c)| format!("Channel_{n} {c}\n")).collect();
+        let channels = "Channel_0 tt_x\nChannel_1 tt_y\nChannel_2 tb_x\nChannel_3 tb_y\nChannel_4 td_x\nChannel_5 td_y\n";
         let text = format!("{head}{channels}EST_Header_End\n0 0 0 {unit} 0 {} 0\n", 2.0 * unit);
         let seen = seen(&read(text.as_bytes(), "a.ema")[0], "");
         assert!(near(seen.frames[0].sensors[2].map(|m| m.at), [0.028, 0.0]), "{mm}");
@@ -315,13 +280,9 @@ fn faults_of_maps_are_told_with_their_line_and_the_right_word() {
     {
         assert!(aligned(table, map).unwrap_err().contains(told), "{map}");
     }
-}
-
-#[test]
-fn a_map_brings_a_recording_into_the_frame_of_the_body() {
+    // What a map says of the frame is done.
     let table = &read(b"time_s,point,x_mm,y_mm\n0,tongue_0,10,0\n0,tongue_1,0,10\n", "t.csv")[0];
-    let map = "back = \"x\"\nscale = 2\nturn_deg = 90\nshift_mm = [1, 2]";
-    let seen = seen(table, map);
+    let seen = seen(table, "back = \"x\"\nscale = 2\nturn_deg = 90\nshift_mm = [1, 2]");
     assert!(near(seen.frames[0].contour[0].map(|m| m.at), [0.001, 0.022]), "{:?}", seen.frames);
     assert!(near(seen.frames[0].contour[1].map(|m| m.at), [-0.019, 0.002]));
 }
@@ -353,16 +314,12 @@ fn the_axis_upwards_of_sensors_is_said_by_their_header_or_found_from_the_coils()
         assert!(seen.notes.iter().any(|n| n.contains(axis)), "{:?}", seen.notes);
     }
     // Carstens's channels have z upwards, NDI's y.
-    let points = "[points]\nCh1 = { coil = 1 }\nCh2 = \"coil\"\nCh3 = \"coil\"";
-    let points = points.replace("Ch", "sensor_");
-    let seen = aligned(&coils("Ch", "Time", true), &points).unwrap();
-    assert!((height_mm(&seen) - up_mm).abs() < 1e-3 && seen.notes.is_empty(), "{:?}", seen.notes);
-    let seen = aligned(&coils("T", "Wav Time", false), "").unwrap();
-    assert!((height_mm(&seen) - up_mm).abs() < 1e-3 && seen.notes.is_empty(), "{:?}", seen.notes);
-    // A height that hardly varies beside the third axis is refused, unless a map states it.
-    for text in [coils("T", "Wav Time", true), coils("Ch", "Time", false)] {
-        let map = if text.starts_with("Wav") { "" } else { points.as_str() };
-        let told = aligned(&text, map).unwrap_err();
+    let points = "[points]\nsensor_1 = { coil = 1 }\nsensor_2 = \"coil\"\nsensor_3 = \"coil\"";
+    for (name, time, z_up, map) in [("Ch", "Time", true, points), ("T", "Wav Time", false, "")] {
+        let seen = aligned(&coils(name, time, z_up), map).unwrap();
+        assert!((height_mm(&seen) - up_mm).abs() < 1e-3 && seen.notes.is_empty(), "{:?}", seen.notes);
+        // A height that hardly varies beside the third axis is refused, unless a map states it.
+        let told = aligned(&coils(name, time, !z_up), map).unwrap_err();
         assert!(told.contains("hardly differ") && told.contains("in a map"), "{told}");
     }
     let seen = aligned(&coils("T", "Time", true), "up = \"y\"").unwrap();
@@ -434,11 +391,7 @@ fn files_that_are_cut_in_their_last_number_are_doubted_and_whole_ones_are_not() 
         ("a.ema", rows(&|f| format!("0.{f} 1{}\n", " -2043.5 1501.25".repeat(10))), 2),
         ("a.con", rows(&|f| format!("3{f}.125\t41.500\t3{f}.250\t40.875\n")), 2),
         ("a.csv", format!("time_s,point,x_mm,y_mm\n{tidy}"), 3),
-        (
-            "a.csv",
-            format!("scorer,net,net,net\nbodyparts,hyoid,hyoid,hyoid\ncoords,x,y,likelihood\n{dlc}"),
-            5,
-        ),
+        ("a.csv", format!("scorer,n,n,n\nbodyparts,hyoid,hyoid,hyoid\ncoords,x,y,likelihood\n{dlc}"), 5),
         ("a.txt", format!("Time of sample in recording\tX0 DLC_Tongue\tY0 DLC_Tongue\n{aaa}"), 2),
     ] {
         let found = |end: usize| Recording::from_bytes(&text.as_bytes()[..end], name, None);
@@ -447,5 +400,11 @@ fn files_that_are_cut_in_their_last_number_are_doubted_and_whole_ones_are_not() 
         }
         let told = found(text.len() - cut).map_or_else(|e| e.to_string(), |found| found[0].notes[0].clone());
         assert!(told.contains("cut off"), "{name}: {told}");
+    }
+    let whole = format!("{AAA}{0}0.01{1}\n{0}0.02{1}", "s\td\t", "\tpa\tx\t10.55\t20.55\t30.25\t40.25");
+    assert_eq!(read(whole.as_bytes(), "a.tsv")[0].samples.len(), 2);
+    for cut in [1, 2, 3, 8, 14] {
+        let told = refused(&whole.as_bytes()[..whole.len() - cut], "a.tsv");
+        assert!(told.starts_with("a.tsv:3:") && told.contains("cut off"), "{cut}: {told}");
     }
 }

@@ -43,17 +43,26 @@ fn the_built_in_table_is_that_of_the_thesis_and_missing_rows_are_told_with_those
     assert_eq!(data.baseline("S2").unwrap().vowel, Vowel::unrounded_u());
     assert_eq!(data.baseline_vowel("S4", &vowel("e")).unwrap().vowel, vowel("e"));
 
-    let origin = "targets/takano2007_lengths.csv (built in)";
     let rows: String = (0..10_000).map(|n| format!("P{n},a,47,49,49,51,28,42,38,30\n")).collect();
     let many = dataset(format!("{HEADER}\n{rows}"));
     assert_eq!(many.subjects()[9_999], "P9999");
-    let known = format!("unknown subject \"S22\" in {origin}; did you mean \"S2\"? (known: S1, S2, S3, S4)");
-    let has = format!("S4 has no row for /ɯ/ in {origin}; it has /i/, /e/, /a/, /o/");
-    let of_many = "unknown subject \"p77x\" in my.csv; did you mean \"P77\"? (one of 10000 subjects)";
-    for (data, subject, label, told) in
-        [(&data, "S22", "a", known.as_str()), (&data, "S4", "u", &has), (&many, "p77x", "a", of_many)]
-    {
-        assert_eq!(data.row(subject, &vowel(label)).unwrap_err().to_string(), told);
+    for (data, subject, label, told) in [
+        (
+            &data,
+            "S22",
+            "a",
+            "unknown subject \"S22\" in ORIGIN; did you mean \"S2\"? (known: S1, S2, S3, S4)",
+        ),
+        (&data, "S4", "u", "S4 has no row for /ɯ/ in ORIGIN; it has /i/, /e/, /a/, /o/"),
+        (
+            &many,
+            "p77x",
+            "a",
+            "unknown subject \"p77x\" in my.csv; did you mean \"P77\"? (one of 10000 subjects)",
+        ),
+    ] {
+        let refused = data.row(subject, &vowel(label)).unwrap_err().to_string();
+        assert_eq!(refused, told.replace("ORIGIN", "targets/takano2007_lengths.csv (built in)"));
     }
 }
 
@@ -129,44 +138,26 @@ fn order_blank_lines_spaces_and_comments_do_not_count() {
     }
     let data = dataset(format!("# tongue-fit 0.1.0\n#\n\n{HEADER}\n# from here\n{ROW}\n#2{}\n", &ROW[2..]));
     assert_eq!((data.rows()[0].line, data.rows()[1].lengths.subject.as_str()), (6, "#2"));
-    for count in [1, 3, 11] {
-        let names: Vec<_> = (0..count).map(|n| format!("muscle {n} (mm)")).collect();
-        let cells: Vec<_> = (0..count).map(|n| format!("{}", 30 + n)).collect();
-        let data = dataset(format!("{},subject,vowel\n{},X,a\n", names.join(","), cells.join(",")));
-        assert_eq!(data.muscles().len(), count);
-        assert_eq!(data.rows()[0].lengths.length_mm_of("Muscle 0"), Some(30.0));
-    }
 }
 
 #[test]
 fn column_names_determine_their_meaning() {
-    for (name, is) in [
-        ("SUBJECT", "subject"),
-        ("Speaker ID", "subject"),
-        ("被験者", "subject"),
-        ("Phoneme", "vowel"),
-        ("GGa_mm", "GGa in Mm"),
-        ("GGa (mm)", "GGa in Mm"),
-        ("GGa..mm.", "GGa in Mm"),
-        ("GGa [CM]", "GGa in Cm"),
-        ("GGa（cm）", "GGa in Cm"),
-        ("GGa_m", "GGa in M"),
-        ("GG_a_mm", "GG_a in Mm"),
-        ("m. genioglossus ant. [mm]", "m. genioglossus ant in Mm"),
-        ("舌骨舌筋_mm", "舌骨舌筋 in Mm"),
-        ("half_width_mm", "half width"),
-        ("Error (mm)", "half width"),
-        ("Z half-width (cm)", "half width"),
-        ("Z_error_mm", "half width"),
-        ("terror_mm", "terror in Mm"),
-        ("GGa", "other"),
-        ("GGm", "other"),
-        ("mm", "other"),
-        ("_mm", "other"),
-        ("", "other"),
-        ("age", "other"),
-        ("F1_Hz", "other"),
-    ] {
+    for (is, name) in [
+        ("subject", "SUBJECT; Speaker ID; 被験者"),
+        ("vowel", "Phoneme"),
+        ("GGa in Mm", "GGa_mm; GGa (mm); GGa..mm."),
+        ("GGa in Cm", "GGa [CM]; GGa（cm）"),
+        ("GGa in M", "GGa_m"),
+        ("GG_a in Mm", "GG_a_mm"),
+        ("m. genioglossus ant in Mm", "m. genioglossus ant. [mm]"),
+        ("舌骨舌筋 in Mm", "舌骨舌筋_mm"),
+        ("half width", "half_width_mm; Error (mm); Z half-width (cm); Z_error_mm"),
+        ("terror in Mm", "terror_mm"),
+        ("other", "GGa; GGm; mm; _mm; ; age; F1_Hz"),
+    ]
+    .into_iter()
+    .flat_map(|(is, names)| names.split("; ").map(move |name| (is, name)))
+    {
         // The first two are the last of the names that are known.
         let data = dataset(format!("発話者,音素,Z_mm,{name}\nX,a,40,31\n"));
         let reading = data.reading();
@@ -186,28 +177,11 @@ fn column_names_determine_their_meaning() {
 
 #[test]
 fn any_label_is_a_vowel_however_it_is_composed_and_u_is_unrounded() {
-    for (written, label) in [
-        ("a", "a"),
-        (" /ɔ/ ", "ɔ"),
-        ("[æ]", "æ"),
-        ("ə", "ə"),
-        ("u", "ɯ"),
-        ("/u/", "ɯ"),
-        ("ɯ", "ɯ"),
-        ("A", "A"),
-        ("iː", "iː"),
-        ("a\u{308}", "ä"),
-        ("o\u{303}", "õ"),
-        ("ɛ̃", "ɛ\u{303}"),
-        ("schwa", "schwa"),
-        ("あ", "a"),
-        ("／ウ／", "ɯ"),
-        ("う", "ɯ"),
-        ("ｵ", "o"),
-        ("ｅ", "e"),
-        ("か", "か"),
-        ("あい", "あい"),
-    ] {
+    let alike = ["a", "ə", "ɯ", "A", "iː", "schwa", "か", "あい"].map(|label| (label, label));
+    let read =
+        [(" /ɔ/ ", "ɔ"), ("[æ]", "æ"), ("u", "ɯ"), ("/u/", "ɯ"), ("あ", "a"), ("／ウ／", "ɯ"), ("う", "ɯ")];
+    let composed = [("a\u{308}", "ä"), ("o\u{303}", "õ"), ("ɛ̃", "ɛ\u{303}"), ("ｵ", "o"), ("ｅ", "e")];
+    for (written, label) in alike.into_iter().chain(read).chain(composed) {
         let vowel = Vowel::new(written).unwrap();
         assert_eq!(vowel.label(), label);
         assert!(written.parse::<Vowel>().unwrap().is_like(&vowel));

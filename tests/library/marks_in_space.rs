@@ -9,7 +9,6 @@ use tongue_fit::system::{SpaceModel, System};
 use tongue_infer::inverse::in_space::SpaceFit;
 use tongue_input::measured::{LengthMeasure, Marked, SpaceMark};
 
-use crate::activations_in_space::told;
 use crate::fixtures::solved;
 
 const SD_M: f64 = 5e-4;
@@ -76,9 +75,7 @@ impl Moved {
     fn search(&self, seen: &[SpaceMark], prior_sd: f64, starts: usize) -> SpaceFit {
         let usual = SpaceSearch::default();
         let search = SpaceSearch { prior_sd, settings: FitSettings { starts, ..usual.settings }, ..usual };
-        let fit = search.fit_alike((&self.body, &self.system), (&self.half, &self.left), seen, None).unwrap();
-        told(&format!("{} marks", seen.len()), &fit);
-        fit
+        search.fit_alike((&self.body, &self.system), (&self.half, &self.left), seen, None).unwrap()
     }
 }
 
@@ -147,22 +144,24 @@ fn lines_of_the_plane_have_their_lengths_in_space_and_give_activations() {
 #[test]
 fn coils_are_fixed_to_the_surface_and_marks_that_make_no_sense_are_refused() {
     let moved = Moved::to(&[]);
-    let refused = |what: Marked| {
-        let fit = SpaceSearch::default().fit(&moved.body, &moved.system, &[mark(what)], None);
-        fit.unwrap_err().to_string()
-    };
     let length = |muscle: &str, measure| Marked::Muscle { muscle: muscle.into(), measure };
     let ratio = LengthMeasure::Ratio(1.0, Some("XY".into()));
+    let node = |node, x| Marked::Node { node, place: Vector3::new(x, 0.0, 0.0) };
     for (what, why) in [
+        (node(9999, 0.0), "node 10000 was seen, but the body has"),
+        (node(3, f64::NAN), "node 4"),
         (Marked::Coil { behind_tip_m: 0.3, place: Vector2::zeros() }, "300 mm behind the tip"),
         (Marked::Contour(Vector2::new(f64::NAN, 0.0)), "a point of the contour"),
         (Marked::Surface(Vector3::repeat(f64::INFINITY)), "a point of the surface"),
         (length("GGX", LengthMeasure::Length(0.03)), "no muscle \"GGX\""),
         (length("GGP", ratio), "no muscle \"XY\""),
     ] {
-        let said = refused(what);
-        assert!(said.contains(why), "{said}");
+        let said = SpaceSearch::default().fit(&moved.body, &moved.system, &[mark(what)], None).unwrap_err();
+        assert!(said.to_string().contains(why), "{said}");
     }
+    let unsure = SpaceMark { sd_m: 0.0, ..mark(node(3, 0.0)) };
+    let said = SpaceSearch::default().fit(&moved.body, &moved.system, &[unsure], None).unwrap_err();
+    assert!(said.to_string().contains("standard deviation"), "{said}");
     // At rest a coil at the tip is at the foremost node, and the answer is rest.
     let tip = moved.body.mesh.nodes[moved.body.tip().unwrap()].xz();
     let fit = moved.search(&[mark(Marked::Coil { behind_tip_m: 0.0, place: tip })], 0.5, 1);

@@ -167,11 +167,7 @@ fn a_bad_anatomy_is_refused_with_line_and_column() {
             "does not reach",
         ),
         ("HGp = [[47.000, -9.000]", "HGp = [[47.000, -9.500]", "on no bone"),
-        (
-            "HGp = [[47.000, -9.000]",
-            "HGp = [[44.0, 0.0], [47.000, -9.000]",
-            "3 values stand where exactly 2 belong",
-        ),
+        ("HGp = [[47.000, -9.000]", "HGp = [[44.0, 0.0], [47.000, -9.000]", "3 values stand where exactly"),
         ("[46.73, 24.45]", "[46.73, 24.45, 0.0]", "3 values stand where exactly 2 belong"),
         ("[bones]", "[bones]\npalate = [[20.0, 70.0]]", "palate"),
         ("[bones]", "[bone]", "bone"),

@@ -59,10 +59,7 @@ fn faults_are_named_with_line_and_column() {
         ("muscle,a\nHG,1\nHGa,1\n", "3:1: two rows give HGa"),
         ("muscle,a\nmasseter,1\n", "2:1: the body has no muscle masseter"),
         ("muscle,o\nGGa,1\n", "1:1: it has no column /a/; it has /o/"),
-        (
-            "a,GGa\n1,1\n",
-            "1:1: it has no column muscle, no vowel or no row; line 1 was taken for the header: \"a,GGa\"",
-        ),
+        ("a,GGa\n1,1\n", "1:1: it has no column muscle, no vowel or no row; line 1 was taken"),
         ("muscle,a\n", "1:1: it has no column muscle, no vowel or no row"),
         ("muscle,a,a\nGGa,1,1\n", "1:3: column a appears twice, here and as column 2"),
         ("muscle,a,full_n_per_m\nGGa,1,-3\n", "2:3: full_n_per_m is -3; write a finite tension"),
@@ -90,10 +87,8 @@ fn faults_are_named_with_line_and_column() {
     for (fault, told) in of_activity.into_iter().chain(of_curves) {
         assert!(fault.to_string().starts_with(&format!("t.csv:{told}")), "{fault}");
     }
-    let list =
-        tensions(include_str!("../../targets/fang2009_patterns.csv"), "a", None).unwrap_err().to_string();
-    let told = "a list of the active muscles of each vowel does not say how active they are";
-    assert!(list.contains(told), "{list}");
+    let list = tensions(include_str!("../../targets/fang2009_patterns.csv"), "a", None).unwrap_err();
+    assert!(list.to_string().contains("does not say how active they are"), "{list}");
 }
 
 /// A TextGrid of Praat with a tier of intervals and one of points, and its intervals in the short form.

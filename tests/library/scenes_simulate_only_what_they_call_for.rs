@@ -124,13 +124,8 @@ fn an_effect_of_zero_strength_is_as_good_as_absent() {
     let base = format!("{TONGUE}[tensions_n]\nGGp = 45.0\n[effects]\nincompressibility = true\n");
     let (_, prepared) = planned(&base);
     let (_, without) = solved(&prepared);
-    let idle = [
-        "gravity = { posture = \"supine\", acceleration_m_per_s2 = 0.0 }",
-        "contact = { stiffness_n_per_m = 0.0 }",
-        "jaw = { opening_deg = 0.0 }",
-        "hyoid = { shift_mm = [0.0, 0.0] }",
-    ];
-    for effect in idle {
+    // Weight and wall of zero strength: `the_parts_left_out_of_shipped_scenes_do_not_change_their_answers`.
+    for effect in ["jaw = { opening_deg = 0.0 }", "hyoid = { shift_mm = [0.0, 0.0] }"] {
         let (_, prepared) = planned(&format!("{base}{effect}\n"));
         let (solution, workspace) = solved(&prepared);
         assert_eq!(solution.status, SolveStatus::Converged);
@@ -138,11 +133,6 @@ fn an_effect_of_zero_strength_is_as_good_as_absent() {
             assert!((p - q).norm() < 1e-9, "{effect}: {p} {q}");
         }
     }
-    // The same effects with strength do act.
-    let (_, walled) = planned(&format!("{base}contact = {{}}\n"));
-    let (_, workspace) = solved(&walled);
-    let moved = workspace.positions().iter().zip(without.positions()).map(|(p, q)| (p - q).norm());
-    assert!(moved.fold(0.0, f64::max) > 1e-3, "the palate holds nothing back");
 }
 
 #[test]
@@ -264,8 +254,11 @@ fn as_continuum(name: &str) -> String {
 #[test]
 fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
     let plain = outcome(&as_continuum("vowel-a"));
-    for name in ["vowel-a-jaw", "vowel-i-palate", "supine", "protrusion", "fit-vowel-a"] {
-        let done = outcome(&as_continuum(name));
+    // The last two are solids of ten-node tetrahedra, which contract and sag.
+    let names =
+        ["vowel-a-jaw", "vowel-i-palate", "supine", "protrusion", "fit-vowel-a", "cylinder-3d", "block-3d"];
+    for name in names {
+        let done = simulate(&Scene::from_toml(&as_continuum(name), "test").unwrap()).unwrap();
         assert!(done.converged && done.min_cell_ratio > 0.5, "{name}: {:?}", done.solution);
     }
     let (_, jaw) = planned(&as_continuum("vowel-a-jaw"));
@@ -284,25 +277,6 @@ fn a_continuum_has_weight_walls_carried_bones_and_motion_as_every_body() {
     let ends = motion.positions_m.iter().zip(&plain.positions_m);
     let apart = ends.map(|(p, q)| (p[0] - q[0]).hypot(p[1] - q[1])).fold(0.0, f64::max);
     assert!(apart < 1e-5, "{apart:e} m");
-}
-
-#[test]
-fn solids_of_ten_node_tetrahedra_contract_and_sag() {
-    for name in ["cylinder-3d", "block-3d"] {
-        let scene = Scene::from_toml(&as_continuum(name), "test").unwrap();
-        let AnyBody::Solid(built) = body::build(&scene).unwrap() else { panic!("a solid") };
-        let done = run(&scene, &mut prepare(&scene, built).unwrap()).unwrap();
-        assert!(done.converged && done.min_cell_ratio > 0.5, "{name}: {:?}", done.solution);
-    }
-}
-
-#[test]
-fn effects_that_a_continuum_lacks_are_refused() {
-    for effect in ["springs = true", "incompressibility = true"] {
-        let text = format!("{TONGUE}kind = \"continuum\"\n[effects]\n{effect}\n");
-        let error = Scene::from_toml(&text, "t").and_then(|s| s.check()).unwrap_err().to_string();
-        assert!(error.contains("kind = \"continuum\"") && error.contains(effect), "{error}");
-    }
 }
 
 #[test]
@@ -345,102 +319,61 @@ fn weight_acts_in_its_direction_of_any_length() {
 /// Each scene, and the words of its message.
 #[test]
 fn contradictions_are_named() {
-    let motion =
-        |extra: &str| TONGUE.replace("shape", "trajectory") + extra + "\n[trajectory]\nduration_s = 1.0\n";
-    let cases: Vec<(String, Vec<&str>)> = vec![
+    let without_times = TONGUE.replace("shape", "trajectory");
+    let motion = |more: &str| format!("{without_times}{more}\n[trajectory]\nduration_s = 1.0\n");
+    let tongue = |more: &str| format!("{TONGUE}{more}\n");
+    let effect = |of: &str| format!("{TONGUE}[effects]\n{of}\n");
+    let wall = |of: &str| effect(&format!("contact = {{ {of} }}"));
+    let continuum = |of: &str| format!("{TONGUE}kind = \"continuum\"\n[effects]\n{of}\n");
+    let cylinder = |more: &str| format!("{CYLINDER}{more}\n");
+    let fit = "[fit]\nsubject = \"S2\"\nvowel = \"a\"";
+    let points = "[points]\ncontour_mm = [[1, 2], [3, 4], [5, 6]]";
+    let cases = [
+        (motion("[material]\ndensity_kg_per_m3 = 0.0"), "want = \"trajectory\"; density_kg_per_m3 = 0; mass"),
+        (motion("[effects]\ninertia = false"), "want = \"trajectory\"; effects.inertia = false"),
+        (without_times.clone(), "trajectory; lack of [trajectory]; duration_s"),
+        (tongue("[trajectory]\nduration_s = 1.0"), "[trajectory]; want"),
+        (cylinder(fit), "[fit]; [body.cylinder]; GGa"),
+        (cylinder("[tensions_n]\nGGa = 1.0"), "tensions_n.GGa; [body.cylinder]; axial"),
+        (tongue("[tensions_n]\nGGx = 1.0"), "tensions_n.GGx; [body.tongue]; did you mean \"GGa\"?"),
+        (effect("springs = false"), "effects.springs = false; hold the body"),
+        (continuum("springs = true"), "kind = \"continuum\"; springs = true"),
+        (continuum("incompressibility = true"), "kind = \"continuum\"; incompressibility = true"),
+        (wall("outline_mm = [[-20.0, 20.0], [60.0, 21.0]]"), "effects.contact; [body.tongue]; passes"),
+        // Smaller than a cell, so that it meets no connection.
+        (wall("outline_mm = [[38.94, 3.13], [39.34, 3.13]]"), "at rest, near [38.9, 3.1]"),
+        (wall("outline_mm = [[0.0, 60.0], [1e-200, 60.0]]"), "distance in mm between two points of"),
+        (wall("reach_mm = 1e-5"), "effects.contact.reach_mm; 0.00001; 0.001"),
+        (tongue("[material]\ndensity_kg_per_m3 = -5e3"), "density; -5000"),
+        (tongue("[material]\nyoung_modulus_pa = 1e300"), "Young's modulus; 1e12"),
+        (tongue("[material]\npoisson_ratio = 0.5"), "Poisson; 0.5"),
+        (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.6"), "h_mm; 0.6; 12,000 nodes"),
+        (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.01"), "h_mm; 0.01; sixtieth"),
+        (cylinder("[effects]\ncontact = {}"), "effects.contact; [body.cylinder]; outline_mm"),
+        (cylinder("[effects]\njaw = { opening_deg = 5.0 }"), "effects.jaw; [body.cylinder]"),
         (
-            motion("[material]\ndensity_kg_per_m3 = 0.0"),
-            vec!["want = \"trajectory\"", "density_kg_per_m3 = 0", "mass"],
+            effect("gravity = { posture = \"supine\", direction = [1.0, 0.0] }"),
+            "gravity.posture; gravity.direction; exactly one",
         ),
-        (motion("[effects]\ninertia = false"), vec!["want = \"trajectory\"", "effects.inertia = false"]),
-        (TONGUE.replace("shape", "trajectory"), vec!["trajectory", "lack of [trajectory]", "duration_s"]),
-        (format!("{TONGUE}[trajectory]\nduration_s = 1.0\n"), vec!["[trajectory]", "want"]),
+        (effect("gravity = { direction = [1.0, 0.0, 0.0] }"), "direction with 3 numbers; a body in 2"),
+        (tongue(&format!("[tensions_n]\nGGa = 1.0\n{fit}")), "[fit]; tensions_n.GGa"),
+        (tongue(&format!("[tensions_n]\nGGa = 1.0\n{points}")), "[points]; tensions_n.GGa"),
         (
-            format!("{CYLINDER}[fit]\nsubject = \"S2\"\nvowel = \"a\"\n"),
-            vec!["[fit]", "[body.cylinder]", "GGa"],
+            tongue("[points]\ncontour_mm = [[1.0, 2.0]]\n[effects]\nincompressibility = true"),
+            "contour_mm; at least 3",
         ),
-        (format!("{CYLINDER}[tensions_n]\nGGa = 1.0\n"), vec!["tensions_n.GGa", "[body.cylinder]", "axial"]),
-        (
-            format!("{TONGUE}[tensions_n]\nGGx = 1.0\n"),
-            vec!["tensions_n.GGx", "[body.tongue]", "did you mean \"GGa\"?"],
-        ),
-        (format!("{TONGUE}[effects]\nsprings = false\n"), vec!["effects.springs = false", "hold the body"]),
-        (
-            format!("{TONGUE}[effects]\ncontact = {{ outline_mm = [[-20.0, 20.0], [60.0, 21.0]] }}\n"),
-            vec!["effects.contact", "[body.tongue]", "passes through the wall at rest, near ["],
-        ),
-        (
-            // Smaller than a cell, so that it meets no connection.
-            format!("{TONGUE}[effects]\ncontact = {{ outline_mm = [[38.94, 3.13], [39.34, 3.13]] }}\n"),
-            vec!["effects.contact", "[body.tongue]", "passes through the wall at rest, near [38.9, 3.1]"],
-        ),
-        (
-            format!("{TONGUE}[effects]\ncontact = {{ outline_mm = [[0.0, 60.0], [1e-200, 60.0]] }}\n"),
-            vec!["distance in mm between two points of effects.contact.outline_mm", "0.001"],
-        ),
-        (
-            format!("{TONGUE}[effects]\ncontact = {{ reach_mm = 1e-5 }}\n"),
-            vec!["effects.contact.reach_mm", "0.00001", "0.001"],
-        ),
-        (format!("{TONGUE}[material]\ndensity_kg_per_m3 = -5e3\n"), vec!["density", "-5000"]),
-        (format!("{TONGUE}[material]\nyoung_modulus_pa = 1e300\n"), vec!["Young's modulus", "1e12"]),
-        (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.6"), vec!["h_mm", "0.6", "12,000 nodes"]),
-        (
-            format!("{CYLINDER}[effects]\ncontact = {{}}\n"),
-            vec!["effects.contact", "[body.cylinder]", "outline_mm"],
-        ),
-        (
-            format!("{CYLINDER}[effects]\njaw = {{ opening_deg = 5.0 }}\n"),
-            vec!["effects.jaw", "[body.cylinder]"],
-        ),
-        (
-            format!("{TONGUE}[effects]\ngravity = {{ posture = \"supine\", direction = [1.0, 0.0] }}\n"),
-            vec!["gravity.posture", "gravity.direction", "exactly one"],
-        ),
-        (
-            format!("{TONGUE}[effects]\ngravity = {{ direction = [1.0, 0.0, 0.0] }}\n"),
-            vec!["direction with 3 numbers", "a body in 2 dimensions"],
-        ),
-        (
-            format!("{TONGUE}[tensions_n]\nGGa = 1.0\n[fit]\nsubject = \"S2\"\nvowel = \"a\"\n"),
-            vec!["[fit]", "tensions_n.GGa"],
-        ),
-        (
-            format!("{TONGUE}[tensions_n]\nGGa = 1.0\n[points]\ncontour_mm = [[1.0, 2.0]]\n"),
-            vec!["[points]", "tensions_n.GGa"],
-        ),
-        (
-            format!("{TONGUE}[points]\ncontour_mm = [[1.0, 2.0]]\n[effects]\nincompressibility = true\n"),
-            vec!["contour_mm", "at least 3"],
-        ),
-        (
-            format!("{TONGUE}[points]\ncontour_mm = [[1, 2], [3, 4], [5, 6]]\n"),
-            vec!["[points]", "incompressibility = true"],
-        ),
-        (
-            format!(
-                "{CYLINDER}[points]\ncontour_mm = [[1, 2], [3, 4], [5, 6]]\n[effects]\nincompressibility = true\n"
-            ),
-            vec!["[points]", "[body.cylinder]", "midsagittal"],
-        ),
-        (format!("{TONGUE}[tensions_n]\nGGa = -1.0\n"), vec!["tensions_n", "-1", "muscles pull"]),
-        (format!("{TONGUE}[effects]\njaw = {{ opening_deg = 90.0 }}\n"), vec!["opening_deg", "90", "60"]),
-        (TONGUE.replace("5.5", "-5.5"), vec!["-5.5 mm", "not usable"]),
-        (CYLINDER.replace("h_mm = 10.0", "h_mm = 0.01"), vec!["h_mm", "0.01", "sixtieth"]),
-        (format!("{TONGUE}[fit]\nsubject = \"S9\"\nvowel = \"a\"\n"), vec!["S9"]),
-        (format!("{TONGUE}[material]\npoisson_ratio = 0.5\n"), vec!["Poisson", "0.5"]),
+        (tongue(points), "[points]; incompressibility = true"),
+        (cylinder(&format!("{points}\n[effects]\nincompressibility = true")), "[points]; [body.cylinder]"),
+        (tongue("[tensions_n]\nGGa = -1.0"), "tensions_n; -1; muscles pull"),
+        (effect("jaw = { opening_deg = 90.0 }"), "opening_deg; 90; 60"),
+        (TONGUE.replace("5.5", "-5.5"), "-5.5 mm; not usable"),
+        (tongue(&fit.replace("S2", "S9")), "S9"),
         // What is no scene is told with its line and the nearest word.
-        (
-            format!("{TONGUE}[body.block]\nsize_mm = [1.0, 1.0, 1.0]\nh_mm = 0.5\n"),
-            vec!["exactly one of tongue, mesh, cylinder and block"],
-        ),
-        (
-            format!("{TONGUE}[effects]\ngravty = {{ posture = \"supine\" }}\n"),
-            vec!["my.toml:6:1: unknown field `gravty`", "did you mean `gravity`?"],
-        ),
-        (TONGUE.replace("h_mm", "h"), vec!["my.toml:4:1:", "h_mm"]),
-        (TONGUE.replace("shape", "length"), vec!["my.toml:2:8:", "did you mean `lengths`?"]),
-        (TONGUE.replace("tongue", "tounge"), vec!["did you mean `tongue`?"]),
+        (tongue("[body.block]\nsize_mm = [1.0, 1.0, 1.0]\nh_mm = 0.5"), "exactly one of tongue, mesh,"),
+        (effect("gravty = { posture = \"supine\" }"), "my.toml:6:1:; did you mean `gravity`?"),
+        (TONGUE.replace("h_mm", "h"), "my.toml:4:1:; h_mm"),
+        (TONGUE.replace("shape", "length"), "my.toml:2:8:; did you mean `lengths`?"),
+        (TONGUE.replace("tongue", "tounge"), "did you mean `tongue`?"),
     ];
     for (text, wanted) in cases {
         let prepared = |scene: Scene| {
@@ -451,7 +384,7 @@ fn contradictions_are_named() {
             }
         };
         let error = Scene::from_toml(&text, "my.toml").and_then(prepared).expect_err(&text).to_string();
-        for word in wanted {
+        for word in wanted.split("; ") {
             assert!(error.contains(word), "\"{word}\" is missing in: {error}");
         }
     }

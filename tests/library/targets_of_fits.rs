@@ -78,33 +78,18 @@ fn targets_that_cannot_be_fitted_are_refused_with_advice() {
         Target::new(&dataset(table), "X", &vowel("a"), TargetKind::Stretch, &options)
     };
     for (refused, told) in [
-        (
-            chosen(None, "u", "S2"),
-            "/ɯ/ of S2 is the baseline itself, so there is nothing to fit; choose another vowel",
-        ),
+        (chosen(None, "u", "S2"), "/ɯ/ of S2 is the baseline itself, so there is nothing to fit; choose"),
         (
             chosen(None, "a", "S4"),
             "S4 has no row for the baseline vowel /ɯ/ in targets/takano2007_lengths.csv (built in); it has /i/, /e/, /a/, /o/: \
              choose one of these as the baseline instead",
         ),
-        (
-            chosen(Some(&[]), "a", "S2"),
-            "the list of contracting muscles is empty; name at least one of GGa, ",
-        ),
+        (chosen(Some(&[]), "a", "S2"), "the list of contracting muscles is empty; name at least one of"),
         (chosen(Some(&["SGm", "GGa", "SGm"]), "a", "S2"), "muscle SGm is listed twice"),
-        (
-            chosen(Some(&["GGa"]), "a", "S2"),
-            "only GGa contracts in /a/ of S2, and its ratio to itself is always 1",
-        ),
+        (chosen(Some(&["GGa"]), "a", "S2"), "only GGa contracts in /a/ of S2, and its ratio to itself is"),
         (chosen(Some(&["GGx"]), "a", "S2"), "unknown muscle \"GGx\"; did you mean"),
-        (
-            other("subject,vowel,GGa_mm\nX,ɯ,46\nX,a,46\n", None),
-            "no muscle of X is shorter in /a/ than in /ɯ/, so none contracts; name the contracting muscles yourself",
-        ),
-        (
-            other("subject,vowel,GGa_mm,C_mm\nX,ɯ,46,\nX,a,41,33\n", Some(&["C"])),
-            "C of X was not measured in both /a/ and /ɯ/",
-        ),
+        (other("subject,vowel,GGa_mm\nX,ɯ,46\nX,a,46\n", None), "no muscle of X is shorter in /a/ than in"),
+        (other("subject,vowel,GGa_mm,C_mm\nX,ɯ,46,\nX,a,41,33\n", Some(&["C"])), "C of X was not measured"),
         (
             other("subject,vowel,GGa_mm,GGp_mm\nX,ɯ,46,45\nX,a,41,150\n", None),
             "GGp of X is 150 mm in /a/ and 45 mm in /ɯ/, but no muscle of a tongue changes its length to less than 0.5 or more \

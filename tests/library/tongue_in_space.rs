@@ -113,10 +113,6 @@ fn each_muscle_moves_the_tip_as_in_an_independent_program() {
     for (name, [[x, z], ..]) in TIPS_MM {
         let found = equilibrium(&body, &system, &mut w, &[(name, 0.1)]);
         let tip = tip_mm(&body, &w);
-        eprintln!(
-            "lines {name} {:.3} {:.3} {:.3}: {} factorisations",
-            tip.x, tip.y, tip.z, found.factorisations
-        );
         assert_eq!(found.status, SolveStatus::Converged, "{name}");
         assert!((tip.x - x).abs() < 0.02 && (tip.z - z).abs() < 0.02 && tip.y.abs() < 0.01, "{name} {tip}");
     }
@@ -130,7 +126,6 @@ fn each_muscle_moves_the_tip_as_in_an_independent_program() {
     // All at full activation.
     for (name, _) in TIPS_MM {
         let found = equilibrium(&body, &stiffened, &mut w, &[(name, 1.0)]);
-        eprintln!("{name} at 1: {:?} in {} iterations", found.status, found.iterations);
         assert_eq!(found.status, SolveStatus::Converged, "{name} at 1");
         assert!(stiffened.cell_ratios(w.positions()).0 > 0.5, "{name} at 1");
     }
@@ -145,15 +140,8 @@ fn stress_along_fibres_moves_the_tip_nearly_as_much() {
         let found = equilibrium(&body, &system, &mut w, &[(name, 0.1)]);
         let (tip, other) = (tip_mm(&body, &w), Vector3::new(x, 0.0, z));
         let apart = (tip - other).norm() / other.norm();
-        eprintln!(
-            "stress {name} {:.3} {:.3}: {:.1} % of {:.2} mm",
-            tip.x,
-            tip.z,
-            100.0 * apart,
-            other.norm()
-        );
         assert_eq!(found.status, SolveStatus::Converged, "{name}");
-        assert!(apart < 0.03, "{name} {tip}");
+        assert!(apart < 0.03, "{name} {tip} {apart}");
     }
 }
 
@@ -178,7 +166,6 @@ fn excitations_that_artisynth_recorded_bring_its_points_where_it_recorded_them()
     let given: Vec<_> = EXCITED.into_iter().zip(excitations.iter().map(|a| a.clamp(0.0, 1.0))).collect();
     let found = equilibrium(&body, &system, &mut w, &given);
     let apart = rms(&|i| w.positions()[RECORDED[i]] - at(&row.1, i));
-    eprintln!("protrude at {} s: {apart:.3} of {:.2} mm RMS", row.0, moved(&row.1));
     assert_eq!(found.status, SolveStatus::Converged);
     assert!(apart < 0.2, "{apart}");
 }

@@ -114,6 +114,12 @@ impl Browser {
         answer["result"]["value"].take()
     }
 
+    /// Sets a control to a value, as a user does who causes this event.
+    pub fn set(&mut self, page: &Page, control: &str, event: &str, value: &str) {
+        let set = format!("byId('{control}').value = '{value}'");
+        self.run(page, &format!("{set}; byId('{control}').dispatchEvent(new Event('{event}'))"));
+    }
+
     /// Waits until an expression is true.
     pub fn wait(&mut self, page: &Page, expression: &str) {
         let begin = Instant::now();
@@ -154,14 +160,6 @@ impl Browser {
             let how = json!({"type": kind, "key": key, "code": key, "windowsVirtualKeyCode": code});
             self.call(Some(page), "Input.dispatchKeyEvent", how);
         }
-    }
-
-    /// Processor time of the page's thread since the first call, s.
-    pub fn thread_seconds(&mut self, page: &Page) -> f64 {
-        self.call(Some(page), "Performance.enable", json!({"timeDomain": "threadTicks"}));
-        let told = self.call(Some(page), "Performance.getMetrics", json!({}));
-        let metrics = told["metrics"].as_array().unwrap();
-        metrics.iter().find(|m| m["name"] == "TaskDuration").unwrap()["value"].as_f64().unwrap()
     }
 
     /// Roles of controls of a page without an accessible name, and the number of controls.

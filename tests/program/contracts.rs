@@ -45,10 +45,8 @@ fn doubtful_equilibria_are_reported_everywhere() {
             assert!(alarms.len() >= parts.len() && alarms.iter().any(|a| a["kind"] == kind), "{alarms:?}");
         }
     }
-    // The same on the terminal as JSON, with where the branch ends.
-    let done = run(folder.path(), &format!("{far} --json"));
-    let found = done.record();
-    assert_eq!((done.status, &found["alarms"][0]["kind"]), (Some(3), &"not_on_branch".into()));
+    // With where the branch ends.
+    let found = run::record(folder.path(), "0/simulation.json");
     let end = found["branch"]["critical"]["load"].as_f64().unwrap();
     assert!((0.5..1.0).contains(&end) && found["status"] == "converged", "{}", found["branch"]);
     assert_ne!(found["connection"], "traced");
@@ -76,14 +74,10 @@ fn fitting_a_vowel_prints_fourteen_lines_of_100_columns_and_writes_four_files() 
         let record = std::fs::read(folder.path().join("results/fit.json")).unwrap();
         let conclusion = &serde_json::from_slice::<Value>(&record).unwrap()["conclusion"];
         assert_eq!((done.status, &conclusion["decided_by"]), (Some(0), &"verdict".into()), "{conclusion}");
-        assert_eq!(
-            (&conclusion["trusted"], &conclusion["tensions_trusted"]),
-            (&true.into(), &tensions_trusted.into())
-        );
-        assert!(
-            text.lines().nth_back(1).unwrap().starts_with(conclusion["text"].as_str().unwrap()),
-            "{text}"
-        );
+        assert_eq!(conclusion["trusted"], true);
+        assert_eq!(conclusion["tensions_trusted"], tensions_trusted);
+        let last = text.lines().nth_back(1).unwrap();
+        assert!(last.starts_with(conclusion["text"].as_str().unwrap()), "{text}");
     }
     for file in ["fit.json", "fit.csv", "tongue.svg", "changes.svg"] {
         assert!(text.contains(file));
@@ -99,18 +93,20 @@ fn the_json_of_a_fit_has_the_promised_fields() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("deep/er");
     let fit = run::json(folder.path(), "--vowel a --json --out deep/er");
-    assert_eq!(fit["subject"], "S2");
-    assert_eq!((fit["vowel"].as_str(), fit["baseline"].as_str()), (Some("a"), Some("ɯ")));
-    assert_eq!(fit["target_kind"], "ratio");
+    for (field, value) in [
+        ("subject", "S2"),
+        ("vowel", "a"),
+        ("baseline", "ɯ"),
+        ("target_kind", "ratio"),
+        ("status", "converged"),
+        ("verdict_from", "short_run"),
+    ] {
+        assert_eq!(fit[field], value);
+    }
     assert_eq!(fit["active"], serde_json::json!(["GGa", "SGm", "HGa"]));
-    assert_eq!(fit["status"], "converged");
-    assert_eq!(fit["verdict_from"], "short_run");
     for (said, m) in fit["verdict"].as_array().unwrap().iter().zip(MUSCLES) {
-        assert_eq!(said["muscle"], m);
-        assert!(
-            (0.0..=1.0).contains(&said["p_rises"].as_f64().unwrap()) && said["word"].is_string(),
-            "{said}"
-        );
+        let is_probability = (0.0..=1.0).contains(&said["p_rises"].as_f64().unwrap());
+        assert!(said["muscle"] == m && is_probability && said["word"].is_string(), "{said}");
     }
     for field in ["tensions_n", "lengths_mm", "ratios", "target_ratios", "residuals"] {
         for m in MUSCLES {

@@ -63,9 +63,8 @@ fn a_scene_meets_the_palate() {
 fn the_valley_is_followed_to_both_ends_without_misfit() {
     let said = run("valley", &["valley.csv", "valley.svg"]);
     assert!(said.contains("2 ratios, 3 tensions") && said.contains("it ends: HGa is slack;"), "{said}");
-    let misfits =
-        said.lines().filter_map(|line| line.split("misfit ").nth(1)?.split(',').next()?.parse().ok());
-    let misfits: Vec<f64> = misfits.collect();
+    let misfit = |line: &str| line.split("misfit ").nth(1)?.split(',').next()?.parse().ok();
+    let misfits: Vec<f64> = said.lines().filter_map(misfit).collect();
     assert!(misfits.len() > 5 && misfits.iter().all(|m| *m < 1e-6), "{said}");
 }
 

@@ -1,27 +1,19 @@
 //! Every file written by a command contains version, command line and tissue.
 
-use std::path::Path;
-
-use super::run::{run, shell};
+use super::run::{names, run, shell};
 
 /// Runs a command with `--out` and returns the name and the text of every file, entities of XML resolved.
 fn written(line: &str) -> Vec<(String, String)> {
     let folder = tempfile::tempdir().unwrap();
     let done = run(folder.path(), &format!("{line} --out out"));
     assert!(matches!(done.status, Some(0 | 3)), "{line}: {}", done.err);
-    let files = |folder: &Path| -> Vec<(String, String)> {
-        let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
-        entries
-            .map(|path| {
-                let mut text = std::fs::read_to_string(&path).unwrap();
-                for (entity, is) in [("&quot;", "\""), ("&lt;", "<"), ("&gt;", ">"), ("&amp;", "&")] {
-                    text = text.replace(entity, is);
-                }
-                (path.file_name().unwrap().to_string_lossy().into_owned(), text)
-            })
-            .collect()
+    let out = folder.path().join("out");
+    let read = |name: String| {
+        let text = std::fs::read_to_string(out.join(&name)).unwrap();
+        let entities = [("&quot;", "\""), ("&lt;", "<"), ("&gt;", ">"), ("&amp;", "&")];
+        (name, entities.iter().fold(text, |text, (entity, is)| text.replace(entity, is)))
     };
-    files(&folder.path().join("out"))
+    names(&out).into_iter().map(read).collect()
 }
 
 #[test]
@@ -42,14 +34,11 @@ fn every_file_of_every_command_has_version_and_command() {
         let files = written(arguments);
         let command = format!("tongue-fit {arguments}");
         for format in formats.split(' ') {
-            assert!(
-                files.iter().any(|(name, _)| name.ends_with(&format!(".{format}"))),
-                "{command}: {format}"
-            );
+            let ending = format!(".{format}");
+            assert!(files.iter().any(|(name, _)| name.ends_with(&ending)), "{command}: {format}");
         }
         for (name, text) in files {
-            assert!(text.contains(tongue_fit::VERSION), "{command}: {name} has no version");
-            assert!(text.contains(&command), "{command}: {name} has no command line");
+            assert!(text.contains(tongue_fit::VERSION) && text.contains(&command), "{command}: {name}");
         }
     }
 }

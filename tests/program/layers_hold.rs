@@ -40,24 +40,9 @@ fn no_crate_imports_from_a_layer_above_its_own() {
 
 #[test]
 fn the_program_reaches_the_crates_through_the_facade() {
-    let cli = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/cli");
-    let mut folders = vec![cli];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(folder).unwrap() {
-            let path = entry.unwrap().path();
-            if path.is_dir() {
-                folders.push(path);
-                continue;
-            }
-            let source = fs::read_to_string(&path).unwrap();
-            for layer in LAYERS {
-                let import = format!("tongue_{layer}::");
-                assert!(
-                    !source.contains(&import),
-                    "{}: use tongue_fit:: in place of {import}",
-                    path.display()
-                );
-            }
+    for (path, source) in super::run::sources("src/cli") {
+        for import in LAYERS.map(|layer| format!("tongue_{layer}::")) {
+            assert!(!source.contains(&import), "{path}: use tongue_fit:: in place of {import}");
         }
     }
 }

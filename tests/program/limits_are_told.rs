@@ -52,11 +52,8 @@ fn a_small_recording_of_many_places_needs_little_memory() {
 fn numbers_that_would_need_too_much_memory_are_refused_at_once() {
     let folder = tempfile::tempdir().unwrap();
     let tract = include_str!("../../targets/tract.toml");
-    fs::write(
-        folder.path().join("tract.toml"),
-        tract.replacen("root_mm = [47.02", "root_mm = [4294967296.0", 1),
-    )
-    .unwrap();
+    let tract = tract.replacen("root_mm = [47.02", "root_mm = [4294967296.0", 1);
+    fs::write(folder.path().join("tract.toml"), tract).unwrap();
     fs::write(folder.path().join("coil.csv"), "surface_mm,x_mm,z_mm\n10,1000000,0\n").unwrap();
     for (line, said) in [
         ("simulate --h 0.4mm --body continuum", "the number of elements of the continuum is 35"),
@@ -75,9 +72,8 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
     let message = refused(folder.path(), "simulate --tension GGa=1 --h 0.21mm --threads 1");
     assert!(message.contains("it must be from 1 to 60000: more need over 1 GB of memory"), "{message}");
     let block = |want: &str, h_mm: f64| {
-        format!(
-            "title = \"t\"\nwant = \"{want}\"\n[body.block]\nsize_mm = [7.0, 51.0, 41.0]\nh_mm = {h_mm}\n"
-        )
+        let size = "size_mm = [7.0, 51.0, 41.0]";
+        format!("title = \"t\"\nwant = \"{want}\"\n[body.block]\n{size}\nh_mm = {h_mm}\n")
     };
     fs::write(folder.path().join("fine.toml"), block("trajectory", 1.5) + "[trajectory]\nduration_s = 0.5\n")
         .unwrap();

@@ -196,13 +196,8 @@ fn a_motion_reads_back_frame_by_frame_and_as_storage() {
     assert_eq!(frames.len(), 3);
     let last: Seen = read_back(&python, "meshio", &out.join(frames[2].attribute("file").unwrap()));
     let gga = &storage.columns["GGa_length_m"];
-    let ends: Vec<&Vec<usize>> = last.cells["line"]
-        .iter()
-        .zip(&last.cell_data["muscle"]["line"])
-        .filter(|(_, m)| **m == 0.0)
-        .map(|(l, _)| l)
-        .collect();
-    let at = |n: usize| &last.points[n];
-    let (a, b) = (at(ends[0][0]), at(ends[ends.len() - 1][1]));
+    let lines = last.cells["line"].iter().zip(&last.cell_data["muscle"]["line"]);
+    let ends: Vec<&Vec<usize>> = lines.filter(|(_, m)| **m == 0.0).map(|(line, _)| line).collect();
+    let (a, b) = (&last.points[ends[0][0]], &last.points[ends[ends.len() - 1][1]]);
     assert!(((a[0] - b[0]).hypot(a[1] - b[1]) - gga.last().unwrap()).abs() < 1e-12);
 }

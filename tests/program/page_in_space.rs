@@ -65,7 +65,7 @@ fn the_tongue_in_space_has_the_numbers_of_the_program_and_is_turned_by_hand() {
     assert!(document.descendants().filter(|n| n.has_tag_name("path")).count() > 100);
     assert!(svg.as_str().unwrap().contains("GGP=0.1, "), "{svg}");
     // And back in the plane.
-    browser.run(&other, "byId('body').value = 'springs'; byId('body').dispatchEvent(new Event('change'))");
+    browser.set(&other, "body", "change", "springs");
     browser.wait(&other, "!state.space && settled() && shape !== null && byId('mouth').clientWidth > 0");
     assert!(!browser.run(&other, "link()").as_str().unwrap().contains("space"));
 

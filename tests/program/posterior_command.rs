@@ -9,7 +9,7 @@ use serde_json::Value;
 use tongue_infer::posterior::diagnostics::{Mixing, mixing};
 use tongue_infer::posterior::{Certainty, MuscleVerdict, Verdict, VerdictFrom};
 
-use super::run::{refused, run};
+use super::run::{refused, run, sources};
 
 /// The README's command `tongue-fit --vowel a --posterior 1000`, run once for all tests that look at what it leaves.
 fn files_of_the_readme() -> &'static BTreeMap<String, String> {
@@ -41,22 +41,15 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
         let rises = summary["changes_n"][muscle]["probability_rises"].as_f64().unwrap();
         assert!(rises > 0.9, "{muscle}: {rises}");
     }
-    let stretches = summary["stretches"].as_object().unwrap();
-    assert_eq!(stretches.len(), 8);
-    assert!(
-        stretches.values().all(|s| s["left_out"]["spread"]["interval_95"][1].is_number()),
-        "{stretches:?}"
-    );
-    assert_eq!(posterior["priors"]["tension"]["scale_n_per_m"], 20.0);
+    let stretches = summary["stretches"].as_object().unwrap().values();
+    assert_eq!(stretches.filter(|s| s["left_out"]["spread"]["interval_95"][1].is_number()).count(), 8);
 
     // A row a draw, chain by chain, as many of each: what xarray and ArviZ make an array of.
     let mut reader = csv::Reader::from_reader(files["posterior.csv"].as_bytes());
     let header: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
-    let column =
-        |name: &str| header.iter().position(|h| h == name).unwrap_or_else(|| panic!("{name} of {header:?}"));
-    let [chain, draw, gga] = ["chain", "draw", "change_GGa_n_per_m"].map(column);
-    column("version");
-    column("log_likelihood_HGp");
+    let column = |name: &str| header.iter().position(|h| h == name).expect(name);
+    let [chain, draw, gga, ..] =
+        ["chain", "draw", "change_GGa_n_per_m", "version", "log_likelihood_HGp"].map(column);
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let length = rows.iter().filter(|r| &r[chain] == "0").count();
     assert!(length > 100 && rows.len() == 8 * length, "{length} of {}", rows.len());
@@ -71,16 +64,16 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
     };
     let all: Vec<_> = (column("log_density")..column("stretch_GGa")).map(of_column).collect();
     let fewest = |of: fn(&Mixing) -> f64| all.iter().map(of).fold(f64::INFINITY, f64::min);
-    for (size, found) in [("bulk", fewest(|m| m.bulk)), ("tail", fewest(|m| m.tail))] {
-        let told = posterior["ess"][size].as_f64().unwrap();
-        assert!((found / told - 1.0).abs() < 1e-6, "{size}: {found} {told}");
-    }
-    let (largest, told) =
-        (all.iter().map(|m| m.r_hat).fold(1.0, f64::max), posterior["r_hat"].as_f64().unwrap());
-    assert!((largest - told).abs() < 1e-6, "{largest} {told}");
+    let largest = all.iter().map(|m| m.r_hat).fold(1.0, f64::max);
     let mean = rows.iter().map(|r| r[gga].parse::<f64>().unwrap()).sum::<f64>() / rows.len() as f64;
-    let told = summary["changes_n"]["GGa"]["mean"].as_f64().unwrap();
-    assert!((mean - told).abs() < 1.0, "{mean} {told}");
+    for (found, told, room) in [
+        (fewest(|m| m.bulk), &posterior["ess"]["bulk"], 1e-4),
+        (fewest(|m| m.tail), &posterior["ess"]["tail"], 1e-4),
+        (largest, &posterior["r_hat"], 1e-6),
+        (mean, &summary["changes_n"]["GGa"]["mean"], 1.0),
+    ] {
+        assert!((found - told.as_f64().unwrap()).abs() < room, "{found} {told}");
+    }
     roxmltree::Document::parse(&files["ridges.svg"]).unwrap();
     assert!(!files.contains_key("pairs.svg") && !files.contains_key("outlines.svg"));
 }
@@ -94,10 +87,8 @@ fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
     let fits = batch["fits"].as_array().unwrap();
     let page = std::fs::read_to_string(folder.path().join("out/batch.html")).unwrap();
     // Two fits, ratios and stretches, of one row: one posterior, with the second.
-    assert_eq!(
-        (fits.len(), page.matches("change of every tension from the baseline</title>").count()),
-        (2, 1)
-    );
+    let ridges = page.matches("change of every tension from the baseline</title>").count();
+    assert_eq!((fits.len(), ridges), (2, 1));
     assert!(fits[0]["posterior"].is_null() && fits[0]["verdict"].is_null());
     // The sentences with which a fit of the row begins.
     let said: Vec<MuscleVerdict> = serde_json::from_value(fits[1]["verdict"].clone()).unwrap();
@@ -130,6 +121,7 @@ fn intervals_that_cannot_be_trusted_are_not_printed_and_bad_priors_are_refused()
     assert!(told.contains("NOT MIXED") && !told.contains("95 %"), "{told}");
     for (priors, part) in [
         ("tension.scale_n_per_m = -1.0", "tension.scale_n_per_m is -1; it must be above 0"),
+        ("bundle_width.median_mm = 0.0", "bundle_width.median_mm is 0; it must be above 0"),
         ("[tensoin]", "priors.toml:1: unknown field `tensoin`"),
         ("baseline.fixed_n_per_m = { Nobody = 3.0 }", "fix Nobody, a muscle that this body does not have"),
         ("discrepancy.off = true\nrounding.off = true", "one of them is needed"),
@@ -166,21 +158,17 @@ fn a_posterior_that_cannot_be_told_leaves_its_fit_in_a_batch_and_is_an_alarm_of_
 }
 
 #[test]
-fn a_continuum_has_a_posterior_with_its_widths_and_patches_in_it() {
+fn a_continuum_has_a_posterior_too() {
     let folder = tempfile::tempdir().unwrap();
     // With few unknowns, which takes half of the time.
     let known = "[baseline]\nfixed_n_per_m = { \"*\" = 8.0 }\n[hyoid]\nfixed_mm = [0.0, 0.0]\n";
     std::fs::write(folder.path().join("known.toml"), known).unwrap();
     let line = "--vowel a --body continuum --h 14 --posterior 100 --priors known.toml --json --out out";
-    let output = run(folder.path(), line);
-    let fit = output.record();
-    let posterior = &fit["posterior"];
-    assert!(posterior["draws"].as_u64().unwrap() >= 100, "{posterior}");
-    assert_eq!((&posterior["poisson_ratio"], &posterior["summary"]), (&0.499.into(), &Value::Null));
-    // Bodies of springs have neither, and a prior that makes no sense is refused in words.
-    std::fs::write(folder.path().join("priors.toml"), "bundle_width.median_mm = 0.0").unwrap();
-    let message = refused(folder.path(), "--vowel a --body continuum --posterior 100 --priors priors.toml");
-    assert!(message.contains("bundle_width.median_mm is 0; it must be above 0"), "{message}");
+    let posterior = &run(folder.path(), line).record()["posterior"];
+    assert!(
+        posterior["draws"].as_u64().unwrap() >= 100 && posterior["poisson_ratio"] == 0.499,
+        "{posterior}"
+    );
 }
 
 #[test]
@@ -217,22 +205,11 @@ fn the_priors_that_are_printed_are_read_back() {
 #[test]
 fn no_standard_deviation_stands_outside_the_table_that_is_printed() {
     let mut found = Vec::new();
-    let mut folders =
-        vec![std::path::PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/crates/infer/src"))];
-    while let Some(folder) = folders.pop() {
-        for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
-            if path.is_dir() {
-                folders.push(path);
-            } else if !path.ends_with("standard_deviations.rs") {
-                let source = std::fs::read_to_string(&path).unwrap();
-                let constant = |l: &&str| l.contains("const ") && l.contains("SD") && !l.contains("const M");
-                let own = |l: &&str| {
-                    l.split_once('=').is_some_and(|(_, v)| !v.contains("sd::") && !v.contains("MM"))
-                };
-                found.extend(
-                    source.lines().filter(constant).filter(own).map(|l| format!("{}: {l}", path.display())),
-                );
-            }
+    for (path, source) in sources("crates/infer/src") {
+        let constant = |l: &&str| l.contains("const ") && l.contains("SD") && !l.contains("const M");
+        let own = |l: &&str| l.split_once('=').is_some_and(|(_, v)| !v.contains("sd::") && !v.contains("MM"));
+        if !path.ends_with("standard_deviations.rs") {
+            found.extend(source.lines().filter(constant).filter(own).map(|l| format!("{path}: {l}")));
         }
     }
     assert!(found.is_empty(), "{found:#?}");
@@ -251,10 +228,17 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     };
     let row =
         |name: &str, at: tongue_fit::geometry::Point| format!("{name},{},{}\n", 1e3 * at.x + 2.0, 1e3 * at.y);
-    let rows: String = (1..=12).map(|i| row(&i.to_string(), point(0.02 + 5e-3 * f64::from(i)))).collect();
-    std::fs::write(folder.path().join("rest.csv"), format!("point,x_mm,y_mm\n{rows}")).unwrap();
-    let coil = row("TT", point(surface.tip - 0.01)) + &row("TD", point(surface.tip - 0.04));
-    std::fs::write(folder.path().join("coils.csv"), format!("point,x_mm,y_mm\n{coil}rim,0,0\n")).unwrap();
+    let write = |name: &str, rows: &str| {
+        std::fs::write(folder.path().join(name), format!("point,x_mm,y_mm\n{rows}")).unwrap();
+    };
+    let rows = (1..=12).map(|i| row(&i.to_string(), point(0.02 + 5e-3 * f64::from(i))));
+    write("rest.csv", &rows.collect::<String>());
+    write(
+        "coils.csv",
+        &(row("TT", point(surface.tip - 0.01)) + &row("TD", point(surface.tip - 0.04)) + "rim,0,0\n"),
+    );
+    write("far.csv", "1,20,160\n2,30,162\n3,40,164\n");
+    write("two.csv", "1,20,60\n2,30,62\n");
     let line = "--points ɯ=coils.csv --vowel i --h 10 --posterior 1000 --contour ɯ=rest.csv --emg emg.csv --json --out out";
     let output = run(folder.path(), line);
     assert!(output.err.contains("rim left out: not a usual name of a coil"), "{}", output.err);
@@ -263,8 +247,6 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     assert_eq!(output.status, Some(0), "{}", output.err);
 
     std::fs::write(folder.path().join("one.csv"), "muscle,a\nGGa,0.9\n").unwrap();
-    std::fs::write(folder.path().join("far.csv"), "point,x_mm,y_mm\n1,20,160\n2,30,162\n3,40,164\n").unwrap();
-    std::fs::write(folder.path().join("two.csv"), "point,x_mm,y_mm\n1,20,60\n2,30,62\n").unwrap();
     for (options, reason) in [
         ("--emg one.csv", "no muscle has activity in both /a/ and /ɯ/"),
         ("--emg none.csv", "cannot read --emg \"none.csv\""),

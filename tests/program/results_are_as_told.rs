@@ -13,11 +13,7 @@ fn words(command: &str) -> Vec<String> {
     let mut kept = Vec::new();
     while let Some(word) = words.next() {
         match WITHOUT_INFLUENCE.iter().find(|(option, _)| *option == word) {
-            Some((_, values)) => {
-                for _ in 0..*values {
-                    words.next();
-                }
-            }
+            Some((_, values)) => drop(words.by_ref().take(*values).last()),
             None => kept.push(word.to_owned()),
         }
     }

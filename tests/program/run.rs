@@ -70,6 +70,25 @@ pub fn record(folder: &Path, file: &str) -> Value {
     serde_json::from_slice(&std::fs::read(folder.join(file)).unwrap()).unwrap()
 }
 
+/// The sources of Rust in a folder of the repository and those in it, with their paths.
+pub fn sources(folder: &str) -> Vec<(String, String)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let of = |path: std::path::PathBuf| match path.is_dir() {
+        true => sources(path.to_str().unwrap()),
+        false => vec![(path.display().to_string(), std::fs::read_to_string(path).unwrap())],
+    };
+    paths.flat_map(of).collect()
+}
+
+/// Names of the files in a folder, in order; none if there is no folder.
+pub fn names(folder: &Path) -> Vec<String> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    names
+}
+
 /// Number of files and folders in a folder and those in it.
 fn files(folder: &Path) -> usize {
     let count = |path: &Path| 1 + if path.is_dir() { files(path) } else { 0 };

@@ -25,9 +25,8 @@ fn a_vowel_has_formants_areas_a_picture_and_a_voice() {
     assert!(record["by_tension"].as_array().unwrap().iter().any(|b| b["muscle"] == "HGa"), "{record}");
     let out = folder.path().join("out");
     let wav = std::fs::read(out.join("a.wav")).unwrap();
-    assert!(
-        wav.starts_with(b"RIFF") && wav.len() as u32 == 8 + u32::from_le_bytes(wav[4..8].try_into().unwrap())
-    );
+    let size = u32::from_le_bytes(wav[4..8].try_into().unwrap());
+    assert!(wav.starts_with(b"RIFF") && wav.len() as u32 == 8 + size);
     let text = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
     roxmltree::Document::parse(&text("a.svg")).unwrap();
     assert!(text("a.csv").starts_with("from_glottis_mm,length_mm,area_cm2,"));
@@ -46,8 +45,7 @@ fn tensions_jaw_lips_and_another_tract_change_the_sound() {
         let other = formants(&heard(at, &format!("{pulled} {more}")));
         assert!(plain.iter().zip(&other).any(|(a, b)| (a - b).abs() > 2.0), "{more:?}: {plain:?} {other:?}");
     }
-    let drawn =
-        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/tract.toml")).unwrap();
+    let drawn = include_str!("../../targets/tract.toml");
     std::fs::write(at.join("mine.toml"), drawn.replace("step_mm = 4.0", "step_mm = 2.0")).unwrap();
     let finer = formants(&heard(at, &format!("{pulled} --tract mine.toml")));
     // Half the step changes the first four formants by less than 2 %, so the grid is fine enough.
@@ -83,7 +81,6 @@ fn praat_finds_the_computed_formants() {
         let done = Command::new(&python).arg(&script).arg(wav).output().unwrap();
         assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
         let theirs: Vec<f64> = serde_json::from_slice(&done.stdout).unwrap();
-        println!("/{vowel}/ ours {ours:.0?}, Praat's {theirs:.0?}");
         // Linear prediction may find one more, weak peak that is not a resonance of the tract.
         for a in &ours[..4] {
             let found = theirs.iter().any(|b| (a / b - 1.0).abs() < 0.05);

@@ -4,17 +4,16 @@ use std::fmt::Write as _;
 
 use super::run::{json, run};
 
+/// How far activations come back from contours, lengths and coils, `marks_in_space` in the library shows.
 #[test]
 fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn() {
     let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     let simulate = "simulate --body space --activation GGP=0.1 --activation TRANS=0.05 --json --out out";
     let made = json(folder.path(), simulate);
     assert_eq!((made["status"].as_str(), made["half"].as_bool()), (Some("converged"), Some(true)));
-    assert!(
-        made["foremost_moved_mm"][0].as_f64().unwrap() < -0.5,
-        "it protrudes: {}",
-        made["foremost_moved_mm"]
-    );
+    let protrudes = &made["foremost_moved_mm"][0];
+    assert!(protrudes.as_f64().unwrap() < -0.5, "{protrudes}");
     let svg = std::fs::read_to_string(folder.path().join("out/tongue.svg")).unwrap();
     let document = roxmltree::Document::parse(&svg).unwrap();
     let words: Vec<&str> =
@@ -22,58 +21,44 @@ fn activations_come_back_from_the_places_that_they_made_and_pictures_are_drawn()
     for word in ["left side", "front", "top", "left", "right", "GGP 0.10", "TRANS 0.05"] {
         assert!(words.contains(&word), "{word}: {words:?}");
     }
-
-    let mut table = "node,x_mm,y_mm,z_mm\n".to_owned();
-    for (node, place) in made["positions_m"].as_array().unwrap().iter().enumerate().skip(3).step_by(11) {
+    let mut nodes = "node,x_mm,y_mm,z_mm\n".to_owned();
+    for (node, place) in
+        made["positions_m"].as_array().unwrap()[..13 * 8 * 9].iter().enumerate().skip(3).step_by(11)
+    {
         let [x, y, z] = [0, 1, 2].map(|i| 1e3 * place[i].as_f64().unwrap());
-        if node < 13 * 8 * 9 {
-            writeln!(table, "{},{x},{y},{z}", node + 1).unwrap();
-        }
+        writeln!(nodes, "{},{x},{y},{z}", node + 1).unwrap();
     }
-    std::fs::write(folder.path().join("nodes.csv"), table).unwrap();
-    let comes_back = |line: &str, room: f64| {
-        let mut found = json(folder.path(), &format!("{line} --body space --starts 1 --json"));
-        let frame = found["frames"][0].take();
+    write("nodes.csv", &nodes);
+    let mut stretches = "muscle,stretch,sd_mm\n".to_owned();
+    for (muscle, stretch) in made["stretches"].as_object().unwrap() {
+        writeln!(stretches, "{muscle},{stretch},0.1").unwrap();
+    }
+    write("stretches.csv", &stretches);
+    for (line, marks) in [("--points nodes.csv", 85), ("track nodes.csv stretches.csv", 85 + 21)] {
+        let frame = &json(folder.path(), &format!("{line} --body space --starts 1 --json"))["frames"][0];
         assert!(frame["rms_mm"].as_f64().unwrap() < 0.05, "{frame}");
+        assert_eq!(frame["distances_mm"].as_array().unwrap().len(), marks);
         for (muscle, a) in frame["activations"].as_object().unwrap() {
             let truth =
                 [("GGP", 0.1), ("TRANS", 0.05)].iter().find(|(m, _)| m == muscle).map_or(0.0, |(_, a)| *a);
-            assert!((a.as_f64().unwrap() - truth).abs() < room, "{muscle} {a}");
+            assert!((a.as_f64().unwrap() - truth).abs() < 0.01, "{muscle} {a}");
         }
-        frame
-    };
-    assert!(comes_back("--points nodes.csv", 0.01)["factorisations"].as_u64().unwrap() > 0);
-
-    // The same from the midsagittal contour and the stretches, in two tables.
-    let mut table = "x_mm,z_mm,sd_mm\n".to_owned();
-    for node in (0..8).flat_map(|j| [0, 12].map(|i| i + 13 * j)).chain((1..12).map(|i| i + 13 * 7)) {
-        let at = &made["positions_m"][4 * 13 * 8 + node];
-        writeln!(table, "{},{},0.2", 1e3 * at[0].as_f64().unwrap(), 1e3 * at[2].as_f64().unwrap()).unwrap();
     }
-    std::fs::write(folder.path().join("contour.csv"), table).unwrap();
-    let mut table = "muscle,stretch,sd_mm\n".to_owned();
-    for (muscle, stretch) in made["stretches"].as_object().unwrap() {
-        writeln!(table, "{muscle},{stretch},0.1").unwrap();
-    }
-    std::fs::write(folder.path().join("stretches.csv"), table).unwrap();
-    let frame = comes_back("track contour.csv stretches.csv", 0.02);
-    assert_eq!(frame["distances_mm"].as_array().unwrap().len(), 27 + 21);
-
     // A recording in the frame of the body: two frames of three coils, at rest and raised.
     let coils = "recording,time_s,point,x_mm,y_mm\nr,0,T1,-8,35\nr,0,T2,5,44\nr,0,T3,20,48.5\nr,0.1,T1,-9,36\nr,0.1,T2,4,46\nr,0.1,T3,19,50\n";
-    std::fs::write(folder.path().join("coils.csv"), coils).unwrap();
-    std::fs::write(
-        folder.path().join("map.toml"),
-        "back = \"x\"\nup = \"y\"\n[points]\nT1 = { surface_mm = 7.0 }\nT2 = { surface_mm = 22.0 }\nT3 = { surface_mm = 38.0 }\n",
-    )
-    .unwrap();
-    let track = "track coils.csv --map map.toml --as-is --body space --starts 1 --json";
-    let found = run(folder.path(), track).record();
+    write("coils.csv", coils);
+    let places = "T1 = { surface_mm = 7.0 }\nT2 = { surface_mm = 22.0 }\nT3 = { surface_mm = 38.0 }\n";
+    write("map.toml", &format!("back = \"x\"\nup = \"y\"\n[points]\n{places}"));
+    let found =
+        run(folder.path(), "track coils.csv --map map.toml --as-is --body space --starts 1 --json").record();
     let frames = found["frames"].as_array().unwrap();
     assert_eq!((frames.len(), &frames[1]["recording"], &frames[1]["time_s"]), (2, &"r".into(), &0.1.into()));
     for frame in frames {
-        assert!(frame["rms_mm"].as_f64().unwrap() < 1.5, "{frame}");
-        assert!(!frame["open"].as_array().unwrap().is_empty(), "three coils leave much open");
+        let open = frame["open"].as_array().unwrap();
+        assert!(
+            frame["rms_mm"].as_f64().unwrap() < 1.5 && !open.is_empty(),
+            "three coils leave much open: {frame}"
+        );
     }
     assert!(found["notes"][0].as_str().unwrap().contains("no intervals over time"), "{found}");
 }
@@ -87,11 +72,9 @@ fn a_vowel_is_fitted_in_space_from_its_lengths() {
         let found = run(folder.path(), &format!("{vowel} --target {target}")).record();
         let frame = &found["frames"][0];
         assert_eq!(frame["distances_mm"].as_array().unwrap().len(), lengths);
-        assert_eq!(frame["activations"].as_object().unwrap().len(), 11);
         assert!(!frame["open"].as_array().unwrap().is_empty(), "eight lengths leave some of eleven open");
         assert!(found["notes"][0].as_str().unwrap().contains("S2 /a/ against /ɯ/"), "{found}");
-        let rms = frame["rms_mm"].as_f64().unwrap();
-        assert!(rms < limit, "{target}: {rms}");
+        assert!(frame["rms_mm"].as_f64().unwrap() < limit, "{target}: {frame}");
     }
 }
 
@@ -138,18 +121,6 @@ fn surgery_of_one_side_deviates() {
 }
 
 #[test]
-fn a_body_of_hexahedra_from_gmsh_contracts() {
-    let folder = tempfile::tempdir().unwrap();
-    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/gmsh/hexahedra_41.msh");
-    let found = json(folder.path(), &format!("simulate --body '{mesh}' --activation A=0.3 --json"));
-    assert_eq!(
-        (&found["status"], &found["hexahedra"], &found["half"]),
-        (&"converged".into(), &48.into(), &true.into())
-    );
-    assert!(found["stretches"]["A_L"].as_f64().unwrap() < 0.97, "{}", found["stretches"]);
-}
-
-#[test]
 fn the_tongue_in_space_sounds_and_its_scenes_run() {
     let folder = tempfile::tempdir().unwrap();
     let heard = |more: &str| {
@@ -164,8 +135,7 @@ fn the_tongue_in_space_sounds_and_its_scenes_run() {
     let done = run(folder.path(), "scene run s.toml --out s");
     assert_eq!(done.status, Some(0), "{}", done.err);
     assert!(done.out.contains("| activation |") && done.out.contains("672 hexahedra"), "{}", done.out);
-    let vtu = std::fs::read_to_string(folder.path().join("s/s.vtu")).unwrap();
-    assert!(vtu.contains("activation"), "{}", &vtu[..400]);
+    assert!(std::fs::read_to_string(folder.path().join("s/s.vtu")).unwrap().contains("activation"));
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::path::Path;
 use serde_json::{Value, json};
 use tongue_core::statistics::mean_and_variance;
 
-use super::run::{program, record, run};
+use super::run::{names, program, record, run};
 
 const RECORDING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/targets/recordings/synthetic.tsv");
 
@@ -59,32 +59,13 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     assert_eq!((frames.len(), found["recordings"].as_array().unwrap().len()), (90, 2));
     assert_eq!(found["rest"], "similarity");
     assert!(found["median_rms_mm"].as_f64().unwrap() < 1.0, "{}", found["median_rms_mm"]);
-    let fields = "time_s status tensions_n low high rms_mm rms_sd held_out_rms_mm resolved level_low level_high course course_low \
-                  course_high";
-    for field in fields.split(' ') {
-        assert!(frames[0].get(field).is_some(), "{field}");
-    }
     for frame in frames {
         for (muscle, tension) in frame["tensions_n"].as_object().unwrap() {
-            let value = |of: &str| frame[of][muscle].as_f64().unwrap();
-            assert!(value("low") <= tension.as_f64().unwrap() && tension.as_f64().unwrap() <= value("high"));
+            let end = |of: &str| frame[of][muscle].as_f64().unwrap();
+            assert!((end("low")..=end("high")).contains(&tension.as_f64().unwrap()));
+            assert!(end("course_low") <= end("course") && end("course") <= end("course_high"));
         }
     }
-    let inside = |frame: &Value, of: [&str; 2], muscle: &str, true_n: f64| {
-        let end = |of: &str| frame[of][muscle].as_f64().unwrap();
-        (end(of[0])..=end(of[1])).contains(&true_n)
-    };
-    let mut held = [0, 0];
-    for muscle in frames[0]["tensions_n"].as_object().unwrap().keys() {
-        for (frames, truth) in frames.chunks(45).zip(truth(muscle).chunks(45)) {
-            let mean = mean_and_variance(truth.iter().copied()).0;
-            for (frame, true_n) in frames.iter().zip(truth) {
-                held[0] += usize::from(inside(frame, ["level_low", "level_high"], muscle, *true_n));
-                held[1] += usize::from(inside(frame, ["course_low", "course_high"], muscle, true_n - mean));
-            }
-        }
-    }
-    assert!(held[0] >= 663 && held[1] >= 684, "{held:?} of 720 levels and courses; 92 and 95 % are due");
     // The two most reliable courses are those that were simulated, up to their size.
     let mut courses = found["courses"].as_array().unwrap().clone();
     courses.sort_by(|a, b| b["reliability"].as_f64().unwrap().total_cmp(&a["reliability"].as_f64().unwrap()));
@@ -97,17 +78,10 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
         assert!(r > 0.75, "{muscle}: {r}");
     }
     // Most frames have formants, and of the others the reason is counted.
-    let heard: Vec<&Value> = frames.iter().filter_map(|f| f.get("formants")).collect();
-    assert_eq!(found["formants"]["frames"], heard.len());
+    let told = frames.iter().filter(|f| f.get("formants").is_some()).count();
     let without = found["formants"]["without"].as_object().unwrap();
-    assert_eq!(without.values().map(|n| n.as_u64().unwrap()).sum::<u64>(), 90 - heard.len() as u64);
-    assert!(heard.len() > 45, "{}", found["formants"]);
-    let told = heard.len();
-    for formants in heard {
-        let [f1, f2] = [0, 1].map(|i| ["hz", "sd_hz"].map(|key| formants[i][key].as_f64().unwrap()));
-        assert!(f1[0] > 200.0 && f1[0] < f2[0] && f2[0] < 3500.0, "{formants}");
-        assert!([f1, f2].iter().all(|[hz, sd]| *sd > 0.0 && sd < hz), "{formants}");
-    }
+    assert_eq!(without.values().map(|n| n.as_u64().unwrap()).sum::<u64>(), 90 - told as u64);
+    assert!(told > 45 && found["formants"]["frames"] == told, "{}", found["formants"]);
     // Every file is there, and is what it says.
     let out = folder.path().join("results/track");
     let read = |name: &str| fs::read_to_string(out.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -121,12 +95,11 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
         let value = |name: &str| row[name].parse::<f64>().unwrap();
         let is_own = |f: &&Value| f["recording"] == row["recording"] && f["time_s"] == value("time_s");
         let frame = frames.iter().find(is_own).unwrap();
-        for (kind, of) in
-            [("tension", ["level_low", "level_high"]), ("course", ["course_low", "course_high"])]
-        {
+        for (kind, of) in [("tension", "level"), ("course", "course")] {
             all += 1;
+            let end = |end: &str| frame[format!("{of}_{end}")][&row["muscle"]].as_f64().unwrap();
             let drawn = value(&format!("{kind}_n_per_m"));
-            outside += usize::from(!inside(frame, of, &row["muscle"], drawn));
+            outside += usize::from(!(end("low")..=end("high")).contains(&drawn));
         }
     }
     assert!(all > 50_000 && (0.03..0.07).contains(&(outside as f64 / all as f64)), "{outside} of {all}");
@@ -140,34 +113,11 @@ fn a_recording_without_a_body_is_adapted_to_and_tracked() {
     }
     // The body is written with the shape at rest that was found, and read back as it is.
     let body = record(&out, "body.json");
-    let mesh = |line: &str| run(folder.path(), line).record()["nodes_m"].clone();
-    assert_eq!(mesh("mesh --mesh results/track/body.json --json"), body["nodes_m"]);
-    assert_ne!(mesh("mesh --json"), body["nodes_m"]);
+    let mesh = run(folder.path(), "mesh --mesh results/track/body.json --json").record();
+    assert_eq!(mesh["nodes_m"], body["nodes_m"]);
     let sto = read("track_2.sto");
     assert!(sto.contains("nRows=45\nnColumns=50\n"), "{}", &sto[..300]);
     assert!(read("shapes_1.pvd").contains("shapes_1_0008.vtu"));
-}
-
-#[test]
-fn a_long_recording_is_met_as_well_as_a_short_one() {
-    let folder = tempfile::tempdir().unwrap();
-    let lines = cells();
-    let time = lines[0].iter().position(|c| *c == "Time of sample in recording").unwrap();
-    // One recording, said several times over.
-    let met = |times: usize| {
-        let mut said = vec![lines[0].clone()];
-        for (nth, frame) in (0..times).flat_map(|nth| lines[1..46].iter().map(move |frame| (nth, frame))) {
-            let mut frame = frame.clone();
-            frame[time] = format!("{:.4}", frame[time].parse::<f64>().unwrap() + 0.5625 * nth as f64);
-            said.push(frame);
-        }
-        write(folder.path(), "r.tsv", &said);
-        let done = run(folder.path(), "track r.tsv --json --frames 0 --draws 100");
-        assert_eq!(done.status, Some(0));
-        done.record()["median_rms_mm"].as_f64().unwrap()
-    };
-    let (once, often) = (met(1), met(4));
-    assert!(once < 0.8 && often < once + 0.1, "{once} mm, {often} mm over 180 frames");
 }
 
 /// Lower end, median and upper end of a level and of a course.
@@ -223,8 +173,7 @@ fn gaps_and_hidden_points_leave_the_answer_within_its_intervals() {
     assert_eq!(held["points"], json!(["tongue_2", "tongue_5", "tongue_8"]));
     let opponents = held["opponents"].as_array().unwrap();
     let medians: Vec<f64> = opponents.iter().map(|o| o["median_mm"].as_f64().unwrap()).collect();
-    assert!(opponents.len() == 4 && opponents[0]["name"] == "the model", "{held}");
-    assert!(medians.iter().all(|m| (0.2..3.0).contains(m)) && medians[0] < medians[1], "{held}");
+    assert!(opponents.len() == 4 && opponents[0]["name"] == "the model" && medians[0] < medians[1], "{held}");
     let frames = found["frames"].as_array().unwrap();
     assert!(frames[0]["held_out_rms_mm"].as_f64().unwrap() > 0.0);
     let hidden: Vec<_> = frames.iter().flat_map(|f| f["held_out"].as_array().unwrap()).collect();
@@ -236,24 +185,15 @@ fn gaps_and_hidden_points_leave_the_answer_within_its_intervals() {
     assert!((0.9..0.99).contains(&part), "{part} of {}", hidden.len());
 }
 
+/// That threads change no bit, `tensions_are_tracked` in the library shows.
 #[test]
-fn an_adapted_body_goes_into_every_command_and_tracks_the_same_on_any_number_of_threads() {
+fn an_adapted_body_goes_into_every_command() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     let done = run(at, &format!("adapt '{RECORDING}' --out speaker"));
     assert_eq!(done.status, Some(0), "{}", done.err);
     assert!(done.out.contains("rest shape: the shape that explains many frames at once"), "{}", done.out);
-    assert!(done.out.contains("| GGa    |       42.7 |"), "{}", done.out);
     assert!(!at.join("speaker/anatomy.toml").exists(), "one body, whatever file is read back");
-    let tracked = |threads: usize| {
-        let line = format!("track RECORDING --mesh speaker/body.json --threads {threads} --out {threads}");
-        let json = found(at, &line);
-        assert!(json["rest"] == "joint" && json["median_rms_mm"].as_f64().unwrap() < 1.0, "{json}");
-        // The last columns say the command, which names the threads.
-        let table = fs::read_to_string(at.join(format!("{threads}/track.csv"))).unwrap();
-        table.lines().map(|l| l.split(",0.1.0").next().unwrap().to_owned()).collect::<Vec<_>>()
-    };
-    assert_eq!(tracked(1), tracked(3));
     let simulated = run(at, "simulate --mesh speaker/body.json --tension GGa=10 --json");
     assert_eq!(simulated.status, Some(0), "{}", simulated.err);
     // A bone that was never seen can be an unknown.
@@ -265,7 +205,7 @@ fn an_adapted_body_goes_into_every_command_and_tracks_the_same_on_any_number_of_
         [("", "track --free-bone hyoid", 0), ("--free-bone hyoid", "its displacement is an unknown", 2)]
     {
         let found = found(at, &format!("{line} {more}"));
-        assert!(found["notes"].to_string().contains(told), "{}", found["notes"]);
+        assert!(found["rest"] == "joint" && found["notes"].to_string().contains(told), "{}", found["notes"]);
         let interval = &found["frames"][0]["bones"]["hyoid"]["interval_mm"];
         assert_eq!(interval.as_array().map_or(0, Vec::len), bones, "{interval}");
     }
@@ -290,6 +230,7 @@ fn coils() -> String {
     out
 }
 
+/// How well, tests/slow/coils_place_the_body.rs and tests/slow/hidden_coils_are_predicted.rs show.
 #[test]
 fn coils_place_the_body_and_one_that_is_hidden_is_predicted() {
     let folder = tempfile::tempdir().unwrap();
@@ -298,29 +239,19 @@ fn coils_place_the_body_and_one_that_is_hidden_is_predicted() {
     let seen = found(at, "track coils.csv");
     let converged = seen["statuses"]["converged"].as_u64().unwrap_or(0);
     assert!(converged >= 72, "of 90 frames: {}", seen["statuses"]);
-    assert!(seen["median_rms_mm"].as_f64().unwrap() < 1.5, "{}", seen["median_rms_mm"]);
     let placement = &seen["placement"];
-    let interval = |what: &str| [0, 1, 2].map(|i| placement[what][i].as_f64().unwrap());
     for (what, least, most) in [("scale", 0.2, 0.6), ("turn_deg", 20.0, 50.0), ("up_mm", 6.0, 30.0)] {
-        let [middle, low, high] = interval(what);
+        let [middle, low, high] = [0, 1, 2].map(|i| placement[what][i].as_f64().unwrap());
         assert!(low < middle && middle < high && (least..most).contains(&(high - low)), "{placement}");
     }
-    // The contour of the same recording places the body with bones: the tongue is not larger than 1.2 times.
-    assert!(interval("scale")[1] < 1.1 && interval("scale")[2] > 0.95, "{placement}");
     // The body that `adapt` writes has the same coils in the same places.
     run(at, "adapt coils.csv --out body");
     let again = found(at, "track coils.csv --mesh body/body.json");
     let rms = [&seen, &again].map(|f| f["median_rms_mm"].as_f64().unwrap());
-    assert!((rms[0] - rms[1]).abs() < 0.1, "{rms:?}");
+    assert!((rms[0] - rms[1]).abs() < 0.1 && rms[0] < 1.5, "{rms:?}");
     let hidden = found(at, "track coils.csv --hold-out T3");
     let opponents = hidden["held_out"]["opponents"].as_array().unwrap();
-    let median = |name: &str| {
-        let one = opponents.iter().find(|o| o["name"] == name).unwrap();
-        assert_eq!(one["points"], 90, "{one}");
-        one["median_mm"].as_f64().unwrap()
-    };
-    let (model, mean) = (median("the model"), median("mean of the speaker's coils"));
-    assert!(model < 6.0 && mean > 0.5, "{model} {mean}");
+    assert!(opponents.len() > 1 && opponents.iter().all(|o| o["points"] == 90), "{opponents:?}");
     assert_eq!(hidden["frames"][0]["held_out"].as_array().unwrap().len(), 2, "a coil has two coordinates");
 }
 
@@ -333,8 +264,6 @@ fn labels_become_segments_what_repeats_is_that_of_the_results_and_what_is_harder
     let segments = found["segments"].as_array().unwrap();
     let of = |tier: &str| segments.iter().filter(|s| s["tier"] == tier).count();
     assert_eq!((of("annotation"), of("prompt")), (6, 2));
-    let (low, high) = (&segments[0]["low"]["GGm"], &segments[0]["high"]["GGm"]);
-    assert!(low.as_f64().unwrap() < high.as_f64().unwrap(), "{}", segments[0]);
     assert_eq!(found["repeats"]["labels"], json!({ "a": 2, "i": 2, "u": 2 }));
     assert_eq!(csv::Reader::from_path(at.join("out/segments.csv")).unwrap().records().count(), 8 * 8);
     let kept = concat!(env!("CARGO_MANIFEST_DIR"), "/results/track/repeats.csv");
@@ -345,11 +274,7 @@ fn labels_become_segments_what_repeats_is_that_of_the_results_and_what_is_harder
         let names = "icc by_chance chance_95 by_exchange exchange_95 of_label of_label_95";
         for (column, what) in (1..).zip(names.split(' ')) {
             let (kept, now): (f64, f64) = (row[column].parse().unwrap(), now[what].as_f64().unwrap());
-            let muscle = &row[0];
-            assert!(
-                (kept - now).abs() < 0.02,
-                "{what} of {muscle}: {kept}, now {now}; make results/track anew"
-            );
+            assert!((kept - now).abs() < 0.02, "{what}: {kept}, now {now}; make results/track anew");
         }
         rows += 1;
     }
@@ -381,21 +306,14 @@ fn a_run_writes_six_files_however_many_recordings_it_has_and_its_page_draws_what
     let at = folder.path();
     // Six recordings in place of two, the last without its hyoid.
     let mut many = copies(3, |copy| 45 - 6 * copy);
-    let bones: Vec<usize> =
-        (0..many[0].len()).filter(|c| many[0][*c].ends_with("DLC_HyoidMandible")).collect();
     for line in many.iter_mut().filter(|line| line.iter().any(|cell| cell.contains("two 2"))) {
-        bones.iter().for_each(|cell| line[*cell].clear());
+        line[26..30].iter_mut().for_each(String::clear);
     }
     write(at, "many.tsv", &many);
     let done = run(at, "track many.tsv --draws 100 --out out");
     assert_eq!(done.status, Some(0), "{}", done.err);
-    let mut names: Vec<String> = fs::read_dir(at.join("out"))
-        .unwrap()
-        .map(|e| e.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
     let expected = ["body.json", "contrasts.csv", "segments.csv", "track.csv", "track.html", "track.json"];
-    assert_eq!(names, expected);
+    assert_eq!(names(&at.join("out")), expected);
     // The page holds all shapes of all recordings in less than 800 bytes a frame.
     let page = fs::read_to_string(at.join("out/track.html")).unwrap();
     assert!(page.len() < 40_000 + 800 * 234, "{}", page.len());
@@ -446,11 +364,7 @@ fn one_posture_is_fitted_from_points_and_a_palate_is_met() {
     fs::write(at.join("my.csv"), points).unwrap();
     let whole = found(at, "--points my.csv --as-is");
     let frames = whole["frames"].as_array().unwrap();
-    // One contour on a body of which only the model is sure halves the uncertainty of one direction of the tensions.
     assert_eq!((frames.len(), frames[0]["status"].as_str()), (1, Some("converged")));
-    let width =
-        |m: &str| frames[0]["level_high"][m].as_f64().unwrap() - frames[0]["level_low"][m].as_f64().unwrap();
-    assert!((40.0..70.0).contains(&width("GGp")), "52.7 without data: {}", width("GGp"));
     assert!(frames[0]["rms_mm"].as_f64().unwrap() < 1.0, "{}", frames[0]["rms_mm"]);
     // A palate through which two of the points would have to go.
     fs::write(at.join("palate.csv"), "point,x_mm,y_mm\na,-20,46.5\nb,0,46.5\nc,23,46.5\nd,25,55\ne,60,55\n")

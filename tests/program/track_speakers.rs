@@ -17,15 +17,11 @@ fn several_speakers_are_tracked_apart_and_their_differences_counted() {
     // The third speaker has no decimal points in the places, and is left out.
     let of = |name: &str| rows.replace("synthetic\t", &format!("{name}\t"));
     let without_points = |line: &str| {
-        let cells = line.split('\t').enumerate();
-        cells
-            .map(|(i, cell)| if i < 4 { cell.to_owned() } else { cell.replace('.', "") })
-            .collect::<Vec<_>>()
-            .join("\t")
+        let (start, places) = line.split_at(line.match_indices('\t').nth(3).unwrap().0);
+        format!("{start}{}\n", places.replace('.', ""))
     };
-    let bad: Vec<String> = of("third").lines().map(without_points).collect();
-    let bad = bad.join("\n");
-    fs::write(at.join("all.tsv"), format!("{head}\n{}{}{bad}\n", of("first"), of("the second"))).unwrap();
+    let bad: String = of("third").lines().map(without_points).collect();
+    fs::write(at.join("all.tsv"), format!("{head}\n{}{}{bad}", of("first"), of("the second"))).unwrap();
     let done = run(at, "track all.tsv --draws 400 --also draws --out out --json");
     assert_eq!(done.status, Some(1), "{}", done.err);
     assert!(done.err.contains("left out: speaker third: "), "{}", done.err);
@@ -63,21 +59,8 @@ fn several_speakers_are_tracked_apart_and_their_differences_counted() {
     }
     // Each has a standard deviation of 0.1.
     assert!((correlations / draws[0].len() as f64).abs() < 0.15, "{correlations} of {}", draws[0].len());
-    let contrasts = folders.map(|folder| table(&format!("{folder}/contrasts.csv")));
+    // How they are counted over speakers, `over_speakers` in crates/infer shows.
     let all = table("over_speakers.csv");
-    assert_eq!((all.len(), contrasts[0].len()), (24, 24));
-    assert_eq!(found["over_speakers"].as_array().unwrap().len(), 24);
-    for row in &all {
-        let is_same = |c: &&Row| ["tier", "muscle", "a", "b"].iter().all(|key| c[*key] == row[*key]);
-        let own: Vec<&Row> = contrasts.iter().map(|c| c.iter().find(is_same).unwrap()).collect();
-        let words = |word: &str| own.iter().filter(|c| c["word"] == word).count().to_string();
-        assert_eq!((&row["speakers"], &row["low_n_per_m"]), (&"2".to_owned(), &String::new()));
-        assert_eq!(
-            [&row["surely_harder_in_a"], &row["surely_harder_in_b"]],
-            [&words("surely harder"), &words("surely not harder")]
-        );
-        let number = |text: &String| text.parse::<f64>().unwrap();
-        let mean = own.iter().map(|c| number(&c["difference_n_per_m"])).sum::<f64>() / 2.0;
-        assert!((number(&row["mean_difference_n_per_m"]) - mean).abs() < 1e-9, "{row:?}");
-    }
+    assert_eq!((all.len(), found["over_speakers"].as_array().unwrap().len()), (24, 24));
+    assert!(all.iter().all(|row| row["speakers"] == "2" && row["low_n_per_m"].is_empty()), "{all:?}");
 }
