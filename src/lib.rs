@@ -86,7 +86,7 @@ pub mod body {
     pub use tongue_core::body::space::{Filling, Half, Operated, Region, Segment, Side};
     pub use tongue_core::body::{
         Anatomy, Body, BodyError, Bone, Cells, ContinuumSettings, DEFAULT_SPACING_M, HYOID, MANDIBLE, Mesh,
-        MuscleChain, Quality, REFERENCE, SpaceBody, SpaceMuscle, build,
+        Muscle, MuscleChain, Quality, REFERENCE, build,
     };
     pub use tongue_input::bodies::{AnyBody, MeshContent, Unit};
 
@@ -162,7 +162,7 @@ pub mod inverse {
     pub mod alarms {
         //! What to doubt in an answer.
         pub use tongue_infer::inverse::alarms::{
-            Alarm, THICKNESS_M, alarms, barrier, of_equilibrium, of_strain,
+            Alarm, THICKNESS_M, alarms, barrier, of_equilibrium, of_shape, of_strain,
         };
     }
 
@@ -233,9 +233,9 @@ pub mod posterior {
 pub mod report {
     //! Outputs: records, tables, pictures and pages.
     pub use tongue_files::report::{
-        AnimationFrame, Conclusion, DecidedBy, Draws, Export, FitRecord, Json, Markdown, Msh,
-        OperationRecord, Panel, Provenance, Pvd, RecordingResult, ReportError, Rows, SectionPicture, Series,
-        SimulationRecord, SoundRecord, SpaceFitRecord, SpaceRecord, SpaceTrackRecord, SpaceVtu, Svg, Table,
+        AnimationFrame, Conclusion, DecidedBy, Draws, Export, FitRecord, HexahedraRecord, Json, Markdown,
+        Msh, OfBody, OperationRecord, Panel, Provenance, Pvd, RecordingResult, ReportError, Rows,
+        SectionPicture, Series, SimulationRecord, SoundRecord, SpaceFitRecord, SpaceTrackRecord, Svg, Table,
         TrackRecord, TrackResults, TrajectoryRecord, ValleyRecord, VowelPicture, Vtu, Wav, animation,
         changes, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
     };

@@ -3,7 +3,7 @@
 use miette::{IntoDiagnostic, ensure, miette};
 use nalgebra::Vector3;
 use serde_json::{Value, json};
-use tongue_fit::body::{Body, Mesh, SpaceBody};
+use tongue_fit::body::{Body, Mesh};
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, Export, Json, OutputDir, Panel, Rows};
@@ -154,7 +154,7 @@ fn in_plane(
 
 /// The equilibrium to which the activation of a muscle on both sides leads from rest.
 fn in_space(
-    body: &SpaceBody,
+    body: &Body<3>,
     model: &SpaceModel,
     section: &Mesh<2>,
     name: &str,
@@ -169,12 +169,14 @@ fn in_space(
         1e3 * (ends[1] - ends[0])
     };
     let wider_mm = Some(width(&solved.positions) - width(&body.mesh.nodes));
-    let [a, b] = body.mesh.muscles[body.muscles_called(name).into_diagnostic()?[0]].ends();
+    let [a, b] = body.mesh.muscles[body.both_sides(name).into_diagnostic()?[0]].ends();
     let length = |x: &[Vector3<f64>]| (x[b] - x[a]).norm();
     let stretch = length(&solved.positions) / length(&body.mesh.nodes);
     let flat = solved.midsagittal_positions();
     let found = solved.found;
-    let alone = MuscleEffect::new(name, found.solution.status, found.alarms, stretch, section, &flat);
+    let strain = alarms::of_shape(body, &solved.system, &solved.positions);
+    let alarms = [found.alarms, strain].concat();
+    let alone = MuscleEffect::new(name, found.solution.status, alarms, stretch, section, &flat);
     let alone = MuscleEffect { wider_mm, ..alone };
     let row = alone.row(json!({ "activation": activation }), json!({}), stretch);
     Ok((alone, vec![row]))

@@ -160,8 +160,7 @@ pub fn notes(recordings: &[Screened], body: &Body<2>, freed: &[String]) -> Vec<S
             }
         }
     }
-    let named = |(said, names): (String, Vec<&str>)| format!("{}: {said}", names.join("; "));
-    all.into_iter().map(named).collect()
+    all.into_iter().map(|(said, names)| format!("{}: {said}", names.join("; "))).collect()
 }
 
 fn notes_of(Screened { seen, faults, .. }: &Screened, body: &Body<2>, freed: &[String]) -> Vec<String> {

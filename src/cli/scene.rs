@@ -5,10 +5,8 @@ use std::path::{Path, PathBuf};
 use miette::{IntoDiagnostic, miette};
 use nalgebra::{SVector, Vector3};
 use serde_json::json;
-use tongue_fit::body::{AnyBody, Mesh, SpaceBody};
-use tongue_fit::report::{
-    self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, SpaceVtu, Svg, Vtu,
-};
+use tongue_fit::body::{AnyBody, Body, Mesh};
+use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu};
 use tongue_fit::scene::prepare::{Prepared, prepare};
 use tongue_fit::scene::run::{self, SceneOutcome as Answer};
 use tongue_fit::scene::{self, Scene, SceneBody, Want, body};
@@ -120,13 +118,13 @@ fn run_one(name: &Path, global: &Global) -> miette::Result<Outcome> {
             })?
         }
         Ready::Solid(p) => {
-            let space = p.body.space.clone();
-            answered(&scene, p, to, |mesh, shape, result| match &space {
+            let body = p.body.is_activated().then(|| upright(&p.body));
+            answered(&scene, p, to, |mesh, shape, result| match &body {
                 None => report::solid(mesh, shape, &scene.title),
                 Some(body) => {
-                    let (body, shape) = (upright(body), turned(shape));
+                    let shape = turned(shape);
                     let operation = result.operation.as_ref();
-                    report::views(&body, &shape, result.pulls.values(), &scene.title, operation)
+                    report::views(body, &shape, result.pulls.values(), &scene.title, operation)
                 }
             })?
         }
@@ -140,7 +138,7 @@ fn turned(places: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     places.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect()
 }
 
-fn upright(body: &SpaceBody) -> SpaceBody {
+fn upright(body: &Body<3>) -> Body<3> {
     let mut body = body.clone();
     body.mesh.nodes = turned(&body.mesh.nodes);
     body
@@ -180,20 +178,12 @@ fn answered<const D: usize>(
     let mesh = &prepared.body.mesh;
     let picture = draw(mesh, &positions, &result).into_diagnostic()?;
     let stresses = prepared.system.stresses(&positions);
-    let vtu = Vtu::new(mesh, &positions, result.pulls.values()).into_diagnostic()?.with_stresses(stresses);
-    let shape: Vec<_> = result
-        .positions_m
-        .iter()
-        .map(|p| Vector3::from_fn(|i, _| p.get(i).copied().unwrap_or(0.0)))
-        .collect();
-    let in_space = prepared.body.space.as_ref();
-    let in_space =
-        in_space.map(|body| SpaceVtu { body, positions: &shape, activations: result.pulls.values() });
-    let vtu: &dyn Export = in_space.as_ref().map_or(&vtu, |v| v);
+    let vtu = Vtu::of(&prepared.body, &positions, result.pulls.values()).into_diagnostic()?;
+    let vtu = vtu.with_stresses(stresses);
     let lengths = result.trajectory.as_ref().map(|_| scene_table::lengths_over_time(&result));
     let json = Json(&result);
     let mut files: Vec<(&str, &dyn Export)> =
-        vec![(&names[0], &picture), (&names[1], &json), (&names[2], vtu)];
+        vec![(&names[0], &picture), (&names[1], &json), (&names[2], &vtu)];
     files.extend(lengths.iter().map(|table| (names[3].as_str(), table as &dyn Export)));
     let written = out.export(&files, &by).into_diagnostic()?;
     Ok((result, by, written))

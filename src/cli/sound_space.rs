@@ -2,6 +2,7 @@
 
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::acoustics::{Articulation, SpaceVocalTract, Tract, VocalTract};
+use tongue_fit::inverse::alarms;
 use tongue_fit::measured::ByMuscle;
 use tongue_fit::report::SoundRecord;
 use tongue_fit::statics::SolveStatus;
@@ -45,7 +46,8 @@ impl Arguments {
             subject: None,
             vowel: None,
             converged: solved.found.solution.status == SolveStatus::Converged
-                && solved.found.alarms.is_empty(),
+                && solved.found.alarms.is_empty()
+                && alarms::of_shape(&body, &solved.system, &solved.positions).is_empty(),
             tensions_n: None,
             activations: Some(ByMuscle(names.zip(activations).collect())),
             sound,

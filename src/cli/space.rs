@@ -5,9 +5,8 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, bail, miette};
 use nalgebra::{Vector2, Vector3};
 
-use tongue_fit::body::{SpaceBody, Unit, artisynth, gmsh};
-use tongue_fit::inverse::alarms;
-use tongue_fit::report::{self, Export, Json, OperationRecord, SpaceRecord, SpaceVtu};
+use tongue_fit::body::{Body, Unit, artisynth, gmsh};
+use tongue_fit::report::{self, OperationRecord, SimulationRecord};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::Workspace;
 use tongue_fit::surgery::{FillingKind, Surgery};
@@ -15,7 +14,7 @@ use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use super::body::SpaceSource;
 use super::choice::choice;
-use super::{Global, Outcome, inputs, output, table};
+use super::{Global, Outcome, inputs, output, simulate};
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -89,7 +88,7 @@ pub struct ModelArguments {
 }
 
 impl ModelArguments {
-    pub fn body(&self, source: &SpaceSource) -> miette::Result<SpaceBody> {
+    pub fn body(&self, source: &SpaceSource) -> miette::Result<Body<3>> {
         if self.body_unit != Unit::M && !matches!(source, SpaceSource::Mesh(_)) {
             bail!("--body-unit is the unit of a body from Gmsh: --body FILE.msh");
         }
@@ -97,7 +96,7 @@ impl ModelArguments {
             SpaceSource::BuiltIn if self.muscles_as == MusclesAs::Lines => Err(miette!(
                 "--muscles-as lines needs fibres from node to node, which the built-in body does not have"
             )),
-            SpaceSource::BuiltIn => SpaceBody::tongue(if self.refined { 2 } else { 1 }).into_diagnostic(),
+            SpaceSource::BuiltIn => Body::tongue_in_space(if self.refined { 2 } else { 1 }).into_diagnostic(),
             SpaceSource::Folder(folder) => {
                 artisynth::read(folder).map(|body| self.cut(body)).into_diagnostic()
             }
@@ -122,7 +121,7 @@ impl ModelArguments {
         Ok(body)
     }
 
-    fn cut(&self, body: SpaceBody) -> SpaceBody {
+    fn cut(&self, body: Body<3>) -> Body<3> {
         if self.refined { body.refined() } else { body }
     }
 
@@ -135,7 +134,7 @@ impl ModelArguments {
 }
 
 /// Activations of all muscles of a body from words such as `GGP=0.1`.
-pub fn activations(words: &[String], body: &SpaceBody) -> miette::Result<Vec<f64>> {
+pub fn activations(words: &[String], body: &Body<3>) -> miette::Result<Vec<f64>> {
     let mut given = Vec::new();
     for word in words {
         let (name, value) = word
@@ -165,7 +164,7 @@ impl Solved {
 /// Solves for the equilibrium; unless `direct`, the equilibria from rest are followed as the activations
 /// grow.
 pub fn solve(
-    body: &SpaceBody,
+    body: &Body<3>,
     model: &SpaceModel,
     activations: &[f64],
     direct: bool,
@@ -189,13 +188,12 @@ pub fn solve(
     let mut workspace = Workspace::new(&system);
     let own = half.as_ref().map_or(activations, |(own, _)| own);
     let clock = Instant::now();
-    let mut found = Equilibrium::of(&system, &mut workspace, own, direct);
+    let found = Equilibrium::of(&system, &mut workspace, own, direct);
     let wall_s = clock.elapsed().as_secs_f64();
     let positions = match &half {
         Some((_, half)) => half.whole(workspace.positions()),
         None => workspace.positions().to_vec(),
     };
-    found.alarms.extend(alarms::of_strain(&body.mesh, body.volume_ratios(&positions), &positions));
     Ok(Solved { found, positions, system, wall_s })
 }
 
@@ -231,23 +229,15 @@ pub fn run(
         operation = Some(record);
     }
     let Solved { found, positions, system, wall_s } = solved;
-    let record = SpaceRecord::new(body, (&system, &found), &activations, &positions, wall_s);
-    let record = SpaceRecord { operation, ..record };
-    let json = Json(&record);
     let mut title: Vec<String> = vec!["Tongue in space".to_owned()];
     title.extend(whole.active(&all).into_iter().map(|(name, a)| format!("{name} {a}")));
-    let operation = record.operation.as_ref();
     let shapes = if operation.is_some() {
         "before surgery (light) and after it"
     } else {
         "at rest (light) and deformed"
     };
     let title = format!("{}: {shapes}", title.join(", "));
-    let picture = report::views(body, &positions, &activations, &title, operation).into_diagnostic()?;
-    let vtu = SpaceVtu { body, positions: &positions, activations: &activations };
-    let files: [(&str, &dyn Export); 3] =
-        [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
-    let by = super::provenance().with_tissue(system.tissue());
-    output::write_and_answer(global, (out.as_ref(), &files), &json, &by, || table::in_space(&record))?;
-    Ok(Outcome::of_equilibrium(&found))
+    let picture = report::views(body, &positions, &activations, &title, operation.as_ref());
+    let record = SimulationRecord::new(body, (&system, found), &activations, &positions, operation, wall_s);
+    simulate::answer(body, &system, &record, &positions, picture, (out.as_ref(), global))
 }

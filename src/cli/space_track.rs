@@ -7,11 +7,11 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 
-use tongue_fit::body::{Body, DEFAULT_SPACING_M, SpaceBody};
+use tongue_fit::body::{Body, DEFAULT_SPACING_M};
 use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::{self, Export, Json, Pvd, SpaceFitRecord, SpaceTrackRecord, SpaceVtu};
+use tongue_fit::report::{self, Export, Json, Pvd, SpaceFitRecord, SpaceTrackRecord, Vtu};
 use tongue_fit::system::System;
 
 use super::body::SpaceSource;
@@ -83,7 +83,7 @@ impl Arguments {
     /// Searches frame after frame, and writes and prints what was found. `implausible` says which recordings cannot be trusted.
     fn answer(
         &self,
-        body: &SpaceBody,
+        body: &Body<3>,
         recorded: &Recorded,
         (mut notes, implausible): (Vec<String>, Option<String>),
         folder: &str,
@@ -143,8 +143,8 @@ impl Arguments {
         if shapes.len() < 2 {
             shapes = vec![(answer.positions, answer.tensions)];
         }
-        let vtus: Vec<SpaceVtu<'_>> =
-            shapes.iter().map(|(positions, activations)| SpaceVtu { body, positions, activations }).collect();
+        let vtus = shapes.iter().map(|(positions, activations)| Vtu::of(body, positions, activations));
+        let vtus = vtus.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
         let is_one = vtus.len() == 1;
         let moment = |(nth, frame): (usize, &SpaceFitRecord)| match is_one {
             true => (0.0, "tongue.vtu".to_owned()),
@@ -171,7 +171,7 @@ fn are_tables(files: &[PathBuf]) -> miette::Result<bool> {
 /// The frames of recordings of the midsagittal plane, notes about them, and which cannot be trusted.
 fn recorded(
     source: &SpaceSource,
-    body: &SpaceBody,
+    body: &Body<3>,
     recordings: &recordings::Arguments,
     as_is: bool,
 ) -> miette::Result<(Recorded, Vec<String>, Option<String>)> {

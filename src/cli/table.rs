@@ -11,7 +11,7 @@ use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::posterior::OverSpeakers;
 use tongue_fit::report::batch::contrasts::{SubjectContrast, over_subjects};
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
-use tongue_fit::report::{OperationRecord, SimulationRecord, SpaceRecord, TrajectoryRecord};
+use tongue_fit::report::{OfBody, OperationRecord, SimulationRecord, TrajectoryRecord};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::{self, Connection, CriticalKind};
 use tongue_fit::validate::ValidationStudy;
@@ -54,58 +54,54 @@ pub(super) fn files(written: &[PathBuf]) -> String {
 }
 
 pub fn simulation(record: &SimulationRecord) -> String {
-    let solution = &record.found.solution;
-    let ratio = match record.ratios.0.iter().find(|(_, ratio)| *ratio == 1.0) {
-        Some((reference, _)) => format!("ratio to {reference}"),
-        None => "ratio".to_owned(),
+    let (solution, pulls) = (&record.found.solution, &record.pulls.values().0);
+    let row = |i: usize, pull: String, length_and: &[String]| {
+        let stretch = format!("{:.3}", record.stretches.0[i].1);
+        let length = format!("{:.2}", record.lengths_mm.0[i].1);
+        [&[pulls[i].0.clone(), pull, length], length_and, &[stretch]].concat()
     };
-    let header = ["muscle", "tension N/m", "length mm", &ratio, "stretch"];
-    let t = rows(&header, record.tensions_n.0.iter().enumerate(), |(i, (muscle, tension))| {
-        let [length, ratio, stretch] =
-            [&record.lengths_mm, &record.ratios, &record.stretches].map(|of| of.0[i].1);
-        [
-            muscle.clone(),
-            newtons(*tension),
-            format!("{length:.2}"),
-            format!("{ratio:.3}"),
-            format!("{stretch:.3}"),
-        ]
-    });
-    let mut text = format!(
-        "{t}\n{:?} in {} iterations; largest residual force {:.1e} N; {}",
-        solution.status,
-        solution.iterations,
-        solution.max_residual_force,
-        of_rest("areas", record.min_area_ratio, record.max_area_ratio)
-    );
-    if solution.status == statics::SolveStatus::Inverted {
-        text += "A CELL IS INVERTED: no effect in this model prevents that\n";
-    }
-    text + &way(&record.found)
-}
-
-pub fn in_space(record: &SpaceRecord) -> String {
-    let solution = &record.found.solution;
-    let header = ["muscle", "activation", "fibre mm", "stretch"];
-    let t = rows(&header, record.activations.0.iter().enumerate(), |(i, (muscle, activation))| {
-        let (length, stretch) = (record.lengths_mm.0[i].1, record.stretches.0[i].1);
-        [muscle.clone(), activation.to_string(), format!("{length:.2}"), format!("{stretch:.3}")]
-    });
-    let [back, right, up] = record.foremost_moved_mm;
-    let moved = displacement([(back, ["back", "forward"]), (right, ["right", "left"]), (up, ["up", "down"])]);
-    format!(
-        "{t}\nthe tip{}: {moved}; all nodes: {:.2} mm (RMS)\n{:?} in {} iterations and {} factorisations of {} unknowns{}; {}{}{}",
-        record.tip_node.map_or_else(String::new, |node| format!(" (node {node})")),
-        record.rms_displacement_mm,
-        solution.status,
-        solution.iterations,
-        solution.factorisations,
-        record.unknowns,
-        if record.half { " (one half: both sides are alike)" } else { "" },
-        of_rest("volumes", record.min_volume_ratio, record.max_volume_ratio),
-        record.operation.as_ref().map_or_else(String::new, operation),
-        way(&record.found)
-    )
+    let ended = format!("{:?} in {} iterations", solution.status, solution.iterations);
+    let text = match &record.of_body {
+        OfBody::Pulled { ratios, min_area_ratio, max_area_ratio, .. } => {
+            let ratio = match ratios.0.iter().find(|(_, ratio)| *ratio == 1.0) {
+                Some((reference, _)) => format!("ratio to {reference}"),
+                None => "ratio".to_owned(),
+            };
+            let header = ["muscle", "tension N/m", "length mm", &ratio, "stretch"];
+            let t =
+                rows(&header, pulls.iter().zip(&ratios.0).enumerate(), |(i, ((_, tension), (_, ratio)))| {
+                    row(i, newtons(*tension), &[format!("{ratio:.3}")])
+                });
+            format!(
+                "{t}\n{ended}; largest residual force {:.1e} N; {}",
+                solution.max_residual_force,
+                of_rest("areas", *min_area_ratio, *max_area_ratio)
+            )
+        }
+        OfBody::Hexahedra(of) => {
+            let header = ["muscle", "activation", "fibre mm", "stretch"];
+            let t = rows(&header, pulls.iter().enumerate(), |(i, (_, activation))| {
+                row(i, activation.to_string(), &[])
+            });
+            let [back, right, up] = of.foremost_moved_mm;
+            format!(
+                "{t}\nthe tip{}: {}; all nodes: {:.2} mm (RMS)\n{ended} and {} factorisations of {} unknowns{}; {}{}",
+                of.tip_node.map_or_else(String::new, |node| format!(" (node {node})")),
+                displacement([(back, ["back", "forward"]), (right, ["right", "left"]), (up, ["up", "down"])]),
+                of.rms_displacement_mm,
+                solution.factorisations,
+                of.unknowns,
+                if of.half { " (one half: both sides are alike)" } else { "" },
+                of_rest("volumes", of.min_volume_ratio, of.max_volume_ratio),
+                of.operation.as_ref().map_or_else(String::new, operation),
+            )
+        }
+    };
+    let inverted = match solution.status {
+        statics::SolveStatus::Inverted => "A CELL IS INVERTED: no effect in this model prevents that\n",
+        _ => "",
+    };
+    text + inverted + &way(&record.found)
 }
 
 /// `3.1 mm forward, 0.4 up`: each distance, mm, in the first of its directions, or below zero in the second.

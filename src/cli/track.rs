@@ -14,7 +14,7 @@ use tongue_fit::run::TrackRun;
 use tongue_fit::statistics::{distinct, upper_median};
 use tongue_fit::system::TissueModel;
 use tongue_fit::track::{
-    self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, Watch, course_summaries, held_out, is_untrusted,
+    self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, course_summaries, held_out, is_untrusted,
 };
 
 use super::body_file::BodyFile;
@@ -203,8 +203,9 @@ pub fn one(
         heard.for_each(|(airway, lips)| track::listen(frames, airway, &speaker.followed, lips, FORMANTS));
     };
     let unknown = (shape.as_ref(), contact.as_ref());
-    let search = |watch: &Watch<'_>| run.track(&speaker, unknown, &seen, &listen, watch).into_diagnostic();
-    let (journal, found) = track_run::resumed(journal, seen.len(), search)?;
+    let (journal, found) = track_run::resumed(journal, seen.len(), |watch| {
+        run.track(&speaker, unknown, &seen, &listen, watch).into_diagnostic()
+    })?;
     // Recordings that the body cannot reach are left out.
     let (mut results, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
     for (r, found) in recordings.iter().zip(found) {

@@ -93,35 +93,44 @@ pub fn write(
             files.push((format!("track_{number}.sto"), Box::new(made)));
         }
         if wants(Also::Ssff) {
-            let made = move |out: &mut dyn io::Write, by: &Provenance| {
-                Ssff(one.sto(&results.muscles)).write(out, by)
-            };
-            files.push((format!("track_{number}.ssff"), Box::new(made)));
+            files.push((
+                format!("track_{number}.ssff"),
+                Box::new(move |out: &mut dyn io::Write, by: &Provenance| {
+                    Ssff(one.sto(&results.muscles)).write(out, by)
+                }),
+            ));
         }
         if wants(Also::Textgrid) {
             let made = |out: &mut dyn io::Write, _: &Provenance| one.write_text_grid(&results.muscles, out);
             files.push((format!("track_{number}.TextGrid"), Box::new(made)));
         }
         if wants(Also::Svg) {
-            let made = move |out: &mut dyn io::Write, by: &Provenance| {
-                timelines(one, &record.courses).write(out, by)
-            };
-            files.push((format!("track_{number}.svg"), Box::new(made)));
+            files.push((
+                format!("track_{number}.svg"),
+                Box::new(move |out: &mut dyn io::Write, by: &Provenance| {
+                    timelines(one, &record.courses).write(out, by)
+                }),
+            ));
         }
         if wants(Also::Svg) && shown().next().is_some() {
-            let made = move |out: &mut dyn io::Write, by: &Provenance| {
-                results.animation(one).map_err(io::Error::other)?.write(out, by)
-            };
-            files.push((format!("shapes_{number}.svg"), Box::new(made)));
+            files.push((
+                format!("shapes_{number}.svg"),
+                Box::new(move |out: &mut dyn io::Write, by: &Provenance| {
+                    results.animation(one).map_err(io::Error::other)?.write(out, by)
+                }),
+            ));
         }
         if wants(Also::Vtu) && shown().next().is_some() {
             let mut moments = Vec::new();
             for (t, frame) in shown().enumerate() {
                 let name = format!("shapes_{number}_{t:04}.vtu");
                 moments.push((frame.time_s, name.clone()));
-                let made =
-                    move |out: &mut dyn io::Write, by: &Provenance| results.write_vtu(one, frame, out, by);
-                others.push((name, Box::new(made)));
+                others.push((
+                    name,
+                    Box::new(move |out: &mut dyn io::Write, by: &Provenance| {
+                        results.write_vtu(one, frame, out, by)
+                    }),
+                ));
             }
             files.push((format!("shapes_{number}.pvd"), Box::new(Pvd(moments))));
         }

@@ -94,10 +94,9 @@ pub fn run(
 /// The folder of a speaker: the name where that is short, of plain letters and no other's but for upper and lower case, else the number.
 fn folder(number: usize, name: &str, before: &[String]) -> String {
     const LONGEST: usize = 60;
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     let is_own = !before.iter().any(|other| other.eq_ignore_ascii_case(name));
     let is_short = (1..=LONGEST).contains(&name.len()) && !name.to_lowercase().starts_with("speaker_");
-    match is_own && is_short && name.chars().all(is_plain) {
+    match is_own && is_short && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
         true => name.to_owned(),
         false => format!("speaker_{}", number + 1),
     }

@@ -248,8 +248,8 @@ fn write(
     let shapes =
         frames.iter().map(|f| Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(stresses(f))));
     let shapes = shapes.collect::<Result<Vec<_>, ReportError>>().into_diagnostic()?;
-    let moment = |(nth, f): (usize, &AnimationFrame)| (f.time, format!("trajectory_{nth:04}.vtu"));
-    let pvd = Pvd(frames.iter().enumerate().map(moment).collect());
+    let pvd =
+        Pvd(frames.iter().enumerate().map(|(nth, f)| (f.time, format!("trajectory_{nth:04}.vtu"))).collect());
     let json = Json(record);
     let mut files: Vec<(&str, &dyn Export)> = vec![
         ("trajectory.json", &json),

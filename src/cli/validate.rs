@@ -54,13 +54,13 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         body::tell_duration("--posterior", body.mesh.nodes.len(), ROW_S * data.rows().len() as f64);
     }
     let bar = output::bar(1, "{wide_bar} {percent} %, {msg}, {eta} left")?;
-    let tell = |done: usize, total: usize, what: &str| {
+    let study = validate::run(&data, &body, &model, &plan, &|done, total, what| {
         bar.set_length(total as u64);
         bar.set_message(what.to_owned());
         bar.set_position(done as u64);
         output::step(|| format!("{done} of {total}: {what}"));
-    };
-    let study = validate::run(&data, &body, &model, &plan, &tell).into_diagnostic()?;
+    })
+    .into_diagnostic()?;
     bar.finish_and_clear();
     let by = super::provenance().with_tissue(TissueModel::of(&body.mesh));
     let json = Json(&study);

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use nalgebra::Vector3;
-use tongue_fit::body::{SpaceBody, artisynth};
+use tongue_fit::body::{Body, artisynth};
 use tongue_fit::inverse::{FitSettings, FitStatus, SpaceSearch};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 use tongue_input::measured::SpaceMark;
@@ -13,7 +13,7 @@ use crate::fixtures::space_block::space_block;
 use crate::tongue_in_space::{RECORDED, folder, recording};
 
 /// Where these nodes are at activations by name, known to 0.5 mm.
-fn seen(body: &SpaceBody, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SpaceMark> {
+fn seen(body: &Body<3>, system: &System<3>, given: &[(&str, f64)], nodes: &[usize]) -> Vec<SpaceMark> {
     let w = solved(system, &body.activations(given).unwrap());
     nodes.iter().map(|&node| SpaceMark::node(node, w.positions()[node], 5e-4)).collect()
 }

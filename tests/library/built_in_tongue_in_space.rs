@@ -3,13 +3,13 @@
 use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
 use tongue_core::geometry::hexahedron;
-use tongue_fit::body::{Anatomy, SpaceBody};
+use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 
 #[test]
 fn it_is_as_large_as_its_outline_and_widths_say() {
-    let body = SpaceBody::tongue(1).unwrap();
+    let body = Body::tongue_in_space(1).unwrap();
     assert_eq!(body.mesh.hexahedra.len(), 672);
     assert_eq!(body.muscles.len(), 21, "ten pairs, and the superior longitudinal once");
     assert_eq!(body.groups().len(), 11);
@@ -28,7 +28,7 @@ fn it_is_as_large_as_its_outline_and_widths_say() {
         .sum::<f64>()
         / 2.0;
     assert!((flat / area - 1.0).abs() < 0.03, "{flat} {area}");
-    let volume: f64 = body.volumes().iter().sum();
+    let volume: f64 = body.mesh.hexahedron_volumes().sum();
     assert!((1e3 * volume / flat - 36.0).abs() < 2.0, "{volume} {flat}");
     let width = body.mesh.nodes[..117 * 8].iter().map(|p| p.y).fold(0.0, f64::max);
     assert!((0.025..0.033).contains(&width), "{width}");
@@ -37,7 +37,7 @@ fn it_is_as_large_as_its_outline_and_widths_say() {
 
 #[test]
 fn each_muscle_alone_converges_on_one_half_as_on_the_whole() {
-    let body = SpaceBody::tongue(1).unwrap();
+    let body = Body::tongue_in_space(1).unwrap();
     let half = body.half().expect("the same on both sides");
     let model = SpaceModel::default();
     let (whole, left) = (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
@@ -65,7 +65,7 @@ fn each_muscle_alone_converges_on_one_half_as_on_the_whole() {
 fn a_finer_mesh_moves_nearly_alike() {
     let model = SpaceModel::default();
     let moved = |fine: usize, name: &str| {
-        let body = SpaceBody::tongue(fine).unwrap();
+        let body = Body::tongue_in_space(fine).unwrap();
         let half = body.half().unwrap();
         let system = System::of_half(&half, &model).unwrap();
         let mut w = Workspace::new(&system);
@@ -84,7 +84,7 @@ fn a_finer_mesh_moves_nearly_alike() {
 /// A sample of what was run with 200 activations, half of them with the sides apart.
 #[test]
 fn random_activations_of_all_muscles_converge_without_an_inverted_element() {
-    let body = SpaceBody::tongue(1).unwrap();
+    let body = Body::tongue_in_space(1).unwrap();
     let half = body.half().unwrap();
     let left = System::of_half(&half, &SpaceModel::default()).unwrap();
     let mut w = Workspace::new(&left);

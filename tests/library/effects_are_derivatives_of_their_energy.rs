@@ -13,7 +13,7 @@ use crate::fixtures;
 use nalgebra::{DMatrix, SVector, Vector2};
 use tongue_core::effect::{SymmetryPlane, lumped_masses};
 use tongue_core::sparse::BlockMatrix;
-use tongue_fit::body::{Mesh, SpaceBody};
+use tongue_fit::body::{Body, Mesh};
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity, Tangent};
 use tongue_fit::system::{Additions, Model, MusclesAs, SpaceModel, System};
 
@@ -258,7 +258,7 @@ fn all_effects_in_the_plane_and_in_space() {
 fn hexahedra_and_their_muscles() {
     let (side, mut seen) = (5.5e-3, BTreeSet::new());
     let body = fixtures::space_block::space_block(side);
-    let body = SpaceBody { factors: vec![1.0, 10.0, 0.5, 1.0], ..body };
+    let body = Body { factors: vec![1.0, 10.0, 0.5, 1.0], ..body };
     for muscles in [MusclesAs::Lines, MusclesAs::Stress] {
         for (stiffening, far) in [(0.0, 0.12), (9.0, 0.12), (9.0, 0.25)] {
             let model = SpaceModel { muscles, stiffening, ..SpaceModel::default() };

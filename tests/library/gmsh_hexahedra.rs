@@ -6,7 +6,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
 use tongue_fit::body::gmsh::read_space;
-use tongue_fit::body::{Side, SpaceBody, Unit};
+use tongue_fit::body::{Body, Side, Unit};
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
 use tongue_input::bodies::gmsh;
@@ -15,14 +15,14 @@ fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gmsh").join(name)).unwrap()
 }
 
-fn body() -> SpaceBody {
+fn body() -> Body<3> {
     read_space(&bytes("hexahedra_41.msh"), "block.msh", Unit::M).unwrap()
 }
 
 #[test]
 fn a_block_of_gmsh_has_its_hexahedra_regions_and_directions() {
     let body = body();
-    let volume: f64 = body.volumes().iter().sum();
+    let volume: f64 = body.mesh.hexahedron_volumes().sum();
     assert_eq!((body.mesh.hexahedra.len(), body.mesh.nodes.len(), body.mesh.fixed.len()), (48, 105, 15));
     assert!((volume / 48e-6 - 1.0).abs() < 1e-9, "{volume}");
     assert_eq!(body.bones.iter().map(|b| b.name.as_str()).collect::<Vec<_>>(), ["mandible"]);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 use tongue_core::body::space::Half;
-use tongue_fit::body::{Anatomy, SpaceBody};
+use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::inverse::{FitSettings, FitStatus, SpaceSearch};
 use tongue_fit::observe::Observable;
 use tongue_fit::system::{SpaceModel, System};
@@ -15,7 +15,7 @@ const SD_M: f64 = 5e-4;
 
 /// The built-in tongue, both sides alike, where activations brought it.
 struct Moved {
-    body: SpaceBody,
+    body: Body<3>,
     system: System<3>,
     half: Half,
     left: System<3>,
@@ -24,7 +24,7 @@ struct Moved {
 
 impl Moved {
     fn to(given: &[(&str, f64)]) -> Self {
-        let body = SpaceBody::tongue(1).unwrap();
+        let body = Body::tongue_in_space(1).unwrap();
         let (half, model) = (body.half().unwrap(), SpaceModel::default());
         let (system, left) =
             (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
@@ -52,7 +52,7 @@ impl Moved {
     }
 
     fn length(&self, muscle: &str, positions: &[Vector3<f64>]) -> f64 {
-        let number = self.body.muscles_called(muscle).unwrap()[0];
+        let number = self.body.both_sides(muscle).unwrap()[0];
         let [a, b] = self.body.mesh.muscles[number].ends();
         (positions[a] - positions[b]).norm()
     }

@@ -6,7 +6,7 @@ use crate::fixtures::bodies::{lattice, place};
 use nalgebra::SVector;
 use proptest::prelude::*;
 use tongue_fit::body::json::{self, MeshRecord};
-use tongue_fit::body::{Body, Bone, ContinuumSettings, Mesh, MuscleChain, SpaceBody, Unit, gmsh};
+use tongue_fit::body::{Body, Bone, ContinuumSettings, Mesh, MuscleChain, Unit, gmsh};
 use tongue_fit::effect::Configuration;
 use tongue_fit::material::Constants;
 use tongue_fit::statics::{SolveSettings, SolveStatus, Stability, Workspace, solve};
@@ -82,7 +82,7 @@ fn the_built_in_bodies_are_at_rest_without_tension() {
     for spacing in [4e-3, 5.5e-3, 8e-3] {
         rests_in_every_form(&Body::tongue(spacing).unwrap().mesh).unwrap();
     }
-    rests(&System::in_space(&SpaceBody::tongue(1).unwrap(), &SpaceModel::default()).unwrap()).unwrap();
+    rests(&System::in_space(&Body::tongue_in_space(1).unwrap(), &SpaceModel::default()).unwrap()).unwrap();
 }
 
 proptest! {

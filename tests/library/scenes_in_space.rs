@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
-use tongue_fit::body::SpaceBody;
+use tongue_fit::body::Body;
 use tongue_fit::material::Constants;
 use tongue_fit::scene::run::SceneOutcome;
 use tongue_fit::scene::{self, Scene};
@@ -28,7 +28,7 @@ fn surgery_in_a_scene_is_that_of_simulate_with_the_loads_of_the_scene() {
     let surgery = "[surgery]\noperate = [\"left:box:-20,20,-40,40,15,60\"]\nfilling = \"flap\"\n";
     let activations = "[activations]\nGGP = 0.15\nTRANS = 0.1\n";
     let plain = run(&format!("{activations}{surgery}")).operation.unwrap();
-    let body = SpaceBody::tongue(1).unwrap();
+    let body = Body::tongue_in_space(1).unwrap();
     let text = format!("title = \"t\"\nwant = \"shape\"\n[body.tongue-in-space]\n{surgery}");
     let wanted = Scene::from_toml(&text, "t.toml").unwrap().surgery.unwrap();
     let operated = wanted.operate(&body).unwrap();
@@ -73,7 +73,7 @@ fn positions(answer: &SceneOutcome) -> Vec<Vector3<f64>> {
 #[test]
 fn a_scene_moves_the_tongue_as_its_muscles_do_alone() {
     let answer = run("[activations]\nGGP = 0.1\nTRANS_L = 0.05\n");
-    let body = SpaceBody::tongue(1).unwrap();
+    let body = Body::tongue_in_space(1).unwrap();
     let system = System::in_space(&body, &SpaceModel::default()).unwrap();
     let activations = body.activations(&[("GGP", 0.1), ("TRANS_L", 0.05)]).unwrap();
     let apart = largest_distance(solved(&system, &activations).positions(), &positions(&answer));
@@ -86,13 +86,13 @@ fn a_scene_moves_the_tongue_as_its_muscles_do_alone() {
 #[test]
 fn bones_carry_the_weight_of_the_tongue() {
     let answer = run("[effects]\ngravity = { posture = \"supine\" }\n");
-    let volume: f64 = SpaceBody::tongue(1).unwrap().volumes().iter().sum();
+    let volume: f64 = Body::tongue_in_space(1).unwrap().mesh.hexahedron_volumes().sum();
     let weight = volume * Constants::TONGUE.density * 9.81;
     let on_bones = answer.on_bones_n.as_ref().unwrap();
     assert!((on_bones[0] / weight - 1.0).abs() < 0.01, "{on_bones:?} {weight}");
     assert!(on_bones[1].abs().max(on_bones[2].abs()) < 1e-6 * weight, "{on_bones:?}");
     // Lying on the back the tongue sinks to the back, on both sides alike.
-    let (rest, now) = (SpaceBody::tongue(1).unwrap(), positions(&answer));
+    let (rest, now) = (Body::tongue_in_space(1).unwrap(), positions(&answer));
     let tip = rest.tip().unwrap();
     let way = now[tip] - rest.mesh.nodes[tip];
     assert!(way.x > 1e-4 && way.y.abs() < 1e-8, "{way}");
@@ -103,7 +103,7 @@ fn palate_and_teeth_stop_a_tongue_that_would_pass_them() {
     let muscles = "[activations]\nGGP = 0.05\nTRANS = 0.2\n";
     let free = run(muscles);
     let stopped = run(&format!("{muscles}[effects.contact]\n"));
-    let surface = SpaceBody::tongue(1).unwrap().mesh.surface_nodes();
+    let surface = Body::tongue_in_space(1).unwrap().mesh.surface_nodes();
     let foremost = |answer: &SceneOutcome| {
         let places = positions(answer);
         surface.iter().map(|&n| places[n].x).fold(0.0, f64::min)
@@ -117,7 +117,7 @@ fn palate_and_teeth_stop_a_tongue_that_would_pass_them() {
 #[test]
 fn jaw_and_hyoid_carry_what_is_attached_to_them() {
     let answer = run("[effects]\njaw = { opening_deg = 5.0 }\nhyoid = { shift_mm = [-2.0, 1.0] }\n");
-    let body = SpaceBody::tongue(1).unwrap();
+    let body = Body::tongue_in_space(1).unwrap();
     let now = positions(&answer);
     let moved = |bone: &str| {
         let nodes = &body.bones.iter().find(|b| b.name == bone).unwrap().nodes;

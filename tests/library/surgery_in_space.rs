@@ -1,7 +1,7 @@
 //! Surgery of bodies in space: what is left pulls as before, and what cannot be operated is refused.
 
 use nalgebra::Vector3;
-use tongue_fit::body::{Filling, Region, Side, SpaceBody, artisynth};
+use tongue_fit::body::{Body, Filling, Region, Side, artisynth};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use crate::fixtures::solved;
@@ -11,17 +11,17 @@ use crate::tongue_in_space::folder;
 const SIDE: f64 = 1e-2;
 
 /// The way of a node at activations by name, mm.
-fn way(body: &SpaceBody, model: &SpaceModel, node: usize, given: &[(&str, f64)]) -> Vector3<f64> {
+fn way(body: &Body<3>, model: &SpaceModel, node: usize, given: &[(&str, f64)]) -> Vector3<f64> {
     let system = System::in_space(body, model).unwrap();
     let known: Vec<(&str, f64)> =
-        given.iter().copied().filter(|(name, _)| body.muscles_called(name).is_ok()).collect();
+        given.iter().copied().filter(|(name, _)| body.both_sides(name).is_ok()).collect();
     let w = solved(&system, &body.activations(&known).unwrap());
     (w.positions()[node] - body.mesh.nodes[node]) * 1e3
 }
 
 /// The same after elements were operated.
 fn way_after(
-    body: &SpaceBody,
+    body: &Body<3>,
     model: &SpaceModel,
     elements: &std::collections::BTreeSet<usize>,
     filling: Filling,

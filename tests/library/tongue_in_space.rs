@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
-use tongue_fit::body::{SpaceBody, artisynth};
+use tongue_fit::body::{Body, artisynth};
 use tongue_fit::statics::{self, Solution, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
@@ -55,23 +55,18 @@ pub fn folder() -> Option<PathBuf> {
     Some(folder)
 }
 
-fn tongue() -> Option<SpaceBody> {
+fn tongue() -> Option<Body<3>> {
     folder().map(|folder| artisynth::read(&folder).unwrap())
 }
 
 /// The equilibrium of muscles by name, from rest.
-fn equilibrium(
-    body: &SpaceBody,
-    system: &System<3>,
-    w: &mut Workspace<3>,
-    given: &[(&str, f64)],
-) -> Solution {
+fn equilibrium(body: &Body<3>, system: &System<3>, w: &mut Workspace<3>, given: &[(&str, f64)]) -> Solution {
     w.start_from_rest(system);
     statics::solve(system, w, &body.activations(given).unwrap(), &SolveSettings::default())
 }
 
 /// The displacement of the tip, mm.
-fn tip_mm(body: &SpaceBody, w: &Workspace<3>) -> Vector3<f64> {
+fn tip_mm(body: &Body<3>, w: &Workspace<3>) -> Vector3<f64> {
     (w.positions()[TIP] - body.mesh.nodes[TIP]) * 1e3
 }
 
@@ -80,7 +75,7 @@ fn the_files_are_read_as_they_are() {
     let Some(body) = tongue() else { return };
     assert_eq!((body.mesh.nodes.len(), body.mesh.hexahedra.len(), body.muscles.len()), (948, 740, 21));
     assert_eq!(body.mesh.fixed.len(), 115 + 2);
-    let volume: f64 = body.volumes().iter().sum();
+    let volume: f64 = body.mesh.hexahedron_volumes().sum();
     assert!((volume * 1e6 - 102.29).abs() < 0.005, "{volume}");
     let width = body.mesh.nodes[..946].iter().map(|p| p.y).fold(0.0, f64::max);
     assert!((2e3 * width - 64.9).abs() < 0.1, "{width}");
@@ -99,7 +94,7 @@ fn the_files_are_read_as_they_are() {
         ("SL", 51.6),
     ];
     for (name, kpa) in stresses {
-        let muscle = &body.muscles[body.muscles_called(name).unwrap()[0]];
+        let muscle = &body.muscles[body.both_sides(name).unwrap()[0]];
         assert!((muscle.stress_pa / (1e3 * kpa) - 1.0).abs() < 3e-3, "{name} {}", muscle.stress_pa);
     }
 }

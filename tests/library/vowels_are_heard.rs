@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use tongue_core::statics::Response;
 use tongue_fit::acoustics::{Articulation, Heard, SpaceVocalTract, Tract, VocalTract};
-use tongue_fit::body::{Body, SpaceBody};
+use tongue_fit::body::Body;
 use tongue_fit::observe::Observable;
 use tongue_fit::scene::body::build;
 use tongue_fit::scene::prepare::prepare;
@@ -129,10 +129,10 @@ fn a_trajectory_with_a_tract_has_formants_over_time() {
 }
 
 /// A box of hexahedra from x = 0 to 60 mm, 40 mm wide, from z = 0 to 20 mm, with faces in the midsagittal plane.
-fn block_in_space() -> SpaceBody {
+fn block_in_space() -> Body<3> {
     let place = |[x, y, z]: [f64; 3]| [x / 12.0 * 60e-3, (y / 80.0 - 0.5) * 40e-3, z / 2.0 * 20e-3];
     let mesh = hexahedra([12, 80, 2], place);
-    let mut body = SpaceBody { what: "a box".to_owned(), mesh, ..SpaceBody::default() };
+    let mut body = Body { what: "a box".to_owned(), mesh, ..Body::default() };
     body.mesh.fixed = vec![0];
     body.mesh.connect();
     body
@@ -196,7 +196,7 @@ fn the_built_in_tongue_in_space_sounds_nearly_as_its_plane_does_at_rest() {
     let tract = VocalTract::drawn().unwrap();
     let flat = VocalTract::round(&plane, tract.clone()).unwrap();
     let flat = flat.sound(&plane.mesh.nodes, &Articulation::default()).unwrap();
-    let body = SpaceBody::tongue(1).unwrap();
+    let body = Body::tongue_in_space(1).unwrap();
     let airway = SpaceVocalTract::round(&body, tract.clone()).unwrap();
     let sound = airway.sound(&body.mesh.nodes, &Articulation::default()).unwrap();
     for (i, (space, plane)) in sound.formants.iter().zip(&flat.formants).take(3).enumerate() {

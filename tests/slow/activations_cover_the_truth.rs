@@ -2,7 +2,7 @@
 
 use fastrand::Rng;
 use nalgebra::Vector3;
-use tongue_core::body::SpaceBody;
+use tongue_core::body::Body;
 use tongue_core::random::normal;
 use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::{SpaceModel, System};
@@ -18,7 +18,7 @@ const SD_M: f64 = 5e-4;
 /// How many intervals hold, and how many there are: of all muscles, and of those that pull with more than 0.1. `stiffness_ln` gives the
 /// logarithm of the true stiffness over the assumed one, `seen` the places that are seen of a body in a posture.
 fn held(
-    (body, sides_apart): (&SpaceBody, bool),
+    (body, sides_apart): (&Body<3>, bool),
     seeds: std::ops::Range<u64>,
     stiffness_ln: impl Fn(&mut Rng) -> f64,
     seen: impl Fn(&[Vector3<f64>], &mut dyn FnMut(Vector3<f64>) -> Vector3<f64>) -> Vec<Marked>,
@@ -101,7 +101,7 @@ fn intervals_of_activations_hold_where_the_tissue_is_half_as_stiff_again() {
 /// The tongue, of which every other time its surface or its midsagittal contour is seen.
 #[test]
 fn intervals_of_activations_of_the_tongue_hold_what_they_say() {
-    let body = SpaceBody::tongue(1).unwrap();
+    let body = Body::tongue_in_space(1).unwrap();
     let is_free = |n: &usize| body.mesh.fixed.binary_search(n).is_err();
     let faces: Vec<[usize; 3]> =
         body.mesh.outward_faces().into_iter().filter(|t| t.iter().all(is_free)).step_by(5).collect();

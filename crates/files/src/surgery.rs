@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::report::OperationRecord;
 use crate::simulation::SimulationError;
-use tongue_core::body::SpaceBody;
+use tongue_core::body::Body;
 use tongue_core::body::space::{Filling, Operated, Region, Side};
 use tongue_core::system::System;
 use tongue_infer::inverse::FitSettings;
@@ -56,7 +56,7 @@ fn ten() -> f64 {
 }
 
 impl Surgery {
-    pub fn operate(&self, body: &SpaceBody) -> Result<Operated, SimulationError> {
+    pub fn operate(&self, body: &Body<3>) -> Result<Operated, SimulationError> {
         let filling = match self.filling {
             FillingKind::Scar if !(self.scar.is_finite() && self.scar > 0.0 && self.scar <= 1e6) => {
                 let said = format!("scar is {}; it must lie above 0 and be at most 1e6", self.scar);
@@ -86,7 +86,7 @@ impl Surgery {
         &self,
         record: &mut OperationRecord,
         tip: Option<usize>,
-        (operated, system): (&SpaceBody, &System<3>),
+        (operated, system): (&Body<3>, &System<3>),
         before: &[Vector3<f64>],
     ) -> Result<(), SimulationError> {
         let Some(tip) = tip.filter(|_| self.make_up) else { return Ok(()) };

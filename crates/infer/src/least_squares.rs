@@ -86,10 +86,9 @@ pub(crate) fn descend<P, S>(
     while steps < rule.steps && damping <= rule.most {
         steps += 1;
         let step = step(&here, damping);
-        let negligible = |s: &Step<S>| {
+        if step.as_ref().is_some_and(|s| {
             s.size <= rule.arrived || s.promised.is_some_and(|promised| promised.abs() < rule.promised)
-        };
-        if step.as_ref().is_some_and(negligible) {
+        }) {
             return Descended { here, steps, converged: true };
         }
         let least =
@@ -143,8 +142,10 @@ pub(crate) fn minimise(
         Step::newton(matrix, &jacobian.tr_mul(&here.residuals), f64::INFINITY)
     };
     let moved = |here: &Minimum, by: &DVector<f64>| at(&here.x + by).filter(|there| allowed(&there.x));
-    let from = |start: DVector<f64>| Some(descend(at(start)?, &rule, cost, damped, moved).here);
-    starts.into_iter().filter_map(from).min_by(|a, b| cost(a).total_cmp(&cost(b)))
+    starts
+        .into_iter()
+        .filter_map(|start| Some(descend(at(start)?, &rule, cost, damped, moved).here))
+        .min_by(|a, b| cost(a).total_cmp(&cost(b)))
 }
 
 /// The derivative of residuals by the unknowns, by central differences.

@@ -63,9 +63,8 @@ pub fn samples(formants: &[Formant], voice: &Voice) -> Vec<f64> {
     const OVERSAMPLED: usize = 8;
     let rate = f64::from(voice.rate_hz);
     let count = (voice.seconds * rate).round() as usize;
-    let below_half = |f: &&Formant| f.frequency_hz < 0.45 * rate;
     let mut cascade: Vec<Resonator> =
-        formants.iter().filter(below_half).map(|f| Resonator::new(f, rate)).collect();
+        formants.iter().filter(|f| f.frequency_hz < 0.45 * rate).map(|f| Resonator::new(f, rate)).collect();
     let (mut phase, fade) = (0.0_f64, (0.03 * rate).max(1.0));
     let mut out = Vec::with_capacity(count);
     for i in 0..count {

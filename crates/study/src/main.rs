@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use tongue_core::body::SpaceBody;
+use tongue_core::body::Body;
 use tongue_files::report::{Export, Markdown, OutputDir, Provenance, Rows};
 use tongue_input::bodies::artisynth;
 
@@ -107,7 +107,7 @@ impl Study {
             Self::Plane { space } => {
                 let body = match space {
                     Some(folder) => artisynth::read(folder)?,
-                    None => SpaceBody::tongue(1)?,
+                    None => Body::tongue_in_space(1)?,
                 };
                 let (study, signs) = (plane::run(&body)?, plane_signs::run(&body)?);
                 let page = plane::page(&study, &made)? + &plane_signs::page(&signs)?;

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use tongue_core::body::SpaceBody;
+use tongue_core::body::Body;
 use tongue_core::effect::{Effect, SymmetryPlane};
 use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_core::statistics::upper_median;
@@ -75,7 +75,7 @@ struct Section {
 }
 
 impl Section {
-    fn new(body: &SpaceBody) -> Self {
+    fn new(body: &Body<3>) -> Self {
         let mesh = &body.mesh;
         let faces = body.midsagittal();
         let mut edges: BTreeMap<[usize; 2], usize> = BTreeMap::new();
@@ -93,17 +93,16 @@ impl Section {
     }
 
     fn area(&self, x: &[Vector3<f64>]) -> f64 {
-        let of = |f: &[usize; 4]| 0.5 * (x[f[2]] - x[f[0]]).cross(&(x[f[3]] - x[f[1]])).y.abs();
-        self.faces.iter().map(of).sum()
+        self.faces.iter().map(|f| 0.5 * (x[f[2]] - x[f[0]]).cross(&(x[f[3]] - x[f[1]])).y.abs()).sum()
     }
 
-    fn ways(&self, body: &SpaceBody, x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    fn ways(&self, body: &Body<3>, x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         self.contour.iter().map(|&n| x[n] - body.mesh.nodes[n]).collect()
     }
 }
 
 /// The same body in which no node moves sideways.
-fn in_plane(body: &SpaceBody, model: &SpaceModel) -> Result<System<3>, Error> {
+fn in_plane(body: &Body<3>, model: &SpaceModel) -> Result<System<3>, Error> {
     let free: Vec<usize> =
         (0..body.mesh.nodes.len()).filter(|n| body.mesh.fixed.binary_search(n).is_err()).collect();
     let held: Vec<Box<dyn Effect<3>>> = vec![Box::new(SymmetryPlane::new(1, HELD, &free, &body.mesh.nodes))];
@@ -117,7 +116,7 @@ pub fn shape(system: &System<3>, activations: &[f64]) -> Option<Vec<Vector3<f64>
     (solution.status == SolveStatus::Converged).then(|| w.positions().to_vec())
 }
 
-pub fn run(body: &SpaceBody) -> Result<PlaneStudy, Error> {
+pub fn run(body: &Body<3>) -> Result<PlaneStudy, Error> {
     let both = Both::new(body, &SpaceModel::default())?;
     Ok(PlaneStudy { body: body.what.clone(), alone: both.alone(), inverse: both.inverse()? })
 }
@@ -125,14 +124,14 @@ pub fn run(body: &SpaceBody) -> Result<PlaneStudy, Error> {
 /// A body in space and in its own plane.
 #[derive(Debug)]
 struct Both<'a> {
-    body: &'a SpaceBody,
+    body: &'a Body<3>,
     section: Section,
     space: System<3>,
     plane: System<3>,
 }
 
 impl<'a> Both<'a> {
-    fn new(body: &'a SpaceBody, model: &SpaceModel) -> Result<Self, Error> {
+    fn new(body: &'a Body<3>, model: &SpaceModel) -> Result<Self, Error> {
         let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
         Ok(Self { body, section: Section::new(body), space, plane })
     }
@@ -222,7 +221,7 @@ mod tests {
 
     #[test]
     fn planar_commands_quote_what_the_plane_misses_of_the_built_in_tongue() {
-        let body = SpaceBody::tongue(1).unwrap();
+        let body = Body::tongue_in_space(1).unwrap();
         let rows = Both::new(&body, &SpaceModel::default()).unwrap().alone();
         assert_eq!(rows.len(), 11);
         let middle = upper_median(rows.iter().map(|r| r.error)).unwrap();

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use tongue_core::body::{Anatomy, Body, DEFAULT_SPACING_M, HYOID, MANDIBLE, SpaceBody};
+use tongue_core::body::{Anatomy, Body, DEFAULT_SPACING_M, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
 use tongue_core::random::{normal, seed_of};
@@ -65,14 +65,14 @@ pub struct SignRow {
 
 /// A tongue in space that is seen from the side.
 struct Seen<'a> {
-    body: &'a SpaceBody,
+    body: &'a Body<3>,
     section: Body<2>,
     surface: TongueSurface,
     system: System<3>,
     names: Vec<String>,
 }
 
-pub fn run(body: &SpaceBody) -> Result<Vec<SignRow>, Error> {
+pub fn run(body: &Body<3>) -> Result<Vec<SignRow>, Error> {
     let section = body.section();
     let surface = TongueSurface::of(&section).ok_or("the body has no midsagittal contour")?;
     let system = System::in_space(body, &SpaceModel::default())?;
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn a_muscle_that_pulls_in_one_posture_alone_is_told_in_the_plane() {
-        let body = SpaceBody::tongue(1).unwrap();
+        let body = Body::tongue_in_space(1).unwrap();
         let section = body.section();
         let surface = TongueSurface::of(&section).unwrap();
         let system = System::in_space(&body, &SpaceModel::default()).unwrap();

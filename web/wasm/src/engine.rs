@@ -305,7 +305,8 @@ impl Engine {
         given.iter().for_each(|(m, tension)| tensions[*m] = *tension);
         let mut workspace = Workspace::new(&system);
         let found = Equilibrium::of(&system, &mut workspace, &tensions, false);
-        Ok(found.record(&system, &self.body.mesh, workspace.positions(), &tensions, 0.0))
+        let (positions, found) = (workspace.positions(), (&*system, found));
+        Ok(SimulationRecord::new(&self.body, found, &tensions, positions, None, 0.0))
     }
 }
 

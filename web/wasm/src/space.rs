@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 use tongue_fit::body::Half;
-use tongue_fit::body::{Mesh, SpaceBody};
-use tongue_fit::report::SpaceRecord;
+use tongue_fit::body::{Body, Mesh};
+use tongue_fit::report::SimulationRecord;
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
@@ -13,7 +13,7 @@ const MOST_ITERATIONS: usize = 60;
 
 /// A body in space, its left half, and its shape.
 pub struct Space {
-    body: SpaceBody,
+    body: Body<3>,
     half: Half,
     system: System<3>,
     workspace: Workspace<3>,
@@ -25,7 +25,7 @@ impl Space {
     /// # Errors
     /// As the program's.
     pub fn new() -> Result<Self, String> {
-        let body = SpaceBody::tongue(1).map_err(|e| e.to_string())?;
+        let body = Body::tongue_in_space(1).map_err(|e| e.to_string())?;
         let half = body.half().ok_or("the two sides of the body differ")?;
         let system = System::of_half(&half, &SpaceModel::default()).map_err(|e| e.to_string())?;
         let workspace = Workspace::new(&system);
@@ -101,12 +101,12 @@ impl Space {
     ///
     /// # Errors
     /// As the program's.
-    pub fn settle(&mut self, activations: &[f64]) -> Result<SpaceRecord, String> {
+    pub fn settle(&mut self, activations: &[f64]) -> Result<SimulationRecord, String> {
         let (whole, own) = self.activations(activations)?;
         self.workspace.start_from_rest(&self.system);
         let found = Equilibrium::of(&self.system, &mut self.workspace, &own, false);
         let positions = self.half.whole(self.workspace.positions());
-        Ok(SpaceRecord::new(&self.body, (&self.system, &found), &whole, &positions, 0.0))
+        Ok(SimulationRecord::new(&self.body, (&self.system, found), &whole, &positions, None, 0.0))
     }
 
     /// Activations of all muscles of the body and of its half, from those of the muscles of both sides.

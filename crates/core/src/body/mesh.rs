@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::SVector;
 
 use super::Continuum;
 use crate::geometry;
@@ -74,7 +74,7 @@ pub struct Mesh<const D: usize> {
     pub nodes: Vec<SVector<f64, D>>,
     /// Triangles (2D, counter-clockwise) or tetrahedra (3D, positive volume) of tissue.
     pub cells: Cells<D>,
-    /// Hexahedra of tissue, of bodies in space that are made of them ([`super::SpaceBody`]): corners around
+    /// Hexahedra of tissue, of bodies in space that are made of them: corners around
     /// the bottom, then around the top.
     pub hexahedra: Vec<[usize; 8]>,
     /// Joined pairs of nodes, each once, lower node number first.
@@ -126,8 +126,7 @@ impl<const D: usize> Mesh<D> {
 
     /// The volume of each hexahedron at rest, m³.
     pub fn hexahedron_volumes(&self) -> impl Iterator<Item = f64> {
-        let in_space = |n: usize| Vector3::from_fn(|axis, _| self.nodes[n].get(axis).copied().unwrap_or(0.0));
-        self.hexahedra.iter().map(move |corners| hexahedron::volume(&corners.map(in_space)))
+        self.hexahedra.iter().map(|nodes| hexahedron::volume(&hexahedron::corners(&self.nodes, nodes)))
     }
 
     /// The edges (in space: faces) that belong to one cell only, the nodes of each ascending.

@@ -17,6 +17,7 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
+use crate::observe::Line;
 use crate::suggest;
 
 pub use crate::geometry::{ClosedSpline, Point};
@@ -24,7 +25,7 @@ pub use check::{MeshFault, TooLarge};
 pub use continuum::{Continuum, ContinuumSettings, Follower, Strand, Tie};
 pub use mesh::{Cells, Mesh, MuscleChain, largest_distance};
 pub use quality::Quality;
-pub use space::{SpaceBody, SpaceMuscle};
+pub use space::Muscle;
 pub use tongue::{Anatomy, DEFAULT_SPACING_M, MuscleLine, OutsidePart, REFERENCE, build};
 
 /// The part of the jaw at which the genioglossus and the geniohyoid begin.
@@ -53,8 +54,14 @@ pub struct Body<const D: usize> {
     pub palate: Option<Vec<Point>>,
     /// For a continuum, the linear mesh that it was made from.
     pub origin: Option<Arc<Origin<D>>>,
-    /// For a tongue of hexahedra, its muscles as regions with directions, in the same axes.
-    pub space: Option<Arc<SpaceBody>>,
+    /// For a body of hexahedra, the regions and strengths of the muscles of the mesh, in their order; otherwise empty.
+    pub muscles: Vec<Muscle>,
+    /// Factors of the constants of the tissue in each hexahedron (scars); empty if all are 1.
+    pub factors: Vec<f64>,
+    /// For a body of hexahedra, lines of muscles in the midsagittal plane by the names that tables of lengths have, where it has them.
+    pub lines: Vec<(String, Line<D>)>,
+    /// For a body of hexahedra, the node of the midsagittal plane that is taken for the tip; without one the foremost.
+    pub tip_node: Option<usize>,
 }
 
 /// The linear mesh that a continuum was made from.
@@ -129,7 +136,7 @@ impl<const D: usize> Origin<D> {
             bone.nodes.sort_unstable();
         }
         let (what, palate) = (format!("{what}, a continuum"), palate.clone());
-        Ok(Body { what, mesh: laid.mesh, bones, palate, origin: Some(Arc::new(self)), space: None })
+        Ok(Body { what, mesh: laid.mesh, bones, palate, origin: Some(Arc::new(self)), ..Body::default() })
     }
 }
 

@@ -140,8 +140,7 @@ impl<const D: usize> BarrierSimplex<'_, D> {
     /// The derivative of the ratio with respect to the nodes of the element, 1/m.
     pub fn slopes(&self, counts: &[[f64; 3]; MAX_NODES]) -> Nodes<D> {
         let of_corners = simplex::gradient(&self.corners);
-        let of_node = |counts: &[f64; 3]| (0..D).map(|d| of_corners[d + 1] * (counts[d] / self.rest)).sum();
-        counts.each_ref().map(of_node)
+        counts.each_ref().map(|counts| (0..D).map(|d| of_corners[d + 1] * (counts[d] / self.rest)).sum())
     }
 }
 

@@ -70,9 +70,9 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
     }
 
     fn parts(&self, visit: &mut dyn FnMut(PrimitiveElement<'_>)) -> bool {
-        let part =
-            |c: &Cell<D>| visit(PrimitiveElement::Cell { nodes: c.nodes(), rest: c.rest, kappa: self.kappa });
-        self.cells.iter().for_each(part);
+        self.cells.iter().for_each(|c| {
+            visit(PrimitiveElement::Cell { nodes: c.nodes(), rest: c.rest, kappa: self.kappa })
+        });
         true
     }
 

@@ -363,16 +363,18 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
             middle.map(|l| (l - far) / (near - far))
         });
         let weights: Vec<[f64; MAX_CORNERS]> = weights.collect();
-        let of_element = |e: &Element<D>| {
-            let displaced = self.displaced(e, at.positions);
-            let gradients: Vec<_> = e.shapes().iter().map(|shape| gradient(shape, &displaced)).collect();
-            let state = |weights: &[f64; MAX_CORNERS]| {
-                let parts = gradients.iter().zip(weights).map(|(g, w)| g * *w);
-                self.law.displaced(&parts.fold(SMatrix::zeros(), |a, b| a + b)).state()
-            };
-            weights.iter().map(state).collect::<Vec<_>>()
-        };
-        self.elements.iter().flat_map(of_element).collect()
+        self.elements
+            .iter()
+            .flat_map(|e| {
+                let displaced = self.displaced(e, at.positions);
+                let gradients: Vec<_> = e.shapes().iter().map(|shape| gradient(shape, &displaced)).collect();
+                let state = |weights: &[f64; MAX_CORNERS]| {
+                    let parts = gradients.iter().zip(weights).map(|(g, w)| g * *w);
+                    self.law.displaced(&parts.fold(SMatrix::zeros(), |a, b| a + b)).state()
+                };
+                weights.iter().map(state).collect::<Vec<_>>()
+            })
+            .collect()
     }
 
     /// Largest part of `step` that leaves the tissue a tenth of its area or volume at every point.

@@ -2,7 +2,7 @@
 //!
 //! Corners are counted as ANSYS, Gmsh and VTK do: around the bottom, then around the top above them.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
 
 pub const CORNERS: usize = 8;
 /// Number of points of Gauss's rule that integrates the volume exactly.
@@ -67,8 +67,14 @@ pub fn volume(x: &Of<Vector3<f64>>) -> f64 {
     points().iter().map(|&at| jacobian(x, at).determinant()).sum()
 }
 
-pub fn corners(positions: &[Vector3<f64>], nodes: &[usize; CORNERS]) -> Of<Vector3<f64>> {
-    nodes.map(|n| positions[n])
+/// The places of the corners; the third coordinate is zero in the plane.
+pub fn corners<const D: usize>(positions: &[SVector<f64, D>], nodes: &[usize; CORNERS]) -> Of<Vector3<f64>> {
+    nodes.map(|n| in_space(&positions[n]))
+}
+
+/// The place in space of one in the plane or in space.
+pub fn in_space<const D: usize>(place: &SVector<f64, D>) -> Vector3<f64> {
+    Vector3::from_fn(|axis, _| place.get(axis).copied().unwrap_or(0.0))
 }
 
 #[cfg(test)]

@@ -29,8 +29,7 @@ pub(super) enum Progress {
 
 /// Moves the bones along a part of their remaining way.
 pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> Progress {
-    let there = |&(node, to): &(usize, SVector<f64, D>)| w.positions[node] == to;
-    if w.carried.iter().all(there) {
+    if w.carried.iter().all(|&(node, to)| w.positions[node] == to) {
         return Progress::There;
     }
     w.step.fill(SVector::zeros());

@@ -17,7 +17,7 @@ mod space;
 
 use std::sync::{Arc, OnceLock};
 
-use nalgebra::{SVector, Vector3};
+use nalgebra::SVector;
 
 use crate::body::Continuum;
 use crate::effect::{Configuration, Effect};
@@ -248,10 +248,7 @@ impl<const D: usize> System<D> {
 /// Area, m², or volume, m³, of a triangle, tetrahedron or hexahedron.
 fn cell_measure<const D: usize>(positions: &[SVector<f64, D>], cell: &[usize]) -> f64 {
     match <&[usize; hexahedron::CORNERS]>::try_from(cell) {
-        Ok(corners) => {
-            let place = |n: usize| Vector3::from_fn(|d, _| positions[n].get(d).copied().unwrap_or(0.0));
-            hexahedron::volume(&corners.map(place))
-        }
+        Ok(corners) => hexahedron::volume(&hexahedron::corners(positions, corners)),
         Err(_) => simplex::measure(&simplex::corners(positions, cell)),
     }
 }

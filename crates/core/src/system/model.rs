@@ -18,7 +18,7 @@ pub enum TissueModel {
     MassSpring,
     /// Quadratic elements, muscles of finite width and bones that hold patches ([`crate::body::continuum`]).
     Continuum,
-    /// Hexahedra with one mean volume each ([`crate::body::SpaceBody`]).
+    /// Hexahedra with one mean volume each ([`crate::body::Body::tongue_in_space`]).
     Hexahedra,
 }
 

@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::body::space::Half;
-use crate::body::{SpaceBody, SpaceMuscle, Strand};
+use crate::body::{Body, Muscle, Strand};
 use crate::effect::{Effect, Fibres, Hexahedra, Stiffening, SymmetryPlane};
 use crate::geometry::hexahedron;
 use crate::limits::{BeyondLimit, STIFFENING};
@@ -58,7 +58,7 @@ const CONTRACTION_TIME_S: f64 = 0.015;
 impl System<3> {
     /// The system of a body in space in which every muscle can contract; its tensions are activations from 0
     /// to 1.
-    pub fn in_space(body: &SpaceBody, model: &SpaceModel) -> Result<Self, SystemError> {
+    pub fn in_space(body: &Body<3>, model: &SpaceModel) -> Result<Self, SystemError> {
         Self::in_space_with(body, model, Additions::default())
     }
 
@@ -71,7 +71,7 @@ impl System<3> {
 
     /// The same, with what a scene adds.
     pub fn in_space_with(
-        body: &SpaceBody,
+        body: &Body<3>,
         model: &SpaceModel,
         mut additions: Additions<3>,
     ) -> Result<Self, SystemError> {
@@ -111,16 +111,14 @@ impl System<3> {
 
 /// Segments that pull from node to node.
 fn lines(segments: &[&crate::body::space::Segment]) -> Vec<Strand> {
-    let strand = |s: &&crate::body::space::Segment| Strand {
-        nodes: s.nodes.to_vec(),
-        coefficients: vec![-1.0, 1.0],
-        weight: s.force_n,
-    };
-    segments.iter().map(strand).collect()
+    segments
+        .iter()
+        .map(|s| Strand { nodes: s.nodes.to_vec(), coefficients: vec![-1.0, 1.0], weight: s.force_n })
+        .collect()
 }
 
 /// Stress along the fibres at the points of a muscle's elements, and its lines outside the tissue.
-fn stresses(body: &SpaceBody, number: usize, muscle: &SpaceMuscle) -> Vec<Strand> {
+fn stresses(body: &Body<3>, number: usize, muscle: &Muscle) -> Vec<Strand> {
     let outside: Vec<_> = muscle.segments.iter().filter(|s| s.outside).collect();
     let mut strands = lines(&outside);
     for &element in &muscle.region {
@@ -141,7 +139,7 @@ fn stresses(body: &SpaceBody, number: usize, muscle: &SpaceMuscle) -> Vec<Strand
 }
 
 /// Coefficients of springs equivalent to the tissue; only motions use them, for the mass of a node.
-fn carried_along(body: &SpaceBody, law: MooneyRivlin) -> Result<Coefficients, SystemError> {
+fn carried_along(body: &Body<3>, law: MooneyRivlin) -> Result<Coefficients, SystemError> {
     let mesh = &body.mesh;
     let poisson_ratio = law.poisson_ratio();
     let young_modulus = 4.0 * law.c10 * (1.0 + poisson_ratio);
@@ -149,6 +147,6 @@ fn carried_along(body: &SpaceBody, law: MooneyRivlin) -> Result<Coefficients, Sy
     let total: f64 = mesh.connections.iter().map(|&c| mesh.distance(c)).sum();
     let side = total / mesh.connections.len().max(1) as f64;
     let nodes = mesh.in_tissue().iter().filter(|&&t| t).count().max(1);
-    let volume = body.volumes().iter().sum();
+    let volume = body.mesh.hexahedron_volumes().sum();
     Coefficients::new::<3>(&constants, side, volume, nodes)
 }

@@ -93,10 +93,9 @@ impl OutputDir {
         files: &[(&'f str, &'f dyn Export)],
         by: &Provenance,
     ) -> Result<Vec<PathBuf>, ReportError> {
-        let write = |&(name, content): &(&'f str, &'f dyn Export)| {
-            (name, move |w: &mut dyn Write| content.write(w, by))
-        };
-        self.write_streams(files.iter().map(write))
+        self.write_streams(
+            files.iter().map(|&(name, content)| (name, move |w: &mut dyn Write| content.write(w, by))),
+        )
     }
 
     fn place(&self, name: &str) -> Result<PathBuf, ReportError> {

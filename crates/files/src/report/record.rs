@@ -6,7 +6,6 @@ use serde_json::json;
 use super::export::{Export, Provenance};
 use super::muscle_columns::{self, OfMuscle};
 use super::{ByMuscle, Conclusion, ReportError, SectionPicture, Series, Svg, Table, changes, column, tongue};
-use crate::run::Equilibrium;
 use tongue_core::body::Body;
 use tongue_infer::inverse::Fit;
 use tongue_infer::inverse::alarms::Alarm;
@@ -19,25 +18,6 @@ pub(super) fn mm(names: &[String], lengths_m: &[f64]) -> ByMuscle<f64> {
 
 pub(super) fn by(names: &[String], values: &[f64]) -> ByMuscle<f64> {
     ByMuscle::new(names, values.iter().copied())
-}
-
-/// One equilibrium: `tongue-fit simulate --json`.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SimulationRecord {
-    #[serde(flatten)]
-    pub found: Equilibrium,
-    pub tensions_n: ByMuscle<f64>,
-    pub lengths_mm: ByMuscle<f64>,
-    /// Lengths over that of the reference muscle (GGa if there is one).
-    pub ratios: ByMuscle<f64>,
-    pub stretches: ByMuscle<f64>,
-    pub positions_m: Vec<Vec<f64>>,
-    /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element.
-    pub min_area_ratio: f64,
-    pub max_area_ratio: f64,
-    /// Potential energy, J per metre of thickness.
-    pub energy_j: f64,
-    pub wall_s: f64,
 }
 
 /// One fit: `tongue-fit --vowel a --json`, and `fit.json`.

@@ -1,38 +1,61 @@
-//! An equilibrium of a body in space: a record for JSON, and a file for ParaView.
+//! The record of an equilibrium, and of what surgery changed in it.
 
 use std::collections::BTreeSet;
-use std::io::{self, Write};
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{SVector, Vector3};
 use serde::Serialize;
-use tongue_core::body::SpaceBody;
+use tongue_core::body::Body;
 use tongue_core::body::space::Operated;
 use tongue_core::geometry::hexahedron;
 use tongue_core::system::System;
 
-use super::export::{Export, Provenance};
 use super::record::{by, mm};
-use super::vtu::{Array, point, write_grid};
 use crate::run::Equilibrium;
+use crate::scene::run::Pulls;
 use crate::surgery::{FillingKind, Surgery};
-use tongue_input::measured::ByMuscle;
+use tongue_infer::inverse::alarms;
+use tongue_input::measured::{ByMuscle, TargetKind, reference_muscle};
 
-/// One equilibrium in space: `tongue-fit simulate --body FOLDER --json`.
+/// One equilibrium of any body: `tongue-fit simulate --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SpaceRecord {
+pub struct SimulationRecord {
+    #[serde(flatten)]
+    pub found: Equilibrium,
+    #[serde(flatten)]
+    pub pulls: Pulls<ByMuscle<f64>>,
+    /// Of a body of hexahedra those of one fibre of each muscle.
+    pub lengths_mm: ByMuscle<f64>,
+    pub stretches: ByMuscle<f64>,
+    pub positions_m: Vec<Vec<f64>>,
+    #[serde(flatten)]
+    pub of_body: OfBody,
+    pub wall_s: f64,
+}
+
+/// What records tell of bodies with tensions or of those of hexahedra alone.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum OfBody {
+    Pulled {
+        /// Lengths over that of the reference muscle (GGa if there is one).
+        ratios: ByMuscle<f64>,
+        /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element.
+        min_area_ratio: f64,
+        max_area_ratio: f64,
+        /// Potential energy, J (2D: per metre of thickness).
+        energy_j: f64,
+    },
+    Hexahedra(Box<HexahedraRecord>),
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct HexahedraRecord {
     pub body: String,
     pub nodes: usize,
     pub hexahedra: usize,
     pub unknowns: usize,
     /// Whether only one half was solved, because both sides are alike.
     pub half: bool,
-    #[serde(flatten)]
-    pub found: Equilibrium,
-    pub activations: ByMuscle<f64>,
-    /// Lengths of one fibre of each muscle, mm.
-    pub lengths_mm: ByMuscle<f64>,
-    pub stretches: ByMuscle<f64>,
-    pub positions_m: Vec<[f64; 3]>,
     /// The node at the tip, counted from 1.
     pub tip_node: Option<usize>,
     /// Displacement of the tip, mm: back, right, up.
@@ -42,23 +65,54 @@ pub struct SpaceRecord {
     pub max_volume_ratio: f64,
     /// Changes by surgery, if there was any; everything else describes the body after it.
     pub operation: Option<OperationRecord>,
-    pub wall_s: f64,
 }
 
-impl SpaceRecord {
-    /// The record of a solve: activations of all muscles and positions of all nodes, m.
-    pub fn new(
-        body: &SpaceBody,
-        (system, found): (&System<3>, &Equilibrium),
-        activations: &[f64],
-        positions: &[Vector3<f64>],
+impl SimulationRecord {
+    /// The record of an equilibrium of the `system` of a body, or of its half, with alarms where it is strained too far: `positions` of
+    /// all nodes, m, and `pulls` of all muscles: tensions, N (2D: N per metre of thickness), or activations.
+    pub fn new<const D: usize>(
+        body: &Body<D>,
+        (system, mut found): (&System<D>, Equilibrium),
+        pulls: &[f64],
+        positions: &[SVector<f64, D>],
+        operation: Option<OperationRecord>,
         wall_s: f64,
     ) -> Self {
+        let (mesh, names) = (&body.mesh, &body.mesh.muscle_names());
+        found.alarms.extend(alarms::of_shape(body, system, positions));
+        let rest = if body.is_activated() { &mesh.nodes } else { system.rest() };
+        let length = |x: &[SVector<f64, D>], [a, b]: [usize; 2]| (x[b] - x[a]).norm();
+        let [lengths, at_rest]: [Vec<f64>; 2] =
+            [positions, rest].map(|x| mesh.muscles.iter().map(|m| length(x, m.ends())).collect());
+        let of_kind =
+            |kind: TargetKind| ByMuscle::new(names, kind.values(&lengths, &at_rest, reference_muscle(names)));
+        let of_body = if body.is_activated() {
+            OfBody::Hexahedra(Box::new(HexahedraRecord::new(body, system, positions, operation)))
+        } else {
+            let (min_area_ratio, max_area_ratio) = system.tissue_ratios(positions);
+            let energy_j = found.solution.energy;
+            OfBody::Pulled { ratios: of_kind(TargetKind::Ratio), min_area_ratio, max_area_ratio, energy_j }
+        };
+        Self {
+            pulls: Pulls::of(body, by(names, pulls)),
+            lengths_mm: mm(names, &lengths),
+            stretches: of_kind(TargetKind::Stretch),
+            positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
+            of_body,
+            wall_s,
+            found,
+        }
+    }
+}
+
+impl HexahedraRecord {
+    fn new<const D: usize>(
+        body: &Body<D>,
+        system: &System<D>,
+        positions: &[SVector<f64, D>],
+        operation: Option<OperationRecord>,
+    ) -> Self {
         let mesh = &body.mesh;
-        let names = mesh.muscle_names();
-        let length = |x: &[Vector3<f64>], [a, b]: [usize; 2]| (x[b] - x[a]).norm();
-        let lengths: Vec<f64> = mesh.muscles.iter().map(|m| length(positions, m.ends())).collect();
-        let rest = mesh.muscles.iter().map(|m| length(&mesh.nodes, m.ends()));
         let ratios = mesh.hexahedra.iter().map(|c| volume(positions, c) / volume(&mesh.nodes, c));
         let (min_volume_ratio, max_volume_ratio) =
             ratios.fold((f64::INFINITY, 0.0), |(l, m): (f64, f64), r| (l.min(r), m.max(r)));
@@ -68,20 +122,14 @@ impl SpaceRecord {
             body: body.what.clone(),
             nodes: mesh.nodes.len(),
             hexahedra: mesh.hexahedra.len(),
-            unknowns: 3 * system.pattern().unknowns(),
+            unknowns: D * system.pattern().unknowns(),
             half: system.rest().len() < mesh.nodes.len(),
-            found: found.clone(),
-            activations: by(&names, activations),
-            lengths_mm: mm(&names, &lengths),
-            stretches: ByMuscle::new(&names, lengths.iter().zip(rest).map(|(l, r)| l / r)),
-            positions_m: positions.iter().map(|p| [p.x, p.y, p.z]).collect(),
             tip_node: body.tip().map(|node| node + 1),
             foremost_moved_mm: foremost_moved_mm(body, positions),
             rms_displacement_mm: (squares / mesh.nodes.len().max(1) as f64).sqrt(),
             min_volume_ratio,
             max_volume_ratio,
-            operation: None,
-            wall_s,
+            operation,
         }
     }
 }
@@ -114,7 +162,7 @@ pub struct OperationRecord {
 /// What a picture after surgery shows of the body before it. Positions are those of all nodes in the axes of the body, m.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BeforeSurgery {
-    pub body: SpaceBody,
+    pub body: Body<3>,
     pub positions: Vec<Vector3<f64>>,
     /// Numbers of its operated elements.
     pub elements: BTreeSet<usize>,
@@ -125,7 +173,7 @@ pub struct BeforeSurgery {
 impl OperationRecord {
     pub fn new(
         surgery: &Surgery,
-        body: &SpaceBody,
+        body: &Body<3>,
         operated: &Operated,
         [before, after]: [&[Vector3<f64>]; 2],
     ) -> Self {
@@ -152,87 +200,10 @@ impl OperationRecord {
     }
 }
 
-fn foremost_moved_mm(body: &SpaceBody, positions: &[Vector3<f64>]) -> [f64; 3] {
-    body.tip().map_or([0.0; 3], |n| ((positions[n] - body.mesh.nodes[n]) * 1e3).into())
+fn foremost_moved_mm<const D: usize>(body: &Body<D>, positions: &[SVector<f64, D>]) -> [f64; 3] {
+    body.tip().map_or([0.0; 3], |n| hexahedron::in_space(&((positions[n] - body.mesh.nodes[n]) * 1e3)).into())
 }
 
-fn volume(x: &[Vector3<f64>], nodes: &[usize; 8]) -> f64 {
+pub(super) fn volume<const D: usize>(x: &[SVector<f64, D>], nodes: &[usize; 8]) -> f64 {
     hexahedron::volume(&hexahedron::corners(x, nodes))
-}
-
-/// One shape of a body in space as a VTU file. Points have the given positions (m) and `displacement_m`. Each
-/// hexahedron has `volume_ratio` (to that at rest), `muscle` (number of the most active muscle through it; -1
-/// if there is none), its `activation`, and at its centre the present direction `fibre` of its fibres and
-/// their `stretch`.
-#[derive(Debug, Clone, Copy)]
-pub struct SpaceVtu<'a> {
-    pub body: &'a SpaceBody,
-    pub positions: &'a [Vector3<f64>],
-    pub activations: &'a [f64],
-}
-
-const HEXAHEDRON: u8 = 12;
-
-struct Fibre {
-    muscle: usize,
-    direction: Vector3<f64>,
-    stretch: f64,
-}
-
-/// The most active muscle of each element, if one runs through it; of several that are as active the first.
-pub(super) fn most_active(body: &SpaceBody, activations: &[f64]) -> Vec<Option<usize>> {
-    let mut of: Vec<Option<usize>> = vec![None; body.mesh.hexahedra.len()];
-    for (number, muscle) in body.muscles.iter().enumerate() {
-        for &element in &muscle.region {
-            let before = of[element].map_or(f64::NEG_INFINITY, |m| activations[m]);
-            if activations[number] > before {
-                of[element] = Some(number);
-            }
-        }
-    }
-    of
-}
-
-impl SpaceVtu<'_> {
-    fn fibre(&self, element: usize, muscle: usize) -> Option<Fibre> {
-        let mesh = &self.body.mesh;
-        let x = hexahedron::corners(&mesh.nodes, &mesh.hexahedra[element]);
-        let now = hexahedron::corners(self.positions, &mesh.hexahedra[element]);
-        let (gradients, _) = hexahedron::gradients(&x, [0.0; 3])?;
-        let parts = now.iter().zip(gradients).map(|(x, g)| x * g.transpose());
-        let f = parts.fold(Matrix3::zeros(), |sum, part| sum + part);
-        let mean: Vector3<f64> = self.body.directions(muscle, element).into_iter().flatten().sum();
-        let along = f * mean.try_normalize(0.0)?;
-        Some(Fibre { muscle, direction: along.try_normalize(0.0)?, stretch: along.norm() })
-    }
-}
-
-impl Export for SpaceVtu<'_> {
-    fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
-        let mesh = &self.body.mesh;
-        let cells = &mesh.hexahedra;
-        let muscles = most_active(self.body, self.activations);
-        let fibres: Vec<Option<Fibre>> =
-            muscles.iter().enumerate().map(|(e, m)| m.and_then(|m| self.fibre(e, m))).collect();
-        let ratio = |c| (volume(self.positions, c) / volume(&mesh.nodes, c)).to_string();
-        let of = |name, components, value: &dyn Fn(Option<&Fibre>) -> String| {
-            let values = fibres.iter().map(|fibre| value(fibre.as_ref())).collect();
-            Array { name, kind: "Float64", components, values }
-        };
-        let number = |m: &Option<usize>| m.map_or_else(|| "-1".to_owned(), |m| m.to_string());
-        let arrays = [
-            Array { values: cells.iter().map(ratio).collect(), ..of("volume_ratio", 1, &|_| String::new()) },
-            of("activation", 1, &|f| f.map_or(0.0, |f| self.activations[f.muscle]).to_string()),
-            of("stretch", 1, &|f| f.map_or(1.0, |f| f.stretch).to_string()),
-            of("fibre", 3, &|f| point(&f.map_or_else(Vector3::zeros, |f| f.direction))),
-            Array {
-                name: "muscle",
-                kind: "Int64",
-                components: 1,
-                values: muscles.iter().map(number).collect(),
-            },
-        ];
-        let of_grid: Vec<_> = cells.iter().map(|c| (c.as_slice(), HEXAHEDRON)).collect();
-        write_grid(out, by, [&mesh.nodes, self.positions], &of_grid, &arrays)
-    }
 }

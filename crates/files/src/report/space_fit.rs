@@ -1,7 +1,7 @@
 //! Activations that bring a body in space to where it was seen: the record.
 
 use serde::Serialize;
-use tongue_core::body::SpaceBody;
+use tongue_core::body::Body;
 use tongue_infer::inverse::FitStatus;
 use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::in_space::{Combination, Ended, SpaceFit};
@@ -51,7 +51,7 @@ const AS_GOOD: f64 = 0.05;
 impl SpaceFitRecord {
     /// The record of a frame; its combinations count as open above a standard deviation.
     pub fn new(
-        body: &SpaceBody,
+        body: &Body<3>,
         recording: Option<String>,
         time_s: Option<f64>,
         fit: &SpaceFit,

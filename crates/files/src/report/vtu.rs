@@ -2,19 +2,21 @@
 
 use std::io::{self, Write};
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::ReportError;
 use super::export::{Export, Provenance};
+use super::space::volume;
 use super::svg::{check, escaped};
-use tongue_core::body::Mesh;
-use tongue_core::geometry::simplex;
+use tongue_core::body::{Body, Mesh};
+use tongue_core::geometry::{hexahedron, simplex};
 use tongue_core::material::Stress;
 
 /// VTK's types of lines, and in the plane and in space of cells and of quadratic cells.
 const LINE: u8 = 3;
 const CELL: [u8; 2] = [5, 10];
 const QUADRATIC: [u8; 2] = [22, 24];
+const HEXAHEDRON: u8 = 12;
 
 /// One shape of the body as a VTU file: the triangles (in space: tetrahedra; of a continuum quadratic ones),
 /// then the connections of the muscles as lines, one muscle after another.
@@ -23,20 +25,31 @@ const QUADRATIC: [u8; 2] = [22, 24];
 /// `mesh.muscles`; -1 for tissue), `area_ratio` (in space `volume_ratio`; to that at rest, dimensionless; 1
 /// for lines), `stretch` (of a line to its length at rest, dimensionless; 1 for tissue) and `tension_n_per_m`
 /// (N per metre of thickness; in space `tension_n`, N; 0 for tissue).
+///
+/// A body of hexahedra has those alone, each with `volume_ratio`, `muscle` (the most active through it; -1 if there is none), its
+/// `activation`, and at its centre the present direction `fibre` of its fibres and their `stretch`.
 #[derive(Debug, Clone)]
 pub struct Vtu<'a, const D: usize> {
     mesh: &'a Mesh<D>,
     positions: &'a [SVector<f64, D>],
     tensions: &'a [f64],
     stresses: Vec<Stress<D>>,
+    hexahedra: Vec<Hexahedron>,
+}
+
+/// The most active muscle of a hexahedron, if one runs through it, and the direction and stretch of its fibres.
+#[derive(Debug, Clone)]
+struct Hexahedron {
+    muscle: Option<usize>,
+    fibre: Option<(Vector3<f64>, f64)>,
 }
 
 /// Values of the cells of a grid; in the plane then of the connections of the muscles, one muscle after another.
-pub(super) struct Array {
-    pub name: &'static str,
-    pub kind: &'static str,
-    pub components: usize,
-    pub values: Vec<String>,
+struct Array {
+    name: &'static str,
+    kind: &'static str,
+    components: usize,
+    values: Vec<String>,
 }
 
 impl<'a, const D: usize> Vtu<'a, D> {
@@ -48,7 +61,20 @@ impl<'a, const D: usize> Vtu<'a, D> {
         tensions: &'a [f64],
     ) -> Result<Self, ReportError> {
         check(mesh, positions, tensions)?;
-        Ok(Self { mesh, positions, tensions, stresses: Vec::new() })
+        Ok(Self { mesh, positions, tensions, stresses: Vec::new(), hexahedra: Vec::new() })
+    }
+
+    /// The shape of a body; of one of hexahedra with the activations of its muscles.
+    pub fn of(
+        body: &'a Body<D>,
+        positions: &'a [SVector<f64, D>],
+        pulls: &'a [f64],
+    ) -> Result<Self, ReportError> {
+        let vtu = Self::new(&body.mesh, positions, pulls)?;
+        let muscles = most_active(body, pulls).into_iter().enumerate();
+        let fibre = |element, muscle: Option<usize>| fibre(body, positions, element, muscle?);
+        let hexahedra = muscles.map(|(e, muscle)| Hexahedron { muscle, fibre: fibre(e, muscle) }).collect();
+        Ok(Self { hexahedra, ..vtu })
     }
 
     /// Adds strain and stress of every cell if they are known, as in a continuum
@@ -97,13 +123,12 @@ impl<'a, const D: usize> Vtu<'a, D> {
         if self.stresses.len() == mesh.cells.len() && !self.stresses.is_empty() {
             let stresses: Vec<Stress<D>> = self.stresses.chunks(parts).map(Stress::mean).collect();
             let fibres = mesh.fibres(self.positions).into_iter().step_by(parts);
-            let along =
-                |(s, fibre): (&Stress<D>, Option<SVector<f64, D>>)| fibre.map_or(0.0, |f| s.along(&f));
             let strain = stresses.iter().map(|s| tensor(&s.strain, 0.0)).collect();
             let cauchy = stresses.iter().map(|s| tensor(&s.cauchy_pa, s.across_pa)).collect();
             let mises = text(&mut stresses.iter().map(|s| s.von_mises_pa));
             let pressure = text(&mut stresses.iter().map(Stress::pressure_pa));
-            let fibre = text(&mut stresses.iter().zip(fibres).map(along));
+            let fibre =
+                text(&mut stresses.iter().zip(fibres).map(|(s, fibre)| fibre.map_or(0.0, |f| s.along(&f))));
             all.extend([
                 of("strain", 9, strain, same(NO_TENSOR, lines)),
                 of("cauchy_stress_pa", 9, cauchy, same(NO_TENSOR, lines)),
@@ -113,6 +138,29 @@ impl<'a, const D: usize> Vtu<'a, D> {
             ]);
         }
         all
+    }
+
+    fn arrays_of_hexahedra(&self) -> Vec<Array> {
+        let of = |name, components, value: &dyn Fn(&Hexahedron) -> String| {
+            let values = self.hexahedra.iter().map(value).collect();
+            Array { name, kind: "Float64", components, values }
+        };
+        let mesh = self.mesh;
+        let ratios = mesh.hexahedra.iter().map(|c| volume(self.positions, c) / volume(&mesh.nodes, c));
+        let active = |h: &Hexahedron| h.fibre.and(h.muscle).map_or(0.0, |muscle| self.tensions[muscle]);
+        vec![
+            Array {
+                values: ratios.map(|r| r.to_string()).collect(),
+                ..of("volume_ratio", 1, &|_| String::new())
+            },
+            of("activation", 1, &|h| active(h).to_string()),
+            of("stretch", 1, &|h| h.fibre.map_or(1.0, |(_, stretch)| stretch).to_string()),
+            of("fibre", 3, &|h| point(&h.fibre.map_or_else(Vector3::zeros, |(direction, _)| direction))),
+            Array {
+                kind: "Int64",
+                ..of("muscle", 1, &|h| h.muscle.map_or_else(|| "-1".to_owned(), |m| m.to_string()))
+            },
+        ]
     }
 
     /// The connections of the muscles, one muscle after another, each with the number of its muscle.
@@ -138,6 +186,10 @@ fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
 impl<const D: usize> Export for Vtu<'_, D> {
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()> {
         let mesh = self.mesh;
+        if !self.hexahedra.is_empty() {
+            let cells: Vec<_> = mesh.hexahedra.iter().map(|c| (c.as_slice(), HEXAHEDRON)).collect();
+            return write_grid(out, by, [&mesh.nodes, self.positions], &cells, &self.arrays_of_hexahedra());
+        }
         let kind = (if mesh.continuum.is_some() { QUADRATIC } else { CELL })[D - 2];
         let lines = self.pairs().map(|(_, pair)| (pair, LINE));
         let cells: Vec<_> = mesh.elements().map(|cell| (cell, kind)).chain(lines).collect();
@@ -149,14 +201,45 @@ impl<const D: usize> Export for Vtu<'_, D> {
     }
 }
 
+/// The most active muscle of each hexahedron, if one runs through it; of several that are as active the first.
+pub(super) fn most_active<const D: usize>(body: &Body<D>, activations: &[f64]) -> Vec<Option<usize>> {
+    let mut of: Vec<Option<usize>> = vec![None; body.mesh.hexahedra.len()];
+    for (number, muscle) in body.muscles.iter().enumerate() {
+        for &element in &muscle.region {
+            let before = of[element].map_or(f64::NEG_INFINITY, |m| activations[m]);
+            if activations[number] > before {
+                of[element] = Some(number);
+            }
+        }
+    }
+    of
+}
+
+/// The present direction of the fibres of a muscle at the centre of a hexahedron, and their stretch.
+fn fibre<const D: usize>(
+    body: &Body<D>,
+    positions: &[SVector<f64, D>],
+    element: usize,
+    muscle: usize,
+) -> Option<(Vector3<f64>, f64)> {
+    let nodes = &body.mesh.hexahedra[element];
+    let [x, now] = [&body.mesh.nodes, positions].map(|x| hexahedron::corners(x, nodes));
+    let (gradients, _) = hexahedron::gradients(&x, [0.0; 3])?;
+    let parts = now.iter().zip(gradients).map(|(x, g)| x * g.transpose());
+    let f = parts.fold(Matrix3::zeros(), |sum, part| sum + part);
+    let mean: Vector3<f64> = body.directions(muscle, element).into_iter().flatten().sum();
+    let along = f * mean.try_normalize(0.0)?;
+    Some((along.try_normalize(0.0)?, along.norm()))
+}
+
 /// The coordinates of a point; the third is zero in the plane.
-pub(super) fn point<const D: usize>(p: &SVector<f64, D>) -> String {
+fn point<const D: usize>(p: &SVector<f64, D>) -> String {
     format!("{} {} {}", p[0], p[1], p.get(2).unwrap_or(&0.0))
 }
 
 /// Writes a file of a grid: points at rest and where they are, m, with their displacement, cells with their nodes and VTK's type, and
 /// arrays on the cells, of which the first is shown.
-pub(super) fn write_grid<const D: usize>(
+fn write_grid<const D: usize>(
     out: &mut dyn Write,
     by: &Provenance,
     [rest, positions]: [&[SVector<f64, D>]; 2],

@@ -1,15 +1,10 @@
 //! One equilibrium, with what there is to doubt in it.
 
-use nalgebra::SVector;
 use serde::{Serialize, Serializer};
 use serde_json::json;
-use tongue_core::body::Mesh;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
 use tongue_core::system::System;
 use tongue_infer::inverse::alarms::{self, Alarm};
-use tongue_input::measured::{ByMuscle, TargetKind, reference_muscle};
-
-use crate::report::SimulationRecord;
 
 /// An equilibrium at given tensions (activations in space); its positions are in the workspace.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -55,34 +50,5 @@ impl Equilibrium {
         let found = statics::solve_and_trace(system, workspace, pulls, &settings);
         let alarms = alarms::of_equilibrium(&found.solution, found.critical);
         Self { solution: found.solution, branch: Some(found), alarms }
-    }
-
-    /// The record of this equilibrium of the `system` of a mesh, with alarms where it is strained too far: `positions` of all nodes, m,
-    /// and `tensions` of all muscles, N (2D: N per metre of thickness).
-    pub fn record<const D: usize>(
-        mut self,
-        system: &System<D>,
-        mesh: &Mesh<D>,
-        positions: &[SVector<f64, D>],
-        tensions: &[f64],
-        wall_s: f64,
-    ) -> SimulationRecord {
-        let names = &mesh.muscle_names();
-        let (lengths, rest) = (system.lengths(positions), system.lengths(system.rest()));
-        let of_kind = |kind: TargetKind| kind.values(&lengths, &rest, reference_muscle(names));
-        let (min_area_ratio, max_area_ratio) = system.tissue_ratios(positions);
-        self.alarms.extend(alarms::of_strain(mesh, [min_area_ratio, max_area_ratio], positions));
-        SimulationRecord {
-            tensions_n: ByMuscle::new(names, tensions.iter().copied()),
-            lengths_mm: ByMuscle::new(names, lengths.iter().map(|l| 1e3 * l)),
-            ratios: ByMuscle::new(names, of_kind(TargetKind::Ratio)),
-            stretches: ByMuscle::new(names, of_kind(TargetKind::Stretch)),
-            positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),
-            min_area_ratio,
-            max_area_ratio,
-            energy_j: self.solution.energy,
-            wall_s,
-            found: self,
-        }
     }
 }

@@ -121,11 +121,10 @@ impl TrackRun<'_> {
                 RestShape::of(body, model, contracting, at)
             }
         };
-        let touching = |shape: RestShape| match wall {
+        let shape = shape.and_then(|shape| match wall {
             Some(wall) => shape.under(wall.clone()),
             None => Ok(shape),
-        };
-        let shape = shape.and_then(touching)?;
+        })?;
         let is_kept =
             speaker.is_fitted() || speaker.adaptation.as_ref().is_some_and(|a| !a.coils_m.is_empty());
         Ok(Some(if is_kept { shape.as_found() } else { shape }))
@@ -174,10 +173,10 @@ impl TrackRun<'_> {
             let freed = sitting.first().map(|&nth| self.freed(seen[nth])).into_iter().flatten();
             let freed = freed.map(|name| MovableBone::of(body, model, &self.basis.contracting, name));
             let freed = freed.collect::<Result<Vec<_>, _>>()?;
-            let frames_of = |&nth: &usize| {
-                track::frames(&speaker.seated(seen[nth]), &surface, &speaker.followed, self.hide)
-            };
-            let mut frames: Vec<_> = sitting.iter().map(frames_of).collect();
+            let mut frames: Vec<_> = sitting
+                .iter()
+                .map(|&nth| track::frames(&speaker.seated(seen[nth]), &surface, &speaker.followed, self.hide))
+                .collect();
             for (frames, &nth) in frames.iter_mut().zip(&sitting) {
                 listen(frames);
                 track::mark(frames, &seen[nth].labels, &compared);

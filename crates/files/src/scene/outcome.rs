@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::plan::ScenePlan;
 use super::points::PointsFit;
 use crate::report::{OperationRecord, SoundRecord};
+use tongue_core::body::Body;
 use tongue_core::dynamics::{self, StepCounts};
 use tongue_core::statics::Solution;
 use tongue_infer::inverse::{self, alarms::Alarm};
@@ -25,18 +26,22 @@ impl Pull {
     }
 }
 
-/// How hard every muscle chain of the mesh pulls.
+/// How hard every muscle of the mesh pulls.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Pulls {
+pub enum Pulls<T = Vec<f64>> {
     /// Tensions, N (2D: per metre of thickness).
-    TensionsN(Vec<f64>),
+    TensionsN(T),
     /// Activations, 0 to 1, in a tongue in space.
-    Activations(Vec<f64>),
+    Activations(T),
 }
 
-impl Pulls {
-    pub fn values(&self) -> &[f64] {
+impl<T> Pulls<T> {
+    pub fn of<const D: usize>(body: &Body<D>, values: T) -> Self {
+        if body.is_activated() { Self::Activations(values) } else { Self::TensionsN(values) }
+    }
+
+    pub fn values(&self) -> &T {
         match self {
             Self::TensionsN(values) | Self::Activations(values) => values,
         }

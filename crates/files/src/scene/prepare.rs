@@ -9,7 +9,7 @@ use super::plan::{self, EffectRole, Planned, ScenePlan};
 use super::tongue_in_space::{Operation, activations};
 use super::{airway, points};
 use crate::simulation::SimulationError;
-use tongue_core::body::{Body, MuscleChain, SpaceBody, SpaceMuscle};
+use tongue_core::body::{Body, Muscle};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::material::Constants;
 use tongue_core::system::locking::bending_kept;
@@ -46,7 +46,7 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     let all = 0..body.mesh.muscles.len();
     let contracting: Vec<usize> = match &target {
         _ if seen.is_some() => all.collect(),
-        None if body.space.is_some() => all.filter(|&m| tensions[m] > 0.0).collect(),
+        None if body.is_activated() => all.filter(|&m| tensions[m] > 0.0).collect(),
         None => all.filter(|&m| scene.tensions_n.contains_key(&body.mesh.muscles[m].name)).collect(),
         Some(target) => TargetOnBody::new(&body.mesh, target)?.contracting(),
     };
@@ -78,14 +78,14 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
         true => Some(System::with(&body.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?),
         false => None,
     };
-    let system = match &body.space {
-        None => System::with(&body.mesh, &model, &contracting, additions)?,
-        Some(space) => of_hexahedra(space, additions)?,
+    let system = match body.is_activated() {
+        false => System::with(&body.mesh, &model, &contracting, additions)?,
+        true => of_hexahedra(&body, additions)?,
     };
     let system = Arc::new(system);
-    let roles = match &body.space {
-        None => roles(scene, &body, &contracting, target.as_ref()),
-        Some(space) => activated(space, &tensions),
+    let roles = match body.is_activated() {
+        false => roles(scene, &body, &contracting, target.as_ref()),
+        true => activated(&body.muscles, &tensions),
     };
     let method = method(scene);
     let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
@@ -94,7 +94,7 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
 
 /// The system of a tongue in space: `D` is 3 where a body has one.
 fn of_hexahedra<const D: usize>(
-    space: &SpaceBody,
+    body: &Body<D>,
     additions: Additions<D>,
 ) -> Result<System<D>, SimulationError> {
     let wrong = || {
@@ -102,17 +102,18 @@ fn of_hexahedra<const D: usize>(
     };
     let additions: Box<dyn Any> = Box::new(additions);
     let additions = additions.downcast::<Additions<3>>().map_err(|_| wrong())?;
-    let system: Box<dyn Any> = Box::new(System::in_space_with(space, &SpaceModel::default(), *additions)?);
+    let body = (body as &dyn Any).downcast_ref().ok_or_else(wrong)?;
+    let system: Box<dyn Any> = Box::new(System::in_space_with(body, &SpaceModel::default(), *additions)?);
     Ok(*system.downcast::<System<D>>().map_err(|_| wrong())?)
 }
 
-fn activated(space: &SpaceBody, activations: &[f64]) -> Vec<EffectRole> {
-    let role = |(muscle, &a): (&SpaceMuscle, &f64)| EffectRole {
+fn activated(muscles: &[Muscle], activations: &[f64]) -> Vec<EffectRole> {
+    let role = |(muscle, &a): (&Muscle, &f64)| EffectRole {
         muscle: muscle.name.clone(),
         contracting: a > 0.0,
         why: if a > 0.0 { format!("activated to {a}") } else { "passive: its region is tissue".to_owned() },
     };
-    space.muscles.iter().zip(activations).map(role).collect()
+    muscles.iter().zip(activations).map(role).collect()
 }
 
 /// The body and its bones without loads except the wall.
@@ -161,8 +162,8 @@ fn tensions<const D: usize>(
     operation: Option<&Operation>,
     body: &Body<D>,
 ) -> Result<Vec<f64>, SimulationError> {
-    if let Some(space) = &body.space {
-        return activations(scene, operation, space);
+    if body.is_activated() {
+        return activations(scene, operation, body);
     }
     for name in scene.tensions_n.keys() {
         body.muscle(name).map_err(|missing| {
@@ -173,8 +174,7 @@ fn tensions<const D: usize>(
             )
         })?;
     }
-    let given = |m: &MuscleChain| scene.tensions_n.get(&m.name).copied().unwrap_or(0.0);
-    Ok(body.mesh.muscles.iter().map(given).collect())
+    Ok(body.mesh.muscles.iter().map(|m| scene.tensions_n.get(&m.name).copied().unwrap_or(0.0)).collect())
 }
 
 fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: &[usize]) -> Vec<Planned> {
@@ -184,7 +184,7 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
         1 => Planned::yes(effect, format!("1 {what} {one}{how}")),
         n => Planned::yes(effect, format!("{n} {what}s {several}{how}")),
     };
-    if body.space.is_some() {
+    if body.is_activated() {
         let why = "the body is made of hexahedra";
         return vec![
             Planned::no("springs", why),

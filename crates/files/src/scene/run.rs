@@ -75,10 +75,10 @@ pub fn run<const D: usize>(
     let system = &prepared.system;
     let wall_s = clock.elapsed().as_secs_f64();
     let at = Configuration { positions: &positions, tensions: &prepared.tensions };
-    let of_solution =
-        |s: Solution| [s.energy_evaluations as u64, s.iterations as u64 + 1, s.factorisations as u64];
-    let of_way = |t: &SceneMotion| [0, t.counts.force_evaluations, t.counts.factorisations];
-    let evaluations = solution.map(of_solution).or(trajectory.as_ref().map(of_way)).unwrap_or_default();
+    let evaluations = solution
+        .map(|s| [s.energy_evaluations as u64, s.iterations as u64 + 1, s.factorisations as u64])
+        .or(trajectory.as_ref().map(|t| [0, t.counts.force_evaluations, t.counts.factorisations]))
+        .unwrap_or_default();
     let contact = contact(prepared, at);
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
     let converged = solution.is_none_or(|s| s.status == statics::SolveStatus::Converged)
@@ -87,18 +87,10 @@ pub fn run<const D: usize>(
         && trajectory.as_ref().is_none_or(|t| t.status == dynamics::MotionStatus::Completed)
         && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
         && min_cell_ratio > 0.0;
-    let in_space = positions.iter().map(|p| Vector3::from_fn(|i, _| p.get(i).copied().unwrap_or(0.0)));
-    let in_space: Vec<Vector3<f64>> = in_space.collect();
-    let alarms = match &prepared.body.space {
-        Some(body) => alarms::of_strain(&body.mesh, body.volume_ratios(&in_space), &in_space),
-        None => alarms::of_strain(&prepared.body.mesh, system.tissue_ratios(&positions).into(), &positions),
-    };
+    let alarms = alarms::of_shape(&prepared.body, system, &positions);
     Ok(SceneOutcome {
         converged,
-        pulls: match prepared.body.space.is_some() {
-            true => Pulls::Activations(prepared.tensions.clone()),
-            false => Pulls::TensionsN(prepared.tensions.clone()),
-        },
+        pulls: Pulls::of(&prepared.body, prepared.tensions.clone()),
         muscles: muscles(prepared, &positions, points.as_ref()),
         min_cell_ratio,
         max_cell_ratio,
@@ -217,7 +209,7 @@ fn muscles<const D: usize>(
             interval_n: points.zip(same.first()).map(|(p, &m)| [p.low_n[m], p.high_n[m]]),
             pull: {
                 let value = same.first().map_or(0.0, |&m| prepared.tensions[m]);
-                if prepared.body.space.is_some() { Pull::Activation(value) } else { Pull::TensionN(value) }
+                if prepared.body.is_activated() { Pull::Activation(value) } else { Pull::TensionN(value) }
             },
             rest_mm: 1e3 * rest,
             length_mm: 1e3 * length,
@@ -292,8 +284,8 @@ fn compared<const D: usize>(
     after: &[SVector<f64, D>],
 ) -> Result<Option<OperationRecord>, SimulationError> {
     let Some(surgery) = &scene.surgery else { return Ok(None) };
-    let system: &dyn Any = &*prepared.system;
-    let (Some(system), Some(body)) = (system.downcast_ref::<System<3>>(), &prepared.body.space) else {
+    let [system, body]: [&dyn Any; 2] = [&*prepared.system, &prepared.body];
+    let (Some(system), Some(body)) = (system.downcast_ref::<System<3>>(), body.downcast_ref()) else {
         return Ok(None);
     };
     let (Some(Operation { whole, operated }), SceneBody::TongueInSpace(given)) =

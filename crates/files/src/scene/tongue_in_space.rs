@@ -5,19 +5,19 @@ use std::path::Path;
 use super::file::{Scene, SceneBody, SceneSpace};
 use crate::simulation::SimulationError;
 use tongue_core::body::space::Operated;
-use tongue_core::body::{Body, DEFAULT_SPACING_M, SpaceBody};
+use tongue_core::body::{Body, DEFAULT_SPACING_M};
 use tongue_input::bodies::{artisynth, gmsh};
 use tongue_input::files;
 
 /// A tongue in space in the axes of scenes. The built-in one has the palate of the reference tongue, as a wall without end to both sides.
-pub(super) fn in_space(given: &SceneSpace, tongue: SpaceBody) -> Result<Body<3>, SimulationError> {
+pub(super) fn in_space(given: &SceneSpace, tongue: Body<3>) -> Result<Body<3>, SimulationError> {
     let is_built_in = given.folder.is_none() && given.file.is_none();
     let palate = if is_built_in { Body::tongue(DEFAULT_SPACING_M)?.palate } else { None };
     Ok(Body { palate, ..tongue.in_scene() })
 }
 
 /// A tongue in space in its own axes, before any surgery.
-pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SimulationError> {
+pub(super) fn space_body(given: &SceneSpace) -> Result<Body<3>, SimulationError> {
     let body = match (&given.folder, &given.file) {
         (Some(_), Some(_)) => {
             let why = "each is a body; give one of them";
@@ -27,7 +27,7 @@ pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SimulationErro
                 why,
             ));
         }
-        (None, None) => return Ok(SpaceBody::tongue(if given.refined { 2 } else { 1 })?),
+        (None, None) => return Ok(Body::tongue_in_space(if given.refined { 2 } else { 1 })?),
         (Some(folder), None) => artisynth::read(Path::new(folder))?,
         (None, Some(file)) => {
             let bytes = files::read(Path::new(file))
@@ -41,7 +41,7 @@ pub(super) fn space_body(given: &SceneSpace) -> Result<SpaceBody, SimulationErro
 /// A tongue before and after its surgery, in its own axes.
 #[derive(Debug)]
 pub struct Operation {
-    pub(super) whole: SpaceBody,
+    pub(super) whole: Body<3>,
     pub(super) operated: Operated,
 }
 
@@ -62,16 +62,16 @@ impl Operation {
 }
 
 /// Activations of the muscles of a tongue, `left` by surgery if there was any.
-pub(super) fn activations(
+pub(super) fn activations<const D: usize>(
     scene: &Scene,
     operation: Option<&Operation>,
-    left: &SpaceBody,
+    left: &Body<D>,
 ) -> Result<Vec<f64>, SimulationError> {
     let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
-    let of = |body: &SpaceBody| {
-        body.activations(&given).map_err(|wrong| SimulationError::Refused(format!("activations: {wrong}")))
+    let refused = |wrong| SimulationError::Refused(format!("activations: {wrong}"));
+    let Some(Operation { whole, operated }) = operation else {
+        return left.activations(&given).map_err(refused);
     };
-    let Some(Operation { whole, operated }) = operation else { return of(left) };
-    let all = of(whole)?;
+    let all = whole.activations(&given).map_err(refused)?;
     Ok(operated.muscles.iter().map(|&m| all[m]).collect())
 }

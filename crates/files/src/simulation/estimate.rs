@@ -115,17 +115,16 @@ impl<const D: usize> Estimate<D> {
     /// For JSON: simulated and measured values are in the order and units of the observations, singular values those of d(residual)/d(unknown
     /// in its unit), the largest first.
     pub fn record(&self) -> Value {
-        let displacement = |name: &String| {
-            let shift = self.displacement(name).ok()?;
-            Some((name.clone(), shift.iter().map(|x| x * 1e3).collect::<Vec<_>>()))
-        };
         json!({
             "status": self.status,
             "active": self.contracting,
             "misfit": self.answer.misfit,
             "simulated": self.simulated,
             "measured": self.measured,
-            "displacements_mm": ByMuscle(self.bones.iter().filter_map(displacement).collect()),
+            "displacements_mm": ByMuscle(self.bones.iter().filter_map(|name| {
+            let shift = self.displacement(name).ok()?;
+            Some((name.clone(), shift.iter().map(|x| x * 1e3).collect::<Vec<_>>()))
+        }).collect()),
             "young_modulus_pa": self.young_modulus(),
             "poisson_ratio": self.poisson_ratio(),
             "evaluations": self.answer.evaluations,

@@ -95,12 +95,12 @@ impl<const D: usize> Shape<D> {
             None => alarms::barrier(self.solution.guarded).into_iter().collect(),
         };
         let found = Equilibrium { solution: self.solution, branch: self.trace, alarms };
-        let (mesh, system) = (&self.assembly.body().mesh, self.assembly.system());
-        found.record(system, mesh, &self.positions, &self.tensions, f64::NAN)
+        let (body, system) = (self.assembly.body(), self.assembly.system());
+        SimulationRecord::new(body, (system, found), &self.tensions, &self.positions, None, f64::NAN)
     }
 
     pub fn vtu(&self) -> Result<Vtu<'_, D>, ReportError> {
-        Vtu::new(&self.assembly.body().mesh, &self.positions, &self.tensions)
+        Vtu::of(self.assembly.body(), &self.positions, &self.tensions)
     }
 }
 

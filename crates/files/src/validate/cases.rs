@@ -58,12 +58,12 @@ pub fn of_rows(
     make: impl Fn(&Lengths) -> Lengths,
 ) -> Vec<Case> {
     let rows = data.rows().iter().map(|row| &row.lengths);
-    let case = |lengths: &Lengths| {
+    rows.filter_map(|lengths| {
         let own = data.baseline_vowel(&lengths.subject, baseline).ok()?;
         let target = Target::from_lengths(&make(lengths), &make(own), TargetKind::Stretch, None).ok()?;
         Case::new(mesh, &target).filter(|case| !case.unseen.is_empty())
-    };
-    rows.filter_map(case).collect()
+    })
+    .collect()
 }
 
 pub fn subjects(cases: &[Case]) -> Vec<&str> {

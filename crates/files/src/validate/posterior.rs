@@ -82,12 +82,13 @@ impl PosteriorKind {
             // One row of every speaker: the first row of one, the second row of the next one, and so on.
             Self::OtherSpeakers => {
                 let most = speakers.iter().map(Vec::len).max().unwrap_or(0);
-                let group = |first: usize| {
-                    let row =
-                        |(speaker, own): (usize, &Vec<usize>)| own.get((first + speaker) % most).copied();
-                    speakers.iter().enumerate().filter_map(row).collect()
-                };
-                (0..most).map(group).collect()
+                (0..most)
+                    .map(|first| {
+                        let row =
+                            |(speaker, own): (usize, &Vec<usize>)| own.get((first + speaker) % most).copied();
+                        speakers.iter().enumerate().filter_map(row).collect()
+                    })
+                    .collect()
             }
         }
     }
@@ -208,8 +209,7 @@ pub fn study(
         predictions.extend(told(&vowel, &all, &predicted));
         progress.add(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
-            let is_in = |c: &Case| names.contains(&c.subject.as_str());
-            let scores = all_scored(&all, &predicted, is_in);
+            let scores = all_scored(&all, &predicted, |c| names.contains(&c.subject.as_str()));
             let warning = warning(&scores);
             let subjects = names.iter().map(|s| (*s).to_owned()).collect();
             other_baselines.push(ScoredBaseline { baseline: vowel.clone(), subjects, warning, scores });

@@ -57,6 +57,5 @@ pub struct ValidationStudy {
 #[cfg(test)]
 fn in_order<'de, D: serde::Deserializer<'de>>(from: D) -> Result<ByMuscle<f64>, D::Error> {
     let all = serde_json::Map::deserialize(from)?;
-    let value = |(name, value): (String, serde_json::Value)| Some((name, value.as_f64()?));
-    Ok(ByMuscle(all.into_iter().filter_map(value).collect()))
+    Ok(ByMuscle(all.into_iter().filter_map(|(name, value)| Some((name, value.as_f64()?))).collect()))
 }

@@ -91,11 +91,13 @@ pub fn best_shrunk(training: &[&Case]) -> Shrunk {
     let error = |how: Shrunk| -> f64 {
         let of = |name: &&str| -> f64 {
             let (inner, left): (Vec<&Case>, Vec<&Case>) = training.iter().partition(|c| c.subject != *name);
-            let error = |case: Case| match expected(&inner, &case, how) {
-                Some(found) => case.error(&found.into_iter().map(|(mean, _)| mean).collect::<Vec<_>>()),
-                None => case.error(&vec![1.0; case.target().muscles.len()]),
-            };
-            left.into_iter().flat_map(Case::each_left_out).map(error).sum()
+            left.into_iter()
+                .flat_map(Case::each_left_out)
+                .map(|case| match expected(&inner, &case, how) {
+                    Some(found) => case.error(&found.into_iter().map(|(mean, _)| mean).collect::<Vec<_>>()),
+                    None => case.error(&vec![1.0; case.target().muscles.len()]),
+                })
+                .sum()
         };
         names.iter().map(of).sum()
     };

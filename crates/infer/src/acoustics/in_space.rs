@@ -7,7 +7,7 @@ use tongue_sound::profile::{Articulation, Point, Profile, Tract};
 
 use super::VocalTractError;
 use super::vocal_tract::{FORMANTS, Sound};
-use tongue_core::body::SpaceBody;
+use tongue_core::body::Body;
 
 /// Distance behind the outer wall up to which the surface of a tongue counts as one that has passed through it, m.
 const BEHIND_M: f64 = 0.02;
@@ -26,7 +26,7 @@ pub struct SpaceVocalTract {
 
 impl SpaceVocalTract {
     /// The tract around a body.
-    pub fn round(body: &SpaceBody, tract: Tract) -> Result<Self, VocalTractError> {
+    pub fn round(body: &Body<3>, tract: Tract) -> Result<Self, VocalTractError> {
         let loops = body.midsagittal_mesh().outlines();
         let outline = loops.into_iter().max_by_key(Vec::len).ok_or(VocalTractError::NoSurface)?;
         let at = |n: usize| flat(&body.mesh.nodes[n]);
@@ -69,13 +69,12 @@ impl SpaceVocalTract {
         let tongue: Vec<Point> = self.midline.iter().map(|&n| flat(&positions[n])).collect();
         let triangles: Vec<[Vector3<f64>; 3]> =
             self.surface.iter().map(|t| t.map(|n| positions[n])).collect();
-        let to_tongue = |outer: Point, direction: Point, side: f64| {
+        let profile = Profile::in_space(&self.tract, &tongue, posture, &|outer, direction, side| {
             let from = Vector3::new(outer[0], side, outer[1]);
             let along = Vector3::new(direction[0], 0.0, direction[1]);
             let crossings = triangles.iter().filter_map(|t| entered(t, &from, &along));
             crossings.filter(|at| *at > -BEHIND_M).min_by(f64::total_cmp)
-        };
-        let profile = Profile::in_space(&self.tract, &tongue, posture, &to_tongue)?;
+        })?;
         let formants = formants::formants(&profile.sections, &self.acoustics, FORMANTS)?;
         Ok(Sound { profile, formants })
     }

@@ -196,15 +196,17 @@ pub fn resting(rest: &Rest<'_>, contour: &[Mark], bones: &[(&str, Mark)]) -> Res
         let body = rest.body(d);
         let surface = TongueSurface::of(&body)?;
         let away = |m: &Mark| Contour::new(surface.curve.clone(), m.at).value(&body.mesh.nodes) / m.sd;
-        let bone = |(name, seen): &(&str, Mark)| Some((mark_of(&body, name)? - seen.at) / seen.sd);
-        let bones = bones.iter().filter_map(bone).flat_map(|away| [away.x, away.y]);
+        let bones = bones
+            .iter()
+            .filter_map(|(name, seen)| Some((mark_of(&body, name)? - seen.at) / seen.sd))
+            .flat_map(|away| [away.x, away.y]);
         let seen = contour.iter().map(away).chain(bones).chain(rest.price(d).iter().copied()).collect();
         Some(DVector::from_vec(seen))
     };
-    let none = || RestError::Body("it has no outline".to_owned());
-    let allowed = |d: &DVector<f64>| rest.least_area_ratio(d) >= LEAST_AREA_RATIO;
     let start = [DVector::zeros(rest.unknowns())];
-    let d = minimise(start, &residuals, &allowed, (1e-6, 1e-6)).ok_or_else(none)?.x;
+    let d = minimise(start, &residuals, &|d| rest.least_area_ratio(d) >= LEAST_AREA_RATIO, (1e-6, 1e-6))
+        .ok_or_else(|| RestError::Body("it has no outline".to_owned()))?
+        .x;
     let ratio = rest.least_area_ratio(&d);
     if ratio < LEAST_AREA_RATIO { Err(RestError::Folds { ratio }) } else { Ok(Rest::cleaned(&d)) }
 }

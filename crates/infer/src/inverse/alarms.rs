@@ -5,8 +5,9 @@ use std::ops::RangeInclusive;
 use nalgebra::SVector;
 use serde::{Serialize, Serializer};
 
-use tongue_core::body::Mesh;
+use tongue_core::body::{Body, Mesh};
 use tongue_core::statics::{self, Connection, Critical, Solution};
+use tongue_core::system::System;
 use tongue_input::measured::muscles::Muscles;
 
 use super::{AT_BOUND, Fit, FitSettings, FitStatus};
@@ -185,6 +186,19 @@ pub fn of_equilibrium(solution: &Solution, critical: Option<Critical>) -> Vec<Al
         out.push(Alarm::NotOnBranch { ends_at: critical.map(|c| c.load) });
     }
     out
+}
+
+/// The alarms for a shape of a body that is strained too far: positions of all its nodes, m. The system may be that of its half.
+pub fn of_shape<const D: usize>(
+    body: &Body<D>,
+    system: &System<D>,
+    positions: &[SVector<f64, D>],
+) -> Vec<Alarm> {
+    let ratios = match body.is_activated() {
+        true => body.volume_ratios(positions),
+        false => system.tissue_ratios(positions).into(),
+    };
+    of_strain(&body.mesh, ratios, positions)
 }
 
 /// The alarms for a shape that is strained too far: tissue with the least and the largest of these ratios of its volume (in the plane

@@ -107,8 +107,7 @@ impl SolutionCurve {
             return None;
         }
         let point = point(problem, x)?;
-        let is_here = |p: &CurvePoint| (at(p) - &here).norm() < ON_BOUND;
-        match self.points.iter().position(is_here) {
+        match self.points.iter().position(|p| (at(p) - &here).norm() < ON_BOUND) {
             Some(same) => (self.answer, self.points[same]) = (same, point),
             None => {
                 self.answer = before + 1;

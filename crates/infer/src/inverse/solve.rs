@@ -127,12 +127,11 @@ pub fn solve<const D: usize>(
     let (min_area_ratio, max_area_ratio) = shape.cell_ratios;
     let (solution, critical) = (shape.solution, shape.critical);
     let replay = Replay { solution, critical, largest_difference, min_area_ratio, max_area_ratio };
-    let at_upper_bound = |(u, x): (&Unknown, &f64)| *x > u.upper - AT_BOUND;
     let status = if solution.status != statics::SolveStatus::Converged {
         FitStatus::NoEquilibrium
     } else if largest_difference > statics::SAME_SHAPE_M {
         FitStatus::ReplayDiffers
-    } else if inverse.unknowns.iter().zip(&x).any(at_upper_bound) {
+    } else if inverse.unknowns.iter().zip(&x).any(|(u, x)| *x > u.upper - AT_BOUND) {
         FitStatus::AtUpperBound
     } else if misfit > settings.misfit_tolerance {
         FitStatus::TargetNotMet

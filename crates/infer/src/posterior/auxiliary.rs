@@ -95,10 +95,6 @@ impl AuxiliaryData {
                 electrode.1.iter().map(move |&(posture, a)| (e, electrode, posture, a))
             })
             .collect();
-        let error = |i: usize, j: usize| {
-            let of_gain = if rows[i].0 == rows[j].0 { EMG_GAIN * EMG_GAIN } else { 0.0 };
-            of_gain + if i == j { EMG * EMG } else { 0.0 }
-        };
         Self {
             of: DataSource::Activity(
                 rows.iter()
@@ -109,7 +105,10 @@ impl AuxiliaryData {
                     .collect(),
             ),
             measured: rows.iter().map(|(.., activity)| (activity / LEAST_ACTIVITY).ln_1p()).collect(),
-            errors: DMatrix::from_fn(rows.len(), rows.len(), error),
+            errors: DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+                let of_gain = if rows[i].0 == rows[j].0 { EMG_GAIN * EMG_GAIN } else { 0.0 };
+                of_gain + if i == j { EMG * EMG } else { 0.0 }
+            }),
         }
     }
 

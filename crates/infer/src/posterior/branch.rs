@@ -35,8 +35,8 @@ pub fn on_branch(
         }
         let meanings: Vec<&ParameterValues> = left.iter().map(|&i| shapes[i].0).collect();
         for (&i, lengths) in left.iter().zip(follow(density, group, &meanings, shape, steps)) {
-            let close = |(a, b): (&f64, &f64)| (a - b).abs() < SAME_M;
-            found[i] = lengths.is_some_and(|l| l.iter().zip(shapes[i].1).all(close));
+            found[i] =
+                lengths.is_some_and(|l| l.iter().zip(shapes[i].1).all(|(a, b)| (a - b).abs() < SAME_M));
         }
     }
     found

@@ -94,8 +94,8 @@ impl<'a> Evaluator<'a> {
                 baseline: Arc::new(baseline.positions.clone()),
                 beside: Vec::new(),
             };
-            let of = |b: &AuxiliaryData| b.values(&meanings[point].0, &place);
-            place.beside = density.seen.beside.iter().flat_map(of).collect();
+            place.beside =
+                density.seen.beside.iter().flat_map(|b| b.values(&meanings[point].0, &place)).collect();
             place.beside.iter().all(|v| v.is_finite()).then_some(place)
         };
         let places = (0..points.len()).map(place).collect();
@@ -146,15 +146,17 @@ impl<'a> Evaluator<'a> {
         let mut sight = |(beside, number): (&AuxiliaryData, usize)| {
             let posture = beside.posture(number)?;
             let shape = posture.unwrap_or(self.shapes.len() - 1);
-            let gradient = |place: &Option<WarmStart>| {
-                let mut gradient = vec![SVector::zeros(); nodes];
-                if let Some(place) = place {
-                    let at = (posture, place.shape(shape).0);
-                    beside.gradient(at, &beside.only(number), &mut gradient);
-                }
-                gradient
-            };
-            let gradients: Vec<_> = places.iter().map(gradient).collect();
+            let gradients: Vec<_> = places
+                .iter()
+                .map(|place| {
+                    let mut gradient = vec![SVector::zeros(); nodes];
+                    if let Some(place) = place {
+                        let at = (posture, place.shape(shape).0);
+                        beside.gradient(at, &beside.only(number), &mut gradient);
+                    }
+                    gradient
+                })
+                .collect();
             Some((shape, self.shapes[shape].adjoint(&gradients)))
         };
         self.density.seen.numbers().map(&mut sight).collect()

@@ -83,11 +83,11 @@ impl PerturbedBodies {
                 let mut along = vec![0.0; fields.len()];
                 along[f] = by;
                 let (of_ends, of_outline) = if ends { (&along[..], &[][..]) } else { (&[][..], &along[..]) };
-                let folded =
-                    || PosteriorError::Body("a cell of this body is nearly folded at rest".to_owned());
                 PerturbedBody::new(
                     posterior_model,
-                    &posterior_model.displaced(of_ends, of_outline).ok_or_else(folded)?,
+                    &posterior_model.displaced(of_ends, of_outline).ok_or_else(|| {
+                        PosteriorError::Body("a cell of this body is nearly folded at rest".to_owned())
+                    })?,
                     model,
                 )
             };

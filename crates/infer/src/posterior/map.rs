@@ -23,9 +23,9 @@ use super::parameters::WarmStart;
 fn geometry(all: &[LinearisationPoint]) -> Option<DMatrix<f64>> {
     let count = all.first()?.values.len();
     let mean = |of: fn(&FiniteDifferences) -> &DMatrix<f64>| {
-        let sum =
-            |sum, linear: &LinearisationPoint| sum + of(&linear.geometry) * of(&linear.geometry).transpose();
-        all.iter().fold(DMatrix::zeros(count, count), sum) / all.len() as f64
+        all.iter().fold(DMatrix::zeros(count, count), |sum, linear| {
+            sum + of(&linear.geometry) * of(&linear.geometry).transpose()
+        }) / all.len() as f64
     };
     Some(
         mean(|a| &a.ends)

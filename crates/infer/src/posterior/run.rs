@@ -187,8 +187,7 @@ pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
 fn judged(density: &Density<'_>, chains: &[hmc::Chain<Draw>]) -> Vec<(String, Mixing)> {
     let muscles = &density.posterior_model.muscles;
     let of = |value: &dyn Fn(&Draw) -> f64| -> Mixing {
-        let each = |c: &hmc::Chain<Draw>| c.draws.iter().map(value).collect();
-        mixing(&chains.iter().map(each).collect::<Vec<Vec<f64>>>())
+        mixing(&chains.iter().map(|c| c.draws.iter().map(value).collect()).collect::<Vec<Vec<f64>>>())
     };
     let mut out = Vec::new();
     for (m, name) in muscles.iter().enumerate() {

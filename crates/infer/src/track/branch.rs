@@ -69,8 +69,9 @@ pub(super) fn ways(
     (1..numbers.len()).rev().for_each(|t| follow(t, t - 1, &mut reached));
     let beside = |chunk: &&[usize]| -> Vec<Option<Reachability>> {
         let mut solver = (mode.solver)();
-        let one =
-            |&t: &usize| {
+        chunk
+            .iter()
+            .map(|&t| {
                 positions(t)?;
                 let course_sd = mode.settings.link.course_sd_n;
                 let mut near = || solver.beside(&course.frames[t], &unknowns[t], course_sd);
@@ -78,8 +79,8 @@ pub(super) fn ways(
                     || near().map_or(Reachability::Lost, Reachability::Nearest),
                     Reachability::Own,
                 ))
-            };
-        chunk.iter().map(one).collect()
+            })
+            .collect()
     };
     parallel::map(&chunks, beside).into_iter().flatten().collect()
 }
@@ -177,11 +178,11 @@ impl Solver<'_> {
             let gradient = here.jacobian.tr_mul(&here.residuals) + (at - x).component_mul(&held);
             Step::newton(curvature, &gradient, f64::INFINITY)
         };
-        let moved = |(at, here): &(DVector<f64>, Linearisation), step: &DVector<f64>| {
+        let (at, here) = descend((x.clone(), begin), &BESIDE, cost, step, |(at, here), step| {
             let next = at + step;
             self.linearise(frame, &next, Some(&here.positions)).map(|there| (next, there))
-        };
-        let (at, here) = descend((x.clone(), begin), &BESIDE, cost, step, moved).here;
+        })
+        .here;
         let is_reached = self.is_on_branch(frame, &at, &here.positions, &mut None);
         Some(if is_reached { here.positions.to_vec() } else { first })
     }

@@ -139,7 +139,14 @@ impl Sampler<'_, '_> {
         let errors_at: Vec<Vec<(DVector<f64>, f64)>> = window.clone().map(errors_at).collect();
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
-        let one = |batch: &Batch| {
+        let frames = || course.frames[window.clone()].iter();
+        let mut all = Draws {
+            tensions: vec![vec![Vec::with_capacity(self.shared.ncols()); m]; window.len()],
+            bones: vec![vec![Vec::new(); bones]; window.len()],
+            hidden: frames().map(|f| vec![Vec::new(); f.hidden.len()]).collect(),
+            heard: frames().map(|f| vec![Vec::new(); f.heard.len()]).collect(),
+        };
+        let parts = parallel::map(&*batches, |batch| {
             let noise = self.coloured(window, batch.generators[nth].clone(), batch.after.get(nth));
             let mut random = batch.hidden.clone();
             let theta = self.shared.columns(batch.number * BATCH, BATCH).into_owned();
@@ -161,15 +168,7 @@ impl Sampler<'_, '_> {
                 foretold.push(hidden(mode, course, by_shape, t, &errors_at[i], (&by, &theta), &mut random));
             }
             ([tensions, moved, foretold, sounds], random)
-        };
-        let frames = || course.frames[window.clone()].iter();
-        let mut all = Draws {
-            tensions: vec![vec![Vec::with_capacity(self.shared.ncols()); m]; window.len()],
-            bones: vec![vec![Vec::new(); bones]; window.len()],
-            hidden: frames().map(|f| vec![Vec::new(); f.hidden.len()]).collect(),
-            heard: frames().map(|f| vec![Vec::new(); f.heard.len()]).collect(),
-        };
-        let parts = parallel::map(&*batches, one);
+        });
         for ((part, random), batch) in parts.into_iter().zip(batches) {
             batch.hidden = random;
             for (all, part) in
@@ -232,11 +231,12 @@ fn hidden(
     }
     let one = |(i, (basis, sd_mm)): (usize, &(DVector<f64>, f64))| {
         let expected = basis.tr_mul(&errors_at);
-        let mut value = |d: usize| {
-            let error = expected[(0, d)] + sd_mm * random::normal(random);
-            (error - there[(i, d)]) as f32
-        };
-        (0..x.ncols()).map(&mut value).collect()
+        (0..x.ncols())
+            .map(&mut |d| {
+                let error = expected[(0, d)] + sd_mm * random::normal(random);
+                (error - there[(i, d)]) as f32
+            })
+            .collect()
     };
     errors.iter().enumerate().map(one).collect()
 }

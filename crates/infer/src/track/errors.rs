@@ -60,14 +60,13 @@ impl Errors {
     fn own(&self, along: &[Along], period_s: f64) -> Vec<f64> {
         let on_contour: Vec<f64> = along.iter().filter(|a| a.channel == 0).map(|a| a.at_mm).collect();
         let last = on_contour.len().saturating_sub(1);
-        let spacing = |i: usize| {
-            let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
-            (on_contour[after] - on_contour[before]).abs() / (after - before) as f64
-        };
         let mut numbers = 0..;
         let variance = |a: &Along| {
             let number = if a.channel == 0 { numbers.next() } else { None };
-            let apart = number.filter(|_| last > 0).map_or(f64::INFINITY, spacing);
+            let apart = number.filter(|_| last > 0).map_or(f64::INFINITY, |i: usize| {
+                let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
+                (on_contour[after] - on_contour[before]).abs() / (after - before) as f64
+            });
             self.alone(a, period_s) * (self.apart_mm / apart).max(1.0)
         };
         along.iter().map(variance).collect()
@@ -84,19 +83,19 @@ impl Errors {
             return None;
         }
         let apart = (high - low) / pieces.max(1.0);
-        let average = |k: usize| {
-            let weight = |a: &Along| {
-                let away = if apart > 0.0 { ((a.at_mm - low) / apart - k as f64).abs() } else { 0.0 };
-                if a.channel == 0 { (1.0 - away).max(0.0) } else { 0.0 }
-            };
-            let weights: Vec<f64> = along.iter().map(weight).collect();
-            let sum: f64 = weights.iter().sum();
-            (sum > 0.0).then(|| weights.iter().map(|w| w / sum).collect::<Vec<f64>>())
-        };
         let others = (0..along.len()).filter(|&i| along[i].channel != 0);
-        let alone = |i: usize| (0..along.len()).map(|j| f64::from(u8::from(i == j))).collect();
-        let rows: Vec<Vec<f64>> =
-            (0..=pieces as usize).filter_map(average).chain(others.map(alone)).collect();
+        let rows: Vec<Vec<f64>> = (0..=pieces as usize)
+            .filter_map(|k| {
+                let weight = |a: &Along| {
+                    let away = if apart > 0.0 { ((a.at_mm - low) / apart - k as f64).abs() } else { 0.0 };
+                    if a.channel == 0 { (1.0 - away).max(0.0) } else { 0.0 }
+                };
+                let weights: Vec<f64> = along.iter().map(weight).collect();
+                let sum: f64 = weights.iter().sum();
+                (sum > 0.0).then(|| weights.iter().map(|w| w / sum).collect::<Vec<f64>>())
+            })
+            .chain(others.map(|i| (0..along.len()).map(|j| f64::from(u8::from(i == j))).collect()))
+            .collect();
         Some(DMatrix::from_fn(rows.len(), along.len(), |i, j| rows[i][j]))
     }
 

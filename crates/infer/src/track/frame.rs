@@ -55,10 +55,9 @@ impl TongueSurface {
             }
         }
         let named = tip.and_then(|tip| outline.iter().position(|n| *n == tip));
-        let foremost = || {
+        let end = named.or_else(|| {
             (0..outline.len()).min_by(|&a, &b| mesh.nodes[outline[a]].x.total_cmp(&mesh.nodes[outline[b]].x))
-        };
-        let end = named.or_else(foremost)?;
+        })?;
         let tip = outline[..=end].windows(2).map(|w| (mesh.nodes[w[1]] - mesh.nodes[w[0]]).norm()).sum();
         Some(Self { curve: Curve::through(outline, &mesh.nodes)?, tip })
     }

@@ -13,7 +13,7 @@ use super::frame::Solver;
 use super::jacobian::Linearisation;
 use super::shape::RestShape;
 use super::shape_jacobian::ShapeJacobian;
-use super::smoother::{CHUNK, FrameState, Rows, SmoothedRecording, Smoother};
+use super::smoother::{CHUNK, FrameState, SmoothedRecording, Smoother};
 
 /// A round is quiet if it changes the cost by less than this part. The search ends after a quiet round in which no frame was held back, and
 /// after two quiet rounds in any case.
@@ -164,8 +164,10 @@ pub(super) fn stepped(
             let here = e.window(&window);
             for ((rows, answer), t) in here.rows.iter().zip(&here.answers).zip(window) {
                 let state = -(answer * &step) - e.steps[t].column(0);
-                let of_rows = |rows: &Rows| mode.expected(rows, &state, &step).norm_squared();
-                expected.push(rows.as_ref().map_or(f64::INFINITY, of_rows));
+                expected.push(
+                    rows.as_ref()
+                        .map_or(f64::INFINITY, |rows| mode.expected(rows, &state, &step).norm_squared()),
+                );
                 states.push(state);
             }
         }

@@ -95,8 +95,7 @@ pub(super) struct Judged(Process, f64);
 
 /// Judges the candidates; `None` for recordings without hidden contour points, and for contours of too few points.
 pub(super) fn judged(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> Option<Judged> {
-    let contours = |f: &Frame| f.hidden.iter().any(|h| h.along.channel == 0);
-    if !courses.iter().flat_map(|c| c.frames.iter()).any(contours) {
+    if !courses.iter().flat_map(|c| c.frames.iter()).any(|f| f.hidden.iter().any(|h| h.along.channel == 0)) {
         return None;
     }
     let solver = (mode.solver)();
@@ -129,8 +128,7 @@ pub(super) fn judged(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> 
         }
     }
     let candidates = WEIGHTS.iter().flat_map(|&weight| {
-        let of = move |&length_mm: &f64| NOISES.map(|noise| Process { weight, length_mm, noise });
-        LENGTHS_MM.iter().flat_map(of)
+        LENGTHS_MM.iter().flat_map(move |&length_mm| NOISES.map(|noise| Process { weight, length_mm, noise }))
     });
     let scored = candidates.filter_map(|process| {
         let errors: Vec<(f64, f64)> = splits.iter().filter_map(|s| process.errors(s)).flatten().collect();

@@ -66,9 +66,12 @@ pub fn repeats<'a>(
     muscles: &[String],
 ) -> Option<Repeats> {
     let one = |(frames, labels): (&'a [Tracked], &'a [Label])| {
-        let course = |f: &Tracked| f.courses.iter().map(|c| c.median).collect();
         let times = frames.iter().map(|f| f.time_s).collect();
-        Repeatable { times, courses: frames.iter().map(course).collect(), labels }
+        Repeatable {
+            times,
+            courses: frames.iter().map(|f| f.courses.iter().map(|c| c.median).collect()).collect(),
+            labels,
+        }
     };
     repeated(&recordings.into_iter().map(one).collect::<Vec<_>>(), muscles)
 }

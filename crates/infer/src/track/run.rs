@@ -98,7 +98,7 @@ pub fn track(
     drop(linear);
     let done = AtomicUsize::new(settings.rounds + 2);
     mode.holds = !is_whole;
-    let one = |&number: &usize| {
+    parallel::map(&wanted, |&number| {
         let mut mode = mode.clone();
         let mut course = sample[number].clone();
         let (mut faults, mut lost) = outliers[number].clone();
@@ -139,8 +139,9 @@ pub fn track(
         take(number, told(&again, found, &sampler, &foretold, (faults, &lost)));
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes);
         Ok(())
-    };
-    parallel::map(&wanted, one).into_iter().collect()
+    })
+    .into_iter()
+    .collect()
 }
 
 /// A speaker's shape at rest.
@@ -270,23 +271,25 @@ fn told(
         let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
         let finish = |chunk: &&[usize]| -> Vec<Tracked> {
             let mut solver = (mode.solver)();
-            let one = |&t: &usize| {
-                let found = FrameSolution {
-                    way: ways.get(t).and_then(Option::as_ref),
-                    frame: &course.frames[t],
-                    x: &unknowns[t],
-                    linear: course.here[t].linear.as_deref(),
-                    positions: course.here[t].positions.as_deref(),
-                    placed: draws.course.here[t].positions.as_deref(),
-                    foretold: &foretold[t],
-                    lost: lost[t],
-                    means,
-                    number: t - window.start,
-                    is_shown: mode.settings.is_shown(t, count),
-                };
-                tracked(&mut solver, &found, drawn, mode.settings)
-            };
-            chunk.iter().map(one).collect()
+            chunk
+                .iter()
+                .map(|&t| {
+                    let found = FrameSolution {
+                        way: ways.get(t).and_then(Option::as_ref),
+                        frame: &course.frames[t],
+                        x: &unknowns[t],
+                        linear: course.here[t].linear.as_deref(),
+                        positions: course.here[t].positions.as_deref(),
+                        placed: draws.course.here[t].positions.as_deref(),
+                        foretold: &foretold[t],
+                        lost: lost[t],
+                        means,
+                        number: t - window.start,
+                        is_shown: mode.settings.is_shown(t, count),
+                    };
+                    tracked(&mut solver, &found, drawn, mode.settings)
+                })
+                .collect()
         };
         frames.extend(parallel::map(&chunks, finish).into_iter().flatten());
         segments.take(window, &frames, drawn, means);

@@ -230,8 +230,8 @@ impl RestShape {
         contracting: &[usize],
         by: &Placement,
     ) -> Result<Self, RestError> {
-        let missing = || RestError::Body("it has no outline".to_owned());
-        let surface = TongueSurface::of(body).ok_or_else(missing)?;
+        let surface =
+            TongueSurface::of(body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))?;
         let prior = ShapePrior::of(body, |_| None)?.placed(&body.mesh, &surface, by);
         let nodes = body.mesh.nodes.clone();
         Self::about(prior, &body.mesh, nodes, (model, contracting), None)?.checked()
@@ -274,12 +274,13 @@ impl RestShape {
 
     /// The directions for lanes; `None` if lanes cannot take the body.
     pub(super) fn in_lanes(&self) -> Option<&[Reshaped<2>]> {
-        let make = || {
-            let lanes = Lanes::new(&self.system);
-            let one = |d: &Vec<Point>| lanes.reshaped(&self.step(d).ok()?, d.clone(), STEP);
-            tongue_core::parallel::map(&self.prior.directions, one).into_iter().collect()
-        };
-        self.in_lanes.get_or_init(make).as_deref()
+        self.in_lanes
+            .get_or_init(|| {
+                let lanes = Lanes::new(&self.system);
+                let one = |d: &Vec<Point>| lanes.reshaped(&self.step(d).ok()?, d.clone(), STEP);
+                tongue_core::parallel::map(&self.prior.directions, one).into_iter().collect()
+            })
+            .as_deref()
     }
 
     /// The same body in contact with a wall.

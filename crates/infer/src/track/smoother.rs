@@ -163,8 +163,8 @@ impl<'a, 's> Smoother<'a, 's> {
 
     /// Sets the errors for the observations that the frames of a recording have now.
     pub fn take_errors(&self, course: &mut SmoothedRecording) {
-        let period = |pair: &[Frame]| pair[1].time_s - pair[0].time_s;
-        let period_s = upper_median(course.frames.windows(2).map(period)).unwrap_or(f64::INFINITY);
+        let period_s = upper_median(course.frames.windows(2).map(|pair| pair[1].time_s - pair[0].time_s))
+            .unwrap_or(f64::INFINITY);
         // Frames that show the same points with the same certainty share their errors.
         let mut last: Option<(&[Along], Option<Arc<FrameErrors>>)> = None;
         let of = |f: &'_ Frame| -> Option<Arc<FrameErrors>> {

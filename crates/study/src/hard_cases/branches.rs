@@ -94,8 +94,7 @@ pub fn snapping_load(k: f64, a: f64, h: f64, depth: f64, links: usize) -> f64 {
     let rest = a.hypot(h);
     debug_assert!(depth > 0.0, "the muscle pulls downwards");
     let load = |y: f64| 2.0 * k * (rest / a.hypot(y) - 1.0) * y - k / links as f64 * (y - h);
-    let slope = |y: f64| 2.0 * k * (rest * a * a / a.hypot(y).powi(3) - 1.0) - k / links as f64;
-    load(bisect(slope, h, 0.0))
+    load(bisect(|y| 2.0 * k * (rest * a * a / a.hypot(y).powi(3) - 1.0) - k / links as f64, h, 0.0))
 }
 
 /// The root of `f` between two points where its signs differ.

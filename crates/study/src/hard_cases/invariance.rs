@@ -73,8 +73,8 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, Error> {
     let mut rows = Vec::new();
     for count in [1, 2, 4] {
         let clock = Instant::now();
-        let fit = || inverse::fit(mesh, &Model::default(), &target, &settings);
-        let found = parallel::with_threads(count, fit)??;
+        let found =
+            parallel::with_threads(count, || inverse::fit(mesh, &Model::default(), &target, &settings))??;
         let bits: Vec<u64> = found
             .tensions
             .iter()

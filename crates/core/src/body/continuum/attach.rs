@@ -41,8 +41,7 @@ pub(super) fn bones<const D: usize>(
     let faces = surface::<D>(elements);
     let fixed: BTreeSet<usize> = base.fixed.iter().filter_map(|&n| number[n]).collect();
     let mut held: BTreeSet<usize> = BTreeSet::new();
-    let holds_all = |face: &&Face| face.corners.iter().all(|n| fixed.contains(n));
-    for face in faces.iter().filter(holds_all) {
+    for face in faces.iter().filter(|face| face.corners.iter().all(|n| fixed.contains(n))) {
         held.extend(on_face::<D>(face.opposite).map(|i| elements[face.element][i]));
     }
     // Bones within the tissue hold their node; so do all bones if patches have no extent.

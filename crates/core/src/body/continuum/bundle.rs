@@ -184,8 +184,7 @@ impl<const D: usize> Line<D> {
         spacing: f64,
     ) -> Result<Vec<usize>, BodyError> {
         let mut follow = |at: SVector<f64, D>, weights: Vec<(usize, f64)>| {
-            let known = |f: &&Follower<D>| nodes[f.node] == at && f.weights == weights;
-            if let Some(same) = followers.iter().find(known) {
+            if let Some(same) = followers.iter().find(|f| nodes[f.node] == at && f.weights == weights) {
                 return same.node;
             }
             let mean: SVector<f64, D> = weights.iter().map(|&(n, w)| nodes[n] * w).sum();

@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use serde::Deserialize;
 
-use super::{Directions, Segment, Side, SpaceBody, SpaceMuscle};
-use crate::body::{Anatomy, BodyError, Bone, Mesh, MuscleChain};
+use super::{Directions, Segment, Side};
+use crate::body::{Anatomy, Body, BodyError, Bone, Mesh, Muscle, MuscleChain};
 use crate::geometry::{ClosedSpline, Point, hexahedron, simplex};
 use crate::observe::{Line, LineEnd};
 
@@ -90,10 +90,10 @@ struct Grid {
     middles: Vec<[f64; 3]>,
 }
 
-impl SpaceBody {
+impl Body<3> {
     /// The built-in tongue: `fine` times as many elements along each direction as in its file
     /// (`targets/tongue_in_space.toml`), which has 672 of them.
-    pub fn tongue(fine: usize) -> Result<Self, BodyError> {
+    pub fn tongue_in_space(fine: usize) -> Result<Self, BodyError> {
         let wrong = |problem: String| BodyError::file(FILE, problem);
         let file: File = toml::from_str(REFERENCE).map_err(|e| wrong(e.message().to_owned()))?;
         let anatomy = Anatomy::reference()?;
@@ -143,7 +143,7 @@ impl SpaceBody {
                     }));
                     chain.push(bone_node);
                 }
-                let mut muscle = SpaceMuscle {
+                let mut muscle = Muscle {
                     name: match side {
                         Side::Left => format!("{}_L", given.name),
                         Side::Right => format!("{}_R", given.name),
@@ -187,24 +187,25 @@ impl SpaceBody {
 /// A point whose triangle is farther away than about this part of its size does not move with the tissue.
 const BESIDE: f64 = -0.5;
 
-impl SpaceBody {
+impl Body<3> {
     /// The line between two places of the midsagittal plane, m: each moves with the tissue around it, or is on bone outside of it.
     fn line(&self, ends: [Point; 2]) -> Line<3> {
         let section = self.midsagittal_mesh();
-        let end = |at: Point| {
-            let of = |cell: &[usize]| {
-                let shares = simplex::barycentric(&simplex::corners(&section.nodes, cell), &at);
-                (shares[..3].iter().copied().fold(f64::INFINITY, f64::min), cell.to_vec(), shares)
-            };
-            let nearest = section.cells.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0));
-            match nearest.filter(|(least, ..)| *least > BESIDE) {
-                Some((_, nodes, shares)) => {
-                    LineEnd { weights: nodes.into_iter().zip(shares).collect(), fixed: Vector3::zeros() }
+        Line {
+            ends: ends.map(|at| {
+                let of = |cell: &[usize]| {
+                    let shares = simplex::barycentric(&simplex::corners(&section.nodes, cell), &at);
+                    (shares[..3].iter().copied().fold(f64::INFINITY, f64::min), cell.to_vec(), shares)
+                };
+                let nearest = section.cells.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+                match nearest.filter(|(least, ..)| *least > BESIDE) {
+                    Some((_, nodes, shares)) => {
+                        LineEnd { weights: nodes.into_iter().zip(shares).collect(), fixed: Vector3::zeros() }
+                    }
+                    None => LineEnd { weights: Vec::new(), fixed: Vector3::new(at.x, 0.0, at.y) },
                 }
-                None => LineEnd { weights: Vec::new(), fixed: Vector3::new(at.x, 0.0, at.y) },
-            }
-        };
-        Line { ends: ends.map(end) }
+            }),
+        }
     }
 }
 

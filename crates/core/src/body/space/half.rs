@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Directions, Side, SpaceBody};
+use super::{Directions, Side};
+use crate::body::Body;
 
 /// Nodes of the two sides are each other's image to this part of the body's size: meshes that were made by
 /// hand are not so to the last digit (ArtiSynth's to 4 µm, its styloid processes to 90 µm).
@@ -19,7 +20,7 @@ const ALIKE: f64 = 0.35;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Half {
     /// The half: nodes with y not above zero, left muscles, and the left parts of middle ones.
-    pub body: SpaceBody,
+    pub body: Body<3>,
     /// Its nodes on the plane y = 0.
     pub plane: Vec<usize>,
     /// For each node of the whole its place at rest, m, and the node of the half that it is, or is the image
@@ -64,7 +65,7 @@ impl Half {
     }
 }
 
-impl SpaceBody {
+impl Body<3> {
     /// The left half, if the body is the same on both sides: nodes, elements, bones, and muscles with their
     /// strengths. `None` where they differ.
     pub fn half(&self) -> Option<Half> {
@@ -81,7 +82,7 @@ impl SpaceBody {
         let uneven = self.muscles.iter().map(|m| m.segments.iter().any(is_uneven)).collect();
         let is_kept = |n: usize| is_on_plane(n) || nodes[n].y < 0.0;
         let mut number = vec![None; nodes.len()];
-        let mut body = SpaceBody { what: format!("the left half of {}", self.what), ..SpaceBody::default() };
+        let mut body = Body { what: format!("the left half of {}", self.what), ..Body::default() };
         let mut plane = Vec::new();
         for (n, x) in nodes.iter().enumerate().filter(|(n, _)| is_kept(*n)) {
             number[n] = Some(body.mesh.nodes.len());

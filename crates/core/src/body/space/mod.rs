@@ -10,13 +10,11 @@ mod refine;
 mod surgery;
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{SVector, Vector2, Vector3};
 
 use super::{Body, BodyError, Bone, MANDIBLE, Mesh};
 use crate::geometry::hexahedron;
-use crate::observe::Line;
 use crate::statistics::distinct;
 use crate::suggest;
 
@@ -45,8 +43,9 @@ pub struct Segment {
     pub outside: bool,
 }
 
+/// A muscle of a body of hexahedra: both a bundle of fibres and a region.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SpaceMuscle {
+pub struct Muscle {
     /// Its name, with its side, such as `GGP_L`.
     pub name: String,
     /// The name of both sides, such as `GGP`.
@@ -66,24 +65,113 @@ pub struct SpaceMuscle {
 /// Directions at the points of Gauss of an element; none far from every fibre.
 pub type Directions = [Option<Vector3<f64>>; hexahedron::POINTS];
 
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct SpaceBody {
-    pub what: String,
-    /// Nodes, hexahedra, fixed nodes; of each muscle one fibre, whose ends measure its length.
-    pub mesh: Mesh<3>,
-    /// The fixed nodes by bone.
-    pub bones: Vec<Bone>,
-    /// The muscles, in the order of those of the mesh.
-    pub muscles: Vec<SpaceMuscle>,
-    /// Factors of the constants of the tissue in each element (scars); empty if all are 1.
-    pub factors: Vec<f64>,
-    /// Lines of muscles in the midsagittal plane by the names that tables of lengths have, where the body has them.
-    pub lines: Vec<(String, Line<3>)>,
-    /// The node of the midsagittal plane that is taken for the tip; without one the foremost.
-    pub tip_node: Option<usize>,
+impl<const D: usize> Body<D> {
+    /// Whether its muscles have regions and are activated from 0 to 1, instead of chains that pull with tensions.
+    pub fn is_activated(&self) -> bool {
+        !self.mesh.hexahedra.is_empty()
+    }
+
+    /// Half of the straight fibre of a muscle through the middle of an element, in local coordinates: it ends at the nearest face. `None`
+    /// where the muscle has no direction.
+    pub fn local_fibre(&self, muscle: usize, element: usize) -> Option<Vector3<f64>> {
+        let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
+        let mean: Vector3<f64> = self.directions(muscle, element).into_iter().flatten().sum();
+        let local = hexahedron::jacobian(&x, [0.0; 3]).try_inverse()? * mean;
+        (local.amax() > 0.0).then(|| local / local.amax())
+    }
+
+    /// Unit directions of the fibres of a muscle at the points of Gauss of an element; `None` far from every
+    /// fibre.
+    pub fn directions(&self, muscle: usize, element: usize) -> Directions {
+        let given = &self.muscles[muscle];
+        let place = given.region.binary_search(&element).ok();
+        if let Some(directions) = place.and_then(|place| given.directions.get(place)) {
+            return *directions;
+        }
+        let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
+        hexahedron::points().map(|at| {
+            let place = x.iter().zip(hexahedron::values(at)).map(|(x, n)| x * n).sum();
+            direction::at(&self.mesh.nodes, &self.muscles[muscle].segments, &place)
+        })
+    }
+
+    /// The node at the tip: the foremost of the midsagittal plane, unless another is named.
+    pub fn tip(&self) -> Option<usize> {
+        self.tip_node.or_else(|| self.foremost())
+    }
+
+    fn foremost(&self) -> Option<usize> {
+        let (nodes, near) = (&self.mesh.nodes, 1e-6 * self.mesh.extent());
+        let in_plane = (0..nodes.len()).filter(|&n| nodes[n][1].abs() <= near);
+        in_plane.min_by(|&a, &b| nodes[a][0].total_cmp(&nodes[b][0]))
+    }
+
+    /// The names of the muscles without their sides, each once, in the order of the body.
+    pub fn groups(&self) -> Vec<String> {
+        distinct(self.muscles.iter().map(|m| m.group.clone()))
+    }
+
+    /// The active muscles with their activations, both sides by their common name where they are as active.
+    pub fn active(&self, activations: &[f64]) -> Vec<(String, f64)> {
+        let all = self.muscles.iter().zip(activations).filter(|(_, a)| **a > 0.0);
+        distinct(all.map(|(m, a)| {
+            let mut others = self.muscles.iter().zip(activations).filter(|(other, _)| other.group == m.group);
+            let is_alike = others.all(|(_, other)| other == a);
+            (if is_alike { m.group.clone() } else { m.name.clone() }, *a)
+        }))
+    }
+
+    /// The numbers of the muscles that a name stands for: of one side, or of both where the name has none.
+    /// Case does not count.
+    pub fn both_sides(&self, name: &str) -> Result<Vec<usize>, BodyError> {
+        let with = |is: &dyn Fn(&Muscle) -> bool| -> Vec<usize> {
+            self.muscles.iter().enumerate().filter(|(_, m)| is(m)).map(|(number, _)| number).collect()
+        };
+        let mut found = with(&|m| m.name.eq_ignore_ascii_case(name));
+        if found.is_empty() {
+            found = with(&|m| m.group.eq_ignore_ascii_case(name));
+        }
+        if found.is_empty() {
+            let known = self.groups();
+            let hint = suggest::hint(name, known.iter().map(String::as_str));
+            return Err(BodyError(format!("there is no muscle \"{name}\" in this body; {hint}")));
+        }
+        Ok(found)
+    }
+
+    /// Activations of all muscles from those given by name; every other is 0.
+    pub fn activations<N: AsRef<str>>(&self, given: &[(N, f64)]) -> Result<Vec<f64>, BodyError> {
+        let mut all = vec![None; self.muscles.len()];
+        for (name, value) in given {
+            let name = name.as_ref();
+            if !(0.0..=1.0).contains(value) {
+                let said = format!("the activation of {name} is {value}; it must lie between 0 and 1");
+                return Err(BodyError(said));
+            }
+            for m in self.both_sides(name)? {
+                if all[m].replace(*value).is_some() {
+                    let name = &self.muscles[m].name;
+                    return Err(BodyError(format!("the activation of {name} is given twice; give it once")));
+                }
+            }
+        }
+        Ok(all.into_iter().map(|a| a.unwrap_or(0.0)).collect())
+    }
+
+    /// The smallest and the largest ratio of volume to that at rest at the points of Gauss of all elements.
+    pub fn volume_ratios(&self, positions: &[SVector<f64, D>]) -> [f64; 2] {
+        let determinant = |nodes: &[SVector<f64, D>], corners, at| {
+            hexahedron::jacobian(&hexahedron::corners(nodes, corners), at).determinant()
+        };
+        let ratios = self.mesh.hexahedra.iter().flat_map(|corners| {
+            hexahedron::points()
+                .map(|at| determinant(positions, corners, at) / determinant(&self.mesh.nodes, corners, at))
+        });
+        ratios.fold([f64::INFINITY, 0.0], |[least, most], ratio| [least.min(ratio), most.max(ratio)])
+    }
 }
 
-impl SpaceBody {
+impl Body<3> {
     pub fn check(&self) -> Result<(), BodyError> {
         let Mesh { nodes, hexahedra, fixed, .. } = &self.mesh;
         for (number, corners) in hexahedra.iter().enumerate() {
@@ -121,84 +209,15 @@ impl SpaceBody {
         if fixed.is_empty() { Err(BodyError(free.to_owned())) } else { Ok(()) }
     }
 
-    /// The names of the muscles without their sides, each once, in the order of the body.
-    pub fn groups(&self) -> Vec<String> {
-        distinct(self.muscles.iter().map(|m| m.group.clone()))
-    }
-
-    /// The active muscles with their activations, both sides by their common name where they are as active.
-    pub fn active(&self, activations: &[f64]) -> Vec<(String, f64)> {
-        let all = self.muscles.iter().zip(activations).filter(|(_, a)| **a > 0.0);
-        distinct(all.map(|(m, a)| {
-            let mut others = self.muscles.iter().zip(activations).filter(|(other, _)| other.group == m.group);
-            let is_alike = others.all(|(_, other)| other == a);
-            (if is_alike { m.group.clone() } else { m.name.clone() }, *a)
-        }))
-    }
-
-    /// The numbers of the muscles that a name stands for: of one side, or of both where the name has none.
-    /// Case does not count.
-    pub fn muscles_called(&self, name: &str) -> Result<Vec<usize>, BodyError> {
-        let with = |is: &dyn Fn(&SpaceMuscle) -> bool| -> Vec<usize> {
-            self.muscles.iter().enumerate().filter(|(_, m)| is(m)).map(|(number, _)| number).collect()
-        };
-        let mut found = with(&|m| m.name.eq_ignore_ascii_case(name));
-        if found.is_empty() {
-            found = with(&|m| m.group.eq_ignore_ascii_case(name));
-        }
-        if found.is_empty() {
-            let known = self.groups();
-            let hint = suggest::hint(name, known.iter().map(String::as_str));
-            return Err(BodyError(format!("there is no muscle \"{name}\" in this body; {hint}")));
-        }
-        Ok(found)
-    }
-
-    /// Activations of all muscles from those given by name; every other is 0.
-    pub fn activations<N: AsRef<str>>(&self, given: &[(N, f64)]) -> Result<Vec<f64>, BodyError> {
-        let mut all = vec![None; self.muscles.len()];
-        for (name, value) in given {
-            let name = name.as_ref();
-            if !(0.0..=1.0).contains(value) {
-                let said = format!("the activation of {name} is {value}; it must lie between 0 and 1");
-                return Err(BodyError(said));
-            }
-            for m in self.muscles_called(name)? {
-                if all[m].replace(*value).is_some() {
-                    let name = &self.muscles[m].name;
-                    return Err(BodyError(format!("the activation of {name} is given twice; give it once")));
-                }
-            }
-        }
-        Ok(all.into_iter().map(|a| a.unwrap_or(0.0)).collect())
-    }
-
-    /// The node at the tip: the foremost of the midsagittal plane, unless another is named.
-    pub fn tip(&self) -> Option<usize> {
-        self.tip_node.or_else(|| self.foremost())
-    }
-
-    fn foremost(&self) -> Option<usize> {
-        let (nodes, near) = (&self.mesh.nodes, 1e-6 * self.mesh.extent());
-        let in_plane = (0..nodes.len()).filter(|&n| nodes[n].y.abs() <= near);
-        in_plane.min_by(|&a, &b| nodes[a].x.total_cmp(&nodes[b].x))
-    }
-
     /// The body in the axes of scenes: x to the back, y upwards, z to the left of the speaker; without lines.
-    pub fn in_scene(mut self) -> Body<3> {
+    pub fn in_scene(mut self) -> Self {
         self.lines.clear();
         let turned = |p: &Vector3<f64>| Vector3::new(p.x, p.z, -p.y);
         self.mesh.nodes.iter_mut().for_each(|p| *p = turned(p));
         let directions = self.muscles.iter_mut().flat_map(|m| &mut m.directions).flatten().flatten();
         directions.for_each(|d| *d = turned(d));
         let bones = self.bones_of_the_plane();
-        Body {
-            what: self.what.clone(),
-            mesh: self.mesh.clone(),
-            bones,
-            space: Some(Arc::new(self)),
-            ..Body::default()
-        }
+        Self { bones, ..self }
     }
 
     /// The faces of hexahedra that lie in the midsagittal plane, each once.
@@ -242,47 +261,5 @@ impl SpaceBody {
         let mut bones = self.bones.clone();
         bones.iter_mut().filter(|b| b.name == "mandible").for_each(|b| b.name = MANDIBLE.to_owned());
         bones
-    }
-
-    /// The volume of each element at rest, m³.
-    pub fn volumes(&self) -> Vec<f64> {
-        let volume = |nodes| hexahedron::volume(&hexahedron::corners(&self.mesh.nodes, nodes));
-        self.mesh.hexahedra.iter().map(volume).collect()
-    }
-
-    /// The smallest and the largest ratio of volume to that at rest at the points of Gauss of all elements.
-    pub fn volume_ratios(&self, positions: &[Vector3<f64>]) -> [f64; 2] {
-        let determinant = |nodes: &[Vector3<f64>], corners, at| {
-            hexahedron::jacobian(&hexahedron::corners(nodes, corners), at).determinant()
-        };
-        let ratios = self.mesh.hexahedra.iter().flat_map(|corners| {
-            hexahedron::points()
-                .map(|at| determinant(positions, corners, at) / determinant(&self.mesh.nodes, corners, at))
-        });
-        ratios.fold([f64::INFINITY, 0.0], |[least, most], ratio| [least.min(ratio), most.max(ratio)])
-    }
-
-    /// Half of the straight fibre of a muscle through the middle of an element, in local coordinates: it ends at the nearest face. `None`
-    /// where the muscle has no direction.
-    pub fn local_fibre(&self, muscle: usize, element: usize) -> Option<Vector3<f64>> {
-        let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
-        let mean: Vector3<f64> = self.directions(muscle, element).into_iter().flatten().sum();
-        let local = hexahedron::jacobian(&x, [0.0; 3]).try_inverse()? * mean;
-        (local.amax() > 0.0).then(|| local / local.amax())
-    }
-
-    /// Unit directions of the fibres of a muscle at the points of Gauss of an element; `None` far from every
-    /// fibre.
-    pub fn directions(&self, muscle: usize, element: usize) -> Directions {
-        let given = &self.muscles[muscle];
-        let place = given.region.binary_search(&element).ok();
-        if let Some(directions) = place.and_then(|place| given.directions.get(place)) {
-            return *directions;
-        }
-        let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
-        hexahedron::points().map(|at| {
-            let place = x.iter().zip(hexahedron::values(at)).map(|(x, n)| x * n).sum();
-            direction::at(&self.mesh.nodes, &self.muscles[muscle].segments, &place)
-        })
     }
 }

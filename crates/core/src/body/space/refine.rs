@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::{SpaceBody, SpaceMuscle};
+use crate::body::{Body, Muscle};
 use crate::geometry::hexahedron::{CORNERS, LOCAL, values};
 
-impl SpaceBody {
+impl Body<3> {
     /// The same body with every hexahedron cut in eight. Its nodes come first, with their numbers; a new node
     /// is on bone where it lies in the middle of corners that all are. Muscles keep their fibres and their
     /// stress, and run through the parts of their elements.
@@ -47,7 +47,7 @@ impl SpaceBody {
         }
         body.mesh.hexahedra = cut;
         body.factors = self.factors.iter().flat_map(|&factor| [factor; 8]).collect();
-        let parts = |m: &SpaceMuscle| m.region.iter().flat_map(|e| 8 * e..8 * e + 8).collect();
+        let parts = |m: &Muscle| m.region.iter().flat_map(|e| 8 * e..8 * e + 8).collect();
         for muscle in &mut body.muscles {
             muscle.region = parts(muscle);
             // Each part holds one of the points of the whole, in the same order.

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use super::{Side, SpaceBody};
-use crate::body::BodyError;
+use super::Side;
+use crate::body::{Body, BodyError};
 use crate::geometry::hexahedron;
 
 /// Where something is done: elements by the place of their middle.
@@ -36,7 +36,7 @@ pub enum Filling {
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Operated {
-    pub body: SpaceBody,
+    pub body: Body<3>,
     /// Numbers in the body before of its muscles; those that lost all of their tissue are gone.
     pub muscles: Vec<usize>,
     /// Numbers in the body before of its operated elements.
@@ -44,12 +44,12 @@ pub struct Operated {
     pub volume_m3: f64,
 }
 
-impl SpaceBody {
+impl Body<3> {
     /// Numbers of the elements of a region, on one side or on both.
     pub fn elements_in(&self, region: &Region, side: Option<Side>) -> Result<BTreeSet<usize>, BodyError> {
         let of_muscles: BTreeSet<usize> = match region {
             Region::Muscle(name) => {
-                let muscles = self.muscles_called(name)?;
+                let muscles = self.both_sides(name)?;
                 muscles.iter().flat_map(|&m| self.muscles[m].region.iter().copied()).collect()
             }
             _ => BTreeSet::new(),
@@ -94,7 +94,7 @@ impl SpaceBody {
     pub fn operated(&self, elements: &BTreeSet<usize>, filling: Filling) -> Result<Operated, BodyError> {
         let mut body = self.clone();
         let is_cut = |e: usize| elements.contains(&e);
-        let volumes = self.volumes();
+        let volumes: Vec<f64> = self.mesh.hexahedron_volumes().collect();
         let nodes_of = |cut: bool| -> BTreeSet<usize> {
             let all = self.mesh.hexahedra.iter().enumerate();
             all.filter(|(e, _)| is_cut(*e) == cut).flat_map(|(_, corners)| corners.iter().copied()).collect()

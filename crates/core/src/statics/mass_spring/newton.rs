@@ -11,7 +11,7 @@ use crate::statics::newton::{
 use crate::system::elements::Elements;
 use crate::system::elements::local::{Assemble, Evaluate, Local};
 
-use super::{Lane, Phase, SimdNewton, of_lane, step_limit};
+use super::{Phase, SimdNewton, of_lane, step_limit};
 
 /// A lane that must go a shorter part of a step than this is given up.
 const SHORTEST_STEP: f64 = 1e-4;
@@ -110,8 +110,7 @@ impl<const L: usize> SimdNewton<L> {
 
     /// Looks at the stability of the equilibria of which the last factor does not tell it, or of all.
     pub(super) fn check_stability(&mut self, elements: &Elements, certify: bool) {
-        let is_open = |l: &Lane| l.phase == Phase::Converged && (certify || !l.exact);
-        let open = self.lanes.each_ref().map(is_open);
+        let open = self.lanes.each_ref().map(|l| l.phase == Phase::Converged && (certify || !l.exact));
         let stable = if open.contains(&true) { self.factorise_exactly(elements) } else { [true; L] };
         for (i, lane) in self.lanes.iter_mut().enumerate().filter(|(_, l)| l.phase == Phase::Converged) {
             lane.done.stability = if open[i] { Stability::Stable } else { Stability::Near };

@@ -46,9 +46,9 @@ pub(in crate::statics) fn solve_single<const D: usize>(
     if !is_sound || single.system.is_none() {
         return Err(Solution::NONE);
     }
-    let place =
-        |node: usize| w.carried.iter().find(|(n, _)| *n == node).map_or(w.positions[node], |(_, to)| *to);
-    work.set_load(elements, 0, tensions, &w.positions, place);
+    work.set_load(elements, 0, tensions, &w.positions, |node| {
+        w.carried.iter().find(|(n, _)| *n == node).map_or(w.positions[node], |(_, to)| *to)
+    });
     if w.carried.is_empty()
         && w.positions == system.rest()
         && let Some(at_rest) = at_rest(system, elements)

@@ -20,16 +20,18 @@ pub struct SubjectContrast {
 }
 
 pub fn all(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<SubjectContrast> {
-    let of_fit = |(number, digest): &(usize, Digest)| {
-        let target = &jobs[*number].target;
-        let with_subject = |contrast: &Contrast| SubjectContrast {
-            subject: target.subject.clone(),
-            baseline: target.baseline.to_string(),
-            contrast: contrast.clone(),
-        };
-        digest.contrasts.iter().map(with_subject).collect::<Vec<_>>()
-    };
-    digests.iter().flat_map(of_fit).collect()
+    digests
+        .iter()
+        .flat_map(|(number, digest)| {
+            let target = &jobs[*number].target;
+            let with_subject = |contrast: &Contrast| SubjectContrast {
+                subject: target.subject.clone(),
+                baseline: target.baseline.to_string(),
+                contrast: contrast.clone(),
+            };
+            digest.contrasts.iter().map(with_subject).collect::<Vec<_>>()
+        })
+        .collect()
 }
 
 /// The same differences over all subjects; the tier is that of vowels against one baseline.

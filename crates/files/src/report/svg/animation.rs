@@ -42,8 +42,8 @@ pub fn animation(
     let over =
         |points: &[SVector<f64, 2>]| points.iter().map(|p| SVector::from([-p.x, p.y])).collect::<Vec<_>>();
     let mesh = Mesh { nodes: over(&mesh.nodes), ..mesh.clone() };
-    let one = |f: &AnimationFrame| AnimationFrame { positions: over(&f.positions), ..f.clone() };
-    let frames: Vec<AnimationFrame> = frames.iter().map(one).collect();
+    let frames: Vec<AnimationFrame> =
+        frames.iter().map(|f| AnimationFrame { positions: over(&f.positions), ..f.clone() }).collect();
     let seen: Vec<Vec<_>> = seen.iter().map(|points| over(points)).collect();
     drawn(&mesh, &over(palate), &frames, &seen, ["back", "front"], title)
 }

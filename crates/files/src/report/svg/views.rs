@@ -8,8 +8,9 @@ use super::axes::{Bounds, View};
 use super::section::check;
 use super::{Anchor, Entry, Face, INK, LEGEND_ROW, MARGIN, Px, Svg, TEXT, WIDTH, closed, data};
 use crate::report::ReportError;
-use crate::report::space::{OperationRecord, most_active};
-use tongue_core::body::{Mesh, SpaceBody};
+use crate::report::space::OperationRecord;
+use crate::report::vtu::most_active;
+use tongue_core::body::{Body, Mesh};
 use tongue_core::geometry::Point;
 
 /// From where it is seen: what is across, up, and towards the viewer.
@@ -44,7 +45,7 @@ const SAMPLE: f64 = 34.0;
 /// Draws a body in space over itself at rest (light), or after surgery over itself before it, with the operated region and the way of the
 /// tip. An element has the colour of the most active muscle that runs through it. Positions of all nodes are in m.
 pub fn views(
-    body: &SpaceBody,
+    body: &Body<3>,
     positions: &[Vector3<f64>],
     activations: &[f64],
     title: &str,

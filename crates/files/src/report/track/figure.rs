@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use super::{RecordingResult, TrackRecord, TrackResults};
 use crate::report::svg::colours;
 use crate::report::{AnimationFrame, Export as _, Provenance, ReportError, Svg, Vtu, animation};
-use tongue_core::body::{Mesh, MuscleChain};
+use tongue_core::body::Mesh;
 use tongue_core::geometry::Point;
 use tongue_infer::track::{Interval, Tracked};
 use tongue_input::measured::recording::Waveform;
@@ -65,11 +65,11 @@ pub(super) fn shared(record: &TrackRecord) -> Value {
     let drawn = drawn(mesh);
     let places =
         |nodes: &[usize]| nodes.iter().filter_map(|n| drawn.binary_search(n).ok()).collect::<Vec<usize>>();
-    let line = |(i, (muscle, colour)): (usize, (&MuscleChain, String))| {
-        let number = contracting.iter().position(|m| *m == i);
-        json!({ "name": muscle.name, "colour": colour, "number": number, "nodes": places(&muscle.nodes) })
-    };
-    let lines = mesh.muscles.iter().zip(colours(&mesh.muscle_names())).enumerate().map(line);
+    let lines =
+        mesh.muscles.iter().zip(colours(&mesh.muscle_names())).enumerate().map(|(i, (muscle, colour))| {
+            let number = contracting.iter().position(|m| *m == i);
+            json!({ "name": muscle.name, "colour": colour, "number": number, "nodes": places(&muscle.nodes) })
+        });
     json!({
         "muscles": record.courses.iter().map(|c| (&c.muscle, c.known)).collect::<Vec<_>>(),
         "outlines": mesh.outlines().iter().map(|nodes| places(nodes)).collect::<Vec<_>>(),

@@ -23,8 +23,8 @@ use tongue_core::body::Body;
 use tongue_core::geometry::Point;
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
-    Comparison, CourseSummary, Displacement, HeldOut, HeldOutPrediction, Interval, LabelCourse, LabelDraws,
-    LabelMean, Repeats, TrackSettings, Tracked, TrackedRecording,
+    Comparison, CourseSummary, HeldOut, Interval, LabelCourse, LabelDraws, LabelMean, Repeats, TrackSettings,
+    Tracked, TrackedRecording,
 };
 use tongue_input::measured::recording::{AlignedRecording, Fault, Label, Waveform};
 
@@ -128,18 +128,13 @@ impl TrackResults {
             let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
             ends.map(|end| self.by_muscle(of, end))
         });
-        let bone = |d: &Displacement| {
+        let bones = one.freed.iter().cloned().zip(frame.bones.iter().map(|d| {
             let interval_mm = [0, 1].map(|axis| [d.low_m[axis], d.high_m[axis]].map(mm));
             json!({ "shift_mm": d.shift_m.map(mm), "interval_mm": interval_mm })
-        };
-        let bones = one.freed.iter().cloned().zip(frame.bones.iter().map(bone));
+        }));
         let hidden = &frame.hidden;
         let squares: f64 = hidden.iter().map(|h| h.missed_m * h.missed_m).sum();
         let missed = (!hidden.is_empty()).then(|| mm((squares / hidden.len() as f64).sqrt()));
-        let point = |h: &HeldOutPrediction| {
-            let [missed_mm, interval_mm] = [json!(mm(h.missed_m)), json!(h.interval_m.map(mm))];
-            json!({ "point": h.point, "missed_mm": missed_mm, "interval_mm": interval_mm })
-        };
         let mut record = json!({
             "recording": one.name,
             "time_s": frame.time_s,
@@ -156,7 +151,10 @@ impl TrackResults {
             "rms_mm": frame.rms_m.map(mm),
             "rms_sd": frame.rms_sd,
             "held_out_rms_mm": missed,
-            "held_out": hidden.iter().map(point).collect::<Vec<_>>(),
+            "held_out": hidden.iter().map(|h| {
+            let [missed_mm, interval_mm] = [json!(mm(h.missed_m)), json!(h.interval_m.map(mm))];
+            json!({ "point": h.point, "missed_mm": missed_mm, "interval_mm": interval_mm })
+        }).collect::<Vec<_>>(),
             "resolved": frame.resolved,
             "other_way": frame.other_way,
             "reached_rms_mm": frame.reached_rms_m.map(mm),

@@ -73,17 +73,16 @@ mod tests {
 
     #[test]
     fn the_file_is_read_back_with_the_stretches_that_are_sure() {
-        let frame = |(i, (low, high, status)): (usize, &(f64, f64, &str))| {
+        let (sure, less) = ((1.0, 5.0, "converged"), (-5.0, -1.0, "converged"));
+        let frames = [(-1.0, 1.0, "gap"), sure, sure, less, (1.0, 2.0, "out_of_reach"), sure, sure];
+        let mut frames: Vec<Tracked> = frames.iter().enumerate().map(|(i, (low, high, status))| {
             let course = json!([{ "median": 0.5 * (low + high), "low": low, "high": high, "variance": 1.0 }]);
             let frame = json!({
                 "time_s": 0.1 * i as f64, "status": status, "levels": course, "courses": course, "bones": [], "rms_m": null,
                 "hidden": [], "resolved": 1, "positions": [], "faults": [],
             });
             serde_json::from_value(frame).unwrap()
-        };
-        let (sure, less) = ((1.0, 5.0, "converged"), (-5.0, -1.0, "converged"));
-        let frames = [(-1.0, 1.0, "gap"), sure, sure, less, (1.0, 2.0, "out_of_reach"), sure, sure];
-        let mut frames: Vec<Tracked> = frames.iter().enumerate().map(frame).collect();
+        }).collect();
         // A hole before the last frame.
         frames[6].time_s = 5.0;
         let one = RecordingResult { frames, ..RecordingResult::default() };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::{Vector2, Vector3};
 
 use tongue_core::body::space::{Half, Side};
-use tongue_core::body::{Mesh, SpaceBody};
+use tongue_core::body::{Body, Mesh};
 use tongue_core::observe::{
     Contour, Curve, Line, LineEnd, Midsagittal, NodePosition, Observable, Observation, Ratio, Stretch,
     Surface,
@@ -21,7 +21,7 @@ const OVER_LINE: &str = "GGa";
 
 /// A body of which marks are turned into observations. What only some marks need is made for the first of these.
 pub(super) struct Observed<'a> {
-    body: &'a SpaceBody,
+    body: &'a Body<3>,
     surface: Option<Arc<[[usize; 3]]>>,
     midline: Option<Midline>,
 }
@@ -43,7 +43,7 @@ fn wrong<T>(what: impl Into<String>) -> Result<T, FitError> {
 }
 
 impl<'a> Observed<'a> {
-    pub(super) fn new(body: &'a SpaceBody) -> Self {
+    pub(super) fn new(body: &'a Body<3>) -> Self {
         Self { body, surface: None, midline: None }
     }
 
@@ -127,7 +127,7 @@ impl<'a> Observed<'a> {
         if let Some(line) = self.line(name) {
             return Ok(vec![with_rest(line.clone())]);
         }
-        let numbers = self.body.muscles_called(name).or_else(|error| wrong(error.to_string()))?;
+        let numbers = self.body.both_sides(name).or_else(|error| wrong(error.to_string()))?;
         let fibre = |m: usize| with_rest(Line { ends: muscles[m].ends().map(LineEnd::node) });
         Ok(numbers.into_iter().map(fibre).collect())
     }
@@ -155,7 +155,7 @@ impl<'a> Observed<'a> {
 }
 
 impl Midline {
-    fn of(body: &SpaceBody) -> Option<Self> {
+    fn of(body: &Body<3>) -> Option<Self> {
         let section = body.section();
         let TongueSurface { curve, tip } = TongueSurface::with_tip(&section, body.tip_node)?;
         let nodes = curve.nodes().to_vec();
@@ -203,7 +203,7 @@ fn told(what: &Marked) -> String {
 }
 
 /// What was seen of the whole as it is seen of its left half; `None` where a node has no image.
-pub(super) fn on_half(half: &Half, whole: &SpaceBody, mark: &SpaceMark) -> Option<SpaceMark> {
+pub(super) fn on_half(half: &Half, whole: &Body<3>, mark: &SpaceMark) -> Option<SpaceMark> {
     let name = |name: &str| {
         let right = whole.muscles.iter().find(|m| m.side == Side::Right && m.name.eq_ignore_ascii_case(name));
         right.map_or_else(|| name.to_owned(), |right| right.group.clone())

@@ -10,7 +10,7 @@ mod recorded;
 
 use nalgebra::DVector;
 use serde::Serialize;
-use tongue_core::body::SpaceBody;
+use tongue_core::body::Body;
 use tongue_core::body::space::{Half, Side};
 use tongue_core::observe::Observation;
 use tongue_core::system::System;
@@ -149,7 +149,7 @@ enum Begin<'a> {
 }
 
 /// The muscles of a body that share an activation: their common name and their numbers.
-fn searched(body: &SpaceBody, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
+fn searched(body: &Body<3>, sides_apart: bool) -> Vec<(String, Vec<usize>)> {
     let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
     for (number, muscle) in body.muscles.iter().enumerate() {
         let name = if sides_apart { &muscle.name } else { &muscle.group };
@@ -166,7 +166,7 @@ impl SpaceSearch {
     /// best answer is completed on the whole. `left` is the half with its system.
     pub fn fit_alike(
         &self,
-        (body, system): (&SpaceBody, &System<3>),
+        (body, system): (&Body<3>, &System<3>),
         (half, left): (&Half, &System<3>),
         seen: &[SpaceMark],
         begin: Option<&Answer<3>>,
@@ -196,7 +196,7 @@ impl SpaceSearch {
     /// [`FitError`] if the search cannot begin; later failures are a status of the answer.
     pub fn fit(
         &self,
-        body: &SpaceBody,
+        body: &Body<3>,
         system: &System<3>,
         seen: &[SpaceMark],
         begin: Option<&Answer<3>>,
@@ -206,7 +206,7 @@ impl SpaceSearch {
 
     fn answered(
         &self,
-        body: &SpaceBody,
+        body: &Body<3>,
         system: &System<3>,
         seen: &[SpaceMark],
         begin: Begin<'_>,

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use tongue_core::body::Body;
-use tongue_core::body::space::SpaceBody;
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::observe::Observable;
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
@@ -44,7 +43,7 @@ impl Recorded {
 
     /// The lengths of a vowel, of the lines that tables of lengths name: every measured muscle, known to its rounding and to the
     /// errors of the model.
-    pub fn of_lengths(target: &Target, body: &SpaceBody) -> Self {
+    pub fn of_lengths(target: &Target, body: &Body<3>) -> Self {
         let rest = |m: usize| {
             let line = body.lines.iter().find(|(name, _)| *name == target.muscles[m]);
             line.map_or(1e-3 * target.baseline_mm[m], |(_, line)| line.value(&body.mesh.nodes))

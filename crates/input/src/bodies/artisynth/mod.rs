@@ -22,7 +22,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use tongue_core::body::space::{Segment, Side};
-use tongue_core::body::{BodyError, Bone, HYOID, MANDIBLE, Mesh, MuscleChain, SpaceBody, SpaceMuscle};
+use tongue_core::body::{Body, BodyError, Bone, HYOID, MANDIBLE, Mesh, Muscle, MuscleChain};
 
 use tables::{elements, fibres, nodes, numbers, regions, strengths};
 
@@ -75,7 +75,7 @@ fn unreadable(file: &str, error: &std::io::Error) -> BodyError {
     ))
 }
 
-pub fn read(folder: &Path) -> Result<SpaceBody, BodyError> {
+pub fn read(folder: &Path) -> Result<Body<3>, BodyError> {
     let named = |name: &str| Text::read(&folder.join(name));
     let files = Files {
         nodes: named(&find(folder, "node")?)?,
@@ -106,7 +106,7 @@ fn find(folder: &Path, ending: &str) -> Result<String, BodyError> {
 }
 
 /// The body of these files; `origin` is its name.
-pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyError> {
+pub fn body(files: &Files, origin: &str) -> Result<Body<3>, BodyError> {
     let (places, mut ids) = nodes(&files.nodes)?;
     let in_tissue = places.len();
     let (hexahedra, element_ids) = elements(&files.elements, &ids)?;
@@ -131,8 +131,8 @@ pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyError> {
     let strengths = strengths(&files.strengths)?;
     let fixed: BTreeSet<usize> = bones.iter().flat_map(|b| b.nodes.iter().copied()).collect();
     mesh.fixed = fixed.into_iter().collect();
-    let mut body = SpaceBody { what: format!("the tongue of {origin}"), mesh, bones, ..SpaceBody::default() };
-    let volumes = body.volumes();
+    let mut body = Body { what: format!("the tongue of {origin}"), mesh, bones, ..Body::default() };
+    let volumes: Vec<f64> = body.mesh.hexahedron_volumes().collect();
     for (number, (name, line)) in &regions.names {
         let wrong = |problem: String| files.muscles.wrong(Some(*line), problem);
         let (group, side) = group_and_side(name);
@@ -150,7 +150,7 @@ pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyError> {
         let longest = chains.values().max_by_key(|chain| chain.len()).cloned().unwrap_or_default();
         body.mesh.muscles.push(MuscleChain { name: name.clone(), nodes: longest });
         let (name, group, region, directions) = (name.clone(), group.to_owned(), region.clone(), Vec::new());
-        body.muscles.push(SpaceMuscle { name, group, side, segments, region, stress_pa, directions });
+        body.muscles.push(Muscle { name, group, side, segments, region, stress_pa, directions });
     }
     body.mesh.connect();
     body.check().map_err(|fault| files.elements.wrong(None, format!("is not a valid body: {fault}")))?;
@@ -159,7 +159,7 @@ pub fn body(files: &Files, origin: &str) -> Result<SpaceBody, BodyError> {
 
 /// A muscle and its region of the mesh.
 struct Laid<'a> {
-    body: &'a SpaceBody,
+    body: &'a Body<3>,
     volumes: &'a [f64],
     /// Number of nodes of the tissue; the nodes after them are of bone.
     in_tissue: usize,

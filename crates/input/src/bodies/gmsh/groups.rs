@@ -229,8 +229,7 @@ impl<'a> Parts<'a> {
                 next.extend(&neighbours[node]);
             }
         }
-        let is_loose = |c: &&&Element| c.nodes.iter().any(|tag| numbers.get(tag).is_some_and(|&n| !held[n]));
-        self.cells.iter().find(is_loose).map_or(Ok(()), |cell| {
+        self.cells.iter().find(|c| c.nodes.iter().any(|tag| numbers.get(tag).is_some_and(|&n| !held[n]))).map_or(Ok(()), |cell| {
             Err(wrong!(
                 cell.at,
                 "the part with element {} is joined to no bone, so it could move freely: join it to the rest (gmsh: Coherence), or give it one",

@@ -38,7 +38,7 @@ use serde::{Deserialize, Serialize};
 
 use super::AnyBody;
 pub(super) use review::review;
-use tongue_core::body::{BodyError, SpaceBody};
+use tongue_core::body::{Body, BodyError};
 pub use write::write;
 
 /// The unit of a file's coordinates.
@@ -78,7 +78,7 @@ pub fn read(bytes: &[u8], origin: &str, unit: Unit) -> Result<Content, BodyError
 }
 
 /// Reads a body in space of hexahedra, as [`read`].
-pub fn read_space(bytes: &[u8], origin: &str, unit: Unit) -> Result<SpaceBody, BodyError> {
+pub fn read_space(bytes: &[u8], origin: &str, unit: Unit) -> Result<Body<3>, BodyError> {
     parsed(bytes, origin, |raw| space::assemble(raw, origin, unit))
 }
 

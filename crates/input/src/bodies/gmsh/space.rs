@@ -21,7 +21,7 @@ use super::parse::Raw;
 use super::views::View;
 use crate::bodies::group_and_side;
 use tongue_core::body::space::{Directions, Segment};
-use tongue_core::body::{Mesh, MuscleChain, SpaceBody, SpaceMuscle};
+use tongue_core::body::{Body, Mesh, Muscle, MuscleChain};
 use tongue_core::geometry::hexahedron;
 
 #[derive(Clone, Copy)]
@@ -48,7 +48,7 @@ struct Assembly<'a> {
     mesh: Mesh<3>,
 }
 
-pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<SpaceBody> {
+pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<Body<3>> {
     let parts = Parts::new(raw, Form::Hexahedra)?;
     let mut kept: BTreeSet<u64> = parts.cells.iter().flat_map(|e| &e.nodes).copied().collect();
     let of = |is: fn(&Role) -> bool| {
@@ -77,7 +77,7 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<SpaceBody> 
         mesh.hexahedra.push(corners);
     }
     let mut assembly = Assembly { raw, unit, parts, numbers, mesh };
-    let (mut muscles, mut chains): (Vec<SpaceMuscle>, Vec<MuscleChain>) = (Vec::new(), Vec::new());
+    let (mut muscles, mut chains): (Vec<Muscle>, Vec<MuscleChain>) = (Vec::new(), Vec::new());
     for given in assembly.given()? {
         let (muscle, ends) = assembly.muscle(&given)?;
         chains.push(MuscleChain { name: muscle.name.clone(), nodes: ends.to_vec() });
@@ -90,7 +90,7 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<SpaceBody> 
     mesh.muscles = chains;
     mesh.connect();
     let (what, mesh) = (format!("the mesh of \"{origin}\""), std::mem::take(mesh));
-    let body = SpaceBody { what, mesh, bones, muscles, ..SpaceBody::default() };
+    let body = Body { what, mesh, bones, muscles, ..Body::default() };
     body.check().map_err(|fault| wrong!(None, "{fault}"))?;
     Ok(body)
 }
@@ -145,15 +145,14 @@ impl<'a> Assembly<'a> {
     }
 
     /// A muscle, and the ends of the fibre that measures it.
-    fn muscle(&self, given: &Given<'a>) -> Found<(SpaceMuscle, [usize; 2])> {
+    fn muscle(&self, given: &Given<'a>) -> Found<(Muscle, [usize; 2])> {
         let (mesh, cells) = (&self.mesh, &self.parts.cells);
         let Given { name, lines, at, .. } = given;
         let region: Vec<usize> =
             (0..cells.len()).filter(|&c| given.region.contains(&sorted(&cells[c].nodes))).collect();
         let corners = region.iter().map(|&e| hexahedron::corners(&mesh.nodes, &mesh.hexahedra[e]));
         let volume: f64 = corners.map(|x| hexahedron::volume(&x)).sum();
-        let place = |tag: &u64| self.raw.nodes.get(tag).map(|x| Vector3::from(*x) * self.unit.metres());
-        let fibres = Fibres::lay(mesh, &self.numbers, lines, place).map_err(|node| {
+        let fibres = Fibres::lay(mesh, &self.numbers, lines, |tag| self.raw.nodes.get(tag).map(|x| Vector3::from(*x) * self.unit.metres())).map_err(|node| {
             wrong!(
                 *at,
                 "a curve \"fibre:{name}\" lies outside the tissue at node {node}, where it must run from a node of the tissue to one of a \
@@ -201,7 +200,7 @@ impl<'a> Assembly<'a> {
         }
         let (group, side) = group_and_side(name);
         let (group, name) = (group.to_owned(), name.clone());
-        Ok((SpaceMuscle { name, group, side, segments, region, stress_pa, directions }, measure))
+        Ok((Muscle { name, group, side, segments, region, stress_pa, directions }, measure))
     }
 
     /// Directions of a view at the points of Gauss of each element of a region.
@@ -212,7 +211,7 @@ impl<'a> Assembly<'a> {
         let elements = self.raw.elements.iter().rev().filter(|e| !view.of_nodes && e.dimension == 3);
         let of_elements: BTreeMap<Vec<u64>, Vector3<f64>> =
             elements.filter_map(|e| Some((sorted(&e.nodes), of_tag(&e.tag)?))).collect();
-        let of_region = |&element: &usize| {
+        region.iter().map(|&element| {
             let cell = self.parts.cells[element];
             let directions: Directions = match view.of_nodes {
                 false => [of_elements.get(&sorted(&cell.nodes)).copied().and_then(unit); hexahedron::POINTS],
@@ -229,8 +228,7 @@ impl<'a> Assembly<'a> {
                     cell.tag
                 )),
             }
-        };
-        region.iter().map(of_region).collect()
+        }).collect()
     }
 }
 

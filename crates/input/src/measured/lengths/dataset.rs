@@ -185,10 +185,9 @@ impl Dataset {
             }
         }
         let name = fold(subject);
-        let asked = |row: &&BrokenRow| {
+        match self.broken.iter().find(|row| {
             row.subject.as_ref() == Some(&name) && row.vowel.as_ref().is_some_and(|v| v.is_like(vowel))
-        };
-        match self.broken.iter().find(asked) {
+        }) {
             Some(row) => Err(row.fault.clone().into()),
             None => self.of_subject(subject).map(|_| None),
         }

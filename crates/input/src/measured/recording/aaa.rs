@@ -26,9 +26,9 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let start = Place { origin, line: 1, column: 1 };
     let csv = &mut csv::ReaderBuilder::new();
     let help = "export the table from AAA anew, separated by tabs";
-    let is_known =
-        |name: &str| spline_of(name).is_some() || TIMES.iter().any(|t| name.eq_ignore_ascii_case(t));
-    let (separator, title_lines) = limits::header(&text, is_known);
+    let (separator, title_lines) = limits::header(&text, |name| {
+        spline_of(name).is_some() || TIMES.iter().any(|t| name.eq_ignore_ascii_case(t))
+    });
     let csv = csv.delimiter(separator).flexible(true);
     let mut records = limits::records(&text, origin, title_lines, csv, help);
     let header = records.next().transpose()?.map(|(_, header)| header).unwrap_or_default();
@@ -351,11 +351,11 @@ const NEAR: f64 = 0.75;
 /// Whether two samples are of one frame: at the same time and place but for rounding.
 fn is_same(a: &Sample, b: &Sample) -> bool {
     const PLACE_MM: f64 = 0.1;
-    let near = |(p, q): (&Option<[f64; 3]>, &Option<[f64; 3]>)| match (p, q) {
-        (Some(p), Some(q)) => (0..3).all(|i| (p[i] - q[i]).abs() <= PLACE_MM),
-        _ => p == q,
-    };
-    (a.time_s - b.time_s).abs() <= SAME_S && a.places.iter().zip(&b.places).all(near)
+    (a.time_s - b.time_s).abs() <= SAME_S
+        && a.places.iter().zip(&b.places).all(|(p, q)| match (p, q) {
+            (Some(p), Some(q)) => (0..3).all(|i| (p[i] - q[i]).abs() <= PLACE_MM),
+            _ => p == q,
+        })
 }
 
 /// Largest distance between the two places that a file gives for a point that two splines share, mm.

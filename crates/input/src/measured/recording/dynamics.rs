@@ -121,10 +121,10 @@ impl<'a> PointTrack<'a> {
             let apart = self.times[*f] - self.times[f - 1];
             let least =
                 SLIP_M + 4.0 * self.sd() + acceleration_m_s2 * apart.powi(2) + step(f - 1).max(step(f + 1));
-            let stays = |k: usize| (self.marks[f + k].at - self.marks[f - 1].at).norm() > 0.5 * by;
             // A point that comes back from a jump has been elsewhere just before.
             let was_there = |k: usize| (self.marks[f - 1 - k].at - self.marks[f - 1].at).norm() <= 0.5 * by;
-            let is_held = (0..STAYS).all(stays) && (1..STAYS.min(*f)).all(was_there);
+            let is_held = (0..STAYS).all(|k| (self.marks[f + k].at - self.marks[f - 1].at).norm() > 0.5 * by)
+                && (1..STAYS.min(*f)).all(was_there);
             by > least && apart < 1.5 * self.apart_s && is_held
         };
         let frame = (2..self.marks.len().saturating_sub(STAYS)).find(is_slip)?;

@@ -58,8 +58,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         }
         let seen = !header.breaks || row[1] != 0.0;
         let place = |channels: &[Option<usize>; 3]| {
-            let value = |c: &Option<usize>| c.map_or(0.0, |c| row[before + c]);
-            let place = channels.each_ref().map(value);
+            let place = channels.each_ref().map(|c| c.map_or(0.0, |c| row[before + c]));
             (seen && place.iter().all(|v| is_coordinate(*v))).then_some(place)
         };
         samples.push(Sample::new(time_s, axes.iter().map(|(_, c)| place(c)).collect()));
@@ -103,8 +102,8 @@ fn header(bytes: &[u8], start: Place<'_>) -> Result<Header, Malformed> {
             }
         }
     }
-    let name = |n: usize| given.remove(&n).unwrap_or_else(|| format!("channel_{n}"));
-    header.names = (0..header.channels).map(name).collect();
+    header.names =
+        (0..header.channels).map(|n| given.remove(&n).unwrap_or_else(|| format!("channel_{n}"))).collect();
     Ok(header)
 }
 

@@ -13,8 +13,8 @@ const HELP: &str = "export the spline from AAA anew with x and y of 42 fan lines
 
 pub(super) fn is_row(line: &str) -> bool {
     let cells = cells(line);
-    let fan = |c: &&str| aaa::is_missing(c) || aaa::number(c).is_some();
-    cells.len() > FIELDS && cells[cells.len() - FIELDS..].iter().all(fan)
+    cells.len() > FIELDS
+        && cells[cells.len() - FIELDS..].iter().all(|c| aaa::is_missing(c) || aaa::number(c).is_some())
 }
 
 /// The fields of a line; a tab at its end adds no field.
@@ -69,18 +69,17 @@ impl Columns {
     fn of<'a>(rows: impl Iterator<Item = Vec<&'a str>>, before: usize) -> Self {
         let mut rows: Vec<Vec<&str>> = rows.filter(|r| r.len() >= before).collect();
         rows.iter_mut().for_each(|r| r.truncate(before));
-        let is_number = |c: &usize| rows.iter().all(|r| aaa::number(r[*c]).is_some());
-        let (numbers, words): (Vec<usize>, Vec<usize>) = (0..before).partition(is_number);
-        let is_date = |c: &&usize| {
+        let (numbers, words): (Vec<usize>, Vec<usize>) =
+            (0..before).partition(|c| rows.iter().all(|r| aaa::number(r[*c]).is_some()));
+        let of_recording = match words.iter().find(|c| {
             rows.iter().all(|r| r[**c].contains([':', '/']) && r[**c].bytes().any(|b| b.is_ascii_digit()))
-        };
-        let of_recording = match words.iter().find(is_date) {
+        }) {
             None => words.clone(),
-            Some(&date) => {
-                let same =
-                    |c: &usize| rows.windows(2).all(|w| w[0][date] != w[1][date] || w[0][*c] == w[1][*c]);
-                words.iter().copied().filter(same).collect()
-            }
+            Some(&date) => words
+                .iter()
+                .copied()
+                .filter(|c| rows.windows(2).all(|w| w[0][date] != w[1][date] || w[0][*c] == w[1][*c]))
+                .collect(),
         };
         let alike = |w: &[Vec<&str>]| words.iter().all(|c| w[0][*c] == w[1][*c]);
         let grows = |c: &usize| {

@@ -120,21 +120,19 @@ fn height(
     /// middle, and their heights differ by 10 mm and more.
     const RATIO: f64 = 2.0;
     const LEAST_MM: f64 = 4.0;
-    let is_coil = |c: &usize| matches!(roles[*c], Role::Surface(_) | Role::Coil(_));
-    let coils: Vec<usize> = (0..roles.len()).filter(is_coil).collect();
-    let spread_mm = |axis: usize| {
+    let coils: Vec<usize> =
+        (0..roles.len()).filter(|c| matches!(roles[*c], Role::Surface(_) | Role::Coil(_))).collect();
+    let spreads = [0, 1, 2].map(|axis| {
         let seen =
             recording.samples.iter().flat_map(|s| coils.iter().filter_map(|c| Some(s.places[*c]?[axis])));
         let mut all: Vec<f64> = seen.collect();
         all.sort_unstable_by(f64::total_cmp);
         let at = |tenths: usize| all.get((all.len() * tenths / 10).min(all.len().saturating_sub(1))).copied();
         at(9).zip(at(1)).map_or(0.0, |(most, least)| (most - least) * metres * 1e3)
-    };
-    let spreads = [0, 1, 2].map(spread_mm);
+    });
     let ascending = |a: &usize, b: &usize| spreads[*a].total_cmp(&spreads[*b]);
     let side = (0..3).min_by(ascending)?;
-    let is_free = |a: &usize| *a != side && back.map_or(*a != 0, |back| *a != back.0);
-    let up = (0..3).filter(is_free).min_by(ascending)?;
+    let up = (0..3).filter(|a| *a != side && back.map_or(*a != 0, |back| *a != back.0)).min_by(ascending)?;
     if recording.format != Format::Sensors && spreads[side] == 0.0 {
         return None;
     }
@@ -150,11 +148,10 @@ fn height(
 /// The axis along which the tongue lies, of the two that do not lead upwards: the usual one unless its points are more than twice as far apart
 /// along the other.
 fn axis_along(recording: &Recording, roles: &[Role], up: usize, usual: usize) -> usize {
-    let is_tongue = |c: &usize| matches!(roles[*c], Role::Contour | Role::Surface(_) | Role::Coil(_));
     let spread = |axis: usize| {
-        let median =
-            |c: usize| upper_median(recording.samples.iter().filter_map(|s| Some(s.places[c]?[axis])));
-        let medians = (0..roles.len()).filter(is_tongue).filter_map(median);
+        let medians = (0..roles.len())
+            .filter(|c| matches!(roles[*c], Role::Contour | Role::Surface(_) | Role::Coil(_)))
+            .filter_map(|c| upper_median(recording.samples.iter().filter_map(|s| Some(s.places[c]?[axis]))));
         let [least, most] = medians.fold([f64::INFINITY, -f64::INFINITY], |[a, b], v| [v.min(a), v.max(b)]);
         (most - least).max(0.0)
     };

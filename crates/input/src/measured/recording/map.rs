@@ -223,9 +223,9 @@ impl Map {
         if let Some(metres) = self.file.unit_mm.map(|mm| mm * 1e-3).or(recording.metres) {
             return Ok((metres, None));
         }
-        let is_coil =
-            |c: &usize| matches!(self.role(&recording.channels[*c]), Role::Coil(_) | Role::Surface(_));
-        let coils: Vec<usize> = (0..recording.channels.len()).filter(is_coil).collect();
+        let coils: Vec<usize> = (0..recording.channels.len())
+            .filter(|c| matches!(self.role(&recording.channels[*c]), Role::Coil(_) | Role::Surface(_)))
+            .collect();
         let gap = recording.middle_gap(&coils).ok_or_else(|| {
             let problem = "its format does not have a unit; write `unit_mm = ..` (millimetres in a unit, or in a pixel) into a map and give \
                            that with --map";

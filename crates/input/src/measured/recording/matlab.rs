@@ -164,8 +164,8 @@ impl<'a> File<'a> {
         let mut left = MOST_ELEMENTS;
         let read = self.variables.iter().enumerate().map(|(n, bytes)| {
             let piece = Piece { bytes, big_endian: self.big_endian };
-            let wrong = || start.error(format!("variable {} cannot be read", n + 1), HELP);
-            matrix(piece, DEEPEST, &mut left).ok_or_else(wrong)
+            matrix(piece, DEEPEST, &mut left)
+                .ok_or_else(|| start.error(format!("variable {} cannot be read", n + 1), HELP))
         });
         read.collect()
     }
@@ -196,8 +196,8 @@ fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(S
             if length == 0 || !names.len().is_multiple_of(length) {
                 return Some((name, Value::Structures(Vec::new())));
             }
-            let until_zero = |n: &[u8]| n.split(|b| *b == 0).next().unwrap_or_default().to_vec();
-            let names = names.chunks_exact(length).map(until_zero);
+            let names =
+                names.chunks_exact(length).map(|n| n.split(|b| *b == 0).next().unwrap_or_default().to_vec());
             let names: Vec<String> = names.map(|n| String::from_utf8_lossy(&n).into_owned()).collect();
             if count.saturating_mul(names.len().max(1)) > *left {
                 return None;

@@ -27,7 +27,7 @@ const HELP: &str = "a MOCHA .ema as text has 22 numbers in a line: the time, a f
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let table = Numbers::read(bytes, origin, &[CHANNELS + 2, CHANNELS], HELP)?;
     let timed = table.width == CHANNELS + 2;
-    let sample = |n: usize, row: &[f64]| {
+    let samples = table.samples(origin, HELP, |n, row| {
         let (time_s, seen, values) =
             if timed { (row[0], row[1] != 0.0, &row[2..]) } else { (n as f64 / RATE_HZ, true, row) };
         let place = |&(_, x, y): &(&str, usize, usize)| {
@@ -35,8 +35,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             (seen && place.iter().all(|v| is_coordinate(*v))).then_some(place)
         };
         Sample::new(time_s, SENSORS.iter().map(place).collect())
-    };
-    let samples = table.samples(origin, HELP, sample)?;
+    })?;
     let names = SENSORS.iter().map(|(name, ..)| (*name).to_owned());
     let found = Recording::of_file(origin, Format::Est, Some(1e-5), names, samples);
     Ok(Recording { times: if timed { Times::InFile } else { Times::Usual(RATE_HZ) }, ..found })

@@ -198,8 +198,10 @@ impl Recording {
             let [only] = frame.samples.as_slice() else {
                 return Err(format!("{} has {} frames; give one", frame.name, frame.samples.len()));
             };
-            let place = |channel: &String| only.places[number(frame, channel)?];
-            Ok(Sample::new(nth as f64, channels.iter().map(place).collect()))
+            Ok(Sample::new(
+                nth as f64,
+                channels.iter().map(|channel| only.places[number(frame, channel)?]).collect(),
+            ))
         };
         let samples = frames.iter().enumerate().map(sample).collect::<Result<_, String>>()?;
         let sigma = |channel: &String| frames.iter().find_map(|f| f.sigma[number(f, channel)?]);

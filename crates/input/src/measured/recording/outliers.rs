@@ -94,8 +94,8 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
     }
     for (frame, faults) in seen.frames.iter().zip(&mut faults) {
         let unseen = seen.bones.iter().zip(&frame.bones).filter(|(_, at)| at.is_none()).map(|(name, _)| name);
-        let is_new = |name: &&String| !faults.iter().any(|f| f.points.contains(name));
-        let points: Vec<String> = unseen.filter(is_new).cloned().collect();
+        let points: Vec<String> =
+            unseen.filter(|name| !faults.iter().any(|f| f.points.contains(name))).cloned().collect();
         if !points.is_empty() {
             faults.push(Fault { kind: FaultKind::BoneMissing, points });
         }

@@ -19,8 +19,9 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         let seen = pair.iter().all(|v| *v != MISSING && is_coordinate(*v));
         seen.then_some([pair[0], pair[1], 0.0])
     };
-    let sample = |_, row: &[f64]| Sample::new(row[0] * 1e-6, row[1..].chunks_exact(2).map(place).collect());
-    let samples = table.samples(origin, HELP, sample)?;
+    let samples = table.samples(origin, HELP, |_, row| {
+        Sample::new(row[0] * 1e-6, row[1..].chunks_exact(2).map(place).collect())
+    })?;
     let names = PELLETS.iter().map(|name| (*name).to_owned());
     Ok(Recording::of_file(origin, Format::Microbeam, Some(1e-6), names, samples))
 }
