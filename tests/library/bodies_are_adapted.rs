@@ -46,8 +46,10 @@ fn an_identity_changes_no_bit() {
     let body = Body::tongue(5.5e-3).unwrap();
     let mut own = landmarks(&body, |p| p);
     own.contour = anatomy.outline().points()[3..14].to_vec();
+    own.named.insert("uvula".to_owned(), Point::new(0.06, 0.04));
     let adapted = basis(&body, &anatomy).to_landmarks(&own).unwrap();
     assert_eq!(adapted.body, body);
+    assert!(adapted.notes.iter().any(|n| n.contains("uvula")), "landmarks that say nothing are named");
 }
 
 #[test]
@@ -59,22 +61,13 @@ fn landmarks_turn_scale_and_shift() {
     let to = [Point::new(0.01, -0.02), Point::new(0.01 + scale * angle.cos(), -0.02 + scale * angle.sin())];
     let truth = Similarity::between(&from, &to).unwrap();
     let adapted = basis(&body, &anatomy).to_landmarks(&landmarks(&body, |p| truth.place(p))).unwrap();
-    assert!(
-        (adapted.similarity.scale() - scale).abs() < 1e-12
-            && (adapted.similarity.angle() - angle).abs() < 1e-12
-    );
     for (a, b) in adapted.body.mesh.nodes.iter().zip(&body.mesh.nodes) {
         assert!((a - truth.place(*b)).norm() < 1e-12);
     }
+    let named = BTreeMap::from([("hyoid".into(), Point::zeros())]);
     let lonely =
-        Landmarks { named: BTreeMap::from([("hyoid".into(), Point::zeros())]), ..Landmarks::default() };
-    assert!(
-        basis(&body, &Anatomy::reference().unwrap())
-            .to_landmarks(&lonely)
-            .unwrap_err()
-            .to_string()
-            .contains("mental_spine")
-    );
+        basis(&body, &anatomy).to_landmarks(&Landmarks { named, ..Landmarks::default() }).unwrap_err();
+    assert!(lonely.to_string().contains("mental_spine"), "{lonely}");
 }
 
 #[test]
@@ -99,12 +92,8 @@ fn a_resting_contour_changes_the_shape_and_one_that_folds_it_is_refused() {
     assert!(lengths(&adapted.body) > lengths(&body) + 3e-3, "GGm reaches the dorsum");
     // A contour in the floor of the mouth would need the tissue turned inside out.
     let below: Vec<Point> = drawn.iter().map(|p| Point::new(p.x, -0.02 - 0.2 * p.y)).collect();
-    let refused = basis(&body, &anatomy).to_landmarks(&with(below)).unwrap();
-    assert!(
-        refused.least_area_ratio >= 0.15,
-        "no cell folds, whatever is asked: {}",
-        refused.least_area_ratio
-    );
+    let least = basis(&body, &anatomy).to_landmarks(&with(below)).unwrap().least_area_ratio;
+    assert!(least >= 0.15, "no cell folds, whatever is asked: {least}");
 }
 
 #[test]
@@ -112,7 +101,7 @@ fn ten_speakers_are_met_or_refused_whichever_way_they_look() {
     let anatomy = Anatomy::reference().unwrap();
     let body = Body::tongue(5.5e-3).unwrap();
     let mut rng = fastrand::Rng::with_seed(16);
-    let (mut met, mut refused) = (0, 0);
+    let mut met = 0;
     for nth in 0..10 {
         let number = |rng: &mut fastrand::Rng| 2.0 * rng.f64() - 1.0;
         let similarity = Similarity::new(
@@ -150,21 +139,9 @@ fn ten_speakers_are_met_or_refused_whichever_way_they_look() {
             met += 1;
             let rms = adapted.rms_m.unwrap();
             assert!(rms < 0.7e-3 && (ratio - 1.0).abs() < 0.05, "{nth}: {rms} m, GGa {ratio}");
-        } else {
-            refused += 1;
         }
     }
-    assert!(met >= 8, "{met} met, {refused} refused");
-}
-
-#[test]
-fn landmarks_that_say_nothing_are_named() {
-    let anatomy = Anatomy::reference().unwrap();
-    let body = Body::tongue(5.5e-3).unwrap();
-    let mut given = landmarks(&body, |p| p);
-    given.named.insert("uvula".to_owned(), Point::new(0.06, 0.04));
-    let adapted = basis(&body, &anatomy).to_landmarks(&given).unwrap();
-    assert!(adapted.notes.iter().any(|n| n.contains("uvula")), "{:?}", adapted.notes);
+    assert!(met >= 8, "{met} of 10 are met");
 }
 
 #[test]
@@ -179,14 +156,10 @@ fn many_frames_tell_the_rest_shape_of_another_speaker() {
     let speaker = Speaker::of(rest.body(&change));
     let mut rng = fastrand::Rng::with_seed(5);
     let times: Vec<f64> = (0..24).map(|i| 0.1 * f64::from(i)).collect();
-    let mut shapes = Vec::new();
-    let mut kept = Vec::new();
-    for (tensions, time) in drawn(&times, &mut rng).iter().zip(&times) {
-        if let Some(shape) = speaker.shape(tensions, Point::zeros()) {
-            shapes.push(shape);
-            kept.push(*time);
-        }
-    }
+    let all = drawn(&times, &mut rng);
+    let shapes =
+        all.iter().zip(&times).filter_map(|(t, time)| Some((speaker.shape(t, Point::zeros())?, *time)));
+    let (shapes, kept): (Vec<_>, Vec<_>) = shapes.unzip();
     let seen = speaker.seen(&shapes, &kept, Kind::Contour(11, 0.5e-3), &mut rng);
     let basis = basis(&body, &anatomy);
     let fit = |how| basis.to_recordings(&[&seen], how, &[], &|_, _| {}).unwrap();

@@ -104,10 +104,8 @@ fn the_gradient_is_the_derivative_of_the_density() {
         for (i, (exact, difference)) in
             derivatives(&mut evaluator, &at, &mode.place, h).into_iter().enumerate()
         {
-            assert!(
-                (exact - difference).abs() < 2e-6 * (1.0 + difference.abs()),
-                "{i}: {exact} {difference}"
-            );
+            let room = 2e-6 * (1.0 + difference.abs());
+            assert!((exact - difference).abs() < room, "{i}: {exact} {difference}");
         }
         // The rates at the mode, by which it was found, are those of the values too.
         let here = solved(&mut evaluator, &at, &mode.place);
@@ -125,11 +123,7 @@ fn the_gradient_is_the_derivative_of_the_density() {
                 let exact = linear.jacobian[(linear.values.len() - rows + row, i)];
                 // One for the logarithms of activity, and a millimetre for points.
                 let scale = if row < 4 { 1.0 } else { 1e-3 };
-                assert!(
-                    (exact - difference[row]).abs() < 1e-4 * scale,
-                    "{row} {i}: {exact} {}",
-                    difference[row]
-                );
+                assert!((exact - difference[row]).abs() < 1e-4 * scale, "{row} {i}: {exact}");
             }
         }
     }
@@ -248,9 +242,6 @@ fn each_kind_adds_to_what_is_known() {
     let one = part(contours(posterior_model, &posture, None));
     let both = part(contours(posterior_model, &posture, Some(&baseline)));
     let glued = part(coils(posterior_model, [shape, &alone.mode.place.baseline]));
-    eprintln!(
-        "sd of F - F0 over that of lengths alone: contour {one:.3}, contours {both:.3}, coils of both {glued:.3}"
-    );
     assert!((0.93..1.0).contains(&one) && (0.85..0.95).contains(&both), "{one} {both}");
     assert!((0.85..0.98).contains(&glued), "{glued}");
 }
@@ -266,7 +257,6 @@ fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
     };
     let (without, with) = (sds(Vec::new()), sds(vec![emg([0.9, 0.3])]));
     let parts: Vec<f64> = with.iter().zip(&without).map(|(with, without)| with / without).collect();
-    eprintln!("sd of F - F0 with activity over without: {parts:.2?}");
     assert!(parts.iter().sum::<f64>() / 8.0 < 1.03, "{parts:?}");
     assert!(parts[0] < 0.9 && 0.5 * (parts[6] + parts[7]) < 1.0, "{parts:?}");
     // The gain of an electrode is free: other units of activity change nothing.

@@ -151,8 +151,7 @@ fn an_explicit_run_of_a_loaded_body_ends_where_an_implicit_one_does_or_says_that
             assert!(part > 1.0 || refused.to_string().contains(says), "{refused}");
             let (outcome, found) = end(&motion, method, Control::Fixed(dt));
             let error = largest_distance(&found, &expected);
-            let what =
-                format!("{method} at {load} N and {part} of the limit at rest: {outcome:?}, {error:e} m");
+            let what = format!("at {load} N and {part} of the limit at rest: {outcome:?}, {error:e} m");
             assert!(outcome.status != MotionStatus::Completed || error < 1e-6, "{what}");
             unstable += usize::from(outcome.status == MotionStatus::Unstable);
             assert!(part < 1.01 || outcome.status != MotionStatus::Completed, "{what}");

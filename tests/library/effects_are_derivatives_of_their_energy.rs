@@ -111,11 +111,8 @@ fn check_system<const D: usize>(
         larger[0] += more;
         let larger = force(effect, Configuration { positions: &x, tensions: &larger });
         for ((larger, here), derivative) in larger.iter().zip(&here).zip(&per_tension) {
-            assert!(
-                (larger - here - derivative * more).norm() < 1e-12,
-                "{}: tension derivative",
-                effect.name()
-            );
+            let off = (larger - here - derivative * more).norm();
+            assert!(off < 1e-12, "{}: tension derivative", effect.name());
         }
         check_damping(system, effect, at, scale);
         check_internal(system, effect, at, step);
@@ -184,11 +181,8 @@ fn check_internal<const D: usize>(
         let mut rates = vec![0.0; states.len()];
         internal.rates(at, &states, &mut rates);
         for ((s, k), r) in states.iter().zip(&known).zip(&rates) {
-            assert!(
-                (s - k - time_step * r).abs() < 1e-15 + 1e-12 * s.abs(),
-                "{}: not settled",
-                effect.name()
-            );
+            let off = (s - k - time_step * r).abs();
+            assert!(off < 1e-15 + 1e-12 * s.abs(), "{}: not settled", effect.name());
         }
         let force = |at: Configuration<'_, D>, states: &[f64]| {
             let mut f = vec![SVector::<f64, D>::zeros(); at.positions.len()];
@@ -246,11 +240,7 @@ fn all_effects_in_the_plane_and_in_space() {
     }
     let flat = names(&fixtures::lattice(4, 4, 5.5e-3), fixtures::lattice(3, 3, 5.5e-3));
     let solid = names(&fixtures::block(2, 5.5e-3), fixtures::block(1, 5.5e-3));
-    assert_eq!(
-        flat,
-        all_effects("D"),
-        "an effect is not in the system that is checked: add it to `additions`"
-    );
+    assert_eq!(flat, all_effects("D"), "add the effect that is not checked to `additions`");
     assert_eq!(solid, flat);
 }
 

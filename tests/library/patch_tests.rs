@@ -76,7 +76,6 @@ fn on_irregular_triangles_springs_fail_the_patch_test_by_the_same_part_at_every_
     for stretch in [Matrix2::new(1.1, 0.0, 0.0, 1.0 / 1.1), Matrix2::new(1.1, 0.0, 0.0, 0.95)] {
         let errors =
             [1e-2, 5e-3, 2.5e-3].map(|side| imbalance(&shaken(lattice(9, LAYERS, side), 0.4), &stretch));
-        println!("largest force on an inner node, part of what a connection carries: {errors:?}");
         assert!(errors.iter().all(|e| *e > 0.05 && *e < 2.0), "{errors:?}");
         assert!((errors[2] / errors[0] - 1.0).abs() < 1e-6, "does not shrink: {errors:?}");
         let small = imbalance(&shaken(lattice(9, LAYERS, 5e-3), 0.04), &stretch);

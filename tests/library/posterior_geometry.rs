@@ -1,6 +1,6 @@
 //! What the errors of a body's geometry do to the stretches is what bodies that are moved show.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use tongue_core::random::normals;
 use tongue_core::statics::lanes::{Lanes, Load};
 use tongue_fit::body::{Body, ContinuumSettings};
@@ -36,16 +36,15 @@ fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
     };
     let own = posterior_model.body.mesh.continuum.as_ref().unwrap().settings;
     let (width, patch) = (posterior_model.priors.bundle_width.sd_ln, posterior_model.priors.bone_patch.sd_ln);
-    let wider =
-        |by: f64| ContinuumSettings { bundle_width_m: own.bundle_width_m * (by * width).exp(), ..own };
-    let farther =
-        |by: f64| ContinuumSettings { patch_radius_m: own.patch_radius_m * (by * patch).exp(), ..own };
-    type Side<'a> = (&'a DMatrix<f64>, &'a dyn Fn(f64) -> ContinuumSettings);
     let answers = at_mode(&density, &mode).geometry;
-    let sides: [Side<'_>; 2] = [(&answers.width, &wider), (&answers.patch, &farther)];
-    for (derivative, settings) in sides {
+    for (derivative, [width, patch]) in [(&answers.width, [width, 0.0]), (&answers.patch, [0.0, patch])] {
+        let by = |part: f64| ContinuumSettings {
+            bundle_width_m: own.bundle_width_m * (part * width).exp(),
+            patch_radius_m: own.patch_radius_m * (part * patch).exp(),
+            ..own
+        };
         // Of a step as long as that of the derivative: a secant of what has no derivatives of higher order.
-        let difference = stretches(&settings(0.5)) - stretches(&settings(-0.5));
+        let difference = stretches(&by(0.5)) - stretches(&by(-0.5));
         let error = (derivative.column(0) - &difference).amax();
         assert!(error < 0.03 * difference.amax() && difference.amax() > 1e-3, "{error}: {difference}");
     }
@@ -71,11 +70,8 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     let moved: Vec<Option<DVector<f64>>> = parallel::map(&draws, |(number, scores)| {
         let mut random = fastrand::Rng::with_seed(1000 + number);
         let (meaning, _) = density.meaning(scores);
-        let by = |fields: &[tongue_infer::posterior::Field], random: &mut fastrand::Rng| {
-            normals(fields.len(), random)
-        };
-        let (ends, outline) =
-            (by(&posterior_model.ends, &mut random), by(&posterior_model.outline, &mut random));
+        let ends = normals(posterior_model.ends.len(), &mut random);
+        let outline = normals(posterior_model.outline.len(), &mut random);
         let body = posterior_model.displaced(ends.as_slice(), outline.as_slice())?;
         let system = System::new(&body.mesh, &posterior_model.model, &all).ok()?;
         let lengths = |load: Load<'_, 2>, system: &System<2>| {
@@ -83,17 +79,8 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
             (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
         };
         let stretches = |system: &System<2>| {
-            let posture = lengths(
-                Load { system: Some(system), ..density.posterior_model.load(&meaning, 0, None) },
-                system,
-            )?;
-            let base = lengths(
-                Load {
-                    system: Some(system),
-                    ..density.posterior_model.load(&meaning, density.postures(), None)
-                },
-                system,
-            )?;
+            let load = |s| Load { system: Some(system), ..density.posterior_model.load(&meaning, s, None) };
+            let (posture, base) = (lengths(load(0), system)?, lengths(load(density.postures()), system)?);
             Some(DVector::from_fn(all.len(), |m, _| posture[m] / base[m]))
         };
         Some(stretches(&system)? - stretches(&posterior_model.system)?)
@@ -102,8 +89,5 @@ fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterio
     assert!(moved.len() > 120, "{}", moved.len());
     let found = moved.iter().map(|d| d.norm_squared()).sum::<f64>() / moved.len() as f64;
     let linear = mode.geometry.trace();
-    let answers = at_mode(&density, &mode).geometry;
-    let at_mode = answers.ends.norm_squared() + answers.outline.norm_squared();
     assert!((linear / found - 1.0).abs() < 0.25, "{linear} {found}");
-    eprintln!("of {}: moved {found:.5}, linear {linear:.5}, linear at the mode {at_mode:.5}", moved.len());
 }

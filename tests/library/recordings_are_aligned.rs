@@ -171,14 +171,8 @@ const EARS: Point = Point::new(-85.0, 35.0);
 /// Coils of tongue and jaw over 60 frames, mm, x to the front as in the X-ray microbeam.
 fn coils(change: impl Fn(&str, Point) -> Point) -> AlignedRecording {
     let mut rng = fastrand(11);
-    let places = [
-        ("T1", [-14.0, 0.0]),
-        ("T2", [-28.0, 8.0]),
-        ("T3", [-42.0, 8.0]),
-        ("T4", [-55.0, 2.0]),
-        ("MANi", [-2.0, -10.0]),
-        ("MANm", [-30.0, -12.0]),
-    ];
+    let tongue = [("T1", [-14.0, 0.0]), ("T2", [-28.0, 8.0]), ("T3", [-42.0, 8.0]), ("T4", [-55.0, 2.0])];
+    let places = [&tongue[..], &[("MANi", [-2.0, -10.0]), ("MANm", [-30.0, -12.0])]].concat();
     let frame = |t: u32| {
         let open = -0.09 + 0.09 * (0.3 * f64::from(t)).cos();
         let rise = 3.0 * (0.5 * f64::from(t)).sin();
@@ -187,7 +181,7 @@ fn coils(change: impl Fn(&str, Point) -> Point) -> AlignedRecording {
             let p = if name.starts_with('T') { p + Point::new(0.0, rise) } else { p };
             (name.to_owned(), (change(name, p) + Point::new(rng(), rng()) * 0.1).into())
         };
-        (0.0069 * f64::from(t), places.map(&mut place).to_vec())
+        (0.0069 * f64::from(t), places.iter().copied().map(&mut place).collect())
     };
     seen(&(0..60).map(frame).collect())
 }

@@ -3,7 +3,6 @@
 use nalgebra::{SVector, Vector3};
 use tongue_core::body::largest_distance;
 use tongue_fit::body::{Body, ContinuumSettings, MuscleChain, solid};
-use tongue_fit::dynamics::{self, Control, Motion, Tensions};
 use tongue_fit::inverse::{self, FitSettings, Method};
 use tongue_fit::measured::TargetKind;
 use tongue_fit::prelude::*;
@@ -11,7 +10,7 @@ use tongue_fit::simulation::{Assembly, SimulationError};
 use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::System;
 
-use crate::fixtures::{target, vowel};
+use crate::fixtures::target;
 
 const MUSCLES: [&str; 3] = ["GGa", "SGm", "HGa"];
 const PUBLISHED: [(&str, f64); 3] = [("GGa", 12.0), ("SGm", 11.5), ("HGa", 4.5)];
@@ -64,14 +63,11 @@ fn equilibria_have_the_same_bits_whatever_was_solved_before() {
 fn fits_have_the_same_bits() {
     let data = Dataset::reference().unwrap();
     let body = Body::tongue(5.5 * MM).unwrap();
-    for (kind, method) in
-        [(TargetKind::Ratio, Method::GaussNewton), (TargetKind::Stretch, Method::NelderMead)]
-    {
+    for (kind, wanted, method) in [
+        (TargetKind::Ratio, data.ratios("S2", "a").unwrap(), Method::GaussNewton),
+        (TargetKind::Stretch, data.stretches("S2", "a").unwrap(), Method::NelderMead),
+    ] {
         let settings = FitSettings { method, ..FitSettings::default() };
-        let wanted = match kind {
-            TargetKind::Ratio => data.ratios("S2", "a").unwrap(),
-            TargetKind::Stretch => data.stretches("S2", "a").unwrap(),
-        };
         assert_eq!(wanted, target("S2", "a", kind));
         let model = Model::default().assemble(&body, wanted.active_names()).unwrap();
         let observations = model.observations(&wanted).unwrap();
@@ -79,38 +75,13 @@ fn fits_have_the_same_bits() {
         let fit = inverse::fit(&body.mesh, &Model::default(), &wanted, &settings).unwrap();
         assert_eq!((found.status, found.answer.misfit), (fit.status, fit.misfit));
         assert_eq!((&found.answer.positions, &found.answer.starts), (&fit.positions, &fit.starts));
-        let named: Vec<_> = fit.target.active_names().into_iter().zip(fit.active_tensions()).collect();
-        assert_eq!(found.tensions(), named);
+        assert!(
+            found.tensions().into_iter().eq(fit.target.active_names().into_iter().zip(fit.active_tensions()))
+        );
         assert_eq!(found.undetermined(), Some(usize::from(kind == TargetKind::Ratio)));
-        let points =
-            found.valley().map(|v| v.points.iter().map(|p| p.tensions_n.clone()).collect::<Vec<_>>());
-        assert_eq!(points.is_some(), kind == TargetKind::Ratio);
-        assert!(points.is_none_or(|p| p.len() > 5 && p.iter().all(|t| t.of("SGm").is_some())));
+        assert_eq!(found.valley().map_or(0, |v| v.points.len()) > 5, kind == TargetKind::Ratio);
         assert_eq!(found.shape.length("HGp").unwrap(), fit.lengths[7]);
     }
-}
-
-#[test]
-fn a_motion_has_the_same_bits() {
-    struct Last(Vec<SVector<f64, 2>>);
-    impl dynamics::Observer<2> for Last {
-        fn sample(&mut self, _: f64, positions: &[SVector<f64, 2>]) {
-            self.0 = positions.to_vec();
-        }
-    }
-    let (system, tensions) = by_hand();
-    let motion = Motion::new(&system, Tensions::Ramp { to: tensions, duration: 0.02 }).unwrap();
-    let mut integrator =
-        dynamics::IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(1e-6)).unwrap();
-    let (mut state, mut last) = (motion.at_rest(), Last(Vec::new()));
-    let times = dynamics::sample_times(0.05, 6);
-    let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, 0.05, &times, &mut last);
-    let trajectory = model().trajectory(&PUBLISHED, 0.02, 0.05, 6).unwrap();
-    assert_eq!((&trajectory.times, trajectory.outcome), (&times, outcome));
-    assert_eq!(trajectory.positions.last(), Some(&last.0));
-    let lengths = trajectory.lengths("GGa").unwrap();
-    assert!(lengths.len() == 6 && lengths.windows(2).all(|w| w[1] < w[0]), "{lengths:?}");
-    assert!(trajectory.part_of_way.is_some_and(|part| part > 0.0 && part < 0.5));
 }
 
 #[test]
@@ -179,13 +150,11 @@ fn distances_from_surfaces_are_positive_outside_and_zero_on_them() {
     let model = Model::default().assemble(&block, [""; 0]).unwrap();
     let rest = model.system().rest();
     let distance = |p| model.surface(p).unwrap().value(rest);
-    for (p, expected) in [
-        (Vector3::new(0.015, 0.015, 0.032), 0.002),
-        (Vector3::new(0.015, 0.012, 0.029), -0.001),
-        (Vector3::new(-0.004, 0.011, 0.02), 0.004),
-        (Vector3::new(0.011, 0.03, 0.02), 0.0),
-    ] {
-        let found = distance(p);
+    let outside = [([0.015, 0.015, 0.032], 0.002), ([-0.004, 0.011, 0.02], 0.004)];
+    for (p, expected) in
+        outside.into_iter().chain([([0.015, 0.012, 0.029], -0.001), ([0.011, 0.03, 0.02], 0.0)])
+    {
+        let found = distance(Vector3::from(p));
         assert!((found - expected).abs() < 1e-15, "{p:?}: {found}");
     }
     assert!(model.surface(Vector3::new(f64::NAN, 0.0, 0.0)).is_err());
@@ -210,49 +179,47 @@ fn wrong_names_and_numbers_are_reported_in_a_sentence() {
     let model = model();
     let mut solver = model.solver();
     let problem = || InverseProblem::new(&model, Vec::<Observation<2>>::new());
-    let cases: [(SimulationError, &[&str]); 16] = [
-        (
-            Model::default().assemble(&body, ["GGaa"]).unwrap_err(),
-            &["\"GGaa\"", "did you mean \"GGa\"?", "HGp"],
-        ),
-        (Model::default().assemble(&body, ["GGa", "GGa"]).unwrap_err(), &["GGa is given twice"]),
-        (solver.equilibrium(&[("GGx", 1.0)]).unwrap_err(), &["did you mean \"GGa\"?"]),
-        (solver.equilibrium(&[("HGp", 1.0)]).unwrap_err(), &["HGp does not contract", "GGa, SGm, HGa"]),
-        (solver.equilibrium(&[("GGa", -1.0)]).unwrap_err(), &["tension of GGa is -1", "do not push"]),
-        (solver.equilibrium(&[("GGa", f64::NAN)]).unwrap_err(), &["tension of GGa is NaN"]),
-        (solver.equilibrium(&[("GGa", 1.0), ("gga", 2.0)]).unwrap_err(), &["given twice"]),
+    let mut small = body.clone();
+    small.mesh.muscles.push(MuscleChain { name: "none".into(), nodes: vec![] });
+    let coarse = Model::default().assemble(&Body::tongue(9.0 * MM).unwrap(), ["GGa"]).unwrap();
+    let other = coarse.solver().equilibrium(&[]).unwrap();
+    let assembled = |body: &Body<2>, names: &[&str]| {
+        Model::default().assemble(body, names.iter().copied()).map(drop).unwrap_err()
+    };
+    let cases: [(SimulationError, &str); 19] = [
+        (assembled(&body, &["GGaa"]), "\"GGaa\"; did you mean \"GGa\"?"),
+        (assembled(&body, &["GGa", "GGa"]), "GGa is given twice"),
+        (assembled(&small, &["GGa"]), "muscle none"),
+        (solver.equilibrium(&[("GGx", 1.0)]).unwrap_err(), "did you mean \"GGa\"?"),
+        (solver.equilibrium(&[("HGp", 1.0)]).unwrap_err(), "HGp does not contract; GGa, SGm, HGa"),
+        (solver.equilibrium(&[("GGa", -1.0)]).unwrap_err(), "tension of GGa is -1; do not push"),
+        (solver.equilibrium(&[("GGa", f64::NAN)]).unwrap_err(), "tension of GGa is NaN"),
+        (solver.equilibrium(&[("GGa", 1.0), ("gga", 2.0)]).unwrap_err(), "given twice"),
+        (solver.equilibrium_from(&other, &[]).unwrap_err(), "of the same body"),
+        (solver.position_rates(&other).unwrap_err(), "of the same body"),
         (
             solver.shift_bone("hyiod", SVector::zeros()).unwrap_err(),
-            &["no bone \"hyiod\"", "did you mean \"hyoid\"?"],
+            "no bone \"hyiod\"; did you mean \"hyoid\"?",
         ),
-        (model.stretch("SGmm").unwrap_err(), &["did you mean \"SGm\"?"]),
-        (problem().free_bone("jaw", 0.01).unwrap_err(), &["no bone \"jaw\"", "mental_spine"]),
-        (problem().free_bone("hyoid", -0.01).unwrap_err(), &["hyoid moves is -0.01", "positive"]),
-        (problem().with_bone_prior("hyoid", 0.01).unwrap_err(), &["hyoid is not searched for", "free_bone"]),
-        (problem().with_prior("GGp", 1.0, 1.0).unwrap_err(), &["GGp does not contract"]),
-        (problem().with_bounds("GGa", 3.0, 2.0).unwrap_err(), &["upper bound of GGa is 2"]),
-        (problem().fit().unwrap_err(), &["at least one observation"]),
-        (model.trajectory(&[], 0.0, f64::NAN, 2).unwrap_err(), &["time to the end is NaN"]),
+        (model.stretch("SGmm").unwrap_err(), "did you mean \"SGm\"?"),
+        (problem().free_bone("jaw", 0.01).unwrap_err(), "no bone \"jaw\"; mental_spine"),
+        (problem().free_bone("hyoid", -0.01).unwrap_err(), "hyoid moves is -0.01; positive"),
+        (problem().with_bone_prior("hyoid", 0.01).unwrap_err(), "hyoid is not searched for; free_bone"),
+        (problem().with_prior("GGp", 1.0, 1.0).unwrap_err(), "GGp does not contract"),
+        (problem().with_bounds("GGa", 3.0, 2.0).unwrap_err(), "upper bound of GGa is 2"),
+        (problem().fit().unwrap_err(), "at least one observation"),
+        (model.trajectory(&[], 0.0, f64::NAN, 2).unwrap_err(), "time to the end is NaN"),
     ];
     for (error, parts) in cases {
         let said = error.to_string();
-        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        assert!(parts.split("; ").all(|part| said.contains(part)), "{said}");
     }
     let block = Body::new("a block", solid::block([0.03; 3], [1; 3]));
+    let said = Model::default().assemble(&block, ["GGa"]).unwrap_err().to_string();
     assert!(
-        Model::default().assemble(&block, ["GGa"]).unwrap_err().to_string().contains("it has no muscles")
+        said.contains("it has no muscles") && Dataset::reference().unwrap().ratios("S2", "").is_err(),
+        "{said}"
     );
-    let mut small = Body::tongue(5.5 * MM).unwrap();
-    small.mesh.muscles.push(MuscleChain { name: "none".into(), nodes: vec![] });
-    assert!(
-        matches!(Model::default().assemble(&small, ["GGa"]), Err(SimulationError::System(_))),
-        "faulty meshes are no panic"
-    );
-    let coarse = Model::default().assemble(&Body::tongue(9.0 * MM).unwrap(), ["GGa"]).unwrap();
-    let other = coarse.solver().equilibrium(&[]).unwrap();
-    assert!(solver.equilibrium_from(&other, &[]).unwrap_err().to_string().contains("of the same body"));
-    assert!(Dataset::reference().unwrap().ratios("S2", "").is_err());
-    assert_eq!(vowel("a").label(), "a");
 }
 
 /// Of every node, also of straight paths and of a continuum's muscles.
@@ -280,8 +247,4 @@ fn derivatives_of_nodes_by_tensions_are_the_differences() {
             }
         }
     }
-    let shape = model().solver().equilibrium(&PUBLISHED).unwrap();
-    let nowhere = Model::default().assemble(&Body::tongue(8.0 * MM).unwrap(), MUSCLES).unwrap();
-    let refused = nowhere.solver().position_rates(&shape).unwrap_err().to_string();
-    assert!(refused.contains("of the same body"), "{refused}");
 }

@@ -70,9 +70,8 @@ fn tensions_of_a_solid_come_back_from_lengths_and_from_surface_points() {
         .filter(|face| face.iter().all(|&n| body.mesh.nodes[n].z > 0.0239))
         .map(|f| {
             let [a, b, c] = [f[0], f[1], f[2]];
-            let up =
-                (body.mesh.nodes[b] - body.mesh.nodes[a]).cross(&(body.mesh.nodes[c] - body.mesh.nodes[a])).z;
-            if up > 0.0 { [a, b, c] } else { [a, c, b] }
+            let [p, q, r] = [a, b, c].map(|n| body.mesh.nodes[n]);
+            if (q - p).cross(&(r - p)).z > 0.0 { [a, b, c] } else { [a, c, b] }
         })
         .collect();
     assert_eq!(top.len(), 18);
@@ -155,11 +154,7 @@ fn the_jacobian_is_the_difference_of_solved_residuals_for_every_kind_of_unknown(
             let difference = (at(h) - at(-h)) / (2.0 * h);
             let column = linear.jacobian.column(i);
             let error = (difference - column).amax();
-            assert!(
-                error < 2e-5 * column.amax().max(1e-2),
-                "{tissue}, unknown {i}: {error:e} of {:e}",
-                column.amax()
-            );
+            assert!(error < 2e-5 * column.amax().max(1e-2), "{tissue}, unknown {i}: {error:e}");
         }
     }
 }
@@ -169,18 +164,16 @@ fn incompatible_problems_are_refused_with_a_sentence() {
     let t = tongue();
     let system = System::new(&t.mesh, &Model::default(), &t.muscles).unwrap();
     let seen = || observations(&system);
-    let refused =
-        |inverse: LeastSquaresProblem<'_, 2>| inverse::solve(&inverse, &settings()).unwrap_err().to_string();
-    let said = refused(LeastSquaresProblem::new(&system, seen(), vec![Unknown::tension(2, 100.0)]));
-    assert!(said.contains("does not contract"), "{said}");
-    let said = refused(LeastSquaresProblem::new(&system, seen(), vec![Unknown::bone(0, 0, 5.0)]));
-    assert!(said.contains("was not freed"), "{said}");
-    let said = refused(LeastSquaresProblem::new(&system, seen(), vec![Unknown::young_modulus(10.0, 100.0)]));
-    assert!(said.contains("no tissue was given"), "{said}");
-    let said =
-        refused(LeastSquaresProblem::new(&system, Vec::new(), vec![Unknown::tension(t.muscles[0], 100.0)]));
-    assert!(said.contains("at least one observation"), "{said}");
-    let said =
-        refused(LeastSquaresProblem::new(&system, seen(), vec![Unknown::tension(t.muscles[0], f64::NAN)]));
-    assert!(said.contains("finite and in order"), "{said}");
+    let gga = t.muscles[0];
+    for (observations, unknown, why) in [
+        (seen(), Unknown::tension(2, 100.0), "does not contract"),
+        (seen(), Unknown::bone(0, 0, 5.0), "was not freed"),
+        (seen(), Unknown::young_modulus(10.0, 100.0), "no tissue was given"),
+        (Vec::new(), Unknown::tension(gga, 100.0), "at least one observation"),
+        (seen(), Unknown::tension(gga, f64::NAN), "finite and in order"),
+    ] {
+        let problem = LeastSquaresProblem::new(&system, observations, vec![unknown]);
+        let said = inverse::solve(&problem, &settings()).unwrap_err().to_string();
+        assert!(said.contains(why), "{said}");
+    }
 }

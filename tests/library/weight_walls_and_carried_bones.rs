@@ -3,7 +3,7 @@
 use crate::fixtures;
 use nalgebra::{SVector, Vector2};
 use tongue_core::effect::lumped_masses;
-use tongue_fit::body::{Cells, Mesh};
+use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Contact, Effect, Gravity};
 use tongue_fit::statics::{Solution, SolveStatus, Workspace};
 use tongue_fit::system::{self, Additions, Model, PrescribedDisplacement, System};
@@ -22,12 +22,9 @@ fn a_hanging_chain_stretches_by_the_weight_below_each_link() {
     let (links, side, mass, g) = (6, 0.01, 0.4, 9.81);
     let chain = Mesh::<2> {
         nodes: (0..=links).map(|i| SVector::from([0.0, -side * f64::from(i)])).collect(),
-        cells: Cells::new(),
         connections: (0..links as usize).map(|i| [i, i + 1]).collect(),
-        muscles: Vec::new(),
         fixed: vec![0],
-        continuum: None,
-        hexahedra: Vec::new(),
+        ..Mesh::default()
     };
     let model = Model::default();
     let k = system::coefficients(&chain, &model).unwrap().tissue_stiffness;

@@ -200,8 +200,5 @@ fn ten_thousand_rows_take_less_than_200_megabytes() {
     let refused = fits.iter().filter(|r| r["status"] == "not_fitted").count();
     assert!(code == if refused > 0 { 1 } else { 3 }, "{code}, {refused} refused");
     assert!(fits.iter().filter(|r| r["status"] == "converged").count() > 5_000);
-    assert!(
-        fs::metadata(out.join("batch.html")).unwrap().len() < 8_000_000,
-        "the page shows the first fits only"
-    );
+    assert!(fs::metadata(out.join("batch.html")).unwrap().len() < 8_000_000);
 }
