@@ -259,7 +259,7 @@ pub mod report {
 
         pub mod contrasts {
             //! Differences of tensions between vowels.
-            pub use tongue_files::report::batch::contrasts::{SubjectContrast, all, over_subjects};
+            pub use tongue_files::report::batch::summary::{SubjectContrast, all, over_subjects};
         }
 
         pub mod journal {
@@ -278,9 +278,9 @@ pub mod run {
 
 pub mod scene {
     //! Scenes: files that say what happens to a tongue and what is wanted.
+    pub use tongue_files::scene::airway::SceneTract;
     pub use tongue_files::scene::effects::{Effects, Hyoid, Jaw};
     pub use tongue_files::scene::file::{FitTarget, Material, SceneBody, SceneTongue, Want};
-    pub use tongue_files::scene::tract::SceneTract;
     pub use tongue_files::scene::{JOINT_MM, Scene, ScenePlan, names, shipped, simulate};
 
     pub mod body {
@@ -327,7 +327,7 @@ pub mod choice {
 
 pub mod suggest {
     //! "Did you mean".
-    pub use tongue_core::suggest::hint;
+    pub use tongue_core::choice::hint;
 }
 
 pub mod surgery {

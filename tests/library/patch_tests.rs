@@ -5,7 +5,7 @@ use nalgebra::{Matrix2, SVector, Vector2};
 use tongue_core::effect::spring::Spring;
 use tongue_core::effect::{Connections, Effect, Incompressibility};
 use tongue_core::sparse::BlockMatrix;
-use tongue_core::system::locking::bending_kept;
+use tongue_core::system::model::bending_kept;
 use tongue_fit::body::Mesh;
 use tongue_fit::effect::{Configuration, Tangent};
 use tongue_fit::material::Constants;

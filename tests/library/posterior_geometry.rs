@@ -1,8 +1,8 @@
 //! What the errors of a body's geometry do to the stretches is what bodies that are moved show.
 
 use nalgebra::DVector;
-use tongue_core::random::normals;
 use tongue_core::statics::lanes::{Lanes, Load};
+use tongue_core::statistics::normals;
 use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Model, System};

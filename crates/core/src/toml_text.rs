@@ -2,7 +2,7 @@
 
 use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error as _};
 
-use crate::suggest;
+use crate::choice;
 
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Misread {
@@ -68,7 +68,7 @@ pub fn plain(message: &str) -> String {
 pub fn with_nearest(message: &str) -> String {
     let mut quoted = message.split('`').skip(1).step_by(2);
     let unknown = quoted.next().filter(|_| message.starts_with("unknown "));
-    match unknown.and_then(|name| suggest::nearest(name, quoted)) {
+    match unknown.and_then(|name| choice::nearest(name, quoted)) {
         Some(near) => format!("{message}; did you mean `{near}`?"),
         None => message.to_owned(),
     }

@@ -6,12 +6,15 @@
 //! whole section, `c = cosh sqrt(ab)` and `S = sinh sqrt(ab) / sqrt(ab)`, which are analytic in `ab`. With a
 //! closed glottis the flow at the lips for a unit of flow at the glottis is `1 / E(s)`, `E = C Z + D` with
 //! the radiation impedance `Z`.
+//! The transfer function from the flow at the glottis to the flow at the lips.
+//! A vocal tract as a chain of cylinders.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 
-use crate::{Acoustics, Section};
+use crate::Acoustics;
 
 /// `cosh sqrt(q)`, `sinh sqrt(q) / sqrt(q)` and the derivative of the latter by `q`.
 fn even(q: Complex64) -> (Complex64, Complex64, Complex64) {
@@ -189,4 +192,33 @@ pub(crate) fn without_losses(sections: &[Section], square: f64, acoustics: &Acou
         (p, u) = (c * p + a * h * u, down * p + c * u);
     }
     (u, u_x)
+}
+
+/// Magnitude of the transfer function at a frequency, dB.
+pub fn level_db(sections: &[Section], acoustics: &Acoustics, frequency_hz: f64) -> f64 {
+    let s = Complex64::new(0.0, TAU * frequency_hz);
+    -20.0 * characteristic(sections, s, acoustics, 1.0).0.norm().log10()
+}
+
+/// Frequencies, Hz, and levels, dB, in equal steps from one step to a highest frequency.
+pub fn curve(sections: &[Section], acoustics: &Acoustics, step_hz: f64, highest_hz: f64) -> Vec<[f64; 2]> {
+    let count = (highest_hz / step_hz).floor() as usize;
+    (1..=count).map(|i| i as f64 * step_hz).map(|f| [f, level_db(sections, acoustics, f)]).collect()
+}
+
+/// A short cylinder of the tract. A tract is a list of them from the glottis to the lips.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Section {
+    /// Length along the midline, m.
+    pub length_m: f64,
+    /// Area of the cross-section, m^2.
+    pub area_m2: f64,
+}
+
+impl Section {
+    /// Whether the sound of the section can be computed: length and area are finite and positive.
+    pub fn is_open(&self) -> bool {
+        let fine = |v: f64| v.is_finite() && v > 0.0;
+        fine(self.length_m) && fine(self.area_m2)
+    }
 }

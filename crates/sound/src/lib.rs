@@ -3,20 +3,18 @@
 //! | step | here | source |
 //! |---|---|---|
 //! | walls to areas | [`profile`] | Heinz and Stevens 1965; Mermelstein 1973; Maeda 1979 |
-//! | areas to transfer function | [`transfer`] | Flanagan 1972, chapter 3; Sondhi and Schroeter 1987 |
+//! | areas to transfer function | [`chain`] | Flanagan 1972, chapter 3; Sondhi and Schroeter 1987 |
 //! | formants, bandwidths and their exact rates | [`formants`] | poles of the transfer function |
 //! | a voice that is heard | [`voice`] | Klatt 1980; Klatt and Klatt 1990 |
 //!
 //! Everything is in SI units: m, m^2, Hz, s, Pa. The crate has no tongue, muscles or files.
 
 mod acoustics;
-mod chain;
+pub mod chain;
 pub mod formants;
 pub mod profile;
-pub mod transfer;
-mod tube;
 pub mod voice;
 
 pub use acoustics::{Acoustics, Air, Wall};
+pub use chain::Section;
 pub use formants::{Formant, FormantError};
-pub use tube::Section;

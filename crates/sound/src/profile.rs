@@ -8,12 +8,11 @@
 //! to the airway. The area of the cross-section is `alpha d^beta` with the width d in cm (Heinz and Stevens
 //! 1965). The lips are a short elliptic tube.
 
-mod space;
 mod tract;
 mod walls;
 
-pub use space::ToTongue;
 pub use tract::{Articulation, Carrier, Grid, Larynx, Lips, Teeth, Tongue, Tract, Wall};
+pub use walls::ToTongue;
 
 use crate::Section;
 use crate::formants::Rate;

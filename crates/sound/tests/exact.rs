@@ -173,7 +173,7 @@ fn random_tracts_keep_all_their_formants() {
         let ideal = formants(&tube, &Acoustics::ideal(), 4).unwrap();
         assert!(ideal.windows(2).all(|w| w[0].frequency_hz < w[1].frequency_hz));
         // No formant is skipped: up to the fourth, the level has no more peaks than there are formants.
-        let level = |hz: f64| tongue_sound::transfer::level_db(&tube, &Acoustics::ideal(), hz);
+        let level = |hz: f64| tongue_sound::chain::level_db(&tube, &Acoustics::ideal(), hz);
         let peaks = (1..).map(f64::from).take_while(|hz| *hz <= ideal[3].frequency_hz);
         let peaks: Vec<f64> = peaks.filter(|&hz| level(hz) > level(hz - 1.0).max(level(hz + 1.0))).collect();
         assert!(peaks.len() <= 4, "{peaks:?} {ideal:?}");

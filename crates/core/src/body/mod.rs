@@ -7,7 +7,6 @@
 mod check;
 pub mod continuum;
 mod mesh;
-mod quality;
 mod refine;
 pub mod solid;
 pub mod space;
@@ -17,14 +16,13 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
+use crate::choice;
 use crate::observe::Line;
-use crate::suggest;
 
 pub use crate::geometry::{ClosedSpline, Point};
-pub use check::{MeshFault, TooLarge};
+pub use check::{MeshFault, Quality, TooLarge};
 pub use continuum::{Continuum, ContinuumSettings, Follower, Strand, Tie};
 pub use mesh::{Cells, Mesh, MuscleChain, largest_distance};
-pub use quality::Quality;
 pub use space::Muscle;
 pub use tongue::{Anatomy, DEFAULT_SPACING_M, MuscleLine, OutsidePart, REFERENCE, build};
 
@@ -97,7 +95,7 @@ impl<const D: usize> Body<D> {
             let mut known: Vec<_> = self.mesh.muscles.iter().map(|m| m.name.as_str()).collect();
             known.dedup();
             let none = "it has no muscles".to_owned();
-            let hint = if known.is_empty() { none } else { suggest::hint(name, known) };
+            let hint = if known.is_empty() { none } else { choice::hint(name, known) };
             BodyError(format!("there is no muscle \"{name}\" in this body; {hint}"))
         })
     }

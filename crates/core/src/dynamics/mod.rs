@@ -25,7 +25,6 @@
 mod method;
 mod motion;
 mod run;
-mod spectrum;
 mod stage;
 mod step_limit;
 mod tensions;
@@ -40,8 +39,7 @@ use serde::Serialize;
 pub use method::{Control, IntegrationMethod};
 pub use motion::{Motion, MotionError, Rates};
 pub use run::{MotionOutcome, MotionStatus, Observer, run, sample_times};
-pub use spectrum::Spectrum;
-pub use step_limit::{cost_per_step, step_limit};
+pub use step_limit::{Spectrum, cost_per_step, step_limit};
 pub use tensions::Tensions;
 
 #[cfg(doc)]

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex::{self, Corners, LARGEST_LOSS, MAX_CORNERS};
 
-use super::barrier;
+use super::spring;
 
 /// An edge of a guarded simplex: its nodes in the element, and how each counts.
 type Edge = [(usize, f64); 3];
@@ -92,7 +92,7 @@ const SURE: f64 = 1.0 + 1e-9;
 /// Whether an element of this measure at rest is a triangle in which no barrier acts, in spite of rounding.
 #[inline(always)]
 pub(super) fn is_free<const D: usize>(measure: f64, x: &Nodes<D>) -> bool {
-    let least = 2.0 * measure * barrier::THRESHOLD * SURE;
+    let least = 2.0 * measure * spring::THRESHOLD * SURE;
     D == 2 && measures(&halves(x)).iter().all(|m| *m > least)
 }
 
@@ -125,7 +125,7 @@ impl<const D: usize> BarrierSimplex<'_, D> {
     pub fn ratio(&self) -> Option<f64> {
         let ratio = simplex::measure(&self.corners) / self.rest;
         // NaN counts as inverted.
-        (ratio < barrier::THRESHOLD || ratio.is_nan()).then_some(ratio)
+        (ratio < spring::THRESHOLD || ratio.is_nan()).then_some(ratio)
     }
 
     /// The coefficient of a node of the element in each of the edges.

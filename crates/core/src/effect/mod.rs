@@ -1,4 +1,4 @@
-//! What acts on the body. One trait, one file an effect; each *accumulates* its energy, force and stiffness.
+//! What acts on the body. One trait; each effect *accumulates* its energy, force and stiffness.
 //!
 //! | effect | energy at rest of the tension | source |
 //! |---|---|---|
@@ -16,22 +16,19 @@
 //!
 //! An effect adds to energy, force and stiffness of the nodes. Bones and straight paths, which hold nodes,
 //! are constraints and belong to the [system](crate::system).
+//! Internal states: variables of a motion other than positions and velocities.
 
 mod attachment;
-pub mod barrier;
 mod barrier_simplices;
 mod connections;
 mod contact;
 mod fibres;
 mod gravity;
 mod hexahedra;
-mod hexahedron_point;
 mod incompressibility;
-mod internal;
 mod orientation_barrier;
 mod quadratic_element;
 pub mod spring;
-mod symmetry_plane;
 
 use std::fmt::Debug;
 
@@ -40,17 +37,15 @@ use nalgebra::SVector;
 use crate::material::Stress;
 use crate::sparse::{BlockMatrix, Pattern};
 
-pub use attachment::Attachment;
+pub use attachment::{Attachment, SymmetryPlane};
 pub use connections::Connections;
 pub use contact::Contact;
 pub use fibres::Fibres;
 pub use gravity::{Gravity, lumped_masses};
 pub use hexahedra::{Hexahedra, Stiffening};
 pub use incompressibility::Incompressibility;
-pub use internal::Internal;
 pub use orientation_barrier::OrientationBarrier;
 pub use quadratic_element::QuadraticElements;
-pub use symmetry_plane::SymmetryPlane;
 
 /// The state at which an effect is evaluated.
 #[derive(Debug, Clone, Copy)]
@@ -143,7 +138,7 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
         false
     }
 
-    /// Number of elements that are compressed so far that the [`barrier`] acts in them. Their law is no
+    /// Number of elements that are compressed so far that the barrier ([`spring::barrier()`]) acts in them. Their law is no
     /// longer the published one.
     fn guarded(&self, _at: Configuration<'_, D>) -> usize {
         0
@@ -172,4 +167,37 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
     fn internal(&self) -> Option<&dyn Internal<D>> {
         None
     }
+}
+
+/// The part of an effect that acts through internal states `s` with `ds/dt = rate(x, s)`, one equation a
+/// state, each linear in its own state and coupled to others only through the positions. So an implicit step
+/// can eliminate them one by one, and the stiffness keeps its pattern. Equilibria never ask for it.
+///
+/// In motion this replaces the tension terms of the effect: its other methods are then called with all
+/// tensions zero, and the tensions enter here.
+pub trait Internal<const D: usize>: Debug {
+    fn count(&self) -> usize;
+
+    /// Energy stored, J.
+    fn energy(&self, positions: &[SVector<f64, D>], states: &[f64]) -> f64;
+
+    /// Adds the force on every node, N: minus the derivative of the energy.
+    fn add_force(&self, at: Configuration<'_, D>, states: &[f64], force: &mut [SVector<f64, D>]);
+
+    /// The rates of the states, per second.
+    fn rates(&self, at: Configuration<'_, D>, states: &[f64], rates: &mut [f64]);
+
+    /// Solves `s = known + step rate(x, s)`; `states` holds `known` before and `s` after. `step` in s.
+    fn settle(&self, at: Configuration<'_, D>, step: f64, states: &mut [f64]);
+
+    /// Adds minus the derivative of the force with respect to the positions, N/m, with the states settled at
+    /// each position as [`Internal::settle`] does; a step of zero holds them.
+    fn add_stiffness(
+        &self,
+        at: Configuration<'_, D>,
+        step: f64,
+        states: &[f64],
+        tangent: Tangent,
+        stiffness: &mut BlockMatrix<D>,
+    );
 }

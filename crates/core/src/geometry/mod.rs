@@ -5,16 +5,13 @@ pub mod hexahedron;
 mod natural_spline;
 pub(crate) mod plane;
 pub mod quadratic;
-pub mod quadrature;
-mod similarity;
 pub mod simplex;
 mod spline;
 mod thin_plate;
 pub mod topology;
 
 pub use natural_spline::NaturalSpline;
-pub use plane::Point;
-pub use similarity::Similarity;
+pub use plane::{Point, Similarity};
 pub use spline::ClosedSpline;
 pub use thin_plate::ThinPlate;
 

@@ -5,12 +5,13 @@
 //! made of springs (and of a term that keeps its area or volume) comes as near as can be, in least squares,
 //! to that of the linear finite element of the same shape: minimise `|K_CST - k K_springs - kappa
 //! K_measure|²` over `k` and `kappa`.
+//! The physical constants of tissue (Kato 2014, table 4.1) and their ranges.
 
 use nalgebra::{SMatrix, SVector};
 use serde::Serialize;
 
-use super::Constants;
 use crate::geometry::simplex::{self, Corners};
+use crate::limits::{self, BeyondLimit};
 use crate::system::SystemError;
 
 /// Coefficients of the model; 2D: per metre of thickness.
@@ -142,6 +143,39 @@ impl Coefficients {
             contractile_damping: damping,
             node_mass: constants.density * measure / nodes as f64,
         })
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Constants {
+    /// Density ρ, kg/m³.
+    pub density: f64,
+    /// Young's modulus E, Pa.
+    pub young_modulus: f64,
+    /// Poisson's ratio ν.
+    pub poisson_ratio: f64,
+    /// Viscosity η, N s/m².
+    pub viscosity: f64,
+}
+
+impl Constants {
+    /// Table 4.1 of the thesis (after Fujita 2008).
+    pub const TONGUE: Self =
+        Self { density: 1.0e3, young_modulus: 6.9e3, poisson_ratio: 0.49, viscosity: 3.0e3 };
+}
+
+impl Constants {
+    pub fn check(&self) -> Result<(), BeyondLimit> {
+        limits::YOUNG_MODULUS.check(self.young_modulus)?;
+        limits::POISSON_RATIO.check(self.poisson_ratio)?;
+        limits::DENSITY.check(self.density)?;
+        limits::VISCOSITY.check(self.viscosity)
+    }
+
+    /// Lamé's constants (λ, μ), Pa.
+    pub fn lame(&self) -> (f64, f64) {
+        let (e, nu) = (self.young_modulus, self.poisson_ratio);
+        (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)))
     }
 }
 

@@ -1,4 +1,7 @@
 //! The length of a muscle.
+//! The length of a line between two points that need not be nodes.
+//! The ratio of two lengths in one shape.
+//! The stretch of a muscle.
 
 use nalgebra::SVector;
 
@@ -36,5 +39,105 @@ impl<const D: usize> Observable<D> for Length {
     fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
         let way = self.way(positions);
         way.dot(&self.way(motion)) / way.norm()
+    }
+}
+
+/// The end of a line: a weighted mean of nodes, and a place that does not move.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LineEnd<const D: usize> {
+    /// Nodes with their weights; none for a point on bone.
+    pub weights: Vec<(usize, f64)>,
+    /// Added to the mean, m.
+    pub fixed: SVector<f64, D>,
+}
+
+impl<const D: usize> LineEnd<D> {
+    pub fn node(node: usize) -> Self {
+        Self { weights: vec![(node, 1.0)], fixed: SVector::zeros() }
+    }
+
+    fn at(&self, positions: &[SVector<f64, D>]) -> SVector<f64, D> {
+        self.weights.iter().fold(self.fixed, |sum, &(n, w)| sum + positions[n] * w)
+    }
+}
+
+/// The straight distance between two points, m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Line<const D: usize> {
+    pub ends: [LineEnd<D>; 2],
+}
+
+impl<const D: usize> Observable<D> for Line<D> {
+    fn value(&self, positions: &[SVector<f64, D>]) -> f64 {
+        (self.ends[1].at(positions) - self.ends[0].at(positions)).norm()
+    }
+
+    fn gradient(&self, positions: &[SVector<f64, D>], part: &mut dyn FnMut(usize, SVector<f64, D>)) {
+        let way = self.ends[1].at(positions) - self.ends[0].at(positions);
+        let direction = way / way.norm();
+        for (end, sign) in self.ends.iter().zip([-1.0, 1.0]) {
+            end.weights.iter().for_each(|&(node, weight)| part(node, direction * (sign * weight)));
+        }
+    }
+}
+
+/// A length over another in the same shape, which does not depend on scale (Kato 2014, 4.3.1 and 4.4.1: over
+/// the length of GGa).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Ratio<L = Length> {
+    length: L,
+    over: L,
+}
+
+impl<L> Ratio<L> {
+    pub fn new(length: L, over: L) -> Self {
+        Self { length, over }
+    }
+}
+
+impl<const D: usize, L: Observable<D>> Observable<D> for Ratio<L> {
+    fn value(&self, positions: &[SVector<f64, D>]) -> f64 {
+        self.length.value(positions) / self.over.value(positions)
+    }
+
+    fn gradient(&self, positions: &[SVector<f64, D>], part: &mut dyn FnMut(usize, SVector<f64, D>)) {
+        let over = self.over.value(positions);
+        let ratio = self.value(positions);
+        self.length.gradient(positions, &mut |node, slope| part(node, slope / over));
+        self.over.gradient(positions, &mut |node, slope| part(node, -slope * (ratio / over)));
+    }
+
+    fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
+        let change = self.length.rate(positions, motion);
+        (change - self.value(positions) * self.over.rate(positions, motion)) / self.over.value(positions)
+    }
+}
+
+/// A length over the same length in a reference shape, most often at rest: free of each muscle's own length
+/// (Kato 2014, 4.3.2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stretch<L = Length> {
+    length: L,
+    reference_length: f64,
+}
+
+impl<L> Stretch<L> {
+    /// `length` over `reference_length`, m.
+    pub fn new(length: L, reference_length: f64) -> Self {
+        Self { length, reference_length }
+    }
+}
+
+impl<const D: usize, L: Observable<D>> Observable<D> for Stretch<L> {
+    fn value(&self, positions: &[SVector<f64, D>]) -> f64 {
+        self.length.value(positions) / self.reference_length
+    }
+
+    fn gradient(&self, positions: &[SVector<f64, D>], part: &mut dyn FnMut(usize, SVector<f64, D>)) {
+        self.length.gradient(positions, &mut |node, slope| part(node, slope / self.reference_length));
+    }
+
+    fn rate(&self, positions: &[SVector<f64, D>], motion: &[SVector<f64, D>]) -> f64 {
+        self.length.rate(positions, motion) / self.reference_length
     }
 }

@@ -20,11 +20,9 @@
 //! The study of hard cases measures over all subsets of the muscles how often both agree
 //! (`results/stability`).
 
-mod curvature;
 pub mod lanes;
 mod mass_spring;
 mod newton;
-mod prescribed;
 mod response;
 mod safeguards;
 mod solution;

@@ -125,7 +125,7 @@ pub struct Solution {
     /// Iterations along a direction of negative curvature, from a ridge of the energy.
     pub ridges: usize,
     /// Elements in which the barrier against inversion acts: where there are any, the answer is not that of
-    /// the published law (see [`crate::effect::barrier`]).
+    /// the published law (see [`crate::effect::spring`]).
     pub guarded: usize,
 }
 

@@ -1,4 +1,6 @@
 //! How systems are made of meshes.
+//! Tissue and muscles on the connections of a mesh.
+//! Errors of making a system from a mesh and a model.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -6,16 +8,19 @@ use std::sync::{Arc, OnceLock};
 
 use nalgebra::SVector;
 
-use crate::body::{Continuum, Mesh};
-use crate::effect::{Attachment, Effect, Fibres, Incompressibility, OrientationBarrier, QuadraticElements};
+use super::{
+    Additions, Layout, Model, StraightPath, System, TissueModel, cell_measure, coefficients,
+    connection_stiffness, path,
+};
+use crate::body::{BodyError, Continuum, Mesh, MeshFault, TooLarge};
+use crate::effect::spring::Spring;
+use crate::effect::{
+    Attachment, Connections, Effect, Fibres, Incompressibility, OrientationBarrier, QuadraticElements,
+};
+use crate::geometry::topology::pair;
+use crate::limits::{BeyondLimit, FACTOR_ENTRIES, PLANE_NODES};
 use crate::material::Coefficients;
 use crate::sparse::Pattern;
-
-use super::{
-    Additions, Layout, Model, StraightPath, System, SystemError, TissueModel, cell_measure, coefficients,
-    connection_stiffness, connections, path,
-};
-use crate::limits::{FACTOR_ENTRIES, PLANE_NODES};
 
 /// The width that is assumed for muscles without a width, m.
 const LEAST_WIDTH_M: f64 = 1e-3;
@@ -59,7 +64,7 @@ impl<const D: usize> System<D> {
         }
         let stiffness = connection_stiffness(mesh, &coefficients);
         let paths = path::find(mesh, &stiffness);
-        let mut effects = connections::effects(mesh, contracting, &coefficients, &stiffness, &paths);
+        let mut effects = effects(mesh, contracting, &coefficients, &stiffness, &paths);
         // At exactly 1/4 the coefficient of the area term is rounding error of either sign.
         if !mesh.cells.is_empty() && additions.incompressible && coefficients.kappa > rounding {
             effects.push(Box::new(Incompressibility::new(coefficients.kappa, &mesh.cells, &mesh.nodes)));
@@ -212,4 +217,89 @@ fn loose_node(stencils: &[usize], is_unknown: &[bool], held: &[usize]) -> Option
         safe[l] = true;
     }
     (0..nodes).find(|&i| is_unknown[i] && !safe[find(&mut leader, i)])
+}
+
+/// The tissue and the contracting muscles, in this order. `stiffness` has the spring constant of every
+/// connection, N/m.
+pub(super) fn effects<const D: usize>(
+    mesh: &Mesh<D>,
+    contracting: &[usize],
+    coefficients: &Coefficients,
+    stiffness: &[f64],
+    paths: &[StraightPath],
+) -> Vec<Box<dyn Effect<D>>> {
+    // Every connection, or straight path in place of several, goes to the contracting muscle that runs along
+    // it, else to the tissue.
+    let mut in_path = vec![false; mesh.nodes.len()];
+    paths.iter().flat_map(StraightPath::inner_nodes).for_each(|n| in_path[n] = true);
+    let mut elements: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
+    for (&[a, b], &k) in mesh.connections.iter().zip(stiffness) {
+        if !in_path[a] && !in_path[b] {
+            elements.insert([a, b], (k, (mesh.nodes[b] - mesh.nodes[a]).norm()));
+        }
+    }
+    for p in paths {
+        let [a, b] = p.ends();
+        elements.insert(pair(a, b), (p.stiffness(), p.rest_length()));
+    }
+    let mut effects: Vec<Box<dyn Effect<D>>> = Vec::new();
+    let mut pulled: BTreeMap<[usize; 2], (f64, f64)> = BTreeMap::new();
+    let parallel = coefficients.muscle_parallel_stiffness / coefficients.tissue_stiffness;
+    let contraction_time = coefficients.contractile_damping / coefficients.muscle_series_stiffness;
+    let in_series = coefficients.muscle_series_stiffness / coefficients.tissue_stiffness;
+    for &muscle in contracting {
+        let chain: Vec<usize> = mesh.muscles[muscle].nodes.iter().copied().filter(|&n| !in_path[n]).collect();
+        let (mut springs, mut series) = (Vec::new(), Vec::new());
+        for step in chain.windows(2) {
+            let key = pair(step[0], step[1]);
+            // A connection that two muscles share keeps one parallel spring; each has its own contractile
+            // branch.
+            let (k, q1, l0) = match (elements.remove(&key), pulled.get(&key)) {
+                (Some((k, l0)), _) => (k, k * parallel, l0),
+                (None, Some(&(k, l0))) => (k, 0.0, l0),
+                (None, None) => continue,
+            };
+            pulled.insert(key, (k, l0));
+            springs.push(Spring::new(key, q1, l0));
+            series.push(Spring::new(key, k * in_series, l0));
+        }
+        effects.push(Box::new(Connections::muscle(muscle, springs, series, contraction_time)));
+    }
+    let retardation = coefficients.tissue_damping / coefficients.tissue_stiffness;
+    let tissue = elements.into_iter().map(|(nodes, (k, l0))| Spring::new(nodes, k, l0)).collect();
+    effects.insert(0, Box::new(Connections::tissue(tissue, retardation)));
+    effects
+}
+
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SystemError {
+    #[error(transparent)]
+    Limit(#[from] BeyondLimit),
+    /// A cell to which coefficients are matched has no area (m²) or volume (m³).
+    #[error("the cell to match has measure {0}; it must be positive")]
+    Degenerate(f64),
+    #[error("muscle number {muscle} does not exist; the mesh has {count} muscles")]
+    NoSuchMuscle { muscle: usize, count: usize },
+    #[error(
+        "node {node} (and all that is joined to it) is joined to no bone, so it could move freely: fix at least one of its nodes"
+    )]
+    Loose { node: usize },
+    #[error("node {node} is to be carried by a bone, but no bone holds it; fix it in the mesh")]
+    NotOnBone { node: usize },
+    /// A negative coefficient of incompressibility: the energy has no minimum.
+    #[error(
+        "Poisson's ratio {poisson_ratio} needs a negative coefficient of incompressibility ({kappa:e} J), with which the \
+         energy has no minimum; springs alone already have 0.25, so give at least that, or take a continuum"
+    )]
+    NegativeKappa { kappa: f64, poisson_ratio: f64 },
+    #[error("the mesh is faulty: {0}")]
+    Mesh(#[from] MeshFault),
+    #[error("the body is faulty: {0}")]
+    Space(#[from] BodyError),
+    #[error(
+        "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa make no solid: C10 and K must be positive, C20 not negative"
+    )]
+    Law { c10: f64, c20: f64, bulk: f64 },
+    #[error(transparent)]
+    TooLarge(#[from] TooLarge),
 }

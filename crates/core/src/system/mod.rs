@@ -5,13 +5,9 @@
 //! [`crate::statics::Workspace`], of which each thread has its own.
 
 mod additions;
-mod bones;
 mod build;
-mod connections;
 pub(crate) mod elements;
-mod error;
-pub mod locking;
-mod model;
+pub mod model;
 pub mod path;
 mod space;
 
@@ -25,9 +21,8 @@ use crate::geometry::{hexahedron, simplex};
 use crate::material::{Coefficients, Stress};
 use crate::sparse::Pattern;
 
-pub use additions::Additions;
-pub use bones::PrescribedDisplacement;
-pub use error::SystemError;
+pub use additions::{Additions, PrescribedDisplacement};
+pub use build::SystemError;
 pub use model::{Model, TissueModel, coefficients, connection_stiffness};
 pub use path::StraightPath;
 pub use space::{MusclesAs, SpaceModel};
@@ -212,7 +207,7 @@ impl<const D: usize> System<D> {
         self.effects.iter().flat_map(|e| e.stresses(at)).collect()
     }
 
-    /// Number of elements in which the barrier against inversion acts ([`crate::effect::barrier`]).
+    /// Number of elements in which the barrier against inversion acts ([`crate::effect::spring`]).
     pub fn guarded(&self, at: Configuration<'_, D>) -> usize {
         self.effects.iter().map(|e| e.guarded(at)).sum()
     }

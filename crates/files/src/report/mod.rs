@@ -4,56 +4,37 @@
 //! [`OutputDir`] gives files their names, whatever they contain.
 
 #[cfg(feature = "files")]
-mod atomic_write;
-#[cfg(feature = "files")]
 pub mod batch;
 #[cfg(feature = "files")]
 mod clean;
 pub mod column;
-mod conclusion;
 mod csv;
-mod draws;
-mod error;
 mod export;
 #[cfg(feature = "files")]
 mod file;
-mod msh;
 mod muscle_columns;
-#[cfg(feature = "files")]
-mod page;
-mod plane;
 mod record;
 mod sound;
 mod space;
 mod space_fit;
 mod ssff;
-mod sto;
 mod svg;
 #[cfg(feature = "files")]
 mod tongue_page;
 mod track;
-mod trajectory;
 mod vtu;
 
 #[cfg(feature = "files")]
-pub use atomic_write::{InterruptGuard, discard_unfinished};
-#[cfg(feature = "files")]
 pub use clean::Clean;
-pub use conclusion::{Conclusion, DecidedBy};
-pub use csv::{Rows, Table};
-pub use draws::Draws;
-pub use error::ReportError;
-pub use export::{Export, Json, Markdown, Provenance, Wav};
+pub use csv::{Draws, Rows, Table};
+pub use export::{Export, Json, Markdown, Provenance, ReportError, Wav};
 #[cfg(feature = "files")]
-pub use file::{OutputDir, Writes, write};
-pub use msh::Msh;
-pub use plane::{MISSED_BY_PLANE, limit_of_plane};
-pub use record::{FitRecord, ValleyPointRecord, ValleyRecord};
+pub use file::{InterruptGuard, OutputDir, Writes, discard_unfinished, write};
+pub use record::{Conclusion, DecidedBy, FitRecord, TrajectoryRecord, ValleyPointRecord, ValleyRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{HexahedraRecord, OfBody, OperationRecord, SimulationRecord};
-pub use space_fit::{SpaceFitRecord, SpaceTrackRecord};
-pub use ssff::Ssff;
-pub use sto::StoTable;
+pub use space_fit::{MISSED_BY_PLANE, SpaceFitRecord, SpaceTrackRecord, limit_of_plane};
+pub use ssff::{Ssff, StoTable};
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,
     changes, panels, parts, ridges, scatter, solid, timelines, tongue, valley, views, vowel, work_precision,
@@ -68,5 +49,4 @@ pub use track::{
 };
 #[cfg(feature = "files")]
 pub use track::{TrackPage, fixed};
-pub use trajectory::TrajectoryRecord;
-pub use vtu::{Pvd, Vtu};
+pub use vtu::{Msh, Pvd, Vtu};

@@ -1,15 +1,21 @@
 //! Results as records for JSON and CSV: stable field names, units in the names, muscles by name.
+//! A trajectory as a record for JSON.
+//! What is concluded of the fit of a vowel: its last words and its exit status are this one statement.
 
 use serde::{Serialize, Serializer};
 use serde_json::json;
 
 use super::export::{Export, Provenance};
 use super::muscle_columns::{self, OfMuscle};
-use super::{ByMuscle, Conclusion, ReportError, SectionPicture, Series, Svg, Table, changes, column, tongue};
+use super::{
+    ByMuscle, ReportError, SectionPicture, Series, Svg, Table, changes, column, status_name, tongue,
+};
 use tongue_core::body::Body;
+use tongue_core::dynamics::{IntegrationMethod, MotionOutcome};
 use tongue_infer::inverse::Fit;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::solution_curve::{CurvePoint, SolutionCurve};
+use tongue_infer::posterior::{Report, Verdict};
 use tongue_input::measured::TargetKind;
 
 pub(super) fn mm(names: &[String], lengths_m: &[f64]) -> ByMuscle<f64> {
@@ -30,14 +36,14 @@ pub struct FitRecord {
     /// `mostly_prior`); `verdict_hyoid_mm`, the 95 % intervals of the hyoid's displacement (back, up); and `verdict_from`: `draws` or
     /// `short_run`. Left out where there is none.
     #[serde(flatten)]
-    pub verdict: Option<tongue_infer::posterior::Verdict>,
+    pub verdict: Option<Verdict>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conclusion: Option<Conclusion>,
     #[serde(flatten, serialize_with = "told")]
     pub fit: Fit,
     pub alarms: Vec<Alarm>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub posterior: Option<tongue_infer::posterior::Report>,
+    pub posterior: Option<Report>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub contrasts: Vec<tongue_infer::posterior::Contrast>,
     /// Duration of the whole fit, s; left out of files that must be the same after every run.
@@ -216,4 +222,77 @@ pub struct ValleyPointRecord {
     pub misfit: f64,
     /// Root mean square residual of the other measured muscles, in the fitted quantity.
     pub passive_rms: Option<f64>,
+}
+
+/// One trajectory: `tongue-fit simulate --trajectory --json`, and `trajectory.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TrajectoryRecord {
+    #[serde(flatten)]
+    pub outcome: MotionOutcome,
+    pub method: IntegrationMethod,
+    /// Fixed step, s; null with error control.
+    pub dt_s: Option<f64>,
+    /// Error allowed in a step, mm; null with a fixed step.
+    pub tolerance_mm: Option<f64>,
+    pub t_end_s: f64,
+    /// Part of the way to its equilibrium, under the tensions at the time reached, that the body has moved;
+    /// null if there is no such way.
+    pub part_of_way_to_equilibrium: Option<f64>,
+    /// Elements in which the barrier against inversion acts at the end.
+    pub guarded: usize,
+    pub lengths_mm: ByMuscle<f64>,
+    /// Smallest ratio of the tissue's area to that at rest, of a triangle or in a continuum within an element, at the end.
+    pub min_area_ratio: f64,
+    pub max_area_ratio: f64,
+    pub wall_s: f64,
+}
+
+/// The part of a report that decides whether the report can be trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DecidedBy {
+    Verdict,
+    /// A posterior that was asked for and gives no verdict.
+    Posterior,
+    /// The fit, where there is neither.
+    Fit,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Conclusion {
+    pub decided_by: DecidedBy,
+    /// Whether that part can be trusted: the exit status is 0, otherwise 3.
+    pub trusted: bool,
+    /// Whether the fit's tensions can be trusted too ([`Fit::is_trustworthy`]).
+    pub tensions_trusted: bool,
+    pub text: String,
+}
+
+impl Conclusion {
+    pub fn new(fit: &Fit, alarms: &[Alarm], posterior: Option<&Report>, verdict: Option<&Verdict>) -> Self {
+        let cause = || {
+            let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
+            cause.map_or_else(|| status_name(&fit.status).replace('_', " "), Alarm::to_string)
+        };
+        let tensions_trusted = fit.is_trustworthy();
+        let beside = |what: &str| match tensions_trusted {
+            true => format!("Trust the {what} more than these tensions"),
+            false => format!("Trust the {what}, not these tensions: {}", cause()),
+        };
+        let (decided_by, trusted, text) = match (verdict, posterior) {
+            (Some(_), _) => (DecidedBy::Verdict, true, beside("verdict")),
+            (None, Some(report)) if report.summary.is_none() => (
+                DecidedBy::Posterior,
+                false,
+                format!("the chains of the posterior have not mixed: {}", report.why),
+            ),
+            (None, Some(_)) => (DecidedBy::Posterior, true, beside("posterior")),
+            (None, None) if tensions_trusted => {
+                let text = "Without a verdict these tensions ignore errors of anatomy and model".to_owned();
+                (DecidedBy::Fit, true, text)
+            }
+            (None, None) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {}", cause())),
+        };
+        Self { decided_by, trusted, tensions_trusted, text }
+    }
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use tongue_infer::acoustics::{Articulation, Sound, Tract};
-use tongue_sound::{Acoustics, transfer};
+use tongue_sound::{Acoustics, chain};
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AreaRow {
@@ -65,7 +65,7 @@ impl SoundRecord {
             tract_length_mm: 1e3 * sound.profile.length_m(),
             area_function: area_function.collect(),
             across_mm: sound.profile.across.iter().map(|a| [a.outer, a.inner].map(millimetres)).collect(),
-            transfer_db: transfer::curve(sections, acoustics, STEP_HZ, HIGHEST_HZ),
+            transfer_db: chain::curve(sections, acoustics, STEP_HZ, HIGHEST_HZ),
         }
     }
 }

@@ -1,13 +1,14 @@
 //! Activations that bring a body in space to where it was seen: the record.
+//! What a plane misses of the motion in space.
 
 use serde::Serialize;
+
+use super::record::by;
 use tongue_core::body::Body;
 use tongue_infer::inverse::FitStatus;
 use tongue_infer::inverse::alarms::{self, Alarm};
 use tongue_infer::inverse::in_space::{Combination, Ended, SpaceFit};
 use tongue_input::measured::ByMuscle;
-
-use super::record::by;
 
 /// `tongue-fit track FILES --body space --json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -77,4 +78,15 @@ impl SpaceFitRecord {
             alarms,
         }
     }
+}
+
+/// Part of the way of the midsagittal contour that a plane misses after the best scaling: the median over the
+/// muscles of the built-in body in space (`results/plane`). A test of the studies compares it with theirs.
+pub const MISSED_BY_PLANE: f64 = 0.20;
+
+pub fn limit_of_plane() -> String {
+    let percent = 100.0 * MISSED_BY_PLANE;
+    format!(
+        "A plane misses {percent:.0} % of the motion of a tongue in space (the median muscle; results/plane)."
+    )
 }

@@ -1,14 +1,16 @@
 //! The body of a scene.
+//! The tongue in space of a scene, before and after surgery.
 
 use std::path::Path;
 
-use super::file::{self, Block, Cylinder, Scene};
-use super::tongue_in_space::{Operation, in_space, space_body};
+use super::file::{Block, Cylinder, Scene, SceneBody, SceneSpace};
 use crate::run::{Kind, PlaneBody};
 use crate::simulation::SimulationError;
-use tongue_core::body::{Body, ContinuumSettings, solid};
+use tongue_core::body::space::Operated;
+use tongue_core::body::{Body, ContinuumSettings, DEFAULT_SPACING_M, solid};
 use tongue_core::limits::{SIZE_MM, SPACING_MM};
-use tongue_input::bodies::AnyBody;
+use tongue_input::bodies::{AnyBody, artisynth, gmsh};
+use tongue_input::files;
 
 const MOST_LAYERS: f64 = 60.0;
 const MOST_NODES: usize = 12_000;
@@ -17,18 +19,18 @@ pub fn build(scene: &Scene) -> Result<AnyBody, SimulationError> {
     let body = &scene.body;
     let settings = ContinuumSettings::default();
     let made = match body {
-        file::SceneBody::Tongue(tongue) => {
+        SceneBody::Tongue(tongue) => {
             let spacing_m = Some(tongue.h_mm * 1e-3);
             let made = PlaneBody { kind: tongue.kind, spacing_m, ..PlaneBody::default() };
             return Ok(AnyBody::Flat(made.make(&mut |_| ())?));
         }
-        file::SceneBody::TongueInSpace(given) => {
+        SceneBody::TongueInSpace(given) => {
             let left = Operation::of(scene)?.map(|operation| operation.operated.body);
             AnyBody::Solid(in_space(given, left.map_or_else(|| space_body(given), Ok)?)?)
         }
-        file::SceneBody::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
-        file::SceneBody::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
-        file::SceneBody::Block(b) => AnyBody::Solid(block(b)?),
+        SceneBody::Mesh(given) => AnyBody::read(Path::new(&given.file), given.unit)?,
+        SceneBody::Cylinder(c) => AnyBody::Solid(cylinder(c)?),
+        SceneBody::Block(b) => AnyBody::Solid(block(b)?),
     };
     if body.kind() == Kind::Springs {
         return Ok(made);
@@ -80,4 +82,71 @@ fn divisions(size: f64, h: f64) -> Result<usize, SimulationError> {
 fn limited(nodes: usize, h: f64) -> Result<(), SimulationError> {
     let must = "larger, so that the body has at most 12,000 nodes";
     if nodes > MOST_NODES { Err(SimulationError::value("body h_mm", h, must)) } else { Ok(()) }
+}
+
+/// A tongue in space in the axes of scenes. The built-in one has the palate of the reference tongue, as a wall without end to both sides.
+pub(super) fn in_space(given: &SceneSpace, tongue: Body<3>) -> Result<Body<3>, SimulationError> {
+    let is_built_in = given.folder.is_none() && given.file.is_none();
+    let palate = if is_built_in { Body::tongue(DEFAULT_SPACING_M)?.palate } else { None };
+    Ok(Body { palate, ..tongue.in_scene() })
+}
+
+/// A tongue in space in its own axes, before any surgery.
+pub(super) fn space_body(given: &SceneSpace) -> Result<Body<3>, SimulationError> {
+    let body = match (&given.folder, &given.file) {
+        (Some(_), Some(_)) => {
+            let why = "each is a body; give one of them";
+            return Err(SimulationError::contradiction(
+                "body.tongue-in-space.folder",
+                "body.tongue-in-space.file",
+                why,
+            ));
+        }
+        (None, None) => return Ok(Body::tongue_in_space(if given.refined { 2 } else { 1 })?),
+        (Some(folder), None) => artisynth::read(Path::new(folder))?,
+        (None, Some(file)) => {
+            let bytes = files::read(Path::new(file))
+                .map_err(|source| SimulationError::unread("body.tongue-in-space.file", file, &source))?;
+            gmsh::read_space(&bytes, file, given.unit)?
+        }
+    };
+    Ok(if given.refined { body.refined() } else { body })
+}
+
+/// A tongue before and after its surgery, in its own axes.
+#[derive(Debug)]
+pub struct Operation {
+    pub(super) whole: Body<3>,
+    pub(super) operated: Operated,
+}
+
+impl Operation {
+    pub(super) fn of(scene: &Scene) -> Result<Option<Self>, SimulationError> {
+        let Some(surgery) = &scene.surgery else { return Ok(None) };
+        let SceneBody::TongueInSpace(given) = &scene.body else {
+            return Err(SimulationError::contradiction(
+                "[surgery]",
+                scene.body_key(),
+                "only a tongue in space is operated",
+            ));
+        };
+        let whole = space_body(given)?;
+        let operated = surgery.operate(&whole).map_err(SimulationError::in_surgery)?;
+        Ok(Some(Self { whole, operated }))
+    }
+}
+
+/// Activations of the muscles of a tongue, `left` by surgery if there was any.
+pub(super) fn activations<const D: usize>(
+    scene: &Scene,
+    operation: Option<&Operation>,
+    left: &Body<D>,
+) -> Result<Vec<f64>, SimulationError> {
+    let given: Vec<_> = scene.activations.iter().map(|(name, a)| (name, *a)).collect();
+    let refused = |wrong| SimulationError::Refused(format!("activations: {wrong}"));
+    let Some(Operation { whole, operated }) = operation else {
+        return left.activations(&given).map_err(refused);
+    };
+    let all = whole.activations(&given).map_err(refused)?;
+    Ok(operated.muscles.iter().map(|&m| all[m]).collect())
 }

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
+use super::loads::PointsFit;
 use super::plan::ScenePlan;
-use super::points::PointsFit;
 use crate::report::{OperationRecord, SoundRecord};
 use tongue_core::body::Body;
 use tongue_core::dynamics::{self, StepCounts};

@@ -3,16 +3,16 @@
 use std::any::Any;
 use std::sync::Arc;
 
+use super::body::{Operation, activations};
 use super::file::{Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
 use super::plan::{self, EffectRole, Planned, ScenePlan};
-use super::tongue_in_space::{Operation, activations};
-use super::{airway, points};
+use super::{airway, loads};
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, Muscle};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::material::Constants;
-use tongue_core::system::locking::bending_kept;
+use tongue_core::system::model::bending_kept;
 use tongue_core::system::{self, Additions, Model, SpaceModel, System};
 use tongue_infer::acoustics::VocalTract;
 use tongue_infer::inverse::TargetOnBody;
@@ -41,7 +41,7 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     let target = scene.fit.as_ref().map(|_| target(scene, &body)).transpose()?;
     let operation = Operation::of(scene)?;
     let tensions = tensions(scene, operation.as_ref(), &body)?;
-    let seen = points::frame(scene, &body)?;
+    let seen = loads::frame(scene, &body)?;
     let airway = airway::airway(scene, &body)?;
     let all = 0..body.mesh.muscles.len();
     let contracting: Vec<usize> = match &target {

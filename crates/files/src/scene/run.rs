@@ -3,16 +3,16 @@
 use std::any::Any;
 use std::time::Instant;
 
+use super::airway;
+use super::body::{self, Operation, in_space};
 use super::file::{Scene, SceneBody, Want};
+use super::loads::PointsFit;
 pub use super::outcome::{
     ContactForce, EffectTime, Moment, MuscleLength, Pull, Pulls, SceneMotion, SceneOutcome,
 };
-use super::points::PointsFit;
 use super::prepare::{Prepared, prepare};
-use super::tongue_in_space::{Operation, in_space};
-use super::{airway, body, sound};
 use crate::report::OperationRecord;
-use crate::run::motion::follow as follow_from;
+use crate::run::equilibrium::follow as follow_from;
 use crate::simulation::SimulationError;
 use nalgebra::{SVector, Vector3};
 use tongue_core::dynamics::{self, Tensions};
@@ -52,7 +52,7 @@ pub fn run<const D: usize>(
     let fitted = fit(prepared)?;
     let mut points = None;
     if let (Some(wanted), Some(frame)) = (&scene.points, &prepared.seen)
-        && let Some((tensions, told)) = super::points::fit(wanted, frame, &prepared.system)
+        && let Some((tensions, told)) = super::loads::fit(wanted, frame, &prepared.system)
     {
         points = Some(told);
         prepared.tensions = tensions;
@@ -61,7 +61,7 @@ pub fn run<const D: usize>(
     let positions = if let Some(workspace) = &mut workspace {
         solution = Some(equilibrium(&prepared.system, workspace, &prepared.tensions));
         if scene.want == Want::Sound {
-            heard = sound::hear(prepared, airway::posture(scene), workspace)?;
+            heard = airway::hear(prepared, airway::posture(scene), workspace)?;
         }
         workspace.positions().to_vec()
     } else {
@@ -178,7 +178,7 @@ fn follow<const D: usize>(
     let moment = |(&time_s, positions): (&f64, &Vec<SVector<f64, D>>)| Moment {
         time_s,
         lengths_mm: muscles(prepared, positions, None).into_iter().map(|m| m.length_mm).collect(),
-        formants_hz: sound::formants(prepared, &posture, positions),
+        formants_hz: airway::formants(prepared, &posture, positions),
     };
     let way = SceneMotion {
         status: found.outcome.status,

@@ -5,9 +5,9 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use tongue_core::body::Body;
+use tongue_core::choice;
 use tongue_core::observe::{Contour, Curve, Length, Ratio, Stretch, Surface};
 use tongue_core::statistics::distinct;
-use tongue_core::suggest;
 use tongue_core::system::{Model, System};
 use tongue_infer::inverse::TargetOnBody;
 use tongue_input::measured::Target;
@@ -159,7 +159,7 @@ impl<const D: usize> Assembly<D> {
         let known: Vec<&str> = self.body().bones.iter().map(|b| b.name.as_str()).collect();
         let hint = match known.is_empty() {
             true => "it has no named bones".to_owned(),
-            false => suggest::hint(name, known),
+            false => choice::hint(name, known),
         };
         match self.body().bone(name) {
             [] => Err(SimulationError::Refused(format!("there is no bone \"{name}\" in this body; {hint}"))),

@@ -1,10 +1,11 @@
 //! Errors of names and numbers.
+//! Tensions as words: `GGa=12`.
 
 use std::fmt::Display;
 
-use tongue_core::body::BodyError;
+use tongue_core::body::{Body, BodyError};
 use tongue_core::dynamics::MotionError;
-use tongue_core::limits::BeyondLimit;
+use tongue_core::limits::{self, BeyondLimit};
 use tongue_core::system::SystemError;
 use tongue_infer::acoustics::VocalTractError;
 use tongue_infer::adapt::RestError;
@@ -74,4 +75,38 @@ pub fn check_tension(muscle: &str, tension: f64) -> Result<(), SimulationError> 
     let good = tension.is_finite() && tension >= 0.0;
     let must = "finite and not negative: muscles pull, they do not push";
     checked(&format!("the tension of {muscle}"), tension, good, must).map(|_| ())
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{word}: {why}")]
+pub struct BadTension {
+    pub word: String,
+    pub why: String,
+}
+
+/// Reads words such as `GGa=12` into numbers of the body's muscles and tensions, N (2D: per metre of
+/// thickness).
+pub fn read_tensions<const D: usize>(
+    words: &[String],
+    body: &Body<D>,
+) -> Result<Vec<(usize, f64)>, BadTension> {
+    let mut out: Vec<(usize, f64)> = Vec::new();
+    for word in words {
+        let bad = |why: String| BadTension { word: word.clone(), why };
+        let (name, value) =
+            word.split_once('=').ok_or_else(|| bad("write MUSCLE=NEWTONS, like GGa=12".to_owned()))?;
+        let muscle = body.muscle(name.trim()).map_err(|e| bad(e.to_string()))?;
+        let name = &body.mesh.muscles[muscle].name;
+        let tension: f64 = value
+            .trim()
+            .parse()
+            .map_err(|_| bad(format!("\"{value}\" is not a number; write newtons, like {name}=12")))?;
+        check_tension(name, tension).map_err(|e| bad(e.to_string()))?;
+        limits::TENSION.check(tension).map_err(|beyond| bad(beyond.to_string()))?;
+        if out.iter().any(|(m, _)| *m == muscle) {
+            return Err(bad(SimulationError::repeated(name).to_string()));
+        }
+        out.push((muscle, tension));
+    }
+    Ok(out)
 }

@@ -19,14 +19,10 @@ mod estimate;
 mod problem;
 mod shape;
 mod solver;
-mod trajectory;
-mod words;
 
 pub use assembly::{Assemble, Assembly};
-pub use error::{SimulationError, check_tension};
+pub use error::{BadTension, SimulationError, check_tension, read_tensions};
 pub use estimate::Estimate;
 pub use problem::{InverseProblem, Observations};
-pub use shape::Shape;
+pub use shape::{Shape, Trajectory};
 pub use solver::Solver;
-pub use trajectory::Trajectory;
-pub use words::{BadTension, read_tensions};

@@ -7,11 +7,8 @@
 
 mod cases;
 mod columns;
-mod model;
 mod page;
 mod posterior;
-mod record;
-mod robustness;
 mod scored;
 mod statistics;
 
@@ -28,9 +25,9 @@ use crate::report::ByMuscle;
 use cases::{Case, subjects};
 use statistics::{bootstraps, constant, correlation, middle, root_mean};
 
+pub use columns::{Prediction, ScoredOpponent, ValidationStudy};
 pub use page::{files, page};
 pub use posterior::{PosteriorStudy, ScoredBaseline};
-pub use record::{Prediction, ScoredOpponent, ValidationStudy};
 pub use scored::{Scored, ScoredPrediction};
 
 #[derive(Debug, thiserror::Error)]
@@ -104,15 +101,15 @@ pub fn run(
         name: "thesis",
         what: "the thesis's model: the baseline is rest, bones are fixed",
         tuned_parameters: 0,
-        predicted: parallel::map(&all, |case| model::of_thesis(mesh, model, case)),
+        predicted: parallel::map(&all, |case| cases::of_thesis(mesh, model, case)),
     });
-    let posterior_model = model::posterior_model(body, model)?;
+    let posterior_model = cases::posterior_model(body, model)?;
     entries.push(Entry {
         name: "most_probable",
         what: "the most probable point of the posterior's model: every muscle may pull, the baseline has tensions, the hyoid moves",
         tuned_parameters: 0,
         predicted: parallel::map(&all, |case| {
-            let predicted = model::most_probable(&posterior_model, case);
+            let predicted = cases::most_probable(&posterior_model, case);
             progress.add(1, "most probable points");
             predicted
         }),

@@ -17,8 +17,7 @@ use tongue_infer::posterior::{
 };
 use tongue_input::measured::{Dataset, Vowel};
 
-use super::cases::{Case, cases, of_rows, subjects};
-use super::robustness::{orders, renamed};
+use super::cases::{Case, cases, of_rows, orders, renamed, subjects};
 use super::scored::{
     FIRST_POSTERIOR, OPPONENTS, Predicted, Scored, ScoredPrediction, all_scored, scored, told, verdict,
     warning,

@@ -1,14 +1,15 @@
 //! A formant as an observable.
+//! Published means of formants.
 
 use std::sync::Arc;
 
 use nalgebra::SVector;
-use tongue_sound::profile::Articulation;
-
-use tongue_core::observe::Observable;
+use serde::{Deserialize, Serialize};
 
 use super::VocalTract;
 use crate::standard_deviations as sd;
+use tongue_core::observe::Observable;
+use tongue_sound::profile::Articulation;
 
 /// Standard deviation of a formant by the errors of an estimated tract, as a part of its frequency. Walls
 /// moved by 2 mm, areas 20 % larger, lips 2 mm wider and a larynx 5 mm lower change formants by 1 to 7 %
@@ -43,4 +44,26 @@ impl Observable<2> for Heard {
         let rates = self.airway.rates(&super::Sound { formants: only, ..sound });
         rates.into_iter().flatten().for_each(|(node, rate)| part(node, rate));
     }
+}
+
+const MEANS: &str = include_str!("../../../../targets/japanese_vowels.csv");
+
+/// Mean first and second formant of a vowel, Hz.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct MeanVowel {
+    pub vowel: String,
+    pub f1_hz: f64,
+    pub f2_hz: f64,
+}
+
+/// The built-in means of Japanese men; their source is in `targets/japanese_vowels.csv`.
+pub fn mean_vowels() -> Result<Vec<MeanVowel>, csv::Error> {
+    csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(MEANS.as_bytes()).deserialize().collect()
+}
+
+/// The vowel whose mean is nearest to two formants, Hz, by the distance in Bark (Traunmüller 1990, J. Acoust. Soc. Am. 88, 97-100, eq. 6).
+pub fn nearest_vowel(means: &[MeanVowel], f1_hz: f64, f2_hz: f64) -> Option<&MeanVowel> {
+    let bark = |hz: f64| 26.81 * hz / (1960.0 + hz) - 0.53;
+    let apart = |m: &MeanVowel| (bark(m.f1_hz) - bark(f1_hz)).hypot(bark(m.f2_hz) - bark(f2_hz));
+    means.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
 }

@@ -6,12 +6,10 @@
 
 mod formant;
 mod in_space;
-mod published;
 mod vocal_tract;
 
-pub use formant::{Heard, TRACT_SD};
+pub use formant::{Heard, MeanVowel, TRACT_SD, mean_vowels, nearest_vowel};
 pub use in_space::SpaceVocalTract;
-pub use published::{MeanVowel, mean_vowels, nearest_vowel};
 pub use tongue_sound::Formant;
 pub use tongue_sound::profile::{Articulation, Tract};
 pub use vocal_tract::{Rates, Sound, VocalTract, VocalTractError};

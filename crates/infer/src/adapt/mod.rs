@@ -5,19 +5,17 @@
 //! process: neighbours move together), and cells that shrink or grow have a cost. If a cell would still fold, the change is rejected and
 //! only the similarity is used.
 
-mod areas;
 mod coils;
 mod landmarks;
 mod place;
 mod rest;
 mod speaker;
 
-pub(crate) use areas::{area_residuals, is_believable};
 pub use coils::{Coil, FEWEST_COILS, Placement};
 pub use landmarks::Landmarks;
 pub use place::{Registration, RegistrationData};
-pub(crate) use rest::straighten;
 pub use rest::{ControlPoints, Rest, RestError, resting};
+pub(crate) use rest::{area_residuals, is_believable, straighten};
 pub use speaker::{AdaptationInput, RestShapeMethod, Speaker};
 
 use serde::{Deserialize, Serialize};

@@ -10,7 +10,7 @@ use tongue_core::statistics;
 use tongue_core::system::Model;
 use tongue_input::measured::recording::{AlignedRecording, Mark};
 
-use super::areas::{TRUSTED_AREA, TRUSTED_STRETCH, area_ratios};
+use super::rest::{TRUSTED_AREA, TRUSTED_STRETCH, area_ratios};
 use super::{
     Adaptation, Landmarks, Placement, Registration, RegistrationData, Rest, RestError, by_bones, followed,
     mark_of, resting,

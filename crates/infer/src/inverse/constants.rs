@@ -7,7 +7,7 @@ use tongue_core::effect::Configuration;
 use tongue_core::material::Constants;
 use tongue_core::system::{Model, System, SystemError};
 
-use super::unknown::{Constant, Quantity, Unknown};
+use super::problem::{Constant, Quantity, Unknown};
 
 /// Makes a system with other constants.
 #[derive(Debug, Clone)]

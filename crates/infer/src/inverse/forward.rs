@@ -8,10 +8,8 @@ use tongue_core::statics::{self, Critical, Solution, SolveSettings, SolveStatus,
 use tongue_core::system::{System, SystemError};
 
 use super::FitSettings;
-use super::problem::LeastSquaresProblem;
-use super::start::{SearchCounts, starting_point};
-use super::unknown::{Quantity, Unknown};
-use super::warm_starts::{BestKnown, WarmStarts, distance_squared};
+use super::problem::{LeastSquaresProblem, Quantity, Unknown};
+use super::start::{BestKnown, SearchCounts, WarmStarts, distance_squared, starting_point};
 
 /// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
 /// panics on errors in its first simplex and gives up on NaN.

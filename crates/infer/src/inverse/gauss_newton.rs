@@ -12,8 +12,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::FitSettings;
 use super::forward::{FAILED, Forward, Linearised};
+use super::problem::Unknown;
 use super::start::{SAME_COST, Start};
-use super::unknown::Unknown;
 use crate::least_squares::{self, Rule, Step};
 
 /// Damping of the first step, as a part of the largest diagonal entry of the second derivative.

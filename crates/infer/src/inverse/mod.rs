@@ -13,10 +13,8 @@
 //! another equilibrium, the search begins again with every candidate from rest.
 
 pub mod alarms;
-pub mod alternatives;
 pub mod batch;
 mod constants;
-mod directions;
 mod fit;
 mod forward;
 mod gauss_newton;
@@ -28,10 +26,8 @@ mod problem;
 mod projection;
 pub mod solution_curve;
 mod solve;
-mod start;
+pub mod start;
 mod target_on_body;
-mod unknown;
-mod warm_starts;
 
 use serde::{Deserialize, Serialize};
 
@@ -44,11 +40,10 @@ pub use fit::{Fit, fit, fit_in};
 pub use forward::{Forward, Linearised};
 pub use identifiability::Identifiability;
 pub use movable_bone::{BONE_SD_M, MovableBone};
-pub use problem::LeastSquaresProblem;
+pub use problem::{Constant, LeastSquaresProblem, Prior, Quantity, Unknown};
 pub use solve::{Answer, Replay, solve};
 pub use start::{SearchCounts, Start};
 pub use target_on_body::TargetOnBody;
-pub use unknown::{Constant, Prior, Quantity, Unknown};
 
 /// Search method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]

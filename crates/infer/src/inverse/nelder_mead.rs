@@ -10,8 +10,8 @@ use argmin::core::{
 use argmin::solver::neldermead::NelderMead;
 
 use super::forward::Forward;
+use super::problem::Unknown;
 use super::start::{FIRST_SIDE, SAME_COST, Start};
-use super::unknown::Unknown;
 use super::{FitError, FitSettings};
 
 /// Side of the new simplex around the answer for a restart, N.

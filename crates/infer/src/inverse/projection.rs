@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::directions::null_space;
 use super::forward::{Forward, Linearised};
-use super::unknown::Unknown;
+use super::identifiability::null_space;
+use super::problem::Unknown;
 
 /// Misfit of an answer that is on the target.
 pub(super) const ON_TARGET: f64 = 1e-10;

@@ -5,11 +5,11 @@ use nalgebra::DVector;
 use serde::Serialize;
 
 use super::FitSettings;
-use super::directions::decompose;
 use super::forward::Forward;
+use super::identifiability::decompose;
+use super::problem::Unknown;
 use super::projection::{ON_BOUND, correct, room};
 use super::start::SearchCounts;
-use super::unknown::Unknown;
 
 /// First and longest step, in units of the unknowns (N).
 const STRIDE: f64 = 2.0;

@@ -9,11 +9,10 @@ use tongue_core::statics::{self, Critical, Solution};
 
 use super::forward::Forward;
 use super::identifiability::{self, Identifiability};
-use super::problem::LeastSquaresProblem;
+use super::problem::{LeastSquaresProblem, Unknown};
 use super::projection::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
 use super::solution_curve::SolutionCurve;
 use super::start::Start;
-use super::unknown::Unknown;
 use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead, solution_curve};
 
 /// The answer followed again from rest, as all tensions grow together.

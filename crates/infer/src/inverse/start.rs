@@ -1,8 +1,13 @@
 //! Starting points and results of searches.
+//! Other answers: local optima from other starts.
+//! The best solved candidates, kept as starts for their neighbours.
 
+use nalgebra::SVector;
 use serde::Serialize;
 
-use super::unknown::Unknown;
+use super::Fit;
+use super::problem::Unknown;
+use tongue_input::measured::ByMuscle;
 
 /// Side of the first simplex, in units of the unknowns.
 pub(super) const FIRST_SIDE: f64 = 5.0;
@@ -72,4 +77,106 @@ fn radical_inverse(mut n: usize, base: usize) -> f64 {
         place /= base as f64;
     }
     value
+}
+
+/// Answers whose tensions all differ by less than this are the same, N.
+const SAME_ANSWER: f64 = 0.5;
+
+/// A local optimum other than the answer.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Optimum {
+    /// Tensions of the active muscles, N.
+    pub tensions_n: ByMuscle<f64>,
+    /// Objective; the answer's is smaller.
+    pub cost: f64,
+    /// Number of starts that ended there.
+    pub starts: usize,
+}
+
+/// Ends of converged starts other than the answer, best first.
+pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
+    let answer = fit.active_tensions();
+    let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_ANSWER);
+    let mut found: Vec<(&[f64], Optimum)> = Vec::new();
+    for start in fit.starts.iter().filter(|s| s.converged && !same(&s.x, &answer)) {
+        match found.iter_mut().find(|(x, _)| same(x, &start.x)) {
+            Some((_, o)) => o.starts += 1,
+            None => {
+                let tensions_n = ByMuscle::new(&fit.active_names(), start.x.iter().copied());
+                found.push((&start.x, Optimum { tensions_n, cost: start.cost, starts: 1 }));
+            }
+        }
+    }
+    found.sort_by(|(_, a), (_, b)| a.cost.total_cmp(&b.cost));
+    found.into_iter().map(|(_, optimum)| optimum).collect()
+}
+
+#[derive(Debug, Clone)]
+pub(super) struct WarmStarts<const D: usize> {
+    pub x: Vec<f64>,
+    pub cost: f64,
+    pub positions: Vec<SVector<f64, D>>,
+}
+
+/// The best candidates, as many as a simplex has corners.
+#[derive(Debug, Clone)]
+pub(super) struct BestKnown<const D: usize> {
+    most: usize,
+    list: Vec<WarmStarts<D>>,
+}
+
+impl<const D: usize> BestKnown<D> {
+    pub fn new(dimension: usize) -> Self {
+        Self { most: dimension + 1, list: Vec::with_capacity(dimension + 1) }
+    }
+
+    /// Keeps the candidate in place of the worst, if it is among the best.
+    pub(crate) fn remember(&mut self, x: &[f64], cost: f64, positions: &[SVector<f64, D>]) {
+        if self.list.len() < self.most {
+            self.list.push(WarmStarts { x: x.to_vec(), cost, positions: positions.to_vec() });
+        } else if let Some(worst) = self.list.iter_mut().max_by(|a, b| a.cost.total_cmp(&b.cost))
+            && cost < worst.cost
+        {
+            worst.x.copy_from_slice(x);
+            worst.cost = cost;
+            worst.positions.copy_from_slice(positions);
+        }
+    }
+
+    pub fn best(&self) -> Option<&WarmStarts<D>> {
+        self.list.iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
+    }
+
+    pub fn nearest(&self, x: &[f64]) -> Option<&WarmStarts<D>> {
+        let distance = |k: &WarmStarts<D>| distance_squared(&k.x, x);
+        self.list.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+    }
+
+    /// Largest distance of a candidate from the best one, in units of the unknowns; infinite until there are
+    /// as many as a simplex has corners.
+    pub fn spread(&self) -> f64 {
+        match self.best() {
+            Some(best) if self.list.len() == self.most => {
+                let distances = self.list.iter().map(|k| distance_squared(&k.x, &best.x));
+                distances.fold(0.0, f64::max).sqrt()
+            }
+            _ => f64::INFINITY,
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.list.clear();
+    }
+
+    /// Removes all but the best, so that [`BestKnown::spread`] is that of a new simplex.
+    pub(crate) fn keep_best(&mut self) {
+        let best = self.best().cloned();
+        self.list.clear();
+        self.list.extend(best);
+    }
+}
+
+/// Squared distance between candidates, in units of the unknowns.
+pub(super) fn distance_squared(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
 }

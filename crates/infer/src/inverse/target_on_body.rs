@@ -5,8 +5,7 @@ use tongue_core::observe::{Length, Observation, Ratio, Stretch};
 use tongue_core::system::System;
 use tongue_input::measured::{Target, TargetKind};
 
-use super::problem::LeastSquaresProblem;
-use super::unknown::Unknown;
+use super::problem::{LeastSquaresProblem, Unknown};
 use super::{FitError, FitSettings};
 
 /// A target and the muscles of a body that it is about.

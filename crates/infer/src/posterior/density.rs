@@ -13,14 +13,13 @@ use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector};
 
-use super::half_normal;
 use tongue_core::statics::lanes::{Equilibrium, Lanes};
 use tongue_core::statics::{SolveSettings, SolveStatus};
 
 use super::PosteriorError;
+use super::half_normal::{self, Parameter, ParameterValues, Posture, WarmStart};
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
-use super::parameters::{Parameter, ParameterValues, Posture, WarmStart};
 
 /// The density for a set of measured stretches and other measurements.
 #[derive(Debug)]

@@ -6,9 +6,14 @@
 //! response to a force on every node. Both partial derivatives are central differences without a new equilibrium. Only kappa, which may
 //! be ten times larger or smaller, is really changed and the equilibria solved again. Bodies of springs have formulas of their own
 //! (`shape`), which give the same result.
+//! Bodies changed to either side, from which the answers to sources of error are differences.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
+use super::PosteriorError;
+use super::auxiliary::AuxiliaryData;
+use super::half_normal::{ParameterValues, WarmStart};
+use super::model::{Field, PosteriorModel, laid_anew, turn};
 use tongue_core::body::{Body, HYOID};
 use tongue_core::effect::Configuration;
 use tongue_core::material::Constants;
@@ -16,12 +21,6 @@ use tongue_core::parallel;
 use tongue_core::statics::lanes::{Adjoint, Lanes};
 use tongue_core::statics::{SolveSettings, SolveStatus};
 use tongue_core::system::{Model, System};
-
-use super::PosteriorError;
-use super::auxiliary::AuxiliaryData;
-use super::model::{Field, PosteriorModel, laid_anew, turn};
-use super::parameters::{ParameterValues, WarmStart};
-use super::perturbed::{Pair, PerturbedBodies, PerturbedBody};
 
 /// Changed bodies differ by this part of a standard deviation to either side.
 const STEP: f64 = 1e-3;
@@ -300,4 +299,25 @@ fn slopes_of(
     };
     let slopes: Vec<f64> = adjoints.enumerate().map(slope).collect();
     slopes.iter().all(|s| s.is_finite()).then(|| DVector::from_vec(slopes))
+}
+
+/// A changed body with the same unknowns as the body of a posterior.
+#[derive(Debug)]
+pub struct PerturbedBody {
+    pub(super) system: System<2>,
+    pub(super) hyoid: Vec<usize>,
+    /// Displacements of the hyoid's nodes for one radian, m.
+    pub(super) turn: Vec<SVector<f64, 2>>,
+}
+
+/// Two bodies changed in opposite directions, and by how many standard deviations.
+pub type Pair = ([PerturbedBody; 2], f64);
+
+/// Changed bodies for every source of errors; none for a source that is known or has no effect in the body.
+#[derive(Debug)]
+pub struct PerturbedBodies {
+    pub(super) ends: Vec<Pair>,
+    pub(super) outline: Vec<Pair>,
+    pub(super) width: Option<Pair>,
+    pub(super) patch: Option<Pair>,
 }

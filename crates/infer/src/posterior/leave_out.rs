@@ -14,14 +14,14 @@
 use nalgebra::{DMatrix, DVector};
 
 use tongue_core::parallel;
-use tongue_core::random::{normals, seed_of};
+use tongue_core::statistics::{normals, seed_of};
 
 use super::PosteriorError;
 use super::density::Density;
 use super::evaluator::Errors;
+use super::half_normal::Draw;
 use super::hmc::Whitened;
 use super::map::MapEstimate;
-use super::parameters::Draw;
 use super::quantiles::Quantiles;
 use super::run::{Posterior, Sampling, chains, numbered, sample_at};
 use super::score::{LeftOut, MixtureComponent, PredictionMethod, conditional, left_out};

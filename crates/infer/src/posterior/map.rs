@@ -8,15 +8,15 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::least_squares::{Rule, Step, descend};
 use tongue_core::parallel;
-use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
+use tongue_core::statistics::{normals, seed_of};
 
 use super::PosteriorError;
 use super::density::Density;
 use super::evaluator::{Evaluator, LinearisationPoint};
 use super::finite_differences::FiniteDifferences;
+use super::half_normal::WarmStart;
 use super::hmc::Whitened;
-use super::parameters::WarmStart;
 
 /// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other measurements: the
 /// mean over several linearisations; `None` without any.

@@ -4,16 +4,15 @@
 //! sitting has draws of its own, so these errors do not cancel between sittings.
 
 use serde::{Deserialize, Serialize};
-use tongue_core::random::seed_of;
+use tongue_core::statistics::seed_of;
 use tongue_input::measured::ByMuscle;
 use tongue_input::measured::recording::{AlignedRecording, Label};
 
 use super::draws::Means;
 use super::frame::Frame;
-use super::interval::Interval;
-use super::softplus::Softplus;
-use super::summary::{CourseSummary, summaries};
-use super::tiers::distinguishing;
+use super::ornstein_uhlenbeck::Softplus;
+use super::results::Interval;
+use super::segments::{CourseSummary, distinguishing, summaries};
 use crate::posterior::Contrast;
 
 /// Labels of a tier with more labels that repeat are not compared.

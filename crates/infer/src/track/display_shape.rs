@@ -11,15 +11,14 @@ use tongue_core::system::System;
 use crate::least_squares::{self, Rule};
 use crate::standard_deviations::SHOWN_LEVEL;
 
-use super::context::TrackingContext;
 use super::errors::{Errors, Knots};
 use super::frame::Solver;
 use super::gauss_newton::{ShapeStep, Step, descend, follow, stepped};
-use super::settings::TrackSettings;
+use super::ornstein_uhlenbeck::Softplus;
+use super::settings::{TrackSettings, TrackingContext};
 use super::shape::RestShape;
 use super::shape_jacobian::{ShapeJacobian, by_shape};
 use super::smoother::{FrameState, Sizes, SmoothedRecording, Smoother};
-use super::softplus::Softplus;
 
 /// Weight of the frames for the displayed shape, which is one body and has no intervals.
 const TRUST: f64 = 0.5;

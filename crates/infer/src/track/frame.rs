@@ -13,7 +13,7 @@ use tongue_core::system::System;
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
 
 use super::errors::Along;
-use super::softplus::Softplus;
+use super::ornstein_uhlenbeck::Softplus;
 
 /// Number of frames over which the place of a bone is averaged: its keypoint is as noisy as those of the tongue.
 pub const BONE_WINDOW: usize = 7;

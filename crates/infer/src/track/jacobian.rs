@@ -10,7 +10,7 @@ use tongue_core::statics::SolveStatus;
 use tongue_core::statics::lanes::{Change, Equilibrium, LANES, Load};
 
 use super::frame::{Frame, Posture, Solver};
-use super::softplus::Softplus;
+use super::ornstein_uhlenbeck::Softplus;
 
 /// Unit of the derivatives of the residuals. Those of the distances of hidden points are millimetres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,11 +8,8 @@
 //! of the shape that changes all frames equally cancels. Masses and dampers are not used, because the time constants of the thesis (1 s)
 //! are too long for speech.
 
-mod attachment_modes;
 mod branch;
 mod compare;
-mod consider_parameters;
-mod context;
 mod display_shape;
 mod draws;
 mod eliminate;
@@ -21,7 +18,6 @@ mod formants;
 mod frame;
 mod gauss_newton;
 mod hold_out;
-mod interval;
 mod jacobian;
 mod ornstein_uhlenbeck;
 mod prediction;
@@ -33,23 +29,20 @@ mod settings;
 mod shape;
 mod shape_jacobian;
 mod smoother;
-mod softplus;
-mod summary;
-mod tiers;
 
 pub use compare::{Compared, Comparison, LabelDraws, LabelTension, compare, compared, mark};
-pub use context::TrackingContext;
 pub use errors::{Along, Errors};
 pub use formants::{TrackedFormant, listen};
 pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, TongueSurface, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
-pub use interval::Interval;
+pub use ornstein_uhlenbeck::Softplus;
 pub use repeats::{Repeated, Repeats, repeats};
-pub use results::{Displacement, FrameStatus, HeldOutPrediction, Tracked, TrackedRecording};
+pub use results::{Displacement, FrameStatus, HeldOutPrediction, Interval, Tracked, TrackedRecording};
 pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
-pub use segments::{LabelCourse, LabelMean, LabelPoint};
-pub use settings::TrackSettings;
+pub use segments::{
+    CourseSummary, LabelCourse, LabelMean, LabelPoint, MOST_UNTRUSTED, NARROW, TWO_SIDED_95,
+    course_summaries, is_untrusted,
+};
+pub use settings::{TrackSettings, TrackingContext};
 pub use shape::{RestShape, ShapePrior};
 pub use smoother::FEWEST;
-pub use softplus::Softplus;
-pub use summary::{CourseSummary, MOST_UNTRUSTED, NARROW, TWO_SIDED_95, course_summaries, is_untrusted};

@@ -10,12 +10,12 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use tongue_core::random::seed_of;
+use tongue_core::statistics::seed_of;
 use tongue_input::measured::ByMuscle;
 use tongue_input::measured::recording::Label;
 
 use super::results::Tracked;
-use super::tiers::{Groups, distinguishing};
+use super::segments::{Groups, distinguishing};
 
 /// Number of points to which a repetition is resampled.
 const POINTS: usize = 11;
@@ -257,7 +257,7 @@ mod tests {
         for _ in 0..400 {
             let group = |i: usize| {
                 let common = (i % POINTS) as f64;
-                (0..3 + i / POINTS).map(|_| common + tongue_core::random::normal(&mut random)).collect()
+                (0..3 + i / POINTS).map(|_| common + tongue_core::statistics::normal(&mut random)).collect()
             };
             sum += of_label(&(0..4 * POINTS).map(group).collect::<Vec<Vec<f64>>>());
         }

@@ -1,10 +1,8 @@
 //! Results for a frame: levels and courses of tensions with their intervals, displacements of bones, and reasons for doubt.
+//! Numbers with their 95 % intervals.
 
 use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
-
-use crate::inverse::BONE_SD_M;
-use tongue_input::measured::recording::Fault;
 
 use super::branch::{Reachability, Reached};
 use super::compare::LabelDraws;
@@ -12,10 +10,13 @@ use super::draws::{Draws, Means};
 use super::errors::Along;
 use super::formants::{self, TrackedFormant};
 use super::frame::{self, Frame, Solver};
-use super::interval::Interval;
 use super::jacobian::Linearisation;
+use super::ornstein_uhlenbeck::Softplus;
 use super::segments::{LabelCourse, LabelMean};
 use super::settings::TrackSettings;
+use crate::inverse::BONE_SD_M;
+use tongue_core::statistics::mean_and_variance;
+use tongue_input::measured::recording::Fault;
 
 /// A frame whose points are missed by more than this is no result: root mean square distance in standard deviations of the points. The same
 /// in standard deviations that include the errors of the body is out of reach.
@@ -275,4 +276,63 @@ fn resolved(tensions: &[Vec<f32>], prior_sd_n: f64) -> usize {
 
 fn mean(draws: &[f32]) -> f64 {
     draws.iter().map(|d| f64::from(*d)).sum::<f64>() / draws.len().max(1) as f64
+}
+
+/// Probabilities of the quantiles: the lower end, the median and the upper end of a 95 % interval.
+const TAILS: [f64; 3] = [0.025, 0.5, 0.975];
+
+/// A number with its 95 % interval.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Interval {
+    pub median: f64,
+    /// Lower end of the interval.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+    pub variance: f64,
+}
+
+impl Interval {
+    /// The summary of draws; all values are NaN if there are none.
+    pub fn of(draws: impl Iterator<Item = f64>) -> Self {
+        let mut all: Vec<f64> = draws.collect();
+        let count = all.len() as f64;
+        let (_, variance) = mean_and_variance(all.iter().copied());
+        let mut quantiles = [f64::NAN; 3];
+        // Draws below `done` are in their final order, which is all that the next quantile needs.
+        let mut done = 0;
+        for (quantile, part) in quantiles.iter_mut().zip(TAILS) {
+            let at = (part * count - 0.5).clamp(0.0, (count - 1.0).max(0.0));
+            let below = at as usize;
+            for place in [below, (below + 1).min(all.len().saturating_sub(1))] {
+                if place >= done && place < all.len() {
+                    all[done..].select_nth_unstable_by(place - done, |a, b| a.total_cmp(b));
+                    done = place + 1;
+                }
+            }
+            let (a, b) = (all.get(below), all.get(below + 1).or(all.get(below)));
+            *quantile = a.zip(b).map_or(f64::NAN, |(a, b)| a + (at - below as f64) * (b - a));
+        }
+        let [low, median, high] = quantiles;
+        Self { median, low, high, variance }
+    }
+
+    /// For a tension: an interval that begins below the bend of the link is extended to 0. The bend keeps derivatives smooth, but a slack
+    /// muscle cannot be distinguished there from one that pulls weakly.
+    pub(super) fn or_slack(mut self, link: &Softplus) -> Self {
+        if self.low < link.slack_n() {
+            self.low = 0.0;
+        }
+        self
+    }
+
+    /// Length of the interval.
+    pub fn width(&self) -> f64 {
+        self.high - self.low
+    }
+
+    /// Whether the interval contains a number.
+    pub fn holds(&self, value: f64) -> bool {
+        self.low <= value && value <= self.high
+    }
 }

@@ -11,22 +11,20 @@ use tongue_core::statistics::upper_median;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
 use super::branch::ways;
-use super::consider_parameters;
-use super::context::TrackingContext;
 use super::display_shape::{Display, DisplayShape, begin_beside, sampled};
 use super::draws::Sampler;
 use super::eliminate::Eliminated;
 use super::errors::Knots;
-use super::formants;
 use super::frame::{Frame, Solver};
 use super::gauss_newton::descend;
 use super::prediction::{judged, predict_hidden};
 use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, tracked};
 use super::segments::Segments;
-use super::settings::TrackSettings;
+use super::settings::{TrackSettings, TrackingContext};
 use super::shape::RestShape;
 use super::shape_jacobian::{ShapeJacobian, by_shape};
 use super::smoother::{CHUNK, FEWEST, SmoothedRecording, Smoother};
+use super::{draws, formants};
 
 /// A residual larger than this many standard deviations is a fault of the observation.
 const MOST_SD: f64 = 4.0;
@@ -94,7 +92,7 @@ pub fn track(
     let linear =
         sample.iter().zip(&of_shape).map(|(c, by_shape)| Eliminated::new(&mode, c, &[], by_shape, columns));
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;
-    let shared = consider_parameters::draws(&mode, &sample, &linear, stage.shape).ok_or(NotFinite)?;
+    let shared = draws::draws(&mode, &sample, &linear, stage.shape).ok_or(NotFinite)?;
     drop(linear);
     let done = AtomicUsize::new(settings.rounds + 2);
     mode.holds = !is_whole;

@@ -1,4 +1,6 @@
 //! Mean tensions over the frames of labels that can be trusted, relative to their mean over the recording.
+//! Labels of recordings that repeat, in tiers that distinguish: an interval that has the same label in every recording says nothing.
+//! Statistics over the frames of recordings.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -6,11 +8,11 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::compare::LabelDraws;
-use super::consider_parameters::BATCH;
-use super::draws::{Draws, Means};
+use super::draws::{BATCH, Draws, Means};
 use super::frame::Frame;
-use super::interval::Interval;
-use super::results::{Tracked, TrackedRecording};
+use super::ornstein_uhlenbeck::Softplus;
+use super::results::{Interval, Tracked, TrackedRecording};
+use tongue_input::measured::recording::Label;
 
 /// Means of all tensions over the frames of a label, less those over the recording.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -140,4 +142,102 @@ impl<'a> Segments<'a> {
             ..TrackedRecording::default()
         }
     }
+}
+
+/// A tier with no more labels than this is preferred to one with more.
+const FEW: usize = 12;
+
+/// The labels of a tier that repeat: for each its name, and the recording, beginning and end of every repetition, s.
+pub(super) type Groups = Vec<(String, Vec<(usize, f64, f64)>)>;
+
+/// Tiers with at least two labels that repeat, the one that is compared first: few labels before many, then most repetitions. A repetition
+/// has at least so many frames; recordings are given by the times of their frames, s, and their labels.
+pub(super) fn distinguishing(recordings: &[(Vec<f64>, &[Label])], fewest: usize) -> Vec<(String, Groups)> {
+    let mut tiers: Vec<(String, Groups)> = Vec::new();
+    for (number, (times, labels)) in recordings.iter().enumerate() {
+        for label in labels.iter() {
+            if times.iter().filter(|t| label.holds(**t)).count() < fewest {
+                continue;
+            }
+            let tier = tiers.iter().position(|(name, _)| *name == label.tier).unwrap_or_else(|| {
+                tiers.push((label.tier.clone(), Vec::new()));
+                tiers.len() - 1
+            });
+            let (groups, place) = (&mut tiers[tier].1, (number, label.from_s, label.to_s));
+            match groups.iter_mut().find(|(name, _)| *name == label.name) {
+                Some((_, all)) => all.push(place),
+                None => groups.push((label.name.clone(), vec![place])),
+            }
+        }
+    }
+    tiers.iter_mut().for_each(|(_, groups)| groups.retain(|(_, all)| all.len() > 1));
+    tiers.retain(|(_, groups)| groups.len() > 1);
+    let repetitions = |groups: &Groups| groups.iter().map(|(_, all)| all.len()).sum::<usize>();
+    tiers.sort_by_key(|(_, groups)| (groups.len() > FEW, std::cmp::Reverse(repetitions(groups))));
+    tiers
+}
+
+/// What is known of the course of one muscle over all frames.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CourseSummary {
+    pub muscle: String,
+    /// Whether its course can be read: it varies by more than it is uncertain, and single frames are narrow enough.
+    pub known: bool,
+    /// Variance of its course over the frames as part of that and the mean variance of its draws.
+    pub reliability: f64,
+    /// Mean width of the 95 % intervals of its course, N per metre of thickness.
+    pub course_width_n: f64,
+    pub level_width_n: f64,
+    /// That as part of the prior's width: 1 is all prior, 0 all data.
+    pub unknown_part: f64,
+}
+
+/// A course is known whose reliability is above this,
+const RELIABLE: f64 = 0.5;
+/// and whose intervals are narrower than this part of the prior's scale on average: 24 N/m at 20 N/m.
+pub const NARROW: f64 = 1.2;
+/// Half width of the 95 % interval of a normal distribution in standard deviations.
+pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
+
+/// What is known of every muscle over all frames.
+pub fn course_summaries(names: &[String], frames: &[&Tracked], link: &Softplus) -> Vec<CourseSummary> {
+    let each: Vec<_> = frames.iter().map(|f| (f.levels.as_slice(), f.courses.as_slice())).collect();
+    summaries(names, &each, link)
+}
+
+/// The same of anything that has levels and courses of all muscles.
+pub(super) fn summaries(
+    names: &[String],
+    all: &[(&[Interval], &[Interval])],
+    link: &Softplus,
+) -> Vec<CourseSummary> {
+    let count = all.len().max(1) as f64;
+    let prior_width = link.prior_quantile(TWO_SIDED_95) - link.prior_quantile(-TWO_SIDED_95);
+    let course = |(i, name): (usize, &String)| {
+        let mean = |of: &dyn Fn(&Interval) -> f64| all.iter().map(|(_, c)| of(&c[i])).sum::<f64>() / count;
+        let middle = mean(&|c| c.median);
+        let varies = mean(&|c| (c.median - middle).powi(2));
+        let unsure = mean(&|c| c.variance);
+        let reliability = if varies > 0.0 { varies / (varies + unsure) } else { 0.0 };
+        let course_width_n = mean(&Interval::width);
+        let level_width_n = all.iter().map(|(l, _)| l[i].width()).sum::<f64>() / count;
+        CourseSummary {
+            muscle: name.clone(),
+            known: reliability > RELIABLE && course_width_n < NARROW * link.scale_n(),
+            reliability,
+            course_width_n,
+            level_width_n,
+            unknown_part: level_width_n / prior_width,
+        }
+    };
+    names.iter().enumerate().map(course).collect()
+}
+
+/// Part of the frames of a recording that may be untrusted before the recording is.
+pub const MOST_UNTRUSTED: f64 = 0.05;
+
+/// Whether too many frames of a recording cannot be trusted.
+pub fn is_untrusted(frames: &[Tracked]) -> bool {
+    let bad = frames.iter().filter(|f| !f.status.is_trusted()).count();
+    bad as f64 > MOST_UNTRUSTED * frames.len() as f64
 }

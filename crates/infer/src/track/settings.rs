@@ -1,9 +1,14 @@
 //! Settings of tracking.
+//! What recordings are tracked on.
 
-use tongue_core::random::seed_of;
-
-use super::errors::Errors;
-use super::softplus::Softplus;
+use super::errors::{Errors, Knots};
+use super::frame::Followed;
+use super::ornstein_uhlenbeck::Softplus;
+use super::shape::RestShape;
+use super::smoother::Sizes;
+use crate::inverse::MovableBone;
+use tongue_core::statistics::seed_of;
+use tongue_core::system::System;
 
 /// Settings for finding the tensions of recordings.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,5 +71,24 @@ impl TrackSettings {
             kept_draws: 0,
             rounds: 40,
         }
+    }
+}
+
+/// A body on which recordings are tracked.
+#[derive(Clone, Copy)]
+pub struct TrackingContext<'a> {
+    pub system: &'a System<2>,
+    /// Bones that are moved to their observed places.
+    pub followed: &'a [Followed],
+    /// Bones whose displacement is unknown ([`BONE_SD_M`](crate::inverse::BONE_SD_M), remembered like tensions).
+    pub freed: &'a [MovableBone<2>],
+    /// Uncertainty of its shape; `None` if the shape is known.
+    pub shape: Option<&'a RestShape>,
+}
+
+impl TrackingContext<'_> {
+    pub(super) fn sizes(&self, knots: &Knots) -> Sizes {
+        let muscles = self.system.contracting().len();
+        Sizes { muscles, bones: 2 * self.freed.len(), knots: knots.len() }
     }
 }

@@ -17,7 +17,7 @@ use tongue_core::statics::lanes::{Lanes, Reshaped};
 use tongue_core::system::{Additions, Layout, Model, System};
 
 use super::TongueSurface;
-use super::attachment_modes::ends;
+use super::shape_jacobian::ends;
 
 /// What placing leaves open: shift, m, and turn, rad.
 const SHIFT_SD_M: f64 = 1e-3 * sd::LEFT_SHIFT_MM;

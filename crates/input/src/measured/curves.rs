@@ -7,8 +7,8 @@ use super::lengths::number::is_missing;
 use super::lengths::position_of;
 use super::table::Cells;
 use crate::files;
+use tongue_core::choice;
 use tongue_core::dynamics::{SHORTEST_S, Tensions};
-use tongue_core::suggest;
 
 const TIME: &str = "time_s";
 
@@ -43,7 +43,7 @@ impl Curves {
         let mut columns: Vec<Option<usize>> = Vec::new();
         for (field, name) in cells.header.cells.iter().enumerate() {
             let Some(column) = known(name) else {
-                let hint = suggest::hint(name, names.iter().map(String::as_str).chain([TIME]));
+                let hint = choice::hint(name, names.iter().map(String::as_str).chain([TIME]));
                 let at = cells.at(&cells.header, field);
                 return Err(at.error(format!("unknown muscle \"{name}\""), hint));
             };

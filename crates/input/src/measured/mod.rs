@@ -8,11 +8,9 @@
 //! to 1 mm. Any table of any muscles can be used instead ([`lengths`]). Facts about muscles by name are data
 //! too: [`muscles`], [`published_patterns`], [`thesis`].
 
-mod by_muscle;
 pub mod curves;
 pub mod emg;
 mod error;
-mod kind;
 pub mod lengths;
 pub mod muscles;
 pub mod published_patterns;
@@ -22,12 +20,11 @@ mod table;
 mod target;
 pub mod thesis;
 
-pub use by_muscle::ByMuscle;
 pub use error::ReadError;
-pub use kind::{TargetKind, reference_muscle};
 pub use lengths::{Dataset, Lengths, Vowel};
+pub use muscles::ByMuscle;
 pub use recording::Recording;
 pub use space_marks::{
     LengthMeasure, Marked, SpaceFrame, SpaceMark, is_space_table, read_space_marks, space_marks_from,
 };
-pub use target::{Target, TargetOptions};
+pub use target::{Target, TargetKind, TargetOptions, reference_muscle};

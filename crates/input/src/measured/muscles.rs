@@ -1,9 +1,10 @@
 //! Facts about muscles by name: anatomy, groups, force, colours. The data are in
 //! `targets/takano2007_muscles.csv`.
+//! Values by muscle name.
 
 use std::fmt;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 use super::lengths::position_of;
 
@@ -140,5 +141,29 @@ impl TryFrom<String> for Colour {
             (Some(red), Some(green), Some(blue)) => Ok(Self(red, green, blue)),
             _ => Err(format!("{text:?} is not a colour like #D55E00")),
         }
+    }
+}
+
+/// A value for each of some muscles, serialised as an object `{GGa: .., ..}` in their order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ByMuscle<T>(pub Vec<(String, T)>);
+
+impl<T> ByMuscle<T> {
+    pub fn new(names: &[String], values: impl IntoIterator<Item = T>) -> Self {
+        Self(names.iter().cloned().zip(values).collect())
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub fn of(&self, muscle: &str) -> Option<&T> {
+        self.0.iter().find(|(name, _)| name == muscle).map(|(_, value)| value)
+    }
+}
+
+impl<T: Serialize> Serialize for ByMuscle<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(muscle, value)| (muscle, value)))
     }
 }

@@ -6,8 +6,8 @@ use tongue_infer::inverse::{FitSettings, Method};
 use tongue_input::measured::TargetKind;
 
 use super::AccuracyStudy;
+use super::axes::page;
 use super::mesh::{MeshRun, SCENES};
-use super::page::page;
 use super::runs::Run;
 use super::search::FitRun;
 

@@ -16,7 +16,6 @@ mod early_stopping;
 mod equilibrium;
 mod files;
 mod mesh;
-mod page;
 mod runs;
 mod search;
 mod time_stepping;

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use tongue_files::VERSION;
 use tongue_files::report::Provenance;
 
-use super::page::page as made;
+use super::axes::page as made;
 use super::runs::Ended;
 use super::trajectory::{PARTS, STEP_TOLERANCES};
 use super::{AccuracyStudy, Effort, files, run};

@@ -11,7 +11,6 @@ mod branches;
 mod invariance;
 mod loads;
 mod materials;
-mod meshes;
 mod motion;
 mod search;
 mod table;
@@ -111,7 +110,7 @@ const CASES: [Case; 11] = [
     ("Subsets of the muscles at 1, 10, 100 and 1000 N", loads::subsets),
     ("Extreme materials", |_| materials::extremes()),
     ("Folding chains", |_| loads::folding_chains()),
-    ("Slivers, broken meshes, large meshes", meshes::broken_and_large),
+    ("Slivers, broken meshes, large meshes", materials::broken_and_large),
     ("Targets", |_| search::targets()),
     ("Nelder-Mead", |_| search::simplices()),
     ("Steps of time", motion::steps),

@@ -6,9 +6,9 @@ use nalgebra::SVector;
 
 use super::{ContinuumSettings, Tie};
 use crate::body::Mesh;
-use crate::geometry::quadrature::gauss_legendre;
+use crate::geometry::quadratic::{self, gauss_legendre};
+use crate::geometry::simplex;
 use crate::geometry::simplex::MAX_CORNERS;
-use crate::geometry::{quadratic, simplex};
 
 /// Number of pieces of a surface edge, and of Gauss points on each piece: the edge of a patch can lie within
 /// a surface edge.

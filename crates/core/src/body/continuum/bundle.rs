@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::locate::Locator;
 use super::{ContinuumSettings, Follower, Strand};
 use crate::body::{BodyError, Mesh, MuscleChain};
-use crate::geometry::quadrature::gauss_legendre;
+use crate::geometry::quadratic::gauss_legendre;
 
 /// Points of each piece of a fibre.
 const POINTS: usize = 2;

@@ -3,8 +3,7 @@
 
 use nalgebra::SVector;
 
-use crate::geometry::quadratic;
-use crate::geometry::quadrature::gauss_legendre;
+use crate::geometry::quadratic::{self, gauss_legendre};
 use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
 
 /// Lines as far outside as this, in barycentric coordinates, still count as inside, and so do points four

@@ -6,10 +6,10 @@
 //! fitted on such a body belong to its mesh. Here each muscle is a bundle of fibres over a width, cut at the
 //! edges of the elements that it passes, and each bone holds a patch of the surface by springs. Widths,
 //! patches and their stiffness are chosen, not measured ([`ContinuumSettings`]).
+//! From linear cells to quadratic elements.
 
 mod attach;
 mod bundle;
-mod elements;
 mod locate;
 
 use std::collections::BTreeMap;
@@ -17,8 +17,9 @@ use std::collections::BTreeMap;
 use nalgebra::SVector;
 use serde::Serialize;
 
-use super::{BodyError, Mesh, MuscleChain};
+use super::{BodyError, Cells, Mesh, MuscleChain};
 use crate::geometry::quadratic;
+use crate::geometry::topology::pair;
 use crate::limits;
 use bundle::Line;
 use locate::Locator;
@@ -226,7 +227,7 @@ pub fn lay<const D: usize>(
     limits::CONTINUUM_ELEMENTS
         .check(base.cells.len() as f64)
         .map_err(|beyond| BodyError(beyond.to_string()))?;
-    let (mut mesh, elements, number) = elements::quadratic(base);
+    let (mut mesh, elements, number) = quadratic(base);
     let held = attach::bones(base, &mut mesh, &elements, &number, settings);
     let locator = Locator::new(&mesh.nodes, &elements);
     let edges = base.cells.edges();
@@ -251,4 +252,39 @@ pub fn lay<const D: usize>(
     let continuum = Continuum { settings: *settings, elements, followers, bundles, ties: held.ties };
     mesh.continuum = Some(continuum.into());
     Ok(Laid { mesh, bones: held.stand_ins })
+}
+
+/// The tissue of a mesh with nodes in the middle of its edges: the mesh of its nodes and of the linear parts
+/// of the elements, the elements, and the new number of every node that is in the tissue.
+fn quadratic<const D: usize>(base: &Mesh<D>) -> (Mesh<D>, Vec<Vec<usize>>, Vec<Option<usize>>) {
+    let mut nodes = Vec::new();
+    let number: Vec<Option<usize>> = base
+        .in_tissue()
+        .iter()
+        .zip(&base.nodes)
+        .map(|(inside, at)| {
+            inside.then(|| {
+                nodes.push(*at);
+                nodes.len() - 1
+            })
+        })
+        .collect();
+    let mut middles: BTreeMap<[usize; 2], usize> = BTreeMap::new();
+    let (mut elements, mut cells) = (Vec::new(), Cells::new());
+    for cell in base.cells.iter() {
+        let mut element: Vec<usize> = cell.iter().filter_map(|&n| number[n]).collect();
+        for &[i, j] in quadratic::edges::<D>() {
+            let [a, b] = pair(element[i], element[j]);
+            element.push(*middles.entry([a, b]).or_insert_with(|| {
+                nodes.push((nodes[a] + nodes[b]) * 0.5);
+                nodes.len() - 1
+            }));
+        }
+        for part in quadratic::parts::<D>() {
+            let part: Vec<usize> = part.iter().map(|&i| element[i]).collect();
+            cells.push(&part);
+        }
+        elements.push(element);
+    }
+    (Mesh { nodes, cells, ..Mesh::default() }, elements, number)
 }

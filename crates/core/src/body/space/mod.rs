@@ -2,23 +2,21 @@
 //!
 //! A muscle is activated from 0 to 1. A body has its strength at 1 in two forms: the force of each segment of
 //! its fibres, N, for node-to-node lines, and the stress along the fibres of its region, Pa.
+//! The direction of a muscle's fibres between the fibres that are given.
 
 mod built_in;
-mod direction;
 mod half;
-mod refine;
 mod surgery;
 
 use std::collections::BTreeMap;
 
-use nalgebra::{SVector, Vector2, Vector3};
+use nalgebra::{Matrix3, SVector, SymmetricEigen, Vector2, Vector3};
 
 use super::{Body, BodyError, Bone, MANDIBLE, Mesh};
-use crate::geometry::hexahedron;
+use crate::choice;
+use crate::geometry::hexahedron::{self, in_space};
 use crate::statistics::distinct;
-use crate::suggest;
 
-pub use direction::at as direction_at;
 pub use half::Half;
 pub use surgery::{Filling, Operated, Region};
 
@@ -91,7 +89,7 @@ impl<const D: usize> Body<D> {
         let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[element]);
         hexahedron::points().map(|at| {
             let place = x.iter().zip(hexahedron::values(at)).map(|(x, n)| x * n).sum();
-            direction::at(&self.mesh.nodes, &self.muscles[muscle].segments, &place)
+            direction_at(&self.mesh.nodes, &self.muscles[muscle].segments, &place)
         })
     }
 
@@ -133,7 +131,7 @@ impl<const D: usize> Body<D> {
         }
         if found.is_empty() {
             let known = self.groups();
-            let hint = suggest::hint(name, known.iter().map(String::as_str));
+            let hint = choice::hint(name, known.iter().map(String::as_str));
             return Err(BodyError(format!("there is no muscle \"{name}\" in this body; {hint}")));
         }
         Ok(found)
@@ -262,4 +260,33 @@ impl Body<3> {
         bones.iter_mut().filter(|b| b.name == "mandible").for_each(|b| b.name = MANDIBLE.to_owned());
         bones
     }
+}
+
+/// Nearer to the middle of a segment than this part of its length a place takes no more from it than there.
+const NEAREST: f64 = 0.05;
+
+/// The direction at a place: the eigenvector of the largest eigenvalue of `sum L d dᵀ / r⁴` over the segments
+/// in the tissue, each with its length `L`, its direction `d` and the distance `r` of its middle from the
+/// place. `None` where no segment has one.
+pub fn direction_at<const D: usize>(
+    nodes: &[SVector<f64, D>],
+    segments: &[Segment],
+    place: &Vector3<f64>,
+) -> Option<Vector3<f64>> {
+    let mut sum = Matrix3::zeros();
+    let mut mean = Vector3::zeros();
+    for segment in segments.iter().filter(|s| !s.outside) {
+        let [a, b] = segment.nodes.map(|n| in_space(&nodes[n]));
+        let way = b - a;
+        let length = way.norm();
+        let d = way.try_normalize(0.0)?;
+        let r = (place - (a + b) * 0.5).norm().max(NEAREST * length);
+        let weight = length / r.powi(4);
+        sum += d * d.transpose() * weight;
+        mean += d * weight;
+    }
+    let eigen = SymmetricEigen::new(sum);
+    let largest = eigen.eigenvalues.imax();
+    let axis: Vector3<f64> = eigen.eigenvectors.column(largest).into();
+    (eigen.eigenvalues[largest] > 0.0).then(|| if axis.dot(&mean) < 0.0 { -axis } else { axis })
 }

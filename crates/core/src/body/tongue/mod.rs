@@ -4,10 +4,8 @@
 mod anatomy;
 mod anchors;
 mod build;
-mod fill;
 mod frame;
 mod smooth;
-mod triangulate;
 
 use serde::Deserialize;
 

@@ -67,7 +67,6 @@
 //! ```
 
 mod adjoint;
-mod motion;
 mod scalar_fallback;
 
 use std::sync::Arc;
@@ -81,8 +80,7 @@ use crate::system::System;
 use crate::system::elements::Elements;
 
 pub use crate::sparse::simd::LANES;
-pub use adjoint::{Adjoint, length_gradient};
-pub use motion::{Change, Reshaped};
+pub use adjoint::{Adjoint, Change, Reshaped, length_gradient};
 use scalar_fallback::{ScalarFallback, solve_alone};
 
 /// Loads that one thread solves one group after another, each group with starts beginning with the factor of

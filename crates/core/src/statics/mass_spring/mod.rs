@@ -2,7 +2,6 @@
 //! elements, with a line search and a status in each lane. Loads that it cannot solve are left to the solver
 //! for any body.
 
-mod linear;
 mod newton;
 mod rates;
 mod single;
@@ -12,14 +11,13 @@ use nalgebra::SVector;
 use crate::geometry::simplex;
 use crate::sparse::flat::{Block, Factor, Lower};
 use crate::sparse::simd::{Pair, Simd};
-use crate::statics::prescribed::{FOLLOWED, MOST_PARTS};
+use crate::statics::solve::{FOLLOWED, MOST_PARTS};
 use crate::statics::{Solution, SolveSettings, SolveStatus};
 use crate::system::System;
 use crate::system::elements::{Elements, Numbers};
 
-pub(super) use linear::at_rest;
 pub(super) use rates::Neighbour;
-pub(super) use single::{Single, solve_single};
+pub(super) use single::{Single, at_rest, solve_single};
 
 /// Shortest part of a bone's way that is still tried.
 const LEAST_PART: f64 = 1e-6;

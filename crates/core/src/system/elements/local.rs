@@ -13,7 +13,7 @@
 
 use pulp::NullaryFnOnce;
 
-use crate::effect::barrier::THRESHOLD;
+use crate::effect::spring::THRESHOLD;
 
 use crate::sparse::flat::{Block, Lower, largest_diagonal};
 use crate::sparse::simd::{Pair, Simd, way};

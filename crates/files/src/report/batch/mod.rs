@@ -1,12 +1,10 @@
 //! Outputs of a batch: tables, one JSON document, one page and one picture, assembled from the
 //! parts that each fit wrote when it was done.
 
-pub mod contrasts;
 pub mod journal;
 pub mod page;
 pub mod record;
-mod shard;
-mod summary;
+pub mod summary;
 mod tables;
 
 use std::io::{self, Write};
@@ -28,8 +26,8 @@ use super::csv::lines;
 use super::{Export as _, OutputDir, Provenance, ReportError, Table, Writes};
 
 pub use self::page::MOST_FITS as MOST_FITS_ON_PAGE;
-pub use self::shard::Shard;
 pub use self::summary::{BatchSummary, Digest, PassiveGroup, passive_groups};
+pub use record::Shard;
 
 #[derive(Debug)]
 pub struct Batch<'a> {
@@ -46,7 +44,7 @@ pub struct Batch<'a> {
     pub mesh: &'a Mesh<2>,
     /// Names of its muscles, in the order of columns.
     pub muscles: &'a [String],
-    pub contrasts: &'a [contrasts::SubjectContrast],
+    pub contrasts: &'a [summary::SubjectContrast],
 }
 
 impl Batch<'_> {
@@ -199,7 +197,7 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
         shown.extend(batch.fit(number)?.and_then(|(_, fit)| fit.shown));
     }
     let has_posterior = batch.digests.iter().any(|(_, digest)| digest.has_posterior);
-    let over_subjects = contrasts::over_subjects(batch.contrasts);
+    let over_subjects = summary::over_subjects(batch.contrasts);
     let files: [(&str, &Writes<'_>); 8] = [
         ("batch.json", &|w| write_json(w, batch, false)),
         ("fits.csv", &|w| write_fits(w, batch)),
@@ -207,7 +205,7 @@ pub fn write_files(out: &OutputDir, batch: &Batch<'_>) -> Result<Vec<std::path::
         ("batch.html", &|w| page::write(w, batch, &shown)),
         ("tensions.svg", &|w| page::tensions(batch.muscles, &shown).write(w, batch.provenance)),
         ("posterior.csv", &|w| write_rows(w, batch, 2).map(drop)),
-        ("contrasts.csv", &|w| contrasts::write_csv(w, batch)),
+        ("contrasts.csv", &|w| summary::write_csv(w, batch)),
         ("over_speakers.csv", &|w| super::over_speakers(&over_subjects).write(w, batch.provenance)),
     ];
     let is_there = [has_posterior, !batch.contrasts.is_empty(), !over_subjects.is_empty()];
@@ -224,7 +222,7 @@ pub fn write_json(w: &mut dyn Write, batch: &Batch<'_>, with_times: bool) -> io:
         summary: &'a BatchSummary,
         fits: Fits<'a>,
         #[serde(skip_serializing_if = "<[_]>::is_empty")]
-        contrasts: &'a [contrasts::SubjectContrast],
+        contrasts: &'a [summary::SubjectContrast],
         baselines: &'a [BaselineRow],
         not_fitted: &'a [Refusal],
         unreadable_rows: &'a [String],

@@ -5,13 +5,10 @@
 mod animation;
 mod axes;
 mod changes;
-mod contours;
 mod labels;
 mod muscle_lines;
 mod muscles;
 mod plot;
-mod posterior;
-mod scatter;
 mod section;
 mod solution_curve;
 #[cfg(feature = "files")]
@@ -27,12 +24,11 @@ use std::io::{self, Write};
 use super::export::{Export, Provenance};
 
 pub use animation::{AnimationFrame, animation};
-pub use changes::{Series, changes, parts};
+pub use changes::{Series, changes, parts, ridges};
 #[cfg(feature = "files")]
 pub(super) use muscle_lines::colours;
 pub use muscles::{Panel, panels};
-pub use posterior::ridges;
-pub use scatter::{Scatter, scatter};
+pub use plot::{Scatter, scatter};
 pub(super) use section::check;
 #[cfg(feature = "files")]
 pub(super) use section::frame;

@@ -5,7 +5,7 @@ use nalgebra::SVector;
 
 use super::axes::{BELOW, Bounds, LEFT, View};
 use super::muscle_lines::{arrow, bone, bones, lines, muscle, names};
-use super::{Entry, INK, LEGEND_ROW, MARGIN, Px, Svg, WIDTH, closed, contours, data};
+use super::{Entry, INK, LEGEND_ROW, MARGIN, Px, Svg, WIDTH, closed, data, muscle_lines};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 use tongue_core::geometry::topology;
@@ -73,7 +73,7 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
     let view = View::new(frame(mesh, palate, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
-    let colours = stretch.then(|| contours::fill(&mut svg, &view, mesh, positions)).flatten();
+    let colours = stretch.then(|| muscle_lines::fill(&mut svg, &view, mesh, positions)).flatten();
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
     svg.stroke(&view.path(positions, tissue_edges(mesh)), EDGES, 1.0);
     svg.stroke(&ring(&view, mesh, positions), DEFORMED, 2.6);
@@ -88,7 +88,7 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let seen = AlignedRecording { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
     let mut bottom = view.end()[1] + BELOW + MARGIN;
     if let Some(scale) = colours {
-        bottom = contours::key(&mut svg, scale, LEFT, bottom);
+        bottom = muscle_lines::key(&mut svg, scale, LEFT, bottom);
     }
     let height = key(&mut svg, &seen, bottom);
     Ok(svg.finish(bottom + height + MARGIN))

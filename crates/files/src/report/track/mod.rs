@@ -3,14 +3,14 @@
 mod assumptions;
 #[cfg(feature = "files")]
 mod figure;
-mod formants;
 #[cfg(feature = "files")]
 mod page;
 mod tables;
 mod text_grid;
 
-pub use assumptions::{REPEATED, placed, prior_interval_n, repeated, repeats_table};
-pub use formants::{FormantsRecord, formants_csv};
+pub use assumptions::{
+    FormantsRecord, REPEATED, formants_csv, placed, prior_interval_n, repeated, repeats_table,
+};
 #[cfg(feature = "files")]
 pub use page::{TrackPage, fixed};
 pub use tables::{contrasts, draws_csv, over_speakers, segments_csv, track_csv};

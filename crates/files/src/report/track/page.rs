@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::figure::{figure, shared};
 use super::{REPEATED, TrackRecord, placed, prior_interval_n, repeated, status_name};
-use crate::report::{Export, Provenance, page};
+use crate::report::{Export, Provenance, tongue_page};
 use tongue_infer::track::{Comparison, CourseSummary, FrameStatus, NARROW};
 
 const SCRIPT: &str = include_str!("page.js");
@@ -43,7 +43,7 @@ impl Export for TrackPage<'_> {
             script type="application/json" id="body" { (in_html(shared(record))) }
             script { (PreEscaped(SCRIPT)) }
         };
-        out.write_all(page::document("tongue-fit track", &body).as_bytes())
+        out.write_all(tongue_page::document("tongue-fit track", &body).as_bytes())
     }
 }
 
@@ -53,7 +53,7 @@ fn repeats(record: &TrackRecord) -> Markup {
             section {
                 h2 { "What repeats" }
                 p { "Intraclass correlation of every course over the repetitions of labels, each brought to the same length. 95 % of labels that are shifted by a random time in each recording, or exchanged at random between repetitions, stay below the numbers beside it. The ICC of the label is that of the course less its mean over all labels: what is common to all words is taken out. " (repeated(repeats)) "." }
-                (page::table(["muscle"].into_iter().chain(REPEATED.map(|(name, _)| name)), &html! {
+                (tongue_page::table(["muscle"].into_iter().chain(REPEATED.map(|(name, _)| name)), &html! {
                     @for (muscle, r) in &repeats.muscles.0 {
                         tr { td { (muscle) } @for (_, value) in REPEATED { td { (fixed(value(r), 2)) } } }
                     }
@@ -109,7 +109,7 @@ fn contrasts(compared: &Comparison) -> Markup {
         section {
             h2 { "In which label a muscle pulls harder" }
             p { (compared.said()) ". What is unknown of the body and of the levels of a sitting cancels from a difference." }
-            (page::table(["comparison", "difference, N/m", "P", "repetitions"], &html! {
+            (tongue_page::table(["comparison", "difference, N/m", "P", "repetitions"], &html! {
                 @for c in decided.iter().take(MOST) { tr {
                     td { (c.said().unwrap_or_default()) }
                     td { (range(c.size())) }
@@ -119,7 +119,7 @@ fn contrasts(compared: &Comparison) -> Markup {
             }))
             @if decided.len() > MOST { p { "The first " (MOST) "; all are in contrasts.csv." } }
             p { "Means over all frames with a label that can be trusted, N/m, with 95 % intervals:" }
-            (page::table(std::iter::once("mean").chain(across.iter().map(String::as_str)), &html! {
+            (tongue_page::table(std::iter::once("mean").chain(across.iter().map(String::as_str)), &html! {
                 @for (i, name) in down.iter().enumerate() { tr {
                     td { (name) }
                     @for j in 0..across.len() { td { (mean(i, j)) } }
@@ -133,7 +133,7 @@ fn courses(record: &TrackRecord) -> Markup {
     html! {
         section {
             h2 { "What is known of each muscle" }
-            (page::table(["muscle", "course", "reliability", "width of courses, N/m", "width of levels, N/m"], &html! {
+            (tongue_page::table(["muscle", "course", "reliability", "width of courses, N/m", "width of levels, N/m"], &html! {
                 @for c in &record.courses { tr {
                     td { (c.muscle) }
                     td { @if c.known { "known" } @else { "not known" } }
@@ -153,7 +153,7 @@ fn held_out(record: &TrackRecord) -> Markup {
             section {
                 h2 { "Points that were held out" }
                 p { (held.points.join(", ")) "; learned on " (held.trained_on) "." }
-                (page::table(["predicted by", "points", "median, mm", "pooled, mm"], &html! {
+                (tongue_page::table(["predicted by", "points", "median, mm", "pooled, mm"], &html! {
                     @for o in &held.opponents { tr {
                         td { (o.name) } td { (o.points) } td { (format!("{:.2}", o.median_mm)) } td { (format!("{:.2}", o.pooled_mm)) }
                     } }
@@ -174,7 +174,7 @@ fn doubts(record: &TrackRecord) -> Markup {
         section {
             h2 { "Frames with a fault" }
             @if doubtful().next().is_none() { p { "None." } } @else {
-                (page::table(["recording", "time, s", "status", "RMS, mm", "what"], &html! {
+                (tongue_page::table(["recording", "time, s", "status", "RMS, mm", "what"], &html! {
                     @for (recording, f) in doubtful().take(MOST) { tr {
                         td { (recording.name) }
                         td { (format!("{:.3}", f.time_s)) }

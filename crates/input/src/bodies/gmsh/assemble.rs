@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::SVector;
 
 use super::chain::chain;
-use super::error::{Found, Located, wrong};
+use super::cursor::{Found, Located, wrong};
 use super::groups::{Form, Group, Parts, Role, positions};
 use super::parse::Raw;
 use super::review::review;

@@ -1,6 +1,7 @@
 //! Cursor through the bytes of a Gmsh file, which are text, or text with binary numbers.
+//! Errors of reading Gmsh files: what is wrong, where, and what to do. Nodes and elements are named by their Gmsh tags.
 
-use super::error::{Found, Located, wrong};
+use tongue_core::body::BodyError;
 
 /// A position in the bytes, and the format of the numbers.
 pub(super) struct Cursor<'a> {
@@ -192,3 +193,34 @@ fn not_a_number(at: usize, what: &str, found: &str) -> Located {
 fn shortened(text: &str) -> String {
     text.trim().chars().take(40).collect()
 }
+
+/// A problem and its byte, if there is one.
+#[derive(Debug)]
+pub(super) struct Located {
+    pub at: Option<usize>,
+    pub problem: String,
+}
+
+impl Located {
+    pub fn into_error(self, origin: &str, bytes: &[u8], binary: bool) -> BodyError {
+        let place = match self.at {
+            None => String::new(),
+            Some(at) if binary => format!(" (byte {at})"),
+            Some(at) => format!(":{}", 1 + bytes.iter().take(at).filter(|b| **b == b'\n').count()),
+        };
+        BodyError(format!("{origin}{place}: {}", self.problem))
+    }
+}
+
+pub(super) type Found<T> = Result<T, Located>;
+
+/// A problem at a byte, or at none, in words as of `format!`.
+macro_rules! wrong {
+    (None, $($words:tt)*) => {
+        $crate::bodies::gmsh::cursor::Located { at: None, problem: format!($($words)*) }
+    };
+    ($at:expr, $($words:tt)*) => {
+        $crate::bodies::gmsh::cursor::Located { at: Some($at), problem: format!($($words)*) }
+    };
+}
+pub(super) use wrong;

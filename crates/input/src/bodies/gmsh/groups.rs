@@ -5,11 +5,11 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::SVector;
 
 use super::Unit;
-use super::error::{Found, Located, wrong};
+use super::cursor::{Found, Located, wrong};
 use super::parse::{Element, Raw, check_cell};
 use crate::measured::muscles::Muscles;
 use tongue_core::body::Bone;
-use tongue_core::suggest;
+use tongue_core::choice;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Form {
@@ -77,7 +77,7 @@ fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles, at: usize)
     let words = words(dimension, form);
     let all = known.all();
     let published = all.iter().map(|m| m.name.as_str()).filter(|_| form == Form::Simplices && dimension == 1);
-    let meant = suggest::nearest(kind, words.iter().map(|(word, _)| *word).chain(published));
+    let meant = choice::nearest(kind, words.iter().map(|(word, _)| *word).chain(published));
     let meant = meant.map_or_else(String::new, |near| {
         match rest.filter(|_| words.iter().any(|(word, _)| *word == near)) {
             Some(rest) => format!("did you mean \"{near}:{rest}\"? "),

@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::cursor::Cursor;
-use super::error::{Found, wrong};
+use super::cursor::{Cursor, Found, wrong};
+use super::fibres::{View, view};
 use super::groups::Form;
-use super::views::{View, view};
 
 /// Content of a file. Tags are Gmsh's numbers.
 pub(super) struct Raw {

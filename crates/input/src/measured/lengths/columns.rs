@@ -7,7 +7,7 @@ use super::reading::SetAside;
 use super::text::clip;
 use crate::measured::error::Malformed;
 use crate::measured::table::{Cells, Line};
-use tongue_core::suggest;
+use tongue_core::choice;
 
 /// Names of the column of subjects, the best first; case does not count, and a space counts as `_`.
 const SUBJECT: &str = "subject speaker participant subject_id speaker_id participant_id subj proband sprecher \
@@ -122,7 +122,7 @@ impl Columns {
 fn incomplete(missing: &[&str], cells: &Cells<'_>) -> Malformed {
     let mut what = format!("missing from the header: {}", missing.join(", "));
     let near = missing.iter().filter(|name| !name.contains(' ')).find_map(|name| {
-        let near = suggest::nearest(name, cells.header.cells.iter().filter(|h| h.len() > 2))?;
+        let near = choice::nearest(name, cells.header.cells.iter().filter(|h| h.len() > 2))?;
         Some(format!("; is column {:?} meant to be {name}?", clip(near)))
     });
     what.push_str(&near.unwrap_or_default());

@@ -12,7 +12,7 @@ use super::text::fold;
 use super::{BrokenRow, Lengths, Malformed, Reading, Row, Vowel};
 use crate::files;
 use crate::measured::error::ReadError;
-use tongue_core::suggest;
+use tongue_core::choice;
 
 /// Takano and Honda (2007), from thesis table 4.4.
 const REFERENCE: &str = include_str!("../../../../../targets/takano2007_lengths.csv");
@@ -197,7 +197,7 @@ impl Dataset {
         let Some(numbers) = self.index.get(&fold(subject)) else {
             let known = self.subjects();
             let (of_subjects, of_vowels) = (&self.reading.subject, &self.reading.vowel);
-            let hint = match suggest::nearest(subject, known.iter().copied()) {
+            let hint = match choice::nearest(subject, known.iter().copied()) {
                 _ if self.rows.iter().any(|row| row.lengths.vowel.label() == subject) => {
                     format!("it is in column {of_vowels}; are {of_subjects} and {of_vowels} exchanged?")
                 }
@@ -205,7 +205,7 @@ impl Dataset {
                     format!("did you mean \"{near}\"? (one of {} subjects)", known.len())
                 }
                 None if known.len() > NAMED_SUBJECTS => format!("it has {} other subjects", known.len()),
-                _ => suggest::hint(subject, known.iter().copied()),
+                _ => choice::hint(subject, known.iter().copied()),
             };
             let told = format!("unknown subject {subject:?} in {}; {hint}", self.origin);
             return Err(ReadError::Refused(told));

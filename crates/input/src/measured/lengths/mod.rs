@@ -9,7 +9,6 @@
 //! optionally half widths of rounding in `NAME_half_width_mm` or, for all muscles, `half_width_mm`. All other
 //! columns are ignored.
 
-mod change;
 mod columns;
 mod dataset;
 pub(in crate::measured) mod number;
@@ -20,10 +19,10 @@ pub(in crate::measured) mod text;
 mod vowel;
 
 pub use super::error::Malformed;
-pub use change::Activation;
 pub use dataset::Dataset;
 pub use number::{DecimalMark, LONGEST_MM, SHORTEST_MM, TableUnit};
 pub use reading::{BrokenRow, Column, HalfWidth, Reading, Separator, SetAside};
+pub use rest_distance::Activation;
 pub use text::{Encoding, LineEnds};
 pub use vowel::Vowel;
 

@@ -31,7 +31,6 @@ mod numbers;
 mod outliers;
 mod plausibility;
 mod sensor_table;
-mod template;
 mod tidy;
 mod txy;
 mod waveform;

@@ -11,8 +11,8 @@ use maud::{Markup, PreEscaped, html};
 
 use super::Batch;
 use super::summary::PassiveGroup;
-use crate::report::page;
 use crate::report::svg::{self, Svg, colours, frame};
+use crate::report::tongue_page;
 use tongue_core::body::Mesh;
 
 pub use self::fit::{PageFit, displacements};
@@ -42,7 +42,7 @@ pub fn write(w: &mut dyn Write, batch: &Batch<'_>, fits: &[PageFit]) -> io::Resu
         script type="application/json" id="data" { (PreEscaped(data(batch.mesh, fits))) }
         script { (PreEscaped(SCRIPT)) }
     };
-    w.write_all(page::document("tongue-fit batch", &body).as_bytes())
+    w.write_all(tongue_page::document("tongue-fit batch", &body).as_bytes())
 }
 
 fn top(batch: &Batch<'_>, shown: usize) -> Markup {
@@ -74,7 +74,7 @@ fn passive(groups: &[PassiveGroup]) -> Markup {
         section {
             h2 { "Muscles that do not contract" }
             p { "Root mean square error of the passive stretches, each fit of the same weight, beside predicting no change. Where a target leaves tensions open, the fit takes those that come nearest to these muscles, and the figures are no test of prediction." }
-            (page::sortable("passive", ["target", "vowel", "fits", "model", "no change", "verdict"], &html! {
+            (tongue_page::sortable("passive", ["target", "vowel", "fits", "model", "no change", "verdict"], &html! {
                 @for g in groups {
                     tr {
                         td { (g.target_kind) @if g.substitute_baseline { "†" } }
@@ -95,7 +95,7 @@ fn heat_map(fits: &[PageFit], muscles: &[String]) -> Markup {
         section {
             h2 { "Residuals" }
             p { "Simulated less measured, in the quantity that was fitted, in hundredths; ● marks contracting muscles, which the fit has to hit." }
-            (page::sortable("heat", with(&["subject", "vowel", "target"], muscles), &html! {
+            (tongue_page::sortable("heat", with(&["subject", "vowel", "target"], muscles), &html! {
                 @for f in fits { (PreEscaped(&f.heat_row)) }
             }))
         }
@@ -110,7 +110,7 @@ fn posteriors(fits: &[PageFit], muscles: &[String]) -> Markup {
             section {
                 h2 { "Which muscles pull harder than in the baseline" }
                 p { "Of the posterior of every row: surely (probability at least 0.95) or probably (0.8) harder, surely not or probably not, or not known; below it the probability, and the 95 % interval of the change F − F0 of the tension. It takes all measured stretches of a row, so it stands once for each row; its ridges are with the fit. All of it is in posterior.csv." }
-                (page::sortable("posteriors", with(&["subject", "vowel", "baseline"], muscles), &html! {
+                (tongue_page::sortable("posteriors", with(&["subject", "vowel", "baseline"], muscles), &html! {
                     @for row in &rows { (PreEscaped(*row)) }
                 }))
             }
@@ -141,7 +141,7 @@ fn fit_table(fits: &[PageFit], muscles: &[String]) -> Markup {
         section {
             h2 { "Tensions" }
             div.figure.wide { (PreEscaped(tensions(muscles, fits).to_string())) }
-            (page::sortable("fits", with(&columns, muscles), &html! { @for f in fits { (PreEscaped(&f.table_row)) } }))
+            (tongue_page::sortable("fits", with(&columns, muscles), &html! { @for f in fits { (PreEscaped(&f.table_row)) } }))
         }
     }
 }
