@@ -183,11 +183,7 @@ fn many_frames_tell_the_rest_shape_of_another_speaker() {
 #[test]
 fn slicer_s_markups_and_tables_say_the_same() {
     let table = "point,x_mm,y_mm\nmental_spine,1,2\nhyoid,38,-3\n";
-    let markups = r#"{"markups": [{"type": "Fiducial", "coordinateSystem": "LPS", "coordinateUnits": "mm", "controlPoints": [
-        {"label": "mental_spine", "position": [3.0, 1.0, 2.0], "positionStatus": "defined"},
-        {"label": "hyoid", "position": [3.0, 38.0, -3.0], "positionStatus": "defined"},
-        {"label": "later", "position": [0.0, 0.0, 0.0], "positionStatus": "preview"}]},
-        {"type": "Curve", "coordinateSystem": "RAS", "controlPoints": [{"label": "", "position": [0.0, -10.0, 40.0]}]}]}"#;
+    let markups = include_str!("../fixtures/slicer.mrk.json");
     let map = Map::default();
     let a = Landmarks::from_bytes(table.as_bytes(), "a.csv", &map).unwrap();
     let b = Landmarks::from_bytes(markups.as_bytes(), "b.mrk.json", &map).unwrap();

@@ -62,8 +62,7 @@ fn a_hyoid_that_is_elsewhere_does_not_turn_the_tongue() {
 fn a_palate_of_another_frame_is_left_out_and_named() {
     let body = body();
     let palate = body.palate.clone().unwrap();
-    let seen = |bone: &str| mark_of(&body, bone);
-    let drawn = RegistrationData::drawn(&contour(&body, 11), seen(MANDIBLE), seen(HYOID));
+    let drawn = with_bones(&body, &contour(&body, 11), Point::zeros(), 1);
     let right = drawn.clone().under(Some(&palate)).place(&body).unwrap();
     assert!(!right.without_palate && right.doubt().is_none(), "{right:?}");
     let elsewhere: Vec<Point> = palate.iter().map(|p| p + Point::new(40e-3, -40e-3)).collect();
@@ -76,29 +75,34 @@ fn a_palate_of_another_frame_is_left_out_and_named() {
 #[test]
 fn a_recording_in_the_frame_of_the_body_leaves_it_there() {
     let body = body();
-    let seen = |bone: &str| mark_of(&body, bone);
-    let found =
-        RegistrationData::drawn(&contour(&body, 300), seen(MANDIBLE), seen(HYOID)).place(&body).unwrap();
+    let found = with_bones(&body, &contour(&body, 300), Point::zeros(), 1).place(&body).unwrap();
     assert!(apart(&found.similarity, &Similarity::IDENTITY, &body) < 0.1e-3);
-    let told = RegistrationData::default().place(&body).unwrap_err().to_string();
-    assert!(told.contains("mental spine and the hyoid"), "{told}");
+    crate::fixtures::says(RegistrationData::default().place(&body), "mental spine and the hyoid");
+}
+
+/// What is drawn, with the mental spine in its place and the hyoid this far from its own, m, in so many frames.
+fn with_bones(body: &Body<2>, drawn: &[Point], off: Point, frames: usize) -> RegistrationData {
+    let (spine, hyoid) = (mark_of(body, MANDIBLE).unwrap(), mark_of(body, HYOID).unwrap());
+    RegistrationData { frames, ..RegistrationData::drawn(drawn, Some(spine), Some(hyoid + off)) }
+}
+
+/// How far from its place the farther bone is, mm.
+fn off_mm(placed: &Registration) -> f64 {
+    placed.bones_m.iter().map(|b| b.1 * 1e3).fold(0.0, f64::max)
 }
 
 #[test]
 fn a_bone_more_than_10_mm_from_its_place_refuses_a_recording_in_the_plane_and_in_space() {
     let body = body();
-    let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
     let drawn = contour(&body, 11);
     for (off_m, is_refused) in [([0.0, 0.0], false), ([0.0, -8e-3], false), ([8e-3, -28e-3], true)] {
-        let seen = hyoid + Point::from(off_m);
-        let placed =
-            RegistrationData { frames: 40, ..RegistrationData::drawn(&drawn, Some(spine), Some(seen)) }
-                .place(&body);
-        let in_plane = placed.and_then(Registration::in_one_frame).map(drop);
+        let data = with_bones(&body, &drawn, Point::from(off_m), 40);
         let mut recording = AlignedRecording::of_contours(&[&drawn]);
         recording.bones = vec![MANDIBLE.to_owned(), HYOID.to_owned()];
-        recording.frames[0].bones = vec![Some(spine), Some(seen)];
+        let seen = mark_of(&body, HYOID).map(|hyoid| hyoid + Point::from(off_m));
+        recording.frames[0].bones = vec![mark_of(&body, MANDIBLE), seen];
         recording.frames = vec![recording.frames[0].clone(); 40];
+        let in_plane = data.place(&body).and_then(Registration::in_one_frame).map(drop);
         let in_space = Recorded::of_recordings(&[&recording], Some(&body), None).map(drop);
         for found in [in_plane, in_space] {
             match found {
@@ -118,19 +122,16 @@ fn a_bone_more_than_10_mm_from_its_place_refuses_a_recording_in_the_plane_and_in
 #[test]
 fn a_contour_of_another_scale_or_without_its_root_is_named_beside_a_bone_far_from_its_place() {
     let body = body();
-    let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
     let whole = contour(&body, 11);
-    let of = |drawn: &[Point], off: Point| {
-        RegistrationData { frames: 90, ..RegistrationData::drawn(drawn, Some(spine), Some(hyoid + off)) }
-            .place(&body)
-            .unwrap()
+    let of = |drawn: &[Point], up_m: f64| {
+        with_bones(&body, drawn, Point::new(0.0, up_m), 90).place(&body).unwrap()
     };
     let larger: Vec<Point> = whole.iter().map(|p| p * 1.5 + Point::new(20e-3, -20e-3)).collect();
     let behind: Vec<Point> = whole.iter().map(|p| p + Point::new(25e-3, 0.0)).collect();
     for (placed, said) in [
-        (of(&larger, Point::zeros()), "its unit is larger"),
-        (of(&behind, Point::zeros()), "not in one frame"),
-        (of(&whole[4..], Point::new(0.0, -35e-3)), "its root is not drawn"),
+        (of(&larger, 0.0), "its unit is larger"),
+        (of(&behind, 0.0), "not in one frame"),
+        (of(&whole[4..], -35e-3), "its root is not drawn"),
     ] {
         let told = placed.in_one_frame().unwrap_err().to_string();
         assert!(told.contains(said) && told.contains("hyoid = \"ignore\""), "{told}");
@@ -138,9 +139,9 @@ fn a_contour_of_another_scale_or_without_its_root_is_named_beside_a_bone_far_fro
     // Without its root a contour is used where the hyoid is 10 to 14 mm off, and that is told.
     let mut used = 0;
     for down_mm in 0..40 {
-        let short = of(&whole[4..], Point::new(0.0, -1e-3 * f64::from(down_mm)));
-        let off_mm = short.bones_m.iter().map(|b| b.1 * 1e3).fold(0.0, f64::max);
-        let told = short.doubt().is_some_and(|said| said.contains("its root is not drawn"));
+        let short = of(&whole[4..], -1e-3 * f64::from(down_mm));
+        let (off_mm, told) =
+            (off_mm(&short), short.doubt().is_some_and(|said| said.contains("its root is not drawn")));
         assert_eq!((short.in_one_frame().is_ok(), told), (off_mm <= 14.0, off_mm > 10.0), "{off_mm}");
         used += i32::from(off_mm > 10.0 && off_mm <= 14.0);
     }
@@ -150,18 +151,13 @@ fn a_contour_of_another_scale_or_without_its_root_is_named_beside_a_bone_far_fro
 #[test]
 fn a_bone_10_to_20_mm_from_its_place_is_told_of_single_frames_and_refused_of_whole_recordings() {
     let body = body();
-    let (spine, hyoid) = (mark_of(&body, MANDIBLE).unwrap(), mark_of(&body, HYOID).unwrap());
     let drawn = contour(&body, 11);
     let mut told = [0; 3];
     for down_mm in (0..80).step_by(8) {
-        let seen = hyoid - Point::new(0.0, f64::from(down_mm) * 1e-3);
-        let of = |frames| {
-            RegistrationData { frames, ..RegistrationData::drawn(&drawn, Some(spine), Some(seen)) }
-                .place(&body)
-                .unwrap()
-        };
+        let off = Point::new(0.0, -1e-3 * f64::from(down_mm));
+        let of = |frames| with_bones(&body, &drawn, off, frames).place(&body).unwrap();
         let one = of(1);
-        let off_mm = one.bones_m.iter().map(|b| b.1 * 1e3).fold(0.0, f64::max);
+        let off_mm = off_mm(&one);
         for (frames, most_mm) in [(1, 19.75), (10, 17.5), (20, 15.0), (40, 10.0), (90, 10.0)] {
             assert_eq!(of(frames).in_one_frame().is_ok(), off_mm <= most_mm, "{off_mm}");
         }

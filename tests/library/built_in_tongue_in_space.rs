@@ -4,8 +4,9 @@ use nalgebra::Vector3;
 use tongue_core::body::largest_distance;
 use tongue_core::geometry::hexahedron;
 use tongue_fit::body::{Anatomy, Body};
-use tongue_fit::statics::{self, SolveSettings, SolveStatus, Workspace};
 use tongue_fit::system::{SpaceModel, System};
+
+use crate::fixtures::solved;
 
 #[test]
 fn it_is_as_large_as_its_outline_and_widths_say() {
@@ -41,21 +42,14 @@ fn each_muscle_alone_converges_on_one_half_as_on_the_whole() {
     let half = body.half().expect("the same on both sides");
     let model = SpaceModel::default();
     let (whole, left) = (System::in_space(&body, &model).unwrap(), System::of_half(&half, &model).unwrap());
-    let (mut w, mut l) = (Workspace::new(&whole), Workspace::new(&left));
     for name in body.groups() {
         let all = body.activations(&[(&name, 0.1)]).unwrap();
-        let of_half = half.activations(&all).expect("alike");
-        l.start_from_rest(&left);
-        let found = statics::solve(&left, &mut l, &of_half, &SolveSettings::default());
+        let l = solved(&left, &half.activations(&all).expect("alike"));
         let positions = half.whole(l.positions());
-        assert_eq!(found.status, SolveStatus::Converged, "{name}");
         let (least, most) = left.cell_ratios(l.positions());
         assert!(least > 0.8 && most < 1.2, "{name} {least} {most}");
         if ["GGP", "STY", "TRANS"].contains(&name.as_str()) {
-            w.start_from_rest(&whole);
-            let found = statics::solve(&whole, &mut w, &all, &SolveSettings::default());
-            assert_eq!(found.status, SolveStatus::Converged);
-            let apart = largest_distance(w.positions(), &positions);
+            let apart = largest_distance(solved(&whole, &all).positions(), &positions);
             assert!(apart < 1e-7, "{name} {apart}");
         }
     }
@@ -68,10 +62,8 @@ fn a_finer_mesh_moves_nearly_alike() {
         let body = Body::tongue_in_space(fine).unwrap();
         let half = body.half().unwrap();
         let system = System::of_half(&half, &model).unwrap();
-        let mut w = Workspace::new(&system);
         let activations = half.activations(&body.activations(&[(name, 0.1)]).unwrap()).unwrap();
-        let found = statics::solve(&system, &mut w, &activations, &SolveSettings::default());
-        assert_eq!(found.status, SolveStatus::Converged, "{name} {fine}");
+        let w = solved(&system, &activations);
         let tip = body.tip().unwrap();
         (half.whole(w.positions())[tip] - body.mesh.nodes[tip]) * 1e3
     };
@@ -87,15 +79,11 @@ fn random_activations_of_all_muscles_converge_without_an_inverted_element() {
     let body = Body::tongue_in_space(1).unwrap();
     let half = body.half().unwrap();
     let left = System::of_half(&half, &SpaceModel::default()).unwrap();
-    let mut w = Workspace::new(&left);
     let mut random = fastrand::Rng::with_seed(18);
     for n in 0..12 {
         let given: Vec<(String, f64)> = body.groups().into_iter().map(|g| (g, 0.5 * random.f64())).collect();
         let activations = half.activations(&body.activations(&given).unwrap()).unwrap();
-        w.start_from_rest(&left);
-        let found = statics::solve(&left, &mut w, &activations, &SolveSettings::default());
-        assert_eq!(found.status, SolveStatus::Converged, "{n}: {given:?}");
-        let (least, most) = left.cell_ratios(w.positions());
+        let (least, most) = left.cell_ratios(solved(&left, &activations).positions());
         assert!(least > 0.8 && most < 1.3, "{n}: {least} {most}");
     }
 }

@@ -381,14 +381,12 @@ fn ratios_of_area_are_those_of_the_tissue_within_its_elements() {
 /// The reference tongue on nested meshes of 11, 5.5, 2.75 and so on mm, whose outline is that of the anatomy.
 fn nested(levels: usize) -> Vec<Body<2>> {
     let anatomy = Anatomy::reference().unwrap();
-    let mut body = Body::tongue(11e-3).unwrap();
-    body.mesh = body.mesh.on_outline(anatomy.outline());
-    let mut bodies = vec![body.clone()];
-    for _ in 1..levels {
-        body.mesh = body.mesh.refined().on_outline(anatomy.outline());
-        bodies.push(body.clone());
-    }
-    bodies
+    let on_outline = |mesh: Mesh<2>, body: Body<2>| Body { mesh: mesh.on_outline(anatomy.outline()), ..body };
+    let coarse = Body::tongue(11e-3).unwrap();
+    let coarse = on_outline(coarse.mesh.clone(), coarse);
+    std::iter::successors(Some(coarse), |b| Some(on_outline(b.mesh.refined(), b.clone())))
+        .take(levels)
+        .collect()
 }
 
 #[test]

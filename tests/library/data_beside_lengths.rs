@@ -1,11 +1,13 @@
 //! Muscle activity, contours and coils in one posterior with stretches: derivatives, what geometry does to them, and what they add.
 
 use nalgebra::{DMatrix, DVector, DVectorView};
-use tongue_core::statics::lanes::Load;
+use tongue_core::statics::lanes::{Lanes, Load};
 use tongue_core::statistics::{mean_and_variance, normals};
 use tongue_fit::body::{Body, ContinuumSettings, Mesh};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{self, Format, Map, Recording};
+use tongue_fit::parallel;
+use tongue_fit::statics::SolveStatus;
 use tongue_fit::system::{Model, System};
 use tongue_fit::track::TongueSurface;
 use tongue_infer::posterior::{
@@ -14,7 +16,9 @@ use tongue_infer::posterior::{
 };
 
 use crate::fixtures::less_compressible;
-use crate::posterior::{at_mode, coarse_posterior_model, derivatives, sampled, seen, solved};
+use crate::posterior::{
+    at_mode, coarse_posterior_model, derivatives, posterior_model, sampled, seen, solved,
+};
 
 fn posterior_models() -> Vec<PosteriorModel> {
     let bodies = [Body::tongue(5.5e-3), Body::continuum(8e-3, &ContinuumSettings::default())];
@@ -45,18 +49,10 @@ fn points_of(posterior_model: &PosteriorModel, positions: &[Point]) -> Vec<Point
 }
 
 /// Contours of the posture and, if there is one, of the baseline.
-fn contours(
-    posterior_model: &PosteriorModel,
-    posture: &[Point],
-    baseline: Option<&[Point]>,
-) -> AuxiliaryData {
+fn contours(of: &PosteriorModel, posture: &[Point], baseline: Option<&[Point]>) -> AuxiliaryData {
     let all: Vec<&[Point]> = [posture].into_iter().chain(baseline).collect();
-    AuxiliaryData::points(
-        &posterior_model.body,
-        &recording::AlignedRecording::of_contours(&all),
-        &[Some(0), None],
-    )
-    .unwrap()
+    AuxiliaryData::points(&of.body, &recording::AlignedRecording::of_contours(&all), &[Some(0), None])
+        .unwrap()
 }
 
 /// Coils at three places of the tongue where the nodes are at these positions, m: in the posture and in the baseline.
@@ -267,4 +263,85 @@ fn activity_narrows_its_muscles_and_its_unit_does_not_matter() {
         MapEstimate::find(&mut density).unwrap().scores
     };
     assert!((mode_with(1.0) - mode_with(5.0)).amax() < 0.01);
+}
+
+#[test]
+fn stretches_of_a_continuum_answer_to_its_widths_as_bodies_laid_anew_do() {
+    let continuum = Body::continuum(8e-3, &ContinuumSettings::default()).unwrap();
+    // The hyoid's nodes are others in a body of other patches: it moves without tilting here.
+    let priors = Priors::from_toml("hyoid_tilt.off = true", "test").unwrap();
+    let posterior_model = PosteriorModel::new(&continuum, &Model::default(), &priors).unwrap();
+    let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
+    let mode = MapEstimate::find(&mut density).unwrap();
+    let (meaning, _) = density.meaning(&mode.scores);
+    let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
+    let stretches = |settings: &ContinuumSettings| -> DVector<f64> {
+        let body = posterior_model.body.with_continuum(settings).unwrap().unwrap();
+        let system = System::new(&body.mesh, &posterior_model.model, &all).unwrap();
+        let solved = |load: Load<'_, 2>| {
+            let found = Lanes::new(&system).solve(&[load], density.settings()).remove(0);
+            assert_eq!(found.solution.status, SolveStatus::Converged);
+            system.lengths(&found.positions)
+        };
+        let own = &meaning.postures[0];
+        let vowel = Load::new(own.tensions.clone()).with_bone(body.bone("hyoid"), own.hyoid);
+        let (vowel, base) = (solved(vowel), solved(Load::new(meaning.tones.clone())));
+        DVector::from_fn(all.len(), |m, _| vowel[m] / base[m])
+    };
+    let own = posterior_model.body.mesh.continuum.as_ref().unwrap().settings;
+    let (width, patch) = (posterior_model.priors.bundle_width.sd_ln, posterior_model.priors.bone_patch.sd_ln);
+    let answers = at_mode(&density, &mode).geometry;
+    for (derivative, [width, patch]) in [(&answers.width, [width, 0.0]), (&answers.patch, [0.0, patch])] {
+        let by = |part: f64| ContinuumSettings {
+            bundle_width_m: own.bundle_width_m * (part * width).exp(),
+            patch_radius_m: own.patch_radius_m * (part * patch).exp(),
+            ..own
+        };
+        // Of a step as long as that of the derivative: a secant of what has no derivatives of higher order.
+        let difference = stretches(&by(0.5)) - stretches(&by(-0.5));
+        let error = (derivative.column(0) - &difference).amax();
+        assert!(error < 0.03 * difference.amax() && difference.amax() > 1e-3, "{error}: {difference}");
+    }
+}
+
+/// Scores of draws of the posterior's normal approximation at a mode, without those of which there is no
+/// equilibrium.
+fn laplace_draws(mode: &MapEstimate, count: usize, seed: u64) -> Vec<DVector<f64>> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let root = mode.precision.clone().cholesky().unwrap().inverse().cholesky().unwrap().unpack();
+    (0..count).map(|_| &mode.scores + &root * normals(root.nrows(), &mut random)).collect()
+}
+
+#[test]
+fn the_covariance_of_geometry_is_that_of_bodies_that_are_moved_over_the_posterior() {
+    // With kappa known, the covariance is that of ends and outline.
+    let posterior_model =
+        posterior_model(&Priors::from_toml("compressibility.sd_ln_kappa = 1e-4", "test").unwrap());
+    let mut density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
+    let mode = MapEstimate::find(&mut density).unwrap();
+    let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
+    let draws: Vec<(u64, DVector<f64>)> = (0..).zip(laplace_draws(&mode, 200, 2)).collect();
+    let moved: Vec<Option<DVector<f64>>> = parallel::map(&draws, |(number, scores)| {
+        let mut random = fastrand::Rng::with_seed(1000 + number);
+        let (meaning, _) = density.meaning(scores);
+        let ends = normals(posterior_model.ends.len(), &mut random);
+        let outline = normals(posterior_model.outline.len(), &mut random);
+        let body = posterior_model.displaced(ends.as_slice(), outline.as_slice())?;
+        let system = System::new(&body.mesh, &posterior_model.model, &all).ok()?;
+        let lengths = |load: Load<'_, 2>, system: &System<2>| {
+            let shape = density.lanes().solve(&[load], density.settings()).remove(0);
+            (shape.solution.status == SolveStatus::Converged).then(|| system.lengths(&shape.positions))
+        };
+        let stretches = |system: &System<2>| {
+            let load = |s| Load { system: Some(system), ..density.posterior_model.load(&meaning, s, None) };
+            let (posture, base) = (lengths(load(0), system)?, lengths(load(density.postures()), system)?);
+            Some(DVector::from_fn(all.len(), |m, _| posture[m] / base[m]))
+        };
+        Some(stretches(&system)? - stretches(&posterior_model.system)?)
+    });
+    let moved: Vec<_> = moved.into_iter().flatten().collect();
+    assert!(moved.len() > 120, "{}", moved.len());
+    let found = moved.iter().map(|d| d.norm_squared()).sum::<f64>() / moved.len() as f64;
+    let linear = mode.geometry.trace();
+    assert!((linear / found - 1.0).abs() < 0.25, "{linear} {found}");
 }

@@ -6,15 +6,9 @@ use tongue_core::body::largest_distance;
 use tongue_core::dynamics::Spectrum;
 use tongue_core::effect::Incompressibility;
 use tongue_fit::body::Body;
-use tongue_fit::dynamics::{
-    Control, IntegrationMethod, Motion, MotionStatus, Observer, Tensions, run, sample_times,
-};
+use tongue_fit::dynamics::{Control, IntegrationMethod, Motion, MotionStatus, Observer, Tensions, run};
 use tongue_fit::material::Constants;
-use tongue_fit::statics::{self, Workspace};
 use tongue_fit::system::{Additions, Model, System};
-
-/// Numbers of GGa, SGm and HGa, and the published tensions for /a/, N.
-const PUBLISHED: [(usize, f64); 3] = [(0, 12.0), (4, 11.5), (6, 4.5)];
 
 fn reference() -> (System<2>, Vec<f64>) {
     of(Additions::default())
@@ -31,19 +25,9 @@ fn printed() -> (System<2>, Vec<f64>) {
 const PRINTED_MASS: f64 = 2.2e-4;
 
 fn of(additions: Additions<2>) -> (System<2>, Vec<f64>) {
-    let muscles = PUBLISHED.map(|(m, _)| m);
-    let system = System::with(&fixtures::tongue(), &Model::default(), &muscles, additions).unwrap();
-    let mut tensions = vec![0.0; system.muscle_count()];
-    PUBLISHED.iter().for_each(|(m, t)| tensions[*m] = *t);
-    (system, tensions)
-}
-
-fn static_positions(system: &System<2>, tensions: &[f64]) -> Vec<SVector<f64, 2>> {
-    let mut workspace = Workspace::new(system);
-    let settings = statics::SolveSettings { tolerance: 1e-11, ..statics::SolveSettings::default() };
-    let solution = statics::solve(system, &mut workspace, tensions, &settings);
-    assert_eq!(solution.status, statics::SolveStatus::Converged);
-    workspace.positions().to_vec()
+    let mesh = fixtures::tongue();
+    let (muscles, tensions) = fixtures::pulling(&mesh, &fixtures::PUBLISHED_A);
+    (System::with(&mesh, &Model::default(), &muscles, additions).unwrap(), tensions)
 }
 
 #[derive(Default)]
@@ -62,7 +46,7 @@ fn in_the_long_run_the_body_comes_to_the_equilibrium() {
     for mesh in [springs, continuum] {
         let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
         let tensions = vec![4.0];
-        let goal = static_positions(&system, &tensions);
+        let goal = fixtures::solved_to(1e-11, &system, &tensions);
         assert!(largest_distance(&goal, system.rest()) > 1e-4);
         let motion = Motion::new(&system, Tensions::Ramp { to: tensions, duration: 0.3 }).unwrap();
         for (method, control) in [
@@ -194,8 +178,7 @@ fn a_run_shorter_than_any_motion_and_kinks_closer_than_any_step_end_at_once() {
         }
     }
     let motion = Motion::new(&system, table(&[0.0])).unwrap();
-    let refused = IntegrationMethod::Verlet.integrator(&motion, Control::Fixed(1e-320)).unwrap_err();
-    assert!(refused.to_string().starts_with("the step is 0.000"), "{refused}");
+    fixtures::says(IntegrationMethod::Verlet.integrator(&motion, Control::Fixed(1e-320)), "the step is 0.00");
 }
 
 #[test]
@@ -218,31 +201,10 @@ fn the_limits_explain_the_steps_of_the_thesis() {
 }
 
 #[test]
-fn an_adaptive_trajectory_is_right_to_a_tenth_of_a_micrometre_in_few_steps() {
-    let (system, tensions) = reference();
-    let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
-    let times = sample_times(3.0, 61);
-    let go = |tolerance| {
-        let mut integrator =
-            IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance)).unwrap();
-        let mut seen = Keep::default();
-        let outcome = run(&motion, integrator.as_mut(), &mut motion.at_rest(), 3.0, &times, &mut seen);
-        assert_eq!(outcome.status, MotionStatus::Completed);
-        assert_eq!(seen.0.len(), times.len());
-        (seen.0, outcome.counts)
-    };
-    let (reference, _) = go(1e-12);
-    let (found, counts) = go(1e-9);
-    let error = found.iter().zip(&reference).map(|(a, b)| largest_distance(a, b)).fold(0.0, f64::max);
-    assert!(error < 1e-7, "{error:e} m");
-    assert!(counts.steps < 250 && counts.factorisations < 100, "{counts:?}");
-}
-
-#[test]
 fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
     // Released from the shape of /a/ the passive body keeps 7 % of it after 3 s: b/k = 1.12 s.
     let (system, tensions) = reference();
-    let shape = static_positions(&system, &tensions);
+    let shape = fixtures::solved_to(1e-11, &system, &tensions);
     let passive = System::new(&fixtures::tongue(), &Model::default(), &[]).unwrap();
     let slack = Motion::new(&passive, Tensions::Constant(vec![0.0; 8])).unwrap();
     let mut released = slack.at_rest();
@@ -272,14 +234,16 @@ fn tissue_relaxes_with_its_damping_time_and_contracting_muscles_are_slower() {
 fn steps_and_tolerances_out_of_range_are_refused() {
     let system = System::new(&fixtures::lattice(4, 4, 5.5e-3), &Model::default(), &[0]).unwrap();
     let motion = Motion::new(&system, Tensions::Constant(vec![1.0])).unwrap();
-    for bad in [0.0, -1e-3, f64::NAN, f64::INFINITY] {
-        for method in IntegrationMethod::ALL {
-            let refused = method.checked(&motion, Control::Fixed(bad)).unwrap_err().to_string();
-            assert!(refused.starts_with(&format!("the step is {bad} s")), "{refused}");
-            assert!(method.checked(&motion, Control::Adaptive(bad)).is_err());
-        }
+    let refused = |method: IntegrationMethod, control| {
+        method.checked(&motion, control).map(drop).unwrap_err().to_string()
+    };
+    for (bad, method) in
+        [0.0, -1e-3, f64::NAN, f64::INFINITY].into_iter().flat_map(|b| IntegrationMethod::ALL.map(|m| (b, m)))
+    {
+        assert!(refused(method, Control::Fixed(bad)).starts_with(&format!("the step is {bad} s")));
+        refused(method, Control::Adaptive(bad));
     }
-    let refused = IntegrationMethod::Verlet.checked(&motion, Control::Adaptive(1e-9)).unwrap_err();
-    assert!(refused.to_string().starts_with("verlet has no error control"), "{refused}");
+    let said = refused(IntegrationMethod::Verlet, Control::Adaptive(1e-9));
+    assert!(said.starts_with("verlet has no error control"), "{said}");
     assert!(Motion::new(&system, Tensions::Constant(vec![])).is_err());
 }

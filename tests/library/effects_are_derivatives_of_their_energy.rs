@@ -64,6 +64,38 @@ fn check_all<const D: usize>(mesh: &Mesh<D>, side: f64) -> Vec<&'static str> {
     check_system(&system, &fixtures::shaken(mesh, far * side), side, &[7.5], 1.0)
 }
 
+type Forces<'a, const D: usize> = &'a dyn Fn(&[SVector<f64, D>]) -> Vec<SVector<f64, D>>;
+
+/// How far a force is from minus the differences of an energy, N, and a stiffness from minus those of the force, N/m.
+fn errors<const D: usize>(
+    nodes: &[usize],
+    x: &[SVector<f64, D>],
+    step: f64,
+    energy: &dyn Fn(&[SVector<f64, D>]) -> f64,
+    force: Forces<'_, D>,
+    stiffness: &DMatrix<f64>,
+) -> [f64; 2] {
+    let coordinates: Vec<(usize, usize)> =
+        nodes.iter().flat_map(|&node| (0..D).map(move |d| (node, d))).collect();
+    let (here, mut errors) = (force(x), [0.0_f64; 2]);
+    let mut differs = |which: usize, by: f64| {
+        errors[which] = errors[which].max(if by.is_nan() { f64::INFINITY } else { by.abs() });
+    };
+    for (column, &(node, d)) in coordinates.iter().enumerate() {
+        let [up, down] = [step, -step].map(|by| {
+            let mut x = x.to_vec();
+            x[node][d] += by;
+            x
+        });
+        differs(0, (energy(&up) - energy(&down)) / (2.0 * step) + here[node][d]);
+        let (up, down) = (force(&up), force(&down));
+        for (row, &(other, e)) in coordinates.iter().enumerate() {
+            differs(1, (up[other][e] - down[other][e]) / (2.0 * step) + stiffness[(row, column)]);
+        }
+    }
+    errors
+}
+
 /// Checks every effect of a system at positions and tensions; with the tension of the first muscle `more`
 /// larger too.
 fn check_system<const D: usize>(
@@ -73,35 +105,18 @@ fn check_system<const D: usize>(
     tensions: &[f64],
     more: f64,
 ) -> Vec<&'static str> {
-    let x = x.to_vec();
-    let at = Configuration { positions: &x, tensions };
+    let at = Configuration { positions: x, tensions };
     let step = 1e-6 * side;
-    let nodes = system.pattern().nodes().to_vec();
     for effect in system.effects() {
         let effect = effect.as_ref();
         let here = force(effect, at);
         let exact = stiffness(system, effect, at, Tangent::Exact);
         let scale = exact.amax().max(1.0);
-        for (u, &node) in nodes.iter().enumerate() {
-            for d in 0..D {
-                let (mut up, mut down) = (x.clone(), x.clone());
-                up[node][d] += step;
-                down[node][d] -= step;
-                let up = Configuration { positions: &up, tensions };
-                let down = Configuration { positions: &down, tensions };
-                let slope = (effect.energy(up) - effect.energy(down)) / (2.0 * step);
-                let error = (slope + here[node][d]).abs();
-                assert!(error < 1e-5, "{} in {D}D: force off by {error:e} N", effect.name());
-                let (fu, fd) = (force(effect, up), force(effect, down));
-                for (v, &other) in nodes.iter().enumerate() {
-                    for e in 0..D {
-                        let change = -(fu[other][e] - fd[other][e]) / (2.0 * step);
-                        let error = (change - exact[(v * D + e, u * D + d)]).abs() / scale;
-                        assert!(error < 1e-6, "{} in {D}D: stiffness off by {error:e}", effect.name());
-                    }
-                }
-            }
-        }
+        let energy = |x: &[SVector<f64, D>]| effect.energy(Configuration { positions: x, tensions });
+        let forces = |x: &[SVector<f64, D>]| force(effect, Configuration { positions: x, tensions });
+        let [of_force, of_stiffness] = errors(system.pattern().nodes(), x, step, &energy, &forces, &exact);
+        assert!(of_force < 1e-5, "{} in {D}D: force off by {of_force:e} N", effect.name());
+        assert!(of_stiffness < 1e-6 * scale, "{} in {D}D: stiffness off by {of_stiffness:e}", effect.name());
         let convex = stiffness(system, effect, at, Tangent::Convex).symmetric_eigenvalues();
         assert!(convex.min() > -1e-9 * scale, "{}: convex stiffness is not", effect.name());
 
@@ -109,7 +124,7 @@ fn check_system<const D: usize>(
         effect.add_force_per_tension(at, 0, &mut per_tension);
         let mut larger = tensions.to_vec();
         larger[0] += more;
-        let larger = force(effect, Configuration { positions: &x, tensions: &larger });
+        let larger = force(effect, Configuration { positions: x, tensions: &larger });
         for ((larger, here), derivative) in larger.iter().zip(&here).zip(&per_tension) {
             let off = (larger - here - derivative * more).norm();
             assert!(off < 1e-12, "{}: tension derivative", effect.name());
@@ -126,49 +141,28 @@ fn check_system<const D: usize>(
 
 /// The damping is minus the derivative of the viscous force, never adds energy, and does not resist a
 /// translation.
-fn check_damping<const D: usize>(
-    system: &System<D>,
-    effect: &dyn Effect<D>,
-    at: Configuration<'_, D>,
-    scale: f64,
-) {
-    let nodes = system.pattern().nodes();
+fn check_damping<const D: usize>(system: &System<D>, of: &dyn Effect<D>, at: Configuration<'_, D>, k: f64) {
     let viscous = |v: &[SVector<f64, D>]| {
         let mut f = vec![SVector::zeros(); v.len()];
-        effect.add_viscous_force(at, v, &mut f);
+        of.add_viscous_force(at, v, &mut f);
         f
     };
     let weight = 0.5;
     let mut c = BlockMatrix::zeros(system.pattern());
-    effect.add_damping(at, weight, &mut c);
+    of.add_damping(at, weight, &mut c);
     let damping = fixtures::dense(system.pattern(), &c) / weight;
-    for (u, &node) in nodes.iter().enumerate() {
-        for d in 0..D {
-            let mut v = vec![SVector::zeros(); at.positions.len()];
-            v[node][d] = 1.0;
-            let f = viscous(&v);
-            for (w, &other) in nodes.iter().enumerate() {
-                for e in 0..D {
-                    let error = (f[other][e] + damping[(w * D + e, u * D + d)]).abs() / scale;
-                    assert!(error < 1e-12, "{}: damping off by {error:e}", effect.name());
-                }
-            }
-        }
-    }
-    assert!(damping.symmetric_eigenvalues().min() > -1e-9 * scale, "{}: feeds energy", effect.name());
+    let still = vec![SVector::zeros(); at.positions.len()];
+    let [_, error] = errors(system.pattern().nodes(), &still, 1.0, &|_| 0.0, &viscous, &damping);
+    assert!(error < 1e-12 * k, "{}: damping off by {error:e}", of.name());
+    assert!(damping.symmetric_eigenvalues().min() > -1e-9 * k, "{}: feeds energy", of.name());
     let together = viscous(&vec![SVector::repeat(0.3); at.positions.len()]);
-    assert!(together.iter().all(|f| f.norm() < 1e-9), "{}: resists moving as a whole", effect.name());
+    assert!(together.iter().all(|f| f.norm() < 1e-9), "{}: resists moving as a whole", of.name());
 }
 
 /// The force with internal states is minus the derivative of its energy. With settled states, its stiffness
 /// is minus the derivative of that force, and the states solve their equation.
-fn check_internal<const D: usize>(
-    system: &System<D>,
-    effect: &dyn Effect<D>,
-    at: Configuration<'_, D>,
-    step: f64,
-) {
-    let Some(internal) = effect.internal() else { return };
+fn check_internal<const D: usize>(system: &System<D>, of: &dyn Effect<D>, at: Configuration<'_, D>, h: f64) {
+    let Some(internal) = of.internal() else { return };
     assert!(internal.count() > 0);
     let known: Vec<f64> = (0..internal.count()).map(|i| 1e-4 * (i as f64).sin()).collect();
     for time_step in [0.0, 0.01, 2.0] {
@@ -182,36 +176,21 @@ fn check_internal<const D: usize>(
         internal.rates(at, &states, &mut rates);
         for ((s, k), r) in states.iter().zip(&known).zip(&rates) {
             let off = (s - k - time_step * r).abs();
-            assert!(off < 1e-15 + 1e-12 * s.abs(), "{}: not settled", effect.name());
+            assert!(off < 1e-15 + 1e-12 * s.abs(), "{}: not settled", of.name());
         }
-        let force = |at: Configuration<'_, D>, states: &[f64]| {
-            let mut f = vec![SVector::<f64, D>::zeros(); at.positions.len()];
-            internal.add_force(at, states, &mut f);
+        let force = |x: &[SVector<f64, D>]| {
+            let mut f = vec![SVector::zeros(); x.len()];
+            let at = Configuration { positions: x, ..at };
+            internal.add_force(at, &settled(at), &mut f);
             f
         };
+        let energy = |x: &[SVector<f64, D>]| internal.energy(x, &states);
         let mut k = BlockMatrix::zeros(system.pattern());
         internal.add_stiffness(at, time_step, &states, Tangent::Exact, &mut k);
         let k = fixtures::dense(system.pattern(), &k);
-        let here = force(at, &states);
-        for (u, &node) in system.pattern().nodes().iter().enumerate() {
-            for d in 0..D {
-                let (mut up, mut down) = (at.positions.to_vec(), at.positions.to_vec());
-                up[node][d] += step;
-                down[node][d] -= step;
-                let slope = (internal.energy(&up, &states) - internal.energy(&down, &states)) / (2.0 * step);
-                assert!((slope + here[node][d]).abs() < 1e-5, "{}: force of states", effect.name());
-                let up = Configuration { positions: &up, ..at };
-                let down = Configuration { positions: &down, ..at };
-                let (fu, fd) = (force(up, &settled(up)), force(down, &settled(down)));
-                for (v, &other) in system.pattern().nodes().iter().enumerate() {
-                    for e in 0..D {
-                        let change = -(fu[other][e] - fd[other][e]) / (2.0 * step);
-                        let error = (change - k[(v * D + e, u * D + d)]).abs() / k.amax().max(1.0);
-                        assert!(error < 1e-6, "{}: stiffness of states off by {error:e}", effect.name());
-                    }
-                }
-            }
-        }
+        let [of_force, of_stiffness] = errors(system.pattern().nodes(), at.positions, h, &energy, &force, &k);
+        assert!(of_force < 1e-5, "{}: force of states", of.name());
+        assert!(of_stiffness < 1e-6 * k.amax().max(1.0), "{}: {of_stiffness:e}", of.name());
     }
 }
 

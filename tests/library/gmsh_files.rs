@@ -5,7 +5,6 @@ use crate::fixtures;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use tongue_core::geometry::simplex;
 use tongue_fit::body::gmsh::Content;
 use tongue_fit::body::{self, Body, BodyError, Bone, Mesh, Quality};
 use tongue_fit::system::{Model, System};
@@ -192,16 +191,11 @@ fn meshes_without_a_body_are_refused_with_place_and_advice() {
 
 #[test]
 fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() {
-    let (first, second) = (flat("broken/square.msh"), flat("second_order.msh"));
-    let (first, second) = (&first.mesh, &second.mesh);
-    assert_eq!(second.cells.len(), first.cells.len());
-    assert_eq!((second.nodes.len(), second.muscles.len()), (first.nodes.len(), first.muscles.len()));
-    let area = |mesh: &Mesh<2>| -> f64 {
-        mesh.cells.iter().map(|c| simplex::measure(&simplex::corners(&mesh.nodes, c))).sum()
-    };
-    assert!((area(second) / area(first) - 1.0).abs() < 1e-12);
-    let length = |mesh: &Mesh<2>| mesh.distance(mesh.muscles[0].ends());
-    assert!((length(second) / length(first) - 1.0).abs() < 1e-12);
+    let [first, second] = &["broken/square.msh", "second_order.msh"].map(|name| flat(name).mesh);
+    let counts = |mesh: &Mesh<2>| [mesh.cells.len(), mesh.nodes.len(), mesh.muscles.len()];
+    assert_eq!(counts(second), counts(first));
+    let sizes = |mesh: &Mesh<2>| [Quality::of(mesh).area_m2, mesh.distance(mesh.muscles[0].ends())];
+    assert!(sizes(second).iter().zip(sizes(first)).all(|(a, b)| (a / b - 1.0).abs() < 1e-12));
 
     // The same file with the middle of one side moved: the body is the same, and the curved side is reported.
     let bends = |c: &String| c.contains("are taken as straight");
@@ -216,8 +210,7 @@ fn quadratic_elements_are_read_by_their_corners_and_higher_orders_are_refused() 
     // The same file with its six-node triangles declared as ten-node ones.
     let header = text.lines().find(|l| l.starts_with("2 1 9 ")).unwrap();
     let third = text.replace(header, &header.replace("2 1 9 ", "2 1 21 "));
-    let message = gmsh::read(third.as_bytes(), "third.msh", Unit::M).unwrap_err().to_string();
-    assert!(message.starts_with("third.msh:") && message.contains("Mesh.ElementOrder = 1 or 2"), "{message}");
+    fixtures::says(gmsh::read(third.as_bytes(), "third.msh", Unit::M), "third.msh:; Mesh.ElementOrder = 1");
 }
 
 #[test]

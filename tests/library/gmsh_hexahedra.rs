@@ -10,7 +10,7 @@ use tongue_fit::body::{Body, Side, Unit};
 use tongue_fit::system::{SpaceModel, System};
 use tongue_input::bodies::gmsh;
 
-use crate::fixtures::solved;
+use crate::fixtures::{self, solved};
 
 fn bytes(name: &str) -> Vec<u8> {
     std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gmsh").join(name)).unwrap()
@@ -91,10 +91,7 @@ fn a_curve_through_a_block_gives_directions() {
     solved(&system, &found.activations(&[("M", 0.2)]).unwrap());
     let leaving: Vec<[f64; 3]> = (1..9).map(|i| [0.01 * f64::from(i), 1e-3, 9e-3]).collect();
     let message = read_space(with_curve(&leaving).as_bytes(), "b.msh", Unit::M).unwrap_err().to_string();
-    assert!(
-        message.starts_with("b.msh:") && message.contains("outside the tissue at node 5006"),
-        "{message}"
-    );
+    assert!(message.starts_with("b.msh:") && message.contains("the tissue at node 5006"), "{message}");
 }
 
 #[test]
@@ -123,8 +120,7 @@ fn what_is_wrong_is_told_with_its_line() {
     }
     let second = says("\n3 1 5 ", "\n3 1 12 ");
     assert!(second.contains("Mesh.ElementOrder = 1") && !second.contains("Recombine"), "{second}");
-    let tetrahedra = read_space(&bytes("cylinder_41.msh"), "c.msh", Unit::M).unwrap_err().to_string();
-    assert!(tetrahedra.contains("is a tetrahedron") && tetrahedra.contains("Transfinite"), "{tetrahedra}");
+    fixtures::says(read_space(&bytes("cylinder_41.msh"), "c.msh", Unit::M), "is a tetrahedron; Transfinite");
     // The corners of an element listed from the top downwards.
     let (_, elements) = text.split_once("$Elements").unwrap();
     let line = elements.lines().find(|l| l.split_whitespace().count() == 9).unwrap();

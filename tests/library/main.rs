@@ -4,7 +4,6 @@
 #![allow(clippy::print_stderr, reason = "a test that is skipped says why")]
 
 mod activations_in_space;
-mod batch_findings;
 mod bodies_are_adapted;
 mod bodies_are_placed;
 mod bodies_in_space;
@@ -29,12 +28,10 @@ mod observables_are_derivatives_of_their_value;
 mod other_tables_are_read;
 mod patch_tests;
 mod posterior;
-mod posterior_geometry;
 mod properties_of_random_bodies;
 mod recordings_are_aligned;
 mod recordings_are_plausible;
 mod recordings_are_read;
-mod runs_are_plain_structs;
 mod scenes_in_space;
 mod scenes_simulate_only_what_they_call_for;
 mod scikit_fem;

@@ -22,10 +22,7 @@ fn common<const D: usize>(direction: SVector<f64, D>) -> Named<D> {
         ("ratio of lengths that share an end", Box::new(Ratio::new(a, Length::new([17, 9])))),
         ("stretch", Box::new(Stretch::new(a, 0.013))),
         ("line", Box::new(line.clone())),
-        (
-            "ratio of lines",
-            Box::new(Ratio::new(line.clone(), Line { ends: [LineEnd::node(2), LineEnd::node(11)] })),
-        ),
+        ("lines", Box::new(Ratio::new(line.clone(), Line { ends: [LineEnd::node(2), LineEnd::node(11)] }))),
         ("stretch of a line", Box::new(Stretch::new(line, 0.02))),
         ("node", Box::new(NodePosition::node(7, direction))),
         ("mean of nodes", Box::new(NodePosition::mean(vec![(3, 0.2), (4, 0.5), (9, 0.3)], direction))),
@@ -84,10 +81,7 @@ fn in_the_plane() {
     ] {
         all.push((name, Box::new(Contour::new(curve.clone(), Vector2::new(x, y)))));
     }
-    all.push((
-        "place on the surface",
-        Box::new(NodePosition::on_curve(&curve, 0.0137, Vector2::new(0.0, 1.0))),
-    ));
+    all.push(("on a curve", Box::new(NodePosition::on_curve(&curve, 0.0137, Vector2::new(0.0, 1.0)))));
     check(&all, &shaken(&mesh, 5e-4));
 }
 

@@ -76,17 +76,12 @@ pub fn solved(evaluator: &mut Evaluator<'_>, at: &DVector<f64>, begin: &WarmStar
 }
 
 /// The derivatives of the logarithm of a density at a point, each with its difference of the fourth order over steps `h`.
-pub fn derivatives(
-    evaluator: &mut Evaluator<'_>,
-    at: &DVector<f64>,
-    begin: &WarmStart,
-    h: f64,
-) -> Vec<(f64, f64)> {
-    let here = solved(evaluator, at, begin);
+pub fn derivatives(of: &mut Evaluator<'_>, at: &DVector<f64>, from: &WarmStart, h: f64) -> Vec<(f64, f64)> {
+    let here = solved(of, at, from);
     let mut side = |i: usize, by: f64| {
         let mut x = at.clone();
         x[i] += by;
-        solved(evaluator, &x, &here.place).log
+        solved(of, &x, &here.place).log
     };
     let mut difference =
         |i| (8.0 * (side(i, h) - side(i, -h)) - side(i, 2.0 * h) + side(i, -2.0 * h)) / (12.0 * h);

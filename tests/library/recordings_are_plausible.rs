@@ -205,23 +205,21 @@ fn coils_of_other_names_sizes_and_axes_are_reported() {
     assert!(exchanged.notes[0].contains("looks to the right"), "{:?}", exchanged.notes);
     // Lips tell which way is up, and to the front.
     for (upper, lower, names, told) in [
-        (40.0, 20.0, ["T1", "T2", "T3"], None),
-        (20.0, 40.0, ["T1", "T2", "T3"], Some("upside down")),
-        (40.0, 20.0, ["T3", "T2", "T1"], Some("exchanged")),
+        (40.0, 20.0, ["T1", "T2", "T3"], ""),
+        (20.0, 40.0, ["T1", "T2", "T3"], "upside down"),
+        (40.0, 20.0, ["T3", "T2", "T1"], "exchanged"),
     ] {
-        let mut frames = coils(names);
-        for (_, points) in &mut frames {
-            points.extend([("UL", upper), ("LL", lower)].map(|(n, y)| (n.to_owned(), [-25.0, y])));
-        }
-        let found = aligned(&recording(&frames), "").err();
-        assert!(found.is_some() == told.is_some() && found.unwrap_or_default().contains(told.unwrap_or("")));
+        let lips = [("UL", upper), ("LL", lower)].map(|(n, y)| (n.to_owned(), [-25.0, y]));
+        let with = |(t, points): (f64, Vec<_>)| (t, [points, lips.to_vec()].concat());
+        let found = aligned(&recording(&coils(names).into_iter().map(with).collect()), "").err();
+        assert!(found.is_some() != told.is_empty() && found.unwrap_or_default().contains(told));
     }
     // A coil at the incisors is in front of the first one on the tongue, unless a map says what it is.
     let mut behind = good;
-    for (_, points) in &mut behind {
+    behind.iter_mut().for_each(|(_, points)| {
         let [x, y] = points[2].1;
         points.push(("LI".to_owned(), [x + 8.0, y - 5.0]));
-    }
+    });
     let notes = |map| seen_with(&behind, map).notes.join("; ");
     assert!(notes("").contains("LI is seen 8 mm behind T1"), "{}", notes(""));
     assert!(!notes("[points]\nLI = \"ignore\"").contains("behind"), "{}", notes("[points]\nLI = \"ignore\""));
@@ -254,12 +252,9 @@ fn distant_and_stuck_points_are_reported() {
     noticed(&paused, "", "very same place in 20 frames", Note);
     // A tongue at rest, rounded to a tenth of a millimetre.
     let mut rng = fastrand(9);
-    let mut rest = tongue(90);
-    let first = rest[0].1.clone();
-    for (_, points) in &mut rest {
-        points.clone_from(&first);
-        points.iter_mut().flat_map(|(_, p)| p).for_each(|v| *v = (10.0 * (*v + 0.04 * rng())).round() / 10.0);
-    }
+    let mut rest = frozen;
+    let places = rest.iter_mut().flat_map(|(_, points)| points).flat_map(|(_, p)| p);
+    places.for_each(|v| *v = (10.0 * (*v + 0.04 * rng())).round() / 10.0);
     not_suspected(&rest, "");
 }
 
@@ -289,14 +284,14 @@ fn frames_and_points_out_of_order_are_reported() {
 #[test]
 fn a_point_that_jumps_in_a_tongue_that_rests_says_nothing_of_the_order_of_frames() {
     let mut rng = fastrand(5);
-    let mut frames = tongue(24);
-    let first = frames[0].1.clone();
-    for (f, (_, points)) in frames.iter_mut().enumerate() {
-        points.clone_from(&first);
+    let first = tongue(1).remove(0).1;
+    let frame = |f: usize| {
+        let mut points = first.clone();
         points.iter_mut().for_each(|(_, p)| *p = p.map(|v| v + 0.3 * rng()));
         points[9].1[1] += if f == 12 { 30.0 } else { 0.0 };
-    }
-    not_suspected(&frames, "");
+        (f as f64 / 80.0, points)
+    };
+    not_suspected(&(0..24).map(frame).collect(), "");
 }
 
 #[test]
@@ -473,12 +468,12 @@ fn a_bone_whose_tracking_slips_is_named_and_makes_no_frame_of_each_sample() {
     // A bone that one frame does not show is told there.
     let missing = changed(|f, _, points| points.truncate(if f == 7 { 11 } else { 13 }));
     let mut faults = screen(&mut seen_with(&missing, ""), None);
-    let of_frame = faults.remove(7);
+    let found = faults.remove(7);
     assert!(
-        faults.concat().is_empty() && of_frame.iter().all(|a| a.kind == FaultKind::BoneMissing),
-        "{of_frame:?}"
+        faults.concat().is_empty() && found.iter().all(|a| a.kind == FaultKind::BoneMissing),
+        "{found:?}"
     );
-    assert_eq!(of_frame.iter().flat_map(|a| &a.points).collect::<Vec<_>>(), ["hyoid", "mental_spine"]);
+    assert_eq!(found.iter().flat_map(|a| &a.points).collect::<Vec<_>>(), ["hyoid", "mental_spine"]);
     // In every third frame, or in two, it is left out.
     for slips in [|f: usize| f % 3 == 1, |f: usize| (30..32).contains(&f)] {
         let jumped = changed(|f, _, points| points[11].1[1] += if slips(f) { 24.0 } else { 0.0 });

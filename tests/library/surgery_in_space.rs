@@ -1,4 +1,4 @@
-//! Surgery of bodies in space: what is left pulls as before, and what cannot be operated is refused.
+//! Surgery of bodies in space: what is left pulls as before. What cannot be operated, `scenes_in_space` refuses.
 
 use nalgebra::Vector3;
 use tongue_fit::body::{Body, Filling, Region, Side, artisynth};
@@ -52,19 +52,6 @@ fn regions_hold_what_lies_in_them_and_one_side_is_the_image_of_the_other() {
     let [flap, silent, soft] = [Filling::Flap, Filling::Silent, Filling::Scar(1.0)]
         .map(|filling| way_after(&body, &model, &l, filling, (end, &[("A", 0.2)])));
     assert!((flap - silent).norm() < 1e-9 && (flap - soft).norm() < 1e-9);
-}
-
-#[test]
-fn what_cannot_be_operated_is_refused() {
-    let body = space_block(SIDE);
-    let all = body.elements_in(&Region::Ball(Vector3::zeros(), 1.0), None).unwrap();
-    assert_eq!(all.len(), 4);
-    let refused = body.operated(&all, Filling::Removed).unwrap_err().to_string();
-    assert!(refused.contains("removes the tissue at bone"), "{refused}");
-    let none = body.elements_in(&Region::Ball(Vector3::repeat(1.0), 1e-3), None).unwrap_err().to_string();
-    assert!(none.contains("no element"), "{none}");
-    assert!(body.elements_in(&Region::Ball(Vector3::zeros(), -1.0), None).is_err());
-    assert!(body.elements_in(&Region::Muscle("GG".into()), None).is_err());
 }
 
 /// What an independent program found for the tip (x back, y, z up, mm) of ArtiSynth's tongue with GGP at

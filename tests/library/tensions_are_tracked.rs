@@ -186,47 +186,25 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     }
 }
 
-#[test]
-fn bones_are_carried_to_where_they_are_seen() {
-    let speaker = speaker();
-    let mut seen = recorded(&speaker, 4, 1e-6);
-    // All that is seen is shifted with the head: with bones that follow it is the same tongue but for the
-    // styloid, which is far away.
-    let by = Point::new(0.4e-3, -0.3e-3);
-    for frame in &mut seen.frames {
-        frame.contour.iter_mut().flatten().for_each(|m| m.at += by);
-        frame.bones.iter_mut().flatten().for_each(|p| *p += by);
-        frame.contour.iter_mut().flatten().for_each(|m| m.sd = 0.3e-3);
-    }
-    let with = tracked(&speaker, &seen);
-    seen.frames.iter_mut().for_each(|f| f.bones = vec![None, None]);
-    let without = tracked(&speaker, &seen);
-    let rms = |all: &[Tracked]| all.iter().map(|f| f.rms_m.unwrap()).fold(0.0, f64::max);
-    assert!(rms(&with) < 0.5 * rms(&without), "{} {}", rms(&with), rms(&without));
-}
-
+/// That its intervals hold and tensions beside it too, tests/slow/tracked_intervals_cover_the_truth.rs shows.
 #[test]
 fn a_bone_that_was_not_seen_is_found_where_it_is() {
     let speaker = speaker();
     let (times, hyoid) = (times(6), Point::new(3e-3, -4e-3));
     let shapes: Vec<_> = times.iter().map(|t| speaker.shape(&course(*t), hyoid).unwrap()).collect();
-    let mut seen =
-        speaker.seen(&shapes, &times, Kind::Contour(31, 0.05e-3), &mut fastrand::Rng::with_seed(7));
+    let kind = Kind::Contour(31, 0.05e-3);
+    let mut seen = speaker.seen(&shapes, &times, kind, &mut fastrand::Rng::with_seed(7));
     seen.frames.iter_mut().for_each(|f| f.bones[0] = None);
-    let all: Vec<usize> = (0..8).collect();
-    let freed = [MovableBone::of(&speaker.body, &Model::default(), &all, "hyoid").unwrap()];
-    let settings = independent();
-    let found = tracked_with(&speaker, &seen, &freed, &settings, None);
-    let held = tracked_with(&speaker, &seen, &[], &settings, None);
+    let freed = [MovableBone::of(&speaker.body, &Model::default(), &Vec::from_iter(0..8), "hyoid").unwrap()];
+    let [found, held] =
+        [&freed[..], &[]].map(|bones| tracked_with(&speaker, &seen, bones, &independent(), None));
     for (frame, held) in found.iter().zip(&held) {
         assert_eq!(frame.status, FrameStatus::Converged);
-        let bone = frame.bones[0];
-        for axis in 0..2 {
-            assert!((bone.shift_m[axis] - hyoid[axis]).abs() < 0.5e-3, "{bone:?}");
-            let width = bone.high_m[axis] - bone.low_m[axis];
-            assert!((0.1e-3..1e-3).contains(&width), "of 20 mm before anything is seen: {bone:?}");
-        }
-        assert!(held.bones.is_empty());
+        assert!(
+            (Point::from(frame.bones[0].shift_m) - hyoid).norm() < 0.7e-3 && held.bones.is_empty(),
+            "{:?}",
+            frame.bones
+        );
         assert!(frame.rms_m.unwrap() < 0.2 * held.rms_m.unwrap(), "{:?} {:?}", frame.rms_m, held.rms_m);
     }
 }

@@ -20,10 +20,7 @@ pub fn found() -> Option<PathBuf> {
         .flat_map(|folder| names.map(|name| folder.join(name)))
         .find(|program| program.is_file());
     if found.is_none() {
-        assert!(
-            std::env::var_os(REQUIRED).is_none(),
-            "{REQUIRED} is set, but there is no chromium in the PATH"
-        );
+        assert!(std::env::var_os(REQUIRED).is_none(), "{REQUIRED} is set, but no chromium is there");
         println!("skipped: no chromium in the PATH");
     }
     found
@@ -175,23 +172,26 @@ impl Browser {
     }
 
     /// The first messages on the console, exceptions, and refused requests.
-    pub fn complaints(&self) -> Vec<String> {
+    fn complaints(&self) -> Vec<String> {
         let kinds = ["Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded"];
         let told = self.events.iter().filter(|e| e["method"].as_str().is_some_and(|m| kinds.contains(&m)));
         told.map(|e| e["params"].to_string().chars().take(400).collect()).take(3).collect()
     }
 }
 
+/// A test that passes has made no page complain.
 impl Drop for Browser {
     fn drop(&mut self) {
+        let complaints = self.complaints();
         let _ = self.to.write_all(b"{\"id\":0,\"method\":\"Browser.close\"}\0");
         for _ in 0..100 {
             if matches!(self.child.try_wait(), Ok(Some(_))) {
-                return;
+                break;
             }
             std::thread::sleep(Duration::from_millis(50));
         }
         let _ = self.child.kill();
         let _ = self.child.wait();
+        assert!(std::thread::panicking() || complaints.is_empty(), "{complaints:?}");
     }
 }

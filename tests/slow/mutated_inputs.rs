@@ -16,22 +16,7 @@ use crate::inputs::{KINDS, NEXT_FILE};
 /// Time after which an input counts as hanging; the slowest takes a second.
 const HANGS: Duration = Duration::from_secs(300);
 /// Replacements of numbers.
-const NUMBERS: [&str; 14] = [
-    "0",
-    "-0.0",
-    "-1",
-    "1",
-    "1e-320",
-    "4.9e-324",
-    "1e-12",
-    "1e308",
-    "1e400",
-    "nan",
-    "inf",
-    "99999999999",
-    "1.5",
-    "0x7f",
-];
+const NUMBERS: &str = "0 -0.0 -1 1 1e-320 4.9e-324 1e-12 1e308 1e400 nan inf 99999999999 1.5 0x7f";
 
 /// Valid inputs of a kind.
 fn seeds(kind: &str) -> Vec<Vec<u8>> {
@@ -122,7 +107,7 @@ fn mutate(input: &[u8], rng: &mut Rng) -> Vec<u8> {
                     continue;
                 };
                 let length = bytes[start..].iter().position(|b| !is_part(b)).unwrap_or(bytes.len() - start);
-                let other = rng.choice(NUMBERS).unwrap().bytes();
+                let other = rng.choice(NUMBERS.split(' ').collect::<Vec<_>>()).unwrap().bytes();
                 bytes.splice(start..start + length, other);
             }
         }

@@ -115,8 +115,7 @@ fn rates_are_the_differences() {
                 let of = |rate: fn(&tongue_sound::formants::Rate) -> f64| {
                     exact.iter().map(rate).fold(0.0, |m: f64, r| m.max(r.abs()))
                 };
-                let (largest_area, largest_length) =
-                    (of(|r| r.frequency_by_area), of(|r| r.frequency_by_length));
+                let (by_area, by_length) = (of(|r| r.frequency_by_area), of(|r| r.frequency_by_length));
                 let wide = of(|r| r.bandwidth_by_area);
                 for (i, rate) in exact.iter().enumerate() {
                     let moved = |by: f64, is_area: bool| {
@@ -133,12 +132,8 @@ fn rates_are_the_differences() {
                         (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h * x)
                     };
                     let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= 1e-7 * scale;
-                    assert!(near(rate.frequency_by_area, difference(true, |f| f.frequency_hz), largest_area));
-                    assert!(near(
-                        rate.frequency_by_length,
-                        difference(false, |f| f.frequency_hz),
-                        largest_length
-                    ));
+                    assert!(near(rate.frequency_by_area, difference(true, |f| f.frequency_hz), by_area));
+                    assert!(near(rate.frequency_by_length, difference(false, |f| f.frequency_hz), by_length));
                     if acoustics.friction {
                         assert!(near(rate.bandwidth_by_area, difference(true, |f| f.bandwidth_hz), wide));
                     }
