@@ -83,7 +83,7 @@ pub mod adapt {
 
 pub mod body {
     //! Bodies: meshes with named muscles and bones, from an anatomy, from a file, or of your own.
-    pub use tongue_core::body::space::{Filling, Half, Operated, Region, Segment, Side};
+    pub use tongue_core::body::space::{Filling, Half, Region, Segment, Side};
     pub use tongue_core::body::{
         Anatomy, Body, BodyError, Bone, Cells, ContinuumSettings, DEFAULT_SPACING_M, HYOID, MANDIBLE, Mesh,
         Muscle, MuscleChain, Quality, REFERENCE, build,
@@ -114,9 +114,11 @@ pub mod body {
 pub mod dynamics {
     //! Motion: masses, dampers and three-element muscles over time.
     pub use tongue_core::dynamics::{
-        Control, IntegrationMethod, Integrator, Motion, MotionError, MotionOutcome, MotionStatus, Observer,
-        SHORTEST_S, State, Tensions, cost_per_step, run, sample_times,
+        Control, IntegrationMethod, Motion, MotionError, MotionOutcome, MotionStatus, Observer, State,
+        Tensions, cost_per_step, run, sample_times,
     };
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_core::dynamics::{Integrator, SHORTEST_S};
     pub use tongue_input::measured::curves::Curves;
 }
 
@@ -127,9 +129,9 @@ pub mod effect {
 
 pub mod files {
     //! Reading files with a limit on their size, and advice where the operating system refuses.
-    #[cfg(feature = "files")]
-    pub use tongue_input::files::read_text;
-    pub use tongue_input::files::{advice, read};
+    pub use tongue_input::files::read;
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_input::files::{advice, read_text};
 }
 
 pub mod geometry {
@@ -155,22 +157,21 @@ pub mod inverse {
     pub use tongue_infer::inverse::in_space::{Recorded, SpaceSearch};
     pub use tongue_infer::inverse::solution_curve::{SolutionCurve, Termination};
     pub use tongue_infer::inverse::{
-        Answer, Fit, FitError, FitSettings, FitStatus, Method, MovableBone, Prior, TargetOnBody, Unknown,
-        fit, solve,
+        Fit, FitError, FitSettings, FitStatus, Method, MovableBone, Prior, TargetOnBody, Unknown, fit, solve,
     };
 
     pub mod alarms {
         //! What to doubt in an answer.
-        pub use tongue_infer::inverse::alarms::{
-            Alarm, THICKNESS_M, alarms, barrier, of_equilibrium, of_shape, of_strain,
-        };
+        pub use tongue_infer::inverse::alarms::{Alarm, alarms, barrier};
+        #[cfg(feature = "cli")]
+        pub(crate) use tongue_infer::inverse::alarms::{THICKNESS_M, of_equilibrium, of_shape, of_strain};
     }
 
     pub mod batch {
         //! Every subject and vowel of a table.
-        pub use tongue_infer::inverse::batch::{
-            BatchPlan, Job, Refusal, SUBSTITUTE_BASELINE, Selection, plan, settings,
-        };
+        #[cfg(feature = "cli")]
+        pub(crate) use tongue_infer::inverse::batch::{Job, Refusal, SUBSTITUTE_BASELINE};
+        pub use tongue_infer::inverse::batch::{Selection, plan, settings};
     }
 }
 
@@ -190,8 +191,10 @@ pub mod measured {
 
     pub mod lengths {
         //! Tables of lengths, and how they were read.
+        #[cfg(feature = "cli")]
+        pub(crate) use tongue_input::measured::lengths::BrokenRow;
         pub use tongue_input::measured::lengths::{
-            BrokenRow, Column, DecimalMark, Encoding, HalfWidth, LineEnds, Malformed, Reading, Row,
+            Column, DecimalMark, Encoding, HalfWidth, LineEnds, Malformed, Reading, Row,
         };
 
         pub mod rest_distance {
@@ -204,8 +207,10 @@ pub mod measured {
         //! Recordings of moving tongues.
         pub use tongue_input::measured::recording::{
             AlignedRecording, Doubt, Fault, FaultKind, Format, Map, Mark, Recording, Severity, WITHOUT_BONES,
-            Waveform, doubts, is_coil, other_size, palate_doubt, screen,
+            doubts, other_size, palate_doubt, screen,
         };
+        #[cfg(feature = "cli")]
+        pub(crate) use tongue_input::measured::recording::{Waveform, is_coil};
     }
 }
 
@@ -233,38 +238,43 @@ pub mod posterior {
 pub mod report {
     //! Outputs: records, tables, pictures and pages.
     pub use tongue_files::report::{
-        AnimationFrame, Conclusion, DecidedBy, Draws, Export, FitRecord, HexahedraRecord, Json, Markdown,
-        Msh, OfBody, OperationRecord, Panel, Provenance, Pvd, RecordingResult, ReportError, Rows,
-        SectionPicture, Series, SimulationRecord, SoundRecord, SpaceFitRecord, SpaceTrackRecord, Svg, Table,
-        TrackRecord, TrackResults, TrajectoryRecord, ValleyRecord, VowelPicture, Vtu, Wav, animation,
-        changes, panels, ridges, solid, status_name, timelines, tongue, valley, views, vowel, wrapped,
+        AnimationFrame, Draws, Export, FitRecord, Json, Markdown, Msh, Provenance, ReportError, Rows,
+        SectionPicture, Series, SimulationRecord, SoundRecord, Svg, Table, Vtu, Wav, animation, changes,
+        panels, ridges, solid, tongue, valley, vowel,
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
-        Clean, FormantsRecord, REPEATED, Ssff, StoTable, contrasts, draws_csv, formants_csv, limit_of_plane,
-        over_speakers, placed, prior_interval_n, repeated, repeats_table, segments_csv, track_csv,
+        Clean, Conclusion, FormantsRecord, OfBody, OperationRecord, PageBody, PageTable, Panel, Pvd,
+        REPEATED, RecordingResult, SpaceFitRecord, SpaceTrackRecord, Ssff, StoTable, TonguePage, TrackPage,
+        TrackRecord, TrackResults, TrajectoryRecord, ValleyRecord, VowelPicture, contrasts,
+        discard_unfinished, draws_csv, formants_csv, limit_of_plane, over_speakers, placed, prior_interval_n,
+        repeated, repeats_table, segments_csv, status_name, timelines, track_csv, views, wrapped,
     };
     #[cfg(feature = "files")]
-    pub use tongue_files::report::{
-        OutputDir, PageBody, PageTable, TonguePage, TrackPage, discard_unfinished, fixed, write,
-    };
+    pub use tongue_files::report::{OutputDir, fixed, write};
 
     #[cfg(feature = "files")]
     pub mod batch {
         //! The files of a batch.
-        pub use tongue_files::report::batch::{
-            Batch, BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, Shard, columns, digests,
-            passive_groups, sha256, write_files, write_json,
+        #[cfg(feature = "cli")]
+        pub(crate) use tongue_files::report::batch::{
+            Batch, BatchSummary, Digest, Fitted, RowPosterior, digests, passive_groups, sha256, write_files,
+            write_json,
         };
+        pub use tongue_files::report::batch::{MOST_FITS_ON_PAGE, Shard, columns};
 
         pub mod contrasts {
             //! Differences of tensions between vowels.
-            pub use tongue_files::report::batch::summary::{SubjectContrast, all, over_subjects};
+            #[cfg(feature = "cli")]
+            pub(crate) use tongue_files::report::batch::summary::over_subjects;
+            pub use tongue_files::report::batch::summary::{SubjectContrast, all};
         }
 
         pub mod journal {
             //! Finished jobs, kept.
-            pub use tongue_files::report::batch::journal::{Entry, Journal, NAME, arguments};
+            #[cfg(feature = "cli")]
+            pub(crate) use tongue_files::report::batch::journal::{Entry, Journal};
+            pub use tongue_files::report::batch::journal::{NAME, arguments};
         }
     }
 }
@@ -273,15 +283,24 @@ pub mod run {
     //! Runs as plain structs, which the program, the Python module and the page fill in.
     #[cfg(feature = "files")]
     pub use tongue_files::run::BatchRun;
-    pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackRun, TrackedBody};
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_files::run::TrackedBody;
+    pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackRun};
 }
 
 pub mod scene {
     //! Scenes: files that say what happens to a tongue and what is wanted.
-    pub use tongue_files::scene::airway::SceneTract;
-    pub use tongue_files::scene::effects::{Effects, Hyoid, Jaw};
-    pub use tongue_files::scene::file::{FitTarget, Material, SceneBody, SceneTongue, Want};
-    pub use tongue_files::scene::{JOINT_MM, Scene, ScenePlan, names, shipped, simulate};
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_files::scene::ScenePlan;
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_files::scene::airway::SceneTract;
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_files::scene::effects::Effects;
+    pub use tongue_files::scene::effects::{Hyoid, Jaw};
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_files::scene::file::{FitTarget, SceneTongue};
+    pub use tongue_files::scene::file::{Material, SceneBody, Want};
+    pub use tongue_files::scene::{JOINT_MM, Scene, names, shipped, simulate};
 
     pub mod body {
         //! Bodies of scenes.
@@ -295,7 +314,9 @@ pub mod scene {
 
     pub mod run {
         //! Scenes run.
-        pub use tongue_files::scene::run::{Moment, SceneOutcome, fit, run};
+        #[cfg(feature = "cli")]
+        pub(crate) use tongue_files::scene::run::Moment;
+        pub use tongue_files::scene::run::{SceneOutcome, fit, run};
     }
 }
 
@@ -330,7 +351,8 @@ pub mod suggest {
     pub use tongue_core::choice::hint;
 }
 
-pub mod surgery {
+#[cfg(feature = "cli")]
+pub(crate) mod surgery {
     //! Surgery of a tongue in space, in words.
     pub use tongue_files::surgery::{FillingKind, Surgery};
 }
@@ -351,12 +373,13 @@ pub mod validate {
 pub mod track {
     //! Tensions over time from recordings of a tongue.
     pub use tongue_infer::track::{
-        Compared, Comparison, Displacement, FEWEST, Followed, Frame, FrameStatus, HeldOut, LabelDraws,
-        LabelMean, Repeats, TongueSurface, TrackSettings, Tracked, TrackedRecording, compare, compared,
-        course_summaries, held_out, is_untrusted, listen, repeats,
+        Comparison, Frame, FrameStatus, HeldOut, LabelDraws, Repeats, TongueSurface, TrackSettings, Tracked,
+        TrackedRecording, compare, compared, held_out, is_untrusted, listen, repeats,
     };
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_infer::track::{MOST_UNTRUSTED, NARROW, Watch};
+    pub(crate) use tongue_infer::track::{
+        Displacement, FEWEST, Followed, MOST_UNTRUSTED, NARROW, Watch, course_summaries,
+    };
 }
 
 /// A millimetre in metres: `5.5 * MM`.

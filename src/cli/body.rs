@@ -6,6 +6,7 @@ use miette::{IntoDiagnostic, bail, miette};
 use tongue_fit::body::json::MeshRecord;
 use tongue_fit::body::{Anatomy, Body, Unit};
 use tongue_fit::choice::named;
+use tongue_fit::inverse::Method;
 use tongue_fit::material::Constants;
 use tongue_fit::report::PageBody;
 use tongue_fit::run::{BodySource, Kind, PlaneBody};
@@ -20,9 +21,17 @@ const NODES_AT_DEFAULT: f64 = 123.0;
 /// Time of one equilibrium that is followed from rest, at the default spacing on one core, s.
 pub const EQUILIBRIUM_S: f64 = 0.01;
 /// Time of one fit with its verdict, at the default spacing on one core, s.
-pub const FIT_S: f64 = 3.0;
+pub const FIT_WITH_VERDICT_S: f64 = 3.0;
 /// Above this Poisson's ratio the equations are ill-conditioned, which gets a note.
 const HIGH_POISSON_RATIO: f64 = 0.4999;
+
+/// Time of one fit without a verdict, at the default spacing on one core, s.
+pub fn fit_s(method: Method) -> f64 {
+    match method {
+        Method::GaussNewton => 0.05,
+        Method::NelderMead => 0.3,
+    }
+}
 
 const ANATOMY: &str = "the anatomy file";
 

@@ -112,7 +112,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     }
     let settings = FitSettings { method: arguments.method, ..FitSettings::default() };
     let tongue = arguments.body.body()?;
-    body::tell_duration("a fit with its verdict", tongue.mesh.nodes.len(), body::FIT_S);
+    body::tell_duration("a fit with its verdict", tongue.mesh.nodes.len(), body::FIT_WITH_VERDICT_S);
     let out = global.folder("results")?;
     let model = arguments.body.model();
     let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;

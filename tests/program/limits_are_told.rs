@@ -83,7 +83,7 @@ fn what_takes_longer_than_a_minute_is_told_before_and_what_needs_too_much_memory
     for (line, said) in [
         ("--vowel a --h 1mm", "a fit with its verdict on a body of"),
         ("--vowel a --method gauss-newton --posterior 100000", "--posterior 100000: about"),
-        ("batch --h 2mm", "fits on a body of"),
+        ("batch --h 1mm", "fits on a body of"),
         ("scene run fine.toml", "nodes: about"),
     ] {
         stopped_when_told(folder.path(), &format!("{line} --threads 1"), &[said, "minutes on one core"]);

@@ -171,7 +171,7 @@ fn fit_all(prepared: &Prepared, mine: &[usize], journal: Journal) -> miette::Res
     let jobs = &prepared.run.plan.jobs;
     let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
     let (nodes, fits) = (prepared.run.mesh.nodes.len(), todo.len() as f64);
-    let on_each = fits * body::FIT_S / rayon::current_num_threads() as f64;
+    let on_each = fits * body::fit_s(prepared.run.settings.method) / rayon::current_num_threads() as f64;
     body::tell_duration(&format!("{fits} fits"), nodes, on_each);
     let bar = output::bar(mine.len() as u64, "{wide_bar} {pos} of {len} fits, {eta} left")?;
     bar.set_position((mine.len() - todo.len()) as u64);
