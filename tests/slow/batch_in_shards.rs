@@ -3,52 +3,46 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
 
-use assert_cmd::cargo::CommandCargoExt;
+use crate::run::{names, program, run};
 
-const BATCH: [&str; 3] = ["batch", "--subjects", "S2,S3"];
-
-/// Runs in `folder`; returns exit status and stderr.
-fn run(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
-    let mut command = Command::cargo_bin("tongue-fit").unwrap();
-    let done = command.args(arguments).current_dir(folder).output().unwrap();
-    (done.status.code(), String::from_utf8(done.stderr).unwrap())
-}
+const BATCH: &str = "batch --subjects S2,S3 --threads 1";
 
 fn shard(folder: &Path, shard: &str, out: &str) {
-    let line = ["--shard", shard, "--out", out, "--threads", "1"];
-    let (status, told) = run(folder, &[&BATCH[..], &line].concat());
-    assert_eq!(status, Some(0), "an engine takes any other status for a failure: {told}");
+    let done = run(folder, &format!("{BATCH} --shard {shard} --out {out}"));
+    assert_eq!(done.status, Some(0), "an engine takes any other status for a failure: {}", done.err);
+}
+
+/// A merge that fails with all of these words and writes nothing.
+fn is_refused(folder: &Path, merge: &str, words: &[&str]) {
+    let done = run(folder, merge);
+    assert!(
+        done.status == Some(1) && words.iter().all(|word| done.err.contains(word)),
+        "{merge}: {}",
+        done.err
+    );
+    assert!(!folder.join("merged").exists());
 }
 
 fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let mut found: Vec<_> = fs::read_dir(folder)
-        .unwrap()
-        .map(|e| e.unwrap())
-        .map(|e| (e.file_name().into_string().unwrap(), fs::read(e.path()).unwrap()))
-        .collect();
-    found.sort();
-    found
+    names(folder).into_iter().map(|name| (name.clone(), fs::read(folder.join(name)).unwrap())).collect()
 }
 
 #[test]
 fn shards_of_one_thread_brought_together_are_byte_for_byte_one_run_of_four() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    assert_eq!(run(folder, &[&BATCH[..], &["--out", "one", "--threads", "4"]].concat()).0, Some(3));
+    assert_eq!(run(folder, "batch --subjects S2,S3 --out one --threads 4").status, Some(3));
     // In two folders, out of order, one of them twice.
     for (number, out) in [("3/3", "a"), ("1/3", "b"), ("1/3", "a")] {
         shard(folder, number, out);
     }
-    let (status, told) = run(folder, &["merge", "a", "b", "--out", "merged"]);
-    assert_eq!(status, Some(1));
-    assert!(told.contains("2/3 is missing") && told.contains("nothing is written"), "{told}");
-    assert!(!folder.join("merged").exists());
+    is_refused(folder, "merge a b --out merged", &["2/3 is missing", "nothing is written"]);
     shard(folder, "2/3", "b");
     let before = files(&folder.join("a"));
-    assert_eq!(run(folder, &["merge", "a", "b", "./a", "--out", "merged"]).0, Some(3), "as one run");
+    assert_eq!(run(folder, "merge a b ./a --out merged").status, Some(3), "as one run");
     assert!(files(&folder.join("one")) == files(&folder.join("merged")), "the files differ");
     assert!(before == files(&folder.join("a")), "shards are left as they are");
 }
@@ -58,34 +52,25 @@ fn a_shard_that_was_killed_or_damaged_is_named_and_goes_on() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     shard(folder, "1/2", "out");
-    let mut child = Command::cargo_bin("tongue-fit")
-        .unwrap()
-        .args([&BATCH[..], &["--shard", "2/2", "--out", "out", "--threads", "1"]].concat())
-        .current_dir(folder)
-        .stderr(Stdio::null())
-        .stdout(Stdio::null())
-        .spawn()
-        .unwrap();
+    let mut child = program(folder, &format!("{BATCH} --shard 2/2 --out out"));
+    let mut child = child.stderr(Stdio::null()).stdout(Stdio::null()).spawn().unwrap();
     let journal = folder.join("out/batch-2-of-2.journal");
     while !fs::read_to_string(&journal).is_ok_and(|j| j.lines().count() > 1) {
         assert!(child.try_wait().unwrap().is_none(), "ended before it was killed");
         std::thread::sleep(Duration::from_millis(1));
     }
-    let (status, told) = run(folder, &["merge", "out", "--out", "merged"]);
-    let running = told.contains("another batch is writing") || told.contains("has ");
-    assert!(status == Some(1) && running, "while it runs: {told}");
+    let done = run(folder, "merge out --out merged");
+    let running = done.err.contains("another batch is writing") || done.err.contains("has ");
+    assert!(done.status == Some(1) && running, "while it runs: {}", done.err);
     child.kill().unwrap();
     child.wait().unwrap();
     let mut bytes = fs::read(&journal).unwrap();
     let entry = bytes.iter().position(|b| *b == b'\n').unwrap() + 30;
     bytes[entry] ^= 1;
     fs::write(&journal, bytes).unwrap();
-    let (status, told) = run(folder, &["merge", "out", "--out", "merged"]);
-    assert_eq!(status, Some(1), "{told}");
-    assert!(told.contains("2/2 has ") && told.contains(" of 8 fits"), "{told}");
-    assert!(!folder.join("merged").exists());
+    is_refused(folder, "merge out --out merged", &["2/2 has ", " of 8 fits"]);
     shard(folder, "2/2", "out");
-    assert_eq!(run(folder, &["merge", "out", "--out", "merged"]).0, Some(3));
+    assert_eq!(run(folder, "merge out --out merged").status, Some(3));
 }
 
 #[test]
@@ -93,32 +78,22 @@ fn shards_of_different_batches_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     shard(folder, "1/2", "out");
-    let other = ["batch", "--subjects", "S2"];
-    assert_eq!(run(folder, &[&other[..], &["--shard", "2/2", "--out", "out"]].concat()).0, Some(0));
-    let cases = [
-        (vec!["merge", "out"], "batch-2-of-2.journal\": it is of other inputs"),
-        (vec!["merge", "nowhere"], "nowhere: it must be a folder"),
-        (vec!["merge", "."], "no shard of a batch in ."),
-        (vec!["batch", "--shard", "1/2", "--lengths", "-"], "it must be a file"),
-    ];
-    for (arguments, part) in cases {
-        let (status, told) = run(folder, &arguments);
-        assert!(status == Some(1) && told.contains(part), "{arguments:?}: {told}");
-    }
+    assert_eq!(run(folder, "batch --subjects S2 --shard 2/2 --out out").status, Some(0));
+    is_refused(folder, "merge out", &["batch-2-of-2.journal\": it is of other inputs"]);
+    is_refused(folder, "merge nowhere", &["nowhere: it must be a folder"]);
+    is_refused(folder, "merge .", &["no shard of a batch in ."]);
+    is_refused(folder, "batch --shard 1/2 --lengths -", &["it must be a file"]);
     fs::rename(folder.join("out/batch-2-of-2.journal"), folder.join("out/batch-2-of-5.journal")).unwrap();
-    let (_, told) = run(folder, &["merge", "out"]);
-    assert!(told.contains("shards of batches with different numbers of shards: of 2 and of 5"), "{told}");
-    // A journal of another version.
+    is_refused(folder, "merge out", &["shards of batches with different numbers of shards: of 2 and of 5"]);
+    // A journal of another version, and none.
     fs::remove_file(folder.join("out/batch-2-of-5.journal")).unwrap();
     let journal = folder.join("out/batch-1-of-2.journal");
     let text = fs::read_to_string(&journal).unwrap();
     fs::write(&journal, text.replacen(env!("CARGO_PKG_VERSION"), "9.9.9", 1)).unwrap();
-    let (_, told) = run(folder, &["merge", "out"]);
-    assert!(told.contains("written by version 9.9.9"), "{told}");
+    is_refused(folder, "merge out", &["written by version 9.9.9"]);
     fs::write(&journal, "nonsense\n").unwrap();
-    let (_, told) = run(folder, &["merge", "out"]);
-    assert!(told.contains("it is not a journal of a batch"), "{told}");
+    is_refused(folder, "merge out", &["it is not a journal of a batch"]);
     for word in ["0/2", "3/2", "x", "1"] {
-        assert_eq!(run(folder, &["batch", "--shard", word]).0, Some(2), "{word}");
+        assert_eq!(run(folder, &format!("batch --shard {word}")).status, Some(2), "{word}");
     }
 }

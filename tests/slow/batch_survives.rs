@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use assert_cmd::cargo::CommandCargoExt;
 
+use crate::run::names;
+
 const FILES: [&str; 5] = ["batch.html", "batch.json", "fits.csv", "muscles.csv", "tensions.svg"];
 const REFERENCE: &str = include_str!("../../targets/takano2007_lengths.csv");
 
@@ -27,11 +29,8 @@ fn run(out: &Path, arguments: &[&str]) -> (i32, String, String) {
 }
 
 fn files(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let mut names: Vec<String> =
-        fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    assert_eq!(names, FILES, "nothing but the outputs");
-    names.into_iter().map(|n| (n.clone(), fs::read(folder.join(n)).unwrap())).collect()
+    assert_eq!(names(folder), FILES, "nothing but the outputs");
+    FILES.iter().map(|name| ((*name).to_owned(), fs::read(folder.join(name)).unwrap())).collect()
 }
 
 fn rows(csv: &[u8]) -> Vec<std::collections::BTreeMap<String, String>> {

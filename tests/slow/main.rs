@@ -28,6 +28,10 @@ mod fixtures;
 #[allow(dead_code, reason = "the tests of the library take more of it")]
 mod recordings;
 
+#[path = "../program/run.rs"]
+#[allow(dead_code, reason = "the tests of the program take more of it")]
+mod run;
+
 #[path = "../fixtures/speakers.rs"]
 mod speakers;
 
