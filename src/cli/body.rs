@@ -9,7 +9,7 @@ use tongue_fit::choice::named;
 use tongue_fit::inverse::Method;
 use tongue_fit::material::Constants;
 use tongue_fit::report::PageBody;
-use tongue_fit::run::{BodySource, Kind, PlaneBody};
+use tongue_fit::run::{BodySource, Kind, PlaneBody, SpaceSource};
 use tongue_fit::suggest;
 use tongue_fit::system::Model;
 
@@ -89,23 +89,6 @@ pub struct Arguments {
 enum BodyName {
     Plane(Kind),
     Space(SpaceSource),
-}
-
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum SpaceSource {
-    BuiltIn,
-    Folder(PathBuf),
-    /// Hexahedra from Gmsh.
-    Mesh(PathBuf),
-}
-
-impl std::fmt::Display for SpaceSource {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::BuiltIn => write!(f, "--body space"),
-            Self::Folder(path) | Self::Mesh(path) => write!(f, "{}", path.display()),
-        }
-    }
 }
 
 fn body_name(word: &str) -> Result<BodyName, String> {

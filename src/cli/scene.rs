@@ -158,10 +158,8 @@ fn answered<const D: usize>(
         format!("{}; {}; {} unknowns; simulated: {}", plan.body, plan.method, plan.unknowns, on.join(", "))
     });
     let an_iteration_us = plan.effects.iter().map(|e| e.estimated_us).sum::<f64>() + plan.estimated_factor_us;
-    let tell = match is_one_equilibrium(scene) {
-        true => output::tell_duration_of_equilibrium,
-        false => output::tell_duration,
-    };
+    let tell =
+        if is_one_equilibrium(scene) { output::tell_duration_of_equilibrium } else { output::tell_duration };
     tell(
         &format!("{} nodes", plan.nodes),
         an_iteration_us * 1e-6 * iterations(scene),

@@ -13,6 +13,7 @@ use tongue_fit::acoustics::{
 use tongue_fit::body::{AnyBody, Mesh};
 use tongue_fit::measured::{ByMuscle, Dataset, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
+use tongue_fit::run::SpaceSource;
 use tongue_fit::scene::prepare::prepare;
 use tongue_fit::scene::{
     Effects, FitTarget, Material, Scene, SceneBody, SceneTongue, SceneTract, Want, body, run,
@@ -20,8 +21,7 @@ use tongue_fit::scene::{
 use tongue_fit::system::TissueModel;
 use tongue_sound::voice::{self, Voice};
 
-use super::body::SpaceSource;
-use super::{Global, Outcome, inputs, output, sound_space, table};
+use super::{Global, Outcome, drive, inputs, output, sound_space, table};
 
 const BASELINE: &str = "ɯ";
 
@@ -147,14 +147,7 @@ impl Arguments {
 
     fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Scene> {
         let posture = self.posture(tract, vowel);
-        let mut tensions_n = BTreeMap::new();
-        for word in &self.tension {
-            let (muscle, n) =
-                word.split_once('=').and_then(|(m, n)| Some((m, n.trim().parse::<f64>().ok()?))).ok_or_else(
-                    || miette!("--tension is \"{word}\"; write a muscle and its tension, such as GGp=20"),
-                )?;
-            tensions_n.insert(muscle.trim().to_owned(), n);
-        }
+        let tensions_n = drive::pairs("--tension", &self.tension, "GGp=20")?.into_iter().collect();
         let fitted = vowel.filter(|v| v.label() != BASELINE);
         let scene = Scene {
             title: match vowel {

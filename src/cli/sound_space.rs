@@ -5,9 +5,10 @@ use tongue_fit::acoustics::{Articulation, SpaceVocalTract, Tract, VocalTract};
 use tongue_fit::inverse::alarms;
 use tongue_fit::measured::ByMuscle;
 use tongue_fit::report::SoundRecord;
+use tongue_fit::run::SpaceSource;
 use tongue_fit::statics::SolveStatus;
 
-use super::body::{SpaceSource, space_name};
+use super::body::space_name;
 use super::sound::{Heard, Record};
 use super::space;
 

@@ -5,16 +5,15 @@ use std::time::Instant;
 use miette::{IntoDiagnostic, bail, miette};
 use nalgebra::{Vector2, Vector3};
 
-use tongue_fit::body::{Body, Unit, artisynth, gmsh};
+use tongue_fit::body::{Body, Unit};
 use tongue_fit::report::{self, OperationRecord, SimulationRecord};
-use tongue_fit::run::Equilibrium;
+use tongue_fit::run::{Equilibrium, SpaceSource};
 use tongue_fit::statics::Workspace;
 use tongue_fit::surgery::{FillingKind, Surgery};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
-use super::body::SpaceSource;
 use super::choice::choice;
-use super::{Global, Outcome, inputs, output, simulate};
+use super::{Global, Outcome, drive, output, simulate};
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -92,22 +91,10 @@ impl ModelArguments {
         if self.body_unit != Unit::M && !matches!(source, SpaceSource::Mesh(_)) {
             bail!("--body-unit is the unit of a body from Gmsh: --body FILE.msh");
         }
-        let body = match source {
-            SpaceSource::BuiltIn if self.muscles_as == MusclesAs::Lines => Err(miette!(
-                "--muscles-as lines needs fibres from node to node, which the built-in body does not have"
-            )),
-            SpaceSource::BuiltIn => Body::tongue_in_space(if self.refined { 2 } else { 1 }).into_diagnostic(),
-            SpaceSource::Folder(folder) => {
-                artisynth::read(folder).map(|body| self.cut(body)).into_diagnostic()
-            }
-            SpaceSource::Mesh(file) => {
-                let origin = file.display().to_string();
-                let bytes = inputs::bytes("the mesh", file)?;
-                let body = gmsh::read_space(&bytes, &origin, self.body_unit);
-                body.map(|body| self.cut(body)).into_diagnostic()
-            }
-        };
-        let mut body = body?;
+        if *source == SpaceSource::BuiltIn && self.muscles_as == MusclesAs::Lines {
+            bail!("--muscles-as lines needs fibres from node to node, which the built-in body does not have");
+        }
+        let mut body = source.make(self.body_unit, self.refined).into_diagnostic()?;
         if let Some(tip) = self.tip {
             let outline = body.midsagittal_mesh().outlines();
             body.tip_node = tip.checked_sub(1).filter(|node| outline.iter().flatten().any(|n| n == node));
@@ -121,10 +108,6 @@ impl ModelArguments {
         Ok(body)
     }
 
-    fn cut(&self, body: Body<3>) -> Body<3> {
-        if self.refined { body.refined() } else { body }
-    }
-
     pub fn model(&self) -> miette::Result<SpaceModel> {
         let model =
             SpaceModel { muscles: self.muscles_as, stiffening: self.stiffening, ..SpaceModel::default() };
@@ -135,16 +118,7 @@ impl ModelArguments {
 
 /// Activations of all muscles of a body from words such as `GGP=0.1`.
 pub fn activations(words: &[String], body: &Body<3>) -> miette::Result<Vec<f64>> {
-    let mut given = Vec::new();
-    for word in words {
-        let (name, value) = word
-            .split_once('=')
-            .ok_or_else(|| miette!("--activation {word}: write MUSCLE=A, like GGP=0.1"))?;
-        let value: f64 = value.trim().parse().map_err(|_| {
-            miette!("--activation {word}: \"{value}\" is not a number; write one from 0 to 1, like GGP=0.1")
-        })?;
-        given.push((name.trim().to_owned(), value));
-    }
+    let given = drive::pairs("--activation", words, "GGP=0.1")?;
     body.activations(&given).map_err(|error| miette!("--activation: {error}"))
 }
 

@@ -12,9 +12,9 @@ use tongue_fit::inverse::{FitSettings, FitStatus, Recorded, SpaceSearch};
 use tongue_fit::measured::Target;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{self, Export, Json, Pvd, SpaceFitRecord, SpaceTrackRecord, Vtu};
+use tongue_fit::run::SpaceSource;
 use tongue_fit::system::System;
 
-use super::body::SpaceSource;
 use super::outcome::counted;
 use super::space::ModelArguments;
 use super::{Global, Outcome, output, recording_checks, recordings, table, untrusted, word};

@@ -177,13 +177,12 @@ pub fn one(
     let seen: Vec<&AlignedRecording> = recordings.iter().map(|r| &r.seen).collect();
     run.check_freed(&seen).into_diagnostic()?;
 
-    match is_given {
-        true => recording_checks::check_frame(&recordings, &track_run::speaker(&run, &seen)?.followed)?,
-        false => {
-            let placed = run.basis.place(&seen, &hide).into_diagnostic()?;
-            notes.extend(placed.doubt());
-            notes.extend(recording_checks::check_scale(placed.similarity.scale(), placed.bones_apart_m)?);
-        }
+    if is_given {
+        recording_checks::check_frame(&recordings, &track_run::speaker(&run, &seen)?.followed)?
+    } else {
+        let placed = run.basis.place(&seen, &hide).into_diagnostic()?;
+        notes.extend(placed.doubt());
+        notes.extend(recording_checks::check_scale(placed.similarity.scale(), placed.bones_apart_m)?);
     }
     let sound = arguments.sound.read()?;
     let speaker = track_run::speaker(&run, &seen)?;

@@ -88,9 +88,12 @@ pub fn write(
         let number = nth + 1;
         let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
         if wants(Also::Sto) {
-            let made =
-                move |out: &mut dyn io::Write, by: &Provenance| one.sto(&results.muscles).write(out, by);
-            files.push((format!("track_{number}.sto"), Box::new(made)));
+            files.push((
+                format!("track_{number}.sto"),
+                Box::new(move |out: &mut dyn io::Write, by: &Provenance| {
+                    one.sto(&results.muscles).write(out, by)
+                }),
+            ));
         }
         if wants(Also::Ssff) {
             files.push((

@@ -236,9 +236,10 @@ fn write(
     };
     let frame = |(time, positions)| AnimationFrame { time, positions, tensions: at(time) };
     let frames: Vec<AnimationFrame> = watch.frames.into_iter().map(frame).collect();
-    let pulling = |m: &usize| frames.iter().any(|f| f.tensions[*m] > 0.0);
-    let names: Vec<&str> =
-        (0..mesh.muscles.len()).filter(pulling).map(|m| mesh.muscles[m].name.as_str()).collect();
+    let names: Vec<&str> = (0..mesh.muscles.len())
+        .filter(|m| frames.iter().any(|f| f.tensions[*m] > 0.0))
+        .map(|m| mesh.muscles[m].name.as_str())
+        .collect();
     let title = match names.is_empty() {
         true => "At rest; nothing pulls".to_owned(),
         false => format!("Pulling: {} (grey: at rest)", names.join(", ")),

@@ -138,7 +138,7 @@ fn what_space_does_not_have_and_surgery_that_cannot_be_is_refused() {
         ("[activations]\nGGX = 0.1", "there is no muscle \"GGX\""),
         ("[material]\npoisson_ratio = 0.3", "material.poisson_ratio"),
         ("folder = \"no/such\"", "no/such: cannot be read"),
-        ("file = \"none.msh\"", "cannot read \"none.msh\""),
+        ("file = \"none.msh\"", "cannot read the mesh \"none.msh\""),
         ("file = \"a.msh\"\nfolder = \"b\"", "each is a body"),
         ("[surgery]\noperate = [\"ball:0,0,0,12\"]\nfilling = \"removed\"", "may not remove a bone"),
         ("[surgery]\noperate = [\"ball:900,0,0,1\"]\nfilling = \"flap\"", "no element"),

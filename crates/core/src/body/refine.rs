@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::SVector;
 
-use super::{Body, ClosedSpline, Mesh, Muscle};
+use super::{Body, ClosedSpline, Mesh};
 use crate::geometry::hexahedron::{CORNERS, LOCAL, values};
 use crate::geometry::quadratic;
 use crate::geometry::topology::{self, pair};
@@ -106,9 +106,8 @@ impl Body<3> {
         }
         body.mesh.hexahedra = cut;
         body.factors = self.factors.iter().flat_map(|&factor| [factor; 8]).collect();
-        let parts = |m: &Muscle| m.region.iter().flat_map(|e| 8 * e..8 * e + 8).collect();
         for muscle in &mut body.muscles {
-            muscle.region = parts(muscle);
+            muscle.region = muscle.region.iter().flat_map(|e| 8 * e..8 * e + 8).collect();
             // Each part holds one of the points of the whole, in the same order.
             muscle.directions = muscle.directions.iter().flat_map(|d| d.map(|at| [at; 8])).collect();
         }

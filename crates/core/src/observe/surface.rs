@@ -80,12 +80,11 @@ impl Observable<3> for Surface {
         let Some(f) = self.foot(positions) else { return };
         let distance = f.away.norm();
         // On the surface the direction away from it is its normal.
-        let direction = match distance > 0.0 {
-            true => f.away * (f.side / distance),
-            false => {
-                let x = f.triangle.map(|n| positions[n]);
-                (x[1] - x[0]).cross(&(x[2] - x[0])).normalize()
-            }
+        let direction = if distance > 0.0 {
+            f.away * (f.side / distance)
+        } else {
+            let x = f.triangle.map(|n| positions[n]);
+            (x[1] - x[0]).cross(&(x[2] - x[0])).normalize()
         };
         for (node, weight) in f.triangle.into_iter().zip(f.weights) {
             part(node, -direction * weight);

@@ -1,11 +1,12 @@
-//! A body in the midsagittal plane, from options.
+//! A body in the midsagittal plane or in space, from options.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tongue_core::body::{Anatomy, Body, BodyError, ContinuumSettings, DEFAULT_SPACING_M};
-use tongue_input::bodies::{MeshContent, Unit};
+use tongue_input::bodies::{MeshContent, Unit, artisynth, gmsh};
+use tongue_input::files;
 
 const CONTINUUM_SPACING_M: f64 = 4e-3;
 
@@ -98,5 +99,46 @@ impl PlaneBody {
                 if continuum { body.into_continuum(&settings) } else { Ok(body) }
             }
         }
+    }
+}
+
+/// Where a body in space comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SpaceSource {
+    BuiltIn,
+    /// The folder with the files of ArtiSynth's tongue.
+    Folder(PathBuf),
+    /// Hexahedra from Gmsh.
+    Mesh(PathBuf),
+}
+
+impl std::fmt::Display for SpaceSource {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::BuiltIn => write!(f, "--body space"),
+            Self::Folder(path) | Self::Mesh(path) => write!(f, "{}", path.display()),
+        }
+    }
+}
+
+impl SpaceSource {
+    /// The body in its own axes; the unit is that of the coordinates of a mesh, and a refined body has every hexahedron cut in eight.
+    ///
+    /// # Errors
+    /// For files that cannot be read or contain no such body.
+    pub fn make(&self, unit: Unit, refined: bool) -> Result<Body<3>, BodyError> {
+        let body = match self {
+            Self::BuiltIn => return Body::tongue_in_space(if refined { 2 } else { 1 }),
+            Self::Folder(folder) => artisynth::read(folder)?,
+            Self::Mesh(file) => {
+                let origin = file.display().to_string();
+                let bytes = files::read(file).map_err(|error| {
+                    let advice = files::advice(&error);
+                    BodyError(format!("cannot read the mesh \"{origin}\": {error}; {advice}"))
+                })?;
+                gmsh::read_space(&bytes, &origin, unit)?
+            }
+        };
+        Ok(if refined { body.refined() } else { body })
     }
 }

@@ -7,7 +7,7 @@ pub(crate) mod equilibrium;
 mod fit;
 mod track;
 
-pub use body::{BodySource, Kind, PlaneBody};
+pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
 pub use equilibrium::Equilibrium;
 #[cfg(feature = "files")]
 pub use fit::BatchRun;

@@ -4,13 +4,12 @@
 use std::path::Path;
 
 use super::file::{Block, Cylinder, Scene, SceneBody, SceneSpace};
-use crate::run::{Kind, PlaneBody};
+use crate::run::{Kind, PlaneBody, SpaceSource};
 use crate::simulation::SimulationError;
 use tongue_core::body::space::Operated;
 use tongue_core::body::{Body, ContinuumSettings, DEFAULT_SPACING_M, solid};
 use tongue_core::limits::{SIZE_MM, SPACING_MM};
-use tongue_input::bodies::{AnyBody, artisynth, gmsh};
-use tongue_input::files;
+use tongue_input::bodies::AnyBody;
 
 const MOST_LAYERS: f64 = 60.0;
 const MOST_NODES: usize = 12_000;
@@ -93,24 +92,16 @@ pub(super) fn in_space(given: &SceneSpace, tongue: Body<3>) -> Result<Body<3>, S
 
 /// A tongue in space in its own axes, before any surgery.
 pub(super) fn space_body(given: &SceneSpace) -> Result<Body<3>, SimulationError> {
-    let body = match (&given.folder, &given.file) {
+    let source = match (&given.folder, &given.file) {
         (Some(_), Some(_)) => {
-            let why = "each is a body; give one of them";
-            return Err(SimulationError::contradiction(
-                "body.tongue-in-space.folder",
-                "body.tongue-in-space.file",
-                why,
-            ));
+            let [folder, file] = ["body.tongue-in-space.folder", "body.tongue-in-space.file"];
+            return Err(SimulationError::contradiction(folder, file, "each is a body; give one of them"));
         }
-        (None, None) => return Ok(Body::tongue_in_space(if given.refined { 2 } else { 1 })?),
-        (Some(folder), None) => artisynth::read(Path::new(folder))?,
-        (None, Some(file)) => {
-            let bytes = files::read(Path::new(file))
-                .map_err(|source| SimulationError::unread("body.tongue-in-space.file", file, &source))?;
-            gmsh::read_space(&bytes, file, given.unit)?
-        }
+        (None, None) => SpaceSource::BuiltIn,
+        (Some(folder), None) => SpaceSource::Folder(folder.into()),
+        (None, Some(file)) => SpaceSource::Mesh(file.into()),
     };
-    Ok(if given.refined { body.refined() } else { body })
+    Ok(source.make(given.unit, given.refined)?)
 }
 
 /// A tongue before and after its surgery, in its own axes.

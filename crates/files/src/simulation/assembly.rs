@@ -157,10 +157,8 @@ impl<const D: usize> Assembly<D> {
 
     pub(super) fn bone(&self, name: &str) -> Result<&[usize], SimulationError> {
         let known: Vec<&str> = self.body().bones.iter().map(|b| b.name.as_str()).collect();
-        let hint = match known.is_empty() {
-            true => "it has no named bones".to_owned(),
-            false => choice::hint(name, known),
-        };
+        let hint =
+            if known.is_empty() { "it has no named bones".to_owned() } else { choice::hint(name, known) };
         match self.body().bone(name) {
             [] => Err(SimulationError::Refused(format!("there is no bone \"{name}\" in this body; {hint}"))),
             nodes => Ok(nodes),

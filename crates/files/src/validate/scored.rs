@@ -139,11 +139,11 @@ pub fn warning(scores: &[Scored]) -> String {
     let (Some(normal), Some(joint)) = (of(OPPONENTS[1]), of(OPPONENTS[JOINT_TILT])) else {
         return String::new();
     };
-    match () {
-        () if joint.coverage_95 < 0.9 => {
-            format!("its 95 % intervals hold {:.0} %", 100.0 * joint.coverage_95)
-        }
-        () if joint.rms > normal.rms => "the normal distribution errs less".to_owned(),
-        () => String::new(),
+    if joint.coverage_95 < 0.9 {
+        format!("its 95 % intervals hold {:.0} %", 100.0 * joint.coverage_95)
+    } else if joint.rms > normal.rms {
+        "the normal distribution errs less".to_owned()
+    } else {
+        String::new()
     }
 }

@@ -102,10 +102,9 @@ impl VocalTract {
         let curve = TongueSurface::of(body).ok_or(VocalTractError::NoSurface)?.curve;
         let count = (curve.length() / (0.1 * POINTS_M)).ceil().max(1.0) as usize;
         let place = |i: usize| curve.length() * i as f64 / count as f64;
-        let rest = |at: f64| mean(&curve.weights(at), &body.mesh.nodes);
         let nearest = |[x, y]: [f64; 2]| {
             let far = |&i: &usize| {
-                let [a, b] = rest(place(i));
+                let [a, b] = mean(&curve.weights(place(i)), &body.mesh.nodes);
                 (a - 1e-3 * x).hypot(b - 1e-3 * y)
             };
             (0..=count).min_by(|i, j| far(i).total_cmp(&far(j))).map_or(0.0, place)

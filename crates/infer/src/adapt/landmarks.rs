@@ -107,13 +107,12 @@ impl Landmarks {
         if drawn.mirrored != self.mirrored {
             drawn.turn_round();
         }
-        self.contour = match drawn.contour.is_empty() {
-            true => {
-                let mut points: Vec<(String, Point)> = drawn.named.into_iter().collect();
-                points.sort_by_key(|(name, _)| number(name));
-                points.into_iter().map(|(_, at)| at).collect()
-            }
-            false => drawn.contour,
+        self.contour = if drawn.contour.is_empty() {
+            let mut points: Vec<(String, Point)> = drawn.named.into_iter().collect();
+            points.sort_by_key(|(name, _)| number(name));
+            points.into_iter().map(|(_, at)| at).collect()
+        } else {
+            drawn.contour
         };
         self
     }

@@ -50,10 +50,9 @@ impl PerturbedBody {
         (hyoid, angle): (SVector<f64, 2>, f64),
     ) -> [Vec<SVector<f64, 2>>; 2] {
         let (own, system) = (&posterior_model.system, &self.system);
-        let moved = |n: usize| positions[n] - own.rest()[n];
         let mut x = system.rest().to_vec();
         // Nodes of the tissue have the same numbers in both bodies; nodes of bones may have others.
-        own.pattern().nodes().iter().for_each(|&n| x[n] += moved(n));
+        own.pattern().nodes().iter().for_each(|&n| x[n] += positions[n] - own.rest()[n]);
         self.hyoid.iter().zip(&self.turn).for_each(|(&n, turn)| x[n] += hyoid + turn * angle);
         system.place_path_nodes(&mut x);
         let mut force = vec![SVector::zeros(); x.len()];
@@ -149,8 +148,9 @@ pub(crate) fn by_kappa(
     let rows = of_muscles + place.beside.len();
     let Some(sides) = &posterior_model.kappa else { return Some(DMatrix::zeros(rows, 0)) };
     let solved = |system: &System<2>| -> Option<DVector<f64>> {
-        let load = |shape: usize| posterior_model.load(meaning, shape, Some(place.shape(shape).0));
-        let loads: Vec<_> = (0..=base).map(load).collect();
+        let loads: Vec<_> = (0..=base)
+            .map(|shape| posterior_model.load(meaning, shape, Some(place.shape(shape).0)))
+            .collect();
         let found = Lanes::new(system).solve(&loads, &SolveSettings::default());
         let converged = found.iter().all(|shape| shape.solution.status == SolveStatus::Converged);
         let lengths: Vec<Vec<f64>> = found.iter().map(|shape| system.lengths(&shape.positions)).collect();

@@ -108,18 +108,16 @@ pub(crate) fn sample_at<'a>(
     let divergences: usize = chains.iter().map(|c| c.divergences).sum();
     let fewest = worst.bulk.min(worst.tail);
     let most = most_r_hat(CHAINS, count / CHAINS, by_quantity.len().max(1));
-    let why = match () {
-        () if count == 0 => "no chain could begin".to_owned(),
-        () if worst.r_hat.is_nan() || worst.r_hat >= most => {
-            format!("the chains differ (R-hat {:.4}, at most {most:.4}); ask for more draws", worst.r_hat)
-        }
-        () if fewest.is_nan() || fewest < FEWEST_EFFECTIVE => {
-            format!("there are {fewest:.0} effective draws, fewer than {FEWEST_EFFECTIVE}; ask for more")
-        }
-        () if divergences > thin * count / 100 => {
-            format!("{divergences} trajectories diverged; ask for more draws")
-        }
-        () => String::new(),
+    let why = if count == 0 {
+        "no chain could begin".to_owned()
+    } else if worst.r_hat.is_nan() || worst.r_hat >= most {
+        format!("the chains differ (R-hat {:.4}, at most {most:.4}); ask for more draws", worst.r_hat)
+    } else if fewest.is_nan() || fewest < FEWEST_EFFECTIVE {
+        format!("there are {fewest:.0} effective draws, fewer than {FEWEST_EFFECTIVE}; ask for more")
+    } else if divergences > thin * count / 100 {
+        format!("{divergences} trajectories diverged; ask for more draws")
+    } else {
+        String::new()
     };
     let mean = |of: fn(&hmc::Chain<Draw>) -> f64| chains.iter().map(of).sum::<f64>() / chains.len() as f64;
     Ok(Posterior {

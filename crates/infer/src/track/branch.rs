@@ -97,7 +97,6 @@ impl Solver<'_> {
     ) -> bool {
         /// Parts of the tensions at which the body is solved on the path from rest.
         const LOADS: [f64; 3] = [0.33, 0.67, 1.0];
-        let apart = |a: &[SVector<f64, 2>]| largest_distance(a, positions);
         self.carry(frame, x);
         self.tensions.fill(0.0);
         let from = relaxed.take();
@@ -118,7 +117,7 @@ impl Solver<'_> {
                 let done = statics::solve(self.system, &mut self.workspace, &self.tensions, &self.settings);
                 done.status == SolveStatus::Converged && done.connection == Connection::Direct
             });
-            if followed && apart(self.workspace.positions()) <= SAME_SHAPE_M {
+            if followed && largest_distance(self.workspace.positions(), positions) <= SAME_SHAPE_M {
                 return true;
             }
         }

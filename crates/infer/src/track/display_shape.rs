@@ -148,8 +148,9 @@ impl<'a> Display<'a> {
             let here = from.body.as_ref().unwrap_or(shape);
             let mode = Smoother { solver: &solver, shared: from.levels.clone(), ..at.clone() };
             let damped: Vec<Vec<f64>> = from.sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
-            let of = |course: &SmoothedRecording| by_shape(&mode, course, Some(here));
-            let rates = from.rates.get_or_init(|| from.sample.iter().map(of).collect());
+            let rates = from.rates.get_or_init(|| {
+                from.sample.iter().map(|course| by_shape(&mode, course, Some(here))).collect()
+            });
             let of_shape = ShapeStep { shape: here, rates, weight: 1.0 / TRUST, damping };
             let by = stepped(&mode, &from.sample, &damped, Some(of_shape))?;
             Some(least_squares::Step { size: by.0.amax(), by, promised: None, is_last: false })

@@ -242,11 +242,11 @@ fn in_chunks<T: Send>(
 /// their chunk, and that one from rest.
 fn begun(mode: &Smoother<'_, '_>, course: &SmoothedRecording) -> Vec<FrameState> {
     in_chunks(mode, course, |solver, chunk| {
-        let unknowns = |t: usize| mode.unknowns(&course.here[t].z, &mode.shared);
-        let x: Vec<DVector<f64>> = chunk.iter().map(|&t| unknowns(t)).collect();
-        let is_open =
-            |i: &usize| course.errors[chunk[*i]].is_some() && course.here[chunk[*i]].linear.is_none();
-        let open: Vec<usize> = (0..chunk.len()).filter(is_open).collect();
+        let x: Vec<DVector<f64>> =
+            chunk.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();
+        let open: Vec<usize> = (0..chunk.len())
+            .filter(|i| course.errors[chunk[*i]].is_some() && course.here[chunk[*i]].linear.is_none())
+            .collect();
         let positions = |i: usize| course.here[chunk[i]].positions.as_deref();
         let unsolved = open.iter().find(|i| positions(**i).is_none());
         let solved = (0..chunk.len()).find_map(positions).map(<[_]>::to_vec);
@@ -296,13 +296,13 @@ fn solved(
     damping: &[f64],
 ) -> Vec<Tried> {
     in_chunks(mode, course, |solver, chunk| {
-        let of = |&t: &usize| {
-            Trial::new(mode, course, shared, (&step.states[t], step.expected[t]), (t, damping[t]))
-        };
-        let trials: Vec<Trial> = chunk.iter().map(of).collect();
+        let trials: Vec<Trial> = chunk
+            .iter()
+            .map(|&t| Trial::new(mode, course, shared, (&step.states[t], step.expected[t]), (t, damping[t])))
+            .collect();
         let near = |trial: &Trial| if mode.keeps { trial.near(mode, course, shared) } else { None };
-        let known = |trial: &Trial| trial.unseen(course).or_else(|| near(trial));
-        let mut tried: Vec<Option<Tried>> = trials.iter().map(known).collect();
+        let mut tried: Vec<Option<Tried>> =
+            trials.iter().map(|trial| trial.unseen(course).or_else(|| near(trial))).collect();
         for part in PARTS {
             let open: Vec<usize> = (0..trials.len()).filter(|&i| tried[i].is_none()).collect();
             let x: Vec<DVector<f64>> = open.iter().map(|&i| trials[i].unknowns(part)).collect();
@@ -317,10 +317,11 @@ fn solved(
                 tried[i] = linear.and_then(|linear| trials[i].judged(mode, course, shared, (part, linear)));
             }
         }
-        let stays = |(tried, trial): (Option<Tried>, &Trial)| {
-            tried.unwrap_or_else(|| trial.stayed(mode, course, shared))
-        };
-        tried.into_iter().zip(&trials).map(stays).collect()
+        tried
+            .into_iter()
+            .zip(&trials)
+            .map(|(tried, trial)| tried.unwrap_or_else(|| trial.stayed(mode, course, shared)))
+            .collect()
     })
 }
 

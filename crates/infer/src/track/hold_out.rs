@@ -66,11 +66,10 @@ fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]
     let shown: Vec<usize> = (0..names.len()).filter(|&i| !hide.contains(&names[i])).collect();
     let (mut by_spline, mut by_components, mut by_gaussian) = (Vec::new(), Vec::new(), Vec::new());
     for (nth, one) in seen.iter().enumerate().filter(|(_, s)| s.contour == names) {
-        let others = |other: usize| other != nth || seen.len() == 1;
         let training: Vec<DVector<f64>> = seen
             .iter()
             .enumerate()
-            .filter(|(o, s)| others(*o) && s.contour == names)
+            .filter(|(o, s)| (*o != nth || seen.len() == 1) && s.contour == names)
             .flat_map(|(_, s)| s.frames.iter().filter_map(whole))
             .collect();
         let learned = Learned::of(&training);

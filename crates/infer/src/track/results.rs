@@ -172,10 +172,11 @@ pub(super) fn tracked(
     let tensions = &draws.tensions[number];
     let of = |draws: &[f32]| Interval::of(draws.iter().map(|d| f64::from(*d)));
     let levels: Vec<Interval> = tensions.iter().map(|d| of(d).or_slack(&settings.link)).collect();
-    let less = |(draws, means): (&Vec<f32>, &Vec<f64>)| {
-        Interval::of(draws.iter().zip(means).map(|(d, mean)| f64::from(*d) - mean))
-    };
-    let courses = tensions.iter().zip(&means.0).map(less).collect();
+    let courses = tensions
+        .iter()
+        .zip(&means.0)
+        .map(|(draws, means)| Interval::of(draws.iter().zip(means).map(|(d, mean)| f64::from(*d) - mean)))
+        .collect();
     let shifts: Vec<Interval> = draws.bones[number].iter().map(|d| of(d)).collect();
     let displacement = |pair: &[Interval]| {
         let ends = |end: fn(&Interval) -> f64| [end(&pair[0]) * BONE_SD_M, end(&pair[1]) * BONE_SD_M];

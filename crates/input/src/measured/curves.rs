@@ -86,12 +86,11 @@ impl Curves {
             }
             values.push(row);
         }
-        match times.is_empty() {
-            true => Err(cells.end().error("no row below the header", "give at least one time")),
-            false => {
-                let muscles = columns.into_iter().flatten().collect();
-                Ok(Self { muscles, tensions: Tensions::Table { times, values } })
-            }
+        if times.is_empty() {
+            Err(cells.end().error("no row below the header", "give at least one time"))
+        } else {
+            let muscles = columns.into_iter().flatten().collect();
+            Ok(Self { muscles, tensions: Tensions::Table { times, values } })
         }
     }
 }

@@ -87,17 +87,16 @@ impl Muscles {
         let taken: Vec<Colour> = names.iter().filter_map(|n| self.get(n)).map(|m| m.colour).collect();
         let free = PALETTE.into_iter().filter(|c| !taken.contains(c));
         let mut colours = free.chain(PALETTE.into_iter().cycle());
-        let mut unknown = |name: &String| MuscleInfo {
-            name: name.clone(),
-            full_name: name.clone(),
-            group: name.clone(),
-            capacity_group: None,
-            capacity_n: None,
-            colour: colours.next().unwrap_or(PALETTE[0]),
-        };
         let info = |name: &String| match self.get(name) {
             Some(known) => MuscleInfo { name: name.clone(), ..known.clone() },
-            None => unknown(name),
+            None => MuscleInfo {
+                name: name.clone(),
+                full_name: name.clone(),
+                group: name.clone(),
+                capacity_group: None,
+                capacity_n: None,
+                colour: colours.next().unwrap_or(PALETTE[0]),
+            },
         };
         names.iter().map(info).collect()
     }

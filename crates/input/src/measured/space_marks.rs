@@ -132,11 +132,10 @@ fn kind(header: &StringRecord) -> Result<&'static Columns, String> {
         [] if has("x_mm") || has("y_mm") || has("z_mm") => SURFACE,
         [] => NODE,
     };
-    let all = || [NODE, SURFACE, CONTOUR, COIL, MUSCLE[0]].map(|kind| kind.join(",")).join("; ");
     kind.iter().find(|c| !has(c)).map_or(Ok(kind), |missing| {
         Err(format!(
             "has no column {missing}; a table of a body in space has one of these headers: {}",
-            all()
+            [NODE, SURFACE, CONTOUR, COIL, MUSCLE[0]].map(|kind| kind.join(",")).join("; ")
         ))
     })
 }

@@ -181,10 +181,7 @@ impl Kind<'_> {
         let scene = TestTensions::new(&body.mesh, &Model::default(), &PUBLISHED_A)?;
         let (once, solved) = ratios(&scene, 1.0);
         // On fine meshes the control has no equilibrium at the larger load that can be found in useful time.
-        let twice = match self.settings == Some(&CONTROL) {
-            true => Vec::new(),
-            false => ratios(&scene, 2.0).0,
-        };
+        let twice = if self.settings == Some(&CONTROL) { Vec::new() } else { ratios(&scene, 2.0).0 };
         let fitted = measure(&FITS, || fitted(&body, &Model::default(), self.target));
         let fit = fitted.result?;
         let tensions = (fit.status == inverse::FitStatus::Converged).then(|| fit.active_tensions());

@@ -91,11 +91,12 @@ impl Body<3> {
             }
             body.mesh.nodes.push(*x);
         }
-        let of = |n: usize| {
-            let image_of = || number[image[n]].map(|h| (nodes[n], h, true));
-            number[n].map(|h| (nodes[n], h, false)).or_else(image_of)
-        };
-        let of_node = (0..nodes.len()).map(of).collect::<Option<Vec<_>>>()?;
+        let of_node = (0..nodes.len())
+            .map(|n| {
+                let image_of = || number[image[n]].map(|h| (nodes[n], h, true));
+                number[n].map(|h| (nodes[n], h, false)).or_else(image_of)
+            })
+            .collect::<Option<Vec<_>>>()?;
         let kept_nodes = (0..nodes.len()).filter(|&n| number[n].is_some()).collect();
         body.tip_node = self.tip_node.and_then(|n| number[n]);
         let renumbered = |n: usize| number[n];
@@ -112,9 +113,10 @@ impl Body<3> {
             .map(|e| (sorted(self.mesh.hexahedra[e].iter().copied()), e))
             .collect();
         let image_of = |e: usize| by_corners.get(&sorted(self.mesh.hexahedra[e].iter().map(|&n| image[n])));
-        let is_image = |e: usize| image_of(e).is_some_and(|&i| element_number[i].is_some());
         let mut right = (0..element_number.len()).filter(|&e| element_number[e].is_none());
-        if !right.all(is_image) || self.mesh.hexahedra.len() != 2 * body.mesh.hexahedra.len() {
+        if !right.all(|e| image_of(e).is_some_and(|&i| element_number[i].is_some()))
+            || self.mesh.hexahedra.len() != 2 * body.mesh.hexahedra.len()
+        {
             return None;
         }
         // Whether a muscle is the image of another, or of itself: the elements of its region and their directions.
@@ -126,8 +128,7 @@ impl Body<3> {
                     image.is_some_and(|&i| are_alike(&self.directions(muscle, e), &self.directions(other, i)))
                 })
         };
-        let is_fixed = |n: &usize| self.mesh.fixed.binary_search(n).is_ok();
-        if !self.mesh.fixed.iter().all(|&n| is_fixed(&image[n])) {
+        if !self.mesh.fixed.iter().all(|&n| self.mesh.fixed.binary_search(&image[n]).is_ok()) {
             return None;
         }
         body.mesh.fixed = self.mesh.fixed.iter().filter_map(|&n| number[n]).collect();
@@ -164,7 +165,6 @@ impl Body<3> {
             let in_half = muscle.region.iter().filter(|&&e| element_number[e].is_some());
             muscle.directions = in_half.map(|&e| self.directions(m, e)).collect();
             muscle.region = muscle.region.iter().filter_map(|&e| element_number[e]).collect();
-            let on_plane = |s: &super::Segment| s.nodes.iter().all(|&n| is_on_plane(n));
             muscle.segments = muscle
                 .segments
                 .iter()
@@ -172,7 +172,7 @@ impl Body<3> {
                     let [a, b] = [renumbered(s.nodes[0])?, renumbered(s.nodes[1])?];
                     // Of a fibre on the plane one half belongs to each side; of a pair of muscles each has
                     // its own.
-                    let shared = on_plane(s) && muscle.side == Side::Middle;
+                    let shared = s.nodes.iter().all(|&n| is_on_plane(n)) && muscle.side == Side::Middle;
                     let force_n = if shared { 0.5 * s.force_n } else { s.force_n };
                     Some(super::Segment { nodes: [a, b], force_n, ..*s })
                 })

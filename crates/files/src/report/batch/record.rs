@@ -97,9 +97,10 @@ fn passive(fit: &Fit, thesis: Option<&Thesis>) -> Passive {
     let (stretch, ratio) = (TargetKind::Stretch, TargetKind::Ratio);
     let (measured, reference) = (target.muscles.len(), target.reference);
     let rms = |kind: TargetKind, simulated: &[f64], wanted: &[f64]| {
-        let unseen = |m: &usize| !target.active.contains(m) && kind.constrains(*m, reference);
-        let squares: Vec<f64> =
-            (0..measured).filter(unseen).map(|m| (simulated[m] - wanted[m]).powi(2)).collect();
+        let squares: Vec<f64> = (0..measured)
+            .filter(|m| !target.active.contains(m) && kind.constrains(*m, reference))
+            .map(|m| (simulated[m] - wanted[m]).powi(2))
+            .collect();
         (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
     };
     let simulated = |kind: TargetKind| fit.simulated_in(kind);

@@ -35,11 +35,10 @@ impl<'a> Cursor<'a> {
         let at = self.at;
         let one = self.array::<4>("the number that tells the order of the bytes")?;
         self.big_endian = one == [0, 0, 0, 1];
-        match self.big_endian || one == [1, 0, 0, 0] {
-            true => Ok(()),
-            false => {
-                Err(wrong!(at, "the byte order is neither big-endian nor little-endian; save the file again"))
-            }
+        if self.big_endian || one == [1, 0, 0, 0] {
+            Ok(())
+        } else {
+            Err(wrong!(at, "the byte order is neither big-endian nor little-endian; save the file again"))
         }
     }
 

@@ -147,10 +147,7 @@ impl<'a> Parts<'a> {
         let found = groups.iter().filter(|g| g.role == Role::Tissue).map(|g| g.dimension).max();
         let dimension = found.filter(|d| *d == 3 || form == Form::Simplices).ok_or_else(|| {
             let names: Vec<String> = groups.iter().map(|g| format!("\"{}\"", g.name)).collect();
-            let found = match names.is_empty() {
-                true => "it has no named physical groups".to_owned(),
-                false => format!("it has {}", names.join(", ")),
-            };
+            let found = if names.is_empty() { "it has no named physical groups".to_owned() } else { format!("it has {}", names.join(", ")) };
             let (cells, advice) = match form {
                 Form::Simplices => (
                     "triangle or tetrahedron",

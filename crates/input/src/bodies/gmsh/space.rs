@@ -190,8 +190,8 @@ impl<'a> Assembly<'a> {
             false => farthest(&region, &directions, mesh),
         };
         let inside = mesh.in_tissue();
-        let is_outside = |l: &[usize; 2]| !l.iter().all(|&n| inside[n]);
-        let segment = |&nodes: &[usize; 2]| Segment { nodes, force_n, outside: is_outside(&nodes) };
+        let segment =
+            |&nodes: &[usize; 2]| Segment { nodes, force_n, outside: !nodes.iter().all(|&n| inside[n]) };
         let mut segments: Vec<Segment> = fibres.segments.iter().map(segment).collect();
         if !on_nodes {
             let force_n = stress_pa * volume / mesh.distance(measure);
@@ -212,21 +212,15 @@ impl<'a> Assembly<'a> {
             elements.filter_map(|e| Some((sorted(&e.nodes), of_tag(&e.tag)?))).collect();
         region.iter().map(|&element| {
             let cell = self.parts.cells[element];
-            let directions: Directions = match view.of_nodes {
-                false => [of_elements.get(&sorted(&cell.nodes)).copied().and_then(unit); hexahedron::POINTS],
-                true => hexahedron::points().map(|at| {
+            let directions: Directions = if view.of_nodes { hexahedron::points().map(|at| {
                     let corners = cell.nodes.iter().zip(hexahedron::values(at));
                     unit(corners.filter_map(|(tag, share)| Some(of_tag(tag)? * share)).sum())
-                }),
-            };
-            match directions.iter().all(Option::is_some) {
-                true => Ok(directions),
-                false => Err(wrong!(
+                }) } else { [of_elements.get(&sorted(&cell.nodes)).copied().and_then(unit); hexahedron::POINTS] };
+            if directions.iter().all(Option::is_some) { Ok(directions) } else { Err(wrong!(
                     view.at,
                     "the view \"fibre:{name}\" has no direction in element {}, or one of length zero; give every element of the muscle one",
                     cell.tag
-                )),
-            }
+                )) }
         }).collect()
     }
 }

@@ -67,10 +67,7 @@ fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
     let total = cells.len() + all_lines + mesh.fixed.len();
     let blocks = 1 + mesh.muscles.len() + mesh.fixed.len();
     let _ = writeln!(out, "$Elements\n{blocks} {total} 1 {total}");
-    let kind = match mesh.continuum.is_some() {
-        false => [2, 4][D - 2],
-        true => [9, 11][D - 2],
-    };
+    let kind = if mesh.continuum.is_some() { [9, 11][D - 2] } else { [2, 4][D - 2] };
     let _ = writeln!(out, "{D} 1 {kind} {}", cells.len());
     let mut tag = 0;
     let mut element = |out: &mut String, nodes: &[usize]| {

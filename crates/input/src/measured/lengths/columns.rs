@@ -78,8 +78,8 @@ impl Columns {
         };
         let mut lengths: Vec<Length> = fields.iter().filter_map(length).collect();
         lengths.sort_by_key(|length| length.field);
-        let is_of_muscle = |name: &str| MUSCLE.split(' ').any(|n| n == plain(name));
-        let of_muscle = cells.header.cells.iter().position(is_of_muscle);
+        let of_muscle =
+            cells.header.cells.iter().position(|name| MUSCLE.split(' ').any(|n| n == plain(name)));
         if let Some(field) = of_muscle.filter(|_| lengths.len() < 2) {
             let (name, quoted) = (clip(cells.header.cell(field)), cells.header_quoted());
             let what = format!("column {name} names muscles, so that each has rows of its own; {quoted}");

@@ -284,13 +284,10 @@ impl Rows {
 
 /// What to do about rows of one time with different coordinates, in a recording with this key.
 fn cause(key: &[String]) -> &'static str {
-    match key.iter().any(|word| word.contains(':')) {
-        true => {
-            "its times are rounded or repeated; export \"Time of sample in recording\" anew, in seconds with all decimals"
-        }
-        false => {
-            "export the date and time of recording, so that recordings can be told apart, and the times with all decimals"
-        }
+    if key.iter().any(|word| word.contains(':')) {
+        "its times are rounded or repeated; export \"Time of sample in recording\" anew, in seconds with all decimals"
+    } else {
+        "export the date and time of recording, so that recordings can be told apart, and the times with all decimals"
     }
 }
 

@@ -182,9 +182,8 @@ impl AlignedRecording {
             notes.push(REVERSED.to_owned());
         }
         let of_contour = || rise.map(|rise| if is_reversed { (0.0, rise.x) } else { (rise.x, 0.0) });
-        let of_coils = || ends(&sensors, &roles, &recording.channels, &places);
         let by_contour = of_bones.is_none().then(of_contour).flatten();
-        let apart = of_bones.or(by_contour).or_else(of_coils);
+        let apart = of_bones.or(by_contour).or_else(|| ends(&sensors, &roles, &recording.channels, &places));
         if guessed && apart.is_none() && sensors.len() > 1 && contour.is_empty() {
             return Err(wrong(
                 "which axis leads to the back of the head is not known: no coil is called a tip and no bone was seen; give back = \
@@ -289,13 +288,14 @@ impl AlignedRecording {
         let count = self.frames.len();
         let seen: Vec<usize> = (0..count).filter(|&f| at(f).is_some()).collect();
         let half = window / 2;
-        let mean = |f: usize| {
-            let near = (f.saturating_sub(half)..(f + half + 1).min(count)).filter_map(at);
-            let near: Vec<Point> = near.collect();
-            let nearest = || seen.iter().min_by_key(|s| s.abs_diff(f)).and_then(|&s| at(s));
-            if near.is_empty() { nearest() } else { Some(near.iter().sum::<Point>() / near.len() as f64) }
-        };
-        (0..count).map(mean).collect()
+        (0..count)
+            .map(|f| {
+                let near = (f.saturating_sub(half)..(f + half + 1).min(count)).filter_map(at);
+                let near: Vec<Point> = near.collect();
+                let nearest = || seen.iter().min_by_key(|s| s.abs_diff(f)).and_then(|&s| at(s));
+                if near.is_empty() { nearest() } else { Some(near.iter().sum::<Point>() / near.len() as f64) }
+            })
+            .collect()
     }
 }
 

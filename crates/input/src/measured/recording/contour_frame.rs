@@ -102,11 +102,10 @@ impl SampleFrame {
         };
         let found: Vec<Self> = bone(HYOID).filter(|_| free).into_iter().flat_map(with).collect();
         if found.is_empty() && is_stated {
-            let problem = match free {
-                true => {
-                    "contour_frame = \"hyoid\" needs the hyoid, and the mandible or the mental spine; name them in the map"
-                }
-                false => "contour_frame = \"hyoid\" finds the axes itself; take back and up out of the map",
+            let problem = if free {
+                "contour_frame = \"hyoid\" needs the hyoid, and the mandible or the mental spine; name them in the map"
+            } else {
+                "contour_frame = \"hyoid\" finds the axes itself; take back and up out of the map"
             };
             return Err(problem.to_owned());
         }
@@ -118,12 +117,13 @@ impl SampleFrame {
         let is_steady = |flat: &&Flat<'_>| is_stated || !bones.clone().any(|c| slips(flat, c));
         let steady: Vec<&Flat<'_>> = group.iter().copied().filter(is_steady).collect();
         let group = steady.as_slice();
-        let is_of_samples = |frame: &&Self| is_stated || frame.explains(group);
         let rough = |frame: &Self| frame.steadiness(group).map_or(0.0, |s| s.rough_m);
         let is_upright = |frame: &&Self| frame.middle(group, true).is_some_and(|m| m.y > 0.0);
         let looks_left = |frame: &Self| frame.typical(group, |axes| axes.x.x).is_some_and(|x| x < 0.0);
         let upright = found.iter().filter(|frame| !frame.reflected || looks_left(frame)).filter(is_upright);
-        let best = upright.filter(is_of_samples).min_by(|a, b| rough(a).total_cmp(&rough(b)));
+        let best = upright
+            .filter(|frame| is_stated || frame.explains(group))
+            .min_by(|a, b| rough(a).total_cmp(&rough(b)));
         Ok(best.copied())
     }
 

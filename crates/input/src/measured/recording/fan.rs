@@ -44,14 +44,15 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it anew"));
         }
         let time_s = aaa::seconds(cells[time], at.at_column(time + 1))?;
-        let place = |nth: usize| {
-            let value = |field: usize| {
-                aaa::value(cells[field], &format!("fan line {}", nth + 1), at.at_column(field + 1))
-            };
-            let x = before + 2 * nth;
-            Ok(value(x)?.zip(value(x + 1)?).map(|(x, y)| [x, y, 0.0]))
-        };
-        let places = (0..FAN_LINES).map(place).collect::<Result<_, Malformed>>()?;
+        let places = (0..FAN_LINES)
+            .map(|nth| {
+                let value = |field: usize| {
+                    aaa::value(cells[field], &format!("fan line {}", nth + 1), at.at_column(field + 1))
+                };
+                let x = before + 2 * nth;
+                Ok(value(x)?.zip(value(x + 1)?).map(|(x, y)| [x, y, 0.0]))
+            })
+            .collect::<Result<_, Malformed>>()?;
         let key = columns.of_recording.iter().map(|c| cells[*c].to_owned()).collect();
         rows.add(key, time_s, places, at)?;
     }

@@ -54,11 +54,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             };
             place.iter().all(|v| is_coordinate(*v)).then_some(place)
         };
-        let sample = |frame: usize| {
-            let places = channels.iter().map(|c| place(c, frame)).collect();
-            Sample::new(frame as f64 / first.rate_hz, places)
-        };
-        let samples = (0..first.frames).map(sample).collect();
+        let samples = (0..first.frames)
+            .map(|frame| {
+                let places = channels.iter().map(|c| place(c, frame)).collect();
+                Sample::new(frame as f64 / first.rate_hz, places)
+            })
+            .collect();
         let names = channels.iter().map(|c| c.name.to_owned());
         let recording = Recording::of_file(origin, Format::Mview, Some(1e-3), names, samples);
         let name = if name.is_empty() { recording.name.clone() } else { name.clone() };
