@@ -2,14 +2,16 @@
 //! ([`FitRun`]), the fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the
 //! Python module and the page fill them in; a scene is such a struct itself ([`crate::scene`]).
 
+#[cfg(feature = "files")]
+mod batch;
 mod body;
 pub(crate) mod equilibrium;
 mod fit;
 mod track;
 
+#[cfg(feature = "files")]
+pub use batch::BatchRun;
 pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
 pub use equilibrium::Equilibrium;
-#[cfg(feature = "files")]
-pub use fit::BatchRun;
 pub use fit::FitRun;
 pub use track::{TrackRun, TrackedBody};
