@@ -283,9 +283,9 @@ pub mod run {
     //! Runs as plain structs, which the program, the Python module and the page fill in.
     #[cfg(feature = "files")]
     pub use tongue_files::run::BatchRun;
+    pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackRun};
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::run::TrackedBody;
-    pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, SpaceSource, TrackRun};
+    pub(crate) use tongue_files::run::{SpaceSource, TrackedBody};
 }
 
 pub mod scene {
