@@ -6,7 +6,9 @@ use tongue_core::body::largest_distance;
 use tongue_core::dynamics::Spectrum;
 use tongue_core::effect::Incompressibility;
 use tongue_fit::body::Body;
-use tongue_fit::dynamics::{Control, IntegrationMethod, Motion, MotionStatus, Observer, Tensions, run};
+use tongue_fit::dynamics::{
+    Control, IntegrationMethod, Motion, MotionStatus, Observer, Tensions, run, sample_times,
+};
 use tongue_fit::material::Constants;
 use tongue_fit::system::{Additions, Model, System};
 
@@ -246,4 +248,25 @@ fn steps_and_tolerances_out_of_range_are_refused() {
     let said = refused(IntegrationMethod::Verlet, Control::Adaptive(1e-9));
     assert!(said.starts_with("verlet has no error control"), "{said}");
     assert!(Motion::new(&system, Tensions::Constant(vec![])).is_err());
+}
+
+#[test]
+fn an_adaptive_trajectory_is_right_to_a_tenth_of_a_micrometre_in_few_steps() {
+    let (system, tensions) = reference();
+    let motion = Motion::new(&system, Tensions::Constant(tensions)).unwrap();
+    let times = sample_times(3.0, 61);
+    let go = |tolerance| {
+        let mut integrator =
+            IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance)).unwrap();
+        let mut seen = Keep::default();
+        let outcome = run(&motion, integrator.as_mut(), &mut motion.at_rest(), 3.0, &times, &mut seen);
+        assert_eq!(outcome.status, MotionStatus::Completed);
+        assert_eq!(seen.0.len(), times.len());
+        (seen.0, outcome.counts)
+    };
+    let (reference, _) = go(1e-12);
+    let (found, counts) = go(1e-9);
+    let error = found.iter().zip(&reference).map(|(a, b)| largest_distance(a, b)).fold(0.0, f64::max);
+    assert!(error < 1e-7, "{error:e} m");
+    assert!(counts.steps < 250 && counts.factorisations < 100, "{counts:?}");
 }

@@ -1,5 +1,6 @@
 //! Tables of lengths in the formats of spreadsheets and statistics programs are read, and it is said how they are understood.
 
+use proptest::prelude::*;
 use tongue_fit::measured::{Dataset, Vowel};
 use tongue_input::measured::lengths::{DecimalMark, Encoding, HalfWidth, LineEnds, Separator};
 
@@ -266,5 +267,28 @@ fn lengths_in_other_units_have_the_bits_of_millimetres() {
     for (cell, mm) in [("5.7", 0.5), ("6", 5.0), ("6.25", 0.05)] {
         let data = dataset(format!("subject,vowel,A_cm\nX,a,{cell}\n"));
         assert_eq!(data.rows()[0].lengths.half_width_mm, [mm]);
+    }
+}
+
+proptest! {
+    #[test]
+    fn written_tables_are_read_back_to_the_bit(
+        rows in prop::collection::btree_map(
+            ("[a-zA-Z0-9ɯé][^\\pC]{0,8}[a-z]", "[a-zɔæə]{1,3}"),
+            prop::collection::vec(10.0f64..=200.0, 5),
+            1..30,
+        )
+    ) {
+        let mut table = csv::Writer::from_writer(Vec::new());
+        table.write_record(["subject", "vowel", "A_mm", "B_mm", "C_mm", "D_mm", "E_mm"]).unwrap();
+        for ((subject, label), mm) in &rows {
+            let names = [subject, label].into_iter().cloned();
+            table.write_record(names.chain(mm.iter().map(f64::to_string))).unwrap();
+        }
+        let data = dataset(String::from_utf8(table.into_inner().unwrap()).unwrap());
+        for ((subject, label), mm) in &rows {
+            let read = data.row(subject, &vowel(label)).unwrap();
+            prop_assert_eq!(&read.length_mm, &mm.iter().copied().map(Some).collect::<Vec<_>>());
+        }
     }
 }

@@ -2,7 +2,7 @@
 //! `proptest-regressions/` and tested first in later runs.
 
 use crate::fixtures;
-use crate::fixtures::bodies::lattice;
+use crate::fixtures::bodies::{lattice, place};
 use nalgebra::SVector;
 use proptest::prelude::*;
 use tongue_fit::body::json::{self, MeshRecord};
@@ -87,6 +87,18 @@ fn the_built_in_bodies_are_at_rest_without_tension() {
 
 proptest! {
     #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+
+    #[test]
+    fn a_rigid_motion_costs_no_energy(
+        mesh in body(), model in material(), angle in -3.1..3.1f64, x in -1.0..1.0f64, y in -1.0..1.0f64,
+    ) {
+        let system = system(&mesh, &model);
+        let moved: Vec<_> = mesh.nodes.iter().map(|p| place(p, angle, false, SVector::from([x, y]))).collect();
+        let energy = system.energy(Configuration { positions: &moved, tensions: &[0.0] });
+        // Squared rounding of the positions times the stiffness.
+        let c = system.coefficients();
+        prop_assert!(energy.abs() < 1e-20 * (c.tissue_stiffness + c.kappa * 1e6 + 1.0) * 1e3, "{energy:e}");
+    }
 
     #[test]
     fn a_solve_ends_in_a_stable_equilibrium_or_says_why_and_never_turns_a_cell_over(

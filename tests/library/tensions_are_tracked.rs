@@ -4,12 +4,13 @@
 use std::sync::Arc;
 
 use tongue_fit::acoustics::{Articulation, VocalTract};
-use tongue_fit::adapt::followed;
+use tongue_fit::adapt::{AdaptationInput, RestShapeMethod, followed};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::MovableBone;
 use tongue_fit::measured::recording::{AlignedRecording, FaultKind, screen};
 use tongue_fit::parallel;
+use tongue_fit::run::TrackRun;
 use tongue_fit::system::Model;
 use tongue_infer::posterior::Contrast;
 use tongue_infer::track::{
@@ -330,4 +331,79 @@ fn a_recording_of_several_windows_has_the_course_of_a_short_one_and_no_seams() {
     // A course is a level less its mean in the same draw.
     let mean: f64 = found.iter().map(|f| f.courses[0].median).sum::<f64>() / count as f64;
     assert!(mean.abs() < 0.3, "{mean}");
+}
+
+#[test]
+fn bones_are_carried_to_where_they_are_seen() {
+    let speaker = speaker();
+    let mut seen = recorded(&speaker, 4, 1e-6);
+    // All that is seen is shifted with the head: with bones that follow it is the same tongue but for the
+    // styloid, which is far away.
+    let by = Point::new(0.4e-3, -0.3e-3);
+    for frame in &mut seen.frames {
+        frame.contour.iter_mut().flatten().for_each(|m| m.at += by);
+        frame.bones.iter_mut().flatten().for_each(|p| *p += by);
+        frame.contour.iter_mut().flatten().for_each(|m| m.sd = 0.3e-3);
+    }
+    let with = tracked(&speaker, &seen);
+    seen.frames.iter_mut().for_each(|f| f.bones = vec![None, None]);
+    let without = tracked(&speaker, &seen);
+    let rms = |all: &[Tracked]| all.iter().map(|f| f.rms_m.unwrap()).fold(0.0, f64::max);
+    assert!(rms(&with) < 0.5 * rms(&without), "{} {}", rms(&with), rms(&without));
+}
+
+#[test]
+fn sensors_are_material_points() {
+    let speaker = speaker();
+    let times = times(6);
+    let shapes: Vec<Vec<Point>> =
+        times.iter().map(|t| speaker.shape(&course(*t), Point::zeros()).unwrap()).collect();
+    let seen = speaker.seen(&shapes, &times, Kind::Sensors(3, 0.05e-3), &mut fastrand::Rng::with_seed(9));
+    let found = tracked(&speaker, &seen);
+    assert!(found.iter().all(|f| f.status == FrameStatus::Converged && f.rms_m.unwrap() < 0.15e-3));
+    // Three coils leave most of eight tensions to the prior.
+    assert!(
+        found.iter().all(|f| f.resolved < 8),
+        "{:?}",
+        found.iter().map(|f| f.resolved).collect::<Vec<_>>()
+    );
+}
+
+#[test]
+fn a_run_from_options_places_the_body_and_meets_the_contours() {
+    let speaker = speaker();
+    // All that is seen is turned, larger and elsewhere.
+    let mut seen = recorded(&speaker, 8, 0.3e-3);
+    let to = |p: Point| Point::new(p.x - 0.1 * p.y, p.y + 0.1 * p.x) * 1.08 + Point::new(4e-3, -7e-3);
+    for frame in &mut seen.frames {
+        frame.contour.iter_mut().flatten().for_each(|m| m.at = to(m.at));
+        frame.bones.iter_mut().flatten().for_each(|p| *p = to(*p));
+    }
+    let basis = AdaptationInput {
+        body: &speaker.body,
+        anatomy: None,
+        model: Model::default(),
+        contracting: (0..speaker.body.mesh.muscles.len()).collect(),
+        settings: TrackSettings { draws: 200, ..TrackSettings::new(20.0, 0.1) },
+        palate: None,
+    };
+    let run = TrackRun {
+        basis,
+        adaptation: None,
+        is_given: false,
+        rest: RestShapeMethod::Similarity,
+        free_bones: &[],
+        hide: &[],
+    };
+    let placed = run.body(&[&seen], &|_, _| ()).unwrap().similarity.unwrap();
+    assert!((placed.scale() / 1.085 - 1.0).abs() < 0.03, "{placed:?}");
+    let found = run.run(&[&seen], &|note| panic!("{note}")).unwrap();
+    assert_eq!(found.len(), 1);
+    for frame in &found[0].frames {
+        assert_eq!(frame.status, FrameStatus::Converged);
+        assert!(frame.rms_m.unwrap() < 0.6e-3, "{:?}", frame.rms_m);
+    }
+    let twice = ["hyoid".to_owned(), "hyoid".to_owned()];
+    let message = TrackRun { free_bones: &twice, ..run }.run(&[&seen], &|_| ()).unwrap_err().to_string();
+    assert!(message.starts_with("--free-bone hyoid:"), "{message}");
 }

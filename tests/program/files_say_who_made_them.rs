@@ -52,3 +52,17 @@ fn more_frames_are_written_than_files_can_be_open() {
     assert_eq!(done.status, Some(0), "{}", done.out);
     assert_eq!(std::fs::read_dir(folder.path().join("out")).unwrap().count(), 5 + 200);
 }
+
+#[test]
+fn files_of_a_simulation_say_what_the_tissue_was() {
+    for body in ["springs", "continuum"] {
+        let line = format!("simulate --body {body} --tension GGa=2");
+        let still = written(&format!("{line} --direct"));
+        for (file, text) in still.into_iter().chain(written(&format!("{line} --trajectory --t-end 0.1"))) {
+            assert!(text.contains(body), "{file} of {body}");
+        }
+    }
+    for (file, text) in written("--vowel a --method gauss-newton") {
+        assert!(text.contains("springs"), "{file}");
+    }
+}

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::run::json as run;
 use serde_json::Value;
-use tongue_fit::body::REFERENCE;
+use tongue_fit::body::{Bone, MuscleChain, REFERENCE, gmsh, solid};
 
 /// Active muscles in the simulation, N per metre of thickness.
 const PULL: [(&str, f64); 3] = [("hyoglossus", 5.0), ("longitudinalis superior", 6.0), ("verticalis", 8.0)];
@@ -110,4 +110,26 @@ fn goes_all_the_way(muscles: &str, count: usize) {
 fn five_and_eleven_muscles_go_through_every_command() {
     goes_all_the_way(FIVE, 5);
     goes_all_the_way(&format!("{FIVE}{SIX_MORE}"), 11);
+}
+
+/// A block on bone with muscles along three upper edges, named as in Takano's table, meets the lengths
+/// measured there.
+#[test]
+fn a_scene_fits_a_solid() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut mesh = solid::block([0.024, 0.024, 0.012], [2, 2, 1]);
+    let edge = |name: &str, nodes: [usize; 3]| MuscleChain { name: name.to_owned(), nodes: nodes.into() };
+    mesh.muscles = vec![edge("GGm", [9, 10, 11]), edge("GGp", [15, 16, 17]), edge("HGp", [11, 14, 17])];
+    let bone = Bone { name: "hyoid".into(), nodes: mesh.fixed.clone() };
+    fs::write(folder.path().join("block.msh"), gmsh::write(&mesh, &[bone])).unwrap();
+    let scene = "title = \"t\"\nwant = \"lengths\"\n[body.mesh]\nfile = \"block.msh\"\n\
+                 [fit]\nsubject = \"S3\"\nvowel = \"i\"\ntarget = \"stretch\"\n[effects]\nincompressibility = true\n";
+    fs::write(folder.path().join("block.toml"), scene).unwrap();
+    let answer = run(folder.path(), "scene run block.toml --json");
+    assert_eq!(answer["fit"], "converged", "{answer}");
+    for (name, measured) in [("GGm", 53.0 / 59.0), ("GGp", 43.0 / 48.0), ("HGp", 28.0 / 30.0)] {
+        let muscle = answer["muscles"].as_array().unwrap().iter().find(|m| m["muscle"] == name).unwrap();
+        assert!((number(&muscle["stretch"]) - measured).abs() < 1e-4, "{muscle}");
+        assert!(number(&muscle["tension_n"]) > 0.0, "{muscle}");
+    }
 }

@@ -82,3 +82,23 @@ fn praat_finds_the_computed_formants() {
         }
     }
 }
+
+#[test]
+fn tensions_jaw_lips_and_another_tract_change_the_sound() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path();
+    let pulled = "--tension GGp=10 --tension GGa=2";
+    let plain = formants(&heard(at, pulled));
+    for more in ["--jaw 4", "--lip-opening 4", "--lip-protrusion 5", "--hyoid 0,-6"] {
+        let other = formants(&heard(at, &format!("{pulled} {more}")));
+        assert!(plain.iter().zip(&other).any(|(a, b)| (a - b).abs() > 2.0), "{more:?}: {plain:?} {other:?}");
+    }
+    let drawn =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("targets/tract.toml")).unwrap();
+    std::fs::write(at.join("mine.toml"), drawn.replace("step_mm = 4.0", "step_mm = 2.0")).unwrap();
+    let finer = formants(&heard(at, &format!("{pulled} --tract mine.toml")));
+    // Half the step changes the first four formants by less than 2 %, so the grid is fine enough.
+    for (a, b) in plain.iter().zip(&finer).take(4) {
+        assert!((a / b - 1.0).abs() < 0.02 && a != b, "{plain:?} {finer:?}");
+    }
+}
