@@ -76,8 +76,10 @@ pub use tongue_files::VERSION;
 
 pub mod adapt {
     //! Bodies of speakers, made from recordings or landmarks.
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_infer::adapt::Speaker;
     pub use tongue_infer::adapt::{
-        Adaptation, AdaptationInput, Landmarks, RestShapeMethod, Speaker, followed, mark_of,
+        Adaptation, AdaptationInput, Landmarks, RestShapeMethod, followed, mark_of,
     };
 }
 
@@ -115,10 +117,10 @@ pub mod dynamics {
     //! Motion: masses, dampers and three-element muscles over time.
     pub use tongue_core::dynamics::{
         Control, IntegrationMethod, Motion, MotionError, MotionOutcome, MotionStatus, Observer, State,
-        Tensions, cost_per_step, run, sample_times,
+        Tensions, run, sample_times,
     };
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_core::dynamics::{Integrator, SHORTEST_S};
+    pub(crate) use tongue_core::dynamics::{Integrator, SHORTEST_S, cost_per_step};
     pub use tongue_input::measured::curves::Curves;
 }
 
@@ -162,9 +164,11 @@ pub mod inverse {
 
     pub mod alarms {
         //! What to doubt in an answer.
-        pub use tongue_infer::inverse::alarms::{Alarm, alarms, barrier};
+        pub use tongue_infer::inverse::alarms::{Alarm, alarms};
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_infer::inverse::alarms::{THICKNESS_M, of_equilibrium, of_shape, of_strain};
+        pub(crate) use tongue_infer::inverse::alarms::{
+            THICKNESS_M, barrier, of_equilibrium, of_shape, of_strain,
+        };
     }
 
     pub mod batch {
@@ -184,33 +188,35 @@ pub mod measured {
     //! What was measured: lengths of muscles, recordings of tongues, and the targets made of them.
     pub use tongue_input::measured::emg::Activity;
     pub use tongue_input::measured::muscles::Muscles;
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_input::measured::reference_muscle;
     pub use tongue_input::measured::thesis::Thesis;
     pub use tongue_input::measured::{
-        ByMuscle, Dataset, Lengths, ReadError, Target, TargetKind, TargetOptions, Vowel, reference_muscle,
+        ByMuscle, Dataset, Lengths, ReadError, Target, TargetKind, TargetOptions, Vowel,
     };
 
     pub mod lengths {
         //! Tables of lengths, and how they were read.
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_input::measured::lengths::BrokenRow;
-        pub use tongue_input::measured::lengths::{
-            Column, DecimalMark, Encoding, HalfWidth, LineEnds, Malformed, Reading, Row,
-        };
+        pub(crate) use tongue_input::measured::lengths::{BrokenRow, Column, Encoding, HalfWidth, Reading};
+        pub use tongue_input::measured::lengths::{Malformed, Row};
 
         pub mod rest_distance {
             //! How far the model in its baseline is from a measured row, and whether the names of columns are shifted.
-            pub use tongue_input::measured::lengths::rest_distance::{measure, nearest, shifted};
+            pub use tongue_input::measured::lengths::rest_distance::shifted;
+            #[cfg(feature = "cli")]
+            pub(crate) use tongue_input::measured::lengths::rest_distance::{measure, nearest};
         }
     }
 
     pub mod recording {
         //! Recordings of moving tongues.
         pub use tongue_input::measured::recording::{
-            AlignedRecording, Doubt, Fault, FaultKind, Format, Map, Mark, Recording, Severity, WITHOUT_BONES,
-            doubts, other_size, palate_doubt, screen,
+            AlignedRecording, FaultKind, Format, Map, Recording, Severity, doubts, other_size, palate_doubt,
+            screen,
         };
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_input::measured::recording::{Waveform, is_coil};
+        pub(crate) use tongue_input::measured::recording::{Fault, Mark, WITHOUT_BONES, Waveform, is_coil};
     }
 }
 
@@ -228,53 +234,54 @@ pub mod parallel {
 
 pub mod posterior {
     //! The posterior of tensions: which tensions data and model allow, with every unknown included.
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_infer::posterior::{
+        AuxiliaryData, Contrast, Measurements, OverSpeakers, StretchSummary,
+    };
     pub use tongue_infer::posterior::{
-        AuxiliaryData, Contrast, Density, Draw, MapEstimate, Measurements, OverSpeakers, Posterior,
-        PosteriorError, PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun, Status,
-        StretchSummary, Summary, Verdict, VerdictFrom, sample,
+        Draw, Posterior, PosteriorError, PosteriorModel, Priors, Quantiles, Report, Sampling, ShortRun,
+        Status, Summary, Verdict, sample,
     };
 }
 
 pub mod report {
     //! Outputs: records, tables, pictures and pages.
-    pub use tongue_files::report::{
-        AnimationFrame, Draws, Export, FitRecord, Json, Markdown, Msh, Provenance, ReportError, Rows,
-        SectionPicture, Series, SimulationRecord, SoundRecord, Svg, Table, Vtu, Wav, animation, changes,
-        panels, ridges, solid, tongue, valley, vowel,
-    };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
-        Clean, Conclusion, FormantsRecord, OfBody, OperationRecord, PageBody, PageTable, Panel, Pvd,
-        REPEATED, RecordingResult, SpaceFitRecord, SpaceTrackRecord, Ssff, StoTable, TonguePage, TrackPage,
-        TrackRecord, TrackResults, TrajectoryRecord, ValleyRecord, VowelPicture, contrasts,
-        discard_unfinished, draws_csv, formants_csv, limit_of_plane, over_speakers, placed, prior_interval_n,
-        repeated, repeats_table, segments_csv, status_name, timelines, track_csv, views, wrapped,
+        AnimationFrame, Clean, Conclusion, Draws, FormantsRecord, Markdown, OfBody, OperationRecord,
+        PageBody, PageTable, Panel, Pvd, REPEATED, RecordingResult, Rows, SectionPicture, Series,
+        SpaceFitRecord, SpaceTrackRecord, Ssff, StoTable, Table, TonguePage, TrackPage, TrackRecord,
+        TrackResults, TrajectoryRecord, ValleyRecord, VowelPicture, contrasts, discard_unfinished, draws_csv,
+        fixed, formants_csv, limit_of_plane, over_speakers, panels, placed, prior_interval_n, repeated,
+        repeats_table, ridges, segments_csv, solid, status_name, timelines, track_csv, views, vowel, wrapped,
+    };
+    pub use tongue_files::report::{
+        Export, FitRecord, Json, Msh, Provenance, ReportError, SimulationRecord, SoundRecord, Svg, Vtu, Wav,
+        animation, tongue, valley,
     };
     #[cfg(feature = "files")]
-    pub use tongue_files::report::{OutputDir, fixed, write};
+    pub use tongue_files::report::{OutputDir, write};
 
     #[cfg(feature = "files")]
     pub mod batch {
         //! The files of a batch.
         #[cfg(feature = "cli")]
         pub(crate) use tongue_files::report::batch::{
-            Batch, BatchSummary, Digest, Fitted, RowPosterior, digests, passive_groups, sha256, write_files,
-            write_json,
+            Batch, BatchSummary, Digest, Fitted, RowPosterior, columns, digests, passive_groups, sha256,
+            write_files, write_json,
         };
-        pub use tongue_files::report::batch::{MOST_FITS_ON_PAGE, Shard, columns};
+        pub use tongue_files::report::batch::{MOST_FITS_ON_PAGE, Shard};
 
-        pub mod contrasts {
+        #[cfg(feature = "cli")]
+        pub(crate) mod contrasts {
             //! Differences of tensions between vowels.
-            #[cfg(feature = "cli")]
-            pub(crate) use tongue_files::report::batch::summary::over_subjects;
-            pub use tongue_files::report::batch::summary::{SubjectContrast, all};
+            pub(crate) use tongue_files::report::batch::summary::{SubjectContrast, all, over_subjects};
         }
 
-        pub mod journal {
+        #[cfg(feature = "cli")]
+        pub(crate) mod journal {
             //! Finished jobs, kept.
-            #[cfg(feature = "cli")]
-            pub(crate) use tongue_files::report::batch::journal::{Entry, Journal};
-            pub use tongue_files::report::batch::journal::{NAME, arguments};
+            pub(crate) use tongue_files::report::batch::journal::{Entry, Journal, NAME, arguments};
         }
     }
 }
@@ -330,31 +337,38 @@ pub mod simulation {
 
 pub mod statics {
     //! Equilibria: Newton's method, the branch from rest.
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_core::statics::CriticalKind;
     pub use tongue_core::statics::{
-        Connection, CriticalKind, Solution, SolveSettings, SolveStatus, Stability, Trace, Workspace, solve,
+        Connection, Solution, SolveSettings, SolveStatus, Stability, Trace, Workspace, solve,
         solve_and_trace, trace,
     };
 }
 
 pub mod statistics {
     //! Statistics.
-    pub use tongue_core::statistics::{distinct, upper_median};
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_core::statistics::distinct;
+    pub use tongue_core::statistics::upper_median;
 }
 
 pub mod choice {
     //! Choices by their names.
-    pub use tongue_core::choice::{name_of, named, names};
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_core::choice::name_of;
+    pub use tongue_core::choice::{named, names};
 }
 
-pub mod suggest {
+#[cfg(feature = "cli")]
+pub(crate) mod suggest {
     //! "Did you mean".
-    pub use tongue_core::choice::hint;
+    pub(crate) use tongue_core::choice::hint;
 }
 
 #[cfg(feature = "cli")]
 pub(crate) mod surgery {
     //! Surgery of a tongue in space, in words.
-    pub use tongue_files::surgery::{FillingKind, Surgery};
+    pub(crate) use tongue_files::surgery::{FillingKind, Surgery};
 }
 
 pub mod system {
@@ -367,19 +381,19 @@ pub mod system {
 
 pub mod validate {
     //! Predictions of muscles that were not fitted, beside predictors without mechanics.
-    pub use tongue_files::validate::{ValidationPlan, ValidationStudy, files, page, run};
+    pub use tongue_files::validate::{ValidationPlan, ValidationStudy, run};
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_files::validate::{files, page};
 }
 
 pub mod track {
     //! Tensions over time from recordings of a tongue.
-    pub use tongue_infer::track::{
-        Comparison, Frame, FrameStatus, HeldOut, LabelDraws, Repeats, TongueSurface, TrackSettings, Tracked,
-        TrackedRecording, compare, compared, held_out, is_untrusted, listen, repeats,
-    };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_infer::track::{
-        Displacement, FEWEST, Followed, MOST_UNTRUSTED, NARROW, Watch, course_summaries,
+        Comparison, Displacement, FEWEST, Followed, Frame, FrameStatus, MOST_UNTRUSTED, NARROW, Watch,
+        compare, compared, course_summaries, held_out, is_untrusted, listen, repeats,
     };
+    pub use tongue_infer::track::{TongueSurface, TrackSettings, Tracked, TrackedRecording};
 }
 
 /// A millimetre in metres: `5.5 * MM`.
