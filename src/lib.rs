@@ -64,7 +64,7 @@
 
 #![warn(missing_docs)]
 
-// The program's modules use the library as its users do.
+// The program's modules use the library by the names that its users know; what only they need is visible in this crate alone.
 #[cfg(feature = "cli")]
 extern crate self as tongue_fit;
 
@@ -126,7 +126,7 @@ pub mod dynamics {
 
 pub mod effect {
     //! Effects: what pulls and pushes at the nodes of a body.
-    pub use tongue_core::effect::{Configuration, Contact, Effect, Gravity, PrimitiveElement, Tangent};
+    pub use tongue_core::effect::{Configuration, Contact, Effect, Gravity, Tangent};
 }
 
 pub mod files {
@@ -142,7 +142,7 @@ pub mod geometry {
 
     pub mod topology {
         //! What bounds a mesh.
-        pub use tongue_core::geometry::topology::{outlines, surface};
+        pub use tongue_core::geometry::topology::outlines;
     }
 }
 
@@ -305,8 +305,8 @@ pub mod scene {
     pub(crate) use tongue_files::scene::effects::Effects;
     pub use tongue_files::scene::effects::{Hyoid, Jaw};
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::scene::file::{FitTarget, SceneTongue};
-    pub use tongue_files::scene::file::{Material, SceneBody, Want};
+    pub(crate) use tongue_files::scene::file::{FitTarget, Material, SceneTongue};
+    pub use tongue_files::scene::file::{SceneBody, Want};
     pub use tongue_files::scene::{JOINT_MM, Scene, names, shipped, simulate};
 
     pub mod body {
@@ -330,8 +330,8 @@ pub mod scene {
 pub mod simulation {
     //! The whole library by names of muscles and bones.
     pub use tongue_files::simulation::{
-        Assemble, Assembly, Estimate, InverseProblem, Observations, Shape, SimulationError, Solver,
-        Trajectory, read_tensions,
+        Assemble, Assembly, Estimate, InverseProblem, Shape, SimulationError, Solver, Trajectory,
+        read_tensions,
     };
 }
 
@@ -381,9 +381,9 @@ pub mod system {
 
 pub mod validate {
     //! Predictions of muscles that were not fitted, beside predictors without mechanics.
-    pub use tongue_files::validate::{ValidationPlan, ValidationStudy, run};
+    pub use tongue_files::validate::{ValidationPlan, run};
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::validate::{files, page};
+    pub(crate) use tongue_files::validate::{ValidationStudy, files, page};
 }
 
 pub mod track {
