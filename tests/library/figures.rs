@@ -446,7 +446,7 @@ fn a_chart_of_inconsistent_data_is_refused() {
         let mut values = MEASURED;
         values[4] = value;
         let error = refused(&labels(), &[series("measured", &values)]);
-        assert!(matches!(&error, ReportError::Ratio { label, .. } if label == "SGm*"), "{error}");
+        assert!(matches!(&error, ReportError::BarHeight { label, .. } if label == "SGm*"), "{error}");
     }
 }
 
@@ -460,5 +460,8 @@ fn bars_of_parts_begin_at_zero_and_reach_their_values() {
         .collect();
     // The first is that of the legend.
     assert!((heights[1] / heights[2] - 0.25).abs() < 1e-3, "{heights:?}");
-    assert!(matches!(parts(&labels, &[series("x", &[0.5, -0.1])], "", ""), Err(ReportError::Ratio { .. })));
+    assert!(matches!(
+        parts(&labels, &[series("x", &[0.5, -0.1])], "", ""),
+        Err(ReportError::BarHeight { .. })
+    ));
 }

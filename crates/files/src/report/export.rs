@@ -182,9 +182,9 @@ pub enum ReportError {
     SeriesLength { series: String, values: usize, labels: usize },
     #[error(
         "the value of \"{label}\" in the series \"{series}\" is {value}; \
-         a ratio of lengths must be positive, finite and at most 100"
+         a bar must be positive, finite and at most 100"
     )]
-    Ratio { series: String, label: String, value: f64 },
+    BarHeight { series: String, label: String, value: f64 },
     #[error("a diagram needs 1 to {most} curves with a positive, finite point each; got {curves}")]
     Curves { curves: usize, most: usize },
 }

@@ -78,7 +78,7 @@ fn check(labels: &[String], series: &[Series], base: f64) -> Result<(), ReportEr
         }
         for (&value, label) in values.iter().zip(labels) {
             if !((value > 0.0 || value == base) && value <= 100.0) {
-                return Err(ReportError::Ratio { series: name.clone(), label: label.clone(), value });
+                return Err(ReportError::BarHeight { series: name.clone(), label: label.clone(), value });
             }
         }
     }
