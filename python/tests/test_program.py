@@ -104,6 +104,7 @@ def test_a_scene_may_be_a_dict_and_a_table_a_frame() -> None:
         (lambda: tf.scene("nothing.toml"), "nothing.toml"),
         (lambda: tf.track("nothing.csv"), "nothing.csv"),
         (lambda: tf.adapt(b"nonsense"), "recordings"),
+        (lambda: tf.check("-"), "no standard input"),
         (lambda: tf.scene("supine").frame("x.csv"), "x.csv"),
     ],
 )

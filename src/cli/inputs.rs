@@ -8,7 +8,7 @@ use tongue_fit::files::{self, advice};
 use tongue_fit::measured::Dataset;
 use tongue_fit::measured::lengths::rest_distance;
 
-use super::output;
+use super::{invocation, output};
 
 /// The text of a file; `what` says in an error what it is read for, such as "the map".
 pub fn text(what: &str, path: &Path) -> miette::Result<String> {
@@ -29,6 +29,11 @@ pub fn tract(path: &Path) -> miette::Result<Tract> {
 
 /// The table of lengths, by default the built-in one, with the half width of their rounding if it was given.
 pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Result<Dataset> {
+    if file.is_some_and(|file| file.as_os_str() == "-")
+        && invocation::current().is_some_and(|run| run.is_call())
+    {
+        return Err(miette!("a call has no standard input; give the table itself, or the name of its file"));
+    }
     let data = file.map_or_else(Dataset::reference, Dataset::from_path).into_diagnostic()?;
     if let Some(said) = file.and_then(|_| rest_distance::shifted(&data)) {
         output::note(&format!("{}: {said}", data.origin()));

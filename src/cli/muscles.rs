@@ -173,10 +173,8 @@ fn in_space(
     let length = |x: &[Vector3<f64>]| (x[b] - x[a]).norm();
     let stretch = length(&solved.positions) / length(&body.mesh.nodes);
     let flat = solved.midsagittal_positions();
-    let found = solved.found;
-    let strain = alarms::of_shape(body, &solved.system, &solved.positions);
-    let alarms = [found.alarms, strain].concat();
-    let alone = MuscleEffect::new(name, found.solution.status, alarms, stretch, section, &flat);
+    let (status, alarms) = (solved.found.solution.status, solved.alarms(body));
+    let alone = MuscleEffect::new(name, status, alarms, stretch, section, &flat);
     let alone = MuscleEffect { wider_mm, ..alone };
     let row = alone.row(json!({ "activation": activation }), json!({}), stretch);
     Ok((alone, vec![row]))

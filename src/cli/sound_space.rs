@@ -2,7 +2,6 @@
 
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::acoustics::{Articulation, SpaceVocalTract, Tract, VocalTract};
-use tongue_fit::inverse::alarms;
 use tongue_fit::measured::ByMuscle;
 use tongue_fit::report::SoundRecord;
 use tongue_fit::run::SpaceSource;
@@ -47,8 +46,7 @@ impl Arguments {
             subject: None,
             vowel: None,
             converged: solved.found.solution.status == SolveStatus::Converged
-                && solved.found.alarms.is_empty()
-                && alarms::of_shape(&body, &solved.system, &solved.positions).is_empty(),
+                && solved.alarms(&body).is_empty(),
             tensions_n: None,
             activations: Some(ByMuscle(names.zip(activations).collect())),
             sound,

@@ -6,6 +6,7 @@ use miette::{IntoDiagnostic, bail, miette};
 use nalgebra::{Vector2, Vector3};
 
 use tongue_fit::body::{Body, Unit};
+use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, OperationRecord, SimulationRecord};
 use tongue_fit::run::{Equilibrium, SpaceSource};
 use tongue_fit::statics::Workspace;
@@ -132,6 +133,12 @@ pub struct Solved {
 impl Solved {
     pub fn midsagittal_positions(&self) -> Vec<Vector2<f64>> {
         self.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect()
+    }
+
+    /// What to doubt: the equilibrium, and tissue that is strained too much.
+    pub fn alarms(&self, body: &Body<3>) -> Vec<Alarm> {
+        let strain = alarms::of_shape(body, &self.system, &self.positions);
+        self.found.alarms.iter().cloned().chain(strain).collect()
     }
 }
 

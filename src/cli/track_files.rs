@@ -88,52 +88,40 @@ pub fn write(
         let number = nth + 1;
         let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
         if wants(Also::Sto) {
-            files.push((
-                format!("track_{number}.sto"),
-                Box::new(move |out: &mut dyn io::Write, by: &Provenance| {
-                    one.sto(&results.muscles).write(out, by)
-                }),
-            ));
+            let made =
+                move |out: &mut dyn io::Write, by: &Provenance| one.sto(&results.muscles).write(out, by);
+            files.push((format!("track_{number}.sto"), Box::new(made)));
         }
         if wants(Also::Ssff) {
-            files.push((
-                format!("track_{number}.ssff"),
-                Box::new(move |out: &mut dyn io::Write, by: &Provenance| {
-                    Ssff(one.sto(&results.muscles)).write(out, by)
-                }),
-            ));
+            let made = move |out: &mut dyn io::Write, by: &Provenance| {
+                Ssff(one.sto(&results.muscles)).write(out, by)
+            };
+            files.push((format!("track_{number}.ssff"), Box::new(made)));
         }
         if wants(Also::Textgrid) {
             let made = |out: &mut dyn io::Write, _: &Provenance| one.write_text_grid(&results.muscles, out);
             files.push((format!("track_{number}.TextGrid"), Box::new(made)));
         }
         if wants(Also::Svg) {
-            files.push((
-                format!("track_{number}.svg"),
-                Box::new(move |out: &mut dyn io::Write, by: &Provenance| {
-                    timelines(one, &record.courses).write(out, by)
-                }),
-            ));
+            let made = move |out: &mut dyn io::Write, by: &Provenance| {
+                timelines(one, &record.courses).write(out, by)
+            };
+            files.push((format!("track_{number}.svg"), Box::new(made)));
         }
         if wants(Also::Svg) && shown().next().is_some() {
-            files.push((
-                format!("shapes_{number}.svg"),
-                Box::new(move |out: &mut dyn io::Write, by: &Provenance| {
-                    results.animation(one).map_err(io::Error::other)?.write(out, by)
-                }),
-            ));
+            let made = move |out: &mut dyn io::Write, by: &Provenance| {
+                results.animation(one).map_err(io::Error::other)?.write(out, by)
+            };
+            files.push((format!("shapes_{number}.svg"), Box::new(made)));
         }
         if wants(Also::Vtu) && shown().next().is_some() {
             let mut moments = Vec::new();
             for (t, frame) in shown().enumerate() {
                 let name = format!("shapes_{number}_{t:04}.vtu");
                 moments.push((frame.time_s, name.clone()));
-                others.push((
-                    name,
-                    Box::new(move |out: &mut dyn io::Write, by: &Provenance| {
-                        results.write_vtu(one, frame, out, by)
-                    }),
-                ));
+                let made =
+                    move |out: &mut dyn io::Write, by: &Provenance| results.write_vtu(one, frame, out, by);
+                others.push((name, Box::new(made)));
             }
             files.push((format!("shapes_{number}.pvd"), Box::new(Pvd(moments))));
         }

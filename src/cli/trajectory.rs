@@ -22,6 +22,7 @@ use tongue_fit::report::{
 use tongue_fit::system::System;
 
 use super::choice::choice;
+use super::invocation::stop_if_asked;
 use super::{Global, Outcome, body, drive, output, table, word};
 
 const PART_OF_LIMIT: f64 = 0.9;
@@ -303,6 +304,7 @@ impl Observer<2> for Watch<'_> {
     }
 
     fn progress(&mut self, time: f64) {
+        stop_if_asked();
         if self.bar.is_none() && self.begin.elapsed() > PATIENCE {
             let bar = output::bar(1000, "{bar:40} {percent:>3} %, {eta} left");
             self.bar = bar.ok().map(|bar| bar.with_elapsed(self.begin.elapsed()));

@@ -9,7 +9,7 @@ use tongue_fit::geometry::{Point, Similarity};
 use tongue_fit::measured::recording::Map;
 use tongue_fit::system::Model;
 use tongue_infer::adapt::{AdaptationInput, Landmarks, Rest, RestShapeMethod, mark_of};
-use tongue_infer::posterior::half_normal;
+use tongue_infer::posterior::parameters;
 use tongue_infer::track::TrackSettings;
 
 use crate::synthetic::{Kind, Speaker, drawn_scores};
@@ -37,7 +37,7 @@ fn landmarks(body: &Body<2>, place: impl Fn(Point) -> Point) -> Landmarks {
 /// Tensions of all frames drawn from the half-normal prior with its correlation in time.
 fn drawn(times: &[f64], rng: &mut fastrand::Rng) -> Vec<Vec<f64>> {
     let all = drawn_scores(8, MEMORY_S, times, rng);
-    all.iter().map(|x| x.iter().map(|g| SCALE_N * half_normal::tension(*g).0).collect()).collect()
+    all.iter().map(|x| x.iter().map(|g| SCALE_N * parameters::tension(*g).0).collect()).collect()
 }
 
 #[test]

@@ -218,7 +218,7 @@ fn the_sampler_draws_from_normal_and_half_normal_distributions() {
     // Scores that are normal make tensions that are half-normal.
     let one = DMatrix::identity(1, 1);
     let whitened = Whitened::new(DVector::zeros(1), one.clone()).unwrap();
-    let half = |x: f64| tongue_infer::posterior::half_normal::tension(x).0;
+    let half = |x: f64| tongue_infer::posterior::parameters::tension(x).0;
     let chains = hmc::sample(|| Known(&one, &half), &whitened, &(), &settings);
     let mut all: Vec<f64> = chains.iter().flat_map(|c| c.draws.iter().map(|d| d[0])).collect();
     all.sort_by(f64::total_cmp);

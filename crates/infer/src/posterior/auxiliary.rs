@@ -10,7 +10,7 @@ use tongue_core::observe::Observable;
 
 use crate::standard_deviations::{EMG, EMG_GAIN};
 
-use super::half_normal::{Parameter, ParameterValues, WarmStart};
+use super::parameters::{Parameter, ParameterValues, WarmStart};
 
 /// Muscles whose activity was measured together, in one posture or in the baseline.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -10,7 +10,7 @@ use tongue_core::statics::lanes::{Group, Load};
 use tongue_core::statics::{Connection, SolveSettings};
 
 use super::density::{Density, is_found};
-use super::half_normal::ParameterValues;
+use super::parameters::ParameterValues;
 
 /// Numbers of steps in which the loads grow from zero; a shape is accepted if one of them leads to it.
 const STEPS: [usize; 2] = [5, 25];

@@ -17,9 +17,9 @@ use tongue_core::statics::lanes::{Equilibrium, Lanes};
 use tongue_core::statics::{SolveSettings, SolveStatus};
 
 use super::PosteriorError;
-use super::half_normal::{self, Parameter, ParameterValues, Posture, WarmStart};
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
+use super::parameters::{self, Parameter, ParameterValues, Posture, WarmStart};
 
 /// The density for a set of measured stretches and other measurements.
 #[derive(Debug)]
@@ -204,7 +204,7 @@ impl<'a> Density<'a> {
         let priors = &self.posterior_model.priors;
         let mut meaning = self.fixed.clone();
         let half_normal = |scale: f64, g: f64| {
-            let (value, slope) = half_normal::tension(g);
+            let (value, slope) = parameters::tension(g);
             (scale * value, scale * slope)
         };
         let each = self.parameters.iter().zip(scores.iter()).map(|(p, &g)| match *p {

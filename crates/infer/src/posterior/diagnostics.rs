@@ -1,7 +1,7 @@
 //! Whether chains have mixed: rank-normalised split R-hat, bulk and tail effective sample size, after Vehtari, Gelman, Simpson, Carpenter
 //! and Bürkner (Bayesian Analysis 16, 2021).
 
-use super::half_normal::normal_quantile;
+use super::parameters::normal_quantile;
 
 /// Convergence diagnostics of one quantity.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,8 +11,8 @@ use super::auxiliary::AuxiliaryData;
 use super::branch::on_branch;
 use super::density::{Density, is_found};
 use super::finite_differences::{self, Adjoints, FiniteDifferences, GeometrySensitivity};
-use super::half_normal::{Draw, Parameter, ParameterValues, WarmStart};
 use super::hmc::{Point, Target};
+use super::parameters::{Draw, Parameter, ParameterValues, WarmStart};
 use super::shape;
 
 /// The likelihood of the residuals of the measurements.

@@ -12,8 +12,8 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use super::PosteriorError;
 use super::auxiliary::AuxiliaryData;
-use super::half_normal::{ParameterValues, WarmStart};
 use super::model::{Field, PosteriorModel, laid_anew, turn};
+use super::parameters::{ParameterValues, WarmStart};
 use tongue_core::body::{Body, HYOID};
 use tongue_core::effect::Configuration;
 use tongue_core::material::Constants;

@@ -15,8 +15,8 @@ use super::PosteriorError;
 use super::density::Density;
 use super::evaluator::{Evaluator, LinearisationPoint};
 use super::finite_differences::FiniteDifferences;
-use super::half_normal::WarmStart;
 use super::hmc::Whitened;
+use super::parameters::WarmStart;
 
 /// Covariance due to geometry and constants, of the stretches of all muscles of the body in all postures and of the other measurements: the
 /// mean over several linearisations; `None` without any.

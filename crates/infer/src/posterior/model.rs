@@ -7,7 +7,7 @@ use nalgebra::SVector;
 
 use super::PosteriorError;
 use super::finite_differences::{PerturbedBodies, beside_in_kappa};
-use super::half_normal::ParameterValues;
+use super::parameters::ParameterValues;
 use super::priors::Priors;
 use tongue_core::body::{Body, ContinuumSettings, HYOID};
 use tongue_core::geometry::Point;

@@ -6,11 +6,11 @@ use super::PosteriorError;
 use super::density::Density;
 use super::diagnostics::{Mixing, mixing, most_r_hat};
 use super::evaluator::{Errors, Evaluator};
-use super::half_normal::{Draw, WarmStart};
 use super::hmc::{self, Whitened};
 use super::map::MapEstimate;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
+use super::parameters::{Draw, WarmStart};
 
 /// Number of chains: two groups of four.
 const CHAINS: usize = 8;

@@ -8,7 +8,7 @@ use serde::Serialize;
 use tongue_core::statistics::mean_and_variance;
 
 use super::density::Density;
-use super::half_normal::{Draw, Parameter};
+use super::parameters::{Draw, Parameter};
 
 /// Difference of the power from one.
 const STEP: f64 = 0.01;

@@ -6,9 +6,9 @@ use tongue_core::statistics::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
 use super::PosteriorError;
-use super::half_normal::Draw;
 use super::leave_out::{fitted, without_each};
 use super::model::PosteriorModel;
+use super::parameters::Draw;
 use super::priors::Priors;
 use super::quantiles::{Quantiles, part_above_zero};
 use super::run::{Posterior, Status};

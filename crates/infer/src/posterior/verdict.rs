@@ -9,10 +9,10 @@ use tongue_core::system::Model;
 use tongue_input::measured::Target;
 
 use super::density::Density;
-use super::half_normal::Draw;
 use super::map::MapEstimate;
 use super::measurements::Measurements;
 use super::model::PosteriorModel;
+use super::parameters::Draw;
 use super::priors::Priors;
 use super::quantiles::{Quantiles, part_above_zero};
 use super::run::short_run;
