@@ -125,14 +125,16 @@ fn lengths(speaker: &Speaker, before: &Body<2>) -> Vec<(String, f64, f64)> {
 }
 
 fn record(speaker: &Speaker, before: &Body<2>, doubts: &[String], notes: &[String]) -> Value {
-    let muscle = |(name, before, after): (String, f64, f64)| json!({ "muscle": name, "before_mm": before * 1e3, "after_mm": after * 1e3, "stretch": after / before });
+    let muscles = lengths(speaker, before).into_iter().map(|(muscle, before, after)| {
+        json!({ "muscle": muscle, "before_mm": before * 1e3, "after_mm": after * 1e3, "stretch": after / before })
+    });
     json!({
         "rest": speaker.how,
         "scale": speaker.similarity.scale(),
         "angle_deg": speaker.similarity.angle().to_degrees(),
         "rms_mm": speaker.rms_m.map(|r| r * 1e3),
         "least_area_ratio": speaker.least_area_ratio,
-        "muscles": lengths(speaker, before).into_iter().map(muscle).collect::<Vec<_>>(),
+        "muscles": muscles.collect::<Vec<_>>(),
         "doubts": doubts,
         "notes": notes,
     })

@@ -146,8 +146,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let from_stretches = match kind {
         TargetKind::Ratio if output::is_verbose() => {
             let target = arguments.target(&data, TargetKind::Stretch).ok();
-            let run = |target| FitRun::quick(target, false).run(&tongue, &model, &by);
-            target.and_then(|target| run(target).ok())
+            target.and_then(|target| FitRun::quick(target, false).run(&tongue, &model, &by).ok())
         }
         _ => None,
     };
@@ -177,9 +176,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let picture = record.picture(&tongue).into_diagnostic()?;
     let json = record.to_json().into_diagnostic()?;
     let csv = record.to_csv().into_diagnostic()?;
-    let legend = || "published tensions (Kato 2014)".to_owned();
-    let published_stretches =
-        published.as_ref().map(|p| Series { name: legend(), values: p.stretches.clone() });
+    let published_stretches = published
+        .as_ref()
+        .map(|p| Series { name: "published tensions (Kato 2014)".to_owned(), values: p.stretches.clone() });
     let title = format!(
         "{} /{}/: change of every muscle relative to /{}/",
         target.subject, target.vowel, target.baseline

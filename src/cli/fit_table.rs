@@ -129,10 +129,9 @@ impl Shown<'_> {
             }
         }
         found.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", own(&p.tensions))));
-        let percent = |length: f64, over: f64| fixed(100.0 * (1.0 - length / over), 0);
         let shortens = |&m: &usize| {
-            let measured = percent(target.measured_mm[m], target.baseline_mm[m]);
-            format!("{} ({measured})", percent(fit.lengths[m], fit.rest_lengths[m]))
+            let measured = fixed(100.0 * (1.0 - target.measured_mm[m] / target.baseline_mm[m]), 0);
+            format!("{} ({measured})", fixed(100.0 * (1.0 - fit.lengths[m] / fit.rest_lengths[m]), 0))
         };
         found.push(("shortens, % (measured)", target.active.iter().map(shortens).collect()));
         let t = rows(&header, found, |(name, values)| std::iter::once(name.to_owned()).chain(values));
@@ -208,12 +207,11 @@ fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     let t = rows(&header, target.muscles.iter().enumerate(), |(i, muscle)| {
         let mark = if fit.contracts(i) { "*" } else { "" };
         let doubt = if target.activation[i].uncertain { "?" } else { "" };
-        let shortening = |now: f64, then: f64| fixed(100.0 * (1.0 - now / then), 1) + " %";
         let residual = fit.residuals[i];
         let mut row = vec![
             format!("{muscle}{mark}{doubt}"),
-            shortening(target.measured_mm[i], target.baseline_mm[i]),
-            shortening(fit.lengths[i], fit.rest_lengths[i]),
+            fixed(100.0 * (1.0 - target.measured_mm[i] / target.baseline_mm[i]), 1) + " %",
+            fixed(100.0 * (1.0 - fit.lengths[i] / fit.rest_lengths[i]), 1) + " %",
             format!("{:.3}", target.values[i]),
             format!("{:.3}", fit.simulated[i]),
             if residual.abs() < 5e-4 { "0.000".into() } else { format!("{residual:+.3}") },

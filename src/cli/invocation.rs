@@ -143,11 +143,12 @@ fn words() -> Vec<String> {
 
 /// The words as one line for a shell, quoted if the shell would split or change them.
 pub fn line_of(words: Vec<String>) -> String {
-    let plain = |c: char| c.is_alphanumeric() || "_@%+=:,./-".contains(c);
     std::iter::once("tongue-fit".to_owned())
-        .chain(words.into_iter().map(|word| match !word.is_empty() && word.chars().all(plain) {
-            true => word,
-            false => format!("'{}'", word.replace('\'', "'\\''")),
+        .chain(words.into_iter().map(|word| {
+            match !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "_@%+=:,./-".contains(c)) {
+                true => word,
+                false => format!("'{}'", word.replace('\'', "'\\''")),
+            }
         }))
         .collect::<Vec<_>>()
         .join(" ")

@@ -149,14 +149,13 @@ fn unknown(names: &[String]) -> Vec<String> {
     let known = Muscles::built_in();
     let is_free = |known: &String| names.iter().all(|name| !known.eq_ignore_ascii_case(name));
     let free: Vec<String> = known.all().iter().map(|m| m.name.clone()).filter(is_free).collect();
-    let sentence = |name: &String| {
+    names.iter().filter(|name| known.get(name).is_none()).map(|name| {
         let near = suggest::hint(name, free.iter().map(String::as_str));
         let near = if near.starts_with(MEANT) { format!("; {near}") } else { String::new() };
         format!(
             "the built-in tongue has no muscle {name}{near} (a fit of this table needs a body that has it, or the table without its column)"
         )
-    };
-    names.iter().filter(|name| known.get(name).is_none()).map(sentence).collect()
+    }).collect()
 }
 
 /// How a sentence about a misspelt name goes on.

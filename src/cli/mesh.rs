@@ -35,8 +35,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let vtu = Vtu::new(mesh, &mesh.nodes, &at_rest).into_diagnostic()?;
     let msh = Msh { mesh, bones: &body.bones };
     let files: [(&str, &dyn Export); 3] = [("mesh.json", &json), ("mesh.msh", &msh), ("mesh.vtu", &vtu)];
-    let text = || text(mesh, &coefficients);
-    output::write_and_answer(global, (out.as_ref(), &files), &json, &super::provenance(), text)?;
+    output::write_and_answer(global, (out.as_ref(), &files), &json, &super::provenance(), || {
+        text(mesh, &coefficients)
+    })?;
     Ok(Outcome::Good)
 }
 

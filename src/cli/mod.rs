@@ -252,21 +252,20 @@ impl Cli {
 fn parsed(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
     let matches = Cli::command().try_get_matches_from(with_points_tracked(words))?;
     let cli = Cli::from_arg_matches(&matches)?;
-    let wrong = |kind, message: &str| Err(Cli::command().error(kind, message));
     if let Some(option) = misplaced_option(&matches) {
         let message = format!(
             "--{option} belongs to the fit of a vowel or stands behind its subcommand, not before it"
         );
-        return wrong(ErrorKind::ArgumentConflict, &message);
+        return Err(Cli::command().error(ErrorKind::ArgumentConflict, &message));
     }
     if !cli.fit.others.points.is_empty() && cli.fit.posterior.posterior.is_none() {
         let message = "--points needs --posterior N (points beside the lengths), or comes before all other options (points \
                        alone), as in tongue-fit --points my.csv --as-is";
-        return wrong(ErrorKind::ArgumentConflict, message);
+        return Err(Cli::command().error(ErrorKind::ArgumentConflict, message));
     }
     if cli.command.is_none() && cli.fit.vowel.is_none() {
         let message = "give a vowel to fit: --vowel i, e, a, o or ɯ (or a subcommand)";
-        return wrong(ErrorKind::MissingRequiredArgument, message);
+        return Err(Cli::command().error(ErrorKind::MissingRequiredArgument, message));
     }
     Ok((cli, matches))
 }
@@ -274,9 +273,8 @@ fn parsed(words: Vec<OsString>) -> Result<(Cli, ArgMatches), clap::Error> {
 /// `--points FILE` as the first option means `track FILE`, unless a vowel is fitted.
 fn with_points_tracked(mut words: Vec<OsString>) -> Vec<OsString> {
     let text = |w: &OsString| w.to_string_lossy().into_owned();
-    let is_of_a_fit = |w: &OsString| ["--vowel", "--posterior"].iter().any(|o| text(w).starts_with(o));
     let first = words.get(1).map(text).unwrap_or_default();
-    if words.iter().any(is_of_a_fit) {
+    if words.iter().any(|w| ["--vowel", "--posterior"].iter().any(|o| text(w).starts_with(o))) {
         return words;
     }
     if first == "--points" && words.len() > 2 {

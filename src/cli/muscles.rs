@@ -99,8 +99,9 @@ fn answer(
     let by = super::provenance().with_tissue(tissue);
     let files: [(&str, &dyn Export); 2] = [("muscles.svg", &picture), ("muscles.csv", &Rows(&rows))];
     let record = json!({ "muscles": rows });
-    let text = || text(title, &all, surface);
-    output::write_and_answer(global, (Some(out), &files), &Json(&record), &by, text)?;
+    output::write_and_answer(global, (Some(out), &files), &Json(&record), &by, || {
+        text(title, &all, surface)
+    })?;
     Ok(Outcome::of_muscles(all.iter().map(|a| (a.name.as_str(), a.status, a.alarms.len()))))
 }
 
@@ -142,13 +143,13 @@ fn in_plane(
         tensions,
         ..MuscleEffect::new(name, found.solution.status, alarms, stretch, mesh, positions)
     };
-    let row = |m: usize| {
+    let rows = (0..mesh.muscles.len()).map(|m| {
         let [rest, length] = lengths(m);
         let muscle = &mesh.muscles[m].name;
         let of_muscle = json!({ "muscle": muscle, "rest_length_mm": 1e3 * rest, "length_mm": 1e3 * length });
         alone.row(json!({ "tension_n_per_m": tension }), of_muscle, length / rest)
-    };
-    let rows = (0..mesh.muscles.len()).map(row).collect();
+    });
+    let rows = rows.collect();
     Ok((alone, rows))
 }
 
@@ -170,8 +171,8 @@ fn in_space(
     };
     let wider_mm = Some(width(&solved.positions) - width(&body.mesh.nodes));
     let [a, b] = body.mesh.muscles[body.both_sides(name).into_diagnostic()?[0]].ends();
-    let length = |x: &[Vector3<f64>]| (x[b] - x[a]).norm();
-    let stretch = length(&solved.positions) / length(&body.mesh.nodes);
+    let stretch =
+        (solved.positions[b] - solved.positions[a]).norm() / (body.mesh.nodes[b] - body.mesh.nodes[a]).norm();
     let flat = solved.midsagittal_positions();
     let (status, alarms) = (solved.found.solution.status, solved.alarms(body));
     let alone = MuscleEffect::new(name, status, alarms, stretch, section, &flat);

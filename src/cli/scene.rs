@@ -75,8 +75,9 @@ fn list(global: &Global) -> miette::Result<Outcome> {
     let listed: Vec<(&str, String)> = scene::names().map(title).collect::<miette::Result<_>>()?;
     let scenes = listed.iter().map(|(name, title)| json!({ "name": name, "title": title }));
     let record = json!({ "scenes": scenes.collect::<Vec<_>>() });
-    let text = || listed.iter().map(|(name, title)| format!("{name:<20}{title}\n")).collect();
-    output::tell(global, &record, text)?;
+    output::tell(global, &record, || {
+        listed.iter().map(|(name, title)| format!("{name:<20}{title}\n")).collect()
+    })?;
     Ok(Outcome::Good)
 }
 

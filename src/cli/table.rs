@@ -337,11 +337,11 @@ fn decided(all: &[SubjectContrast]) -> String {
         format!("contrasts between vowels that are sure to 95 %: {} of {}\n", sure.len(), all.len());
     let pair = |s: &SubjectContrast| format!("{} /{}/ against /{}/", s.subject, s.contrast.a, s.contrast.b);
     for same in sure.chunk_by(|a, b| pair(a) == pair(b)) {
-        let word = |SubjectContrast { contrast: c, .. }: &&SubjectContrast| {
-            let mark = if c.sign_depends_on_prior == Some(true) { "‡" } else { "" };
-            format!("{} {}{mark}", c.muscle, if c.probability_more > 0.5 { "harder" } else { "less" })
-        };
-        let words: Vec<String> = same.iter().map(word).collect();
+        let words: Vec<String> =
+            Vec::from_iter(same.iter().map(|SubjectContrast { contrast: c, .. }| {
+                let mark = if c.sign_depends_on_prior == Some(true) { "‡" } else { "" };
+                format!("{} {}{mark}", c.muscle, if c.probability_more > 0.5 { "harder" } else { "less" })
+            }));
         let _ = writeln!(text, "  {}: {}", pair(same[0]), words.join(", "));
     }
     text

@@ -21,7 +21,7 @@ use super::body_file::BodyFile;
 use super::choice::choice_among;
 use super::outcome::counted;
 use super::recordings::{self, Given, Loaded, PriorArguments, Screened};
-use super::track_sound::{FORMANTS, Sound};
+use super::track_sound::FORMANTS;
 use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
     track_speakers, track_table,
@@ -76,8 +76,9 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if let Some(written) = arguments.recordings.write_template()? {
-        let text = || format!("{}: a map to correct; then give it with --map\n", written.display());
-        output::tell(global, &serde_json::json!({ "map": written }), text)?;
+        output::tell(global, &serde_json::json!({ "map": written }), || {
+            format!("{}: a map to correct; then give it with --map\n", written.display())
+        })?;
         return Ok(Outcome::Good);
     }
     if let Some(source) = arguments.body.space() {
@@ -260,8 +261,8 @@ pub fn one(
         wall_s: clock.elapsed().as_secs_f64(),
     };
     record.results.recordings = results;
-    let formants = |(airway, lips): &Sound| FormantsRecord::new(airway.tract(), lips, &record.results);
-    record.formants = sound.as_ref().map(formants);
+    record.formants =
+        sound.as_ref().map(|(airway, lips)| FormantsRecord::new(airway.tract(), lips, &record.results));
     record.notes.iter().for_each(|n| output::note(n));
     let recordings = &record.results.recordings;
     let mut body = speaker.body.clone();
@@ -337,8 +338,8 @@ fn hidden(arguments: &Arguments, recordings: &[Screened]) -> miette::Result<Vec<
     }
     // A coil has two coordinates.
     let left = |s: &AlignedRecording| {
-        let shown = |name: &String| !out.contains(name);
-        s.contour.iter().filter(|n| shown(n)).count() + 2 * s.sensors.iter().filter(|(n, _)| shown(n)).count()
+        s.contour.iter().filter(|n| !out.contains(n)).count()
+            + 2 * s.sensors.iter().filter(|(n, _)| !out.contains(n)).count()
     };
     if !out.is_empty() && recordings.iter().any(|r| left(&r.seen) < track::FEWEST) {
         bail!("--hold-out leaves fewer than three contour points or two coils to fit; hold out fewer");

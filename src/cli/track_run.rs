@@ -68,8 +68,9 @@ pub fn resumed(
     search: impl FnOnce(&Watch<'_>) -> miette::Result<()>,
 ) -> miette::Result<(Journal, Vec<TrackedRecording>)> {
     let clock = Instant::now();
-    let read = |nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok()));
-    let found: Vec<Option<TrackedRecording>> = (0..count).map(read).collect::<miette::Result<_>>()?;
+    let found: Vec<Option<TrackedRecording>> = (0..count)
+        .map(|nth| Ok(journal.read(nth).into_diagnostic()?.and_then(|entry| entry.result.ok())))
+        .collect::<miette::Result<_>>()?;
     let wanted: Vec<bool> = found.iter().map(Option::is_none).collect();
     let state = Mutex::new((journal, found, Ok(())));
     let take = |nth: usize, recording: TrackedRecording| {

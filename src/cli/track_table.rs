@@ -113,15 +113,14 @@ fn contrasts(compared: &Comparison) -> String {
 /// How shapes are reached that pulling all muscles together does not lead to.
 fn ways(record: &TrackRecord) -> String {
     let mut text = String::new();
-    let frames = || record.results.frames();
-    let other = frames().filter(|(_, f)| f.other_way).count();
+    let other = record.results.frames().filter(|(_, f)| f.other_way).count();
     if other > 0 {
         let _ = writeln!(
             text,
             "{other} shapes are reached from the posture before or after them, or where one muscle pulls before the others"
         );
     }
-    let replaced = frames().filter(|(_, f)| f.reached_rms_m.is_some());
+    let replaced = record.results.frames().filter(|(_, f)| f.reached_rms_m.is_some());
     let (off, as_well): (Vec<_>, Vec<_>) = replaced.partition(|(_, f)| f.status == FrameStatus::OffBranch);
     if !as_well.is_empty() {
         let _ = writeln!(
@@ -150,7 +149,7 @@ fn freed(record: &TrackRecord) -> Vec<(String, String)> {
     let mut names: Vec<&String> = recordings.iter().flat_map(|r| &r.freed).collect();
     names.sort();
     names.dedup();
-    let one = |name: &String| {
+    Vec::from_iter(names.into_iter().map(|name| {
         let own = recordings.iter().filter_map(|r| Some((r, r.freed.iter().position(|n| n == name)?)));
         let all: Vec<&Displacement> =
             own.flat_map(|(r, i)| r.frames.iter().filter_map(move |f| f.bones.get(i))).collect();
@@ -159,8 +158,7 @@ fn freed(record: &TrackRecord) -> Vec<(String, String)> {
             format!("{} ({} to {})", of(&|b| b.shift_m[a]), of(&|b| b.low_m[a]), of(&|b| b.high_m[a]))
         };
         (name.replace('_', " "), format!("{}, {}", axis(0), axis(1)))
-    };
-    names.into_iter().map(one).collect()
+    }))
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {

@@ -246,9 +246,9 @@ fn write(
         false => format!("Pulling: {} (grey: at rest)", names.join(", ")),
     };
     let svg = report::animation(mesh, palate, &frames, &[], false, &title).into_diagnostic()?;
-    let stresses = |f: &AnimationFrame| motion.system().stresses(&f.positions);
-    let shapes =
-        frames.iter().map(|f| Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(stresses(f))));
+    let shapes = frames.iter().map(|f| {
+        Ok(Vtu::new(mesh, &f.positions, &f.tensions)?.with_stresses(motion.system().stresses(&f.positions)))
+    });
     let shapes = shapes.collect::<Result<Vec<_>, ReportError>>().into_diagnostic()?;
     let pvd =
         Pvd(frames.iter().enumerate().map(|(nth, f)| (f.time, format!("trajectory_{nth:04}.vtu"))).collect());

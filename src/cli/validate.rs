@@ -68,7 +68,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let made = validate::files(&study);
     let mut files: Vec<(&str, &dyn Export)> = vec![("README.md", &page), ("validate.json", &json)];
     files.extend(made.iter().map(|(name, file)| (*name, file.as_ref())));
-    let text = || table::validation(&study, clock.elapsed().as_secs_f64());
-    output::write_and_answer(global, (Some(&out), &files), &json, &by, text)?;
+    output::write_and_answer(global, (Some(&out), &files), &json, &by, || {
+        table::validation(&study, clock.elapsed().as_secs_f64())
+    })?;
     Ok(Outcome::Good)
 }

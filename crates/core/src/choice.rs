@@ -1,5 +1,4 @@
-//! Choices: enumerations without fields, by the names under which files have them. The command line and Python take the same names.
-//! "Did you mean ...?": the nearest known name to one that was not understood.
+//! Names in files, on the command line and in Python: enumerations by name, and the nearest known name to one that is unknown.
 
 use serde::de::value::Error;
 use serde::de::{DeserializeOwned, Deserializer, Error as _, IntoDeserializer, Visitor};

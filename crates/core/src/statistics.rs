@@ -1,5 +1,4 @@
-//! Statistics of lists.
-//! Normal random numbers, and independent seeds.
+//! Statistics of lists, normal random numbers and independent seeds.
 
 use std::f64::consts::TAU;
 

@@ -91,8 +91,9 @@ impl Surgery {
     ) -> Result<(), SimulationError> {
         let Some(tip) = tip.filter(|_| self.make_up) else { return Ok(()) };
         let rest = &operated.mesh.nodes;
-        let free = |n: &usize| operated.mesh.fixed.binary_search(n).is_err();
-        let near = (0..rest.len()).filter(free).filter(|&n| (rest[n] - rest[tip]).norm() < TIP_M);
+        let near = (0..rest.len())
+            .filter(|n| operated.mesh.fixed.binary_search(n).is_err())
+            .filter(|&n| (rest[n] - rest[tip]).norm() < TIP_M);
         let seen: Vec<SpaceMark> = near.map(|node| SpaceMark::node(node, before[node], SD_M)).collect();
         // The tip itself is removed.
         if seen.is_empty() {
@@ -118,10 +119,10 @@ fn region(word: &str) -> Result<(Region, Option<Side>), String> {
         _ => (None, word),
     };
     let numbers = |text: &str| -> Result<Vec<f64>, String> {
-        let number = |t: &str| {
+        let numbers = text.split(',').map(|t| {
             t.trim().parse::<f64>().map(|mm| 1e-3 * mm).map_err(|_| format!("\"{t}\" is not a number"))
-        };
-        text.split(',').map(number).collect()
+        });
+        numbers.collect()
     };
     let region = if let Some(text) = word.strip_prefix("box:") {
         match numbers(text)?[..] {

@@ -1,13 +1,11 @@
-//! The chain (ABCD) matrices of the sections, and the characteristic function whose zeros are the poles of
-//! the tract.
+//! A vocal tract as a chain of cylinders: their ABCD matrices, the transfer function from the flow at the glottis to that at the lips, and
+//! the characteristic function whose zeros are its poles.
 //!
 //! A section of length l and area A maps pressure and volume velocity at its lip side to those at its glottis
 //! side: `[p, U]' = [[c, a S], [b S, c]] [p, U]`, with series impedance `a` and shunt admittance `b` of the
 //! whole section, `c = cosh sqrt(ab)` and `S = sinh sqrt(ab) / sqrt(ab)`, which are analytic in `ab`. With a
 //! closed glottis the flow at the lips for a unit of flow at the glottis is `1 / E(s)`, `E = C Z + D` with
 //! the radiation impedance `Z`.
-//! The transfer function from the flow at the glottis to the flow at the lips.
-//! A vocal tract as a chain of cylinders.
 
 use std::f64::consts::{PI, TAU};
 

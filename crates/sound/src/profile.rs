@@ -104,12 +104,11 @@ impl Profile {
         for (i, pair) in across.windows(2).enumerate() {
             let [alpha, beta] = walls.coefficients(i);
             // alpha d^beta with d in cm gives cm^2.
-            let area = |distance: f64| {
+            let (section, slope) = between(&pair[0], &pair[1], |distance: f64| {
                 let value = 1e-4 * alpha * (distance * 1e2).powf(beta);
                 [value, beta * value / distance]
-            };
-            let (section, slope) = between(&pair[0], &pair[1], area)
-                .ok_or_else(|| ProfileError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
+            })
+            .ok_or_else(|| ProfileError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
             sections.push(section);
             slopes.push(slope);
         }

@@ -141,14 +141,13 @@ impl Prepared {
             // The caller adds the row to the message.
             Err(e) => return rows.iter().map(|&n| (n, Err(e.root_cause().to_string()))).collect(),
         };
-        let of_row = |(posture, &number): (usize, &usize)| {
+        Vec::from_iter(rows.iter().enumerate().map(|(posture, &number)| {
             let ridges = (number < MOST_FITS_ON_PAGE).then(|| sampled.ridges(posture)).flatten();
             let vowel = &sampled.reports[posture].postures[posture];
             let contrasts = sampled.contrasts.iter().filter(|c| c.b == *vowel).cloned().collect();
             let report = sampled.reports[posture].clone();
             (number, Ok(RowPosterior { ridges: ridges.map(|svg| svg.to_string()), report, contrasts }))
-        };
-        rows.iter().enumerate().map(of_row).collect()
+        }))
     }
 
     pub fn finish(

@@ -1,5 +1,4 @@
-//! Checks that every mesh passes before anything is computed on it.
-//! Quality of a mesh; in the plane by the numbers that the thesis gives for its own mesh.
+//! Checks of a mesh before anything is computed on it, and its quality, in the plane by the numbers that the thesis gives.
 
 use std::collections::BTreeSet;
 

@@ -154,14 +154,13 @@ impl<const D: usize> Mesh<D> {
                 along.entry(pair(step[0], step[1])).or_insert((number, direction));
             }
         }
-        let fibre = |cell: &[usize]| {
+        Vec::from_iter(self.cells.iter().map(|cell| {
             let edges = topology::edges(std::iter::once(cell)).into_keys();
             let found: Vec<_> = edges.filter_map(|edge| along.get(&edge)).collect();
             let first = found.iter().map(|(number, _)| number).min()?;
             let sum: SVector<f64, D> = found.iter().filter(|(n, _)| n == first).map(|(_, d)| d).sum();
             sum.try_normalize(0.0)
-        };
-        self.cells.iter().map(fibre).collect()
+        }))
     }
 
     /// The distance at rest between two nodes, m.

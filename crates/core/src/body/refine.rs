@@ -1,5 +1,4 @@
-//! Nested meshes: every cell is divided into cells of half its size.
-//! Every hexahedron cut in eight.
+//! Nested meshes: every cell is divided into cells of half its size, a hexahedron into eight.
 
 use std::collections::{BTreeMap, BTreeSet};
 

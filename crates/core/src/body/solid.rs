@@ -9,7 +9,6 @@ use super::{Mesh, MuscleChain};
 pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
     let counts = counts.map(|n| n.max(1));
     let [mx, my, mz] = counts.map(|n| n + 1);
-    let node = |at: [usize; 3]| (at[2] * my + at[1]) * mx + at[0];
     let mut mesh = Mesh::default();
     for k in 0..mz {
         for j in 0..my {
@@ -33,10 +32,10 @@ pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
             for i in 0..counts[0] {
                 for (walk, mirrored) in walks {
                     let mut at = [i, j, k];
-                    let mut cell = [node(at); 4];
+                    let mut cell = [(at[2] * my + at[1]) * mx + at[0]; 4];
                     for (corner, axis) in cell.iter_mut().skip(1).zip(walk) {
                         at[axis] += 1;
-                        *corner = node(at);
+                        *corner = (at[2] * my + at[1]) * mx + at[0];
                     }
                     if mirrored {
                         cell.swap(2, 3);
@@ -87,14 +86,14 @@ pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3
 /// Points of a disc on rings of 1, 6, 12, .. points, and its triangles, the corners of each ascending in
 /// number.
 fn disc(radius: f64, rings: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
-    let first = |ring: usize| if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
-    let count = |ring: usize| (6 * ring).max(1);
-    let point = |ring: usize, i: usize| first(ring) + i % count(ring);
+    let point = |ring: usize, i: usize| {
+        (if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) }) + i % (6 * ring).max(1)
+    };
     let mut points = Vec::new();
     for ring in 0..=rings {
         let r = radius * ring as f64 / rings as f64;
-        for i in 0..count(ring) {
-            let angle = std::f64::consts::TAU * i as f64 / count(ring) as f64;
+        for i in 0..(6 * ring).max(1) {
+            let angle = std::f64::consts::TAU * i as f64 / (6 * ring).max(1) as f64;
             points.push([r * angle.cos(), r * angle.sin()]);
         }
     }

@@ -1,5 +1,4 @@
-//! Explicit methods: the longest stable step, detection of growing steps, and the duration of a run.
-//! The largest eigenvalues of a body in motion.
+//! Explicit methods: the longest stable step by the largest eigenvalues of the motion, detection of growing steps, and the duration of a run.
 
 use std::time::{Duration, Instant};
 

@@ -54,12 +54,12 @@ impl Tensions {
 
     /// The tension of every muscle, N, when their sum is largest.
     pub fn strongest(&self) -> &[f64] {
-        let sum = |row: &[f64]| row.iter().sum::<f64>();
         match self {
             Self::Constant(to) | Self::Ramp { to, .. } => to,
-            Self::Table { values, .. } => {
-                values.iter().max_by(|a, b| sum(a).total_cmp(&sum(b))).map_or(&[], Vec::as_slice)
-            }
+            Self::Table { values, .. } => values
+                .iter()
+                .max_by(|a, b| a.iter().sum::<f64>().total_cmp(&b.iter().sum::<f64>()))
+                .map_or(&[], Vec::as_slice),
         }
     }
 

@@ -1,5 +1,4 @@
-//! Bones that hold a patch of the tissue's surface elastically.
-//! A plane that halves the body: nodes on it stay in it.
+//! Elastic supports: bones that hold a patch of the tissue's surface, and the plane that halves a body.
 
 use nalgebra::{SMatrix, SVector};
 

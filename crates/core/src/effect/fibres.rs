@@ -113,11 +113,11 @@ impl<const D: usize> Fibres<D> {
     fn lengthening(&self, positions: &[SVector<f64, D>]) -> f64 {
         let strands = self.groups.iter().flat_map(|g| g.strands(positions));
         // |Y + d| - |Y| without the cancellation that the difference has where a strand has hardly moved.
-        let longer = |(rest, _, by): (&AtRest<D>, _, SVector<f64, D>)| {
+        let changes = strands.map(|(rest, _, by)| {
             let both = (rest.vector + by).norm() + rest.length;
             if both > 0.0 { rest.weight * by.dot(&(rest.vector * 2.0 + by)) / both } else { 0.0 }
-        };
-        strands.map(longer).sum()
+        });
+        changes.sum()
     }
 
     /// The strands in which the barrier acts, each with its length.

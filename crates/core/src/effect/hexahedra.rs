@@ -1,5 +1,4 @@
-//! Tissue in space that does not lock: hexahedra with one mean volume each.
-//! Deformation and moduli of the tissue at one point of a hexahedron.
+//! Tissue in space that does not lock: hexahedra with one mean volume each, from the deformation and moduli at their points.
 
 use std::array::from_fn;
 
@@ -60,7 +59,7 @@ impl Hexahedra {
         hexahedra: &[[usize; CORNERS]],
         rest_positions: &[Vector3<f64>],
     ) -> Option<Self> {
-        let element = |nodes: &[usize; CORNERS]| {
+        let elements = hexahedra.iter().map(|nodes| {
             let x = hexahedron::corners(rest_positions, nodes);
             let (mut shapes, mut shares) = ([[Vector3::zeros(); CORNERS]; POINTS], [0.0; POINTS]);
             for ((shape, share), at) in shapes.iter_mut().zip(&mut shares).zip(hexahedron::points()) {
@@ -69,8 +68,8 @@ impl Hexahedra {
             let volume = shares.iter().sum();
             let slots = [Slot::UNBOUND; PAIRS];
             Some(Element { nodes: *nodes, volume, shares, shapes, factor: 1.0, slots })
-        };
-        let elements = hexahedra.iter().map(element).collect::<Option<Vec<_>>>()?;
+        });
+        let elements = elements.collect::<Option<Vec<_>>>()?;
         Some(Self { law, rest: rest_positions.to_vec(), elements, stiffening: None })
     }
 

@@ -162,10 +162,10 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
     }
 
     fn guarded(&self, at: Configuration<'_, D>) -> usize {
-        let flat = |c: &&Cell<D>| {
+        let flat = self.cells.iter().filter(|c| {
             let x = c.corners(at.positions);
             simplex::measure(&x) < spring::THRESHOLD * c.rest
-        };
-        self.cells.iter().filter(flat).count()
+        });
+        flat.count()
     }
 }

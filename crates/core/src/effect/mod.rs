@@ -1,4 +1,4 @@
-//! What acts on the body. One trait; each effect *accumulates* its energy, force and stiffness.
+//! What acts on the body: one trait, by which each effect *accumulates* its energy, force and stiffness.
 //!
 //! | effect | energy at rest of the tension | source |
 //! |---|---|---|
@@ -16,7 +16,6 @@
 //!
 //! An effect adds to energy, force and stiffness of the nodes. Bones and straight paths, which hold nodes,
 //! are constraints and belong to the [system](crate::system).
-//! Internal states: variables of a motion other than positions and velocities.
 
 mod attachment;
 mod barrier_simplices;

@@ -167,10 +167,10 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
 
     fn guarded(&self, at: Configuration<'_, D>) -> usize {
         let guards = BarrierSimplices::<D>::new();
-        let is_guarded = |e: &&Element| {
+        let guarded = self.elements.iter().filter(|e| {
             let x = e.gather::<D>(at.positions);
             !is_free(e.measure, &x) && guards.of(e.measure, &x).any(|g| g.ratio().is_some())
-        };
-        self.elements.iter().filter(is_guarded).count()
+        });
+        guarded.count()
     }
 }

@@ -368,11 +368,10 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
             .flat_map(|e| {
                 let displaced = self.displaced(e, at.positions);
                 let gradients: Vec<_> = e.shapes().iter().map(|shape| gradient(shape, &displaced)).collect();
-                let state = |weights: &[f64; MAX_CORNERS]| {
+                Vec::from_iter(weights.iter().map(|weights| {
                     let parts = gradients.iter().zip(weights).map(|(g, w)| g * *w);
                     self.law.displaced(&parts.fold(SMatrix::zeros(), |a, b| a + b)).state()
-                };
-                weights.iter().map(state).collect::<Vec<_>>()
+                }))
             })
             .collect()
     }

@@ -1,5 +1,4 @@
-//! A straight element between two nodes, as tissue and muscles have them.
-//! The barrier that keeps cells from turning over and connections from collapsing to a point.
+//! A straight element between two nodes, and the barrier that keeps cells from turning over and connections from collapsing to a point.
 //!
 //! The thesis's law `1/2 kappa (s - 1)²` is finite where a cell is flat (`s = 0`), and a contractile tension
 //! `F` has the energy `F l`, finite at `l = 0` with a kink there. At loads far beyond muscle the minimum

@@ -1,5 +1,4 @@
-//! Points and straight lines in the midsagittal plane.
-//! Similarities of the plane: a rotation, a scale and a shift.
+//! Points, straight lines and similarities (a rotation, a scale and a shift) in the midsagittal plane.
 
 use nalgebra::Vector2;
 
@@ -107,8 +106,8 @@ impl Similarity {
         if from.iter().zip(to).all(|(a, b)| (a - b).norm() <= 1e-9) {
             return Some(Self::IDENTITY);
         }
-        let mean = |points: &[Point]| points.iter().sum::<Point>() / points.len() as f64;
-        let (centre, target) = (mean(from), mean(to));
+        let (centre, target) =
+            (from.iter().sum::<Point>() / from.len() as f64, to.iter().sum::<Point>() / to.len() as f64);
         let (mut along, mut across, mut size) = (0.0, 0.0, 0.0);
         for (a, b) in from.iter().zip(to) {
             let (a, b) = (a - centre, b - target);

@@ -1,9 +1,8 @@
-//! Quadratic simplices with straight sides: a node at each corner and one in the middle of each edge.
+//! Quadratic simplices with straight sides (a node at each corner and one in the middle of each edge), and Gauss's rules.
 //!
 //! Corners come first, then the middles of `EDGES`: the order of VTK. In barycentric coordinates `l` the
 //! shape functions are `l_i (2 l_i - 1)` and `4 l_i l_j` (Zienkiewicz and Taylor, The Finite Element Method,
 //! 6th ed., vol. 1, 4.7 and 4.9).
-//! Gauss's rules.
 
 use nalgebra::SVector;
 

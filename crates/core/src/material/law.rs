@@ -1,7 +1,6 @@
-//! The law of a continuum: energy density, stress and tangent as functions of the deformation gradient. It
-//! knows no mesh.
-//! A nearly incompressible law in two parts: resistance to distortion at every point, and to a change of
-//! volume of each element.
+//! Laws of a continuum: energy density, stress and tangent as functions of the deformation gradient, without a mesh.
+//!
+//! The nearly incompressible law has two parts: resistance to distortion at every point, and to a change of volume of each element.
 
 use nalgebra::{SMatrix, SVector};
 

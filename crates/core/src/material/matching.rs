@@ -1,11 +1,10 @@
-//! From the physical constants of tissue to the coefficients of springs and area terms (Kato 2014, 3.3.4 and
-//! table 4.2).
+//! The physical constants of tissue and their ranges (Kato 2014, table 4.1), and the coefficients of springs and area terms that follow
+//! from them (3.3.4 and table 4.2).
 //!
 //! Lloyd, Székely and Harders (2007) choose the spring constant so that the stiffness matrix of a simplex
 //! made of springs (and of a term that keeps its area or volume) comes as near as can be, in least squares,
 //! to that of the linear finite element of the same shape: minimise `|K_CST - k K_springs - kappa
 //! K_measure|²` over `k` and `kappa`.
-//! The physical constants of tissue (Kato 2014, table 4.1) and their ranges.
 
 use nalgebra::{SMatrix, SVector};
 use serde::Serialize;

@@ -136,9 +136,8 @@ impl Curve {
             }
         }
         let (mut piece, mut part, mut distance) = best;
-        let from = |weights: &[[f64; 4]; 3], piece| self.mean(piece, &weights[0], positions) - point;
         let mut weights = self.weights_on(piece, part);
-        let mut away = from(&weights, piece);
+        let mut away = self.mean(piece, &weights[0], positions) - point;
         for _ in 0..MOST_STEPS {
             let [_, first, second] = weights;
             let (d, dd) = (self.mean(piece, &first, positions), self.mean(piece, &second, positions));
@@ -156,7 +155,7 @@ impl Curve {
                 break;
             }
             weights = self.weights_on(next.0, next.1);
-            away = from(&weights, next.0);
+            away = self.mean(next.0, &weights[0], positions) - point;
             let there = away.norm_squared();
             if there > distance * (1.0 + 1e-12) {
                 break;

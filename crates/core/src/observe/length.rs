@@ -1,7 +1,4 @@
-//! The length of a muscle.
-//! The length of a line between two points that need not be nodes.
-//! The ratio of two lengths in one shape.
-//! The stretch of a muscle.
+//! Lengths as observables: of a muscle, of a line between two points that need not be nodes, and their ratios and stretches.
 
 use nalgebra::SVector;
 

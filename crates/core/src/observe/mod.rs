@@ -13,7 +13,6 @@
 //!
 //! Each gives its value and its gradient in the positions; a test compares all of them with differences, in
 //! both dimensions.
-//! A measurement and how much it counts.
 
 mod contour;
 mod length;
@@ -104,8 +103,9 @@ impl<const D: usize> Observation<D> {
     /// The same, and for every node on which the observable depends the weighted derivative by its position.
     pub fn residual_and_slope(&self, positions: &[SVector<f64, D>]) -> (f64, Vec<(usize, SVector<f64, D>)>) {
         let mut slope = Vec::with_capacity(4);
-        let mut part = |node, s: SVector<f64, D>| slope.push((node, s * self.weight));
-        let value = self.observable.value_and_gradient(positions, &mut part);
+        let value = self.observable.value_and_gradient(positions, &mut |node, s: SVector<f64, D>| {
+            slope.push((node, s * self.weight))
+        });
         (self.weighted(value), slope)
     }
 

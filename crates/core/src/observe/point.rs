@@ -1,5 +1,4 @@
-//! A coordinate of a material point: a sensor glued to the tongue, a landmark.
-//! What is seen in the midsagittal plane of a body in space.
+//! Coordinates of a material point (a sensor, a landmark), and observables in the midsagittal plane of a body in space.
 
 use std::sync::Arc;
 

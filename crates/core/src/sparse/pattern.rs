@@ -126,13 +126,13 @@ impl Pattern {
     /// Floating-point operations of one factorisation: a multiplication and an addition for each pair of
     /// entries in a column of the factor, for blocks of `D x D`.
     pub fn factor_operations<const D: usize>(&self) -> usize {
-        let column = |j: usize| {
+        let columns = (0..self.unknowns()).map(|j| {
             let below = self.column(j).len() - 1;
             // Block products for every pair of blocks below the diagonal, and one to divide each block by
             // it.
             D * D * D * (below * (below + 1) + 2 * below + 1)
-        };
-        (0..self.unknowns()).map(column).sum()
+        });
+        columns.sum()
     }
 
     /// The nodes in elimination order.

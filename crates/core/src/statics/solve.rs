@@ -1,10 +1,8 @@
 //! One equilibrium: bones are carried to their places, Newton's method goes to where the forces cancel, and
 //! safeguards act where it fails or ends in an unstable equilibrium.
-//! Bones that are displaced from rest: a jaw that opens, a hyoid that rises.
 //!
-//! A bone that is moved in one step would invert the cells beside it, and no step of Newton's method
-//! could undo that. So it is moved in parts, each at most half of the step limit of the effects, and the
-//! body is solved after each.
+//! A bone (a jaw that opens, a hyoid that rises) that is moved in one step would invert the cells beside it, and no step of Newton's method
+//! could undo that. So it is moved in parts, each at most half of the step limit of the effects, and the body is solved after each.
 
 use nalgebra::SVector;
 

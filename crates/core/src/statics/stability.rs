@@ -1,5 +1,4 @@
-//! Stability of an equilibrium.
-//! Descent from ridges of the energy and unstable equilibria, where the stiffness has a negative eigenvalue.
+//! Stability of an equilibrium, and descent from ridges of the energy, where the stiffness has a negative eigenvalue.
 
 use nalgebra::SVector;
 

@@ -1,8 +1,7 @@
-//! Additions of a scene to the plain model of tissue, muscles and bones, and removals from it.
-//! Bones: nodes whose position is given (Kato 2014, 4.1: mental spine, hyoid, styloid process).
+//! What a scene adds to the plain model of tissue, muscles and bones, and what it removes.
 //!
-//! A constraint, not an effect: held nodes are no unknowns, so they have neither energy nor stiffness. The
-//! forces that the effects leave on them are the reactions of the bones, with opposite sign.
+//! Bones (Kato 2014, 4.1: mental spine, hyoid, styloid process) are a constraint, not an effect: held nodes are no unknowns, so they have
+//! neither energy nor stiffness. The forces that the effects leave on them are the reactions of the bones, with opposite sign.
 
 use std::sync::Arc;
 

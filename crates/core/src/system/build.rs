@@ -1,6 +1,4 @@
-//! How systems are made of meshes.
-//! Tissue and muscles on the connections of a mesh.
-//! Errors of making a system from a mesh and a model.
+//! Makes a system of a mesh and a model: the effects of its tissue and muscles, or the error that says why there is none.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU64, Ordering};

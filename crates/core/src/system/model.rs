@@ -1,5 +1,4 @@
-//! Choices that make a mesh into a model, and the coefficients that follow from them.
-//! How much springs in space lock: one cube of them, bent.
+//! Choices that make a mesh into a model, the coefficients that follow from them, and how much springs in space lock.
 
 use nalgebra::Vector3;
 
@@ -87,12 +86,11 @@ pub fn bending_kept(model: &Model, side: f64) -> Result<Option<f64>, SystemError
     }
     let mesh = solid::block([side; 3], [1; 3]);
     let system = System::new(&mesh, model, &[])?;
-    let bent = |p: &Vector3<f64>| {
+    let positions: Vec<Vector3<f64>> = Vec::from_iter(mesh.nodes.iter().map(|p| {
         let r = p - Vector3::repeat(0.5 * side);
         let down = -0.5 * (r.x * r.x - nu * r.y * r.y + nu * r.z * r.z);
         p + Vector3::new(r.x * r.z, -nu * r.y * r.z, down) / (RADIUS * side)
-    };
-    let positions: Vec<Vector3<f64>> = mesh.nodes.iter().map(bent).collect();
+    }));
     let energy = system.energy(Configuration { positions: &positions, tensions: &[] });
     let exact = model.constants.young_modulus * side.powi(3) / (24.0 * RADIUS * RADIUS);
     Ok(Some(exact / energy).filter(|kept| kept.is_finite()))

@@ -97,8 +97,9 @@ impl<'a, R: 'a> Column<'a, R> {
 
     /// Whether it is aligned to the right on a page: all of its values are numbers.
     fn is_to_the_right(&self, rows: &[R]) -> bool {
-        let is_number = |row| matches!((self.value)(row), Value::Number(_) | Value::Null);
-        !self.is_text && !rows.is_empty() && rows.iter().all(is_number)
+        !self.is_text
+            && !rows.is_empty()
+            && rows.iter().all(|row| matches!((self.value)(row), Value::Number(_) | Value::Null))
     }
 }
 

@@ -1,5 +1,4 @@
-//! Records and tables as CSV, without cells that a spreadsheet would run as formulas.
-//! Draws of a posterior as a table for ArviZ: one row for each draw, with its chain and its number.
+//! Records, tables and draws of a posterior (for ArviZ) as CSV, without cells that a spreadsheet would run as formulas.
 
 use std::borrow::Cow;
 use std::f64::consts::TAU;
@@ -158,13 +157,13 @@ impl Export for Draws<'_> {
         }
         let row = |draw: &Draw| {
             let first = [draw.chain.to_string(), draw.number.to_string(), draw.log.to_string()];
-            let each = || 0..muscles.len();
             let own = &draw.meaning.postures[posture];
             let numbers = own.tensions.iter().chain(&draw.meaning.tones).copied();
-            let numbers = numbers.chain(each().map(|m| draw.change(posture, m)));
+            let numbers = numbers.chain((0..muscles.len()).map(|m| draw.change(posture, m)));
             let numbers = numbers.chain(own.hyoid.iter().map(|d| 1e3 * d));
             let numbers = numbers.chain([draw.meaning.tilt]);
-            let numbers = numbers.chain(each().map(|m| draw.stretch(posture * muscles.len() + m)));
+            let numbers =
+                numbers.chain((0..muscles.len()).map(|m| draw.stretch(posture * muscles.len() + m)));
             let numbers = numbers.chain(self.log_likelihoods(&inverse, &measured, draw));
             let of_others = others.iter().flat_map(|&p| draw.meaning.postures[p].tensions.iter().copied());
             let numbers = numbers.chain(of_others).map(|value| value.to_string());

@@ -1,5 +1,4 @@
-//! Files and their provenance: each says by which version and command it was made. JSON, Markdown and WAV.
-//! Errors of making and writing outputs.
+//! Files that say by which version and command they were made (JSON, Markdown, WAV), and the errors of making and writing outputs.
 
 use std::io::{self, Write};
 use std::path::PathBuf;

@@ -1,6 +1,5 @@
-//! Output files that are complete or absent: each is written under a temporary name and renamed.
-//! Files that are written under a temporary name and then renamed. No temporary file is left behind, also
-//! when the program is interrupted.
+//! Output files that are complete or absent: each is written under a temporary name and then renamed, and no temporary file is left behind,
+//! also when the program is interrupted.
 
 use std::collections::BTreeSet;
 use std::fs;

@@ -104,11 +104,10 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
 /// Those of the columns with these names, in this order; `a b` shows the column `a` under the name `b`.
 pub(super) fn picked<'a>(names: &'static str) -> Vec<Column<'a, OfMuscle<'a>>> {
     let all = columns();
-    let pick = |name: &'static str| {
+    let picked = Vec::from_iter(names.split(',').filter_map(|name| {
         let (name, shown) = name.split_once(' ').unwrap_or((name, name));
         Some(Column { name: shown.into(), ..all.iter().find(|c| c.name == name)?.clone() })
-    };
-    let picked: Vec<_> = names.split(',').filter_map(pick).collect();
+    }));
     debug_assert_eq!(picked.len(), names.split(',').count(), "a name is not that of a column: {names:?}");
     picked
 }

@@ -1,6 +1,4 @@
-//! Results as records for JSON and CSV: stable field names, units in the names, muscles by name.
-//! A trajectory as a record for JSON.
-//! What is concluded of the fit of a vowel: its last words and its exit status are this one statement.
+//! Results as records for JSON and CSV (fits, trajectories, conclusions), with units in the names of fields and muscles by name.
 
 use serde::{Serialize, Serializer};
 use serde_json::json;
@@ -137,9 +135,9 @@ impl FitRecord {
     /// Figure 4.9 of the thesis: the change of every measured muscle, with that of other tensions if there are any.
     pub fn changes(&self, title: &str, measured: &str, others: Option<Series>) -> Result<Svg, ReportError> {
         let Fit { target, muscles, .. } = &self.fit;
-        let mark = |m: usize| if self.fit.contracts(m) { "*" } else { "" };
-        let labels: Vec<String> =
-            (0..target.muscles.len()).map(|m| format!("{}{}", muscles[m], mark(m))).collect();
+        let labels: Vec<String> = (0..target.muscles.len())
+            .map(|m| format!("{}{}", muscles[m], if self.fit.contracts(m) { "*" } else { "" }))
+            .collect();
         let (mut simulated, measured_in) =
             (self.fit.simulated_in(TargetKind::Stretch), target.measured_in(TargetKind::Stretch));
         simulated.truncate(labels.len());
@@ -156,8 +154,9 @@ impl FitRecord {
             rest_length_mm,simulated_length_mm,baseline_length_mm,measured_length_mm,simulated_ratio,\
             target_ratio measured_ratio,residual_ratio ratio_residual,simulated_stretch,\
             target_stretch measured_stretch,residual_stretch stretch_residual";
-        let row = |muscle| OfMuscle { record: self, substitute_baseline: false, muscle };
-        let rows: Vec<_> = (0..self.fit.muscles.len()).map(row).collect();
+        let rows: Vec<_> = (0..self.fit.muscles.len())
+            .map(|muscle| OfMuscle { record: self, substitute_baseline: false, muscle })
+            .collect();
         column::table(&muscle_columns::picked(COLUMNS), &rows).text(&self.made_by)
     }
 }
@@ -258,6 +257,7 @@ pub enum DecidedBy {
     Fit,
 }
 
+/// What is concluded of the fit of a vowel: its last words and its exit status are this one statement.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Conclusion {
     pub decided_by: DecidedBy,

@@ -1,5 +1,4 @@
-//! Activations that bring a body in space to where it was seen: the record.
-//! What a plane misses of the motion in space.
+//! The record of activations that bring a body in space to where it was seen, and what a plane misses of such a motion.
 
 use serde::Serialize;
 

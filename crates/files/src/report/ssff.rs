@@ -1,5 +1,4 @@
-//! Tables over time as a Simple Signal File (`.ssff`), the format of tracks of the EMU Speech Database Management System.
-//! Tables over time as OpenSim's storage file (`.sto`), for OpenSim, its plotter and Moco.
+//! Tables over time as Simple Signal Files (`.ssff`) for the EMU Speech Database Management System, and as storage files (`.sto`) for OpenSim.
 
 use std::io::{self, Write};
 
@@ -58,13 +57,12 @@ fn at(rows: &[Vec<f64>], time_s: f64, longest_s: f64) -> Vec<f64> {
     let (before, after) = (&rows[after.saturating_sub(1)], &rows[after]);
     let span_s = after[0] - before[0];
     let part = if span_s > 0.0 { ((time_s - before[0]) / span_s).clamp(0.0, 1.0) } else { 0.0 };
-    let one = |(a, b): (&f64, &f64)| match part {
+    Vec::from_iter(before.iter().zip(after).skip(1).map(|(a, b)| match part {
         1.0 => *b,
         0.0 => *a,
         _ if span_s > longest_s => f64::NAN,
         _ => a + (b - a) * part,
-    };
-    before.iter().zip(after).skip(1).map(one).collect()
+    }))
 }
 
 /// A table over time; its first column is `time`, s. The format is that of the OpenSim documentation, "Storage
@@ -123,14 +121,12 @@ mod tests {
         let times: Vec<f64> = (0..values.len()).map(|i| start_s + i as f64 / rate_hz).collect();
         assert!((times.last().unwrap() - 0.58).abs() <= 0.5 / rate_hz, "{times:?}");
         // Between the second and the third row, and in the gap behind the fourth.
-        let expected = |t: f64| 2.0 + 2.0 * (t - 0.51) / 0.012;
-        let inside = |t: &f64| (0.5101..0.5219).contains(t);
         assert!(
             times
                 .iter()
                 .zip(&values)
-                .filter(|(t, _)| inside(t))
-                .all(|(t, v)| (v - expected(*t)).abs() < 1e-9)
+                .filter(|(t, _)| (0.5101..0.5219).contains(*t))
+                .all(|(t, v)| (v - (2.0 + 2.0 * (*t - 0.51) / 0.012)).abs() < 1e-9)
         );
         assert!(times.iter().zip(&values).any(|(t, v)| (0.54..0.57).contains(t) && v.is_nan()));
         assert_eq!(values[0], 1.0);

@@ -1,6 +1,5 @@
-//! The page in which a tongue moves as its muscles are pulled: `web/tongue.html`, with the user's own table,
-//! body and fits in it.
-//! Frame of all HTML pages: one file that needs no network, in light and dark, with one style.
+//! The page in which a tongue moves as its muscles are pulled (`web/tongue.html` with the user's own table, body and fits in it), and the
+//! frame of all HTML pages, each one file that needs no network, in light and dark, with one style.
 
 use std::io::{self, Write};
 

@@ -1,5 +1,4 @@
-//! Frames for ParaView: VTK XML files (ASCII, unstructured grid) and a collection with their times.
-//! A body at rest for Gmsh.
+//! Frames for ParaView, as VTK XML files (ASCII, unstructured grid) with a collection of their times, and a body at rest for Gmsh.
 
 use std::io::{self, Write};
 
@@ -96,14 +95,15 @@ impl<'a, const D: usize> Vtu<'a, D> {
         let parts = mesh.cells.len() / count.max(1);
         // The parts have equal size at rest.
         let mean = |values: Vec<f64>| {
-            let of_cell = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-            values.chunks(parts.max(1)).map(of_cell).collect::<Vec<_>>()
+            Vec::from_iter(
+                values.chunks(parts.max(1)).map(|values| values.iter().sum::<f64>() / values.len() as f64),
+            )
         };
         let text = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v.to_string()).collect::<Vec<_>>();
         let same = |value: &str, count: usize| vec![value.to_owned(); count];
         let ratios = mesh.cells.iter().map(|cell| {
-            let measure = |x: &[SVector<f64, D>]| simplex::measure(&simplex::corners(x, cell));
-            measure(self.positions) / measure(&mesh.nodes)
+            simplex::measure(&simplex::corners(self.positions, cell))
+                / simplex::measure(&simplex::corners(&mesh.nodes, cell))
         });
         let length = |x: &[SVector<f64, D>], pair: &[usize]| (x[pair[1]] - x[pair[0]]).norm();
         let stretches =

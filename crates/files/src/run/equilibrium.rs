@@ -1,5 +1,4 @@
-//! One equilibrium, with what there is to doubt in it.
-//! The motion of a system from a shape, sampled at equidistant times.
+//! One equilibrium with what there is to doubt in it, and the motion of a system from a shape at equidistant times.
 
 use nalgebra::SVector;
 use serde::{Serialize, Serializer};

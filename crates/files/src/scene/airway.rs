@@ -1,6 +1,4 @@
-//! The tract around the tongue of a scene, with its jaw, hyoid and lips.
-//! The keys of the tract of a scene.
-//! The sound of a scene: its formants, and their derivatives by tensions.
+//! The tract around the tongue of a scene with its jaw, hyoid and lips, and its formants with their derivatives by tensions.
 
 use std::any::Any;
 use std::io;

@@ -1,5 +1,4 @@
-//! The body of a scene.
-//! The tongue in space of a scene, before and after surgery.
+//! The body of a scene, among them the tongue in space before and after surgery.
 
 use std::path::Path;
 

@@ -1,6 +1,6 @@
-//! Scene files in TOML: loads and wanted results. Lengths in mm, angles in degrees, else SI units; keys
-//! contain their units.
-//! Built-in scenes.
+//! Scene files in TOML (loads and wanted results), of which some are built in.
+//!
+//! Lengths are in mm, angles in degrees, everything else in SI units; keys contain their units.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,4 @@
-//! What acts on the body of a scene beside its muscles: weight, walls, and the bones that jaw and hyoid move.
-//! Tensions of a scene from points measured on the tongue.
+//! Loads of a scene: weight, walls, the bones that jaw and hyoid move, and tensions from points measured on the tongue.
 
 use std::any::Any;
 

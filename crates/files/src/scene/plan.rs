@@ -122,12 +122,11 @@ fn cost<const D: usize>(system: &System<D>, name: &str) -> (usize, f64) {
 /// of its nodes and elements in a motion.
 fn planned_cost<const D: usize>(system: &System<D>, part: &Planned) -> (usize, f64) {
     let light = |elements: usize| (elements, elements as f64 * NS_PER_LIGHT_ELEMENT * 1e-3);
-    let elements = |name: &str| cost(system, name).0;
     match part.effect {
         "springs" => cost(system, "tissue"),
         "inertia" => light(system.pattern().unknowns()),
-        "viscosity" => light(elements("tissue") + elements("muscle")),
-        "muscle dynamics" => light(elements("muscle")),
+        "viscosity" => light(cost(system, "tissue").0 + cost(system, "muscle").0),
+        "muscle dynamics" => light(cost(system, "muscle").0),
         "straight paths" => light(system.paths().len()),
         name if part.elements > 0 => (part.elements, cost(system, name).1),
         name => cost(system, name),

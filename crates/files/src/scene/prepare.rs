@@ -108,12 +108,11 @@ fn of_hexahedra<const D: usize>(
 }
 
 fn activated(muscles: &[Muscle], activations: &[f64]) -> Vec<EffectRole> {
-    let role = |(muscle, &a): (&Muscle, &f64)| EffectRole {
+    Vec::from_iter(muscles.iter().zip(activations).map(|(muscle, &a)| EffectRole {
         muscle: muscle.name.clone(),
         contracting: a > 0.0,
         why: if a > 0.0 { format!("activated to {a}") } else { "passive: its region is tissue".to_owned() },
-    };
-    muscles.iter().zip(activations).map(role).collect()
+    }))
 }
 
 /// The body and its bones without loads except the wall.

@@ -255,12 +255,12 @@ fn time_by_effect<const D: usize>(
     let mut stiffness = BlockMatrix::zeros(prepared.system.pattern());
     let us = |work: &mut dyn FnMut()| {
         // The fastest of several counts, since other load only adds time.
-        let once = |_| {
+        let times = (0..REPETITIONS).map(|_| {
             let clock = Instant::now();
             work();
             1e6 * clock.elapsed().as_secs_f64()
-        };
-        (0..REPETITIONS).map(once).fold(f64::INFINITY, f64::min)
+        });
+        times.fold(f64::INFINITY, f64::min)
     };
     let groups = prepared.effects_by_name();
     let times = groups.iter().map(|(name, effects)| {

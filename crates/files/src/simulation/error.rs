@@ -1,5 +1,4 @@
-//! Errors of names and numbers.
-//! Tensions as words: `GGa=12`.
+//! Errors of names and numbers, and tensions as words (`GGa=12`).
 
 use std::fmt::Display;
 

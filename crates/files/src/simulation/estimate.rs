@@ -101,13 +101,12 @@ impl<const D: usize> Estimate<D> {
     pub fn valley(&self) -> Option<ValleyRecord> {
         let [open] = self.answer.identifiability.as_ref()?.null_directions.as_slice() else { return None };
         let muscles = &self.shape.assembly().body().mesh.muscles;
-        let name = |u: &Unknown| match u.quantity {
+        let unknowns: Vec<String> = Vec::from_iter(self.unknowns.iter().map(|u| match u.quantity {
             Quantity::Tension { muscle } => muscles[muscle].name.clone(),
             Quantity::Bone { bone, axis } => format!("{}_{}_mm", self.bones[bone], ["x", "y", "z"][axis % 3]),
             Quantity::Constant(Constant::YoungModulus) => "young_modulus_100_pa".to_owned(),
             Quantity::Constant(Constant::PoissonRatio) => "poisson_ratio_percent".to_owned(),
-        };
-        let unknowns: Vec<String> = self.unknowns.iter().map(name).collect();
+        }));
         let names = self.shape.assembly().body().mesh.muscle_names();
         Some(ValleyRecord::new(open.valley.as_ref()?, &unknowns, &names, <[f64]>::to_vec))
     }

@@ -157,8 +157,9 @@ impl<const D: usize> InverseProblem<D> {
         let (assembly, system) = (&self.assembly, self.assembly.system());
         for muscle in assembly.contracting() {
             let fibres = assembly.fibres(muscle)?;
-            let searched = |u: &Unknown| u.quantity == Quantity::Tension { muscle: fibres[0] };
-            if fibres.len() > 1 && self.unknowns.iter().any(searched) {
+            if fibres.len() > 1
+                && self.unknowns.iter().any(|u| u.quantity == Quantity::Tension { muscle: fibres[0] })
+            {
                 let why = "a fit needs one line for each tension; give its tension (with_tension), or give the fibres different names";
                 return Err(SimulationError::fibres(muscle, fibres.len(), why));
             }

@@ -1,5 +1,4 @@
-//! A shape of a body: the positions of its nodes, and the solve that found it.
-//! The motion of a body by name.
+//! A shape of a body, which is the positions of its nodes with the solve that found it, and its motion by names of muscles.
 
 use nalgebra::SVector;
 

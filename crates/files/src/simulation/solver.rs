@@ -80,12 +80,11 @@ impl<const D: usize> Solver<D> {
 
     fn check_body(&self, shape: &Shape<D>) -> Result<(), SimulationError> {
         let (given, nodes) = (shape.positions().len(), self.workspace.positions().len());
-        let refused = || {
-            format!(
+        (given == nodes).then_some(()).ok_or_else(|| {
+            SimulationError::Refused(format!(
                 "the shape to start from has {given} nodes, the body {nodes}; take a shape of the same body"
-            )
-        };
-        (given == nodes).then_some(()).ok_or_else(|| SimulationError::Refused(refused()))
+            ))
+        })
     }
 
     /// Displaces a bone by `shift` (m) from its place at rest in all later solves.

@@ -1,6 +1,5 @@
-//! Validation cases: the muscles of a vowel that do not contract are predicted from those that do.
-//! Permuted names of muscles.
-//! Predictions of the mechanical models: the thesis's fit, and the most probable point of the posterior's model.
+//! Cases of a validation: the muscles of a vowel that do not contract are predicted from those that do, also with permuted names, by the
+//! thesis's fit and by the most probable point of the posterior's model.
 
 use tongue_core::body::{Body, HYOID, Mesh};
 use tongue_core::statistics::distinct;

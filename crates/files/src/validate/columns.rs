@@ -1,5 +1,4 @@
-//! The columns of the tables of a validation, from which its page and its CSV files are made.
-//! Results of a validation, as they are written to files.
+//! Results of a validation as they are written to files, and the columns of the tables of its page and its CSV files.
 
 use serde::Serialize;
 use serde_json::Value;

@@ -144,10 +144,11 @@ fn statistical(all: &[Case]) -> Vec<Entry> {
         tuned_parameters,
         predicted: all.iter().map(|case| vec![stretch(case); case.target().muscles.len()]).collect(),
     };
-    let of_others = |case: &Case| constant(all.iter().filter(|c| c.subject != case.subject));
     vec![
         flat("no_change", "no muscle changes its length", 0, &|_| 1.0),
-        flat("constant", "the mean passive stretch of the other subjects", 1, &of_others),
+        flat("constant", "the mean passive stretch of the other subjects", 1, &|case: &Case| {
+            constant(all.iter().filter(|c| c.subject != case.subject))
+        }),
     ]
 }
 
@@ -163,7 +164,7 @@ fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<ScoredOpponent> {
         .collect();
     let position = |name: &str| entries.iter().position(|e| e.name == name).unwrap_or(0);
     let (none, constant) = (position("no_change"), position("constant"));
-    let one = |(i, e): (usize, &Entry)| {
+    Vec::from_iter(entries.iter().enumerate().map(|(i, e)| {
         let [low, high] = middle(drawn[i].clone());
         let better = drawn[i].iter().zip(&drawn[constant]).filter(|(a, b)| a < b).count();
         let pairs: Vec<(f64, f64)> = all
@@ -182,8 +183,7 @@ fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<ScoredOpponent> {
             better_than_constant: better as f64 / DRAWS as f64,
             correlation: correlation(&pairs),
         }
-    };
-    entries.iter().enumerate().map(one).collect()
+    }))
 }
 
 fn predictions(all: &[Case], entries: &[Entry]) -> Vec<Prediction> {

@@ -157,12 +157,11 @@ fn statistical(others: &[&Case], case: &Case, seed: u64) -> Vec<[Option<LeftOut>
         let parts = vec![MixtureComponent { mean, weight: 1.0 }; 4000];
         left_out(&parts, sd, measured, PredictionMethod::Together, seed)
     };
-    let one = |(m, unseen): (usize, Case)| {
+    Vec::from_iter(case.each_left_out().enumerate().map(|(m, unseen)| {
         let measured = case.target().values[m];
         let gaussian = expected(others, &unseen, how).map(|e| normal(e[m].0, e[m].1.sqrt(), measured));
         [(usual > 0.0).then(|| normal(1.0, usual, measured)), gaussian]
-    };
-    case.each_left_out().enumerate().map(one).collect()
+    }))
 }
 
 pub fn study(

@@ -89,7 +89,7 @@ pub fn best_shrunk(training: &[&Case]) -> Shrunk {
         return MIDDLE;
     }
     let error = |how: Shrunk| -> f64 {
-        let of = |name: &&str| -> f64 {
+        let errors = names.iter().map(|name: &&str| -> f64 {
             let (inner, left): (Vec<&Case>, Vec<&Case>) = training.iter().partition(|c| c.subject != *name);
             left.into_iter()
                 .flat_map(Case::each_left_out)
@@ -98,8 +98,8 @@ pub fn best_shrunk(training: &[&Case]) -> Shrunk {
                     None => case.error(&vec![1.0; case.target().muscles.len()]),
                 })
                 .sum()
-        };
-        names.iter().map(of).sum()
+        });
+        errors.sum()
     };
     let errors = Shrunk::all().into_iter().map(|how| (error(how), how));
     errors.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(MIDDLE, |(_, how)| how)

@@ -1,5 +1,4 @@
-//! A formant as an observable.
-//! Published means of formants.
+//! A formant as an observable, and published means of formants.
 
 use std::sync::Arc;
 

@@ -93,8 +93,9 @@ impl VocalTract {
         };
         let reference = Body::tongue(DEFAULT_SPACING_M).map_err(|_| missing())?;
         let to = by_bones(&reference, |bone| mark_of(body, bone)).ok_or_else(missing)?;
-        let place = |[x, y]: [f64; 2]| <[f64; 2]>::from(to.place(SVector::from([1e-3 * x, 1e-3 * y])) * 1e3);
-        Ok(Self::drawn()?.placed(to.scale(), place))
+        Ok(Self::drawn()?.placed(to.scale(), |[x, y]: [f64; 2]| {
+            <[f64; 2]>::from(to.place(SVector::from([1e-3 * x, 1e-3 * y])) * 1e3)
+        }))
     }
 
     /// The tract around a body.
@@ -137,7 +138,7 @@ impl VocalTract {
 
     /// Derivatives of the formants by the nodes.
     pub fn rates(&self, sound: &Sound) -> Rates {
-        let of = |formant: &Formant| {
+        let rates = sound.formants.iter().map(|formant| {
             let by_section = formants::rates(&sound.profile.sections, &self.acoustics, formant);
             let mut by_node: BTreeMap<usize, SVector<f64, 2>> = BTreeMap::new();
             sound.profile.frequency_to_tongue(&by_section, |point, rate| {
@@ -146,8 +147,8 @@ impl VocalTract {
                 }
             });
             by_node.into_iter().collect()
-        };
-        sound.formants.iter().map(of).collect()
+        });
+        rates.collect()
     }
 
     /// Derivatives of the formants by the tension of a muscle, Hz for 1 N per metre of thickness, at the

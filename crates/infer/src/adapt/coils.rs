@@ -83,8 +83,8 @@ pub(super) fn coils(seen: &[&AlignedRecording], hide: &[String]) -> Vec<Coil> {
                 .filter_map(|s| Some((s, s.sensors.iter().position(|(other, _)| other == name)?)))
                 .flat_map(|(s, n)| s.frames.iter().filter_map(move |f| Some(f.sensors.get(n)?.as_ref()?.at)))
                 .collect();
-            let middle = |axis: usize| median(places.iter().map(|p| p[axis]));
-            if let Some((x, y)) = middle(0).zip(middle(1)) {
+            if let Some((x, y)) = median(places.iter().map(|p| p[0])).zip(median(places.iter().map(|p| p[1])))
+            {
                 let measured = one.measured.get(n).copied().unwrap_or(false);
                 let behind = (*behind, measured.then_some(*behind));
                 let (is_hidden, at) = (hide.contains(name), Point::new(x, y));
@@ -144,13 +144,13 @@ impl Line {
     }
 
     fn distance(&self, p: Point) -> f64 {
-        let to = |w: &[Point]| {
+        let nearest = self.0.windows(2).map(|w| {
             let (a, way) = (w[0], w[1] - w[0]);
             let part = ((p - a).dot(&way) / way.norm_squared()).clamp(0.0, 1.0);
             let away = p - (a + way * part);
             (away.norm(), way.perp(&away).signum())
-        };
-        let nearest = self.0.windows(2).map(to).min_by(|a, b| a.0.total_cmp(&b.0));
+        });
+        let nearest = nearest.min_by(|a, b| a.0.total_cmp(&b.0));
         nearest.map_or(0.0, |(far, side)| far * side)
     }
 }

@@ -1,5 +1,4 @@
-//! A body whose rest shape is changed by displacements of control points.
-//! Changes of the areas of a body's cells relative to rest, and their cost in a prior of shapes.
+//! A body whose rest shape is changed by displacements of control points, and what a prior says of the areas of its cells.
 
 use nalgebra::{DMatrix, DVector};
 

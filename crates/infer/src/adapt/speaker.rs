@@ -155,14 +155,15 @@ impl AdaptationInput<'_> {
             let speaker = self.speaker(&rest, body, followed, RestShapeMethod::Similarity, None);
             return Ok(Speaker { placement: by_coils, ..speaker });
         }
-        let refused = |why: &str| RestError::Body(why.to_owned());
-        let at = |bone: &str| if bone == HYOID { sight.hyoid } else { sight.spine };
-        let shape = RestShape::of(&body, &self.model, &self.contracting, at)?;
-        let surface = TongueSurface::of(&body).ok_or_else(|| refused("it has no outline"))?;
+        let shape = RestShape::of(&body, &self.model, &self.contracting, |bone: &str| {
+            if bone == HYOID { sight.hyoid } else { sight.spine }
+        })?;
+        let surface =
+            TongueSurface::of(&body).ok_or_else(|| RestError::Body("it has no outline".to_owned()))?;
         let frames = seen.iter().map(|s| track::frames(s, &surface, &followed, hide)).collect();
         let stage = TrackingContext { system: &shape.system, followed: &followed, freed: &[], shape: None };
         let found = track::rest_shape(&stage, &shape, frames, &self.settings, progress)
-            .ok_or_else(|| refused("no frame has an equilibrium with enough points"))?;
+            .ok_or_else(|| RestError::Body("no frame has an equilibrium with enough points".to_owned()))?;
         body.mesh.nodes = found.nodes;
         // The search may have turned, scaled and shifted the body, too.
         let similarity = Similarity::between(&self.body.mesh.nodes, &body.mesh.nodes).unwrap_or(similarity);

@@ -143,9 +143,8 @@ pub fn alarms<const D: usize>(
         }
     }
     for &m in &fit.target.active {
-        let shortens = |length: f64, over: f64| 100.0 * (1.0 - length / over);
-        let simulated_percent = shortens(fit.lengths[m], fit.rest_lengths[m]);
-        let measured_percent = shortens(fit.target.measured_mm[m], fit.target.baseline_mm[m]);
+        let simulated_percent = 100.0 * (1.0 - fit.lengths[m] / fit.rest_lengths[m]);
+        let measured_percent = 100.0 * (1.0 - fit.target.measured_mm[m] / fit.target.baseline_mm[m]);
         if (simulated_percent - measured_percent).abs() > MISSED_PERCENT {
             out.push(Alarm::ShorteningMissed { muscle: name(m), simulated_percent, measured_percent });
         }
@@ -208,11 +207,11 @@ pub fn of_strain<const D: usize>(
     [least_volume_ratio, largest_volume_ratio]: [f64; 2],
     positions: &[SVector<f64, D>],
 ) -> Vec<Alarm> {
-    let is_usual = |ratio: f64| VOLUME_RATIOS.contains(&ratio);
     // A body without cells has no ratios.
     let has_tissue = least_volume_ratio <= largest_volume_ratio;
-    let tissue = (has_tissue && !(is_usual(least_volume_ratio) && is_usual(largest_volume_ratio)))
-        .then_some(Alarm::Overstrained { least_volume_ratio, largest_volume_ratio });
+    let is_usual = [least_volume_ratio, largest_volume_ratio].iter().all(|r| VOLUME_RATIOS.contains(r));
+    let tissue =
+        (has_tissue && !is_usual).then_some(Alarm::Overstrained { least_volume_ratio, largest_volume_ratio });
     let muscles = mesh.muscles.iter().filter_map(|muscle| {
         let [a, b] = muscle.ends();
         let stretch = (positions[b] - positions[a]).norm() / mesh.distance([a, b]);

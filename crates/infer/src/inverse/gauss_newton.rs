@@ -212,11 +212,11 @@ fn best_step(
         let matrix = damped.select_rows(&free).select_columns(&free);
         let way = matrix.cholesky()?.solve(&-slope.select_rows(&free));
         // How far the way is free, and the value that stops it.
-        let stop = |(k, &i): (usize, &usize)| {
+        let first = free.iter().enumerate().map(|(k, &i)| {
             let room = if way[k] < 0.0 { lower(i) - step[i] } else { upper(i) - step[i] };
             (if way[k] == 0.0 { f64::INFINITY } else { room / way[k] }, k)
-        };
-        let first = free.iter().enumerate().map(stop).min_by(|a, b| a.0.total_cmp(&b.0));
+        });
+        let first = first.min_by(|a, b| a.0.total_cmp(&b.0));
         let (part, blocked) =
             first.filter(|(part, _)| *part < 1.0).map_or((1.0, None), |(p, k)| (p, Some(k)));
         free.iter()

@@ -1,5 +1,4 @@
-//! Identifiability: which tensions the data determine, and which they leave undetermined.
-//! Directions in the space of the unknowns, with the sensitivity of the measurements along each.
+//! Identifiability: which tensions the data determine and which they do not, by the sensitivity along directions of the unknowns.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;

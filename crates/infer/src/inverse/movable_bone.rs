@@ -73,20 +73,19 @@ impl<const D: usize> MovableBone<D> {
         other: Option<Constants>,
         force: &mut [SVector<f64, D>],
     ) {
-        let with = |constants| System::new(&self.mesh, &Model { constants }, &self.contracting);
-        let anew = other.and_then(|constants| with(constants).ok());
+        let anew =
+            other.and_then(|constants| System::new(&self.mesh, &Model { constants }, &self.contracting).ok());
         let loose = anew.as_ref().unwrap_or(&self.loose);
         let pattern = loose.pattern();
         let mut stiffness = BlockMatrix::zeros(pattern);
         loose.effects().iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness));
-        let moved = |node: &usize| {
+        let motion = Vec::from_iter(pattern.nodes().iter().map(|node| {
             let mut v = SVector::<f64, D>::zeros();
             if self.nodes.contains(node) {
                 v[axis] = 1.0;
             }
             v
-        };
-        let motion: Vec<_> = pattern.nodes().iter().map(moved).collect();
+        }));
         let mut image = vec![SVector::zeros(); motion.len()];
         stiffness.multiply(pattern, &motion, &mut image);
         pattern.nodes().iter().zip(image).for_each(|(&node, f)| force[node] -= f);

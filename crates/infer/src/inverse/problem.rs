@@ -1,5 +1,4 @@
 //! The statement of an inverse problem: a body, what was measured of it, and what is unknown.
-//! Unknowns of a fit.
 
 use nalgebra::SVector;
 

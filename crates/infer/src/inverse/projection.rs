@@ -127,12 +127,11 @@ fn step_along(linear: &Linearised, here: &DVector<f64>, unknowns: &[Unknown]) ->
         let slopes = &linear.other_jacobian * &open;
         let along = slopes.clone().pseudo_inverse(1e-12).ok()? * -&linear.other_residuals;
         let step = open * along;
-        let leaves = |i: &usize| {
+        let leaving: Vec<usize> = Vec::from_iter((0..here.len()).filter(|i| {
             let (x, u) = (here[*i], unknowns[*i]);
             (x < u.lower + ON_BOUND && step[*i] < -ON_BOUND)
                 || (x > u.upper - ON_BOUND && step[*i] > ON_BOUND)
-        };
-        let leaving: Vec<usize> = (0..here.len()).filter(leaves).collect();
+        }));
         if leaving.is_empty() {
             return Some(step);
         }

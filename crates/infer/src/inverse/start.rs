@@ -1,6 +1,4 @@
-//! Starting points and results of searches.
-//! Other answers: local optima from other starts.
-//! The best solved candidates, kept as starts for their neighbours.
+//! Starting points of searches, local optima from several of them, and the best solved candidates as starts for their neighbours.
 
 use nalgebra::SVector;
 use serde::Serialize;
@@ -148,8 +146,7 @@ impl<const D: usize> BestKnown<D> {
     }
 
     pub fn nearest(&self, x: &[f64]) -> Option<&WarmStarts<D>> {
-        let distance = |k: &WarmStarts<D>| distance_squared(&k.x, x);
-        self.list.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        self.list.iter().min_by(|a, b| distance_squared(&a.x, x).total_cmp(&distance_squared(&b.x, x)))
     }
 
     /// Largest distance of a candidate from the best one, in units of the unknowns; infinite until there are

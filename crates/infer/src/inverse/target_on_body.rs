@@ -23,8 +23,9 @@ impl TargetOnBody {
     /// Finds the muscles of a target in a body.
     pub fn new<const D: usize>(mesh: &Mesh<D>, target: &Target) -> Result<Self, FitError> {
         let number = |name: &str| mesh.muscles.iter().position(|m| m.name.eq_ignore_ascii_case(name));
-        let has = |name: &str| number(name).is_some();
-        let target = target.of_body(has).map_err(|muscle| FitError::MissingMuscle { muscle })?;
+        let target = target
+            .of_body(|name: &str| number(name).is_some())
+            .map_err(|muscle| FitError::MissingMuscle { muscle })?;
         let mut muscles = target.muscles.clone();
         for chain in &mesh.muscles {
             if !muscles.iter().any(|m| m.eq_ignore_ascii_case(&chain.name)) {

@@ -191,8 +191,9 @@ impl Solver<'_> {
         let whole = self.tensions_of(x);
         let muscles = self.system.contracting().to_vec();
         let first = |muscle: usize, alone: bool| {
-            let pulls = |(m, f): (usize, &f64)| if (m == muscle) == alone { *f } else { 0.0 };
-            whole.iter().enumerate().map(pulls).collect::<Vec<f64>>()
+            Vec::from_iter(
+                whole.iter().enumerate().map(|(m, f)| if (m == muscle) == alone { *f } else { 0.0 }),
+            )
         };
         let ways = muscles.iter().flat_map(|&m| [first(m, true), first(m, false)]).collect::<Vec<_>>();
         ways.into_iter().any(|first| {

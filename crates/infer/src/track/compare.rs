@@ -33,10 +33,9 @@ pub fn compared(recordings: &[&AlignedRecording]) -> Vec<Compared> {
     let labelled: Vec<(Vec<f64>, &[Label])> =
         recordings.iter().map(|seen| (times(seen), seen.labels.as_slice())).collect();
     let tiers = distinguishing(&labelled, 1).into_iter().filter(|(_, groups)| groups.len() <= MOST_LABELS);
-    let of_tier = |(tier, groups): (String, Vec<(String, _)>)| {
+    Vec::from_iter(tiers.flat_map(|(tier, groups)| {
         groups.into_iter().map(move |(label, _)| Compared { tier: tier.clone(), label })
-    };
-    tiers.flat_map(of_tier).collect()
+    }))
 }
 
 /// Sets the labels of frames that are compared; `labels` are those of the recording.
@@ -190,13 +189,13 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Softplu
         Contrast { repetitions, ..Contrast::of(&names[m], labels, &draws) }
     };
     let contrasts = pairs.flat_map(|pair| muscles.clone().map(move |m| contrast(pair, m))).collect();
-    let label = |((compared, label), levels): (&(&Compared, LabelDraws), Vec<Interval>)| LabelTension {
+    let tier_name = tier.first().map(|(compared, _)| compared.tier.clone()).unwrap_or_default();
+    let labels = tier.iter().zip(levels).map(|((compared, label), levels)| LabelTension {
         label: compared.label.clone(),
         repetitions: label.repetitions,
         frames: label.frames,
         tensions: ByMuscle::new(names, levels),
-    };
-    let tier_name = tier.first().map(|(compared, _)| compared.tier.clone()).unwrap_or_default();
-    let labels = tier.iter().zip(levels).map(label).collect();
+    });
+    let labels = labels.collect();
     Comparison { tier: tier_name, labels, muscles: summarised, contrasts }
 }

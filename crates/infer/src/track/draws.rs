@@ -1,9 +1,8 @@
-//! Draws of a recording's tensions, a window of frames after another.
+//! Draws of a recording's tensions, a window of frames after another, with the uncertainty of the shape at rest, which is not fitted.
 //!
 //! The draws of a frame follow from those of the frame after it. All draws of a long recording would need 32 kB a frame, so only the
 //! generators of random numbers and the coloured noise at the ends of the windows are kept, and the draws of a window are made where they
 //! are needed: once for the means over the recording, once for the results.
-//! Draws of levels and courses of tensions that include the uncertainty of the shape at rest without fitting it.
 //!
 //! The problem is linearised once, at the most probable tensions on the placed body. Let `J` be the derivatives by the states `z` of all
 //! frames, `D` those by the shared unknowns (`theta`: levels of the muscles, shape at rest, static error), `S` the covariance of the
@@ -147,12 +146,11 @@ impl Sampler<'_, '_> {
         let errors_at: Vec<Vec<(DVector<f64>, f64)>> = window.clone().map(errors_at).collect();
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
-        let frames = || course.frames[window.clone()].iter();
         let mut all = Draws {
             tensions: vec![vec![Vec::with_capacity(self.shared.ncols()); m]; window.len()],
             bones: vec![vec![Vec::new(); bones]; window.len()],
-            hidden: frames().map(|f| vec![Vec::new(); f.hidden.len()]).collect(),
-            heard: frames().map(|f| vec![Vec::new(); f.heard.len()]).collect(),
+            hidden: course.frames[window.clone()].iter().map(|f| vec![Vec::new(); f.hidden.len()]).collect(),
+            heard: course.frames[window.clone()].iter().map(|f| vec![Vec::new(); f.heard.len()]).collect(),
         };
         let parts = parallel::map(&*batches, |batch| {
             let noise = self.coloured(window, batch.generators[nth].clone(), batch.after.get(nth));
@@ -237,7 +235,7 @@ fn hidden(
     if let Some(shape) = by_shape {
         there += &shape.hidden * theta.rows(m + k, theta.nrows() - m - k);
     }
-    let one = |(i, (basis, sd_mm)): (usize, &(DVector<f64>, f64))| {
+    Vec::from_iter(errors.iter().enumerate().map(|(i, (basis, sd_mm))| {
         let expected = basis.tr_mul(&errors_at);
         (0..x.ncols())
             .map(&mut |d| {
@@ -245,8 +243,7 @@ fn hidden(
                 (error - there[(i, d)]) as f32
             })
             .collect()
-    };
-    errors.iter().enumerate().map(one).collect()
+    }))
 }
 
 /// Largest number of frames whose information about levels and shape is counted in full; more frames together count as this many, because

@@ -35,13 +35,12 @@ struct Contribution {
 
 impl Contribution {
     fn of(Rows { residuals, by_state, by_shape }: &Rows) -> Self {
-        let of_shape = |by_shape: &DMatrix<f64>| {
-            (by_state.tr_mul(by_shape), by_shape.tr_mul(by_shape), by_shape.tr_mul(residuals))
-        };
         Self {
             own: by_state.tr_mul(by_state),
             gradient: by_state.tr_mul(residuals),
-            of_shape: by_shape.as_ref().map(of_shape),
+            of_shape: by_shape.as_ref().map(|by_shape| {
+                (by_state.tr_mul(by_shape), by_shape.tr_mul(by_shape), by_shape.tr_mul(residuals))
+            }),
         }
     }
 }
@@ -197,14 +196,14 @@ impl<'a, 's> Eliminated<'a, 's> {
     fn rows_and_coupling(&self, window: &Range<usize>) -> (Vec<Option<Rows>>, Vec<DMatrix<f64>>) {
         let (n, p) = (self.mode.sizes.state(), self.mode.sizes.shared() + self.columns);
         let found = contributions(self.mode, self.course, window, self.by_shape);
-        let one = |(t, found): (usize, Option<(Rows, Contribution)>)| match found {
+        let states = window.clone().zip(found).map(|(t, found)| match found {
             Some((rows, found)) => {
                 let damping = self.damping.get(t).copied().unwrap_or(0.0);
                 (Some(rows), coupled(self.mode, &found, damping, self.columns))
             }
             None => (None, DMatrix::zeros(n, p)),
-        };
-        window.clone().zip(found).map(one).unzip()
+        });
+        states.unzip()
     }
 
     /// The responses of the states of a window to the shared unknowns, with which they are coupled by `across`.

@@ -61,15 +61,14 @@ impl Errors {
         let on_contour: Vec<f64> = along.iter().filter(|a| a.channel == 0).map(|a| a.at_mm).collect();
         let last = on_contour.len().saturating_sub(1);
         let mut numbers = 0..;
-        let variance = |a: &Along| {
+        Vec::from_iter(along.iter().map(|a| {
             let number = if a.channel == 0 { numbers.next() } else { None };
             let apart = number.filter(|_| last > 0).map_or(f64::INFINITY, |i: usize| {
                 let (before, after) = (i.saturating_sub(1), (i + 1).min(last));
                 (on_contour[after] - on_contour[before]).abs() / (after - before) as f64
             });
             self.alone(a, period_s) * (self.apart_mm / apart).max(1.0)
-        };
-        along.iter().map(variance).collect()
+        }))
     }
 
     /// The matrix that takes the many points of a contour to their averages at places [`Errors::apart_mm`] apart; the weight of a point

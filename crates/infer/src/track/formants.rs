@@ -72,19 +72,19 @@ pub(super) fn rates(
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
     let work = |chunk: &&[usize]| -> Vec<Option<DMatrix<f64>>> {
         let mut solver = (mode.solver)();
-        let one = |&t: &usize| {
+        Vec::from_iter(chunk.iter().map(|&t| {
             let (frame, here) = (&course.frames[t], &course.here[t]);
             let positions = &here.linear.as_ref()?.positions;
             if !frame.heard.iter().all(|h| h.value(positions).is_finite()) {
                 return None;
             }
             // As hidden points, whose derivatives are in thousandths of a unit.
-            let told = |(i, heard): (usize, &Heard)| Hidden {
+            let hidden = frame.heard.iter().enumerate().map(|(i, heard)| Hidden {
                 name: format!("F{}", i + 1),
                 observation: Observation::new(heard.clone(), 0.0),
                 along: Along { channel: 0, at_mm: 0.0, sd_mm: 1.0 },
-            };
-            let hidden = frame.heard.iter().enumerate().map(told).collect();
+            });
+            let hidden = hidden.collect();
             let frame = Frame { hidden, heard: Vec::new(), ..frame.clone() };
             let x = mode.unknowns(&here.z, &mode.shared);
             let linear = solver.linearise(&frame, &x, Some(positions))?;
@@ -96,20 +96,19 @@ pub(super) fn rates(
                 all.columns_mut(own, shape.count()).copy_from(&(by_shape.hidden * 1e-3));
             }
             Some(all)
-        };
-        chunk.iter().map(one).collect()
+        }))
     };
     parallel::map(&chunks, work).into_iter().flatten().collect()
 }
 
 /// The formants of a frame at a shape, with the spread of their draws; empty where there are none.
 pub(super) fn told(frame: &Frame, positions: &[Point], draws: &[Vec<f32>]) -> Vec<TrackedFormant> {
-    let one = |(heard, draws): (&Heard, &Vec<f32>)| {
+    let formants = frame.heard.iter().zip(draws).map(|(heard, draws)| {
         let hz = heard.value(positions);
         let (_, variance) = mean_and_variance(draws.iter().map(|d| f64::from(*d)));
         (hz.is_finite() && !draws.is_empty()).then(|| TrackedFormant { hz, sd_hz: variance.sqrt() })
-    };
-    frame.heard.iter().zip(draws).map(one).collect::<Option<_>>().unwrap_or_default()
+    });
+    formants.collect::<Option<_>>().unwrap_or_default()
 }
 
 #[cfg(test)]

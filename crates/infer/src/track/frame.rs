@@ -134,30 +134,28 @@ pub fn frames(
         })
         .collect();
     let along = along_the_mean(seen);
-    let frame = |(t, frame): (usize, &AlignedFrame)| {
+    Vec::from_iter(seen.frames.iter().enumerate().map(|(t, frame)| {
         let shifts = followed
             .iter()
             .zip(&means)
             .map(|(f, m)| m[t].map_or_else(Point::zeros, |at| at - f.mark))
             .collect();
         one(seen, frame, surface, shifts, hide, &along)
-    };
-    seen.frames.iter().enumerate().map(frame).collect()
+    }))
 }
 
 /// Distance of every contour point from the first one along the mean contour, mm. The noise of single frames would make it longer.
 fn along_the_mean(seen: &AlignedRecording) -> Vec<f64> {
     let mut last: Option<Point> = None;
     let mut at = 0.0;
-    let place = |i: usize| {
+    Vec::from_iter((0..seen.contour.len()).map(|i| {
         let marks = seen.frames.iter().filter_map(|f| f.contour.get(i).copied().flatten());
         let (sum, count) = marks.fold((Point::zeros(), 0.0), |(s, n), m| (s + m.at, n + 1.0));
         let mean = (count > 0.0).then(|| sum / count);
         at += mean.zip(last).map_or(0.0, |(a, b)| (a - b).norm() * 1e3);
         last = mean.or(last);
         at
-    };
-    (0..seen.contour.len()).map(place).collect()
+    }))
 }
 
 fn one(

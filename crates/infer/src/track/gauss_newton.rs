@@ -269,8 +269,9 @@ fn settled(mode: &Smoother<'_, '_>, course: &SmoothedRecording) -> Vec<FrameStat
     in_chunks(mode, course, |solver, chunk| {
         let mut here: Vec<FrameState> = chunk.iter().map(|&t| course.here[t].clone()).collect();
         let x: Vec<DVector<f64>> = here.iter().map(|h| mode.unknowns(&h.z, &mode.shared)).collect();
-        let is_open = |i: &usize| here[*i].linear.as_ref().is_some_and(|l| (&l.x - &x[*i]).amax() > SAME);
-        let open: Vec<usize> = (0..chunk.len()).filter(is_open).collect();
+        let open: Vec<usize> = (0..chunk.len())
+            .filter(|i| here[*i].linear.as_ref().is_some_and(|l| (&l.x - &x[*i]).amax() > SAME))
+            .collect();
         let posture =
             |&i: &usize| (&course.frames[chunk[i]], &x[i], course.here[chunk[i]].positions.as_deref());
         let postures: Vec<_> = open.iter().map(posture).collect();
@@ -372,8 +373,7 @@ impl Trial {
         let before = &course.here[self.t];
         let moved = &self.whole - &before.linear.as_ref()?.x;
         let (muscles, sd) = (mode.sizes.muscles, mode.settings.link.course_sd_n);
-        let is_near = |(i, by): (usize, &f64)| by.abs() < NEAR * if i < muscles { sd } else { 1.0 };
-        if !moved.iter().enumerate().all(is_near) {
+        if !moved.iter().enumerate().all(|(i, by)| by.abs() < NEAR * if i < muscles { sd } else { 1.0 }) {
             return None;
         }
         let here = FrameState { z: self.z.clone(), ..before.clone() };

@@ -121,11 +121,11 @@ fn of_coils(seen: &[&AlignedRecording], hide: &[String]) -> [Vec<f64>; 3] {
     let names = |s: &AlignedRecording| s.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
     let first = seen.first().map(|s| names(s)).unwrap_or_default();
     let (hidden, shown): (Vec<usize>, Vec<usize>) = (0..first.len()).partition(|&i| hide.contains(&first[i]));
-    let alike = |s: &AlignedRecording| names(s) == first;
     let place = |f: &AlignedFrame, i: &usize| f.sensors.get(*i).copied().flatten().map(|m| m.at);
     let all = |f: &AlignedFrame| (0..first.len()).map(|i| place(f, &i)).collect::<Option<Vec<Point>>>();
-    for (nth, one) in seen.iter().enumerate().filter(|(_, s)| alike(s)) {
-        let others = seen.iter().enumerate().filter(|(o, s)| (*o != nth || seen.len() == 1) && alike(s));
+    for (nth, one) in seen.iter().enumerate().filter(|(_, s)| names(s) == first) {
+        let others =
+            seen.iter().enumerate().filter(|(o, s)| (*o != nth || seen.len() == 1) && names(s) == first);
         let training: Vec<_> =
             others.flat_map(|(_, s)| s.frames.iter().filter_map(all)).map(coordinates).collect();
         let Some(learned) = Learned::of(&training) else { continue };

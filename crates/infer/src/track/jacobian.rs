@@ -214,7 +214,7 @@ impl Solver<'_> {
         let count = postures.iter().map(|(_, x, _)| x.len()).max().unwrap_or(0);
         let (muscles, freed, link) = (self.system.contracting(), self.freed, self.link);
         let unknowns = Unknowns { muscles, freed, link, count };
-        let linear = |(rates, (_, x, _)): (Option<Rates>, &Posture<'_>)| {
+        Vec::from_iter(self.rates(&unknowns, postures).into_iter().zip(postures).map(|(rates, (_, x, _))| {
             let rates = rates?;
             let (jacobian, hidden_jacobian) = (rates.of_seen(), rates.of_hidden());
             let Rates { residuals, positions, .. } = rates;
@@ -225,8 +225,7 @@ impl Solver<'_> {
                 positions: positions.into(),
                 hidden_jacobian,
             })
-        };
-        self.rates(&unknowns, postures).into_iter().zip(postures).map(linear).collect()
+        }))
     }
 
     pub fn linearise(

@@ -1,9 +1,9 @@
-//! Block tridiagonal systems for all frames at once, with a prior that couples successive frames.
+//! The prior that couples the tensions of successive frames, and the block tridiagonal systems for all frames at once.
 //!
 //! CoursePrior: a stationary process of Ornstein and Uhlenbeck about zero with precision `P` and memory `tau`,
 //! `z_(t+1) = rho z_t + e`, `e ~ N(0, (1 - rho²) P^-1)`, `rho = exp(-dt / tau)`. Its precision `Q` couples neighbours only, so
 //! `Q + G` with a block `G` a frame is factorised frame by frame (Rauch, Tung and Striebel 1965 in the form of information).
-//! Tensions as a smooth function of unbounded numbers, so that a slack muscle is not on a bound: `F = s ln(1 + exp(h / s))`.
+//! Tensions are a smooth function of unbounded numbers, `F = s ln(1 + exp(h / s))`, so that a slack muscle is not on a bound.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 

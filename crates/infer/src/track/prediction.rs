@@ -71,7 +71,7 @@ pub(super) fn predict_hidden(
     judged: Option<&Judged>,
 ) -> Vec<Vec<Option<HeldOutPrediction>>> {
     let solver = (mode.solver)();
-    let told = |t: usize| {
+    Vec::from_iter((0..course.frames.len()).map(|t| {
         let hidden = &course.frames[t].hidden;
         let mut out = vec![None; hidden.len()];
         for (channel, judged) in [(0, judged), (1, Some(&OF_COILS)), (2, Some(&OF_COILS))] {
@@ -86,8 +86,7 @@ pub(super) fn predict_hidden(
             }
         }
         out
-    };
-    (0..course.frames.len()).map(told).collect()
+    }))
 }
 
 /// The best candidate, and the half width of its intervals in units of the standard deviation of a process with `s = 1 mm`.

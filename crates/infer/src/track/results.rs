@@ -1,5 +1,4 @@
-//! Results for a frame: levels and courses of tensions with their intervals, displacements of bones, and reasons for doubt.
-//! Numbers with their 95 % intervals.
+//! Results for a frame: levels and courses of tensions and displacements of bones with their 95 % intervals, and reasons for doubt.
 
 use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
@@ -212,10 +211,9 @@ pub(super) fn tracked(
     if let Some(Reachability::Nearest(there)) = found.way.filter(|_| as_well) {
         positions.clone_from(there);
     }
-    let of_points = |residuals: &DVector<f64>| in_sd(residuals, &|a| a.sd_mm);
     let rms_sd = match found.way {
-        Some(Reachability::Nearest(there)) if as_well => of_points(&frame::residuals(frame, there)),
-        _ => of_points(&residuals),
+        Some(Reachability::Nearest(there)) if as_well => in_sd(&frame::residuals(frame, there), &|a| a.sd_mm),
+        _ => in_sd(&residuals, &|a| a.sd_mm),
     };
     let status = if lost || !is_solved || !is_near || !is_reached {
         FrameStatus::OutOfReach

@@ -66,8 +66,8 @@ pub fn track(
     let Watch { progress, is_wanted, take } = *watch;
     let wanted: Vec<usize> = (0..recordings.len()).filter(|number| is_wanted(*number)).collect();
     let passes = settings.rounds + 2 + wanted.len();
-    let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let knots = knots(&recordings, settings);
+    let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let mut mode = Smoother::new(stage.sizes(&knots), settings, &knots, &solver);
     let courses: Vec<SmoothedRecording> =
         recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
@@ -160,8 +160,8 @@ pub fn rest_shape(
     settings: &TrackSettings,
     progress: &dyn Fn(usize, usize),
 ) -> Option<RestFound> {
-    let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let knots = knots(&recordings, settings);
+    let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let mut mode = Smoother::new(stage.sizes(&knots), settings, &knots, &solver);
     let courses: Vec<SmoothedRecording> =
         recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
@@ -229,9 +229,10 @@ fn without_outliers(mode: &Smoother<'_, '_>, course: &mut SmoothedRecording, usu
     for ((t, frame), far) in Arc::make_mut(&mut course.frames).iter_mut().enumerate().zip(&all) {
         let mut lost = frame.observations.len() >= FEWEST && course.here[t].linear.is_none();
         let mut faults = Vec::new();
-        let wrong = |i: &usize| far.get(*i).is_some_and(|f| *f > MOST_SD * usual.max(1.0));
-        let mut points: Vec<String> =
-            (0..frame.names.len()).filter(wrong).map(|i| frame.names[i].clone()).collect();
+        let mut points: Vec<String> = (0..frame.names.len())
+            .filter(|i| far.get(*i).is_some_and(|f| *f > MOST_SD * usual.max(1.0)))
+            .map(|i| frame.names[i].clone())
+            .collect();
         points.dedup();
         if !points.is_empty() {
             let all = points.len() * 3 > frame.names.len();

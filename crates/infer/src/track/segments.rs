@@ -1,6 +1,6 @@
-//! Mean tensions over the frames of labels that can be trusted, relative to their mean over the recording.
-//! Labels of recordings that repeat, in tiers that distinguish: an interval that has the same label in every recording says nothing.
-//! Statistics over the frames of recordings.
+//! Mean tensions over the frames of labels that can be trusted, relative to their mean over the recording, and statistics of all frames.
+//!
+//! Only tiers that distinguish count: an interval that has the same label in every recording says nothing.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -96,11 +96,11 @@ impl<'a> Segments<'a> {
                 let numbers =
                     |count: usize| (0..count).filter(|draw| draw % BATCH < BATCH / 2).take(self.kept_draws);
                 let own = |all: &Vec<f32>| numbers(all.len()).map(|d| all[d]).collect();
-                let less = |(all, means): (&Vec<f32>, &Vec<f64>)| {
-                    numbers(all.len()).map(|d| (f64::from(all[d]) - means[d]) as f32).collect()
-                };
                 let tensions = draws.tensions[t - from].iter().map(own).collect();
-                let courses = draws.tensions[t - from].iter().zip(&means.0).map(less).collect();
+                let courses = draws.tensions[t - from].iter().zip(&means.0).map(|(all, means)| {
+                    numbers(all.len()).map(|d| (f64::from(all[d]) - means[d]) as f32).collect()
+                });
+                let courses = courses.collect();
                 let point = LabelPoint { time_s: frame.time_s, part, tensions, courses };
                 self.courses.entry(label).or_default().push(point);
             }
@@ -213,7 +213,7 @@ pub(super) fn summaries(
 ) -> Vec<CourseSummary> {
     let count = all.len().max(1) as f64;
     let prior_width = link.prior_quantile(TWO_SIDED_95) - link.prior_quantile(-TWO_SIDED_95);
-    let course = |(i, name): (usize, &String)| {
+    Vec::from_iter(names.iter().enumerate().map(|(i, name)| {
         let mean = |of: &dyn Fn(&Interval) -> f64| all.iter().map(|(_, c)| of(&c[i])).sum::<f64>() / count;
         let middle = mean(&|c| c.median);
         let varies = mean(&|c| (c.median - middle).powi(2));
@@ -229,8 +229,7 @@ pub(super) fn summaries(
             level_width_n,
             unknown_part: level_width_n / prior_width,
         }
-    };
-    names.iter().enumerate().map(course).collect()
+    }))
 }
 
 /// Part of the frames of a recording that may be untrusted before the recording is.

@@ -1,5 +1,4 @@
-//! Settings of tracking.
-//! What recordings are tracked on.
+//! Settings of tracking, and what recordings are tracked on.
 
 use super::errors::{Errors, Knots};
 use super::frame::Followed;

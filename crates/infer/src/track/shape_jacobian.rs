@@ -1,5 +1,4 @@
-//! How the surface in a frame responds to changes of the shape at rest.
-//! Directions of a body's shape in which the ends of muscles move.
+//! How the surface in a frame responds to changes of the shape at rest, among them those in which the ends of muscles move.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -53,13 +52,12 @@ impl RestShape {
         postures: &[Posture<'_>],
     ) -> Vec<Option<ShapeJacobian>> {
         let found = solver.rates(self, postures).into_iter().zip(postures);
-        let with_coils = |(rates, (frame, ..)): (Option<Rates>, &Posture<'_>)| {
+        Vec::from_iter(found.map(|(rates, (frame, ..))| {
             let mut rates = rates?;
             self.add_coils(&mut rates, frame);
             let is_finite = rates.by_unknown.iter().all(|v| v.is_finite());
             is_finite.then(|| ShapeJacobian { seen: rates.of_seen(), hidden: rates.of_hidden() })
-        };
-        found.map(with_coils).collect()
+        }))
     }
 
     /// Adds the derivatives by the directions that move coils along the surface.
@@ -105,8 +103,9 @@ impl Columns for RestShape {
         self.system.force(Configuration { positions: &positions, tensions: &tensions }, &mut before);
         for (k, (direction, changed)) in self.prior.directions.iter().zip(self.changed()?).enumerate() {
             // Nodes on bone move with the body at rest.
-            let moved = |(n, p): (usize, &Point)| if free[n] { *p } else { p + direction[n] * STEP };
-            let there: Vec<Point> = positions.iter().enumerate().map(moved).collect();
+            let there: Vec<Point> = Vec::from_iter(
+                positions.iter().enumerate().map(|(n, p)| if free[n] { *p } else { p + direction[n] * STEP }),
+            );
             changed.force(Configuration { positions: &there, tensions: &tensions }, &mut after);
             response.to_load(|_, load| {
                 for (l, (a, b)) in load.iter_mut().zip(after.iter().zip(&before)) {
@@ -132,7 +131,6 @@ pub(super) fn ends(body: &Body<2>) -> Vec<Vec<Point>> {
     let mut nodes: Vec<usize> = mesh.muscles.iter().flat_map(|m| m.ends()).collect();
     nodes.sort_unstable();
     nodes.dedup();
-    let size = |n: usize| if fixed(n) && !seen(n) { FAR_END_MM } else { MUSCLE_END_MM };
     let mut out = Vec::new();
     for end in nodes {
         let on_outline = outline.iter().position(|&n| n == end).filter(|_| !fixed(end));
@@ -146,7 +144,7 @@ pub(super) fn ends(body: &Body<2>) -> Vec<Vec<Point>> {
         };
         for way in ways {
             let mut moved = vec![Point::zeros(); mesh.nodes.len()];
-            moved[end] = way * (1e-3 * size(end));
+            moved[end] = way * (1e-3 * (if fixed(end) && !seen(end) { FAR_END_MM } else { MUSCLE_END_MM }));
             for (number, muscle) in mesh.muscles.iter().enumerate() {
                 let [a, b] = muscle.ends();
                 let other = if a == end { b } else { a };

@@ -148,7 +148,7 @@ impl<'a, 's> Smoother<'a, 's> {
     /// Every n-th frame with data of recordings, at their present states; the frames of all recordings are counted together.
     pub fn thinned(&self, courses: &[SmoothedRecording], every: usize) -> Vec<SmoothedRecording> {
         let mut before = 0;
-        let one = |course: &SmoothedRecording| {
+        Vec::from_iter(courses.iter().map(|course| {
             let seen = (0..course.frames.len()).filter(|&t| course.errors[t].is_some());
             let taken: Vec<usize> =
                 seen.enumerate().filter(|(n, _)| (before + n) % every == every / 2).map(|(_, t)| t).collect();
@@ -157,8 +157,7 @@ impl<'a, 's> Smoother<'a, 's> {
             let mut out = self.course(Arc::new(frames));
             out.here = taken.iter().map(|&t| course.here[t].clone()).collect();
             out
-        };
-        courses.iter().map(one).collect()
+        }))
     }
 
     /// Sets the errors for the observations that the frames of a recording have now.

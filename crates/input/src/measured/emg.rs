@@ -69,8 +69,9 @@ impl Activity {
     /// who asks for it.
     pub fn read(bytes: &[u8], origin: &str) -> Result<Self, Malformed> {
         let wanted = "muscle,i,a, then a line for each muscle with its activity in each vowel, 0 to 1";
-        let is_known = |name: &str| matches!(meaning(name), Some(Meaning::Muscle | Meaning::Full));
-        let cells = Cells::read(bytes, origin, wanted, is_known)?;
+        let cells = Cells::read(bytes, origin, wanted, |name: &str| {
+            matches!(meaning(name), Some(Meaning::Muscle | Meaning::Full))
+        })?;
         let (mut of_muscle, mut of_full) = (None, None);
         let mut columns: Vec<(usize, Vowel, f64)> = Vec::new();
         for (field, meaning) in cells.header.cells.iter().map(meaning).enumerate() {
@@ -157,12 +158,12 @@ impl Activity {
     /// Activity by row and vowel, for each row the positions in `names` of the muscles that it is of: one, or all portions of a muscle
     /// group. Cells that are no activities are left out ([`Activity::bad_cells`]).
     pub fn relative(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Measured>, Malformed> {
-        let of_row = |(row, muscles): (&Row, Vec<usize>)| {
+        let measured = self.rows.iter().zip(self.portions(names, muscles)?).map(|(row, muscles)| {
             let each = self.vowels.iter().zip(&row.activity);
             let by_vowel = each.filter_map(|(vowel, a)| Some((vowel.clone(), a.clone().ok()??))).collect();
             Measured { name: row.muscle.clone(), muscles, by_vowel }
-        };
-        Ok(self.rows.iter().zip(self.portions(names, muscles)?).map(of_row).collect())
+        });
+        Ok(measured.collect())
     }
 
     /// What is wrong with the cells that are no activities, with their vowels.

@@ -1,6 +1,4 @@
-//! Facts about muscles by name: anatomy, groups, force, colours. The data are in
-//! `targets/takano2007_muscles.csv`.
-//! Values by muscle name.
+//! Facts about muscles by name (anatomy, groups, force and colours, from `targets/takano2007_muscles.csv`), and values by muscle name.
 
 use std::fmt;
 
@@ -87,7 +85,7 @@ impl Muscles {
         let taken: Vec<Colour> = names.iter().filter_map(|n| self.get(n)).map(|m| m.colour).collect();
         let free = PALETTE.into_iter().filter(|c| !taken.contains(c));
         let mut colours = free.chain(PALETTE.into_iter().cycle());
-        let info = |name: &String| match self.get(name) {
+        Vec::from_iter(names.iter().map(|name| match self.get(name) {
             Some(known) => MuscleInfo { name: name.clone(), ..known.clone() },
             None => MuscleInfo {
                 name: name.clone(),
@@ -97,8 +95,7 @@ impl Muscles {
                 capacity_n: None,
                 colour: colours.next().unwrap_or(PALETTE[0]),
             },
-        };
-        names.iter().map(info).collect()
+        }))
     }
 
     /// The known force capacities of the muscles whose portions are among `names`, in the order of the

@@ -1,5 +1,4 @@
-//! Target of a fit: which muscles contract and which numbers are to be met.
-//! The quantity that is compared between measurement and simulation.
+//! Target of a fit: which muscles contract, which numbers are to be met, and which quantity they are.
 
 use std::fmt;
 use std::str::FromStr;

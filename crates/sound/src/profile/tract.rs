@@ -245,17 +245,16 @@ impl Tract {
         let Articulation { lip_opening_mm: opening, lip_protrusion_mm: protrusion, .. } = *posture;
         let width = self.lips.width_mm + 1.5 * (opening - protrusion);
         let length = self.lips.length_mm + protrusion;
-        let bad = |what: String| Err(ProfileError::Bad(what));
         if !opening.is_finite() || opening <= 0.0 || width.is_nan() || width <= 0.0 {
-            return bad(format!(
+            return Err(ProfileError::Bad(format!(
                 "lips with an opening of {opening} mm and a protrusion of {protrusion} mm are closed: there is no vowel"
-            ));
+            )));
         }
         if !length.is_finite() || length <= 0.0 {
-            return bad(format!(
+            return Err(ProfileError::Bad(format!(
                 "a lip protrusion of {protrusion} mm leaves the lips no length; they are {} mm",
                 self.lips.length_mm
-            ));
+            )));
         }
         let section = Section { length_m: 0.5e-3 * length, area_m2: 1e-6 * PI / 4.0 * opening * width };
         Ok([section; 2])

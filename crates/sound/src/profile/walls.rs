@@ -1,5 +1,4 @@
-//! The walls in one posture, and the lines across the airway between them.
-//! Areas from cross-sections of a tongue in space.
+//! The walls in one posture, the lines across the airway between them, and areas from cross-sections of a tongue in space.
 //!
 //! A cross-section lies in the plane of a line across the airway and the direction to the side. It is bounded by the surface of the
 //! tongue and by the wall, whose cross-section is a parabola of the width and the arch that the tract gives. It reaches from the middle
@@ -68,8 +67,7 @@ impl<'a> Walls<'a> {
     pub(super) fn across(&self) -> Result<Vec<Across>, ProfileError> {
         let ways: Vec<Point> = self.starts.iter().map(|start| minus(start.toward, start.at)).collect();
         let given = self.lines(&ways)?;
-        let are_all_apart = |lines: &[Across]| lines.windows(2).all(|pair| are_apart(&pair[0], &pair[1]));
-        if are_all_apart(&given) {
+        if given.windows(2).all(|pair| are_apart(&pair[0], &pair[1])) {
             return Ok(given);
         }
         let mean = |i: usize, neighbours: usize| {
@@ -78,7 +76,7 @@ impl<'a> Walls<'a> {
         };
         let mut averaged = (1..=given.len() / 2).filter_map(|neighbours| {
             let ways: Vec<Point> = (0..given.len()).map(|i| mean(i, neighbours)).collect();
-            self.lines(&ways).ok().filter(|lines| are_all_apart(lines))
+            self.lines(&ways).ok().filter(|lines| lines.windows(2).all(|pair| are_apart(&pair[0], &pair[1])))
         });
         Ok(averaged.next().unwrap_or_else(|| given.clone()))
     }

@@ -1,5 +1,4 @@
-//! Sections of the page: one for each axis, with its tables and its conclusion in one sentence.
-//! The study as a page of Markdown; all numbers come from the measurements.
+//! The study as a page of Markdown from its measurements: a section for each axis, with its tables and its conclusion in one sentence.
 
 use std::fmt::Write as _;
 

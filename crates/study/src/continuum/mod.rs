@@ -229,14 +229,14 @@ fn nested(
     }
     let Some(finest) = all.last() else { return Ok(Vec::new()) };
     let (finest, best) = (finest.ratios[0].clone(), finest.tensions.clone());
-    let with_errors = |Measured { mut row, ratios, tensions }: Measured| {
+    let with_errors = all.into_iter().map(|Measured { mut row, ratios, tensions }| {
         row.error_of_ratio = largest_difference(&ratios[0], &finest);
         row.error_of_tension = tensions.as_ref().zip(best.as_ref()).map(|(found, best)| {
             found.iter().zip(best).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max)
         });
         row
-    };
-    Ok(all.into_iter().map(with_errors).collect())
+    });
+    Ok(with_errors.collect())
 }
 
 fn locking() -> Result<Vec<Locking>, Error> {
@@ -247,15 +247,15 @@ fn locking() -> Result<Vec<Locking>, Error> {
         Ok(ratios(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0)
     };
     let near = ratios_at(DEFAULT_M, NEARLY_INCOMPRESSIBLE)?;
-    let row = |poisson_ratio: f64| {
+    let rows = POISSON_RATIOS.into_iter().map(|poisson_ratio| {
         let coarse = ratios_at(DEFAULT_M, poisson_ratio)?;
         Ok(Locking {
             poisson_ratio,
             error_of_default_spacing: largest_difference(&coarse, &ratios_at(2e-3, poisson_ratio)?),
             difference_from_nearly_incompressible: largest_difference(&coarse, &near),
         })
-    };
-    POISSON_RATIOS.into_iter().map(row).collect()
+    });
+    rows.collect()
 }
 
 /// `reference` is filled by the first call.

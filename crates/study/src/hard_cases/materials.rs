@@ -1,5 +1,4 @@
-//! Case 3: extreme materials.
-//! Case 5: degenerate, invalid and large meshes.
+//! Hard cases of materials and meshes: extreme materials (case 3), and degenerate, invalid and large meshes (case 5).
 
 use std::time::Instant;
 

@@ -92,10 +92,6 @@ fn count(rows: &[&HardCase], holds: impl Fn(&HardCase) -> bool) -> usize {
 
 fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
     type Of<'a> = Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>;
-    let on_branch = |rows: &[&HardCase]| match count(rows, |r| r.branch_ends_at.is_some()) {
-        0 => String::new(),
-        followed => format!("{} of {followed}", count(rows, HardCase::is_on_branch)),
-    };
     let longest = |rows: &[&HardCase]| rows.iter().map(|r| r.wall_s).fold(0.0, f64::max);
     vec![
         Of::of_page("case", |(case, _)| (**case).into()),
@@ -104,8 +100,12 @@ fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
         Of::of_page("converged", |(_, rows)| count(rows, |r| r.converged).into()),
         Of::of_page("promise kept", |(_, rows)| count(rows, |r| r.kept).into()),
         Of::of_page("with the barrier active", |(_, rows)| count(rows, |r| r.guarded > 0).into()),
-        Of::of_page("on the branch from rest", |_| Value::Null)
-            .shown_as_text(move |(_, rows)| on_branch(rows)),
+        Of::of_page("on the branch from rest", |_| Value::Null).shown_as_text(move |(_, rows)| {
+            match count(rows, |r| r.branch_ends_at.is_some()) {
+                0 => String::new(),
+                followed => format!("{} of {followed}", count(rows, HardCase::is_on_branch)),
+            }
+        }),
         Of::of_page("longest, s", move |(_, rows)| longest(rows).into()).decimals(3),
     ]
 }
@@ -113,20 +113,19 @@ fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
 /// The columns of the branches: a row for each load.
 fn by_load<'a>() -> Vec<Column<'a, (&'a str, Vec<&'a HardCase>)>> {
     type Of<'a> = Column<'a, (&'a str, Vec<&'a HardCase>)>;
-    let on = |rows: &[&HardCase]| count(rows, HardCase::is_on_branch);
     let falls =
         |rows: &[&HardCase]| count(rows, |r| r.branch_ends_at < Some(1.0) && r.is_where_branch_leads());
     vec![
         Of::of_page("load", |(load, _)| (*load).into()),
         Of::of_page("rows", |(_, rows)| rows.len().into()),
         Of::of_page("the branch from rest reaches it, and the answer lies there", move |(_, rows)| {
-            on(rows).into()
+            count(rows, HardCase::is_on_branch).into()
         }),
         Of::of_page("it ends before, and the answer is where the body then falls", move |(_, rows)| {
             falls(rows).into()
         }),
         Of::of_page("the answer lies elsewhere", move |(_, rows)| {
-            (rows.len() - on(rows) - falls(rows)).into()
+            (rows.len() - count(rows, HardCase::is_on_branch) - falls(rows)).into()
         }),
     ]
 }

@@ -99,11 +99,10 @@ fn surface<const D: usize>(elements: &[Vec<usize>]) -> Vec<Face> {
             faces.entry(corners).or_default().push([element, opposite]);
         }
     }
-    let alone = |(corners, at): (Vec<usize>, Vec<[usize; 2]>)| match at[..] {
+    Vec::from_iter(faces.into_iter().filter_map(|(corners, at)| match at[..] {
         [[element, opposite]] => Some(Face { element, opposite, corners }),
         _ => None,
-    };
-    faces.into_iter().filter_map(alone).collect()
+    }))
 }
 
 struct Patches<'a, const D: usize> {

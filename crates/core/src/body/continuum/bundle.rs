@@ -229,16 +229,15 @@ fn dangling(muscle: &str) -> BodyError {
 /// Gauss's points with the weights `(1 - t²)²`, in space on rings.
 fn profile<const D: usize>(settings: &ContinuumSettings) -> Vec<([f64; 2], f64)> {
     let count = if settings.bundle_width_m > 0.0 { settings.fibres } else { 1 };
-    let bump = |t: f64| (1.0 - t * t).powi(2);
     let mut fibres: Vec<([f64; 2], f64)> = Vec::new();
     if D == 2 || count == 1 {
-        fibres.extend(gauss_legendre(count).into_iter().map(|(t, w)| ([t, 0.0], w * bump(t))));
+        fibres.extend(gauss_legendre(count).into_iter().map(|(t, w)| ([t, 0.0], w * (1.0 - t * t).powi(2))));
     } else {
         for (ring, (x, w)) in gauss_legendre(count.div_ceil(AROUND)).into_iter().enumerate() {
             let r = 0.5 * (1.0 + x);
             for i in 0..AROUND {
                 let angle = std::f64::consts::TAU * (i as f64 + 0.5 * (ring % 2) as f64) / AROUND as f64;
-                fibres.push(([r * angle.cos(), r * angle.sin()], w * r * bump(r)));
+                fibres.push(([r * angle.cos(), r * angle.sin()], w * r * (1.0 - r * r).powi(2)));
             }
         }
     }

@@ -25,13 +25,13 @@ pub(super) struct Locator<'a, const D: usize> {
 impl<'a, const D: usize> Locator<'a, D> {
     pub fn new(nodes: &[SVector<f64, D>], elements: &'a [Vec<usize>]) -> Self {
         let corners: Vec<Corners<D>> = elements.iter().map(|e| simplex::corners(nodes, &e[..=D])).collect();
-        let around = |x: &Corners<D>| {
+        let boxes = corners.iter().map(|x| {
             let points = &x[..=D];
             let (low, high) = points.iter().fold((x[0], x[0]), |(l, h), p| (l.inf(p), h.sup(p)));
             let slack = SVector::repeat((high - low).amax() * 8.0 * SLACK);
             [low - slack, high + slack]
-        };
-        let boxes = corners.iter().map(around).collect();
+        });
+        let boxes = boxes.collect();
         Self { elements, corners, boxes }
     }
 

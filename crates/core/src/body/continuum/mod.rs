@@ -6,7 +6,6 @@
 //! fitted on such a body belong to its mesh. Here each muscle is a bundle of fibres over a width, cut at the
 //! edges of the elements that it passes, and each bone holds a patch of the surface by springs. Widths,
 //! patches and their stiffness are chosen, not measured ([`ContinuumSettings`]).
-//! From linear cells to quadratic elements.
 
 mod attach;
 mod bundle;

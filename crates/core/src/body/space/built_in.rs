@@ -193,11 +193,11 @@ impl Body<3> {
         let section = self.midsagittal_mesh();
         Line {
             ends: ends.map(|at| {
-                let of = |cell: &[usize]| {
+                let nearest = section.cells.iter().map(|cell| {
                     let shares = simplex::barycentric(&simplex::corners(&section.nodes, cell), &at);
                     (shares[..3].iter().copied().fold(f64::INFINITY, f64::min), cell.to_vec(), shares)
-                };
-                let nearest = section.cells.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0));
+                });
+                let nearest = nearest.max_by(|a, b| a.0.total_cmp(&b.0));
                 match nearest.filter(|(least, ..)| *least > BESIDE) {
                     Some((_, nodes, shares)) => {
                         LineEnd { weights: nodes.into_iter().zip(shares).collect(), fixed: Vector3::zeros() }
@@ -220,11 +220,11 @@ impl Grid {
         let counts = [u, v, 2 * t];
         let section = Section::new(file, outline);
         let (mut mesh, mut at) = (Mesh::<3>::default(), Vec::new());
-        let part = |i: usize, n: usize| i as f64 / n as f64;
         for k in 0..=counts[2] {
             for j in 0..=v {
                 for i in 0..=u {
-                    let place = [part(i, u), part(j, v), 2.0 * part(k, counts[2]) - 1.0];
+                    let place =
+                        [i as f64 / u as f64, j as f64 / v as f64, 2.0 * (k as f64 / counts[2] as f64) - 1.0];
                     mesh.nodes.push(section.place(file, place));
                     at.push(place);
                 }

@@ -39,11 +39,10 @@ pub struct Half {
 impl Half {
     /// Positions of the whole from those of the half, m.
     pub fn whole(&self, positions: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
-        let place = |&(rest, n, is_image): &(Vector3<f64>, usize, bool)| {
+        Vec::from_iter(self.of_node.iter().map(|&(rest, n, is_image)| {
             let by = positions[n] - self.body.mesh.nodes[n];
             rest + if is_image { Vector3::new(by.x, -by.y, by.z) } else { by }
-        };
-        self.of_node.iter().map(place).collect()
+        }))
     }
 
     /// The node of the half that a node of the whole is, or is the image of, and the place there that belongs to a place of the node, m.
@@ -76,35 +75,33 @@ impl Body<3> {
         let nodes = &self.mesh.nodes;
         let size = self.mesh.extent();
         let image = images(nodes, SAME * size)?;
-        let is_on_plane = |n: usize| image[n] == n;
         let off = |n: usize| (nodes[image[n]] - Vector3::new(nodes[n].x, -nodes[n].y, nodes[n].z)).norm();
         let is_uneven = |s: &super::Segment| s.nodes.iter().any(|&n| off(n) > EVEN * size);
         let uneven = self.muscles.iter().map(|m| m.segments.iter().any(is_uneven)).collect();
-        let is_kept = |n: usize| is_on_plane(n) || nodes[n].y < 0.0;
         let mut number = vec![None; nodes.len()];
         let mut body = Body { what: format!("the left half of {}", self.what), ..Body::default() };
         let mut plane = Vec::new();
-        for (n, x) in nodes.iter().enumerate().filter(|(n, _)| is_kept(*n)) {
+        for (n, x) in nodes.iter().enumerate().filter(|(n, _)| (image[*n] == *n) || nodes[*n].y < 0.0) {
             number[n] = Some(body.mesh.nodes.len());
-            if is_on_plane(n) {
+            if image[n] == n {
                 plane.push(body.mesh.nodes.len());
             }
             body.mesh.nodes.push(*x);
         }
         let of_node = (0..nodes.len())
             .map(|n| {
-                let image_of = || number[image[n]].map(|h| (nodes[n], h, true));
-                number[n].map(|h| (nodes[n], h, false)).or_else(image_of)
+                number[n]
+                    .map(|h| (nodes[n], h, false))
+                    .or_else(|| number[image[n]].map(|h| (nodes[n], h, true)))
             })
             .collect::<Option<Vec<_>>>()?;
         let kept_nodes = (0..nodes.len()).filter(|&n| number[n].is_some()).collect();
         body.tip_node = self.tip_node.and_then(|n| number[n]);
-        let renumbered = |n: usize| number[n];
         // Elements: those with a corner off the plane on the left; every other must be the image of one of
         // them.
         let mut element_number = vec![None; self.mesh.hexahedra.len()];
         for (e, corners) in self.mesh.hexahedra.iter().enumerate() {
-            if let Some(all) = corners.iter().map(|&n| renumbered(n)).collect::<Option<Vec<_>>>() {
+            if let Some(all) = corners.iter().map(|&n| number[n]).collect::<Option<Vec<_>>>() {
                 element_number[e] = Some(body.mesh.hexahedra.len());
                 body.mesh.hexahedra.push(<[usize; 8]>::try_from(all).ok()?);
             }
@@ -169,18 +166,18 @@ impl Body<3> {
                 .segments
                 .iter()
                 .filter_map(|s| {
-                    let [a, b] = [renumbered(s.nodes[0])?, renumbered(s.nodes[1])?];
+                    let [a, b] = [number[s.nodes[0]]?, number[s.nodes[1]]?];
                     // Of a fibre on the plane one half belongs to each side; of a pair of muscles each has
                     // its own.
-                    let shared = s.nodes.iter().all(|&n| is_on_plane(n)) && muscle.side == Side::Middle;
+                    let shared = s.nodes.iter().all(|&n| image[n] == n) && muscle.side == Side::Middle;
                     let force_n = if shared { 0.5 * s.force_n } else { s.force_n };
                     Some(super::Segment { nodes: [a, b], force_n, ..*s })
                 })
                 .collect();
             let chain = self.mesh.muscles[m].clone();
             // A fibre of the other side is measured by its image.
-            let own = |&n: &usize| number[n].or(number[image[n]]);
-            let nodes: Vec<usize> = chain.nodes.iter().filter_map(own).collect();
+            let nodes: Vec<usize> =
+                chain.nodes.iter().filter_map(|&n| number[n].or(number[image[n]])).collect();
             body.mesh.muscles.push(super::super::MuscleChain { nodes, ..chain });
             body.muscles.push(muscle);
         }
@@ -215,12 +212,12 @@ fn sorted(nodes: impl Iterator<Item = usize>) -> Vec<usize> {
 fn images(nodes: &[Vector3<f64>], near: f64) -> Option<Vec<usize>> {
     let mut by_x: Vec<usize> = (0..nodes.len()).collect();
     by_x.sort_by(|&a, &b| nodes[a].x.total_cmp(&nodes[b].x));
-    let of = |n: usize| {
+    let images = (0..nodes.len()).map(|n| {
         let wanted = Vector3::new(nodes[n].x, -nodes[n].y, nodes[n].z);
         let first = by_x.partition_point(|&m| nodes[m].x < wanted.x - near);
         let candidates = by_x[first..].iter().take_while(|&&m| nodes[m].x <= wanted.x + near);
         let away = |m: &usize| (nodes[*m] - wanted).norm();
         candidates.copied().min_by(|a, b| away(a).total_cmp(&away(b))).filter(|m| away(m) <= near)
-    };
-    (0..nodes.len()).map(of).collect()
+    });
+    images.collect()
 }

@@ -2,7 +2,6 @@
 //!
 //! A muscle is activated from 0 to 1. A body has its strength at 1 in two forms: the force of each segment of
 //! its fibres, N, for node-to-node lines, and the stress along the fibres of its region, Pa.
-//! The direction of a muscle's fibres between the fibres that are given.
 
 mod built_in;
 mod half;
@@ -158,12 +157,11 @@ impl<const D: usize> Body<D> {
 
     /// The smallest and the largest ratio of volume to that at rest at the points of Gauss of all elements.
     pub fn volume_ratios(&self, positions: &[SVector<f64, D>]) -> [f64; 2] {
-        let determinant = |nodes: &[SVector<f64, D>], corners, at| {
-            hexahedron::jacobian(&hexahedron::corners(nodes, corners), at).determinant()
-        };
         let ratios = self.mesh.hexahedra.iter().flat_map(|corners| {
-            hexahedron::points()
-                .map(|at| determinant(positions, corners, at) / determinant(&self.mesh.nodes, corners, at))
+            hexahedron::points().map(|at| {
+                hexahedron::jacobian(&hexahedron::corners(positions, corners), at).determinant()
+                    / hexahedron::jacobian(&hexahedron::corners(&self.mesh.nodes, corners), at).determinant()
+            })
         });
         ratios.fold([f64::INFINITY, 0.0], |[least, most], ratio| [least.min(ratio), most.max(ratio)])
     }
@@ -210,10 +208,9 @@ impl Body<3> {
     /// The body in the axes of scenes: x to the back, y upwards, z to the left of the speaker; without lines.
     pub fn in_scene(mut self) -> Self {
         self.lines.clear();
-        let turned = |p: &Vector3<f64>| Vector3::new(p.x, p.z, -p.y);
-        self.mesh.nodes.iter_mut().for_each(|p| *p = turned(p));
+        self.mesh.nodes.iter_mut().for_each(|p| *p = Vector3::new(p.x, p.z, -p.y));
         let directions = self.muscles.iter_mut().flat_map(|m| &mut m.directions).flatten().flatten();
-        directions.for_each(|d| *d = turned(d));
+        directions.for_each(|d| *d = Vector3::new(d.x, d.z, -d.y));
         let bones = self.bones_of_the_plane();
         Self { bones, ..self }
     }

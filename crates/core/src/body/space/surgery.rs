@@ -67,7 +67,7 @@ impl Body<3> {
             let said = "the region has no extent or is not finite; give a box from low to high, or a positive radius";
             return Err(BodyError(said.to_owned()));
         }
-        let holds = |element: &usize| {
+        let found = (0..self.mesh.hexahedra.len()).filter(|element| {
             let x = hexahedron::corners(&self.mesh.nodes, &self.mesh.hexahedra[*element]);
             let middle = x.iter().sum::<Vector3<f64>>() / x.len() as f64;
             let on_side = match side {
@@ -81,8 +81,8 @@ impl Body<3> {
                     Region::Ball(centre, radius) => (middle - centre).norm() <= *radius,
                     Region::Muscle(_) => of_muscles.contains(element),
                 }
-        };
-        let found: BTreeSet<usize> = (0..self.mesh.hexahedra.len()).filter(holds).collect();
+        });
+        let found: BTreeSet<usize> = found.collect();
         let none =
             "no element has its middle in the region; coordinates are millimetres in the frame of the body";
         if found.is_empty() { Err(BodyError(none.to_owned())) } else { Ok(found) }

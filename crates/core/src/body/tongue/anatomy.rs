@@ -158,10 +158,10 @@ fn outline(given: &Spanned<Vec<GivenPoint>>) -> Found<ClosedSpline> {
 }
 
 fn bones(given: &BTreeMap<String, Vec<GivenPoint>>) -> Found<Vec<AnatomyBone>> {
-    let bone = |(name, points): (&String, &Vec<_>)| {
+    let bones = given.iter().map(|(name, points)| {
         Ok(AnatomyBone { name: name.clone(), points: points.iter().map(metres).collect::<Found<_>>()? })
-    };
-    given.iter().map(bone).collect()
+    });
+    bones.collect()
 }
 
 /// Finds which part of a line is in the tissue.

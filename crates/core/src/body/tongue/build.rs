@@ -1,5 +1,4 @@
-//! From an anatomy to a mesh of any spacing.
-//! Triangles between given nodes that keep given edges: spade's constrained Delaunay triangulation.
+//! From an anatomy to a mesh of any spacing, whose triangles keep given edges (spade's constrained Delaunay triangulation).
 
 use spade::handles::FixedVertexHandle as Handle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};

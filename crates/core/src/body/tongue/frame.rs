@@ -194,8 +194,8 @@ fn share(wanted: usize, lengths: &[f64]) -> Vec<usize> {
     let mut parts: Vec<usize> =
         lengths.iter().map(|l| ((l / total * wanted as f64).floor() as usize).max(1)).collect();
     while parts.iter().sum::<usize>() < wanted {
-        let part_length = |i: &usize| lengths[*i] / parts[*i] as f64;
-        let longest = (0..parts.len()).max_by(|a, b| part_length(a).total_cmp(&part_length(b)));
+        let longest = (0..parts.len())
+            .max_by(|a, b| (lengths[*a] / parts[*a] as f64).total_cmp(&(lengths[*b] / parts[*b] as f64)));
         longest.into_iter().for_each(|i| parts[i] += 1);
     }
     parts

@@ -1,9 +1,8 @@
-//! Smooths a mesh: nodes move, then everything is triangulated again.
+//! Places the nodes between the lines of a mesh and smooths it: nodes move, then everything is triangulated again.
 //!
-//! First every free node goes to the mean of the circumcentres around it, weighted by area, which minimises
-//! the error of linear interpolation (optimal Delaunay triangulation; Chen and Xu 2004, Chen 2004). Then the
-//! worst corners that are left are improved one node at a time.
-//! Nodes between the lines: a hexagonal lattice, then one at a time into the largest hole.
+//! New nodes form a hexagonal lattice; more go, one at a time, into the largest hole. Every free node moves to the mean of the
+//! circumcentres around it, weighted by area, which minimises the error of linear interpolation (optimal Delaunay
+//! triangulation; Chen and Xu 2004, Chen 2004). Then the worst corners that are left are improved one node at a time.
 
 use super::build::triangulate;
 use super::frame::{Draft, Frame, Freedom};
@@ -79,8 +78,7 @@ fn even(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 2]
     let limit = 0.3 * h;
     let there = here + step * (limit / step.norm()).min(1.0);
     // Only moves that keep every triangle around the node upright; a NaN step is refused here as well.
-    let score = |at: Point| patch_score(points, at, patch, h);
-    if score(there) >= score(here).min(0.5) {
+    if patch_score(points, there, patch, h) >= patch_score(points, here, patch, h).min(0.5) {
         points[node] = there;
     }
 }
@@ -88,14 +86,14 @@ fn even(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 2]
 /// The score of the worst triangle around a node if the node were at `at`: 1 is fair, 0 or less is turned
 /// over.
 fn patch_score(points: &[Point], at: Point, patch: &[[usize; 2]], h: f64) -> f64 {
-    let score = |[b, c]: &[usize; 2]| {
+    let scores = patch.iter().map(|[b, c]| {
         let (b, c) = (points[*b], points[*c]);
         let mut sides = [(b - at).norm_squared(), (c - at).norm_squared(), (c - b).norm_squared()];
         sides.sort_by(f64::total_cmp);
         let sine = plane::doubled_area(at, b, c) / (sides[1] * sides[2]).sqrt();
         if sine > 0.0 { (sine / SINE_UNIT).min(sides[0].sqrt() / (LENGTH_UNIT * h)) } else { sine }
-    };
-    patch.iter().map(score).fold(f64::INFINITY, f64::min)
+    });
+    scores.fold(f64::INFINITY, f64::min)
 }
 
 fn polish(points: &mut [Point], node: usize, freedom: Freedom, patch: &[[usize; 2]], h: f64) {

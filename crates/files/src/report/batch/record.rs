@@ -1,5 +1,4 @@
-//! The JSON record of one fit of a batch.
-//! Shards: parts of a batch that run separately, each as one task of a cluster's engine.
+//! The JSON record of one fit of a batch, and shards: parts of a batch that run separately, each as one task of a cluster's engine.
 
 use std::fmt;
 use std::path::Path;
@@ -103,17 +102,17 @@ fn passive(fit: &Fit, thesis: Option<&Thesis>) -> Passive {
             .collect();
         (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
     };
-    let simulated = |kind: TargetKind| fit.simulated_in(kind);
     let no_change = |kind: TargetKind| kind.values(&target.baseline_mm, &target.baseline_mm, reference);
     let error = |kind: TargetKind, values: &[f64]| rms(kind, values, &target.measured_in(kind));
     let thesis = thesis.filter(|t| t.simulated(target));
-    let thesis_stretches = thesis.and_then(|t| t.stretches_a(&target.muscles, simulated(stretch)[reference]));
+    let thesis_stretches =
+        thesis.and_then(|t| t.stretches_a(&target.muscles, fit.simulated_in(stretch)[reference]));
     let thesis_ratios = thesis.and_then(|t| t.ratios_a(&target.muscles));
     Passive {
-        rms_stretch: error(stretch, &simulated(stretch)),
+        rms_stretch: error(stretch, &fit.simulated_in(stretch)),
         no_change_rms_stretch: error(stretch, &no_change(stretch)),
         thesis_rms_stretch: thesis_stretches.and_then(|values| error(stretch, &values)),
-        rms_ratio: error(ratio, &simulated(ratio)),
+        rms_ratio: error(ratio, &fit.simulated_in(ratio)),
         no_change_rms_ratio: error(ratio, &no_change(ratio)),
         thesis_rms_ratio: thesis_ratios.and_then(|values| error(ratio, &values)),
     }

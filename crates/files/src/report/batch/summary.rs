@@ -1,5 +1,4 @@
-//! Summary of a batch.
-//! Differences of tensions between the vowels of a subject: the rows of `contrasts.csv`.
+//! Summary of a batch, and differences of tensions between the vowels of a subject: the rows of `contrasts.csv`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
@@ -140,11 +139,10 @@ fn group<'a>(
     members: impl Iterator<Item = &'a Digest>,
 ) -> Option<PassiveGroup> {
     let known: Vec<([f64; 2], &Digest)> = members.filter_map(|d| Some((d.passive?, d))).collect();
-    let muscles = |d: &Digest| d.passive_muscles as f64;
     let sum = |which: usize| known.iter().map(|(errors, _)| errors[which]).sum::<f64>();
     let over_muscles = |which: usize| {
-        let errors = known.iter().map(|(errors, d)| errors[which] * muscles(d)).sum::<f64>();
-        (errors / known.iter().map(|(_, d)| muscles(d)).sum::<f64>()).sqrt()
+        let errors = known.iter().map(|(errors, d)| errors[which] * (d.passive_muscles as f64)).sum::<f64>();
+        (errors / known.iter().map(|(_, d)| d.passive_muscles as f64).sum::<f64>()).sqrt()
     };
     let (fits, model, no_change) = (known.len(), sum(0), sum(1));
     (fits > 0).then(|| PassiveGroup {
@@ -174,12 +172,11 @@ pub fn all(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<SubjectContrast> {
         .iter()
         .flat_map(|(number, digest)| {
             let target = &jobs[*number].target;
-            let with_subject = |contrast: &Contrast| SubjectContrast {
+            Vec::from_iter(digest.contrasts.iter().map(|contrast| SubjectContrast {
                 subject: target.subject.clone(),
                 baseline: target.baseline.to_string(),
                 contrast: contrast.clone(),
-            };
-            digest.contrasts.iter().map(with_subject).collect::<Vec<_>>()
+            }))
         })
         .collect()
 }

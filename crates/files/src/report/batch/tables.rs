@@ -195,8 +195,9 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         }),
     ]);
     let tensions = muscles.iter().map(|m| {
-        let own = move |r: &Row<'a>| r.of(|f| json!(f.fit().value(m, &f.fit().tensions)));
-        Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", own)
+        Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", move |r: &Row<'a>| {
+            r.of(|f| json!(f.fit().value(m, &f.fit().tensions)))
+        })
     });
     before.into_iter().chain(tensions).chain(after).chain(provenance(by)).collect()
 }
@@ -217,8 +218,9 @@ pub fn of_rows(names: &[String], rows: &[Row<'_>], by: &Provenance) -> Table {
 }
 
 fn muscles(r: &AssessedRecord) -> Vec<OfMuscle<'_>> {
-    let of = |muscle| OfMuscle { record: &r.record, substitute_baseline: r.substitute_baseline, muscle };
-    (0..r.fit().muscles.len()).map(of).collect()
+    (0..r.fit().muscles.len())
+        .map(|muscle| OfMuscle { record: &r.record, substitute_baseline: r.substitute_baseline, muscle })
+        .collect()
 }
 
 #[cfg(test)]

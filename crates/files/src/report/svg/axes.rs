@@ -124,16 +124,15 @@ impl View {
         let mut leaves = None;
         for pair in points.windows(2) {
             let inside = [self.bounds.contains(&pair[0]), self.bounds.contains(&pair[1])];
-            let edge = |from: &SVector<f64, 2>, to: &SVector<f64, 2>| self.place(&self.exit(from, to));
             match inside {
                 [true, true] => seen.extend([self.place(&pair[0]), self.place(&pair[1])]),
                 [true, false] => {
-                    let (from, to) = (self.place(&pair[0]), edge(&pair[0], &pair[1]));
+                    let (from, to) = (self.place(&pair[0]), self.place(&self.exit(&pair[0], &pair[1])));
                     seen.extend([from, to]);
                     leaves = Some([from, to]);
                 }
                 [false, true] => {
-                    let (from, to) = (self.place(&pair[1]), edge(&pair[1], &pair[0]));
+                    let (from, to) = (self.place(&pair[1]), self.place(&self.exit(&pair[1], &pair[0])));
                     seen.extend([to, from]);
                     leaves = Some([from, to]);
                 }

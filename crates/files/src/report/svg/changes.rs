@@ -1,5 +1,4 @@
-//! Bar charts in groups: muscle lengths relative to a baseline vowel (figure 4.9 of Kato 2014), and parts of a whole.
-//! Figure of a posterior: ridges of the changes.
+//! Bar charts in groups (muscle lengths relative to a baseline vowel, figure 4.9 of Kato 2014; parts of a whole), and ridges of a posterior.
 
 use super::plot::{Axis, Plot, around};
 use super::{Anchor, Entry, Face, INK, LEGEND_ROW, MARGIN, Svg, TEXT, WIDTH, closed};
@@ -135,8 +134,9 @@ const POINTS: usize = 160;
 /// 95 % interval and a thick one over its 50 % interval.
 pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let names = &posterior.density.posterior_model.muscles;
-    let changes = |m: usize| posterior.draws.iter().map(move |d| d.change(posture, m)).collect();
-    let all: Vec<Vec<f64>> = (0..names.len()).map(changes).collect();
+    let all: Vec<Vec<f64>> = (0..names.len())
+        .map(|m| posterior.draws.iter().map(move |d| d.change(posture, m)).collect())
+        .collect();
     let spreads: Vec<Quantiles> = all.iter().map(|c| Quantiles::of(c.iter().copied())).collect();
     let told = names
         .iter()

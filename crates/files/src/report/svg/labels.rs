@@ -90,11 +90,10 @@ pub(super) fn point_at(line: &[Px], part: f64) -> Option<(Px, Px)> {
 }
 
 fn samples(line: &[Px]) -> Vec<Px> {
-    let between = |pair: &[Px]| -> Vec<Px> {
+    Vec::from_iter(line.windows(2).flat_map(|pair: &[Px]| -> Vec<Px> {
         (0..=20)
             .map(|n| f64::from(n) / 20.0)
             .map(|t| [0, 1].map(|i| pair[0][i] + t * (pair[1][i] - pair[0][i])))
             .collect()
-    };
-    line.windows(2).flat_map(between).collect()
+    }))
 }

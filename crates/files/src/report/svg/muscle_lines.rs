@@ -1,5 +1,4 @@
-//! The muscles of a body in the plane as lines with their names, and its bones.
-//! The stretch of the tissue in colours.
+//! A body in the plane: its muscles as lines with their names, its bones, and the stretch of its tissue in colours.
 
 use nalgebra::{Matrix2, SVector};
 
@@ -132,13 +131,13 @@ pub(super) fn fill(
     mesh: &Mesh<2>,
     positions: &[SVector<f64, 2>],
 ) -> Option<[f64; 2]> {
-    let stretch = |cell: &[usize]| {
+    let stretches = mesh.cells.iter().map(|cell| {
         let sides = |x: &[SVector<f64, 2>]| {
             Matrix2::from_columns(&[x[cell[1]] - x[cell[0]], x[cell[2]] - x[cell[0]]])
         };
         Some((sides(positions) * sides(&mesh.nodes).try_inverse()?).singular_values().max())
-    };
-    let stretches = mesh.cells.iter().map(stretch).collect::<Option<Vec<f64>>>()?;
+    });
+    let stretches = stretches.collect::<Option<Vec<f64>>>()?;
     let scale = [1.0, around(1.0, stretches.iter().copied().fold(1.01, f64::max))[1]];
     for paint in COLOURS {
         let of = mesh.cells.iter().zip(&stretches).filter(|(_, s)| colour(**s, scale) == paint);

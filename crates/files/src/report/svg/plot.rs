@@ -1,5 +1,4 @@
-//! A rectangle of the sheet with two axes: the chart that every plot of values stands in.
-//! Predicted against measured values: a panel for each method, a colour for each muscle.
+//! The chart that every plot of values stands in, a rectangle with two axes, and predicted against measured values in panels.
 
 use super::axes::ticks;
 use super::muscle_lines::colours;

@@ -178,8 +178,9 @@ pub(in crate::report) fn frame<'a>(
 
 pub(super) fn ring(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> String {
     let loops = topology::outlines(mesh.cells.iter());
-    let place = |&n: &usize| Some(view.place(positions.get(n)?));
-    closed(loops.iter().map(|l| l.iter().filter_map(place).collect::<Vec<_>>()))
+    closed(
+        loops.iter().map(|l| Vec::from_iter(l.iter().filter_map(|&n| Some(view.place(positions.get(n)?))))),
+    )
 }
 
 pub(super) fn tissue_edges(mesh: &Mesh<2>) -> Vec<&[usize]> {

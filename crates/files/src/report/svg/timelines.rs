@@ -73,8 +73,8 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
         svg.text([0.5 * (a + b), top - 22.0], Anchor::Middle, Face::Plain, &name);
     }
     for (nth, Panel(name, unit, is_known, values)) in panels.iter().enumerate() {
-        let is_finite = |v: &[f64; 3]| v.iter().all(|x| x.is_finite());
-        let most = values.iter().filter(|v| is_finite(v)).map(|v| v[2]).fold(1e-3, f64::max);
+        let most =
+            values.iter().filter(|v| v.iter().all(|x| x.is_finite())).map(|v| v[2]).fold(1e-3, f64::max);
         let plot = Plot::linear(
             [LEFT, top + (PANEL + GAP) * nth as f64],
             [x(ends[1]) - LEFT, PANEL],
@@ -90,7 +90,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
         let is_rms = nth == courses.len();
         let (band, line) = if *is_known { (BAND, LINE) } else { (HATCH, GREY_LINE) };
         let pairs: Vec<(f64, [f64; 3])> = times.iter().copied().zip(values.iter().copied()).collect();
-        for run in pairs.split(|(_, v)| !is_finite(v)).filter(|run| !run.is_empty()) {
+        for run in pairs.split(|(_, v)| !v.iter().all(|x| x.is_finite())).filter(|run| !run.is_empty()) {
             let along = |end: usize| run.iter().map(move |(t, v)| [*t, v[end]]);
             if !is_rms {
                 let outline = along(2).chain(along(1).rev()).map(|[t, v]| plot.place(t, v));

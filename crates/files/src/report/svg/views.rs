@@ -224,13 +224,12 @@ impl Drawing<'_> {
     /// The shape below, then the faces of the surface that are turned to the viewer, the farthest first.
     fn surface(&self, svg: &mut Svg, axes: &[Vector3<f64>; 3], place: &impl Fn(&Vector3<f64>) -> Px) {
         let (rest, positions) = (self.under_positions, self.positions);
-        let outline = |f: &[usize], x: &[Vector3<f64>]| closed([f.iter().map(|&n| place(&x[n]))]);
         let is_seen = |f: &[usize], x: &[Vector3<f64>]| normal(f, x).dot(&axes[2]) > 0.0;
         let same = self.faces.iter().map(|(f, _)| (f, UNDER)).filter(|_| self.under.is_empty());
         for (f, colour) in
             self.under.iter().map(|(f, colour)| (f, *colour)).chain(same).filter(|(f, _)| is_seen(f, rest))
         {
-            svg.fill(&outline(f, rest), colour);
+            svg.fill(&closed([f.iter().map(|&n| place(&rest[n]))]), colour);
         }
         let mut towards: Vec<_> = self.faces.iter().filter(|(f, _)| is_seen(f, positions)).collect();
         let depth = |f: &[usize]| f.iter().map(|&n| positions[n].dot(&axes[2])).sum::<f64>();
@@ -239,7 +238,7 @@ impl Drawing<'_> {
             // Light from above and from the viewer's left.
             let normal = normal(f, positions).try_normalize(0.0).unwrap_or(axes[2]);
             let light = normal.dot(&((axes[1] - axes[0]) * 0.45 + axes[2] * 0.77));
-            let (d, fill) = (outline(f, positions), shaded(*colour, light));
+            let (d, fill) = (closed([f.iter().map(|&n| place(&positions[n]))]), shaded(*colour, light));
             svg.element(
                 "path",
                 format_args!("d=\"{d}\" fill=\"{fill}\" stroke=\"#4a4a4a\" stroke-width=\"0.7\" stroke-linejoin=\"round\""),

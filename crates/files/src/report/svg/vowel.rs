@@ -76,12 +76,11 @@ fn tract(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
 fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     let heard = [0, 1].map(|i| shown.sound.formants_hz.get(i).copied().unwrap_or(0.0));
     let all = || shown.means.iter().map(|m| [m.f1_hz, m.f2_hz]).chain([heard]);
-    let most = |i: usize, least: f64| all().map(|f| f[i]).fold(least, f64::max);
     let plot = Plot::linear(
         [0.5 * WIDTH + LEFT + MARGIN, top],
         [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
-        [around(600.0, most(1, 2400.0))[1], 600.0],
-        [around(200.0, most(0, 900.0))[1], 200.0],
+        [around(600.0, all().map(|f| f[1]).fold(2400.0, f64::max))[1], 600.0],
+        [around(200.0, all().map(|f| f[0]).fold(900.0, f64::max))[1], 200.0],
     );
     plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"].map(Axis::Named));
     for MeanVowel { vowel, f1_hz: f1, f2_hz: f2 } in shown.means {

@@ -30,10 +30,10 @@ pub struct PrecisionCurve {
 /// Draws the curves. `x` and `y` are the names of the axes with units.
 pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) -> Result<Svg, ReportError> {
     let fits = |v: f64| v.is_finite() && v > 0.0;
-    let visible = |c: &PrecisionCurve| -> Vec<(f64, f64)> {
-        c.points.iter().copied().filter(|p| fits(p.0) && fits(p.1)).collect()
-    };
-    let curves = curves.iter().map(|c| (c.name.as_str(), visible(c)));
+    let curves = curves.iter().map(|c| {
+        let points = c.points.iter().copied().filter(|p| fits(p.0) && fits(p.1));
+        (c.name.as_str(), points.collect::<Vec<_>>())
+    });
     let curves: Vec<_> = curves.filter(|(_, points)| !points.is_empty()).collect();
     if curves.is_empty() || curves.len() > MOST_CURVES {
         return Err(ReportError::Curves { curves: curves.len(), most: MOST_CURVES });
@@ -77,8 +77,9 @@ fn decades(values: impl Iterator<Item = f64>) -> [f64; 2] {
 
 fn mark(svg: &mut Svg, number: usize, [x, y]: Px) {
     let (corners, first) = SHAPES[number % SHAPES.len()];
-    let corner = |i: u32| first + TAU * f64::from(i) / f64::from(corners);
-    let outline = (0..corners).map(corner).map(|a| [x + MARK * a.cos(), y + MARK * a.sin()]);
+    let outline = (0..corners)
+        .map(|i| first + TAU * f64::from(i) / f64::from(corners))
+        .map(|a| [x + MARK * a.cos(), y + MARK * a.sin()]);
     let (outline, colour) = (closed([outline]), COLOURS[number % COLOURS.len()]);
     svg.fill(&outline, if number < SHAPES.len() { colour } else { "#ffffff" });
     svg.stroke(&outline, colour, 2.2);

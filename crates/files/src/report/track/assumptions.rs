@@ -1,5 +1,4 @@
-//! What results of tracking stand on, and how well they repeat: prior, placement, repetitions.
-//! Formants of tracked frames as records.
+//! What results of tracking stand on (prior, placement), how well they repeat, and the formants of tracked frames as records.
 
 use std::collections::BTreeMap;
 use std::io::Write;

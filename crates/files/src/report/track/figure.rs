@@ -87,8 +87,9 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
     let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
     let of = |values: fn(&Tracked) -> &[Interval]| -> Vec<[Packed; 3]> {
         let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
-        let muscle = |i: usize| ends.map(|end| Packed::of(frames.iter().map(|f| end(&values(f)[i]))));
-        (0..results.muscles.len()).map(muscle).collect()
+        (0..results.muscles.len())
+            .map(|i| ends.map(|end| Packed::of(frames.iter().map(|f| end(&values(f)[i])))))
+            .collect()
     };
     let drawn = drawn(&results.body.mesh);
     let nodes = shown().flat_map(|f| drawn.iter().map(|n| f.positions.get(*n).copied()));

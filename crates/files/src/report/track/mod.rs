@@ -85,8 +85,9 @@ impl RecordingResult {
     pub(super) fn shown_labels(&self) -> Vec<&Label> {
         const MOST: usize = 60;
         let [first, last] = [self.frames.first(), self.frames.last()].map(|f| f.map_or(0.0, |f| f.time_s));
-        let is_shown = |l: &&Label| l.tier != "prompt" && l.to_s >= first && l.from_s <= last;
-        let shown: Vec<&Label> = self.labels.iter().filter(is_shown).collect();
+        let shown: Vec<&Label> = Vec::from_iter(
+            self.labels.iter().filter(|l| l.tier != "prompt" && l.to_s >= first && l.from_s <= last),
+        );
         if shown.len() > MOST { Vec::new() } else { shown }
     }
 }

@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::figure::{figure, shared};
 use super::{REPEATED, TrackRecord, placed, prior_interval_n, repeated, status_name};
 use crate::report::{Export, Provenance, tongue_page};
-use tongue_infer::track::{Comparison, CourseSummary, FrameStatus, NARROW};
+use tongue_infer::track::{Comparison, FrameStatus, NARROW};
 
 const SCRIPT: &str = include_str!("page.js");
 
@@ -95,8 +95,9 @@ fn contrasts(compared: &Comparison) -> Markup {
         format!("{} ({} to {})", fixed(middle, 1), fixed(low, 1), fixed(high, 1))
     };
     let labels: Vec<String> = compared.labels.iter().map(|l| l.label.clone()).collect();
-    let known = |m: &CourseSummary| format!("{}{}", m.muscle, if m.known { "" } else { " (not known)" });
-    let muscles: Vec<String> = compared.muscles.iter().map(known).collect();
+    let muscles: Vec<String> = Vec::from_iter(
+        compared.muscles.iter().map(|m| format!("{}{}", m.muscle, if m.known { "" } else { " (not known)" })),
+    );
     // The longer list stands below each other.
     let is_turned = labels.len() < muscles.len();
     let (across, down) = if is_turned { (&labels, &muscles) } else { (&muscles, &labels) };

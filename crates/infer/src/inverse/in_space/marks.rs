@@ -93,7 +93,7 @@ impl<'a> Observed<'a> {
                     LengthMeasure::Ratio(_, None) => self.measured(OVER)?,
                     _ => Vec::new(),
                 };
-                let of_side = |(number, (length, rest)): (usize, (Line<3>, f64))| match measure {
+                let marks = sides.into_iter().enumerate().map(|(number, (length, rest))| match measure {
                     LengthMeasure::Length(m) => Ok(seen(length, *m, sd_m)),
                     LengthMeasure::Stretch(stretch) => {
                         Ok(seen(Stretch::new(length, rest), *stretch, sd_m / rest))
@@ -106,8 +106,8 @@ impl<'a> Observed<'a> {
                             wrong(format!("nothing is known of the length that {muscle} is compared with"))
                         }
                     },
-                };
-                sides.into_iter().enumerate().map(of_side).collect()
+                });
+                marks.collect()
             }
         }
     }

@@ -218,12 +218,12 @@ impl SpaceSearch {
         if !(self.prior_sd.is_finite() && self.prior_sd > 0.0) {
             return wrong(format!("the prior of activations has the standard deviation {}", self.prior_sd));
         }
-        let unknown = |(_, muscles): &(String, Vec<usize>)| {
+        let tied = groups.iter().flat_map(|(_, m)| m[1..].iter().map(|&other| [m[0], other])).collect();
+        let unknowns = groups.iter().map(|(_, muscles)| {
             let unknown = Unknown::activation(muscles[0]);
             unknown.with_prior(0.0, unknown.unit / self.prior_sd)
-        };
-        let tied = groups.iter().flat_map(|(_, m)| m[1..].iter().map(|&other| [m[0], other])).collect();
-        let unknowns = groups.iter().map(unknown).collect();
+        });
+        let unknowns = unknowns.collect();
         let none = vec![0.0; groups.len()];
         let (begin_at, starts) = match begin {
             Begin::Rest => ((&none[..], system.rest()), self.settings.starts),
@@ -266,11 +266,11 @@ impl SpaceSearch {
         });
         let combinations = linear.as_ref().and_then(|l| decompose(&l.jacobian.rows(0, rows).into_owned()));
         let combinations = combinations.map_or_else(Vec::new, |(values, directions)| {
-            let combination = |(value, direction): (f64, DVector<f64>)| Combination {
+            let combinations = values.into_iter().zip(directions).map(|(value, direction)| Combination {
                 direction: ByMuscle::new(&names, direction.iter().copied()),
                 sd: 0.01 / value,
-            };
-            values.into_iter().zip(directions).map(combination).collect()
+            });
+            combinations.collect()
         });
         let distance = |(mark, own): (&SpaceMark, &Vec<Observation<3>>)| {
             let squares: f64 = own.iter().map(|o| o.residual(&answer.positions).powi(2)).sum();

@@ -48,14 +48,13 @@ impl Recorded {
             let line = body.lines.iter().find(|(name, _)| *name == target.muscles[m]);
             line.map_or(1e-3 * target.baseline_mm[m], |(_, line)| line.value(&body.mesh.nodes))
         };
-        let rounding = |half_width_mm: f64, of: usize| half_width_mm / target.baseline_mm[of] / 3f64.sqrt();
         let mark = |m: usize| {
             let (over, half_width_over_mm) = match target.kind {
                 TargetKind::Stretch => (m, target.baseline_half_width_mm[m]),
                 TargetKind::Ratio => (target.reference, target.half_width_mm[target.reference]),
             };
-            let own = rounding(target.half_width_mm[m], over);
-            let other = target.values[m] * rounding(half_width_over_mm, over);
+            let own = target.half_width_mm[m] / target.baseline_mm[over] / 3f64.sqrt();
+            let other = target.values[m] * (half_width_over_mm / target.baseline_mm[over] / 3f64.sqrt());
             let measure = match target.kind {
                 TargetKind::Stretch => LengthMeasure::Stretch(target.values[m]),
                 TargetKind::Ratio => {
@@ -82,8 +81,9 @@ impl Recorded {
         section: Option<&Body<2>>,
         palate: Option<&[Point]>,
     ) -> Result<Self, RestError> {
-        let place = |section| RegistrationData::of(seen, &[]).under(palate).place(section)?.in_one_frame();
-        let placed = section.map(place).transpose()?;
+        let placed = section
+            .map(|section| RegistrationData::of(seen, &[]).under(palate).place(section)?.in_one_frame())
+            .transpose()?;
         let similarity = placed.as_ref().map_or(Similarity::IDENTITY, |p| p.similarity);
         let mut frames = Vec::new();
         for one in seen {

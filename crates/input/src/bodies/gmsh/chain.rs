@@ -69,8 +69,7 @@ pub(super) fn chain(lines: &[[u64; 2]]) -> Result<Vec<u64>, String> {
             ));
         }
     };
-    let begins = |end: u64| lines.iter().any(|[a, _]| *a == end);
-    if begins(second) && !begins(chain[0]) {
+    if lines.iter().any(|[a, _]| *a == second) && !lines.iter().any(|[a, _]| *a == chain[0]) {
         chain.reverse();
     }
     match runs.flatten().min() {

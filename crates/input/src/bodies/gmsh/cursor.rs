@@ -1,5 +1,4 @@
-//! Cursor through the bytes of a Gmsh file, which are text, or text with binary numbers.
-//! Errors of reading Gmsh files: what is wrong, where, and what to do. Nodes and elements are named by their Gmsh tags.
+//! Cursor through the bytes of a Gmsh file (text, or text with binary numbers), and the place of what is wrong in it.
 
 use tongue_core::body::BodyError;
 

@@ -1,5 +1,4 @@
-//! Fibres of a muscle among hexahedra, from curves whose nodes need not be nodes of the mesh.
-//! Vectors of views (`$ElementData`, `$NodeData`), as Gmsh saves them behind a mesh.
+//! Fibres of a muscle among hexahedra, from curves whose nodes need not be nodes of the mesh or from views (`$ElementData`, `$NodeData`).
 
 use std::collections::BTreeMap;
 
@@ -75,14 +74,13 @@ impl Fibres {
         let nodes: Vec<Vector3<f64>> = lines.iter().flatten().copied().collect();
         let segment = |i: usize| Segment { nodes: [2 * i, 2 * i + 1], force_n: 0.0, outside: false };
         let segments: Vec<Segment> = (0..lines.len()).map(segment).collect();
-        let of_element = |&element: &usize| {
+        Vec::from_iter(region.iter().map(|&element| {
             let x = hexahedron::corners(&mesh.nodes, &mesh.hexahedra[element]);
             hexahedron::points().map(|at| {
                 let place = x.iter().zip(hexahedron::values(at)).map(|(x, n)| x * n).sum();
                 direction_at(&nodes, &segments, &place)
             })
-        };
-        region.iter().map(of_element).collect()
+        }))
     }
 }
 

@@ -282,8 +282,9 @@ fn entities_4(cursor: &mut Cursor<'_>) -> Found<Entities> {
                 cursor.real("a coordinate of an entity")?;
             }
             let groups = cursor.size("the number of physical groups")?;
-            let group = |_| Ok(cursor.int("a physical group")?.saturating_abs());
-            let groups: Vec<i64> = (0..groups).map(group).collect::<Found<_>>()?;
+            let groups: Vec<i64> = (0..groups)
+                .map(|_| Ok(cursor.int("a physical group")?.saturating_abs()))
+                .collect::<Found<_>>()?;
             if dimension > 0 {
                 for _ in 0..cursor.size("the number of bounding entities")? {
                     cursor.int("a bounding entity")?;

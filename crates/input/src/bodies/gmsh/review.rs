@@ -72,11 +72,11 @@ fn smallest_angle_deg<const D: usize>(mesh: &Mesh<D>) -> f64 {
 fn bent_muscles<const D: usize>(mesh: &Mesh<D>) -> impl Iterator<Item = String> {
     let in_tissue = mesh.in_tissue();
     mesh.muscles.iter().filter_map(move |muscle| {
-        let is_stop = |n: usize| in_tissue[n] || mesh.fixed.binary_search(&n).is_ok();
         let (mut longer_m, mut from, mut along) = (0.0, muscle.nodes[0], 0.0);
         for step in muscle.nodes.windows(2) {
             along += mesh.distance([step[0], step[1]]);
-            if is_stop(step[1]) || Some(&step[1]) == muscle.nodes.last() {
+            let is_stop = in_tissue[step[1]] || mesh.fixed.binary_search(&step[1]).is_ok();
+            if is_stop || Some(&step[1]) == muscle.nodes.last() {
                 let straight = mesh.distance([from, step[1]]);
                 longer_m += if along > (1.0 + BENT) * straight { along - straight } else { 0.0 };
                 (from, along) = (step[1], 0.0);

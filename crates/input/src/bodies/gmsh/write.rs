@@ -61,8 +61,7 @@ fn entities<const D: usize>(out: &mut String, mesh: &Mesh<D>, bones: &[&Bone]) {
 }
 
 fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
-    let lines = |chain: &[usize]| chain.len().saturating_sub(1);
-    let all_lines: usize = mesh.muscles.iter().map(|m| lines(&m.nodes)).sum();
+    let all_lines: usize = mesh.muscles.iter().map(|m| m.nodes.len().saturating_sub(1)).sum();
     let cells: Vec<&[usize]> = mesh.elements().collect();
     let total = cells.len() + all_lines + mesh.fixed.len();
     let blocks = 1 + mesh.muscles.len() + mesh.fixed.len();
@@ -87,7 +86,7 @@ fn elements<const D: usize>(out: &mut String, mesh: &Mesh<D>) {
         element(out, &nodes);
     }
     for (nth, muscle) in mesh.muscles.iter().enumerate() {
-        let _ = writeln!(out, "1 {} 1 {}", nth + 1, lines(&muscle.nodes));
+        let _ = writeln!(out, "1 {} 1 {}", nth + 1, muscle.nodes.len().saturating_sub(1));
         muscle.nodes.windows(2).for_each(|pair| element(out, pair));
     }
     for (nth, &node) in mesh.fixed.iter().enumerate() {

@@ -95,12 +95,6 @@ impl Columns {
             return Err(incomplete(&missing.into_iter().flatten().collect::<Vec<_>>(), cells));
         };
         let half_width = half_width("");
-        let used = |field: usize| {
-            field == subject
-                || field == vowel
-                || half_width.is_some_and(|(f, _)| f == field)
-                || lengths.iter().any(|l| l.field == field || l.half_width.is_some_and(|(f, _)| f == field))
-        };
         let set_aside = |(field, name): (usize, &str)| {
             let why = match meaning(name) {
                 Some((Meaning::HalfWidth(_), _)) => "half width of a muscle without a column of lengths",
@@ -111,7 +105,11 @@ impl Columns {
             // An empty column without a name is left behind by spreadsheets.
             let is_filled = !name.is_empty() || cells.rows.iter().any(|row| !row.cell(field).is_empty());
             let aside = SetAside { column: field + 1, name: clip(name), why: why.to_owned() };
-            (!used(field) && is_filled).then_some(aside)
+            let used = field == subject
+                || field == vowel
+                || half_width.is_some_and(|(f, _)| f == field)
+                || lengths.iter().any(|l| l.field == field || l.half_width.is_some_and(|(f, _)| f == field));
+            (!used && is_filled).then_some(aside)
         };
         let set_aside = cells.header.cells.iter().enumerate().filter_map(set_aside).collect();
         Ok(Self { subject, vowel, lengths, half_width, set_aside })

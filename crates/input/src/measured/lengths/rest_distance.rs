@@ -1,5 +1,4 @@
-//! Distance of a body at rest from measured rows.
-//! Which muscles contract: the rule of thesis section 4.3.2 and its uncertainty.
+//! How far a body at rest is from measured rows, and which muscles contract: the rule of thesis section 4.3.2 with its uncertainty.
 
 use serde::Serialize;
 
@@ -105,12 +104,11 @@ impl Lengths {
     /// Compares these lengths with `baseline`'s (thesis 4.3.2), a value for each muscle of this row; `None`
     /// if either was not measured. The two rows may come from tables with different muscles.
     pub fn activation(&self, baseline: &Self) -> Vec<Option<Activation>> {
-        let of = |name: &String| {
+        Vec::from_iter(self.muscles.iter().map(|name| {
             let change_mm = self.length_mm_of(name)? - baseline.length_mm_of(name)?;
             let rounding_mm = self.half_width_mm_of(name)? + baseline.half_width_mm_of(name)?;
             let uncertain = change_mm.abs() <= rounding_mm + SLACK_MM;
             Some(Activation { change_mm, contracting: change_mm < 0.0, uncertain })
-        };
-        self.muscles.iter().map(of).collect()
+        }))
     }
 }

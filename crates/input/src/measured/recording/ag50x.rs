@@ -82,8 +82,9 @@ fn recording(
     }
     let samples = bytes[size..].chunks_exact(frame).enumerate().map(|(n, frame)| {
         // The position of a sensor that was not connected or not found is zeros or not a number.
-        let is_seen = |place: &[f64; 3]| place.iter().all(|v| is_coordinate(*v)) && *place != [0.0; 3];
-        let places = frame.chunks_exact(VALUES * 4).map(|sensor| Some(place(sensor)).filter(is_seen));
+        let places = frame.chunks_exact(VALUES * 4).map(|sensor| {
+            Some(place(sensor)).filter(|place| place.iter().all(|v| is_coordinate(*v)) && *place != [0.0; 3])
+        });
         Sample::new(n as f64 / rate, places.collect())
     });
     let names = (1..=sensors).map(|n| format!("sensor_{n}"));

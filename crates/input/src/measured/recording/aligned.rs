@@ -103,9 +103,9 @@ impl AlignedRecording {
     /// Contours in the frame of a body, m, a frame of each; the points are in the order of the contour.
     pub fn of_contours(contours: &[&[Point]]) -> Self {
         let most = contours.iter().map(|c| c.len()).max().unwrap_or(0);
-        let frame = |points: &&[Point]| {
-            let mark = |i: usize| points.get(i).map(|&at| Mark { at, sd: CONTOUR_SD_M });
-            AlignedFrame { contour: (0..most).map(mark).collect(), ..AlignedFrame::default() }
+        let frame = |points: &&[Point]| AlignedFrame {
+            contour: (0..most).map(|i| points.get(i).map(|&at| Mark { at, sd: CONTOUR_SD_M })).collect(),
+            ..AlignedFrame::default()
         };
         Self {
             contour: (1..=most).map(|i| format!("point {i}")).collect(),
@@ -138,12 +138,11 @@ impl AlignedRecording {
         flat.iter().flatten().for_each(|one| groups.entry(key(one.recording)).or_default().push(one));
         let frames: BTreeMap<_, _> =
             groups.into_iter().map(|(key, group)| (key, SampleFrame::of(&group, map))).collect();
-        let of = |one: Result<Flat<'_>, ReadError>| {
+        Vec::from_iter(flat.into_iter().map(|one| {
             let one = one?;
             let frame = frames.get(&key(one.recording)).cloned().unwrap_or(Ok(None));
             Self::of(one, frame, map)
-        };
-        flat.into_iter().map(of).collect()
+        }))
     }
 
     fn of(flat: Flat<'_>, frame: Result<Option<SampleFrame>, String>, map: &Map) -> Result<Self, ReadError> {
@@ -163,8 +162,9 @@ impl AlignedRecording {
             bones.iter().copied().find(|&c| matches!(&roles[c], Role::Bone(name) if name == wanted))
         };
         // The front end must have the smaller x: of the bones, or of the contour if these were not seen.
-        let medians = |(front, rear): (usize, usize)| median_x(&places, front).zip(median_x(&places, rear));
-        let of_bones = bone(MANDIBLE).zip(bone(HYOID)).and_then(medians);
+        let of_bones = bone(MANDIBLE)
+            .zip(bone(HYOID))
+            .and_then(|(front, rear): (usize, usize)| median_x(&places, front).zip(median_x(&places, rear)));
         // The lower end of a contour is the root, and the one nearer to the hyoid.
         let rise = rise_of_contour(&places, &contour);
         let nearer_to_spine = |c: &usize| {
@@ -225,13 +225,13 @@ impl AlignedRecording {
         }
         carry_by_coils(&mut places, &mut bones, &roles);
         let marks = |places: &[Option<Point>], likelihood: &[f32], of: &[usize]| -> Vec<Option<Mark>> {
-            let mark = |&c: &usize| {
+            let marks = of.iter().map(|&c| {
                 let sd = map.sd(&recording.channels[c], &roles[c], recording.sigma[c].map(|s| s * metres));
                 // The variance is divided by the likelihood.
                 let sd = sd / likelihood.get(c).map_or(1.0, |l| f64::from(*l)).sqrt();
                 places[c].map(|at| Mark { at, sd })
-            };
-            of.iter().map(mark).collect()
+            });
+            marks.collect()
         };
         let names =
             |of: &[usize]| -> Vec<String> { of.iter().map(|&c| recording.channels[c].clone()).collect() };

@@ -114,8 +114,9 @@ impl SampleFrame {
             bone_slips(flat.times.iter().zip(&flat.places).filter_map(|(t, frame)| Some((*t, frame[c]?))))
         };
         let bones = bone(HYOID).into_iter().chain(ends.iter().copied());
-        let is_steady = |flat: &&Flat<'_>| is_stated || !bones.clone().any(|c| slips(flat, c));
-        let steady: Vec<&Flat<'_>> = group.iter().copied().filter(is_steady).collect();
+        let steady: Vec<&Flat<'_>> = Vec::from_iter(
+            group.iter().copied().filter(|flat| is_stated || !bones.clone().any(|c| slips(flat, c))),
+        );
         let group = steady.as_slice();
         let rough = |frame: &Self| frame.steadiness(group).map_or(0.0, |s| s.rough_m);
         let is_upright = |frame: &&Self| frame.middle(group, true).is_some_and(|m| m.y > 0.0);

@@ -116,18 +116,17 @@ impl<'a> PointTrack<'a> {
         const SLIP_M: f64 = 8e-3;
         const STAYS: usize = 4;
         let step = |f: usize| (self.marks[f].at - self.marks[f - 1].at).norm();
-        let is_slip = |f: &usize| {
+        let frame = (2..self.marks.len().saturating_sub(STAYS)).find(|f| {
             let by = step(*f);
             let apart = self.times[*f] - self.times[f - 1];
             let least =
                 SLIP_M + 4.0 * self.sd() + acceleration_m_s2 * apart.powi(2) + step(f - 1).max(step(f + 1));
             // A point that comes back from a jump has been elsewhere just before.
-            let was_there = |k: usize| (self.marks[f - 1 - k].at - self.marks[f - 1].at).norm() <= 0.5 * by;
             let is_held = (0..STAYS).all(|k| (self.marks[f + k].at - self.marks[f - 1].at).norm() > 0.5 * by)
-                && (1..STAYS.min(*f)).all(was_there);
+                && (1..STAYS.min(*f))
+                    .all(|k| (self.marks[f - 1 - k].at - self.marks[f - 1].at).norm() <= 0.5 * by);
             by > least && apart < 1.5 * self.apart_s && is_held
-        };
-        let frame = (2..self.marks.len().saturating_sub(STAYS)).find(is_slip)?;
+        })?;
         Some((frame, step(frame)))
     }
 }
@@ -231,11 +230,11 @@ impl Measures<'_> {
     pub fn slipped_points_mm(&self) -> Option<Value> {
         let Motion { courses, bones } = &self.motion;
         let slips_of = |courses: &[PointTrack<'_>], acceleration_m_s2: f64| -> Vec<(String, f64, f64)> {
-            let slip = |c: &PointTrack<'_>| {
+            let slips = courses.iter().filter_map(|c| {
                 let (frame, by) = c.slip(acceleration_m_s2)?;
                 Some((c.name.to_owned(), c.times[frame], by * 1e3))
-            };
-            courses.iter().filter_map(slip).collect()
+            });
+            slips.collect()
         };
         let mut slips = slips_of(courses, ACCELERATION_M_S2);
         if 2 * slips.len() > courses.len() {

@@ -15,14 +15,14 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         if rows.is_empty() && cells().all(|c| c.starts_with("FRAME") || matches!(c, "X" | "Y")) {
             continue;
         }
-        let value = |(column, cell)| match cell {
+        let row = (1..).zip(cells()).map(|(column, cell)| match cell {
             "NaN" | "nan" | "*" | "NA" => Ok(None),
             cell => coordinate(cell).map(Some).ok_or_else(|| {
                 let what = format!("{cell:?} is not a coordinate");
                 at.at_column(column).error(what, "write pixels, and NaN where there is none")
             }),
-        };
-        let row = (1..).zip(cells()).map(value).collect::<Result<Vec<_>, _>>()?;
+        });
+        let row = row.collect::<Result<Vec<_>, _>>()?;
         let width = rows.first().map_or(row.len(), Vec::len);
         if row.len() != width || !width.is_multiple_of(2) {
             let what = format!("the line has {} values where the first has {width}", row.len());

@@ -42,11 +42,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             let what = format!("{} bytes follow the header where {wanted} are needed", body.len());
             return Err(start.error(what, "the file is cut off; copy it anew"));
         }
-        let number = |b: &[u8]| {
+        let numbers = body[..wanted].chunks_exact(4).map(|b| {
             let b: [u8; 4] = b.try_into().unwrap_or_default();
             f64::from(if header.big_endian { f32::from_be_bytes(b) } else { f32::from_le_bytes(b) })
-        };
-        body[..wanted].chunks_exact(4).map(number).collect()
+        });
+        numbers.collect()
     };
     let mut samples: Vec<Sample> = Vec::with_capacity(header.frames);
     for (n, row) in values.chunks_exact(width).enumerate() {

@@ -42,10 +42,9 @@ impl Front<'_> {
 
     /// The problem of coils that lie in front of lips, incisors and jaw, or of lips that are upside down.
     fn lips(&self, sensors: &[usize]) -> Option<String> {
-        let place = |c: usize| median_place(self.places, c);
         let lip = |upper: bool| {
             let found = self.judged().find(|&c| names::lip(&self.channels[c]) == Some(upper));
-            found.and_then(|c| Some((&self.channels[c], place(c)?)))
+            found.and_then(|c| Some((&self.channels[c], median_place(self.places, c)?)))
         };
         if let Some(((upper, a), (lower, b))) = lip(true).zip(lip(false))
             && a.y < b.y - APART_M
@@ -56,7 +55,8 @@ impl Front<'_> {
         let (tip, rear) =
             (median_x(self.places, *sensors.first()?)?, median_x(self.places, *sensors.last()?)?);
         let front = self.judged().filter(|&c| names::is_in_front(&self.channels[c]));
-        let (name, at) = front.filter_map(|c| Some((&self.channels[c], place(c)?))).next()?;
+        let (name, at) =
+            front.filter_map(|c| Some((&self.channels[c], median_place(self.places, c)?))).next()?;
         (sensors.len() > 1 && (at.x - tip).abs() > (at.x - rear).abs() + APART_M).then(|| {
             format!(
                 "{name} is nearer to the rear coil than to the one at the tip: the coils are exchanged, or the axis is; correct their \

@@ -1,6 +1,6 @@
-//! Map of a recording: a TOML file that gives the meaning of channels. Without one the names decide. Its keys are in `docs/guide.md`, and with
-//! their meaning in every map that [`Map::template`] writes.
-//! Template of a map: every channel of a recording with its likely role, its position and its motion.
+//! Map of a recording: a TOML file that gives the meaning of channels, and its template with the likely role of every channel.
+//!
+//! Without a map the names decide. The keys are in `docs/guide.md`, and with their meaning in every map that [`Map::template`] writes.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -193,13 +193,12 @@ impl Map {
         });
         // A bone is ignored by its own name too where the channel that shows it has another one.
         let is_left_out = |bone: &String| !channels.contains(bone) && self.ignores(bone);
-        let used = |(role, c): (Role, &String)| match &role {
+        Vec::from_iter(roles.into_iter().zip(channels).map(|(role, c)| match &role {
             Role::Bone(bone) if is_left_out(bone) || (is_mandible(&role) && is_by_name(c) && others) => {
                 Role::Ignored
             }
             _ => role,
-        };
-        roles.into_iter().zip(channels).map(used).collect()
+        }))
     }
 
     fn role(&self, channel: &str) -> Role {

@@ -92,7 +92,6 @@ impl Format {
 
     /// The format of a file by its content, or else by its name.
     pub fn of(bytes: &[u8], origin: &str) -> Self {
-        let begins = |text: &str| bytes.starts_with(text.as_bytes());
         let ends = |end: &str| Path::new(origin).extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
         // NUL bytes are removed, so that a header in UTF-16 is recognised too.
         let head: Vec<u8> = bytes.iter().take(65536).copied().filter(|b| *b != 0 && *b != b'"').collect();
@@ -100,9 +99,9 @@ impl Format {
         let line = head.lines().next().unwrap_or_default();
         let is_aaa = |line: &str| line.contains("Time of sample") || line.contains("X0 ");
         match () {
-            () if begins("AG50xDATA_V00") => Self::Ag50x,
-            () if begins("EST_File") => Self::Est,
-            () if begins("MATLAB ") => Self::Mview,
+            () if bytes.starts_with(b"AG50xDATA_V00") => Self::Ag50x,
+            () if bytes.starts_with(b"EST_File") => Self::Est,
+            () if bytes.starts_with(b"MATLAB ") => Self::Mview,
             () if ends("con") => Self::Edgetrak,
             () if head.lines().take(limits::HEADER_WITHIN).any(is_aaa) => Self::Aaa,
             () if line.starts_with("scorer,") => Self::DeepLabCut,
@@ -252,21 +251,21 @@ impl Recording {
     /// Takes out places at exactly the origin, in frames that have several, of channels that are elsewhere in most frames: programs write
     /// zeros for what was not seen.
     fn forget_zeros(&mut self) {
-        let is_zero = |place: &Option<[f64; 3]>| *place == Some([0.0; 3]);
-        let zeros_of = |sample: &Sample| sample.places.iter().filter(|place| is_zero(place)).count();
-        let frames: Vec<usize> =
-            (0..self.samples.len()).filter(|&t| zeros_of(&self.samples[t]) > 1).collect();
+        let frames: Vec<usize> = (0..self.samples.len())
+            .filter(|&t| self.samples[t].places.iter().filter(|place| **place == Some([0.0; 3])).count() > 1)
+            .collect();
         let mut names: Vec<&str> = Vec::new();
         for (channel, name) in self.channels.iter().enumerate() {
             let places = || self.samples.iter().map(|sample| &sample.places[channel]);
-            let (seen, zeros) = (places().flatten().count(), places().filter(|place| is_zero(place)).count());
+            let (seen, zeros) =
+                (places().flatten().count(), places().filter(|place| **place == Some([0.0; 3])).count());
             if zeros == 0 || 2 * zeros >= seen {
                 continue;
             }
             let mut is_told = false;
             for &t in &frames {
                 let place = &mut self.samples[t].places[channel];
-                if is_zero(place) {
+                if *place == Some([0.0; 3]) {
                     (*place, is_told) = (None, true);
                 }
             }

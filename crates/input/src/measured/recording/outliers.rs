@@ -73,11 +73,11 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
     let misplaced = |seen: &AlignedRecording, f: usize| {
         let spikes = spikes(seen, f);
         let has_moved = |p: &usize| has_jumped(seen, f, *p) || spikes.contains(p);
-        let is_beyond = |(p, mark): (usize, Option<Mark>)| {
+        let beyond = seen.frames[f].points().enumerate().filter_map(|(p, mark)| {
             let mark = mark?;
             (above(palate?, mark.at)? > 2.0 * mark.sd).then_some(p)
-        };
-        let beyond = seen.frames[f].points().enumerate().filter_map(is_beyond).collect();
+        });
+        let beyond = beyond.collect();
         vec![
             (FaultKind::Jumped, (0..names.len()).filter(has_moved).collect()),
             (FaultKind::BeyondPalate, beyond),

@@ -136,7 +136,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             return Err(time_at.error(what, "times must ascend from row to row; export the table anew"));
         }
         budget.frame(samples.len() + 1, sensors.len(), at)?;
-        let place = |sensor: &Sensor| -> Result<Option<[f64; 3]>, Malformed> {
+        let places = sensors.iter().map(|sensor: &Sensor| -> Result<Option<[f64; 3]>, Malformed> {
             let state = sensor.state.map(cell).filter(|s| s.contains(char::is_alphabetic));
             let is_bad = state.is_some_and(|s| !s.eq_ignore_ascii_case("ok"));
             let mut place = [0.0; 3];
@@ -152,8 +152,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
                 }
             }
             Ok(Some(place).filter(|p| *p != [0.0; 3]))
-        };
-        let places = sensors.iter().map(place).collect::<Result<_, _>>()?;
+        });
+        let places = places.collect::<Result<_, _>>()?;
         samples.push(Sample::new(time_s, places));
     }
     Ok(Recording::of_file(origin, format, Some(1e-3), sensors.into_iter().map(|s| s.name), samples))

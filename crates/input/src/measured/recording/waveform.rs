@@ -77,8 +77,9 @@ mod tests {
             let mut bytes = Cursor::new(Vec::new());
             let mut out = WavWriter::new(&mut bytes, spec).unwrap();
             // 20 samples are a bin; the second channel is louder.
-            let of = |i: i32| [0.01 * (i / 20) as f32 * if i % 2 == 0 { 1.0 } else { -0.5 }, 0.9];
-            for sample in (0..110).flat_map(of) {
+            for sample in
+                (0..110).flat_map(|i| [0.01 * (i / 20) as f32 * if i % 2 == 0 { 1.0 } else { -0.5 }, 0.9])
+            {
                 match sample_format {
                     SampleFormat::Float => out.write_sample(sample).unwrap(),
                     SampleFormat::Int => {
