@@ -321,8 +321,6 @@ pub mod scene {
 
     pub mod run {
         //! Scenes run.
-        #[cfg(feature = "cli")]
-        pub(crate) use tongue_files::scene::run::Moment;
         pub use tongue_files::scene::run::{SceneOutcome, fit, run};
     }
 }

@@ -34,11 +34,11 @@ impl<'a> BodyFile<'a> {
         recordings: &'a [RecordingResult],
     ) -> miette::Result<Self> {
         let groups = recordings.chunk_by(|a, b| a.rest == b.rest).skip(1);
-        let shape = |group: &'a [RecordingResult]| RestShape {
+        let other_rest_shapes = groups.map(|group| RestShape {
             recordings: group.iter().map(|one| one.name.as_str()).collect(),
             nodes_m: group[0].rest.iter().map(|p| [p.x, p.y]).collect(),
-        };
+        });
         let mesh = MeshRecord::of(body, model).into_diagnostic()?;
-        Ok(Self { mesh, adaptation, other_rest_shapes: groups.map(shape).collect() })
+        Ok(Self { mesh, adaptation, other_rest_shapes: other_rest_shapes.collect() })
     }
 }

@@ -62,10 +62,11 @@ impl Arguments {
 
 /// Muscles and their numbers from words of an option, such as `GGP=0.1`; `like` is an example for what is said of a wrong one.
 pub fn pairs(option: &str, words: &[String], like: &str) -> miette::Result<Vec<(String, f64)>> {
-    let pair = |word: &String| {
-        let (name, value) = word.split_once('=')?;
-        Some((name.trim().to_owned(), value.trim().parse().ok()?))
-    };
     let wrong = |word: &String| miette!("{option} {word}: write a muscle and a number, like {like}");
     words.iter().map(|word| pair(word).ok_or_else(|| wrong(word))).collect()
+}
+
+fn pair(word: &str) -> Option<(String, f64)> {
+    let (name, value) = word.split_once('=')?;
+    Some((name.trim().to_owned(), value.trim().parse().ok()?))
 }

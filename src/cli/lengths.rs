@@ -108,40 +108,41 @@ fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<Rec
         let own = plan.baselines.iter().find(|row| row.subject == name).map(|row| &row.vowel);
         own.and_then(|vowel| data.row(name, vowel).ok()).map(|lengths| &lengths.vowel)
     };
-    let row = |row: &'a Row| {
-        let lengths = &row.lengths;
-        let names = || lengths.muscles.iter().map(String::as_str);
-        let measured: BTreeMap<&str, f64> = lengths.measured().collect();
-        let half_widths = names().zip(lengths.half_width_mm.iter().copied());
-        RowRecord {
-            vowel: &lengths.vowel,
-            line: row.line,
-            half_widths_mm: half_widths.filter(|(name, _)| measured.contains_key(name)).collect(),
-            not_measured: names().filter(|name| !measured.contains_key(name)).collect(),
-            lengths_mm: measured,
-        }
-    };
     let mut rows: BTreeMap<&str, Vec<RowRecord<'_>>> = BTreeMap::new();
-    for (name, row) in data.rows().iter().map(|r| (&r.lengths.subject, row(r))) {
-        rows.entry(name).or_default().push(row);
+    for (name, row_record) in data.rows().iter().map(|r| (&r.lengths.subject, row_record(r))) {
+        rows.entry(name).or_default().push(row_record);
     }
-    let subject = |name: &'a str| SubjectRecord {
+    let subjects = data.subjects().into_iter().map(|name| SubjectRecord {
         subject: name,
         baseline: of_subject(name),
         rows: rows.remove(name).unwrap_or_default(),
-    };
+    });
     Ok(Record {
         version: tongue_fit::VERSION,
         file: data.origin(),
         reading: data.reading(),
         muscles: data.muscles(),
         baseline: baseline.cloned().unwrap_or_else(Vowel::unrounded_u),
-        subjects: data.subjects().into_iter().map(subject).collect(),
+        subjects: subjects.collect(),
         broken: data.broken(),
         bad_cells: data.bad_cells(),
         not_fitted: plan.refusals,
         unknown_muscles: unknown(data.muscles()),
     })
+}
+
+fn row_record(row: &Row) -> RowRecord<'_> {
+    let lengths = &row.lengths;
+    let names = lengths.muscles.iter().map(String::as_str);
+    let measured: BTreeMap<&str, f64> = lengths.measured().collect();
+    let half_widths = names.clone().zip(lengths.half_width_mm.iter().copied());
+    RowRecord {
+        vowel: &lengths.vowel,
+        line: row.line,
+        half_widths_mm: half_widths.filter(|(name, _)| measured.contains_key(name)).collect(),
+        not_measured: names.filter(|name| !measured.contains_key(name)).collect(),
+        lengths_mm: measured,
+    }
 }
 
 /// A sentence for each muscle of a table that the built-in tongue does not have, with the nearest name that it has and the table lacks.

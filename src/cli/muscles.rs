@@ -1,7 +1,6 @@
 //! `tongue-fit muscles`: the effect of each muscle alone, of bodies in the plane and in space.
 
 use miette::{IntoDiagnostic, ensure, miette};
-use nalgebra::Vector3;
 use serde_json::{Value, json};
 use tongue_fit::body::{Body, Mesh};
 use tongue_fit::geometry::Point;
@@ -164,12 +163,12 @@ fn in_space(
     let activations = body.activations(&[(name, activation)]).map_err(|e| miette!("--activation: {e}"))?;
     let solved = space::solve(body, model, &activations, false)?;
     let surface = body.mesh.surface_nodes();
-    let width = |x: &[Vector3<f64>]| {
+    let [after_mm, before_mm] = [&solved.positions, &body.mesh.nodes].map(|x| {
         let sides = surface.iter().map(|&n| x[n].y);
         let ends = sides.fold([0.0_f64; 2], |[low, high], y| [low.min(y), high.max(y)]);
         1e3 * (ends[1] - ends[0])
-    };
-    let wider_mm = Some(width(&solved.positions) - width(&body.mesh.nodes));
+    });
+    let wider_mm = Some(after_mm - before_mm);
     let [a, b] = body.mesh.muscles[body.both_sides(name).into_diagnostic()?[0]].ends();
     let stretch =
         (solved.positions[b] - solved.positions[a]).norm() / (body.mesh.nodes[b] - body.mesh.nodes[a]).norm();
@@ -192,11 +191,10 @@ impl MuscleEffect {
     ) -> Self {
         output::step(|| format!("{name}: {status:?}"));
         let surface = mesh.surface_nodes();
-        let most = |of: fn(&Point) -> f64| {
-            let best = surface.iter().max_by(|a, b| of(&mesh.nodes[**a]).total_cmp(&of(&mesh.nodes[**b])));
-            best.copied().unwrap_or_default()
-        };
-        let moved = [most(|p| -p.x), most(|p| p.y), most(|p| p.x)].map(|node| {
+        let sides: [fn(&Point) -> f64; 3] = [|p| -p.x, |p| p.y, |p| p.x];
+        let moved = sides.map(|of| {
+            let most = surface.iter().max_by(|a, b| of(&mesh.nodes[**a]).total_cmp(&of(&mesh.nodes[**b])));
+            let node = most.copied().unwrap_or_default();
             let way = positions[node] - mesh.nodes[node];
             // Forward is towards smaller x.
             [-1e3 * way.x, 1e3 * way.y]

@@ -53,8 +53,8 @@ pub fn answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<
     let mut rest = matched.pick(&system.lengths(system.rest()));
     let mut tensions = matched.pick(&all);
     [&mut lengths, &mut rest, &mut tensions].into_iter().for_each(|list| list.truncate(measured));
-    let of = |kind: TargetKind| kind.values(&lengths, &rest, target.reference);
-    let (ratios, stretches) = (of(TargetKind::Ratio), of(TargetKind::Stretch));
+    let [ratios, stretches] =
+        [TargetKind::Ratio, TargetKind::Stretch].map(|kind| kind.values(&lengths, &rest, target.reference));
     let thesis_stretches = thesis.stretches_a(&target.muscles, stretches[target.reference]);
     let (Some(thesis_ratios), Some(thesis_stretches)) = (thesis.ratios_a(&target.muscles), thesis_stretches)
     else {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use tongue_fit::inverse::alarms;
 use tongue_fit::report;
 use tongue_fit::scene::ScenePlan;
-use tongue_fit::scene::run::{Moment, SceneOutcome};
+use tongue_fit::scene::run::SceneOutcome;
 
 use super::table::{self, left, rows, table};
 use super::word;
@@ -155,12 +155,12 @@ pub fn outcome(o: &SceneOutcome) -> String {
 
 pub fn lengths_over_time(o: &SceneOutcome) -> report::Table {
     let lengths = o.muscles.iter().map(|m| format!("{}_mm", m.muscle));
-    let row = |m: &Moment| {
+    let rows = o.trajectory.iter().flat_map(|t| &t.moments).map(|m| {
         std::iter::once(m.time_s).chain(m.lengths_mm.iter().copied()).map(|v| v.to_string()).collect()
-    };
+    });
     report::Table {
         columns: std::iter::once("time_s".to_owned()).chain(lengths).collect(),
-        rows: o.trajectory.iter().flat_map(|t| &t.moments).map(row).collect(),
+        rows: rows.collect(),
     }
 }
 

@@ -113,10 +113,6 @@ pub struct Heard {
 
 impl Arguments {
     fn check(&self) -> miette::Result<()> {
-        let within = |key: &str, x: f64, low: f64, high: f64, why: &str| match (low..=high).contains(&x) {
-            true => Ok(()),
-            false => Err(miette!("{key} is {x}; it must be between {low} and {high}{why}")),
-        };
         within("--pitch", self.pitch, 40.0, 1000.0, " Hz")?;
         within("--seconds", self.seconds, 0.05, 60.0, "")?;
         match &self.hyoid {
@@ -205,6 +201,13 @@ impl Arguments {
         let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
         let (tissue, mesh) = (prepared.system.tissue(), prepared.body.mesh);
         Ok(Heard { title: scene.title, tissue, mesh, positions, record })
+    }
+}
+
+fn within(key: &str, x: f64, low: f64, high: f64, why: &str) -> miette::Result<()> {
+    match (low..=high).contains(&x) {
+        true => Ok(()),
+        false => Err(miette!("{key} is {x}; it must be between {low} and {high}{why}")),
     }
 }
 

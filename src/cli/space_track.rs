@@ -146,11 +146,11 @@ impl Arguments {
         let vtus = shapes.iter().map(|(positions, activations)| Vtu::of(body, positions, activations));
         let vtus = vtus.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
         let is_one = vtus.len() == 1;
-        let moment = |(nth, frame): (usize, &SpaceFitRecord)| match is_one {
+        let moments = record.frames.iter().enumerate().take(vtus.len()).map(|(nth, frame)| match is_one {
             true => (0.0, "tongue.vtu".to_owned()),
             false => (frame.time_s.unwrap_or(nth as f64), format!("tongue_{nth:04}.vtu")),
-        };
-        let pvd = Pvd(record.frames.iter().enumerate().take(vtus.len()).map(moment).collect());
+        });
+        let pvd = Pvd(moments.collect());
         let by = super::provenance().with_tissue(system.tissue());
         let mut files: Vec<(&str, &dyn Export)> = vec![("track.json", &json), ("tongue.svg", &picture)];
         files.extend((!is_one).then_some(("tongue.pvd", &pvd as &dyn Export)));

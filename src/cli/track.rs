@@ -280,19 +280,15 @@ pub fn one(
 /// Why recordings cannot be trusted, if one has too many frames that cannot; of fewer frames there is a note.
 fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<String> {
     let most = 100.0 * MOST_UNTRUSTED;
-    let said = |frames: &[&Tracked]| {
-        let statuses = counted(frames.iter().map(|f| status_name(&f.status)));
-        super::untrusted(&statuses, &["converged", "unresolved", "gap"], "frames")
-    };
     let bad: Vec<&RecordingResult> = results.iter().filter(|one| is_untrusted(&one.frames)).collect();
-    let all = said(&results.iter().flat_map(|one| &one.frames).collect::<Vec<_>>())?;
+    let all = untrusted_frames(&results.iter().flat_map(|one| &one.frames).collect::<Vec<_>>())?;
     let Some(first) = bad.first() else {
         notes.push(format!(
             "{all}, no more than {most:.0} % of any recording; track.csv has the status of each"
         ));
         return None;
     };
-    let own = said(&first.frames.iter().collect::<Vec<_>>())?;
+    let own = untrusted_frames(&first.frames.iter().collect::<Vec<_>>())?;
     Some(match (results.len(), bad.len()) {
         (1, _) => own,
         (_, 1) => format!("{}: {own}", first.name),
@@ -300,6 +296,11 @@ fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<Str
             format!("{all}; in {more} recordings these are more than {most:.0} %, first in {}", first.name)
         }
     })
+}
+
+fn untrusted_frames(frames: &[&Tracked]) -> Option<String> {
+    let statuses = counted(frames.iter().map(|f| status_name(&f.status)));
+    super::untrusted(&statuses, &["converged", "unresolved", "gap"], "frames")
 }
 
 fn contracting(arguments: &Arguments, body: &Body<2>) -> miette::Result<Vec<String>> {

@@ -86,7 +86,7 @@ pub fn write(
     }
     for (nth, one) in results.recordings.iter().enumerate() {
         let number = nth + 1;
-        let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
+        let shown = one.frames.iter().filter(|f| !f.positions.is_empty());
         if wants(Also::Sto) {
             let made =
                 move |out: &mut dyn io::Write, by: &Provenance| one.sto(&results.muscles).write(out, by);
@@ -108,15 +108,15 @@ pub fn write(
             };
             files.push((format!("track_{number}.svg"), Box::new(made)));
         }
-        if wants(Also::Svg) && shown().next().is_some() {
+        if wants(Also::Svg) && shown.clone().next().is_some() {
             let made = move |out: &mut dyn io::Write, by: &Provenance| {
                 results.animation(one).map_err(io::Error::other)?.write(out, by)
             };
             files.push((format!("shapes_{number}.svg"), Box::new(made)));
         }
-        if wants(Also::Vtu) && shown().next().is_some() {
+        if wants(Also::Vtu) && shown.clone().next().is_some() {
             let mut moments = Vec::new();
-            for (t, frame) in shown().enumerate() {
+            for (t, frame) in shown.enumerate() {
                 let name = format!("shapes_{number}_{t:04}.vtu");
                 moments.push((frame.time_s, name.clone()));
                 let made =

@@ -19,6 +19,11 @@ pub fn median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     Some(if all.len() % 2 == 1 { upper } else { 0.5 * (all[all.len() / 2 - 1] + upper) })
 }
 
+/// The item for which a number is least: the first of several, `None` of an empty list.
+pub fn least_by<T>(items: impl IntoIterator<Item = T>, number: impl Fn(&T) -> f64) -> Option<T> {
+    items.into_iter().min_by(|a, b| number(a).total_cmp(&number(b)))
+}
+
 /// The mean, and the mean square difference from it; not a number without values.
 pub fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     let count = values.clone().count() as f64;

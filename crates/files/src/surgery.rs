@@ -118,19 +118,13 @@ fn region(word: &str) -> Result<(Region, Option<Side>), String> {
         (_, Some(rest)) => (Some(Side::Right), rest),
         _ => (None, word),
     };
-    let numbers = |text: &str| -> Result<Vec<f64>, String> {
-        let numbers = text.split(',').map(|t| {
-            t.trim().parse::<f64>().map(|mm| 1e-3 * mm).map_err(|_| format!("\"{t}\" is not a number"))
-        });
-        numbers.collect()
-    };
     let region = if let Some(text) = word.strip_prefix("box:") {
-        match numbers(text)?[..] {
+        match metres(text)?[..] {
             [x0, x1, y0, y1, z0, z1] => Region::Box([Vector3::new(x0, y0, z0), Vector3::new(x1, y1, z1)]),
             _ => return Err("a box has six numbers: box:X0,X1,Y0,Y1,Z0,Z1 in mm".to_owned()),
         }
     } else if let Some(text) = word.strip_prefix("ball:") {
-        match numbers(text)?[..] {
+        match metres(text)?[..] {
             [x, y, z, r] => Region::Ball(Vector3::new(x, y, z), r),
             _ => return Err("a ball has four numbers: ball:X,Y,Z,R in mm".to_owned()),
         }
@@ -138,4 +132,11 @@ fn region(word: &str) -> Result<(Region, Option<Side>), String> {
         Region::Muscle(word.to_owned())
     };
     Ok((region, side))
+}
+
+fn metres(text: &str) -> Result<Vec<f64>, String> {
+    let numbers = text
+        .split(',')
+        .map(|t| t.trim().parse::<f64>().map(|mm| 1e-3 * mm).map_err(|_| format!("\"{t}\" is not a number")));
+    numbers.collect()
 }

@@ -37,16 +37,17 @@ fn the_tongue_at_rest_has_the_tract_of_a_man() {
 #[test]
 fn lips_jaw_and_larynx_do_what_is_known_of_them() {
     let rest = heard(&tongue(), &Articulation::default());
-    let with = |change: fn(&mut Articulation)| {
-        let mut posture = Articulation::default();
-        change(&mut posture);
-        heard(&tongue(), &posture)
-    };
     // A narrower and longer opening lowers every formant (Fant 1960), and so does a lower larynx.
     let rounded = with(|p| (p.lip_opening_mm, p.lip_protrusion_mm) = (4.0, 6.0));
     assert!(rest.iter().zip(&rounded).all(|(r, l)| l < r), "{rest:?} {rounded:?}");
     let lowered = with(|p| p.hyoid_mm = [0.0, -16.0]);
     assert!(rest.iter().zip(&lowered).all(|(r, l)| l < r), "{rest:?} {lowered:?}");
+}
+
+fn with(change: fn(&mut Articulation)) -> Vec<f64> {
+    let mut posture = Articulation::default();
+    change(&mut posture);
+    heard(&tongue(), &posture)
 }
 
 #[test]
@@ -77,11 +78,6 @@ fn walls_that_meet_are_refused_with_their_names_and_places() {
 
 #[test]
 fn a_tract_that_cannot_be_is_refused() {
-    let says = |change: fn(&mut Tract)| {
-        let mut tract = tract();
-        change(&mut tract);
-        tract.check().unwrap_err().to_string()
-    };
     assert!(says(|t| t.wall.clear()).contains("wall"));
     assert!(says(|t| t.wall[0].alpha[0] = -1.0).contains("alpha of wall `larynx`"));
     assert!(says(|t| t.wall[1].points_mm.clear()).contains("points_mm"));
@@ -89,4 +85,10 @@ fn a_tract_that_cannot_be_is_refused() {
     assert!(says(|t| t.grid.step_mm = 1e-9).contains("grid.step_mm"));
     assert!(says(|t| t.jaw.floor_mm.clear()).contains("jaw.floor_mm"));
     assert!(says(|t| t.tongue.tip_mm[0] = f64::NAN).contains("tongue.tip_mm"));
+}
+
+fn says(change: fn(&mut Tract)) -> String {
+    let mut tract = tract();
+    change(&mut tract);
+    tract.check().unwrap_err().to_string()
 }

@@ -190,11 +190,10 @@ impl Prepared {
     }
 
     fn summary(&self, digests: &[(usize, Digest)]) -> BatchSummary {
-        let length = |name: &String| {
+        let rest: Vec<f64> = Vec::from_iter(self.run.muscles.iter().map(|name| {
             let chain = self.run.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
             chain.map_or(f64::NAN, |chain| self.run.mesh.distance(chain.ends()))
-        };
-        let rest: Vec<f64> = self.run.muscles.iter().map(length).collect();
+        }));
         let reference = &self.data.muscles()[reference_muscle(self.data.muscles())];
         let ratios =
             self.run.muscles.iter().filter(|m| *m != reference && self.data.muscles().contains(m)).count();

@@ -201,9 +201,9 @@ impl Quality {
 
 /// The shortest, the mean and the longest connection, m; 0 without connections.
 fn connections<const D: usize>(mesh: &Mesh<D>) -> [f64; 3] {
-    let lengths = || mesh.connections.iter().map(|c| mesh.distance(*c));
-    let mean = lengths().sum::<f64>() / mesh.connections.len() as f64;
-    [lengths().fold(f64::INFINITY, f64::min), mean, lengths().fold(0.0, f64::max)].map(or_zero)
+    let lengths = mesh.connections.iter().map(|c| mesh.distance(*c));
+    let mean = lengths.clone().sum::<f64>() / mesh.connections.len() as f64;
+    [lengths.clone().fold(f64::INFINITY, f64::min), mean, lengths.fold(0.0, f64::max)].map(or_zero)
 }
 
 /// An extreme of an empty list counts as 0.

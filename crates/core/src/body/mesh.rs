@@ -113,15 +113,11 @@ impl<const D: usize> Mesh<D> {
     /// The faces that belong to one hexahedron only, with the number of that hexahedron; their corners are
     /// counter-clockwise as seen from outside.
     pub fn outward_quadrilaterals(&self) -> Vec<(usize, [usize; 4])> {
-        let all = || self.hexahedra.iter().enumerate();
-        let faces = || all().flat_map(|(e, c)| hexahedron::FACES.map(|face| (e, face.map(|i| c[i]))));
-        let sorted = |mut face: [usize; 4]| {
-            face.sort_unstable();
-            face
-        };
+        let all = self.hexahedra.iter().enumerate();
+        let faces = all.flat_map(|(e, c)| hexahedron::FACES.map(|face| (e, face.map(|i| c[i]))));
         let mut count: BTreeMap<[usize; 4], usize> = BTreeMap::new();
-        faces().for_each(|(_, face)| *count.entry(sorted(face)).or_default() += 1);
-        faces().filter(|(_, face)| count[&sorted(*face)] == 1).collect()
+        faces.clone().for_each(|(_, face)| *count.entry(sorted(face)).or_default() += 1);
+        faces.filter(|(_, face)| count[&sorted(*face)] == 1).collect()
     }
 
     /// The volume of each hexahedron at rest, m³.
@@ -184,6 +180,11 @@ impl<const D: usize> Mesh<D> {
     pub fn extent(&self) -> f64 {
         geometry::extent(&self.nodes)
     }
+}
+
+fn sorted(mut face: [usize; 4]) -> [usize; 4] {
+    face.sort_unstable();
+    face
 }
 
 impl Mesh<2> {

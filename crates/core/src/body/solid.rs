@@ -86,9 +86,6 @@ pub fn cylinder(radius: f64, length: f64, rings: usize, layers: usize) -> Mesh<3
 /// Points of a disc on rings of 1, 6, 12, .. points, and its triangles, the corners of each ascending in
 /// number.
 fn disc(radius: f64, rings: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
-    let point = |ring: usize, i: usize| {
-        (if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) }) + i % (6 * ring).max(1)
-    };
     let mut points = Vec::new();
     for ring in 0..=rings {
         let r = radius * ring as f64 / rings as f64;
@@ -102,12 +99,16 @@ fn disc(radius: f64, rings: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
         for sextant in 0..6 {
             for i in 0..ring {
                 let (outer, inner) = (sextant * ring + i, sextant * (ring - 1) + i);
-                triangles.push([point(ring, outer), point(ring, outer + 1), point(ring - 1, inner)]);
+                triangles.push([
+                    disc_point(ring, outer),
+                    disc_point(ring, outer + 1),
+                    disc_point(ring - 1, inner),
+                ]);
                 if i + 1 < ring {
                     triangles.push([
-                        point(ring - 1, inner),
-                        point(ring, outer + 1),
-                        point(ring - 1, inner + 1),
+                        disc_point(ring - 1, inner),
+                        disc_point(ring, outer + 1),
+                        disc_point(ring - 1, inner + 1),
                     ]);
                 }
             }
@@ -115,6 +116,12 @@ fn disc(radius: f64, rings: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
     }
     triangles.iter_mut().for_each(|t| t.sort_unstable());
     (points, triangles)
+}
+
+/// The number of a point of a ring of a disc: one in the middle, six more in each ring than in the one inside.
+fn disc_point(ring: usize, i: usize) -> usize {
+    let first = if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
+    first + i % (6 * ring).max(1)
 }
 
 /// The cell with its corners in an order that makes its volume positive.

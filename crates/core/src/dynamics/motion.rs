@@ -58,12 +58,6 @@ impl<'a, const D: usize> Motion<'a, D> {
             )));
         }
         let c = system.coefficients();
-        let positive = |name, value: f64| match value > 0.0 && value.is_finite() {
-            true => Ok(()),
-            false => Err(MotionError(format!(
-                "the {name} is {value}; for a trajectory it must be positive and finite"
-            ))),
-        };
         positive("mass of a node (kg)", mass)?;
         if !system.contracting().is_empty() {
             positive("series stiffness k2 of a muscle (N/m)", c.muscle_series_stiffness)?;
@@ -241,5 +235,14 @@ impl<'a, const D: usize> Motion<'a, D> {
             .map(|(i, range)| i.energy(&state.positions, &state.internal[range.clone()]))
             .sum();
         kinetic + self.system.energy(slack) + stored
+    }
+}
+
+fn positive(name: &str, value: f64) -> Result<(), MotionError> {
+    match value > 0.0 && value.is_finite() {
+        true => Ok(()),
+        false => Err(MotionError(format!(
+            "the {name} is {value}; for a trajectory it must be positive and finite"
+        ))),
     }
 }

@@ -187,18 +187,18 @@ impl<const D: usize> TrBdf2<D> {
     /// The error estimate of the step just made, m.
     fn error(&self, motion: &Motion<'_, D>, h: f64) -> f64 {
         let g = GAMMA * h;
-        let weighted = || ERROR.iter().map(|e| e * h).zip(&self.derivatives);
+        let weighted = ERROR.iter().map(|e| e * h).zip(&self.derivatives);
         let mut largest: f64 = 0.0;
         for &i in motion.system().pattern().nodes() {
             let (mut x, mut v) = (SVector::<f64, D>::zeros(), SVector::<f64, D>::zeros());
-            for (w, k) in weighted() {
+            for (w, k) in weighted.clone() {
                 x += k.velocity[i] * w;
                 v += k.acceleration[i] * w;
             }
             largest = largest.max(x.norm()).max(g * v.norm());
         }
         for n in 0..self.stage.internal.len() {
-            let c: f64 = weighted().map(|(w, k)| w * k.internal[n]).sum();
+            let c: f64 = weighted.clone().map(|(w, k)| w * k.internal[n]).sum();
             largest = largest.max(c.abs());
         }
         largest

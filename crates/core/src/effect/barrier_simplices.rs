@@ -22,7 +22,7 @@ impl<const D: usize> BarrierSimplices<D> {
             let nth = quadratic::edges::<D>().iter().position(|e| *e == [i, j] || *e == [j, i]);
             D + 1 + nth.unwrap_or(0)
         };
-        let corner = |i: usize| {
+        let corners = (0..=D).map(|i| {
             let mut others = (1..=D).map(|step| (i + step) % (D + 1)).collect::<Vec<_>>();
             // In space the order of the other corners is reversed at every second corner; otherwise its
             // volume would be negative.
@@ -34,15 +34,15 @@ impl<const D: usize> BarrierSimplices<D> {
                 *edge = [(middle(i, j), 4.0), (i, -3.0), (j, -1.0)];
             }
             (edges, 1.0)
-        };
-        let part = |part: &&[usize]| {
+        });
+        let parts = quadratic::parts::<D>().iter().map(|part| {
             let mut edges = [[(0, 0.0); 3]; 3];
             for (edge, &j) in edges.iter_mut().zip(&part[1..]) {
                 *edge = [(j, 1.0), (part[0], -1.0), (part[0], 0.0)];
             }
             (edges, 1.0 / f64::from(1 << D))
-        };
-        Self((0..=D).map(corner).chain(quadratic::parts::<D>().iter().map(part)).collect())
+        });
+        Self(corners.chain(parts).collect())
     }
 
     /// Every guarded simplex of an element of this measure at rest with nodes at `x`, as edges and corners, and its measure at rest.

@@ -28,10 +28,10 @@ impl<const D: usize> Gravity<D> {
     /// are the positions of all nodes, m, at which the energy is zero. Masses of nodes that do not exist are
     /// left out.
     pub fn new(masses: &[(usize, f64)], acceleration: SVector<f64, D>, rest: &[SVector<f64, D>]) -> Self {
-        let load = |&(node, mass): &(usize, f64)| {
+        let loads = masses.iter().filter_map(|&(node, mass)| {
             rest.get(node).map(|&origin| Load { node, weight: acceleration * mass, origin })
-        };
-        Self { loads: masses.iter().filter_map(load).collect() }
+        });
+        Self { loads: loads.collect() }
     }
 }
 

@@ -50,13 +50,13 @@ impl<const D: usize> Cell<D> {
 impl<const D: usize> Incompressibility<D> {
     /// Cells with their measure at the given rest positions, m; `kappa` in J (2D: per metre of thickness).
     pub fn new(kappa: f64, cells: &Cells<D>, rest_positions: &[SVector<f64, D>]) -> Self {
-        let cell = |given: &[usize]| {
+        let cells = cells.iter().map(|given| {
             let mut nodes = [0; MAX_CORNERS];
             nodes[..=D].copy_from_slice(given);
             let rest = simplex::measure(&simplex::corners(rest_positions, given));
             Cell { nodes, rest, diagonal: [Slot::UNBOUND; MAX_CORNERS], pairs: [Slot::UNBOUND; 6] }
-        };
-        Self { kappa, cells: cells.iter().map(cell).collect() }
+        });
+        Self { kappa, cells: cells.collect() }
     }
 }
 

@@ -45,13 +45,13 @@ impl<const D: usize> OrientationBarrier<D> {
         elements: impl Iterator<Item = &'a [usize]>,
         rest_positions: &[SVector<f64, D>],
     ) -> Self {
-        let element = |given: &[usize]| {
+        let elements = elements.map(|given| {
             let mut nodes = [0; MAX_NODES];
             nodes[..Self::NODES].copy_from_slice(given);
             let measure = simplex::measure(&simplex::corners(rest_positions, &given[..=D]));
             Element { nodes, measure, slots: Vec::new() }
-        };
-        Self { lambda, elements: elements.map(element).collect() }
+        });
+        Self { lambda, elements: elements.collect() }
     }
 
     /// Calls `act` for every corner and part in which the barrier acts, with its ratio and the energy that

@@ -63,7 +63,7 @@ impl<const D: usize> QuadraticElements<D> {
         elements: impl Iterator<Item = &'a [usize]>,
         rest_positions: &[SVector<f64, D>],
     ) -> Self {
-        let element = |given: &[usize]| {
+        let elements = elements.map(|given| {
             let mut nodes = [0; MAX_NODES];
             nodes[..Self::NODES].copy_from_slice(given);
             let corners = simplex::corners(rest_positions, &given[..=D]);
@@ -76,8 +76,8 @@ impl<const D: usize> QuadraticElements<D> {
             }
             let share = measure / points.len() as f64;
             Element { nodes, share, shapes, products: [0.0; MAX_PAIRS], slots: [Slot::UNBOUND; MAX_PAIRS] }
-        };
-        Self { law, viscosity, rest: rest_positions.to_vec(), elements: elements.map(element).collect() }
+        });
+        Self { law, viscosity, rest: rest_positions.to_vec(), elements: elements.collect() }
     }
 }
 

@@ -17,6 +17,11 @@ pub use thin_plate::ThinPlate;
 
 use nalgebra::SVector;
 
+/// The largest size of a coordinate of any vector.
+pub fn largest<const D: usize>(vectors: &[SVector<f64, D>]) -> f64 {
+    vectors.iter().map(SVector::amax).fold(0.0, f64::max)
+}
+
 /// The longest side of the box around points, m; 0 without points.
 pub fn extent<const D: usize>(points: &[SVector<f64, D>]) -> f64 {
     let Some(first) = points.first() else { return 0.0 };

@@ -74,9 +74,6 @@ mod tests {
 
     #[test]
     fn approaches_an_arc_and_goes_through_its_points() {
-        let arc = |n: usize| -> Vec<Point> {
-            (0..=n).map(|i| 3.0 * i as f64 / n as f64).map(|t| Point::new(t.cos(), t.sin())).collect()
-        };
         let worst = |n: usize| {
             let curve = NaturalSpline::through(&arc(n)).unwrap();
             // The ends are left out: the spline does not bend there, the arc does.
@@ -92,5 +89,9 @@ mod tests {
         assert!((line.distance(Point::new(3.0, 0.5)) - 1.25_f64.sqrt()).abs() < 1e-15);
         assert!((line.extended(2.0).distance(Point::new(3.0, 0.5)) - 0.5).abs() < 1e-15);
         assert!(NaturalSpline::through(&[Point::zeros(), Point::zeros()]).is_none());
+    }
+
+    fn arc(n: usize) -> Vec<Point> {
+        (0..=n).map(|i| 3.0 * i as f64 / n as f64).map(|t| Point::new(t.cos(), t.sin())).collect()
     }
 }

@@ -121,7 +121,7 @@ pub fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
         }
         (value, n * (x * value - before) / (x * x - 1.0))
     };
-    let root = |i: usize| {
+    let roots = (0..count).map(|i| {
         let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
         for _ in 0..50 {
             let (value, slope) = legendre(x);
@@ -129,11 +129,11 @@ pub fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
         }
         let (_, slope) = legendre(x);
         (-x, 2.0 / ((1.0 - x * x) * slope * slope))
-    };
+    });
     match count {
         0 => Vec::new(),
         1 => vec![(0.0, 2.0)],
-        _ => (0..count).map(root).collect(),
+        _ => roots.collect(),
     }
 }
 

@@ -115,7 +115,7 @@ mod tests {
         // Two blocks of 16 by 12 by 10 that do not touch, each node joined to its 26 neighbours.
         let sides = [16i32, 12, 10];
         let count = sides.iter().product::<i32>();
-        let of = |n: i32| {
+        let grid: Vec<Vec<u32>> = Vec::from_iter((0..2 * count).map(|n| {
             let (block, i) = (n / count, n % count);
             let at = [i % sides[0], i / sides[0] % sides[1], i / (sides[0] * sides[1])];
             let mut near = Vec::new();
@@ -127,8 +127,7 @@ mod tests {
             }
             near.sort_unstable();
             near
-        };
-        let grid: Vec<Vec<u32>> = (0..2 * count).map(of).collect();
+        }));
         let work = |order: &[usize]| fronts(&grid, order).iter().map(|f| f.len().pow(2)).sum::<usize>();
         let mut dissected = nested_dissection(&grid);
         let (by_degree, by_halves) = (work(&approximate_minimum_degree(&grid).unwrap()), work(&dissected));

@@ -1,7 +1,5 @@
 //! Newton's method on the energy, with a line search that keeps cells upright.
 
-use nalgebra::SVector;
-
 use crate::effect::Tangent;
 use crate::geometry;
 
@@ -88,11 +86,11 @@ impl<const D: usize> State<'_, D> {
     /// large as the load, so that a residual of that size proves nothing.
     fn is_settled(&self) -> bool {
         let w = &*self.w;
-        let largest = |v: &[SVector<f64, D>]| v.iter().map(SVector::amax).fold(0.0, f64::max);
         // The reactions of the bones measure the load, of any kind.
-        let load = w.tensions.iter().fold(largest(&w.force), |m, t| m.max(t.abs()));
+        let load = w.tensions.iter().fold(geometry::largest(&w.force), |m, t| m.max(t.abs()));
         self.done.max_residual_force <= NEGLIGIBLE * load
-            || (w.factor_is_exact && largest(&w.step) <= STILL * geometry::extent(self.system.rest()))
+            || (w.factor_is_exact
+                && geometry::largest(&w.step) <= STILL * geometry::extent(self.system.rest()))
     }
 
     /// Factorises the exact stiffness; where that is not positive definite, the convex one, and where that

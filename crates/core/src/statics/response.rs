@@ -110,7 +110,7 @@ pub fn position_rates<const D: usize>(
 ) -> Option<Vec<Vec<SVector<f64, D>>>> {
     workspace.set(positions, tensions)?;
     let mut response = Response::new(system, workspace).ok()?;
-    let of_muscle = |fibres: &Vec<usize>| {
+    let motions = muscles.iter().map(|fibres| {
         let mut motion = vec![SVector::zeros(); positions.len()];
         for &fibre in fibres {
             response.to_tension(fibre);
@@ -118,6 +118,6 @@ pub fn position_rates<const D: usize>(
         }
         system.move_path_nodes(positions, &mut motion);
         motion
-    };
-    Some(muscles.iter().map(of_muscle).collect())
+    });
+    Some(motions.collect())
 }

@@ -1,8 +1,7 @@
 //! State of a solve: energy, force, stiffness and its factor at the present positions.
 
-use nalgebra::SVector;
-
 use crate::effect::{Configuration, Tangent};
+use crate::geometry;
 use crate::sparse::cholesky::NotPositiveDefinite;
 use crate::system::System;
 
@@ -81,9 +80,8 @@ impl<'a, const D: usize> State<'a, D> {
     /// turns into force.
     pub(super) fn rounding_level(&self) -> f64 {
         let w = &*self.w;
-        let largest = |v: &[SVector<f64, D>]| v.iter().map(SVector::amax).fold(0.0, f64::max);
-        let pull = w.tensions.iter().fold(0.0, |m: f64, t| m.max(t.abs())).max(largest(&w.force));
+        let pull = w.tensions.iter().fold(0.0, |m: f64, t| m.max(t.abs())).max(geometry::largest(&w.force));
         let stiffness = w.stiffness.largest_diagonal(self.system.pattern());
-        16.0 * f64::EPSILON * (pull + stiffness * largest(&w.positions))
+        16.0 * f64::EPSILON * (pull + stiffness * geometry::largest(&w.positions))
     }
 }

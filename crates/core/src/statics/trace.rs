@@ -307,13 +307,6 @@ impl<'a, const D: usize> Path<'a, D> {
         // The shape is recognised long before its last digits are known.
         let back = SolveSettings { certify: false, tolerance: up.tolerance.max(SHOWN), ..up };
         let load = |step: usize| step as f64 / steps as f64;
-        // A step past a fold crosses shapes whose stiffness is not positive definite, and may come back;
-        // shorter steps show whether it does.
-        let is_simple = |s: &Solution| {
-            s.status == SolveStatus::Converged
-                && s.safeguarded + s.escapes + s.ridges == 0
-                && s.stability != Stability::Unstable
-        };
         let mut shapes = vec![rest.to_vec()];
         let mut solution = Solution::NONE;
         self.w.forget_factor();
@@ -406,4 +399,11 @@ impl<'a, const D: usize> Path<'a, D> {
         let size = geometry::extent(self.system.rest());
         self.w.positions.iter().zip(shape).all(|(p, q)| (p - q).norm() < SAME * size)
     }
+}
+
+/// A step past a fold crosses shapes whose stiffness is not positive definite, and may come back; shorter steps show whether it does.
+fn is_simple(s: &Solution) -> bool {
+    s.status == SolveStatus::Converged
+        && s.safeguarded + s.escapes + s.ridges == 0
+        && s.stability != Stability::Unstable
 }

@@ -155,7 +155,7 @@ impl Export for Draws<'_> {
         for &other in &others {
             columns.extend(muscles.iter().map(|m| format!("tension_{}_{m}_n_per_m", labels[other])));
         }
-        let row = |draw: &Draw| {
+        let rows = self.0.draws.iter().map(|draw| {
             let first = [draw.chain.to_string(), draw.number.to_string(), draw.log.to_string()];
             let own = &draw.meaning.postures[posture];
             let numbers = own.tensions.iter().chain(&draw.meaning.tones).copied();
@@ -168,8 +168,8 @@ impl Export for Draws<'_> {
             let of_others = others.iter().flat_map(|&p| draw.meaning.postures[p].tensions.iter().copied());
             let numbers = numbers.chain(of_others).map(|value| value.to_string());
             first.into_iter().chain(numbers).collect::<Vec<_>>()
-        };
-        write(out, by, columns.iter().map(String::as_str), self.0.draws.iter().map(row))
+        });
+        write(out, by, columns.iter().map(String::as_str), rows)
     }
 }
 

@@ -12,7 +12,7 @@ use tongue_core::body::Body;
 use tongue_core::dynamics::{IntegrationMethod, MotionOutcome};
 use tongue_infer::inverse::Fit;
 use tongue_infer::inverse::alarms::Alarm;
-use tongue_infer::inverse::solution_curve::{CurvePoint, SolutionCurve};
+use tongue_infer::inverse::solution_curve::SolutionCurve;
 use tongue_infer::posterior::{Report, Verdict};
 use tongue_input::measured::TargetKind;
 
@@ -184,14 +184,14 @@ impl ValleyRecord {
         muscles: &[String],
         of_body: impl Fn(&[f64]) -> Vec<f64>,
     ) -> Self {
-        let point = |p: &CurvePoint| ValleyPointRecord {
+        let points = valley.points.iter().map(|p| ValleyPointRecord {
             tensions_n: by(unknowns, &p.x),
             lengths_mm: mm(muscles, &of_body(&p.lengths)),
             misfit: p.misfit,
             passive_rms: p.other_rms,
-        };
+        });
         Self {
-            points: valley.points.iter().map(point).collect(),
+            points: points.collect(),
             answer: valley.answer,
             ends: valley.ends.map(|end| end.text(unknowns)),
         }
@@ -204,13 +204,13 @@ impl ValleyRecord {
         let lengths = first.lengths_mm.0.iter().map(|(m, _)| format!("{m}_mm"));
         let columns = ["point", "is_answer"].map(str::to_owned).into_iter().chain(tensions).chain(lengths);
         let columns = columns.chain(["misfit", "passive_rms"].map(str::to_owned)).collect();
-        let row = |(number, p): (usize, &ValleyPointRecord)| {
+        let rows = self.points.iter().enumerate().map(|(number, p)| {
             let values = p.tensions_n.0.iter().chain(&p.lengths_mm.0).map(|(_, v)| v.to_string());
             let first = [number.to_string(), (number == self.answer).to_string()];
             let rms = p.passive_rms.map(|r| r.to_string()).unwrap_or_default();
             first.into_iter().chain(values).chain([p.misfit.to_string(), rms]).collect()
-        };
-        Table { columns, rows: self.points.iter().enumerate().map(row).collect() }
+        });
+        Table { columns, rows: rows.collect() }
     }
 }
 

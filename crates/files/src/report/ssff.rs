@@ -108,10 +108,9 @@ mod tests {
         let dashes = b"-----------------\n";
         let end = bytes.windows(dashes.len()).position(|w| w == dashes).unwrap() + dashes.len();
         let header = std::str::from_utf8(&bytes[..end]).unwrap();
-        let value = |name: &str| -> f64 {
+        let [rate_hz, start_s] = ["Record_Freq", "Start_Time"].map(|name| -> f64 {
             header.lines().find_map(|l| l.strip_prefix(name)).unwrap().trim().parse().unwrap()
-        };
-        let (rate_hz, start_s) = (value("Record_Freq"), value("Start_Time"));
+        });
         assert!(header.starts_with("SSFF -- (c) SHLRC\nMachine IBM-PC\n") && start_s == 0.5, "{header}");
         assert!(
             header.contains("\nColumn GGa_tension DOUBLE 1\n") && header.contains("\nComment CHAR a word\n")

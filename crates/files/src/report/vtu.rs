@@ -111,16 +111,10 @@ impl<'a, const D: usize> Vtu<'a, D> {
         let tensions = self.pairs().map(|(muscle, _)| self.tensions[muscle]);
         let [ratio, tension] =
             if D == 2 { ["area_ratio", "tension_n_per_m"] } else { ["volume_ratio", "tension_n"] };
-        let of = |name, components, cells: Vec<String>, lines: Vec<String>| Array {
-            name,
-            kind: "Float64",
-            components,
-            values: [cells, lines].concat(),
-        };
         let mut all = vec![
-            of(ratio, 1, text(&mut mean(ratios.collect()).into_iter()), same("1", lines)),
-            of("stretch", 1, same("1", count), text(&mut { stretches })),
-            of(tension, 1, same("0", count), text(&mut { tensions })),
+            floats(ratio, 1, text(&mut mean(ratios.collect()).into_iter()), same("1", lines)),
+            floats("stretch", 1, same("1", count), text(&mut { stretches })),
+            floats(tension, 1, same("0", count), text(&mut { tensions })),
         ];
         if self.stresses.len() == mesh.cells.len() && !self.stresses.is_empty() {
             let stresses: Vec<Stress<D>> = self.stresses.chunks(parts).map(Stress::mean).collect();
@@ -132,11 +126,11 @@ impl<'a, const D: usize> Vtu<'a, D> {
             let fibre =
                 text(&mut stresses.iter().zip(fibres).map(|(s, fibre)| fibre.map_or(0.0, |f| s.along(&f))));
             all.extend([
-                of("strain", 9, strain, same(NO_TENSOR, lines)),
-                of("cauchy_stress_pa", 9, cauchy, same(NO_TENSOR, lines)),
-                of("von_mises_pa", 1, mises, same("0", lines)),
-                of("pressure_pa", 1, pressure, same("0", lines)),
-                of("fibre_stress_pa", 1, fibre, same("0", lines)),
+                floats("strain", 9, strain, same(NO_TENSOR, lines)),
+                floats("cauchy_stress_pa", 9, cauchy, same(NO_TENSOR, lines)),
+                floats("von_mises_pa", 1, mises, same("0", lines)),
+                floats("pressure_pa", 1, pressure, same("0", lines)),
+                floats("fibre_stress_pa", 1, fibre, same("0", lines)),
             ]);
         }
         all
@@ -170,6 +164,10 @@ impl<'a, const D: usize> Vtu<'a, D> {
         let muscles = self.mesh.muscles.iter().enumerate();
         muscles.flat_map(|(number, m)| m.nodes.windows(2).map(move |pair| (number, pair)))
     }
+}
+
+fn floats(name: &'static str, components: usize, cells: Vec<String>, lines: Vec<String>) -> Array {
+    Array { name, kind: "Float64", components, values: [cells, lines].concat() }
 }
 
 const NO_TENSOR: &str = "0 0 0 0 0 0 0 0 0";

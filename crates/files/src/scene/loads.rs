@@ -29,17 +29,18 @@ pub(super) fn gravity<const D: usize>(
 }
 
 fn direction<const D: usize>(keys: &SceneGravity) -> Result<SVector<f64, D>, SimulationError> {
-    let flat = |x: f64, y: f64| {
-        let mut v = SVector::zeros();
-        (v[0], v[1]) = (x, y);
-        v
-    };
     match (keys.posture, &keys.direction) {
-        (Some(Posture::Upright), _) => Ok(flat(0.0, -1.0)),
-        (Some(Posture::Supine), _) => Ok(flat(1.0, 0.0)),
-        (Some(Posture::Prone), _) => Ok(flat(-1.0, 0.0)),
+        (Some(Posture::Upright), _) => Ok(flat([0.0, -1.0])),
+        (Some(Posture::Supine), _) => Ok(flat([1.0, 0.0])),
+        (Some(Posture::Prone), _) => Ok(flat([-1.0, 0.0])),
         (None, given) => plan::unit(given.as_deref().unwrap_or_default()),
     }
+}
+
+fn flat<const D: usize>([x, y]: [f64; 2]) -> SVector<f64, D> {
+    let mut v = SVector::zeros();
+    (v[0], v[1]) = (x, y);
+    v
 }
 
 pub(super) fn contact<const D: usize>(
@@ -94,18 +95,13 @@ pub(super) fn carry_bones<const D: usize>(
     body: &Body<D>,
     additions: &mut Additions<D>,
 ) -> Result<[Planned; 2], SimulationError> {
-    let millimetres = |[x, y]: [f64; 2]| {
-        let mut v = SVector::<f64, D>::zeros();
-        (v[0], v[1]) = (x * 1e-3, y * 1e-3);
-        v
-    };
     let jaw = scene.effects.jaw.as_ref();
     let hyoid = scene.effects.hyoid.as_ref();
     let turned = jaw.map(|j| PrescribedDisplacement::Turned {
-        joint: millimetres(j.joint_mm),
+        joint: flat(j.joint_mm.map(|x| x * 1e-3)),
         angle: j.opening_deg.to_radians(),
     });
-    let shifted = hyoid.map(|h| PrescribedDisplacement::Shifted(millimetres(h.shift_mm)));
+    let shifted = hyoid.map(|h| PrescribedDisplacement::Shifted(flat(h.shift_mm.map(|x| x * 1e-3))));
     let [mandible, hyoid_bone] = [MANDIBLE, HYOID].map(|name| body.bone(name));
     let wanted = [("effects.jaw", turned, mandible), ("effects.hyoid", shifted, hyoid_bone)];
     for (key, carried, nodes) in wanted {
@@ -116,11 +112,14 @@ pub(super) fn carry_bones<const D: usize>(
         }
         additions.carried.extend(nodes.iter().map(|&n| (n, carried.place(body.mesh.nodes[n]))));
     }
-    let decide = |name: &'static str, asked: bool, nodes: &[usize]| match asked {
+    Ok([asked_for("jaw", jaw.is_some(), mandible), asked_for("hyoid", hyoid.is_some(), hyoid_bone)])
+}
+
+fn asked_for(name: &'static str, asked: bool, nodes: &[usize]) -> Planned {
+    match asked {
         true => Planned::yes(name, "asked for; brought there in parts, each an equilibrium").of(nodes.len()),
         false => Planned::no(name, "not asked for"),
-    };
-    Ok([decide("jaw", jaw.is_some(), mandible), decide("hyoid", hyoid.is_some(), hyoid_bone)])
+    }
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]

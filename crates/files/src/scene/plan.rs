@@ -80,15 +80,6 @@ impl Planned {
 pub(super) fn motion(scene: &Scene, contracting: bool) -> Vec<Planned> {
     let e = &scene.effects;
     let moving = scene.want == Want::Trajectory;
-    let decide = |name, asked: Option<bool>, needed: bool, need: &str, idle: &str| {
-        if needed {
-            Planned::yes(name, need)
-        } else if asked == Some(true) {
-            Planned::no(name, format!("asked for, but {idle}"))
-        } else {
-            Planned::no(name, idle)
-        }
-    };
     let still = "an equilibrium is wanted, and it has no effect on where that lies";
     let slack = if moving { "no muscle contracts" } else { still };
     vec![
@@ -96,6 +87,16 @@ pub(super) fn motion(scene: &Scene, contracting: bool) -> Vec<Planned> {
         decide("viscosity", e.viscosity, moving, "a trajectory needs it", still),
         decide("muscle dynamics", e.muscle_dynamics, moving && contracting, "a trajectory needs it", slack),
     ]
+}
+
+fn decide(name: &'static str, asked: Option<bool>, needed: bool, need: &str, idle: &str) -> Planned {
+    if needed {
+        Planned::yes(name, need)
+    } else if asked == Some(true) {
+        Planned::no(name, format!("asked for, but {idle}"))
+    } else {
+        Planned::no(name, idle)
+    }
 }
 
 /// Number of elements and estimated microseconds of the effects of a system with this name.

@@ -200,10 +200,8 @@ fn muscles<const D: usize>(
     let mut out: Vec<MuscleLength> = Vec::new();
     for role in &prepared.plan.muscles {
         let same: Vec<usize> = (0..chains.len()).filter(|&m| chains[m].name == role.muscle).collect();
-        let mean = |x: &[SVector<f64, D>]| {
-            same.iter().map(|&m| system.length(x, m)).sum::<f64>() / same.len().max(1) as f64
-        };
-        let (rest, length) = (mean(system.rest()), mean(positions));
+        let [rest, length] = [system.rest(), positions]
+            .map(|x| same.iter().map(|&m| system.length(x, m)).sum::<f64>() / same.len().max(1) as f64);
         out.push(MuscleLength {
             muscle: role.muscle.clone(),
             interval_n: points.zip(same.first()).map(|(p, &m)| [p.low_n[m], p.high_n[m]]),
@@ -253,28 +251,31 @@ fn time_by_effect<const D: usize>(
 ) -> Vec<EffectTime> {
     let mut force = vec![SVector::zeros(); at.positions.len()];
     let mut stiffness = BlockMatrix::zeros(prepared.system.pattern());
-    let us = |work: &mut dyn FnMut()| {
-        // The fastest of several counts, since other load only adds time.
-        let times = (0..REPETITIONS).map(|_| {
-            let clock = Instant::now();
-            work();
-            1e6 * clock.elapsed().as_secs_f64()
-        });
-        times.fold(f64::INFINITY, f64::min)
-    };
     let groups = prepared.effects_by_name();
     let times = groups.iter().map(|(name, effects)| {
-        let energy_us = us(&mut || {
+        let energy_us = fastest_us(&mut || {
             std::hint::black_box(effects.iter().map(|e| e.energy(at)).sum::<f64>());
         });
-        let force_us = us(&mut || effects.iter().for_each(|e| e.add_force(at, &mut force)));
-        let stiffness_us =
-            us(&mut || effects.iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness)));
+        let force_us = fastest_us(&mut || effects.iter().for_each(|e| e.add_force(at, &mut force)));
+        let stiffness_us = fastest_us(&mut || {
+            effects.iter().for_each(|e| e.add_stiffness(at, Tangent::Exact, &mut stiffness))
+        });
         let costs = [energy_us, force_us, stiffness_us];
-        let total_us = costs.iter().zip(evaluations).map(|(us, times)| us * times as f64).sum();
+        let total_us =
+            costs.iter().zip(evaluations).map(|(fastest_us, times)| fastest_us * times as f64).sum();
         EffectTime { effect: name, energy_us, force_us, stiffness_us, total_us }
     });
     times.collect()
+}
+
+fn fastest_us(work: &mut dyn FnMut()) -> f64 {
+    // The fastest of several counts, since other load only adds time.
+    let times = (0..REPETITIONS).map(|_| {
+        let clock = Instant::now();
+        work();
+        1e6 * clock.elapsed().as_secs_f64()
+    });
+    times.fold(f64::INFINITY, f64::min)
 }
 
 /// What surgery changed: the same scene without it is run too. `after` are the positions of all nodes, m, in the axes of the scene.

@@ -42,12 +42,13 @@ pub struct InverseProblem<const D: usize> {
 impl<const D: usize> InverseProblem<D> {
     /// The problem of finding the tensions of all contracting muscles from these observations.
     pub fn new(assembly: &Assembly<D>, observations: impl Into<Observations<D>>) -> Self {
-        let tension = |&muscle: &usize| Unknown::tension(muscle, f64::INFINITY);
+        let unknowns =
+            assembly.system().contracting().iter().map(|&muscle| Unknown::tension(muscle, f64::INFINITY));
         Self {
             settings: FitSettings::default(),
             assembly: assembly.clone(),
             observations: observations.into(),
-            unknowns: assembly.system().contracting().iter().map(tension).collect(),
+            unknowns: unknowns.collect(),
             bone_names: Vec::new(),
             bones: Vec::new(),
             tensions: vec![0.0; assembly.system().muscle_count()],

@@ -162,8 +162,8 @@ fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<ScoredOpponent> {
         .iter()
         .map(|e| draws.iter().map(|d| root_mean(&d.iter().map(|&i| e[i]).collect::<Vec<_>>())).collect())
         .collect();
-    let position = |name: &str| entries.iter().position(|e| e.name == name).unwrap_or(0);
-    let (none, constant) = (position("no_change"), position("constant"));
+    let [none, constant] =
+        ["no_change", "constant"].map(|name| entries.iter().position(|e| e.name == name).unwrap_or(0));
     Vec::from_iter(entries.iter().enumerate().map(|(i, e)| {
         let [low, high] = middle(drawn[i].clone());
         let better = drawn[i].iter().zip(&drawn[constant]).filter(|(a, b)| a < b).count();

@@ -188,11 +188,8 @@ pub fn study(
     let best = (FIRST_POSTERIOR..OPPONENTS.len() - 1)
         .max_by(|a, b| log_score(OPPONENTS[*a]).total_cmp(&log_score(OPPONENTS[*b])))
         .unwrap_or(FIRST_POSTERIOR);
-    let of_case = |which: usize, row: &Predicted| -> f64 {
-        let logs: Vec<f64> = row.iter().filter_map(|p| Some(p[which].as_ref()?.log_score)).collect();
-        logs.iter().sum::<f64>() / logs.len().max(1) as f64
-    };
-    let gains: Vec<f64> = predicted.iter().map(|row| of_case(best, row) - of_case(1, row)).collect();
+    let gains: Vec<f64> =
+        predicted.iter().map(|row| mean_log_score(best, row) - mean_log_score(1, row)).collect();
     let mean = gains.iter().sum::<f64>() / gains.len().max(1) as f64;
     let spread = gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>();
     let error = (spread / (gains.len().max(2) - 1) as f64 / gains.len().max(1) as f64).sqrt();
@@ -235,6 +232,11 @@ pub fn study(
         permuted_rms,
         permuted_log_score,
     })
+}
+
+fn mean_log_score(which: usize, row: &Predicted) -> f64 {
+    let logs: Vec<f64> = row.iter().filter_map(|p| Some(p[which].as_ref()?.log_score)).collect();
+    logs.iter().sum::<f64>() / logs.len().max(1) as f64
 }
 
 #[cfg(test)]

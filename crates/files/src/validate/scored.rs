@@ -110,9 +110,6 @@ pub fn told(baseline: &Vowel, all: &[Case], predicted: &[Predicted]) -> Vec<Scor
 /// The opponent with the highest log score, the difference from the normal distribution, and whether the control has a lower score than
 /// single rows.
 pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
-    let best = |all: &mut dyn Iterator<Item = &Scored>| -> Option<Scored> {
-        all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)).cloned()
-    };
     let is_control = |s: &&Scored| s.name.starts_with("control");
     let Some(first) = best(&mut scores.iter().filter(|s| !is_control(s))) else { return String::new() };
     let control = scores.iter().find(is_control).map_or_else(String::new, |c| {
@@ -131,6 +128,10 @@ pub fn verdict(scores: &[Scored], [gain, error]: [f64; 2]) -> String {
         first.log_score,
         100.0 * first.coverage_95
     )
+}
+
+fn best(all: &mut dyn Iterator<Item = &Scored>) -> Option<Scored> {
+    all.max_by(|a, b| a.log_score.total_cmp(&b.log_score)).cloned()
 }
 
 /// The reason why the best posterior is not reliable; empty where there is none.

@@ -117,8 +117,7 @@ pub fn bootstraps(count: usize, draws: usize, seed: u64) -> Vec<Vec<usize>> {
 
 pub fn middle(mut values: Vec<f64>) -> [f64; 2] {
     values.sort_by(f64::total_cmp);
-    let at = |part: f64| values[((values.len() - 1) as f64 * part).round() as usize];
-    [at(0.025), at(0.975)]
+    [0.025, 0.975].map(|part| values[((values.len() - 1) as f64 * part).round() as usize])
 }
 
 /// Pearson's correlation; `None` if one of the two does not vary.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::VocalTract;
 use crate::standard_deviations as sd;
 use tongue_core::observe::Observable;
+use tongue_core::statistics::least_by;
 use tongue_sound::profile::Articulation;
 
 /// Standard deviation of a formant by the errors of an estimated tract, as a part of its frequency. Walls
@@ -62,7 +63,9 @@ pub fn mean_vowels() -> Result<Vec<MeanVowel>, csv::Error> {
 
 /// The vowel whose mean is nearest to two formants, Hz, by the distance in Bark (Traunmüller 1990, J. Acoust. Soc. Am. 88, 97-100, eq. 6).
 pub fn nearest_vowel(means: &[MeanVowel], f1_hz: f64, f2_hz: f64) -> Option<&MeanVowel> {
-    let bark = |hz: f64| 26.81 * hz / (1960.0 + hz) - 0.53;
-    let apart = |m: &MeanVowel| (bark(m.f1_hz) - bark(f1_hz)).hypot(bark(m.f2_hz) - bark(f2_hz));
-    means.iter().min_by(|a, b| apart(a).total_cmp(&apart(b)))
+    least_by(means, |m| (bark(m.f1_hz) - bark(f1_hz)).hypot(bark(m.f2_hz) - bark(f2_hz)))
+}
+
+fn bark(hz: f64) -> f64 {
+    26.81 * hz / (1960.0 + hz) - 0.53
 }

@@ -8,6 +8,7 @@ use tongue_sound::profile::{Articulation, Point, Profile, Tract};
 use super::VocalTractError;
 use super::vocal_tract::{FORMANTS, Sound};
 use tongue_core::body::Body;
+use tongue_core::statistics::least_by;
 
 /// Distance behind the outer wall up to which the surface of a tongue counts as one that has passed through it, m.
 const BEHIND_M: f64 = 0.02;
@@ -30,14 +31,13 @@ impl SpaceVocalTract {
         let loops = body.midsagittal_mesh().outlines();
         let outline = loops.into_iter().max_by_key(Vec::len).ok_or(VocalTractError::NoSurface)?;
         let at = |n: usize| flat(&body.mesh.nodes[n]);
-        let nearest = |[x, y]: [f64; 2]| {
-            let far = |i: &usize| {
-                let [a, b] = at(outline[*i]);
+        let [root, tip] = [tract.tongue.root_mm, tract.tongue.tip_mm].map(|[x, y]| {
+            let nearest = least_by(0..outline.len(), |&i| {
+                let [a, b] = at(outline[i]);
                 (a - 1e-3 * x).hypot(b - 1e-3 * y)
-            };
-            (0..outline.len()).min_by(|i, j| far(i).total_cmp(&far(j))).unwrap_or(0)
-        };
-        let (root, tip) = (nearest(tract.tongue.root_mm), nearest(tract.tongue.tip_mm));
+            });
+            nearest.unwrap_or(0)
+        });
         if root == tip {
             return Err(VocalTractError::no_wall(&tract));
         }

@@ -11,6 +11,7 @@ use crate::adapt::{by_bones, mark_of};
 use crate::track::TongueSurface;
 use tongue_core::body::{Body, DEFAULT_SPACING_M};
 use tongue_core::statics::Response;
+use tongue_core::statistics::least_by;
 use tongue_core::toml_text::{self, Misread};
 
 /// The tract of the reference tongue.
@@ -103,14 +104,13 @@ impl VocalTract {
         let curve = TongueSurface::of(body).ok_or(VocalTractError::NoSurface)?.curve;
         let count = (curve.length() / (0.1 * POINTS_M)).ceil().max(1.0) as usize;
         let place = |i: usize| curve.length() * i as f64 / count as f64;
-        let nearest = |[x, y]: [f64; 2]| {
-            let far = |&i: &usize| {
+        let [root, tip] = [tract.tongue.root_mm, tract.tongue.tip_mm].map(|[x, y]| {
+            let nearest = least_by(0..=count, |&i| {
                 let [a, b] = mean(&curve.weights(place(i)), &body.mesh.nodes);
                 (a - 1e-3 * x).hypot(b - 1e-3 * y)
-            };
-            (0..=count).min_by(|i, j| far(i).total_cmp(&far(j))).map_or(0.0, place)
-        };
-        let (root, tip) = (nearest(tract.tongue.root_mm), nearest(tract.tongue.tip_mm));
+            });
+            nearest.map_or(0.0, place)
+        });
         let points = ((tip - root).abs() / POINTS_M).ceil() as usize;
         if points == 0 {
             return Err(VocalTractError::no_wall(&tract));

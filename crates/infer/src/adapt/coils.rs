@@ -106,7 +106,7 @@ pub(super) fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
     if points.len() < 2 || whole.is_nan() || whole <= 0.0 {
         return None;
     }
-    let at = |i: usize| {
+    let places = (0..count).map(|i| {
         let (mut left, mut piece) = (whole * i as f64 / (count - 1) as f64, 0);
         while piece + 1 < steps.len() && left > steps[piece] {
             left -= steps[piece];
@@ -114,8 +114,8 @@ pub(super) fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
         }
         let part = if steps[piece] > 0.0 { (left / steps[piece]).min(1.0) } else { 0.0 };
         points[piece] + (points[piece + 1] - points[piece]) * part
-    };
-    Some((0..count).map(at).collect())
+    });
+    Some(places.collect())
 }
 
 /// The part of a palate behind the gum, as this number of points evenly along it, m; empty if there is none.
@@ -196,7 +196,6 @@ impl Vault {
 
 /// Places a body by the observed coils and, if there is one, a palate trace.
 pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<Placement, RestError> {
-    let failed = |what: &str| RestError::Body(what.to_owned());
     let surface = TongueSurface::of(body).ok_or_else(|| failed("it has no outline"))?;
     let outline = body.mesh.surface_nodes();
     let centre = outline.iter().map(|&n| body.mesh.nodes[n]).sum::<Point>() / outline.len().max(1) as f64;
@@ -256,7 +255,7 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         })
         .collect();
     let middle = seen.iter().sum::<Point>() / seen.len() as f64;
-    let start = |turn: f64| {
+    let starts = TURNS.map(|turn| {
         let mut x = DVector::zeros(4 + coils.len());
         x[2] = turn / TURN_SD;
         usual.iter().enumerate().for_each(|(i, behind)| x[4 + i] = behind / COIL_UNIT_M);
@@ -265,8 +264,8 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         let shift = (middle - there) / SHIFT_UNIT_M;
         (x[0], x[1]) = (shift.x, shift.y);
         x
-    };
-    let best = minimise(TURNS.map(start), &residuals, &|_| true, (1e-5, 1e-7))
+    });
+    let best = minimise(starts, &residuals, &|_| true, (1e-5, 1e-7))
         .ok_or_else(|| failed("no place of it can be compared with the coils"))?;
     let found = similarity(&best.x);
     let told = by_differences(&best.x, &residuals, 1e-5).zip(by_differences(&best.x, &of_the_rest, 1e-5));
@@ -279,11 +278,6 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         3 => sd::COILS_LN_SCALE,
         _ => COIL_UNIT_M * scale,
     });
-    let vague = |i: usize| if i < 2 { (SHIFT_UNIT_M / sd::COILS_SHIFT_M).powi(2) } else { 0.0 };
-    let with_shift = |mut square: DMatrix<f64>| {
-        (0..2).for_each(|i| square[(i, i)] += vague(i));
-        square
-    };
     let whole = with_shift(all.tr_mul(&all)).cholesky().ok_or_else(coincide)?.inverse();
     let sd = [0, 1, 2, 3].map(|i| whole[(i, i)].sqrt() * units[i]);
     let precision = with_shift(rest.tr_mul(&rest));
@@ -293,9 +287,19 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         DMatrix::from_fn(n, n, |i, j| precision[(i, j)] / (units[i] * units[j])),
         DVector::from_fn(n, |i, _| gradient[i] / units[i]),
     );
-    let behind = |(i, c): (usize, &Coil)| (c.name.clone(), best.x[4 + i] * COIL_UNIT_M * scale);
-    let coils = coils.iter().enumerate().map(behind).collect();
+    let behind = best.x.iter().skip(4).map(|x| x * COIL_UNIT_M * scale);
+    let coils = coils.iter().map(|c| c.name.clone()).zip(behind).collect();
     Ok(Placement { similarity: found, centre: found.place(centre), coils, sd, known })
+}
+
+fn failed(what: &str) -> RestError {
+    RestError::Body(what.to_owned())
+}
+
+/// A precision with that of the shift of the centre.
+fn with_shift(mut square: DMatrix<f64>) -> DMatrix<f64> {
+    (0..2).for_each(|i| square[(i, i)] += (SHIFT_UNIT_M / sd::COILS_SHIFT_M).powi(2));
+    square
 }
 
 impl Placement {
@@ -307,9 +311,11 @@ impl Placement {
 
     /// The place of the centre along both axes (m), the turn (rad) and the scale, each with the ends of its 95 % interval.
     pub fn intervals(&self) -> [[f64; 3]; 4] {
-        let about = |middle: f64, sd: f64| [middle, middle - TWO_SIDED_95 * sd, middle + TWO_SIDED_95 * sd];
-        let [x, y, turn, ln_scale] = self.sd;
-        let scale = about(self.similarity.scale().ln(), ln_scale).map(f64::exp);
-        [about(self.centre.x, x), about(self.centre.y, y), about(self.similarity.angle(), turn), scale]
+        let middles = [self.centre.x, self.centre.y, self.similarity.angle(), self.similarity.scale().ln()];
+        let [x, y, turn, ln_scale] = [0, 1, 2, 3].map(|i| {
+            let (middle, half) = (middles[i], TWO_SIDED_95 * self.sd[i]);
+            [middle, middle - half, middle + half]
+        });
+        [x, y, turn, ln_scale.map(f64::exp)]
     }
 }

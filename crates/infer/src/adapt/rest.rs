@@ -223,16 +223,18 @@ pub(crate) const TRUSTED_STRETCH: f64 = 1.35;
 
 /// Whether a speaker's tongue could have the nodes of a mesh at these places, m, before it is turned and scaled.
 pub(crate) fn is_believable(mesh: &Mesh<2>, nodes: &[Point]) -> bool {
-    let length = |nodes: &[Point], [a, b]: [usize; 2]| (nodes[a] - nodes[b]).norm();
-    let stretches = mesh.muscles.iter().map(|m| length(nodes, m.ends()) / length(&mesh.nodes, m.ends()));
+    let ends = mesh.muscles.iter().map(|m| m.ends());
+    let stretches = ends.map(|[a, b]| (nodes[a] - nodes[b]).norm() / (mesh.nodes[a] - mesh.nodes[b]).norm());
     area_ratios(mesh, nodes).all(|r| r > TRUSTED_AREA)
         && stretches.map(f64::ln).all(|s| s.abs() < TRUSTED_STRETCH.ln())
 }
 
 /// Ratio of every cell's area with the nodes at these places, m, to its area in the mesh; negative for a cell that is turned over.
 pub(crate) fn area_ratios(mesh: &Mesh<2>, nodes: &[Point]) -> impl Iterator<Item = f64> {
-    let measure = |x: &[Point], cell: &[usize]| simplex::measure(&simplex::corners(x, cell));
-    mesh.cells.iter().map(move |cell| measure(nodes, cell) / measure(&mesh.nodes, cell))
+    mesh.cells.iter().map(move |cell| {
+        let [area, at_rest] = [nodes, &mesh.nodes].map(|x| simplex::measure(&simplex::corners(x, cell)));
+        area / at_rest
+    })
 }
 
 /// For every cell, the change of the logarithm of its area, in standard deviations and weighted. A cell that is turned over counts as one
@@ -240,6 +242,6 @@ pub(crate) fn area_ratios(mesh: &Mesh<2>, nodes: &[Point]) -> impl Iterator<Item
 pub(crate) fn area_residuals(mesh: &Mesh<2>, nodes: &[Point]) -> impl Iterator<Item = f64> {
     let weight = (AREA_WEIGHT / mesh.cells.len().max(1) as f64).sqrt() / LN_AREA;
     let (from, factor) = (SQUEEZED.0.ln(), SQUEEZED.1 - 1.0);
-    let resisted = move |log: f64| weight * (log + factor * (log - from).min(0.0));
-    area_ratios(mesh, nodes).map(move |ratio| resisted(ratio.max(1e-6).ln()))
+    let logs = area_ratios(mesh, nodes).map(|ratio| ratio.max(1e-6).ln());
+    logs.map(move |log| weight * (log + factor * (log - from).min(0.0)))
 }

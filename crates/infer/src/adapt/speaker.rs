@@ -283,8 +283,8 @@ pub(super) fn median(seen: &[&AlignedRecording], bone: &str) -> Option<Point> {
         .filter_map(|s| Some((s, s.bone(bone)?)))
         .flat_map(|(s, b)| s.frames.iter().filter_map(move |f| f.bones[b]))
         .collect();
-    let middle = |axis: usize| statistics::median(all.iter().map(|p| p[axis]));
-    Some(Point::new(middle(0)?, middle(1)?))
+    let [x, y] = [0, 1].map(|axis| statistics::median(all.iter().map(|p| p[axis])));
+    Some(Point::new(x?, y?))
 }
 
 impl Speaker {

@@ -229,9 +229,12 @@ pub fn barrier(elements: usize) -> Option<Alarm> {
 /// Largest angle of a muscle's chain at a node beyond that at rest, radians.
 fn sharpest_turn<const D: usize>(mesh: &Mesh<D>, positions: &[SVector<f64, D>], muscle: &str) -> f64 {
     let Some(chain) = mesh.muscles.iter().find(|c| c.name.eq_ignore_ascii_case(muscle)) else { return 0.0 };
-    let turn = |at: &[SVector<f64, D>], n: &[usize]| match (at.get(n[0]), at.get(n[1]), at.get(n[2])) {
+    chain.nodes.windows(3).map(|n| turn(positions, n) - turn(&mesh.nodes, n)).fold(0.0, f64::max)
+}
+
+fn turn<const D: usize>(at: &[SVector<f64, D>], n: &[usize]) -> f64 {
+    match (at.get(n[0]), at.get(n[1]), at.get(n[2])) {
         (Some(a), Some(b), Some(c)) => (b - a).angle(&(c - b)),
         _ => 0.0,
-    };
-    chain.nodes.windows(3).map(|n| turn(positions, n) - turn(&mesh.nodes, n)).fold(0.0, f64::max)
+    }
 }

@@ -80,15 +80,15 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, ReadErro
         data.vowels(subject)?;
     }
     let is_selected = |s: &String| selection.subjects.as_ref().is_none_or(|subjects| subjects.contains(s));
-    let rows = || data.rows().iter().map(|r| &r.lengths).filter(|l| is_selected(&l.subject));
+    let rows = data.rows().iter().map(|r| &r.lengths).filter(|l| is_selected(&l.subject));
     // If a table has no `u`, `u` means its `ɯ`.
     let is_of = |asked: &Vowel, subject: &str, vowel: &Vowel| {
-        let exact = rows().any(|l| l.subject == subject && l.vowel == *asked);
+        let exact = rows.clone().any(|l| l.subject == subject && l.vowel == *asked);
         asked == vowel || (!exact && asked.is_like(vowel))
     };
     for asked in selection.vowels.iter().flatten() {
-        if !rows().any(|l| is_of(asked, &l.subject, &l.vowel)) {
-            let has = distinct(rows().map(|lengths| lengths.vowel.clone()));
+        if !rows.clone().any(|l| is_of(asked, &l.subject, &l.vowel)) {
+            let has = distinct(rows.clone().map(|lengths| lengths.vowel.clone()));
             let told = format!("{} has no row for /{asked}/; it has {}", data.origin(), Vowel::list(&has));
             return Err(ReadError::Refused(told));
         }

@@ -6,6 +6,7 @@ use serde::Serialize;
 use tongue_core::body::largest_distance;
 use tongue_core::parallel;
 use tongue_core::statics::{self, Critical, Solution};
+use tongue_core::statistics::least_by;
 
 use super::forward::Forward;
 use super::identifiability::{self, Identifiability};
@@ -13,7 +14,7 @@ use super::problem::{LeastSquaresProblem, Unknown};
 use super::projection::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
 use super::solution_curve::SolutionCurve;
 use super::start::Start;
-use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead, solution_curve};
+use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead};
 
 /// The answer followed again from rest, as all tensions grow together.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -192,8 +193,8 @@ pub(super) fn settle<const D: usize>(
     // The least squares begin at the best point of the curve, so that no local maximum lies between.
     let open = identifiability::analyse(forward, settings, &x, None).map(|i| i.null_directions);
     let mut valleys: Vec<SolutionCurve> = open.into_iter().flatten().filter_map(|n| n.valley).collect();
-    let rms = |p: &solution_curve::CurvePoint| p.other_rms.unwrap_or(f64::INFINITY);
-    let begin = valleys.iter().flat_map(|v| &v.points).min_by(|a, b| rms(a).total_cmp(&rms(b)));
+    let points = valleys.iter().flat_map(|v| &v.points);
+    let begin = least_by(points, |p| p.other_rms.unwrap_or(f64::INFINITY));
     let x = nearest_to_others(forward, begin.map_or(&x, |p| &p.x));
     (x, if valleys.len() == 1 { valleys.pop() } else { None })
 }

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::Fit;
 use super::problem::Unknown;
+use tongue_core::statistics::least_by;
 use tongue_input::measured::ByMuscle;
 
 /// Side of the first simplex, in units of the unknowns.
@@ -146,7 +147,7 @@ impl<const D: usize> BestKnown<D> {
     }
 
     pub fn nearest(&self, x: &[f64]) -> Option<&WarmStarts<D>> {
-        self.list.iter().min_by(|a, b| distance_squared(&a.x, x).total_cmp(&distance_squared(&b.x, x)))
+        least_by(&self.list, |known| distance_squared(&known.x, x))
     }
 
     /// Largest distance of a candidate from the best one, in units of the unknowns; infinite until there are

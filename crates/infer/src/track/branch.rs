@@ -49,12 +49,12 @@ pub(super) fn ways(
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
     let positions = |t: usize| course.here[t].linear.as_ref().map(|l| &*l.positions);
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let alone = |chunk: &&[usize]| -> Vec<Option<Reached>> {
+    let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Option<Reached>> {
         let (mut solver, mut relaxed) = ((mode.solver)(), None);
         let one = |&t: &usize| solver.reached((&course.frames[t], &unknowns[t]), positions(t)?, &mut relaxed);
         chunk.iter().map(one).collect()
-    };
-    let mut reached: Vec<Option<Reached>> = parallel::map(&chunks, alone).into_iter().flatten().collect();
+    });
+    let mut reached: Vec<Option<Reached>> = by_chunk.into_iter().flatten().collect();
     let mut solver = (mode.solver)();
     let mut follow = |from: usize, to: usize, reached: &mut [Option<Reached>]| {
         let Some((start, end)) = positions(from).zip(positions(to)) else { return };
@@ -67,7 +67,7 @@ pub(super) fn ways(
     };
     (1..numbers.len()).for_each(|t| follow(t - 1, t, &mut reached));
     (1..numbers.len()).rev().for_each(|t| follow(t, t - 1, &mut reached));
-    let beside = |chunk: &&[usize]| -> Vec<Option<Reachability>> {
+    let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Option<Reachability>> {
         let mut solver = (mode.solver)();
         chunk
             .iter()
@@ -81,8 +81,8 @@ pub(super) fn ways(
                 ))
             })
             .collect()
-    };
-    parallel::map(&chunks, beside).into_iter().flatten().collect()
+    });
+    by_chunk.into_iter().flatten().collect()
 }
 
 impl Solver<'_> {

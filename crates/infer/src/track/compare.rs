@@ -165,15 +165,14 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Softplu
     let level = |label: &LabelDraws, m: usize| Interval::of(label.mean(m)).or_slack(link);
     let levels: Vec<Vec<Interval>> =
         tier.iter().map(|(_, label)| muscles.clone().map(|m| level(label, m)).collect()).collect();
-    let means = |m: usize| {
+    let means: Vec<Vec<f64>> = Vec::from_iter(muscles.clone().map(|m| {
         let mut sums: Vec<f64> = Vec::new();
         for (_, label) in tier {
             sums.resize(label.mean(m).count(), 0.0);
             sums.iter_mut().zip(label.mean(m)).for_each(|(sum, mean)| *sum += mean / tier.len() as f64);
         }
         sums
-    };
-    let means: Vec<Vec<f64>> = muscles.clone().map(means).collect();
+    }));
     let course = |label: &LabelDraws, m: usize| {
         Interval::of(label.mean(m).zip(&means[m]).map(|(own, mean)| own - mean))
     };

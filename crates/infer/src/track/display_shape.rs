@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::DVector;
 
 use tongue_core::geometry::Point;
+use tongue_core::statistics::least_by;
 use tongue_core::system::System;
 
 use crate::least_squares::{self, Rule};
@@ -190,9 +191,8 @@ pub(super) fn sampled(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) ->
 pub(super) fn begin_beside(course: &mut SmoothedRecording, sample: &SmoothedRecording) {
     let found: Vec<(f64, &FrameState)> = sample.frames.iter().map(|f| f.time_s).zip(&sample.here).collect();
     for (frame, here) in course.frames.iter().zip(&mut course.here) {
-        let apart = |(time_s, _): &(f64, &FrameState)| (time_s - frame.time_s).abs();
         let known = found.iter().filter(|(_, h)| h.linear.is_some());
-        if let Some((_, nearest)) = known.min_by(|a, b| apart(a).total_cmp(&apart(b))) {
+        if let Some((_, nearest)) = least_by(known, |(time_s, _)| (time_s - frame.time_s).abs()) {
             here.z.copy_from(&nearest.z);
             here.positions.clone_from(&nearest.positions);
         }

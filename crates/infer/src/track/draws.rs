@@ -127,14 +127,13 @@ impl Sampler<'_, '_> {
         after: Option<&DMatrix<f64>>,
     ) -> Vec<DMatrix<f64>> {
         let n = self.mode.sizes.state();
-        let one = |_| {
+        let mut noise: Vec<DMatrix<f64>> = Vec::from_iter(window.clone().map(|_| {
             let mut half = DMatrix::from_fn(n, BATCH / 2, |_, _| statistics::normal(&mut random));
             half = half.resize_horizontally(BATCH, 0.0);
             let mirrored = -half.columns(0, BATCH / 2).into_owned();
             half.columns_mut(BATCH / 2, BATCH / 2).copy_from(&mirrored);
             half
-        };
-        let mut noise: Vec<DMatrix<f64>> = window.clone().map(one).collect();
+        }));
         self.linear.factors.colour(&mut noise, window.start, after);
         noise
     }
@@ -142,8 +141,9 @@ impl Sampler<'_, '_> {
     fn window(&self, window: &Range<usize>, batches: &mut [Batch]) -> Draws {
         let Self { mode, course, .. } = self;
         let (m, bones, link) = (mode.sizes.muscles, mode.sizes.bones, mode.settings.link);
-        let errors_at = |t: usize| course.frames[t].hidden.iter().map(|h| mode.knots.at(&h.along)).collect();
-        let errors_at: Vec<Vec<(DVector<f64>, f64)>> = window.clone().map(errors_at).collect();
+        let errors_at: Vec<Vec<(DVector<f64>, f64)>> = Vec::from_iter(
+            window.clone().map(|t| course.frames[t].hidden.iter().map(|h| mode.knots.at(&h.along)).collect()),
+        );
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
         let mut all = Draws {

@@ -85,11 +85,10 @@ impl Errors {
         let others = (0..along.len()).filter(|&i| along[i].channel != 0);
         let rows: Vec<Vec<f64>> = (0..=pieces as usize)
             .filter_map(|k| {
-                let weight = |a: &Along| {
+                let weights: Vec<f64> = Vec::from_iter(along.iter().map(|a| {
                     let away = if apart > 0.0 { ((a.at_mm - low) / apart - k as f64).abs() } else { 0.0 };
                     if a.channel == 0 { (1.0 - away).max(0.0) } else { 0.0 }
-                };
-                let weights: Vec<f64> = along.iter().map(weight).collect();
+                }));
                 let sum: f64 = weights.iter().sum();
                 (sum > 0.0).then(|| weights.iter().map(|w| w / sum).collect::<Vec<f64>>())
             })
@@ -278,14 +277,6 @@ mod tests {
 
     #[test]
     fn points_and_frames_that_are_closer_carry_no_more() {
-        // The information of a tenth of a second about a shift and about waves of the contour.
-        let information = |count: usize, rate_hz: f64, wave_mm: f64| {
-            let seen = along(&(0..count).map(|i| 90.0 * i as f64 / (count - 1) as f64).collect::<Vec<_>>());
-            let frame = Knots::new(Errors::default(), &[]).frame(&seen, 1.0 / rate_hz).unwrap();
-            let shift =
-                DMatrix::from_fn(count, 1, |i, _| (std::f64::consts::TAU * seen[i].at_mm / wave_mm).cos());
-            frame.whitened(shift).norm_squared() * 0.1 * rate_hz
-        };
         for (wave_mm, least) in [(1e9, 0.88), (60.0, 0.75), (30.0, 0.5)] {
             let usual = information(11, 80.0, wave_mm);
             for (count, rate_hz) in [(42, 80.0), (100, 80.0), (11, 200.0), (100, 400.0)] {
@@ -296,5 +287,14 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// The information of a tenth of a second about a shift and about waves of the contour.
+    fn information(count: usize, rate_hz: f64, wave_mm: f64) -> f64 {
+        let seen = along(&(0..count).map(|i| 90.0 * i as f64 / (count - 1) as f64).collect::<Vec<_>>());
+        let frame = Knots::new(Errors::default(), &[]).frame(&seen, 1.0 / rate_hz).unwrap();
+        let shift =
+            DMatrix::from_fn(count, 1, |i, _| (std::f64::consts::TAU * seen[i].at_mm / wave_mm).cos());
+        frame.whitened(shift).norm_squared() * 0.1 * rate_hz
     }
 }

@@ -70,7 +70,7 @@ pub(super) fn rates(
     }
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let work = |chunk: &&[usize]| -> Vec<Option<DMatrix<f64>>> {
+    let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Option<DMatrix<f64>>> {
         let mut solver = (mode.solver)();
         Vec::from_iter(chunk.iter().map(|&t| {
             let (frame, here) = (&course.frames[t], &course.here[t]);
@@ -97,8 +97,8 @@ pub(super) fn rates(
             }
             Some(all)
         }))
-    };
-    parallel::map(&chunks, work).into_iter().flatten().collect()
+    });
+    by_chunk.into_iter().flatten().collect()
 }
 
 /// The formants of a frame at a shape, with the spread of their draws; empty where there are none.

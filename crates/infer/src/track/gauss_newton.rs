@@ -142,10 +142,9 @@ pub(super) fn stepped(
             .copy_from(&(&shape.prior.precision * (weight * (1.0 + damping))));
         gradient.rows_mut(n, more).copy_from(&(&shape.prior.gradient * weight));
     }
-    let of_shape = |nth: usize| {
+    let of_shape = Vec::from_iter((0..courses.len()).map(|nth| {
         move |t: usize| shape.and_then(|s| s.rates[nth][t].as_ref()).map(|by_shape| by_shape.seen.clone())
-    };
-    let of_shape: Vec<_> = (0..courses.len()).map(of_shape).collect();
+    }));
     let mut all = Vec::with_capacity(courses.len());
     for ((course, damping), of_shape) in courses.iter().zip(damping).zip(&of_shape) {
         let eliminated = Eliminated::new(mode, course, damping, of_shape, more)?;
@@ -157,7 +156,7 @@ pub(super) fn stepped(
         true => DVector::zeros(n + more),
         false => -((&curvature + curvature.transpose()) * 0.5).cholesky()?.solve(&gradient),
     };
-    let of = |e: &Eliminated<'_, '_>| {
+    let steps = all.iter().map(|e| {
         let (mut states, mut expected) =
             (Vec::with_capacity(e.steps.len()), Vec::with_capacity(e.steps.len()));
         for window in windows(e.steps.len()) {
@@ -172,8 +171,8 @@ pub(super) fn stepped(
             }
         }
         Step { states, expected }
-    };
-    let steps = all.iter().map(of).collect();
+    });
+    let steps = steps.collect();
     Some((step, steps))
 }
 

@@ -36,9 +36,6 @@ impl Rates {
         let found = frame.observations.iter().map(|o| o.residual_and_slope(&positions));
         let (residuals, slopes): (Vec<f64>, Vec<_>) = found.unzip();
         let hidden = frame.hidden.iter().map(|h| h.slope(&positions));
-        let times = |slope: Vec<(usize, Point)>, unit: f64| {
-            (slope.into_iter().map(|(node, s)| (node, s * unit)).collect::<Vec<_>>(), 1.0)
-        };
         let rows: Vec<_> = match unit {
             Unit::StandardDeviations => {
                 slopes.into_iter().map(|s| (s, 1.0)).chain(hidden.map(|s| (s, 1e3))).collect()
@@ -76,6 +73,10 @@ impl Rates {
     fn finite(self) -> Option<Self> {
         self.by_unknown.rows(0, self.residuals.len()).iter().all(|v| v.is_finite()).then_some(self)
     }
+}
+
+fn times(slope: Vec<(usize, Point)>, unit: f64) -> (Vec<(usize, Point)>, f64) {
+    (slope.into_iter().map(|(node, s)| (node, s * unit)).collect::<Vec<_>>(), 1.0)
 }
 
 /// Unknowns by which frames are differentiated, and how their columns of derivatives are found.
@@ -178,14 +179,14 @@ impl Columns for Unknowns<'_> {
     }
 
     fn changes(&self) -> Option<Vec<Change<'_, 2>>> {
-        let change = |column| match self.muscles.get(column) {
+        let changes = (0..self.count).map(|column| match self.muscles.get(column) {
             Some(&muscle) => Change::Tension(muscle),
             None => {
                 let (bone, axis) = self.bone(column);
                 Change::Bone(bone.nodes(), axis)
             }
-        };
-        Some((0..self.count).map(change).collect())
+        });
+        Some(changes.collect())
     }
 
     fn by_unknown(&self, column: usize, x: &DVector<f64>) -> f64 {

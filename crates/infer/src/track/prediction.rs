@@ -188,12 +188,12 @@ impl Process {
         let own = DMatrix::from_fn(n, n, |i, j| covariance(seen.places[i], seen.places[j]) + noise(i, j));
         let factor = Cholesky::new(own)?;
         let weighed = factor.solve(&DVector::from_fn(n, |i, _| value(seen, i)));
-        let one = |i: usize| {
+        let predicted = (0..hidden.places.len()).map(|i| {
             let across = DVector::from_fn(n, |j, _| covariance(hidden.places[i], seen.places[j]));
             let variance = 1.0 + MEAN + self.noise.powi(2) - across.dot(&factor.solve(&across));
             (value(hidden, i) - across.dot(&weighed), variance)
-        };
-        Some((0..hidden.places.len()).map(one).collect())
+        });
+        Some(predicted.collect())
     }
 }
 

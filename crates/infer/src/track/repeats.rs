@@ -65,15 +65,15 @@ pub fn repeats<'a>(
     recordings: impl IntoIterator<Item = (&'a [Tracked], &'a [Label])>,
     muscles: &[String],
 ) -> Option<Repeats> {
-    let one = |(frames, labels): (&'a [Tracked], &'a [Label])| {
+    let measured = recordings.into_iter().map(|(frames, labels)| {
         let times = frames.iter().map(|f| f.time_s).collect();
         Repeatable {
             times,
             courses: frames.iter().map(|f| f.courses.iter().map(|c| c.median).collect()).collect(),
             labels,
         }
-    };
-    repeated(&recordings.into_iter().map(one).collect::<Vec<_>>(), muscles)
+    });
+    repeated(&measured.collect::<Vec<_>>(), muscles)
 }
 
 fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Repeats> {
@@ -91,7 +91,7 @@ fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Repeats
     let exchanged: Vec<Vec<Vec<Vec<f64>>>> = (0..CHANCES)
         .map(|_| numbers(recordings, &exchanged(&groups, &mut random), muscles.len(), &still))
         .collect();
-    let one = |m: usize| {
+    let measured = (0..muscles.len()).map(|m| {
         let chance = |all: &[Vec<Vec<Vec<f64>>>], of: fn(&[Vec<f64>]) -> f64| {
             let mut by_chance: Vec<f64> = all.iter().map(|numbers| of(&numbers[m])).collect();
             by_chance.sort_by(f64::total_cmp);
@@ -109,9 +109,9 @@ fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Repeats
             of_label: of_label(&found[m]),
             of_label_95: chance(&exchanged, of_label).1,
         }
-    };
+    });
     let labels = groups.iter().map(|(name, all)| (name.clone(), all.len())).collect();
-    Some(Repeats { tier, labels, muscles: ByMuscle::new(muscles, (0..muscles.len()).map(one)) })
+    Some(Repeats { tier, labels, muscles: ByMuscle::new(muscles, measured) })
 }
 
 /// The same repetitions with their labels exchanged at random.
@@ -255,11 +255,11 @@ mod tests {
         let mut random = fastrand::Rng::with_seed(3);
         let mut sum = 0.0;
         for _ in 0..400 {
-            let group = |i: usize| {
+            let groups = (0..4 * POINTS).map(|i| {
                 let common = (i % POINTS) as f64;
                 (0..3 + i / POINTS).map(|_| common + tongue_core::statistics::normal(&mut random)).collect()
-            };
-            sum += of_label(&(0..4 * POINTS).map(group).collect::<Vec<Vec<f64>>>());
+            });
+            sum += of_label(&groups.collect::<Vec<Vec<f64>>>());
         }
         assert!((sum / 400.0).abs() < 0.01, "{}", sum / 400.0);
     }

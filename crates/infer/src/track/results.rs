@@ -177,10 +177,10 @@ pub(super) fn tracked(
         .map(|(draws, means)| Interval::of(draws.iter().zip(means).map(|(d, mean)| f64::from(*d) - mean)))
         .collect();
     let shifts: Vec<Interval> = draws.bones[number].iter().map(|d| of(d)).collect();
-    let displacement = |pair: &[Interval]| {
+    let bones = shifts.chunks_exact(2).map(|pair| {
         let ends = |end: fn(&Interval) -> f64| [end(&pair[0]) * BONE_SD_M, end(&pair[1]) * BONE_SD_M];
         Displacement { shift_m: ends(|r| r.median), low_m: ends(|r| r.low), high_m: ends(|r| r.high) }
-    };
+    });
     let solved = match linear {
         Some(linear) => Some(linear.positions.to_vec()),
         None => solver.solve(frame, x, found.positions).map(<[_]>::to_vec),
@@ -230,7 +230,7 @@ pub(super) fn tracked(
     } else {
         FrameStatus::Converged
     };
-    let foretold = |(i, hidden): (usize, &frame::Hidden)| {
+    let hidden = frame.hidden.iter().enumerate().map(|(i, hidden)| {
         if let Some(beside) = &found.foretold[i] {
             return beside.clone();
         }
@@ -241,17 +241,17 @@ pub(super) fn tracked(
             missed_m: 1e-3 * (seen - expected.median),
             interval_m: [expected.low, expected.high].map(|end| 1e-3 * (end - expected.median)),
         }
-    };
+    });
     Tracked {
         time_s: frame.time_s,
         status,
         courses,
-        bones: shifts.chunks_exact(2).map(displacement).collect(),
+        bones: bones.collect(),
         rms_m: if status == FrameStatus::OffBranch { rms_m } else { reached_rms_m.or(rms_m) },
         rms_sd: is_seen.then_some(rms_sd),
         other_way: matches!(found.way, Some(Reachability::Own(Reached::OtherWay))),
         reached_rms_m,
-        hidden: frame.hidden.iter().enumerate().map(foretold).collect(),
+        hidden: hidden.collect(),
         resolved,
         levels,
         formants: formants::told(frame, &positions, &draws.heard[number]),

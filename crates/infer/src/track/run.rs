@@ -268,7 +268,7 @@ fn told(
     draws.draw(|window, drawn, means| {
         let numbers: Vec<usize> = window.clone().collect();
         let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-        let finish = |chunk: &&[usize]| -> Vec<Tracked> {
+        let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Tracked> {
             let mut solver = (mode.solver)();
             chunk
                 .iter()
@@ -289,8 +289,8 @@ fn told(
                     tracked(&mut solver, &found, drawn, mode.settings)
                 })
                 .collect()
-        };
-        frames.extend(parallel::map(&chunks, finish).into_iter().flatten());
+        });
+        frames.extend(by_chunk.into_iter().flatten());
         segments.take(window, &frames, drawn, means);
     });
     frames.iter_mut().zip(&mut faults).for_each(|(frame, faults)| frame.faults = std::mem::take(faults));

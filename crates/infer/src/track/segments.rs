@@ -134,11 +134,11 @@ impl<'a> Segments<'a> {
     /// The means of all labels, in their order, and the draws of those that are compared or kept.
     pub fn finish(mut self) -> TrackedRecording {
         self.done.sort_by_key(|segment| segment.label);
-        let course = |(label, points)| LabelCourse { label, points };
+        let label_courses = self.courses.into_iter().map(|(label, points)| LabelCourse { label, points });
         TrackedRecording {
             segments: self.done,
             compared: self.draws.into_values().collect(),
-            label_courses: self.courses.into_iter().map(course).collect(),
+            label_courses: label_courses.collect(),
             ..TrackedRecording::default()
         }
     }

@@ -126,8 +126,8 @@ impl ShapePrior {
             }
         }
         for (name, behind) in &by.coils {
-            let at = |by: f64| surface.curve.weights(surface.tip - behind - by);
-            let (there, here) = (at(0.5 * COIL_UNIT_M), at(-0.5 * COIL_UNIT_M));
+            let [there, here] = [0.5 * COIL_UNIT_M, -0.5 * COIL_UNIT_M]
+                .map(|by| surface.curve.weights(surface.tip - behind - by));
             let less = here.into_iter().map(|(node, weight)| (node, -weight));
             self.coils.push((name.clone(), there.into_iter().chain(less).collect()));
             self.directions.push(vec![Point::zeros(); mesh.nodes.len()]);
@@ -159,15 +159,14 @@ impl ShapePrior {
 
     /// The same prior expanded about these amounts: its second derivative and its gradient there.
     fn at(mut self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Self {
-        let column = |k: usize| {
+        let columns: Vec<DVector<f64>> = Vec::from_iter((0..amounts.len()).map(|k| {
             let at = |by: f64| {
                 let mut amounts = amounts.clone();
                 amounts[k] += by;
                 self.area_logs(mesh, &amounts)
             };
             (at(STEP) - at(-STEP)) / (2.0 * STEP)
-        };
-        let columns: Vec<DVector<f64>> = (0..amounts.len()).map(column).collect();
+        }));
         let growth = DMatrix::from_columns(&columns);
         let (precision, gradient) = &self.own;
         let gradient = gradient + precision * amounts + growth.tr_mul(&self.area_logs(mesh, amounts));

@@ -28,7 +28,7 @@ pub(super) fn by_shape(
     let Some(shape) = shape else { return course.frames.iter().map(|_| None).collect() };
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let work = |chunk: &&[usize]| -> Vec<Option<ShapeJacobian>> {
+    let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Option<ShapeJacobian>> {
         let known: Vec<usize> = chunk.iter().copied().filter(|&t| course.here[t].linear.is_some()).collect();
         let x: Vec<_> = known.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();
         let from = |t: usize| course.here[t].linear.as_ref().map(|linear| &*linear.positions);
@@ -39,8 +39,8 @@ pub(super) fn by_shape(
             out[t - chunk[0]] = all;
         }
         out
-    };
-    parallel::map(&chunks, work).into_iter().flatten().collect()
+    });
+    by_chunk.into_iter().flatten().collect()
 }
 
 impl RestShape {

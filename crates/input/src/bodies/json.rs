@@ -38,16 +38,14 @@ impl MeshRecord {
         let mesh = &body.mesh;
         let coefficients = system::coefficients(mesh, model)?;
         let stiffness = system::connection_stiffness(mesh, &coefficients);
-        let connection = |(&nodes, &stiffness_n_per_m): (&[usize; 2], &f64)| Connection {
-            nodes,
-            rest_length_m: mesh.distance(nodes),
-            stiffness_n_per_m,
-        };
+        let connections = mesh.connections.iter().zip(&stiffness).map(|(&nodes, &stiffness_n_per_m)| {
+            Connection { nodes, rest_length_m: mesh.distance(nodes), stiffness_n_per_m }
+        });
         let lengths = mesh.muscles.iter().map(|m| (m.name.clone(), mesh.distance(m.ends()) * 1e3));
         Ok(Self {
             nodes_m: mesh.nodes.iter().map(|p| [p.x, p.y]).collect(),
             triangles: mesh.cells.iter().map(<[usize]>::to_vec).collect(),
-            connections: mesh.connections.iter().zip(&stiffness).map(connection).collect(),
+            connections: connections.collect(),
             fixed: mesh.fixed.clone(),
             muscles: ByMuscle(mesh.muscles.iter().map(|m| (m.name.clone(), m.nodes.clone())).collect()),
             bones: ByMuscle(body.bones.iter().map(|b| (b.name.clone(), b.nodes.clone())).collect()),

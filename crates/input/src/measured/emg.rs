@@ -112,8 +112,7 @@ impl Activity {
                 let what = format!("{muscle} is given twice, here and on line {}", first.line);
                 return Err(at.error(what, "keep one row of each muscle"));
             }
-            let full = |field| cell(&cells, line, field, mark, f64::INFINITY, 1.0);
-            let full = of_full.map_or(Ok(None), full);
+            let full = of_full.map_or(Ok(None), |field| cell(&cells, line, field, mark, f64::INFINITY, 1.0));
             let activity =
                 columns.iter().map(|(field, _, unit)| cell(&cells, line, *field, mark, 1.0, *unit)).collect();
             rows.push(Row { line: line.number, full, activity, muscle });

@@ -187,10 +187,10 @@ impl Row<'_> {
                 if value <= 0.0 {
                     return Err(format!("{measure} must be positive"));
                 }
-                let over = || self.text("over").filter(|o| !o.is_empty()).map(str::to_owned);
+                let over = self.text("over").filter(|o| !o.is_empty()).map(str::to_owned);
                 let measure = match *measure {
                     "stretch" => LengthMeasure::Stretch(value),
-                    "ratio" => LengthMeasure::Ratio(value, over()),
+                    "ratio" => LengthMeasure::Ratio(value, over),
                     _ => LengthMeasure::Length(1e-3 * value),
                 };
                 Marked::Muscle { muscle: self.text("muscle").unwrap_or_default().to_owned(), measure }

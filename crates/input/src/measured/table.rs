@@ -192,7 +192,7 @@ fn lines(body: &str, separator: Separator, before: u64, most: usize) -> Vec<Line
     reader.delimiter(separator.byte()).has_headers(false).flexible(true).trim(csv::Trim::All);
     // Lines of any number of fields in a text of UTF-8 cannot fail.
     let records = reader.from_reader(body.as_bytes()).into_records().map_while(Result::ok);
-    let line = |record: StringRecord| {
+    let lines = records.filter(|record| record.iter().any(|cell| !cell.is_empty())).map(|record| {
         let (line, byte) = record.position().map_or((1, 0), |p| (p.line(), p.byte()));
         // The reader counts blank lines as part of the record after them.
         let from = usize::try_from(byte).ok().and_then(|byte| body.as_bytes().get(byte..));
@@ -200,6 +200,6 @@ fn lines(body: &str, separator: Separator, before: u64, most: usize) -> Vec<Line
         let is_ascii = record.as_slice().is_ascii();
         let cells = if is_ascii { record } else { record.iter().map(fold).collect() };
         Line { number: before + line + blank, cells }
-    };
-    records.filter(|record| record.iter().any(|cell| !cell.is_empty())).map(line).take(most).collect()
+    });
+    lines.take(most).collect()
 }

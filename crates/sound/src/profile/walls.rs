@@ -180,8 +180,8 @@ fn starts(tract: &Tract, larynx: Point) -> Vec<Start> {
         let last = (wall.points_mm.len() - 1).max(1) as f64;
         for (i, row) in wall.points_mm.iter().enumerate() {
             let mix = |[a, b]: [f64; 2]| a + (b - a) * i as f64 / last;
-            let metres = |given: Option<[f64; 2]>| given.map_or(f64::NAN, |pair| 1e-3 * mix(pair));
-            let section = [metres(wall.half_width_mm), metres(wall.arch_mm)];
+            let section = [wall.half_width_mm, wall.arch_mm]
+                .map(|given| given.map_or(f64::NAN, |pair| 1e-3 * mix(pair)));
             let coefficients = [mix(wall.alpha), mix(wall.beta), section[0], section[1]];
             rows.push((row.map(|x| x * 1e-3), shift, number, coefficients));
         }

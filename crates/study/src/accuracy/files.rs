@@ -67,12 +67,12 @@ fn best_curves(runs: &[Run]) -> Vec<PrecisionCurve> {
 }
 
 fn mesh_curves(runs: &[MeshRun]) -> Vec<PrecisionCurve> {
-    let curve = |(scene, _): (&str, _)| {
+    let curves = SCENES.map(|(scene, _)| {
         let of_scene = runs.iter().filter(|r| r.scene == scene);
         let points = of_scene.filter_map(|r| Some((r.solve_s, r.change_from_next_coarser?))).collect();
         PrecisionCurve { name: scene.into(), points }
-    };
-    SCENES.map(curve).into()
+    });
+    curves.into()
 }
 
 fn fit_curves(runs: &[FitRun]) -> Vec<PrecisionCurve> {

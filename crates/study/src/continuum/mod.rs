@@ -240,12 +240,6 @@ fn nested(
 }
 
 fn locking() -> Result<Vec<Locking>, Error> {
-    let ratios_at = |h: f64, nu: f64| -> Result<Vec<f64>, Error> {
-        let body = Body::continuum(h, &ContinuumSettings::default())?;
-        let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
-        let model = Model { constants };
-        Ok(ratios(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0)
-    };
     let near = ratios_at(DEFAULT_M, NEARLY_INCOMPRESSIBLE)?;
     let rows = POISSON_RATIOS.into_iter().map(|poisson_ratio| {
         let coarse = ratios_at(DEFAULT_M, poisson_ratio)?;
@@ -256,6 +250,13 @@ fn locking() -> Result<Vec<Locking>, Error> {
         })
     });
     rows.collect()
+}
+
+fn ratios_at(h: f64, nu: f64) -> Result<Vec<f64>, Error> {
+    let body = Body::continuum(h, &ContinuumSettings::default())?;
+    let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
+    let model = Model { constants };
+    Ok(ratios(&TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?, 1.0).0)
 }
 
 /// `reference` is filled by the first call.
@@ -282,9 +283,9 @@ fn sensitive(
     let mut parts: Vec<f64> =
         both.flat_map(|(a, b)| a.iter().zip(b)).filter(|(_, b)| **b > 0.5).map(|(a, b)| a / b).collect();
     parts.sort_by(f64::total_cmp);
-    let quantile = |q: f64| {
+    let [low, median, high] = [0.1, 0.5, 0.9].map(|q| {
         parts.get((q * (parts.len().max(1) - 1) as f64).round() as usize).copied().unwrap_or(f64::NAN)
-    };
+    });
     let scene = TestTensions::new(&body.mesh, &model, &PUBLISHED_A)?;
     let table = Thesis::reference()?.ratios_a(&scene.muscles).unwrap_or_default();
     let rms = |load: f64| {
@@ -298,9 +299,9 @@ fn sensitive(
     let (best_factor, rms_at_best) = best.unwrap_or((f64::NAN, f64::NAN));
     Ok(Sensitivity {
         setting: name.to_owned(),
-        low: quantile(0.1),
-        median: quantile(0.5),
-        high: quantile(0.9),
+        low,
+        median,
+        high,
         reached: found.iter().flatten().count(),
         rms_to_published_ratios: rms(1.0),
         best_factor,

@@ -21,10 +21,6 @@ pub fn verdict(spacings: &[Spacing]) -> String {
         let of_continuum = spacings.iter().filter(|r| r.body == "continuum");
         of_continuum.filter_map(|r| Some((r, r.error_of_tension.filter(|e| *e > 0.0)?)))
     };
-    let costs = |r: &Spacing| {
-        let (h, solve, fit) = (number(r.h_mm), duration(r.solve_s), duration(r.fit_s));
-        (h, format!("an equilibrium costs {solve}, a fit {fit}"))
-    };
     if let Some((r, _)) = known().find(|(_, e)| *e <= ONE_PER_CENT) {
         let (h, costs) = costs(r);
         return format!("**For 1 % of a tension take --body continuum at h = {h} mm: {costs}.**");
@@ -38,6 +34,11 @@ pub fn verdict(spacings: &[Spacing]) -> String {
         }
         None => "No mesh of this study has tensions to compare.".to_owned(),
     }
+}
+
+fn costs(r: &Spacing) -> (String, String) {
+    let (h, solve, fit) = (number(r.h_mm), duration(r.solve_s), duration(r.fit_s));
+    (h, format!("an equilibrium costs {solve}, a fit {fit}"))
 }
 
 /// Accuracy of a fitted tension against time, a curve for each body.

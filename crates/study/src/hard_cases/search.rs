@@ -25,12 +25,6 @@ pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
         let options = TargetOptions { muscles, ..TargetOptions::default() };
         Ok::<_, Error>(Target::new(&data, subject, &vowel.parse::<Vowel>()?, kind, &options)?)
     };
-    let changed = |mut t: Target, values: &[(&str, f64)]| {
-        for (name, value) in values {
-            t.muscles.iter().position(|m| m == name).into_iter().for_each(|m| t.values[m] = *value);
-        }
-        t
-    };
     let eight: Vec<&str> = data.muscles().iter().map(String::as_str).collect();
     let a = || target("S2", "a", TargetKind::Stretch, None);
     let one = target("S2", "a", TargetKind::Stretch, Some(&["HGa"]))?;
@@ -52,6 +46,13 @@ pub(super) fn targets() -> Result<Vec<HardCase>, Error> {
     ];
     let settings = FitSettings { starts: 2, ..FitSettings::default() };
     cases.into_iter().map(|(name, t, reachable)| row(6, name, &mesh, &t, &settings, reachable)).collect()
+}
+
+fn changed(mut t: Target, values: &[(&str, f64)]) -> Target {
+    for (name, value) in values {
+        t.muscles.iter().position(|m| m == name).into_iter().for_each(|m| t.values[m] = *value);
+    }
+    t
 }
 
 /// Case 7: difficult searches.

@@ -101,12 +101,12 @@ impl<'a, const D: usize> Locator<'a, D> {
         parts.sort_by(|(e, p), (f, q)| p[0].total_cmp(&q[0]).then(q[1].total_cmp(&p[1])).then(e.cmp(f)));
         let mut reached = 0.0;
         // A line along an edge is in the elements on both of its sides: the first has it.
-        let mut own = |(e, [from, to]): (usize, [f64; 2])| {
+        let parts = parts.into_iter().filter_map(|(e, [from, to]): (usize, [f64; 2])| {
             let from = f64::max(from, reached);
             reached = f64::max(reached, to);
             (to - from > SHORTEST).then_some((e, [from, to]))
-        };
-        parts.into_iter().filter_map(&mut own).collect()
+        });
+        parts.collect()
     }
 }
 

@@ -63,14 +63,17 @@ impl std::fmt::Display for ContinuumSettings {
 
 impl ContinuumSettings {
     pub fn check(&self) -> Result<(), BodyError> {
-        let within = |name, value: f64, low: f64, high: f64| match (low..=high).contains(&value) {
-            true => Ok(()),
-            false => Err(BodyError(format!("the {name} is {value}; give {low} to {high}"))),
-        };
         within("width of a muscle (m)", self.bundle_width_m, 0.0, 1.0)?;
         within("number of fibres of a muscle", self.fibres as f64, 1.0, MOST_FIBRES as f64)?;
         within("radius of a bone's patch (m)", self.patch_radius_m, 0.0, 1.0)?;
         within("stiffness of a bone's patch", self.patch_stiffness, 1e-6, 1e6)
+    }
+}
+
+fn within(name: &str, value: f64, low: f64, high: f64) -> Result<(), BodyError> {
+    match (low..=high).contains(&value) {
+        true => Ok(()),
+        false => Err(BodyError(format!("the {name} is {value}; give {low} to {high}"))),
     }
 }
 

@@ -110,15 +110,15 @@ impl Body<3> {
             for side in sides {
                 let sign = if side == Side::Left { -1.0 } else { 1.0 };
                 let own = |t: f64| side == Side::Middle || t * sign > -ROOM;
-                let nearest = |[u, v, t]: [f64; 3]| {
+                let nearest = given.fibre.map(|[u, v, t]| {
                     let steps = [
                         u * counts[0] as f64,
                         v * counts[1] as f64,
                         (1.0 + sign * t) * 0.5 * counts[2] as f64,
                     ];
                     number(counts, steps.map(|s| s.round() as usize))
-                };
-                let mut chain = given.fibre.map(nearest).to_vec();
+                });
+                let mut chain = nearest.to_vec();
                 let mut segments =
                     vec![Segment { nodes: [chain[0], chain[1]], force_n: given.force_n, outside: false }];
                 let force_n = if given.middle { given.force_n } else { 0.5 * given.force_n };

@@ -194,12 +194,13 @@ impl Body<3> {
 
 /// Whether the mean direction of fibres is the image of another, up to its sign; elements without fibres are alike.
 fn are_alike(own: &Directions, other: &Directions) -> bool {
-    // Fibres have no sign, so the means are of the products of their coordinates.
-    let mean = |all: &Directions, y: f64| -> Matrix3<f64> {
-        let mirrored = |d: &Vector3<f64>| Vector3::new(d.x, y * d.y, d.z);
-        all.iter().flatten().map(mirrored).map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / all.len() as f64
-    };
-    (mean(own, -1.0) - mean(other, 1.0)).norm() < ALIKE
+    (mean_product(own, -1.0) - mean_product(other, 1.0)).norm() < ALIKE
+}
+
+/// Fibres have no sign, so the means are of the products of their coordinates.
+fn mean_product(all: &Directions, y: f64) -> Matrix3<f64> {
+    let mirrored = |d: &Vector3<f64>| Vector3::new(d.x, y * d.y, d.z);
+    all.iter().flatten().map(mirrored).map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / all.len() as f64
 }
 
 fn sorted(nodes: impl Iterator<Item = usize>) -> Vec<usize> {

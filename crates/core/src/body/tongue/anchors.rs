@@ -101,10 +101,6 @@ impl Anchors {
             return;
         }
         let Some(fractions) = plane::crossing(first.ends, second.ends) else { return };
-        let reaches = |line: &MuscleLine, t: f64| {
-            let slack = SAME_POINT_M / (line.ends[1] - line.ends[0]).norm();
-            (-slack..=1.0 + slack).contains(&t)
-        };
         if !reaches(first, fractions[0]) || !reaches(second, fractions[1]) {
             return;
         }
@@ -140,4 +136,9 @@ impl Anchors {
         let place = stations[1..last].iter().filter(|s| along(self.points[**s]) < t).count() + 1;
         stations.insert(place, anchor);
     }
+}
+
+fn reaches(line: &MuscleLine, t: f64) -> bool {
+    let slack = SAME_POINT_M / (line.ends[1] - line.ends[0]).norm();
+    (-slack..=1.0 + slack).contains(&t)
 }

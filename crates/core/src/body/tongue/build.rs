@@ -3,7 +3,7 @@
 use spade::handles::FixedVertexHandle as Handle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
-use super::anatomy::{Anatomy, MuscleLine};
+use super::anatomy::Anatomy;
 use super::frame::{Frame, Site};
 use super::smooth::{fill, smooth};
 use crate::body::{BodyError, Cells, Mesh, MuscleChain};
@@ -65,11 +65,11 @@ fn assemble(anatomy: &Anatomy, frame: &Frame, triangles: &[[usize; 3]]) -> Mesh<
         Site::Tissue(i) => *i,
         Site::Outside(i) => tissue + i,
     };
-    let chain = |(line, sites): (&MuscleLine, &Vec<_>)| MuscleChain {
-        name: line.name.clone(),
-        nodes: sites.iter().map(number).collect(),
-    };
-    let muscles: Vec<MuscleChain> = anatomy.muscles().iter().zip(&frame.chains).map(chain).collect();
+    let muscles: Vec<MuscleChain> =
+        Vec::from_iter(anatomy.muscles().iter().zip(&frame.chains).map(|(line, sites)| MuscleChain {
+            name: line.name.clone(),
+            nodes: sites.iter().map(number).collect(),
+        }));
 
     let mut cells = Cells::new();
     // Each triangle starts at its lowest node and the list is sorted: numbering does not depend on the

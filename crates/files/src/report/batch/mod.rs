@@ -172,14 +172,13 @@ pub fn fitted(
 
 fn line(r: &AssessedRecord) -> [String; 5] {
     let summary = r.record.posterior.as_ref().and_then(|p| p.summary.as_ref());
-    let tension = |m: &String| {
+    let tensions: Vec<String> = Vec::from_iter(r.fit().active_names().iter().map(|m| {
         let tension = r.fit().value(m, &r.fit().tensions).unwrap_or(f64::NAN);
         match summary.and_then(|s| s.tensions_n.of(m)).map(|t| t.spread.interval_95) {
             Some([low, high]) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
             None => format!("{m} {tension:.1}"),
         }
-    };
-    let tensions: Vec<String> = r.fit().active_names().iter().map(tension).collect();
+    }));
     [
         r.label(),
         // Two on each line, so that the table stays within 100 columns.

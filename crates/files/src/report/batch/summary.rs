@@ -140,10 +140,10 @@ fn group<'a>(
 ) -> Option<PassiveGroup> {
     let known: Vec<([f64; 2], &Digest)> = members.filter_map(|d| Some((d.passive?, d))).collect();
     let sum = |which: usize| known.iter().map(|(errors, _)| errors[which]).sum::<f64>();
-    let over_muscles = |which: usize| {
+    let [rms_stretch_over_muscles, no_change_rms_stretch_over_muscles] = [0, 1].map(|which| {
         let errors = known.iter().map(|(errors, d)| errors[which] * (d.passive_muscles as f64)).sum::<f64>();
         (errors / known.iter().map(|(_, d)| d.passive_muscles as f64).sum::<f64>()).sqrt()
-    };
+    });
     let (fits, model, no_change) = (known.len(), sum(0), sum(1));
     (fits > 0).then(|| PassiveGroup {
         target_kind: kind.to_owned(),
@@ -152,8 +152,8 @@ fn group<'a>(
         fits,
         rms_stretch: (model / fits as f64).sqrt(),
         no_change_rms_stretch: (no_change / fits as f64).sqrt(),
-        rms_stretch_over_muscles: over_muscles(0),
-        no_change_rms_stretch_over_muscles: over_muscles(1),
+        rms_stretch_over_muscles,
+        no_change_rms_stretch_over_muscles,
         worse_than_no_change: model > no_change,
         seen_in_part: known.iter().filter(|(_, d)| d.seen_in_part).count(),
     })

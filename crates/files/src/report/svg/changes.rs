@@ -93,8 +93,8 @@ fn description(labels: &[String], series: &[Series], what: &str) -> String {
 }
 
 fn bars(svg: &mut Svg, labels: &[String], series: &[Series], (axis, base): (&str, f64), top: f64) {
-    let values = || series.iter().flat_map(|s| s.values.iter().copied());
-    let (low, high) = (values().fold(base, f64::min), values().fold(base, f64::max));
+    let values = series.iter().flat_map(|s| s.values.iter().copied());
+    let (low, high) = (values.clone().fold(base, f64::min), values.fold(base, f64::max));
     // Parts of a whole end at 1.
     let room = if base == 0.0 { 0.0 } else { 0.02 };
     let [low, high] = around(low.min(base - 0.1) - room, high.max(base + 0.1) + room);

@@ -6,7 +6,7 @@ use super::axes::{View, ticks};
 use super::labels::{self, Named};
 use super::plot::{Plot, around};
 use super::{Anchor, Face, INK, MARGIN, Px, Svg, WIDTH, closed};
-use tongue_core::body::{Mesh, MuscleChain};
+use tongue_core::body::Mesh;
 use tongue_input::measured::muscles::Muscles;
 
 /// Line width of contracting and of passive muscles, px, each with the extra width of its edge.
@@ -44,7 +44,7 @@ pub(super) fn lines<'a>(
 ) -> Vec<Line<'a>> {
     let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
     let colours = colours(&names);
-    let line = |(number, (muscle, &tension)): (usize, (&'a MuscleChain, &f64))| {
+    let all = mesh.muscles.iter().zip(tensions).enumerate().map(|(number, (muscle, &tension))| {
         let chain: Vec<_> = muscle.nodes.iter().filter_map(|&n| positions.get(n).copied()).collect();
         let (seen, leaves) = view.visible(&chain);
         let contracting = tension > 0.0;
@@ -57,8 +57,8 @@ pub(super) fn lines<'a>(
             leaves,
             nodes: &muscle.nodes,
         }
-    };
-    let mut all: Vec<Line<'a>> = mesh.muscles.iter().zip(tensions).enumerate().map(line).collect();
+    });
+    let mut all: Vec<Line<'a>> = all.collect();
     all.sort_by_key(|l| l.contracting);
     all
 }

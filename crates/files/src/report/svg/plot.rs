@@ -102,11 +102,6 @@ impl Plot {
     }
 
     pub fn axes(&self, svg: &mut Svg, [x, y]: [Axis<'_>; 2]) {
-        let every = |all: Vec<(f64, String)>, room: f64| {
-            let step = (all.len() as f64 * room).ceil().max(1.0) as usize;
-            all.into_iter().step_by(step)
-        };
-        let is_numbered = |axis: Axis<'_>| matches!(axis, Axis::Named(_) | Axis::Numbers);
         let [left, top] = self.corner;
         let [right, bottom] = [left + self.size[0], top + self.size[1]];
         for (value, label) in every(self.scale.marks(self.x), 70.0 / self.size[0]) {
@@ -114,7 +109,7 @@ impl Plot {
             if x != Axis::Nothing {
                 svg.line([at, top], [at, bottom], RULE, 1.0);
             }
-            if is_numbered(x) {
+            if matches!(x, Axis::Named(_) | Axis::Numbers) {
                 svg.text([at, bottom + 20.0], Anchor::Middle, Face::Plain, &label);
             }
         }
@@ -123,7 +118,7 @@ impl Plot {
             if y != Axis::Nothing {
                 svg.line([left, at], [right, at], RULE, 1.0);
             }
-            if is_numbered(y) {
+            if matches!(y, Axis::Named(_) | Axis::Numbers) {
                 svg.text([left - 8.0, at], Anchor::End, Face::Plain, &label);
             }
         }
@@ -135,6 +130,11 @@ impl Plot {
             svg.upright_text([left - 78.0, 0.5 * (top + bottom)], name);
         }
     }
+}
+
+fn every(all: Vec<(f64, String)>, room: f64) -> impl Iterator<Item = (f64, String)> {
+    let step = (all.len() as f64 * room).ceil().max(1.0) as usize;
+    all.into_iter().step_by(step)
 }
 
 /// Side of a panel, px, and room for its axis and its title.
@@ -155,8 +155,8 @@ pub struct Scatter {
 
 /// Draws `panels` with the same axes and the diagonal of exact predictions.
 pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
-    let values = || panels.iter().flat_map(|p| p.points.iter().flat_map(|&(_, x, y)| [x, y]));
-    let ends = around(values().fold(0.95, f64::min) - 0.02, values().fold(1.05, f64::max) + 0.02);
+    let values = panels.iter().flat_map(|p| p.points.iter().flat_map(|&(_, x, y)| [x, y]));
+    let ends = around(values.clone().fold(0.95, f64::min) - 0.02, values.fold(1.05, f64::max) + 0.02);
     let columns = COLUMNS.min(panels.len().max(1));
     let width = 2.0 * MARGIN + columns as f64 * (SIDE + AXIS);
     let told: Vec<String> = panels.iter().map(|p| format!("{}: {}.", p.title, p.line)).collect();

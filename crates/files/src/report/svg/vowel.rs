@@ -55,9 +55,9 @@ fn description(shown: &VowelPicture<'_>) -> String {
 
 /// The midsagittal section; returns its lower end, px.
 fn tract(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
-    let metres = |[x, y]: [f64; 2]| SVector::from([1e-3 * x, 1e-3 * y]);
-    let outer: Vec<_> = shown.sound.across_mm.iter().map(|[o, _]| metres(*o)).collect();
-    let inner: Vec<_> = shown.sound.across_mm.iter().map(|[_, i]| metres(*i)).collect();
+    let across = shown.sound.across_mm.iter();
+    let across = across.map(|ends| ends.map(|[x, y]| SVector::from([1e-3 * x, 1e-3 * y])).into());
+    let (outer, inner): (Vec<SVector<f64, 2>>, Vec<SVector<f64, 2>>) = across.unzip();
     let bounds = Bounds::of(outer.iter().chain(&inner).chain(shown.positions)).outwards(0.003, 0.01);
     let view = View::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
     let on = |points: &[SVector<f64, 2>]| data([points.iter().map(|p| view.place(p)).collect::<Vec<_>>()]);
@@ -75,12 +75,12 @@ fn tract(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
 /// First against second formant with the axes of phonetics; returns its lower end, px.
 fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     let heard = [0, 1].map(|i| shown.sound.formants_hz.get(i).copied().unwrap_or(0.0));
-    let all = || shown.means.iter().map(|m| [m.f1_hz, m.f2_hz]).chain([heard]);
+    let all = shown.means.iter().map(|m| [m.f1_hz, m.f2_hz]).chain([heard]);
     let plot = Plot::linear(
         [0.5 * WIDTH + LEFT + MARGIN, top],
         [0.5 * WIDTH - LEFT - 3.0 * MARGIN, CHART],
-        [around(600.0, all().map(|f| f[1]).fold(2400.0, f64::max))[1], 600.0],
-        [around(200.0, all().map(|f| f[0]).fold(900.0, f64::max))[1], 200.0],
+        [around(600.0, all.clone().map(|f| f[1]).fold(2400.0, f64::max))[1], 600.0],
+        [around(200.0, all.map(|f| f[0]).fold(900.0, f64::max))[1], 200.0],
     );
     plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"].map(Axis::Named));
     for MeanVowel { vowel, f1_hz: f1, f2_hz: f2 } in shown.means {
@@ -113,8 +113,8 @@ fn areas(svg: &mut Svg, rows: &[AreaRow], top: f64) {
 }
 
 fn transfer(svg: &mut Svg, sound: &SoundRecord, top: f64) {
-    let levels = || sound.transfer_db.iter().map(|p| p[1]).filter(|v| v.is_finite());
-    let (low, high) = levels().fold((0.0_f64, 10.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+    let levels = sound.transfer_db.iter().map(|p| p[1]).filter(|v| v.is_finite());
+    let (low, high) = levels.fold((0.0_f64, 10.0_f64), |(l, h), v| (l.min(v), h.max(v)));
     let plot = wide(top, [0.0, sound.transfer_db.last().map_or(1.0, |p| p[0])], around(low, high));
     plot.axes(svg, ["frequency (Hz)", "level (dB)"].map(Axis::Named));
     for f in sound.formants_hz.iter().filter(|f| **f <= plot.x[1]) {

@@ -51,12 +51,12 @@ pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) 
         })
     });
     let height = svg.legend(entries, [LEFT, WIDTH - MARGIN], top);
-    let all = || curves.iter().flat_map(|(_, points)| points);
+    let all = curves.iter().flat_map(|(_, points)| points);
     let plot = Plot {
         corner: [LEFT, top + height + MARGIN],
         size: [WIDTH - LEFT - 2.0 * MARGIN, PLOT],
-        x: decades(all().map(|p| p.0)),
-        y: decades(all().map(|p| p.1)),
+        x: decades(all.clone().map(|p| p.0)),
+        y: decades(all.map(|p| p.1)),
         scale: Scale::Logarithmic,
     };
     plot.axes(&mut svg, [Axis::Named(x), Axis::Named(y)]);

@@ -93,16 +93,13 @@ pub fn repeats_table(Repeats { tier, labels, muscles }: &Repeats) -> Table {
     let columns =
         "muscle,icc,by_chance,chance_95,by_exchange,exchange_95,of_label,of_label_95,tier,labels,repetitions";
     let (count, repetitions) = (labels.len(), labels.values().sum::<usize>());
-    let row = |(muscle, r): &(String, Repeated)| {
+    let rows = muscles.0.iter().map(|(muscle, r)| {
         let numbers =
             [r.icc, r.by_chance, r.chance_95, r.by_exchange, r.exchange_95, r.of_label, r.of_label_95];
         let rest = [tier.clone(), count.to_string(), repetitions.to_string()];
         std::iter::once(muscle.clone()).chain(numbers.map(|v| v.to_string())).chain(rest).collect()
-    };
-    Table {
-        columns: columns.split(',').map(str::to_owned).collect(),
-        rows: muscles.0.iter().map(row).collect(),
-    }
+    });
+    Table { columns: columns.split(',').map(str::to_owned).collect(), rows: rows.collect() }
 }
 
 /// What the formants of a run are those of, and how far they are known.

@@ -25,9 +25,9 @@ struct Packed(f64, f64, String);
 impl Packed {
     fn of(values: impl Iterator<Item = f64>) -> Self {
         let values: Vec<f64> = values.collect();
-        let finite = || values.iter().copied().filter(|v| v.is_finite());
+        let finite = values.iter().copied().filter(|v| v.is_finite());
         let (low, high) =
-            (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+            (finite.clone().fold(f64::INFINITY, f64::min), finite.fold(f64::NEG_INFINITY, f64::max));
         let span = (high - low).max(f64::MIN_POSITIVE);
         let digits = values.iter().flat_map(|v| {
             let part = ((v - low) / span * LARGEST).round();
@@ -114,8 +114,8 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
 fn drawn_sound(sound: &Waveform, frames: &[&Tracked]) -> Option<(f64, f64, [Packed; 2])> {
     const MOST_BINS: usize = 2000;
     let [from_s, to_s] = [frames.first()?, frames.last()?].map(|f| f.time_s);
-    let bin = |time_s: f64| ((time_s / Waveform::BIN_S).max(0.0) as usize).min(sound.ends.len());
-    let (first, last) = (bin(from_s), bin(to_s));
+    let [first, last] =
+        [from_s, to_s].map(|time_s| ((time_s / Waveform::BIN_S).max(0.0) as usize).min(sound.ends.len()));
     let together = (last - first).div_ceil(MOST_BINS).max(1);
     let bins: Vec<[f64; 2]> = sound.ends[first..last].chunks(together).map(Waveform::ends_of).collect();
     let packed = [0, 1].map(|end| Packed::of(bins.iter().map(|ends| ends[end])));

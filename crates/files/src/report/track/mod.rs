@@ -162,11 +162,6 @@ impl TrackResults {
             "formants": frame.formants,
             "faults": frame.faults,
         });
-        let is_empty = |value: &Value| match value {
-            Value::Array(all) => all.is_empty(),
-            Value::Object(all) => all.is_empty(),
-            other => other.is_null(),
-        };
         if let Some(fields) = record.as_object_mut() {
             let where_there_is_one = ["bones", "held_out", "reached_rms_mm", "formants", "faults"];
             fields.retain(|name, value| !(where_there_is_one.contains(&name.as_str()) && is_empty(value)));
@@ -187,6 +182,14 @@ impl TrackResults {
             "low": self.by_muscle(&mean.changes, |c| c.low),
             "high": self.by_muscle(&mean.changes, |c| c.high),
         })
+    }
+}
+
+fn is_empty(value: &Value) -> bool {
+    match value {
+        Value::Array(all) => all.is_empty(),
+        Value::Object(all) => all.is_empty(),
+        other => other.is_null(),
     }
 }
 

@@ -91,9 +91,6 @@ fn top(record: &TrackRecord, by: &Provenance) -> Markup {
 fn contrasts(compared: &Comparison) -> Markup {
     const MOST: usize = 60;
     let decided = compared.decided();
-    let range = |[middle, low, high]: [f64; 3]| {
-        format!("{} ({} to {})", fixed(middle, 1), fixed(low, 1), fixed(high, 1))
-    };
     let labels: Vec<String> = compared.labels.iter().map(|l| l.label.clone()).collect();
     let muscles: Vec<String> = Vec::from_iter(
         compared.muscles.iter().map(|m| format!("{}{}", m.muscle, if m.known { "" } else { " (not known)" })),
@@ -104,7 +101,7 @@ fn contrasts(compared: &Comparison) -> Markup {
     let mean = |i: usize, j: usize| {
         let (label, muscle) = if is_turned { (j, i) } else { (i, j) };
         let tension = &compared.labels[label].tensions.0[muscle].1;
-        range([tension.median, tension.low, tension.high])
+        with_interval([tension.median, tension.low, tension.high])
     };
     html! {
         section {
@@ -113,7 +110,7 @@ fn contrasts(compared: &Comparison) -> Markup {
             (tongue_page::table(["comparison", "difference, N/m", "P", "repetitions"], &html! {
                 @for c in decided.iter().take(MOST) { tr {
                     td { (c.said().unwrap_or_default()) }
-                    td { (range(c.size())) }
+                    td { (with_interval(c.size())) }
                     td { (fixed(c.probability_more.max(1.0 - c.probability_more), 2)) }
                     td { @if let Some([a, b]) = c.repetitions { (c.a) " " (a) ", " (c.b) " " (b) } }
                 } }
@@ -128,6 +125,10 @@ fn contrasts(compared: &Comparison) -> Markup {
             }))
         }
     }
+}
+
+fn with_interval([middle, low, high]: [f64; 3]) -> String {
+    format!("{} ({} to {})", fixed(middle, 1), fixed(low, 1), fixed(high, 1))
 }
 
 fn courses(record: &TrackRecord) -> Markup {

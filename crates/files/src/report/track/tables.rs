@@ -9,7 +9,7 @@ use super::{RecordingResult, TrackRecord, TrackResults, status_name};
 use crate::report::column::{columns, table};
 use crate::report::{Export, Provenance, StoTable, Table, csv};
 use tongue_infer::posterior::{Contrast, OverSpeakers};
-use tongue_infer::track::{Comparison, Interval, Tracked};
+use tongue_infer::track::{Comparison, Interval};
 
 pub fn track_csv(record: &TrackRecord) -> impl Export {
     move |out: &mut dyn Write, by: &Provenance| {
@@ -146,18 +146,18 @@ impl RecordingResult {
             self.freed.iter().flat_map(axes).collect(),
             vec!["resolved".to_owned()],
         ];
-        let row = |f: &Tracked| {
+        let rows = self.frames.iter().map(|f| {
             let values = [&f.levels, &f.courses].into_iter().flat_map(|of| {
                 let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
                 ends.into_iter().flat_map(move |end| of.iter().map(end))
             });
             let shifts = f.bones.iter().flat_map(|b| b.shift_m.map(|x| x * 1e3));
             std::iter::once(f.time_s).chain(values).chain(shifts).chain([f.resolved as f64]).collect()
-        };
+        });
         StoTable {
             title: format!("tongue-fit: muscle tensions over time, {}", self.name),
             labels: labels.concat(),
-            rows: self.frames.iter().map(row).collect(),
+            rows: rows.collect(),
         }
     }
 }

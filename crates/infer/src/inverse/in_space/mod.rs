@@ -12,7 +12,6 @@ use nalgebra::DVector;
 use serde::Serialize;
 use tongue_core::body::Body;
 use tongue_core::body::space::{Half, Side};
-use tongue_core::observe::Observation;
 use tongue_core::system::System;
 
 use self::intervals::Response;
@@ -272,11 +271,10 @@ impl SpaceSearch {
             });
             combinations.collect()
         });
-        let distance = |(mark, own): (&SpaceMark, &Vec<Observation<3>>)| {
+        let distances_m: Vec<f64> = Vec::from_iter(seen.iter().zip(&of_marks).map(|(mark, own)| {
             let squares: f64 = own.iter().map(|o| o.residual(&answer.positions).powi(2)).sum();
             mark.sd_m * squares.sqrt()
-        };
-        let distances_m: Vec<f64> = seen.iter().zip(&of_marks).map(distance).collect();
+        }));
         let squares: f64 = distances_m.iter().map(|d| d * d).sum();
         let prior = |x: &[f64]| activations_of(x).iter().map(|a| (a / self.prior_sd).powi(2)).sum::<f64>();
         let starts = answer.starts.iter().map(|s| Ended {

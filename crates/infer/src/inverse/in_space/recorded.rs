@@ -48,7 +48,7 @@ impl Recorded {
             let line = body.lines.iter().find(|(name, _)| *name == target.muscles[m]);
             line.map_or(1e-3 * target.baseline_mm[m], |(_, line)| line.value(&body.mesh.nodes))
         };
-        let mark = |m: usize| {
+        let marks = target.compared().map(|m| {
             let (over, half_width_over_mm) = match target.kind {
                 TargetKind::Stretch => (m, target.baseline_half_width_mm[m]),
                 TargetKind::Ratio => (target.reference, target.half_width_mm[target.reference]),
@@ -65,8 +65,8 @@ impl Recorded {
             // Of the stretch or ratio, as a length at rest.
             let sd_m = rest(over) * own.hypot(other).hypot(STRETCH);
             SpaceMark { what: Marked::Muscle { muscle: target.muscles[m].clone(), measure }, sd_m }
-        };
-        let frame = SpaceFrame { time_s: None, marks: target.compared().map(mark).collect() };
+        });
+        let frame = SpaceFrame { time_s: None, marks: marks.collect() };
         Self { frames: vec![(None, frame)], placed: None }
     }
 

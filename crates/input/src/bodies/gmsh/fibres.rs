@@ -72,8 +72,9 @@ impl Fibres {
         let lines: Vec<[Vector3<f64>; 2]> =
             on_nodes.map(|s| s.map(|n| mesh.nodes[n])).chain(self.guides.iter().copied()).collect();
         let nodes: Vec<Vector3<f64>> = lines.iter().flatten().copied().collect();
-        let segment = |i: usize| Segment { nodes: [2 * i, 2 * i + 1], force_n: 0.0, outside: false };
-        let segments: Vec<Segment> = (0..lines.len()).map(segment).collect();
+        let segments: Vec<Segment> = (0..lines.len())
+            .map(|i| Segment { nodes: [2 * i, 2 * i + 1], force_n: 0.0, outside: false })
+            .collect();
         Vec::from_iter(region.iter().map(|&element| {
             let x = hexahedron::corners(&mesh.nodes, &mesh.hexahedra[element]);
             hexahedron::points().map(|at| {

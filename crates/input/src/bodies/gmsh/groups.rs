@@ -194,11 +194,10 @@ impl<'a> Parts<'a> {
             }
         }
         let fixed: BTreeSet<usize> = bones.iter().flat_map(|(_, nodes)| nodes).copied().collect();
-        let bone = |(name, nodes): (&str, BTreeSet<usize>)| Bone {
-            name: name.to_owned(),
-            nodes: nodes.into_iter().collect(),
-        };
-        Ok((bones.into_iter().map(bone).collect(), fixed.into_iter().collect()))
+        let bones = bones
+            .into_iter()
+            .map(|(name, nodes)| Bone { name: name.to_owned(), nodes: nodes.into_iter().collect() });
+        Ok((bones.collect(), fixed.into_iter().collect()))
     }
 
     /// Checks that every cell hangs together with one of the fixed nodes through the pairs of joined nodes.
@@ -245,10 +244,10 @@ pub(super) fn positions<const D: usize>(
     kept: &BTreeSet<u64>,
     unit: Unit,
 ) -> Found<Vec<SVector<f64, D>>> {
-    let given = || kept.iter().filter_map(|tag| raw.nodes.get(tag).map(|x| (*tag, x)));
+    let given = kept.iter().filter_map(|tag| raw.nodes.get(tag).map(|x| (*tag, x)));
     if D == 2 {
-        let extent = given().flat_map(|(_, x)| [x[0].abs(), x[1].abs()]).fold(0.0, f64::max);
-        if let Some((node, x)) = given().find(|(_, x)| x[2].abs() > FLAT * extent) {
+        let extent = given.clone().flat_map(|(_, x)| [x[0].abs(), x[1].abs()]).fold(0.0, f64::max);
+        if let Some((node, x)) = given.clone().find(|(_, x)| x[2].abs() > FLAT * extent) {
             return Err(wrong!(
                 None,
                 "node {node} lies at z = {}; a body of triangles lies in the midsagittal plane, z = 0 (x to the back, y up): turn or shift \
@@ -257,7 +256,7 @@ pub(super) fn positions<const D: usize>(
             ));
         }
     }
-    Ok(given().map(|(_, x)| SVector::from_iterator(x.iter().map(|c| c * unit.metres()))).collect())
+    Ok(given.map(|(_, x)| SVector::from_iterator(x.iter().map(|c| c * unit.metres()))).collect())
 }
 
 pub(super) fn sorted(nodes: &[u64]) -> Vec<u64> {

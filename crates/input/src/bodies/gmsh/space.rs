@@ -246,8 +246,9 @@ fn strength(rest: &str) -> Option<(String, Strength)> {
 
 /// The ends of the longest fibre: the two of its nodes that are farthest from each other.
 fn longest_chain(lines: &[[usize; 2]], mesh: &Mesh<3>) -> [usize; 2] {
-    let length = |part: &Vec<[usize; 2]>| part.iter().map(|&l| mesh.distance(l)).sum::<f64>();
-    let longest = parts(lines).into_iter().max_by(|a, b| length(a).total_cmp(&length(b))).unwrap_or_default();
+    let measured =
+        parts(lines).into_iter().map(|part| (part.iter().map(|&l| mesh.distance(l)).sum::<f64>(), part));
+    let longest = measured.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, part)| part).unwrap_or_default();
     let nodes: Vec<usize> = longest.into_iter().flatten().collect();
     let pairs = nodes.iter().flat_map(|&a| nodes.iter().map(move |&b| [a, b]));
     pairs.max_by(|a, b| mesh.distance(*a).total_cmp(&mesh.distance(*b))).unwrap_or_default()
@@ -257,8 +258,8 @@ fn longest_chain(lines: &[[usize; 2]], mesh: &Mesh<3>) -> [usize; 2] {
 fn farthest(region: &[usize], directions: &[Directions], mesh: &Mesh<3>) -> [usize; 2] {
     let mean: Vector3<f64> = directions.iter().flatten().flatten().sum();
     let nodes: BTreeSet<usize> = region.iter().flat_map(|&e| mesh.hexahedra[e]).collect();
-    let along = |n: &usize| mesh.nodes[*n].dot(&mean);
-    let least = nodes.iter().copied().min_by(|a, b| along(a).total_cmp(&along(b)));
-    let most = nodes.iter().copied().max_by(|a, b| along(a).total_cmp(&along(b)));
-    [least.unwrap_or_default(), most.unwrap_or_default()]
+    let along = nodes.iter().map(|&n| (mesh.nodes[n].dot(&mean), n));
+    let least = along.clone().min_by(|a, b| a.0.total_cmp(&b.0));
+    let most = along.max_by(|a, b| a.0.total_cmp(&b.0));
+    [least, most].map(|end| end.map_or(0, |(_, n)| n))
 }

@@ -95,7 +95,7 @@ impl Columns {
             return Err(incomplete(&missing.into_iter().flatten().collect::<Vec<_>>(), cells));
         };
         let half_width = half_width("");
-        let set_aside = |(field, name): (usize, &str)| {
+        let set_aside = cells.header.cells.iter().enumerate().filter_map(|(field, name)| {
             let why = match meaning(name) {
                 Some((Meaning::HalfWidth(_), _)) => "half width of a muscle without a column of lengths",
                 Some(_) => "another column says the same",
@@ -110,8 +110,8 @@ impl Columns {
                 || half_width.is_some_and(|(f, _)| f == field)
                 || lengths.iter().any(|l| l.field == field || l.half_width.is_some_and(|(f, _)| f == field));
             (!used && is_filled).then_some(aside)
-        };
-        let set_aside = cells.header.cells.iter().enumerate().filter_map(set_aside).collect();
+        });
+        let set_aside = set_aside.collect();
         Ok(Self { subject, vowel, lengths, half_width, set_aside })
     }
 }

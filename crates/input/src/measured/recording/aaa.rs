@@ -232,13 +232,11 @@ impl Rows {
     /// coordinates anew for each.
     pub fn recordings(mut self, format: Format, start: Place<'_>) -> Result<Vec<Recording>, Malformed> {
         let mut out: Vec<Recording> = Vec::new();
-        let parts = |Found { key, runs }: Found| {
+        let parts = std::mem::take(&mut self.found).into_iter().flat_map(|Found { key, runs }| {
             let parts = parts(runs, self.restarts).into_iter().enumerate();
             parts.map(move |(nth, part)| (key.clone(), nth, part))
-        };
-        for (key, nth, (Run { mut rows, labels }, notes)) in
-            std::mem::take(&mut self.found).into_iter().flat_map(parts)
-        {
+        });
+        for (key, nth, (Run { mut rows, labels }, notes)) in parts {
             if nth > 0 {
                 let first = rows.first().map_or(start, |(line, _)| Place { line: *line, ..start });
                 self.budget.whole(0, self.channels.len(), first)?;

@@ -103,13 +103,13 @@ impl AlignedRecording {
     /// Contours in the frame of a body, m, a frame of each; the points are in the order of the contour.
     pub fn of_contours(contours: &[&[Point]]) -> Self {
         let most = contours.iter().map(|c| c.len()).max().unwrap_or(0);
-        let frame = |points: &&[Point]| AlignedFrame {
+        let frames = contours.iter().map(|points| AlignedFrame {
             contour: (0..most).map(|i| points.get(i).map(|&at| Mark { at, sd: CONTOUR_SD_M })).collect(),
             ..AlignedFrame::default()
-        };
+        });
         Self {
             contour: (1..=most).map(|i| format!("point {i}")).collect(),
-            frames: contours.iter().map(frame).collect(),
+            frames: frames.collect(),
             ..Self::default()
         }
     }
@@ -181,8 +181,8 @@ impl AlignedRecording {
             contour.reverse();
             notes.push(REVERSED.to_owned());
         }
-        let of_contour = || rise.map(|rise| if is_reversed { (0.0, rise.x) } else { (rise.x, 0.0) });
-        let by_contour = of_bones.is_none().then(of_contour).flatten();
+        let by_contour = rise.filter(|_| of_bones.is_none());
+        let by_contour = by_contour.map(|rise| if is_reversed { (0.0, rise.x) } else { (rise.x, 0.0) });
         let apart = of_bones.or(by_contour).or_else(|| ends(&sensors, &roles, &recording.channels, &places));
         if guessed && apart.is_none() && sensors.len() > 1 && contour.is_empty() {
             return Err(wrong(
@@ -306,12 +306,11 @@ fn ends(
     channels: &[String],
     frames: &[Vec<Option<Point>>],
 ) -> Option<(f64, f64)> {
-    let behind = |c: &usize| match roles[*c] {
-        Role::Surface(at) => Some(at),
-        Role::Coil(Some(nth)) => Some(f64::from(nth)),
+    let known = sensors.iter().filter_map(|c| match roles[*c] {
+        Role::Surface(at) => Some((at, *c)),
+        Role::Coil(Some(nth)) => Some((f64::from(nth), *c)),
         _ => None,
-    };
-    let known = sensors.iter().filter_map(|c| Some((behind(c)?, *c)));
+    });
     let front = known.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, c)| c);
     let is_tip = |c: &usize| names::is_tip(&channels[*c]) && matches!(roles[*c], Role::Coil(None));
     let front = front.or_else(|| sensors.iter().copied().find(is_tip))?;

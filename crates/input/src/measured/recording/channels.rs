@@ -24,8 +24,8 @@ pub(super) fn median_place(frames: &[Vec<Option<Point>>], channel: usize) -> Opt
 
 pub(super) fn median_point(points: impl Iterator<Item = Point>) -> Option<Point> {
     let all: Vec<Point> = points.collect();
-    let of = |axis: usize| upper_median(all.iter().map(|p| p[axis]));
-    Some(Point::new(of(0)?, of(1)?))
+    let [x, y] = [0, 1].map(|axis| upper_median(all.iter().map(|p| p[axis])));
+    Some(Point::new(x?, y?))
 }
 
 /// Sorts coils from the tip backwards and returns the distance of each behind the tip, m: as measured, or the

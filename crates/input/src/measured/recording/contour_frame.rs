@@ -10,7 +10,7 @@
 
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::{least_by, upper_median};
 
 use super::channels::median_point;
 use super::dynamics::bone_slips;
@@ -96,11 +96,10 @@ impl SampleFrame {
         let second = first.recording.channels.iter().position(|c| c == "mandible");
         let ends = second.into_iter().chain(bone(MANDIBLE)).filter(|&m| first.roles[m] != Role::Contour);
         let ends: Vec<usize> = ends.collect();
-        let with = |hyoid: usize| {
+        let found: Vec<Self> = Vec::from_iter(bone(HYOID).filter(|_| free).into_iter().flat_map(|hyoid| {
             let pairs = ends.iter().filter(move |m| **m != hyoid).flat_map(|m| [(*m, false), (*m, true)]);
             pairs.map(move |(mandible, reflected)| Self { hyoid, mandible, reflected })
-        };
-        let found: Vec<Self> = bone(HYOID).filter(|_| free).into_iter().flat_map(with).collect();
+        }));
         if found.is_empty() && is_stated {
             let problem = if free {
                 "contour_frame = \"hyoid\" needs the hyoid, and the mandible or the mental spine; name them in the map"
@@ -110,22 +109,16 @@ impl SampleFrame {
             return Err(problem.to_owned());
         }
         // Recordings in which a bone slips say nothing about the frame.
-        let slips = |flat: &Flat<'_>, c: usize| {
-            bone_slips(flat.times.iter().zip(&flat.places).filter_map(|(t, frame)| Some((*t, frame[c]?))))
-        };
         let bones = bone(HYOID).into_iter().chain(ends.iter().copied());
         let steady: Vec<&Flat<'_>> = Vec::from_iter(
             group.iter().copied().filter(|flat| is_stated || !bones.clone().any(|c| slips(flat, c))),
         );
         let group = steady.as_slice();
-        let rough = |frame: &Self| frame.steadiness(group).map_or(0.0, |s| s.rough_m);
         let is_upright = |frame: &&Self| frame.middle(group, true).is_some_and(|m| m.y > 0.0);
         let looks_left = |frame: &Self| frame.typical(group, |axes| axes.x.x).is_some_and(|x| x < 0.0);
         let upright = found.iter().filter(|frame| !frame.reflected || looks_left(frame)).filter(is_upright);
-        let best = upright
-            .filter(|frame| is_stated || frame.explains(group))
-            .min_by(|a, b| rough(a).total_cmp(&rough(b)));
-        Ok(best.copied())
+        let good = upright.filter(|frame| is_stated || frame.explains(group)).copied();
+        Ok(least_by(good, |frame| frame.steadiness(group).map_or(0.0, |s| s.rough_m)))
     }
 
     fn typical(&self, group: &[&Flat<'_>], of: fn(Axes) -> f64) -> Option<f64> {
@@ -233,4 +226,8 @@ impl SampleFrame {
         let sd = left.sum::<f64>().sqrt() / size;
         Some(Steadiness { factor, sd, rough_m: typical(|d| (d.0 + d.1).norm())? })
     }
+}
+
+fn slips(flat: &Flat<'_>, c: usize) -> bool {
+    bone_slips(flat.times.iter().zip(&flat.places).filter_map(|(t, frame)| Some((*t, frame[c]?))))
 }

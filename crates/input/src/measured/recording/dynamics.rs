@@ -229,13 +229,6 @@ impl Measures<'_> {
     /// Points and bones that jump and stay, while most points do not.
     pub fn slipped_points_mm(&self) -> Option<Value> {
         let Motion { courses, bones } = &self.motion;
-        let slips_of = |courses: &[PointTrack<'_>], acceleration_m_s2: f64| -> Vec<(String, f64, f64)> {
-            let slips = courses.iter().filter_map(|c| {
-                let (frame, by) = c.slip(acceleration_m_s2)?;
-                Some((c.name.to_owned(), c.times[frame], by * 1e3))
-            });
-            slips.collect()
-        };
         let mut slips = slips_of(courses, ACCELERATION_M_S2);
         if 2 * slips.len() > courses.len() {
             return None;
@@ -288,4 +281,12 @@ impl Measures<'_> {
             if others.is_empty() { String::new() } else { format!(" (and {} times more)", others.len()) };
         Some((*by_mm, format!("at {time_s:.3} s{more}")))
     }
+}
+
+fn slips_of(courses: &[PointTrack<'_>], acceleration_m_s2: f64) -> Vec<(String, f64, f64)> {
+    let slips = courses.iter().filter_map(|c| {
+        let (frame, by) = c.slip(acceleration_m_s2)?;
+        Some((c.name.to_owned(), c.times[frame], by * 1e3))
+    });
+    slips.collect()
 }

@@ -11,11 +11,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let mut rows: Vec<Vec<Option<f64>>> = Vec::new();
     let mut budget = Budget::default();
     for (at, line) in limits::lines(&text, origin) {
-        let cells = || line.split([' ', '\t', ',']).filter(|c| !c.is_empty());
-        if rows.is_empty() && cells().all(|c| c.starts_with("FRAME") || matches!(c, "X" | "Y")) {
+        let cells = line.split([' ', '\t', ',']).filter(|c| !c.is_empty());
+        if rows.is_empty() && cells.clone().all(|c| c.starts_with("FRAME") || matches!(c, "X" | "Y")) {
             continue;
         }
-        let row = (1..).zip(cells()).map(|(column, cell)| match cell {
+        let row = (1..).zip(cells).map(|(column, cell)| match cell {
             "NaN" | "nan" | "*" | "NA" => Ok(None),
             cell => coordinate(cell).map(Some).ok_or_else(|| {
                 let what = format!("{cell:?} is not a coordinate");
@@ -33,11 +33,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     }
     // EdgeTrak writes zeros for a frame that was not traced.
     let sample = |frame: usize| {
-        let place = |row: &Vec<Option<f64>>| {
+        let places = rows.iter().map(|row| {
             let (x, y) = row[2 * frame].zip(row[2 * frame + 1])?;
             ((x, y) != (0.0, 0.0)).then_some([x, y, 0.0])
-        };
-        Sample::new(frame as f64, rows.iter().map(place).collect())
+        });
+        Sample::new(frame as f64, places.collect())
     };
     let names = (0..rows.len()).map(|n| format!("tongue_{n}"));
     let samples = (0..rows.first().map_or(0, |r| r.len() / 2)).map(sample).collect();

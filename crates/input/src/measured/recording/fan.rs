@@ -26,19 +26,19 @@ fn cells(line: &str) -> Vec<&str> {
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = limits::text(bytes, origin)?;
     let start = Place { origin, line: 1, column: 1 };
-    let lines = || limits::lines(&text, origin).map(|(at, line)| (at, cells(line)));
-    let width = lines().next().map_or(0, |(_, cells)| cells.len());
+    let lines = limits::lines(&text, origin).map(|(at, line)| (at, cells(line)));
+    let width = lines.clone().next().map_or(0, |(_, cells)| cells.len());
     if width <= FIELDS {
         return Err(start.error(format!("the line has {width} fields"), HELP));
     }
     let before = width - FIELDS;
-    let columns = Columns::of(lines().map(|(_, cells)| cells), before);
+    let columns = Columns::of(lines.clone().map(|(_, cells)| cells), before);
     let time = columns.time.ok_or_else(|| {
         let what = "no field before the fan is a time that grows from row to row";
         start.error(what, "export the time of the sample in the recording")
     })?;
     let mut rows = Rows::new((1..=FAN_LINES).map(|n| format!("tongue_{n}")).collect(), false, false);
-    for (at, cells) in lines() {
+    for (at, cells) in lines {
         if cells.len() != width {
             let what = format!("the line has {} fields where the first has {width}", cells.len());
             return Err(at.at_column(cells.len()).error(what, "the file is cut off; export it anew"));

@@ -36,7 +36,10 @@ pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Ma
 }
 
 /// The lines of a text with content, each with its place.
-pub(super) fn lines<'a>(text: &'a str, origin: &'a str) -> impl Iterator<Item = (Place<'a>, &'a str)> {
+pub(super) fn lines<'a>(
+    text: &'a str,
+    origin: &'a str,
+) -> impl Iterator<Item = (Place<'a>, &'a str)> + Clone {
     let places = (1..).map(move |line| Place { origin, line, column: 1 });
     places.zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
 }

@@ -12,7 +12,7 @@ use crate::measured::error::ReadError;
 use crate::measured::lengths::text::clip;
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::{least_by, upper_median};
 use tongue_core::toml_text::{self, plain};
 use tongue_core::{choice, limits};
 
@@ -232,9 +232,8 @@ impl Map {
                            that with --map";
             recording.uninterpreted(problem.to_owned())
         })?;
-        let off = |mm: &f64| (gap * mm / USUAL_GAP_MM).ln().abs();
-        let mm =
-            [1e3, 10.0, 1.0, 1e-2, 1e-3].into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(1.0);
+        let units = [1e3, 10.0, 1.0, 1e-2, 1e-3];
+        let mm = least_by(units, |mm| (gap * mm / USUAL_GAP_MM).ln().abs()).unwrap_or(1.0);
         let told = format!(
             "its format does not have a unit; taken as {mm} mm, with which its coils lie {:.0} mm apart (unit_mm in a \
              map says it)",
@@ -376,12 +375,12 @@ impl Map {
 
 /// Position of a channel in the middle of the recording, and how far it moves, in the unit of the file.
 fn course(recording: &Recording, channel: usize) -> String {
-    let places = || recording.samples.iter().filter_map(|s| s.places[channel]);
-    let middle: Option<Vec<f64>> = (0..3).map(|axis| upper_median(places().map(|p| p[axis]))).collect();
+    let places = recording.samples.iter().filter_map(|s| s.places[channel]);
+    let middle: Option<Vec<f64>> = (0..3).map(|axis| upper_median(places.clone().map(|p| p[axis]))).collect();
     let Some(middle) = middle else { return "never seen".to_owned() };
-    let away = places().map(|p| (0..3).map(|a| (p[a] - middle[a]).powi(2)).sum::<f64>().sqrt());
+    let away = places.clone().map(|p| (0..3).map(|a| (p[a] - middle[a]).powi(2)).sum::<f64>().sqrt());
     let moves = upper_median(away).unwrap_or(0.0);
-    let (count, missing) = (recording.samples.len(), recording.samples.len() - places().count());
+    let (count, missing) = (recording.samples.len(), recording.samples.len() - places.count());
     let gone = if missing > 0 { format!(", not seen in {missing} of {count} frames") } else { String::new() };
     let [x, y, z] = [middle[0], middle[1], middle[2]];
     format!("at x {x:.4}, y {y:.4}, z {z:.4}, half of the time within {moves:.3} of there{gone}")

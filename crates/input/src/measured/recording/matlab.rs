@@ -181,8 +181,9 @@ fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(S
     let (_, flags) = piece.next()?;
     let class = whole.of(flags).word(0)? & 0xff;
     let (_, sizes) = piece.next()?;
-    let size = |n: usize| whole.of(sizes).word(4 * n).map(|s| s as usize);
-    let sizes = (0..sizes.len() / 4).map(size).collect::<Option<Vec<usize>>>()?;
+    let sizes = (0..sizes.len() / 4)
+        .map(|n| whole.of(sizes).word(4 * n).map(|s| s as usize))
+        .collect::<Option<Vec<usize>>>()?;
     let rows = *sizes.first()?;
     let columns = sizes.get(1..)?.iter().try_fold(1_usize, |a, b| a.checked_mul(*b))?;
     let count = rows.checked_mul(columns)?;

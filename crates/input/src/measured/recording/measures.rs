@@ -2,7 +2,7 @@
 
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::{least_by, upper_median};
 
 use super::channels::median_point;
 use super::dynamics::Motion;
@@ -52,8 +52,9 @@ pub(super) fn steep_deg(apart: Point) -> f64 {
 
 impl<'a> Measures<'a> {
     pub fn of(recording: &'a AlignedRecording) -> Self {
-        let median = |p: usize| median_point(recording.course(p).map(|(_, mark)| mark.at));
-        let mut contour: Vec<_> = (0..recording.names().count()).map(median).collect();
+        let mut contour: Vec<_> = (0..recording.names().count())
+            .map(|p| median_point(recording.course(p).map(|(_, mark)| mark.at)))
+            .collect();
         let mut sensors = contour.split_off(recording.contour.len());
         let bones = sensors.split_off(recording.sensors.len());
         Self { contour, sensors, bones, motion: Motion::of(recording), recording }
@@ -66,9 +67,9 @@ impl<'a> Measures<'a> {
 
     /// The contour without points that are far from it, if it has at least so many others.
     fn near_contour(&self, least: usize) -> Option<Vec<Point>> {
-        let all = || self.contour.iter().flatten().copied();
-        let centre = median_point(all()).unwrap_or_default();
-        let near: Vec<Point> = all().filter(|p| (p - centre).norm() <= 0.15).collect();
+        let all = self.contour.iter().flatten().copied();
+        let centre = median_point(all.clone()).unwrap_or_default();
+        let near: Vec<Point> = all.filter(|p| (p - centre).norm() <= 0.15).collect();
         (near.len() >= least).then_some(near)
     }
 
@@ -91,13 +92,9 @@ impl<'a> Measures<'a> {
 
     /// The lengths of the contour and between the bones, or twice that of the chain of coils.
     pub fn sizes_mm(&self) -> Option<[f64; 2]> {
-        let whole = |points: &[Option<Point>]| {
-            let all = points.iter().copied().collect::<Option<Vec<Point>>>()?;
-            Some(length(&all) * MM).filter(|mm| *mm > 0.0)
-        };
-        match whole(&self.contour) {
+        match whole_mm(&self.contour) {
             Some(contour) => Some([contour, self.spine_and_hyoid().map(|(a, b)| (a - b).norm() * MM)?]),
-            None => whole(&self.sensors).map(|mm| [mm, mm]),
+            None => whole_mm(&self.sensors).map(|mm| [mm, mm]),
         }
     }
 
@@ -132,9 +129,9 @@ impl<'a> Measures<'a> {
 
     /// The diameter that contains half of the points, so that one distant point does not make it large.
     pub fn contour_width_mm(&self) -> Option<Value> {
-        let contour = || self.contour.iter().flatten().copied();
-        let centre = median_point(contour()).filter(|_| contour().count() > 4)?;
-        upper_median(contour().map(|p| (p - centre).norm())).map(|r| bare(2.0 * r * MM))
+        let contour = self.contour.iter().flatten().copied();
+        let centre = median_point(contour.clone()).filter(|_| contour.clone().count() > 4)?;
+        upper_median(contour.map(|p| (p - centre).norm())).map(|r| bare(2.0 * r * MM))
     }
 
     pub fn largest_gap_mm(&self) -> Option<Value> {
@@ -144,13 +141,10 @@ impl<'a> Measures<'a> {
     /// The coil that is more than twice as far from its nearest neighbour as all others are from theirs.
     pub fn coil_alone_mm(&self) -> Option<Value> {
         let coils = self.coils();
-        let near = |c: &Coil<'_>, of: &[Coil<'_>]| {
-            of.iter().filter(|o| o.0 != c.0).map(|o| (o.2 - c.2).norm() * MM).fold(ANY, f64::min)
-        };
         coils.iter().filter(|_| coils.len() >= 3).find_map(|c| {
             let others: Vec<Coil<'_>> = coils.iter().filter(|o| o.0 != c.0).copied().collect();
-            let apart = others.iter().map(|o| near(o, &others)).fold(0.0, f64::max);
-            let away = near(c, &coils);
+            let apart = others.iter().map(|o| nearest_mm(o, &others)).fold(0.0, f64::max);
+            let away = nearest_mm(c, &coils);
             ((4.0..=30.0).contains(&apart) && away > 2.0 * apart).then(|| (away, c.0.to_owned()))
         })
     }
@@ -160,8 +154,8 @@ impl<'a> Measures<'a> {
         let named = self.recording.names().zip(places);
         let all: Vec<(&String, Point)> = named.filter_map(|(n, p)| Some((n, (*p)?))).collect();
         let centre = median_point(all.iter().map(|a| a.1)).filter(|_| all.len() >= 4);
-        let far = |centre: Point| all.iter().map(move |(n, p)| ((p - centre).norm() * MM, (*n).clone()));
-        centre.into_iter().flat_map(far).collect()
+        let Some(centre) = centre else { return Vec::new() };
+        Vec::from_iter(all.iter().map(|(n, p)| ((p - centre).norm() * MM, (*n).clone())))
     }
 
     /// How steep the line from spine to hyoid is, degrees, and whether the tongue is arched upwards all the same.
@@ -188,9 +182,10 @@ impl<'a> Measures<'a> {
     /// By how much the ends of a contour are nearer to the wrong bones.
     pub fn root_nearer_to_spine_mm(&self) -> Option<Value> {
         let ((spine, hyoid), contour) = self.spine_and_hyoid().zip(self.near_contour(4))?;
-        let apart = |root: &Point, tip: &Point| (root - hyoid).norm() + (tip - spine).norm();
         let (first, last) = (contour.first()?, contour.last()?);
-        Some(bare((apart(first, last) - apart(last, first)) * MM))
+        let [right, reversed] =
+            [(first, last), (last, first)].map(|(root, tip)| (root - hyoid).norm() + (tip - spine).norm());
+        Some(bare((right - reversed) * MM))
     }
 
     /// The larger of how far the contour reaches above the line of the bones: 1.1 to 1.5 times the distance of these and 0.50 to 0.57 times its
@@ -204,8 +199,8 @@ impl<'a> Measures<'a> {
         let heights = contour.iter().map(|p| apart.perp(&(p - spine)) / apart.norm());
         let height = heights.fold(f64::NEG_INFINITY, f64::max);
         let times = height / apart.norm();
-        let end = |p: &Point| apart.perp(&(p - spine)) / apart.norm_squared();
-        let (a, b) = (end(contour.first()?), end(contour.last()?));
+        let [a, b] =
+            [contour.first()?, contour.last()?].map(|p| apart.perp(&(p - spine)) / apart.norm_squared());
         let of_ends = (a.min(b) / 0.42).min(0.5 * (a + b) / 0.7);
         let of_top = (times / 1.7).min(height / length(&contour) / 0.66);
         Some((of_ends.max(of_top), format!("{times:.1}")))
@@ -218,9 +213,11 @@ impl<'a> Measures<'a> {
         let mut path: Vec<Point> = Vec::with_capacity(left.len());
         let centre = contour.iter().sum::<Point>() / contour.len() as f64;
         while !left.is_empty() {
-            let off = |p: &Point| path.last().map_or_else(|| -(p - centre).norm(), |last| (p - last).norm());
-            let next = (0..left.len()).min_by(|&a, &b| off(&left[a]).total_cmp(&off(&left[b]))).unwrap_or(0);
-            path.push(left.swap_remove(next));
+            let next = least_by(0..left.len(), |&n| match path.last() {
+                Some(last) => (left[n] - last).norm(),
+                None => -(left[n] - centre).norm(),
+            });
+            path.push(left.swap_remove(next.unwrap_or(0)));
         }
         Some(bare(length(&contour) / length(&path)))
     }
@@ -278,10 +275,6 @@ impl<'a> Measures<'a> {
         if frames.len() < FEW || stated.axes {
             return None;
         }
-        let depth = |[first, p, last]: [Point; 3]| {
-            let along = last - first;
-            (along.perp(&(first - p)) / along.norm()).min(first.y - p.y)
-        };
         let number = |name: &str| sensors.iter().position(|(n, _)| n == name);
         let hollow = inner.iter().filter_map(|(name, _, p)| {
             let numbers = [number(first.0)?, number(name)?, number(last.0)?];
@@ -311,6 +304,20 @@ impl<'a> Measures<'a> {
         });
         out.max_by(|a, b| a.0.total_cmp(&b.0))
     }
+}
+
+fn depth([first, p, last]: [Point; 3]) -> f64 {
+    let along = last - first;
+    (along.perp(&(first - p)) / along.norm()).min(first.y - p.y)
+}
+
+fn nearest_mm(c: &Coil<'_>, of: &[Coil<'_>]) -> f64 {
+    of.iter().filter(|o| o.0 != c.0).map(|o| (o.2 - c.2).norm() * MM).fold(ANY, f64::min)
+}
+
+fn whole_mm(points: &[Option<Point>]) -> Option<f64> {
+    let all = points.iter().copied().collect::<Option<Vec<Point>>>()?;
+    Some(length(&all) * MM).filter(|mm| *mm > 0.0)
 }
 
 fn listed(coils: &[Coil<'_>]) -> String {

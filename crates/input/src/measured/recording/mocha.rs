@@ -30,11 +30,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let samples = table.samples(origin, HELP, |n, row| {
         let (time_s, seen, values) =
             if timed { (row[0], row[1] != 0.0, &row[2..]) } else { (n as f64 / RATE_HZ, true, row) };
-        let place = |&(_, x, y): &(&str, usize, usize)| {
+        let places = SENSORS.iter().map(|&(_, x, y)| {
             let place = [values[x], values[y], 0.0];
             (seen && place.iter().all(|v| is_coordinate(*v))).then_some(place)
-        };
-        Sample::new(time_s, SENSORS.iter().map(place).collect())
+        });
+        Sample::new(time_s, places.collect())
     })?;
     let names = SENSORS.iter().map(|(name, ..)| (*name).to_owned());
     let found = Recording::of_file(origin, Format::Est, Some(1e-5), names, samples);

@@ -192,7 +192,7 @@ impl Recording {
         }
         let channels = distinct(frames.iter().flat_map(|f| &f.channels).filter(|c| is_coil(c)).cloned());
         let number = |frame: &Self, channel: &String| frame.channels.iter().position(|c| c == channel);
-        let sample = |(nth, frame): (usize, &Self)| {
+        let samples = frames.iter().enumerate().map(|(nth, frame)| {
             let [only] = frame.samples.as_slice() else {
                 return Err(format!("{} has {} frames; give one", frame.name, frame.samples.len()));
             };
@@ -200,10 +200,10 @@ impl Recording {
                 nth as f64,
                 channels.iter().map(|channel| only.places[number(frame, channel)?]).collect(),
             ))
-        };
-        let samples = frames.iter().enumerate().map(sample).collect::<Result<_, String>>()?;
-        let sigma = |channel: &String| frames.iter().find_map(|f| f.sigma[number(f, channel)?]);
-        let sigma = channels.iter().map(sigma).collect();
+        });
+        let samples = samples.collect::<Result<_, String>>()?;
+        let sigma =
+            channels.iter().map(|channel| frames.iter().find_map(|f| f.sigma[number(f, channel)?])).collect();
         Ok(Self { channels, sigma, samples, labels: Vec::new(), ..first.clone() })
     }
 
@@ -256,9 +256,9 @@ impl Recording {
             .collect();
         let mut names: Vec<&str> = Vec::new();
         for (channel, name) in self.channels.iter().enumerate() {
-            let places = || self.samples.iter().map(|sample| &sample.places[channel]);
+            let places = self.samples.iter().map(|sample| &sample.places[channel]);
             let (seen, zeros) =
-                (places().flatten().count(), places().filter(|place| **place == Some([0.0; 3])).count());
+                (places.clone().flatten().count(), places.filter(|place| **place == Some([0.0; 3])).count());
             if zeros == 0 || 2 * zeros >= seen {
                 continue;
             }

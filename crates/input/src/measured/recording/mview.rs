@@ -46,14 +46,6 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
             return Err(wrong(format!("SRATE is {}", first.rate_hz), "it must be from 1 to 10000 Hz"));
         }
         budget.whole(first.frames, channels.len(), start)?;
-        let place = |channel: &Channel<'_>, frame: usize| {
-            let value = |column: usize| channel.signal.number(column * channel.frames + frame);
-            let place = match channel.columns {
-                2 => [value(0)?, 0.0, value(1)?],
-                _ => [value(0)?, value(1)?, value(2)?],
-            };
-            place.iter().all(|v| is_coordinate(*v)).then_some(place)
-        };
         let samples = (0..first.frames)
             .map(|frame| {
                 let places = channels.iter().map(|c| place(c, frame)).collect();
@@ -71,6 +63,15 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         return Err(start.error(what, HELP));
     }
     Ok(found)
+}
+
+fn place(channel: &Channel<'_>, frame: usize) -> Option<[f64; 3]> {
+    let value = |column: usize| channel.signal.number(column * channel.frames + frame);
+    let place = match channel.columns {
+        2 => [value(0)?, 0.0, value(1)?],
+        _ => [value(0)?, value(1)?, value(2)?],
+    };
+    place.iter().all(|v| is_coordinate(*v)).then_some(place)
 }
 
 /// The structure as a sensor's channel; `None` for the sound and other signals.

@@ -57,12 +57,12 @@ impl Numbers {
         let text = limits::text(bytes, origin)?;
         let mut out = Self { width: 0, values: Vec::new(), lines: Vec::new() };
         for (at, line) in limits::lines(&text, origin) {
-            let cells = || line.split([' ', '\t', ',']).map(str::trim).filter(|c| !c.is_empty());
-            if at.line == 1 && cells().all(|c| c.parse::<f64>().is_err()) {
+            let cells = line.split([' ', '\t', ',']).map(str::trim).filter(|c| !c.is_empty());
+            if at.line == 1 && cells.clone().all(|c| c.parse::<f64>().is_err()) {
                 continue;
             }
             let before = out.values.len();
-            for (column, cell) in (1..).zip(cells()) {
+            for (column, cell) in (1..).zip(cells.clone()) {
                 let wrong = |_| at.at_column(column).error(format!("{cell:?} is not a number"), help);
                 out.values.push(cell.parse::<f64>().map_err(wrong)?);
             }

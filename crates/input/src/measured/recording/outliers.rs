@@ -121,10 +121,9 @@ fn departure(
     if near.len() < 2 {
         return None;
     }
-    let middle = |axis: usize| median(near.iter().map(|(_, p)| p[axis]));
-    let apart = |f: usize| (seen.frames[f].time_s - seen.frames[frame].time_s).abs();
-    let nearest = near.iter().map(|(f, _)| apart(*f)).fold(f64::INFINITY, f64::min);
-    Some(((here - Point::new(middle(0)?, middle(1)?)).norm(), nearest))
+    let [x, y] = [0, 1].map(|axis| median(near.iter().map(|(_, p)| p[axis])));
+    let apart = near.iter().map(|(f, _)| (seen.frames[*f].time_s - seen.frames[frame].time_s).abs());
+    Some(((here - Point::new(x?, y?)).norm(), apart.fold(f64::INFINITY, f64::min)))
 }
 
 /// How much farther a point is from the middle between its neighbours on the contour than in the frames
@@ -158,8 +157,9 @@ fn spikes(seen: &AlignedRecording, frame: usize) -> Vec<usize> {
 }
 
 fn has_jumped(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
-    let position = |f: usize| Some(mark(seen, f, point)?.at);
-    let Some((here, (away, nearest))) = mark(seen, frame, point).zip(departure(seen, frame, position)) else {
+    let Some((here, (away, nearest))) =
+        mark(seen, frame, point).zip(departure(seen, frame, |f: usize| Some(mark(seen, f, point)?.at)))
+    else {
         return false;
     };
     let (jump_m, fastest_m_s) = match point < seen.contour.len() + seen.sensors.len() {

@@ -48,12 +48,12 @@ impl Waveform {
             return Err("it has no samples, or some that are not numbers".to_owned());
         }
         let bins = (samples.len() as f64 / in_bin).floor() as usize;
-        let bin = |k: usize| {
+        let ends = (0..bins).map(|k| {
             let [from, to] = [k, k + 1].map(|k| (k as f64 * in_bin) as usize);
             let start = [f32::INFINITY, f32::NEG_INFINITY];
             samples[from..to].iter().fold(start, |[low, high], s| [low.min(*s), high.max(*s)])
-        };
-        Ok(Self { ends: (0..bins).map(bin).collect() })
+        });
+        Ok(Self { ends: ends.collect() })
     }
 
     /// The smallest and the largest sample of several bins.

@@ -104,10 +104,6 @@ fn status(r: &AssessedRecord) -> String {
 }
 
 fn table_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
-    let optional = |value: Option<f64>| match value {
-        Some(v) => number(v, 3),
-        None => html! { td { "–" } },
-    };
     html! {
         tr {
             (first_cells(id, r))
@@ -123,6 +119,13 @@ fn table_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
                 td data-v=(tension) { @if r.fit().active_names().contains(m) { (format!("{tension:.1}")) } }
             }
         }
+    }
+}
+
+fn optional(value: Option<f64>) -> Markup {
+    match value {
+        Some(v) => number(v, 3),
+        None => html! { td { "–" } },
     }
 }
 
@@ -153,9 +156,6 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
 fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> Markup {
     let groups = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
     let rms = |value: Option<f64>| value.map_or("–".to_owned(), |x| format!("{x:.3}"));
-    let thesis = |value: Option<f64>| {
-        value.map(|t| format!(", the thesis's own simulation {t:.3}")).unwrap_or_default()
-    };
     let (alarms, passive) = (&r.record.alarms, &r.passive);
     html! {
         details id={ "fit-" (id) } {
@@ -166,9 +166,9 @@ fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> 
             @if !alarms.is_empty() { ul.alarms { @for a in alarms { li { (a) } } } }
             p {
                 "Passive muscles, stretches: " (rms(passive.rms_stretch)) " RMS, no change " (rms(passive.no_change_rms_stretch))
-                (thesis(passive.thesis_rms_stretch))
+                (own_simulation(passive.thesis_rms_stretch))
                 ". Ratios: " (rms(passive.rms_ratio)) ", no change " (rms(passive.no_change_rms_ratio))
-                (thesis(passive.thesis_rms_ratio))
+                (own_simulation(passive.thesis_rms_ratio))
                 "."
             }
             @if let Some(pattern) = &r.pattern {
@@ -183,6 +183,10 @@ fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> 
             }
         }
     }
+}
+
+fn own_simulation(value: Option<f64>) -> String {
+    value.map(|t| format!(", the thesis's own simulation {t:.3}")).unwrap_or_default()
 }
 
 fn tensions(values: &ByMuscle<f64>) -> String {
