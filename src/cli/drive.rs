@@ -42,7 +42,6 @@ impl Arguments {
         let names = body.mesh.muscle_names();
         let mut tensions =
             activity.tensions(&vowel, self.full, &names, &Muscles::built_in()).into_diagnostic()?;
-        let has = |all: &[(usize, f64)], muscle: usize| all.iter().any(|(m, _)| *m == muscle);
         if let Some((twice, _)) = given.iter().find(|(m, _)| has(&tensions, *m)) {
             bail!("{origin} and --tension both give {}; give it once", names[*twice]);
         }
@@ -60,13 +59,17 @@ impl Arguments {
     }
 }
 
-/// Muscles and their numbers from words of an option, such as `GGP=0.1`; `like` is an example for what is said of a wrong one.
-pub fn pairs(option: &str, words: &[String], like: &str) -> miette::Result<Vec<(String, f64)>> {
-    let wrong = |word: &String| miette!("{option} {word}: write a muscle and a number, like {like}");
-    words.iter().map(|word| pair(word).ok_or_else(|| wrong(word))).collect()
+fn has(all: &[(usize, f64)], muscle: usize) -> bool {
+    all.iter().any(|(m, _)| *m == muscle)
 }
 
-fn pair(word: &str) -> Option<(String, f64)> {
-    let (name, value) = word.split_once('=')?;
-    Some((name.trim().to_owned(), value.trim().parse().ok()?))
+/// Muscles and their numbers from words of an option, such as `GGP=0.1`; `like` is an example for what is said of a wrong one.
+pub fn pairs(option: &str, words: &[String], like: &str) -> miette::Result<Vec<(String, f64)>> {
+    let pairs = words.iter().map(|word| {
+        let number = word.split_once('=').and_then(|(name, value)| Some((name, value.trim().parse().ok()?)));
+        let (name, number) =
+            number.ok_or_else(|| miette!("{option} {word}: write a muscle and a number, like {like}"))?;
+        Ok((name.trim().to_owned(), number))
+    });
+    pairs.collect()
 }

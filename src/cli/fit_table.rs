@@ -124,8 +124,9 @@ impl Shown<'_> {
         found.extend(self.from_stretches.map(|f| ("found from stretches", own(&f.tensions))));
         for valley in self.valleys() {
             if let (Some(first), Some(last)) = (valley.points.first(), valley.points.last()) {
-                let range = |(a, b): (&f64, &f64)| format!("{} to {}", fixed(*a, 1), fixed(*b, 1));
-                found.push(("fits as well", first.x.iter().zip(&last.x).map(range).collect()));
+                let ranges =
+                    first.x.iter().zip(&last.x).map(|(a, b)| format!("{} to {}", fixed(*a, 1), fixed(*b, 1)));
+                found.push(("fits as well", ranges.collect()));
             }
         }
         found.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", own(&p.tensions))));

@@ -319,13 +319,10 @@ mod tests {
     fn commands() -> Vec<(Vec<String>, clap::Command)> {
         let mut command = Cli::command().disable_help_subcommand(true);
         command.build();
-        everything(&command)
-            .into_iter()
-            .map(|c| {
-                let name = c.get_bin_name().unwrap_or_default();
-                (name.split(' ').skip(1).map(str::to_owned).collect(), c.clone())
-            })
-            .collect()
+        Vec::from_iter(everything(&command).into_iter().map(|c| {
+            let name = c.get_bin_name().unwrap_or_default();
+            (name.split(' ').skip(1).map(str::to_owned).collect(), c.clone())
+        }))
     }
 
     fn everything(command: &clap::Command) -> Vec<&clap::Command> {

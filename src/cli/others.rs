@@ -180,20 +180,16 @@ fn emg(
     for (_, fault) in table.bad_cells().filter(|(vowel, _)| sampled.of_vowel(vowel).is_some()) {
         output::complain(&format!("{fault} (this cell is left out)"));
     }
-    let electrodes: Vec<_> = measured
-        .into_iter()
-        .map(|row| {
-            let each =
-                row.by_vowel.iter().filter_map(|(v, activity)| Some((sampled.of_vowel(v)?, *activity)));
-            // A tension that the priors fix says nothing of an electrode's gain.
-            let fixed = |p: Option<usize>, m: &usize| {
-                let (priors, name) = (&posterior_model.priors, &posterior_model.muscles[*m]);
-                p.map_or_else(|| priors.fixed_tone(name), |_| priors.fixed_tension(name)).is_some()
-            };
-            let told: Vec<_> = each.filter(|(p, _)| !row.muscles.iter().all(|m| fixed(*p, m))).collect();
-            (row.name, row.muscles, told)
-        })
-        .collect();
+    let electrodes = Vec::from_iter(measured.into_iter().map(|row| {
+        let each = row.by_vowel.iter().filter_map(|(v, activity)| Some((sampled.of_vowel(v)?, *activity)));
+        // A tension that the priors fix says nothing of an electrode's gain.
+        let fixed = |p: Option<usize>, m: &usize| {
+            let (priors, name) = (&posterior_model.priors, &posterior_model.muscles[*m]);
+            p.map_or_else(|| priors.fixed_tone(name), |_| priors.fixed_tension(name)).is_some()
+        };
+        let told: Vec<_> = each.filter(|(p, _)| !row.muscles.iter().all(|m| fixed(*p, m))).collect();
+        (row.name, row.muscles, told)
+    }));
     let alone: Vec<String> = electrodes.iter().filter(|e| e.2.len() < 2).map(|e| e.0.clone()).collect();
     let beside = AuxiliaryData::emg(
         &electrodes.into_iter().map(|(_, muscles, told)| (muscles, told)).collect::<Vec<_>>(),

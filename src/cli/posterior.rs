@@ -225,15 +225,14 @@ fn changes(summary: &Summary) -> String {
     let header = ["muscle", "F - F0, N/m", "50 %", "95 %", "P(rises)", "F, 95 %", "F0, 95 %"];
     let t = rows(&header, summary.changes_n.0.iter().enumerate(), |(i, (muscle, change))| {
         let tension = &summary.tensions_n.0[i].1;
-        let of = |s: &Quantiles| range(s.interval_95, 0);
         [
             muscle.clone(),
             fixed(change.spread.median, 0),
             range(change.spread.interval_50, 0),
-            format!("{}{}", of(&change.spread), if change.depends_on_prior { "°" } else { "" }),
+            format!("{}{}", interval(&change.spread), if change.depends_on_prior { "°" } else { "" }),
             format!("{:.2}{}", change.probability_rises, if change.sign_depends_on_prior { "‡" } else { "" }),
-            format!("{}{}", of(&tension.spread), if tension.depends_on_prior { "°" } else { "" }),
-            of(&summary.baseline_tensions_n.0[i].1),
+            format!("{}{}", interval(&tension.spread), if tension.depends_on_prior { "°" } else { "" }),
+            interval(&summary.baseline_tensions_n.0[i].1),
         ]
     });
     let mut text = format!("\n{t}\n");
@@ -245,6 +244,10 @@ fn changes(summary: &Summary) -> String {
         text += "‡ less sure under half or twice the scale of that prior\n";
     }
     text
+}
+
+fn interval(s: &Quantiles) -> String {
+    range(s.interval_95, 0)
 }
 
 fn details(summary: &Summary) -> String {

@@ -124,8 +124,9 @@ pub fn left_out(recordings: &[Screened], results: &[RecordingResult]) -> Vec<Str
         let Some(result) = results.iter().find(|one| one.name == seen.name) else { continue };
         let (all, points) = (result.frames.len(), seen.contour.len() + seen.sensors.len());
         for name in seen.names().take(points) {
-            let has = |f: &&Tracked| f.faults.iter().any(|fault| fault.points.contains(name));
-            let count = result.frames.iter().filter(has).count();
+            let faulty =
+                result.frames.iter().filter(|f| f.faults.iter().any(|fault| fault.points.contains(name)));
+            let count = faulty.count();
             if all > 1 && 2 * count > all {
                 out.push(format!(
                     "{}: {name} is left out in {count} of {all} frames; correct it, or write \"{name}\" = \"ignore\" into a map",

@@ -265,11 +265,9 @@ fn text(record: &Record, title: &str) -> String {
         p.jaw_deg, p.hyoid_mm[0], p.hyoid_mm[1], p.lip_opening_mm, p.lip_protrusion_mm, sound.tract_length_mm
     );
     let muscles = sound.by_tension.iter().map(|b| format!("by {} Hz per N/m", b.muscle));
-    let columns: Vec<String> = ["formant", "Hz", "bandwidth Hz", "published Hz"]
-        .map(str::to_owned)
-        .into_iter()
-        .chain(muscles)
-        .collect();
+    let columns: Vec<String> = Vec::from_iter(
+        ["formant", "Hz", "bandwidth Hz", "published Hz"].map(str::to_owned).into_iter().chain(muscles),
+    );
     let columns: Vec<&str> = columns.iter().map(String::as_str).collect();
     let formants = sound.formants_hz.iter().zip(&sound.bandwidths_hz).enumerate();
     let t = table::rows(&columns, formants, |(i, (f, b))| {

@@ -335,16 +335,19 @@ fn decided(all: &[SubjectContrast]) -> String {
     let sure: Vec<&SubjectContrast> = all.iter().filter(|c| c.contrast.is_decided()).collect();
     let mut text =
         format!("contrasts between vowels that are sure to 95 %: {} of {}\n", sure.len(), all.len());
-    let pair = |s: &SubjectContrast| format!("{} /{}/ against /{}/", s.subject, s.contrast.a, s.contrast.b);
-    for same in sure.chunk_by(|a, b| pair(a) == pair(b)) {
+    for same in sure.chunk_by(|a, b| contrast_name(a) == contrast_name(b)) {
         let words: Vec<String> =
             Vec::from_iter(same.iter().map(|SubjectContrast { contrast: c, .. }| {
                 let mark = if c.sign_depends_on_prior == Some(true) { "‡" } else { "" };
                 format!("{} {}{mark}", c.muscle, if c.probability_more > 0.5 { "harder" } else { "less" })
             }));
-        let _ = writeln!(text, "  {}: {}", pair(same[0]), words.join(", "));
+        let _ = writeln!(text, "  {}: {}", contrast_name(same[0]), words.join(", "));
     }
     text
+}
+
+fn contrast_name(s: &SubjectContrast) -> String {
+    format!("{} /{}/ against /{}/", s.subject, s.contrast.a, s.contrast.b)
 }
 
 fn fits(batch: &Batch<'_>) -> miette::Result<String> {

@@ -27,17 +27,16 @@ pub fn track(record: &TrackRecord) -> String {
     let mut header =
         vec!["muscle", "level N/m", "95 % interval", "course width N/m", "reliability", "course"];
     header.extend(compared.map(|_| "labels"));
-    let known = |known: bool| if known { "known" } else { "NOT KNOWN" }.to_owned();
     let t = table::rows(&header, record.courses.iter().enumerate(), |(i, course)| {
         let of = |value: &dyn Fn(&Tracked) -> f64| median(frames().map(value));
-        let labels = compared.map(|c| known(c.muscles[i].known));
+        let labels = compared.map(|c| known_or_not(c.muscles[i].known));
         let cells = vec![
             course.muscle.clone(),
             format!("{:.1}", of(&|f| f.levels[i].median)),
             format!("{:.1} to {:.1}", of(&|f| f.levels[i].low), of(&|f| f.levels[i].high)),
             format!("{:.1}", course.course_width_n),
             format!("{:.2}", course.reliability),
-            known(course.known),
+            known_or_not(course.known),
         ];
         cells.into_iter().chain(labels)
     });
@@ -46,10 +45,10 @@ pub fn track(record: &TrackRecord) -> String {
         text,
         "\n{t}\nmedians over the frames, at a Young's modulus of 6.9 kPa; without data a level is {:.1} ({low:.1} to {high:.1}) N/m.\n\
          An interval from 0 cannot exclude a slack muscle. A course is a level less its mean over the recording; it is\n\
-         known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}{}",
+         known_or_not if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}{}",
         link.prior_quantile(0.0),
         NARROW * link.scale_n(),
-        compared.map_or("", |_| "Labels are known if the same is true of the means over them.\n"),
+        compared.map_or("", |_| "Labels are known_or_not if the same is true of the means over them.\n"),
         tongue_fit::report::limit_of_plane()
     );
     let resolved = upper_median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);
@@ -93,6 +92,10 @@ pub fn track(record: &TrackRecord) -> String {
         }
     }
     text + "\n"
+}
+
+fn known_or_not(known: bool) -> String {
+    if known { "known" } else { "NOT KNOWN" }.to_owned()
 }
 
 /// What is decided of the differences between labels.

@@ -225,8 +225,8 @@ fn write(
         motion.tensions().at(time, &mut tensions);
         tensions
     };
-    let row = |(time, lengths): (f64, Vec<f64>)| [vec![time], lengths, at(time)].concat();
-    let rows = watch.lengths.into_iter().map(row).collect();
+    let rows = watch.lengths.into_iter().map(|(time, lengths)| [vec![time], lengths, at(time)].concat());
+    let rows = rows.collect();
     let title = "tongue-fit: muscle lengths and tensions over time".to_owned();
     let sto = StoTable { title, labels: columns(mesh, "time", ["length_m", "tension_n_per_m"]), rows };
     let in_mm = 1..=mesh.muscles.len();
@@ -235,8 +235,9 @@ fn write(
         columns: columns(mesh, "time_s", ["mm", "n_per_m"]),
         rows: sto.rows.iter().map(|row| row.iter().enumerate().map(cell).collect()).collect(),
     };
-    let frame = |(time, positions)| AnimationFrame { time, positions, tensions: at(time) };
-    let frames: Vec<AnimationFrame> = watch.frames.into_iter().map(frame).collect();
+    let frames = watch.frames.into_iter();
+    let frames = frames.map(|(time, positions)| AnimationFrame { time, positions, tensions: at(time) });
+    let frames: Vec<AnimationFrame> = frames.collect();
     let names: Vec<&str> = (0..mesh.muscles.len())
         .filter(|m| frames.iter().any(|f| f.tensions[*m] > 0.0))
         .map(|m| mesh.muscles[m].name.as_str())
@@ -268,8 +269,9 @@ fn write(
 
 /// The column of times, then for every muscle its length, then its tension.
 fn columns(mesh: &Mesh<2>, time: &str, names: [&str; 2]) -> Vec<String> {
-    let of = |what: &str| mesh.muscles.iter().map(|m| format!("{}_{what}", m.name)).collect::<Vec<_>>();
-    [vec![time.to_owned()], of(names[0]), of(names[1])].concat()
+    let of_muscles =
+        names.into_iter().flat_map(|what| mesh.muscles.iter().map(move |m| format!("{}_{what}", m.name)));
+    std::iter::once(time.to_owned()).chain(of_muscles).collect()
 }
 
 /// Collects lengths and frames, and shows the progress of a long run.

@@ -216,7 +216,6 @@ pub struct Section {
 impl Section {
     /// Whether the sound of the section can be computed: length and area are finite and positive.
     pub fn is_open(&self) -> bool {
-        let fine = |v: f64| v.is_finite() && v > 0.0;
-        fine(self.length_m) && fine(self.area_m2)
+        [self.length_m, self.area_m2].iter().all(|v| v.is_finite() && *v > 0.0)
     }
 }

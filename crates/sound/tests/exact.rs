@@ -131,7 +131,6 @@ fn rates_are_the_differences() {
                         let at = |by: f64| of(&moved(by, is_area));
                         (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h * x)
                     };
-                    let near = |a: f64, b: f64, scale: f64| (a - b).abs() <= 1e-7 * scale;
                     assert!(near(rate.frequency_by_area, difference(true, |f| f.frequency_hz), by_area));
                     assert!(near(rate.frequency_by_length, difference(false, |f| f.frequency_hz), by_length));
                     if acoustics.friction {
@@ -141,6 +140,10 @@ fn rates_are_the_differences() {
             }
         }
     }
+}
+
+fn near(a: f64, b: f64, scale: f64) -> bool {
+    (a - b).abs() <= 1e-7 * scale
 }
 
 #[test]

@@ -109,13 +109,13 @@ impl Prepared {
             return;
         }
         let all = &self.run.plan.jobs;
-        let same = |a: usize, b: usize| {
-            let [a, b] = [a, b].map(|n| &all[n].target);
-            a.subject == b.subject && a.baseline == b.baseline
-        };
         let mut speakers: Vec<Vec<usize>> = Vec::new();
         for number in (0..all.len()).filter(|&n| self.has_posterior(n)) {
-            match speakers.iter_mut().find(|rows| same(rows[0], number)) {
+            let same = speakers.iter_mut().find(|rows| {
+                let [a, b] = [rows[0], number].map(|n| &all[n].target);
+                a.subject == b.subject && a.baseline == b.baseline
+            });
+            match same {
                 Some(rows) => rows.push(number),
                 None => speakers.push(vec![number]),
             }

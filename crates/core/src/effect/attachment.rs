@@ -124,8 +124,8 @@ impl<const D: usize> Effect<D> for SymmetryPlane {
     }
 
     fn energy(&self, at: Configuration<'_, D>) -> f64 {
-        let away = |(n, rest): &(usize, f64)| at.positions[*n][self.axis] - rest;
-        self.held.iter().map(|held| 0.5 * self.stiffness * away(held).powi(2)).sum()
+        let away = self.held.iter().map(|(n, rest)| at.positions[*n][self.axis] - rest);
+        away.map(|by| 0.5 * self.stiffness * by.powi(2)).sum()
     }
 
     fn add_force(&self, at: Configuration<'_, D>, force: &mut [SVector<f64, D>]) {

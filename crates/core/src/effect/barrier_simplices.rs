@@ -74,7 +74,6 @@ fn halves<const D: usize>(x: &Nodes<D>) -> [SVector<f64, D>; 6] {
 #[inline(always)]
 fn measures<const D: usize>(halves: &[SVector<f64, D>; 6]) -> [f64; 7] {
     let [p, q, r, s, t, u] = halves;
-    let cross = |a: &SVector<f64, D>, b: &SVector<f64, D>| a[0] * b[1] - a[1] * b[0];
     [
         cross(&(p * 3.0 - q), &(t - u * 3.0)),
         cross(&(r * 3.0 - s), &(p - q * 3.0)),
@@ -84,6 +83,10 @@ fn measures<const D: usize>(halves: &[SVector<f64, D>; 6]) -> [f64; 7] {
         4.0 * cross(s, t),
         4.0 * cross(&(p + u), &(q + r)),
     ]
+}
+
+fn cross<const D: usize>(a: &SVector<f64, D>, b: &SVector<f64, D>) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
 }
 
 /// A measure that exceeds a threshold by this factor is above it in spite of rounding.

@@ -66,12 +66,10 @@ impl Contact {
         positions: &[SVector<f64, D>],
         pairs: &[[usize; 2]],
     ) -> Option<[usize; 2]> {
-        let ends = |&[a, b]: &[usize; 2]| [flat(&positions[a]), flat(&positions[b])];
-        let meets = |pair: &&[usize; 2]| {
-            let [a, b] = ends(pair);
+        pairs.iter().copied().find(|pair| {
+            let [a, b] = pair.map(|n| flat(&positions[n]));
             self.segments().any(|s| first_meeting(a, b - a, s).is_some_and(|t| t <= 1.0))
-        };
-        pairs.iter().find(meets).copied()
+        })
     }
 
     fn segments(&self) -> impl Iterator<Item = [Vector2<f64>; 2]> + '_ {

@@ -363,17 +363,14 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
             middle.map(|l| (l - far) / (near - far))
         });
         let weights: Vec<[f64; MAX_CORNERS]> = weights.collect();
-        self.elements
-            .iter()
-            .flat_map(|e| {
-                let displaced = self.displaced(e, at.positions);
-                let gradients: Vec<_> = e.shapes().iter().map(|shape| gradient(shape, &displaced)).collect();
-                Vec::from_iter(weights.iter().map(|weights| {
-                    let parts = gradients.iter().zip(weights).map(|(g, w)| g * *w);
-                    self.law.displaced(&parts.fold(SMatrix::zeros(), |a, b| a + b)).state()
-                }))
-            })
-            .collect()
+        Vec::from_iter(self.elements.iter().flat_map(|e| {
+            let displaced = self.displaced(e, at.positions);
+            let gradients: Vec<_> = e.shapes().iter().map(|shape| gradient(shape, &displaced)).collect();
+            Vec::from_iter(weights.iter().map(|weights| {
+                let parts = gradients.iter().zip(weights).map(|(g, w)| g * *w);
+                self.law.displaced(&parts.fold(SMatrix::zeros(), |a, b| a + b)).state()
+            }))
+        }))
     }
 
     /// Largest part of `step` that leaves the tissue a tenth of its area or volume at every point.

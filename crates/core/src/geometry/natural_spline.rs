@@ -77,8 +77,8 @@ mod tests {
         let worst = |n: usize| {
             let curve = NaturalSpline::through(&arc(n)).unwrap();
             // The ends are left out: the spline does not bend there, the arc does.
-            let inner = |p: &&Point| (0.8..2.2).contains(&p.y.atan2(p.x));
-            curve.polygon().iter().filter(inner).map(|p| (p.norm() - 1.0).abs()).fold(0.0, f64::max)
+            let inner = curve.polygon().iter().filter(|p| (0.8..2.2).contains(&p.y.atan2(p.x)));
+            inner.map(|p| (p.norm() - 1.0).abs()).fold(0.0, f64::max)
         };
         assert!(worst(24) < worst(12) / 8.0, "{} {}", worst(24), worst(12));
         let points = arc(7);

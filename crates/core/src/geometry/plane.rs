@@ -130,7 +130,6 @@ impl Similarity {
         let free = Self::between(from, to)?;
         let scale = free.scale();
         let turned = Self { turn: free.turn.map(|t| t / scale), shift: Point::zeros() };
-        let mean = |points: &[Point]| points.iter().sum::<Point>() / points.len() as f64;
         Some(Self { shift: mean(to) - turned.place(mean(from)), ..turned })
     }
 
@@ -151,4 +150,8 @@ impl Similarity {
         let [c, s] = self.turn;
         Point::new(c * p.x - s * p.y, s * p.x + c * p.y) + self.shift
     }
+}
+
+fn mean(points: &[Point]) -> Point {
+    points.iter().sum::<Point>() / points.len() as f64
 }

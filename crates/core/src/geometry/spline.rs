@@ -158,11 +158,8 @@ mod tests {
     use super::*;
 
     fn circle(count: usize) -> ClosedSpline {
-        let at = |i| TAU * f64::from(i) / count as f64;
-        ClosedSpline::through(
-            (0..count as u32).map(|i| Point::new(-at(i).sin(), at(i).cos())).rev().collect(),
-        )
-        .unwrap()
+        let angles = (0..count as u32).map(|i| TAU * f64::from(i) / count as f64);
+        ClosedSpline::through(angles.map(|at| Point::new(-at.sin(), at.cos())).rev().collect()).unwrap()
     }
 
     #[test]

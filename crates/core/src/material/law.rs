@@ -324,8 +324,9 @@ impl MooneyRivlin {
 
     /// Whether the constants make a solid: positive shear and bulk moduli, and no softening.
     pub(crate) fn is_sound(&self) -> bool {
-        let positive = |x: f64| x.is_finite() && x > 0.0;
-        positive(self.c10) && positive(self.bulk) && self.c20.is_finite() && self.c20 >= 0.0
+        [self.c10, self.bulk].iter().all(|x| x.is_finite() && *x > 0.0)
+            && self.c20.is_finite()
+            && self.c20 >= 0.0
     }
 }
 

@@ -88,16 +88,14 @@ mod tests {
     fn the_rows_of_a_given_order_are_those_that_elimination_finds() {
         // A grid of 7 by 9, each joined to its eight neighbours.
         let (rows, columns) = (7i32, 9i32);
-        let grid: Vec<Vec<u32>> = (0..rows * columns)
-            .map(|i| {
-                let (r, c) = (i / columns, i % columns);
-                let near = (-1..=1).flat_map(move |a| (-1..=1).map(move |b| (r + a, c + b)));
-                let inside = move |&(a, b): &(i32, i32)| {
-                    (0..rows).contains(&a) && (0..columns).contains(&b) && (a, b) != (r, c)
-                };
-                near.filter(inside).map(move |(a, b)| (a * columns + b) as u32).collect::<Vec<_>>()
-            })
-            .collect();
+        let grid: Vec<Vec<u32>> = Vec::from_iter((0..rows * columns).map(|i| {
+            let (r, c) = (i / columns, i % columns);
+            let near = (-1..=1).flat_map(move |a| (-1..=1).map(move |b| (r + a, c + b)));
+            let inside = move |&(a, b): &(i32, i32)| {
+                (0..rows).contains(&a) && (0..columns).contains(&b) && (a, b) != (r, c)
+            };
+            near.filter(inside).map(move |(a, b)| (a * columns + b) as u32).collect::<Vec<_>>()
+        }));
         let (order, exact) = minimum_degree(grid.clone());
         let mut found = fronts(&grid, &order);
         found.iter_mut().for_each(|f| f.sort_unstable());

@@ -119,7 +119,6 @@ pub fn table<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> Table {
 /// A table of Markdown of those of the columns that stand on pages.
 pub fn markdown<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> String {
     let shown: Vec<_> = columns.iter().filter_map(|c| Some((c, c.heading.as_ref()?))).collect();
-    let line = |cells: Vec<String>| format!("|{}|\n", cells.join("|"));
     let head = line(
         shown.iter().map(|(_, h)| if h.is_empty() { " ".to_owned() } else { format!(" {h} ") }).collect(),
     );
@@ -127,6 +126,10 @@ pub fn markdown<'a, R: 'a>(columns: &[Column<'a, R>], rows: &[R]) -> String {
     let rules = line(shown.iter().map(|(c, _)| rule(c)).collect());
     let row = |row: &R| line(shown.iter().map(|(c, _)| format!(" {} ", c.on_page(row))).collect());
     rows.iter().map(row).fold(head + &rules, |text, row| text + &row)
+}
+
+fn line(cells: Vec<String>) -> String {
+    format!("|{}|\n", cells.join("|"))
 }
 
 #[cfg(all(test, feature = "files"))]

@@ -66,16 +66,19 @@ impl Provenance {
 
     /// Names and values, each value on one line.
     pub(super) fn entries(&self) -> impl Iterator<Item = (&'static str, String)> {
-        let line = |text: &str| text.replace(char::is_control, " ");
         let tissue = self.tissue.map(|t| ("tissue", t.to_owned()));
-        let inputs = self.inputs_sha256.as_ref().map(|hash| ("inputs_sha256", line(hash)));
-        [("version", line(self.version)), ("command", line(&self.command))]
+        let inputs = self.inputs_sha256.as_ref().map(|hash| ("inputs_sha256", one_line(hash)));
+        [("version", one_line(self.version)), ("command", one_line(&self.command))]
             .into_iter()
             .chain(tissue)
             .chain(self.body.map(|b| ("body", b.to_owned())))
-            .chain(self.chosen.as_ref().map(|c| ("chosen", line(c))))
+            .chain(self.chosen.as_ref().map(|c| ("chosen", one_line(c))))
             .chain(inputs)
     }
+}
+
+fn one_line(text: &str) -> String {
+    text.replace(char::is_control, " ")
 }
 
 pub trait Export {

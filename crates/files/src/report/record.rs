@@ -270,14 +270,12 @@ pub struct Conclusion {
 
 impl Conclusion {
     pub fn new(fit: &Fit, alarms: &[Alarm], posterior: Option<&Report>, verdict: Option<&Verdict>) -> Self {
-        let cause = || {
-            let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
-            cause.map_or_else(|| status_name(&fit.status).replace('_', " "), Alarm::to_string)
-        };
+        let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
+        let cause = cause.map_or_else(|| status_name(&fit.status).replace('_', " "), Alarm::to_string);
         let tensions_trusted = fit.is_trustworthy();
         let beside = |what: &str| match tensions_trusted {
             true => format!("Trust the {what} more than these tensions"),
-            false => format!("Trust the {what}, not these tensions: {}", cause()),
+            false => format!("Trust the {what}, not these tensions: {cause}"),
         };
         let (decided_by, trusted, text) = match (verdict, posterior) {
             (Some(_), _) => (DecidedBy::Verdict, true, beside("verdict")),
@@ -291,7 +289,7 @@ impl Conclusion {
                 let text = "Without a verdict these tensions ignore errors of anatomy and model".to_owned();
                 (DecidedBy::Fit, true, text)
             }
-            (None, None) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {}", cause())),
+            (None, None) => (DecidedBy::Fit, false, format!("the fit cannot be trusted: {cause}")),
         };
         Self { decided_by, trusted, tensions_trusted, text }
     }

@@ -73,9 +73,11 @@ impl<'a, const D: usize> Vtu<'a, D> {
     ) -> Result<Self, ReportError> {
         let vtu = Self::new(&body.mesh, positions, pulls)?;
         let muscles = most_active(body, pulls).into_iter().enumerate();
-        let fibre = |element, muscle: Option<usize>| fibre(body, positions, element, muscle?);
-        let hexahedra = muscles.map(|(e, muscle)| Hexahedron { muscle, fibre: fibre(e, muscle) }).collect();
-        Ok(Self { hexahedra, ..vtu })
+        let hexahedra = muscles.map(|(e, muscle)| {
+            let fibre = muscle.and_then(|muscle| fibre(body, positions, e, muscle));
+            Hexahedron { muscle, fibre }
+        });
+        Ok(Self { hexahedra: hexahedra.collect(), ..vtu })
     }
 
     /// Adds strain and stress of every cell if they are known, as in a continuum
@@ -99,8 +101,6 @@ impl<'a, const D: usize> Vtu<'a, D> {
                 values.chunks(parts.max(1)).map(|values| values.iter().sum::<f64>() / values.len() as f64),
             )
         };
-        let text = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v.to_string()).collect::<Vec<_>>();
-        let same = |value: &str, count: usize| vec![value.to_owned(); count];
         let ratios = mesh.cells.iter().map(|cell| {
             simplex::measure(&simplex::corners(self.positions, cell))
                 / simplex::measure(&simplex::corners(&mesh.nodes, cell))
@@ -112,25 +112,25 @@ impl<'a, const D: usize> Vtu<'a, D> {
         let [ratio, tension] =
             if D == 2 { ["area_ratio", "tension_n_per_m"] } else { ["volume_ratio", "tension_n"] };
         let mut all = vec![
-            floats(ratio, 1, text(&mut mean(ratios.collect()).into_iter()), same("1", lines)),
-            floats("stretch", 1, same("1", count), text(&mut { stretches })),
-            floats(tension, 1, same("0", count), text(&mut { tensions })),
+            floats(ratio, 1, texts(&mut mean(ratios.collect()).into_iter()), repeated("1", lines)),
+            floats("stretch", 1, repeated("1", count), texts(&mut { stretches })),
+            floats(tension, 1, repeated("0", count), texts(&mut { tensions })),
         ];
         if self.stresses.len() == mesh.cells.len() && !self.stresses.is_empty() {
             let stresses: Vec<Stress<D>> = self.stresses.chunks(parts).map(Stress::mean).collect();
             let fibres = mesh.fibres(self.positions).into_iter().step_by(parts);
             let strain = stresses.iter().map(|s| tensor(&s.strain, 0.0)).collect();
             let cauchy = stresses.iter().map(|s| tensor(&s.cauchy_pa, s.across_pa)).collect();
-            let mises = text(&mut stresses.iter().map(|s| s.von_mises_pa));
-            let pressure = text(&mut stresses.iter().map(Stress::pressure_pa));
+            let mises = texts(&mut stresses.iter().map(|s| s.von_mises_pa));
+            let pressure = texts(&mut stresses.iter().map(Stress::pressure_pa));
             let fibre =
-                text(&mut stresses.iter().zip(fibres).map(|(s, fibre)| fibre.map_or(0.0, |f| s.along(&f))));
+                texts(&mut stresses.iter().zip(fibres).map(|(s, fibre)| fibre.map_or(0.0, |f| s.along(&f))));
             all.extend([
-                floats("strain", 9, strain, same(NO_TENSOR, lines)),
-                floats("cauchy_stress_pa", 9, cauchy, same(NO_TENSOR, lines)),
-                floats("von_mises_pa", 1, mises, same("0", lines)),
-                floats("pressure_pa", 1, pressure, same("0", lines)),
-                floats("fibre_stress_pa", 1, fibre, same("0", lines)),
+                floats("strain", 9, strain, repeated(NO_TENSOR, lines)),
+                floats("cauchy_stress_pa", 9, cauchy, repeated(NO_TENSOR, lines)),
+                floats("von_mises_pa", 1, mises, repeated("0", lines)),
+                floats("pressure_pa", 1, pressure, repeated("0", lines)),
+                floats("fibre_stress_pa", 1, fibre, repeated("0", lines)),
             ]);
         }
         all
@@ -166,6 +166,14 @@ impl<'a, const D: usize> Vtu<'a, D> {
     }
 }
 
+fn repeated(value: &str, count: usize) -> Vec<String> {
+    vec![value.to_owned(); count]
+}
+
+fn texts(values: &mut dyn Iterator<Item = f64>) -> Vec<String> {
+    values.map(|v| v.to_string()).collect::<Vec<_>>()
+}
+
 fn floats(name: &'static str, components: usize, cells: Vec<String>, lines: Vec<String>) -> Array {
     Array { name, kind: "Float64", components, values: [cells, lines].concat() }
 }
@@ -175,12 +183,12 @@ const NO_TENSOR: &str = "0 0 0 0 0 0 0 0 0";
 /// The nine components in space, row by row; `across` is the component in the third direction of a tensor in
 /// the plane.
 fn tensor<const D: usize>(of: &SMatrix<f64, D, D>, across: f64) -> String {
-    let component = |n: usize| match (n / 3, n % 3) {
+    let components = (0..9).map(|n| match (n / 3, n % 3) {
         (i, j) if i < D && j < D => of[(i, j)],
         (2, 2) => across,
         _ => 0.0,
-    };
-    (0..9).map(|n| component(n).to_string()).collect::<Vec<_>>().join(" ")
+    });
+    components.map(|c| c.to_string()).collect::<Vec<_>>().join(" ")
 }
 
 impl<const D: usize> Export for Vtu<'_, D> {

@@ -173,10 +173,9 @@ impl TrackRun<'_> {
             let freed = sitting.first().map(|&nth| self.freed(seen[nth])).into_iter().flatten();
             let freed = freed.map(|name| MovableBone::of(body, model, &self.basis.contracting, name));
             let freed = freed.collect::<Result<Vec<_>, _>>()?;
-            let mut frames: Vec<_> = sitting
-                .iter()
-                .map(|&nth| track::frames(&speaker.seated(seen[nth]), &surface, &speaker.followed, self.hide))
-                .collect();
+            let mut frames = Vec::from_iter(sitting.iter().map(|&nth| {
+                track::frames(&speaker.seated(seen[nth]), &surface, &speaker.followed, self.hide)
+            }));
             for (frames, &nth) in frames.iter_mut().zip(&sitting) {
                 listen(frames);
                 track::mark(frames, &seen[nth].labels, &compared);

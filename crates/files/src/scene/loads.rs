@@ -147,12 +147,11 @@ pub(super) fn frame<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Opt
 
 fn seen(points: &Points) -> AlignedRecording {
     let mark = |at: &[f64; 2]| Some(Mark { at: Vector2::from(*at) * 1e-3, sd: points.noise_mm * 1e-3 });
-    let named = |stem: &str, count: usize| (1..=count).map(|i| format!("{stem}_{i}")).collect::<Vec<_>>();
     let behind = points.sensors.iter().map(|s| s.surface_mm * 1e-3);
     AlignedRecording {
         name: "points".to_owned(),
-        contour: named("contour", points.contour_mm.len()),
-        sensors: named("sensor", points.sensors.len()).into_iter().zip(behind).collect(),
+        contour: numbered("contour", points.contour_mm.len()),
+        sensors: numbered("sensor", points.sensors.len()).into_iter().zip(behind).collect(),
         measured: vec![true; points.sensors.len()],
         frames: vec![AlignedFrame {
             time_s: 0.0,
@@ -162,6 +161,10 @@ fn seen(points: &Points) -> AlignedRecording {
         }],
         ..AlignedRecording::default()
     }
+}
+
+fn numbered(stem: &str, count: usize) -> Vec<String> {
+    (1..=count).map(|i| format!("{stem}_{i}")).collect::<Vec<_>>()
 }
 
 /// Finds the tensions of all chains of the mesh, N, and their intervals. `None` in space, for which [`frame`]

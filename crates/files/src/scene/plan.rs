@@ -122,7 +122,6 @@ fn cost<const D: usize>(system: &System<D>, name: &str) -> (usize, f64) {
 /// Number of elements and estimated microseconds of a part of the plan: an effect of the system, or the work
 /// of its nodes and elements in a motion.
 fn planned_cost<const D: usize>(system: &System<D>, part: &Planned) -> (usize, f64) {
-    let light = |elements: usize| (elements, elements as f64 * NS_PER_LIGHT_ELEMENT * 1e-3);
     match part.effect {
         "springs" => cost(system, "tissue"),
         "inertia" => light(system.pattern().unknowns()),
@@ -132,6 +131,10 @@ fn planned_cost<const D: usize>(system: &System<D>, part: &Planned) -> (usize, f
         name if part.elements > 0 => (part.elements, cost(system, name).1),
         name => cost(system, name),
     }
+}
+
+fn light(elements: usize) -> (usize, f64) {
+    (elements, elements as f64 * NS_PER_LIGHT_ELEMENT * 1e-3)
 }
 
 /// Adds the counts of the system that was made from the decisions about effects.

@@ -306,11 +306,15 @@ fn compared<const D: usize>(
     }
     let before: Vec<Vector3<f64>> =
         before.positions_m.iter().map(|p| Vector3::from_column_slice(p)).collect();
-    let own = |x: &[Vector3<f64>]| x.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect::<Vec<_>>();
     let after: Vec<Vector3<f64>> = after.iter().map(|p| Vector3::from_fn(|axis, _| p[axis])).collect();
-    let mut record = OperationRecord::new(surgery, whole, operated, [&own(&before), &own(&after)]);
+    let mut record =
+        OperationRecord::new(surgery, whole, operated, [&in_axes_of_body(&before), &in_axes_of_body(&after)]);
     let made_up = surgery.make_up(&mut record, whole.tip(), (body, system), &before);
     made_up.map_err(SimulationError::in_surgery)?;
-    record.before.made_up = own(&record.before.made_up);
+    record.before.made_up = in_axes_of_body(&record.before.made_up);
     Ok(Some(record))
+}
+
+fn in_axes_of_body(x: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
+    x.iter().map(|p| Vector3::new(p.x, -p.z, p.y)).collect::<Vec<_>>()
 }

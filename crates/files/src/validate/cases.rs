@@ -61,12 +61,11 @@ pub fn of_rows(
     make: impl Fn(&Lengths) -> Lengths,
 ) -> Vec<Case> {
     let rows = data.rows().iter().map(|row| &row.lengths);
-    rows.filter_map(|lengths| {
+    Vec::from_iter(rows.filter_map(|lengths| {
         let own = data.baseline_vowel(&lengths.subject, baseline).ok()?;
         let target = Target::from_lengths(&make(lengths), &make(own), TargetKind::Stretch, None).ok()?;
         Case::new(mesh, &target).filter(|case| !case.unseen.is_empty())
-    })
-    .collect()
+    }))
 }
 
 pub fn subjects(cases: &[Case]) -> Vec<&str> {

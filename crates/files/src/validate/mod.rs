@@ -115,8 +115,8 @@ pub fn run(
         }),
     });
     let seeds = [plan.permutations, plan.seed];
-    let posterior = || posterior::study(body, model, data, baseline, seeds, &progress);
-    let posterior = match plan.posterior.then(posterior) {
+    let posterior = plan.posterior.then(|| posterior::study(body, model, data, baseline, seeds, &progress));
+    let posterior = match posterior {
         Some(Ok(study)) => Some(study),
         // A continuum has no posterior.
         None | Some(Err(ValidationError::Posterior(PosteriorError::Body(_)))) => None,

@@ -137,8 +137,8 @@ impl Judge {
             let usual = statistical(&others, case, self.seed).into_iter().enumerate();
             usual
                 .map(|(m, usual)| {
-                    let told = |p: &Option<Vec<Vec<LeftOut>>>| p.as_ref().and_then(|p| p[i].get(m).cloned());
-                    usual.into_iter().chain(posteriors.iter().map(told)).collect()
+                    let told = posteriors.iter().map(|p| p.as_ref().and_then(|p| p[i].get(m).cloned()));
+                    usual.into_iter().chain(told).collect()
                 })
                 .collect()
         });

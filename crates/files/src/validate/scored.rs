@@ -58,11 +58,9 @@ pub struct ScoredPrediction {
 
 pub fn scored(which: usize, all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -> bool) -> Scored {
     let rows = all.iter().zip(predicted).filter(|(case, _)| is_in(case));
-    let each: Vec<(f64, &LeftOut)> = rows
-        .flat_map(|(case, row)| {
-            row.iter().enumerate().filter_map(|(m, p)| Some((case.target().values[m], p[which].as_ref()?)))
-        })
-        .collect();
+    let each: Vec<(f64, &LeftOut)> = Vec::from_iter(rows.flat_map(|(case, row)| {
+        row.iter().enumerate().filter_map(|(m, p)| Some((case.target().values[m], p[which].as_ref()?)))
+    }));
     let mean =
         |of: &dyn Fn(&(f64, &LeftOut)) -> f64| each.iter().map(of).sum::<f64>() / each.len().max(1) as f64;
     Scored {
@@ -136,10 +134,8 @@ fn best(all: &mut dyn Iterator<Item = &Scored>) -> Option<Scored> {
 
 /// The reason why the best posterior is not reliable; empty where there is none.
 pub fn warning(scores: &[Scored]) -> String {
-    let of = |name: &str| scores.iter().find(|s| s.name == name);
-    let (Some(normal), Some(joint)) = (of(OPPONENTS[1]), of(OPPONENTS[JOINT_TILT])) else {
-        return String::new();
-    };
+    let found = [1, JOINT_TILT].map(|n| scores.iter().find(|s| s.name == OPPONENTS[n]));
+    let [Some(normal), Some(joint)] = found else { return String::new() };
     if joint.coverage_95 < 0.9 {
         format!("its 95 % intervals hold {:.0} %", 100.0 * joint.coverage_95)
     } else if joint.rms > normal.rms {

@@ -88,7 +88,7 @@ pub fn best_shrunk(training: &[&Case]) -> Shrunk {
     if names.len() < 2 {
         return MIDDLE;
     }
-    let error = |how: Shrunk| -> f64 {
+    let errors = Shrunk::all().into_iter().map(|how| {
         let errors = names.iter().map(|name: &&str| -> f64 {
             let (inner, left): (Vec<&Case>, Vec<&Case>) = training.iter().partition(|c| c.subject != *name);
             left.into_iter()
@@ -99,9 +99,8 @@ pub fn best_shrunk(training: &[&Case]) -> Shrunk {
                 })
                 .sum()
         });
-        errors.sum()
-    };
-    let errors = Shrunk::all().into_iter().map(|how| (error(how), how));
+        (errors.sum::<f64>(), how)
+    });
     errors.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(MIDDLE, |(_, how)| how)
 }
 

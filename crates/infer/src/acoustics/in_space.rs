@@ -46,10 +46,11 @@ impl SpaceVocalTract {
             (0..=(to + count - from) % count).map(|i| outline[(from + i) % count]).collect()
         };
         // Of the two ways from root to tip the surface is the upper one.
-        let top = |way: &[usize]| way.iter().map(|&n| at(n)[1]).fold(f64::NEG_INFINITY, f64::max);
         let (forward, mut backward) = (way(root, tip), way(tip, root));
         backward.reverse();
-        let midline = if top(&forward) >= top(&backward) { forward } else { backward };
+        let [top, other] =
+            [&forward, &backward].map(|way| way.iter().map(|&n| at(n)[1]).fold(f64::NEG_INFINITY, f64::max));
+        let midline = if top >= other { forward } else { backward };
         Ok(Self { tract, acoustics: Acoustics::default(), midline, surface: body.mesh.outward_faces() })
     }
 

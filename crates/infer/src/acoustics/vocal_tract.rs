@@ -156,10 +156,9 @@ impl VocalTract {
     pub fn by_tension(rates: &Rates, response: &mut Response<'_, 2>, muscle: usize) -> Vec<f64> {
         response.to_tension(muscle);
         let motion = response.motion();
-        rates
-            .iter()
-            .map(|formant| formant.iter().map(|(node, rate)| rate.dot(&motion[*node])).sum())
-            .collect()
+        Vec::from_iter(
+            rates.iter().map(|formant| formant.iter().map(|(node, rate)| rate.dot(&motion[*node])).sum()),
+        )
     }
 }
 

@@ -127,12 +127,12 @@ fn vault(palate: &[Point]) -> Vec<Point> {
     // Long pieces, so that noise makes none steep. Slopes are relative to the rear half, because the axes of instruments may be turned.
     let Some(pieces) = evenly(&ordered, 2 * PALATE_POINTS - 1) else { return Vec::new() };
     let along = pieces[pieces.len() - 1] - pieces[PALATE_POINTS - 1];
-    let steep = |w: &[Point]| {
-        let (forth, up) = ((w[1] - w[0]).dot(&along), along.perp(&(w[1] - w[0])));
+    let steep = (1..PALATE_POINTS).rev().find(|&i| {
+        let piece = pieces[i] - pieces[i - 1];
+        let (forth, up) = (piece.dot(&along), along.perp(&piece));
         forth <= 0.0 || up.abs() > STEEPEST * forth
-    };
-    let begins = (1..PALATE_POINTS).rev().find(|&i| steep(&pieces[i - 1..=i])).unwrap_or(0);
-    evenly(pieces.get(begins..).unwrap_or_default(), PALATE_POINTS).unwrap_or_default()
+    });
+    evenly(pieces.get(steep.unwrap_or(0)..).unwrap_or_default(), PALATE_POINTS).unwrap_or_default()
 }
 
 /// A directed line: distances from it are positive to its left.
@@ -247,13 +247,11 @@ pub(super) fn place(body: &Body<2>, coils: &[Coil], palate: &[Point]) -> Result<
         Some(DVector::from_vec(out))
     };
     let mut along = 0.0;
-    let usual: Vec<f64> = (0..coils.len())
-        .map(|i| {
-            along +=
-                i.checked_sub(1).map_or(FIRST_COIL_M, |b| LONGER_THAN_CHORD * (places[i] - places[b]).norm());
-            coils[i].behind.unwrap_or(along)
-        })
-        .collect();
+    let usual: Vec<f64> = Vec::from_iter((0..coils.len()).map(|i| {
+        along +=
+            i.checked_sub(1).map_or(FIRST_COIL_M, |b| LONGER_THAN_CHORD * (places[i] - places[b]).norm());
+        coils[i].behind.unwrap_or(along)
+    }));
     let middle = seen.iter().sum::<Point>() / seen.len() as f64;
     let starts = TURNS.map(|turn| {
         let mut x = DVector::zeros(4 + coils.len());

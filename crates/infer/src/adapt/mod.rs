@@ -34,11 +34,10 @@ pub fn mark_of(body: &Body<2>, bone: &str) -> Option<Point> {
 
 /// The bones of a body that follow their observed places in a recording, with marks where the bones are.
 pub fn followed(body: &Body<2>, seen: &[String]) -> Vec<Followed> {
-    let bone = |name: &&String| {
+    Vec::from_iter(seen.iter().filter_map(|name| {
         let mark = mark_of(body, name)?;
-        Some(Followed { name: (*name).clone(), nodes: body.bone(name).to_vec(), mark })
-    };
-    seen.iter().filter_map(|name| bone(&name)).collect()
+        Some(Followed { name: name.clone(), nodes: body.bone(name).to_vec(), mark })
+    }))
 }
 
 /// The similarity that moves the spine and the hyoid of a body to their observed places. `None` if one of them is missing.

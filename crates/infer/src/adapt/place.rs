@@ -239,8 +239,9 @@ impl RegistrationData {
                 .collect();
         let distances = |similarity: &Similarity| -> Vec<f64> {
             let scale = similarity.scale();
-            let one = |p: &Point| scale * surface.distance(similarity.back(*p), &body.mesh.nodes);
-            self.contour.iter().map(one).collect()
+            let distances =
+                self.contour.iter().map(|p| scale * surface.distance(similarity.back(*p), &body.mesh.nodes));
+            distances.collect()
         };
         let vault = Vault::of(body, &self.palate);
         let residuals = |x: &DVector<f64>| {
@@ -322,8 +323,9 @@ fn outline(body: &Body<2>) -> Result<TongueSurface, RestError> {
 
 fn middle_of(surface: &TongueSurface, body: &Body<2>) -> Point {
     let at = |i: usize| SEEN_FROM_M + (surface.tip - SEEN_FROM_M) * i as f64 / (POINTS - 1) as f64;
-    let point = |i| surface.curve.weights(at(i)).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>();
-    (0..POINTS).map(point).sum::<Point>() / POINTS as f64
+    let points = (0..POINTS)
+        .map(|i| surface.curve.weights(at(i)).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>());
+    points.sum::<Point>() / POINTS as f64
 }
 
 fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {

@@ -79,8 +79,8 @@ pub fn plan(data: &Dataset, selection: &Selection) -> Result<BatchPlan, ReadErro
     for subject in selection.subjects.iter().flatten().chain(selection.baseline_of.keys()) {
         data.vowels(subject)?;
     }
-    let is_selected = |s: &String| selection.subjects.as_ref().is_none_or(|subjects| subjects.contains(s));
-    let rows = data.rows().iter().map(|r| &r.lengths).filter(|l| is_selected(&l.subject));
+    let rows = data.rows().iter().map(|r| &r.lengths);
+    let rows = rows.filter(|l| selection.subjects.as_ref().is_none_or(|all| all.contains(&l.subject)));
     // If a table has no `u`, `u` means its `ɯ`.
     let is_of = |asked: &Vowel, subject: &str, vowel: &Vowel| {
         let exact = rows.clone().any(|l| l.subject == subject && l.vowel == *asked);

@@ -51,12 +51,9 @@ impl<const D: usize> Fit<D> {
     /// contract (and, for ratios, are not the reference, whose ratio is 1 by definition). `None` if there are
     /// none.
     pub fn passive_rms(&self) -> Option<f64> {
-        let unseen: Vec<f64> = self
-            .target
-            .compared()
-            .filter(|m| !self.target.active.contains(m))
-            .map(|m| self.residuals[m])
-            .collect();
+        let unseen: Vec<f64> = Vec::from_iter(
+            self.target.compared().filter(|m| !self.target.active.contains(m)).map(|m| self.residuals[m]),
+        );
         let squares: f64 = unseen.iter().map(|r| r * r).sum();
         (!unseen.is_empty()).then(|| (squares / unseen.len() as f64).sqrt())
     }

@@ -58,9 +58,12 @@ pub(super) const UNDETERMINED: f64 = 1e-3;
 /// Orthonormal columns that span the null space of a matrix, to the tolerance [`UNDETERMINED`].
 pub(super) fn null_space(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let (values, directions) = decompose(matrix)?;
-    let open = |v: &f64| *v <= UNDETERMINED * values[0];
-    let columns: Vec<DVector<f64>> =
-        directions.iter().zip(&values).filter(|(_, v)| open(v)).map(|(d, _)| d.clone()).collect();
+    let columns: Vec<DVector<f64>> = directions
+        .iter()
+        .zip(&values)
+        .filter(|(_, v)| **v <= UNDETERMINED * values[0])
+        .map(|(d, _)| d.clone())
+        .collect();
     (!columns.is_empty()).then(|| DMatrix::from_columns(&columns))
 }
 

@@ -67,7 +67,6 @@ impl<'a, const D: usize> LeastSquaresProblem<'a, D> {
 
     /// Checks that unknowns, bones and observations are consistent.
     pub fn check(&self) -> Result<(), FitError> {
-        let wrong = |what: String| Err(FitError::Unknown { what });
         if self.observations.is_empty() || self.unknowns.is_empty() {
             return wrong("a fit needs at least one observation and one unknown".to_owned());
         }
@@ -108,6 +107,10 @@ impl<'a, const D: usize> LeastSquaresProblem<'a, D> {
             None => Ok(()),
         }
     }
+}
+
+fn wrong<T>(what: String) -> Result<T, FitError> {
+    Err(FitError::Unknown { what })
 }
 
 /// Meaning of an unknown.

@@ -91,14 +91,13 @@ impl SolutionCurve {
         direction: &DVector<f64>,
     ) -> Option<Self> {
         let here = DVector::from_column_slice(x);
-        let at = |p: &CurvePoint| DVector::from_column_slice(&p.x);
-        let along = at(self.points.last()?) - at(self.points.first()?);
+        let along = unknowns_at(self.points.last()?) - unknowns_at(self.points.first()?);
         if along.dot(direction) < 0.0 {
             self.points.reverse();
             self.ends.reverse();
         }
         let detour = |pair: &[CurvePoint]| {
-            let (p, q) = (at(&pair[0]), at(&pair[1]));
+            let (p, q) = (unknowns_at(&pair[0]), unknowns_at(&pair[1]));
             (&here - &p).norm() + (&here - &q).norm() - (&q - &p).norm()
         };
         let pairs = self.points.windows(2).map(detour).enumerate();
@@ -107,7 +106,7 @@ impl SolutionCurve {
             return None;
         }
         let point = point(problem, x)?;
-        match self.points.iter().position(|p| (at(p) - &here).norm() < ON_BOUND) {
+        match self.points.iter().position(|p| (unknowns_at(p) - &here).norm() < ON_BOUND) {
             Some(same) => (self.answer, self.points[same]) = (same, point),
             None => {
                 self.answer = before + 1;
@@ -116,6 +115,10 @@ impl SolutionCurve {
         }
         Some(self)
     }
+}
+
+fn unknowns_at(p: &CurvePoint) -> DVector<f64> {
+    DVector::from_column_slice(&p.x)
 }
 
 /// Follows the points that meet the target from `start` in both directions of `direction`.

@@ -51,16 +51,19 @@ pub(super) fn ways(
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
     let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Option<Reached>> {
         let (mut solver, mut relaxed) = ((mode.solver)(), None);
-        let one = |&t: &usize| solver.reached((&course.frames[t], &unknowns[t]), positions(t)?, &mut relaxed);
-        chunk.iter().map(one).collect()
+        Vec::from_iter(
+            chunk
+                .iter()
+                .map(|&t| solver.reached((&course.frames[t], &unknowns[t]), positions(t)?, &mut relaxed)),
+        )
     });
     let mut reached: Vec<Option<Reached>> = by_chunk.into_iter().flatten().collect();
     let mut solver = (mode.solver)();
     let mut follow = |from: usize, to: usize, reached: &mut [Option<Reached>]| {
         let Some((start, end)) = positions(from).zip(positions(to)) else { return };
         if reached[from].is_some() && reached[to].is_none() {
-            let posture = |t: usize| (&course.frames[t], &unknowns[t]);
-            if solver.leads((posture(from), start), (posture(to), end)) {
+            let [before, after] = [from, to].map(|t| (&course.frames[t], &unknowns[t]));
+            if solver.leads((before, start), (after, end)) {
                 reached[to] = Some(Reached::OtherWay);
             }
         }
@@ -73,12 +76,11 @@ pub(super) fn ways(
             .iter()
             .map(|&t| {
                 positions(t)?;
-                let course_sd = mode.settings.link.course_sd_n;
-                let mut near = || solver.beside(&course.frames[t], &unknowns[t], course_sd);
-                Some(reached[t].map_or_else(
-                    || near().map_or(Reachability::Lost, Reachability::Nearest),
-                    Reachability::Own,
-                ))
+                if let Some(own) = reached[t] {
+                    return Some(Reachability::Own(own));
+                }
+                let near = solver.beside(&course.frames[t], &unknowns[t], mode.settings.link.course_sd_n);
+                Some(near.map_or(Reachability::Lost, Reachability::Nearest))
             })
             .collect()
     });
@@ -190,13 +192,11 @@ impl Solver<'_> {
     fn pulled_in_turn(&mut self, frame: &Frame, x: &DVector<f64>, positions: &[SVector<f64, 2>]) -> bool {
         let whole = self.tensions_of(x);
         let muscles = self.system.contracting().to_vec();
-        let first = |muscle: usize, alone: bool| {
-            Vec::from_iter(
-                whole.iter().enumerate().map(|(m, f)| if (m == muscle) == alone { *f } else { 0.0 }),
-            )
-        };
-        let ways = muscles.iter().flat_map(|&m| [first(m, true), first(m, false)]).collect::<Vec<_>>();
-        ways.into_iter().any(|first| {
+        let mut ways = muscles.iter().flat_map(|&m| [(m, true), (m, false)]).map(|(muscle, alone)| {
+            let pulls = whole.iter().enumerate().map(|(m, f)| if (m == muscle) == alone { *f } else { 0.0 });
+            pulls.collect::<Vec<f64>>()
+        });
+        ways.any(|first| {
             self.carry(frame, x);
             self.workspace.start_from_rest(self.system);
             let stages = [vec![0.0; whole.len()], first, whole.clone()];

@@ -43,8 +43,8 @@ pub fn mark(frames: &mut [Frame], labels: &[Label], compared: &[Compared]) {
     let numbers: Vec<Option<usize>> =
         labels.iter().map(|l| compared.iter().position(|c| c.tier == l.tier && c.label == l.name)).collect();
     for frame in frames {
-        let of = |&label: &usize| Some((label, numbers.get(label).copied().flatten()?));
-        frame.compared = frame.labels.iter().filter_map(of).collect();
+        let known = frame.labels.iter().filter_map(|&l| Some((l, numbers.get(l).copied().flatten()?)));
+        frame.compared = known.collect();
     }
 }
 
@@ -65,11 +65,11 @@ pub struct LabelDraws {
 impl LabelDraws {
     /// Of one repetition with so many frames, by the draws of the means over these.
     pub(super) fn of(compared: usize, frames: usize, draws: &Means) -> Self {
-        let kept = || draws.0.iter().map(|all| &all[..all.len().min(MOST_DRAWS)]);
-        let means: Vec<f64> = kept().map(|all| all.iter().sum::<f64>() / all.len().max(1) as f64).collect();
-        let less = |(all, mean): (&[f64], &f64)| all.iter().map(|draw| (draw - mean) as f32).collect();
-        let deviations = kept().zip(&means).map(less).collect();
-        Self { compared, repetitions: 1, frames, means, deviations }
+        let kept = draws.0.iter().map(|all| &all[..all.len().min(MOST_DRAWS)]);
+        let means = kept.clone().map(|all| all.iter().sum::<f64>() / all.len().max(1) as f64);
+        let means: Vec<f64> = means.collect();
+        let deviations = kept.zip(&means).map(|(all, mean)| all.iter().map(|d| (d - mean) as f32).collect());
+        Self { compared, repetitions: 1, frames, deviations: deviations.collect(), means }
     }
 
     /// Adds other repetitions. Each draw deviates as one of all repetitions, drawn at random.

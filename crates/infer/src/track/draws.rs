@@ -167,8 +167,9 @@ impl Sampler<'_, '_> {
                 let x = mode.unknowns(&course.here[t].z, &mode.shared);
                 let value = |i: usize, d: usize| (link.tension(x[i] + theta[(i, d)] + by[(i, d)]).0) as f32;
                 tensions.push((0..m).map(|i| (0..BATCH).map(|d| value(i, d)).collect()).collect());
-                let bone = |i: usize| (0..BATCH).map(|d| (x[m + i] + by[(m + i, d)]) as f32).collect();
-                moved.push((0..bones).map(bone).collect());
+                let of_bones =
+                    (0..bones).map(|i| (0..BATCH).map(|d| (x[m + i] + by[(m + i, d)]) as f32).collect());
+                moved.push(of_bones.collect());
                 sounds.push(sound(mode, self.heard[t].as_ref(), &by, &theta));
                 let by_shape = self.by_shape[t].as_ref();
                 foretold.push(hidden(mode, course, by_shape, t, &errors_at[i], (&by, &theta), &mut random));

@@ -38,12 +38,12 @@ impl TongueSurface {
     pub fn with_tip(body: &Body<2>, tip: Option<usize>) -> Option<Self> {
         let mesh = &body.mesh;
         let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len)?;
-        let on = |bone: &str| {
+        let ends = [HYOID, MANDIBLE].map(|bone| {
             let nodes = body.bone(bone);
             outline.iter().position(|n| nodes.contains(n))
-        };
-        match (on(HYOID), on(MANDIBLE)) {
-            (Some(hyoid), Some(spine)) if hyoid != spine => {
+        });
+        match ends {
+            [Some(hyoid), Some(spine)] if hyoid != spine => {
                 outline.rotate_left(hyoid);
                 let last = (spine + outline.len() - hyoid) % outline.len();
                 outline.truncate(last + 1);
@@ -126,13 +126,9 @@ pub fn frames(
     followed: &[Followed],
     hide: &[String],
 ) -> Vec<Frame> {
-    let means: Vec<Vec<Option<Point>>> = followed
-        .iter()
-        .map(|f| {
-            seen.bone(&f.name)
-                .map_or_else(|| vec![None; seen.frames.len()], |b| seen.bone_means(b, BONE_WINDOW))
-        })
-        .collect();
+    let means: Vec<Vec<Option<Point>>> = Vec::from_iter(followed.iter().map(|f| {
+        seen.bone(&f.name).map_or_else(|| vec![None; seen.frames.len()], |b| seen.bone_means(b, BONE_WINDOW))
+    }));
     let along = along_the_mean(seen);
     Vec::from_iter(seen.frames.iter().enumerate().map(|(t, frame)| {
         let shifts = followed
@@ -168,13 +164,9 @@ fn one(
 ) -> Frame {
     let labels = (0..seen.labels.len()).filter(|&l| seen.labels[l].holds(frame.time_s)).collect();
     let mut out = Frame { time_s: frame.time_s, shifts, labels, ..Frame::default() };
-    let marks: Vec<_> = seen
-        .contour
-        .iter()
-        .zip(&frame.contour)
-        .zip(along)
-        .filter_map(|((n, m), at)| Some((n, (*m)?, *at)))
-        .collect();
+    let marks = Vec::from_iter(
+        seen.contour.iter().zip(&frame.contour).zip(along).filter_map(|((n, m), at)| Some((n, (*m)?, *at))),
+    );
     for (name, mark, at_mm) in marks {
         let contour = Contour::new(surface.curve.clone(), mark.at);
         let along = Along { channel: 0, at_mm, sd_mm: mark.sd * 1e3 };

@@ -233,8 +233,8 @@ fn in_chunks<T: Send>(
 ) -> Vec<T> {
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
-    let one = |chunk: &&[usize]| work(&mut (mode.solver)(), chunk);
-    parallel::map(&chunks, one).into_iter().flatten().collect()
+    let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| work(&mut (mode.solver)(), chunk));
+    by_chunk.into_iter().flatten().collect()
 }
 
 /// The frames of a recording at the states where the search begins. Frames that have not been solved yet start from the first one of
@@ -252,8 +252,9 @@ fn begun(mode: &Smoother<'_, '_>, course: &SmoothedRecording) -> Vec<FrameState>
         let beside = unsolved.and_then(|&i| {
             solved.or_else(|| solver.solve(&course.frames[chunk[i]], &x[i], None).map(<[_]>::to_vec))
         });
-        let from = |i: usize| positions(i).or(beside.as_deref());
-        let postures: Vec<_> = open.iter().map(|&i| (&course.frames[chunk[i]], &x[i], from(i))).collect();
+        let beside = beside.as_deref();
+        let postures = open.iter().map(|&i| (&course.frames[chunk[i]], &x[i], positions(i).or(beside)));
+        let postures: Vec<_> = postures.collect();
         let mut here: Vec<FrameState> = chunk.iter().map(|&t| course.here[t].clone()).collect();
         for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
             here[i].take(linear);
@@ -296,23 +297,18 @@ fn solved(
     damping: &[f64],
 ) -> Vec<Tried> {
     in_chunks(mode, course, |solver, chunk| {
-        let trials: Vec<Trial> = chunk
-            .iter()
-            .map(|&t| Trial::new(mode, course, shared, (&step.states[t], step.expected[t]), (t, damping[t])))
-            .collect();
+        let trials: Vec<Trial> = Vec::from_iter(chunk.iter().map(|&t| {
+            Trial::new(mode, course, shared, (&step.states[t], step.expected[t]), (t, damping[t]))
+        }));
         let near = |trial: &Trial| if mode.keeps { trial.near(mode, course, shared) } else { None };
         let mut tried: Vec<Option<Tried>> =
             trials.iter().map(|trial| trial.unseen(course).or_else(|| near(trial))).collect();
         for part in PARTS {
             let open: Vec<usize> = (0..trials.len()).filter(|&i| tried[i].is_none()).collect();
             let x: Vec<DVector<f64>> = open.iter().map(|&i| trials[i].unknowns(part)).collect();
-            let postures: Vec<_> = open
-                .iter()
-                .zip(&x)
-                .map(|(&i, x)| {
-                    (&course.frames[trials[i].t], x, course.here[trials[i].t].positions.as_deref())
-                })
-                .collect();
+            let postures = Vec::from_iter(open.iter().zip(&x).map(|(&i, x)| {
+                (&course.frames[trials[i].t], x, course.here[trials[i].t].positions.as_deref())
+            }));
             for (&i, linear) in open.iter().zip(solver.linearise_all(&postures)) {
                 tried[i] = linear.and_then(|linear| trials[i].judged(mode, course, shared, (part, linear)));
             }
@@ -356,10 +352,12 @@ impl Trial {
 
     /// The result for a frame without data.
     fn unseen(&self, course: &SmoothedRecording) -> Option<Tried> {
-        let positions = || course.here[self.t].positions.clone();
-        let here = || FrameState { z: self.z.clone(), linear: None, positions: positions() };
-        let is_seen = course.errors[self.t].is_some();
-        (!is_seen).then(|| Tried { here: here(), was: None, cost: 0.0, damping: self.damping })
+        if course.errors[self.t].is_some() {
+            return None;
+        }
+        let positions = course.here[self.t].positions.clone();
+        let here = FrameState { z: self.z.clone(), linear: None, positions };
+        Some(Tried { here, was: None, cost: 0.0, damping: self.damping })
     }
 
     /// The frame after a step, with the linearisation that it has; `None` if the step is too long for that to hold.

@@ -55,8 +55,8 @@ impl BaselinePredictor {
 /// `tracked` are the results of the model without the hidden points.
 pub fn held_out(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Option<HeldOut> {
     let trained_on = if seen.len() > 1 { "other recordings" } else { "the same recording" };
-    let opponents = || opponents(seen, tracked, hide);
-    (!hide.is_empty()).then(|| HeldOut { points: hide.to_vec(), trained_on, opponents: opponents() })
+    let opponents = (!hide.is_empty()).then(|| opponents(seen, tracked, hide))?;
+    Some(HeldOut { points: hide.to_vec(), trained_on, opponents })
 }
 
 fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]) -> Vec<BaselinePredictor> {
@@ -118,14 +118,12 @@ fn missed(frame: &Tracked) -> Vec<f64> {
 /// means are), and a Gaussian of the speaker's coils given the others.
 fn of_coils(seen: &[&AlignedRecording], hide: &[String]) -> [Vec<f64>; 3] {
     let (mut by_mean, mut by_line, mut by_gaussian) = (Vec::new(), Vec::new(), Vec::new());
-    let names = |s: &AlignedRecording| s.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
-    let first = seen.first().map(|s| names(s)).unwrap_or_default();
+    let first = seen.first().map(|s| coil_names(s)).unwrap_or_default();
     let (hidden, shown): (Vec<usize>, Vec<usize>) = (0..first.len()).partition(|&i| hide.contains(&first[i]));
-    let place = |f: &AlignedFrame, i: &usize| f.sensors.get(*i).copied().flatten().map(|m| m.at);
     let all = |f: &AlignedFrame| (0..first.len()).map(|i| place(f, &i)).collect::<Option<Vec<Point>>>();
-    for (nth, one) in seen.iter().enumerate().filter(|(_, s)| names(s) == first) {
+    for (nth, one) in seen.iter().enumerate().filter(|(_, s)| coil_names(s) == first) {
         let others =
-            seen.iter().enumerate().filter(|(o, s)| (*o != nth || seen.len() == 1) && names(s) == first);
+            seen.iter().enumerate().filter(|(o, s)| (*o != nth || seen.len() == 1) && coil_names(s) == first);
         let training: Vec<_> =
             others.flat_map(|(_, s)| s.frames.iter().filter_map(all)).map(coordinates).collect();
         let Some(learned) = Learned::of(&training) else { continue };
@@ -148,6 +146,14 @@ fn of_coils(seen: &[&AlignedRecording], hide: &[String]) -> [Vec<f64>; 3] {
         }
     }
     [by_mean, by_line, by_gaussian]
+}
+
+fn place(f: &AlignedFrame, i: &usize) -> Option<Point> {
+    f.sensors.get(*i).copied().flatten().map(|m| m.at)
+}
+
+fn coil_names(s: &AlignedRecording) -> Vec<String> {
+    s.sensors.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>()
 }
 
 /// All coordinates of a frame in which every point was seen; `None` for other frames.

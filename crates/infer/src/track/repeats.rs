@@ -82,12 +82,10 @@ fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Repeats
     let still = vec![0.0; recordings.len()];
     let found = numbers(recordings, &groups, muscles.len(), &still);
     let mut random = fastrand::Rng::with_seed(seed_of(0, recordings.len()));
-    let shifted: Vec<Vec<Vec<Vec<f64>>>> = (0..CHANCES)
-        .map(|_| {
-            let shifts: Vec<f64> = recordings.iter().map(|r| random.f64() * span(&r.times)).collect();
-            numbers(recordings, &groups, muscles.len(), &shifts)
-        })
-        .collect();
+    let shifted: Vec<Vec<Vec<Vec<f64>>>> = Vec::from_iter((0..CHANCES).map(|_| {
+        let shifts: Vec<f64> = recordings.iter().map(|r| random.f64() * span(&r.times)).collect();
+        numbers(recordings, &groups, muscles.len(), &shifts)
+    }));
     let exchanged: Vec<Vec<Vec<Vec<f64>>>> = (0..CHANCES)
         .map(|_| numbers(recordings, &exchanged(&groups, &mut random), muscles.len(), &still))
         .collect();
@@ -138,12 +136,9 @@ fn numbers(
     for (_, repetitions) in groups {
         for point in 0..POINTS {
             let part = point as f64 / (POINTS - 1) as f64;
-            let values: Vec<Vec<f64>> = repetitions
-                .iter()
-                .map(|&(number, from, to)| {
-                    at(&recordings[number], from + (to - from) * part + shifts[number])
-                })
-                .collect();
+            let values: Vec<Vec<f64>> = Vec::from_iter(repetitions.iter().map(|&(number, from, to)| {
+                at(&recordings[number], from + (to - from) * part + shifts[number])
+            }));
             for (m, all) in numbers.iter_mut().enumerate() {
                 all.push(values.iter().map(|v| v.get(m).copied().unwrap_or(f64::NAN)).collect());
             }
@@ -190,8 +185,9 @@ fn of_label(groups: &[Vec<f64>]) -> f64 {
         let all: Vec<f64> = groups.iter().skip(point).step_by(POINTS).flatten().copied().collect();
         *mean = all.iter().sum::<f64>() / all.len() as f64;
     }
-    let less = |(i, group): (usize, &Vec<f64>)| group.iter().map(|v| v - means[i % POINTS]).collect();
-    icc(&groups.iter().enumerate().map(less).collect::<Vec<_>>(), POINTS)
+    let deviations =
+        groups.iter().enumerate().map(|(i, group)| group.iter().map(|v| v - means[i % POINTS]).collect());
+    icc(&deviations.collect::<Vec<_>>(), POINTS)
 }
 
 #[cfg(test)]

@@ -169,14 +169,13 @@ pub(super) fn tracked(
 ) -> Tracked {
     let &FrameSolution { frame, x, linear, placed, lost, means, number, .. } = found;
     let tensions = &draws.tensions[number];
-    let of = |draws: &[f32]| Interval::of(draws.iter().map(|d| f64::from(*d)));
-    let levels: Vec<Interval> = tensions.iter().map(|d| of(d).or_slack(&settings.link)).collect();
+    let levels: Vec<Interval> = tensions.iter().map(|d| interval(d).or_slack(&settings.link)).collect();
     let courses = tensions
         .iter()
         .zip(&means.0)
         .map(|(draws, means)| Interval::of(draws.iter().zip(means).map(|(d, mean)| f64::from(*d) - mean)))
         .collect();
-    let shifts: Vec<Interval> = draws.bones[number].iter().map(|d| of(d)).collect();
+    let shifts: Vec<Interval> = draws.bones[number].iter().map(|d| interval(d)).collect();
     let bones = shifts.chunks_exact(2).map(|pair| {
         let ends = |end: fn(&Interval) -> f64| [end(&pair[0]) * BONE_SD_M, end(&pair[1]) * BONE_SD_M];
         Displacement { shift_m: ends(|r| r.median), low_m: ends(|r| r.low), high_m: ends(|r| r.high) }
@@ -234,7 +233,7 @@ pub(super) fn tracked(
         if let Some(beside) = &found.foretold[i] {
             return beside.clone();
         }
-        let expected = of(&draws.hidden[number][i]);
+        let expected = interval(&draws.hidden[number][i]);
         let seen = 1e3 * placed.map_or(f64::NAN, |placed| hidden.observation.residual(placed));
         HeldOutPrediction {
             point: hidden.name.clone(),
@@ -258,6 +257,10 @@ pub(super) fn tracked(
         positions: if found.is_shown { positions } else { Vec::new() },
         faults: Vec::new(),
     }
+}
+
+fn interval(draws: &[f32]) -> Interval {
+    Interval::of(draws.iter().map(|d| f64::from(*d)))
 }
 
 /// Number of directions of tensions that the draws resolve.

@@ -85,10 +85,9 @@ pub fn track(
     progress(settings.rounds + 1, passes);
     let columns = stage.shape.map_or(0, RestShape::count);
     let of_sample: Vec<_> = sample.iter().map(|course| by_shape(&mode, course, stage.shape)).collect();
-    let of_shape: Vec<_> = of_sample
-        .iter()
-        .map(|all| |t: usize| all[t].as_ref().map(|b: &ShapeJacobian| b.seen.clone()))
-        .collect();
+    let of_shape = Vec::from_iter(
+        of_sample.iter().map(|all| |t: usize| all[t].as_ref().map(|b: &ShapeJacobian| b.seen.clone())),
+    );
     let linear =
         sample.iter().zip(&of_shape).map(|(c, by_shape)| Eliminated::new(&mode, c, &[], by_shape, columns));
     let linear = linear.collect::<Option<Vec<_>>>().ok_or(NotFinite)?;

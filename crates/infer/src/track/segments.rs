@@ -95,8 +95,9 @@ impl<'a> Segments<'a> {
                 // The second half of every batch mirrors the first.
                 let numbers =
                     |count: usize| (0..count).filter(|draw| draw % BATCH < BATCH / 2).take(self.kept_draws);
-                let own = |all: &Vec<f32>| numbers(all.len()).map(|d| all[d]).collect();
-                let tensions = draws.tensions[t - from].iter().map(own).collect();
+                let own =
+                    draws.tensions[t - from].iter().map(|all| numbers(all.len()).map(|d| all[d]).collect());
+                let tensions = own.collect();
                 let courses = draws.tensions[t - from].iter().zip(&means.0).map(|(all, means)| {
                     numbers(all.len()).map(|d| (f64::from(all[d]) - means[d]) as f32).collect()
                 });

@@ -31,8 +31,10 @@ pub(super) fn by_shape(
     let by_chunk = parallel::map(&chunks, |chunk: &&[usize]| -> Vec<Option<ShapeJacobian>> {
         let known: Vec<usize> = chunk.iter().copied().filter(|&t| course.here[t].linear.is_some()).collect();
         let x: Vec<_> = known.iter().map(|&t| mode.unknowns(&course.here[t].z, &mode.shared)).collect();
-        let from = |t: usize| course.here[t].linear.as_ref().map(|linear| &*linear.positions);
-        let postures: Vec<_> = known.iter().zip(&x).map(|(&t, x)| (&course.frames[t], x, from(t))).collect();
+        let postures = Vec::from_iter(known.iter().zip(&x).map(|(&t, x)| {
+            let from = course.here[t].linear.as_ref().map(|linear| &*linear.positions);
+            (&course.frames[t], x, from)
+        }));
         let rates = shape.rates(&mut (mode.solver)(), &postures);
         let mut out: Vec<Option<ShapeJacobian>> = chunk.iter().map(|_| None).collect();
         for (t, all) in known.into_iter().zip(rates) {

@@ -166,17 +166,12 @@ impl<'a, 's> Smoother<'a, 's> {
             .unwrap_or(f64::INFINITY);
         // Frames that show the same points with the same certainty share their errors.
         let mut last: Option<(&[Along], Option<Arc<FrameErrors>>)> = None;
-        let of = |f: &'_ Frame| -> Option<Arc<FrameErrors>> {
-            (f.observations.len() >= FEWEST)
-                .then(|| self.knots.frame(&f.along, period_s))
-                .flatten()
-                .map(Arc::new)
-        };
         let mut errors = Vec::with_capacity(course.frames.len());
         for frame in course.frames.iter() {
             let found = match &last {
                 Some((along, found)) if *along == frame.along.as_slice() => found.clone(),
-                _ => of(frame),
+                _ if frame.observations.len() < FEWEST => None,
+                _ => self.knots.frame(&frame.along, period_s).map(Arc::new),
             };
             last = Some((&frame.along, found.clone()));
             errors.push(found);

@@ -98,10 +98,13 @@ pub fn is_space_table(path: &Path) -> std::io::Result<bool> {
     let bytes = files::read(path)?;
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(LONGEST_HEADER)]);
     let mut reader = reader(&text);
-    let has = |header: &StringRecord, name: &str| header.iter().any(|h| h == name);
     Ok(reader
         .headers()
         .is_ok_and(|h| !has(h, "point") && (has(h, "node") || has(h, "muscle") || has(h, "z_mm"))))
+}
+
+fn has(header: &StringRecord, name: &str) -> bool {
+    header.iter().any(|h| h == name)
 }
 
 fn reader(text: &str) -> csv::Reader<&[u8]> {

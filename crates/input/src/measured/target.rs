@@ -224,7 +224,6 @@ fn chosen_positions(
     baseline: &Lengths,
 ) -> Result<Vec<usize>, ReadError> {
     let Lengths { subject, vowel, muscles: known, .. } = measured;
-    let refused = |why: String| Err(ReadError::Refused(why));
     let mut positions = Vec::new();
     for name in chosen {
         let Some(position) = position_of(names, name) else {
@@ -250,6 +249,10 @@ fn chosen_positions(
         }
         None => Ok(positions),
     }
+}
+
+fn refused<T>(why: String) -> Result<T, ReadError> {
+    Err(ReadError::Refused(why))
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -302,8 +305,9 @@ impl FromStr for TargetKind {
     type Err = ReadError;
 
     fn from_str(name: &str) -> Result<Self, Self::Err> {
-        let hint = || choice::hint(name, TargetKind::ALL.map(TargetKind::name));
-        choice::named(&name.trim().to_ascii_lowercase())
-            .ok_or_else(|| ReadError::Refused(format!("unknown target kind \"{name}\"; {}", hint())))
+        choice::named(&name.trim().to_ascii_lowercase()).ok_or_else(|| {
+            let hint = choice::hint(name, TargetKind::ALL.map(TargetKind::name));
+            ReadError::Refused(format!("unknown target kind \"{name}\"; {hint}"))
+        })
     }
 }

@@ -134,7 +134,6 @@ impl Default for Articulation {
 impl Tract {
     /// Checks the numbers of the file.
     pub fn check(&self) -> Result<(), ProfileError> {
-        let bad = |what: String| Err(ProfileError::Bad(what));
         let positive = |key: &str, x: f64| match x.is_finite() && x > 0.0 {
             true => Ok(()),
             false => bad(format!("{key} is {x}; it must be a positive number")),
@@ -259,4 +258,8 @@ impl Tract {
         let section = Section { length_m: 0.5e-3 * length, area_m2: 1e-6 * PI / 4.0 * opening * width };
         Ok([section; 2])
     }
+}
+
+fn bad<T>(what: String) -> Result<T, ProfileError> {
+    Err(ProfileError::Bad(what))
 }

@@ -49,16 +49,16 @@ impl<'a> Walls<'a> {
         let larynx = posture.hyoid_mm.map(|x| x * tract.larynx.follows_hyoid * 1e-3);
         let (sin, cos) = posture.jaw_deg.to_radians().sin_cos();
         let joint = tract.jaw.joint_mm.map(|x| x * 1e-3);
-        let turned = |[x, y]: [f64; 2]| {
+        let floor = tract.jaw.floor_mm.iter().map(|[x, y]| {
             let [x, y] = [x * 1e-3 - joint[0], y * 1e-3 - joint[1]];
             ([joint[0] + cos * x - sin * y, joint[1] + sin * x + cos * y], None)
-        };
+        });
         let mut inner: Vec<(Point, Option<usize>)> = Vec::new();
         inner.extend(
             tract.larynx.front_mm.iter().map(|[x, y]| ([x * 1e-3 + larynx[0], y * 1e-3 + larynx[1]], None)),
         );
         inner.extend(tongue.iter().enumerate().map(|(i, p)| (*p, Some(i))));
-        inner.extend(tract.jaw.floor_mm.iter().map(|&p| turned(p)));
+        inner.extend(floor);
         Ok(Self { tract, starts: starts(tract, larynx), inner })
     }
 
@@ -70,12 +70,11 @@ impl<'a> Walls<'a> {
         if given.windows(2).all(|pair| are_apart(&pair[0], &pair[1])) {
             return Ok(given);
         }
-        let mean = |i: usize, neighbours: usize| {
-            let near = i.saturating_sub(neighbours)..(i + neighbours + 1).min(given.len());
-            given[near].iter().fold([0.0; 2], |sum, line| [0, 1].map(|k| sum[k] + line.direction[k]))
-        };
         let mut averaged = (1..=given.len() / 2).filter_map(|neighbours| {
-            let ways: Vec<Point> = (0..given.len()).map(|i| mean(i, neighbours)).collect();
+            let ways: Vec<Point> = Vec::from_iter((0..given.len()).map(|i| {
+                let near = i.saturating_sub(neighbours)..(i + neighbours + 1).min(given.len());
+                given[near].iter().fold([0.0; 2], |sum, line| [0, 1].map(|k| sum[k] + line.direction[k]))
+            }));
             self.lines(&ways).ok().filter(|lines| lines.windows(2).all(|pair| are_apart(&pair[0], &pair[1])))
         });
         Ok(averaged.next().unwrap_or_else(|| given.clone()))
@@ -119,13 +118,10 @@ impl<'a> Walls<'a> {
 
     /// The line from a place to its first crossing with the inner wall.
     fn line(&self, start: &Start, way: Point) -> Result<Across, ProfileError> {
-        let name = || self.tract.wall.get(start.wall).map_or("wall", |w| &w.name).to_owned();
+        let name = self.tract.wall.get(start.wall).map_or("wall", |w| &w.name);
         let norm = way[0].hypot(way[1]);
         if norm.is_nan() || norm <= 0.0 {
-            return Err(ProfileError::Bad(format!(
-                "a point of wall `{}` has itself as its direction",
-                name()
-            )));
+            return Err(ProfileError::Bad(format!("a point of wall `{}` has itself as its direction", name)));
         }
         let u = [way[0] / norm, way[1] / norm];
         let mut found: Option<(f64, Across)> = None;
@@ -161,9 +157,9 @@ impl<'a> Walls<'a> {
             found = Some((along, Across { outer: start.at, inner, direction: u, ends }));
         }
         match (beyond, found) {
-            (Some(by), _) => Err(ProfileError::Through(name(), start.at, -by)),
+            (Some(by), _) => Err(ProfileError::Through(name.to_owned(), start.at, -by)),
             (None, Some((_, line))) => Ok(line),
-            (None, None) => Err(ProfileError::Open(name(), start.at)),
+            (None, None) => Err(ProfileError::Open(name.to_owned(), start.at)),
         }
     }
 }

@@ -150,8 +150,9 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
         let _ = writeln!(p, "- **For 1 % of a ratio at equilibrium take {}.**", told(r));
     }
     let newton = of(&study.equilibrium, &[NEWTON]);
-    let seconds = |error_mm| fastest(newton.clone(), |r| r.error_mm, error_mm).and_then(|r| r.seconds);
-    if let (Some(rough), Some(tight)) = (seconds(1e-2), seconds(1e-9)) {
+    let seconds = [1e-2, 1e-9]
+        .map(|error_mm| fastest(newton.clone(), |r| r.error_mm, error_mm).and_then(|r| r.seconds));
+    if let [Some(rough), Some(tight)] = seconds {
         let (rough, tight) = (duration(rough), duration(tight));
         let _ = writeln!(
             p,
@@ -182,11 +183,11 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
     if let Some(verdict) = mesh_verdict(&study.meshes) {
         let _ = writeln!(p, "- {verdict}");
     }
-    let good = |method| {
+    let good = [Method::GaussNewton, Method::NelderMead].map(|method| {
         let runs = stretch_fits(study, method).filter(|r| r.error_n <= 1e-2);
         runs.min_by(|a, b| a.seconds.total_cmp(&b.seconds))
-    };
-    if let (Some(gn), Some(nm)) = (good(Method::GaussNewton), good(Method::NelderMead)) {
+    });
+    if let [Some(gn), Some(nm)] = good {
         let _ = writeln!(
             p,
             "- For tensions within 0.01 N (stretch targets) Gauss-Newton needs {} and {} equilibria (starts: {}), \

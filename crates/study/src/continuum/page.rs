@@ -17,15 +17,13 @@ const ONE_PER_CENT: f64 = 0.01;
 /// The conclusion about spacing in one sentence: the coarsest mesh within 1 % of the finest, or the nearest.
 /// The finest itself has no error to compare.
 pub fn verdict(spacings: &[Spacing]) -> String {
-    let known = || {
-        let of_continuum = spacings.iter().filter(|r| r.body == "continuum");
-        of_continuum.filter_map(|r| Some((r, r.error_of_tension.filter(|e| *e > 0.0)?)))
-    };
-    if let Some((r, _)) = known().find(|(_, e)| *e <= ONE_PER_CENT) {
+    let of_continuum = spacings.iter().filter(|r| r.body == "continuum");
+    let known = of_continuum.filter_map(|r| Some((r, r.error_of_tension.filter(|e| *e > 0.0)?)));
+    if let Some((r, _)) = known.clone().find(|(_, e)| *e <= ONE_PER_CENT) {
         let (h, costs) = costs(r);
         return format!("**For 1 % of a tension take --body continuum at h = {h} mm: {costs}.**");
     }
-    match known().min_by(|a, b| a.1.total_cmp(&b.1)) {
+    match known.min_by(|a, b| a.1.total_cmp(&b.1)) {
         Some((r, error)) => {
             let ((h, costs), per_cent) = (costs(r), 100.0 * error);
             format!(

@@ -50,11 +50,11 @@ impl<const D: usize> Line<D> {
         }
         let leaves =
             "leaves the tissue between its ends; only a part from a bone to the tissue may be outside";
-        let leaves = || BodyError(format!("muscle {} {leaves}", chain.name));
-        let (Some(first), Some(last)) = (inside.first(), inside.last()) else { return Err(leaves()) };
+        let leaves = BodyError(format!("muscle {} {leaves}", chain.name));
+        let (Some(first), Some(last)) = (inside.first(), inside.last()) else { return Err(leaves) };
         let apart = first == last;
         if last - first + 1 != inside.len() || (apart && outside[0] == outside[1]) {
-            return Err(leaves());
+            return Err(leaves);
         }
         Ok(Self { name: chain.name.clone(), points, bones, outside, fades, apart })
     }

@@ -67,10 +67,10 @@ impl<'a, const D: usize> Locator<'a, D> {
 
     /// Elements whose box comes nearer to a point than `reach`, m.
     fn near(&self, p: &SVector<f64, D>, reach: f64) -> Vec<usize> {
-        let close = |[low, high]: &[SVector<f64, D>; 2]| {
+        Vec::from_iter((0..self.boxes.len()).filter(|&e| {
+            let [low, high] = &self.boxes[e];
             (0..D).all(|d| p[d] >= low[d] - reach && p[d] <= high[d] + reach)
-        };
-        (0..self.boxes.len()).filter(|&e| close(&self.boxes[e])).collect()
+        }))
     }
 
     /// The mean over the tissue within `radius`, m, of a point, weighted with `(1 - d²/radius²)²`, as
@@ -117,7 +117,6 @@ fn ball<const D: usize>(rings: usize) -> Vec<(SVector<f64, D>, f64)> {
     }
     let mut points = Vec::new();
     // Half steps, so that no point lies on a line of symmetry.
-    let angle = |i: usize| std::f64::consts::TAU * (i as f64 + 0.5) / AROUND as f64;
     for (x, w) in gauss_legendre(rings) {
         let r = 0.5 * (1.0 + x);
         let bump = w * (1.0 - r * r).powi(2) * r.powi(D as i32 - 1);
@@ -126,7 +125,8 @@ fn ball<const D: usize>(rings: usize) -> Vec<(SVector<f64, D>, f64)> {
             let across = r * f64::sqrt(1.0 - height * height);
             for i in 0..AROUND {
                 let mut p = SVector::zeros();
-                (p[0], p[1]) = (across * angle(i).cos(), across * angle(i).sin());
+                let angle = std::f64::consts::TAU * (i as f64 + 0.5) / AROUND as f64;
+                (p[0], p[1]) = (across * angle.cos(), across * angle.sin());
                 if D == 3 {
                     p[2] = r * height;
                 }

@@ -114,8 +114,9 @@ impl<const D: usize> Continuum<D> {
             }
         }
         let parts = quadratic::parts::<D>().len();
-        let fibre = |element: &[usize]| along.get(element).and_then(|(_, sum)| sum.try_normalize(0.0));
-        self.elements().flat_map(|element| std::iter::repeat_n(fibre(element), parts)).collect()
+        let fibres =
+            self.elements().map(|element| along.get(element).and_then(|(_, sum)| sum.try_normalize(0.0)));
+        fibres.flat_map(|fibre| std::iter::repeat_n(fibre, parts)).collect()
     }
 
     pub fn place_followers(&self, positions: &mut [SVector<f64, D>]) {
@@ -260,17 +261,13 @@ pub fn lay<const D: usize>(
 /// of the elements, the elements, and the new number of every node that is in the tissue.
 fn quadratic<const D: usize>(base: &Mesh<D>) -> (Mesh<D>, Vec<Vec<usize>>, Vec<Option<usize>>) {
     let mut nodes = Vec::new();
-    let number: Vec<Option<usize>> = base
-        .in_tissue()
-        .iter()
-        .zip(&base.nodes)
-        .map(|(inside, at)| {
+    let number: Vec<Option<usize>> =
+        Vec::from_iter(base.in_tissue().iter().zip(&base.nodes).map(|(inside, at)| {
             inside.then(|| {
                 nodes.push(*at);
                 nodes.len() - 1
             })
-        })
-        .collect();
+        }));
     let mut middles: BTreeMap<[usize; 2], usize> = BTreeMap::new();
     let (mut elements, mut cells) = (Vec::new(), Cells::new());
     for cell in base.cells.iter() {

@@ -74,9 +74,12 @@ struct BoxRegion {
 impl BoxRegion {
     /// Whether a place [u, v, t] lies in it, on either side.
     fn holds(&self, [u, v, t]: [f64; 3]) -> bool {
-        let within = |x: f64, [low, high]: [f64; 2]| (low - ROOM..=high + ROOM).contains(&x);
         within(u, self.u) && within(v, self.v) && within(t.abs(), self.t)
     }
+}
+
+fn within(x: f64, [low, high]: [f64; 2]) -> bool {
+    (low - ROOM..=high + ROOM).contains(&x)
 }
 
 /// The grid: nodes and elements with their places in parts.

@@ -199,8 +199,8 @@ fn are_alike(own: &Directions, other: &Directions) -> bool {
 
 /// Fibres have no sign, so the means are of the products of their coordinates.
 fn mean_product(all: &Directions, y: f64) -> Matrix3<f64> {
-    let mirrored = |d: &Vector3<f64>| Vector3::new(d.x, y * d.y, d.z);
-    all.iter().flatten().map(mirrored).map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / all.len() as f64
+    let mirrored = all.iter().flatten().map(|d| Vector3::new(d.x, y * d.y, d.z));
+    mirrored.map(|d| d * d.transpose()).sum::<Matrix3<f64>>() / all.len() as f64
 }
 
 fn sorted(nodes: impl Iterator<Item = usize>) -> Vec<usize> {

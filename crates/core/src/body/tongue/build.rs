@@ -115,11 +115,9 @@ pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Ve
 
     // Triangles that can be reached from outside over edges that are not segments are outside the outline.
     let mut outside = vec![false; cdt.num_all_faces()];
-    let mut front: Vec<_> = cdt
-        .convex_hull()
-        .filter(|e| !e.is_constraint_edge())
-        .filter_map(|e| e.rev().face().as_inner())
-        .collect();
+    let mut front = Vec::from_iter(
+        cdt.convex_hull().filter(|e| !e.is_constraint_edge()).filter_map(|e| e.rev().face().as_inner()),
+    );
     while let Some(face) = front.pop() {
         let seen = &mut outside[face.fix().index()];
         if *seen {

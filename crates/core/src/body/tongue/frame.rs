@@ -205,13 +205,11 @@ fn share(wanted: usize, lengths: &[f64]) -> Vec<usize> {
 /// wanted.
 fn with_area(polygon: &[Point], moves: &[bool], area: f64) -> Vec<Point> {
     let n = polygon.len();
-    let outwards: Vec<Point> = (0..n)
-        .map(|i| {
-            let across = polygon[(i + 1) % n] - polygon[(i + n - 1) % n];
-            let normal = Point::new(across.y, -across.x);
-            if moves[i] && normal.norm() > 0.0 { normal.normalize() } else { Point::zeros() }
-        })
-        .collect();
+    let outwards: Vec<Point> = Vec::from_iter((0..n).map(|i| {
+        let across = polygon[(i + 1) % n] - polygon[(i + n - 1) % n];
+        let normal = Point::new(across.y, -across.x);
+        if moves[i] && normal.norm() > 0.0 { normal.normalize() } else { Point::zeros() }
+    }));
     let moved = |by: f64| polygon.iter().zip(&outwards).map(|(p, o)| p + o * by).collect::<Vec<_>>();
     // The area is a quadratic in the distance: a + b d + c d². Its smaller root, in the form that does not
     // cancel.

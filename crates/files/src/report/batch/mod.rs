@@ -118,8 +118,9 @@ pub struct RowPosterior {
 /// Names of a mesh's muscles in the order of columns: those that the table has, in its order, then the
 /// others.
 pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
-    let has = |name: &&String| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name));
-    let mut names: Vec<String> = data.muscles().iter().filter(has).cloned().collect();
+    let known =
+        data.muscles().iter().filter(|name| mesh.muscles.iter().any(|m| m.name.eq_ignore_ascii_case(name)));
+    let mut names: Vec<String> = known.cloned().collect();
     for chain in &mesh.muscles {
         if !names.iter().any(|n| n.eq_ignore_ascii_case(&chain.name)) {
             names.push(chain.name.clone());

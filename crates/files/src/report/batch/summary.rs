@@ -139,12 +139,12 @@ fn group<'a>(
     members: impl Iterator<Item = &'a Digest>,
 ) -> Option<PassiveGroup> {
     let known: Vec<([f64; 2], &Digest)> = members.filter_map(|d| Some((d.passive?, d))).collect();
-    let sum = |which: usize| known.iter().map(|(errors, _)| errors[which]).sum::<f64>();
+    let [model, no_change] = [0, 1].map(|which| known.iter().map(|(errors, _)| errors[which]).sum::<f64>());
     let [rms_stretch_over_muscles, no_change_rms_stretch_over_muscles] = [0, 1].map(|which| {
         let errors = known.iter().map(|(errors, d)| errors[which] * (d.passive_muscles as f64)).sum::<f64>();
         (errors / known.iter().map(|(_, d)| d.passive_muscles as f64).sum::<f64>()).sqrt()
     });
-    let (fits, model, no_change) = (known.len(), sum(0), sum(1));
+    let fits = known.len();
     (fits > 0).then(|| PassiveGroup {
         target_kind: kind.to_owned(),
         vowel: vowel.cloned(),
@@ -168,17 +168,14 @@ pub struct SubjectContrast {
 }
 
 pub fn all(jobs: &[Job], digests: &[(usize, Digest)]) -> Vec<SubjectContrast> {
-    digests
-        .iter()
-        .flat_map(|(number, digest)| {
-            let target = &jobs[*number].target;
-            Vec::from_iter(digest.contrasts.iter().map(|contrast| SubjectContrast {
-                subject: target.subject.clone(),
-                baseline: target.baseline.to_string(),
-                contrast: contrast.clone(),
-            }))
-        })
-        .collect()
+    Vec::from_iter(digests.iter().flat_map(|(number, digest)| {
+        let target = &jobs[*number].target;
+        Vec::from_iter(digest.contrasts.iter().map(|contrast| SubjectContrast {
+            subject: target.subject.clone(),
+            baseline: target.baseline.to_string(),
+            contrast: contrast.clone(),
+        }))
+    }))
 }
 
 /// The same differences over all subjects; the tier is that of vowels against one baseline.

@@ -99,7 +99,6 @@ impl View {
         let [left, top] = self.corner;
         let [right, bottom] = self.end();
         svg.stroke(&data([[[left, top], [left, bottom], [right, bottom]]]), INK, 1.5);
-        let tick = |value: f64| format!("{value:.0}").replace('-', "\u{2212}");
         let mm = |i: usize| 1e3 * self.bounds.low[i]..=1e3 * self.bounds.high[i];
         for value in ticks(mm(0)) {
             let [at, _] = self.place(&SVector::from([1e-3 * value, 0.0]));
@@ -146,12 +145,16 @@ impl View {
     /// The intersection of the edge with the line from a visible point to an invisible one, m.
     fn exit(&self, from: &SVector<f64, 2>, to: &SVector<f64, 2>) -> SVector<f64, 2> {
         let way = to - from;
-        let part = |i: usize| {
+        let [x, y] = [0, 1].map(|i| {
             let edge = if way[i] > 0.0 { self.bounds.high[i] } else { self.bounds.low[i] };
             if way[i] == 0.0 { 1.0 } else { (edge - from[i]) / way[i] }
-        };
-        from + way * part(0).min(part(1)).clamp(0.0, 1.0)
+        });
+        from + way * f64::min(x, y).clamp(0.0, 1.0)
     }
+}
+
+fn tick(value: f64) -> String {
+    format!("{value:.0}").replace('-', "\u{2212}")
 }
 
 /// Between five and eleven round numbers in a range.

@@ -198,10 +198,10 @@ fn density(values: &[f64], low: f64, high: f64) -> Vec<f64> {
             counts[place as usize] += 1.0;
         }
     }
-    let middle = |c: usize| low + (high - low) * (c as f64 + 0.5) / cells as f64;
-    let height = |x: f64| -> f64 {
-        let each = counts.iter().enumerate().filter(|(_, c)| **c > 0.0);
-        each.map(|(c, count)| count * (-0.5 * ((x - middle(c)) / width).powi(2)).exp()).sum()
-    };
-    (0..POINTS).map(|i| height(low + (high - low) * i as f64 / (POINTS - 1) as f64)).collect()
+    let full = counts.iter().enumerate().filter(|(_, count)| **count > 0.0);
+    let full = full.map(|(c, count)| (low + (high - low) * (c as f64 + 0.5) / cells as f64, count));
+    Vec::from_iter((0..POINTS).map(|i| {
+        let x = low + (high - low) * i as f64 / (POINTS - 1) as f64;
+        full.clone().map(|(middle, count)| count * (-0.5 * ((x - middle) / width).powi(2)).exp()).sum()
+    }))
 }

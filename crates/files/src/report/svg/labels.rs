@@ -28,8 +28,9 @@ impl Area {
     }
 
     fn shared(&self, other: &Self) -> f64 {
-        let side = |i: usize| (self.high[i].min(other.high[i]) - self.low[i].max(other.low[i])).max(0.0);
-        side(0) * side(1)
+        let [width, height] =
+            [0, 1].map(|i| (self.high[i].min(other.high[i]) - self.low[i].max(other.low[i])).max(0.0));
+        width * height
     }
 }
 
@@ -40,29 +41,26 @@ pub(super) fn place(lines: &[Named<'_>], points: &[Px], frame: [Px; 2]) -> Vec<O
     let obstacles: Vec<Px> =
         lines.iter().flat_map(|l| samples(l.line)).chain(points.iter().copied()).collect();
     let mut taken: Vec<Area> = Vec::new();
-    lines
-        .iter()
-        .map(|named| {
-            let half = [0.5 * named.face.width(named.name), 0.5 * TEXT];
-            let mut best: Option<(f64, Px)> = None;
-            for (rank, part) in PARTS.into_iter().enumerate() {
-                let Some((on, along)) = point_at(named.line, part) else { continue };
-                let across = [-along[1], along[0]];
-                let reach = across[0].abs() * half[0] + across[1].abs() * half[1] + GAP;
-                for side in [1.0, -1.0] {
-                    let middle = [0, 1].map(|i| on[i] + side * reach * across[i]);
-                    let area = Area::around(middle, half);
-                    let cost = cost(&area, &taken, &obstacles, &frame) + rank as f64;
-                    if best.is_none_or(|(least, _)| cost < least) {
-                        best = Some((cost, middle));
-                    }
+    Vec::from_iter(lines.iter().map(|named| {
+        let half = [0.5 * named.face.width(named.name), 0.5 * TEXT];
+        let mut best: Option<(f64, Px)> = None;
+        for (rank, part) in PARTS.into_iter().enumerate() {
+            let Some((on, along)) = point_at(named.line, part) else { continue };
+            let across = [-along[1], along[0]];
+            let reach = across[0].abs() * half[0] + across[1].abs() * half[1] + GAP;
+            for side in [1.0, -1.0] {
+                let middle = [0, 1].map(|i| on[i] + side * reach * across[i]);
+                let area = Area::around(middle, half);
+                let cost = cost(&area, &taken, &obstacles, &frame) + rank as f64;
+                if best.is_none_or(|(least, _)| cost < least) {
+                    best = Some((cost, middle));
                 }
             }
-            let (_, middle) = best?;
-            taken.push(Area::around(middle, half.map(|h| h + 3.0)));
-            Some(middle)
-        })
-        .collect()
+        }
+        let (_, middle) = best?;
+        taken.push(Area::around(middle, half.map(|h| h + 3.0)));
+        Some(middle)
+    }))
 }
 
 fn cost(area: &Area, taken: &[Area], obstacles: &[Px], frame: &Area) -> f64 {

@@ -132,10 +132,9 @@ pub(super) fn fill(
     positions: &[SVector<f64, 2>],
 ) -> Option<[f64; 2]> {
     let stretches = mesh.cells.iter().map(|cell| {
-        let sides = |x: &[SVector<f64, 2>]| {
-            Matrix2::from_columns(&[x[cell[1]] - x[cell[0]], x[cell[2]] - x[cell[0]]])
-        };
-        Some((sides(positions) * sides(&mesh.nodes).try_inverse()?).singular_values().max())
+        let [now, rest] = [positions, &mesh.nodes]
+            .map(|x| Matrix2::from_columns(&[x[cell[1]] - x[cell[0]], x[cell[2]] - x[cell[0]]]));
+        Some((now * rest.try_inverse()?).singular_values().max())
     });
     let stretches = stretches.collect::<Option<Vec<f64>>>()?;
     let scale = [1.0, around(1.0, stretches.iter().copied().fold(1.01, f64::max))[1]];

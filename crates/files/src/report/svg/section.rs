@@ -136,19 +136,17 @@ pub(in crate::report) fn check<const D: usize>(
 
 fn description(section: &SectionPicture<'_>) -> String {
     let mesh = section.mesh;
-    let names = |contracting| {
+    let [contracting, passive] = [true, false].map(|contracting| {
         let of = mesh.muscles.iter().zip(section.tensions).filter(|(_, t)| (**t > 0.0) == contracting);
         let names: Vec<_> = of.map(|(m, _)| m.name.as_str()).collect();
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
-    };
+    });
     format!(
         "Midsagittal section, front to the left: a mesh of {} nodes and {} triangles at {} (grey) and deformed \
-         (dark). Contracting muscles: {}. Passive muscles: {}.",
+         (dark). Contracting muscles: {contracting}. Passive muscles: {passive}.",
         mesh.nodes.len(),
         mesh.cells.len(),
-        section.grey,
-        names(true),
-        names(false)
+        section.grey
     )
 }
 
@@ -185,8 +183,8 @@ pub(super) fn ring(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -
 
 pub(super) fn tissue_edges(mesh: &Mesh<2>) -> Vec<&[usize]> {
     let inside = mesh.in_tissue();
-    let kept = |pair: &&[usize; 2]| mesh.cells.is_empty() || pair.iter().all(|&n| inside[n]);
-    mesh.connections.iter().filter(kept).map(<[usize; 2]>::as_slice).collect()
+    let pairs = mesh.connections.iter().map(<[usize; 2]>::as_slice);
+    pairs.filter(|pair| mesh.cells.is_empty() || pair.iter().all(|&n| inside[n])).collect()
 }
 
 pub(super) fn draw_palate(svg: &mut Svg, view: &View, mesh: &Mesh<2>, outline: &[SVector<f64, 2>]) {
@@ -195,8 +193,8 @@ pub(super) fn draw_palate(svg: &mut Svg, view: &View, mesh: &Mesh<2>, outline: &
     }
     let middle = mesh.nodes.iter().sum::<SVector<f64, 2>>() / mesh.nodes.len().max(1) as f64;
     let turned = |a: &SVector<f64, 2>, b: &SVector<f64, 2>| SVector::from([a.y - b.y, b.x - a.x]);
-    let off = |pair: &[SVector<f64, 2>]| turned(&pair[0], &pair[1]).dot(&(pair[0] - middle));
-    let side = if outline.windows(2).map(off).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+    let off = outline.windows(2).map(|pair| turned(&pair[0], &pair[1]).dot(&(pair[0] - middle)));
+    let side = if off.sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
     let thick = |pair: &[SVector<f64, 2>]| {
         let across = turned(&pair[0], &pair[1]);
         across * (side * PALATE_THICKNESS / across.norm().max(1e-12))

@@ -67,7 +67,7 @@ pub fn views(
         let filled = is_filled && operated(&element);
         (nodes.to_vec(), if filled { FILLING } else { active.map_or(TISSUE, colour) })
     });
-    let of_group = |g: &String| {
+    let names = groups.iter().map(|g| {
         let of = body.muscles.iter().zip(activations).filter(|(m, _)| m.group == *g).map(|(m, a)| (m, *a));
         let most = of.clone().map(|(_, a)| a).fold(0.0, f64::max);
         let least = of.clone().map(|(_, a)| a).fold(f64::INFINITY, f64::min);
@@ -76,9 +76,8 @@ pub fn views(
             _ => g.clone(),
         };
         (most > ACTIVE).then(|| format!("{name} {most:.2}"))
-    };
-    let names =
-        groups.iter().enumerate().filter_map(|(i, g)| Some((of_group(g)?, COLOURS[i % COLOURS.len()])));
+    });
+    let names = names.enumerate().filter_map(|(i, name)| Some((name?, COLOURS[i % COLOURS.len()])));
     let mut drawing = Drawing {
         what: format!("A tongue in space of {} hexahedra", body.mesh.hexahedra.len()),
         faces: faces.collect(),
@@ -96,8 +95,9 @@ pub fn views(
         let region = before.elements.iter().map(|&e| before.body.mesh.hexahedra[e]).collect();
         let region = Mesh::<3> { hexahedra: region, ..Mesh::default() };
         let shape = if is_filled { positions } else { &before.positions[..] };
-        let corners = |(_, face): (usize, [usize; 4])| face.map(|n| (n, shape[n]));
-        drawing.outlined = region.outward_quadrilaterals().into_iter().map(corners).collect();
+        let corners =
+            region.outward_quadrilaterals().into_iter().map(|(_, face)| face.map(|n| (n, shape[n])));
+        drawing.outlined = corners.collect();
         drawing.names.push((
             if is_filled { "operated" } else { "removed" }.to_owned(),
             if is_filled { FILLING } else { [196.0; 3] },

@@ -29,9 +29,9 @@ pub struct PrecisionCurve {
 
 /// Draws the curves. `x` and `y` are the names of the axes with units.
 pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) -> Result<Svg, ReportError> {
-    let fits = |v: f64| v.is_finite() && v > 0.0;
     let curves = curves.iter().map(|c| {
-        let points = c.points.iter().copied().filter(|p| fits(p.0) && fits(p.1));
+        let points =
+            c.points.iter().copied().filter(|p| [p.0, p.1].iter().all(|v| v.is_finite() && *v > 0.0));
         (c.name.as_str(), points.collect::<Vec<_>>())
     });
     let curves: Vec<_> = curves.filter(|(_, points)| !points.is_empty()).collect();

@@ -124,7 +124,6 @@ impl TrackResults {
     /// less their mean over the recording), displacements of bones that were not seen, distances of the fitted points (null if there are
     /// none), and for held-out points the distance across the contour from the predicted place to the measured one.
     fn frame(&self, one: &RecordingResult, frame: &Tracked) -> Value {
-        let mm = |metres: f64| metres * 1e3;
         let [levels, courses] = [&frame.levels, &frame.courses].map(|of| {
             let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
             ends.map(|end| self.by_muscle(of, end))
@@ -183,6 +182,10 @@ impl TrackResults {
             "high": self.by_muscle(&mean.changes, |c| c.high),
         })
     }
+}
+
+fn mm(metres: f64) -> f64 {
+    metres * 1e3
 }
 
 fn is_empty(value: &Value) -> bool {

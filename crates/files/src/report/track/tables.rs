@@ -134,7 +134,8 @@ impl RecordingResult {
     /// resolved directions over time.
     pub fn sto(&self, muscles: &[String]) -> StoTable {
         let of = |what: &str| muscles.iter().map(|m| format!("{m}_{what}")).collect::<Vec<_>>();
-        let axes = |bone: &String| ["x", "y"].map(|axis| format!("{bone}_shift_{axis}_mm"));
+        let axes =
+            self.freed.iter().flat_map(|bone| ["x", "y"].map(|axis| format!("{bone}_shift_{axis}_mm")));
         let labels = [
             vec!["time".to_owned()],
             of("tension_n_per_m"),
@@ -143,7 +144,7 @@ impl RecordingResult {
             of("course_n_per_m"),
             of("course_low_n_per_m"),
             of("course_high_n_per_m"),
-            self.freed.iter().flat_map(axes).collect(),
+            axes.collect(),
             vec!["resolved".to_owned()],
         ];
         let rows = self.frames.iter().map(|f| {

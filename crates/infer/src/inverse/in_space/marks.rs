@@ -128,8 +128,9 @@ impl<'a> Observed<'a> {
             return Ok(vec![with_rest(line.clone())]);
         }
         let numbers = self.body.both_sides(name).or_else(|error| wrong(error.to_string()))?;
-        let fibre = |m: usize| with_rest(Line { ends: muscles[m].ends().map(LineEnd::node) });
-        Ok(numbers.into_iter().map(fibre).collect())
+        let fibres =
+            numbers.into_iter().map(|m| with_rest(Line { ends: muscles[m].ends().map(LineEnd::node) }));
+        Ok(fibres.collect())
     }
 
     /// The triangles of the surface; of a half without its cut.

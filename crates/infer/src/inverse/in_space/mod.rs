@@ -211,11 +211,11 @@ impl SpaceSearch {
         begin: Begin<'_>,
     ) -> Result<SpaceFit, FitError> {
         let groups = searched(body, self.sides_apart);
-        let wrong = |what: String| Err(FitError::Unknown { what });
         let mut observed = Observed::new(body);
         let of_marks = seen.iter().map(|mark| observed.of(mark)).collect::<Result<Vec<_>, _>>()?;
         if !(self.prior_sd.is_finite() && self.prior_sd > 0.0) {
-            return wrong(format!("the prior of activations has the standard deviation {}", self.prior_sd));
+            let what = format!("the prior of activations has the standard deviation {}", self.prior_sd);
+            return Err(FitError::Unknown { what });
         }
         let tied = groups.iter().flat_map(|(_, m)| m[1..].iter().map(|&other| [m[0], other])).collect();
         let unknowns = groups.iter().map(|(_, muscles)| {

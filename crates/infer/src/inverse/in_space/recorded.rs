@@ -89,11 +89,10 @@ impl Recorded {
         for one in seen {
             let by_coils = placed.as_ref().and_then(|p| p.by_coils.as_ref());
             let seated = by_coils.map_or_else(|| (*one).clone(), |placement| placement.seated(one));
-            let of_frame = |frame: &AlignedFrame| SpaceFrame {
-                time_s: Some(frame.time_s),
-                marks: marks(&seated, frame, &similarity),
-            };
-            frames.extend(one.frames.iter().map(|frame| (Some(one.name.clone()), of_frame(frame))));
+            frames.extend(one.frames.iter().map(|frame| {
+                let marks = marks(&seated, frame, &similarity);
+                (Some(one.name.clone()), SpaceFrame { time_s: Some(frame.time_s), marks })
+            }));
         }
         Ok(Self { frames: frames.into_iter().filter(|(_, f)| !f.marks.is_empty()).collect(), placed })
     }

@@ -171,20 +171,18 @@ impl Laid<'_> {
     /// The volume of the elements of the region with both nodes, m³.
     fn volume_around(&self, [a, b]: [usize; 2]) -> f64 {
         let hexahedra = &self.body.mesh.hexahedra;
-        let holds = |e: &&usize| hexahedra[**e].contains(&a) && hexahedra[**e].contains(&b);
-        self.region.iter().filter(holds).map(|&e| self.volumes[e]).sum()
+        let beside =
+            self.region.iter().filter(|e| hexahedra[**e].contains(&a) && hexahedra[**e].contains(&b));
+        beside.map(|&e| self.volumes[e]).sum()
     }
 
     /// The mean volume of the region's elements with the first of two nodes, else with the second, m³.
     fn mean_at(&self, nodes: [usize; 2]) -> Option<f64> {
         let hexahedra = &self.body.mesh.hexahedra;
         nodes.into_iter().find_map(|n| {
-            let of: Vec<f64> = self
-                .region
-                .iter()
-                .filter(|&&e| hexahedra[e].contains(&n))
-                .map(|&e| self.volumes[e])
-                .collect();
+            let of: Vec<f64> = Vec::from_iter(
+                self.region.iter().filter(|&&e| hexahedra[e].contains(&n)).map(|&e| self.volumes[e]),
+            );
             (!of.is_empty()).then(|| of.iter().sum::<f64>() / of.len() as f64)
         })
     }

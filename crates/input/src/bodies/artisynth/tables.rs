@@ -37,8 +37,8 @@ impl<'a> Line<'a> {
                 is_any |= read(&Self { text, number: line, row })?;
             }
         }
-        let nothing = || format!("it contains nothing that could be read as {wanted}");
-        if is_any { Ok(()) } else { Err(text.wrong(None, nothing())) }
+        let nothing = format!("it contains nothing that could be read as {wanted}");
+        if is_any { Ok(()) } else { Err(text.wrong(None, nothing)) }
     }
 
     fn wrong(&self, problem: String) -> BodyError {

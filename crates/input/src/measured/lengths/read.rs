@@ -34,8 +34,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         let (muscle, unit) = (l.muscle.clone(), l.unit);
         Column { muscle, name: name(l.field), column: l.field + 1, unit, half_width }
     };
-    let written = |row: &Line| Vowel::as_written(row.cell(columns.vowel)).ok();
-    let has = |label: &str| cells.rows.iter().any(|row| written(row).is_some_and(|v| v.label() == label));
+    let vowels = cells.rows.iter().filter_map(|row| Vowel::as_written(row.cell(columns.vowel)).ok());
+    let has = |label: &str| vowels.clone().any(|v| v.label() == label);
     let mut data = Dataset {
         origin: origin.to_owned(),
         muscles: columns.lengths.iter().map(|l| l.muscle.clone()).collect(),

@@ -62,11 +62,11 @@ impl Vowel {
 
     /// Whether the two are equal except for upper and lower case.
     pub fn is_like(&self, other: &Self) -> bool {
-        let folded = |v: &Self| match v.0.to_lowercase() {
+        let [own, other] = [self, other].map(|v| match v.0.to_lowercase() {
             u if u == "u" => "ɯ".to_owned(),
             other => other,
-        };
-        folded(self) == folded(other)
+        });
+        own == other
     }
 
     /// `vowels` as in messages: `/i/, /e/`.

@@ -296,7 +296,6 @@ fn parts(runs: Vec<Run>, restarts: bool) -> Vec<(Run, Vec<String>)> {
     let step_s = steps.filter(|s| *s > SAME_S).fold(f64::INFINITY, f64::min);
     let alone: Vec<f64> = runs.iter().filter(|r| r.rows.len() == 1).map(|r| r.rows[0].1.time_s).collect();
     let descends = runs.len() > FEW && alone.len() == runs.len() && alone.windows(2).all(|w| w[0] > w[1]);
-    let tick = |time_s: f64| (time_s * 1e6).round() as i64;
     // The rows of the last recording by their times.
     let mut before: BTreeMap<i64, Sample> = BTreeMap::new();
     let mut parts: Vec<(Run, Vec<String>)> = Vec::new();
@@ -334,6 +333,10 @@ fn parts(runs: Vec<Run>, restarts: bool) -> Vec<(Run, Vec<String>)> {
         }
     }
     parts
+}
+
+fn tick(time_s: f64) -> i64 {
+    (time_s * 1e6).round() as i64
 }
 
 /// Times of one frame that AAA interpolates anew for several labels differ by less, s.

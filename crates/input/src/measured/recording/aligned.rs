@@ -288,14 +288,12 @@ impl AlignedRecording {
         let count = self.frames.len();
         let seen: Vec<usize> = (0..count).filter(|&f| at(f).is_some()).collect();
         let half = window / 2;
-        (0..count)
-            .map(|f| {
-                let near = (f.saturating_sub(half)..(f + half + 1).min(count)).filter_map(at);
-                let near: Vec<Point> = near.collect();
-                let nearest = || seen.iter().min_by_key(|s| s.abs_diff(f)).and_then(|&s| at(s));
-                if near.is_empty() { nearest() } else { Some(near.iter().sum::<Point>() / near.len() as f64) }
-            })
-            .collect()
+        Vec::from_iter((0..count).map(|f| {
+            let near = (f.saturating_sub(half)..(f + half + 1).min(count)).filter_map(at);
+            let near: Vec<Point> = near.collect();
+            let nearest = || seen.iter().min_by_key(|s| s.abs_diff(f)).and_then(|&s| at(s));
+            if near.is_empty() { nearest() } else { Some(near.iter().sum::<Point>() / near.len() as f64) }
+        }))
     }
 }
 

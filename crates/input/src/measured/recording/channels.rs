@@ -45,18 +45,14 @@ pub(super) fn places_of_coils(
     }
     let mut out: Vec<f64> = Vec::with_capacity(sensors.len());
     for (n, &c) in sensors.iter().enumerate() {
-        let usual = || match n.checked_sub(1) {
-            None => FIRST_COIL_M,
-            Some(before) => {
+        out.push(match (&roles[c], n.checked_sub(1)) {
+            (Role::Surface(at), _) => *at,
+            (_, None) => FIRST_COIL_M,
+            (_, Some(before)) => {
                 let gaps = frames.iter().filter_map(|f| Some((f[sensors[before]]? - f[c]?).norm()));
                 out[before] + LONGER_THAN_CHORD * upper_median(gaps).unwrap_or(FIRST_COIL_M)
             }
-        };
-        let at = match roles[c] {
-            Role::Surface(at) => at,
-            _ => usual(),
-        };
-        out.push(at);
+        });
     }
     out
 }

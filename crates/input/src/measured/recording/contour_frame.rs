@@ -166,7 +166,8 @@ impl SampleFrame {
     /// Median place of the contour in front of the hyoid and above the line to the mandible, over the distance of these two: of the
     /// contour as it is, or `moved` from this frame to that of the bones. `None` where its end at the hyoid is in front of the other.
     fn middle(&self, group: &[&Flat<'_>], moved: bool) -> Option<Point> {
-        let of_channel = |channel: usize| {
+        let first = group.first()?;
+        let contour: Vec<Point> = Vec::from_iter(first.contour.iter().filter_map(|&channel| {
             median_point(group.iter().flat_map(|flat| &flat.places).filter_map(|frame| {
                 let (axes, p) = (self.axes(frame)?, frame[channel]?);
                 let apart = (frame[self.mandible]? - axes.origin).norm();
@@ -174,9 +175,7 @@ impl SampleFrame {
                 let upwards = Axes { y: axes.y * axes.y.y.signum(), ..axes };
                 Some(upwards.components(from_hyoid) / apart)
             }))
-        };
-        let first = group.first()?;
-        let contour: Vec<Point> = first.contour.iter().filter_map(|&c| of_channel(c)).collect();
+        }));
         let (a, b) = (contour.first()?, contour.last()?);
         let (root, tip) = if a.norm() < b.norm() { (a, b) } else { (b, a) };
         let middle = contour.iter().sum::<Point>() / contour.len() as f64;
@@ -203,7 +202,6 @@ impl SampleFrame {
                 }
                 let differences = flat.contour.iter().filter_map(|&i| {
                     let p = [flat.places[t - 1][i]?, flat.places[t][i]?, flat.places[t + 1][i]?];
-                    let second = |p: [Point; 3]| p[0] - p[1] * 2.0 + p[2];
                     let moved =
                         [a.to_bones(p[0]), b.to_bones(p[1]), c.to_bones(p[2])].map(|q| usual.components(q));
                     Some((second(p), second(moved) - second(p)))
@@ -226,6 +224,10 @@ impl SampleFrame {
         let sd = left.sum::<f64>().sqrt() / size;
         Some(Steadiness { factor, sd, rough_m: typical(|d| (d.0 + d.1).norm())? })
     }
+}
+
+fn second(p: [Point; 3]) -> Point {
+    p[0] - p[1] * 2.0 + p[2]
 }
 
 fn slips(flat: &Flat<'_>, c: usize) -> bool {

@@ -145,12 +145,14 @@ pub(super) struct Motion<'a> {
 
 impl<'a> Motion<'a> {
     pub fn of(recording: &'a AlignedRecording) -> Self {
-        let course = |(point, name): (usize, &'a String)| PointTrack::new(name, recording.course(point));
         let (points, all) =
             (recording.contour.len() + recording.sensors.len(), recording.names().enumerate());
         let (tongue, bones): (Vec<_>, Vec<_>) = all.partition(|(point, _)| *point < points);
-        let many = |all: Vec<_>| all.into_iter().map(course).filter(|c| c.marks.len() >= FEW).collect();
-        Self { courses: many(tongue), bones: many(bones) }
+        let [courses, bones] = [tongue, bones].map(|all| {
+            let courses = all.into_iter().map(|(point, name)| PointTrack::new(name, recording.course(point)));
+            courses.filter(|c| c.marks.len() >= FEW).collect()
+        });
+        Self { courses, bones }
     }
 
     /// Whether at least half of the points move by more than their noise.
@@ -250,7 +252,7 @@ impl Measures<'_> {
         let frames = &self.recording.frames;
         // From a frame to the next one: the median shift of the points, the mean one of the bones, the largest difference of a point's shift
         // from the median, the largest standard deviation of a point, and the time.
-        let shift = |f: usize| {
+        let shifts = Vec::from_iter((0..frames.len().saturating_sub(1)).map(|f| {
             let (here, next) = (&frames[f], &frames[f + 1]);
             let pairs = here.points().zip(next.points());
             let pairs: Vec<(Point, f64)> = pairs.filter_map(|(a, b)| Some((b?.at - a?.at, a?.sd))).collect();
@@ -261,8 +263,7 @@ impl Measures<'_> {
             let unlike = pairs.iter().map(|(d, _)| (d - middle).norm()).fold(0.0, f64::max);
             let noise = pairs.iter().map(|(_, sd)| *sd).fold(0.0, f64::max);
             (pairs.len() >= 3).then_some((middle, bones, unlike, noise, next.time_s - here.time_s))
-        };
-        let shifts: Vec<_> = (0..frames.len().saturating_sub(1)).map(shift).collect();
+        }));
         let slips = shifts.windows(3).zip(1..).filter_map(|(w, f)| {
             let (before, (by, bones, unlike, noise, apart), after) = (w[0]?, w[1]?, w[2]?);
             let least = |acceleration: f64| SLIP_M.max(acceleration * apart * apart);

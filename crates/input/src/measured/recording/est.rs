@@ -57,11 +57,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             return Err(start.error(what, "times must be finite and ascending; copy the file anew"));
         }
         let seen = !header.breaks || row[1] != 0.0;
-        let place = |channels: &[Option<usize>; 3]| {
+        let places = axes.iter().map(|(_, channels)| {
             let place = channels.each_ref().map(|c| c.map_or(0.0, |c| row[before + c]));
             (seen && place.iter().all(|v| is_coordinate(*v))).then_some(place)
-        };
-        samples.push(Sample::new(time_s, axes.iter().map(|(_, c)| place(c)).collect()));
+        });
+        samples.push(Sample::new(time_s, places.collect()));
     }
     Ok(Recording::of_file(origin, Format::Est, None, axes.into_iter().map(|(name, _)| name), samples))
 }

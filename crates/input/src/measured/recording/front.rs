@@ -42,11 +42,11 @@ impl Front<'_> {
 
     /// The problem of coils that lie in front of lips, incisors and jaw, or of lips that are upside down.
     fn lips(&self, sensors: &[usize]) -> Option<String> {
-        let lip = |upper: bool| {
+        let [upper, lower] = [true, false].map(|upper| {
             let found = self.judged().find(|&c| names::lip(&self.channels[c]) == Some(upper));
             found.and_then(|c| Some((&self.channels[c], median_place(self.places, c)?)))
-        };
-        if let Some(((upper, a), (lower, b))) = lip(true).zip(lip(false))
+        });
+        if let Some(((upper, a), (lower, b))) = upper.zip(lower)
             && a.y < b.y - APART_M
         {
             let what = format!("{upper} lies below {lower}: the recording is upside down");

@@ -258,7 +258,6 @@ impl Map {
     /// The axes to the back and upwards; `None` for those that are not given. `flat`: whether all x are zero,
     /// as in a track with only y and z.
     pub(super) fn axes(&self, format: Format, flat: bool) -> (Option<Axis>, Axis) {
-        let axis_of = |text: &Option<String>| text.as_deref().and_then(axis);
         let (back, up) = match format {
             Format::Ag50x | Format::Mview => (None, (2, 1.0)),
             Format::Edgetrak | Format::DeepLabCut => (None, (1, -1.0)),
@@ -267,7 +266,8 @@ impl Map {
             Format::Est if flat => (None, (2, 1.0)),
             _ => (None, (1, 1.0)),
         };
-        (axis_of(&self.file.back).or(back), axis_of(&self.file.up).unwrap_or(up))
+        let given = [&self.file.back, &self.file.up].map(|text| text.as_deref().and_then(axis));
+        (given[0].or(back), given[1].unwrap_or(up))
     }
 }
 
@@ -288,10 +288,9 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
         let told = format!("{} {}", toml_text::with_nearest(&plain(e.message())), key.trim());
         format!("{}; {ROLES}", told.trim_end())
     })?;
-    let beyond = |beyond: limits::BeyondLimit| beyond.to_string();
     let mut roles: Vec<Role> = Vec::new();
     if let Some(mm) = given.surface_mm {
-        limits::SURFACE_MM.check(mm).map_err(beyond)?;
+        limits::SURFACE_MM.check(mm).map_err(|beyond| beyond.to_string())?;
         roles.push(Role::Surface(mm * 1e-3));
     }
     if let Some(nth) = given.coil {
@@ -302,7 +301,7 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
     }
     roles.extend(given.bone.map(Role::Bone));
     roles.extend(given.contour.map(|_| Role::Contour));
-    given.noise_mm.map_or(Ok(()), |mm| limits::NOISE_MM.check(mm)).map_err(beyond)?;
+    given.noise_mm.map_or(Ok(()), |mm| limits::NOISE_MM.check(mm)).map_err(|beyond| beyond.to_string())?;
     match &roles[..] {
         [Role::Bone(name)] if name.is_empty() => {
             Err("bone is \"\"; give its name, like \"hyoid\"".to_owned())

@@ -6,7 +6,7 @@ use tongue_core::statistics::{least_by, upper_median};
 
 use super::channels::median_point;
 use super::dynamics::Motion;
-use super::{AlignedFrame, AlignedRecording, names};
+use super::{AlignedRecording, names};
 
 /// What was measured, and the name of what has it.
 pub(super) type Value = (f64, String);
@@ -39,7 +39,7 @@ pub(super) fn sag(line: &[Point]) -> Option<f64> {
     Some(below.sum::<f64>() / line.len() as f64).filter(|m| m.is_finite())
 }
 
-fn length(points: &[Point]) -> f64 {
+pub(super) fn length(points: &[Point]) -> f64 {
     points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
 }
 
@@ -61,8 +61,8 @@ impl<'a> Measures<'a> {
     }
 
     fn spine_and_hyoid(&self) -> Option<(Point, Point)> {
-        let bone = |name: &str| self.bones[self.recording.bone(name)?];
-        bone(MANDIBLE).zip(bone(HYOID))
+        let [spine, hyoid] = [MANDIBLE, HYOID].map(|name| self.bones[self.recording.bone(name)?]);
+        spine.zip(hyoid)
     }
 
     /// The contour without points that are far from it, if it has at least so many others.
@@ -278,11 +278,11 @@ impl<'a> Measures<'a> {
         let number = |name: &str| sensors.iter().position(|(n, _)| n == name);
         let hollow = inner.iter().filter_map(|(name, _, p)| {
             let numbers = [number(first.0)?, number(name)?, number(last.0)?];
-            let places = |f: &AlignedFrame| {
+            let places = frames.iter().filter_map(|f| {
                 let [a, b, c] = numbers.map(|n| f.sensors[n].map(|m| m.at));
                 Some([a?, b?, c?])
-            };
-            let depths: Vec<f64> = frames.iter().filter_map(places).map(depth).collect();
+            });
+            let depths: Vec<f64> = places.map(depth).collect();
             let deep = depths.iter().filter(|d| **d > 0.0).count();
             (deep as f64 > PART * depths.len() as f64).then_some((depth([first.2, *p, last.2]) * MM, name))
         });

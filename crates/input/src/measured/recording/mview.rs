@@ -33,9 +33,9 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let wrong = |what: String, help: &str| start.error(format!("in the variable {name:?} {what}"), help);
         if let Some(other) = channels.iter().find(|c| c.rate_hz != first.rate_hz || c.frames != first.frames)
         {
-            let of = |c: &Channel<'_>| format!("{} has {} frames at {} Hz", c.name, c.frames, c.rate_hz);
-            let what = format!("{} and {}", of(first), of(other));
-            return Err(wrong(what, "resample the sensors to one rate"));
+            let both =
+                [first, other].map(|c| format!("{} has {} frames at {} Hz", c.name, c.frames, c.rate_hz));
+            return Err(wrong(both.join(" and "), "resample the sensors to one rate"));
         }
         let mut names = BTreeSet::new();
         if let Some(twice) = channels.iter().find(|c| !names.insert(c.name)) {

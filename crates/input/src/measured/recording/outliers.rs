@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::median;
 
+use super::measures::length;
 use super::{AlignedFrame, AlignedRecording, Mark};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -72,16 +73,13 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
         |seen: &AlignedRecording, f: usize| vec![(FaultKind::OutOfOrder, exchanged(&seen.frames[f]))];
     let misplaced = |seen: &AlignedRecording, f: usize| {
         let spikes = spikes(seen, f);
-        let has_moved = |p: &usize| has_jumped(seen, f, *p) || spikes.contains(p);
+        let moved = (0..names.len()).filter(|p| has_jumped(seen, f, *p) || spikes.contains(p));
         let beyond = seen.frames[f].points().enumerate().filter_map(|(p, mark)| {
             let mark = mark?;
             (above(palate?, mark.at)? > 2.0 * mark.sd).then_some(p)
         });
         let beyond = beyond.collect();
-        vec![
-            (FaultKind::Jumped, (0..names.len()).filter(has_moved).collect()),
-            (FaultKind::BeyondPalate, beyond),
-        ]
+        vec![(FaultKind::Jumped, moved.collect()), (FaultKind::BeyondPalate, beyond)]
     };
     for stage in [&exchanged as Detector<'_>, &misplaced] {
         let found: Vec<Vec<Found>> = (0..faults.len()).map(|f| stage(seen, f)).collect();
@@ -176,7 +174,6 @@ fn exchanged(frame: &AlignedFrame) -> Vec<usize> {
     if !(4..=MOST_ORDERED).contains(&seen.len()) {
         return Vec::new();
     }
-    let length = |p: &[Point]| p.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>();
     let mut places: Vec<Point> = seen.iter().map(|(_, m)| m.at).collect();
     let now = length(&places);
     let (mut most, mut i, mut j) = (f64::NEG_INFINITY, 0, 0);

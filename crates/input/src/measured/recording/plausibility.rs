@@ -205,7 +205,6 @@ pub fn palate_doubt(recording: &AlignedRecording, palate: &[Point]) -> Option<Do
     /// below a traced palate.
     const HIGHEST_MM: f64 = 60.0;
     const NEAREST_MM: f64 = 25.0;
-    let doubt = |severity, said: String| Some(Doubt { said, severity });
     let sag_mm = sag(palate).unwrap_or(0.0) * 1e3;
     if palate.len() >= 3 && sag_mm > 2.0 {
         let what = format!("the palate sags by {sag_mm:.0} mm below the line of its ends: it is upside down");
@@ -232,6 +231,10 @@ pub fn palate_doubt(recording: &AlignedRecording, palate: &[Point]) -> Option<Do
         );
     }
     None
+}
+
+fn doubt(severity: Severity, said: String) -> Option<Doubt> {
+    Some(Doubt { said, severity })
 }
 
 /// The first of these recordings whose tongue is of another size than that of the first, with the doubt whether it is of the same speaker.

@@ -222,29 +222,31 @@ impl Journal {
     }
 
     pub fn append<T: Serialize>(&mut self, entry: &Entry<T>) -> Result<(), ReportError> {
-        let write = |this: &mut Self| -> io::Result<()> {
-            let json = serde_json::to_string(entry)?;
-            let line = format!("{} {json}\n", this.checksum(&json));
-            let place = Place { file: 0, offset: this.end, length: line.len() };
-            this.append_bytes(line.as_bytes())?;
-            this.done.insert(entry.job, place);
-            Ok(())
-        };
-        write(self).map_err(|source| self.failed(0, source))
+        self.write(entry).map_err(|source| self.failed(0, source))
+    }
+
+    fn write<T: Serialize>(&mut self, entry: &Entry<T>) -> io::Result<()> {
+        let json = serde_json::to_string(entry)?;
+        let line = format!("{} {json}\n", self.checksum(&json));
+        let place = Place { file: 0, offset: self.end, length: line.len() };
+        self.append_bytes(line.as_bytes())?;
+        self.done.insert(entry.job, place);
+        Ok(())
     }
 
     /// The entry of a job, or those fields of it that `T` has; `None` if it is not done.
     pub fn read<T: DeserializeOwned>(&self, job: usize) -> Result<Option<Entry<T>>, ReportError> {
         let Some(place) = self.done.get(&job) else { return Ok(None) };
-        let read = || -> io::Result<Entry<T>> {
-            let mut bytes = vec![0; place.length];
-            let mut file = &self.files[place.file].1;
-            file.seek(SeekFrom::Start(place.offset))?;
-            file.read_exact(&mut bytes)?;
-            let entry = self.read_line(&bytes);
-            entry.ok_or_else(|| io::Error::other("it was changed while a batch was using it"))
-        };
-        read().map(Some).map_err(|source| self.failed(place.file, source))
+        self.read_at(place).map(Some).map_err(|source| self.failed(place.file, source))
+    }
+
+    fn read_at<T: DeserializeOwned>(&self, place: &Place) -> io::Result<Entry<T>> {
+        let mut bytes = vec![0; place.length];
+        let mut file = &self.files[place.file].1;
+        file.seek(SeekFrom::Start(place.offset))?;
+        file.read_exact(&mut bytes)?;
+        let entry = self.read_line(&bytes);
+        entry.ok_or_else(|| io::Error::other("it was changed while a batch was using it"))
     }
 
     pub fn remove(self) -> Result<(), ReportError> {

@@ -154,8 +154,6 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
 }
 
 fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> Markup {
-    let groups = |names: &[String]| if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-    let rms = |value: Option<f64>| value.map_or("–".to_owned(), |x| format!("{x:.3}"));
     let (alarms, passive) = (&r.record.alarms, &r.passive);
     html! {
         details id={ "fit-" (id) } {
@@ -173,8 +171,8 @@ fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> 
             }
             @if let Some(pattern) = &r.pattern {
                 p {
-                    "Published pattern: found " (groups(&pattern.found)) "; missing " (groups(&pattern.missing))
-                    "; unexpected " (groups(&pattern.unexpected)) "."
+                    "Published pattern: found " (listed(&pattern.found)) "; missing " (listed(&pattern.missing))
+                    "; unexpected " (listed(&pattern.unexpected)) "."
                 }
             }
             @if !r.other_optima.is_empty() {
@@ -183,6 +181,14 @@ fn detail(id: usize, r: &AssessedRecord, figure: &str, ridges: Option<&str>) -> 
             }
         }
     }
+}
+
+fn rms(value: Option<f64>) -> String {
+    value.map_or("–".to_owned(), |x| format!("{x:.3}"))
+}
+
+fn listed(names: &[String]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
 fn own_simulation(value: Option<f64>) -> String {

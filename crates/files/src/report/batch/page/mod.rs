@@ -190,10 +190,9 @@ fn data(mesh: &Mesh<2>, fits: &[PageFit]) -> String {
         .collect();
     let view = frame(mesh, &[], []);
     let [low, high] = [view.low, view.high].map(|corner| corner.map(fit::micrometres));
-    let shapes: Vec<_> = fits
-        .iter()
-        .map(|f| serde_json::json!({"fit": f.number, "moved": f.moved, "active": f.active}))
-        .collect();
+    let shapes = Vec::from_iter(
+        fits.iter().map(|f| serde_json::json!({"fit": f.number, "moved": f.moved, "active": f.active})),
+    );
     serde_json::json!({
         "view": [low[0], -high[1], high[0] - low[0], high[1] - low[1]], "rest": rest, "connections": mesh.connections, "fixed": mesh.fixed, "muscles": muscles, "shapes": shapes,
     })
