@@ -198,7 +198,9 @@ pub mod measured {
     pub mod lengths {
         //! Tables of lengths, and how they were read.
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_input::measured::lengths::{BrokenRow, Column, Encoding, HalfWidth, Reading};
+        pub(crate) use tongue_input::measured::lengths::{
+            BrokenRow, Encoding, HalfWidth, ReadColumn, Reading,
+        };
         pub use tongue_input::measured::lengths::{Malformed, Row};
 
         pub mod rest_distance {
@@ -281,7 +283,7 @@ pub mod report {
         #[cfg(feature = "cli")]
         pub(crate) mod journal {
             //! Finished jobs, kept.
-            pub(crate) use tongue_files::report::batch::journal::{Entry, Journal, NAME, arguments};
+            pub(crate) use tongue_files::report::batch::journal::{Journal, JournalEntry, NAME, arguments};
         }
     }
 }

@@ -12,7 +12,7 @@ use tongue_fit::report::{self, Export, Json, OutputDir, SectionPicture};
 
 use super::body_file::BodyFile;
 use super::choice::choice_among;
-use super::recordings::{self, Given, PriorArguments};
+use super::recordings::{self, GivenRecordings, PriorArguments};
 use super::{Global, Outcome, body, inputs, output, recording_checks, table};
 
 /// Most frames of recordings in the picture.
@@ -45,7 +45,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let given = Given::read(&arguments.body)?;
+    let given = GivenRecordings::read(&arguments.body)?;
     let basis = given.basis(&arguments.body, arguments.prior.settings()?);
     let (mut notes, mut is_whole, mut implausible) = (Vec::new(), true, None);
     let (mut speaker, seen) = match &arguments.landmarks {

@@ -15,12 +15,12 @@ pub struct BodyFile<'a> {
     mesh: MeshRecord,
     adaptation: Adaptation,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    other_rest_shapes: Vec<RestShape<'a>>,
+    other_rest_shapes: Vec<RestShapeFile<'a>>,
 }
 
 /// Recordings that were tracked apart and have another shape at rest, with its nodes.
 #[derive(Serialize)]
-struct RestShape<'a> {
+struct RestShapeFile<'a> {
     recordings: Vec<&'a str>,
     nodes_m: Vec<[f64; 2]>,
 }
@@ -34,7 +34,7 @@ impl<'a> BodyFile<'a> {
         recordings: &'a [RecordingResult],
     ) -> miette::Result<Self> {
         let groups = recordings.chunk_by(|a, b| a.rest == b.rest).skip(1);
-        let other_rest_shapes = groups.map(|group| RestShape {
+        let other_rest_shapes = groups.map(|group| RestShapeFile {
             recordings: group.iter().map(|one| one.name.as_str()).collect(),
             nodes_m: group[0].rest.iter().map(|p| [p.x, p.y]).collect(),
         });

@@ -13,7 +13,7 @@ use tongue_fit::run::FitRun;
 use tongue_fit::system::TissueModel;
 
 use super::choice::choice;
-use super::fit_table::Shown;
+use super::fit_table::ShownFit;
 use super::{Global, Outcome, body, inputs, others, output, posterior, reference_solution, space_track};
 
 /// The subject of the thesis's experiment.
@@ -202,7 +202,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if global.json {
         output::print(&json)?;
     } else {
-        let shown = Shown {
+        let shown = ShownFit {
             record: &record,
             verdict: &verdict,
             conclusion: &conclusion,

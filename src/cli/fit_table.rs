@@ -13,7 +13,7 @@ use super::reference_solution::Published;
 use super::table::{counted, newtons, rows};
 use super::word;
 
-pub struct Shown<'a> {
+pub struct ShownFit<'a> {
     pub record: &'a FitRecord,
     /// Which muscles pull harder than in the baseline, or why that is not said.
     pub verdict: &'a Result<Verdict, String>,
@@ -33,7 +33,7 @@ const INDENT: &str = "  ";
 /// Smallest printed misfit: below it digits are rounding and differ between machines.
 const NO_MISFIT: f64 = 1e-9;
 
-impl Shown<'_> {
+impl ShownFit<'_> {
     pub fn text(&self) -> String {
         let mut text = self.told_first();
         if let Some((posterior, posture)) = self.posterior {

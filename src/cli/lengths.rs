@@ -8,7 +8,7 @@ use miette::IntoDiagnostic;
 use serde::Serialize;
 use tongue_fit::inverse::batch::{self, Refusal, Selection};
 use tongue_fit::measured::lengths::{
-    BrokenRow, Column, Encoding, HalfWidth, Malformed, Reading, Row, rest_distance,
+    BrokenRow, Encoding, HalfWidth, Malformed, ReadColumn, Reading, Row, rest_distance,
 };
 use tongue_fit::measured::{Dataset, Muscles, TargetKind, Vowel};
 use tongue_fit::suggest;
@@ -23,11 +23,11 @@ const MOST_LISTED: usize = 50;
 #[command(after_help = "Example:\n  tongue-fit lengths check my.csv")]
 pub struct Arguments {
     #[command(subcommand)]
-    action: Action,
+    action: LengthsAction,
 }
 
 #[derive(Debug, Clone, clap::Subcommand)]
-enum Action {
+enum LengthsAction {
     /// Read a table of lengths and report how it is understood
     Check(Check),
 }
@@ -53,7 +53,7 @@ struct Check {
 }
 
 #[derive(Serialize)]
-struct Record<'a> {
+struct LengthRecord<'a> {
     version: &'static str,
     file: &'a str,
     reading: &'a Reading,
@@ -86,7 +86,7 @@ struct RowRecord<'a> {
 }
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
-    let Action::Check(check) = &arguments.action;
+    let LengthsAction::Check(check) = &arguments.action;
     let data = inputs::lengths(Some(&check.file), check.error_mm)?;
     let record = record(&data, check.baseline.as_ref())?;
     output::tell(global, &record, || text(&record, &data))?;
@@ -99,7 +99,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(if is_good { Outcome::Good } else { Outcome::SomeRowsRefused })
 }
 
-fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<Record<'a>> {
+fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<LengthRecord<'a>> {
     // What a batch of all rows would do.
     let kinds = TargetKind::ALL.to_vec();
     let selection = Selection { kinds, baseline: baseline.cloned(), ..Selection::default() };
@@ -117,7 +117,7 @@ fn record<'a>(data: &'a Dataset, baseline: Option<&Vowel>) -> miette::Result<Rec
         baseline: of_subject(name),
         rows: rows.remove(name).unwrap_or_default(),
     });
-    Ok(Record {
+    Ok(LengthRecord {
         version: tongue_fit::VERSION,
         file: data.origin(),
         reading: data.reading(),
@@ -162,7 +162,7 @@ fn unknown(names: &[String]) -> Vec<String> {
 /// How a sentence about a misspelt name goes on.
 const MEANT: &str = "did you mean";
 
-fn text(record: &Record<'_>, data: &Dataset) -> String {
+fn text(record: &LengthRecord<'_>, data: &Dataset) -> String {
     let mut text = String::new();
     let mut line = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<20}{value}");
@@ -255,7 +255,7 @@ fn muscles(data: &Dataset) -> comfy_table::Table {
     t
 }
 
-fn half_width(column: &Column) -> String {
+fn half_width(column: &ReadColumn) -> String {
     match &column.half_width {
         HalfWidth::Column { name, else_mm } => format!("column {name:?}, else {else_mm} mm"),
         HalfWidth::Given { mm } => format!("{mm} mm, as given"),
@@ -266,7 +266,7 @@ fn half_width(column: &Column) -> String {
     }
 }
 
-fn subjects(record: &Record<'_>) -> String {
+fn subjects(record: &LengthRecord<'_>) -> String {
     let mut t = table::table(&["subject", "vowels", "baseline", "not measured"]);
     for column in 1..4 {
         left(&mut t, column);

@@ -9,7 +9,7 @@ use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::report::batch::Shard;
 use tongue_fit::report::batch::journal::{self, Journal};
 
-use super::batch::{self, Prepared};
+use super::batch::{self, PreparedBatch};
 use super::table::listed;
 use super::{Cli, Command, Global, Outcome, line_of, output};
 
@@ -99,12 +99,12 @@ fn missing(shards: &BTreeMap<Shard, Vec<PathBuf>>) -> miette::Result<Vec<String>
     Ok(all.filter(|s| !shards.contains_key(s)).map(|s| format!("{s} is missing")).collect())
 }
 
-fn prepare(words: &[String]) -> miette::Result<Prepared> {
+fn prepare(words: &[String]) -> miette::Result<PreparedBatch> {
     let typed = std::iter::once("tongue-fit").chain(words.iter().map(String::as_str));
     let parsed = Cli::try_parse_from(typed).into_diagnostic()?;
     let Some(Command::Batch(arguments)) = &parsed.command else {
         bail!("the journal is of another command than batch: {}", line_of(words.to_vec()));
     };
-    Prepared::new(arguments, words)
+    PreparedBatch::new(arguments, words)
         .wrap_err("merge repeats the plan of the batch in the folder where the batch was started")
 }

@@ -50,7 +50,7 @@ impl Arguments {
     ) -> miette::Result<Vec<AuxiliaryData>> {
         let body = &posterior_model.body;
         let mut out = Vec::new();
-        let sampled = Sampled { targets, fitted: posture };
+        let sampled = SampledTargets { targets, fitted: posture };
         if let Some(path) = &self.emg {
             out.push(emg(path, posterior_model, &sampled)?);
         }
@@ -64,12 +64,12 @@ impl Arguments {
 }
 
 /// The targets that are sampled together, and the number of the fitted one.
-struct Sampled<'a> {
+struct SampledTargets<'a> {
     targets: &'a [Target],
     fitted: usize,
 }
 
-impl Sampled<'_> {
+impl SampledTargets<'_> {
     /// The posture of a file (`None`: the baseline) and its path.
     fn posture<'t>(&self, option: &str, text: &'t str) -> miette::Result<(Option<usize>, &'t Path)> {
         let Some((name, path)) = text.split_once('=').filter(|_| !Path::new(text).exists()) else {
@@ -171,7 +171,7 @@ fn near_the_body(body: &Body<2>, marks: &[Option<Mark>]) -> miette::Result<()> {
 fn emg(
     path: &Path,
     posterior_model: &PosteriorModel,
-    sampled: &Sampled<'_>,
+    sampled: &SampledTargets<'_>,
 ) -> miette::Result<AuxiliaryData> {
     let origin = path.display().to_string();
     let bytes = inputs::bytes("--emg", path)?;

@@ -259,13 +259,13 @@ fn list(names: &[String]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
-pub struct Given {
+pub struct GivenRecordings {
     pub body: Body<2>,
     pub anatomy: Option<Anatomy>,
     pub adaptation: Option<Adaptation>,
 }
 
-impl Given {
+impl GivenRecordings {
     pub fn read(arguments: &body::Arguments) -> miette::Result<Self> {
         let body = arguments.body()?;
         ensure!(

@@ -21,11 +21,11 @@ use super::{Global, Outcome, inputs, output, scene_table};
 )]
 pub struct Arguments {
     #[command(subcommand)]
-    action: Action,
+    action: SceneAction,
 }
 
 #[derive(Debug, Clone, clap::Subcommand)]
-enum Action {
+enum SceneAction {
     /// List the scenes that are built in
     #[command(after_help = "Example:\n  tongue-fit scene list")]
     List,
@@ -53,12 +53,12 @@ struct Which {
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     match &arguments.action {
-        Action::List => list(global),
-        Action::Schema => {
+        SceneAction::List => list(global),
+        SceneAction::Schema => {
             output::print(&output::json(&Scene::schema())?)?;
             Ok(Outcome::Good)
         }
-        Action::Explain(which) => {
+        SceneAction::Explain(which) => {
             let plan = match prepared(&load(&which.name)?)? {
                 Ready::Flat(p) => p.plan,
                 Ready::Solid(p) => p.plan,
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             output::tell(global, &plan, || scene_table::plan(&plan))?;
             Ok(Outcome::Good)
         }
-        Action::Run(which) => run_one(&which.name, global),
+        SceneAction::Run(which) => run_one(&which.name, global),
     }
 }
 

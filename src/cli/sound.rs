@@ -84,7 +84,7 @@ pub struct Arguments {
 }
 
 #[derive(Debug, Clone, Serialize)]
-pub struct Record {
+pub struct HeardRecord {
     pub subject: Option<String>,
     pub vowel: Option<String>,
     pub converged: bool,
@@ -103,12 +103,12 @@ pub struct Record {
 }
 
 /// A tongue that was heard, and its midsagittal section at rest and as it was heard.
-pub struct Heard {
+pub struct HeardTongue {
     pub title: String,
     pub tissue: TissueModel,
     pub mesh: Mesh<2>,
     pub positions: Vec<SVector<f64, 2>>,
-    pub record: Record,
+    pub record: HeardRecord,
 }
 
 impl Arguments {
@@ -173,7 +173,12 @@ impl Arguments {
         Ok(scene.spoken(&posture, tract.jaw.joint_mm))
     }
 
-    fn in_plane(&self, tract: &Tract, vowel: Option<&Vowel>, means: &[MeanVowel]) -> miette::Result<Heard> {
+    fn in_plane(
+        &self,
+        tract: &Tract,
+        vowel: Option<&Vowel>,
+        means: &[MeanVowel],
+    ) -> miette::Result<HeardTongue> {
         if let Some(vowel) = vowel.filter(|v| v.label() == BASELINE) {
             Dataset::reference().into_diagnostic()?.baseline_vowel(&self.subject, vowel).into_diagnostic()?;
         }
@@ -185,7 +190,7 @@ impl Arguments {
         let mut prepared = prepare(&scene, body).into_diagnostic()?;
         let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
         let Some(sound) = answer.sound else { return Err(miette!("this scene has no sound")) };
-        let record = Record {
+        let record = HeardRecord {
             subject: vowel.map(|_| self.subject.clone()),
             vowel: vowel.map(|v| v.label().to_owned()),
             converged: answer.converged,
@@ -200,7 +205,7 @@ impl Arguments {
         };
         let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
         let (tissue, mesh) = (prepared.system.tissue(), prepared.body.mesh);
-        Ok(Heard { title: scene.title, tissue, mesh, positions, record })
+        Ok(HeardTongue { title: scene.title, tissue, mesh, positions, record })
     }
 }
 
@@ -227,7 +232,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             (global.folder("results/sound")?, arguments.in_plane(&tract, vowel.as_ref(), &means)?)
         }
     };
-    let Heard { title, tissue, mesh, positions, mut record } = heard;
+    let HeardTongue { title, tissue, mesh, positions, mut record } = heard;
     if let [f1, f2, ..] = record.sound.formants_hz[..] {
         record.nearest_vowel = nearest_vowel(&means, f1, f2).map(|m| m.vowel.clone());
     }
@@ -255,7 +260,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(Outcome::judged(record.converged, || "the shape of the tongue did not converge".to_owned()))
 }
 
-fn text(record: &Record, title: &str) -> String {
+fn text(record: &HeardRecord, title: &str) -> String {
     let sound = &record.sound;
     let mut text = format!("{title}: {}\n", sound.tract);
     let p = &sound.posture;

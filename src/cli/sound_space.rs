@@ -8,7 +8,7 @@ use tongue_fit::run::SpaceSource;
 use tongue_fit::statics::SolveStatus;
 
 use super::body::space_name;
-use super::sound::{Heard, Record};
+use super::sound::{HeardRecord, HeardTongue};
 use super::space;
 
 #[derive(Debug, Clone, clap::Args)]
@@ -33,7 +33,7 @@ impl Arguments {
         source: &SpaceSource,
         tract: &Tract,
         posture: &Articulation,
-    ) -> miette::Result<Heard> {
+    ) -> miette::Result<HeardTongue> {
         let body = self.model.body(source)?;
         let activations = space::activations(&self.activation, &body)?;
         let airway = SpaceVocalTract::round(&body, tract.clone()).into_diagnostic()?;
@@ -42,7 +42,7 @@ impl Arguments {
         let mut sound = SoundRecord::new(airway.tract(), &airway.acoustics, &sound, *posture);
         sound.areas_from = Some("cross-sections of the tongue between walls of the tract's width");
         let names = body.muscles.iter().map(|m| m.name.clone());
-        let record = Record {
+        let record = HeardRecord {
             subject: None,
             vowel: None,
             converged: solved.found.solution.status == SolveStatus::Converged
@@ -60,7 +60,7 @@ impl Arguments {
         };
         let (tissue, mesh, positions) =
             (solved.system.tissue(), body.midsagittal_mesh(), solved.midsagittal_positions());
-        Ok(Heard { title, tissue, mesh, positions, record })
+        Ok(HeardTongue { title, tissue, mesh, positions, record })
     }
 }
 

@@ -20,7 +20,7 @@ use tongue_fit::track::{
 use super::body_file::BodyFile;
 use super::choice::choice_among;
 use super::outcome::counted;
-use super::recordings::{self, Given, Loaded, PriorArguments, Screened};
+use super::recordings::{self, GivenRecordings, Loaded, PriorArguments, Screened};
 use super::track_sound::FORMANTS;
 use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
@@ -141,7 +141,7 @@ pub fn one(
     among: Option<&str>,
 ) -> miette::Result<Done> {
     let clock = Instant::now();
-    let given = Given::read(&arguments.body)?;
+    let given = GivenRecordings::read(&arguments.body)?;
     let is_given = arguments.is_given()?;
     // The palate of a drawn body is where the speaker's is only if the body is used as it is.
     let is_drawn = arguments.body.is_given() || arguments.as_is;

@@ -50,7 +50,7 @@ impl Arguments {
     }
 }
 
-type File<'a> = (String, Box<dyn Export + 'a>);
+type NamedExport<'a> = (String, Box<dyn Export + 'a>);
 
 pub fn write(
     out: &OutputDir,
@@ -61,7 +61,7 @@ pub fn write(
 ) -> miette::Result<Vec<PathBuf>> {
     let by = super::provenance().with_tissue(tissue);
     let results = &record.results;
-    let mut files: Vec<File<'_>> = vec![
+    let mut files: Vec<NamedExport<'_>> = vec![
         ("track.html".to_owned(), Box::new(TrackPage(record))),
         ("track.json".to_owned(), Box::new(Json(record))),
         ("track.csv".to_owned(), Box::new(track_csv(record))),
@@ -76,7 +76,7 @@ pub fn write(
     if !record.comparisons.is_empty() {
         files.push(("contrasts.csv".to_owned(), Box::new(contrasts(&record.comparisons))));
     }
-    let mut others: Vec<File<'_>> = Vec::new();
+    let mut others: Vec<NamedExport<'_>> = Vec::new();
     let wants = |also: Also| arguments.also.contains(&also);
     if let Some(found) = record.repeats.as_ref().filter(|_| wants(Also::Repeats)) {
         files.push(("repeats.csv".to_owned(), Box::new(repeats_table(found))));

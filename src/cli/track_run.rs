@@ -5,12 +5,12 @@ use std::time::Instant;
 
 use miette::IntoDiagnostic;
 use tongue_fit::measured::recording::AlignedRecording;
-use tongue_fit::report::batch::journal::{Entry, Journal};
+use tongue_fit::report::batch::journal::{Journal, JournalEntry};
 use tongue_fit::report::{OutputDir, batch};
 use tongue_fit::run::{TrackRun, TrackedBody};
 use tongue_fit::track::{TrackedRecording, Watch};
 
-use super::recordings::Given;
+use super::recordings::GivenRecordings;
 use super::{interrupt, output, recording_checks};
 
 /// The given body, or one adapted to these recordings, with a bar of its progress.
@@ -30,7 +30,7 @@ pub fn speaker(run: &TrackRun<'_>, seen: &[&AlignedRecording]) -> miette::Result
 /// The journal of a run, with the recordings that an earlier run of the same inputs has finished; `sound` is the tract that was read.
 pub fn journal(
     run: &TrackRun<'_>,
-    given: &Given,
+    given: &GivenRecordings,
     out: &OutputDir,
     seen: &[&AlignedRecording],
     sound: &str,
@@ -77,7 +77,7 @@ pub fn resumed(
         let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
         let (journal, found, written) = &mut *state;
         let is_kept = recording.frames.len() <= MOST_KEPT;
-        let entry = Entry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result: Ok(recording) };
+        let entry = JournalEntry { job: nth, wall_s: clock.elapsed().as_secs_f64(), result: Ok(recording) };
         if is_kept && written.is_ok() {
             *written = journal.append(&entry);
         }

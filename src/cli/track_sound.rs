@@ -33,11 +33,11 @@ pub struct Arguments {
 }
 
 /// A tract around the body, with the lips of all frames.
-pub type Sound = (Arc<VocalTract>, Articulation);
+pub type TractSound = (Arc<VocalTract>, Articulation);
 
 impl Arguments {
     /// The given tract, or the drawn one before it is placed, with the lips checked; `None` if no formants are wanted.
-    pub fn read(&self) -> miette::Result<Option<Read>> {
+    pub fn read(&self) -> miette::Result<Option<ReadSound>> {
         if !self.formants {
             return Ok(None);
         }
@@ -49,19 +49,19 @@ impl Arguments {
         };
         let drawn = VocalTract::drawn().into_diagnostic()?;
         given.as_ref().unwrap_or(&drawn).check_lips(&lips).into_diagnostic()?;
-        Ok(Some(Read { given, lips }))
+        Ok(Some(ReadSound { given, lips }))
     }
 }
 
 #[derive(Debug)]
-pub struct Read {
+pub struct ReadSound {
     given: Option<Tract>,
     lips: Articulation,
 }
 
-impl Read {
+impl ReadSound {
     /// The tract around a body, with the traced palate of the recordings.
-    pub fn around(self, body: &Body<2>, palate: Option<&[Point]>) -> miette::Result<Sound> {
+    pub fn around(self, body: &Body<2>, palate: Option<&[Point]>) -> miette::Result<TractSound> {
         let Self { given, lips } = self;
         let mut tract = match given {
             Some(tract) => tract,

@@ -15,7 +15,7 @@ use super::{Global, Outcome, output, table};
 
 /// One of the speakers.
 #[derive(Debug, Serialize)]
-struct Speaker {
+struct TrackedSpeaker {
     name: String,
     /// Where the files are; `None` without results.
     folder: Option<PathBuf>,
@@ -27,7 +27,7 @@ struct Speaker {
 
 #[derive(Debug, Serialize)]
 struct SpeakersRecord {
-    speakers: Vec<Speaker>,
+    speakers: Vec<TrackedSpeaker>,
     over_speakers: Vec<OverSpeakers>,
 }
 
@@ -71,7 +71,7 @@ pub fn run(
             }
         };
         let folder = (recordings > 0).then_some(folder);
-        speakers.push(Speaker { name: name.clone(), folder, frames, recordings, problem });
+        speakers.push(TrackedSpeaker { name: name.clone(), folder, frames, recordings, problem });
     }
     if speakers.iter().all(|s| s.recordings == 0) {
         return Err(miette!("no speaker could be tracked"));

@@ -172,7 +172,7 @@ pub fn run(
     output::step(|| format!("{method} with {control:?} over {} s", arguments.t_end));
     let clock = Instant::now();
     let times = sample_times(arguments.t_end, (arguments.frames - 1) * LENGTHS_PER_FRAME + 1);
-    let mut watch = Watch::new(&system, arguments.t_end);
+    let mut watch = TrajectoryWatch::new(&system, arguments.t_end);
     let mut state: State<2> = motion.at_rest();
     let outcome =
         dynamics::run(&motion, integrator.as_mut(), &mut state, arguments.t_end, &times, &mut watch);
@@ -218,7 +218,7 @@ fn write(
     by: &Provenance,
     (mesh, palate): (&Mesh<2>, &[Point]),
     motion: &Motion<'_, 2>,
-    watch: Watch<'_>,
+    watch: TrajectoryWatch<'_>,
 ) -> miette::Result<Vec<PathBuf>> {
     let at = |time| {
         let mut tensions = vec![0.0; mesh.muscles.len()];
@@ -275,7 +275,7 @@ fn columns(mesh: &Mesh<2>, time: &str, names: [&str; 2]) -> Vec<String> {
 }
 
 /// Collects lengths and frames, and shows the progress of a long run.
-struct Watch<'a> {
+struct TrajectoryWatch<'a> {
     system: &'a System<2>,
     lengths: Vec<(f64, Vec<f64>)>,
     frames: Vec<(f64, Vec<SVector<f64, 2>>)>,
@@ -284,7 +284,7 @@ struct Watch<'a> {
     bar: Option<ProgressBar>,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> TrajectoryWatch<'a> {
     fn new(system: &'a System<2>, t_end: f64) -> Self {
         let begin = Instant::now();
         Self { system, lengths: Vec::new(), frames: Vec::new(), t_end, begin, bar: None }
@@ -297,7 +297,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-impl Observer<2> for Watch<'_> {
+impl Observer<2> for TrajectoryWatch<'_> {
     fn sample(&mut self, time: f64, positions: &[SVector<f64, 2>]) {
         if self.lengths.len().is_multiple_of(LENGTHS_PER_FRAME) {
             self.frames.push((time, positions.to_vec()));

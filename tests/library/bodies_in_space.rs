@@ -9,7 +9,7 @@ use tongue_fit::body::Body;
 use tongue_fit::effect::{Configuration, Effect};
 use tongue_fit::material::MooneyRivlin;
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
-use tongue_input::bodies::artisynth::{self, Files, Text};
+use tongue_input::bodies::artisynth::{self, ArtisynthFiles, Text};
 
 use crate::fixtures::artisynth::files;
 use crate::fixtures::space_block::{hexahedra, space_block};
@@ -162,7 +162,7 @@ fn files_of_artisynth_make_a_body() {
 
 #[test]
 fn files_that_are_wrong_are_named_with_their_line() {
-    type Part = fn(&mut Files) -> &mut Text;
+    type Part = fn(&mut ArtisynthFiles) -> &mut Text;
     let cases: [(Part, &str, &str, &str); 14] = [
         (|f| &mut f.nodes, "0.02", "x", "a.node:2: \"x\" stands where a coordinate was expected"),
         (|f| &mut f.nodes, "0.02", "inf", "a.node:2: \"inf\" stands where a coordinate was expected"),

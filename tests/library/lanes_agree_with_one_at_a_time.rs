@@ -4,7 +4,7 @@
 use crate::fixtures::{self, block, tongue};
 use nalgebra::SVector;
 use tongue_core::body::largest_distance;
-use tongue_core::statics::lanes::{Change, Equilibrium, Lanes, Load};
+use tongue_core::statics::lanes::{LaneEquilibrium, Lanes, Load, UnitChange};
 use tongue_fit::body::{self, Anatomy, Body, ContinuumSettings, Mesh};
 use tongue_fit::material::Constants;
 use tongue_fit::parallel::with_threads;
@@ -157,7 +157,7 @@ fn bits_do_not_depend_on_threads() {
         if i < 200 { load.starting_at(&middle) } else { load }
     };
     let all = |threads| {
-        let keep = |_: usize, shape: &Equilibrium<2>| shape.clone();
+        let keep = |_: usize, shape: &LaneEquilibrium<2>| shape.clone();
         with_threads(threads, || lanes.map(tensions.len(), &SolveSettings::default(), load, keep)).unwrap()
     };
     let one = all(1);
@@ -248,8 +248,12 @@ fn motions_are_the_derivatives_of_the_shape_by_tensions_bones_and_the_shape_at_r
     let mut group = lanes.group();
     let shapes = group.solve(&loads, &SHARP).to_vec();
     assert!(shapes[3].solution.guarded > 0, "a case with the barrier");
-    let changes =
-        [Change::Tension(4), Change::Bone(&bone, 0), Change::Bone(&bone, 1), Change::Rest(&reshaped)];
+    let changes = [
+        UnitChange::Tension(4),
+        UnitChange::Bone(&bone, 0),
+        UnitChange::Bone(&bone, 1),
+        UnitChange::Rest(&reshaped),
+    ];
     for change in changes {
         let motions = group.motions(change);
         assert!(motions[3].is_none(), "lanes have no stiffness of the barrier");
@@ -258,20 +262,20 @@ fn motions_are_the_derivatives_of_the_shape_by_tensions_bones_and_the_shape_at_r
             let at = |part: f64| {
                 let mut load = load.clone().starting_at(&shape.positions);
                 match change {
-                    Change::Tension(muscle) => load.tensions[muscle] += part,
-                    Change::Bone(nodes, axis) => {
+                    UnitChange::Tension(muscle) => load.tensions[muscle] += part,
+                    UnitChange::Bone(nodes, axis) => {
                         let mut shift = SVector::zeros();
                         shift[axis] = 1e-3 * part;
                         load = load.with_bone(nodes, shift);
                     }
-                    Change::Rest(_) => {
+                    UnitChange::Rest(_) => {
                         let body = changed(part);
                         return one_at_a_time(&body, &load, &SHARP).1.positions().to_vec();
                     }
                 }
                 one_at_a_time(&system, &load, &SHARP).1.positions().to_vec()
             };
-            let unit = if matches!(change, Change::Bone(..)) { 1e-3 } else { 1.0 };
+            let unit = if matches!(change, UnitChange::Bone(..)) { 1e-3 } else { 1.0 };
             let (there, back) = (at(1e-3), at(-1e-3));
             let largest = motion.iter().map(SVector::amax).fold(0.0, f64::max);
             // Inner nodes of straight paths are placed after a solve, from the ends of the path.

@@ -10,7 +10,7 @@ use tongue_fit::measured::{Dataset, Target};
 use tongue_fit::statics::{SolveSettings, SolveStatus, Trace, Workspace, trace};
 use tongue_fit::system::Model;
 use tongue_fit::{MM, parallel};
-use tongue_infer::posterior::hmc::{self, Point, Target as Sampled, Whitened};
+use tongue_infer::posterior::hmc::{self, DensityPoint, SampledDensity, Whitened};
 use tongue_infer::posterior::{
     Contrast, Density, Draw, Evaluator, LinearisationPoint, MapEstimate, Measurements, Posterior,
     PosteriorModel, Priors, Report, Sampling, ShortRun, Verdict, WarmStart, sample,
@@ -71,7 +71,11 @@ fn the_gradient_of_two_postures_together_is_the_derivative_of_the_density() {
 }
 
 /// A solved point of a density.
-pub fn solved(evaluator: &mut Evaluator<'_>, at: &DVector<f64>, begin: &WarmStart) -> Point<WarmStart> {
+pub fn solved(
+    evaluator: &mut Evaluator<'_>,
+    at: &DVector<f64>,
+    begin: &WarmStart,
+) -> DensityPoint<WarmStart> {
     evaluator.evaluate(&[(at, begin)]).pop().flatten().unwrap()
 }
 
@@ -176,19 +180,19 @@ fn a_verdict_of_a_short_run_says_what_a_thousand_draws_do_and_is_that_of_its_gro
 /// A target whose answer is known.
 struct Known<'a>(&'a DMatrix<f64>, &'a (dyn Fn(f64) -> f64 + Sync));
 
-impl Sampled for Known<'_> {
+impl SampledDensity for Known<'_> {
     type WarmStart = ();
     type Kept = Vec<f64>;
 
-    fn evaluate(&mut self, points: &[(&DVector<f64>, &())]) -> Vec<Option<Point<()>>> {
+    fn evaluate(&mut self, points: &[(&DVector<f64>, &())]) -> Vec<Option<DensityPoint<()>>> {
         let one = |x: &DVector<f64>| {
             let gradient = -(self.0 * x);
-            Some(Point { log: 0.5 * gradient.dot(x), gradient, place: () })
+            Some(DensityPoint { log: 0.5 * gradient.dot(x), gradient, place: () })
         };
         points.iter().map(|(x, ())| one(x)).collect()
     }
 
-    fn keep(&self, at: &DVector<f64>, _: &Point<()>) -> Vec<f64> {
+    fn keep(&self, at: &DVector<f64>, _: &DensityPoint<()>) -> Vec<f64> {
         at.iter().map(|x| self.1(*x)).collect()
     }
 }

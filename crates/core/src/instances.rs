@@ -6,7 +6,7 @@
 use crate::body::continuum;
 use crate::dynamics::{self, IntegrationMethod};
 use crate::sparse::cholesky::Factor;
-use crate::statics::lanes::{Group, Lanes};
+use crate::statics::lanes::{LaneGroup, Lanes};
 use crate::statics::{self, Response, Workspace};
 use crate::system::{Additions, System};
 
@@ -38,9 +38,9 @@ fn of_dimension<const D: usize>() -> [*const (); 26] {
         Factor::<D>::solve as *const (),
         Lanes::<D>::group as *const (),
         Lanes::<D>::reshaped as *const (),
-        Group::<D>::solve as *const (),
-        Group::<D>::motions as *const (),
-        Group::<D>::adjoint as *const (),
+        LaneGroup::<D>::solve as *const (),
+        LaneGroup::<D>::motions as *const (),
+        LaneGroup::<D>::adjoint as *const (),
         IntegrationMethod::integrator::<D> as *const (),
         IntegrationMethod::checked::<D> as *const (),
         dynamics::run::<D> as *const (),

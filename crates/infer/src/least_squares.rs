@@ -38,7 +38,7 @@ impl Rule {
 }
 
 /// A step that may be taken.
-pub(crate) struct Step<S> {
+pub(crate) struct TrialStep<S> {
     pub by: S,
     /// Largest change of an unknown.
     pub size: f64,
@@ -52,7 +52,7 @@ pub(crate) struct Step<S> {
 /// Smallest part of the promised decrease with which a step is taken.
 const ACCEPTED: f64 = 1e-3;
 
-impl Step<DVector<f64>> {
+impl TrialStep<DVector<f64>> {
     /// The step to the minimum of a quadratic model with this damped second derivative and gradient, shortened so that no unknown changes
     /// by more than `longest`.
     pub fn newton(matrix: DMatrix<f64>, gradient: &DVector<f64>, longest: f64) -> Option<Self> {
@@ -79,7 +79,7 @@ pub(crate) fn descend<P, S>(
     mut here: P,
     rule: &Rule,
     cost: impl Fn(&P) -> f64,
-    mut step: impl FnMut(&P, f64) -> Option<Step<S>>,
+    mut step: impl FnMut(&P, f64) -> Option<TrialStep<S>>,
     mut moved: impl FnMut(&P, &S) -> Option<P>,
 ) -> Descended<P> {
     let (mut damping, mut more, mut steps) = (rule.first, rule.more.0, 0);
@@ -92,7 +92,7 @@ pub(crate) fn descend<P, S>(
             return Descended { here, steps, converged: true };
         }
         let least =
-            |s: &Step<S>| s.promised.map_or(0.0, |p| if p > 0.0 { ACCEPTED * p } else { f64::INFINITY });
+            |s: &TrialStep<S>| s.promised.map_or(0.0, |p| if p > 0.0 { ACCEPTED * p } else { f64::INFINITY });
         let taken = step.and_then(|step| {
             let there = moved(&here, &step.by)?;
             let won = cost(&here) - cost(&there);
@@ -139,7 +139,7 @@ pub(crate) fn minimise(
         let jacobian = by_differences(&here.x, &finite, step)?;
         let mut matrix = jacobian.tr_mul(&jacobian);
         (0..here.x.len()).for_each(|i| matrix[(i, i)] *= 1.0 + damping);
-        Step::newton(matrix, &jacobian.tr_mul(&here.residuals), f64::INFINITY)
+        TrialStep::newton(matrix, &jacobian.tr_mul(&here.residuals), f64::INFINITY)
     };
     let moved = |here: &Minimum, by: &DVector<f64>| at(&here.x + by).filter(|there| allowed(&there.x));
     starts

@@ -5,7 +5,7 @@ use tongue_input::measured::recording::{CONTOUR_SD_M, SENSOR_SD_M};
 
 /// A number of the table.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Entry {
+pub struct StandardDeviation {
     /// Its constant, whose end is its unit: `MM`, `M`, `DEG`, `S`, `N` (per metre of thickness); others are ratios.
     pub name: &'static str,
     pub value: f64,
@@ -18,7 +18,8 @@ macro_rules! table {
         $(#[doc = $what] pub const $name: f64 = $value;)*
 
         /// All numbers, in the order in which they are printed.
-        pub const TABLE: &[Entry] = &[$(Entry { name: stringify!($name), value: $value, what: $what },)*];
+        pub const TABLE: &[StandardDeviation] =
+            &[$(StandardDeviation { name: stringify!($name), value: $value, what: $what },)*];
     };
 }
 

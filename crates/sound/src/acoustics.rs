@@ -32,7 +32,7 @@ impl Default for Air {
 
 /// Mechanical impedance of the soft wall, per area: mass, resistance and stiffness in series.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wall {
+pub struct WallImpedance {
     /// Mass, kg/m^2.
     pub mass: f64,
     /// Resistance, kg/(m^2 s).
@@ -41,7 +41,7 @@ pub struct Wall {
     pub stiffness: f64,
 }
 
-impl Default for Wall {
+impl Default for WallImpedance {
     /// Values of Maeda (1982): 1.5 g/cm^2, 1600 g/(s cm^2), 3.0e5 dyn/cm^3.
     fn default() -> Self {
         Self { mass: 15.0, resistance: 16_000.0, stiffness: 3.0e6 }
@@ -55,7 +55,7 @@ pub struct Acoustics {
     /// Whether air loses energy to the wall by viscosity and heat.
     pub friction: bool,
     /// The wall, if it yields.
-    pub wall: Option<Wall>,
+    pub wall: Option<WallImpedance>,
     /// Whether the lips radiate as a piston in a plane baffle (Flanagan 1972, 3.33). Otherwise pressure is
     /// zero at the lips.
     pub radiation: bool,
@@ -69,7 +69,7 @@ impl Default for Acoustics {
         Self {
             air: Air::default(),
             friction: true,
-            wall: Some(Wall::default()),
+            wall: Some(WallImpedance::default()),
             radiation: true,
             shape_factor: 1.3,
         }

@@ -15,6 +15,6 @@ pub mod formants;
 pub mod profile;
 pub mod voice;
 
-pub use acoustics::{Acoustics, Air, Wall};
+pub use acoustics::{Acoustics, Air, WallImpedance};
 pub use chain::Section;
 pub use formants::{Formant, FormantError};

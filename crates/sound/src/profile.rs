@@ -18,7 +18,7 @@ use crate::Section;
 use crate::formants::Rate;
 
 /// A point, m.
-pub type Point = [f64; 2];
+pub type ProfilePoint = [f64; 2];
 
 /// Why the areas of a tract with a tongue cannot be computed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -33,19 +33,19 @@ pub enum ProfileError {
         at = mm(.1),
         by = .2 * 1e3
     )]
-    Through(String, Point, f64),
+    Through(String, ProfilePoint, f64),
     /// The wall's name and where, m.
     #[error("no inner wall is opposite to the {0} at {at}: the line across meets neither tongue nor floor", at = mm(.1))]
-    Open(String, Point),
+    Open(String, ProfilePoint),
     /// The wall's name and where, m.
     #[error(
         "walls cross: lines across the airway meet at {at} before they reach the wall opposite to the {0}",
         at = mm(.1)
     )]
-    Crossed(String, Point),
+    Crossed(String, ProfilePoint),
 }
 
-fn mm(p: &Point) -> String {
+fn mm(p: &ProfilePoint) -> String {
     format!("({:.1}, {:.1}) mm", p[0] * 1e3, p[1] * 1e3)
 }
 
@@ -53,14 +53,14 @@ fn mm(p: &Point) -> String {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Across {
     /// Where it begins at the outer wall, m.
-    pub outer: Point,
+    pub outer: ProfilePoint,
     /// Where it meets the inner wall, m.
-    pub inner: Point,
+    pub inner: ProfilePoint,
     /// Direction from the outer wall, of length one.
-    direction: Point,
+    direction: ProfilePoint,
     /// Derivatives of its length by the two points of the inner wall between which it ends: number of the
     /// point of the tongue, and derivative.
-    ends: [Option<(usize, Point)>; 2],
+    ends: [Option<(usize, ProfilePoint)>; 2],
 }
 
 impl Across {
@@ -71,7 +71,7 @@ impl Across {
     }
 
     /// Midpoint, m.
-    pub fn middle(&self) -> Point {
+    pub fn middle(&self) -> ProfilePoint {
         [0.5 * (self.outer[0] + self.inner[0]), 0.5 * (self.outer[1] + self.inner[1])]
     }
 }
@@ -96,7 +96,7 @@ pub struct Profile {
 
 impl Profile {
     /// The areas of a tract with a tongue (`tongue`: surface points from root to tip, m) in a posture.
-    pub fn new(tract: &Tract, tongue: &[Point], posture: &Articulation) -> Result<Self, ProfileError> {
+    pub fn new(tract: &Tract, tongue: &[ProfilePoint], posture: &Articulation) -> Result<Self, ProfileError> {
         let walls = walls::Walls::new(tract, tongue, posture)?;
         let across = walls.across()?;
         let mut sections = Vec::with_capacity(across.len() + 1);
@@ -123,7 +123,7 @@ impl Profile {
 
     /// Converts derivatives by the sections (each by area and by length) to derivatives by the points of the
     /// tongue: calls `part` with the number of a point and the derivative by its position.
-    pub fn to_tongue(&self, by_section: &[[f64; 2]], mut part: impl FnMut(usize, Point)) {
+    pub fn to_tongue(&self, by_section: &[[f64; 2]], mut part: impl FnMut(usize, ProfilePoint)) {
         let mut by_line = vec![0.0; self.across.len()];
         for (i, (slope, [area, length])) in self.slopes.iter().zip(by_section).enumerate() {
             for end in 0..2 {
@@ -138,24 +138,24 @@ impl Profile {
     }
 
     /// As [`Self::to_tongue`], for the frequency of a formant, Hz/m, from its derivatives by the sections.
-    pub fn frequency_to_tongue(&self, rates: &[Rate], part: impl FnMut(usize, Point)) {
+    pub fn frequency_to_tongue(&self, rates: &[Rate], part: impl FnMut(usize, ProfilePoint)) {
         let each: Vec<_> = rates.iter().map(|r| [r.frequency_by_area, r.frequency_by_length]).collect();
         self.to_tongue(&each, part);
     }
 }
 
-fn cross(a: Point, b: Point) -> f64 {
+fn cross(a: ProfilePoint, b: ProfilePoint) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-fn minus(a: Point, b: Point) -> Point {
+fn minus(a: ProfilePoint, b: ProfilePoint) -> ProfilePoint {
     [a[0] - b[0], a[1] - b[1]]
 }
 
 /// Whether both ends of each line are on the same side of the other, the side to which the airway runs.
 fn are_apart(first: &Across, second: &Across) -> bool {
     let sign = cross(minus(second.inner, first.outer), minus(second.outer, first.inner)).signum();
-    let side = |line: &Across, p: Point| sign * cross(line.direction, minus(p, line.outer));
+    let side = |line: &Across, p: ProfilePoint| sign * cross(line.direction, minus(p, line.outer));
     side(first, second.inner) > 0.0
         && side(first, second.outer) > 0.0
         && side(second, first.inner) < 0.0

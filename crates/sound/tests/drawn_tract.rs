@@ -4,7 +4,7 @@
 
 use tongue_sound::Acoustics;
 use tongue_sound::formants::formants;
-use tongue_sound::profile::{Articulation, Point, Profile, ProfileError, Tract};
+use tongue_sound::profile::{Articulation, Profile, ProfileError, ProfilePoint, Tract};
 
 fn tract() -> Tract {
     let tract: Tract = toml::from_str(include_str!("../../../targets/tract.toml")).unwrap();
@@ -13,14 +13,14 @@ fn tract() -> Tract {
 }
 
 /// The reference outline from the root to the tip, m.
-fn tongue() -> Vec<Point> {
+fn tongue() -> Vec<ProfilePoint> {
     let x = [47.02, 47.02, 46.73, 46.20, 42.91, 37.62, 28.90, 19.31, 10.40, 1.49, -7.61, -11.33];
     let y = [9.14, 16.13, 24.45, 32.50, 39.43, 45.21, 50.06, 48.73, 45.79, 42.67, 34.92, 30.03];
     x.into_iter().zip(y).map(|(x, y)| [x * 1e-3, y * 1e-3]).collect()
 }
 
 /// Formants in a posture, Hz.
-fn heard(tongue: &[Point], posture: &Articulation) -> Vec<f64> {
+fn heard(tongue: &[ProfilePoint], posture: &Articulation) -> Vec<f64> {
     let profile = Profile::new(&tract(), tongue, posture).unwrap();
     formants(&profile.sections, &Acoustics::default(), 4).unwrap().iter().map(|f| f.frequency_hz).collect()
 }
@@ -52,15 +52,16 @@ fn with(change: fn(&mut Articulation)) -> Vec<f64> {
 
 #[test]
 fn walls_that_meet_are_refused_with_their_names_and_places() {
-    let refused =
-        |tongue: &[Point], posture: &Articulation| Profile::new(&tract(), tongue, posture).unwrap_err();
+    let refused = |tongue: &[ProfilePoint], posture: &Articulation| {
+        Profile::new(&tract(), tongue, posture).unwrap_err()
+    };
     // The blade through the palate.
     let mut raised = tongue();
     raised[7][1] += 0.018;
     let ProfileError::Through(wall, at, by) = refused(&raised, &Articulation::default()) else { panic!() };
     assert!(wall == "hard palate" && (0.0..0.03).contains(&at[0]) && (0.0..0.01).contains(&by), "{wall}");
     // The root through the back wall of the pharynx.
-    let back: Vec<Point> = tongue().iter().map(|p| [p[0] + 0.02, p[1]]).collect();
+    let back: Vec<ProfilePoint> = tongue().iter().map(|p| [p[0] + 0.02, p[1]]).collect();
     assert!(refused(&back, &Articulation::default()).to_string().contains("there is no airway"));
     // Lower teeth above the upper ones, closed lips, no tongue, and NaN.
     let shut = Articulation { jaw_deg: -8.0, ..Articulation::default() };

@@ -26,7 +26,7 @@ type Error = Box<dyn std::error::Error + Send + Sync>;
 
 #[derive(Debug, Parser)]
 #[command(name = "tongue-study", about = "Studies of tongue-fit itself", version)]
-struct Cli {
+struct StudyCli {
     #[command(subcommand)]
     study: Study,
     /// Folder of the files [default: results/ and the name of the study]
@@ -131,7 +131,7 @@ fn tell(what: &str) {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = StudyCli::parse();
     let command = ["tongue-study".to_owned()].into_iter().chain(std::env::args().skip(1));
     let command = command.collect::<Vec<_>>().join(" ");
     let out = cli.out.unwrap_or_else(|| Path::new("results").join(cli.study.name()));

@@ -68,13 +68,13 @@ pub struct PlaneStudy {
 }
 
 #[derive(Debug)]
-struct Section {
+struct PlaneSection {
     faces: Vec<[usize; 4]>,
     /// Free nodes of its contour.
     contour: Vec<usize>,
 }
 
-impl Section {
+impl PlaneSection {
     fn new(body: &Body<3>) -> Self {
         let mesh = &body.mesh;
         let faces = body.midsagittal();
@@ -125,7 +125,7 @@ pub fn run(body: &Body<3>) -> Result<PlaneStudy, Error> {
 #[derive(Debug)]
 struct Both<'a> {
     body: &'a Body<3>,
-    section: Section,
+    section: PlaneSection,
     space: System<3>,
     plane: System<3>,
 }
@@ -133,7 +133,7 @@ struct Both<'a> {
 impl<'a> Both<'a> {
     fn new(body: &'a Body<3>, model: &SpaceModel) -> Result<Self, Error> {
         let (space, plane) = (System::in_space(body, model)?, in_plane(body, model)?);
-        Ok(Self { body, section: Section::new(body), space, plane })
+        Ok(Self { body, section: PlaneSection::new(body), space, plane })
     }
 
     fn alone(&self) -> Vec<PlaneRow> {

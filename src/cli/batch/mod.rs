@@ -14,13 +14,13 @@ use tongue_fit::inverse::Method;
 use tongue_fit::inverse::batch::{Job, Selection};
 use tongue_fit::measured::{Target, TargetKind, Vowel};
 use tongue_fit::report::ReportError;
-use tongue_fit::report::batch::journal::{Entry, Journal, NAME};
+use tongue_fit::report::batch::journal::{Journal, JournalEntry, NAME};
 use tongue_fit::report::batch::{Fitted, Shard};
 
 use super::choice::choice;
 use super::{Global, Outcome, body, interrupt, output, posterior};
 
-pub use self::prepared::Prepared;
+pub use self::prepared::PreparedBatch;
 
 pub const DEFAULT_OUT: &str = "results/batch";
 
@@ -109,7 +109,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     if arguments.shard.is_some() && arguments.lengths.as_deref() == Some(Path::new("-")) {
         bail!("--shard with --lengths -: merge reads the table again, so it must be a file; name it");
     }
-    let mut prepared = Prepared::new(arguments, &words)?;
+    let mut prepared = PreparedBatch::new(arguments, &words)?;
     let out = global.folder(DEFAULT_OUT)?;
     prepared.tell_what_is_left_out();
     let path = out.path().join(arguments.shard.map_or_else(|| NAME.to_owned(), Shard::journal));
@@ -167,7 +167,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 }
 
 /// Makes the fits that the journal lacks, one on each thread at a time, and stores each when it is done.
-fn fit_all(prepared: &Prepared, mine: &[usize], journal: Journal) -> miette::Result<Journal> {
+fn fit_all(prepared: &PreparedBatch, mine: &[usize], journal: Journal) -> miette::Result<Journal> {
     let jobs = &prepared.run.plan.jobs;
     let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
     let (nodes, fits) = (prepared.run.mesh.nodes.len(), todo.len() as f64);
@@ -191,7 +191,7 @@ fn fit_all(prepared: &Prepared, mine: &[usize], journal: Journal) -> miette::Res
     Ok(journal.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-fn told(job: &Job, entry: &Entry<Fitted>) -> String {
+fn told(job: &Job, entry: &JournalEntry<Fitted>) -> String {
     let Target { subject, vowel, kind, .. } = &job.target;
     let came = match &entry.result {
         Ok(fit) => fit.digest.status.replace('_', " "),

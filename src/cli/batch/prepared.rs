@@ -9,7 +9,7 @@ use tongue_fit::inverse::batch;
 use tongue_fit::measured::lengths::rest_distance;
 use tongue_fit::measured::{Dataset, Target, TargetKind, reference_muscle};
 use tongue_fit::posterior::PosteriorModel;
-use tongue_fit::report::batch::journal::{Entry, Journal};
+use tongue_fit::report::batch::journal::{Journal, JournalEntry};
 use tongue_fit::report::batch::{
     self as outputs, Batch, BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, contrasts,
 };
@@ -22,21 +22,21 @@ use crate::cli::{Global, Outcome, inputs, line_of, outcome, output, posterior, t
 const MOST_NOTES: usize = 10;
 
 /// Jobs and inputs of a batch, shared by threads. They depend on the arguments and files only.
-pub struct Prepared {
+pub struct PreparedBatch {
     data: Dataset,
     unreadable: Vec<String>,
     pub run: BatchRun,
     kinds: Vec<TargetKind>,
     /// Options of the posterior, and the body under its priors if posteriors are asked for.
     posterior: (posterior::Arguments, Option<PosteriorModel>),
-    /// With `--joint`, the posteriors of rows by the numbers of their jobs; made by [`Prepared::sample`].
+    /// With `--joint`, the posteriors of rows by the numbers of their jobs; made by [`PreparedBatch::sample`].
     sampled: BTreeMap<usize, Result<RowPosterior, String>>,
     pub provenance: Provenance,
     /// Hash of all inputs and of the command.
     pub key: String,
 }
 
-impl Prepared {
+impl PreparedBatch {
     /// Prepares the batch of these arguments; `words` are the arguments without those that do not change
     /// results.
     pub fn new(arguments: &Arguments, words: &[String]) -> miette::Result<Self> {
@@ -90,7 +90,7 @@ impl Prepared {
         })
     }
 
-    pub fn fit(&self, number: usize) -> Result<Entry<Fitted>, ReportError> {
+    pub fn fit(&self, number: usize) -> Result<JournalEntry<Fitted>, ReportError> {
         let clock = std::time::Instant::now();
         let own = match self.has_posterior(number) && !self.posterior.0.joint {
             true => self.posteriors(&[number]).pop().map(|(_, posterior)| posterior),
@@ -98,7 +98,7 @@ impl Prepared {
         };
         let posterior = own.as_ref().or(self.sampled.get(&number));
         let result = self.run.fit(number, number, posterior, &self.provenance)?;
-        Ok(Entry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
+        Ok(JournalEntry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
     }
 
     /// With `--joint`, samples the posteriors of the rows of these jobs before the fits, all rows of a subject together. They are not kept in

@@ -35,7 +35,7 @@ pub struct MotionError(pub String);
 
 /// The rates of a state by the equations of motion.
 #[derive(Debug, Clone)]
-pub struct Rates<const D: usize> {
+pub struct StateRates<const D: usize> {
     /// Acceleration of every node, m/s²; zero where the node is no unknown.
     pub acceleration: Vec<SVector<f64, D>>,
     /// Rates of the internal states, m/s for contractile elements.
@@ -131,9 +131,9 @@ impl<'a, const D: usize> Motion<'a, D> {
         (solution.status == SolveStatus::Converged).then(|| workspace.positions().to_vec())
     }
 
-    pub fn rates(&self) -> Rates<D> {
+    pub fn rates(&self) -> StateRates<D> {
         let zeros = vec![SVector::zeros(); self.system.rest().len()];
-        Rates {
+        StateRates {
             acceleration: zeros.clone(),
             internal: vec![0.0; self.internal.last().map_or(0, |r| r.end)],
             tensions: self.slack.clone(),
@@ -142,9 +142,9 @@ impl<'a, const D: usize> Motion<'a, D> {
     }
 
     /// Evaluates the right-hand side: one evaluation of the force.
-    pub fn evaluate(&self, state: &State<D>, rates: &mut Rates<D>, counts: &mut StepCounts) {
+    pub fn evaluate(&self, state: &State<D>, rates: &mut StateRates<D>, counts: &mut StepCounts) {
         counts.force_evaluations += 1;
-        let Rates { acceleration, internal, tensions, force } = rates;
+        let StateRates { acceleration, internal, tensions, force } = rates;
         self.force(state, force);
         for &node in self.system.pattern().nodes() {
             acceleration[node] = force[node] / self.mass;

@@ -13,13 +13,13 @@
 
 use nalgebra::{DMatrix, dmatrix};
 
-use super::{Failure, Integrator, Motion, Rates, State, StepCounts, after, cut};
+use super::{Failure, Integrator, Motion, State, StateRates, StepCounts, after, cut};
 
 #[derive(Debug)]
 pub struct VelocityVerlet<const D: usize> {
     dt: f64,
-    now: Rates<D>,
-    next: Rates<D>,
+    now: StateRates<D>,
+    next: StateRates<D>,
     known: bool,
 }
 

@@ -8,13 +8,13 @@ use crate::geometry::simplex::{self, Corners, LARGEST_LOSS, MAX_CORNERS};
 use super::spring;
 
 /// An edge of a guarded simplex: its nodes in the element, and how each counts.
-type Edge = [(usize, f64); 3];
+type SimplexEdge = [(usize, f64); 3];
 
-pub(super) type Nodes<const D: usize> = [SVector<f64, D>; MAX_NODES];
+pub(super) type SimplexNodes<const D: usize> = [SVector<f64, D>; MAX_NODES];
 
 /// The guarded corners and parts of every element, each with its share of the element's area or volume at
 /// rest.
-pub(super) struct BarrierSimplices<const D: usize>(Vec<([Edge; 3], f64)>);
+pub(super) struct BarrierSimplices<const D: usize>(Vec<([SimplexEdge; 3], f64)>);
 
 impl<const D: usize> BarrierSimplices<D> {
     pub fn new() -> Self {
@@ -47,7 +47,11 @@ impl<const D: usize> BarrierSimplices<D> {
 
     /// Every guarded simplex of an element of this measure at rest with nodes at `x`, as edges and corners, and its measure at rest.
     #[inline(always)]
-    pub fn of<'a>(&'a self, measure: f64, x: &'a Nodes<D>) -> impl Iterator<Item = BarrierSimplex<'a, D>> {
+    pub fn of<'a>(
+        &'a self,
+        measure: f64,
+        x: &'a SimplexNodes<D>,
+    ) -> impl Iterator<Item = BarrierSimplex<'a, D>> {
         self.0.iter().map(move |(edges, part)| {
             let mut corners = [SVector::zeros(); MAX_CORNERS];
             for (corner, edge) in corners[1..=D].iter_mut().zip(edges) {
@@ -64,7 +68,7 @@ impl<const D: usize> BarrierSimplices<D> {
 
 /// The halves of the sides of a triangle with nodes at `x`, one after another around it.
 #[inline(always)]
-fn halves<const D: usize>(x: &Nodes<D>) -> [SVector<f64, D>; 6] {
+fn halves<const D: usize>(x: &SimplexNodes<D>) -> [SVector<f64, D>; 6] {
     [x[3] - x[0], x[1] - x[3], x[4] - x[1], x[2] - x[4], x[5] - x[2], x[0] - x[5]]
 }
 
@@ -94,7 +98,7 @@ const SURE: f64 = 1.0 + 1e-9;
 
 /// Whether an element of this measure at rest is a triangle in which no barrier acts, in spite of rounding.
 #[inline(always)]
-pub(super) fn is_free<const D: usize>(measure: f64, x: &Nodes<D>) -> bool {
+pub(super) fn is_free<const D: usize>(measure: f64, x: &SimplexNodes<D>) -> bool {
     let least = 2.0 * measure * spring::THRESHOLD * SURE;
     D == 2 && measures(&halves(x)).iter().all(|m| *m > least)
 }
@@ -102,7 +106,7 @@ pub(super) fn is_free<const D: usize>(measure: f64, x: &Nodes<D>) -> bool {
 /// Whether an element is a triangle all of whose guarded parts keep enough of their area along a whole step, in
 /// spite of rounding.
 #[inline(always)]
-pub(super) fn may_go<const D: usize>(x: &Nodes<D>, step: &Nodes<D>) -> bool {
+pub(super) fn may_go<const D: usize>(x: &SimplexNodes<D>, step: &SimplexNodes<D>) -> bool {
     if D != 2 {
         return false;
     }
@@ -117,7 +121,7 @@ pub(super) fn may_go<const D: usize>(x: &Nodes<D>, step: &Nodes<D>) -> bool {
 }
 
 pub(super) struct BarrierSimplex<'a, const D: usize> {
-    edges: &'a [Edge; 3],
+    edges: &'a [SimplexEdge; 3],
     pub corners: Corners<D>,
     pub rest: f64,
 }
@@ -141,7 +145,7 @@ impl<const D: usize> BarrierSimplex<'_, D> {
     }
 
     /// The derivative of the ratio with respect to the nodes of the element, 1/m.
-    pub fn slopes(&self, counts: &[[f64; 3]; MAX_NODES]) -> Nodes<D> {
+    pub fn slopes(&self, counts: &[[f64; 3]; MAX_NODES]) -> SimplexNodes<D> {
         let of_corners = simplex::gradient(&self.corners);
         counts.each_ref().map(|counts| (0..D).map(|d| of_corners[d + 1] * (counts[d] / self.rest)).sum())
     }

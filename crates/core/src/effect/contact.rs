@@ -85,14 +85,14 @@ impl Contact {
         for segment in self.segments() {
             let [a, b] = segment;
             let (way, place) = nearest(p, segment);
-            let at_start = i32::from(place == Place::Start);
+            let at_start = i32::from(place == NearestPlace::Start);
             // The first end of the outline belongs to one segment only.
             let weight = if previous.is_some() { ended_before + at_start - 1 } else { at_start };
             self.add_barrier(&mut sum, p - a, weight, false);
-            if place == Place::AuxiliaryData {
+            if place == NearestPlace::AuxiliaryData {
                 self.add_barrier(&mut sum, way, 1, true);
             }
-            ended_before = i32::from(place == Place::End);
+            ended_before = i32::from(place == NearestPlace::End);
             previous = Some(b);
         }
         if let Some(end) = previous {
@@ -131,7 +131,7 @@ impl Contact {
 
 /// Where on a segment the nearest point is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
+enum NearestPlace {
     Start,
     AuxiliaryData,
     End,
@@ -142,15 +142,15 @@ fn flat<const D: usize>(p: &SVector<f64, D>) -> Vector2<f64> {
 }
 
 /// The way from the nearest point of a segment to `p`, m, and where that point is.
-fn nearest(p: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> (Vector2<f64>, Place) {
+fn nearest(p: Vector2<f64>, [a, b]: [Vector2<f64>; 2]) -> (Vector2<f64>, NearestPlace) {
     let (along, from_a) = (b - a, p - a);
     let t = from_a.dot(&along) / along.norm_squared();
     if t <= 0.0 {
-        (from_a, Place::Start)
+        (from_a, NearestPlace::Start)
     } else if t >= 1.0 {
-        (p - b, Place::End)
+        (p - b, NearestPlace::End)
     } else {
-        (from_a - along * t, Place::AuxiliaryData)
+        (from_a - along * t, NearestPlace::AuxiliaryData)
     }
 }
 

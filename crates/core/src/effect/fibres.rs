@@ -31,7 +31,7 @@ const MAX_PAIRS: usize = MAX_NODES * (MAX_NODES + 1) / 2;
 #[derive(Debug, Clone)]
 pub struct Fibres<const D: usize> {
     muscle: usize,
-    groups: Vec<Group<D>>,
+    groups: Vec<StrandGroup<D>>,
     /// b_cc/k2, s.
     contraction_time: f64,
     /// The tension that scales the barrier, N.
@@ -40,11 +40,11 @@ pub struct Fibres<const D: usize> {
 
 /// Strands on the same nodes: those of one element.
 #[derive(Debug, Clone)]
-struct Group<const D: usize> {
+struct StrandGroup<const D: usize> {
     nodes: Vec<usize>,
     /// Their positions at rest, m.
     rest: Vec<SVector<f64, D>>,
-    strands: Vec<AtRest<D>>,
+    strands: Vec<FibresAtRest<D>>,
     /// The coefficients of all strands, one after another.
     coefficients: Vec<f64>,
     /// One number for each pair of nodes, pairs of a node with itself included.
@@ -52,28 +52,28 @@ struct Group<const D: usize> {
 }
 
 #[derive(Debug, Clone)]
-struct AtRest<const D: usize> {
+struct FibresAtRest<const D: usize> {
     weight: f64,
     vector: SVector<f64, D>,
     length: f64,
 }
 
-struct Pull {
+struct StrandPull {
     /// Tension, N.
     whole: f64,
     /// Its derivative by the length, N/m.
     slope: f64,
 }
 
-impl<const D: usize> AtRest<D> {
+impl<const D: usize> FibresAtRest<D> {
     /// The pull at a length, under a tension and with a barrier scaled by `bar`, both N.
     #[inline(always)]
-    fn pull(&self, length: f64, tension: f64, bar: f64) -> Pull {
+    fn pull(&self, length: f64, tension: f64, bar: f64) -> StrandPull {
         if bar > 0.0 && length < THRESHOLD * self.length {
             let b = barrier(length / self.length);
-            return Pull { whole: tension + bar * b.slope, slope: bar * b.curvature / self.length };
+            return StrandPull { whole: tension + bar * b.slope, slope: bar * b.curvature / self.length };
         }
-        Pull { whole: tension, slope: 0.0 }
+        StrandPull { whole: tension, slope: 0.0 }
     }
 }
 
@@ -88,10 +88,10 @@ impl<const D: usize> Fibres<D> {
         contraction_time: f64,
         bar: f64,
     ) -> Self {
-        let mut groups: Vec<Group<D>> = Vec::new();
+        let mut groups: Vec<StrandGroup<D>> = Vec::new();
         for strand in strands {
             let number = groups.iter().position(|g| g.nodes == strand.nodes).unwrap_or_else(|| {
-                groups.push(Group {
+                groups.push(StrandGroup {
                     nodes: strand.nodes.clone(),
                     rest: strand.nodes.iter().map(|&node| rest_positions[node]).collect(),
                     strands: Vec::new(),
@@ -103,7 +103,7 @@ impl<const D: usize> Fibres<D> {
             let group = &mut groups[number];
             let vectors = group.rest.iter().zip(&strand.coefficients).map(|(x, c)| x * *c);
             let vector: SVector<f64, D> = vectors.sum();
-            group.strands.push(AtRest { weight: strand.weight, vector, length: vector.norm() });
+            group.strands.push(FibresAtRest { weight: strand.weight, vector, length: vector.norm() });
             group.coefficients.extend(&strand.coefficients);
         }
         Self { muscle, groups, contraction_time, bar }
@@ -121,7 +121,10 @@ impl<const D: usize> Fibres<D> {
     }
 
     /// The strands in which the barrier acts, each with its length.
-    fn crushed<'a>(&'a self, positions: &'a [SVector<f64, D>]) -> impl Iterator<Item = (&'a AtRest<D>, f64)> {
+    fn crushed<'a>(
+        &'a self,
+        positions: &'a [SVector<f64, D>],
+    ) -> impl Iterator<Item = (&'a FibresAtRest<D>, f64)> {
         let strands = self.groups.iter().flat_map(|g| g.strands(positions));
         let lengths = strands.map(|(rest, _, by)| (rest, (rest.vector + by).norm()));
         lengths.filter(|(rest, length)| *length < THRESHOLD * rest.length)
@@ -138,7 +141,7 @@ impl<const D: usize> Fibres<D> {
         stiffness: &mut BlockMatrix<D>,
     ) {
         if tension != 0.0 || bar != 0.0 {
-            Arch::new().dispatch(Stiffness {
+            Arch::new().dispatch(StrandStiffness {
                 groups: &self.groups,
                 positions,
                 tension,
@@ -151,8 +154,8 @@ impl<const D: usize> Fibres<D> {
 }
 
 /// The stiffness of strands, for the processor at hand.
-struct Stiffness<'a, const D: usize> {
-    groups: &'a [Group<D>],
+struct StrandStiffness<'a, const D: usize> {
+    groups: &'a [StrandGroup<D>],
     positions: &'a [SVector<f64, D>],
     tension: f64,
     bar: f64,
@@ -160,7 +163,7 @@ struct Stiffness<'a, const D: usize> {
     stiffness: &'a mut BlockMatrix<D>,
 }
 
-impl<const D: usize> NullaryFnOnce for Stiffness<'_, D> {
+impl<const D: usize> NullaryFnOnce for StrandStiffness<'_, D> {
     type Output = ();
 
     #[inline(always)]
@@ -174,7 +177,7 @@ impl<const D: usize> NullaryFnOnce for Stiffness<'_, D> {
                 if length == 0.0 {
                     continue;
                 }
-                let Pull { whole, slope } = rest.pull(length, self.tension, self.bar);
+                let StrandPull { whole, slope } = rest.pull(length, self.tension, self.bar);
                 let taut = if self.tangent == Tangent::Convex { whole.max(0.0) } else { whole } / length;
                 let along = n * n.transpose();
                 let across =
@@ -210,13 +213,13 @@ fn length_and_direction<const D: usize>(y: &SVector<f64, D>) -> (f64, SVector<f6
     if length > 0.0 { (length, y / length) } else { (0.0, SVector::zeros()) }
 }
 
-impl<const D: usize> Group<D> {
+impl<const D: usize> StrandGroup<D> {
     /// The strands at rest, their coefficients, and the change of their vector since.
     #[inline(always)]
     fn strands<'a>(
         &'a self,
         positions: &'a [SVector<f64, D>],
-    ) -> impl Iterator<Item = (&'a AtRest<D>, &'a [f64], SVector<f64, D>)> {
+    ) -> impl Iterator<Item = (&'a FibresAtRest<D>, &'a [f64], SVector<f64, D>)> {
         self.strands.iter().zip(self.coefficients.chunks_exact(self.nodes.len())).map(
             |(strand, coefficients)| {
                 let mut by = SVector::zeros();

@@ -8,7 +8,7 @@ use crate::geometry::simplex;
 use super::{Configuration, Effect};
 
 #[derive(Debug, Clone)]
-struct Load<const D: usize> {
+struct NodeLoad<const D: usize> {
     node: usize,
     /// Its weight, N (2D: per metre of thickness).
     weight: SVector<f64, D>,
@@ -20,7 +20,7 @@ struct Load<const D: usize> {
 /// energy would be large and its differences, which the line search needs, would be lost in rounding.
 #[derive(Debug, Clone)]
 pub struct Gravity<const D: usize> {
-    loads: Vec<Load<D>>,
+    loads: Vec<NodeLoad<D>>,
 }
 
 impl<const D: usize> Gravity<D> {
@@ -29,7 +29,7 @@ impl<const D: usize> Gravity<D> {
     /// left out.
     pub fn new(masses: &[(usize, f64)], acceleration: SVector<f64, D>, rest: &[SVector<f64, D>]) -> Self {
         let loads = masses.iter().filter_map(|&(node, mass)| {
-            rest.get(node).map(|&origin| Load { node, weight: acceleration * mass, origin })
+            rest.get(node).map(|&origin| NodeLoad { node, weight: acceleration * mass, origin })
         });
         Self { loads: loads.collect() }
     }

@@ -34,18 +34,18 @@ pub struct Stiffening {
 pub struct Hexahedra {
     law: MooneyRivlin,
     rest: Vec<Vector3<f64>>,
-    elements: Vec<Element>,
+    elements: Vec<HexahedronElement>,
     pub(crate) stiffening: Option<Stiffening>,
 }
 
 #[derive(Debug, Clone)]
-struct Element {
+struct HexahedronElement {
     nodes: [usize; CORNERS],
     volume: f64,
     /// Volume at rest that belongs to each point, m³.
     shares: [f64; POINTS],
     /// Gradients of the shape functions at rest at each point, 1/m.
-    shapes: [Corners; POINTS],
+    shapes: [HexahedronCorners; POINTS],
     /// By how much the material was made stiffer or softer than the law (scars); 1 as a rule.
     factor: f64,
     slots: [Slot; PAIRS],
@@ -67,7 +67,7 @@ impl Hexahedra {
             }
             let volume = shares.iter().sum();
             let slots = [Slot::UNBOUND; PAIRS];
-            Some(Element { nodes: *nodes, volume, shares, shapes, factor: 1.0, slots })
+            Some(HexahedronElement { nodes: *nodes, volume, shares, shapes, factor: 1.0, slots })
         });
         let elements = elements.collect::<Option<Vec<_>>>()?;
         Some(Self { law, rest: rest_positions.to_vec(), elements, stiffening: None })
@@ -88,14 +88,14 @@ impl Hexahedra {
     }
 
     #[inline(always)]
-    fn moved(&self, e: &Element, positions: &[Vector3<f64>]) -> Corners {
+    fn moved(&self, e: &HexahedronElement, positions: &[Vector3<f64>]) -> HexahedronCorners {
         from_fn(|i| positions[e.nodes[i]] - self.rest[e.nodes[i]])
     }
 
     #[inline(always)]
-    fn at_points(&self, e: &Element, positions: &[Vector3<f64>]) -> [Point; POINTS] {
+    fn at_points(&self, e: &HexahedronElement, positions: &[Vector3<f64>]) -> [TissuePoint; POINTS] {
         let moved = self.moved(e, positions);
-        from_fn(|i| Point::new(&e.shapes[i], &moved))
+        from_fn(|i| TissuePoint::new(&e.shapes[i], &moved))
     }
 
     #[inline(always)]
@@ -105,20 +105,25 @@ impl Hexahedra {
         MooneyRivlin { c10: c10 * factor, c20: c20 * factor, bulk: bulk * factor }
     }
 
-    fn energy_of(&self, e: &Element, law: &MooneyRivlin, positions: &[Vector3<f64>]) -> f64 {
+    fn energy_of(&self, e: &HexahedronElement, law: &MooneyRivlin, positions: &[Vector3<f64>]) -> f64 {
         let points = self.at_points(e, positions);
-        if !points.iter().all(Point::is_upright) {
+        if !points.iter().all(TissuePoint::is_upright) {
             return f64::INFINITY;
         }
         let distortion =
-            |(p, share): (&Point, &f64)| share * p.distortion * (law.c10 + law.c20 * p.distortion);
+            |(p, share): (&TissuePoint, &f64)| share * p.distortion * (law.c10 + law.c20 * p.distortion);
         let shear: f64 = points.iter().zip(&e.shares).map(distortion).sum();
         shear + 0.5 * law.bulk * e.volume * e.growth(&points).powi(2)
     }
 
     /// The force of an element of a law on its corners, N.
     #[inline(always)]
-    fn force_of(&self, e: &Element, law: &MooneyRivlin, positions: &[Vector3<f64>]) -> Corners {
+    fn force_of(
+        &self,
+        e: &HexahedronElement,
+        law: &MooneyRivlin,
+        positions: &[Vector3<f64>],
+    ) -> HexahedronCorners {
         let points = self.at_points(e, positions);
         let pressure = law.bulk * e.growth(&points);
         let mut force = [Vector3::zeros(); CORNERS];
@@ -132,22 +137,22 @@ impl Hexahedra {
     }
 }
 
-impl Element {
+impl HexahedronElement {
     /// Mean of `J - 1`.
     #[inline(always)]
-    fn growth(&self, points: &[Point; POINTS]) -> f64 {
+    fn growth(&self, points: &[TissuePoint; POINTS]) -> f64 {
         points.iter().zip(&self.shares).map(|(p, share)| share * p.growth).sum::<f64>() / self.volume
     }
 }
 
-struct Stiffness<'a> {
+struct HexahedronStiffness<'a> {
     all: &'a Hexahedra,
     at: Configuration<'a, 3>,
     tangent: Tangent,
     stiffness: &'a mut BlockMatrix<3>,
 }
 
-impl NullaryFnOnce for Stiffness<'_> {
+impl NullaryFnOnce for HexahedronStiffness<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -162,7 +167,7 @@ impl NullaryFnOnce for Stiffness<'_> {
                 let cofactors = point.cofactors();
                 let grown = shape.map(|g| cofactors * g * share);
                 swelling.iter_mut().zip(&grown).for_each(|(s, g)| *s += g);
-                let moduli = Moduli::new(&law, point, pressure);
+                let moduli = ModuliTerms::new(&law, point, pressure);
                 match self.tangent {
                     Tangent::Exact => add_exact(&mut blocks, point, shape, &grown, &moduli, share),
                     Tangent::Convex => add_convex(&mut blocks, point, shape, &moduli, share),
@@ -186,19 +191,19 @@ impl NullaryFnOnce for Stiffness<'_> {
 #[inline(always)]
 fn add_exact(
     blocks: &mut [Matrix3<f64>; PAIRS],
-    point: &Point,
-    shape: &Corners,
-    grown: &Corners,
-    m: &Moduli,
+    point: &TissuePoint,
+    shape: &HexahedronCorners,
+    grown: &HexahedronCorners,
+    m: &ModuliTerms,
     share: f64,
 ) {
     let scale = 1.0 / (share * (1.0 + point.growth));
     let stretched = shape.map(|g| point.f * g);
     let turned = grown.map(|g| g * scale);
-    let with_f: Corners = from_fn(|b| (stretched[b] * m.ff + turned[b] * m.fg) * share);
-    let with_g: Corners = from_fn(|b| (stretched[b] * m.fg + turned[b] * m.gg) * share);
-    let crossed: Corners = from_fn(|a| turned[a] * (m.cross * share));
-    let plain: Corners = from_fn(|a| shape[a] * (m.unit * share));
+    let with_f: HexahedronCorners = from_fn(|b| (stretched[b] * m.ff + turned[b] * m.fg) * share);
+    let with_g: HexahedronCorners = from_fn(|b| (stretched[b] * m.fg + turned[b] * m.gg) * share);
+    let crossed: HexahedronCorners = from_fn(|a| turned[a] * (m.cross * share));
+    let plain: HexahedronCorners = from_fn(|a| shape[a] * (m.unit * share));
     let mut pair = 0;
     for a in 0..CORNERS {
         for b in a..CORNERS {
@@ -221,7 +226,13 @@ fn add_exact(
 /// in the axes of the principal stretches it is a block of three by three for the stretches and one of two by
 /// two for each pair of axes.
 #[inline(never)]
-fn add_convex(blocks: &mut [Matrix3<f64>; PAIRS], point: &Point, shape: &Corners, m: &Moduli, share: f64) {
+fn add_convex(
+    blocks: &mut [Matrix3<f64>; PAIRS],
+    point: &TissuePoint,
+    shape: &HexahedronCorners,
+    m: &ModuliTerms,
+    share: f64,
+) {
     let right = SymmetricEigen::new(point.f.transpose() * point.f);
     let s = right.eigenvalues.map(|x| x.max(f64::MIN_POSITIVE).sqrt());
     let axes = right.eigenvectors;
@@ -300,7 +311,7 @@ impl Effect<3> for Hexahedra {
     }
 
     fn add_stiffness(&self, at: Configuration<'_, 3>, tangent: Tangent, stiffness: &mut BlockMatrix<3>) {
-        Arch::new().dispatch(Stiffness { all: self, at, tangent, stiffness });
+        Arch::new().dispatch(HexahedronStiffness { all: self, at, tangent, stiffness });
     }
 
     /// With stiffening a muscle acts through the tissue too, as long as the activations of an element add up
@@ -329,8 +340,8 @@ impl Effect<3> for Hexahedra {
     fn step_limit(&self, at: Configuration<'_, 3>, step: &[Vector3<f64>]) -> f64 {
         let mut limit: f64 = 1.0;
         for e in &self.elements {
-            let x: Corners = from_fn(|i| at.positions[e.nodes[i]]);
-            let p: Corners = from_fn(|i| step[e.nodes[i]]);
+            let x: HexahedronCorners = from_fn(|i| at.positions[e.nodes[i]]);
+            let p: HexahedronCorners = from_fn(|i| step[e.nodes[i]]);
             for shape in &e.shapes {
                 let x = as_simplex(shape, &x, 1.0);
                 let p = as_simplex(shape, &p, limit);
@@ -348,7 +359,7 @@ impl Effect<3> for Hexahedra {
 /// The columns of the gradient of a field with these values at the corners, as corners of a tetrahedron at
 /// the origin.
 #[inline(always)]
-fn as_simplex(shape: &Corners, of: &Corners, scale: f64) -> simplex::Corners<3> {
+fn as_simplex(shape: &HexahedronCorners, of: &HexahedronCorners, scale: f64) -> simplex::Corners<3> {
     let mut corners = [Vector3::zeros(); MAX_CORNERS];
     for (of, shape) in of.iter().zip(shape) {
         (0..3).for_each(|d| corners[d + 1] += of * (shape[d] * scale));
@@ -356,11 +367,11 @@ fn as_simplex(shape: &Corners, of: &Corners, scale: f64) -> simplex::Corners<3> 
     corners
 }
 
-pub(super) type Corners = hexahedron::Of<Vector3<f64>>;
+pub(super) type HexahedronCorners = hexahedron::PerCorner<Vector3<f64>>;
 
 /// The tissue at one point of an element.
 #[derive(Clone, Copy)]
-pub(super) struct Point {
+pub(super) struct TissuePoint {
     /// `F`.
     pub f: Matrix3<f64>,
     /// `J - 1`.
@@ -373,9 +384,9 @@ pub(super) struct Point {
     pub i1: f64,
 }
 
-impl Point {
+impl TissuePoint {
     #[inline(always)]
-    pub fn new(shape: &Corners, moved: &Corners) -> Self {
+    pub fn new(shape: &HexahedronCorners, moved: &HexahedronCorners) -> Self {
         let mut h = Matrix3::zeros();
         for (u, g) in moved.iter().zip(shape) {
             h += u * g.transpose();
@@ -409,7 +420,7 @@ impl Point {
 /// G` the block of corners a, b is `ff fa fbᵀ + fg (fa gbᵀ + ga fbᵀ) + gg ga gbᵀ + cross gb gaᵀ + unit
 /// (Ga·Gb) I`.
 #[derive(Clone, Copy)]
-pub(super) struct Moduli {
+pub(super) struct ModuliTerms {
     pub ff: f64,
     pub fg: f64,
     pub gg: f64,
@@ -417,11 +428,11 @@ pub(super) struct Moduli {
     pub unit: f64,
 }
 
-impl Moduli {
+impl ModuliTerms {
     /// At a point under the element's pressure `p = K (V/V0 - 1)`, Pa.
     #[inline(always)]
-    pub fn new(law: &MooneyRivlin, point: &Point, pressure: f64) -> Self {
-        let Point { growth, distortion, q, i1, .. } = *point;
+    pub fn new(law: &MooneyRivlin, point: &TissuePoint, pressure: f64) -> Self {
+        let TissuePoint { growth, distortion, q, i1, .. } = *point;
         let slope = 2.0 * q * (law.c10 + 2.0 * law.c20 * distortion);
         let curvature = 8.0 * law.c20 * q * q;
         let swelling = pressure * (1.0 + growth);

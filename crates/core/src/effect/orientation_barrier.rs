@@ -6,7 +6,7 @@ use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-use super::barrier_simplices::{BarrierSimplex, BarrierSimplices, Nodes, is_free, may_go};
+use super::barrier_simplices::{BarrierSimplex, BarrierSimplices, SimplexNodes, is_free, may_go};
 use super::spring::barrier;
 use super::{Configuration, Effect, Tangent};
 
@@ -23,11 +23,11 @@ use super::{Configuration, Effect, Tangent};
 pub struct OrientationBarrier<const D: usize> {
     /// Lamé's first constant λ, Pa (2D: per metre of thickness).
     lambda: f64,
-    elements: Vec<Element>,
+    elements: Vec<GuardedElement>,
 }
 
 #[derive(Debug, Clone)]
-struct Element {
+struct GuardedElement {
     nodes: [usize; MAX_NODES],
     /// Area, m², or volume, m³, at rest.
     measure: f64,
@@ -49,7 +49,7 @@ impl<const D: usize> OrientationBarrier<D> {
             let mut nodes = [0; MAX_NODES];
             nodes[..Self::NODES].copy_from_slice(given);
             let measure = simplex::measure(&simplex::corners(rest_positions, &given[..=D]));
-            Element { nodes, measure, slots: Vec::new() }
+            GuardedElement { nodes, measure, slots: Vec::new() }
         });
         Self { lambda, elements: elements.collect() }
     }
@@ -59,7 +59,7 @@ impl<const D: usize> OrientationBarrier<D> {
     fn each(
         &self,
         positions: &[SVector<f64, D>],
-        mut act: impl FnMut(&Element, &BarrierSimplex<'_, D>, f64, f64),
+        mut act: impl FnMut(&GuardedElement, &BarrierSimplex<'_, D>, f64, f64),
     ) {
         let guards = BarrierSimplices::<D>::new();
         for e in &self.elements {
@@ -76,9 +76,9 @@ impl<const D: usize> OrientationBarrier<D> {
     }
 }
 
-impl Element {
+impl GuardedElement {
     #[inline(always)]
-    fn gather<const D: usize>(&self, of_nodes: &[SVector<f64, D>]) -> Nodes<D> {
+    fn gather<const D: usize>(&self, of_nodes: &[SVector<f64, D>]) -> SimplexNodes<D> {
         let mut x = [SVector::zeros(); MAX_NODES];
         for (x, &node) in x.iter_mut().zip(&self.nodes[..quadratic::nodes::<D>()]) {
             *x = of_nodes[node];

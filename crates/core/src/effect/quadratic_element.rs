@@ -166,14 +166,14 @@ impl<const D: usize> QuadraticElements<D> {
     }
 }
 
-struct Stiffness<'a, const D: usize> {
+struct QuadraticStiffness<'a, const D: usize> {
     all: &'a QuadraticElements<D>,
     at: Configuration<'a, D>,
     tangent: Tangent,
     stiffness: &'a mut BlockMatrix<D>,
 }
 
-impl<const D: usize> NullaryFnOnce for Stiffness<'_, D> {
+impl<const D: usize> NullaryFnOnce for QuadraticStiffness<'_, D> {
     type Output = ();
 
     /// The sum of [`Deformed::tangent`] over all points. The part that does not depend on the shape was
@@ -309,7 +309,7 @@ impl<const D: usize> Effect<D> for QuadraticElements<D> {
     /// `V0` times the block of `dP/dF` between the gradients of two shape functions, from each point;
     /// [`Tangent::Convex`] leaves out the negative eigenvalues of `dP/dF`.
     fn add_stiffness(&self, at: Configuration<'_, D>, tangent: Tangent, stiffness: &mut BlockMatrix<D>) {
-        Arch::new().dispatch(Stiffness { all: self, at, tangent, stiffness });
+        Arch::new().dispatch(QuadraticStiffness { all: self, at, tangent, stiffness });
     }
 
     /// `-V 2 η d g` on each node, from each point: `V` the deformed measure and `g` the shape function's

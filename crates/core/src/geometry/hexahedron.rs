@@ -8,10 +8,10 @@ pub const CORNERS: usize = 8;
 /// Number of points of Gauss's rule that integrates the volume exactly.
 pub const POINTS: usize = 8;
 
-pub type Of<T> = [T; CORNERS];
+pub type PerCorner<T> = [T; CORNERS];
 
 /// Local coordinates of the corners.
-pub const LOCAL: Of<[f64; 3]> = [
+pub const LOCAL: PerCorner<[f64; 3]> = [
     [-1.0, -1.0, -1.0],
     [1.0, -1.0, -1.0],
     [1.0, 1.0, -1.0],
@@ -30,12 +30,12 @@ pub const EDGES: [[usize; 2]; 12] =
     [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
 
 /// Values of the trilinear shape functions at a local place.
-pub fn values(at: [f64; 3]) -> Of<f64> {
+pub fn values(at: [f64; 3]) -> PerCorner<f64> {
     LOCAL.map(|[x, y, z]| 0.125 * (1.0 + x * at[0]) * (1.0 + y * at[1]) * (1.0 + z * at[2]))
 }
 
 /// Their gradients in local coordinates.
-pub fn local_gradients(at: [f64; 3]) -> Of<Vector3<f64>> {
+pub fn local_gradients(at: [f64; 3]) -> PerCorner<Vector3<f64>> {
     LOCAL.map(|[x, y, z]| {
         let (a, b, c) = (1.0 + x * at[0], 1.0 + y * at[1], 1.0 + z * at[2]);
         Vector3::new(x * b * c, y * a * c, z * a * b) * 0.125
@@ -48,14 +48,14 @@ pub fn points() -> [[f64; 3]; POINTS] {
 }
 
 /// How the positions change with the local coordinates at a place.
-pub fn jacobian(x: &Of<Vector3<f64>>, at: [f64; 3]) -> Matrix3<f64> {
+pub fn jacobian(x: &PerCorner<Vector3<f64>>, at: [f64; 3]) -> Matrix3<f64> {
     let parts = x.iter().zip(local_gradients(at)).map(|(x, g)| x * g.transpose());
     parts.fold(Matrix3::zeros(), |sum, part| sum + part)
 }
 
 /// Gradients of the shape functions in space, 1/m, and the volume for each unit of local volume, m³; `None`
 /// where that is not above zero.
-pub fn gradients(x: &Of<Vector3<f64>>, at: [f64; 3]) -> Option<(Of<Vector3<f64>>, f64)> {
+pub fn gradients(x: &PerCorner<Vector3<f64>>, at: [f64; 3]) -> Option<(PerCorner<Vector3<f64>>, f64)> {
     let jacobian = jacobian(x, at);
     let determinant = jacobian.determinant();
     let turned = jacobian.try_inverse().filter(|_| determinant > 0.0)?.transpose();
@@ -63,12 +63,15 @@ pub fn gradients(x: &Of<Vector3<f64>>, at: [f64; 3]) -> Option<(Of<Vector3<f64>>
 }
 
 /// Volume, m³.
-pub fn volume(x: &Of<Vector3<f64>>) -> f64 {
+pub fn volume(x: &PerCorner<Vector3<f64>>) -> f64 {
     points().iter().map(|&at| jacobian(x, at).determinant()).sum()
 }
 
 /// The places of the corners; the third coordinate is zero in the plane.
-pub fn corners<const D: usize>(positions: &[SVector<f64, D>], nodes: &[usize; CORNERS]) -> Of<Vector3<f64>> {
+pub fn corners<const D: usize>(
+    positions: &[SVector<f64, D>],
+    nodes: &[usize; CORNERS],
+) -> PerCorner<Vector3<f64>> {
     nodes.map(|n| in_space(&positions[n]))
 }
 
@@ -81,7 +84,7 @@ pub fn in_space<const D: usize>(place: &SVector<f64, D>) -> Vector3<f64> {
 mod tests {
     use super::*;
 
-    fn bent() -> Of<Vector3<f64>> {
+    fn bent() -> PerCorner<Vector3<f64>> {
         LOCAL.map(|[x, y, z]| Vector3::new(x + 0.1 * y * z, y - 0.2 * x, 1.5 * z + 0.15 * x * y))
     }
 

@@ -7,14 +7,14 @@
 use pulp::NullaryFnOnce;
 
 use super::Pattern;
-use super::simd::{Pair, Simd};
+use super::simd::{Simd, SimdPair};
 
 /// A pivot must exceed this part of the largest entry on the diagonal, as in [`super::cholesky`].
 const SMALLEST_PIVOT: f64 = 1e-13;
 const FILL: u32 = u32::MAX;
 
 /// A block, row by row.
-pub(crate) type Block<const L: usize> = [Simd<L>; 4];
+pub(crate) type MatrixBlock<const L: usize> = [Simd<L>; 4];
 /// The lower triangle of a block: entries (0,0), (1,0), (1,1).
 pub(crate) type Lower<const L: usize> = [Simd<L>; 3];
 
@@ -37,8 +37,8 @@ pub(crate) struct Symbolic {
 }
 
 #[derive(Debug)]
-pub(crate) struct Factor<const L: usize> {
-    lower: Vec<Block<L>>,
+pub(crate) struct FlatFactor<const L: usize> {
+    lower: Vec<MatrixBlock<L>>,
     /// Inverses of the factor's diagonal blocks.
     inverse: Vec<Lower<L>>,
 }
@@ -85,8 +85,11 @@ impl Symbolic {
         Some(Self { columns: n, start, row, source, products_end, products, left_start, left })
     }
 
-    pub fn factor<const L: usize>(&self) -> Factor<L> {
-        Factor { lower: vec![[Simd::ZERO; 4]; self.row.len()], inverse: vec![[Simd::ZERO; 3]; self.columns] }
+    pub fn factor<const L: usize>(&self) -> FlatFactor<L> {
+        FlatFactor {
+            lower: vec![[Simd::ZERO; 4]; self.row.len()],
+            inverse: vec![[Simd::ZERO; 3]; self.columns],
+        }
     }
 
     #[inline(always)]
@@ -104,9 +107,9 @@ impl Symbolic {
 /// Tells in which lanes all pivots are safely above zero; in the others the factor is not to be used.
 pub(crate) struct Factorise<'a, const L: usize> {
     pub symbolic: &'a Symbolic,
-    pub pairs: &'a [Block<L>],
+    pub pairs: &'a [MatrixBlock<L>],
     pub diagonal: &'a [Lower<L>],
-    pub factor: &'a mut Factor<L>,
+    pub factor: &'a mut FlatFactor<L>,
 }
 
 impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
@@ -114,7 +117,7 @@ impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
 
     #[inline(always)]
     fn call(self) -> [bool; L] {
-        let Self { symbolic: s, pairs, diagonal, factor: Factor { lower, inverse: inverses } } = self;
+        let Self { symbolic: s, pairs, diagonal, factor: FlatFactor { lower, inverse: inverses } } = self;
         let floor = largest_diagonal(&diagonal[..s.columns]) * Simd::all(SMALLEST_PIVOT);
         let mut safe = [true; L];
         let mut product = 0;
@@ -160,8 +163,8 @@ impl<const L: usize> NullaryFnOnce for Factorise<'_, L> {
 /// Solves `K x = b` in place; one vector for each unknown.
 pub(crate) struct Solve<'a, const L: usize> {
     pub symbolic: &'a Symbolic,
-    pub factor: &'a Factor<L>,
-    pub b: &'a mut [Pair<L>],
+    pub factor: &'a FlatFactor<L>,
+    pub b: &'a mut [SimdPair<L>],
 }
 
 impl<const L: usize> NullaryFnOnce for Solve<'_, L> {
@@ -169,7 +172,7 @@ impl<const L: usize> NullaryFnOnce for Solve<'_, L> {
 
     #[inline(always)]
     fn call(self) {
-        let Self { symbolic: s, factor: Factor { lower, inverse }, b } = self;
+        let Self { symbolic: s, factor: FlatFactor { lower, inverse }, b } = self;
         for i in 0..s.columns {
             let mut y = b[i];
             for &[column, place] in s.left(i) {

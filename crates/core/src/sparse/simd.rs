@@ -112,10 +112,10 @@ impl<const L: usize> SubAssign for Simd<L> {
 }
 
 /// A vector of the plane in each lane.
-pub(crate) type Pair<const L: usize> = [Simd<L>; 2];
+pub(crate) type SimdPair<const L: usize> = [Simd<L>; 2];
 
 /// `q - p`.
 #[inline(always)]
-pub(crate) fn way<const L: usize>(p: Pair<L>, q: Pair<L>) -> Pair<L> {
+pub(crate) fn way<const L: usize>(p: SimdPair<L>, q: SimdPair<L>) -> SimdPair<L> {
     [q[0] - p[0], q[1] - p[1]]
 }

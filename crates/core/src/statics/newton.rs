@@ -3,7 +3,7 @@
 use crate::effect::Tangent;
 use crate::geometry;
 
-use super::state::State;
+use super::state::SolveState;
 use super::{Connection, Solution, SolveSettings, SolveStatus, Stability};
 
 /// A step must achieve this part of the decrease that the slope predicts (Armijo).
@@ -29,7 +29,7 @@ const MOST_CORRECTIONS: usize = 3;
 /// factor costs about three times as much as an iteration with the old one.
 pub(super) const FAST_ENOUGH: f64 = 0.03;
 
-impl<const D: usize> State<'_, D> {
+impl<const D: usize> SolveState<'_, D> {
     /// One solve at the whole load, from the positions in the workspace.
     pub(super) fn run(mut self, tensions: &[f64], settings: &SolveSettings) -> Solution {
         if tensions.len() != self.w.tensions.len() || tensions.iter().any(|t| !t.is_finite()) {

@@ -3,7 +3,7 @@
 
 use crate::system::System;
 
-use super::state::State;
+use super::state::SolveState;
 use super::{Connection, Solution, SolveSettings, SolveStatus, Stability, Workspace};
 
 /// Smallest load step, as a part of the load.
@@ -37,7 +37,7 @@ pub(super) fn step_load<const D: usize>(
         for corrected in [false, true] {
             workspace.positions.copy_from_slice(&held);
             workspace.factor_ready = false;
-            let mut state = State::new(system, workspace);
+            let mut state = SolveState::new(system, workspace);
             state.corrected = corrected;
             last = state.run(&part, settings);
             all.add_cost(&last);
@@ -87,7 +87,7 @@ pub(super) fn settle<const D: usize>(
     let mut all = *found;
     let tensions = workspace.tensions.clone();
     for escapes in 0..=MOST_ESCAPES {
-        let mut state = State::new(system, workspace);
+        let mut state = SolveState::new(system, workspace);
         state.done = all;
         let (stability, failure) = state.classify();
         all = state.done;
@@ -97,7 +97,7 @@ pub(super) fn settle<const D: usize>(
             all.status = SolveStatus::Unstable;
             break;
         }
-        let next = State::new(system, workspace).run(&tensions, settings);
+        let next = SolveState::new(system, workspace).run(&tensions, settings);
         all = Solution { connection: Connection::Downhill, ..next.after(&all) };
         all.escapes += 1;
         if all.status != SolveStatus::Converged {

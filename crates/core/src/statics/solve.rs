@@ -8,7 +8,7 @@ use nalgebra::SVector;
 
 use super::mass_spring::solve_single;
 use super::safeguards::{settle, step_load};
-use super::state::State;
+use super::state::SolveState;
 use super::{Solution, SolveSettings, SolveStatus, Stability, Workspace};
 use crate::effect::Configuration;
 use crate::system::System;
@@ -58,9 +58,9 @@ pub fn solve<const D: usize>(
     };
     for _ in 0..MOST_PARTS {
         match carry(system, workspace) {
-            Progress::There => return solve_held(system, workspace, tensions, settings).after(&spent),
-            Progress::Nowhere => break,
-            Progress::APart => {}
+            BoneProgress::There => return solve_held(system, workspace, tensions, settings).after(&spent),
+            BoneProgress::Nowhere => break,
+            BoneProgress::APart => {}
         }
         let follow =
             SolveSettings { tolerance: settings.tolerance.max(FOLLOWED), certify: false, ..*settings };
@@ -80,7 +80,7 @@ fn solve_held<const D: usize>(
     tensions: &[f64],
     settings: &SolveSettings,
 ) -> Solution {
-    let mut done = State::new(system, workspace).run(tensions, settings);
+    let mut done = SolveState::new(system, workspace).run(tensions, settings);
     if matches!(done.status, SolveStatus::IterationLimit | SolveStatus::Stalled) && settings.load_steps > 0 {
         done = step_load(system, workspace, tensions, settings, &done);
     }
@@ -106,7 +106,7 @@ pub(super) const MOST_PARTS: usize = 1000;
 const LEAST_PART: f64 = 1e-6;
 
 /// How far the bones came.
-pub(super) enum Progress {
+pub(super) enum BoneProgress {
     There,
     APart,
     /// They could not move at all: the cells beside them or a wall forbid it.
@@ -114,9 +114,9 @@ pub(super) enum Progress {
 }
 
 /// Moves the bones along a part of their remaining way.
-pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> Progress {
+pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) -> BoneProgress {
     if w.carried.iter().all(|&(node, to)| w.positions[node] == to) {
-        return Progress::There;
+        return BoneProgress::There;
     }
     w.step.fill(SVector::zeros());
     for &(node, to) in &w.carried {
@@ -126,7 +126,7 @@ pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) ->
     let limit = system.effects().iter().map(|e| e.step_limit(at, &w.step)).fold(1.0, f64::min);
     if limit < LEAST_PART {
         w.step.fill(SVector::zeros());
-        return Progress::Nowhere;
+        return BoneProgress::Nowhere;
     }
     for &(node, to) in &w.carried {
         if limit < 1.0 {
@@ -138,5 +138,5 @@ pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) ->
     w.factor_ready = false;
     // The step belongs to unknowns only; Newton's method relies on zeros elsewhere.
     w.step.fill(SVector::zeros());
-    Progress::APart
+    BoneProgress::APart
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::state::State;
+use super::state::SolveState;
 use super::{Stability, Workspace};
 use crate::effect::Tangent;
 use crate::geometry;
@@ -20,7 +20,7 @@ const ZERO: f64 = 1e-9;
 pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut Workspace<D>) -> Option<f64> {
     const ITERATIONS: usize = 300;
     let pattern = system.pattern();
-    let mut state = State::new(system, workspace);
+    let mut state = SolveState::new(system, workspace);
     state.assemble(Tangent::Exact);
     let largest = state.w.stiffness.largest_diagonal(pattern);
     let mut shift = 0.0;
@@ -58,7 +58,7 @@ pub fn smallest_eigenvalue<const D: usize>(system: &System<D>, workspace: &mut W
     Some(quotient - shift)
 }
 
-impl<const D: usize> State<'_, D> {
+impl<const D: usize> SolveState<'_, D> {
     /// Stability by the exact stiffness at the present positions, and where its factorisation failed if it
     /// did.
     pub(super) fn classify(&mut self) -> (Stability, Option<NotPositiveDefinite>) {
@@ -81,7 +81,7 @@ impl<const D: usize> State<'_, D> {
 const FIRST_WAY: f64 = 1e-7;
 const MOST_DOUBLINGS: usize = 24;
 
-impl<const D: usize> State<'_, D> {
+impl<const D: usize> SolveState<'_, D> {
     /// Stores the direction of negative curvature that a failed factorisation gives.
     pub(super) fn find_curvature(&mut self, failure: &NotPositiveDefinite) {
         let w = &mut *self.w;

@@ -8,7 +8,7 @@ use crate::system::System;
 use super::{Solution, Workspace};
 
 /// A running solve: its present state and its statistics.
-pub(super) struct State<'a, const D: usize> {
+pub(super) struct SolveState<'a, const D: usize> {
     pub(super) system: &'a System<D>,
     pub(super) w: &'a mut Workspace<D>,
     pub(super) done: Solution,
@@ -24,7 +24,7 @@ pub(super) struct State<'a, const D: usize> {
     pub(super) floor: f64,
 }
 
-impl<'a, const D: usize> State<'a, D> {
+impl<'a, const D: usize> SolveState<'a, D> {
     pub(super) fn new(system: &'a System<D>, w: &'a mut Workspace<D>) -> Self {
         let extent = w.positions.iter().map(|p| p.amax()).fold(0.0, f64::max);
         Self {

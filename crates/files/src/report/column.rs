@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::csv::{Table, text};
 
-type Of<'a, R, T> = Rc<dyn Fn(&R) -> T + 'a>;
+type CellValue<'a, R, T> = Rc<dyn Fn(&R) -> T + 'a>;
 
 #[derive(Clone)]
 pub struct Column<'a, R> {
@@ -16,11 +16,11 @@ pub struct Column<'a, R> {
     /// Unit of its values; empty where they have none.
     pub unit: &'static str,
     pub meaning: &'static str,
-    pub(super) value: Of<'a, R, Value>,
+    pub(super) value: CellValue<'a, R, Value>,
     /// Its heading on a page; `None` where only CSV has it.
     pub(super) heading: Option<Cow<'static, str>>,
     /// The text of a row on a page; `None` where that is its value.
-    pub(super) shown: Option<Of<'a, R, String>>,
+    pub(super) shown: Option<CellValue<'a, R, String>>,
     /// Whether it is aligned to the left on a page although its values are numbers.
     pub(super) is_text: bool,
 }
@@ -77,7 +77,7 @@ impl<'a, R: 'a> Column<'a, R> {
     pub fn within<Q: 'a>(self, part: fn(&Q) -> &R) -> Column<'a, Q> {
         let Self { name, unit, meaning, value, heading, shown, is_text } = self;
         let value = Rc::new(move |row: &Q| value(part(row)));
-        let shown = shown.map(|text| Rc::new(move |row: &Q| text(part(row))) as Of<'a, Q, String>);
+        let shown = shown.map(|text| Rc::new(move |row: &Q| text(part(row))) as CellValue<'a, Q, String>);
         Column { name, unit, meaning, value, heading, shown, is_text }
     }
 
@@ -103,9 +103,9 @@ impl<'a, R: 'a> Column<'a, R> {
     }
 }
 
-pub(super) type Named<R> = (&'static str, &'static str, &'static str, fn(&R) -> Value);
+pub(super) type NamedColumn<R> = (&'static str, &'static str, &'static str, fn(&R) -> Value);
 
-pub(super) fn columns<'a, R: 'a, const N: usize>(all: [Named<R>; N]) -> Vec<Column<'a, R>> {
+pub(super) fn columns<'a, R: 'a, const N: usize>(all: [NamedColumn<R>; N]) -> Vec<Column<'a, R>> {
     all.into_iter().map(|(name, unit, meaning, value)| Column::new(name, unit, meaning, value)).collect()
 }
 
@@ -134,11 +134,11 @@ fn line(cells: Vec<String>) -> String {
 
 #[cfg(all(test, feature = "files"))]
 pub(crate) fn explained<'a, R: 'a>(columns: &[Column<'a, R>]) -> String {
-    type Of<'a, R> = Column<'a, Column<'a, R>>;
+    type CellValue<'a, R> = Column<'a, Column<'a, R>>;
     let of = [
-        Of::of_page("column", |c| format!("`{}`", c.name).into()),
-        Of::of_page("unit", |c| c.unit.into()).shown(|c| c.unit.to_owned()),
-        Of::of_page("meaning", |c| c.meaning.into()),
+        CellValue::of_page("column", |c| format!("`{}`", c.name).into()),
+        CellValue::of_page("unit", |c| c.unit.into()).shown(|c| c.unit.to_owned()),
+        CellValue::of_page("meaning", |c| c.meaning.into()),
     ];
     markdown(&of, columns)
 }

@@ -81,6 +81,9 @@ fn one_line(text: &str) -> String {
     text.replace(char::is_control, " ")
 }
 
+/// Files of a study by name.
+pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
+
 pub trait Export {
     /// Writes the content, with the version and command that it is made `by`.
     fn write(&self, out: &mut dyn Write, by: &Provenance) -> io::Result<()>;

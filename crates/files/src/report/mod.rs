@@ -27,7 +27,7 @@ mod vtu;
 #[cfg(feature = "files")]
 pub use clean::Clean;
 pub use csv::{Draws, Rows, Table};
-pub use export::{Export, Json, Markdown, Provenance, ReportError, Wav};
+pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav};
 #[cfg(feature = "files")]
 pub use file::{InterruptGuard, OutputDir, Writes, discard_unfinished, write};
 pub use record::{Conclusion, DecidedBy, FitRecord, TrajectoryRecord, ValleyPointRecord, ValleyRecord};

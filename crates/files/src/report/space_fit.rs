@@ -6,7 +6,7 @@ use super::record::by;
 use tongue_core::body::Body;
 use tongue_infer::inverse::FitStatus;
 use tongue_infer::inverse::alarms::{self, Alarm};
-use tongue_infer::inverse::in_space::{Combination, Ended, SpaceFit};
+use tongue_infer::inverse::in_space::{Combination, EndedSearch, SpaceFit};
 use tongue_input::measured::ByMuscle;
 
 /// `tongue-fit track FILES --body space --json`.
@@ -36,7 +36,7 @@ pub struct SpaceFitRecord {
     pub interval_95: ByMuscle<[f64; 2]>,
     /// Combinations of activations that the data leave open, each with the standard deviation along it.
     pub open: Vec<Combination>,
-    pub starts: Vec<Ended>,
+    pub starts: Vec<EndedSearch>,
     /// Number of starts that ended at this answer.
     pub ended_here: usize,
     /// Starts that ended elsewhere and meet the data as well (misfit at most a twentieth larger).

@@ -59,7 +59,7 @@ impl Equilibrium {
 }
 
 #[derive(Debug, Clone)]
-pub(crate) struct Followed<const D: usize> {
+pub(crate) struct FollowedPath<const D: usize> {
     pub outcome: MotionOutcome,
     /// Part of the way to equilibrium that the body has moved at the end; `None` if there is no such way.
     pub part_of_way: Option<f64>,
@@ -89,7 +89,7 @@ pub(crate) fn follow<const D: usize>(
     tolerance_m: f64,
     t_end_s: f64,
     samples: usize,
-) -> Result<Followed<D>, MotionError> {
+) -> Result<FollowedPath<D>, MotionError> {
     let motion = Motion::new(system, tensions)?;
     let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance_m))?;
     let mut state = motion.at_rest();
@@ -99,5 +99,5 @@ pub(crate) fn follow<const D: usize>(
     let times = dynamics::sample_times(t_end_s, samples);
     let outcome = dynamics::run(&motion, integrator.as_mut(), &mut state, t_end_s, &times, &mut seen);
     let part_of_way = motion.part_of_way(&begin, &state);
-    Ok(Followed { outcome, part_of_way, end: state.positions, samples: seen })
+    Ok(FollowedPath { outcome, part_of_way, end: state.positions, samples: seen })
 }

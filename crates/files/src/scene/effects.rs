@@ -32,7 +32,7 @@ pub struct Effects {
 #[serde(deny_unknown_fields)]
 pub struct SceneGravity {
     /// Posture of the head.
-    pub posture: Option<Posture>,
+    pub posture: Option<HeadPosture>,
     /// Direction of the weight: one number for each dimension, of any length.
     pub direction: Option<Vec<f64>>,
     /// Acceleration, m/s².
@@ -43,7 +43,7 @@ pub struct SceneGravity {
 /// Posture of the head of the midsagittal model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Posture {
+pub enum HeadPosture {
     /// Standing or sitting: weight acts downwards, along -y.
     Upright,
     /// On the back, as in an MR scanner: weight acts to the back of the head, along +x.

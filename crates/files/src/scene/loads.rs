@@ -5,7 +5,7 @@ use std::any::Any;
 use nalgebra::{SVector, Vector2};
 use serde::Serialize;
 
-use super::effects::{Posture, SceneGravity};
+use super::effects::{HeadPosture, SceneGravity};
 use super::file::{Points, Scene};
 use super::plan::{self, Planned};
 use crate::simulation::SimulationError;
@@ -30,9 +30,9 @@ pub(super) fn gravity<const D: usize>(
 
 fn direction<const D: usize>(keys: &SceneGravity) -> Result<SVector<f64, D>, SimulationError> {
     match (keys.posture, &keys.direction) {
-        (Some(Posture::Upright), _) => Ok(flat([0.0, -1.0])),
-        (Some(Posture::Supine), _) => Ok(flat([1.0, 0.0])),
-        (Some(Posture::Prone), _) => Ok(flat([-1.0, 0.0])),
+        (Some(HeadPosture::Upright), _) => Ok(flat([0.0, -1.0])),
+        (Some(HeadPosture::Supine), _) => Ok(flat([1.0, 0.0])),
+        (Some(HeadPosture::Prone), _) => Ok(flat([-1.0, 0.0])),
         (None, given) => plan::unit(given.as_deref().unwrap_or_default()),
     }
 }

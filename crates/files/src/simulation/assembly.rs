@@ -17,10 +17,10 @@ use super::{Observations, SimulationError, Solver};
 
 /// A body of which some muscles can contract, made into a [`System`]. A clone shares its data.
 #[derive(Debug, Clone)]
-pub struct Assembly<const D: usize>(Arc<Parts<D>>);
+pub struct Assembly<const D: usize>(Arc<AssemblyParts<D>>);
 
 #[derive(Debug)]
-struct Parts<const D: usize> {
+struct AssemblyParts<const D: usize> {
     body: Body<D>,
     model: Model,
     system: System<D>,
@@ -55,7 +55,7 @@ impl Assemble for Model {
             contracting.extend(fibres);
         }
         let system = System::new(&body.mesh, self, &contracting)?;
-        Ok(Assembly(Arc::new(Parts { body: body.clone(), model: *self, system })))
+        Ok(Assembly(Arc::new(AssemblyParts { body: body.clone(), model: *self, system })))
     }
 }
 

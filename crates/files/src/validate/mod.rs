@@ -70,7 +70,7 @@ impl Progress<'_> {
 }
 
 /// Result of an opponent: stretches of all muscles of every case, and the chosen settings.
-struct Entry {
+struct OpponentResult {
     name: &'static str,
     what: &'static str,
     tuned_parameters: usize,
@@ -97,14 +97,14 @@ pub fn run(
     let progress = Progress { done: AtomicUsize::new(0), total, tell };
 
     let mut entries = statistical(&all);
-    entries.push(Entry {
+    entries.push(OpponentResult {
         name: "thesis",
         what: "the thesis's model: the baseline is rest, bones are fixed",
         tuned_parameters: 0,
         predicted: parallel::map(&all, |case| cases::of_thesis(mesh, model, case)),
     });
     let posterior_model = cases::posterior_model(body, model)?;
-    entries.push(Entry {
+    entries.push(OpponentResult {
         name: "most_probable",
         what: "the most probable point of the posterior's model: every muscle may pull, the baseline has tensions, the hyoid moves",
         tuned_parameters: 0,
@@ -137,8 +137,8 @@ pub fn run(
 }
 
 /// The opponents without mechanics.
-fn statistical(all: &[Case]) -> Vec<Entry> {
-    let flat = |name, what, tuned_parameters, stretch: &dyn Fn(&Case) -> f64| Entry {
+fn statistical(all: &[Case]) -> Vec<OpponentResult> {
+    let flat = |name, what, tuned_parameters, stretch: &dyn Fn(&Case) -> f64| OpponentResult {
         name,
         what,
         tuned_parameters,
@@ -152,7 +152,7 @@ fn statistical(all: &[Case]) -> Vec<Entry> {
     ]
 }
 
-fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<ScoredOpponent> {
+fn summary(all: &[Case], entries: &[OpponentResult], seed: u64) -> Vec<ScoredOpponent> {
     let errors: Vec<Vec<f64>> = entries
         .iter()
         .map(|e| all.iter().zip(&e.predicted).map(|(case, predicted)| case.error(predicted)).collect())
@@ -186,7 +186,7 @@ fn summary(all: &[Case], entries: &[Entry], seed: u64) -> Vec<ScoredOpponent> {
     }))
 }
 
-fn predictions(all: &[Case], entries: &[Entry]) -> Vec<Prediction> {
+fn predictions(all: &[Case], entries: &[OpponentResult]) -> Vec<Prediction> {
     let mut out = Vec::new();
     for (row, case) in all.iter().enumerate() {
         for &m in &case.unseen {

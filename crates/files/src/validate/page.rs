@@ -3,12 +3,10 @@
 use std::fmt::Write as _;
 
 use crate::report::column::{markdown, table};
-use crate::report::{Export, Rows, Scatter, Svg, scatter};
+use crate::report::{Files, Rows, Scatter, Svg, scatter};
 use tongue_core::statistics::distinct;
 
 use super::{PosteriorStudy, ScoredOpponent, ValidationStudy, columns};
-
-pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
 
 pub fn files(study: &ValidationStudy) -> Files<'_> {
     let mut files: Files<'_> = vec![
@@ -112,6 +110,7 @@ fn distributions(p: &mut String, study: &PosteriorStudy) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::Export;
     use crate::report::{Markdown, Provenance};
 
     /// The page, the tables and the figure of the committed study, made from its JSON, are the committed ones to the byte.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use tongue_sound::Acoustics;
 use tongue_sound::formants;
-use tongue_sound::profile::{Articulation, Point, Profile, Tract};
+use tongue_sound::profile::{Articulation, Profile, ProfilePoint, Tract};
 
 use super::VocalTractError;
 use super::vocal_tract::{FORMANTS, Sound};
@@ -67,7 +67,7 @@ impl SpaceVocalTract {
         positions: &[Vector3<f64>],
         posture: &Articulation,
     ) -> Result<Sound, VocalTractError> {
-        let tongue: Vec<Point> = self.midline.iter().map(|&n| flat(&positions[n])).collect();
+        let tongue: Vec<ProfilePoint> = self.midline.iter().map(|&n| flat(&positions[n])).collect();
         let triangles: Vec<[Vector3<f64>; 3]> =
             self.surface.iter().map(|t| t.map(|n| positions[n])).collect();
         let profile = Profile::in_space(&self.tract, &tongue, posture, &|outer, direction, side| {
@@ -81,7 +81,7 @@ impl SpaceVocalTract {
     }
 }
 
-fn flat(at: &Vector3<f64>) -> Point {
+fn flat(at: &Vector3<f64>) -> ProfilePoint {
     [at.x, at.z]
 }
 

@@ -12,4 +12,4 @@ pub use formant::{Heard, MeanVowel, TRACT_SD, mean_vowels, nearest_vowel};
 pub use in_space::SpaceVocalTract;
 pub use tongue_sound::Formant;
 pub use tongue_sound::profile::{Articulation, Tract};
-pub use vocal_tract::{Rates, Sound, VocalTract, VocalTractError};
+pub use vocal_tract::{FormantRates, Sound, VocalTract, VocalTractError};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::SVector;
 use tongue_sound::Acoustics;
 use tongue_sound::formants::{self, Formant, FormantError};
-use tongue_sound::profile::{Articulation, Point, Profile, ProfileError, Tract};
+use tongue_sound::profile::{Articulation, Profile, ProfileError, ProfilePoint, Tract};
 
 use crate::adapt::{by_bones, mark_of};
 use crate::track::TongueSurface;
@@ -65,7 +65,7 @@ pub struct Sound {
 
 /// Derivatives of the frequency of each formant by the nodes, Hz/m: a list of nodes and derivatives for each
 /// formant.
-pub type Rates = Vec<Vec<(usize, SVector<f64, 2>)>>;
+pub type FormantRates = Vec<Vec<(usize, SVector<f64, 2>)>>;
 
 impl VocalTract {
     /// Reads the file of a tract; `origin` is its name in messages.
@@ -130,14 +130,14 @@ impl VocalTract {
         positions: &[SVector<f64, 2>],
         posture: &Articulation,
     ) -> Result<Sound, VocalTractError> {
-        let tongue: Vec<Point> = self.wall.iter().map(|weights| mean(weights, positions)).collect();
+        let tongue: Vec<ProfilePoint> = self.wall.iter().map(|weights| mean(weights, positions)).collect();
         let profile = Profile::new(&self.tract, &tongue, posture)?;
         let formants = formants::formants(&profile.sections, &self.acoustics, FORMANTS)?;
         Ok(Sound { profile, formants })
     }
 
     /// Derivatives of the formants by the nodes.
-    pub fn rates(&self, sound: &Sound) -> Rates {
+    pub fn rates(&self, sound: &Sound) -> FormantRates {
         let rates = sound.formants.iter().map(|formant| {
             let by_section = formants::rates(&sound.profile.sections, &self.acoustics, formant);
             let mut by_node: BTreeMap<usize, SVector<f64, 2>> = BTreeMap::new();
@@ -153,7 +153,7 @@ impl VocalTract {
 
     /// Derivatives of the formants by the tension of a muscle, Hz for 1 N per metre of thickness, at the
     /// equilibrium of a response.
-    pub fn by_tension(rates: &Rates, response: &mut Response<'_, 2>, muscle: usize) -> Vec<f64> {
+    pub fn by_tension(rates: &FormantRates, response: &mut Response<'_, 2>, muscle: usize) -> Vec<f64> {
         response.to_tension(muscle);
         let motion = response.motion();
         Vec::from_iter(
@@ -162,7 +162,7 @@ impl VocalTract {
     }
 }
 
-fn mean(weights: &[(usize, f64)], positions: &[SVector<f64, 2>]) -> Point {
+fn mean(weights: &[(usize, f64)], positions: &[SVector<f64, 2>]) -> ProfilePoint {
     let sum: SVector<f64, 2> = weights.iter().map(|&(node, weight)| positions[node] * weight).sum();
     [sum.x, sum.y]
 }

@@ -136,9 +136,9 @@ fn vault(palate: &[Point]) -> Vec<Point> {
 }
 
 /// A directed line: distances from it are positive to its left.
-struct Line(Vec<Point>);
+struct DirectedLine(Vec<Point>);
 
-impl Line {
+impl DirectedLine {
     fn through(points: &[Point]) -> Option<Self> {
         Some(Self(NaturalSpline::through(points)?.extended(BEYOND_M).polygon().to_vec()))
     }
@@ -172,7 +172,7 @@ fn whitener(points: &[Point], mm: [f64; 3], tilt: f64) -> Option<nalgebra::Chole
 
 /// The hard palate of a speaker against that of a body.
 pub(super) struct Vault {
-    line: Line,
+    line: DirectedLine,
     trace: Vec<Point>,
     factor: nalgebra::Cholesky<f64, nalgebra::Dyn>,
 }
@@ -181,7 +181,7 @@ impl Vault {
     /// `None` if one of the two has no vault.
     pub fn of(body: &Body<2>, palate: &[Point]) -> Option<Self> {
         let trace = vault(palate);
-        let line = Line::through(&vault(body.palate.as_deref()?)).filter(|_| trace.len() > 2)?;
+        let line = DirectedLine::through(&vault(body.palate.as_deref()?)).filter(|_| trace.len() > 2)?;
         Some(Self { line, factor: whitener(&trace, PALATE_MM, sd::PALATE_TILT_DEG.to_radians())?, trace })
     }
 

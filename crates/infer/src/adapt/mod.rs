@@ -64,11 +64,11 @@ impl Adaptation {
     /// Reads the adaptation from the text of a body's file (`tongue-fit adapt`); `None` for other bodies.
     pub fn from_json(text: &str) -> Result<Option<Self>, String> {
         #[derive(Deserialize)]
-        struct File {
+        struct LandmarkFile {
             #[serde(default)]
             adaptation: Option<Adaptation>,
         }
-        let found = serde_json::from_str::<File>(text).map_err(|e| plain(&e.to_string()))?.adaptation;
+        let found = serde_json::from_str::<LandmarkFile>(text).map_err(|e| plain(&e.to_string()))?.adaptation;
         let Some(found) = found else { return Ok(None) };
         if !found.marks_m.values().flatten().chain(found.coils_m.values()).all(|m| m.is_finite()) {
             return Err(

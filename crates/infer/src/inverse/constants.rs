@@ -45,7 +45,7 @@ impl<'a, const D: usize> TissueUnknown<'a, D> {
         unknowns: &[Unknown],
         x: &[f64],
         constant: Constant,
-    ) -> Option<Derivative<D>> {
+    ) -> Option<ForceDerivative<D>> {
         let here = self.constants(unknowns, x);
         let (e, nu) = (here.young_modulus, here.poisson_ratio);
         // λ = E ν / ((1 + ν)(1 - 2ν)) and μ = E / (2 (1 + ν)).
@@ -70,18 +70,18 @@ impl<'a, const D: usize> TissueUnknown<'a, D> {
         let determinant = a1 * b2 - a2 * b1;
         let weights =
             ((slope.0 * b2 - slope.1 * b1) / determinant, (a1 * slope.1 - a2 * slope.0) / determinant);
-        Some(Derivative { base, others: [(stiffer.0, weights.0), (otherwise.0, weights.1)] })
+        Some(ForceDerivative { base, others: [(stiffer.0, weights.0), (otherwise.0, weights.1)] })
     }
 }
 
 /// The derivative of all forces by a constant, as a combination of systems.
 #[derive(Debug)]
-pub(super) struct Derivative<const D: usize> {
+pub(super) struct ForceDerivative<const D: usize> {
     base: System<D>,
     others: [(System<D>, f64); 2],
 }
 
-impl<const D: usize> Derivative<D> {
+impl<const D: usize> ForceDerivative<D> {
     /// Adds the derivative of the force on every node, N for a unit of the constant.
     pub fn add_force(&self, at: Configuration<'_, D>, change: &mut [SVector<f64, D>]) {
         let mut here = vec![SVector::zeros(); change.len()];

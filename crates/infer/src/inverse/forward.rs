@@ -16,7 +16,7 @@ use super::start::{BestKnown, SearchCounts, WarmStarts, distance_squared, starti
 pub(super) const FAILED: f64 = 1e6;
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shape<const D: usize> {
+pub struct CandidateShape<const D: usize> {
     pub solution: Solution,
     /// Number of factorisations that it took to solve it directly and to follow it from rest.
     pub factorisations: usize,
@@ -42,7 +42,7 @@ pub struct Linearised {
 
 /// The shape from which a candidate is solved.
 #[derive(Debug, Clone, PartialEq)]
-enum Begin<const D: usize> {
+enum CandidateStart<const D: usize> {
     /// That of its nearest solved neighbour; rest if there is none or it fails.
     Neighbour,
     Rest,
@@ -67,7 +67,7 @@ pub struct Forward<'a, const D: usize> {
     tensions: Vec<f64>,
     pub(super) effort: f64,
     pub(super) known: BestKnown<D>,
-    begin: Begin<D>,
+    begin: CandidateStart<D>,
     /// The candidate whose equilibrium is in the workspace.
     last: Option<Vec<f64>>,
     counts: SearchCounts,
@@ -85,7 +85,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             tensions: inverse.tensions.clone(),
             effort: if inverse.is_undetermined() { EFFORT } else { 0.0 },
             known: BestKnown::new(inverse.unknowns.len()),
-            begin: if settings.warm_start { Begin::Neighbour } else { Begin::Rest },
+            begin: if settings.warm_start { CandidateStart::Neighbour } else { CandidateStart::Rest },
             last: None,
             counts: SearchCounts::default(),
             motions: Vec::new(),
@@ -131,15 +131,15 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// Makes every later candidate the equilibrium to which its tensions lead from rest, as they grow
     /// together.
     pub fn traced(mut self) -> Self {
-        self.begin = Begin::Branch;
+        self.begin = CandidateStart::Branch;
         self
     }
 
     /// Solves a candidate from rest, independently of earlier solves, directly and as its tensions grow
     /// together; it is not counted. If the two differ, the latter is the shape.
-    pub fn follow_from_rest(&self, x: &[f64]) -> Shape<D> {
+    pub fn follow_from_rest(&self, x: &[f64]) -> CandidateShape<D> {
         let mut own = Forward::new(self.inverse, self.settings);
-        let mut shape = Shape {
+        let mut shape = CandidateShape {
             solution: Solution::NONE,
             factorisations: 0,
             critical: None,
@@ -204,7 +204,7 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     fn solve_from_rest(&mut self) -> bool {
         self.workspace.start_from_rest(self.inverse.system);
-        if matches!(self.begin, Begin::Neighbour | Begin::Rest) {
+        if matches!(self.begin, CandidateStart::Neighbour | CandidateStart::Rest) {
             return self.solve();
         }
         let system = self.own.as_ref().unwrap_or(self.inverse.system);
@@ -297,12 +297,12 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// has no equilibrium.
     pub fn residuals(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let possible = self.set(x).is_ok();
-        if let Begin::OnBranch(positions) = &self.begin {
+        if let CandidateStart::OnBranch(positions) = &self.begin {
             self.workspace.start_from(positions);
             let solved = possible && self.solve();
             return self.outcome(x, solved);
         }
-        let warm = possible && self.begin == Begin::Neighbour;
+        let warm = possible && self.begin == CandidateStart::Neighbour;
         let solved = (warm && self.solve_from_nearest(x)) || (possible && self.solve_from_rest());
         let residuals = self.outcome(x, solved)?;
         let cost = self.cost(x, Some(&residuals));
@@ -354,13 +354,13 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// This problem with every candidate followed along the branch of equilibria from rest, which takes many times
     /// as long; `None` if this one already is.
     pub(super) fn on_branch(&self) -> Option<Self> {
-        let is_on_it = matches!(self.begin, Begin::Branch | Begin::OnBranch(_));
+        let is_on_it = matches!(self.begin, CandidateStart::Branch | CandidateStart::OnBranch(_));
         (!is_on_it).then(|| Forward::new(self.inverse, self.settings).traced())
     }
 
     /// On the branch from rest: moves to the shape of the last candidate, from which alone later candidates are solved.
     pub(super) fn move_on(&mut self) {
-        self.begin = Begin::OnBranch(self.workspace.positions().to_vec());
+        self.begin = CandidateStart::OnBranch(self.workspace.positions().to_vec());
     }
 
     /// Adds work that was done for this problem elsewhere.
@@ -372,8 +372,8 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Makes every later candidate start from rest.
     pub(super) fn forget_neighbours(&mut self) {
-        if self.begin == Begin::Neighbour {
-            self.begin = Begin::Rest;
+        if self.begin == CandidateStart::Neighbour {
+            self.begin = CandidateStart::Rest;
         }
         self.known.clear();
     }

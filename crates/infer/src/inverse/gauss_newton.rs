@@ -14,7 +14,7 @@ use super::FitSettings;
 use super::forward::{FAILED, Forward, Linearised};
 use super::problem::Unknown;
 use super::start::{SAME_COST, Start};
-use crate::least_squares::{self, Rule, Step};
+use crate::least_squares::{self, Rule, TrialStep};
 
 /// Damping of the first step, as a part of the largest diagonal entry of the second derivative.
 const FIRST_DAMPING: f64 = 1e-3;
@@ -23,7 +23,7 @@ const MOST_DAMPING: f64 = 1e12;
 
 /// A candidate with its cost and derivatives.
 #[derive(Clone)]
-struct Point {
+struct EvaluatedPoint {
     x: DVector<f64>,
     linear: Linearised,
     gradient: DVector<f64>,
@@ -32,7 +32,7 @@ struct Point {
     secant: DMatrix<f64>,
 }
 
-impl Point {
+impl EvaluatedPoint {
     fn new<const D: usize>(problem: &mut Forward<'_, D>, x: DVector<f64>) -> Option<Self> {
         let linear = problem.linearise(x.as_slice())?;
         let effort = problem.effort;
@@ -70,15 +70,15 @@ pub(super) fn run<const D: usize>(
     // A start without an equilibrium is replaced by the rest shape, which always has one.
     let rest = problem.unknowns().iter().map(|u| 0f64.clamp(u.lower, u.upper)).collect::<Vec<_>>();
     let mut start = Start::at(first, FAILED);
-    let point = Point::new(problem, DVector::from_column_slice(&start.x))
-        .or_else(|| Point::new(problem, DVector::from_vec(rest)));
+    let point = EvaluatedPoint::new(problem, DVector::from_column_slice(&start.x))
+        .or_else(|| EvaluatedPoint::new(problem, DVector::from_vec(rest)));
     if let Some(mut here) = point {
         start.converged = descend(problem, settings, &mut here, &mut start.iterations);
         let (mut from_rest, mut cost) = from_rest(problem, &here);
         // As in Nelder-Mead: a branch of equilibria other than the one from rest does not count.
         if (cost - here.cost).abs() > SAME_COST * here.cost.abs().max(SAME_COST) {
             problem.forget_neighbours();
-            start.converged = match Point::new(problem, here.x.clone()) {
+            start.converged = match EvaluatedPoint::new(problem, here.x.clone()) {
                 Some(again) => {
                     here = again;
                     descend(problem, settings, &mut here, &mut start.iterations)
@@ -96,7 +96,7 @@ pub(super) fn run<const D: usize>(
 }
 
 /// Whether the candidate has an equilibrium when solved from rest, and its cost.
-fn from_rest<const D: usize>(problem: &mut Forward<'_, D>, here: &Point) -> (bool, f64) {
+fn from_rest<const D: usize>(problem: &mut Forward<'_, D>, here: &EvaluatedPoint) -> (bool, f64) {
     let residuals = problem.residuals_from_rest(here.x.as_slice());
     (residuals.is_some(), problem.cost(here.x.as_slice(), residuals.as_ref()))
 }
@@ -108,7 +108,7 @@ pub(super) fn refit<const D: usize>(
     settings: &FitSettings,
     from: &[f64],
 ) -> Option<(Vec<f64>, DVector<f64>)> {
-    let mut here = Point::new(problem, DVector::from_column_slice(from))?;
+    let mut here = EvaluatedPoint::new(problem, DVector::from_column_slice(from))?;
     descend(problem, settings, &mut here, &mut 0);
     let x: Vec<f64> = here.x.iter().copied().collect();
     let residuals = problem.residuals(&x)?;
@@ -119,7 +119,7 @@ pub(super) fn refit<const D: usize>(
 fn descend<const D: usize>(
     problem: &mut Forward<'_, D>,
     settings: &FitSettings,
-    here: &mut Point,
+    here: &mut EvaluatedPoint,
     iterations: &mut u64,
 ) -> bool {
     let unknowns = problem.unknowns().to_vec();
@@ -134,17 +134,17 @@ fn descend<const D: usize>(
         ..Rule::UNDAMPED
     };
     let stepped = if settings.best_steps { best_step } else { bounded_step };
-    let step = |here: &Point, damping: f64| {
+    let step = |here: &EvaluatedPoint, damping: f64| {
         let curvature = (here.linear.jacobian.tr_mul(&here.linear.jacobian) + &here.secant) * 2.0;
         let by = stepped(here, &curvature, damping, &unknowns)?;
         let promised = -(here.gradient.dot(&by) + 0.5 * by.dot(&(&curvature * &by)));
         let size = by.amax();
         let undamped = damping <= FIRST_DAMPING * here.diagonal();
         let is_last = undamped && size < settings.tension_tolerance;
-        Some(Step { by, size, promised: Some(promised), is_last })
+        Some(TrialStep { by, size, promised: Some(promised), is_last })
     };
-    let moved = |here: &Point, by: &DVector<f64>| {
-        let mut next = Point::new(problem, &here.x + by)?;
+    let moved = |here: &EvaluatedPoint, by: &DVector<f64>| {
+        let mut next = EvaluatedPoint::new(problem, &here.x + by)?;
         next.secant = updated_secant(here, &next, by);
         Some(next)
     };
@@ -157,7 +157,7 @@ fn descend<const D: usize>(
 /// The damped step on the free values, cut at the bounds; `None` if the damped second derivative is not positive definite. [`best_step`]
 /// decreases the model more, but in a nearly incompressible body it leads to other minima than those of the published numbers.
 fn bounded_step(
-    here: &Point,
+    here: &EvaluatedPoint,
     curvature: &DMatrix<f64>,
     damping: f64,
     unknowns: &[Unknown],
@@ -195,7 +195,7 @@ fn bounded_step(
 /// The minimum of the damped model within the bounds, by the method of active sets (Nocedal and Wright 2006, 16.5) from no step at all;
 /// `None` if the damped second derivative is not positive definite.
 fn best_step(
-    here: &Point,
+    here: &EvaluatedPoint,
     curvature: &DMatrix<f64>,
     damping: f64,
     unknowns: &[Unknown],
@@ -241,7 +241,7 @@ fn best_step(
 
 /// The symmetric rank-two update of `S` by Dennis, Gay and Welsch, with sizing, so that old information
 /// decays.
-fn updated_secant(here: &Point, next: &Point, step: &DVector<f64>) -> DMatrix<f64> {
+fn updated_secant(here: &EvaluatedPoint, next: &EvaluatedPoint, step: &DVector<f64>) -> DMatrix<f64> {
     let mut secant = here.secant.clone();
     let change = (&next.linear.jacobian - &here.linear.jacobian).tr_mul(&next.linear.residuals);
     let y = (&next.gradient - &here.gradient) * 0.5;

@@ -23,11 +23,11 @@ const CONFIRMED: f64 = 1e-3;
 type NmState = IterState<Vec<f64>, (), (), (), (), f64>;
 
 /// The problem of one search, shared between argmin's problem and its stop.
-type Shared<'a, 'i, const D: usize> = RefCell<&'a mut Forward<'i, D>>;
+type SharedForward<'a, 'i, const D: usize> = RefCell<&'a mut Forward<'i, D>>;
 
 /// The objective for argmin: unbounded parameters, folded into the bounds.
 struct Folded<'a, 'b, 'i, const D: usize> {
-    problem: &'b Shared<'a, 'i, D>,
+    problem: &'b SharedForward<'a, 'i, D>,
     unknowns: Vec<Unknown>,
     /// Corners of the first simplex, solved in parallel in advance, with their costs.
     solved: Vec<(Vec<f64>, f64)>,
@@ -62,7 +62,7 @@ fn fold(parameters: &[f64], unknowns: &[Unknown]) -> Vec<f64> {
 /// Nelder-Mead that also stops when the best candidates are close together.
 struct Search<'a, 'b, 'i, const D: usize> {
     inner: NelderMead<Vec<f64>, f64>,
-    problem: &'b Shared<'a, 'i, D>,
+    problem: &'b SharedForward<'a, 'i, D>,
     tolerance: f64,
 }
 
@@ -141,7 +141,7 @@ pub(super) fn run<const D: usize>(
 
 /// One run of argmin: values, cost, iterations, and whether it stopped by itself.
 fn one_simplex<const D: usize>(
-    problem: &Shared<'_, '_, D>,
+    problem: &SharedForward<'_, '_, D>,
     settings: &FitSettings,
     unknowns: &[Unknown],
     corner: &[f64],

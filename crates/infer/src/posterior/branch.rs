@@ -6,7 +6,7 @@
 
 use nalgebra::SVector;
 
-use tongue_core::statics::lanes::{Group, Load};
+use tongue_core::statics::lanes::{LaneGroup, Load};
 use tongue_core::statics::{Connection, SolveSettings};
 
 use super::density::{Density, is_found};
@@ -23,7 +23,7 @@ pub(crate) const SAME_M: f64 = 1e-7;
 /// [`Density::load`].
 pub fn on_branch(
     density: &Density<'_>,
-    group: &mut Group<'_, 2>,
+    group: &mut LaneGroup<'_, 2>,
     shapes: &[(&ParameterValues, &[f64])],
     shape: usize,
 ) -> Vec<bool> {
@@ -45,7 +45,7 @@ pub fn on_branch(
 /// Muscle lengths in `shape` for every point, m, at the end of the path from rest; `None` where the path ends earlier.
 fn follow(
     density: &Density<'_>,
-    group: &mut Group<'_, 2>,
+    group: &mut LaneGroup<'_, 2>,
     meanings: &[&ParameterValues],
     shape: usize,
     steps: usize,

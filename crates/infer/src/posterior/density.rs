@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, SVector};
 
-use tongue_core::statics::lanes::{Equilibrium, Lanes};
+use tongue_core::statics::lanes::{LaneEquilibrium, Lanes};
 use tongue_core::statics::{SolveSettings, SolveStatus};
 
 use super::PosteriorError;
@@ -279,6 +279,6 @@ impl WarmStart {
 }
 
 /// Whether the solver converged without its barrier.
-pub fn is_found(shape: &Equilibrium<2>) -> bool {
+pub fn is_found(shape: &LaneEquilibrium<2>) -> bool {
     shape.solution.status == SolveStatus::Converged && shape.solution.guarded == 0
 }

@@ -5,23 +5,23 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use tongue_core::statics::lanes::{Adjoint, Equilibrium, Group, length_gradient};
+use tongue_core::statics::lanes::{Adjoint, LaneEquilibrium, LaneGroup, length_gradient};
 
 use super::auxiliary::AuxiliaryData;
 use super::branch::on_branch;
 use super::density::{Density, is_found};
 use super::finite_differences::{self, Adjoints, FiniteDifferences, GeometrySensitivity};
-use super::hmc::{Point, Target};
+use super::hmc::{DensityPoint, SampledDensity};
 use super::parameters::{Draw, Parameter, ParameterValues, WarmStart};
 use super::shape;
 
 /// The likelihood of the residuals of the measurements.
-pub trait Errors: Sync {
+pub trait ResidualLikelihood: Sync {
     /// The logarithm of their density up to a constant, and minus its derivatives by the residuals.
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>);
 }
 
-impl Errors for Density<'_> {
+impl ResidualLikelihood for Density<'_> {
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>) {
         let pulls = self.factor().solve(residuals);
         (-0.5 * residuals.dot(&pulls), pulls)
@@ -42,21 +42,21 @@ pub struct LinearisationPoint {
 /// Solves and differentiates points of a density, up to as many as there are lanes at once.
 pub struct Evaluator<'a> {
     density: &'a Density<'a>,
-    errors: &'a dyn Errors,
+    errors: &'a dyn ResidualLikelihood,
     /// A group for each posture, and the last one for the baseline.
-    shapes: Vec<Group<'a, 2>>,
+    shapes: Vec<LaneGroup<'a, 2>>,
     /// Groups that follow shapes from rest.
-    from_rest: Vec<Group<'a, 2>>,
+    from_rest: Vec<LaneGroup<'a, 2>>,
 }
 
 /// Physical quantities and derivatives of the points, and the solved shapes.
-type Solved = (Vec<(ParameterValues, Vec<f64>)>, Vec<Option<WarmStart>>);
+type SolvedPoints = (Vec<(ParameterValues, Vec<f64>)>, Vec<Option<WarmStart>>);
 
 /// The number of the shape that a measurement follows from and its adjoint at each point; `None` where it follows from tensions.
 type Sighted = Option<(usize, Vec<Option<Adjoint<2>>>)>;
 
 /// The adjoints of all lengths of one shape at each point.
-type Rates = Vec<Option<Vec<Adjoint<2>>>>;
+type LengthRates = Vec<Option<Vec<Adjoint<2>>>>;
 
 impl<'a> Evaluator<'a> {
     pub fn new(density: &'a Density<'_>) -> Self {
@@ -64,12 +64,12 @@ impl<'a> Evaluator<'a> {
     }
 
     /// The same with another likelihood of the residuals.
-    pub fn with(density: &'a Density<'_>, errors: &'a dyn Errors) -> Self {
+    pub fn with(density: &'a Density<'_>, errors: &'a dyn ResidualLikelihood) -> Self {
         let groups = || (0..=density.postures()).map(|_| density.lanes().group()).collect();
         Self { density, errors, shapes: groups(), from_rest: groups() }
     }
 
-    fn solve(&mut self, points: &[(&DVector<f64>, &WarmStart)]) -> Solved {
+    fn solve(&mut self, points: &[(&DVector<f64>, &WarmStart)]) -> SolvedPoints {
         let density = self.density;
         let meanings: Vec<_> = points.iter().map(|(g, _)| density.meaning(g)).collect();
         for (shape, group) in self.shapes.iter_mut().enumerate() {
@@ -81,7 +81,7 @@ impl<'a> Evaluator<'a> {
         }
         let system = &density.posterior_model.system;
         let place = |point: usize| {
-            let mut found: Vec<&Equilibrium<2>> =
+            let mut found: Vec<&LaneEquilibrium<2>> =
                 self.shapes.iter().map(|group| &group.answers()[point]).collect();
             if !found.iter().all(|shape| is_found(shape)) {
                 return None;
@@ -119,7 +119,7 @@ impl<'a> Evaluator<'a> {
         geometry: bool,
     ) -> Vec<Option<(LinearisationPoint, WarmStart)>> {
         let (meanings, places) = self.solve(points);
-        let mut rates: Vec<Rates> = self.shapes.iter_mut().map(Group::length_rates).collect();
+        let mut rates: Vec<LengthRates> = self.shapes.iter_mut().map(LaneGroup::length_rates).collect();
         let mut sights = self.sights(&places);
         let mut out = Vec::with_capacity(points.len());
         for (i, place) in places.into_iter().enumerate() {
@@ -254,11 +254,11 @@ fn by_parameter(
     }
 }
 
-impl Target for Evaluator<'_> {
+impl SampledDensity for Evaluator<'_> {
     type WarmStart = WarmStart;
     type Kept = Draw;
 
-    fn evaluate(&mut self, points: &[(&DVector<f64>, &WarmStart)]) -> Vec<Option<Point<WarmStart>>> {
+    fn evaluate(&mut self, points: &[(&DVector<f64>, &WarmStart)]) -> Vec<Option<DensityPoint<WarmStart>>> {
         let (meanings, places) = self.solve(points);
         let (density, errors) = (self.density, self.errors);
         let (seen, system) = (&density.seen, &density.posterior_model.system);
@@ -301,7 +301,7 @@ impl Target for Evaluator<'_> {
             out.push(place.zip(weighed).zip(own).map(|((place, (log, weights)), own)| {
                 let beside = &weights.as_slice()[seen.len()..];
                 let gradient = self.gradient(points[i].0, &meanings[i], (&own, beside));
-                Point { log: log - 0.5 * points[i].0.norm_squared(), gradient, place }
+                DensityPoint { log: log - 0.5 * points[i].0.norm_squared(), gradient, place }
             }));
         }
         out
@@ -317,7 +317,7 @@ impl Target for Evaluator<'_> {
     }
 
     /// Whether the tensions of each point lead from rest to its shapes, in all postures and in the baseline.
-    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<WarmStart>)]) -> Vec<bool> {
+    fn allowed(&mut self, points: &[(&DVector<f64>, &DensityPoint<WarmStart>)]) -> Vec<bool> {
         let density = self.density;
         let meanings: Vec<ParameterValues> = points.iter().map(|(g, _)| density.meaning(g).0).collect();
         let found = self.from_rest.iter_mut().enumerate().map(|(shape, group)| {
@@ -329,7 +329,7 @@ impl Target for Evaluator<'_> {
         (0..points.len()).map(|i| found.iter().all(|shape| shape[i])).collect()
     }
 
-    fn keep(&self, at: &DVector<f64>, point: &Point<WarmStart>) -> Draw {
+    fn keep(&self, at: &DVector<f64>, point: &DensityPoint<WarmStart>) -> Draw {
         let (meaning, _) = self.density.meaning(at);
         let WarmStart { lengths, baseline_lengths, beside, .. } = &point.place;
         Draw {

@@ -65,7 +65,7 @@ impl PerturbedBodies {
     pub fn new(posterior_model: &PosteriorModel) -> Result<Self, PosteriorError> {
         type Make<'a> = &'a dyn Fn(f64) -> Result<PerturbedBody, PosteriorError>;
         let (body, model, priors) = (&posterior_model.body, &posterior_model.model, &posterior_model.priors);
-        let pair = |sd: f64, step: f64, side: Make<'_>| -> Result<Option<Pair>, PosteriorError> {
+        let pair = |sd: f64, step: f64, side: Make<'_>| -> Result<Option<PerturbedPair>, PosteriorError> {
             Ok(if sd == 0.0 { None } else { Some(([side(-step * sd)?, side(step * sd)?], step)) })
         };
         let settings = body.mesh.continuum.as_ref().map(|c| c.settings);
@@ -75,7 +75,7 @@ impl PerturbedBodies {
             PerturbedBody::new(posterior_model, &laid_anew(body, &settings)?, model)
         };
         let of_continuum = |sd: f64| if settings.is_some() { sd } else { 0.0 };
-        let fields = |fields: &[Field], ends: bool| -> Result<Vec<Pair>, PosteriorError> {
+        let fields = |fields: &[Field], ends: bool| -> Result<Vec<PerturbedPair>, PosteriorError> {
             let numbers: Vec<usize> = (0..fields.len()).collect();
             let side = |f: usize, by: f64| {
                 let mut along = vec![0.0; fields.len()];
@@ -232,9 +232,9 @@ pub fn answers(
         let own = meaning.postures.get(shape);
         own.map_or((SVector::zeros(), 0.0), |p| (p.hyoid, meaning.tilt * p.hyoid.x))
     };
-    let of_pair = |([low, high], step): &Pair| {
+    let of_pair = |([low, high], step): &PerturbedPair| {
         stretches(&|shape| {
-            let at = Shape {
+            let at = SolvedShape {
                 positions: place.shape(shape).0,
                 tensions: tensions(shape),
                 hyoid: hyoid(shape),
@@ -261,7 +261,7 @@ pub fn answers(
     })
 }
 
-struct Shape<'a> {
+struct SolvedShape<'a> {
     positions: &'a [SVector<f64, 2>],
     tensions: &'a [f64],
     hyoid: (SVector<f64, 2>, f64),
@@ -275,7 +275,7 @@ struct Shape<'a> {
 fn slopes_of(
     posterior_model: &PosteriorModel,
     [low, high]: [&PerturbedBody; 2],
-    shape: &Shape<'_>,
+    shape: &SolvedShape<'_>,
 ) -> Option<DVector<f64>> {
     let unknowns = posterior_model.system.pattern().nodes();
     let same = |beside: &PerturbedBody| {
@@ -311,13 +311,13 @@ pub struct PerturbedBody {
 }
 
 /// Two bodies changed in opposite directions, and by how many standard deviations.
-pub type Pair = ([PerturbedBody; 2], f64);
+pub type PerturbedPair = ([PerturbedBody; 2], f64);
 
 /// Changed bodies for every source of errors; none for a source that is known or has no effect in the body.
 #[derive(Debug)]
 pub struct PerturbedBodies {
-    pub(super) ends: Vec<Pair>,
-    pub(super) outline: Vec<Pair>,
-    pub(super) width: Option<Pair>,
-    pub(super) patch: Option<Pair>,
+    pub(super) ends: Vec<PerturbedPair>,
+    pub(super) outline: Vec<PerturbedPair>,
+    pub(super) width: Option<PerturbedPair>,
+    pub(super) patch: Option<PerturbedPair>,
 }

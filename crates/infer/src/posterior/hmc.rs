@@ -27,7 +27,7 @@ const MOST_STARTS: i32 = 32;
 const MOST_STEPS: usize = 100;
 
 /// A density to sample, of which up to [`LANES`] points are evaluated at once.
-pub trait Target {
+pub trait SampledDensity {
     /// State of a solved point, from which its neighbours are solved.
     type WarmStart: Clone + Send + Sync;
     type Kept: Clone + Send + Sync;
@@ -37,7 +37,7 @@ pub trait Target {
     fn evaluate(
         &mut self,
         points: &[(&DVector<f64>, &Self::WarmStart)],
-    ) -> Vec<Option<Point<Self::WarmStart>>>;
+    ) -> Vec<Option<DensityPoint<Self::WarmStart>>>;
 
     /// A place from which the next point of a trajectory is solved, after steps that led from `before` to `here`.
     fn ahead(here: &Self::WarmStart, _before: &Self::WarmStart) -> Self::WarmStart {
@@ -45,15 +45,15 @@ pub trait Target {
     }
 
     /// Whether each point, at which the density is not zero, is allowed as a draw; trajectories to other points are refused.
-    fn allowed(&mut self, points: &[(&DVector<f64>, &Point<Self::WarmStart>)]) -> Vec<bool> {
+    fn allowed(&mut self, points: &[(&DVector<f64>, &DensityPoint<Self::WarmStart>)]) -> Vec<bool> {
         vec![true; points.len()]
     }
 
-    fn keep(&self, at: &DVector<f64>, point: &Point<Self::WarmStart>) -> Self::Kept;
+    fn keep(&self, at: &DVector<f64>, point: &DensityPoint<Self::WarmStart>) -> Self::Kept;
 }
 
 #[derive(Debug, Clone)]
-pub struct Point<P> {
+pub struct DensityPoint<P> {
     /// Logarithm of the density, up to a constant.
     pub log: f64,
     pub gradient: DVector<f64>,
@@ -96,7 +96,7 @@ pub const DIVERGED: f64 = 1000.0;
 
 /// Runs the chains. Every chain begins at a draw from the whitened normal distribution, solved from `place`. Where the density there is
 /// zero the draws are moved towards the centre, and where it is zero at the centre too others are tried.
-pub fn sample<T: Target>(
+pub fn sample<T: SampledDensity>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
     place: &T::WarmStart,
@@ -115,7 +115,7 @@ pub fn sample<T: Target>(
 /// As [`sample`], with the given coordinates kept: there is no second half of the warm-up, and points are not checked for being
 /// allowed during the first one. A chain that is not allowed at its end goes back to its beginning. With `only`, the chains of one
 /// group.
-pub(super) fn sample_briefly<T: Target>(
+pub(super) fn sample_briefly<T: SampledDensity>(
     make: impl Fn() -> T + Sync,
     whitened: &Whitened,
     place: &T::WarmStart,
@@ -127,41 +127,41 @@ pub(super) fn sample_briefly<T: Target>(
 }
 
 /// What `work` makes of the chains, in groups of as many as there are lanes; with `only`, of one group.
-fn in_groups<'w, T: Target, R: Send>(
+fn in_groups<'w, T: SampledDensity, R: Send>(
     make: &(impl Fn() -> T + Sync),
     whitened: &'w Whitened,
     place: &T::WarmStart,
     settings: &Settings,
     only: Option<usize>,
-    work: impl Fn(Group<'w, T>) -> R + Sync,
+    work: impl Fn(ChainGroup<'w, T>) -> R + Sync,
 ) -> Vec<R> {
     let mut firsts: Vec<usize> = (0..settings.chains).step_by(LANES).collect();
     firsts.retain(|first| only.is_none_or(|group| *first == group * LANES));
     parallel::map(&firsts, |&first| {
         let chains = (settings.chains - first).min(LANES);
-        work(Group::new(make(), whitened, place, settings, first, chains))
+        work(ChainGroup::new(make(), whitened, place, settings, first, chains))
     })
 }
 
-struct State<P> {
+struct ChainState<P> {
     z: DVector<f64>,
     x: DVector<f64>,
-    point: Point<P>,
+    point: DensityPoint<P>,
     /// Derivatives by the whitened coordinates.
     slope: DVector<f64>,
 }
 
-impl<P: Clone> Clone for State<P> {
+impl<P: Clone> Clone for ChainState<P> {
     fn clone(&self) -> Self {
         Self { z: self.z.clone(), x: self.x.clone(), point: self.point.clone(), slope: self.slope.clone() }
     }
 }
 
 /// Chains that run side by side, and their adapted settings.
-struct Group<'a, T: Target> {
+struct ChainGroup<'a, T: SampledDensity> {
     target: T,
     whitened: &'a Whitened,
-    states: Vec<State<T::WarmStart>>,
+    states: Vec<ChainState<T::WarmStart>>,
     /// A generator for each chain.
     random: Vec<fastrand::Rng>,
     /// Generator shared by all chains, for the lengths of trajectories.
@@ -173,7 +173,7 @@ struct Group<'a, T: Target> {
 /// Chains after the first half of the warm-up.
 struct Warm<P> {
     /// State of each chain; fewer than `random` where some could not begin.
-    states: Vec<State<P>>,
+    states: Vec<ChainState<P>>,
     random: Vec<fastrand::Rng>,
     common: fastrand::Rng,
     evaluations: usize,
@@ -183,10 +183,15 @@ struct Warm<P> {
 
 impl<P: Clone> Warm<P> {
     /// The same chains in other coordinates.
-    fn go_on<'a, T: Target<WarmStart = P>>(&self, target: T, whitened: &'a Whitened) -> Group<'a, T> {
-        let state =
-            |s: &State<P>| State::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone());
-        Group {
+    fn go_on<'a, T: SampledDensity<WarmStart = P>>(
+        &self,
+        target: T,
+        whitened: &'a Whitened,
+    ) -> ChainGroup<'a, T> {
+        let state = |s: &ChainState<P>| {
+            ChainState::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone())
+        };
+        ChainGroup {
             target,
             whitened,
             states: self.states.iter().map(state).collect(),
@@ -198,7 +203,7 @@ impl<P: Clone> Warm<P> {
     }
 }
 
-impl<'a, T: Target> Group<'a, T> {
+impl<'a, T: SampledDensity> ChainGroup<'a, T> {
     fn new(
         mut target: T,
         whitened: &'a Whitened,
@@ -212,7 +217,7 @@ impl<'a, T: Target> Group<'a, T> {
             .map(|chain| fastrand::Rng::with_seed(seed_of(settings.seed, chain)))
             .collect();
         let common = fastrand::Rng::with_seed(seed_of(settings.seed, (1 << 20) + first));
-        let mut states: Vec<Option<State<T::WarmStart>>> = (0..chains).map(|_| None).collect();
+        let mut states: Vec<Option<ChainState<T::WarmStart>>> = (0..chains).map(|_| None).collect();
         let mut evaluations = 0;
         // Draws are moved towards the centre until all chains have a start with a density above zero. Where it is zero at the centre too,
         // whole draws are tried.
@@ -235,7 +240,7 @@ impl<'a, T: Target> Group<'a, T> {
                 if let (None, Some(point)) = (state.as_ref(), point)
                     && target.allowed(&[(x, &point)])[0]
                 {
-                    *state = Some(State::new(whitened, z, x.clone(), point));
+                    *state = Some(ChainState::new(whitened, z, x.clone(), point));
                 }
             }
         }
@@ -332,7 +337,8 @@ impl<'a, T: Target> Group<'a, T> {
         let length = FRAC_PI_2 * (0.7 + 0.6 * self.common.f64());
         let steps = ((length / size).round() as usize).clamp(1, MOST_STEPS);
         let mut momenta: Vec<DVector<f64>> = self.random.iter_mut().map(|r| normals(n, r)).collect();
-        let energy = |state: &State<T::WarmStart>, p: &DVector<f64>| 0.5 * p.norm_squared() - state.point.log;
+        let energy =
+            |state: &ChainState<T::WarmStart>, p: &DVector<f64>| 0.5 * p.norm_squared() - state.point.log;
         let before: Vec<f64> = self.states.iter().zip(&momenta).map(|(s, p)| energy(s, p)).collect();
         let mut moved = self.states.clone();
         let mut before_last: Vec<Option<T::WarmStart>> = vec![None; count];
@@ -360,8 +366,10 @@ impl<'a, T: Target> Group<'a, T> {
             for (i, (point, (z, x))) in found.into_iter().zip(z.into_iter().zip(&x)).enumerate() {
                 match point {
                     Some(point) if alive[i] => {
-                        let last =
-                            std::mem::replace(&mut moved[i], State::new(self.whitened, z, x.clone(), point));
+                        let last = std::mem::replace(
+                            &mut moved[i],
+                            ChainState::new(self.whitened, z, x.clone(), point),
+                        );
                         before_last[i] = Some(last.point.place);
                         let push = &moved[i].slope * (0.5 * size);
                         momenta[i] += push;
@@ -400,8 +408,8 @@ fn blocks(count: usize, each: usize) -> impl Iterator<Item = Range<usize>> {
     (0..count).step_by(each).map(move |first| first..count.min(first + each))
 }
 
-impl<P> State<P> {
-    fn new(whitened: &Whitened, z: DVector<f64>, x: DVector<f64>, point: Point<P>) -> Self {
+impl<P> ChainState<P> {
+    fn new(whitened: &Whitened, z: DVector<f64>, x: DVector<f64>, point: DensityPoint<P>) -> Self {
         let slope = whitened.spread.tr_mul(&point.gradient);
         Self { z, x, point, slope }
     }

@@ -18,7 +18,7 @@ use tongue_core::statistics::{normals, seed_of};
 
 use super::PosteriorError;
 use super::density::Density;
-use super::evaluator::Errors;
+use super::evaluator::ResidualLikelihood;
 use super::hmc::Whitened;
 use super::map::MapEstimate;
 use super::parameters::Draw;
@@ -74,7 +74,7 @@ fn shares(logs: impl Iterator<Item = f64> + Clone) -> (Vec<f64>, f64) {
     (logs.map(|l| (l - most).exp() / sum).collect(), most + sum.ln())
 }
 
-impl Errors for Mixture<'_> {
+impl ResidualLikelihood for Mixture<'_> {
     fn log(&self, residuals: &DVector<f64>) -> (f64, DVector<f64>) {
         let parts = self.parts(residuals);
         let (shares, log) = shares(parts.iter().map(|p| p.0));

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::least_squares::{Rule, Step, descend};
+use crate::least_squares::{Rule, TrialStep, descend};
 use tongue_core::parallel;
 use tongue_core::statics::lanes::LANES;
 use tongue_core::statistics::{normals, seed_of};
@@ -156,7 +156,7 @@ impl MapEstimate {
             let gradient = &here.scores - jacobian.tr_mul(&density.factor().solve(&residuals));
             let mut matrix = here.precision.clone();
             (0..here.scores.len()).for_each(|i| matrix[(i, i)] += damping);
-            Step::newton(matrix, &gradient, LONGEST)
+            TrialStep::newton(matrix, &gradient, LONGEST)
         };
         let moved = |here: &Self, step: &DVector<f64>| {
             let next = &here.scores + step;

@@ -47,7 +47,7 @@ mod warm_up;
 pub use auxiliary::{Active, AuxiliaryData, DataSource, Electrode, PostureView};
 pub use contrast::{Contrast, DECIDED};
 pub use density::Density;
-pub use evaluator::{Errors, Evaluator, LinearisationPoint};
+pub use evaluator::{Evaluator, LinearisationPoint, ResidualLikelihood};
 pub use finite_differences::FiniteDifferences;
 pub use leave_out::without_each;
 pub use map::MapEstimate;

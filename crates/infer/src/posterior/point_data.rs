@@ -31,7 +31,7 @@ const STEP_M: f64 = 1e-5;
 
 /// An error that several numbers share.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum Shared {
+enum SharedError {
     Back,
     Up,
     Turn,
@@ -40,7 +40,7 @@ enum Shared {
     Glue(String),
 }
 
-impl Shared {
+impl SharedError {
     const PLACEMENT: [Self; 4] = [Self::Back, Self::Up, Self::Turn, Self::Scale];
 
     /// A point whose placement is wrong by `sds` standard deviations.
@@ -62,7 +62,7 @@ struct Number {
     measured: f64,
     along: Along,
     /// Shared errors, one standard deviation of each, in the unit of the number.
-    shared: Vec<(Shared, f64)>,
+    shared: Vec<(SharedError, f64)>,
 }
 
 impl AuxiliaryData {
@@ -103,7 +103,7 @@ fn errors(numbers: &[Number]) -> DMatrix<f64> {
         let alone = if i == j { DRAWN_ALONE_MM.powi(2) } else { 0.0 };
         1e-6 * (errors.of_body(a, b, same_frame) + drawn + alone)
     });
-    let mut by_source: BTreeMap<&Shared, DVector<f64>> = BTreeMap::new();
+    let mut by_source: BTreeMap<&SharedError, DVector<f64>> = BTreeMap::new();
     for (i, number) in numbers.iter().enumerate() {
         for (source, sd) in &number.shared {
             by_source.entry(source).or_insert_with(|| DVector::zeros(numbers.len()))[i] += sd;
@@ -123,12 +123,12 @@ struct Marks<'a> {
 
 impl Marks<'_> {
     /// By how much a measured number at a point changes with its placement.
-    fn by_placement(&self, at: Point, value: impl Fn(Point) -> f64) -> Vec<(Shared, f64)> {
-        let rate = |source: &Shared| {
+    fn by_placement(&self, at: Point, value: impl Fn(Point) -> f64) -> Vec<(SharedError, f64)> {
+        let rate = |source: &SharedError| {
             let side = |sds: f64| value(source.displaced(at, self.centre, sds));
             (side(STEP) - side(-STEP)) / (2.0 * STEP)
         };
-        Shared::PLACEMENT.iter().map(|source| (source.clone(), rate(source))).collect()
+        SharedError::PLACEMENT.iter().map(|source| (source.clone(), rate(source))).collect()
     }
 
     fn of_contour(&self, frame: usize) -> Vec<Number> {
@@ -185,14 +185,14 @@ impl Marks<'_> {
 }
 
 /// The errors of the place of a coil on the tongue, m: of a measured one, or of the first one and the gaps up to it.
-fn glue(seen: &AlignedRecording, coil: usize) -> Vec<(Shared, f64)> {
+fn glue(seen: &AlignedRecording, coil: usize) -> Vec<(SharedError, f64)> {
     let known = (0..=coil).rev().find(|&c| seen.measured[c]);
     let sd = |c: usize| match c {
         c if known == Some(c) => 1e-3 * MEASURED_COIL_MM,
         0 => 1e-3 * FIRST_COIL_MM,
         _ => 1e-3 * COIL_GAP_MM,
     };
-    (known.unwrap_or(0)..=coil).map(|c| (Shared::Glue(seen.sensors[c].0.clone()), sd(c))).collect()
+    (known.unwrap_or(0)..=coil).map(|c| (SharedError::Glue(seen.sensors[c].0.clone()), sd(c))).collect()
 }
 
 #[cfg(test)]

@@ -192,7 +192,7 @@ impl Priors {
     }
 
     /// The numbers of the model beside the priors: no file changes them.
-    pub fn beside() -> &'static [sd::Entry] {
+    pub fn beside() -> &'static [sd::StandardDeviation] {
         sd::TABLE
     }
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::PosteriorError;
 use super::density::Density;
 use super::diagnostics::{Mixing, mixing, most_r_hat};
-use super::evaluator::{Errors, Evaluator};
+use super::evaluator::{Evaluator, ResidualLikelihood};
 use super::hmc::{self, Whitened};
 use super::map::MapEstimate;
 use super::measurements::Measurements;
@@ -139,7 +139,7 @@ pub(crate) fn sample_at<'a>(
 /// Chains for a density with the likelihood `errors` of the residuals.
 pub(super) fn chains(
     density: &Density<'_>,
-    errors: &dyn Errors,
+    errors: &dyn ResidualLikelihood,
     whitened: &Whitened,
     place: &WarmStart,
     settings: &Sampling,

@@ -18,7 +18,7 @@ use super::finite_differences::{self, FiniteDifferences, GeometrySensitivity};
 use super::model::{Field, PosteriorModel};
 
 /// What the elements of a body contribute to the derivatives of all lengths of one shape.
-enum Element {
+enum ElementTerm {
     /// A spring: its nodes, its stiffness, N/m, and its direction in the shape and at rest.
     Line { nodes: [usize; 2], stiffness: f64, along: SVector<f64, 2>, at_rest: SVector<f64, 2> },
     /// A cell: its nodes, the derivatives of its area by these in the shape and at rest, m, and what the work of a motion on the former
@@ -29,7 +29,7 @@ enum Element {
 /// A shape of a body, for the derivatives of its lengths by the rest positions of the nodes.
 struct LinearisedShape<'a> {
     posterior_model: &'a PosteriorModel,
-    elements: Vec<Element>,
+    elements: Vec<ElementTerm>,
     /// Every connection with its direction at rest.
     connections: Vec<([usize; 2], SVector<f64, 2>)>,
     /// Total length of the connections at rest, m.
@@ -46,7 +46,7 @@ impl<'a> LinearisedShape<'a> {
         let mut elements = Vec::new();
         for effect in system.effects() {
             effect.parts(&mut |part| match part {
-                PrimitiveElement::Line { spring, .. } => elements.push(Element::Line {
+                PrimitiveElement::Line { spring, .. } => elements.push(ElementTerm::Line {
                     nodes: spring.nodes,
                     stiffness: spring.stiffness,
                     along: direction(positions, spring.nodes),
@@ -55,7 +55,7 @@ impl<'a> LinearisedShape<'a> {
                 PrimitiveElement::Cell { nodes, rest: area, kappa } => {
                     let here = simplex::corners(positions, nodes);
                     let strain = (simplex::measure(&here) - area) / area;
-                    elements.push(Element::Cell {
+                    elements.push(ElementTerm::Cell {
                         nodes: [nodes[0], nodes[1], nodes[2]],
                         gradient: simplex::gradient(&here),
                         at_rest: simplex::gradient(&simplex::corners(rest, nodes)),
@@ -82,12 +82,12 @@ impl<'a> LinearisedShape<'a> {
         let mut by_ln_kappa = 0.0;
         for element in &self.elements {
             match element {
-                Element::Line { nodes: [a, b], stiffness, along, at_rest } => {
+                ElementTerm::Line { nodes: [a, b], stiffness, along, at_rest } => {
                     let by_rest_length = -stiffness * along.dot(&(free(*a) - free(*b)));
                     by_node[*b] += at_rest * by_rest_length;
                     by_node[*a] -= at_rest * by_rest_length;
                 }
-                Element::Cell { nodes, gradient, at_rest, by_area, by_ln_kappa: by_ln } => {
+                ElementTerm::Cell { nodes, gradient, at_rest, by_area, by_ln_kappa: by_ln } => {
                     let work: f64 = nodes.iter().zip(gradient).map(|(&n, g)| g.dot(&free(n))).sum();
                     by_ln_kappa -= by_ln * work;
                     let by_area = by_area * work;

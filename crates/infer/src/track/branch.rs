@@ -9,9 +9,9 @@ use tongue_core::body::largest_distance;
 use tongue_core::parallel;
 use tongue_core::statics::{self, Connection, SAME_SHAPE_M, SolveStatus};
 
-use crate::least_squares::{Rule, Step, descend};
+use crate::least_squares::{Rule, TrialStep, descend};
 
-use super::frame::{Frame, Solver};
+use super::frame::{Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::smoother::{CHUNK, SmoothedRecording, Smoother};
 
@@ -87,7 +87,7 @@ pub(super) fn ways(
     by_chunk.into_iter().flatten().collect()
 }
 
-impl Solver<'_> {
+impl FrameSolver<'_> {
     /// Whether the equilibrium lies on the branch that begins at rest with the bones of this frame. `relaxed` is the rest shape with the
     /// bones of the previous frame; afterwards it is the rest shape with those of this one.
     pub fn is_on_branch(
@@ -177,7 +177,7 @@ impl Solver<'_> {
             let curvature =
                 here.jacobian.tr_mul(&here.jacobian) + DMatrix::from_diagonal(&held) * (1.0 + damping);
             let gradient = here.jacobian.tr_mul(&here.residuals) + (at - x).component_mul(&held);
-            Step::newton(curvature, &gradient, f64::INFINITY)
+            TrialStep::newton(curvature, &gradient, f64::INFINITY)
         };
         let (at, here) = descend((x.clone(), begin), &BESIDE, cost, step, |(at, here), step| {
             let next = at + step;
@@ -229,7 +229,7 @@ mod tests {
         let body = Body::tongue(DEFAULT_SPACING_M).unwrap();
         let muscles: Vec<usize> = (0..body.mesh.muscles.len()).collect();
         let system = System::new(&body.mesh, &Model::default(), &muscles).unwrap();
-        let mut solver = Solver::new(&system, &[], Softplus::default());
+        let mut solver = FrameSolver::new(&system, &[], Softplus::default());
         let frame = Frame::default();
         let mut random = fastrand::Rng::with_seed(1);
         // Tensions at which the tongue has two shapes.
@@ -263,7 +263,7 @@ mod tests {
             }
         }
         let (x, together, other) = found.expect("tensions with two shapes");
-        let reached = |solver: &mut Solver<'_>, positions: &[SVector<f64, 2>]| {
+        let reached = |solver: &mut FrameSolver<'_>, positions: &[SVector<f64, 2>]| {
             solver.reached((&frame, &x), positions, &mut None)
         };
         assert_eq!(reached(&mut solver, &together), Some(Reached::FromRest));

@@ -13,8 +13,8 @@ use crate::least_squares::{self, Rule};
 use crate::standard_deviations::SHOWN_LEVEL;
 
 use super::errors::{Errors, Knots};
-use super::frame::Solver;
-use super::gauss_newton::{ShapeStep, Step, descend, follow, stepped};
+use super::frame::FrameSolver;
+use super::gauss_newton::{ShapeStep, StateStep, descend, follow, stepped};
 use super::ornstein_uhlenbeck::Softplus;
 use super::settings::{TrackSettings, TrackingContext};
 use super::shape::RestShape;
@@ -111,7 +111,7 @@ impl<'a> Display<'a> {
     ) -> DVector<f64> {
         let Self { stage, settings, knots } = self;
         let system = body.map_or(stage.system, |body| &body.system);
-        let solver = || Solver::new(system, stage.followed, settings.link).with_freed(stage.freed);
+        let solver = || FrameSolver::new(system, stage.followed, settings.link).with_freed(stage.freed);
         let at = Smoother::new(Sizes { knots: 0, ..sizes }, settings, knots, &solver);
         let mut at = Smoother { shared: levels.clone(), holds, ..at };
         courses.iter_mut().for_each(|course| *course = Self::plain(&at, course));
@@ -134,7 +134,7 @@ impl<'a> Display<'a> {
     ) -> DisplayShape {
         let Self { stage, settings, knots } = self;
         let (link, sizes) = (settings.link, Sizes { knots: 0, ..mode.sizes });
-        let solver = || Solver::new(stage.system, stage.followed, link).with_freed(stage.freed);
+        let solver = || FrameSolver::new(stage.system, stage.followed, link).with_freed(stage.freed);
         let mut at = Smoother::new(sizes, settings, knots, &solver);
         at.shared.copy_from(&mode.shared.rows(0, sizes.muscles));
         // Two bodies can differ less in cost than a linearisation at a state nearby is wrong, so none is kept.
@@ -145,7 +145,8 @@ impl<'a> Display<'a> {
         let (amounts, levels) = (DVector::zeros(shape.count()), at.shared.clone());
         let begin = Candidate { amounts, body: None, levels, sample, cost, rates: OnceLock::new() };
         let step = |from: &Candidate, damping: f64| {
-            let solver = || Solver::new(from.system(stage), stage.followed, link).with_freed(stage.freed);
+            let solver =
+                || FrameSolver::new(from.system(stage), stage.followed, link).with_freed(stage.freed);
             let here = from.body.as_ref().unwrap_or(shape);
             let mode = Smoother { solver: &solver, shared: from.levels.clone(), ..at.clone() };
             let damped: Vec<Vec<f64>> = from.sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
@@ -154,13 +155,13 @@ impl<'a> Display<'a> {
             });
             let of_shape = ShapeStep { shape: here, rates, weight: 1.0 / TRUST, damping };
             let by = stepped(&mode, &from.sample, &damped, Some(of_shape))?;
-            Some(least_squares::Step { size: by.0.amax(), by, promised: None, is_last: false })
+            Some(least_squares::TrialStep { size: by.0.amax(), by, promised: None, is_last: false })
         };
-        let moved = |from: &Candidate, (step, steps): &(DVector<f64>, Vec<Step>)| {
+        let moved = |from: &Candidate, (step, steps): &(DVector<f64>, Vec<StateStep>)| {
             let n = from.levels.len();
             let there = shape.stepped(&from.amounts, &step.rows(n, step.len() - n).into_owned());
             let body = shape.moved(&there)?;
-            let solver = || Solver::new(&body.system, stage.followed, link).with_freed(stage.freed);
+            let solver = || FrameSolver::new(&body.system, stage.followed, link).with_freed(stage.freed);
             let levels = &from.levels + step.rows(0, n);
             let mut mode = Smoother { solver: &solver, shared: from.levels.clone(), ..at.clone() };
             let mut sample = from.sample.clone();

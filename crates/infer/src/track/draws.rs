@@ -25,7 +25,7 @@ use super::smoother::{SmoothedRecording, Smoother};
 use tongue_core::{parallel, statistics};
 
 /// Draws of a window of frames.
-pub(super) struct Draws {
+pub(super) struct WindowDraws {
     /// For every frame and muscle the tensions, N per metre of thickness, in the order of the draws.
     pub tensions: Vec<Vec<Vec<f32>>>,
     /// For every frame, the displacements of the bones, in standard deviations.
@@ -66,7 +66,7 @@ pub(super) struct Sampler<'a, 's> {
 }
 
 #[derive(Clone)]
-struct Batch {
+struct DrawBatch {
     number: usize,
     /// The generator at the beginning of every window, and behind all noise, from where hidden points take their numbers.
     generators: Vec<Rng>,
@@ -77,7 +77,7 @@ struct Batch {
 
 impl Sampler<'_, '_> {
     /// The means over the recording, and then the draws of every window of frames, which `take` gets in the order of time.
-    pub fn draw(&self, mut take: impl FnMut(Range<usize>, &Draws, &Means)) {
+    pub fn draw(&self, mut take: impl FnMut(Range<usize>, &WindowDraws, &Means)) {
         let frames = self.course.frames.len();
         let windows = windows(frames);
         let numbers: Vec<usize> = (0..self.shared.ncols() / BATCH).collect();
@@ -99,7 +99,7 @@ impl Sampler<'_, '_> {
     }
 
     /// The state of a batch of draws before the first window.
-    fn batch(&self, number: usize, windows: &[Range<usize>]) -> Batch {
+    fn batch(&self, number: usize, windows: &[Range<usize>]) -> DrawBatch {
         let seed = statistics::seed_of(!self.mode.settings.seed, self.number);
         let mut random = Rng::with_seed(statistics::seed_of(seed, number));
         let mut generators = Vec::with_capacity(windows.len());
@@ -116,7 +116,7 @@ impl Sampler<'_, '_> {
             after.extend(noise.into_iter().next());
         }
         after.reverse();
-        Batch { number, generators, hidden: random, after }
+        DrawBatch { number, generators, hidden: random, after }
     }
 
     /// The deviations of the states from their middles in a window of frames, of a batch of draws.
@@ -138,7 +138,7 @@ impl Sampler<'_, '_> {
         noise
     }
 
-    fn window(&self, window: &Range<usize>, batches: &mut [Batch]) -> Draws {
+    fn window(&self, window: &Range<usize>, batches: &mut [DrawBatch]) -> WindowDraws {
         let Self { mode, course, .. } = self;
         let (m, bones, link) = (mode.sizes.muscles, mode.sizes.bones, mode.settings.link);
         let errors_at: Vec<Vec<(DVector<f64>, f64)>> = Vec::from_iter(
@@ -146,7 +146,7 @@ impl Sampler<'_, '_> {
         );
         let linear = self.linear.window(window);
         let nth = window.start / WINDOW;
-        let mut all = Draws {
+        let mut all = WindowDraws {
             tensions: vec![vec![Vec::with_capacity(self.shared.ncols()); m]; window.len()],
             bones: vec![vec![Vec::new(); bones]; window.len()],
             hidden: course.frames[window.clone()].iter().map(|f| vec![Vec::new(); f.hidden.len()]).collect(),

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use tongue_core::parallel;
 
 use super::ornstein_uhlenbeck::Factors;
-use super::smoother::{CHUNK, Rows, SmoothedRecording, Smoother};
+use super::smoother::{CHUNK, SmoothedRecording, Smoother, WhitenedRows};
 
 /// Number of frames in a window.
 pub(super) const WINDOW: usize = 4 * CHUNK;
@@ -34,7 +34,7 @@ struct Contribution {
 }
 
 impl Contribution {
-    fn of(Rows { residuals, by_state, by_shape }: &Rows) -> Self {
+    fn of(WhitenedRows { residuals, by_state, by_shape }: &WhitenedRows) -> Self {
         Self {
             own: by_state.tr_mul(by_state),
             gradient: by_state.tr_mul(residuals),
@@ -47,7 +47,7 @@ impl Contribution {
 
 /// Rows of a window of frames, and the responses of their states to the shared unknowns.
 pub(super) struct Window {
-    pub rows: Vec<Option<Rows>>,
+    pub rows: Vec<Option<WhitenedRows>>,
     pub answers: Vec<DMatrix<f64>>,
 }
 
@@ -193,7 +193,7 @@ impl<'a, 's> Eliminated<'a, 's> {
         self.after = after;
     }
 
-    fn rows_and_coupling(&self, window: &Range<usize>) -> (Vec<Option<Rows>>, Vec<DMatrix<f64>>) {
+    fn rows_and_coupling(&self, window: &Range<usize>) -> (Vec<Option<WhitenedRows>>, Vec<DMatrix<f64>>) {
         let (n, p) = (self.mode.sizes.state(), self.mode.sizes.shared() + self.columns);
         let found = contributions(self.mode, self.course, window, self.by_shape);
         let states = window.clone().zip(found).map(|(t, found)| match found {
@@ -222,7 +222,7 @@ fn contributions(
     course: &SmoothedRecording,
     window: &Range<usize>,
     by_shape: ByShapeOf<'_>,
-) -> Vec<Option<(Rows, Contribution)>> {
+) -> Vec<Option<(WhitenedRows, Contribution)>> {
     let numbers: Vec<usize> = window.clone().collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
     let one = |&t: &usize| {

@@ -7,7 +7,7 @@ use crate::inverse::{BONE_SD_M, MovableBone};
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::observe::{Contour, Curve, NodePosition as Place, Observable, Observation};
-use tongue_core::statics::lanes::{Group, Lanes, Load};
+use tongue_core::statics::lanes::{LaneGroup, Lanes, Load};
 use tongue_core::statics::{self, Response, SolveSettings, SolveStatus, Workspace};
 use tongue_core::system::System;
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording};
@@ -200,22 +200,22 @@ fn one(
 
 /// A frame with its unknowns, before the link and in standard deviations of the bones, and the positions from which it is solved, if there
 /// are any.
-pub(super) type Posture<'a> = (&'a Frame, &'a DVector<f64>, Option<&'a [Point]>);
+pub(super) type FramePosture<'a> = (&'a Frame, &'a DVector<f64>, Option<&'a [Point]>);
 
 /// Solves frames of one body, one after another.
-pub struct Solver<'a> {
+pub struct FrameSolver<'a> {
     pub system: &'a System<2>,
     pub followed: &'a [Followed],
     pub(super) freed: &'a [MovableBone<2>],
     pub(super) link: Softplus,
     pub settings: SolveSettings,
     /// For several frames at once, from the first time that it is used.
-    group: Option<Group<'a, 2>>,
+    group: Option<LaneGroup<'a, 2>>,
     pub(super) workspace: Workspace<2>,
     pub(super) tensions: Vec<f64>,
 }
 
-impl<'a> Solver<'a> {
+impl<'a> FrameSolver<'a> {
     pub fn new(system: &'a System<2>, followed: &'a [Followed], link: Softplus) -> Self {
         let workspace = Workspace::new(system);
         let tensions = vec![0.0; system.muscle_count()];
@@ -275,13 +275,13 @@ impl<'a> Solver<'a> {
     }
 
     /// A group of lanes; `None` where lanes cannot take the body.
-    pub(super) fn group(&mut self) -> Option<&mut Group<'a, 2>> {
+    pub(super) fn group(&mut self) -> Option<&mut LaneGroup<'a, 2>> {
         let lanes = Lanes::new(self.system);
         lanes.are_used().then(|| self.group.get_or_insert_with(|| lanes.group()))
     }
 
     /// The load of a frame at these scores, from given positions or from rest.
-    pub(super) fn load<'l>(&self, (frame, x, start): Posture<'l>) -> Load<'l, 2>
+    pub(super) fn load<'l>(&self, (frame, x, start): FramePosture<'l>) -> Load<'l, 2>
     where
         'a: 'l,
     {

@@ -9,7 +9,7 @@ use nalgebra::DVector;
 use tongue_core::parallel;
 
 use super::eliminate::{Eliminated, windows};
-use super::frame::Solver;
+use super::frame::FrameSolver;
 use super::jacobian::Linearisation;
 use super::shape::RestShape;
 use super::shape_jacobian::ShapeJacobian;
@@ -45,7 +45,7 @@ struct Tried {
 }
 
 /// A step of the states of a recording.
-pub(super) struct Step {
+pub(super) struct StateStep {
     states: Vec<DVector<f64>>,
     /// The cost of each frame if it responded linearly.
     expected: Vec<f64>,
@@ -132,7 +132,7 @@ pub(super) fn stepped(
     courses: &[SmoothedRecording],
     damping: &[Vec<f64>],
     shape: Option<ShapeStep<'_>>,
-) -> Option<(DVector<f64>, Vec<Step>)> {
+) -> Option<(DVector<f64>, Vec<StateStep>)> {
     let (n, more) = (mode.sizes.shared(), shape.map_or(0, |s| s.shape.count()));
     let mut curvature = mode.shared_precision.clone().resize(n + more, n + more, 0.0);
     let mut gradient = (&mode.shared_precision * &mode.shared).resize_vertically(n + more, 0.0);
@@ -170,7 +170,7 @@ pub(super) fn stepped(
                 states.push(state);
             }
         }
-        Step { states, expected }
+        StateStep { states, expected }
     });
     let steps = steps.collect();
     Some((step, steps))
@@ -182,7 +182,7 @@ pub(super) fn follow(
     mode: &Smoother<'_, '_>,
     courses: &mut [SmoothedRecording],
     shared: &DVector<f64>,
-    steps: &[Step],
+    steps: &[StateStep],
 ) {
     for (course, step) in courses.iter_mut().zip(steps) {
         let damping = vec![0.0; course.frames.len()];
@@ -229,7 +229,7 @@ fn own_cost(
 fn in_chunks<T: Send>(
     mode: &Smoother<'_, '_>,
     course: &SmoothedRecording,
-    work: impl Fn(&mut Solver<'_>, &[usize]) -> Vec<T> + Sync,
+    work: impl Fn(&mut FrameSolver<'_>, &[usize]) -> Vec<T> + Sync,
 ) -> Vec<T> {
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
     let chunks: Vec<&[usize]> = numbers.chunks(CHUNK).collect();
@@ -293,7 +293,7 @@ fn solved(
     mode: &Smoother<'_, '_>,
     course: &SmoothedRecording,
     shared: &DVector<f64>,
-    step: &Step,
+    step: &StateStep,
     damping: &[f64],
 ) -> Vec<Tried> {
     in_chunks(mode, course, |solver, chunk| {

@@ -7,14 +7,14 @@ use nalgebra::{DMatrix, DVector};
 use crate::inverse::{BONE_SD_M, MovableBone};
 use tongue_core::geometry::Point;
 use tongue_core::statics::SolveStatus;
-use tongue_core::statics::lanes::{Change, Equilibrium, LANES, Load};
+use tongue_core::statics::lanes::{LANES, LaneEquilibrium, Load, UnitChange};
 
-use super::frame::{Frame, Posture, Solver};
+use super::frame::{Frame, FramePosture, FrameSolver};
 use super::ornstein_uhlenbeck::Softplus;
 
 /// Unit of the derivatives of the residuals. Those of the distances of hidden points are millimetres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Unit {
+pub(super) enum DerivativeUnit {
     StandardDeviations,
     Millimetres,
 }
@@ -32,15 +32,15 @@ pub(super) struct Rates {
 
 impl Rates {
     /// The rows of a frame whose equilibrium has these positions, with columns of zeros; `None` where a residual is not finite.
-    fn new(frame: &Frame, positions: Vec<Point>, columns: usize, unit: Unit) -> Option<Self> {
+    fn new(frame: &Frame, positions: Vec<Point>, columns: usize, unit: DerivativeUnit) -> Option<Self> {
         let found = frame.observations.iter().map(|o| o.residual_and_slope(&positions));
         let (residuals, slopes): (Vec<f64>, Vec<_>) = found.unzip();
         let hidden = frame.hidden.iter().map(|h| h.slope(&positions));
         let rows: Vec<_> = match unit {
-            Unit::StandardDeviations => {
+            DerivativeUnit::StandardDeviations => {
                 slopes.into_iter().map(|s| (s, 1.0)).chain(hidden.map(|s| (s, 1e3))).collect()
             }
-            Unit::Millimetres => {
+            DerivativeUnit::Millimetres => {
                 let seen = slopes.into_iter().zip(&frame.observations).map(|(s, o)| times(s, 1e3 / o.weight));
                 seen.chain(hidden.map(|s| times(s, 1e3))).collect()
             }
@@ -80,41 +80,49 @@ fn times(slope: Vec<(usize, Point)>, unit: f64) -> (Vec<(usize, Point)>, f64) {
 }
 
 /// Unknowns by which frames are differentiated, and how their columns of derivatives are found.
-pub(super) trait Columns {
+pub(super) trait DerivativeColumns {
     /// The unit of the derivatives of the residuals.
-    const UNIT: Unit;
+    const UNIT: DerivativeUnit;
 
     fn count(&self) -> usize;
 
     /// The changes in lanes, one for each column; `None` where lanes do not take them.
-    fn changes(&self) -> Option<Vec<Change<'_, 2>>>;
+    fn changes(&self) -> Option<Vec<UnitChange<'_, 2>>>;
 
     /// The derivative of the change of a column by its unknown, at unknowns `x`.
     fn by_unknown(&self, column: usize, x: &DVector<f64>) -> f64;
 
     /// Sets all columns for any body, at the equilibrium that the solver found last; `None` where its stiffness has no factor.
-    fn set_alone(&self, solver: &mut Solver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()>;
+    fn set_alone(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()>;
 }
 
-impl Solver<'_> {
+impl FrameSolver<'_> {
     /// The derivatives of frames; `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
-    pub(super) fn rates<C: Columns>(&mut self, columns: &C, postures: &[Posture<'_>]) -> Vec<Option<Rates>> {
+    pub(super) fn rates<C: DerivativeColumns>(
+        &mut self,
+        columns: &C,
+        postures: &[FramePosture<'_>],
+    ) -> Vec<Option<Rates>> {
         let in_lanes = postures.chunks(LANES).flat_map(|group| self.rates_of_group(columns, group));
         let found: Vec<Option<Rates>> = in_lanes.collect();
-        let alone = |(found, posture): (Option<Rates>, &Posture<'_>)| {
+        let alone = |(found, posture): (Option<Rates>, &FramePosture<'_>)| {
             found.or_else(|| self.rates_alone(columns, *posture))
         };
         found.into_iter().zip(postures).map(alone).collect()
     }
 
-    /// As [`Solver::rates`] for as many frames as there are lanes; `None` too where lanes do not serve.
-    fn rates_of_group<C: Columns>(&mut self, columns: &C, postures: &[Posture<'_>]) -> Vec<Option<Rates>> {
+    /// As [`FrameSolver::rates`] for as many frames as there are lanes; `None` too where lanes do not serve.
+    fn rates_of_group<C: DerivativeColumns>(
+        &mut self,
+        columns: &C,
+        postures: &[FramePosture<'_>],
+    ) -> Vec<Option<Rates>> {
         let loads: Vec<Load<'_, 2>> = postures.iter().map(|posture| self.load(*posture)).collect();
         let settings = self.settings;
         let (Some(group), Some(changes)) = (self.group(), columns.changes()) else {
             return postures.iter().map(|_| None).collect();
         };
-        let begin = |((frame, ..), shape): (&Posture<'_>, &Equilibrium<2>)| {
+        let begin = |((frame, ..), shape): (&FramePosture<'_>, &LaneEquilibrium<2>)| {
             let is_found = shape.solution.status == SolveStatus::Converged;
             is_found.then(|| Rates::new(frame, shape.positions.clone(), columns.count(), C::UNIT)).flatten()
         };
@@ -132,7 +140,11 @@ impl Solver<'_> {
     }
 
     /// The derivatives of one frame by the solver for any body; needs one factorisation more than the equilibrium.
-    fn rates_alone<C: Columns>(&mut self, columns: &C, (frame, x, from): Posture<'_>) -> Option<Rates> {
+    fn rates_alone<C: DerivativeColumns>(
+        &mut self,
+        columns: &C,
+        (frame, x, from): FramePosture<'_>,
+    ) -> Option<Rates> {
         let positions = self.solve(frame, x, from)?.to_vec();
         let mut rates = Rates::new(frame, positions, columns.count(), C::UNIT)?;
         columns.set_alone(self, x, &mut rates)?;
@@ -171,19 +183,19 @@ impl<'a> Unknowns<'a> {
     }
 }
 
-impl Columns for Unknowns<'_> {
-    const UNIT: Unit = Unit::StandardDeviations;
+impl DerivativeColumns for Unknowns<'_> {
+    const UNIT: DerivativeUnit = DerivativeUnit::StandardDeviations;
 
     fn count(&self) -> usize {
         self.count
     }
 
-    fn changes(&self) -> Option<Vec<Change<'_, 2>>> {
+    fn changes(&self) -> Option<Vec<UnitChange<'_, 2>>> {
         let changes = (0..self.count).map(|column| match self.muscles.get(column) {
-            Some(&muscle) => Change::Tension(muscle),
+            Some(&muscle) => UnitChange::Tension(muscle),
             None => {
                 let (bone, axis) = self.bone(column);
-                Change::Bone(bone.nodes(), axis)
+                UnitChange::Bone(bone.nodes(), axis)
             }
         });
         Some(changes.collect())
@@ -193,7 +205,7 @@ impl Columns for Unknowns<'_> {
         if column < self.muscles.len() { self.link.tension(x[column]).1 } else { BONE_SD_M }
     }
 
-    fn set_alone(&self, solver: &mut Solver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
+    fn set_alone(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
         let mut response = solver.response()?;
         for column in 0..self.count {
             if let Some(&muscle) = self.muscles.get(column) {
@@ -209,9 +221,9 @@ impl Columns for Unknowns<'_> {
     }
 }
 
-impl Solver<'_> {
+impl FrameSolver<'_> {
     /// The linearisations of frames; `None` for a frame without a stable equilibrium. Frames without positions are solved from rest.
-    pub fn linearise_all(&mut self, postures: &[Posture<'_>]) -> Vec<Option<Linearisation>> {
+    pub fn linearise_all(&mut self, postures: &[FramePosture<'_>]) -> Vec<Option<Linearisation>> {
         let count = postures.iter().map(|(_, x, _)| x.len()).max().unwrap_or(0);
         let (muscles, freed, link) = (self.system.contracting(), self.freed, self.link);
         let unknowns = Unknowns { muscles, freed, link, count };

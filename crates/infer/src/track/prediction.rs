@@ -37,7 +37,7 @@ const HELD: f64 = 0.95;
 
 /// Points of a contour: their places along it and their distances from the surface at rest and under tensions, all in mm.
 #[derive(Default)]
-struct Line {
+struct ContourLine {
     places: Vec<f64>,
     at_rest: Vec<f64>,
     pulled: Vec<f64>,
@@ -45,8 +45,8 @@ struct Line {
 
 /// The seen and the hidden points of a frame.
 struct Split {
-    seen: Line,
-    hidden: Line,
+    seen: ContourLine,
+    hidden: ContourLine,
 }
 
 #[derive(Clone, Copy)]
@@ -163,7 +163,7 @@ fn without(frame: &mut Frame, hide: &[&str]) {
 fn split(rest: &[Point], course: &SmoothedRecording, t: usize, channel: usize) -> Option<Split> {
     let frame = &course.frames[t];
     let pulled = &course.here[t].linear.as_ref()?.positions;
-    let (mut seen, mut hidden) = (Line::default(), Line::default());
+    let (mut seen, mut hidden) = (ContourLine::default(), ContourLine::default());
     let all = frame.observations.iter().zip(&frame.along).map(|(o, a)| (o, a, true));
     let all = all.chain(frame.hidden.iter().map(|h| (&h.observation, &h.along, false)));
     for (observation, along, is_seen) in all.filter(|(_, a, _)| a.channel == channel) {
@@ -181,8 +181,9 @@ impl Process {
     fn errors(&self, split: &Split) -> Option<Vec<(f64, f64)>> {
         let (seen, hidden) = (&split.seen, &split.hidden);
         let covariance = |a: f64, b: f64| (-0.5 * ((a - b) / self.length_mm).powi(2)).exp() + MEAN;
-        let value =
-            |line: &Line, i: usize| (1.0 - self.weight) * line.at_rest[i] + self.weight * line.pulled[i];
+        let value = |line: &ContourLine, i: usize| {
+            (1.0 - self.weight) * line.at_rest[i] + self.weight * line.pulled[i]
+        };
         let n = seen.places.len();
         let noise = |i: usize, j: usize| if i == j { self.noise.powi(2) } else { 0.0 };
         let own = DMatrix::from_fn(n, n, |i, j| covariance(seen.places[i], seen.places[j]) + noise(i, j));
@@ -201,8 +202,8 @@ impl Process {
 mod tests {
     use super::*;
 
-    fn line(places: &[f64], at_rest: &[f64], pulled: &[f64]) -> Line {
-        Line { places: places.to_vec(), at_rest: at_rest.to_vec(), pulled: pulled.to_vec() }
+    fn line(places: &[f64], at_rest: &[f64], pulled: &[f64]) -> ContourLine {
+        ContourLine { places: places.to_vec(), at_rest: at_rest.to_vec(), pulled: pulled.to_vec() }
     }
 
     #[test]

@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::branch::{Reachability, Reached};
 use super::compare::LabelDraws;
-use super::draws::{Draws, Means};
+use super::draws::{Means, WindowDraws};
 use super::errors::Along;
 use super::formants::{self, TrackedFormant};
-use super::frame::{self, Frame, Solver};
+use super::frame::{self, Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::ornstein_uhlenbeck::Softplus;
 use super::segments::{LabelCourse, LabelMean};
@@ -162,9 +162,9 @@ pub(super) struct FrameSolution<'a> {
 
 /// Results for a frame, without its faults.
 pub(super) fn tracked(
-    solver: &mut Solver<'_>,
+    solver: &mut FrameSolver<'_>,
     found: &FrameSolution<'_>,
-    draws: &Draws,
+    draws: &WindowDraws,
     settings: &TrackSettings,
 ) -> Tracked {
     let &FrameSolution { frame, x, linear, placed, lost, means, number, .. } = found;

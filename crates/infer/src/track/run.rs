@@ -15,7 +15,7 @@ use super::display_shape::{Display, DisplayShape, begin_beside, sampled};
 use super::draws::Sampler;
 use super::eliminate::Eliminated;
 use super::errors::Knots;
-use super::frame::{Frame, Solver};
+use super::frame::{Frame, FrameSolver};
 use super::gauss_newton::descend;
 use super::prediction::{judged, predict_hidden};
 use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, tracked};
@@ -67,7 +67,7 @@ pub fn track(
     let wanted: Vec<usize> = (0..recordings.len()).filter(|number| is_wanted(*number)).collect();
     let passes = settings.rounds + 2 + wanted.len();
     let knots = knots(&recordings, settings);
-    let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
+    let solver = || FrameSolver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let mut mode = Smoother::new(stage.sizes(&knots), settings, &knots, &solver);
     let courses: Vec<SmoothedRecording> =
         recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
@@ -120,7 +120,7 @@ pub fn track(
             }
             None => (stage.system, &mode.shared),
         };
-        let shaped = || Solver::new(system, stage.followed, settings.link).with_freed(stage.freed);
+        let shaped = || FrameSolver::new(system, stage.followed, settings.link).with_freed(stage.freed);
         let again = Smoother { solver: &shaped, shared: levels.clone(), ..mode.clone() };
         let heard = formants::rates(&mode, &course, stage.shape);
         let sampler = Sampler {
@@ -160,7 +160,7 @@ pub fn rest_shape(
     progress: &dyn Fn(usize, usize),
 ) -> Option<RestFound> {
     let knots = knots(&recordings, settings);
-    let solver = || Solver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
+    let solver = || FrameSolver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let mut mode = Smoother::new(stage.sizes(&knots), settings, &knots, &solver);
     let courses: Vec<SmoothedRecording> =
         recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();

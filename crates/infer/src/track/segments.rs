@@ -8,7 +8,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::compare::LabelDraws;
-use super::draws::{BATCH, Draws, Means};
+use super::draws::{BATCH, Means, WindowDraws};
 use super::frame::Frame;
 use super::ornstein_uhlenbeck::Softplus;
 use super::results::{Interval, Tracked, TrackedRecording};
@@ -85,7 +85,7 @@ impl<'a> Segments<'a> {
     }
 
     /// Takes the draws of a window of frames, and what was found of all frames so far; `means` are those over the recording.
-    pub fn take(&mut self, window: Range<usize>, found: &[Tracked], draws: &Draws, means: &Means) {
+    pub fn take(&mut self, window: Range<usize>, found: &[Tracked], draws: &WindowDraws, means: &Means) {
         let from = window.start;
         for t in window {
             let frame = &self.frames[t];

@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use super::frame::{Frame, Posture, Solver};
-use super::jacobian::{Columns, Rates, Unit};
+use super::frame::{Frame, FramePosture, FrameSolver};
+use super::jacobian::{DerivativeColumns, DerivativeUnit, Rates};
 use super::shape::{RestShape, STEP};
 use super::smoother::{CHUNK, SmoothedRecording, Smoother};
 use crate::standard_deviations::{FAR_END_MM, MUSCLE_END_MM};
@@ -11,7 +11,7 @@ use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::Configuration;
 use tongue_core::geometry::Point;
 use tongue_core::parallel;
-use tongue_core::statics::lanes::Change;
+use tongue_core::statics::lanes::UnitChange;
 
 /// Derivatives of the observations of a frame and of its hidden points by the shape, mm.
 pub(super) struct ShapeJacobian {
@@ -50,8 +50,8 @@ impl RestShape {
     /// an equilibrium at its positions.
     pub(super) fn rates(
         &self,
-        solver: &mut Solver<'_>,
-        postures: &[Posture<'_>],
+        solver: &mut FrameSolver<'_>,
+        postures: &[FramePosture<'_>],
     ) -> Vec<Option<ShapeJacobian>> {
         let found = solver.rates(self, postures).into_iter().zip(postures);
         Vec::from_iter(found.map(|(rates, (frame, ..))| {
@@ -78,15 +78,15 @@ impl RestShape {
     }
 }
 
-impl Columns for RestShape {
-    const UNIT: Unit = Unit::Millimetres;
+impl DerivativeColumns for RestShape {
+    const UNIT: DerivativeUnit = DerivativeUnit::Millimetres;
 
     fn count(&self) -> usize {
         RestShape::count(self)
     }
 
-    fn changes(&self) -> Option<Vec<Change<'_, 2>>> {
-        Some(self.in_lanes()?.iter().map(Change::Rest).collect())
+    fn changes(&self) -> Option<Vec<UnitChange<'_, 2>>> {
+        Some(self.in_lanes()?.iter().map(UnitChange::Rest).collect())
     }
 
     fn by_unknown(&self, _: usize, _: &DVector<f64>) -> f64 {
@@ -94,7 +94,7 @@ impl Columns for RestShape {
     }
 
     /// The factorised stiffness turns the forces of each changed body into motion.
-    fn set_alone(&self, solver: &mut Solver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
+    fn set_alone(&self, solver: &mut FrameSolver<'_>, x: &DVector<f64>, rates: &mut Rates) -> Option<()> {
         let tensions = solver.tensions_of(x);
         let positions = rates.positions.clone();
         let mut free = vec![false; positions.len()];

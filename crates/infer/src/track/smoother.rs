@@ -11,7 +11,7 @@ use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
 use super::errors::{Along, FrameErrors, Knots};
-use super::frame::{Frame, Solver};
+use super::frame::{Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::ornstein_uhlenbeck::OrnsteinUhlenbeck;
 use super::settings::TrackSettings;
@@ -81,7 +81,7 @@ impl SmoothedRecording {
 }
 
 /// The whitened residuals of a frame and their derivatives. Levels and static error have the same derivatives as courses and slow error.
-pub(super) struct Rows {
+pub(super) struct WhitenedRows {
     pub residuals: DVector<f64>,
     pub by_state: DMatrix<f64>,
     /// Derivatives by the directions of the shape, where they are asked for.
@@ -94,7 +94,7 @@ pub(super) struct Smoother<'a, 's> {
     pub sizes: Sizes,
     pub settings: &'a TrackSettings,
     pub knots: &'a Knots,
-    pub solver: &'a (dyn Fn() -> Solver<'s> + Sync),
+    pub solver: &'a (dyn Fn() -> FrameSolver<'s> + Sync),
     /// Levels (N/m) and static error (mm).
     pub shared: DVector<f64>,
     /// Precision of the shared unknowns in the prior.
@@ -110,7 +110,7 @@ impl<'a, 's> Smoother<'a, 's> {
         sizes: Sizes,
         settings: &'a TrackSettings,
         knots: &'a Knots,
-        solver: &'a (dyn Fn() -> Solver<'s> + Sync),
+        solver: &'a (dyn Fn() -> FrameSolver<'s> + Sync),
     ) -> Self {
         let n = sizes.shared();
         let mut precision = DMatrix::identity(n, n) / settings.link.level_sd_n.powi(2);
@@ -210,7 +210,7 @@ impl<'a, 's> Smoother<'a, 's> {
         course: &SmoothedRecording,
         t: usize,
         by_shape: Option<DMatrix<f64>>,
-    ) -> Option<Rows> {
+    ) -> Option<WhitenedRows> {
         let residuals = self.residuals_mm(course, t, &course.here[t], &self.shared)?;
         let (linear, errors) = (course.here[t].linear.as_ref()?, course.errors[t].as_ref()?);
         let Sizes { muscles, bones, knots } = self.sizes;
@@ -225,7 +225,7 @@ impl<'a, 's> Smoother<'a, 's> {
         let all = errors.whitened(all);
         let by_state = all.columns(1, self.sizes.state()).into_owned();
         let by_shape = by_shape.map(|by_shape| errors.whitened(by_shape));
-        Some(Rows { residuals: all.column(0).into_owned(), by_state, by_shape })
+        Some(WhitenedRows { residuals: all.column(0).into_owned(), by_state, by_shape })
     }
 
     /// The unknown of a frame that responds as an unknown shared by all frames does: the course as its level, the slow as the static error.
@@ -234,7 +234,7 @@ impl<'a, 's> Smoother<'a, 's> {
     }
 
     /// Residuals of a frame after a step of its state and of the unknowns that all frames share, if it responds linearly.
-    pub fn expected(&self, rows: &Rows, state: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
+    pub fn expected(&self, rows: &WhitenedRows, state: &DVector<f64>, shared: &DVector<f64>) -> DVector<f64> {
         let mut step = state.clone();
         (0..self.sizes.shared()).for_each(|i| step[self.beside(i)] += shared[i]);
         let mut out = &rows.residuals + &rows.by_state * step;

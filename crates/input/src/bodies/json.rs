@@ -12,7 +12,7 @@ use tongue_core::system::{self, Model, SystemError};
 use tongue_core::toml_text::plain;
 
 #[derive(Serialize)]
-struct Connection {
+struct JsonConnection {
     nodes: [usize; 2],
     rest_length_m: f64,
     stiffness_n_per_m: f64,
@@ -22,7 +22,7 @@ struct Connection {
 pub struct MeshRecord {
     nodes_m: Vec<[f64; 2]>,
     triangles: Vec<Vec<usize>>,
-    connections: Vec<Connection>,
+    connections: Vec<JsonConnection>,
     fixed: Vec<usize>,
     muscles: ByMuscle<Vec<usize>>,
     bones: ByMuscle<Vec<usize>>,
@@ -39,7 +39,7 @@ impl MeshRecord {
         let coefficients = system::coefficients(mesh, model)?;
         let stiffness = system::connection_stiffness(mesh, &coefficients);
         let connections = mesh.connections.iter().zip(&stiffness).map(|(&nodes, &stiffness_n_per_m)| {
-            Connection { nodes, rest_length_m: mesh.distance(nodes), stiffness_n_per_m }
+            JsonConnection { nodes, rest_length_m: mesh.distance(nodes), stiffness_n_per_m }
         });
         let lengths = mesh.muscles.iter().map(|m| (m.name.clone(), mesh.distance(m.ends()) * 1e3));
         Ok(Self {

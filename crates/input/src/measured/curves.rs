@@ -5,7 +5,7 @@ use std::path::Path;
 use super::error::{Malformed, ReadError};
 use super::lengths::number::is_missing;
 use super::lengths::position_of;
-use super::table::Cells;
+use super::table::TableLines;
 use crate::files;
 use tongue_core::choice;
 use tongue_core::dynamics::{SHORTEST_S, Tensions};
@@ -39,7 +39,7 @@ impl Curves {
             name => position_of(names, name).map(Some),
         };
         let wanted = "time_s,GGa,SGm, then a line for each time";
-        let cells = Cells::read(bytes, origin, wanted, |name| known(name).is_some())?;
+        let cells = TableLines::read(bytes, origin, wanted, |name| known(name).is_some())?;
         let mut columns: Vec<Option<usize>> = Vec::new();
         for (field, name) in cells.header.cells.iter().enumerate() {
             let Some(column) = known(name) else {

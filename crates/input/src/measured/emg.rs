@@ -1,12 +1,12 @@
 //! Relative muscle activity (EMG) by vowel: a table with a row for each muscle and a column for each vowel, read as
 //! tables of lengths are.
 
-use super::error::{Malformed, Place};
+use super::error::{Malformed, SourcePlace};
 use super::lengths::number::is_missing;
 use super::lengths::text::clip;
 use super::lengths::{DecimalMark, Vowel};
 use super::muscles::Muscles;
-use super::table::{Cells, Line};
+use super::table::{TableLine, TableLines};
 
 /// Activity of muscles in vowels, relative to the largest of each muscle: 0 to 1, without a unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,48 +14,51 @@ pub struct Activity {
     origin: String,
     header: u64,
     vowels: Vec<Vowel>,
-    rows: Vec<Row>,
+    rows: Vec<ActivityRow>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Row {
+struct ActivityRow {
     line: u64,
     muscle: String,
     /// Tension at activity 1, N per metre of thickness.
-    full: Cell,
-    activity: Vec<Cell>,
+    full: ActivityCell,
+    activity: Vec<ActivityCell>,
 }
 
 /// A number, `None` where nothing was measured, or what is wrong with the cell.
-type Cell = Result<Option<f64>, Malformed>;
+type ActivityCell = Result<Option<f64>, Malformed>;
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Measured {
+pub struct MeasuredActivity {
     pub name: String,
     pub muscles: Vec<usize>,
     /// Relative activity in each vowel that has one, 0 to 1.
     pub by_vowel: Vec<(Vowel, f64)>,
 }
 
-enum Meaning {
+enum ActivityMeaning {
     Muscle,
     Full,
     /// With the number in the column that stands for an activity of 1.
     Activity(Vowel, f64),
 }
 
-fn meaning(name: &str) -> Option<Meaning> {
+fn meaning(name: &str) -> Option<ActivityMeaning> {
     let words = name.to_lowercase();
     let words: Vec<&str> =
         words.split(|c: char| !c.is_alphanumeric() && c != '%').filter(|w| !w.is_empty()).collect();
     match &words[..] {
-        ["muscle" | "muskel" | "筋" | "筋肉"] => Some(Meaning::Muscle),
-        ["full", "n", "per", "m"] | ["full", "n", "m"] => Some(Meaning::Full),
+        ["muscle" | "muskel" | "筋" | "筋肉"] => Some(ActivityMeaning::Muscle),
+        ["full", "n", "per", "m"] | ["full", "n", "m"] => Some(ActivityMeaning::Full),
         [.., unit @ ("%" | "percent")] => {
             let label = &name[..name.to_lowercase().rfind(unit)?];
-            Some(Meaning::Activity(Vowel::new(label.trim_end_matches([' ', '_', '(', '['])).ok()?, 100.0))
+            Some(ActivityMeaning::Activity(
+                Vowel::new(label.trim_end_matches([' ', '_', '(', '['])).ok()?,
+                100.0,
+            ))
         }
-        _ => Some(Meaning::Activity(Vowel::new(name).ok()?, 1.0)),
+        _ => Some(ActivityMeaning::Activity(Vowel::new(name).ok()?, 1.0)),
     }
 }
 
@@ -69,17 +72,17 @@ impl Activity {
     /// who asks for it.
     pub fn read(bytes: &[u8], origin: &str) -> Result<Self, Malformed> {
         let wanted = "muscle,i,a, then a line for each muscle with its activity in each vowel, 0 to 1";
-        let cells = Cells::read(bytes, origin, wanted, |name: &str| {
-            matches!(meaning(name), Some(Meaning::Muscle | Meaning::Full))
+        let cells = TableLines::read(bytes, origin, wanted, |name: &str| {
+            matches!(meaning(name), Some(ActivityMeaning::Muscle | ActivityMeaning::Full))
         })?;
         let (mut of_muscle, mut of_full) = (None, None);
         let mut columns: Vec<(usize, Vowel, f64)> = Vec::new();
         for (field, meaning) in cells.header.cells.iter().map(meaning).enumerate() {
             let first = match meaning {
                 None => None,
-                Some(Meaning::Muscle) => of_muscle.replace(field),
-                Some(Meaning::Full) => of_full.replace(field),
-                Some(Meaning::Activity(vowel, unit)) => {
+                Some(ActivityMeaning::Muscle) => of_muscle.replace(field),
+                Some(ActivityMeaning::Full) => of_full.replace(field),
+                Some(ActivityMeaning::Activity(vowel, unit)) => {
                     let first =
                         columns.iter().find(|(_, other, _)| *other == vowel).map(|(field, ..)| *field);
                     columns.push((field, vowel, unit));
@@ -100,7 +103,7 @@ impl Activity {
             return Err(cells.at(&cells.header, 0).error(what, format!("{help}{lists}")));
         };
         let mark = cells.decimal_mark(&columns.iter().map(|(field, ..)| *field).collect::<Vec<_>>());
-        let mut rows: Vec<Row> = Vec::new();
+        let mut rows: Vec<ActivityRow> = Vec::new();
         for line in &cells.rows {
             cells.check_shape(line)?;
             let (muscle, at) = (line.cell(of_muscle).to_owned(), cells.at(line, of_muscle));
@@ -115,7 +118,7 @@ impl Activity {
             let full = of_full.map_or(Ok(None), |field| cell(&cells, line, field, mark, f64::INFINITY, 1.0));
             let activity =
                 columns.iter().map(|(field, _, unit)| cell(&cells, line, *field, mark, 1.0, *unit)).collect();
-            rows.push(Row { line: line.number, full, activity, muscle });
+            rows.push(ActivityRow { line: line.number, full, activity, muscle });
         }
         let vowels = columns.into_iter().map(|(_, vowel, _)| vowel).collect();
         Ok(Self { origin: origin.to_owned(), header: cells.header.number, vowels, rows })
@@ -156,11 +159,11 @@ impl Activity {
 
     /// Activity by row and vowel, for each row the positions in `names` of the muscles that it is of: one, or all portions of a muscle
     /// group. Cells that are no activities are left out ([`Activity::bad_cells`]).
-    pub fn relative(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Measured>, Malformed> {
+    pub fn relative(&self, names: &[String], muscles: &Muscles) -> Result<Vec<MeasuredActivity>, Malformed> {
         let measured = self.rows.iter().zip(self.portions(names, muscles)?).map(|(row, muscles)| {
             let each = self.vowels.iter().zip(&row.activity);
             let by_vowel = each.filter_map(|(vowel, a)| Some((vowel.clone(), a.clone().ok()??))).collect();
-            Measured { name: row.muscle.clone(), muscles, by_vowel }
+            MeasuredActivity { name: row.muscle.clone(), muscles, by_vowel }
         });
         Ok(measured.collect())
     }
@@ -171,8 +174,8 @@ impl Activity {
         cells.filter_map(|(vowel, cell)| Some((vowel, cell.as_ref().err()?)))
     }
 
-    fn at(&self, line: u64) -> Place<'_> {
-        Place { origin: &self.origin, line, column: 1 }
+    fn at(&self, line: u64) -> SourcePlace<'_> {
+        SourcePlace { origin: &self.origin, line, column: 1 }
     }
 
     /// Of every row the positions in `names` of its muscles.
@@ -199,7 +202,14 @@ impl Activity {
 }
 
 /// The number in a cell over `unit`, from 0 to `most`.
-fn cell(cells: &Cells<'_>, line: &Line, field: usize, mark: DecimalMark, most: f64, unit: f64) -> Cell {
+fn cell(
+    cells: &TableLines<'_>,
+    line: &TableLine,
+    field: usize,
+    mark: DecimalMark,
+    most: f64,
+    unit: f64,
+) -> ActivityCell {
     let (name, text) = (cells.header.cell(field), line.cell(field));
     if is_missing(text) {
         return Ok(None);

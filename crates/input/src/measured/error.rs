@@ -32,19 +32,19 @@ pub enum ReadError {
 }
 
 #[derive(Clone, Copy)]
-pub(super) struct Place<'a> {
+pub(super) struct SourcePlace<'a> {
     pub origin: &'a str,
     pub line: u64,
     pub column: usize,
 }
 
-impl Place<'_> {
+impl SourcePlace<'_> {
     pub fn error(self, what: impl Into<String>, help: impl Into<String>) -> Malformed {
-        let Place { origin, line, column } = self;
+        let SourcePlace { origin, line, column } = self;
         Malformed { origin: origin.to_owned(), line, column, what: what.into(), help: help.into() }
     }
 
     pub fn at_column(self, column: usize) -> Self {
-        Place { column, ..self }
+        SourcePlace { column, ..self }
     }
 }

@@ -14,14 +14,14 @@ const REFERENCE: &str = include_str!("../../../../targets/fang2009_patterns.csv"
 pub const ACTIVE_N: f64 = 1e-3;
 
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-struct Active {
+struct PatternActivity {
     vowel: Vowel,
     /// The muscle, as [`MuscleInfo::group`](super::muscles::MuscleInfo::group) names it.
     group: String,
 }
 
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Patterns(Vec<Active>);
+pub struct Patterns(Vec<PatternActivity>);
 
 /// Comparison of an answer with the published pattern of its vowel.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]

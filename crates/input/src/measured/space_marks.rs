@@ -112,14 +112,14 @@ fn reader(text: &str) -> csv::Reader<&[u8]> {
 }
 
 /// The columns that a table of each kind must have.
-type Columns = [&'static str];
-const NODE: &Columns = &["node", "x_mm", "y_mm", "z_mm"];
-const SURFACE: &Columns = &["x_mm", "y_mm", "z_mm"];
-const CONTOUR: &Columns = &["x_mm", "z_mm"];
-const COIL: &Columns = &["surface_mm", "x_mm", "z_mm"];
-const MUSCLE: [&Columns; 3] = [&["muscle", "length_mm"], &["muscle", "stretch"], &["muscle", "ratio"]];
+type MarkColumns = [&'static str];
+const NODE: &MarkColumns = &["node", "x_mm", "y_mm", "z_mm"];
+const SURFACE: &MarkColumns = &["x_mm", "y_mm", "z_mm"];
+const CONTOUR: &MarkColumns = &["x_mm", "z_mm"];
+const COIL: &MarkColumns = &["surface_mm", "x_mm", "z_mm"];
+const MUSCLE: [&MarkColumns; 3] = [&["muscle", "length_mm"], &["muscle", "stretch"], &["muscle", "ratio"]];
 
-fn kind(header: &StringRecord) -> Result<&'static Columns, String> {
+fn kind(header: &StringRecord) -> Result<&'static MarkColumns, String> {
     let has = |name: &str| header.iter().any(|h| h == name);
     let measured: Vec<_> = MUSCLE.into_iter().filter(|columns| has(columns[1])).collect();
     let kind = match &measured[..] {
@@ -143,12 +143,12 @@ fn kind(header: &StringRecord) -> Result<&'static Columns, String> {
     })
 }
 
-struct Row<'a> {
+struct MarkRow<'a> {
     header: &'a StringRecord,
     record: &'a StringRecord,
 }
 
-impl Row<'_> {
+impl MarkRow<'_> {
     fn text(&self, name: &str) -> Option<&str> {
         self.record.get(self.header.iter().position(|h| h == name)?)
     }
@@ -164,7 +164,7 @@ impl Row<'_> {
         Ok(self.number(name)?.unwrap_or_default())
     }
 
-    fn mark(&self, kind: &Columns, usual_sd_m: f64) -> Result<SpaceMark, String> {
+    fn mark(&self, kind: &MarkColumns, usual_sd_m: f64) -> Result<SpaceMark, String> {
         let mm = |name: &str| {
             let value = 1e-3 * self.needed(name)?;
             COORDINATE_MM.check(1e3 * value).map_err(|beyond| format!("{name}: {beyond}"))?;
@@ -223,7 +223,7 @@ pub fn space_marks_from(bytes: &[u8], origin: &str, usual_sd_m: f64) -> Result<V
     for record in reader.records() {
         let record = record.map_err(broken)?;
         let wrong = |problem: String| wrong(record.position().map_or(1, csv::Position::line), problem);
-        let row = Row { header: &header, record: &record };
+        let row = MarkRow { header: &header, record: &record };
         let mark = row.mark(kind, usual_sd_m).map_err(wrong)?;
         let time_s = row.number("time_s").map_err(wrong)?;
         let name = match &mark.what {

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 
 use csv::StringRecord;
 
-use super::error::{Malformed, Place};
+use super::error::{Malformed, SourcePlace};
 use super::lengths::number::{self, DecimalMark};
 use super::lengths::text::{Text, clip, decode, fold};
 use super::lengths::{Encoding, LineEnds, Separator};
@@ -15,12 +15,12 @@ const MOST_COLUMNS: usize = 10_000;
 const HEADER_WITHIN: usize = 20;
 
 /// A line that has a cell with content.
-pub(super) struct Line {
+pub(super) struct TableLine {
     pub number: u64,
     pub cells: StringRecord,
 }
 
-impl Line {
+impl TableLine {
     /// The cell of a field; empty if the line ends before it.
     pub fn cell(&self, field: usize) -> &str {
         self.cells.get(field).unwrap_or_default()
@@ -28,17 +28,17 @@ impl Line {
 }
 
 /// A table: the line that names the columns, and the lines after it.
-pub(super) struct Cells<'a> {
+pub(super) struct TableLines<'a> {
     pub origin: &'a str,
     pub encoding: Encoding,
     pub line_ends: LineEnds,
     pub separator: Separator,
-    pub header: Line,
-    pub rows: Vec<Line>,
+    pub header: TableLine,
+    pub rows: Vec<TableLine>,
     last: u64,
 }
 
-impl<'a> Cells<'a> {
+impl<'a> TableLines<'a> {
     /// Reads a table. Of all separators and of the first lines, those are taken with which most columns of
     /// the header have a name for which `is_known` is true. Comments (`#`) and Excel's `sep=;` before it are
     /// skipped. `wanted` says what to write into an empty file.
@@ -49,7 +49,7 @@ impl<'a> Cells<'a> {
         is_known: impl Fn(&str) -> bool,
     ) -> Result<Self, Malformed> {
         let Text { text, encoding, line_ends } = decode(bytes, origin)?;
-        let start = Place { origin, line: 1, column: 1 };
+        let start = SourcePlace { origin, line: 1, column: 1 };
         if ["{", "[{", "<"].iter().any(|begin| text.trim_start().starts_with(begin)) {
             return Err(
                 start.error("the file is JSON, XML or a page, not a table", "export the table as CSV")
@@ -70,10 +70,11 @@ impl<'a> Cells<'a> {
             return Err(start.error("the file is empty", format!("begin with a line like {wanted}")));
         }
         let candidates = told.map_or(Separator::ALL.to_vec(), |separator| vec![separator]);
-        let known = |line: &Line| line.cells.iter().take(MOST_COLUMNS).filter(|name| is_known(name)).count();
+        let known =
+            |line: &TableLine| line.cells.iter().take(MOST_COLUMNS).filter(|name| is_known(name)).count();
         let scored = candidates.into_iter().rev().flat_map(|separator| {
             let first = lines(body, separator, before, HEADER_WITHIN);
-            let score = |(n, line): (usize, &Line)| (known(line), Reverse(n), line.cells.len());
+            let score = |(n, line): (usize, &TableLine)| (known(line), Reverse(n), line.cells.len());
             first.iter().enumerate().map(score).map(|score| (score, separator)).collect::<Vec<_>>()
         });
         // Of several with the same score the last is taken, which is the first of `ALL`.
@@ -81,14 +82,14 @@ impl<'a> Cells<'a> {
         let (n, separator) = best.map_or((0, Separator::Comma), |((_, n, _), separator)| (n.0, separator));
         let mut rows = lines(body, separator, before, n + MOST_ROWS + 2).split_off(n);
         let header = if rows.is_empty() { StringRecord::new().into() } else { rows.remove(0) };
-        let at = Place { line: header.number, ..start };
+        let at = SourcePlace { line: header.number, ..start };
         if header.cells.len() > MOST_COLUMNS {
             let what = format!("the header has {} columns", header.cells.len());
             return Err(at.error(what, format!("give at most {MOST_COLUMNS}, one a muscle")));
         }
         if let Some(line) = rows.get(MOST_ROWS) {
             let what = format!("the table has more than {MOST_ROWS} rows");
-            return Err(Place { line: line.number, ..start }.error(what, "split it into smaller files"));
+            return Err(SourcePlace { line: line.number, ..start }.error(what, "split it into smaller files"));
         }
         rows.retain(|row| !(row.cell(0).starts_with('#') && row.cells.len() < header.cells.len()));
         let last = 1 + text.matches('\n').count() as u64;
@@ -109,12 +110,12 @@ impl<'a> Cells<'a> {
         Ok(cells)
     }
 
-    pub fn at(&self, line: &Line, field: usize) -> Place<'a> {
-        Place { origin: self.origin, line: line.number, column: field + 1 }
+    pub fn at(&self, line: &TableLine, field: usize) -> SourcePlace<'a> {
+        SourcePlace { origin: self.origin, line: line.number, column: field + 1 }
     }
 
-    pub fn end(&self) -> Place<'a> {
-        Place { origin: self.origin, line: self.last, column: 1 }
+    pub fn end(&self) -> SourcePlace<'a> {
+        SourcePlace { origin: self.origin, line: self.last, column: 1 }
     }
 
     /// The line that was taken for the header, for messages.
@@ -145,13 +146,19 @@ impl<'a> Cells<'a> {
     }
 
     /// The number in a cell; `like` is what else to write.
-    pub fn number(&self, line: &Line, field: usize, mark: DecimalMark, like: &str) -> Result<f64, Malformed> {
+    pub fn number(
+        &self,
+        line: &TableLine,
+        field: usize,
+        mark: DecimalMark,
+        like: &str,
+    ) -> Result<f64, Malformed> {
         let number = number::number(self.header.cell(field), line.cell(field), mark, like);
         number.map_err(|(what, help)| self.at(line, field).error(what, help))
     }
 
     /// Refuses a row that has not the fields of the header.
-    pub fn check_shape(&self, row: &Line) -> Result<(), Malformed> {
+    pub fn check_shape(&self, row: &TableLine) -> Result<(), Malformed> {
         let (header, width) = (&self.header.cells, row.cells.len());
         let at = self.at(row, width.min(header.len()));
         let (line, wanted) = (self.header.number, header.len());
@@ -180,14 +187,14 @@ impl<'a> Cells<'a> {
     }
 }
 
-impl From<StringRecord> for Line {
+impl From<StringRecord> for TableLine {
     fn from(cells: StringRecord) -> Self {
         Self { number: 1, cells }
     }
 }
 
 /// At most the first `most` lines of a text with content, with letters as on a Latin keyboard.
-fn lines(body: &str, separator: Separator, before: u64, most: usize) -> Vec<Line> {
+fn lines(body: &str, separator: Separator, before: u64, most: usize) -> Vec<TableLine> {
     let mut reader = csv::ReaderBuilder::new();
     reader.delimiter(separator.byte()).has_headers(false).flexible(true).trim(csv::Trim::All);
     // Lines of any number of fields in a text of UTF-8 cannot fail.
@@ -199,7 +206,7 @@ fn lines(body: &str, separator: Separator, before: u64, most: usize) -> Vec<Line
         let blank = from.unwrap_or_default().iter().take_while(|b| **b == b'\n').count() as u64;
         let is_ascii = record.as_slice().is_ascii();
         let cells = if is_ascii { record } else { record.iter().map(fold).collect() };
-        Line { number: before + line + blank, cells }
+        TableLine { number: before + line + blank, cells }
     });
     lines.take(most).collect()
 }

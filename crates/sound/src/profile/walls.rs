@@ -6,7 +6,9 @@
 //! teeth) its area is `alpha d^beta`, as in the plane.
 
 use super::tract::Carrier;
-use super::{Across, Articulation, Point, Profile, ProfileError, Tract, are_apart, between, cross, minus};
+use super::{
+    Across, Articulation, Profile, ProfileError, ProfilePoint, Tract, are_apart, between, cross, minus,
+};
 
 /// Largest distance at which a line finds the opposite wall, m.
 const REACH_M: f64 = 0.08;
@@ -14,10 +16,10 @@ const REACH_M: f64 = 0.08;
 const BEYOND_M: f64 = 0.01;
 
 /// A place of the outer wall at which a line begins.
-struct Start {
+struct WallStart {
     wall: usize,
-    at: Point,
-    toward: Point,
+    at: ProfilePoint,
+    toward: ProfilePoint,
     /// alpha and beta, half of the width and the arch of the wall, m; the last two are not a number where the tract does not give them.
     coefficients: [f64; 4],
 }
@@ -25,16 +27,16 @@ struct Start {
 /// Both walls in a posture.
 pub(super) struct Walls<'a> {
     tract: &'a Tract,
-    starts: Vec<Start>,
+    starts: Vec<WallStart>,
     /// Points of the inner wall in order, m, each with its number among the points of the tongue, if it is
     /// one.
-    inner: Vec<(Point, Option<usize>)>,
+    inner: Vec<(ProfilePoint, Option<usize>)>,
 }
 
 impl<'a> Walls<'a> {
     pub(super) fn new(
         tract: &'a Tract,
-        tongue: &[Point],
+        tongue: &[ProfilePoint],
         posture: &Articulation,
     ) -> Result<Self, ProfileError> {
         let numbers = [posture.jaw_deg, posture.hyoid_mm[0], posture.hyoid_mm[1], posture.lip_protrusion_mm];
@@ -53,7 +55,7 @@ impl<'a> Walls<'a> {
             let [x, y] = [x * 1e-3 - joint[0], y * 1e-3 - joint[1]];
             ([joint[0] + cos * x - sin * y, joint[1] + sin * x + cos * y], None)
         });
-        let mut inner: Vec<(Point, Option<usize>)> = Vec::new();
+        let mut inner: Vec<(ProfilePoint, Option<usize>)> = Vec::new();
         inner.extend(
             tract.larynx.front_mm.iter().map(|[x, y]| ([x * 1e-3 + larynx[0], y * 1e-3 + larynx[1]], None)),
         );
@@ -65,13 +67,13 @@ impl<'a> Walls<'a> {
     /// The lines across, from the glottis to the edge of the upper teeth. Where an airway is so wide that lines meet, the directions of all
     /// are averaged over more and more neighbours until the lines are apart.
     pub(super) fn across(&self) -> Result<Vec<Across>, ProfileError> {
-        let ways: Vec<Point> = self.starts.iter().map(|start| minus(start.toward, start.at)).collect();
+        let ways: Vec<ProfilePoint> = self.starts.iter().map(|start| minus(start.toward, start.at)).collect();
         let given = self.lines(&ways)?;
         if given.windows(2).all(|pair| are_apart(&pair[0], &pair[1])) {
             return Ok(given);
         }
         let mut averaged = (1..=given.len() / 2).filter_map(|neighbours| {
-            let ways: Vec<Point> = Vec::from_iter((0..given.len()).map(|i| {
+            let ways: Vec<ProfilePoint> = Vec::from_iter((0..given.len()).map(|i| {
                 let near = i.saturating_sub(neighbours)..(i + neighbours + 1).min(given.len());
                 given[near].iter().fold([0.0; 2], |sum, line| [0, 1].map(|k| sum[k] + line.direction[k]))
             }));
@@ -81,7 +83,7 @@ impl<'a> Walls<'a> {
     }
 
     /// The lines from the outer wall in these directions.
-    fn lines(&self, ways: &[Point]) -> Result<Vec<Across>, ProfileError> {
+    fn lines(&self, ways: &[ProfilePoint]) -> Result<Vec<Across>, ProfileError> {
         self.starts.iter().zip(ways).map(|(start, way)| self.line(start, *way)).collect()
     }
 
@@ -117,7 +119,7 @@ impl<'a> Walls<'a> {
     }
 
     /// The line from a place to its first crossing with the inner wall.
-    fn line(&self, start: &Start, way: Point) -> Result<Across, ProfileError> {
+    fn line(&self, start: &WallStart, way: ProfilePoint) -> Result<Across, ProfileError> {
         let name = self.tract.wall.get(start.wall).map_or("wall", |w| &w.name);
         let norm = way[0].hypot(way[1]);
         if norm.is_nan() || norm <= 0.0 {
@@ -165,12 +167,12 @@ impl<'a> Walls<'a> {
 }
 
 /// A row of a wall at rest, its shift, the number of its wall, and its coefficients.
-type Row = ([f64; 4], Point, usize, [f64; 4]);
+type WallRow = ([f64; 4], ProfilePoint, usize, [f64; 4]);
 
 /// Places along the outer wall, at distances of at most the grid's step. Their number is the same in every
 /// posture, so that areas are continuous when the larynx moves.
-fn starts(tract: &Tract, larynx: Point) -> Vec<Start> {
-    let mut rows: Vec<Row> = Vec::new();
+fn starts(tract: &Tract, larynx: ProfilePoint) -> Vec<WallStart> {
+    let mut rows: Vec<WallRow> = Vec::new();
     for (number, wall) in tract.wall.iter().enumerate() {
         let shift = if wall.moves_with == Some(Carrier::Larynx) { larynx } else { [0.0; 2] };
         let last = (wall.points_mm.len() - 1).max(1) as f64;
@@ -182,13 +184,13 @@ fn starts(tract: &Tract, larynx: Point) -> Vec<Start> {
             rows.push((row.map(|x| x * 1e-3), shift, number, coefficients));
         }
     }
-    let mut out: Vec<Start> = Vec::new();
-    let mut place = |a: &Row, b: &Row, part: f64| {
+    let mut out: Vec<WallStart> = Vec::new();
+    let mut place = |a: &WallRow, b: &WallRow, part: f64| {
         // At a wall's own point the next wall, which may lack a coefficient, has no part.
         let mix = |x: f64, y: f64| if part == 0.0 { x } else { x + (y - x) * part };
         let at = |i: usize| mix(a.0[i] + a.1[i % 2], b.0[i] + b.1[i % 2]);
         let coefficients = [0, 1, 2, 3].map(|i| mix(a.3[i], b.3[i]));
-        out.push(Start { wall: a.2, at: [at(0), at(1)], toward: [at(2), at(3)], coefficients });
+        out.push(WallStart { wall: a.2, at: [at(0), at(1)], toward: [at(2), at(3)], coefficients });
     };
     for pair in rows.windows(2) {
         let (a, b) = (&pair[0], &pair[1]);
@@ -207,7 +209,7 @@ const STRIPS: usize = 50;
 
 /// Distance from a place of the outer wall in the midsagittal plane to the surface of the tongue, m, along a direction in that plane and at a
 /// distance to the side, m; negative behind the wall, `None` where no tongue is opposite.
-pub type ToTongue<'a> = &'a dyn Fn(Point, Point, f64) -> Option<f64>;
+pub type ToTongue<'a> = &'a dyn Fn(ProfilePoint, ProfilePoint, f64) -> Option<f64>;
 
 impl Profile {
     /// The areas of a tract with a tongue in space in a posture: `tongue` are the points of its surface in the midsagittal plane from root to
@@ -217,7 +219,7 @@ impl Profile {
     /// [`ProfileError`]; [`ProfileError::Bad`] too for a tract without widths.
     pub fn in_space(
         tract: &Tract,
-        tongue: &[Point],
+        tongue: &[ProfilePoint],
         posture: &Articulation,
         to_tongue: ToTongue<'_>,
     ) -> Result<Self, ProfileError> {

@@ -6,7 +6,7 @@ use super::AccuracyStudy;
 use super::equilibrium::NEWTON;
 use super::mesh::{MeshRun, SCENES, order};
 use super::runs::{Run, fastest};
-use super::search::FitRun;
+use super::search::TimedFit;
 use crate::Error;
 use crate::table::{duration, markdown, number};
 use tongue_core::dynamics;
@@ -139,7 +139,7 @@ fn integrators() -> [&'static str; 2] {
     dynamics::IntegrationMethod::ALL.map(dynamics::IntegrationMethod::name)
 }
 
-fn stretch_fits(study: &AccuracyStudy, method: Method) -> impl Iterator<Item = &FitRun> {
+fn stretch_fits(study: &AccuracyStudy, method: Method) -> impl Iterator<Item = &TimedFit> {
     study.fits.iter().filter(move |r| r.method == method && r.target == TargetKind::Stretch)
 }
 

@@ -1,7 +1,7 @@
 //! Files of the study: a table for each axis, and the diagrams.
 
 use crate::Error;
-use tongue_files::report::{Export, Markdown, PrecisionCurve, Rows, work_precision};
+use tongue_files::report::{Files, Markdown, PrecisionCurve, Rows, work_precision};
 use tongue_infer::inverse::{FitSettings, Method};
 use tongue_input::measured::TargetKind;
 
@@ -9,9 +9,7 @@ use super::AccuracyStudy;
 use super::axes::page;
 use super::mesh::{MeshRun, SCENES};
 use super::runs::Run;
-use super::search::FitRun;
-
-pub type Files<'a> = Vec<(&'static str, Box<dyn Export + 'a>)>;
+use super::search::TimedFit;
 
 /// The page, a table for each axis, and the diagrams; `made` says how and where it was made.
 pub fn files<'a>(study: &'a AccuracyStudy, made: &str) -> Result<Files<'a>, Error> {
@@ -75,7 +73,7 @@ fn mesh_curves(runs: &[MeshRun]) -> Vec<PrecisionCurve> {
     curves.into()
 }
 
-fn fit_curves(runs: &[FitRun]) -> Vec<PrecisionCurve> {
+fn fit_curves(runs: &[TimedFit]) -> Vec<PrecisionCurve> {
     let mut curves = Vec::new();
     for kind in [TargetKind::Stretch, TargetKind::Ratio] {
         for (method, warm, name) in [

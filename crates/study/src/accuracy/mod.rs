@@ -40,7 +40,7 @@ pub(crate) struct AccuracyStudy {
     pub reference_doubt_mm: f64,
     pub early: Vec<early_stopping::Stopped>,
     pub meshes: Vec<mesh::MeshRun>,
-    pub fits: Vec<search::FitRun>,
+    pub fits: Vec<search::TimedFit>,
 }
 
 /// Measures everything. An error of a single run is a row.

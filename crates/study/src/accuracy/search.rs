@@ -19,7 +19,7 @@ const STEP_TOLERANCES: [f64; 4] = [1.0, 1e-1, 1e-2, 1e-4];
 const STARTS: [usize; 3] = [1, 2, 8];
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FitRun {
+pub struct TimedFit {
     pub target: TargetKind,
     pub method: Method,
     pub starts: usize,
@@ -44,7 +44,7 @@ pub struct FitRun {
 ///
 /// The reference is Gauss-Newton with the tightest tolerances; the difference of Nelder-Mead at its tightest
 /// from it is a row.
-pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<FitRun>, Error> {
+pub fn work_precision(mesh: &Mesh<2>, effort: &Effort) -> Result<Vec<TimedFit>, Error> {
     let data = Dataset::reference()?;
     let vowel = Vowel::new("a")?;
     let mut runs = Vec::new();
@@ -85,13 +85,13 @@ fn rungs() -> Vec<FitSettings> {
     rungs
 }
 
-fn row(settings: &FitSettings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> FitRun {
+fn row(settings: &FitSettings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> TimedFit {
     let off = fit.tensions.iter().zip(&reference.tensions).map(|(a, b)| (a - b).abs());
     let ended = match fit.status {
         inverse::FitStatus::Converged => Ended::Done,
         other => Ended::Short(format!("{other:?}")),
     };
-    FitRun {
+    TimedFit {
         target: fit.target.kind,
         method: settings.method,
         starts: settings.starts,

@@ -74,7 +74,7 @@ pub struct Locking {
 
 /// Tensions with changed settings, as factors of those with the default settings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Sensitivity {
+pub struct SettingSensitivity {
     pub setting: String,
     /// The 10 % quantile, over all muscles of the fits of S1 to S3 that reach their stretches.
     pub low: f64,
@@ -96,7 +96,7 @@ pub struct ContinuumStudy {
     /// Poisson's ratios.
     pub locking: Vec<Locking>,
     /// Settings without data; the first are the default ones.
-    pub sensitivity: Vec<Sensitivity>,
+    pub sensitivity: Vec<SettingSensitivity>,
 }
 
 /// Ratios at a load, how the solve ended, and its median time, s.
@@ -156,7 +156,7 @@ pub fn run(levels: usize) -> Result<ContinuumStudy, Error> {
 }
 
 /// A row, and the values for comparing it with others.
-struct Measured {
+struct MeasuredRow {
     row: Spacing,
     /// Ratios at the tensions and at twice the tensions.
     ratios: [Vec<f64>; 2],
@@ -164,15 +164,15 @@ struct Measured {
 }
 
 /// The bodies and meshes of one kind.
-struct Kind<'a> {
+struct BodyKind<'a> {
     name: &'static str,
     settings: Option<&'a ContinuumSettings>,
     anatomy: &'a Anatomy,
     target: &'a Target,
 }
 
-impl Kind<'_> {
-    fn measured(&self, mesh: Mesh<2>, h_mm: f64) -> Result<Measured, Error> {
+impl BodyKind<'_> {
+    fn measured(&self, mesh: Mesh<2>, h_mm: f64) -> Result<MeasuredRow, Error> {
         let plain = Body::new(self.name, mesh);
         let body = match self.settings {
             Some(settings) => plain.into_continuum_of(self.anatomy, settings)?,
@@ -198,7 +198,7 @@ impl Kind<'_> {
             fit_s: fitted.seconds,
             status: format!("{:?}", solved.result),
         };
-        Ok(Measured { row, ratios: [once, twice], tensions })
+        Ok(MeasuredRow { row, ratios: [once, twice], tensions })
     }
 }
 
@@ -208,12 +208,12 @@ fn nested(
     levels: usize,
 ) -> Result<Vec<Spacing>, Error> {
     let anatomy = Anatomy::reference()?;
-    let kind = Kind { name, settings, anatomy: &anatomy, target: &target("S2", "a")? };
+    let kind = BodyKind { name, settings, anatomy: &anatomy, target: &target("S2", "a")? };
     let mut mesh = Body::tongue(COARSEST_M)?.mesh.on_outline(anatomy.outline());
-    let mut all: Vec<Measured> = Vec::new();
+    let mut all: Vec<MeasuredRow> = Vec::new();
     for level in 0..levels {
         let mut here = kind.measured(mesh.clone(), 1e3 * COARSEST_M / f64::from(1 << level))?;
-        if let Some(Measured { row, ratios, .. }) = all.last() {
+        if let Some(MeasuredRow { row, ratios, .. }) = all.last() {
             let [once, twice] = [0, 1].map(|i| largest_difference(&ratios[i], &here.ratios[i]));
             here.row.change_of_ratio = Some(once);
             here.row.change_at_twice = Some(twice).filter(|_| !here.ratios[1].is_empty());
@@ -229,7 +229,7 @@ fn nested(
     }
     let Some(finest) = all.last() else { return Ok(Vec::new()) };
     let (finest, best) = (finest.ratios[0].clone(), finest.tensions.clone());
-    let with_errors = all.into_iter().map(|Measured { mut row, ratios, tensions }| {
+    let with_errors = all.into_iter().map(|MeasuredRow { mut row, ratios, tensions }| {
         row.error_of_ratio = largest_difference(&ratios[0], &finest);
         row.error_of_tension = tensions.as_ref().zip(best.as_ref()).map(|(found, best)| {
             found.iter().zip(best).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max)
@@ -265,7 +265,7 @@ fn sensitive(
     settings: &ContinuumSettings,
     nu: f64,
     reference: &mut Vec<Option<Vec<f64>>>,
-) -> Result<Sensitivity, Error> {
+) -> Result<SettingSensitivity, Error> {
     let body = Body::continuum(DEFAULT_M, settings)?;
     let constants = Constants { poisson_ratio: nu, ..Constants::TONGUE };
     let model = Model { constants };
@@ -297,7 +297,7 @@ fn sensitive(
     let loads = (20..=50).map(|i| 0.05 * f64::from(i));
     let best = loads.map(|load| (load, rms(load))).min_by(|a, b| a.1.total_cmp(&b.1));
     let (best_factor, rms_at_best) = best.unwrap_or((f64::NAN, f64::NAN));
-    Ok(Sensitivity {
+    Ok(SettingSensitivity {
         setting: name.to_owned(),
         low,
         median,

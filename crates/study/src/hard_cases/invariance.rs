@@ -49,9 +49,9 @@ pub(super) fn same_answers() -> Result<Vec<HardCase>, Error> {
     Ok(rows)
 }
 
-type Shape = Vec<SVector<f64, 2>>;
+type NodePositions = Vec<SVector<f64, 2>>;
 
-fn published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, Shape), Error> {
+fn published(variant: String, mesh: &Mesh<2>) -> Result<(HardCase, NodePositions), Error> {
     let TestTensions { system, tensions, .. } = TestTensions::new(mesh, &Model::default(), &PUBLISHED_A)?;
     let mut workspace = Workspace::new(&system);
     let row = equilibrium_row(10, variant, &system, &mut workspace, &tensions);

@@ -102,10 +102,10 @@ impl HardCase {
 }
 
 /// A case: its title, and what runs it.
-type Case = (&'static str, fn(HowMany) -> Result<Vec<HardCase>, Error>);
+type NamedCase = (&'static str, fn(HowMany) -> Result<Vec<HardCase>, Error>);
 
 /// The cases by their numbers, from 1.
-const CASES: [Case; 11] = [
+const CASES: [NamedCase; 11] = [
     ("Table 4.2 as printed, and its misprints one by one", |_| motion::printed_table()),
     ("Subsets of the muscles at 1, 10, 100 and 1000 N", loads::subsets),
     ("Extreme materials", |_| materials::extremes()),

@@ -13,7 +13,7 @@ const POINTS: usize = 2;
 const AROUND: usize = 6;
 
 /// The course of a muscle.
-pub(super) struct Line<const D: usize> {
+pub(super) struct MuscleCourse<const D: usize> {
     name: String,
     points: Vec<SVector<f64, D>>,
     /// At each end the node of the bone there, if there is one.
@@ -27,7 +27,7 @@ pub(super) struct Line<const D: usize> {
     apart: bool,
 }
 
-impl<const D: usize> Line<D> {
+impl<const D: usize> MuscleCourse<D> {
     /// The course of a chain of `base` through `points`; `stand_ins` are the nodes of its bones in the
     /// continuum.
     pub fn new(

@@ -20,7 +20,7 @@ use super::{BodyError, Cells, Mesh, MuscleChain};
 use crate::geometry::quadratic;
 use crate::geometry::topology::pair;
 use crate::limits;
-use bundle::Line;
+use bundle::MuscleCourse;
 use locate::Locator;
 
 const MOST_FIBRES: usize = 256;
@@ -244,7 +244,7 @@ pub fn lay<const D: usize>(
             Some(points) => points.clone(),
             None => chain.nodes.iter().map(|&n| base.nodes[n]).collect(),
         };
-        let line = Line::new(base, chain, course, &held.stand_ins)?;
+        let line = MuscleCourse::new(base, chain, course, &held.stand_ins)?;
         bundles.push(line.strands(&locator, settings)?);
         let nodes = line.chain(&locator, &mut mesh.nodes, &mut followers, settings, spacing)?;
         muscles.push(MuscleChain { name: chain.name.clone(), nodes });

@@ -16,14 +16,14 @@ const ROOM: f64 = 1e-9;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct SpaceFile {
     corners_mm: [[f64; 2]; 4],
     elements: [usize; 3],
     half_width_top_mm: Vec<[f64; 2]>,
     half_width_floor_mm: Vec<[f64; 2]>,
     rounding: f64,
     bone: Vec<BoneParts>,
-    muscle: Vec<Given>,
+    muscle: Vec<GivenMuscle>,
 }
 
 #[derive(Deserialize)]
@@ -35,7 +35,7 @@ struct BoneParts {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Given {
+struct GivenMuscle {
     name: String,
     force_n: f64,
     course: FibreDirection,
@@ -83,7 +83,7 @@ fn within(x: f64, [low, high]: [f64; 2]) -> bool {
 }
 
 /// The grid: nodes and elements with their places in parts.
-struct Grid {
+struct NodeGrid {
     /// Along u, v, and t on both sides.
     counts: [usize; 3],
     mesh: Mesh<3>,
@@ -98,9 +98,10 @@ impl Body<3> {
     /// (`targets/tongue_in_space.toml`), which has 672 of them.
     pub fn tongue_in_space(fine: usize) -> Result<Self, BodyError> {
         let wrong = |problem: String| BodyError::file(FILE, problem);
-        let file: File = toml::from_str(REFERENCE).map_err(|e| wrong(e.message().to_owned()))?;
+        let file: SpaceFile = toml::from_str(REFERENCE).map_err(|e| wrong(e.message().to_owned()))?;
         let anatomy = Anatomy::reference()?;
-        let Grid { counts, mut mesh, mut at, middles } = Grid::new(&file, anatomy.outline(), fine.max(1));
+        let NodeGrid { counts, mut mesh, mut at, middles } =
+            NodeGrid::new(&file, anatomy.outline(), fine.max(1));
         let in_tissue = at.len();
         let mut bones: Vec<Bone> = Vec::new();
         for BoneParts { name, parts } in &file.bone {
@@ -217,11 +218,11 @@ fn number([nu, nv, _]: [usize; 3], [i, j, k]: [usize; 3]) -> usize {
     (k * (nv + 1) + j) * (nu + 1) + i
 }
 
-impl Grid {
-    fn new(file: &File, outline: &ClosedSpline, fine: usize) -> Self {
+impl NodeGrid {
+    fn new(file: &SpaceFile, outline: &ClosedSpline, fine: usize) -> Self {
         let [u, v, t] = file.elements.map(|n| n * fine);
         let counts = [u, v, 2 * t];
-        let section = Section::new(file, outline);
+        let section = MidsagittalSection::new(file, outline);
         let (mut mesh, mut at) = (Mesh::<3>::default(), Vec::new());
         for k in 0..=counts[2] {
             for j in 0..=v {
@@ -251,15 +252,15 @@ impl Grid {
 }
 
 /// The midsagittal section between its four corners.
-struct Section<'a> {
+struct MidsagittalSection<'a> {
     outline: &'a ClosedSpline,
     /// Ways along the outline, m, from the first corner over the others to the first again.
     ways: [f64; 5],
     middle: Point,
 }
 
-impl<'a> Section<'a> {
-    fn new(file: &File, outline: &'a ClosedSpline) -> Self {
+impl<'a> MidsagittalSection<'a> {
+    fn new(file: &SpaceFile, outline: &'a ClosedSpline) -> Self {
         let whole = outline.perimeter();
         let way = |[x, y]: [f64; 2]| outline.nearest(Point::new(x, y) * 1e-3).0;
         let first = way(file.corners_mm[0]);
@@ -294,7 +295,7 @@ impl<'a> Section<'a> {
     }
 
     /// The place in space, m.
-    fn place(&self, file: &File, [u, v, t]: [f64; 3]) -> Vector3<f64> {
+    fn place(&self, file: &SpaceFile, [u, v, t]: [f64; 3]) -> Vector3<f64> {
         let [floor, top] =
             [&file.half_width_floor_mm, &file.half_width_top_mm].map(|profile| 1e-3 * between(profile, u));
         let flat = self.middle + (self.point(u, v) - self.middle) * (1.0 - file.rounding * t * t);
@@ -317,7 +318,7 @@ impl FibreDirection {
     }
 
     /// Unit directions at the points of Gauss of an element with these corners, m.
-    fn directions(&self, x: &hexahedron::Of<Vector3<f64>>) -> Directions {
+    fn directions(&self, x: &hexahedron::PerCorner<Vector3<f64>>) -> Directions {
         hexahedron::points().map(|at| match self {
             Self::Along(axis) => {
                 let column = match axis {

@@ -58,14 +58,14 @@ type GivenPoint = Spanned<Exactly<f64, 2>>;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct AnatomyFile {
     outline: Spanned<Vec<GivenPoint>>,
     muscles: Spanned<BTreeMap<String, Spanned<Exactly<Exactly<f64, 2>, 2>>>>,
     bones: BTreeMap<String, Vec<GivenPoint>>,
 }
 
 /// A problem and the bytes of the text it is about.
-type Found<T> = Result<T, (Range<usize>, String)>;
+type ParsedText<T> = Result<T, (Range<usize>, String)>;
 
 impl Anatomy {
     /// The reference anatomy (`targets/anatomy.toml`), which meets the published aggregate numbers.
@@ -76,7 +76,7 @@ impl Anatomy {
     /// Reads an anatomy written like `targets/anatomy.toml`, in millimetres. `origin` is its name in
     /// messages, usually the path.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, BodyError> {
-        let parsed = toml::from_str::<File>(text).map_err(|e| {
+        let parsed = toml::from_str::<AnatomyFile>(text).map_err(|e| {
             let hint = "an anatomy has `outline`, `[muscles]` with the two ends of a straight line each, and `[bones]`; points are [x, y]";
             (e.span().unwrap_or(0..0), format!("{} ({hint})", plain(e.message())))
         });
@@ -86,7 +86,7 @@ impl Anatomy {
         })
     }
 
-    fn checked(file: &File) -> Found<Self> {
+    fn checked(file: &AnatomyFile) -> ParsedText<Self> {
         let outline = outline(&file.outline)?;
         let bones = bones(&file.bones)?;
         // In the order in which they stand in the file.
@@ -124,7 +124,7 @@ impl Anatomy {
     }
 }
 
-fn metres(point: &GivenPoint) -> Found<Point> {
+fn metres(point: &GivenPoint) -> ParsedText<Point> {
     finite(point.get_ref().0).map_err(|p| (point.span(), p))
 }
 
@@ -137,12 +137,12 @@ fn finite([x_mm, y_mm]: [f64; 2]) -> Result<Point, String> {
     }
 }
 
-fn outline(given: &Spanned<Vec<GivenPoint>>) -> Found<ClosedSpline> {
+fn outline(given: &Spanned<Vec<GivenPoint>>) -> ParsedText<ClosedSpline> {
     let count = given.get_ref().len();
     if count < 4 {
         return Err((given.span(), format!("the outline has {count} points; give at least four")));
     }
-    let points = given.get_ref().iter().map(metres).collect::<Found<Vec<_>>>()?;
+    let points = given.get_ref().iter().map(metres).collect::<ParsedText<Vec<_>>>()?;
     for ((a, b), spanned) in plane::edges(&points).zip(given.get_ref().iter().cycle().skip(1)) {
         if (b - a).norm() < SAME_POINT_M {
             let said = "this point of the outline repeats the one before it; remove one (the outline closes by itself)";
@@ -157,9 +157,9 @@ fn outline(given: &Spanned<Vec<GivenPoint>>) -> Found<ClosedSpline> {
     if plane::crosses_itself(&coarse) { Err(crossed()) } else { Ok(curve) }
 }
 
-fn bones(given: &BTreeMap<String, Vec<GivenPoint>>) -> Found<Vec<AnatomyBone>> {
+fn bones(given: &BTreeMap<String, Vec<GivenPoint>>) -> ParsedText<Vec<AnatomyBone>> {
     let bones = given.iter().map(|(name, points)| {
-        Ok(AnatomyBone { name: name.clone(), points: points.iter().map(metres).collect::<Found<_>>()? })
+        Ok(AnatomyBone { name: name.clone(), points: points.iter().map(metres).collect::<ParsedText<_>>()? })
     });
     bones.collect()
 }

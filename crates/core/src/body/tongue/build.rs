@@ -4,7 +4,7 @@ use spade::handles::FixedVertexHandle as Handle;
 use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
 
 use super::anatomy::Anatomy;
-use super::frame::{Frame, Site};
+use super::frame::{OutlineFrame, Site};
 use super::smooth::{fill, smooth};
 use crate::body::{BodyError, Cells, Mesh, MuscleChain};
 use crate::geometry;
@@ -45,7 +45,7 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, BodyError> {
              {least_mm:.2} to {most_mm:.1} mm (is it in millimetres?)"
         )));
     }
-    let mut frame = Frame::lay(anatomy, h);
+    let mut frame = OutlineFrame::lay(anatomy, h);
     let outline: Vec<Point> = frame.nodes[..frame.boundary].iter().map(|n| n.at).collect();
     let equilateral = 0.75_f64.sqrt() / 2.0 * h * h;
     // A triangulation of V nodes, B of them around it, has T = 2 V - 2 - B triangles.
@@ -59,7 +59,7 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, BodyError> {
     Ok(mesh)
 }
 
-fn assemble(anatomy: &Anatomy, frame: &Frame, triangles: &[[usize; 3]]) -> Mesh<2> {
+fn assemble(anatomy: &Anatomy, frame: &OutlineFrame, triangles: &[[usize; 3]]) -> Mesh<2> {
     let tissue = frame.nodes.len();
     let number = |site: &Site| match site {
         Site::Tissue(i) => *i,

@@ -29,7 +29,7 @@ pub(crate) struct Draft {
 }
 
 /// Outline and muscles as nodes and the connections that the triangles must keep.
-pub(crate) struct Frame {
+pub(crate) struct OutlineFrame {
     /// Nodes of the tissue: those of the outline first, in order.
     pub nodes: Vec<Draft>,
     /// Number of nodes of the outline.
@@ -51,7 +51,7 @@ pub(crate) enum Site {
     Outside(usize),
 }
 
-impl Frame {
+impl OutlineFrame {
     /// Makes the lines of an anatomy at spacing `h`, m.
     pub fn lay(anatomy: &Anatomy, h: f64) -> Self {
         let anchors = Anchors::find(anatomy, h);

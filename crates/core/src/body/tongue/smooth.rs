@@ -5,7 +5,7 @@
 //! triangulation; Chen and Xu 2004, Chen 2004). Then the worst corners that are left are improved one node at a time.
 
 use super::build::triangulate;
-use super::frame::{Draft, Frame, Freedom};
+use super::frame::{Draft, Freedom, OutlineFrame};
 use crate::body::BodyError;
 use crate::geometry::plane::{self, Point};
 
@@ -130,7 +130,7 @@ const WIDEN: f64 = 1.01;
 const ROUND: usize = 4;
 
 /// Adds `wanted` free nodes to a frame at spacing `h`, m.
-pub(crate) fn fill(frame: &mut Frame, wanted: usize, h: f64) -> Result<(), BodyError> {
+pub(crate) fn fill(frame: &mut OutlineFrame, wanted: usize, h: f64) -> Result<(), BodyError> {
     let lines: Vec<[Point; 2]> =
         frame.segments.iter().map(|[a, b]| [frame.nodes[*a].at, frame.nodes[*b].at]).collect();
     let outline: Vec<Point> = frame.nodes[..frame.boundary].iter().map(|n| n.at).collect();

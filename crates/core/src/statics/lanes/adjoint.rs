@@ -6,9 +6,9 @@
 use nalgebra::SVector;
 
 use super::scalar_fallback::adjoint_alone;
-use super::{Equilibrium, Group, LANES, Lanes};
+use super::{LANES, LaneEquilibrium, LaneGroup, Lanes};
 use crate::parallel;
-use crate::sparse::simd::{Pair, Simd};
+use crate::sparse::simd::{Simd, SimdPair};
 use crate::statics::mass_spring::Neighbour;
 use crate::system::System;
 
@@ -46,7 +46,7 @@ pub fn length_gradient<const D: usize>(
     gradient[b] += unit;
 }
 
-impl<const D: usize> Group<'_, D> {
+impl<const D: usize> LaneGroup<'_, D> {
     /// How a function of the shape answers in each of the last equilibria; `gradients` are its derivatives
     /// by the positions of all nodes there, one for each equilibrium. `None` where the equilibrium is not a
     /// stable one, and where the barrier acts in another body than the group's.
@@ -78,7 +78,7 @@ impl<const D: usize> Group<'_, D> {
         };
         let answers = self.answers.iter().zip(&self.tensions).enumerate();
         let (system, tensions) = (self.system, &self.tensions);
-        let alone = |lane: usize, shape: &Equilibrium<D>, tensions: &Option<Vec<f64>>| {
+        let alone = |lane: usize, shape: &LaneEquilibrium<D>, tensions: &Option<Vec<f64>>| {
             adjoint_alone(system, &shape.positions, tensions.as_ref()?, &gradients[lane])
         };
         if self.work.is_none() {
@@ -95,7 +95,7 @@ impl<const D: usize> Group<'_, D> {
         let muscles = self.system.muscle_count();
         let mut rates = vec![Some(Vec::with_capacity(muscles)); self.answers.len()];
         for muscle in 0..muscles {
-            let gradient = |shape: &Equilibrium<D>| {
+            let gradient = |shape: &LaneEquilibrium<D>| {
                 let mut gradient = vec![SVector::zeros(); shape.positions.len()];
                 length_gradient(self.system, &shape.positions, muscle, 1.0, &mut gradient);
                 gradient
@@ -134,7 +134,7 @@ impl<const D: usize> Group<'_, D> {
 
 /// A unit of a small change of a load or of the body.
 #[derive(Debug, Clone, Copy)]
-pub enum Change<'a, const D: usize> {
+pub enum UnitChange<'a, const D: usize> {
     /// More tension in the muscle of this number, 1 N (2D: per metre of thickness).
     Tension(usize),
     /// A bone with these nodes displaced along an axis, by 1 m.
@@ -169,33 +169,33 @@ impl<const D: usize> Lanes<'_, D> {
     }
 }
 
-impl<const D: usize> Group<'_, D> {
+impl<const D: usize> LaneGroup<'_, D> {
     /// The motion of all nodes in each of the last equilibria for a unit of a change, m. `None` where the
     /// equilibrium is not a stable one, where the barrier acts, and for bodies that lanes cannot take; a
     /// [`Response`](crate::statics::Response) has it there.
     #[inline(never)]
-    pub fn motions(&mut self, change: Change<'_, D>) -> Vec<Option<Vec<SVector<f64, D>>>> {
+    pub fn motions(&mut self, change: UnitChange<'_, D>) -> Vec<Option<Vec<SVector<f64, D>>>> {
         let stable = self.factorise();
         let Some((elements, work)) = self.work.as_mut().filter(|_| stable.contains(&true)) else {
             return vec![None; self.answers.len()];
         };
-        let wide: Vec<Pair<LANES>> = match change {
-            Change::Tension(muscle) => work.motion_by_tension(elements, muscle),
-            Change::Bone(nodes, axis) => work.motion_by_bone(elements, nodes, axis),
-            Change::Rest(rest) if rest.neighbour.is_of(elements) => {
+        let wide: Vec<SimdPair<LANES>> = match change {
+            UnitChange::Tension(muscle) => work.motion_by_tension(elements, muscle),
+            UnitChange::Bone(nodes, axis) => work.motion_by_bone(elements, nodes, axis),
+            UnitChange::Rest(rest) if rest.neighbour.is_of(elements) => {
                 work.motion_by_rest(elements, &rest.neighbour)
             }
-            Change::Rest(_) => return vec![None; self.answers.len()],
+            UnitChange::Rest(_) => return vec![None; self.answers.len()],
         };
-        let of_lane = |(lane, shape): (usize, &Equilibrium<D>)| {
+        let of_lane = |(lane, shape): (usize, &LaneEquilibrium<D>)| {
             let mut motion = vec![SVector::zeros(); shape.positions.len()];
             for (u, &node) in wide.iter().zip(&elements.node) {
                 (0..2).for_each(|axis| motion[node][axis] = u[axis].0[lane]);
             }
             match change {
-                Change::Tension(_) => {}
-                Change::Bone(nodes, axis) => nodes.iter().for_each(|&node| motion[node][axis] = 1.0),
-                Change::Rest(rest) => {
+                UnitChange::Tension(_) => {}
+                UnitChange::Bone(nodes, axis) => nodes.iter().for_each(|&node| motion[node][axis] = 1.0),
+                UnitChange::Rest(rest) => {
                     let bones = &elements.node[elements.unknowns..];
                     bones.iter().for_each(|&node| motion[node] = rest.motion[node]);
                 }

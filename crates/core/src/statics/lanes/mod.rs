@@ -16,7 +16,7 @@
 //!   lane is given up, and its load solved by [`solve`](super::solve) from its start, if the barrier acts, the
 //!   stiffness stays indefinite, the line search fails, or bones cannot be moved to their places. All loads of
 //!   other bodies (in space, a continuum, with contact or weight) are solved so too; for these a group
-//!   keeps the factor from one solve to the next. [`Equilibrium::alone`] says so; the status is always that of
+//!   keeps the factor from one solve to the next. [`LaneEquilibrium::alone`] says so; the status is always that of
 //!   [`solve`](super::solve).
 //!
 //! # Example
@@ -80,7 +80,7 @@ use crate::system::System;
 use crate::system::elements::Elements;
 
 pub use crate::sparse::simd::LANES;
-pub use adjoint::{Adjoint, Change, Reshaped, length_gradient};
+pub use adjoint::{Adjoint, Reshaped, UnitChange, length_gradient};
 use scalar_fallback::{ScalarFallback, solve_alone};
 
 /// Loads that one thread solves one group after another, each group with starts beginning with the factor of
@@ -127,7 +127,7 @@ impl<'a, const D: usize> Load<'a, D> {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub struct Equilibrium<const D: usize> {
+pub struct LaneEquilibrium<const D: usize> {
     pub solution: Solution,
     /// Positions of all nodes, m.
     pub positions: Vec<SVector<f64, D>>,
@@ -156,14 +156,14 @@ impl<'s, const D: usize> Lanes<'s, D> {
     /// A group that solves up to [`LANES`] loads at once, repeatedly: one for each thread, for example for
     /// chains that run side by side.
     #[inline(never)]
-    pub fn group(&self) -> Group<'s, D> {
+    pub fn group(&self) -> LaneGroup<'s, D> {
         let work = self.elements.map(|elements| (elements, SimdNewton::new(elements)));
         let (answers, tensions) = (Vec::new(), Vec::new());
         let is_own = [false; LANES];
-        Group { system: self.system, work, kept: Vec::new(), answers, tensions, is_own, factorised: None }
+        LaneGroup { system: self.system, work, kept: Vec::new(), answers, tensions, is_own, factorised: None }
     }
 
-    pub fn solve(&self, loads: &[Load<'_, D>], settings: &SolveSettings) -> Vec<Equilibrium<D>> {
+    pub fn solve(&self, loads: &[Load<'_, D>], settings: &SolveSettings) -> Vec<LaneEquilibrium<D>> {
         self.map(loads.len(), settings, |i| loads[i].clone(), |_, shape| shape.clone())
     }
 
@@ -174,7 +174,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
         count: usize,
         settings: &SolveSettings,
         load: impl Fn(usize) -> Load<'l, D> + Sync,
-        keep: impl Fn(usize, &Equilibrium<D>) -> R + Sync,
+        keep: impl Fn(usize, &LaneEquilibrium<D>) -> R + Sync,
     ) -> Vec<R> {
         self.map_groups(count, settings, load, |first, group| {
             group.answers().iter().enumerate().map(|(i, shape)| keep(first + i, shape)).collect()
@@ -188,7 +188,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
         count: usize,
         settings: &SolveSettings,
         load: impl Fn(usize) -> Load<'l, D> + Sync,
-        keep: impl Fn(usize, &mut Group<'_, D>) -> Vec<R> + Sync,
+        keep: impl Fn(usize, &mut LaneGroup<'_, D>) -> Vec<R> + Sync,
     ) -> Vec<R> {
         let chunks: Vec<usize> = (0..count).step_by(CHUNK).collect();
         let solved = parallel::map(&chunks, |&chunk| {
@@ -207,12 +207,12 @@ impl<'s, const D: usize> Lanes<'s, D> {
 
 /// Up to [`LANES`] equilibria, and all that is written to on the way to them. One a thread.
 #[derive(Debug)]
-pub struct Group<'a, const D: usize> {
+pub struct LaneGroup<'a, const D: usize> {
     system: &'a System<D>,
     work: Option<(&'a Elements, SimdNewton<LANES>)>,
     /// Of a body that is none for lanes, in place of each.
     kept: Vec<ScalarFallback<D>>,
-    answers: Vec<Equilibrium<D>>,
+    answers: Vec<LaneEquilibrium<D>>,
     /// Tensions of every answer, N; `None` of one in another body.
     tensions: Vec<Option<Vec<f64>>>,
     /// Lanes that hold the numbers of `system`.
@@ -221,11 +221,11 @@ pub struct Group<'a, const D: usize> {
     factorised: Option<[bool; LANES]>,
 }
 
-impl<const D: usize> Group<'_, D> {
+impl<const D: usize> LaneGroup<'_, D> {
     /// Solves the loads, at most [`LANES`]; further ones are ignored. If all have starts, Newton's method
     /// begins with the factor of the last solve.
     #[inline(never)]
-    pub fn solve(&mut self, loads: &[Load<'_, D>], settings: &SolveSettings) -> &[Equilibrium<D>] {
+    pub fn solve(&mut self, loads: &[Load<'_, D>], settings: &SolveSettings) -> &[LaneEquilibrium<D>] {
         let loads = &loads[..loads.len().min(LANES)];
         self.factorised = None;
         self.solve_in_lanes(loads, settings);
@@ -244,7 +244,7 @@ impl<const D: usize> Group<'_, D> {
             if !body.keeps_cells_upright() && body.cell_ratios(&positions).0 <= 0.0 {
                 return solve_alone(body, load, settings);
             }
-            Equilibrium { solution, positions, alone: false }
+            LaneEquilibrium { solution, positions, alone: false }
         };
         self.answers = match work {
             Some(_) => loads.iter().enumerate().map(answer).collect(),
@@ -258,7 +258,7 @@ impl<const D: usize> Group<'_, D> {
         &self.answers
     }
 
-    pub fn answers(&self) -> &[Equilibrium<D>] {
+    pub fn answers(&self) -> &[LaneEquilibrium<D>] {
         &self.answers
     }
 

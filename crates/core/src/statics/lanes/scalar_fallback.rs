@@ -7,13 +7,13 @@ use crate::geometry;
 use crate::statics::{Response, Solution, SolveSettings, SolveStatus, Workspace, solve};
 use crate::system::System;
 
-use super::{Adjoint, Equilibrium, Load};
+use super::{Adjoint, LaneEquilibrium, Load};
 
 pub(super) fn solve_alone<const D: usize>(
     system: &System<D>,
     load: &Load<'_, D>,
     settings: &SolveSettings,
-) -> Equilibrium<D> {
+) -> LaneEquilibrium<D> {
     let mut w = Workspace::new(system);
     if load.start.is_some() {
         w.carry_bone(system, &system.held(), SVector::zeros());
@@ -26,16 +26,16 @@ fn solve_in<const D: usize>(
     w: &mut Workspace<D>,
     load: &Load<'_, D>,
     settings: &SolveSettings,
-) -> Equilibrium<D> {
+) -> LaneEquilibrium<D> {
     load.bones.iter().for_each(|(nodes, shift)| w.carry_bone(system, nodes, *shift));
     let start = load.start.unwrap_or(system.rest());
     if start.len() != w.positions().len() {
         let solution = Solution { status: SolveStatus::NotFinite, ..Solution::NONE };
-        return Equilibrium { solution, positions: system.rest().to_vec(), alone: true };
+        return LaneEquilibrium { solution, positions: system.rest().to_vec(), alone: true };
     }
     w.start_from(start);
     let solution = solve(system, w, &load.tensions, settings);
-    Equilibrium { solution, positions: w.positions().to_vec(), alone: true }
+    LaneEquilibrium { solution, positions: w.positions().to_vec(), alone: true }
 }
 
 /// Workspace for a body whose loads lanes cannot take. Each solve begins with the factor of the solve
@@ -62,7 +62,7 @@ impl<const D: usize> ScalarFallback<D> {
         system: &System<D>,
         load: &Load<'_, D>,
         settings: &SolveSettings,
-    ) -> Equilibrium<D> {
+    ) -> LaneEquilibrium<D> {
         self.is_factorised = false;
         if load.start.is_none() {
             self.w.start_from_rest(system);

@@ -9,12 +9,12 @@ mod single;
 use nalgebra::SVector;
 
 use crate::geometry::simplex;
-use crate::sparse::flat::{Block, Factor, Lower};
-use crate::sparse::simd::{Pair, Simd};
+use crate::sparse::flat::{FlatFactor, Lower, MatrixBlock};
+use crate::sparse::simd::{Simd, SimdPair};
 use crate::statics::solve::{FOLLOWED, MOST_PARTS};
 use crate::statics::{Solution, SolveSettings, SolveStatus};
 use crate::system::System;
-use crate::system::elements::{Elements, Numbers};
+use crate::system::elements::{ElementNumbers, Elements};
 
 pub(super) use rates::Neighbour;
 pub(super) use single::{Single, at_rest, solve_single};
@@ -50,20 +50,20 @@ struct Lane {
 #[derive(Debug)]
 pub(crate) struct SimdNewton<const L: usize> {
     arch: pulp::Arch,
-    numbers: Numbers<L>,
+    numbers: ElementNumbers<L>,
     /// Tension of every edge, N.
     tension: Vec<Simd<L>>,
-    positions: Vec<Pair<L>>,
-    trial: Vec<Pair<L>>,
-    force: Vec<Pair<L>>,
-    step: Vec<Pair<L>>,
+    positions: Vec<SimdPair<L>>,
+    trial: Vec<SimdPair<L>>,
+    force: Vec<SimdPair<L>>,
+    step: Vec<SimdPair<L>>,
     /// For every triangle, `h` at the last evaluation, and at the end a zero for "no triangle".
     h: Vec<Simd<L>>,
-    blocks: Vec<Block<L>>,
+    blocks: Vec<MatrixBlock<L>>,
     diagonal: Vec<Lower<L>>,
-    factor: Factor<L>,
+    factor: FlatFactor<L>,
     factor_ready: bool,
-    targets: Vec<Pair<L>>,
+    targets: Vec<SimdPair<L>>,
     lanes: [Lane; L],
 }
 
@@ -242,7 +242,7 @@ impl<const L: usize> SimdNewton<L> {
     /// Moves the bones of a lane to their places, or a part of the way where cells are in it; whether they
     /// are there.
     fn carry(&mut self, elements: &Elements, lane: usize) -> bool {
-        let at = |x: &Pair<L>| of_lane(x, lane);
+        let at = |x: &SimdPair<L>| of_lane(x, lane);
         let bones = &self.positions[elements.unknowns..];
         let ways: Vec<_> = self.targets.iter().zip(bones).map(|(to, x)| at(to) - at(x)).collect();
         if ways.iter().all(|w| w.amax() == 0.0) {
@@ -269,7 +269,7 @@ impl<const L: usize> SimdNewton<L> {
     }
 }
 
-fn of_lane<const L: usize>(x: &Pair<L>, lane: usize) -> SVector<f64, 2> {
+fn of_lane<const L: usize>(x: &SimdPair<L>, lane: usize) -> SVector<f64, 2> {
     SVector::from([x[0].0[lane], x[1].0[lane]])
 }
 

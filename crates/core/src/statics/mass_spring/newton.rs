@@ -3,13 +3,13 @@
 use pulp::NullaryFnOnce;
 
 use crate::sparse::flat::{Factorise, Solve};
-use crate::sparse::simd::{Pair, Simd};
+use crate::sparse::simd::{Simd, SimdPair};
 use crate::statics::Stability;
 use crate::statics::newton::{
     ENERGY_NOISE, FAST_ENOUGH, NEGLIGIBLE, PATIENCE, ROUNDING, SUFFICIENT_DECREASE,
 };
 use crate::system::elements::Elements;
-use crate::system::elements::local::{Assemble, Evaluate, Local};
+use crate::system::elements::local::{AssembleStiffness, Evaluate, Local};
 
 use super::{Phase, SimdNewton, of_lane, step_limit};
 
@@ -142,7 +142,7 @@ impl<const L: usize> SimdNewton<L> {
     /// Assembles the stiffness; the largest entries on its diagonal.
     fn assemble(&mut self, elements: &Elements, convex: [bool; L]) -> Simd<L> {
         let Self { numbers, tension, positions: x, h, blocks, diagonal, .. } = self;
-        self.arch.dispatch(Assemble { elements, numbers, tension, x, h, convex, blocks, diagonal })
+        self.arch.dispatch(AssembleStiffness { elements, numbers, tension, x, h, convex, blocks, diagonal })
     }
 
     /// Energy and forces at the present positions.
@@ -225,9 +225,9 @@ impl<const L: usize> SimdNewton<L> {
 
 /// `x = from + part step` of the unknowns, exactly `from` in lanes whose part is zero.
 struct Advance<'a, const L: usize> {
-    x: &'a mut [Pair<L>],
-    from: &'a [Pair<L>],
-    step: &'a [Pair<L>],
+    x: &'a mut [SimdPair<L>],
+    from: &'a [SimdPair<L>],
+    step: &'a [SimdPair<L>],
     part: Simd<L>,
 }
 

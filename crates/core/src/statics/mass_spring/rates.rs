@@ -2,10 +2,10 @@
 //! factor of the stiffness at hand.
 
 use crate::sparse::flat::Solve;
-use crate::sparse::simd::{LANES, Pair, Simd, way};
+use crate::sparse::simd::{LANES, Simd, SimdPair, way};
 use crate::system::System;
 use crate::system::elements::local::Evaluate;
-use crate::system::elements::{Elements, Numbers};
+use crate::system::elements::{ElementNumbers, Elements};
 
 use super::SimdNewton;
 
@@ -13,7 +13,7 @@ use super::SimdNewton;
 #[derive(Debug)]
 pub(in crate::statics) struct Neighbour {
     /// Its numbers, the same in all lanes.
-    numbers: Numbers<LANES>,
+    numbers: ElementNumbers<LANES>,
     /// Motion of the nodes of bones for a unit, m.
     bones: Vec<[f64; 2]>,
     part: f64,
@@ -43,12 +43,12 @@ impl Neighbour {
 
 impl<const L: usize> SimdNewton<L> {
     /// Turns forces on the unknowns, N, into the motion that they cause, m.
-    fn respond(&self, elements: &Elements, forces: &mut [Pair<L>]) {
+    fn respond(&self, elements: &Elements, forces: &mut [SimdPair<L>]) {
         self.arch.dispatch(Solve { symbolic: &elements.factor, factor: &self.factor, b: forces });
     }
 
     /// Motion of the unknowns for a unit of tension in a muscle, m/N.
-    pub fn motion_by_tension(&self, elements: &Elements, muscle: usize) -> Vec<Pair<L>> {
+    pub fn motion_by_tension(&self, elements: &Elements, muscle: usize) -> Vec<SimdPair<L>> {
         let mut u = vec![[Simd::ZERO; 2]; elements.unknowns];
         for &(edge, _) in elements.pulls.iter().filter(|(_, m)| *m as usize == muscle) {
             let [a, b] = elements.edges[edge as usize].nodes.map(|n| n as usize);
@@ -69,7 +69,7 @@ impl<const L: usize> SimdNewton<L> {
     }
 
     /// Motion of the unknowns for a displacement of these nodes of bones by 1 m along an axis.
-    pub fn motion_by_bone(&self, elements: &Elements, nodes: &[usize], axis: usize) -> Vec<Pair<L>> {
+    pub fn motion_by_bone(&self, elements: &Elements, nodes: &[usize], axis: usize) -> Vec<SimdPair<L>> {
         let mut u = vec![[Simd::ZERO; 2]; elements.unknowns];
         for (edge, k) in elements.edges.iter().zip(&self.blocks) {
             let [a, b] = edge.nodes.map(|n| n as usize);
@@ -88,7 +88,7 @@ impl<const L: usize> SimdNewton<L> {
     /// The derivatives of [`super::lanes::Adjoint`] for a function whose derivatives by the positions of all
     /// nodes are `gradient`. `gradient` becomes the derivatives by forces on unknowns and by the places of the
     /// other nodes. Returns the derivatives by tensions, one for each of the elements' pulls.
-    pub fn adjoint(&self, elements: &Elements, gradient: &mut [Pair<L>]) -> Vec<Simd<L>> {
+    pub fn adjoint(&self, elements: &Elements, gradient: &mut [SimdPair<L>]) -> Vec<Simd<L>> {
         let (free, held) = gradient.split_at_mut(elements.unknowns);
         self.respond(elements, free);
         for (edge, k) in elements.edges.iter().zip(&self.blocks) {
@@ -115,7 +115,7 @@ impl<const L: usize> SimdNewton<L> {
 impl SimdNewton<LANES> {
     /// Motion of the unknowns for a unit of a change of the shape at rest. The forces at the equilibrium are those of the last
     /// evaluation.
-    pub fn motion_by_rest(&mut self, elements: &Elements, neighbour: &Neighbour) -> Vec<Pair<LANES>> {
+    pub fn motion_by_rest(&mut self, elements: &Elements, neighbour: &Neighbour) -> Vec<SimdPair<LANES>> {
         let part = Simd::all(neighbour.part);
         self.trial.copy_from_slice(&self.positions);
         for (x, motion) in self.trial[elements.unknowns..].iter_mut().zip(&neighbour.bones) {

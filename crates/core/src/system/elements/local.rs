@@ -15,10 +15,10 @@ use pulp::NullaryFnOnce;
 
 use crate::effect::spring::THRESHOLD;
 
-use crate::sparse::flat::{Block, Lower, largest_diagonal};
-use crate::sparse::simd::{Pair, Simd, way};
+use crate::sparse::flat::{Lower, MatrixBlock, largest_diagonal};
+use crate::sparse::simd::{Simd, SimdPair, way};
 
-use super::{Elements, Numbers};
+use super::{ElementNumbers, Elements};
 
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local<const L: usize> {
@@ -34,11 +34,11 @@ pub(crate) struct Local<const L: usize> {
 /// Energy and forces at `x`, with the tension of every edge; leaves `h` of every triangle.
 pub(crate) struct Evaluate<'a, const L: usize> {
     pub elements: &'a Elements,
-    pub numbers: &'a Numbers<L>,
+    pub numbers: &'a ElementNumbers<L>,
     pub tension: &'a [Simd<L>],
-    pub x: &'a [Pair<L>],
+    pub x: &'a [SimdPair<L>],
     pub h: &'a mut [Simd<L>],
-    pub force: &'a mut [Pair<L>],
+    pub force: &'a mut [SimdPair<L>],
 }
 
 impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
@@ -92,18 +92,18 @@ impl<const L: usize> NullaryFnOnce for Evaluate<'_, L> {
 
 /// Computes the stiffness at the positions of the last [`Evaluate`]: the exact one, or the convex one in
 /// lanes that ask for it. Returns its largest diagonal entry.
-pub(crate) struct Assemble<'a, const L: usize> {
+pub(crate) struct AssembleStiffness<'a, const L: usize> {
     pub elements: &'a Elements,
-    pub numbers: &'a Numbers<L>,
+    pub numbers: &'a ElementNumbers<L>,
     pub tension: &'a [Simd<L>],
-    pub x: &'a [Pair<L>],
+    pub x: &'a [SimdPair<L>],
     pub h: &'a [Simd<L>],
     pub convex: [bool; L],
-    pub blocks: &'a mut [Block<L>],
+    pub blocks: &'a mut [MatrixBlock<L>],
     pub diagonal: &'a mut [Lower<L>],
 }
 
-impl<const L: usize> NullaryFnOnce for Assemble<'_, L> {
+impl<const L: usize> NullaryFnOnce for AssembleStiffness<'_, L> {
     type Output = Simd<L>;
 
     #[inline(always)]

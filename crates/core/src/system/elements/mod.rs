@@ -49,7 +49,7 @@ pub(crate) struct Elements {
 
 /// Numbers that differ between bodies of the same edges and triangles.
 #[derive(Debug)]
-pub(crate) struct Numbers<const L: usize> {
+pub(crate) struct ElementNumbers<const L: usize> {
     /// Spring constant of every edge, N/m; zero where it is no spring.
     pub stiffness: Vec<Simd<L>>,
     /// Its length at rest, m; zero where it is no spring.
@@ -60,7 +60,7 @@ pub(crate) struct Numbers<const L: usize> {
     pub inverse_area: Vec<Simd<L>>,
 }
 
-impl<const L: usize> Numbers<L> {
+impl<const L: usize> ElementNumbers<L> {
     /// Puts the numbers of the first lane into all lanes.
     pub fn spread(&mut self) {
         let all = self.stiffness.iter_mut().chain(&mut self.rest);
@@ -136,10 +136,10 @@ impl Elements {
         is_mesh.then_some(Self { edges, cells, pulls, springs, corners, node, number, unknowns, factor })
     }
 
-    pub fn numbers<const L: usize>(&self) -> Numbers<L> {
+    pub fn numbers<const L: usize>(&self) -> ElementNumbers<L> {
         let zeros = |n| vec![Simd::ZERO; n];
         let (edges, cells) = (self.edges.len(), self.cells.len() + 1);
-        Numbers {
+        ElementNumbers {
             stiffness: zeros(edges),
             rest: zeros(edges),
             kappa: zeros(cells),
@@ -153,7 +153,7 @@ impl Elements {
         &self,
         system: &System<D>,
         lane: usize,
-        numbers: &mut Numbers<L>,
+        numbers: &mut ElementNumbers<L>,
     ) -> bool {
         let unknowns = system.pattern().nodes();
         if system.rest().len() != self.number.len() || unknowns != &self.node[..self.unknowns] {

@@ -20,7 +20,7 @@ use tongue_infer::posterior::Verdict;
 use tongue_input::measured::Dataset;
 use tongue_input::measured::thesis::Thesis;
 
-use self::journal::{Entry, Journal};
+use self::journal::{Journal, JournalEntry};
 use self::record::AssessedRecord;
 use super::csv::lines;
 use super::{Export as _, OutputDir, Provenance, ReportError, Table, Writes};
@@ -50,7 +50,7 @@ pub struct Batch<'a> {
 impl Batch<'_> {
     /// The duration of a finished fit, s, and its parts of the outputs.
     pub fn fit(&self, number: usize) -> Result<Option<(f64, Fitted)>, ReportError> {
-        let entry: Option<Entry<Fitted>> = self.journal.read(number)?;
+        let entry: Option<JournalEntry<Fitted>> = self.journal.read(number)?;
         Ok(entry.and_then(|entry| Some((entry.wall_s, entry.result.ok()?))))
     }
 }
@@ -160,7 +160,7 @@ pub fn fitted(
             ..Digest::new(&record)
         },
         tables: [
-            tables::of_rows(muscles, &[tables::Row::Fit(&record)], provenance),
+            tables::of_rows(muscles, &[tables::FitRow::Fit(&record)], provenance),
             tables::of_muscles(&record, provenance),
             tables::of_posterior(&record, provenance),
         ],
@@ -282,7 +282,7 @@ fn write_rows(w: &mut dyn Write, batch: &Batch<'_>, table: usize) -> io::Result<
 
 fn write_fits(w: &mut dyn Write, batch: &Batch<'_>) -> io::Result<()> {
     let mut header = write_rows(w, batch, 0)?;
-    let baselines = batch.baselines.iter().map(tables::Row::Baseline);
-    let rows: Vec<_> = baselines.chain(batch.refusals.iter().map(tables::Row::Refused)).collect();
+    let baselines = batch.baselines.iter().map(tables::FitRow::Baseline);
+    let rows: Vec<_> = baselines.chain(batch.refusals.iter().map(tables::FitRow::Refused)).collect();
     write_table(w, tables::of_rows(batch.muscles, &rows, batch.provenance), &mut header)
 }

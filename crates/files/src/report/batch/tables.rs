@@ -88,13 +88,13 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
 
 /// A row of `fits.csv`: a fit, a baseline or a row that could not be fitted.
 #[derive(Clone, Copy)]
-pub(super) enum Row<'a> {
+pub(super) enum FitRow<'a> {
     Fit(&'a AssessedRecord),
     Baseline(&'a BaselineRow),
     Refused(&'a Refusal),
 }
 
-impl Row<'_> {
+impl FitRow<'_> {
     fn of(&self, value: impl FnOnce(&AssessedRecord) -> Value) -> Value {
         match self {
             Self::Fit(fit) => value(fit),
@@ -103,9 +103,9 @@ impl Row<'_> {
     }
 }
 
-fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, Row<'a>>> {
-    use Row::{Baseline, Fit, Refused};
-    let before = column::columns::<Row<'a>, _>([
+fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, FitRow<'a>>> {
+    use FitRow::{Baseline, Fit, Refused};
+    let before = column::columns::<FitRow<'a>, _>([
         ("subject", "", "subject", |r| match r {
             Fit(f) => json!(f.fit().target.subject),
             Baseline(b) => json!(b.subject),
@@ -147,7 +147,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
             r.of(|f| json!(f.fit().identifiability.as_ref().map(|i| i.null_directions.len())))
         }),
     ]);
-    let after = column::columns::<Row<'a>, _>([
+    let after = column::columns::<FitRow<'a>, _>([
         ("cost", "", "smallest objective", |r| r.of(|f| f.cost.into())),
         ("misfit", "", "RMS residual of the fitted muscles", |r| r.of(|f| f.fit().misfit.into())),
         ("passive_rms_stretch", "", "RMS residual of the passive stretches", |r| {
@@ -195,7 +195,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         }),
     ]);
     let tensions = muscles.iter().map(|m| {
-        Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", move |r: &Row<'a>| {
+        Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", move |r: &FitRow<'a>| {
             r.of(|f| json!(f.fit().value(m, &f.fit().tensions)))
         })
     });
@@ -213,7 +213,7 @@ pub fn of_posterior(r: &AssessedRecord, by: &Provenance) -> Table {
 }
 
 /// The header of `fits.csv` for a body with these muscles, and some of its rows.
-pub fn of_rows(names: &[String], rows: &[Row<'_>], by: &Provenance) -> Table {
+pub fn of_rows(names: &[String], rows: &[FitRow<'_>], by: &Provenance) -> Table {
     column::table(&fit_columns(names, by), rows)
 }
 

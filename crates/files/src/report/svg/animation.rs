@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 
 use nalgebra::SVector;
 
-use super::axes::{BELOW, LEFT, View};
+use super::axes::{BELOW, LEFT, PlotView};
 use super::labels::point_at;
-use super::muscle_lines::{Line, arrow, bone, bones, label_places, lines, muscle};
+use super::muscle_lines::{DrawnMuscle, arrow, bone, bones, label_places, lines, muscle};
 use super::section::{
-    AlignedRecording, DEFORMED, EDGES, REST, REST_TISSUE, check, dots, draw_palate, frame, key, ring,
+    DEFORMED, DrawnRecording, EDGES, REST, REST_TISSUE, check, dots, draw_palate, frame, key, ring,
     tissue_edges,
 };
-use super::{Anchor, Face, MARGIN, Px, Svg, TEXT, WIDTH, data};
+use super::{Anchor, FontFace, MARGIN, Px, Svg, TEXT, WIDTH, data};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 
@@ -72,7 +72,7 @@ fn drawn(
     let strongest = most.iter().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
     let (mut svg, top) = Svg::new(title, &shown, WIDTH);
     let shapes = frames.iter().map(|f| f.positions.as_slice());
-    let view = View::new(frame(mesh, palate, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    let view = PlotView::new(frame(mesh, palate, shapes), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
     draw_palate(&mut svg, &view, mesh, palate);
@@ -80,7 +80,7 @@ fn drawn(
     // Names keep their places beside the middles of their lines.
     let at_the_end = lines(&view, mesh, &last.positions, &most);
     let places = label_places(&view, &at_the_end, &bones(&view, mesh, &last.positions));
-    let middle = |line: &Line<'_>| point_at(&line.seen, 0.5).map(|(p, _)| p);
+    let middle = |line: &DrawnMuscle<'_>| point_at(&line.seen, 0.5).map(|(p, _)| p);
     let end = view.end();
     let mut arrows = false;
     for (nth, f) in frames.iter().enumerate() {
@@ -113,7 +113,7 @@ fn drawn(
         }
         dots(&mut svg, &view, seen.get(nth).map_or(&[], Vec::as_slice));
         let at: Px = [end[0] - MARGIN, top + MARGIN + TEXT];
-        svg.text(at, Anchor::End, Face::Bold, &format!("{:.2} s", f.time));
+        svg.text(at, Anchor::End, FontFace::Bold, &format!("{:.2} s", f.time));
         svg.elements += "</g>\n";
     }
     view.axes(
@@ -123,7 +123,7 @@ fn drawn(
     let bottom = end[1] + BELOW + MARGIN;
     let palate = (!palate.is_empty()).then_some(false);
     let seen =
-        AlignedRecording { grey: "rest", tensions: &most, arrows, palate, bones: !mesh.fixed.is_empty() };
+        DrawnRecording { grey: "rest", tensions: &most, arrows, palate, bones: !mesh.fixed.is_empty() };
     let height = key(&mut svg, &seen, bottom);
     Ok(svg.finish(bottom + height + MARGIN))
 }

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use nalgebra::SVector;
 
-use super::{Anchor, Face, INK, MARGIN, Px, Svg, data};
+use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, data};
 
 /// Room for the numbers and the name of the vertical axis, px, and of the horizontal axis.
 pub(super) const LEFT: f64 = 84.0;
@@ -63,13 +63,13 @@ impl Bounds {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct View {
+pub(super) struct PlotView {
     pub bounds: Bounds,
     corner: Px,
     pub scale: f64,
 }
 
-impl View {
+impl PlotView {
     /// The view with its upper left corner at `corner` and a width of `width` px.
     pub fn new(bounds: Bounds, corner: Px, width: f64) -> Self {
         Self { bounds, corner, scale: width / bounds.size()[0].max(1e-9) }
@@ -104,15 +104,15 @@ impl View {
             let [at, _] = self.place(&SVector::from([1e-3 * value, 0.0]));
             svg.line([at, bottom], [at, bottom + TICK], INK, 1.5);
             // A number with a sign must stay inside the sheet.
-            let inside = right + MARGIN - 0.7 * Face::Plain.width(&tick(value));
-            svg.text([at.min(inside), bottom + 22.0], Anchor::Middle, Face::Plain, &tick(value));
+            let inside = right + MARGIN - 0.7 * FontFace::Plain.width(&tick(value));
+            svg.text([at.min(inside), bottom + 22.0], Anchor::Middle, FontFace::Plain, &tick(value));
         }
         for value in ticks(mm(1)) {
             let [_, at] = self.place(&SVector::from([0.0, 1e-3 * value]));
             svg.line([left - TICK, at], [left, at], INK, 1.5);
-            svg.text([left - TICK - 4.0, at], Anchor::End, Face::Plain, &tick(value));
+            svg.text([left - TICK - 4.0, at], Anchor::End, FontFace::Plain, &tick(value));
         }
-        svg.text([0.5 * (left + right), bottom + 54.0], Anchor::Middle, Face::Plain, x);
+        svg.text([0.5 * (left + right), bottom + 54.0], Anchor::Middle, FontFace::Plain, x);
         svg.upright_text([left - LEFT + MARGIN + 8.0, 0.5 * (top + bottom)], y);
     }
 
@@ -174,7 +174,7 @@ mod tests {
 
     #[test]
     fn a_line_that_leaves_the_view_ends_at_its_edge() {
-        let view = View::new(Bounds { low: [0.0, 0.0], high: [1.0, 1.0] }, [0.0, 0.0], 100.0);
+        let view = PlotView::new(Bounds { low: [0.0, 0.0], high: [1.0, 1.0] }, [0.0, 0.0], 100.0);
         let points = [[2.0, 0.5], [0.5, 0.5], [0.5, 0.25]].map(SVector::from);
         let (seen, leaves) = view.visible(&points);
         assert_eq!(seen, [[100.0, 50.0], [50.0, 50.0], [50.0, 75.0]]);

@@ -1,7 +1,7 @@
 //! Bar charts in groups (muscle lengths relative to a baseline vowel, figure 4.9 of Kato 2014; parts of a whole), and ridges of a posterior.
 
 use super::plot::{Axis, Plot, around};
-use super::{Anchor, Entry, Face, INK, LEGEND_ROW, MARGIN, Svg, TEXT, WIDTH, closed};
+use super::{Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed};
 use crate::report::ReportError;
 use tongue_infer::posterior::{Posterior, Quantiles};
 use tongue_input::measured::muscles::Muscles;
@@ -53,12 +53,12 @@ fn chart(
     let (mut svg, top) = Svg::new(title, &description(labels, series, what), WIDTH);
     let half = 0.5 * TEXT - 2.0;
     let shown = series.iter().zip(FILLS).map(|(one, fill)| {
-        Entry::new(SAMPLE, &one.name, move |svg, [x, y]| {
+        LegendEntry::new(SAMPLE, &one.name, move |svg, [x, y]| {
             svg.rectangle([x, y - half], [x + SAMPLE - 10.0, y + half], fill, Some(INK));
         })
     });
     let contracting = labels.iter().any(|l| l.ends_with('*'));
-    let contracting = contracting.then(|| Entry::new(0.0, "* contracting", |_, _| ()));
+    let contracting = contracting.then(|| LegendEntry::new(0.0, "* contracting", |_, _| ()));
     let top = top + 0.2 * LEGEND_ROW;
     let top = top + svg.legend(shown.chain(contracting), [AXIS, WIDTH - MARGIN], top) + MARGIN;
     bars(&mut svg, labels, series, (axis, base), top);
@@ -113,9 +113,9 @@ fn bars(svg: &mut Svg, labels: &[String], series: &[Series], (axis, base): (&str
             plot.rectangle(svg, [[x, bottom], [x + width, tip]], fill, Some(INK));
         }
     }
-    let is_wide = labels.iter().any(|l| Face::Bold.width(l) > plot.size[0] / groups);
+    let is_wide = labels.iter().any(|l| FontFace::Bold.width(l) > plot.size[0] / groups);
     for (number, label) in labels.iter().enumerate() {
-        let face = if label.ends_with('*') { Face::Bold } else { Face::Plain };
+        let face = if label.ends_with('*') { FontFace::Bold } else { FontFace::Plain };
         let [x, foot] = plot.place(number as f64 + 0.5, plot.y[0]);
         // Every second one of long labels stands lower.
         let row = if is_wide && number % 2 == 1 { 0.75 } else { 0.4 };
@@ -156,7 +156,7 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     let plot = Plot::linear([left, head], [right - left, height], [low, high], [0.0, height]);
     plot.axes(&mut svg, [Axis::Named("change of tension from the baseline, N per metre"), Axis::Nothing]);
     svg.stroke(&plot.upright(0.0), INK, 1.0);
-    svg.text([right + 0.5 * ODDS, head], Anchor::Middle, Face::Plain, "P(rises)");
+    svg.text([right + 0.5 * ODDS, head], Anchor::Middle, FontFace::Plain, "P(rises)");
     for (m, info) in Muscles::built_in().of(names).iter().enumerate() {
         let base = height - RIDGE - FREE * m as f64;
         let heights = density(&all[m], low, high);
@@ -176,9 +176,9 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
             svg.stroke(&plot.path(ends.map(|v| [v, base])), INK, width);
         }
         let y = plot.place(low, base)[1] - 14.0;
-        svg.text([left - 10.0, y], Anchor::End, Face::Bold, &names[m]);
+        svg.text([left - 10.0, y], Anchor::End, FontFace::Bold, &names[m]);
         let rises = all[m].iter().filter(|c| **c > 0.0).count() as f64 / all[m].len().max(1) as f64;
-        svg.text([right + 0.5 * ODDS, y], Anchor::Middle, Face::Plain, &format!("{rises:.2}"));
+        svg.text([right + 0.5 * ODDS, y], Anchor::Middle, FontFace::Plain, &format!("{rises:.2}"));
     }
     svg.finish(head + height + 50.0 + 2.5 * MARGIN)
 }

@@ -1,14 +1,14 @@
 //! Placement of names beside lines with little overlap.
 
-use super::{Face, Px, TEXT};
+use super::{FontFace, Px, TEXT};
 
 const GAP: f64 = 7.0;
 /// Candidate positions of a name along its line, best first.
 const PARTS: [f64; 9] = [0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2, 0.9, 0.1];
 
-pub(super) struct Named<'a> {
+pub(super) struct MuscleLabel<'a> {
     pub name: &'a str,
-    pub face: Face,
+    pub face: FontFace,
     pub line: &'a [Px],
 }
 
@@ -36,7 +36,7 @@ impl Area {
 
 /// The centre of every name, in the order of the lines; `None` for a line without length. Names stay inside
 /// the frame (two corners, px) and avoid each other, the lines and `points` as far as possible.
-pub(super) fn place(lines: &[Named<'_>], points: &[Px], frame: [Px; 2]) -> Vec<Option<Px>> {
+pub(super) fn place(lines: &[MuscleLabel<'_>], points: &[Px], frame: [Px; 2]) -> Vec<Option<Px>> {
     let frame = Area { low: frame[0], high: frame[1] };
     let obstacles: Vec<Px> =
         lines.iter().flat_map(|l| samples(l.line)).chain(points.iter().copied()).collect();

@@ -78,12 +78,12 @@ enum Anchor {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Face {
+enum FontFace {
     Plain,
     Bold,
 }
 
-impl Face {
+impl FontFace {
     fn width(self, text: &str) -> f64 {
         let letter = if self == Self::Bold { BOLD_LETTER } else { LETTER };
         text.chars().count() as f64 * TEXT * letter
@@ -105,7 +105,7 @@ impl Svg {
         let mut top = MARGIN;
         for line in lines {
             let at = [0.5 * width, top + 0.5 * TITLE_LINE];
-            svg.sized_text(at, Anchor::Middle, Face::Bold, TITLE, "", &line);
+            svg.sized_text(at, Anchor::Middle, FontFace::Bold, TITLE, "", &line);
             top += TITLE_LINE;
         }
         (svg, top)
@@ -165,20 +165,20 @@ impl Svg {
         );
     }
 
-    fn text(&mut self, at: Px, anchor: Anchor, face: Face, text: &str) {
+    fn text(&mut self, at: Px, anchor: Anchor, face: FontFace, text: &str) {
         self.sized_text(at, anchor, face, TEXT, "", text);
     }
 
-    fn label(&mut self, at: Px, face: Face, text: &str) {
+    fn label(&mut self, at: Px, face: FontFace, text: &str) {
         self.sized_text(at, Anchor::Middle, face, TEXT, HALO, text);
     }
 
     fn upright_text(&mut self, at: Px, text: &str) {
         let turned = format!(" transform=\"rotate(-90 {:.1} {:.1})\"", at[0], at[1]);
-        self.sized_text(at, Anchor::Middle, Face::Plain, TEXT, &turned, text);
+        self.sized_text(at, Anchor::Middle, FontFace::Plain, TEXT, &turned, text);
     }
 
-    fn sized_text(&mut self, at: Px, anchor: Anchor, face: Face, size: f64, more: &str, text: &str) {
+    fn sized_text(&mut self, at: Px, anchor: Anchor, face: FontFace, size: f64, more: &str, text: &str) {
         let _ = writeln!(
             self.elements,
             "<text {}{more}>{}</text>",
@@ -191,13 +191,13 @@ impl Svg {
 /// Attributes of the white edge of a text.
 const HALO: &str = " stroke=\"#ffffff\" stroke-width=\"6\" stroke-linejoin=\"round\" paint-order=\"stroke\"";
 
-fn text_attributes(at: Px, anchor: Anchor, face: Face, size: f64) -> String {
+fn text_attributes(at: Px, anchor: Anchor, face: FontFace, size: f64) -> String {
     let anchor = match anchor {
         Anchor::Start => "start",
         Anchor::Middle => "middle",
         Anchor::End => "end",
     };
-    let weight = if face == Face::Bold { " font-weight=\"bold\"" } else { "" };
+    let weight = if face == FontFace::Bold { " font-weight=\"bold\"" } else { "" };
     // The middle of a letter is about a third of the size above the baseline; viewers differ in
     // `dominant-baseline`.
     format!(
@@ -285,9 +285,9 @@ pub fn wrapped(text: &str, most: usize) -> Vec<String> {
 type Symbol<'a> = Box<dyn Fn(&mut Svg, Px) + 'a>;
 
 /// An entry of a legend: the width of its symbol, px, its name, and its symbol.
-struct Entry<'a>(f64, &'a str, Symbol<'a>);
+struct LegendEntry<'a>(f64, &'a str, Symbol<'a>);
 
-impl<'a> Entry<'a> {
+impl<'a> LegendEntry<'a> {
     fn new(width: f64, name: &'a str, draw: impl Fn(&mut Svg, Px) + 'a) -> Self {
         Self(width, name, Box::new(draw))
     }
@@ -299,18 +299,18 @@ impl Svg {
     /// Draws a legend in as many rows as needed between `left` and `right`, and returns the height of all rows.
     fn legend<'a>(
         &mut self,
-        entries: impl IntoIterator<Item = Entry<'a>>,
+        entries: impl IntoIterator<Item = LegendEntry<'a>>,
         [left, right]: [f64; 2],
         top: f64,
     ) -> f64 {
         let [mut x, mut y] = [left, top + 0.5 * LEGEND_ROW];
-        for Entry(symbol, name, draw) in entries {
-            let width = symbol + Face::Plain.width(name);
+        for LegendEntry(symbol, name, draw) in entries {
+            let width = symbol + FontFace::Plain.width(name);
             if x > left && x + width > right {
                 [x, y] = [left, y + LEGEND_ROW];
             }
             draw(self, [x, y]);
-            self.text([x + symbol, y], Anchor::Start, Face::Plain, name);
+            self.text([x + symbol, y], Anchor::Start, FontFace::Plain, name);
             x += width + 2.0 * MARGIN;
         }
         if x > left { y + 0.5 * LEGEND_ROW - top } else { 0.0 }

@@ -2,10 +2,10 @@
 
 use nalgebra::{Matrix2, SVector};
 
-use super::axes::{View, ticks};
-use super::labels::{self, Named};
+use super::axes::{PlotView, ticks};
+use super::labels::{self, MuscleLabel};
 use super::plot::{Plot, around};
-use super::{Anchor, Face, INK, MARGIN, Px, Svg, WIDTH, closed};
+use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, WIDTH, closed};
 use tongue_core::body::Mesh;
 use tongue_input::measured::muscles::Muscles;
 
@@ -14,7 +14,7 @@ const CONTRACTING: [f64; 2] = [8.0, 2.5];
 
 const PASSIVE: [f64; 2] = [3.5, 2.0];
 
-pub(super) struct Line<'a> {
+pub(super) struct DrawnMuscle<'a> {
     pub name: String,
     pub colour: String,
     pub contracting: bool,
@@ -24,9 +24,9 @@ pub(super) struct Line<'a> {
     pub nodes: &'a [usize],
 }
 
-impl Line<'_> {
-    pub fn face(&self) -> Face {
-        if self.contracting { Face::Bold } else { Face::Plain }
+impl DrawnMuscle<'_> {
+    pub fn face(&self) -> FontFace {
+        if self.contracting { FontFace::Bold } else { FontFace::Plain }
     }
 }
 
@@ -37,11 +37,11 @@ pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
 
 /// The muscles of a shape; the name of a contracting one is followed by its tension.
 pub(super) fn lines<'a>(
-    view: &View,
+    view: &PlotView,
     mesh: &'a Mesh<2>,
     positions: &[SVector<f64, 2>],
     tensions: &[f64],
-) -> Vec<Line<'a>> {
+) -> Vec<DrawnMuscle<'a>> {
     let names: Vec<String> = mesh.muscles.iter().map(|m| m.name.clone()).collect();
     let colours = colours(&names);
     let all = mesh.muscles.iter().zip(tensions).enumerate().map(|(number, (muscle, &tension))| {
@@ -49,7 +49,7 @@ pub(super) fn lines<'a>(
         let (seen, leaves) = view.visible(&chain);
         let contracting = tension > 0.0;
         let name = if contracting { format!("{} {tension:.1}", muscle.name) } else { muscle.name.clone() };
-        Line {
+        DrawnMuscle {
             name,
             colour: colours.get(number).cloned().unwrap_or_else(|| INK.to_owned()),
             contracting,
@@ -58,27 +58,27 @@ pub(super) fn lines<'a>(
             nodes: &muscle.nodes,
         }
     });
-    let mut all: Vec<Line<'a>> = all.collect();
+    let mut all: Vec<DrawnMuscle<'a>> = all.collect();
     all.sort_by_key(|l| l.contracting);
     all
 }
 
-pub(super) fn bones(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> Vec<Px> {
+pub(super) fn bones(view: &PlotView, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> Vec<Px> {
     let seen = mesh.fixed.iter().filter_map(|&n| positions.get(n)).filter(|p| view.bounds.contains(p));
     seen.map(|p| view.place(p)).collect()
 }
 
 /// The place of every muscle's name, in the order of the lines; contracting muscles choose first.
-pub(super) fn label_places(view: &View, lines: &[Line<'_>], bones: &[Px]) -> Vec<Option<Px>> {
-    let named: Vec<Named<'_>> =
-        lines.iter().rev().map(|l| Named { name: &l.name, face: l.face(), line: &l.seen }).collect();
+pub(super) fn label_places(view: &PlotView, lines: &[DrawnMuscle<'_>], bones: &[Px]) -> Vec<Option<Px>> {
+    let named: Vec<MuscleLabel<'_>> =
+        lines.iter().rev().map(|l| MuscleLabel { name: &l.name, face: l.face(), line: &l.seen }).collect();
     let corner = view.place(&SVector::from([view.bounds.low[0], view.bounds.high[1]]));
     let mut places = labels::place(&named, bones, [corner, view.end()]);
     places.reverse();
     places
 }
 
-pub(super) fn names(svg: &mut Svg, view: &View, lines: &[Line<'_>], bones: &[Px]) {
+pub(super) fn names(svg: &mut Svg, view: &PlotView, lines: &[DrawnMuscle<'_>], bones: &[Px]) {
     for (line, place) in lines.iter().zip(label_places(view, lines, bones)) {
         if let Some(at) = place {
             svg.label(at, line.face(), &line.name);
@@ -127,7 +127,7 @@ fn colour(stretch: f64, [low, high]: [f64; 2]) -> &'static str {
 /// no tissue.
 pub(super) fn fill(
     svg: &mut Svg,
-    view: &View,
+    view: &PlotView,
     mesh: &Mesh<2>,
     positions: &[SVector<f64, 2>],
 ) -> Option<[f64; 2]> {
@@ -156,14 +156,14 @@ pub(super) fn key(svg: &mut Svg, scale: [f64; 2], left: f64, top: f64) -> f64 {
     let parts = COLOURS.len() as f64;
     let size = [WIDTH - MARGIN - 30.0 - left, 22.0];
     let plot = Plot::linear([left, top + 34.0], size, scale, [0.0, 1.0]);
-    svg.text([left, top + 14.0], Anchor::Start, Face::Plain, "largest stretch of the tissue, to rest");
+    svg.text([left, top + 14.0], Anchor::Start, FontFace::Plain, "largest stretch of the tissue, to rest");
     for (nth, paint) in COLOURS.iter().enumerate() {
         let [from, to] = [nth, nth + 1].map(|n| scale[0] + (scale[1] - scale[0]) * n as f64 / parts);
         plot.rectangle(svg, [[from, 0.0], [to, 1.0]], paint, Some(INK));
     }
     for level in ticks(scale[0]..=scale[1]) {
         let [x, y] = plot.place(level, 0.0);
-        svg.text([x, y + 18.0], Anchor::Middle, Face::Plain, &format!("{level:.2}"));
+        svg.text([x, y + 18.0], Anchor::Middle, FontFace::Plain, &format!("{level:.2}"));
     }
     top + 34.0 + 22.0 + 44.0
 }

@@ -2,10 +2,10 @@
 
 use nalgebra::SVector;
 
-use super::axes::View;
+use super::axes::PlotView;
 use super::muscle_lines::{arrow, bone, bones, lines, muscle};
 use super::section::{DEFORMED, REST, REST_TISSUE, check, draw_palate, frame, ring};
-use super::{Anchor, Face, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, data};
+use super::{Anchor, FontFace, INK, LEGEND_ROW, MARGIN, RULE, Svg, TEXT, data};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 
@@ -50,13 +50,13 @@ pub fn panels(
     for (nth, panel) in panels.iter().enumerate() {
         let [row, column] = [nth / columns, nth % columns];
         let left = MARGIN + column as f64 * (PANEL + GAP);
-        let height = View::new(bounds, [0.0, 0.0], PANEL).end()[1] + HEAD + GAP;
+        let height = PlotView::new(bounds, [0.0, 0.0], PANEL).end()[1] + HEAD + GAP;
         let upper = top + MARGIN + row as f64 * height;
-        let view = View::new(bounds, [left, upper + HEAD], PANEL);
-        svg.text([left, upper + 0.6 * TEXT], Anchor::Start, Face::Bold, &panel.title);
+        let view = PlotView::new(bounds, [left, upper + HEAD], PANEL);
+        svg.text([left, upper + 0.6 * TEXT], Anchor::Start, FontFace::Bold, &panel.title);
         for (line, text) in panel.lines.iter().take(2).enumerate() {
             let y = upper + (1.8 + 1.2 * line as f64) * TEXT;
-            svg.text([left, y], Anchor::Start, Face::Plain, text);
+            svg.text([left, y], Anchor::Start, FontFace::Plain, text);
         }
         draw(&mut svg, &view, mesh, palate, panel);
         bottom = view.end()[1];
@@ -65,11 +65,11 @@ pub fn panels(
     let met = if palate.is_empty() { "" } else { "; palate: for orientation, without contact" };
     let note =
         format!("grey: at rest; dark outline: as this muscle pulls; grid of 20 mm; front to the left{met}");
-    svg.text([MARGIN, y], Anchor::Start, Face::Plain, &note);
+    svg.text([MARGIN, y], Anchor::Start, FontFace::Plain, &note);
     Ok(svg.finish(y + 0.5 * LEGEND_ROW + MARGIN))
 }
 
-fn draw(svg: &mut Svg, view: &View, mesh: &Mesh<2>, palate: &[SVector<f64, 2>], panel: &Panel) {
+fn draw(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, palate: &[SVector<f64, 2>], panel: &Panel) {
     let [low, high] = [view.bounds.low, view.bounds.high];
     let point = |x: f64, y: f64| view.place(&SVector::from([x, y]));
     let steps = |i: usize| {

@@ -2,7 +2,7 @@
 
 use super::axes::ticks;
 use super::muscle_lines::colours;
-use super::{Anchor, Entry, Face, INK, MARGIN, Px, RULE, Svg, TEXT, data};
+use super::{Anchor, FontFace, INK, LegendEntry, MARGIN, Px, RULE, Svg, TEXT, data};
 
 #[derive(Debug, Clone)]
 pub(super) struct Plot {
@@ -110,7 +110,7 @@ impl Plot {
                 svg.line([at, top], [at, bottom], RULE, 1.0);
             }
             if matches!(x, Axis::Named(_) | Axis::Numbers) {
-                svg.text([at, bottom + 20.0], Anchor::Middle, Face::Plain, &label);
+                svg.text([at, bottom + 20.0], Anchor::Middle, FontFace::Plain, &label);
             }
         }
         for (value, label) in every(self.scale.marks(self.y), 34.0 / self.size[1]) {
@@ -119,12 +119,12 @@ impl Plot {
                 svg.line([left, at], [right, at], RULE, 1.0);
             }
             if matches!(y, Axis::Named(_) | Axis::Numbers) {
-                svg.text([left - 8.0, at], Anchor::End, Face::Plain, &label);
+                svg.text([left - 8.0, at], Anchor::End, FontFace::Plain, &label);
             }
         }
         svg.stroke(&data([[self.corner, [left, bottom], [right, bottom]]]), INK, 1.5);
         if let Axis::Named(name) = x {
-            svg.text([0.5 * (left + right), bottom + 50.0], Anchor::Middle, Face::Plain, name);
+            svg.text([0.5 * (left + right), bottom + 50.0], Anchor::Middle, FontFace::Plain, name);
         }
         if let Axis::Named(name) = y {
             svg.upright_text([left - 78.0, 0.5 * (top + bottom)], name);
@@ -166,15 +166,15 @@ pub fn scatter(muscles: &[String], panels: &[Scatter], title: &str) -> Svg {
     let entries = muscles
         .iter()
         .zip(&paint)
-        .map(|(name, c)| Entry::new(26.0, name, move |svg, [x, y]| svg.dot([x + DOT, y], DOT, c, INK)));
+        .map(|(name, c)| LegendEntry::new(26.0, name, move |svg, [x, y]| svg.dot([x + DOT, y], DOT, c, INK)));
     let top = top + svg.legend(entries, [MARGIN + AXIS, width - MARGIN], top);
     let mut bottom = top;
     for (nth, panel) in panels.iter().enumerate() {
         let left = MARGIN + AXIS + (nth % columns) as f64 * (SIDE + AXIS);
         let above = top + HEAD + (nth / columns) as f64 * (HEAD + SIDE + FOOT);
         let plot = Plot::linear([left, above], [SIDE, SIDE], ends, ends);
-        svg.text([left, above - 1.9 * TEXT], Anchor::Start, Face::Bold, &panel.title);
-        svg.text([left, above - 0.8 * TEXT], Anchor::Start, Face::Plain, &panel.line);
+        svg.text([left, above - 1.9 * TEXT], Anchor::Start, FontFace::Bold, &panel.title);
+        svg.text([left, above - 0.8 * TEXT], Anchor::Start, FontFace::Plain, &panel.line);
         plot.axes(&mut svg, [Axis::Named("measured stretch"), Axis::Named("predicted")]);
         svg.stroke(&plot.path(ends.map(|v| [v, v])), INK, 1.2);
         for &(muscle, x, y) in &panel.points {

@@ -3,9 +3,9 @@
 
 use nalgebra::SVector;
 
-use super::axes::{BELOW, Bounds, LEFT, View};
+use super::axes::{BELOW, Bounds, LEFT, PlotView};
 use super::muscle_lines::{arrow, bone, bones, lines, muscle, names};
-use super::{Entry, INK, LEGEND_ROW, MARGIN, Px, Svg, WIDTH, closed, data, muscle_lines};
+use super::{INK, LEGEND_ROW, LegendEntry, MARGIN, Px, Svg, WIDTH, closed, data, muscle_lines};
 use crate::report::ReportError;
 use tongue_core::body::Mesh;
 use tongue_core::geometry::topology;
@@ -71,7 +71,7 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     let SectionPicture { mesh, positions, tensions, palate, seen, contact, stretch, grey, title } = *section;
     check(mesh, positions, tensions)?;
     let (mut svg, top) = Svg::new(title, &description(section), WIDTH);
-    let view = View::new(frame(mesh, palate, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
+    let view = PlotView::new(frame(mesh, palate, [positions]), [LEFT, top + MARGIN], WIDTH - LEFT - MARGIN);
     svg.fill(&ring(&view, mesh, &mesh.nodes), REST_TISSUE);
     let colours = stretch.then(|| muscle_lines::fill(&mut svg, &view, mesh, positions)).flatten();
     svg.stroke(&ring(&view, mesh, &mesh.nodes), REST, 2.0);
@@ -85,7 +85,7 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     dots(&mut svg, &view, seen);
     view.axes(&mut svg, ["front \u{2190}\u{2003}x (mm)\u{2003}\u{2192} back", "y (mm)"]);
     let palate = (!palate.is_empty()).then_some(contact);
-    let seen = AlignedRecording { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
+    let seen = DrawnRecording { grey, tensions, arrows, palate, bones: !mesh.fixed.is_empty() };
     let mut bottom = view.end()[1] + BELOW + MARGIN;
     if let Some(scale) = colours {
         bottom = muscle_lines::key(&mut svg, scale, LEFT, bottom);
@@ -94,7 +94,7 @@ pub fn tongue(section: &SectionPicture<'_>) -> Result<Svg, ReportError> {
     Ok(svg.finish(bottom + height + MARGIN))
 }
 
-pub(super) fn dots(svg: &mut Svg, view: &View, seen: &[SVector<f64, 2>]) {
+pub(super) fn dots(svg: &mut Svg, view: &PlotView, seen: &[SVector<f64, 2>]) {
     for p in seen.iter().filter(|p| view.bounds.contains(p)) {
         svg.dot(view.place(p), 6.0, INK, "#ffffff");
     }
@@ -174,7 +174,7 @@ pub(in crate::report) fn frame<'a>(
     shapes.fold(room.with(palate), Bounds::with).paged()
 }
 
-pub(super) fn ring(view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> String {
+pub(super) fn ring(view: &PlotView, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) -> String {
     let loops = topology::outlines(mesh.cells.iter());
     closed(
         loops.iter().map(|l| Vec::from_iter(l.iter().filter_map(|&n| Some(view.place(positions.get(n)?))))),
@@ -187,7 +187,7 @@ pub(super) fn tissue_edges(mesh: &Mesh<2>) -> Vec<&[usize]> {
     pairs.filter(|pair| mesh.cells.is_empty() || pair.iter().all(|&n| inside[n])).collect()
 }
 
-pub(super) fn draw_palate(svg: &mut Svg, view: &View, mesh: &Mesh<2>, outline: &[SVector<f64, 2>]) {
+pub(super) fn draw_palate(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, outline: &[SVector<f64, 2>]) {
     if outline.len() < 2 {
         return;
     }
@@ -219,7 +219,7 @@ pub(super) fn draw_palate(svg: &mut Svg, view: &View, mesh: &Mesh<2>, outline: &
 /// the view.
 fn muscles(
     svg: &mut Svg,
-    view: &View,
+    view: &PlotView,
     mesh: &Mesh<2>,
     positions: &[SVector<f64, 2>],
     tensions: &[f64],
@@ -238,7 +238,7 @@ fn muscles(
 }
 
 /// Original places of bones that a fit has displaced: hollow, with a line to their present places.
-fn places_of_moved_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) {
+fn places_of_moved_bones(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, positions: &[SVector<f64, 2>]) {
     for &node in &mesh.fixed {
         let (Some(was), Some(is)) = (mesh.nodes.get(node), positions.get(node)) else { continue };
         if (is - was).norm() > MOVED && view.bounds.contains(was) {
@@ -254,7 +254,7 @@ fn places_of_moved_bones(svg: &mut Svg, view: &View, mesh: &Mesh<2>, positions: 
     }
 }
 
-pub(super) struct AlignedRecording<'a> {
+pub(super) struct DrawnRecording<'a> {
     pub grey: &'a str,
     pub tensions: &'a [f64],
     pub arrows: bool,
@@ -263,7 +263,7 @@ pub(super) struct AlignedRecording<'a> {
     pub bones: bool,
 }
 
-pub(super) fn key(svg: &mut Svg, seen: &AlignedRecording<'_>, top: f64) -> f64 {
+pub(super) fn key(svg: &mut Svg, seen: &DrawnRecording<'_>, top: f64) -> f64 {
     let contracting = seen.tensions.iter().any(|t| *t > 0.0);
     let passive = seen.tensions.iter().any(|t| *t <= 0.0);
     let line = |[x, y]: Px| data([[[x, y], [x + SAMPLE, y]]]);
@@ -273,21 +273,21 @@ pub(super) fn key(svg: &mut Svg, seen: &AlignedRecording<'_>, top: f64) -> f64 {
     };
     let muscle = |contracting| move |svg: &mut Svg, at: Px| muscle(svg, &line(at), "#ffffff", contracting);
     let (long, short) = (SAMPLE + 12.0, 36.0);
-    let palate = |name| Entry::new(short, name, boxed(24.0, PALATE, DEFORMED));
+    let palate = |name| LegendEntry::new(short, name, boxed(24.0, PALATE, DEFORMED));
     let entries = [
-        Some(Entry::new(long, seen.grey, boxed(SAMPLE, REST_TISSUE, REST))),
-        Some(Entry::new(long, "deformed", |svg, at| svg.stroke(&line(at), DEFORMED, 2.6))),
-        seen.bones.then(|| Entry::new(short, "bone", |svg, [x, y]| bone(svg, [x + 12.0, y]))),
+        Some(LegendEntry::new(long, seen.grey, boxed(SAMPLE, REST_TISSUE, REST))),
+        Some(LegendEntry::new(long, "deformed", |svg, at| svg.stroke(&line(at), DEFORMED, 2.6))),
+        seen.bones.then(|| LegendEntry::new(short, "bone", |svg, [x, y]| bone(svg, [x + 12.0, y]))),
         seen.palate.map(|touched| palate(if touched { "palate" } else { "palate, for orientation only" })),
-        passive.then(|| Entry::new(long, "passive muscle", muscle(false))),
+        passive.then(|| LegendEntry::new(long, "passive muscle", muscle(false))),
         seen.arrows.then(|| {
-            Entry::new(long, "to its bone, out of view", |svg, [x, y]| {
+            LegendEntry::new(long, "to its bone, out of view", |svg, [x, y]| {
                 muscle(false)(svg, [x, y]);
                 arrow(svg, [x, y], [x + SAMPLE, y], "#ffffff");
             })
         }),
         contracting.then(|| {
-            Entry::new(long, "contracting, with its tension in N per metre of thickness", muscle(true))
+            LegendEntry::new(long, "contracting, with its tension in N per metre of thickness", muscle(true))
         }),
     ];
     svg.legend(entries.into_iter().flatten(), [LEFT, WIDTH - MARGIN], top)

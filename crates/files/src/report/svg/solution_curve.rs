@@ -6,7 +6,7 @@ use tongue_input::measured::muscles::Muscles;
 
 use super::axes::BELOW;
 use super::plot::{Axis, Plot};
-use super::{Anchor, Face, INK, MARGIN, Svg, WIDTH, data};
+use super::{Anchor, FontFace, INK, MARGIN, Svg, WIDTH, data};
 
 const LEFT: f64 = 104.0;
 /// Heights of the two plots, px, and the gap between them.
@@ -53,7 +53,7 @@ pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
     if let Some(&at) = way.get(valley.answer) {
         let (head, foot) = (upper.place(at, upper.y[1]), lower.place(at, 0.0));
         svg.dashes(&data([[head, foot]]), INK, 1.5);
-        svg.text([head[0] + 8.0, head[1] + 14.0], Anchor::Start, Face::Plain, "answer");
+        svg.text([head[0] + 8.0, head[1] + 14.0], Anchor::Start, FontFace::Plain, "answer");
     }
     let mut labels: Vec<(f64, usize)> = Vec::new();
     for (m, info) in Muscles::built_in().of(&names).iter().enumerate() {
@@ -67,7 +67,7 @@ pub fn valley(valley: &ValleyRecord, reference: &str) -> Svg {
     let mut free = f64::NEG_INFINITY;
     for (y, m) in labels {
         free = y.max(free);
-        svg.text([WIDTH - NAMES - MARGIN + 10.0, free], Anchor::Start, Face::Bold, &names[m]);
+        svg.text([WIDTH - NAMES - MARGIN + 10.0, free], Anchor::Start, FontFace::Bold, &names[m]);
         free += APART;
     }
     svg.finish(lower.corner[1] + LOWER + BELOW)

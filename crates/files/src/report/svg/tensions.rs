@@ -2,7 +2,7 @@
 
 use super::muscle_lines::colours;
 use super::plot::{Axis, Plot, around};
-use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT};
+use super::{Anchor, FontFace, INK, MARGIN, RULE, Svg, TEXT};
 
 /// Minimum width of the names of the fits, width of a column, px, and height of a row.
 const NAMES: f64 = 190.0;
@@ -11,20 +11,20 @@ const GAP: f64 = 36.0;
 const ROW: f64 = 34.0;
 
 /// A fit: its label, and for every muscle its tension, N per metre of thickness; `None` if it has none.
-pub type Found<'a> = (&'a str, &'a [Option<f64>]);
+pub type FitTensions<'a> = (&'a str, &'a [Option<f64>]);
 
 /// Draws the tensions of `found`, with values in the order of `muscles`, on common axes.
-pub fn tensions(muscles: &[String], found: &[Found<'_>], title: &str) -> Svg {
+pub fn tensions(muscles: &[String], found: &[FitTensions<'_>], title: &str) -> Svg {
     let most = found.iter().flat_map(|(_, tensions)| tensions.iter().flatten()).copied().fold(1.0, f64::max);
     let told: Vec<String> = found.iter().map(|f| described(muscles, f)).collect();
     let shown = format!("Tensions in N per metre of thickness. {}", told.join(" "));
-    let names = found.iter().map(|(label, _)| Face::Plain.width(label) + GAP).fold(NAMES, f64::max);
+    let names = found.iter().map(|(label, _)| FontFace::Plain.width(label) + GAP).fold(NAMES, f64::max);
     let width = names + muscles.len() as f64 * (COLUMN + GAP) + 2.0 * MARGIN;
     let (mut svg, top) = Svg::new(title, &shown, width);
     let (top, height) = (top + 2.0 * TEXT, found.len() as f64 * ROW);
     for (nth, (label, _)) in found.iter().enumerate() {
         let y = top + ROW * (nth as f64 + 0.5);
-        svg.text([MARGIN, y], Anchor::Start, Face::Plain, label);
+        svg.text([MARGIN, y], Anchor::Start, FontFace::Plain, label);
         svg.line([MARGIN + names, y], [width - MARGIN, y], RULE, 1.0);
     }
     for (column, (name, colour)) in muscles.iter().zip(colours(muscles)).enumerate() {
@@ -32,18 +32,18 @@ pub fn tensions(muscles: &[String], found: &[Found<'_>], title: &str) -> Svg {
         // The vertical axis counts the rows.
         let plot = Plot::linear([left, top], [COLUMN, height], around(0.0, most), [found.len() as f64, 0.0]);
         plot.axes(&mut svg, [Axis::Numbers, Axis::Nothing]);
-        svg.text([left + 0.5 * COLUMN, top - TEXT], Anchor::Middle, Face::Bold, name);
+        svg.text([left + 0.5 * COLUMN, top - TEXT], Anchor::Middle, FontFace::Bold, name);
         for (nth, (_, tensions)) in found.iter().enumerate() {
             let Some(Some(value)) = tensions.get(column) else { continue };
             svg.dot(plot.place(*value, nth as f64 + 0.5), 6.5, &colour, INK);
         }
     }
     let below = top + height + 56.0;
-    svg.text([MARGIN + names, below], Anchor::Start, Face::Plain, "tension, N per metre of thickness");
+    svg.text([MARGIN + names, below], Anchor::Start, FontFace::Plain, "tension, N per metre of thickness");
     svg.finish(below + TEXT)
 }
 
-fn described(muscles: &[String], (label, tensions): &Found<'_>) -> String {
+fn described(muscles: &[String], (label, tensions): &FitTensions<'_>) -> String {
     let of = |(name, tension): (&String, &Option<f64>)| Some(format!("{name} {:.1}", (*tension)?));
     let all: Vec<String> = muscles.iter().zip(*tensions).filter_map(of).collect();
     format!("{label}: {}.", all.join(", "))

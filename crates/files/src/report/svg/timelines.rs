@@ -1,7 +1,7 @@
 //! Tensions over time with their 95 % intervals, a panel for each muscle, and how well what was seen is met.
 
 use super::plot::{Axis, Plot, around};
-use super::{Anchor, Entry, Face, MARGIN, Svg, TEXT, WIDTH, closed};
+use super::{Anchor, FontFace, LegendEntry, MARGIN, Svg, TEXT, WIDTH, closed};
 use crate::report::RecordingResult;
 use tongue_infer::track::CourseSummary;
 
@@ -18,7 +18,7 @@ const HATCH: &str = "url(#hatch)";
 
 /// A panel: its name and unit, whether its course is reliable (otherwise its interval is hatched), and at each time the value and the ends of
 /// its interval.
-struct Panel<'a>(&'a str, &'static str, bool, Vec<[f64; 3]>);
+struct TimelinePanel<'a>(&'a str, &'static str, bool, Vec<[f64; 3]>);
 
 /// Draws the tensions of a recording, each on a scale of its own. Times of unreliable frames are shaded; below stands the distance of what
 /// was seen from what was simulated, mm, above the labels of every tier but the prompt, which is that of a whole recording.
@@ -36,7 +36,7 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
         patternTransform=\"rotate(45)\"><rect width=\"9\" height=\"9\" fill=\"#f7f7f7\"/>\
         <line x1=\"0\" y1=\"0\" x2=\"0\" y2=\"9\" stroke=\"#bdbdbd\" stroke-width=\"3\"/></pattern></defs>\n";
     let entry = |fill: &'static str, line: &'static str, name: &'static str| {
-        Entry::new(48.0, name, move |svg, [x, y]| {
+        LegendEntry::new(48.0, name, move |svg, [x, y]| {
             svg.rectangle([x, y - 10.0], [x + 40.0, y + 10.0], fill, None);
             svg.line([x, y], [x + 40.0, y], line, 2.5);
         })
@@ -52,14 +52,14 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
     let ends = [first, times.last().copied().unwrap_or(1.0).max(first + 1e-9)];
     let shown = one.shown_labels();
     let top = top + if shown.is_empty() { 0.0 } else { 30.0 } + MARGIN;
-    let mut panels: Vec<Panel<'_>> = Vec::new();
+    let mut panels: Vec<TimelinePanel<'_>> = Vec::new();
     for (i, course) in courses.iter().enumerate() {
         let values = frames.iter().map(|f| [f.levels[i].median, f.levels[i].low, f.levels[i].high]);
-        panels.push(Panel(&course.muscle, "N/m", course.known, values.collect()));
+        panels.push(TimelinePanel(&course.muscle, "N/m", course.known, values.collect()));
     }
     if frames.iter().any(|f| f.rms_m.is_some()) {
         let values = frames.iter().map(|f| [f.rms_m.map_or(f64::NAN, |r| 1e3 * r); 3]);
-        panels.push(Panel("RMS", "mm", true, values.collect()));
+        panels.push(TimelinePanel("RMS", "mm", true, values.collect()));
     }
     let foot = top + (PANEL + GAP) * panels.len().max(1) as f64 - GAP;
     let x = |time: f64| LEFT + (WIDTH - 2.0 * MARGIN - LEFT) * (time - ends[0]) / (ends[1] - ends[0]);
@@ -68,11 +68,11 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
         for x in [a, b] {
             svg.dashes(&super::data([[[x, top - 8.0], [x, foot]]]), "#9a9a9a", 1.0);
         }
-        let fits = Face::Plain.width(&label.name) < b - a;
+        let fits = FontFace::Plain.width(&label.name) < b - a;
         let name = if fits { label.name.clone() } else { shortened(&label.name, b - a) };
-        svg.text([0.5 * (a + b), top - 22.0], Anchor::Middle, Face::Plain, &name);
+        svg.text([0.5 * (a + b), top - 22.0], Anchor::Middle, FontFace::Plain, &name);
     }
-    for (nth, Panel(name, unit, is_known, values)) in panels.iter().enumerate() {
+    for (nth, TimelinePanel(name, unit, is_known, values)) in panels.iter().enumerate() {
         let most =
             values.iter().filter(|v| v.iter().all(|x| x.is_finite())).map(|v| v[2]).fold(1e-3, f64::max);
         let plot = Plot::linear(
@@ -101,16 +101,16 @@ pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
         let is_last = nth + 1 == panels.len();
         plot.axes(&mut svg, [if is_last { Axis::Named("time (s)") } else { Axis::Lines }, Axis::Numbers]);
         let middle = plot.corner[1] + 0.5 * PANEL;
-        let face = if *is_known { Face::Bold } else { Face::Plain };
+        let face = if *is_known { FontFace::Bold } else { FontFace::Plain };
         svg.text([MARGIN, middle - 0.6 * TEXT], Anchor::Start, face, name);
-        svg.text([MARGIN, middle + 0.6 * TEXT], Anchor::Start, Face::Plain, unit);
+        svg.text([MARGIN, middle + 0.6 * TEXT], Anchor::Start, FontFace::Plain, unit);
     }
     svg.finish(foot + 56.0 + TEXT + MARGIN)
 }
 
 /// As much of a name as fits into a width, px.
 fn shortened(name: &str, width: f64) -> String {
-    let letters = (width / Face::Plain.width("m")) as usize;
+    let letters = (width / FontFace::Plain.width("m")) as usize;
     match letters {
         0 | 1 => String::new(),
         _ => name.chars().take(letters - 1).chain(['\u{2026}']).collect(),

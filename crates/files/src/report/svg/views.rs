@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
 
-use super::axes::{Bounds, View};
+use super::axes::{Bounds, PlotView};
 use super::section::check;
-use super::{Anchor, Entry, Face, INK, LEGEND_ROW, MARGIN, Px, Svg, TEXT, WIDTH, closed, data};
+use super::{Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Px, Svg, TEXT, WIDTH, closed, data};
 use crate::report::ReportError;
 use crate::report::space::OperationRecord;
 use crate::report::vtu::most_active;
@@ -184,8 +184,8 @@ impl Drawing<'_> {
         let right = 2.0 * MARGIN + per_m * side[0].max(above[0]);
         let corners = [[MARGIN, row], [right, row], [MARGIN, below]];
         for (((name, axes), bounds), corner) in VIEWS.into_iter().zip(bounds).zip(corners) {
-            let view = View::new(bounds, corner, per_m * bounds.size()[0]);
-            svg.text([corner[0], corner[1] - 0.5 * TEXT], Anchor::Start, Face::Bold, name);
+            let view = PlotView::new(bounds, corner, per_m * bounds.size()[0]);
+            svg.text([corner[0], corner[1] - 0.5 * TEXT], Anchor::Start, FontFace::Bold, name);
             let place = |p: &Vector3<f64>| view.place(&seen(p, &axes));
             self.surface(&mut svg, &axes, &place);
             let silhouette = self.silhouette(&axes).map(|edge| edge.map(|p| place(&p)));
@@ -203,19 +203,19 @@ impl Drawing<'_> {
             let above =
                 [("right", [MARGIN, below], Anchor::Start), ("left", [MARGIN, bottom - TEXT], Anchor::Start)];
             for (side, [x, y], anchor) in front.into_iter().chain(above) {
-                svg.text([x, y + 0.5 * TEXT], anchor, Face::Plain, side);
+                svg.text([x, y + 0.5 * TEXT], anchor, FontFace::Plain, side);
             }
         }
         let bottom = below + per_m * above[1];
         scale(&mut svg, side[0], per_m, bottom + MARGIN);
         let names = self.names.iter().map(|(name, colour)| {
             let fill = shaded(*colour, 1.0);
-            Entry::new(SAMPLE, name, move |svg, [x, y]| {
+            LegendEntry::new(SAMPLE, name, move |svg, [x, y]| {
                 svg.rectangle([x, y - 10.0], [x + SAMPLE - 10.0, y + 10.0], &fill, Some(INK));
             })
         });
         let tips = self.tips.iter().map(|(name, _, fill)| {
-            Entry::new(SAMPLE, name, |svg, [x, y]| svg.dot([x + 12.0, y], 7.0, fill, INK))
+            LegendEntry::new(SAMPLE, name, |svg, [x, y]| svg.dot([x + 12.0, y], 7.0, fill, INK))
         });
         let height = svg.legend(names.chain(tips), [right, WIDTH - MARGIN], below);
         svg.finish((bottom + MARGIN).max(below + height) + LEGEND_ROW + 2.0 * MARGIN)
@@ -276,5 +276,10 @@ fn scale(svg: &mut Svg, width: f64, per_m: f64, top: f64) {
     let end = x + length * per_m;
     let bars = [[[x, y - 7.0], [x, y + 7.0]], [[x, y], [end, y]], [[end, y - 7.0], [end, y + 7.0]]];
     svg.stroke(&data(bars), INK, 2.0);
-    svg.text([end + 12.0, y], Anchor::Start, Face::Plain, &format!("{} mm", (1e6 * length).round() / 1e3));
+    svg.text(
+        [end + 12.0, y],
+        Anchor::Start,
+        FontFace::Plain,
+        &format!("{} mm", (1e6 * length).round() / 1e3),
+    );
 }

@@ -2,10 +2,10 @@
 
 use nalgebra::SVector;
 
-use super::axes::{BELOW, Bounds, LEFT, View};
+use super::axes::{BELOW, Bounds, LEFT, PlotView};
 use super::plot::{Axis, Plot, around};
 use super::section::{DEFORMED, REST_TISSUE, ring};
-use super::{Anchor, Face, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
+use super::{Anchor, FontFace, INK, MARGIN, RULE, Svg, TEXT, WIDTH, data};
 use crate::report::{AreaRow, ReportError, SoundRecord};
 use tongue_core::body::Mesh;
 use tongue_infer::acoustics::MeanVowel;
@@ -59,7 +59,7 @@ fn tract(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     let across = across.map(|ends| ends.map(|[x, y]| SVector::from([1e-3 * x, 1e-3 * y])).into());
     let (outer, inner): (Vec<SVector<f64, 2>>, Vec<SVector<f64, 2>>) = across.unzip();
     let bounds = Bounds::of(outer.iter().chain(&inner).chain(shown.positions)).outwards(0.003, 0.01);
-    let view = View::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
+    let view = PlotView::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
     let on = |points: &[SVector<f64, 2>]| data([points.iter().map(|p| view.place(p)).collect::<Vec<_>>()]);
     svg.fill(&ring(&view, shown.mesh, shown.positions), REST_TISSUE);
     for (o, i) in outer.iter().zip(&inner) {
@@ -84,15 +84,20 @@ fn chart(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     );
     plot.axes(svg, ["F2 (Hz)", "F1 (Hz)"].map(Axis::Named));
     for MeanVowel { vowel, f1_hz: f1, f2_hz: f2 } in shown.means {
-        svg.text(plot.place(*f2, *f1), Anchor::Middle, Face::Plain, vowel);
+        svg.text(plot.place(*f2, *f1), Anchor::Middle, FontFace::Plain, vowel);
     }
     svg.dot(plot.place(heard[1], heard[0]), 9.0, HEARD, HEARD);
     let foot = top + CHART + BELOW;
     let left = plot.corner[0] - LEFT + MARGIN;
     svg.dot([left + 9.0, foot], 9.0, HEARD, HEARD);
-    svg.text([left + 28.0, foot], Anchor::Start, Face::Plain, "heard here");
+    svg.text([left + 28.0, foot], Anchor::Start, FontFace::Plain, "heard here");
     if !shown.means.is_empty() {
-        svg.text([left, foot + 1.4 * TEXT], Anchor::Start, Face::Plain, "letters: published means of men");
+        svg.text(
+            [left, foot + 1.4 * TEXT],
+            Anchor::Start,
+            FontFace::Plain,
+            "letters: published means of men",
+        );
     }
     foot + 2.2 * TEXT
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use super::plot::{Axis, Plot, Scale};
-use super::{Entry, INK, MARGIN, Px, Svg, WIDTH, closed, data};
+use super::{INK, LegendEntry, MARGIN, Px, Svg, WIDTH, closed, data};
 use crate::report::ReportError;
 
 /// Colours of Okabe and Ito (2008) with contrast to white; neighbours in the list differ in lightness too.
@@ -45,7 +45,7 @@ pub fn work_precision(title: &str, x: &str, y: &str, curves: &[PrecisionCurve]) 
     let described = format!("{y} against {x}. {}", told.collect::<Vec<_>>().join(" "));
     let (mut svg, top) = Svg::new(title, &described, WIDTH);
     let entries = curves.iter().enumerate().map(|(number, (name, _))| {
-        Entry::new(SAMPLE, name, move |svg, [x, y]| {
+        LegendEntry::new(SAMPLE, name, move |svg, [x, y]| {
             svg.line([x, y], [x + SAMPLE - 12.0, y], COLOURS[number % COLOURS.len()], 2.0);
             mark(svg, number, [x + 0.5 * (SAMPLE - 12.0), y]);
         })

@@ -79,9 +79,9 @@ pub fn repeated(repeats: &Repeats) -> String {
 }
 
 /// A number of a muscle in a table for readers: its name, and its value.
-type Shown = (&'static str, fn(&Repeated) -> f64);
+type ShownNumber = (&'static str, fn(&Repeated) -> f64);
 
-pub const REPEATED: [Shown; 5] = [
+pub const REPEATED: [ShownNumber; 5] = [
     ("ICC of its course", |r| r.icc),
     ("95 % by shifts", |r| r.chance_95),
     ("by exchanges", |r| r.exchange_95),

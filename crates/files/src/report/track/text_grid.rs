@@ -8,7 +8,7 @@ use tongue_core::statistics::upper_median;
 use tongue_infer::track::Tracked;
 
 /// A stretch with a word, and its ends, s.
-type Stretch = (&'static str, [f64; 2]);
+type WordInterval = (&'static str, [f64; 2]);
 
 impl RecordingResult {
     /// A tier for each muscle, with stretches in which the 95 % interval of its course excludes 0 in every frame, and every frame can be
@@ -39,10 +39,10 @@ impl RecordingResult {
     }
 
     /// The whole recording in stretches in which the word for the frames is the same; holes have none.
-    fn stretches(&self, word: impl Fn(&Tracked) -> &'static str) -> Vec<Stretch> {
+    fn stretches(&self, word: impl Fn(&Tracked) -> &'static str) -> Vec<WordInterval> {
         let times: Vec<f64> = self.frames.iter().map(|f| f.time_s).collect();
         let usual_s = upper_median(times.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.02);
-        let mut out: Vec<Stretch> = Vec::new();
+        let mut out: Vec<WordInterval> = Vec::new();
         let mut add = |word, ends: [f64; 2]| match out.last_mut() {
             Some((last, before)) if *last == word => before[1] = ends[1],
             _ if ends[0] < ends[1] => out.push((word, ends)),

@@ -19,7 +19,7 @@ const NONE_BELOW: f64 = 0.01;
 
 /// The observations, linearised at an answer as a function of the activations, and the priors of the activations.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Response {
+pub(super) struct LinearResponse {
     /// Residuals at the answer, in standard deviations.
     pub residuals: DVector<f64>,
     /// Their derivatives by the activations.
@@ -30,7 +30,7 @@ pub(super) struct Response {
     pub stiffness_sd_ln: f64,
 }
 
-impl Response {
+impl LinearResponse {
     /// The interval of each activation. Empty where the precision of the posterior is singular.
     pub fn intervals_95(&self, answer: &DVector<f64>) -> Vec<[f64; 2]> {
         let Self { residuals, jacobian, prior_sd, stiffness_sd_ln } = self;

@@ -14,7 +14,7 @@ use tongue_core::body::Body;
 use tongue_core::body::space::{Half, Side};
 use tongue_core::system::System;
 
-use self::intervals::Response;
+use self::intervals::LinearResponse;
 use self::marks::{Observed, on_half};
 pub use self::recorded::Recorded;
 use super::forward::Forward;
@@ -66,7 +66,7 @@ pub struct Combination {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Ended {
+pub struct EndedSearch {
     pub activations: ByMuscle<f64>,
     /// Root of the mean squared residual, in standard deviations.
     pub misfit: f64,
@@ -75,7 +75,7 @@ pub struct Ended {
     pub converged: bool,
 }
 
-impl Ended {
+impl EndedSearch {
     /// Whether it ended at these activations: none differs by more than 0.05.
     fn is_at(&self, activations: &[f64]) -> bool {
         self.activations.0.iter().zip(activations).all(|((_, a), b)| (a - b).abs() <= 0.05)
@@ -95,10 +95,10 @@ pub struct SpaceFit {
     /// are multiplied by the length at rest that they are counted in.
     pub distances_m: Vec<f64>,
     /// What was seen as a function of the activations about the answer; `None` where there is no equilibrium at it.
-    response: Option<Response>,
+    response: Option<LinearResponse>,
     /// Combinations of activations, the most certain first; those above [`SpaceSearch::open_above`] are open.
     pub combinations: Vec<Combination>,
-    pub starts: Vec<Ended>,
+    pub starts: Vec<EndedSearch>,
     pub factorisations: usize,
     /// The answer in the form of every inverse problem, with its unknowns in hundredths.
     pub answer: Answer<3>,
@@ -129,7 +129,7 @@ impl SpaceFit {
 
     /// Starts that ended at another answer (an activation differs by more than 0.05) with a misfit that is larger than the answer's by at
     /// most this part.
-    pub fn others_as_good(&self, part: f64) -> impl Iterator<Item = &Ended> {
+    pub fn others_as_good(&self, part: f64) -> impl Iterator<Item = &EndedSearch> {
         let found = self.found();
         let most = self.answer.misfit * (1.0 + part);
         self.starts.iter().filter(move |e| e.converged && e.misfit <= most && !e.is_at(&found))
@@ -138,7 +138,7 @@ impl SpaceFit {
 
 /// Where the search of an answer begins.
 #[derive(Clone, Copy)]
-enum Begin<'a> {
+enum SearchStart<'a> {
     /// At rest, and at further starts.
     Rest,
     /// At the answer of the frame before.
@@ -180,7 +180,7 @@ impl SpaceSearch {
         });
         let found = self.fit(&half.body, left, &images, begin.as_ref())?;
         let on_whole = Answer { positions: half.whole(&found.answer.positions), ..found.answer };
-        let fit = self.answered(body, system, seen, Begin::Found(&on_whole))?;
+        let fit = self.answered(body, system, seen, SearchStart::Found(&on_whole))?;
         Ok(SpaceFit {
             factorisations: found.factorisations + fit.factorisations,
             starts: found.starts,
@@ -200,7 +200,7 @@ impl SpaceSearch {
         seen: &[SpaceMark],
         begin: Option<&Answer<3>>,
     ) -> Result<SpaceFit, FitError> {
-        self.answered(body, system, seen, begin.map_or(Begin::Rest, Begin::Before))
+        self.answered(body, system, seen, begin.map_or(SearchStart::Rest, SearchStart::Before))
     }
 
     fn answered(
@@ -208,7 +208,7 @@ impl SpaceSearch {
         body: &Body<3>,
         system: &System<3>,
         seen: &[SpaceMark],
-        begin: Begin<'_>,
+        begin: SearchStart<'_>,
     ) -> Result<SpaceFit, FitError> {
         let groups = searched(body, self.sides_apart);
         let mut observed = Observed::new(body);
@@ -225,18 +225,18 @@ impl SpaceSearch {
         let unknowns = unknowns.collect();
         let none = vec![0.0; groups.len()];
         let (begin_at, starts) = match begin {
-            Begin::Rest => ((&none[..], system.rest()), self.settings.starts),
-            Begin::Before(b) | Begin::Found(b) => ((&b.x[..], &b.positions[..]), 1),
+            SearchStart::Rest => ((&none[..], system.rest()), self.settings.starts),
+            SearchStart::Before(b) | SearchStart::Found(b) => ((&b.x[..], &b.positions[..]), 1),
         };
         let stated = LeastSquaresProblem::new(system, of_marks.concat(), unknowns);
         let inverse = LeastSquaresProblem { tied, begin: Some(begin_at), ..stated };
         let settings = FitSettings { starts, ..self.settings };
         let mut forward = Forward::new(&inverse, &settings);
         let (answer, linear, searched) = match begin {
-            Begin::Found(found) => {
+            SearchStart::Found(found) => {
                 forward.begin_at(&found.x, &found.positions);
                 let Some(linear) = forward.linearise(&found.x) else {
-                    return self.answered(body, system, seen, Begin::Before(found));
+                    return self.answered(body, system, seen, SearchStart::Before(found));
                 };
                 let answer = Answer {
                     tensions: forward.tensions_of(&found.x),
@@ -247,7 +247,7 @@ impl SpaceSearch {
                 };
                 (answer, Some(linear), 0)
             }
-            Begin::Rest | Begin::Before(_) => {
+            SearchStart::Rest | SearchStart::Before(_) => {
                 let answer = solve(&inverse, &settings)?;
                 forward.begin_at(&answer.x, &answer.positions);
                 let linear = forward.linearise(&answer.x);
@@ -257,7 +257,7 @@ impl SpaceSearch {
         };
         let names: Vec<String> = groups.into_iter().map(|(name, _)| name).collect();
         let rows = inverse.observations.len();
-        let response = linear.as_ref().map(|l| Response {
+        let response = linear.as_ref().map(|l| LinearResponse {
             residuals: l.residuals.rows(0, rows).into_owned(),
             jacobian: l.jacobian.rows(0, rows) * 100.0,
             prior_sd: self.prior_sd,
@@ -277,13 +277,13 @@ impl SpaceSearch {
         }));
         let squares: f64 = distances_m.iter().map(|d| d * d).sum();
         let prior = |x: &[f64]| activations_of(x).iter().map(|a| (a / self.prior_sd).powi(2)).sum::<f64>();
-        let starts = answer.starts.iter().map(|s| Ended {
+        let starts = answer.starts.iter().map(|s| EndedSearch {
             activations: ByMuscle::new(&names, activations_of(&s.x)),
             misfit: ((s.cost - prior(&s.x)).max(0.0) / rows as f64).sqrt(),
             factorisations: s.factorisations,
             converged: s.converged && s.solved,
         });
-        let starts: Vec<Ended> = starts.collect();
+        let starts: Vec<EndedSearch> = starts.collect();
         Ok(SpaceFit {
             names,
             activations: answer.tensions.clone(),

@@ -37,7 +37,7 @@ const STYLOID_NAME: &str = "styloid_process";
 
 /// The texts of the files, each with its path.
 #[derive(Debug, Clone, Default)]
-pub struct Files {
+pub struct ArtisynthFiles {
     pub nodes: Text,
     pub elements: Text,
     pub muscles: Text,
@@ -77,7 +77,7 @@ fn unreadable(file: &str, error: &std::io::Error) -> BodyError {
 
 pub fn read(folder: &Path) -> Result<Body<3>, BodyError> {
     let named = |name: &str| Text::read(&folder.join(name));
-    let files = Files {
+    let files = ArtisynthFiles {
         nodes: named(&find(folder, "node")?)?,
         elements: named(&find(folder, "elem")?)?,
         muscles: named("CreateMuscles.mac")?,
@@ -106,7 +106,7 @@ fn find(folder: &Path, ending: &str) -> Result<String, BodyError> {
 }
 
 /// The body of these files; `origin` is its name.
-pub fn body(files: &Files, origin: &str) -> Result<Body<3>, BodyError> {
+pub fn body(files: &ArtisynthFiles, origin: &str) -> Result<Body<3>, BodyError> {
     let (places, mut ids) = nodes(&files.nodes)?;
     let in_tissue = places.len();
     let (hexahedra, element_ids) = elements(&files.elements, &ids)?;
@@ -145,7 +145,7 @@ pub fn body(files: &Files, origin: &str) -> Result<Body<3>, BodyError> {
         let strength =
             strength.ok_or_else(|| wrong(format!("muscle {group} has no strength in MuscleMaxForce.txt")))?;
         let strength_n = if side == Side::Middle { *strength } else { 0.5 * strength };
-        let muscle = Laid { body: &body, volumes: &volumes, in_tissue, region, strength_n };
+        let muscle = MuscleRegion { body: &body, volumes: &volumes, in_tissue, region, strength_n };
         let (segments, stress_pa) = muscle.segments(chains.values());
         let longest = chains.values().max_by_key(|chain| chain.len()).cloned().unwrap_or_default();
         body.mesh.muscles.push(MuscleChain { name: name.clone(), nodes: longest });
@@ -158,7 +158,7 @@ pub fn body(files: &Files, origin: &str) -> Result<Body<3>, BodyError> {
 }
 
 /// A muscle and its region of the mesh.
-struct Laid<'a> {
+struct MuscleRegion<'a> {
     body: &'a Body<3>,
     volumes: &'a [f64],
     /// Number of nodes of the tissue; the nodes after them are of bone.
@@ -167,7 +167,7 @@ struct Laid<'a> {
     strength_n: f64,
 }
 
-impl Laid<'_> {
+impl MuscleRegion<'_> {
     /// The volume of the elements of the region with both nodes, m³.
     fn volume_around(&self, [a, b]: [usize; 2]) -> f64 {
         let hexahedra = &self.body.mesh.hexahedra;
@@ -210,4 +210,4 @@ impl Laid<'_> {
 }
 
 /// Fibres of every muscle by number, as chains of nodes.
-type Fibres = BTreeMap<usize, BTreeMap<usize, Vec<usize>>>;
+type MuscleFibres = BTreeMap<usize, BTreeMap<usize, Vec<usize>>>;

@@ -6,10 +6,10 @@ use std::str::FromStr;
 
 use nalgebra::Vector3;
 
-use super::{Fibres, Text};
+use super::{MuscleFibres, Text};
 use tongue_core::body::BodyError;
 
-type Read<T> = Result<T, BodyError>;
+type ReadResult<T> = Result<T, BodyError>;
 
 /// What has an id, with its place in the order of the file by its id.
 pub(super) type Ids = BTreeMap<u64, usize>;
@@ -22,15 +22,15 @@ pub(super) struct Regions {
 }
 
 /// A line that is neither empty nor a comment, with its number from 1.
-struct Line<'a> {
+struct SourceLine<'a> {
     text: &'a Text,
     number: usize,
     row: &'a str,
 }
 
-impl<'a> Line<'a> {
+impl<'a> SourceLine<'a> {
     /// Reads every line of a text; there must be one that is of what is wanted.
-    fn each(text: &'a Text, wanted: &str, mut read: impl FnMut(&Self) -> Read<bool>) -> Read<()> {
+    fn each(text: &'a Text, wanted: &str, mut read: impl FnMut(&Self) -> ReadResult<bool>) -> ReadResult<()> {
         let mut is_any = false;
         for (line, row) in text.text.lines().enumerate().map(|(n, line)| (n + 1, line.trim())) {
             if !row.is_empty() && !row.starts_with('!') && !row.starts_with('#') {
@@ -49,18 +49,18 @@ impl<'a> Line<'a> {
         self.wrong(format!("\"{found}\" stands where {what} was expected"))
     }
 
-    fn parsed<T: FromStr>(&self, word: Option<&str>, what: &str) -> Read<T> {
+    fn parsed<T: FromStr>(&self, word: Option<&str>, what: &str) -> ReadResult<T> {
         let found = word.unwrap_or("nothing").trim();
         found.parse().map_err(|_| self.expected(what, found))
     }
 
-    fn finite(&self, word: Option<&str>, what: &str) -> Read<f64> {
+    fn finite(&self, word: Option<&str>, what: &str) -> ReadResult<f64> {
         let value: f64 = self.parsed(word, what)?;
         value.is_finite().then_some(value).ok_or_else(|| self.expected(what, value))
     }
 
     /// The place of the node or element of an id.
-    fn known(&self, ids: &Ids, what: &str, id: u64) -> Read<usize> {
+    fn known(&self, ids: &Ids, what: &str, id: u64) -> ReadResult<usize> {
         ids.get(&id).copied().ok_or_else(|| self.wrong(format!("{what} {id} does not exist")))
     }
 
@@ -70,7 +70,7 @@ impl<'a> Line<'a> {
         what: &str,
         key: K,
         value: V,
-    ) -> Read<bool> {
+    ) -> ReadResult<bool> {
         match map.insert(key, value) {
             None => Ok(true),
             Some(_) => Err(self.wrong(format!("{what} {key} comes twice"))),
@@ -84,9 +84,9 @@ impl<'a> Line<'a> {
     }
 }
 
-pub(super) fn nodes(text: &Text) -> Read<(Vec<Vector3<f64>>, Ids)> {
+pub(super) fn nodes(text: &Text) -> ReadResult<(Vec<Vector3<f64>>, Ids)> {
     let (mut nodes, mut ids) = (Vec::new(), Ids::new());
-    Line::each(text, "nodes", |line| {
+    SourceLine::each(text, "nodes", |line| {
         let mut words = line.row.split_whitespace();
         let id: u64 = line.parsed(words.next(), "the id of a node")?;
         let mut coordinate = || line.finite(words.next(), "a coordinate");
@@ -96,9 +96,9 @@ pub(super) fn nodes(text: &Text) -> Read<(Vec<Vector3<f64>>, Ids)> {
     Ok((nodes, ids))
 }
 
-pub(super) fn elements(text: &Text, nodes: &Ids) -> Read<(Vec<[usize; 8]>, Ids)> {
+pub(super) fn elements(text: &Text, nodes: &Ids) -> ReadResult<(Vec<[usize; 8]>, Ids)> {
     let (mut hexahedra, mut ids) = (Vec::new(), Ids::new());
-    Line::each(text, "hexahedra", |line| {
+    SourceLine::each(text, "hexahedra", |line| {
         let mut words = line.row.split_whitespace();
         let mut corners = [0; 8];
         for corner in &mut corners {
@@ -112,9 +112,9 @@ pub(super) fn elements(text: &Text, nodes: &Ids) -> Read<(Vec<[usize; 8]>, Ids)>
 }
 
 /// Node numbers from 0, each below `count`.
-pub(super) fn numbers(text: &Text, count: usize) -> Read<Vec<usize>> {
+pub(super) fn numbers(text: &Text, count: usize) -> ReadResult<Vec<usize>> {
     let mut all = Vec::new();
-    Line::each(text, "numbers of nodes on bone", |line| {
+    SourceLine::each(text, "numbers of nodes on bone", |line| {
         for word in line.row.split_whitespace() {
             let node: usize = line.parsed(Some(word), "the number of a node, from 0")?;
             if node >= count {
@@ -129,10 +129,10 @@ pub(super) fn numbers(text: &Text, count: usize) -> Read<Vec<usize>> {
     Ok(all)
 }
 
-pub(super) fn regions(text: &Text, elements: &Ids) -> Read<Regions> {
+pub(super) fn regions(text: &Text, elements: &Ids) -> ReadResult<Regions> {
     let mut regions = Regions::default();
     let mut selected = Vec::new();
-    Line::each(text, "muscles", |line| {
+    SourceLine::each(text, "muscles", |line| {
         if let Some(rest) = line.after("muscleName(") {
             let wrong = || line.expected("a muscle like muscleName(1) = 'GGP_L'", line.row);
             let (number, name) = rest.split_once(')').ok_or_else(wrong)?;
@@ -174,9 +174,9 @@ pub(super) fn regions(text: &Text, elements: &Ids) -> Read<Regions> {
     Ok(regions)
 }
 
-pub(super) fn fibres(text: &Text, nodes: &Ids) -> Read<Fibres> {
+pub(super) fn fibres(text: &Text, nodes: &Ids) -> ReadResult<MuscleFibres> {
     let mut places: BTreeMap<usize, BTreeMap<usize, BTreeMap<usize, usize>>> = BTreeMap::new();
-    Line::each(text, "fibres", |line| {
+    SourceLine::each(text, "fibres", |line| {
         let Some(rest) = line.after("FIBER(") else { return Ok(false) };
         let wrong = || line.expected("a node of a fibre like FIBER(1,2,3)=398", line.row);
         let (inside, id) = rest.split_once(')').ok_or_else(wrong)?;
@@ -189,7 +189,7 @@ pub(super) fn fibres(text: &Text, nodes: &Ids) -> Read<Fibres> {
         places.entry(muscle).or_default().entry(fibre).or_default().insert(node, at);
         Ok(true)
     })?;
-    let mut all = Fibres::new();
+    let mut all = MuscleFibres::new();
     for (muscle, fibres) in places {
         for (fibre, chain) in fibres {
             if let Some(missing) = (1..=chain.len().max(2)).find(|i| !chain.contains_key(i)) {
@@ -202,9 +202,9 @@ pub(super) fn fibres(text: &Text, nodes: &Ids) -> Read<Fibres> {
     Ok(all)
 }
 
-pub(super) fn strengths(text: &Text) -> Read<BTreeMap<String, f64>> {
+pub(super) fn strengths(text: &Text) -> ReadResult<BTreeMap<String, f64>> {
     let mut strengths = BTreeMap::new();
-    Line::each(text, "strengths", |line| {
+    SourceLine::each(text, "strengths", |line| {
         let mut words = line.row.split_whitespace();
         let name = words.next().unwrap_or_default();
         let force = line.finite(words.next(), "a force in newtons")?;

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::SVector;
 
 use super::chain::chain;
-use super::cursor::{Found, Located, wrong};
-use super::groups::{Form, Group, Parts, Role, positions};
+use super::cursor::{Located, Parsed, wrong};
+use super::groups::{Form, GroupParts, GroupRole, PhysicalGroup, positions};
 use super::parse::Raw;
 use super::review::review;
 use super::{AnyBody, Content, Unit};
@@ -21,8 +21,8 @@ const INSIDE: f64 = 1e-6;
 const BENT: f64 = 1e-6;
 
 /// The body of a file, in the plane or in space.
-pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<Content> {
-    let parts = Parts::new(raw, Form::Simplices)?;
+pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Content> {
+    let parts = GroupParts::new(raw, Form::Simplices)?;
     match parts.dimension {
         3 => body(raw, &parts, origin, unit, AnyBody::Solid),
         _ => body(raw, &parts, origin, unit, AnyBody::Flat),
@@ -33,16 +33,16 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<Content> {
 struct TaggedChain<'a> {
     name: String,
     nodes: Vec<u64>,
-    group: &'a Group<'a>,
+    group: &'a PhysicalGroup<'a>,
 }
 
 fn body<const D: usize>(
     raw: &Raw,
-    parts: &Parts<'_>,
+    parts: &GroupParts<'_>,
     origin: &str,
     unit: Unit,
     any: fn(Body<D>) -> AnyBody,
-) -> Found<Content> {
+) -> Parsed<Content> {
     let cells = &parts.cells;
     let chains = chains(&parts.groups)?;
     let kept: BTreeSet<u64> =
@@ -93,9 +93,9 @@ fn body<const D: usize>(
 const SIDES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]];
 
 /// The sides of tissue and muscles that are curved in the file.
-fn bent(raw: &Raw, parts: &Parts<'_>, unit: Unit) -> Option<String> {
+fn bent(raw: &Raw, parts: &GroupParts<'_>, unit: Unit) -> Option<String> {
     let of_muscles =
-        parts.groups.iter().filter(|g| matches!(g.role, Role::Muscle(_))).flat_map(|g| &g.elements);
+        parts.groups.iter().filter(|g| matches!(g.role, GroupRole::Muscle(_))).flat_map(|g| &g.elements);
     let mut sides: BTreeMap<u64, f64> = BTreeMap::new();
     for element in parts.cells.iter().chain(of_muscles) {
         for (middle, [i, j]) in element.middles.iter().zip(SIDES) {
@@ -119,11 +119,11 @@ fn bent(raw: &Raw, parts: &Parts<'_>, unit: Unit) -> Option<String> {
 }
 
 /// The muscles: those of the published tables in their order, then others in the order of their groups.
-fn chains<'a>(groups: &'a [Group<'a>]) -> Found<Vec<TaggedChain<'a>>> {
+fn chains<'a>(groups: &'a [PhysicalGroup<'a>]) -> Parsed<Vec<TaggedChain<'a>>> {
     let known = Muscles::built_in();
     let mut chains: Vec<TaggedChain<'a>> = Vec::new();
     for group in groups {
-        let Role::Muscle(name) = &group.role else { continue };
+        let GroupRole::Muscle(name) = &group.role else { continue };
         let is_published = known.published(name).is_some();
         if let Some(earlier) = chains.iter().find(|c| c.name == *name && is_published) {
             return Err(given_twice(name, earlier.group.name, group.name, group.at));
@@ -145,10 +145,10 @@ pub(super) fn given_twice(muscle: &str, first: &str, second: &str, at: usize) ->
 /// Checks that every muscle shares nodes with the tissue and that none of its other nodes lies inside a cell.
 fn embedded<const D: usize>(
     mesh: &Mesh<D>,
-    parts: &Parts<'_>,
+    parts: &GroupParts<'_>,
     chains: &[TaggedChain<'_>],
     tag: impl Fn(usize) -> u64,
-) -> Found<()> {
+) -> Parsed<()> {
     let help =
         "embed its curve in the surface (Curve {...} In Surface {...}) or fragment both, and mesh again";
     let in_tissue = mesh.in_tissue();

@@ -29,7 +29,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Switches to binary numbers; the next four bytes are the integer 1 and tell the byte order.
-    pub fn begin_binary(&mut self) -> Found<()> {
+    pub fn begin_binary(&mut self) -> Parsed<()> {
         self.binary = true;
         let at = self.at;
         let one = self.array::<4>("the number that tells the order of the bytes")?;
@@ -42,7 +42,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The name of the next section, without the `$`, and its byte; `None` at the end of the file.
-    pub fn section(&mut self) -> Found<Option<(&'a str, usize)>> {
+    pub fn section(&mut self) -> Parsed<Option<(&'a str, usize)>> {
         self.skip_space();
         if self.at == self.bytes.len() {
             return Ok(None);
@@ -61,7 +61,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    pub fn end(&mut self, section: &'static str) -> Found<()> {
+    pub fn end(&mut self, section: &'static str) -> Parsed<()> {
         self.skip_space();
         let at = self.at;
         let found = self.token(section)?;
@@ -75,7 +75,7 @@ impl<'a> Cursor<'a> {
         ))
     }
 
-    pub fn skip(&mut self, section: &str) -> Found<()> {
+    pub fn skip(&mut self, section: &str) -> Parsed<()> {
         let end = format!("$End{section}");
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         match rest.windows(end.len()).position(|w| w == end.as_bytes()) {
@@ -88,7 +88,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The rest of this line as text; the cursor moves to the next line.
-    pub fn line(&mut self, what: &str) -> Found<&'a str> {
+    pub fn line(&mut self, what: &str) -> Parsed<&'a str> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         if rest.is_empty() {
             return Err(self.ended(what));
@@ -100,14 +100,14 @@ impl<'a> Cursor<'a> {
     }
 
     /// A number on a line of its own, which is text in binary files too.
-    pub fn count_in_text(&mut self, what: &'static str) -> Found<u64> {
+    pub fn count_in_text(&mut self, what: &'static str) -> Parsed<u64> {
         self.skip_space();
         let at = self.at;
         let text = self.line(what)?.trim();
         text.parse().map_err(|_| not_a_number(at, what, text))
     }
 
-    pub fn token(&mut self, what: &str) -> Found<&'a str> {
+    pub fn token(&mut self, what: &str) -> Parsed<&'a str> {
         self.skip_space();
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
@@ -120,17 +120,17 @@ impl<'a> Cursor<'a> {
     }
 
     /// An integer; in binary of four bytes.
-    pub fn int(&mut self, what: &'static str) -> Found<i64> {
+    pub fn int(&mut self, what: &'static str) -> Parsed<i64> {
         self.read(what, |little| i32::from_le_bytes(little).into())
     }
 
     /// A count or a tag; in binary of eight bytes.
-    pub fn size(&mut self, what: &'static str) -> Found<u64> {
+    pub fn size(&mut self, what: &'static str) -> Parsed<u64> {
         self.read(what, u64::from_le_bytes)
     }
 
     /// A real number; in binary of eight bytes.
-    pub fn real(&mut self, what: &'static str) -> Found<f64> {
+    pub fn real(&mut self, what: &'static str) -> Parsed<f64> {
         self.read(what, f64::from_le_bytes)
     }
 
@@ -139,7 +139,7 @@ impl<'a> Cursor<'a> {
         &mut self,
         what: &'static str,
         of: fn([u8; N]) -> T,
-    ) -> Found<T> {
+    ) -> Parsed<T> {
         if !self.binary {
             return self.number(what);
         }
@@ -150,12 +150,12 @@ impl<'a> Cursor<'a> {
         Ok(of(bytes))
     }
 
-    fn number<T: std::str::FromStr>(&mut self, what: &'static str) -> Found<T> {
+    fn number<T: std::str::FromStr>(&mut self, what: &'static str) -> Parsed<T> {
         let text = self.token(what)?;
         text.parse().map_err(|_| not_a_number(self.at - text.len(), what, text))
     }
 
-    fn array<const N: usize>(&mut self, what: &str) -> Found<[u8; N]> {
+    fn array<const N: usize>(&mut self, what: &str) -> Parsed<[u8; N]> {
         let bytes = self.bytes.get(self.at..self.at.saturating_add(N));
         let Some(bytes) = bytes.and_then(|b| <[u8; N]>::try_from(b).ok()) else {
             return Err(self.ended(what));
@@ -164,7 +164,7 @@ impl<'a> Cursor<'a> {
         Ok(bytes)
     }
 
-    fn text(&self, from: usize, to: usize, what: &str) -> Found<&'a str> {
+    fn text(&self, from: usize, to: usize, what: &str) -> Parsed<&'a str> {
         let bytes = self.bytes.get(from..to).unwrap_or_default();
         std::str::from_utf8(bytes).map_err(|_| wrong!(from, "{what} is not UTF-8 text; save the file again"))
     }
@@ -210,7 +210,7 @@ impl Located {
     }
 }
 
-pub(super) type Found<T> = Result<T, Located>;
+pub(super) type Parsed<T> = Result<T, Located>;
 
 /// A problem at a byte, or at none, in words as of `format!`.
 macro_rules! wrong {

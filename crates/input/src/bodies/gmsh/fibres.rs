@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 
 use super::chain::runs;
-use super::cursor::{Cursor, Found, wrong};
+use super::cursor::{Cursor, Parsed, wrong};
 use tongue_core::body::Mesh;
 use tongue_core::body::space::{Directions, Segment, direction_at};
 use tongue_core::geometry::{hexahedron, simplex};
@@ -17,7 +17,7 @@ const INSIDE: f64 = 0.02;
 const TETRAHEDRA: [[usize; 4]; 6] =
     [[0, 1, 2, 6], [0, 2, 3, 6], [0, 3, 7, 6], [0, 7, 4, 6], [0, 4, 5, 6], [0, 5, 1, 6]];
 
-pub(super) struct Fibres {
+pub(super) struct MeshFibres {
     /// Parts between two nodes of the mesh.
     pub segments: Vec<[usize; 2]>,
     /// Lines inside the tissue that give directions only, m.
@@ -26,7 +26,7 @@ pub(super) struct Fibres {
     pub length: f64,
 }
 
-impl Fibres {
+impl MeshFibres {
     /// Lays lines between nodes with these tags. Runs of lines whose inner nodes are no nodes of the mesh give
     /// directions where they are inside the tissue; outside of it a run is one straight part.
     ///
@@ -98,7 +98,7 @@ fn is_inside(mesh: &Mesh<3>, place: &Vector3<f64>) -> bool {
     })
 }
 
-pub(super) struct View {
+pub(super) struct FibreView {
     pub name: String,
     /// Whether nodes have the vectors; otherwise elements.
     pub of_nodes: bool,
@@ -109,7 +109,7 @@ pub(super) struct View {
 }
 
 /// Reads a view of vectors. One with other than three components is read past.
-pub(super) fn view(cursor: &mut Cursor<'_>, section: &'static str, at: usize) -> Found<Option<View>> {
+pub(super) fn view(cursor: &mut Cursor<'_>, section: &'static str, at: usize) -> Parsed<Option<FibreView>> {
     let mut name = String::new();
     for nth in 0..cursor.count_in_text("the number of names of a view")? {
         let line = cursor.line("the name of a view")?.trim();
@@ -123,7 +123,7 @@ pub(super) fn view(cursor: &mut Cursor<'_>, section: &'static str, at: usize) ->
     // The step, the number of components, the number of entries, and a partition.
     let count = cursor.count_in_text("the number of whole numbers of a view")?;
     let integers =
-        (0..count).map(|_| cursor.count_in_text("a whole number of a view")).collect::<Found<Vec<_>>>()?;
+        (0..count).map(|_| cursor.count_in_text("a whole number of a view")).collect::<Parsed<Vec<_>>>()?;
     let (components, entries) =
         (integers.get(1).copied().unwrap_or(0), integers.get(2).copied().unwrap_or(0));
     if components != 3 {
@@ -143,5 +143,5 @@ pub(super) fn view(cursor: &mut Cursor<'_>, section: &'static str, at: usize) ->
         vectors.insert(tag, vector);
     }
     cursor.end(section)?;
-    Ok(Some(View { name, of_nodes: section == "NodeData", vectors, at }))
+    Ok(Some(FibreView { name, of_nodes: section == "NodeData", vectors, at }))
 }

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use nalgebra::SVector;
 
 use super::Unit;
-use super::cursor::{Found, Located, wrong};
-use super::parse::{Element, Raw, check_cell};
+use super::cursor::{Located, Parsed, wrong};
+use super::parse::{GmshElement, Raw, check_cell};
 use crate::measured::muscles::Muscles;
 use tongue_core::body::Bone;
 use tongue_core::choice;
@@ -21,7 +21,7 @@ pub(super) enum Form {
 
 /// Meaning of a physical group, with the rest of its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Role {
+pub(super) enum GroupRole {
     Tissue,
     Muscle(String),
     Fibre(String),
@@ -30,7 +30,7 @@ pub(super) enum Role {
     Other,
 }
 
-impl Role {
+impl GroupRole {
     fn of(name: &str, dimension: usize, form: Form, known: &Muscles) -> Option<Self> {
         let (kind, rest) = split(name);
         let is = |word: &str| kind.eq_ignore_ascii_case(word);
@@ -93,33 +93,33 @@ fn unknown(name: &str, dimension: usize, form: Form, known: &Muscles, at: usize)
     )
 }
 
-pub(super) struct Group<'a> {
+pub(super) struct PhysicalGroup<'a> {
     pub dimension: usize,
     pub name: &'a str,
     /// The byte at which its name begins.
     pub at: usize,
-    pub role: Role,
-    pub elements: Vec<&'a Element>,
+    pub role: GroupRole,
+    pub elements: Vec<&'a GmshElement>,
 }
 
-impl Group<'_> {
+impl PhysicalGroup<'_> {
     pub fn lines(&self) -> Vec<[u64; 2]> {
         self.elements.iter().filter_map(|e| <[u64; 2]>::try_from(e.nodes.as_slice()).ok()).collect()
     }
 }
 
-pub(super) struct Parts<'a> {
-    pub groups: Vec<Group<'a>>,
+pub(super) struct GroupParts<'a> {
+    pub groups: Vec<PhysicalGroup<'a>>,
     /// The elements of the tissue in the order of the file, each once.
-    pub cells: Vec<&'a Element>,
+    pub cells: Vec<&'a GmshElement>,
     pub dimension: usize,
 }
 
-impl<'a> Parts<'a> {
+impl<'a> GroupParts<'a> {
     /// The parts of a body of this form.
-    pub fn new(raw: &'a Raw, form: Form) -> Found<Self> {
+    pub fn new(raw: &'a Raw, form: Form) -> Parsed<Self> {
         let known = Muscles::built_in();
-        let mut by_key: BTreeMap<(usize, i64), Vec<&Element>> = BTreeMap::new();
+        let mut by_key: BTreeMap<(usize, i64), Vec<&GmshElement>> = BTreeMap::new();
         for element in raw.elements.iter().filter(|e| e.group != 0) {
             by_key.entry((element.dimension, element.group)).or_default().push(element);
         }
@@ -133,18 +133,18 @@ impl<'a> Parts<'a> {
         let mut groups = Vec::new();
         for (key, (name, at)) in &raw.names {
             let (dimension, at, elements) = (key.0, *at, by_key.remove(key).unwrap_or_default());
-            let Some(role) = Role::of(name, dimension, form, &known) else {
+            let Some(role) = GroupRole::of(name, dimension, form, &known) else {
                 return Err(unknown(name, dimension, form, &known, at));
             };
-            if elements.is_empty() && role != Role::Other {
+            if elements.is_empty() && role != GroupRole::Other {
                 return Err(wrong!(
                     at,
                     "the physical group \"{name}\" has no elements; mesh what it is of, or remove the group"
                 ));
             }
-            groups.push(Group { dimension, name, at, role, elements });
+            groups.push(PhysicalGroup { dimension, name, at, role, elements });
         }
-        let found = groups.iter().filter(|g| g.role == Role::Tissue).map(|g| g.dimension).max();
+        let found = groups.iter().filter(|g| g.role == GroupRole::Tissue).map(|g| g.dimension).max();
         let dimension = found.filter(|d| *d == 3 || form == Form::Simplices).ok_or_else(|| {
             let names: Vec<String> = groups.iter().map(|g| format!("\"{}\"", g.name)).collect();
             let found = if names.is_empty() { "it has no named physical groups".to_owned() } else { format!("it has {}", names.join(", ")) };
@@ -160,10 +160,11 @@ impl<'a> Parts<'a> {
             };
             wrong!(None, "no {cells} is in a physical group called \"tissue\" ({found}); add {advice}")
         })?;
-        let (mut cells, mut seen): (Vec<&Element>, BTreeSet<Vec<u64>>) = (Vec::new(), BTreeSet::new());
+        let (mut cells, mut seen): (Vec<&GmshElement>, BTreeSet<Vec<u64>>) = (Vec::new(), BTreeSet::new());
         // In the plane no muscle is on surfaces, and the surface of a tissue in space may be called tissue too.
-        let is_cell =
-            |g: &&Group<'_>| g.dimension == dimension && matches!(g.role, Role::Tissue | Role::Muscle(_));
+        let is_cell = |g: &&PhysicalGroup<'_>| {
+            g.dimension == dimension && matches!(g.role, GroupRole::Tissue | GroupRole::Muscle(_))
+        };
         for &element in groups.iter().filter(is_cell).flat_map(|g| &g.elements) {
             check_cell(element, form)?;
             if seen.insert(sorted(&element.nodes)) {
@@ -175,10 +176,10 @@ impl<'a> Parts<'a> {
     }
 
     /// The bones in the order of their groups, of which those of one name are one bone, and all their nodes.
-    pub fn bones(&self, numbers: &BTreeMap<u64, usize>) -> Found<(Vec<Bone>, Vec<usize>)> {
+    pub fn bones(&self, numbers: &BTreeMap<u64, usize>) -> Parsed<(Vec<Bone>, Vec<usize>)> {
         let mut bones: Vec<(&str, BTreeSet<usize>)> = Vec::new();
         for group in &self.groups {
-            let Role::Bone(name) = &group.role else { continue };
+            let GroupRole::Bone(name) = &group.role else { continue };
             let mut nodes = BTreeSet::new();
             for node in group.elements.iter().flat_map(|e| &e.nodes) {
                 let nothing = "which belongs to no triangle, tetrahedron or muscle; take a point of them";
@@ -206,7 +207,7 @@ impl<'a> Parts<'a> {
         joined: impl Iterator<Item = [usize; 2]>,
         fixed: &[usize],
         numbers: &BTreeMap<u64, usize>,
-    ) -> Found<()> {
+    ) -> Parsed<()> {
         if fixed.is_empty() {
             return Err(wrong!(
                 None,
@@ -243,7 +244,7 @@ pub(super) fn positions<const D: usize>(
     raw: &Raw,
     kept: &BTreeSet<u64>,
     unit: Unit,
-) -> Found<Vec<SVector<f64, D>>> {
+) -> Parsed<Vec<SVector<f64, D>>> {
     let given = kept.iter().filter_map(|tag| raw.nodes.get(tag).map(|x| (*tag, x)));
     if D == 2 {
         let extent = given.clone().flat_map(|(_, x)| [x[0].abs(), x[1].abs()]).fold(0.0, f64::max);

@@ -83,7 +83,7 @@ pub fn read_space(bytes: &[u8], origin: &str, unit: Unit) -> Result<Body<3>, Bod
 fn parsed<T>(
     bytes: &[u8],
     origin: &str,
-    assemble: impl FnOnce(&parse::Raw) -> cursor::Found<T>,
+    assemble: impl FnOnce(&parse::Raw) -> cursor::Parsed<T>,
 ) -> Result<T, BodyError> {
     let mut cursor = cursor::Cursor::new(bytes);
     let assembled = parse::parse(&mut cursor).and_then(|raw| assemble(&raw));

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::cursor::{Cursor, Found, wrong};
-use super::fibres::{View, view};
+use super::cursor::{Cursor, Parsed, wrong};
+use super::fibres::{FibreView, view};
 use super::groups::Form;
 
 /// Content of a file. Tags are Gmsh's numbers.
@@ -11,14 +11,14 @@ pub(super) struct Raw {
     /// Names of the physical groups, by dimension and tag, each with its byte.
     pub names: BTreeMap<(usize, i64), (String, usize)>,
     /// Positions by tag, in the unit of the file.
-    pub nodes: Nodes,
+    pub nodes: GmshNodes,
     /// Elements in the order of the file; an element in several physical groups is repeated for each.
-    pub elements: Vec<Element>,
-    pub views: Vec<View>,
+    pub elements: Vec<GmshElement>,
+    pub views: Vec<FibreView>,
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Element {
+pub(super) struct GmshElement {
     pub tag: u64,
     pub dimension: usize,
     /// Its physical group; 0 for none.
@@ -30,13 +30,13 @@ pub(super) struct Element {
     pub at: usize,
 }
 
-type Nodes = BTreeMap<u64, [f64; 3]>;
+type GmshNodes = BTreeMap<u64, [f64; 3]>;
 
 /// Physical groups by dimension and tag of the entity.
 type Entities = BTreeMap<(i64, i64), Vec<i64>>;
 
 /// Dimension, number of corners and number of nodes of an element type. Corners come first.
-fn shape(kind: i64, element: u64, at: usize) -> Found<[usize; 3]> {
+fn shape(kind: i64, element: u64, at: usize) -> Parsed<[usize; 3]> {
     let linear = "only lines, triangles, tetrahedra and hexahedra of the first and simplices of the second order are read: \
                   set Mesh.ElementOrder = 1 or 2";
     let (what, remedy) = match kind {
@@ -69,7 +69,7 @@ const FIRST_ORDER: &str = "bodies in space are made of hexahedra with eight node
                            of the second order)";
 
 /// Refuses tissue of other cells than those of a form.
-pub(super) fn check_cell(element: &Element, form: Form) -> Found<()> {
+pub(super) fn check_cell(element: &GmshElement, form: Form) -> Parsed<()> {
     let (what, remedy) = match (form, element.dimension, element.nodes.len()) {
         (Form::Simplices, 2, 4) => ("quadrangle", SIMPLEX),
         (Form::Simplices, 3, 8) => (
@@ -86,7 +86,7 @@ pub(super) fn check_cell(element: &Element, form: Form) -> Found<()> {
     Err(wrong!(element.at, "element {element} is a {what}; {remedy}", element = element.tag))
 }
 
-pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
+pub(super) fn parse(cursor: &mut Cursor<'_>) -> Parsed<Raw> {
     if !matches!(cursor.section(), Ok(Some(("MeshFormat", _)))) {
         return Err(wrong!(
             0,
@@ -118,21 +118,21 @@ pub(super) fn parse(cursor: &mut Cursor<'_>) -> Found<Raw> {
             "there is no section ${section}; mesh the model before it is saved (gmsh my.geo -2, or -3 in space)"
         )
     };
-    let nodes: Nodes = nodes.ok_or_else(|| missing("Nodes"))?;
+    let nodes: GmshNodes = nodes.ok_or_else(|| missing("Nodes"))?;
     let mut elements = elements.ok_or_else(|| missing("Elements"))?;
     if is_new {
         elements = in_groups(elements, &entities.unwrap_or_default());
     }
-    for Element { tag, nodes: corners, middles, at, .. } in &elements {
+    for GmshElement { tag, nodes: corners, middles, at, .. } in &elements {
         if let Some(&node) = corners.iter().chain(middles).find(|n| !nodes.contains_key(n)) {
-            let told = "which is not in $Nodes; save the file again";
+            let told = "which is not in $GmshNodes; save the file again";
             return Err(wrong!(*at, "element {tag} refers to node {node}, {told}"));
         }
     }
     Ok(Raw { names, nodes, elements, views })
 }
 
-fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> Found<()> {
+fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> Parsed<()> {
     match slot.replace(value) {
         None => Ok(()),
         Some(_) => Err(wrong!(at, "the section ${section} comes twice; keep one")),
@@ -140,7 +140,7 @@ fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> 
 }
 
 /// Reads the header, and returns whether the format is 4.1 rather than 2.2.
-fn header(cursor: &mut Cursor<'_>) -> Found<bool> {
+fn header(cursor: &mut Cursor<'_>) -> Parsed<bool> {
     let at = cursor.at();
     let version = cursor.token("the version of the format")?;
     if !matches!(version, "4.1" | "2.2") {
@@ -169,7 +169,10 @@ fn header(cursor: &mut Cursor<'_>) -> Found<bool> {
     Ok(version == "4.1")
 }
 
-fn physical_names(cursor: &mut Cursor<'_>, names: &mut BTreeMap<(usize, i64), (String, usize)>) -> Found<()> {
+fn physical_names(
+    cursor: &mut Cursor<'_>,
+    names: &mut BTreeMap<(usize, i64), (String, usize)>,
+) -> Parsed<()> {
     for _ in 0..cursor.count_in_text("the number of physical groups")? {
         let at = cursor.at();
         let line = cursor.line("a physical group")?.trim();
@@ -193,7 +196,7 @@ fn physical_names(cursor: &mut Cursor<'_>, names: &mut BTreeMap<(usize, i64), (S
 }
 
 /// A tag or a count of format 2.2: a positive integer.
-fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Found<u64> {
+fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Parsed<u64> {
     let at = cursor.at();
     let number = cursor.int(what)?;
     match u64::try_from(number) {
@@ -203,7 +206,7 @@ fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Found<u64> {
 }
 
 /// Reads the position of a node whose tag begins at a byte.
-fn position(cursor: &mut Cursor<'_>, nodes: &mut Nodes, node: u64, tag_at: usize) -> Found<()> {
+fn position(cursor: &mut Cursor<'_>, nodes: &mut GmshNodes, node: u64, tag_at: usize) -> Parsed<()> {
     let at = cursor.at();
     let mut x = [0.0; 3];
     for c in &mut x {
@@ -221,7 +224,7 @@ fn position(cursor: &mut Cursor<'_>, nodes: &mut Nodes, node: u64, tag_at: usize
     }
 }
 
-fn nodes_2(cursor: &mut Cursor<'_>) -> Found<Nodes> {
+fn nodes_2(cursor: &mut Cursor<'_>) -> Parsed<GmshNodes> {
     let mut nodes = BTreeMap::new();
     for _ in 0..cursor.count_in_text("the number of nodes")? {
         let at = cursor.at();
@@ -237,17 +240,17 @@ fn element(
     [kind, group]: [i64; 2],
     tag: u64,
     at: usize,
-    mut node: impl FnMut() -> Found<u64>,
-) -> Found<Element> {
+    mut node: impl FnMut() -> Parsed<u64>,
+) -> Parsed<GmshElement> {
     let [dimension, corners, count] = shape(kind, tag, at)?;
-    let mut nodes = (0..count).map(|_| node()).collect::<Found<Vec<_>>>()?;
+    let mut nodes = (0..count).map(|_| node()).collect::<Parsed<Vec<_>>>()?;
     let middles = nodes.split_off(corners);
-    Ok(Element { tag, dimension, group, nodes, middles, at })
+    Ok(GmshElement { tag, dimension, group, nodes, middles, at })
 }
 
-fn elements_2(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
+fn elements_2(cursor: &mut Cursor<'_>) -> Parsed<Vec<GmshElement>> {
     let count = cursor.count_in_text("the number of elements")?;
-    let mut elements: Vec<Element> = Vec::new();
+    let mut elements: Vec<GmshElement> = Vec::new();
     while (elements.len() as u64) < count {
         // In binary, elements of one type follow each other behind a common header.
         let first = if cursor.is_binary() { None } else { Some(positive(cursor, "element")?) };
@@ -269,7 +272,7 @@ fn elements_2(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
     Ok(elements)
 }
 
-fn entities_4(cursor: &mut Cursor<'_>) -> Found<Entities> {
+fn entities_4(cursor: &mut Cursor<'_>) -> Parsed<Entities> {
     let mut counts = [0; 4];
     for count in &mut counts {
         *count = cursor.size("the number of entities")?;
@@ -284,7 +287,7 @@ fn entities_4(cursor: &mut Cursor<'_>) -> Found<Entities> {
             let groups = cursor.size("the number of physical groups")?;
             let groups: Vec<i64> = (0..groups)
                 .map(|_| Ok(cursor.int("a physical group")?.saturating_abs()))
-                .collect::<Found<_>>()?;
+                .collect::<Parsed<_>>()?;
             if dimension > 0 {
                 for _ in 0..cursor.size("the number of bounding entities")? {
                     cursor.int("a bounding entity")?;
@@ -297,7 +300,7 @@ fn entities_4(cursor: &mut Cursor<'_>) -> Found<Entities> {
     Ok(entities)
 }
 
-fn nodes_4(cursor: &mut Cursor<'_>) -> Found<Nodes> {
+fn nodes_4(cursor: &mut Cursor<'_>) -> Parsed<GmshNodes> {
     let blocks = cursor.size("the number of blocks")?;
     for what in ["the number of nodes", "the lowest node", "the highest node"] {
         cursor.size(what)?;
@@ -323,7 +326,7 @@ fn nodes_4(cursor: &mut Cursor<'_>) -> Found<Nodes> {
 }
 
 /// Elements, with the tag of their entity in `group`.
-fn elements_4(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
+fn elements_4(cursor: &mut Cursor<'_>) -> Parsed<Vec<GmshElement>> {
     let blocks = cursor.size("the number of blocks")?;
     for what in ["the number of elements", "the lowest element", "the highest element"] {
         cursor.size(what)?;
@@ -344,12 +347,12 @@ fn elements_4(cursor: &mut Cursor<'_>) -> Found<Vec<Element>> {
 }
 
 /// Repeats every element for each physical group of its entity.
-fn in_groups(elements: Vec<Element>, entities: &Entities) -> Vec<Element> {
+fn in_groups(elements: Vec<GmshElement>, entities: &Entities) -> Vec<GmshElement> {
     let mut out = Vec::with_capacity(elements.len());
     for element in elements {
         match entities.get(&(element.dimension as i64, element.group)).map(Vec::as_slice) {
-            None | Some([]) => out.push(Element { group: 0, ..element }),
-            Some(groups) => out.extend(groups.iter().map(|&group| Element { group, ..element.clone() })),
+            None | Some([]) => out.push(GmshElement { group: 0, ..element }),
+            Some(groups) => out.extend(groups.iter().map(|&group| GmshElement { group, ..element.clone() })),
         }
     }
     out

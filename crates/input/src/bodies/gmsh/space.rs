@@ -14,9 +14,9 @@ use nalgebra::Vector3;
 use super::Unit;
 use super::assemble::given_twice;
 use super::chain::parts;
-use super::cursor::{Found, wrong};
-use super::fibres::{Fibres, View};
-use super::groups::{Form, Parts, Role, positions, sorted};
+use super::cursor::{Parsed, wrong};
+use super::fibres::{FibreView, MeshFibres};
+use super::groups::{Form, GroupParts, GroupRole, positions, sorted};
 use super::parse::Raw;
 use crate::bodies::group_and_side;
 use tongue_core::body::space::{Directions, Segment};
@@ -29,34 +29,34 @@ enum Strength {
     Pascals(f64),
 }
 
-struct Given<'a> {
+struct GivenMesh<'a> {
     name: String,
     strength: Strength,
     region: BTreeSet<Vec<u64>>,
     /// Lines of its fibres, and the byte of the first group of them.
     lines: Vec<[u64; 2]>,
-    view: Option<&'a View>,
+    view: Option<&'a FibreView>,
     at: usize,
 }
 
-struct Assembly<'a> {
+struct SpaceAssembly<'a> {
     raw: &'a Raw,
     unit: Unit,
-    parts: Parts<'a>,
+    parts: GroupParts<'a>,
     numbers: BTreeMap<u64, usize>,
     mesh: Mesh<3>,
 }
 
-pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<Body<3>> {
-    let parts = Parts::new(raw, Form::Hexahedra)?;
+pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Parsed<Body<3>> {
+    let parts = GroupParts::new(raw, Form::Hexahedra)?;
     let mut kept: BTreeSet<u64> = parts.cells.iter().flat_map(|e| &e.nodes).copied().collect();
-    let of = |is: fn(&Role) -> bool| {
+    let of = |is: fn(&GroupRole) -> bool| {
         let groups = parts.groups.iter().filter(move |g| is(&g.role));
         groups.flat_map(|g| &g.elements).flat_map(|e| &e.nodes).copied().collect::<BTreeSet<u64>>()
     };
     // Outside the tissue, fibres end on bone.
-    let on_bone = of(|role| matches!(role, Role::Bone(_)));
-    kept.extend(of(|role| matches!(role, Role::Fibre(_))).intersection(&on_bone));
+    let on_bone = of(|role| matches!(role, GroupRole::Bone(_)));
+    kept.extend(of(|role| matches!(role, GroupRole::Fibre(_))).intersection(&on_bone));
     let numbers: BTreeMap<u64, usize> = kept.iter().enumerate().map(|(i, tag)| (*tag, i)).collect();
     let mut mesh = Mesh::<3> { nodes: positions(raw, &kept, unit)?, ..Mesh::default() };
     let (bones, fixed) = parts.bones(&numbers)?;
@@ -75,14 +75,14 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<Body<3>> {
         }
         mesh.hexahedra.push(corners);
     }
-    let mut assembly = Assembly { raw, unit, parts, numbers, mesh };
+    let mut assembly = SpaceAssembly { raw, unit, parts, numbers, mesh };
     let (mut muscles, mut chains): (Vec<Muscle>, Vec<MuscleChain>) = (Vec::new(), Vec::new());
     for given in assembly.given()? {
         let (muscle, ends) = assembly.muscle(&given)?;
         chains.push(MuscleChain { name: muscle.name.clone(), nodes: ends.to_vec() });
         muscles.push(muscle);
     }
-    let Assembly { parts, numbers, mesh, .. } = &mut assembly;
+    let SpaceAssembly { parts, numbers, mesh, .. } = &mut assembly;
     let edges = mesh.hexahedra.iter().flat_map(|c| hexahedron::EDGES.map(|e| e.map(|i| c[i])));
     let outside = muscles.iter().flat_map(|m| &m.segments).filter(|s| s.outside).map(|s| s.nodes);
     parts.check_held(edges.chain(outside), &mesh.fixed, numbers)?;
@@ -94,12 +94,12 @@ pub(super) fn assemble(raw: &Raw, origin: &str, unit: Unit) -> Found<Body<3>> {
     Ok(body)
 }
 
-impl<'a> Assembly<'a> {
+impl<'a> SpaceAssembly<'a> {
     /// The muscles with their strengths; sides are checked to pair.
-    fn given(&self) -> Found<Vec<Given<'a>>> {
-        let mut out: Vec<Given<'a>> = Vec::new();
+    fn given(&self) -> Parsed<Vec<GivenMesh<'a>>> {
+        let mut out: Vec<GivenMesh<'a>> = Vec::new();
         for group in &self.parts.groups {
-            let Role::Muscle(rest) = &group.role else { continue };
+            let GroupRole::Muscle(rest) = &group.role else { continue };
             let Some((name, strength)) = strength(rest) else {
                 return Err(wrong!(
                     group.at,
@@ -111,9 +111,9 @@ impl<'a> Assembly<'a> {
             }
             let region = group.elements.iter().map(|e| sorted(&e.nodes)).collect();
             let view = self.raw.views.iter().find(|v| fibre_of(v) == Some(name.as_str()));
-            out.push(Given { name, strength, region, lines: Vec::new(), view, at: group.at });
+            out.push(GivenMesh { name, strength, region, lines: Vec::new(), view, at: group.at });
         }
-        for Given { name, at, .. } in &out {
+        for GivenMesh { name, at, .. } in &out {
             let other = match name.rsplit_once('_') {
                 Some((group, "L")) => format!("{group}_R"),
                 Some((group, "R")) => format!("{group}_L"),
@@ -132,7 +132,7 @@ impl<'a> Assembly<'a> {
             wrong!(at, "fibres are given of {name}, but no volume is called \"muscle:{name} ..\"; {help}")
         };
         for group in &self.parts.groups {
-            let Role::Fibre(name) = &group.role else { continue };
+            let GroupRole::Fibre(name) = &group.role else { continue };
             let muscle = out.iter_mut().find(|g| g.name == *name).ok_or_else(|| nothing(name, group.at))?;
             muscle.lines.extend(group.lines());
         }
@@ -144,14 +144,15 @@ impl<'a> Assembly<'a> {
     }
 
     /// A muscle, and the ends of the fibre that measures it.
-    fn muscle(&self, given: &Given<'a>) -> Found<(Muscle, [usize; 2])> {
+    fn muscle(&self, given: &GivenMesh<'a>) -> Parsed<(Muscle, [usize; 2])> {
         let (mesh, cells) = (&self.mesh, &self.parts.cells);
-        let Given { name, lines, at, .. } = given;
+        let GivenMesh { name, lines, at, .. } = given;
         let region: Vec<usize> =
             (0..cells.len()).filter(|&c| given.region.contains(&sorted(&cells[c].nodes))).collect();
         let corners = region.iter().map(|&e| hexahedron::corners(&mesh.nodes, &mesh.hexahedra[e]));
         let volume: f64 = corners.map(|x| hexahedron::volume(&x)).sum();
-        let fibres = Fibres::lay(mesh, &self.numbers, lines, |tag| self.raw.nodes.get(tag).map(|x| Vector3::from(*x) * self.unit.metres())).map_err(|node| {
+        let place = |tag: &u64| self.raw.nodes.get(tag).map(|x| Vector3::from(*x) * self.unit.metres());
+        let fibres = MeshFibres::lay(mesh, &self.numbers, lines, place).map_err(|node| {
             wrong!(
                 *at,
                 "a curve \"fibre:{name}\" lies outside the tissue at node {node}, where it must run from a node of the tissue to one of a \
@@ -203,7 +204,7 @@ impl<'a> Assembly<'a> {
     }
 
     /// Directions of a view at the points of Gauss of each element of a region.
-    fn directions(&self, view: &View, region: &[usize], name: &str) -> Found<Vec<Directions>> {
+    fn directions(&self, view: &FibreView, region: &[usize], name: &str) -> Parsed<Vec<Directions>> {
         let unit = |vector: Vector3<f64>| vector.try_normalize(1e-12);
         let of_tag = |tag: &u64| view.vectors.get(tag).map(|v| Vector3::from(*v));
         // An element may be in the file once for each of its groups, and the view may name any of them.
@@ -226,7 +227,7 @@ impl<'a> Assembly<'a> {
 }
 
 /// The muscle whose fibres a view directs.
-fn fibre_of(view: &View) -> Option<&str> {
+fn fibre_of(view: &FibreView) -> Option<&str> {
     let (kind, name) = view.name.split_once(':')?;
     kind.trim().eq_ignore_ascii_case("fibre").then(|| name.trim())
 }

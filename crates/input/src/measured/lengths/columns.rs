@@ -6,7 +6,7 @@ use super::number::TableUnit;
 use super::reading::SetAside;
 use super::text::clip;
 use crate::measured::error::Malformed;
-use crate::measured::table::{Cells, Line};
+use crate::measured::table::{TableLine, TableLines};
 use tongue_core::choice;
 
 /// Names of the column of subjects, the best first; case does not count, and a space counts as `_`.
@@ -24,27 +24,27 @@ const BETWEEN: [char; 9] = [' ', '_', '.', '-', '(', '[', '/', ',', ':'];
 
 const FEW: usize = 20;
 
-pub(super) type Field = (usize, TableUnit);
+pub(super) type LengthField = (usize, TableUnit);
 
-pub(super) struct Length {
+pub(super) struct LengthColumn {
     pub muscle: String,
     pub field: usize,
     pub unit: TableUnit,
     /// Its own half widths, if it has any.
-    pub half_width: Option<Field>,
+    pub half_width: Option<LengthField>,
 }
 
-pub(super) struct Columns {
+pub(super) struct LengthColumns {
     pub subject: usize,
     pub vowel: usize,
-    pub lengths: Vec<Length>,
+    pub lengths: Vec<LengthColumn>,
     /// Half widths of all muscles without columns of their own.
-    pub half_width: Option<Field>,
+    pub half_width: Option<LengthField>,
     pub set_aside: Vec<SetAside>,
 }
 
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum Meaning {
+enum ColumnMeaning {
     /// With the index of the name among its aliases.
     Subject(usize),
     Vowel(usize),
@@ -57,9 +57,9 @@ pub(super) fn is_known(name: &str) -> bool {
     meaning(name).is_some()
 }
 
-impl Columns {
-    pub fn of(cells: &Cells<'_>) -> Result<Self, Malformed> {
-        let mut fields = BTreeMap::<Meaning, Field>::new();
+impl LengthColumns {
+    pub fn of(cells: &TableLines<'_>) -> Result<Self, Malformed> {
+        let mut fields = BTreeMap::<ColumnMeaning, LengthField>::new();
         for (field, name) in cells.header.cells.iter().enumerate() {
             let Some((meaning, unit)) = meaning(name) else { continue };
             if let Some((first, _)) = fields.insert(meaning, (field, unit)) {
@@ -68,15 +68,15 @@ impl Columns {
         }
         // The aliases are in order, so that the first is the best.
         let first =
-            |is: fn(&Meaning) -> bool| fields.iter().find(|(m, _)| is(m)).map(|(_, (field, _))| *field);
-        let subject = first(|m| matches!(m, Meaning::Subject(_)));
-        let vowel = first(|m| matches!(m, Meaning::Vowel(_)));
-        let half_width = |muscle: &str| fields.get(&Meaning::HalfWidth(muscle.to_owned())).copied();
-        let length = |(meaning, &(field, unit)): (&Meaning, &Field)| {
-            let Meaning::Length(muscle) = meaning else { return None };
-            Some(Length { muscle: muscle.clone(), field, unit, half_width: half_width(muscle) })
+            |is: fn(&ColumnMeaning) -> bool| fields.iter().find(|(m, _)| is(m)).map(|(_, (field, _))| *field);
+        let subject = first(|m| matches!(m, ColumnMeaning::Subject(_)));
+        let vowel = first(|m| matches!(m, ColumnMeaning::Vowel(_)));
+        let half_width = |muscle: &str| fields.get(&ColumnMeaning::HalfWidth(muscle.to_owned())).copied();
+        let length = |(meaning, &(field, unit)): (&ColumnMeaning, &LengthField)| {
+            let ColumnMeaning::Length(muscle) = meaning else { return None };
+            Some(LengthColumn { muscle: muscle.clone(), field, unit, half_width: half_width(muscle) })
         };
-        let mut lengths: Vec<Length> = fields.iter().filter_map(length).collect();
+        let mut lengths: Vec<LengthColumn> = fields.iter().filter_map(length).collect();
         lengths.sort_by_key(|length| length.field);
         let of_muscle =
             cells.header.cells.iter().position(|name| MUSCLE.split(' ').any(|n| n == plain(name)));
@@ -97,7 +97,9 @@ impl Columns {
         let half_width = half_width("");
         let set_aside = cells.header.cells.iter().enumerate().filter_map(|(field, name)| {
             let why = match meaning(name) {
-                Some((Meaning::HalfWidth(_), _)) => "half width of a muscle without a column of lengths",
+                Some((ColumnMeaning::HalfWidth(_), _)) => {
+                    "half width of a muscle without a column of lengths"
+                }
                 Some(_) => "another column says the same",
                 None if name.is_empty() => "no name",
                 None => "no unit of length in its name",
@@ -117,7 +119,7 @@ impl Columns {
 }
 
 /// The error for missing columns, with columns that may be meant.
-fn incomplete(missing: &[&str], cells: &Cells<'_>) -> Malformed {
+fn incomplete(missing: &[&str], cells: &TableLines<'_>) -> Malformed {
     let mut what = format!("missing from the header: {}", missing.join(", "));
     let near = missing.iter().filter(|name| !name.contains(' ')).find_map(|name| {
         let near = choice::nearest(name, cells.header.cells.iter().filter(|h| h.len() > 2))?;
@@ -126,7 +128,7 @@ fn incomplete(missing: &[&str], cells: &Cells<'_>) -> Malformed {
     what.push_str(&near.unwrap_or_default());
     if missing.iter().any(|name| name.contains(' ')) {
         let has_numbers = |field: &usize| {
-            let starts = |line: &Line| line.cell(*field).starts_with(|c: char| c.is_ascii_digit());
+            let starts = |line: &TableLine| line.cell(*field).starts_with(|c: char| c.is_ascii_digit());
             meaning(cells.header.cell(*field)).is_none() && cells.rows.iter().take(FEW).any(starts)
         };
         if let Some(name) = (0..cells.header.cells.len()).find(has_numbers).map(|f| cells.header.cell(f)) {
@@ -141,16 +143,16 @@ fn incomplete(missing: &[&str], cells: &Cells<'_>) -> Malformed {
 }
 
 /// What a column is of, with its unit (millimetres for those without).
-fn meaning(name: &str) -> Option<(Meaning, TableUnit)> {
+fn meaning(name: &str) -> Option<(ColumnMeaning, TableUnit)> {
     let plain = plain(name);
     let rank = |names: &str| names.split(' ').position(|n| n == plain);
-    let id = rank(SUBJECT).map(Meaning::Subject).or_else(|| rank(VOWEL).map(Meaning::Vowel));
+    let id = rank(SUBJECT).map(ColumnMeaning::Subject).or_else(|| rank(VOWEL).map(ColumnMeaning::Vowel));
     if let Some(id) = id {
         return Some((id, TableUnit::Mm));
     }
     let (quantity, unit) = quantity(name)?;
-    let muscle = half_width(quantity).map(|muscle| Meaning::HalfWidth(muscle.to_owned()));
-    Some((muscle.unwrap_or_else(|| Meaning::Length(quantity.to_owned())), unit))
+    let muscle = half_width(quantity).map(|muscle| ColumnMeaning::HalfWidth(muscle.to_owned()));
+    Some((muscle.unwrap_or_else(|| ColumnMeaning::Length(quantity.to_owned())), unit))
 }
 
 /// The name in lower case with `_` between words, of the same number of bytes.

@@ -21,7 +21,7 @@ mod vowel;
 pub use super::error::Malformed;
 pub use dataset::Dataset;
 pub use number::{DecimalMark, LONGEST_MM, SHORTEST_MM, TableUnit};
-pub use reading::{BrokenRow, Column, HalfWidth, Reading, Separator, SetAside};
+pub use reading::{BrokenRow, HalfWidth, ReadColumn, Reading, Separator, SetAside};
 pub use rest_distance::Activation;
 pub use text::{Encoding, LineEnds};
 pub use vowel::Vowel;

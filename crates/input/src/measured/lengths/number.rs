@@ -120,13 +120,13 @@ pub(super) fn decimals_mm(cell: &str, mark: DecimalMark, unit: TableUnit) -> Opt
 }
 
 #[derive(Clone, Copy)]
-pub(super) struct Numbers<'a> {
+pub(super) struct LengthNumbers<'a> {
     pub column: &'a str,
     pub unit: TableUnit,
     pub mark: DecimalMark,
 }
 
-impl Numbers<'_> {
+impl LengthNumbers<'_> {
     /// The number in `cell`, in mm, with the same bits as if it had been written in mm.
     fn in_mm(self, cell: &str) -> Result<f64, CellFault> {
         let (_, unit, power, example) = self.unit.facts();

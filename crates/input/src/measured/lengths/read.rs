@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::columns::{Columns, Field, Length, is_known};
-use super::number::{CellFault, DecimalMark, Numbers, TableUnit, decimals_mm};
-use super::reading::{BrokenRow, Column, HalfWidth, Reading};
+use super::columns::{LengthColumn, LengthColumns, LengthField, is_known};
+use super::number::{CellFault, DecimalMark, LengthNumbers, TableUnit, decimals_mm};
+use super::reading::{BrokenRow, HalfWidth, ReadColumn, Reading};
 use super::text::clip;
 use super::vowel::Vowel;
 use super::{Dataset, Lengths, Row};
 use crate::measured::error::{Malformed, ReadError};
-use crate::measured::table::{Cells, Line};
+use crate::measured::table::{TableLine, TableLines};
 
 /// Default half width of a length, mm: that of lengths read off an MR image.
 const DEFAULT_HALF_WIDTH_MM: f64 = 0.5;
@@ -20,19 +20,19 @@ const MOST_DECIMALS: i32 = 2;
 /// The table in `bytes`; `origin` names it in errors.
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
     let wanted = "subject,vowel,GGa_mm,GGm_mm, then a line for each subject and vowel";
-    let cells = Cells::read(bytes, origin, wanted, is_known)?;
-    let columns = Columns::of(&cells)?;
+    let cells = TableLines::read(bytes, origin, wanted, is_known)?;
+    let columns = LengthColumns::of(&cells)?;
     let mark = cells.decimal_mark(&columns.lengths.iter().map(|l| l.field).collect::<Vec<_>>());
     let name = |field: usize| clip(cells.header.cell(field));
     let by_digits = TableUnit::ALL.map(|unit| half_width_by_digits(&cells, &columns, mark, unit));
-    let column = |l: &Length| {
+    let column = |l: &LengthColumn| {
         let half_width = match (l.half_width.or(columns.half_width), &by_digits[l.unit as usize]) {
             (Some((field, _)), digits) => HalfWidth::Column { name: name(field), else_mm: digits.1 },
             (None, (true, mm)) => HalfWidth::Digits { mm: *mm },
             (None, (false, mm)) => HalfWidth::Default { mm: *mm },
         };
         let (muscle, unit) = (l.muscle.clone(), l.unit);
-        Column { muscle, name: name(l.field), column: l.field + 1, unit, half_width }
+        ReadColumn { muscle, name: name(l.field), column: l.field + 1, unit, half_width }
     };
     let vowels = cells.rows.iter().filter_map(|row| Vowel::as_written(row.cell(columns.vowel)).ok());
     let has = |label: &str| vowels.clone().any(|v| v.label() == label);
@@ -84,8 +84,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
 
 /// The half width of lengths in a unit, mm, and whether it follows from their digits.
 fn half_width_by_digits(
-    cells: &Cells<'_>,
-    columns: &Columns,
+    cells: &TableLines<'_>,
+    columns: &LengthColumns,
     mark: DecimalMark,
     unit: TableUnit,
 ) -> (bool, f64) {
@@ -99,8 +99,8 @@ fn half_width_by_digits(
 }
 
 struct Reader<'a> {
-    cells: &'a Cells<'a>,
-    columns: &'a Columns,
+    cells: &'a TableLines<'a>,
+    columns: &'a LengthColumns,
     mark: DecimalMark,
     /// Half width of each muscle's lengths where no column gives one, mm.
     else_mm: Vec<f64>,
@@ -110,7 +110,7 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     /// Adds a row to the table, or to what cannot be used. `seen` has the lines of earlier rows.
-    fn add(&self, line: &Line, data: &mut Dataset, seen: &mut BTreeMap<(String, Vowel), u64>) {
+    fn add(&self, line: &TableLine, data: &mut Dataset, seen: &mut BTreeMap<(String, Vowel), u64>) {
         let mut bad_cells = Vec::new();
         let lengths = self.lengths(line, &data.muscles, &mut bad_cells);
         bad_cells.sort_by_key(|fault| fault.column);
@@ -148,11 +148,11 @@ impl Reader<'_> {
     /// The lengths of a row; those whose cells are wrong are as if they had not been measured.
     fn lengths(
         &self,
-        line: &Line,
+        line: &TableLine,
         muscles: &Arc<[String]>,
         bad: &mut Vec<Malformed>,
     ) -> Result<Lengths, Malformed> {
-        let Columns { subject, vowel, lengths, half_width, .. } = self.columns;
+        let LengthColumns { subject, vowel, lengths, half_width, .. } = self.columns;
         self.cells.check_shape(line)?;
         let at = |field: usize| self.cells.at(line, field);
         let name = line.cell(*subject).to_owned();
@@ -164,14 +164,16 @@ impl Reader<'_> {
             let what = format!("the vowel is {:?}", clip(line.cell(*vowel)));
             at(*vowel).error(what, "write a label of 1 to 40 printable characters, like a, ɔ or ə")
         })?;
-        let mut number = |(field, unit), read: fn(Numbers<'_>, &str) -> Result<Option<f64>, CellFault>| {
-            let numbers = Numbers { column: self.cells.header.cell(field), unit, mark: self.mark };
-            let found = read(numbers, line.cell(field)).map_err(|(what, help)| at(field).error(what, help));
-            found.unwrap_or_else(|fault| {
-                bad.push(fault);
-                None
-            })
-        };
+        let mut number =
+            |(field, unit), read: fn(LengthNumbers<'_>, &str) -> Result<Option<f64>, CellFault>| {
+                let numbers = LengthNumbers { column: self.cells.header.cell(field), unit, mark: self.mark };
+                let found =
+                    read(numbers, line.cell(field)).map_err(|(what, help)| at(field).error(what, help));
+                found.unwrap_or_else(|fault| {
+                    bad.push(fault);
+                    None
+                })
+            };
         let length_mm: Vec<_> =
             lengths.iter().map(|l| number((l.field, l.unit), |n, cell| n.length(cell))).collect();
         let in_mm = lengths.iter().all(|l| l.unit == TableUnit::Mm);
@@ -180,7 +182,7 @@ impl Reader<'_> {
             return Err(at(lengths[0].field).error("every length is 100", help));
         }
         let mut half =
-            |field: &Option<Field>| field.and_then(|field| number(field, |n, cell| n.half_width(cell)));
+            |field: &Option<LengthField>| field.and_then(|field| number(field, |n, cell| n.half_width(cell)));
         let common = half(half_width);
         let own = lengths.iter().zip(&self.else_mm);
         let half_width_mm = own

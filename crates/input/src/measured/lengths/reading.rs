@@ -56,7 +56,7 @@ pub enum HalfWidth {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Column {
+pub struct ReadColumn {
     pub muscle: String,
     pub name: String,
     pub column: usize,
@@ -82,7 +82,7 @@ pub struct Reading {
     pub header_line: u64,
     pub subject: String,
     pub vowel: String,
-    pub columns: Vec<Column>,
+    pub columns: Vec<ReadColumn>,
     pub set_aside: Vec<SetAside>,
     /// Lines (from 1) of rows without any measured length; these rows are ignored.
     pub rows_without_lengths: Vec<u64>,

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use serde::Serialize;
 use unicode_normalization::UnicodeNormalization;
 
-use crate::measured::error::{Malformed, Place};
+use crate::measured::error::{Malformed, SourcePlace};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -34,7 +34,7 @@ pub(in crate::measured) struct Text<'a> {
 
 /// The text of `bytes`: UTF-8, or UTF-16 with a byte order mark.
 pub(in crate::measured) fn decode<'a>(bytes: &'a [u8], origin: &str) -> Result<Text<'a>, Malformed> {
-    let start = Place { origin, line: 1, column: 1 };
+    let start = SourcePlace { origin, line: 1, column: 1 };
     if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"\xD0\xCF\x11\xE0") {
         return Err(start.error(
             "the file is a workbook of a spreadsheet program",
@@ -83,7 +83,7 @@ fn utf8<'a>(bytes: &'a [u8], origin: &str) -> Result<&'a str, Malformed> {
     })
 }
 
-fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16, start: Place<'_>) -> Result<String, Malformed> {
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16, start: SourcePlace<'_>) -> Result<String, Malformed> {
     let (pairs, odd) = bytes.as_chunks::<2>();
     let text: Result<String, _> = char::decode_utf16(pairs.iter().map(|pair| unit(*pair))).collect();
     match text {
@@ -93,12 +93,12 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16, start: Place<'_>) -> Result<Str
 }
 
 /// The place of the byte `offset` of `bytes`, for errors found before the table is read.
-fn place_of_byte<'a>(origin: &'a str, bytes: &[u8], offset: usize) -> Place<'a> {
+fn place_of_byte<'a>(origin: &'a str, bytes: &[u8], offset: usize) -> SourcePlace<'a> {
     let before = bytes.get(..offset).unwrap_or(bytes);
     let line_start = before.iter().rposition(|b| *b == b'\n').map_or(0, |at| at + 1);
     let line = 1 + before.iter().filter(|b| **b == b'\n').count() as u64;
     let column = 1 + before.iter().skip(line_start).filter(|b| b",;\t".contains(b)).count();
-    Place { origin, line, column }
+    SourcePlace { origin, line, column }
 }
 
 /// Largest number of characters of a label, and of what a message quotes.

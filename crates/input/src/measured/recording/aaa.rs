@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::error::{Malformed, Place};
+use super::super::error::{Malformed, SourcePlace};
 use super::{Budget, Format, Label, Recording, Sample, coordinate, limits};
 
 const TIMES: [&str; 4] =
@@ -15,7 +15,7 @@ const TIMES: [&str; 4] =
 /// Beginnings of the columns that identify a recording: the speaker's, and two more.
 const OF_RECORDING: [&str; 3] = ["Client", "Date", "Prompt"];
 
-struct Columns {
+struct PointColumns {
     name: String,
     x: usize,
     y: usize,
@@ -23,7 +23,7 @@ struct Columns {
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = limits::text(bytes, origin)?;
-    let start = Place { origin, line: 1, column: 1 };
+    let start = SourcePlace { origin, line: 1, column: 1 };
     let csv = &mut csv::ReaderBuilder::new();
     let help = "export the table from AAA anew, separated by tabs";
     let (separator, title_lines) = limits::header(&text, |name| {
@@ -44,7 +44,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let of_recording: Vec<usize> = OF_RECORDING.iter().filter_map(|word| begins(word)).collect();
     let tiers = [("annotation", column("Annotation Title")), ("prompt", begins(OF_RECORDING[2]))];
     let last_column = points.iter().map(|p| p.x.max(p.y)).max().unwrap_or(0).max(time);
-    let mut rows = Rows::new(
+    let mut rows = RecordingRows::new(
         points.iter().map(|p| p.name.clone()).collect(),
         // Whether times begin again with every annotation.
         ![TIMES[0], "time_s"].iter().any(|title| title.eq_ignore_ascii_case(&header[time])),
@@ -70,7 +70,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         }
         let cell = |field: usize| record.get(field).unwrap_or_default();
         let time_s = seconds(cell(time), at.at_column(time + 1))?;
-        let place = |p: &Columns| {
+        let place = |p: &PointColumns| {
             let value = |field: usize| value(cell(field), &p.name, at.at_column(field + 1));
             Ok(value(p.x)?.zip(value(p.y)?).map(|(x, y)| [x, y, 0.0]))
         };
@@ -113,7 +113,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
 
 /// The error for a last line without a line end whose last number has fewer decimals than all numbers above
 /// it.
-fn cut_in_a_number(text: &str, title_lines: usize, separator: u8, start: Place<'_>) -> Option<Malformed> {
+fn cut_in_a_number(
+    text: &str,
+    title_lines: usize,
+    separator: u8,
+    start: SourcePlace<'_>,
+) -> Option<Malformed> {
     let separator = char::from(separator);
     if text.ends_with('\n') {
         return None;
@@ -128,16 +133,17 @@ fn cut_in_a_number(text: &str, title_lines: usize, separator: u8, start: Place<'
     if last.ends_with(['*', separator]) || decimals(last).unwrap_or(0) >= fewest {
         return None;
     }
-    let at = Place { line: text.lines().count() as u64, column: last.split(separator).count(), ..start };
+    let at =
+        SourcePlace { line: text.lines().count() as u64, column: last.split(separator).count(), ..start };
     Some(at.error("the last number is cut off", "the file is cut off; export it anew"))
 }
 
-pub(super) fn seconds(text: &str, at: Place<'_>) -> Result<f64, Malformed> {
+pub(super) fn seconds(text: &str, at: SourcePlace<'_>) -> Result<f64, Malformed> {
     number(text).ok_or_else(|| at.error(format!("the time is {text:?}"), "give a finite number of seconds"))
 }
 
 /// A coordinate in AAA's format; `None` if the point was not seen.
-pub(super) fn value(text: &str, point: &str, at: Place<'_>) -> Result<Option<f64>, Malformed> {
+pub(super) fn value(text: &str, point: &str, at: SourcePlace<'_>) -> Result<Option<f64>, Malformed> {
     if is_missing(text) {
         return Ok(None);
     }
@@ -158,31 +164,31 @@ pub(super) fn number(text: &str) -> Option<f64> {
 
 /// Rows in the order of the file, grouped by recording.
 #[derive(Default)]
-pub(super) struct Rows {
+pub(super) struct RecordingRows {
     channels: Vec<String>,
     /// Whether times begin again with every annotation, so that every step back begins another recording.
     restarts: bool,
     /// Whether the first identifying column is the speaker's.
     has_speaker: bool,
-    found: Vec<Found>,
+    found: Vec<FoundRows>,
     numbers: BTreeMap<Vec<String>, usize>,
     budget: Budget,
     count: usize,
 }
 
-struct Found {
+struct FoundRows {
     key: Vec<String>,
     /// Stretches of rows in which times do not step back, in the order of the file.
-    runs: Vec<Run>,
+    runs: Vec<RowRun>,
 }
 
 #[derive(Default)]
-struct Run {
+struct RowRun {
     rows: Vec<(u64, Sample)>,
     labels: Vec<Label>,
 }
 
-impl Run {
+impl RowRun {
     /// A row carries this label. One stretch goes on while the rows do.
     fn label(&mut self, tier: &str, name: &str, time_s: f64) {
         match self.labels.iter_mut().rev().find(|l| l.tier == tier) {
@@ -195,7 +201,7 @@ impl Run {
     }
 }
 
-impl Rows {
+impl RecordingRows {
     pub fn new(channels: Vec<String>, restarts: bool, has_speaker: bool) -> Self {
         Self { channels, restarts, has_speaker, ..Self::default() }
     }
@@ -206,7 +212,7 @@ impl Rows {
         key: Vec<String>,
         time_s: f64,
         places: Vec<Option<[f64; 3]>>,
-        at: Place<'_>,
+        at: SourcePlace<'_>,
     ) -> Result<usize, Malformed> {
         self.count += 1;
         self.budget.frame(self.count, self.channels.len(), at)?;
@@ -214,13 +220,13 @@ impl Rows {
         if known.is_none() {
             self.budget.whole(0, self.channels.len(), at)?;
             self.numbers.insert(key.clone(), self.found.len());
-            self.found.push(Found { key, runs: vec![Run::default()] });
+            self.found.push(FoundRows { key, runs: vec![RowRun::default()] });
         }
         let number = known.unwrap_or(self.found.len() - 1);
         let runs = &mut self.found[number].runs;
         let last_s = runs.last().and_then(|run| Some(run.rows.last()?.1.time_s));
         if last_s.is_some_and(|last| last > time_s || (self.restarts && last == time_s)) {
-            runs.push(Run::default());
+            runs.push(RowRun::default());
         }
         if let Some(run) = runs.last_mut() {
             run.rows.push((at.line, Sample::new(time_s, places)));
@@ -230,19 +236,19 @@ impl Rows {
 
     /// The recordings, each sorted by time. A row repeated for several labels is taken once, although AAA may interpolate its time and its
     /// coordinates anew for each.
-    pub fn recordings(mut self, format: Format, start: Place<'_>) -> Result<Vec<Recording>, Malformed> {
+    pub fn recordings(mut self, format: Format, start: SourcePlace<'_>) -> Result<Vec<Recording>, Malformed> {
         let mut out: Vec<Recording> = Vec::new();
-        let parts = std::mem::take(&mut self.found).into_iter().flat_map(|Found { key, runs }| {
+        let parts = std::mem::take(&mut self.found).into_iter().flat_map(|FoundRows { key, runs }| {
             let parts = parts(runs, self.restarts).into_iter().enumerate();
             parts.map(move |(nth, part)| (key.clone(), nth, part))
         });
-        for (key, nth, (Run { mut rows, labels }, notes)) in parts {
+        for (key, nth, (RowRun { mut rows, labels }, notes)) in parts {
             if nth > 0 {
-                let first = rows.first().map_or(start, |(line, _)| Place { line: *line, ..start });
+                let first = rows.first().map_or(start, |(line, _)| SourcePlace { line: *line, ..start });
                 self.budget.whole(0, self.channels.len(), first)?;
             }
             rows.sort_by(|a, b| a.1.time_s.total_cmp(&b.1.time_s));
-            let wrong = |line, what: String, help: &str| Err(Place { line, ..start }.error(what, help));
+            let wrong = |line, what: String, help: &str| Err(SourcePlace { line, ..start }.error(what, help));
             if let [(_, first), _, .., (line, last)] = &rows[..]
                 && first.time_s == last.time_s
                 && rows.iter().any(|(_, s)| !is_same(s, first))
@@ -291,14 +297,14 @@ fn cause(key: &[String]) -> &'static str {
 
 /// The recordings of its runs, with notes: a run is another one where its times begin again (`restarts`), or lie between those that were
 /// there before with other coordinates. Otherwise it is of another label, or the rows are out of order.
-fn parts(runs: Vec<Run>, restarts: bool) -> Vec<(Run, Vec<String>)> {
+fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
     let steps = runs.iter().flat_map(|run| run.rows.windows(2)).map(|w| w[1].1.time_s - w[0].1.time_s);
     let step_s = steps.filter(|s| *s > SAME_S).fold(f64::INFINITY, f64::min);
     let alone: Vec<f64> = runs.iter().filter(|r| r.rows.len() == 1).map(|r| r.rows[0].1.time_s).collect();
     let descends = runs.len() > FEW && alone.len() == runs.len() && alone.windows(2).all(|w| w[0] > w[1]);
     // The rows of the last recording by their times.
     let mut before: BTreeMap<i64, Sample> = BTreeMap::new();
-    let mut parts: Vec<(Run, Vec<String>)> = Vec::new();
+    let mut parts: Vec<(RowRun, Vec<String>)> = Vec::new();
     let is_one = runs.len() == 1;
     for run in runs {
         let is_other = |(_, sample): &&(u64, Sample)| {
@@ -366,12 +372,12 @@ fn spline_of(title: &str) -> Option<(&str, &str)> {
 }
 
 /// The points of a header, the second columns of points that two splines share with the number of the point, and columns without y.
-type Points = (Vec<Columns>, Vec<(usize, Columns)>, Vec<usize>);
+type HeaderPoints = (Vec<PointColumns>, Vec<(usize, PointColumns)>, Vec<usize>);
 
 /// The columns of points: pairs such as `X3 SPLINE`, `Y3 SPLINE`, and columns such as `X0 SPLINE` alone, which AAA writes for an empty spline.
-fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Points, Malformed> {
-    let mut points: Vec<Columns> = Vec::new();
-    let mut twins: Vec<(usize, Columns)> = Vec::new();
+fn points(header: &csv::StringRecord, start: SourcePlace<'_>) -> Result<HeaderPoints, Malformed> {
+    let mut points: Vec<PointColumns> = Vec::new();
+    let mut twins: Vec<(usize, PointColumns)> = Vec::new();
     let mut alone: Vec<usize> = Vec::new();
     let mut names: BTreeMap<String, usize> = BTreeMap::new();
     // The first column of each title; a header may have a million.
@@ -386,7 +392,7 @@ fn points(header: &csv::StringRecord, start: Place<'_>) -> Result<Points, Malfor
             Some(&y) => {
                 let name = name_of(spline.trim(), number);
                 let first = *names.entry(name.clone()).or_insert(points.len());
-                let point = Columns { name, x, y };
+                let point = PointColumns { name, x, y };
                 if first < points.len() { twins.push((first, point)) } else { points.push(point) }
             }
         }

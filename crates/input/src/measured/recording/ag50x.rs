@@ -3,7 +3,7 @@
 //! extra. After Praat's reader (Weenink 2023, `EMA.cpp`) and the manufacturer's manual. Files of the AG500
 //! without a header have twelve sensors at 200 frames a second (the manufacturer's `loaddata.m`).
 
-use super::super::error::{Malformed, Place};
+use super::super::error::{Malformed, SourcePlace};
 use super::{Budget, Format, Recording, Sample, Times, is_coordinate};
 
 const VALUES: usize = 7;
@@ -16,7 +16,7 @@ const FARTHEST_MM: f64 = 1e4;
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1.0..=10_000.0;
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let start = Place { origin, line: 1, column: 1 };
+    let start = SourcePlace { origin, line: 1, column: 1 };
     let head = &bytes[..bytes.len().min(LARGEST_HEADER)];
     let mut lines = head.split(|b| *b == b'\n').map(|l| String::from_utf8_lossy(l).trim().to_owned());
     let version = lines.next().unwrap_or_default();
@@ -33,14 +33,14 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let size = text.parse::<usize>().ok().filter(|s| (24..=head.len()).contains(s));
     let size = size.ok_or_else(|| {
         let what = format!("the size of the header is {text:?}");
-        Place { line: 2, ..start }.error(what, "the file is cut off or not a .pos; copy it again")
+        SourcePlace { line: 2, ..start }.error(what, "the file is cut off or not a .pos; copy it again")
     })?;
     let header = String::from_utf8_lossy(&bytes[..size]).into_owned();
     let value = |key: &str| {
         let found = header.lines().enumerate().find_map(|(n, l)| Some((n, l.trim().strip_prefix(key)?)));
         let (n, text) = found.ok_or_else(|| start.error(format!("no line {key}"), "copy the file anew"))?;
         let number = text.trim().parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
-        let at = Place { line: n as u64 + 1, ..start };
+        let at = SourcePlace { line: n as u64 + 1, ..start };
         number.ok_or_else(|| at.error(format!("{key}{text} is not a positive number"), "copy the file anew"))
     };
     let sensors = value("NumberOfChannels=")? as usize;
@@ -70,13 +70,13 @@ fn recording(
     sensors: usize,
     rate: f64,
     times: Times,
-    start: Place<'_>,
+    start: SourcePlace<'_>,
 ) -> Result<Recording, Malformed> {
     let frame = sensors.saturating_mul(VALUES * 4).max(1);
     let frames = (bytes.len() - size) / frame;
     Budget::default().whole(frames, sensors, start)?;
     if !(bytes.len() - size).is_multiple_of(frame) {
-        let at = Place { line: 1, column: size + frames * frame + 1, ..start };
+        let at = SourcePlace { line: 1, column: size + frames * frame + 1, ..start };
         let what = format!("the last frame is cut off (byte {})", at.column);
         return Err(at.error(what, format!("a frame has {frame} bytes; copy the file anew")));
     }

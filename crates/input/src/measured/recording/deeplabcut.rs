@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::super::error::{Malformed, Place};
+use super::super::error::{Malformed, SourcePlace};
 use super::{Budget, Format, Recording, Sample, Times, coordinate, limits, names};
 
 /// Likelihood below which a point counts as not seen.
@@ -73,7 +73,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         samples.push(sample);
     }
     if parts.is_empty() {
-        let start = Place { origin, line: 1, column: 1 };
+        let start = SourcePlace { origin, line: 1, column: 1 };
         return Err(start.error("there is no line of titles that begins with coords", HELP));
     }
     let names = parts.into_iter().map(|p| p.name);
@@ -82,7 +82,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
 }
 
 /// The parts of the lines of titles, of which that of the coordinates is the last.
-fn parts_of(titles: &[csv::StringRecord], at: Place<'_>) -> Result<Vec<BodyPart>, Malformed> {
+fn parts_of(titles: &[csv::StringRecord], at: SourcePlace<'_>) -> Result<Vec<BodyPart>, Malformed> {
     let row = |name: &str| titles.iter().find(|row| row.get(0).is_some_and(|f| f.eq_ignore_ascii_case(name)));
     let names =
         row("bodyparts").ok_or_else(|| at.error("there is no line that begins with bodyparts", HELP))?;

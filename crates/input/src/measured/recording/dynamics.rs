@@ -5,7 +5,7 @@ use tongue_core::statistics::upper_median;
 
 use super::aligned::BONE_SD_M;
 use super::channels::median_point;
-use super::measures::{FEW, Measures, Value, bare};
+use super::measures::{FEW, Measures, NamedValue, bare};
 use super::{AlignedRecording, Mark};
 
 /// The speed of a course is judged if it moves by this many standard deviations of its noise.
@@ -138,12 +138,12 @@ pub(super) fn bone_slips(seen: impl Iterator<Item = (f64, Point)>) -> bool {
 }
 
 /// The courses of all points of the tongue, and of all bones, that enough frames show.
-pub(super) struct Motion<'a> {
+pub(super) struct PointCourses<'a> {
     courses: Vec<PointTrack<'a>>,
     bones: Vec<PointTrack<'a>>,
 }
 
-impl<'a> Motion<'a> {
+impl<'a> PointCourses<'a> {
     pub fn of(recording: &'a AlignedRecording) -> Self {
         let (points, all) =
             (recording.contour.len() + recording.sensors.len(), recording.names().enumerate());
@@ -165,11 +165,11 @@ impl<'a> Motion<'a> {
         self.bones.iter().any(|bone| bone.slip(ACCELERATION_OF_BONES_M_S2).is_some())
     }
 
-    pub fn disorder(&self) -> Option<Value> {
+    pub fn disorder(&self) -> Option<NamedValue> {
         self.middle(true, |c| Some(c.disorder())).map(bare)
     }
 
-    pub fn fastest_tenth_mm_s(&self) -> Option<Value> {
+    pub fn fastest_tenth_mm_s(&self) -> Option<NamedValue> {
         self.middle(true, |c| Some(c.fastest_tenth_m_s() * 1e3)).map(bare)
     }
 
@@ -186,21 +186,21 @@ impl<'a> Motion<'a> {
 
 impl Measures<'_> {
     /// The number of frames, if all points have the same place in all of them.
-    pub fn frozen(&self) -> Option<Value> {
+    pub fn frozen(&self) -> Option<NamedValue> {
         let courses = &self.motion.courses;
         let still = !courses.is_empty() && courses.iter().all(|c| c.part_still() == 1.0);
         still.then(|| bare(self.recording.frames.len() as f64))
     }
 
     /// 1 if all points repeat their place in most frames, though some move.
-    pub fn repeated(&self) -> Option<Value> {
+    pub fn repeated(&self) -> Option<NamedValue> {
         let courses = &self.motion.courses;
         let moving = courses.iter().any(PointTrack::moves);
         (moving && courses.iter().all(|c| c.part_still() > 0.5)).then(|| bare(1.0))
     }
 
     /// The most frames one after another in which all points have exactly the same places, with where they begin.
-    pub fn longest_freeze(&self) -> Option<Value> {
+    pub fn longest_freeze(&self) -> Option<NamedValue> {
         let frames = &self.recording.frames;
         let places = |f: usize| frames[f].points().map(|m| Some(m?.at));
         let (mut longest, mut from) = ((1, 0), 0);
@@ -215,7 +215,7 @@ impl Measures<'_> {
     }
 
     /// The part of the frames in which points stay while others move.
-    pub fn stuck(&self) -> Option<Value> {
+    pub fn stuck(&self) -> Option<NamedValue> {
         let courses = &self.motion.courses;
         let stuck: Vec<&PointTrack<'_>> = courses.iter().filter(|c| c.part_still() > 0.5).collect();
         let names: Vec<&str> = stuck.iter().map(|c| c.name).collect();
@@ -223,14 +223,14 @@ impl Measures<'_> {
         courses.iter().any(PointTrack::moves).then(|| (most, names.join("\" and \"")))
     }
 
-    pub fn quickest_part(&self) -> Option<Value> {
+    pub fn quickest_part(&self) -> Option<NamedValue> {
         let whole_s = self.motion.middle(false, |c| Some(c.quickest()?.1))?;
         Some((self.motion.middle(false, |c| Some(c.quickest()?.0))?, format!("{whole_s:.2} s")))
     }
 
     /// Points and bones that jump and stay, while most points do not.
-    pub fn slipped_points_mm(&self) -> Option<Value> {
-        let Motion { courses, bones } = &self.motion;
+    pub fn slipped_points_mm(&self) -> Option<NamedValue> {
+        let PointCourses { courses, bones } = &self.motion;
         let mut slips = slips_of(courses, ACCELERATION_M_S2);
         if 2 * slips.len() > courses.len() {
             return None;
@@ -245,7 +245,7 @@ impl Measures<'_> {
 
     /// The first shift of all points alike at once by more than a tongue, or its bones, can move, which stays: the head or the probe has
     /// slipped.
-    pub fn slip_mm(&self) -> Option<Value> {
+    pub fn slip_mm(&self) -> Option<NamedValue> {
         const SLIP_M: f64 = 5e-3;
         /// Largest acceleration of a whole tongue, m/s².
         const ACCELERATION_OF_ALL_M_S2: f64 = 15.0;

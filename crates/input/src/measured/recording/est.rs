@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::error::{Malformed, Place};
+use super::super::error::{Malformed, SourcePlace};
 use super::{Budget, Format, MOST_CHANNELS, Recording, Sample, is_coordinate, mocha};
 
 const LARGEST_HEADER: usize = 1 << 20;
@@ -12,7 +12,7 @@ const AXES: [[&str; 2]; 3] = [["x", "px"], ["y", "py"], ["z", "pz"]];
 const END: &[u8] = b"EST_Header_End";
 
 #[derive(Default)]
-struct Header {
+struct EstHeader {
     ascii: bool,
     big_endian: bool,
     frames: usize,
@@ -23,7 +23,7 @@ struct Header {
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let start = Place { origin, line: 1, column: 1 };
+    let start = SourcePlace { origin, line: 1, column: 1 };
     let is_number = |b: &u8| b.is_ascii_digit() || b"-+.N".contains(b);
     if bytes.iter().find(|b| !b.is_ascii_whitespace()).is_some_and(is_number) {
         return mocha::read(bytes, origin);
@@ -66,19 +66,19 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     Ok(Recording::of_file(origin, Format::Est, None, axes.into_iter().map(|(name, _)| name), samples))
 }
 
-fn header(bytes: &[u8], start: Place<'_>) -> Result<Header, Malformed> {
+fn header(bytes: &[u8], start: SourcePlace<'_>) -> Result<EstHeader, Malformed> {
     let head = &bytes[..bytes.len().min(LARGEST_HEADER)];
     let end = head.windows(END.len()).position(|w| w == END).ok_or_else(|| {
         start.error("there is no line EST_Header_End", "give a track of the Edinburgh Speech Tools (.ema)")
     })?;
     let size = head[end..].iter().position(|b| *b == b'\n').map_or(head.len(), |n| end + n + 1);
-    let mut header = Header { size, ..Header::default() };
+    let mut header = EstHeader { size, ..EstHeader::default() };
     let mut given: BTreeMap<usize, String> = BTreeMap::new();
     let text = String::from_utf8_lossy(&head[..end]);
     for (line, text) in (1..).zip(text.lines()) {
         let (key, value) = text.trim().split_once(char::is_whitespace).unwrap_or((text.trim(), ""));
         let value = value.trim();
-        let wrong = |what: String, help: &str| Place { line, ..start }.error(what, help);
+        let wrong = |what: String, help: &str| SourcePlace { line, ..start }.error(what, help);
         let count = |most: usize| match value.parse::<usize>().ok().filter(|v| *v <= most) {
             Some(number) => Ok(number),
             None => Err(wrong(format!("{key} is {value:?}"), &format!("it must be at most {most}"))),
@@ -128,12 +128,12 @@ fn text_rows(
     frames: usize,
     width: usize,
     all: &[u8],
-    start: Place<'_>,
+    start: SourcePlace<'_>,
 ) -> Result<Vec<f64>, Malformed> {
     let text = String::from_utf8_lossy(body);
     let before = all[..all.len() - body.len()].iter().filter(|b| **b == b'\n').count() as u64;
     let mut values = Vec::with_capacity(frames.saturating_mul(width));
-    let lines = (before + 1..).map(|line| Place { line, ..start }).zip(text.split_inclusive('\n'));
+    let lines = (before + 1..).map(|line| SourcePlace { line, ..start }).zip(text.split_inclusive('\n'));
     let mut lines = lines.filter(|(_, line)| !line.trim().is_empty());
     let cut = "the file is cut off; copy it anew";
     for frame in 0..frames {

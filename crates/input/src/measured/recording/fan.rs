@@ -3,8 +3,8 @@
 //! before them are the user's choice, among them a time, a date, a prompt, a label (rticulate, Coretta 2021,
 //! `read_aaa`).
 
-use super::super::error::{Malformed, Place};
-use super::aaa::{self, Rows};
+use super::super::error::{Malformed, SourcePlace};
+use super::aaa::{self, RecordingRows};
 use super::{Format, Recording, limits};
 
 const FAN_LINES: usize = 42;
@@ -25,19 +25,19 @@ fn cells(line: &str) -> Vec<&str> {
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
     let text = limits::text(bytes, origin)?;
-    let start = Place { origin, line: 1, column: 1 };
+    let start = SourcePlace { origin, line: 1, column: 1 };
     let lines = limits::lines(&text, origin).map(|(at, line)| (at, cells(line)));
     let width = lines.clone().next().map_or(0, |(_, cells)| cells.len());
     if width <= FIELDS {
         return Err(start.error(format!("the line has {width} fields"), HELP));
     }
     let before = width - FIELDS;
-    let columns = Columns::of(lines.clone().map(|(_, cells)| cells), before);
+    let columns = FanColumns::of(lines.clone().map(|(_, cells)| cells), before);
     let time = columns.time.ok_or_else(|| {
         let what = "no field before the fan is a time that grows from row to row";
         start.error(what, "export the time of the sample in the recording")
     })?;
-    let mut rows = Rows::new((1..=FAN_LINES).map(|n| format!("tongue_{n}")).collect(), false, false);
+    let mut rows = RecordingRows::new((1..=FAN_LINES).map(|n| format!("tongue_{n}")).collect(), false, false);
     for (at, cells) in lines {
         if cells.len() != width {
             let what = format!("the line has {} fields where the first has {width}", cells.len());
@@ -59,12 +59,12 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     rows.recordings(Format::AaaFan, start)
 }
 
-struct Columns {
+struct FanColumns {
     time: Option<usize>,
     of_recording: Vec<usize>,
 }
 
-impl Columns {
+impl FanColumns {
     /// Words that change within one date are labels; a number that grows while all words stay the same is the
     /// time.
     fn of<'a>(rows: impl Iterator<Item = Vec<&'a str>>, before: usize) -> Self {

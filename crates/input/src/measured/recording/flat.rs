@@ -5,7 +5,7 @@ use tongue_core::statistics::upper_median;
 
 use super::super::error::ReadError;
 use super::channels::{hold_head, moves_as_a_tongue};
-use super::map::Axis;
+use super::map::MappedAxis;
 use super::{Format, Map, Recording, Role, names};
 
 pub(super) type Places = Vec<Vec<Option<Point>>>;
@@ -20,7 +20,7 @@ pub(super) struct Flat<'a> {
     pub times: Vec<f64>,
     pub metres: f64,
     /// The axis of the file to the back of the head, and whether nobody stated it.
-    pub back: Axis,
+    pub back: MappedAxis,
     pub guessed: bool,
     pub notes: Vec<String>,
 }
@@ -113,7 +113,7 @@ const GIVE_UP: &str = "give the axis that grows upwards in a map, such as up = \
 fn height(
     recording: &Recording,
     roles: &[Role],
-    back: Option<Axis>,
+    back: Option<MappedAxis>,
     metres: f64,
 ) -> Option<(Option<usize>, String)> {
     /// Least ratio of the spread upwards to the one from side to side, and least spread upwards, mm: coils are glued to within 2 mm of the

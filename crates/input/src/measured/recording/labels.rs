@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use super::super::error::{Malformed, Place, ReadError};
+use super::super::error::{Malformed, ReadError, SourcePlace};
 use super::{Recording, limits};
 
 const MOST_LABELS: usize = 100_000;
@@ -94,7 +94,7 @@ struct Words<'a> {
 
 impl Words<'_> {
     fn wrong(&self, what: &str, help: &str) -> Malformed {
-        Place { origin: self.origin, line: self.line, column: 1 }.error(what.to_owned(), help)
+        SourcePlace { origin: self.origin, line: self.line, column: 1 }.error(what.to_owned(), help)
     }
 
     /// The next text in quotes (`""` is one of them in it) or number.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::cmp::Reverse;
 
-use super::super::error::{Malformed, Place};
+use super::super::error::{Malformed, SourcePlace};
 use super::super::lengths::text::decode;
 
 /// Maximum number of frames in a file: twenty minutes at 80 a second. The results of a frame take about 20
@@ -29,7 +29,7 @@ pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Ma
     let fields = |line: &str| 1 + line.bytes().filter(|b| b"\t ,;".contains(b)).count();
     let wide = text.lines().position(|line| line.len() >= MOST_FIELDS && fields(line) > MOST_FIELDS);
     wide.map_or(Ok(text), |n| {
-        let at = Place { origin, line: n as u64 + 1, column: MOST_FIELDS + 1 };
+        let at = SourcePlace { origin, line: n as u64 + 1, column: MOST_FIELDS + 1 };
         let help = format!("a line may have {MOST_FIELDS}; give a table with a line for every frame");
         Err(at.error(format!("the line has more than {MOST_FIELDS} fields"), help))
     })
@@ -39,8 +39,8 @@ pub(super) fn text<'a>(bytes: &'a [u8], origin: &str) -> Result<Cow<'a, str>, Ma
 pub(super) fn lines<'a>(
     text: &'a str,
     origin: &'a str,
-) -> impl Iterator<Item = (Place<'a>, &'a str)> + Clone {
-    let places = (1..).map(move |line| Place { origin, line, column: 1 });
+) -> impl Iterator<Item = (SourcePlace<'a>, &'a str)> + Clone {
+    let places = (1..).map(move |line| SourcePlace { origin, line, column: 1 });
     places.zip(text.lines()).filter(|(_, line)| !line.trim().is_empty())
 }
 
@@ -67,10 +67,10 @@ pub(super) fn records<'a>(
     title_lines: usize,
     builder: &mut csv::ReaderBuilder,
     help: &'static str,
-) -> impl Iterator<Item = Result<(Place<'a>, csv::StringRecord), Malformed>> {
+) -> impl Iterator<Item = Result<(SourcePlace<'a>, csv::StringRecord), Malformed>> {
     let begin: usize = text.split_inclusive('\n').take(title_lines).map(str::len).sum();
     let reader = builder.has_headers(false).trim(csv::Trim::All).from_reader(&text.as_bytes()[begin..]);
-    let place = move |at: Option<&csv::Position>| Place {
+    let place = move |at: Option<&csv::Position>| SourcePlace {
         origin,
         line: title_lines as u64 + at.map_or(1, csv::Position::line),
         column: 1,
@@ -93,16 +93,22 @@ impl Budget {
     }
 
     /// Adds a channel of a recording that then has this number of frames and channels.
-    pub fn channel(&mut self, frames: usize, channels: usize, at: Place<'_>) -> Result<(), Malformed> {
+    pub fn channel(&mut self, frames: usize, channels: usize, at: SourcePlace<'_>) -> Result<(), Malformed> {
         self.add(frames, channels, frames.saturating_add(CHANNEL), at)
     }
 
     /// Adds a frame of a recording that then has this number of frames and channels.
-    pub fn frame(&mut self, frames: usize, channels: usize, at: Place<'_>) -> Result<(), Malformed> {
+    pub fn frame(&mut self, frames: usize, channels: usize, at: SourcePlace<'_>) -> Result<(), Malformed> {
         self.add(frames, channels, channels.saturating_add(FRAME), at)
     }
 
-    fn add(&mut self, frames: usize, channels: usize, values: usize, at: Place<'_>) -> Result<(), Malformed> {
+    fn add(
+        &mut self,
+        frames: usize,
+        channels: usize,
+        values: usize,
+        at: SourcePlace<'_>,
+    ) -> Result<(), Malformed> {
         self.values = self.values.saturating_add(values);
         if frames > MOST_FRAMES || channels > MOST_CHANNELS || self.values > MOST_VALUES {
             let what = format!(
@@ -117,7 +123,7 @@ impl Budget {
         Ok(())
     }
 
-    pub fn whole(&mut self, frames: usize, channels: usize, at: Place<'_>) -> Result<(), Malformed> {
+    pub fn whole(&mut self, frames: usize, channels: usize, at: SourcePlace<'_>) -> Result<(), Malformed> {
         self.recording();
         let places = frames.saturating_mul(channels.saturating_add(FRAME));
         self.add(frames, channels, places.saturating_add(CHANNEL.saturating_mul(channels)), at)

@@ -41,14 +41,14 @@ pub enum Role {
 
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Map {
-    file: File,
-    entries: BTreeMap<String, Entry>,
+    file: MapFile,
+    entries: BTreeMap<String, MapEntry>,
     origin: String,
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct MapFile {
     unit_mm: Option<f64>,
     rate_hz: Option<f64>,
     back: Option<String>,
@@ -73,7 +73,7 @@ pub(super) enum ContourFrame {
 /// A point of the map that is given as a table.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Given {
+struct TablePoint {
     surface_mm: Option<f64>,
     coil: Option<f64>,
     bone: Option<String>,
@@ -82,7 +82,7 @@ struct Given {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-struct Entry {
+struct MapEntry {
     role: Role,
     noise_mm: Option<f64>,
 }
@@ -93,14 +93,14 @@ const ROLES: &str = "write \"contour\", \"coil\", \"reference\", \"ignore\", { c
 /// millimetres, their hundredths and thousandths).
 const USUAL_GAP_MM: f64 = 15.0;
 
-pub(super) type Axis = (usize, f64);
+pub(super) type MappedAxis = (usize, f64);
 
 impl Map {
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, ReadError> {
         let wrong = |place: String, problem: String| {
             ReadError::Refused(format!("the map {origin}{place}: {problem}"))
         };
-        let file: File = toml_text::read(text).map_err(|e| {
+        let file: MapFile = toml_text::read(text).map_err(|e| {
             let line = clip(text.lines().nth(e.line - 1).unwrap_or_default());
             wrong(format!(":{}", e.line), format!("{} (in `{line}`)", toml_text::with_nearest(&e.problem)))
         })?;
@@ -145,7 +145,7 @@ impl Map {
     /// The transformation of the recording (m, in the axes of the body), to the body's frame if it has a shift;
     /// `None` if the map has none.
     pub fn placement(&self) -> Option<Similarity> {
-        let File { scale, turn_deg, shift_mm, .. } = &self.file;
+        let MapFile { scale, turn_deg, shift_mm, .. } = &self.file;
         if scale.is_none() && turn_deg.is_none() && shift_mm.is_none() {
             return None;
         }
@@ -257,7 +257,7 @@ impl Map {
 
     /// The axes to the back and upwards; `None` for those that are not given. `flat`: whether all x are zero,
     /// as in a track with only y and z.
-    pub(super) fn axes(&self, format: Format, flat: bool) -> (Option<Axis>, Axis) {
+    pub(super) fn axes(&self, format: Format, flat: bool) -> (Option<MappedAxis>, MappedAxis) {
         let (back, up) = match format {
             Format::Ag50x | Format::Mview => (None, (2, 1.0)),
             Format::Edgetrak | Format::DeepLabCut => (None, (1, -1.0)),
@@ -271,7 +271,7 @@ impl Map {
     }
 }
 
-fn entry(value: &toml::Value) -> Result<Entry, String> {
+fn entry(value: &toml::Value) -> Result<MapEntry, String> {
     if let toml::Value::String(word) = value {
         let role = match word.as_str() {
             "contour" => Role::Contour,
@@ -280,9 +280,9 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
             "ignore" => Role::Ignored,
             _ => return Err(format!("{word:?} is not a role; {}; {ROLES}", choice::hint(word, WORDS))),
         };
-        return Ok(Entry { role, noise_mm: None });
+        return Ok(MapEntry { role, noise_mm: None });
     }
-    let given: Result<Given, toml::de::Error> = value.clone().try_into();
+    let given: Result<TablePoint, toml::de::Error> = value.clone().try_into();
     let given = given.map_err(|e| {
         let key = e.to_string().replace(e.message(), "");
         let told = format!("{} {}", toml_text::with_nearest(&plain(e.message())), key.trim());
@@ -306,12 +306,14 @@ fn entry(value: &toml::Value) -> Result<Entry, String> {
         [Role::Bone(name)] if name.is_empty() => {
             Err("bone is \"\"; give its name, like \"hyoid\"".to_owned())
         }
-        [role] if given.contour != Some(false) => Ok(Entry { role: role.clone(), noise_mm: given.noise_mm }),
+        [role] if given.contour != Some(false) => {
+            Ok(MapEntry { role: role.clone(), noise_mm: given.noise_mm })
+        }
         _ => Err("give one of surface_mm, coil, bone and contour = true".to_owned()),
     }
 }
 
-fn axis(text: &str) -> Option<Axis> {
+fn axis(text: &str) -> Option<MappedAxis> {
     let letter = text.strip_prefix(['-', '+']).unwrap_or(text);
     let sign = if text.starts_with('-') { -1.0 } else { 1.0 };
     Some((["x", "y", "z"].iter().position(|a| *a == letter)?, sign))

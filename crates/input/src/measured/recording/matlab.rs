@@ -8,7 +8,7 @@
 
 use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_zlib_with_limit};
 
-use super::super::error::{Malformed, Place};
+use super::super::error::{Malformed, SourcePlace};
 
 /// Limit of the decompressed size of all variables of a file, bytes.
 const MOST_INFLATED: usize = 64 << 20;
@@ -21,7 +21,7 @@ const COMPRESSED: u32 = 15;
 const MATRIX: u32 = 14;
 
 #[derive(Debug, PartialEq)]
-pub(super) enum Value<'a> {
+pub(super) enum MatValue<'a> {
     /// Numbers, column by column.
     Numbers {
         /// Rows and columns; further dimensions are multiplied into the columns.
@@ -34,11 +34,11 @@ pub(super) enum Value<'a> {
     },
     Text(String),
     /// An array of structures: the fields of each.
-    Structures(Vec<Vec<(String, Value<'a>)>>),
+    Structures(Vec<Vec<(String, MatValue<'a>)>>),
     Other,
 }
 
-impl Value<'_> {
+impl MatValue<'_> {
     /// The number at index `n`, column by column.
     pub fn number(&self, n: usize) -> Option<f64> {
         let Self::Numbers { kind, big_endian, bytes, .. } = self else { return None };
@@ -77,7 +77,7 @@ fn width_of(kind: u32) -> Option<usize> {
 }
 
 /// A file with its compressed variables decompressed.
-pub(super) struct File<'a> {
+pub(super) struct MatFile<'a> {
     origin: &'a str,
     big_endian: bool,
     /// The bytes of every variable, without its tag.
@@ -118,9 +118,10 @@ impl<'a> Piece<'a> {
     }
 }
 
-impl<'a> File<'a> {
+impl<'a> MatFile<'a> {
     pub fn read(bytes: &'a [u8], origin: &'a str) -> Result<Self, Malformed> {
-        let fail = |byte: usize, what: &str| Place { origin, line: 1, column: byte + 1 }.error(what, HELP);
+        let fail =
+            |byte: usize, what: &str| SourcePlace { origin, line: 1, column: byte + 1 }.error(what, HELP);
         if bytes.starts_with(b"MATLAB 7.3") || bytes.starts_with(b"\x89HDF") {
             return Err(fail(0, "the file is of MATLAB's version 7.3 (HDF5)"));
         }
@@ -159,8 +160,8 @@ impl<'a> File<'a> {
         Ok(Self { origin, big_endian, variables })
     }
 
-    pub fn variables(&self) -> Result<Vec<(String, Value<'_>)>, Malformed> {
-        let start = Place { origin: self.origin, line: 1, column: 1 };
+    pub fn variables(&self) -> Result<Vec<(String, MatValue<'_>)>, Malformed> {
+        let start = SourcePlace { origin: self.origin, line: 1, column: 1 };
         let mut left = MOST_ELEMENTS;
         let read = self.variables.iter().enumerate().map(|(n, bytes)| {
             let piece = Piece { bytes, big_endian: self.big_endian };
@@ -171,11 +172,11 @@ impl<'a> File<'a> {
     }
 }
 
-fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(String, Value<'a>)> {
+fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(String, MatValue<'a>)> {
     *left = left.checked_sub(1)?;
     // An empty field has no bytes.
     if piece.bytes.is_empty() {
-        return Some((String::new(), Value::Other));
+        return Some((String::new(), MatValue::Other));
     }
     let whole = piece;
     let (_, flags) = piece.next()?;
@@ -195,7 +196,7 @@ fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(S
             let length = whole.of(length).word(0)? as usize;
             let (_, names) = piece.next()?;
             if length == 0 || !names.len().is_multiple_of(length) {
-                return Some((name, Value::Structures(Vec::new())));
+                return Some((name, MatValue::Structures(Vec::new())));
             }
             let names =
                 names.chunks_exact(length).map(|n| n.split(|b| *b == 0).next().unwrap_or_default().to_vec());
@@ -207,16 +208,16 @@ fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(S
                 let (kind, bytes) = piece.next()?;
                 let is_matrix = kind == MATRIX;
                 let value =
-                    if is_matrix { matrix(whole.of(bytes), depth - 1, left)?.1 } else { Value::Other };
+                    if is_matrix { matrix(whole.of(bytes), depth - 1, left)?.1 } else { MatValue::Other };
                 Some((name.clone(), value))
             };
             let all = (0..count).map(|_| names.iter().map(&mut field).collect());
-            Value::Structures(all.collect::<Option<_>>()?)
+            MatValue::Structures(all.collect::<Option<_>>()?)
         }
         4 => {
             let (kind, bytes) = piece.next().unwrap_or((16, &[]));
             let of = if whole.big_endian { u16::from_be_bytes } else { u16::from_le_bytes };
-            Value::Text(match kind {
+            MatValue::Text(match kind {
                 4 | 17 => {
                     let units = bytes.as_chunks::<2>().0.iter().map(|pair| of(*pair));
                     char::decode_utf16(units).map(|c| c.unwrap_or('?')).collect()
@@ -229,9 +230,9 @@ fn matrix<'a>(mut piece: Piece<'a>, depth: usize, left: &mut usize) -> Option<(S
             if count.checked_mul(width_of(kind)?)? > bytes.len() {
                 return None;
             }
-            Value::Numbers { size: [rows, columns], kind, big_endian: whole.big_endian, bytes }
+            MatValue::Numbers { size: [rows, columns], kind, big_endian: whole.big_endian, bytes }
         }
-        _ => Value::Other,
+        _ => MatValue::Other,
     };
     Some((name, value))
 }

@@ -5,13 +5,13 @@ use tongue_core::geometry::Point;
 use tongue_core::statistics::{least_by, upper_median};
 
 use super::channels::median_point;
-use super::dynamics::Motion;
+use super::dynamics::PointCourses;
 use super::{AlignedRecording, names};
 
 /// What was measured, and the name of what has it.
-pub(super) type Value = (f64, String);
+pub(super) type NamedValue = (f64, String);
 
-pub(super) fn bare(value: f64) -> Value {
+pub(super) fn bare(value: f64) -> NamedValue {
     (value, String::new())
 }
 
@@ -21,11 +21,11 @@ pub(super) struct Measures<'a> {
     contour: Vec<Option<Point>>,
     sensors: Vec<Option<Point>>,
     bones: Vec<Option<Point>>,
-    pub motion: Motion<'a>,
+    pub motion: PointCourses<'a>,
 }
 
 /// A coil on the tongue: its name, its place behind the tip, and its median position, m.
-type Coil<'a> = (&'a str, f64, Point);
+type MeasuredCoil<'a> = (&'a str, f64, Point);
 
 pub(super) const FEW: usize = 20;
 const MM: f64 = 1e3;
@@ -57,7 +57,7 @@ impl<'a> Measures<'a> {
             .collect();
         let mut sensors = contour.split_off(recording.contour.len());
         let bones = sensors.split_off(recording.sensors.len());
-        Self { contour, sensors, bones, motion: Motion::of(recording), recording }
+        Self { contour, sensors, bones, motion: PointCourses::of(recording), recording }
     }
 
     fn spine_and_hyoid(&self) -> Option<(Point, Point)> {
@@ -73,9 +73,9 @@ impl<'a> Measures<'a> {
         (near.len() >= least).then_some(near)
     }
 
-    fn coils(&self) -> Vec<Coil<'_>> {
+    fn coils(&self) -> Vec<MeasuredCoil<'_>> {
         let all = self.recording.sensors.iter().zip(&self.sensors);
-        let mut coils: Vec<Coil<'_>> =
+        let mut coils: Vec<MeasuredCoil<'_>> =
             all.filter_map(|((n, at), p)| Some((n.as_str(), *at, (*p)?))).collect();
         coils.sort_by(|a, b| a.1.total_cmp(&b.1));
         coils
@@ -98,13 +98,13 @@ impl<'a> Measures<'a> {
         }
     }
 
-    pub fn step_ms(&self) -> Option<Value> {
+    pub fn step_ms(&self) -> Option<NamedValue> {
         let steps = self.recording.frames.windows(2).map(|w| w[1].time_s - w[0].time_s);
         upper_median(steps).map(|s| bare(s * MM))
     }
 
     /// How many labels lie within the recording, with where both lie.
-    pub fn labels_within(&self) -> Option<Value> {
+    pub fn labels_within(&self) -> Option<NamedValue> {
         let AlignedRecording { frames, labels, .. } = self.recording;
         let (first, last) = (frames.first()?.time_s, frames.last()?.time_s);
         let within = labels.iter().filter(|l| l.to_s >= first && l.from_s <= last).count();
@@ -113,43 +113,43 @@ impl<'a> Measures<'a> {
         (!labels.is_empty()).then_some((within as f64, name))
     }
 
-    pub fn most_points(&self) -> Option<Value> {
+    pub fn most_points(&self) -> Option<NamedValue> {
         self.recording.frames.iter().map(|f| f.points().flatten().count()).max().map(|n| bare(n as f64))
     }
 
-    pub fn bones_apart_mm(&self) -> Option<Value> {
+    pub fn bones_apart_mm(&self) -> Option<NamedValue> {
         let steady = self.spine_and_hyoid().filter(|_| !self.motion.has_slipping_bone());
         steady.map(|(a, b)| bare((a - b).norm() * MM))
     }
 
     /// The same where the contour has the size of a tongue, so that the unit is right.
-    pub fn bones_apart_beside_tongue_mm(&self) -> Option<Value> {
+    pub fn bones_apart_beside_tongue_mm(&self) -> Option<NamedValue> {
         self.contour_width_mm().filter(|w| (30.0..=90.0).contains(&w.0)).and_then(|_| self.bones_apart_mm())
     }
 
     /// The diameter that contains half of the points, so that one distant point does not make it large.
-    pub fn contour_width_mm(&self) -> Option<Value> {
+    pub fn contour_width_mm(&self) -> Option<NamedValue> {
         let contour = self.contour.iter().flatten().copied();
         let centre = median_point(contour.clone()).filter(|_| contour.clone().count() > 4)?;
         upper_median(contour.map(|p| (p - centre).norm())).map(|r| bare(2.0 * r * MM))
     }
 
-    pub fn largest_gap_mm(&self) -> Option<Value> {
+    pub fn largest_gap_mm(&self) -> Option<NamedValue> {
         self.gaps_mm().into_iter().max_by(f64::total_cmp).map(bare)
     }
 
     /// The coil that is more than twice as far from its nearest neighbour as all others are from theirs.
-    pub fn coil_alone_mm(&self) -> Option<Value> {
+    pub fn coil_alone_mm(&self) -> Option<NamedValue> {
         let coils = self.coils();
         coils.iter().filter(|_| coils.len() >= 3).find_map(|c| {
-            let others: Vec<Coil<'_>> = coils.iter().filter(|o| o.0 != c.0).copied().collect();
+            let others: Vec<MeasuredCoil<'_>> = coils.iter().filter(|o| o.0 != c.0).copied().collect();
             let apart = others.iter().map(|o| nearest_mm(o, &others)).fold(0.0, f64::max);
             let away = nearest_mm(c, &coils);
             ((4.0..=30.0).contains(&apart) && away > 2.0 * apart).then(|| (away, c.0.to_owned()))
         })
     }
 
-    pub fn far_points_mm(&self) -> Vec<Value> {
+    pub fn far_points_mm(&self) -> Vec<NamedValue> {
         let places = self.contour.iter().chain(&self.sensors).chain(&self.bones);
         let named = self.recording.names().zip(places);
         let all: Vec<(&String, Point)> = named.filter_map(|(n, p)| Some((n, (*p)?))).collect();
@@ -159,7 +159,7 @@ impl<'a> Measures<'a> {
     }
 
     /// How steep the line from spine to hyoid is, degrees, and whether the tongue is arched upwards all the same.
-    pub fn steep_bones(&self) -> Option<(Value, bool)> {
+    pub fn steep_bones(&self) -> Option<(NamedValue, bool)> {
         let (spine, hyoid) = self.spine_and_hyoid().filter(|_| !self.recording.stated.axes)?;
         let upright = self.near_contour(1).is_some_and(|contour| {
             let centre = contour.iter().sum::<Point>() / contour.len() as f64;
@@ -169,18 +169,18 @@ impl<'a> Measures<'a> {
         Some((bare(steep_deg(hyoid - spine)), upright))
     }
 
-    pub fn tongue_above_bones_mm(&self) -> Option<Value> {
+    pub fn tongue_above_bones_mm(&self) -> Option<NamedValue> {
         let (spine, hyoid) = self.spine_and_hyoid()?;
         let points = self.near_contour(0)?.into_iter().chain(self.sensors.iter().flatten().copied());
         upper_median(points.map(|p| p.y)).map(|y| bare((y - spine.y.min(hyoid.y)) * MM))
     }
 
-    pub fn spine_behind_hyoid_mm(&self) -> Option<Value> {
+    pub fn spine_behind_hyoid_mm(&self) -> Option<NamedValue> {
         self.spine_and_hyoid().map(|(spine, hyoid)| bare((spine.x - hyoid.x) * MM))
     }
 
     /// By how much the ends of a contour are nearer to the wrong bones.
-    pub fn root_nearer_to_spine_mm(&self) -> Option<Value> {
+    pub fn root_nearer_to_spine_mm(&self) -> Option<NamedValue> {
         let ((spine, hyoid), contour) = self.spine_and_hyoid().zip(self.near_contour(4))?;
         let (first, last) = (contour.first()?, contour.last()?);
         let [right, reversed] =
@@ -193,7 +193,7 @@ impl<'a> Measures<'a> {
     /// second alone, so both must be beyond: the smaller of the two over its limit. Or the same of its ends: the lower one is 0.2 times the
     /// distance of the bones above their line in most recordings and the mean of both 0.4, and 0.6 and 0.7 to 0.8 where the contour is 15 mm
     /// too high.
-    pub fn height_over_bones(&self) -> Option<Value> {
+    pub fn height_over_bones(&self) -> Option<NamedValue> {
         let ((spine, hyoid), contour) = self.spine_and_hyoid().zip(self.near_contour(5))?;
         let apart = hyoid - spine;
         let heights = contour.iter().map(|p| apart.perp(&(p - spine)) / apart.norm());
@@ -207,7 +207,7 @@ impl<'a> Measures<'a> {
     }
 
     /// The length of the contour over that of a path from its outermost point to the nearest that is left, and so on.
-    pub fn detour_of_contour(&self) -> Option<Value> {
+    pub fn detour_of_contour(&self) -> Option<NamedValue> {
         let contour = self.near_contour(5)?;
         let mut left = contour.clone();
         let mut path: Vec<Point> = Vec::with_capacity(left.len());
@@ -222,24 +222,24 @@ impl<'a> Measures<'a> {
         Some(bare(length(&contour) / length(&path)))
     }
 
-    pub fn sag_of_contour_mm(&self) -> Option<Value> {
+    pub fn sag_of_contour_mm(&self) -> Option<NamedValue> {
         sag(&self.near_contour(5)?).map(|m| bare(m * MM))
     }
 
-    pub fn coils_that_turn(&self) -> Option<Value> {
+    pub fn coils_that_turn(&self) -> Option<NamedValue> {
         let coils = self.coils();
         let turn = coils.windows(3).find(|w| (w[1].2 - w[0].2).dot(&(w[2].2 - w[1].2)) < 0.0);
         turn.map(|w| (1.0, listed(w)))
     }
 
     /// Whether the names of coils say another order than their places.
-    pub fn coils_out_of_rank(&self) -> Option<Value> {
+    pub fn coils_out_of_rank(&self) -> Option<NamedValue> {
         let wrong = self.ranks()?.windows(2).any(|w| w[0] > w[1]);
         wrong.then(|| (1.0, listed(&self.coils())))
     }
 
     /// How steep the line between the two farthest coils is, where they are out of order.
-    pub fn disordered_coils_steep_deg(&self) -> Option<Value> {
+    pub fn disordered_coils_steep_deg(&self) -> Option<NamedValue> {
         self.coils_that_turn()
             .or_else(|| self.coils_out_of_rank())
             .filter(|_| !self.recording.stated.axes)?;
@@ -249,7 +249,7 @@ impl<'a> Measures<'a> {
     }
 
     /// How far the coil at the tip lies behind the last one; endless if all names are in reverse.
-    pub fn tip_behind_mm(&self) -> Option<Value> {
+    pub fn tip_behind_mm(&self) -> Option<NamedValue> {
         let coils = self.coils();
         let [first, .., last] = &coils[..] else { return None };
         let reversed = self.ranks().is_some_and(|ranks| ranks.windows(2).all(|w| w[0] > w[1]));
@@ -257,7 +257,7 @@ impl<'a> Measures<'a> {
     }
 
     /// The mean distance of neighbouring coils and that of the first from the last along them, each named by the other.
-    pub fn gap_and_length_mm(&self) -> Option<[Value; 2]> {
+    pub fn gap_and_length_mm(&self) -> Option<[NamedValue; 2]> {
         let gaps = self.gaps_mm();
         let length = gaps.iter().sum::<f64>();
         let mean = length / gaps.len() as f64;
@@ -267,7 +267,7 @@ impl<'a> Measures<'a> {
 
     /// How far the lowest coil lies below the line of the first and the last in at least four fifths of the frames. A retroflex makes one low, but
     /// only for a short time.
-    pub fn hollow_mm(&self) -> Option<Value> {
+    pub fn hollow_mm(&self) -> Option<NamedValue> {
         const PART: f64 = 0.8;
         let AlignedRecording { frames, sensors, stated, .. } = self.recording;
         let coils = self.coils();
@@ -291,7 +291,7 @@ impl<'a> Measures<'a> {
     }
 
     /// The point over which the way is much longer than past it, in most frames: on a tongue it is longer by less than a tenth.
-    pub fn spike_mm(&self) -> Option<Value> {
+    pub fn spike_mm(&self) -> Option<NamedValue> {
         const DETOUR: f64 = 1.45;
         let all = self.recording.contour.iter().zip(&self.contour);
         let points: Vec<(&String, Point)> = all.filter_map(|(n, p)| Some((n, (*p)?))).collect();
@@ -311,7 +311,7 @@ fn depth([first, p, last]: [Point; 3]) -> f64 {
     (along.perp(&(first - p)) / along.norm()).min(first.y - p.y)
 }
 
-fn nearest_mm(c: &Coil<'_>, of: &[Coil<'_>]) -> f64 {
+fn nearest_mm(c: &MeasuredCoil<'_>, of: &[MeasuredCoil<'_>]) -> f64 {
     of.iter().filter(|o| o.0 != c.0).map(|o| (o.2 - c.2).norm() * MM).fold(ANY, f64::min)
 }
 
@@ -320,6 +320,6 @@ fn whole_mm(points: &[Option<Point>]) -> Option<f64> {
     Some(length(&all) * MM).filter(|mm| *mm > 0.0)
 }
 
-fn listed(coils: &[Coil<'_>]) -> String {
+fn listed(coils: &[MeasuredCoil<'_>]) -> String {
     coils.iter().map(|c| c.0).collect::<Vec<_>>().join(", ")
 }

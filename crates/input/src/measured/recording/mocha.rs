@@ -4,7 +4,7 @@
 //! Carreira-Perpinan 2009, `MOCHAread.m`, whose columns these are).
 
 use super::super::error::Malformed;
-use super::numbers::Numbers;
+use super::numbers::NumberTable;
 use super::{Format, Recording, Sample, Times, is_coordinate};
 
 /// The sensors and the columns of their x and y among the channels.
@@ -25,7 +25,7 @@ const HELP: &str = "a MOCHA .ema as text has 22 numbers in a line: the time, a f
                     sensors go into a table recording,time_s,point,x_mm,y_mm";
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let table = Numbers::read(bytes, origin, &[CHANNELS + 2, CHANNELS], HELP)?;
+    let table = NumberTable::read(bytes, origin, &[CHANNELS + 2, CHANNELS], HELP)?;
     let timed = table.width == CHANNELS + 2;
     let samples = table.samples(origin, HELP, |n, row| {
         let (time_s, seen, values) =

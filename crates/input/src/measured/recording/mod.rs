@@ -40,7 +40,7 @@ use std::path::Path;
 use serde::Serialize;
 use tongue_core::statistics::distinct;
 
-use super::error::{Malformed, Place, ReadError};
+use super::error::{Malformed, ReadError, SourcePlace};
 
 pub use aligned::{AlignedFrame, AlignedRecording, Mark, Stated};
 pub use channels::{FIRST_COIL_M, LONGER_THAN_CHORD};
@@ -49,7 +49,7 @@ use limits::Budget;
 pub use limits::{MOST_CHANNELS, MOST_FRAMES};
 pub use map::{CONTOUR_SD_M, Map, Role, SENSOR_SD_M, WITHOUT_BONES};
 pub use names::is_coil;
-pub use outliers::{Fault, FaultKind, Screened, screen};
+pub use outliers::{Fault, FaultKind, RecordingFaults, screen};
 pub use plausibility::{Doubt, Severity, doubts, other_size, palate_doubt};
 pub use waveform::Waveform;
 
@@ -242,7 +242,7 @@ impl Recording {
             found.last_mut().iter_mut().for_each(|last| last.notes.extend(numbers::cut(bytes)));
         }
         if found.iter().all(|r| r.samples.is_empty()) {
-            let start = Place { origin, line: 1, column: 1 };
+            let start = SourcePlace { origin, line: 1, column: 1 };
             return Err(start.error("the file has no frame", "give a recording with at least one"));
         }
         Ok(found)

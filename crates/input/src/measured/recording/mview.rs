@@ -5,8 +5,8 @@
 
 use std::collections::BTreeSet;
 
-use super::super::error::{Malformed, Place};
-use super::matlab::{File, Value};
+use super::super::error::{Malformed, SourcePlace};
+use super::matlab::{MatFile, MatValue};
 use super::{Budget, Format, Recording, Sample, is_coordinate};
 
 const HELP: &str = "give an array of structures with NAME, SRATE and SIGNAL, as MVIEW has them";
@@ -17,17 +17,17 @@ struct Channel<'a> {
     rate_hz: f64,
     frames: usize,
     columns: usize,
-    signal: &'a Value<'a>,
+    signal: &'a MatValue<'a>,
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malformed> {
-    let start = Place { origin, line: 1, column: 1 };
-    let file = File::read(bytes, origin)?;
+    let start = SourcePlace { origin, line: 1, column: 1 };
+    let file = MatFile::read(bytes, origin)?;
     let variables = file.variables()?;
     let mut budget = Budget::default();
     let mut found = Vec::new();
     for (name, value) in &variables {
-        let Value::Structures(structures) = value else { continue };
+        let MatValue::Structures(structures) = value else { continue };
         let channels: Vec<Channel<'_>> = structures.iter().filter_map(|s| channel(s)).collect();
         let Some(first) = channels.first() else { continue };
         let wrong = |what: String, help: &str| start.error(format!("in the variable {name:?} {what}"), help);
@@ -75,12 +75,12 @@ fn place(channel: &Channel<'_>, frame: usize) -> Option<[f64; 3]> {
 }
 
 /// The structure as a sensor's channel; `None` for the sound and other signals.
-fn channel<'a>(structure: &'a [(String, Value<'a>)]) -> Option<Channel<'a>> {
+fn channel<'a>(structure: &'a [(String, MatValue<'a>)]) -> Option<Channel<'a>> {
     let field = |name: &str| structure.iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v);
-    let Some(Value::Text(name)) = field("NAME") else { return None };
+    let Some(MatValue::Text(name)) = field("NAME") else { return None };
     let rate_hz = field("SRATE")?.number(0)?;
     let signal = field("SIGNAL")?;
-    let Value::Numbers { size: [frames, columns], .. } = signal else { return None };
+    let MatValue::Numbers { size: [frames, columns], .. } = signal else { return None };
     let usable = *columns >= 2 && *frames > 0 && !name.trim().is_empty() && !name.contains(char::is_control);
     usable.then(|| Channel { name: name.trim(), rate_hz, frames: *frames, columns: *columns, signal })
 }

@@ -1,6 +1,6 @@
 //! Reader of tables of numbers without a header, separated by spaces, tabs or commas.
 
-use super::super::error::{Malformed, Place};
+use super::super::error::{Malformed, SourcePlace};
 use super::limits::{self, Budget};
 use super::{Sample, is_coordinate};
 
@@ -40,14 +40,14 @@ pub(super) fn cut(bytes: &[u8]) -> Option<String> {
 }
 
 /// A table with the same number of values in every line.
-pub(super) struct Numbers {
+pub(super) struct NumberTable {
     pub width: usize,
     /// All values, line by line; NaN for those that the file marks as missing.
     values: Vec<f64>,
     lines: Vec<u64>,
 }
 
-impl Numbers {
+impl NumberTable {
     /// Reads the table; `widths` are the allowed numbers of values in a line, and `help` is the advice for
     /// other lines.
     ///
@@ -97,7 +97,7 @@ impl Numbers {
             let time_s = sample.time_s;
             if !is_coordinate(time_s) || samples.last().is_some_and(|last| last.time_s >= time_s) {
                 let what = format!("the time {time_s} s does not come after that of the line before");
-                return Err(Place { origin, line, column: 1 }.error(what, help));
+                return Err(SourcePlace { origin, line, column: 1 }.error(what, help));
             }
             samples.push(sample);
         }

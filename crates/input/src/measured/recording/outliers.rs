@@ -40,7 +40,7 @@ pub struct Fault {
     pub points: Vec<String>,
 }
 
-pub type Screened = Vec<Vec<Fault>>;
+pub type RecordingFaults = Vec<Vec<Fault>>;
 
 /// Number of frames on either side from which the position of a point is predicted.
 const AROUND: usize = 3;
@@ -60,15 +60,15 @@ const MOST_SD: f64 = 4.0;
 const MOST_ORDERED: usize = 40;
 
 /// Points that have a fault, by their numbers among the names of a recording.
-type Found = (FaultKind, Vec<usize>);
+type FaultyPoints = (FaultKind, Vec<usize>);
 
-type Detector<'a> = &'a dyn Fn(&AlignedRecording, usize) -> Vec<Found>;
+type Detector<'a> = &'a dyn Fn(&AlignedRecording, usize) -> Vec<FaultyPoints>;
 
 /// Removes implausible points from a recording and returns the faults. `palate`: a line of points from front
 /// to back, m.
-pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened {
+pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> RecordingFaults {
     let names: Vec<String> = seen.names().cloned().collect();
-    let mut faults: Screened = vec![Vec::new(); seen.frames.len()];
+    let mut faults: RecordingFaults = vec![Vec::new(); seen.frames.len()];
     let exchanged =
         |seen: &AlignedRecording, f: usize| vec![(FaultKind::OutOfOrder, exchanged(&seen.frames[f]))];
     let misplaced = |seen: &AlignedRecording, f: usize| {
@@ -82,7 +82,7 @@ pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> Screened
         vec![(FaultKind::Jumped, moved.collect()), (FaultKind::BeyondPalate, beyond)]
     };
     for stage in [&exchanged as Detector<'_>, &misplaced] {
-        let found: Vec<Vec<Found>> = (0..faults.len()).map(|f| stage(seen, f)).collect();
+        let found: Vec<Vec<FaultyPoints>> = (0..faults.len()).map(|f| stage(seen, f)).collect();
         for ((frame, faults), found) in seen.frames.iter_mut().zip(&mut faults).zip(found) {
             for (kind, points) in found.into_iter().filter(|(_, points)| !points.is_empty()) {
                 points.iter().for_each(|p| frame.forget(*p));

@@ -3,7 +3,7 @@
 use tongue_core::geometry::Point;
 
 use super::map::WITHOUT_BONES;
-use super::measures::{FEW, Measures, STEEPEST_BONES_DEG, Value, sag};
+use super::measures::{FEW, Measures, NamedValue, STEEPEST_BONES_DEG, sag};
 use super::outliers::above;
 use super::{AlignedFrame, AlignedRecording};
 use Severity::{Note, Refused, Untrusted};
@@ -43,7 +43,7 @@ impl DoubtList {
     fn check(
         &mut self,
         subject: &'static str,
-        found: impl IntoIterator<Item = Value>,
+        found: impl IntoIterator<Item = NamedValue>,
         [least, most]: [f64; 2],
         severity: Severity,
         words: &str,

@@ -3,23 +3,23 @@
 //! and Carstens AG501's exported as text (a time, then x, y, z, phi, theta of every channel). Columns of positions are known by x, y, z or Tx, Ty,
 //! Tz before or behind the sensor's name, mm.
 
-use super::super::error::{Malformed, Place};
+use super::super::error::{Malformed, SourcePlace};
 use super::{Budget, Format, Recording, Sample, aaa, limits};
 
 const HELP: &str = "give a header with a time and, for each sensor, x, y and z in mm (NDI Wave: Wav Time, State, Tx, Ty, Tz; AG501: Ch1_x, Ch1_y, \
                     Ch1_z), separated by tabs, semicolons or commas";
 
-struct Sensor {
+struct TableSensor {
     name: String,
     columns: [Option<usize>; 3],
     /// Where NDI writes OK or why the sensor was not seen.
     state: Option<usize>,
 }
 
-struct Header {
+struct SensorHeader {
     /// The column of the time, and seconds in its unit.
     time: Option<(usize, f64)>,
-    sensors: Vec<Sensor>,
+    sensors: Vec<TableSensor>,
     format: Format,
 }
 
@@ -32,7 +32,7 @@ fn separator(line: &str) -> char {
     ['\t', ';'].into_iter().find(|c| line.contains(*c)).unwrap_or(',')
 }
 
-impl Header {
+impl SensorHeader {
     fn of(line: &str) -> Self {
         let mut header = Self { time: None, sensors: Vec::new(), format: Format::Sensors };
         let mut state = None;
@@ -79,7 +79,7 @@ impl Header {
             _ => name,
         };
         if self.sensors.iter().all(|s| s.name != name) {
-            self.sensors.push(Sensor { name: name.clone(), columns: [None; 3], state: state.take() });
+            self.sensors.push(TableSensor { name: name.clone(), columns: [None; 3], state: state.take() });
         }
         let sensor = self.sensors.iter_mut().find(|s| s.name == name);
         sensor.into_iter().for_each(|s| s.columns[axis] = s.columns[axis].or(Some(column)));
@@ -101,17 +101,17 @@ fn axis(word: &str) -> Option<usize> {
 
 /// Whether a first line is the header of such a table: a time and whole positions of two sensors.
 pub(super) fn is_head(line: &str) -> bool {
-    let header = Header::of(line);
+    let header = SensorHeader::of(line);
     let whole = header.sensors.iter().filter(|s| s.columns.iter().all(Option::is_some)).count();
     header.time.is_some() && whole >= 2
 }
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let text = limits::text(bytes, origin)?;
-    let start = Place { origin, line: 1, column: 1 };
+    let start = SourcePlace { origin, line: 1, column: 1 };
     let title = text.lines().next().unwrap_or_default();
     let separator = separator(title);
-    let Header { time, mut sensors, format } = Header::of(title);
+    let SensorHeader { time, mut sensors, format } = SensorHeader::of(title);
     sensors.retain(|s| s.columns.iter().all(Option::is_some));
     let Some((time, unit_s)) = time else { return Err(start.error("no column is called time", HELP)) };
     if sensors.is_empty() {
@@ -136,7 +136,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
             return Err(time_at.error(what, "times must ascend from row to row; export the table anew"));
         }
         budget.frame(samples.len() + 1, sensors.len(), at)?;
-        let places = sensors.iter().map(|sensor: &Sensor| -> Result<Option<[f64; 3]>, Malformed> {
+        let places = sensors.iter().map(|sensor: &TableSensor| -> Result<Option<[f64; 3]>, Malformed> {
             let state = sensor.state.map(cell).filter(|s| s.contains(char::is_alphabetic));
             let is_bad = state.is_some_and(|s| !s.eq_ignore_ascii_case("ok"));
             let mut place = [0.0; 3];

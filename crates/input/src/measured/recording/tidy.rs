@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::super::error::{Malformed, Place};
+use super::super::error::{Malformed, SourcePlace};
 use super::aaa::number;
 use super::{Budget, Format, Recording, Sample, limits};
 
@@ -22,7 +22,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
     let column = |name: &str| header.iter().position(|h| h.eq_ignore_ascii_case(name));
     let needed = |name: &str| {
         let help = "begin with recording,time_s,point,x_mm,y_mm (and sigma_mm, where it is known)";
-        let start = Place { origin, line: 1, column: 1 };
+        let start = SourcePlace { origin, line: 1, column: 1 };
         column(name).ok_or_else(|| start.error(format!("there is no column {name}"), help))
     };
     let (point, x, y) = (needed("point")?, needed("x_mm")?, needed("y_mm")?);

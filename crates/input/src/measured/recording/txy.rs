@@ -5,7 +5,7 @@
 //! and 8).
 
 use super::super::error::Malformed;
-use super::numbers::Numbers;
+use super::numbers::NumberTable;
 use super::{Format, Recording, Sample, is_coordinate};
 
 /// The pellets in the order of the columns: lips, tongue from the tip backwards, lower incisor and molar.
@@ -14,7 +14,7 @@ const MISSING: f64 = 1e6;
 const HELP: &str = "a .txy has 17 numbers in a line: the time in microseconds, then x and y of UL, LL, T1, T2, T3, T4, MANi, MANm";
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
-    let table = Numbers::read(bytes, origin, &[1 + 2 * PELLETS.len()], HELP)?;
+    let table = NumberTable::read(bytes, origin, &[1 + 2 * PELLETS.len()], HELP)?;
     let place = |pair: &[f64]| {
         let seen = pair.iter().all(|v| *v != MISSING && is_coordinate(*v));
         seen.then_some([pair[0], pair[1], 0.0])

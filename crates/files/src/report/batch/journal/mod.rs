@@ -24,7 +24,7 @@ const DIGITS: usize = 16;
 const LONGEST_LINE: u64 = 64 << 20;
 
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
-struct Header {
+struct JournalHeader {
     tongue_fit_batch_journal: u32,
     version: String,
     inputs_sha256: String,
@@ -37,7 +37,7 @@ pub fn arguments(path: &Path) -> Result<Vec<String>, ReportError> {
     let file = regular(path).and_then(|()| File::open(path)).map_err(fail)?;
     let mut line = Vec::new();
     BufReader::new(file).take(LONGEST_LINE).read_until(b'\n', &mut line).map_err(fail)?;
-    let header: Header = serde_json::from_slice(&line)
+    let header: JournalHeader = serde_json::from_slice(&line)
         .map_err(|_| fail(io::Error::other("it is not a journal of a batch")))?;
     if header.version != crate::VERSION {
         return Err(fail(io::Error::other(format!(
@@ -60,7 +60,7 @@ fn regular(path: &Path) -> io::Result<()> {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Entry<T> {
+pub struct JournalEntry<T> {
     pub job: usize,
     /// Its duration, s. It is in no output file, because these are the same after every run.
     pub wall_s: f64,
@@ -70,7 +70,7 @@ pub struct Entry<T> {
 
 /// The line of a finished job: in which of the files, and where.
 #[derive(Debug)]
-struct Place {
+struct JournalPlace {
     file: usize,
     offset: u64,
     length: usize,
@@ -84,7 +84,7 @@ pub struct Journal {
     end: u64,
     /// Hash of the inputs, which every checksum includes.
     key: String,
-    done: BTreeMap<usize, Place>,
+    done: BTreeMap<usize, JournalPlace>,
     notes: Vec<String>,
 }
 
@@ -138,8 +138,8 @@ impl Journal {
         Ok(())
     }
 
-    fn header(&self, arguments: &[String]) -> Header {
-        Header {
+    fn header(&self, arguments: &[String]) -> JournalHeader {
+        JournalHeader {
             tongue_fit_batch_journal: FORMAT,
             version: crate::VERSION.to_owned(),
             inputs_sha256: self.key.clone(),
@@ -148,7 +148,7 @@ impl Journal {
     }
 
     /// Reads the finished jobs of a file of the batch with this header. What the file is of, if it is of another batch.
-    fn scan(&mut self, file: usize, header: &Header, jobs: usize) -> io::Result<Option<String>> {
+    fn scan(&mut self, file: usize, header: &JournalHeader, jobs: usize) -> io::Result<Option<String>> {
         let mut reader = BufReader::new(self.files[file].1.try_clone()?);
         let mut line = Vec::new();
         let mut next = |line: &mut Vec<u8>| -> io::Result<bool> {
@@ -160,7 +160,7 @@ impl Journal {
             return Ok(None);
         }
         let mut dropped = 0;
-        match serde_json::from_slice::<Header>(&line) {
+        match serde_json::from_slice::<JournalHeader>(&line) {
             Ok(found) if found != *header => {
                 let is_of_this_version = found.version == header.version;
                 return Ok(Some(if is_of_this_version { "other inputs".to_owned() } else { found.version }));
@@ -169,9 +169,9 @@ impl Journal {
         }
         let mut offset = line.len() as u64;
         while next(&mut line)? {
-            match self.read_line::<Entry<IgnoredAny>>(&line).filter(|entry| entry.job < jobs) {
-                Some(Entry { job, .. }) => {
-                    self.done.insert(job, Place { file, offset, length: line.len() });
+            match self.read_line::<JournalEntry<IgnoredAny>>(&line).filter(|entry| entry.job < jobs) {
+                Some(JournalEntry { job, .. }) => {
+                    self.done.insert(job, JournalPlace { file, offset, length: line.len() });
                 }
                 None => dropped += 1,
             }
@@ -221,26 +221,26 @@ impl Journal {
         self.done.is_empty()
     }
 
-    pub fn append<T: Serialize>(&mut self, entry: &Entry<T>) -> Result<(), ReportError> {
+    pub fn append<T: Serialize>(&mut self, entry: &JournalEntry<T>) -> Result<(), ReportError> {
         self.write(entry).map_err(|source| self.failed(0, source))
     }
 
-    fn write<T: Serialize>(&mut self, entry: &Entry<T>) -> io::Result<()> {
+    fn write<T: Serialize>(&mut self, entry: &JournalEntry<T>) -> io::Result<()> {
         let json = serde_json::to_string(entry)?;
         let line = format!("{} {json}\n", self.checksum(&json));
-        let place = Place { file: 0, offset: self.end, length: line.len() };
+        let place = JournalPlace { file: 0, offset: self.end, length: line.len() };
         self.append_bytes(line.as_bytes())?;
         self.done.insert(entry.job, place);
         Ok(())
     }
 
     /// The entry of a job, or those fields of it that `T` has; `None` if it is not done.
-    pub fn read<T: DeserializeOwned>(&self, job: usize) -> Result<Option<Entry<T>>, ReportError> {
+    pub fn read<T: DeserializeOwned>(&self, job: usize) -> Result<Option<JournalEntry<T>>, ReportError> {
         let Some(place) = self.done.get(&job) else { return Ok(None) };
         self.read_at(place).map(Some).map_err(|source| self.failed(place.file, source))
     }
 
-    fn read_at<T: DeserializeOwned>(&self, place: &Place) -> io::Result<Entry<T>> {
+    fn read_at<T: DeserializeOwned>(&self, place: &JournalPlace) -> io::Result<JournalEntry<T>> {
         let mut bytes = vec![0; place.length];
         let mut file = &self.files[place.file].1;
         file.seek(SeekFrom::Start(place.offset))?;

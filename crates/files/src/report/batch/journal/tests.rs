@@ -6,9 +6,9 @@ fn open(folder: &Path, key: &str) -> Journal {
     Journal::open(folder.join(NAME), key, &[], JOBS).unwrap()
 }
 
-fn entry(job: usize) -> Entry<f64> {
+fn entry(job: usize) -> JournalEntry<f64> {
     let result = if job == 2 { Err("reason".into()) } else { Ok(1.0 / (3.0 + job as f64)) };
-    Entry { job, wall_s: 0.1 + job as f64, result }
+    JournalEntry { job, wall_s: 0.1 + job as f64, result }
 }
 
 #[test]
