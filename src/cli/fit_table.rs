@@ -71,9 +71,10 @@ impl ShownFit<'_> {
                 for sentence in verdict.sentences(target.baseline.label()) {
                     text += &wrapped(&sentence);
                 }
-                if let Some([back, up]) = verdict.hyoid_mm.filter(|_| self.is_verbose) {
-                    let range = |[low, high]: [f64; 2]| format!("{} to {} mm", fixed(low, 1), fixed(high, 1));
-                    text += &wrapped(&format!("Hyoid, 95 %: back {}, up {}.", range(back), range(up)));
+                if let Some(hyoid_mm) = verdict.hyoid_mm.filter(|_| self.is_verbose) {
+                    let [back, up] =
+                        hyoid_mm.map(|[low, high]| format!("{} to {} mm", fixed(low, 1), fixed(high, 1)));
+                    text += &wrapped(&format!("Hyoid, 95 %: back {back}, up {up}."));
                 }
             }
             Err(why) => text += &wrapped(&format!("No verdict of which muscles pull harder: {why}.")),

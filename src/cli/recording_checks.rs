@@ -90,8 +90,9 @@ pub fn check_scale(scale: f64, bones_apart_m: Option<f64>) -> miette::Result<Opt
 
 /// How far the mental spine and the hyoid were seen from each other, m.
 pub fn bones_apart_m(followed: &[Followed]) -> Option<f64> {
-    let mark = |bone: &str| followed.iter().find(|f| f.name == bone).map(|f| f.mark);
-    Some((mark(MANDIBLE)? - mark(HYOID)?).norm())
+    let [spine, hyoid] =
+        [MANDIBLE, HYOID].map(|bone| followed.iter().find(|f| f.name == bone).map(|f| f.mark));
+    Some((spine? - hyoid?).norm())
 }
 
 /// Why the tensions of a recording are not reported: most of its frames cannot be reached, or are met badly.

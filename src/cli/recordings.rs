@@ -191,8 +191,8 @@ impl Arguments {
             let mut seen = seen.into_diagnostic().wrap_err_with(|| file.clone())?;
             let side = if seen.mirrored { -1.0 } else { 1.0 };
             let own = own.as_ref().map(|p| {
-                let placed = |p: Point| map.placement().map_or(p, |placement| placement.place(p));
-                p.iter().map(|p| placed(Point::new(side * p.x, p.y))).collect::<Vec<_>>()
+                let points = p.iter().map(|p| Point::new(side * p.x, p.y));
+                points.map(|p| map.placement().map_or(p, |to| to.place(p))).collect::<Vec<_>>()
             });
             let mut told = doubts(&seen);
             told.extend(own.as_deref().and_then(|p| palate_doubt(&seen, p)));

@@ -365,15 +365,13 @@ fn fits(batch: &Batch<'_>) -> miette::Result<String> {
 }
 
 pub fn operation(o: &OperationRecord) -> String {
-    let way = |[x, y, z]: [f64; 3]| format!("{x:.2} {y:.2} {z:.2}");
+    let [before, after] = [o.tip_before_mm, o.tip_after_mm].map(|[x, y, z]| format!("{x:.2} {y:.2} {z:.2}"));
     let mut text = format!(
-        "surgery: {} elements, {:.2} cm³, {}; the tip moved {} mm (back, right, up) before and {} after: it reaches {:.2} mm {} far forward \
+        "surgery: {} elements, {:.2} cm³, {}; the tip moved {before} mm (back, right, up) before and {after} after: it reaches {:.2} mm {} far forward \
          and deviates {:.2} mm to the {}\n",
         o.elements,
         o.volume_cm3,
         name_of(&o.filling),
-        way(o.tip_before_mm),
-        way(o.tip_after_mm),
         o.reach_lost_mm.abs(),
         if o.reach_lost_mm < 0.0 { "more" } else { "less" },
         o.deviation_mm.abs(),

@@ -78,7 +78,6 @@ const TOLERANCE_MM: f64 = 1e-6;
 impl Arguments {
     fn check(&self) -> miette::Result<()> {
         let is_time = |t: f64| t >= SHORTEST_S && t.is_finite();
-        let is_positive = |value: Option<f64>| value.is_none_or(|v| v > 0.0 && v.is_finite());
         let Self { t_end, ramp, dt, tolerance, frames, .. } = self;
         ensure!(
             is_time(*t_end),
@@ -88,13 +87,11 @@ impl Arguments {
             *ramp == 0.0 || is_time(*ramp),
             "--ramp is {ramp:?}; it must be a time in seconds: 0 for a step, or at least {SHORTEST_S:e}"
         );
-        let told = |value: &Option<f64>| value.unwrap_or_default();
-        ensure!(is_positive(*dt), "--dt is {}; it must be a positive number of seconds", told(dt));
-        ensure!(
-            is_positive(*tolerance),
-            "--tolerance is {}; it must be a positive number of millimetres",
-            told(tolerance)
-        );
+        for (option, given, unit) in [("--dt", dt, "seconds"), ("--tolerance", tolerance, "millimetres")] {
+            let is_positive = given.is_none_or(|v| v > 0.0 && v.is_finite());
+            let value = given.unwrap_or_default();
+            ensure!(is_positive, "{option} is {value}; it must be a positive number of {unit}");
+        }
         ensure!((2..=MOST_FRAMES).contains(frames), "--frames is {frames}; take 2 to {MOST_FRAMES}");
         Ok(())
     }

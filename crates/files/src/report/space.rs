@@ -81,9 +81,9 @@ impl SimulationRecord {
         let (mesh, names) = (&body.mesh, &body.mesh.muscle_names());
         found.alarms.extend(alarms::of_shape(body, system, positions));
         let rest = if body.is_activated() { &mesh.nodes } else { system.rest() };
-        let length = |x: &[SVector<f64, D>], [a, b]: [usize; 2]| (x[b] - x[a]).norm();
+        let ends = mesh.muscles.iter().map(|m| m.ends());
         let [lengths, at_rest]: [Vec<f64>; 2] =
-            [positions, rest].map(|x| mesh.muscles.iter().map(|m| length(x, m.ends())).collect());
+            [positions, rest].map(|x| ends.clone().map(|[a, b]| (x[b] - x[a]).norm()).collect());
         let of_kind =
             |kind: TargetKind| ByMuscle::new(names, kind.values(&lengths, &at_rest, reference_muscle(names)));
         let of_body = if body.is_activated() {

@@ -262,8 +262,8 @@ fn write_grid<const D: usize>(
     )?;
     array(out, "position", "Float64", 3, positions.iter().map(point))?;
     out.write_all(b"</Points>\n<Cells>\n")?;
-    let join = |c: &[usize]| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" ");
-    array(out, "connectivity", "Int64", 1, cells.iter().map(|(c, _)| join(c)))?;
+    let joined = cells.iter().map(|(c, _)| c.iter().map(usize::to_string).collect::<Vec<_>>().join(" "));
+    array(out, "connectivity", "Int64", 1, joined)?;
     let mut end = 0;
     let ends = cells.iter().map(|(c, _)| {
         end += c.len();

@@ -94,8 +94,10 @@ pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
     ];
     columns.extend(scores().into_iter().map(|column| column.within(|r: &BaselineScore<'s>| r.1)));
     // A baseline's warning belongs to the posterior of a speaker's rows with a hyoid that tilts.
-    let is_warned = |r: &BaselineScore<'s>| r.1.name == OPPONENTS[JOINT_TILT];
-    let warning = move |r: &BaselineScore<'s>| if is_warned(r) { r.0.warning.clone() } else { String::new() };
+    let warning = move |r: &BaselineScore<'s>| match r.1.name == OPPONENTS[JOINT_TILT] {
+        true => r.0.warning.clone(),
+        false => String::new(),
+    };
     columns.push(Of::of_page("", move |r| warning(r).into()).shown(warning));
     columns
 }

@@ -93,8 +93,8 @@ pub fn buckling_load(k: f64, l: f64, d: f64, links: usize) -> f64 {
 pub fn snapping_load(k: f64, a: f64, h: f64, depth: f64, links: usize) -> f64 {
     let rest = a.hypot(h);
     debug_assert!(depth > 0.0, "the muscle pulls downwards");
-    let load = |y: f64| 2.0 * k * (rest / a.hypot(y) - 1.0) * y - k / links as f64 * (y - h);
-    load(bisect(|y| 2.0 * k * (rest * a * a / a.hypot(y).powi(3) - 1.0) - k / links as f64, h, 0.0))
+    let y = bisect(|y| 2.0 * k * (rest * a * a / a.hypot(y).powi(3) - 1.0) - k / links as f64, h, 0.0);
+    2.0 * k * (rest / a.hypot(y) - 1.0) * y - k / links as f64 * (y - h)
 }
 
 /// The root of `f` between two points where its signs differ.

@@ -7,7 +7,7 @@ use nalgebra::SVector;
 
 use super::axes::{BELOW, LEFT, PlotView};
 use super::labels::point_at;
-use super::muscle_lines::{DrawnMuscle, arrow, bone, bones, label_places, lines, muscle};
+use super::muscle_lines::{arrow, bone, bones, label_places, lines, muscle};
 use super::section::{
     DEFORMED, DrawnRecording, EDGES, REST, REST_TISSUE, check, dots, draw_palate, frame, key, ring,
     tissue_edges,
@@ -80,7 +80,6 @@ fn drawn(
     // Names keep their places beside the middles of their lines.
     let at_the_end = lines(&view, mesh, &last.positions, &most);
     let places = label_places(&view, &at_the_end, &bones(&view, mesh, &last.positions));
-    let middle = |line: &DrawnMuscle<'_>| point_at(&line.seen, 0.5).map(|(p, _)| p);
     let end = view.end();
     let mut arrows = false;
     for (nth, f) in frames.iter().enumerate() {
@@ -108,7 +107,8 @@ fn drawn(
         bones(&view, mesh, &f.positions).into_iter().for_each(|at| bone(&mut svg, at));
         for ((line, last), place) in muscles.iter().zip(&at_the_end).zip(&places) {
             let Some(at) = place else { continue };
-            let way = middle(line).zip(middle(last)).map_or([0.0; 2], |(a, b)| [a[0] - b[0], a[1] - b[1]]);
+            let [middle, from] = [line, last].map(|line| point_at(&line.seen, 0.5).map(|(p, _)| p));
+            let way = middle.zip(from).map_or([0.0; 2], |(a, b)| [a[0] - b[0], a[1] - b[1]]);
             svg.label([at[0] + way[0], at[1] + way[1]], line.face(), &line.name);
         }
         dots(&mut svg, &view, seen.get(nth).map_or(&[], Vec::as_slice));

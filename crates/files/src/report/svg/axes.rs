@@ -99,15 +99,15 @@ impl PlotView {
         let [left, top] = self.corner;
         let [right, bottom] = self.end();
         svg.stroke(&data([[[left, top], [left, bottom], [right, bottom]]]), INK, 1.5);
-        let mm = |i: usize| 1e3 * self.bounds.low[i]..=1e3 * self.bounds.high[i];
-        for value in ticks(mm(0)) {
+        let [x_mm, y_mm] = [0, 1].map(|i| 1e3 * self.bounds.low[i]..=1e3 * self.bounds.high[i]);
+        for value in ticks(x_mm) {
             let [at, _] = self.place(&SVector::from([1e-3 * value, 0.0]));
             svg.line([at, bottom], [at, bottom + TICK], INK, 1.5);
             // A number with a sign must stay inside the sheet.
             let inside = right + MARGIN - 0.7 * FontFace::Plain.width(&tick(value));
             svg.text([at.min(inside), bottom + 22.0], Anchor::Middle, FontFace::Plain, &tick(value));
         }
-        for value in ticks(mm(1)) {
+        for value in ticks(y_mm) {
             let [_, at] = self.place(&SVector::from([0.0, 1e-3 * value]));
             svg.line([left - TICK, at], [left, at], INK, 1.5);
             svg.text([left - TICK - 4.0, at], Anchor::End, FontFace::Plain, &tick(value));

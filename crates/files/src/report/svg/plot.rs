@@ -46,8 +46,8 @@ impl Scale {
                 let values = ticks(low..=high);
                 let step = values.get(1).map_or(1.0, |second| second - values[0]);
                 let digits = (-step.log10() - 1e-9).ceil().max(0.0) as usize;
-                let label = |v: f64| format!("{:.digits$}", v + 0.0).replace('-', "\u{2212}");
-                values.into_iter().map(|v| (v, label(v))).collect()
+                let labels = values.iter().map(|v| format!("{:.digits$}", v + 0.0).replace('-', "\u{2212}"));
+                values.iter().copied().zip(labels).collect()
             }
             Self::Logarithmic => {
                 let [low, high] = [low.round() as i32, high.round() as i32];
