@@ -116,8 +116,8 @@ pub mod body {
 pub mod dynamics {
     //! Motion: masses, dampers and three-element muscles over time.
     pub use tongue_core::dynamics::{
-        Control, IntegrationMethod, Motion, MotionError, MotionOutcome, MotionStatus, Observer, State,
-        Tensions, run, sample_times,
+        Control, IntegrationMethod, Motion, MotionOutcome, MotionStatus, Observer, State, Tensions, run,
+        sample_times,
     };
     #[cfg(feature = "cli")]
     pub(crate) use tongue_core::dynamics::{Integrator, SHORTEST_S, cost_per_step};

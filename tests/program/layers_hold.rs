@@ -83,22 +83,36 @@ fn the_facade_offers_at_most_220_items_by_name() {
 }
 
 #[test]
-fn no_two_types_of_the_facade_have_one_name() {
-    let names = offered();
-    let mut by_name: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
-    for path in &names {
-        let name = path.rsplit("::").next().unwrap();
-        if name.chars().any(char::is_lowercase) && name.starts_with(char::is_uppercase) {
-            by_name.entry(name).or_default().push(path);
-        }
-    }
-    let twice: Vec<_> = by_name.values().filter(|paths| paths.len() > 1).collect();
-    assert!(twice.is_empty(), "types of one name: {twice:?}");
-}
-
-#[test]
 fn the_facade_has_at_most_twelve_types_of_errors() {
     let names = offered();
     let errors: Vec<_> = names.iter().filter(|n| n.ends_with("Error")).collect();
     assert!(errors.len() <= 12, "{} types of errors: {errors:?}", errors.len());
+}
+
+/// The names of types, each with the files that define it, except those inside functions and tests.
+fn types() -> BTreeMap<String, Vec<String>> {
+    let kinds = ["struct ", "enum ", "trait ", "type ", "union "];
+    let mut all: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (path, source) in ["src", "crates"].into_iter().flat_map(super::run::sources) {
+        for line in source.lines().take_while(|line| *line != "mod tests {") {
+            let code =
+                line.strip_prefix("pub").map_or(line, |l| l.split_once(' ').map_or(l, |(_, rest)| rest));
+            let Some(rest) = kinds.into_iter().find_map(|kind| code.strip_prefix(kind)) else { continue };
+            let name = rest.split(|c: char| !c.is_alphanumeric()).next().unwrap();
+            all.entry(name.to_owned()).or_default().push(path.clone());
+        }
+    }
+    all
+}
+
+#[test]
+fn names_of_types_have_one_meaning_in_all_crates_and_there_are_few_types_of_errors() {
+    let types = types();
+    assert!(types.len() > 600, "only {} types were found", types.len());
+    // Each command of the program has its Arguments.
+    let several = types.iter().filter(|(name, paths)| paths.len() > 1 && *name != "Arguments");
+    let several: Vec<_> = several.collect();
+    assert!(several.is_empty(), "names with several meanings: {several:?}");
+    let errors: Vec<_> = types.keys().filter(|name| name.ends_with("Error")).collect();
+    assert!(errors.len() <= 15, "{} types of errors: {errors:?}", errors.len());
 }

@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
 use crate::chain::{by_sections, characteristic, without_losses};
-use crate::{Acoustics, Section};
+use crate::{Acoustics, Section, TractError};
 
 /// A resonance of the tract.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -32,49 +32,33 @@ impl Formant {
     }
 }
 
-/// Why the formants of a tract cannot be computed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum FormantError {
-    #[error("the tract has no sections")]
-    Empty,
-    #[error("section {0} of the tract, counted from the glottis, has no positive length or area")]
-    Closed(usize),
-    /// A pole, counted from 1, was lost on the way.
-    #[error("formant {0} of the tract could not be found")]
-    NotFound(usize),
-}
-
 /// The lowest `count` formants of a tract whose glottis is closed, in rising order.
 pub fn formants(
     sections: &[Section],
     acoustics: &Acoustics,
     count: usize,
-) -> Result<Vec<Formant>, FormantError> {
+) -> Result<Vec<Formant>, TractError> {
     if sections.is_empty() {
-        return Err(FormantError::Empty);
+        return Err(TractError::Empty);
     }
     if let Some(closed) = sections.iter().position(|s| !s.is_open()) {
-        return Err(FormantError::Closed(closed));
+        return Err(TractError::Closed(closed));
     }
     let squares = ideal_squares(sections, acoustics, count)?;
     let mut out = Vec::with_capacity(count);
     for (i, &square) in squares.iter().enumerate() {
         let from = Complex64::new(0.0, square.sqrt());
-        let pole = follow(sections, acoustics, from).ok_or(FormantError::NotFound(i + 1))?;
+        let pole = follow(sections, acoustics, from).ok_or(TractError::NotFound(i + 1))?;
         out.push(Formant::from_pole(pole));
     }
     out.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
     // If two starts end in one pole, the other pole was lost.
     let twin = out.windows(2).position(|w| w[1].frequency_hz - w[0].frequency_hz < 1e-6 * w[1].frequency_hz);
-    twin.map_or(Ok(out), |i| Err(FormantError::NotFound(i + 2)))
+    twin.map_or(Ok(out), |i| Err(TractError::NotFound(i + 2)))
 }
 
 /// Squared angular frequencies without losses.
-fn ideal_squares(
-    sections: &[Section],
-    acoustics: &Acoustics,
-    count: usize,
-) -> Result<Vec<f64>, FormantError> {
+fn ideal_squares(sections: &[Section], acoustics: &Acoustics, count: usize) -> Result<Vec<f64>, TractError> {
     let mut found: Vec<f64> = Vec::with_capacity(count);
     while found.len() < count {
         let mut x = found.last().map_or(0.0, |last| last * (1.0 + 1e-4));
@@ -93,7 +77,7 @@ fn ideal_squares(
             }
         }
         if !is_found || found.last().is_some_and(|last| x <= *last) {
-            return Err(FormantError::NotFound(found.len() + 1));
+            return Err(TractError::NotFound(found.len() + 1));
         }
         found.push(x);
     }

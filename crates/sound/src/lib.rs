@@ -11,10 +11,12 @@
 
 mod acoustics;
 pub mod chain;
+mod error;
 pub mod formants;
 pub mod profile;
 pub mod voice;
 
 pub use acoustics::{Acoustics, Air, WallImpedance};
 pub use chain::Section;
-pub use formants::{Formant, FormantError};
+pub use error::TractError;
+pub use formants::Formant;

@@ -14,40 +14,11 @@ mod walls;
 pub use tract::{Articulation, Carrier, Grid, Larynx, Lips, Teeth, Tongue, Tract, Wall};
 pub use walls::ToTongue;
 
-use crate::Section;
 use crate::formants::Rate;
+use crate::{Section, TractError};
 
 /// A point, m.
 pub type ProfilePoint = [f64; 2];
-
-/// Why the areas of a tract with a tongue cannot be computed.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ProfileError {
-    /// A number of the file or of the posture is out of range.
-    #[error("{0}")]
-    Bad(String),
-    /// The tongue passes through the outer wall: the wall's name, where (m), and by how much (m).
-    #[error(
-        "the inner wall (tongue, lower teeth or larynx) touches or passes through the {0} at {at}, by {by:.1} mm: there is no airway to \
-         compute a vowel of",
-        at = mm(.1),
-        by = .2 * 1e3
-    )]
-    Through(String, ProfilePoint, f64),
-    /// The wall's name and where, m.
-    #[error("no inner wall is opposite to the {0} at {at}: the line across meets neither tongue nor floor", at = mm(.1))]
-    Open(String, ProfilePoint),
-    /// The wall's name and where, m.
-    #[error(
-        "walls cross: lines across the airway meet at {at} before they reach the wall opposite to the {0}",
-        at = mm(.1)
-    )]
-    Crossed(String, ProfilePoint),
-}
-
-fn mm(p: &ProfilePoint) -> String {
-    format!("({:.1}, {:.1}) mm", p[0] * 1e3, p[1] * 1e3)
-}
 
 /// A line across the airway.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,7 +67,7 @@ pub struct Profile {
 
 impl Profile {
     /// The areas of a tract with a tongue (`tongue`: surface points from root to tip, m) in a posture.
-    pub fn new(tract: &Tract, tongue: &[ProfilePoint], posture: &Articulation) -> Result<Self, ProfileError> {
+    pub fn new(tract: &Tract, tongue: &[ProfilePoint], posture: &Articulation) -> Result<Self, TractError> {
         let walls = walls::Walls::new(tract, tongue, posture)?;
         let across = walls.across()?;
         let mut sections = Vec::with_capacity(across.len() + 1);
@@ -108,7 +79,7 @@ impl Profile {
                 let value = 1e-4 * alpha * (distance * 1e2).powf(beta);
                 [value, beta * value / distance]
             })
-            .ok_or_else(|| ProfileError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
+            .ok_or_else(|| TractError::Crossed(walls.name(i).to_owned(), pair[0].middle()))?;
             sections.push(section);
             slopes.push(slope);
         }

@@ -3,8 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test says by panicking")]
 
 use tongue_sound::Acoustics;
+use tongue_sound::TractError;
 use tongue_sound::formants::formants;
-use tongue_sound::profile::{Articulation, Profile, ProfileError, ProfilePoint, Tract};
+use tongue_sound::profile::{Articulation, Profile, ProfilePoint, Tract};
 
 fn tract() -> Tract {
     let tract: Tract = toml::from_str(include_str!("../../../targets/tract.toml")).unwrap();
@@ -58,23 +59,23 @@ fn walls_that_meet_are_refused_with_their_names_and_places() {
     // The blade through the palate.
     let mut raised = tongue();
     raised[7][1] += 0.018;
-    let ProfileError::Through(wall, at, by) = refused(&raised, &Articulation::default()) else { panic!() };
+    let TractError::Through(wall, at, by) = refused(&raised, &Articulation::default()) else { panic!() };
     assert!(wall == "hard palate" && (0.0..0.03).contains(&at[0]) && (0.0..0.01).contains(&by), "{wall}");
     // The root through the back wall of the pharynx.
     let back: Vec<ProfilePoint> = tongue().iter().map(|p| [p[0] + 0.02, p[1]]).collect();
     assert!(refused(&back, &Articulation::default()).to_string().contains("there is no airway"));
     // Lower teeth above the upper ones, closed lips, no tongue, and NaN.
     let shut = Articulation { jaw_deg: -8.0, ..Articulation::default() };
-    assert!(matches!(refused(&tongue(), &shut), ProfileError::Through(..)));
+    assert!(matches!(refused(&tongue(), &shut), TractError::Through(..)));
     for posture in [
         Articulation { lip_opening_mm: 0.0, ..Articulation::default() },
         Articulation { lip_opening_mm: 1.0, lip_protrusion_mm: 30.0, ..Articulation::default() },
         Articulation { lip_protrusion_mm: -9.0, ..Articulation::default() },
         Articulation { jaw_deg: f64::NAN, ..Articulation::default() },
     ] {
-        assert!(matches!(refused(&tongue(), &posture), ProfileError::Bad(_)));
+        assert!(matches!(refused(&tongue(), &posture), TractError::Bad(_)));
     }
-    assert!(matches!(refused(&tongue()[..1], &Articulation::default()), ProfileError::Bad(_)));
+    assert!(matches!(refused(&tongue()[..1], &Articulation::default()), TractError::Bad(_)));
 }
 
 #[test]

@@ -148,12 +148,12 @@ fn near(a: f64, b: f64, scale: f64) -> bool {
 
 #[test]
 fn a_closed_or_empty_tract_is_refused() {
-    use tongue_sound::FormantError;
+    use tongue_sound::TractError;
     let acoustics = Acoustics::default();
-    assert_eq!(formants(&[], &acoustics, 3), Err(FormantError::Empty));
+    assert_eq!(formants(&[], &acoustics, 3), Err(TractError::Empty));
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let tube = sections(0.01, &[2.0, bad, 2.0]);
-        assert_eq!(formants(&tube, &acoustics, 3), Err(FormantError::Closed(1)));
+        assert_eq!(formants(&tube, &acoustics, 3), Err(TractError::Closed(1)));
     }
 }
 

@@ -3,10 +3,10 @@
 use nalgebra::SVector;
 
 use tongue_core::body::{Body, DEFAULT_SPACING_M, Mesh};
-use tongue_core::dynamics::{Motion, MotionError, Tensions};
+use tongue_core::dynamics::{Motion, Tensions};
 use tongue_core::effect::Incompressibility;
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
-use tongue_core::system::{Additions, Model, System};
+use tongue_core::system::{Additions, Model, System, SystemError};
 use tongue_infer::inverse::FitError;
 use tongue_input::measured::{TargetKind, reference_muscle};
 
@@ -68,7 +68,7 @@ impl TestTensions {
     }
 
     /// Its motion from rest with the tensions applied at once.
-    pub fn motion(&self) -> Result<Motion<'_, 2>, MotionError> {
+    pub fn motion(&self) -> Result<Motion<'_, 2>, SystemError> {
         Motion::new(&self.system, Tensions::Constant(self.tensions.clone()))
     }
 

@@ -16,15 +16,6 @@ const DEGENERATE: f64 = 1e-9;
 /// the smallest is longer.
 const LARGEST_M: f64 = 10.0;
 
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error(
-    "the body is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
-)]
-pub struct TooLarge {
-    /// The longest side of its bounding box, m.
-    pub size_m: f64,
-}
-
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum MeshFault {
     #[error("the position of node {node} is not finite")]
@@ -55,6 +46,11 @@ pub enum MeshFault {
     Revisits { name: String, node: usize },
     #[error("the fixed nodes are not in ascending order, each once (entry {entry})")]
     FixedOrder { entry: usize },
+    /// The longest side of its bounding box, m.
+    #[error(
+        "it is {size_m:.0} m across; positions are in metres, so these look like millimetres: divide them by 1000"
+    )]
+    TooLarge { size_m: f64 },
 }
 
 impl<const D: usize> Mesh<D> {
@@ -90,9 +86,9 @@ impl<const D: usize> Mesh<D> {
     }
 
     /// Checks that the body was not given in millimetres.
-    pub fn check_size(&self) -> Result<(), TooLarge> {
+    pub fn check_size(&self) -> Result<(), MeshFault> {
         let size_m = self.extent();
-        if size_m > LARGEST_M { Err(TooLarge { size_m }) } else { Ok(()) }
+        if size_m > LARGEST_M { Err(MeshFault::TooLarge { size_m }) } else { Ok(()) }
     }
 
     fn check_connections(&self) -> Result<BTreeSet<[usize; 2]>, MeshFault> {

@@ -20,7 +20,7 @@ use crate::choice;
 use crate::observe::Line;
 
 pub use crate::geometry::{ClosedSpline, Point};
-pub use check::{MeshFault, Quality, TooLarge};
+pub use check::{MeshFault, Quality};
 pub use continuum::{Continuum, ContinuumSettings, Follower, Strand, Tie};
 pub use mesh::{Cells, Mesh, MuscleChain, largest_distance};
 pub use space::Muscle;

@@ -5,10 +5,11 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 use crate::choice;
+use crate::system::SystemError;
 
 use super::tr_bdf2::TrBdf2;
 use super::velocity_verlet::VelocityVerlet;
-use super::{Integrator, Motion, MotionError, SHORTEST_STEP, Spectrum, step_limit};
+use super::{Integrator, Motion, SHORTEST_STEP, Spectrum, step_limit};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -44,9 +45,9 @@ impl IntegrationMethod {
         self,
         motion: &Motion<'_, D>,
         control: Control,
-    ) -> Result<Box<dyn Integrator<D>>, MotionError> {
+    ) -> Result<Box<dyn Integrator<D>>, SystemError> {
         let positive = |v: f64| v > 0.0 && v.is_finite();
-        Err(MotionError(match (self, control) {
+        Err(SystemError::Motion(match (self, control) {
             (_, Control::Fixed(dt)) if !(positive(dt) && dt >= SHORTEST_STEP) => {
                 format!("the step is {dt} s; it must be finite and at least {SHORTEST_STEP:e} s")
             }
@@ -72,14 +73,14 @@ impl IntegrationMethod {
         self,
         motion: &Motion<'_, D>,
         control: Control,
-    ) -> Result<Box<dyn Integrator<D>>, MotionError> {
+    ) -> Result<Box<dyn Integrator<D>>, SystemError> {
         let integrator = self.integrator(motion, control)?;
         if let (Control::Fixed(dt), Some((limit, spectrum, body))) =
             (control, limit(integrator.as_ref(), motion))
             && dt > limit
         {
             let (frequency, damping) = (spectrum.stiffness.sqrt(), spectrum.damping);
-            return Err(MotionError(format!(
+            return Err(SystemError::Motion(format!(
                 "a step of {dt:.3e} s is beyond the stability limit of {self}, {limit:.3e} s \
                  ({body}: stiffest mode {frequency:.3e} rad/s, strongest damping {damping:.3e} /s): the run would blow up. \
                  Take a step below the limit, or tr-bdf2, which has none"

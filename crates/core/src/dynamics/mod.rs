@@ -37,7 +37,7 @@ use nalgebra::{DMatrix, SVector};
 use serde::Serialize;
 
 pub use method::{Control, IntegrationMethod};
-pub use motion::{Motion, MotionError, StateRates};
+pub use motion::{Motion, StateRates};
 pub use run::{MotionOutcome, MotionStatus, Observer, run, sample_times};
 pub use step_limit::{Spectrum, cost_per_step, step_limit};
 pub use tensions::Tensions;

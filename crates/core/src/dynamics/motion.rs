@@ -8,7 +8,7 @@ use crate::body::largest_distance;
 use crate::effect::{Configuration, Tangent};
 use crate::sparse::BlockMatrix;
 use crate::statics::{self, SolveSettings, SolveStatus, Workspace};
-use crate::system::System;
+use crate::system::{System, SystemError};
 
 use super::{State, StepCounts, Tensions};
 
@@ -28,11 +28,6 @@ pub struct Motion<'a, const D: usize> {
     internal: Vec<Range<usize>>,
 }
 
-/// Why there is no such motion: what is wrong, and what to do.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct MotionError(pub String);
-
 /// The rates of a state by the equations of motion.
 #[derive(Debug, Clone)]
 pub struct StateRates<const D: usize> {
@@ -45,15 +40,15 @@ pub struct StateRates<const D: usize> {
 }
 
 impl<'a, const D: usize> Motion<'a, D> {
-    pub fn new(system: &'a System<D>, tensions: Tensions) -> Result<Self, MotionError> {
+    pub fn new(system: &'a System<D>, tensions: Tensions) -> Result<Self, SystemError> {
         Self::with_mass(system, tensions, system.coefficients().node_mass)
     }
 
     /// As [`Motion::new`] with another mass of every node, kg.
-    pub fn with_mass(system: &'a System<D>, tensions: Tensions, mass: f64) -> Result<Self, MotionError> {
+    pub fn with_mass(system: &'a System<D>, tensions: Tensions, mass: f64) -> Result<Self, SystemError> {
         let (given, muscles) = (tensions.muscle_count(), system.muscle_count());
         if given != muscles {
-            return Err(MotionError(format!(
+            return Err(SystemError::Motion(format!(
                 "tensions are given for {given} muscles, but the mesh has {muscles}; give one for each"
             )));
         }
@@ -238,10 +233,10 @@ impl<'a, const D: usize> Motion<'a, D> {
     }
 }
 
-fn positive(name: &str, value: f64) -> Result<(), MotionError> {
+fn positive(name: &str, value: f64) -> Result<(), SystemError> {
     match value > 0.0 && value.is_finite() {
         true => Ok(()),
-        false => Err(MotionError(format!(
+        false => Err(SystemError::Motion(format!(
             "the {name} is {value}; for a trajectory it must be positive and finite"
         ))),
     }

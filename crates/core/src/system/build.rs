@@ -10,7 +10,7 @@ use super::{
     Additions, Layout, Model, StraightPath, System, TissueModel, cell_measure, coefficients,
     connection_stiffness, path,
 };
-use crate::body::{BodyError, Continuum, Mesh, MeshFault, TooLarge};
+use crate::body::{BodyError, Continuum, Mesh, MeshFault};
 use crate::effect::spring::Spring;
 use crate::effect::{
     Attachment, Connections, Effect, Fibres, Incompressibility, OrientationBarrier, QuadraticElements,
@@ -298,6 +298,7 @@ pub enum SystemError {
         "C10 = {c10} Pa, C20 = {c20} Pa and K = {bulk} Pa make no solid: C10 and K must be positive, C20 not negative"
     )]
     Law { c10: f64, c20: f64, bulk: f64 },
-    #[error(transparent)]
-    TooLarge(#[from] TooLarge),
+    /// There is no such motion: what is wrong, and what to do.
+    #[error("{0}")]
+    Motion(String),
 }

@@ -4,11 +4,9 @@ use nalgebra::SVector;
 use serde::{Serialize, Serializer};
 use serde_json::json;
 
-use tongue_core::dynamics::{
-    self, Control, IntegrationMethod, Motion, MotionError, MotionOutcome, Observer, Tensions,
-};
+use tongue_core::dynamics::{self, Control, IntegrationMethod, Motion, MotionOutcome, Observer, Tensions};
 use tongue_core::statics::{self, Solution, SolveSettings, Workspace};
-use tongue_core::system::System;
+use tongue_core::system::{System, SystemError};
 use tongue_infer::inverse::alarms::{self, Alarm};
 
 /// An equilibrium at given tensions (activations in space); its positions are in the workspace.
@@ -89,7 +87,7 @@ pub(crate) fn follow<const D: usize>(
     tolerance_m: f64,
     t_end_s: f64,
     samples: usize,
-) -> Result<FollowedPath<D>, MotionError> {
+) -> Result<FollowedPath<D>, SystemError> {
     let motion = Motion::new(system, tensions)?;
     let mut integrator = IntegrationMethod::TrBdf2.checked(&motion, Control::Adaptive(tolerance_m))?;
     let mut state = motion.at_rest();

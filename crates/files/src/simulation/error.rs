@@ -3,7 +3,6 @@
 use std::fmt::Display;
 
 use tongue_core::body::{Body, BodyError};
-use tongue_core::dynamics::MotionError;
 use tongue_core::limits::{self, BeyondLimit};
 use tongue_core::system::SystemError;
 use tongue_infer::acoustics::VocalTractError;
@@ -22,8 +21,6 @@ pub enum SimulationError {
     System(#[from] SystemError),
     #[error(transparent)]
     Fit(#[from] FitError),
-    #[error(transparent)]
-    Motion(#[from] MotionError),
     #[error(transparent)]
     Limit(#[from] BeyondLimit),
     #[error(transparent)]
@@ -76,22 +73,15 @@ pub fn check_tension(muscle: &str, tension: f64) -> Result<(), SimulationError> 
     checked(&format!("the tension of {muscle}"), tension, good, must).map(|_| ())
 }
 
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{word}: {why}")]
-pub struct BadTension {
-    pub word: String,
-    pub why: String,
-}
-
 /// Reads words such as `GGa=12` into numbers of the body's muscles and tensions, N (2D: per metre of
 /// thickness).
 pub fn read_tensions<const D: usize>(
     words: &[String],
     body: &Body<D>,
-) -> Result<Vec<(usize, f64)>, BadTension> {
+) -> Result<Vec<(usize, f64)>, SimulationError> {
     let mut out: Vec<(usize, f64)> = Vec::new();
     for word in words {
-        let bad = |why: String| BadTension { word: word.clone(), why };
+        let bad = |why: String| SimulationError::Refused(format!("{word}: {why}"));
         let (name, value) =
             word.split_once('=').ok_or_else(|| bad("write MUSCLE=NEWTONS, like GGa=12".to_owned()))?;
         let muscle = body.muscle(name.trim()).map_err(|e| bad(e.to_string()))?;

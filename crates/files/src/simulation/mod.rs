@@ -21,7 +21,7 @@ mod shape;
 mod solver;
 
 pub use assembly::{Assemble, Assembly};
-pub use error::{BadTension, SimulationError, check_tension, read_tensions};
+pub use error::{SimulationError, check_tension, read_tensions};
 pub use estimate::Estimate;
 pub use problem::{InverseProblem, Observations};
 pub use shape::{Shape, Trajectory};

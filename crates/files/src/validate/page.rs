@@ -110,8 +110,7 @@ fn distributions(p: &mut String, study: &PosteriorStudy) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::Export;
-    use crate::report::{Markdown, Provenance};
+    use crate::report::{Export, Markdown, Provenance};
 
     /// The page, the tables and the figure of the committed study, made from its JSON, are the committed ones to the byte.
     #[test]

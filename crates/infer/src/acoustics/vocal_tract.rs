@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use nalgebra::SVector;
 use tongue_sound::Acoustics;
-use tongue_sound::formants::{self, Formant, FormantError};
-use tongue_sound::profile::{Articulation, Profile, ProfileError, ProfilePoint, Tract};
+use tongue_sound::TractError;
+use tongue_sound::formants::{self, Formant};
+use tongue_sound::profile::{Articulation, Profile, ProfilePoint, Tract};
 
 use crate::adapt::{by_bones, mark_of};
 use crate::track::TongueSurface;
@@ -31,9 +32,7 @@ pub enum VocalTractError {
     )]
     NoSurface,
     #[error(transparent)]
-    Profile(#[from] ProfileError),
-    #[error(transparent)]
-    Formants(#[from] FormantError),
+    Tract(#[from] TractError),
 }
 
 impl VocalTractError {

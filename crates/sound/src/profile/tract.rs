@@ -5,8 +5,9 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ProfileError, cross, minus};
+use super::{cross, minus};
 use crate::Section;
+use crate::TractError;
 
 /// Largest coordinate of a tract, mm: lines begin at every step of the outer wall, so a far point would need memory without end.
 const FARTHEST_MM: f64 = 1e3;
@@ -133,7 +134,7 @@ impl Default for Articulation {
 
 impl Tract {
     /// Checks the numbers of the file.
-    pub fn check(&self) -> Result<(), ProfileError> {
+    pub fn check(&self) -> Result<(), TractError> {
         let positive = |key: &str, x: f64| match x.is_finite() && x > 0.0 {
             true => Ok(()),
             false => bad(format!("{key} is {x}; it must be a positive number")),
@@ -235,22 +236,22 @@ impl Tract {
     }
 
     /// Checks that the lips are open in a posture.
-    pub fn check_lips(&self, posture: &Articulation) -> Result<(), ProfileError> {
+    pub fn check_lips(&self, posture: &Articulation) -> Result<(), TractError> {
         self.lip_sections(posture).map(|_| ())
     }
 
     /// The two sections between the lips.
-    pub(super) fn lip_sections(&self, posture: &Articulation) -> Result<[Section; 2], ProfileError> {
+    pub(super) fn lip_sections(&self, posture: &Articulation) -> Result<[Section; 2], TractError> {
         let Articulation { lip_opening_mm: opening, lip_protrusion_mm: protrusion, .. } = *posture;
         let width = self.lips.width_mm + 1.5 * (opening - protrusion);
         let length = self.lips.length_mm + protrusion;
         if !opening.is_finite() || opening <= 0.0 || width.is_nan() || width <= 0.0 {
-            return Err(ProfileError::Bad(format!(
+            return Err(TractError::Bad(format!(
                 "lips with an opening of {opening} mm and a protrusion of {protrusion} mm are closed: there is no vowel"
             )));
         }
         if !length.is_finite() || length <= 0.0 {
-            return Err(ProfileError::Bad(format!(
+            return Err(TractError::Bad(format!(
                 "a lip protrusion of {protrusion} mm leaves the lips no length; they are {} mm",
                 self.lips.length_mm
             )));
@@ -260,6 +261,6 @@ impl Tract {
     }
 }
 
-fn bad<T>(what: String) -> Result<T, ProfileError> {
-    Err(ProfileError::Bad(what))
+fn bad<T>(what: String) -> Result<T, TractError> {
+    Err(TractError::Bad(what))
 }

@@ -6,9 +6,8 @@
 //! teeth) its area is `alpha d^beta`, as in the plane.
 
 use super::tract::Carrier;
-use super::{
-    Across, Articulation, Profile, ProfileError, ProfilePoint, Tract, are_apart, between, cross, minus,
-};
+use super::{Across, Articulation, Profile, ProfilePoint, Tract, are_apart, between, cross, minus};
+use crate::TractError;
 
 /// Largest distance at which a line finds the opposite wall, m.
 const REACH_M: f64 = 0.08;
@@ -38,13 +37,13 @@ impl<'a> Walls<'a> {
         tract: &'a Tract,
         tongue: &[ProfilePoint],
         posture: &Articulation,
-    ) -> Result<Self, ProfileError> {
+    ) -> Result<Self, TractError> {
         let numbers = [posture.jaw_deg, posture.hyoid_mm[0], posture.hyoid_mm[1], posture.lip_protrusion_mm];
         if numbers.iter().any(|x| !x.is_finite()) {
-            return Err(ProfileError::Bad("jaw, hyoid and lips must be finite numbers".to_owned()));
+            return Err(TractError::Bad("jaw, hyoid and lips must be finite numbers".to_owned()));
         }
         if tongue.len() < 2 || tongue.iter().flatten().any(|x| !x.is_finite()) {
-            return Err(ProfileError::Bad(
+            return Err(TractError::Bad(
                 "the surface of the tongue needs two finite points or more".to_owned(),
             ));
         }
@@ -66,7 +65,7 @@ impl<'a> Walls<'a> {
 
     /// The lines across, from the glottis to the edge of the upper teeth. Where an airway is so wide that lines meet, the directions of all
     /// are averaged over more and more neighbours until the lines are apart.
-    pub(super) fn across(&self) -> Result<Vec<Across>, ProfileError> {
+    pub(super) fn across(&self) -> Result<Vec<Across>, TractError> {
         let ways: Vec<ProfilePoint> = self.starts.iter().map(|start| minus(start.toward, start.at)).collect();
         let given = self.lines(&ways)?;
         if given.windows(2).all(|pair| are_apart(&pair[0], &pair[1])) {
@@ -83,7 +82,7 @@ impl<'a> Walls<'a> {
     }
 
     /// The lines from the outer wall in these directions.
-    fn lines(&self, ways: &[ProfilePoint]) -> Result<Vec<Across>, ProfileError> {
+    fn lines(&self, ways: &[ProfilePoint]) -> Result<Vec<Across>, TractError> {
         self.starts.iter().zip(ways).map(|(start, way)| self.line(start, *way)).collect()
     }
 
@@ -106,12 +105,12 @@ impl<'a> Walls<'a> {
     /// Half of the width of the wall at which line `i` begins, and its arch, m.
     ///
     /// # Errors
-    /// [`ProfileError::Bad`] if the tract does not give them.
-    pub(super) fn section(&self, i: usize) -> Result<[f64; 2], ProfileError> {
+    /// [`TractError::Bad`] if the tract does not give them.
+    pub(super) fn section(&self, i: usize) -> Result<[f64; 2], TractError> {
         let [.., half_width, arch] = self.starts[i].coefficients;
         match half_width.is_finite() && arch.is_finite() {
             true => Ok([half_width, arch]),
-            false => Err(ProfileError::Bad(format!(
+            false => Err(TractError::Bad(format!(
                 "wall `{}` has no half_width_mm and arch_mm, which cross-sections of a tongue in space need; add both to the tract",
                 self.name(i)
             ))),
@@ -119,11 +118,11 @@ impl<'a> Walls<'a> {
     }
 
     /// The line from a place to its first crossing with the inner wall.
-    fn line(&self, start: &WallStart, way: ProfilePoint) -> Result<Across, ProfileError> {
+    fn line(&self, start: &WallStart, way: ProfilePoint) -> Result<Across, TractError> {
         let name = self.tract.wall.get(start.wall).map_or("wall", |w| &w.name);
         let norm = way[0].hypot(way[1]);
         if norm.is_nan() || norm <= 0.0 {
-            return Err(ProfileError::Bad(format!("a point of wall `{}` has itself as its direction", name)));
+            return Err(TractError::Bad(format!("a point of wall `{}` has itself as its direction", name)));
         }
         let u = [way[0] / norm, way[1] / norm];
         let mut found: Option<(f64, Across)> = None;
@@ -159,9 +158,9 @@ impl<'a> Walls<'a> {
             found = Some((along, Across { outer: start.at, inner, direction: u, ends }));
         }
         match (beyond, found) {
-            (Some(by), _) => Err(ProfileError::Through(name.to_owned(), start.at, -by)),
+            (Some(by), _) => Err(TractError::Through(name.to_owned(), start.at, -by)),
             (None, Some((_, line))) => Ok(line),
-            (None, None) => Err(ProfileError::Open(name.to_owned(), start.at)),
+            (None, None) => Err(TractError::Open(name.to_owned(), start.at)),
         }
     }
 }
@@ -216,13 +215,13 @@ impl Profile {
     /// tip, m. Derivatives by the points are not computed.
     ///
     /// # Errors
-    /// [`ProfileError`]; [`ProfileError::Bad`] too for a tract without widths.
+    /// [`TractError`]; [`TractError::Bad`] too for a tract without widths.
     pub fn in_space(
         tract: &Tract,
         tongue: &[ProfilePoint],
         posture: &Articulation,
         to_tongue: ToTongue<'_>,
-    ) -> Result<Self, ProfileError> {
+    ) -> Result<Self, TractError> {
         let walls = Walls::new(tract, tongue, posture)?;
         let across = walls.across()?;
         // Area of the cross-section over the distance in the middle, m.
@@ -245,7 +244,7 @@ impl Profile {
         let mut sections = Vec::with_capacity(across.len() + 1);
         for (i, pair) in across.windows(2).enumerate() {
             let width = 0.5 * (widths[i] + widths[i + 1]);
-            let crossed = || ProfileError::Crossed(walls.name(i).to_owned(), pair[0].middle());
+            let crossed = || TractError::Crossed(walls.name(i).to_owned(), pair[0].middle());
             let (section, _) = between(&pair[0], &pair[1], |d| [width * d, width]).ok_or_else(crossed)?;
             if section.area_m2 <= 0.0 {
                 return Err(crossed());
