@@ -61,7 +61,7 @@ impl SpaceVocalTract {
     /// The sound of a shape (positions of all nodes, m) in a posture.
     ///
     /// # Errors
-    /// [`VocalTractError::Profile`] if walls meet, or if the tract has no widths.
+    /// [`VocalTractError::Tract`] if walls meet, or if the tract has no widths.
     pub fn sound(
         &self,
         positions: &[Vector3<f64>],
