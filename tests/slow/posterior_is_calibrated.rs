@@ -93,3 +93,24 @@ fn a_sign_that_is_sure_and_not_marked_is_sure_under_half_and_twice_the_prior() {
     }
     assert!(compared >= 3, "{compared}");
 }
+
+/// What the model page tells of the average over geometry, whose effect depends on kappa.
+#[test]
+fn the_sign_of_s1_i_sgm_with_averaged_geometry_is_as_told() {
+    let target = Dataset::reference().unwrap().stretches("S1", "i").unwrap();
+    let seen = Measurements::of(&TargetOnBody::new(&tongue(), &target).unwrap());
+    let known = |poisson_ratio: &str| {
+        format!("[compressibility]\npoisson_ratio = {poisson_ratio}\nsd_ln_kappa = 0.01")
+    };
+    let cases =
+        [(known("0.48"), 0.035), (known("0.49"), 0.029), (known("0.499"), 0.11), (String::new(), 0.12)];
+    for (priors, told) in cases {
+        let posterior_model = posterior_model(&priors);
+        let muscle = posterior_model.muscles.iter().position(|m| m == "SGm").unwrap();
+        let posterior = sample(&posterior_model, seen.clone(), &Sampling { draws: 1000, seed: 1 }).unwrap();
+        let above = posterior.draws.iter().filter(|draw| draw.change(0, muscle) > 0.0).count();
+        let rises = above as f64 / posterior.draws.len() as f64;
+        // Four standard errors of 700 effective draws.
+        assert!((rises - told).abs() < 0.05, "{priors}: {rises}");
+    }
+}
