@@ -131,11 +131,11 @@ impl ShownFit<'_> {
             }
         }
         found.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", own(&p.tensions))));
-        let shortens = |&m: &usize| {
+        let shortens = target.active.iter().map(|&m| {
             let measured = fixed(100.0 * (1.0 - target.measured_mm[m] / target.baseline_mm[m]), 0);
             format!("{} ({measured})", fixed(100.0 * (1.0 - fit.lengths[m] / fit.rest_lengths[m]), 0))
-        };
-        found.push(("shortens, % (measured)", target.active.iter().map(shortens).collect()));
+        });
+        found.push(("shortens, % (measured)", shortens.collect()));
         let t = rows(&header, found, |(name, values)| std::iter::once(name.to_owned()).chain(values));
         format!("{t}\n")
     }

@@ -148,8 +148,8 @@ fn row_record(row: &Row) -> RowRecord<'_> {
 /// A sentence for each muscle of a table that the built-in tongue does not have, with the nearest name that it has and the table lacks.
 fn unknown(names: &[String]) -> Vec<String> {
     let known = Muscles::built_in();
-    let is_free = |known: &String| names.iter().all(|name| !known.eq_ignore_ascii_case(name));
-    let free: Vec<String> = known.all().iter().map(|m| m.name.clone()).filter(is_free).collect();
+    let free = known.all().iter().map(|m| m.name.clone());
+    let free = Vec::from_iter(free.filter(|own| names.iter().all(|name| !own.eq_ignore_ascii_case(name))));
     names.iter().filter(|name| known.get(name).is_none()).map(|name| {
         let near = suggest::hint(name, free.iter().map(String::as_str));
         let near = if near.starts_with(MEANT) { format!("; {near}") } else { String::new() };

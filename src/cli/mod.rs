@@ -289,11 +289,10 @@ fn with_points_tracked(mut words: Vec<OsString>) -> Vec<OsString> {
 fn misplaced_option(matches: &ArgMatches) -> Option<String> {
     matches.subcommand()?;
     let command = Cli::command();
-    let given = |id: &str| matches.value_source(id) == Some(ValueSource::CommandLine);
-    command
-        .get_arguments()
-        .filter(|a| !a.is_global_set() && given(a.get_id().as_str()))
-        .find_map(|a| a.get_long().map(str::to_owned))
+    let own = command.get_arguments().filter(|a| !a.is_global_set());
+    let mut given =
+        own.filter(|a| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine));
+    given.find_map(|a| a.get_long().map(str::to_owned))
 }
 
 /// Starts the threads that were asked for: one for each core if no number was.

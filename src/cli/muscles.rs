@@ -109,9 +109,9 @@ fn text(title: &str, all: &[MuscleEffect], surface: &str) -> String {
         ["pulling", "its length", "tip forward", "up", "top forward", "up", "root forward", "up", "wider"];
     let has_width = all.iter().any(|a| a.wider_mm.is_some());
     let t = table::rows(&columns[..columns.len() - usize::from(!has_width)], all, |a| {
-        let mm = |v: f64| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0);
         let first = [a.name.clone(), format!("{:+.1} %", 100.0 * (a.stretch - 1.0))];
-        first.into_iter().chain(a.moved.into_iter().flatten().chain(a.wider_mm).map(mm))
+        let moved = a.moved.into_iter().flatten().chain(a.wider_mm);
+        first.into_iter().chain(moved.map(|v| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0)))
     });
     let doubtful = all.iter().filter(|a| !a.alarms.is_empty());
     let doubts: String = doubtful.map(|a| format!("but of {}: {}\n", a.name, a.doubts())).collect();

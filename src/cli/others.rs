@@ -233,11 +233,11 @@ fn coils(path: &Path) -> miette::Result<Recording> {
         bail!("it has {} recordings; give a file of one frame for each posture", found.len());
     };
     ensure!(one.samples.len() == 1, "it has {} frames; give the one of this posture", one.samples.len());
-    let is_there = |name: &&String| {
+    let mut there = one.channels.iter().filter(|name| {
         one.channels.iter().position(|c| c == *name).is_some_and(|i| one.samples[0].places[i].is_some())
-    };
+    });
     ensure!(
-        one.channels.iter().filter(is_there).any(|c| recording::is_coil(c)),
+        there.any(|c| recording::is_coil(c)),
         "it has no coil of a usual name, such as T1, TT, TB or TD (points: {}); a contour is read with --contour",
         one.channels.join(", ")
     );

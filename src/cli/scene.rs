@@ -203,8 +203,8 @@ fn iterations(scene: &Scene) -> f64 {
 fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miette::Result<()> {
     let SceneBody::Mesh(mesh) = &scene.body else { return Ok(()) };
     let Ok(mesh) = std::fs::canonicalize(&mesh.file) else { return Ok(()) };
-    let is_it = |name: &&String| std::fs::canonicalize(out.path().join(name)).is_ok_and(|path| path == mesh);
-    match names.iter().find(is_it) {
+    let mut names = names.iter();
+    match names.find(|name| std::fs::canonicalize(out.path().join(name)).is_ok_and(|path| path == mesh)) {
         Some(name) => Err(miette!(
             "the results would overwrite the mesh of the scene, {name}; name another folder with --out, or rename the scene"
         )),

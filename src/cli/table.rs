@@ -47,10 +47,11 @@ pub(super) fn rows<T, R: IntoIterator<Item: Into<Cell>>>(
 }
 
 pub(super) fn files(written: &[PathBuf]) -> String {
-    let line = |(i, path): (usize, &PathBuf)| {
-        format!("{:<8}{}\n", if i == 0 { "written" } else { "" }, path.display())
-    };
-    written.iter().enumerate().map(line).collect()
+    let lines = written
+        .iter()
+        .enumerate()
+        .map(|(i, path)| format!("{:<8}{}\n", if i == 0 { "written" } else { "" }, path.display()));
+    lines.collect()
 }
 
 pub fn simulation(record: &SimulationRecord) -> String {

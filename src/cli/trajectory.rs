@@ -227,11 +227,10 @@ fn write(
     let title = "tongue-fit: muscle lengths and tensions over time".to_owned();
     let sto = StoTable { title, labels: columns(mesh, "time", ["length_m", "tension_n_per_m"]), rows };
     let in_mm = 1..=mesh.muscles.len();
-    let cell = |(i, v): (usize, &f64)| if in_mm.contains(&i) { v * 1e3 } else { *v }.to_string();
-    let table = Table {
-        columns: columns(mesh, "time_s", ["mm", "n_per_m"]),
-        rows: sto.rows.iter().map(|row| row.iter().enumerate().map(cell).collect()).collect(),
-    };
+    let cells = sto.rows.iter().map(|row| row.iter().enumerate());
+    let cells = cells
+        .map(|row| row.map(|(i, v)| if in_mm.contains(&i) { v * 1e3 } else { *v }.to_string()).collect());
+    let table = Table { columns: columns(mesh, "time_s", ["mm", "n_per_m"]), rows: cells.collect() };
     let frames = watch.frames.into_iter();
     let frames = frames.map(|(time, positions)| AnimationFrame { time, positions, tensions: at(time) });
     let frames: Vec<AnimationFrame> = frames.collect();

@@ -20,8 +20,8 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let values = Vec::deserialize(deserializer)?;
         let count = values.len();
-        let wrong = |_| D::Error::custom(format!("{count} values stand where exactly {N} belong"));
-        values.try_into().map(Self).map_err(wrong)
+        let all = values.try_into().map(Self);
+        all.map_err(|_| D::Error::custom(format!("{count} values stand where exactly {N} belong")))
     }
 }
 

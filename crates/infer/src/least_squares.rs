@@ -152,12 +152,12 @@ pub(crate) fn minimise(
 pub(crate) fn by_differences(x: &DVector<f64>, residuals: &Residuals<'_>, step: f64) -> Option<DMatrix<f64>> {
     let mut columns = Vec::with_capacity(x.len());
     for i in 0..x.len() {
-        let at = |side: f64| {
+        let [high, low] = [1.0, -1.0].map(|side| {
             let mut moved = x.clone();
             moved[i] += side * step;
             residuals(&moved)
-        };
-        columns.push((at(1.0)? - at(-1.0)?) / (2.0 * step));
+        });
+        columns.push((high? - low?) / (2.0 * step));
     }
     Some(DMatrix::from_columns(&columns))
 }

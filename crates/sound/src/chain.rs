@@ -56,12 +56,12 @@ fn line(section: &Section, s: Complex64, acoustics: &Acoustics, share: f64) -> (
     let air = &acoustics.air;
     // Circumference over area, to which the losses in the boundary layer are proportional.
     let perimeter = acoustics.shape_factor * 2.0 * (PI * area).sqrt();
-    let layer = |diffusivity: f64| {
+    let diffusivities = [air.viscosity / air.density, air.conduction / (air.specific_heat * air.density)];
+    let [viscous, thermal] = diffusivities.map(|diffusivity| {
         let kept = if acoustics.friction { share * perimeter / area } else { 0.0 };
         (Complex64::new(diffusivity, 0.0) / s).sqrt() * kept
-    };
-    let viscous = layer(air.viscosity / air.density);
-    let thermal = layer(air.conduction / (air.specific_heat * air.density)) * (air.adiabatic - 1.0);
+    });
+    let thermal = thermal * (air.adiabatic - 1.0);
     let mass = l * air.density / area;
     let a = Rated {
         value: s * mass * (viscous + 1.0),

@@ -141,13 +141,12 @@ impl Seen<'_> {
     /// Activations of the muscles, of which 40 % do nothing, and positions of all nodes.
     fn posture(&self, rng: &mut fastrand::Rng, others: bool) -> Result<(Vec<f64>, Vec<Vector3<f64>>), Error> {
         for _ in 0..50 {
-            let mut one = |name: &String| {
+            let activations: Vec<f64> = Vec::from_iter(self.names.iter().map(|name| {
                 let is_of_plane = MUSCLES.iter().any(|(_, in_space)| in_space == name);
                 let most = MOST[usize::from(!is_of_plane)];
                 let pull = if rng.f64() < 0.4 { 0.0 } else { most * rng.f64() };
                 if is_of_plane || others { pull } else { 0.0 }
-            };
-            let activations: Vec<f64> = self.names.iter().map(&mut one).collect();
+            }));
             let given: Vec<(&String, f64)> = self.names.iter().zip(activations.iter().copied()).collect();
             let all = self.body.activations(&given)?;
             if let Some(positions) = shape(&self.system, &all) {
@@ -249,12 +248,12 @@ mod tests {
         let surface = TongueSurface::of(&section).unwrap();
         let system = System::in_space(&body, &SpaceModel::default()).unwrap();
         let seen = Seen { body: &body, section, surface, system, names: body.groups() };
-        let posture = |a: f64| {
+        let postures = [0.12, 0.0].map(|a| {
             let all = body.activations(&[("GGA", a)]).unwrap();
             let positions = shape(&seen.system, &all).unwrap();
             (all, positions)
-        };
-        let recording = seen.recorded(&[posture(0.12), posture(0.0)], &mut fastrand::Rng::with_seed(1));
+        });
+        let recording = seen.recorded(&postures, &mut fastrand::Rng::with_seed(1));
         let words = words(&recording).unwrap().unwrap();
         assert_eq!(words[0], Certainty::SurelyHarder, "{words:?}");
         let row = with_pair(SignRow::default(), (0.12, Some(words[0])));

@@ -12,12 +12,11 @@ pub fn markdown<'a, T: Serialize + 'a>(
 ) -> Result<String, Error> {
     let rows = rows.into_iter().map(serde_json::to_value).collect::<Result<Vec<Value>, _>>()?;
     let fields = rows.first().and_then(Value::as_object).into_iter().flat_map(|row| row.keys());
-    let column = |field: &String| {
+    let columns = Vec::from_iter(fields.filter(|field| !without.contains(&field.as_str())).map(|field| {
         let (own, field) = (field.clone(), field.clone());
         Column::of_page(heading(&own), move |row: &Value| row[&own].clone())
             .shown(move |row| cell(&field, &row[&field]))
-    };
-    let columns: Vec<_> = fields.filter(|field| !without.contains(&field.as_str())).map(column).collect();
+    }));
     Ok(column::markdown(&columns, &rows) + "\n")
 }
 

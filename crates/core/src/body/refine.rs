@@ -40,9 +40,9 @@ impl<const D: usize> Mesh<D> {
             }
             muscle.nodes = chain;
         }
-        let holds = |face: &&Vec<usize>| face.iter().all(|n| self.fixed.binary_search(n).is_ok());
         let held = self.surface();
-        let held = held.iter().filter(holds).flat_map(|f| topology::edges(std::iter::once(f.as_slice())));
+        let held = held.iter().filter(|face| face.iter().all(|n| self.fixed.binary_search(n).is_ok()));
+        let held = held.flat_map(|f| topology::edges(std::iter::once(f.as_slice())));
         let fixed: BTreeSet<usize> =
             held.filter_map(|(edge, _)| middles.get(&edge)).chain(&self.fixed).copied().collect();
         mesh.fixed = fixed.into_iter().collect();

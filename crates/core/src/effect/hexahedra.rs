@@ -299,8 +299,8 @@ impl Effect<3> for Hexahedra {
     }
 
     fn energy(&self, at: Configuration<'_, 3>) -> f64 {
-        let of = |(number, e)| self.energy_of(e, &self.law_of(number, at.tensions), at.positions);
-        self.elements.iter().enumerate().map(of).sum()
+        let each = self.elements.iter().enumerate();
+        each.map(|(number, e)| self.energy_of(e, &self.law_of(number, at.tensions), at.positions)).sum()
     }
 
     fn add_force(&self, at: Configuration<'_, 3>, force: &mut [Vector3<f64>]) {

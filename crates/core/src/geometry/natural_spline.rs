@@ -50,9 +50,8 @@ impl NaturalSpline {
     /// The curve, extended at both ends by straight pieces of this length along its tangents.
     pub fn extended(mut self, length: f64) -> Self {
         let n = self.samples.len();
-        let beyond = |end: Point, before: Point| end + (end - before).normalize() * length;
-        let (first, last) =
-            (beyond(self.samples[0], self.samples[1]), beyond(self.samples[n - 1], self.samples[n - 2]));
+        let ends = [[0, 1], [n - 1, n - 2]].map(|pair| pair.map(|i| self.samples[i]));
+        let [first, last] = ends.map(|[end, before]| end + (end - before).normalize() * length);
         self.samples.insert(0, first);
         self.samples.push(last);
         self

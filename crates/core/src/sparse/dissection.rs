@@ -52,8 +52,8 @@ impl Graph<'_> {
     /// A small part in the order of minimum degree.
     fn leaf(&self, part: &[usize]) -> Vec<usize> {
         let number = |v: u32| part.binary_search(&(v as usize)).ok().map(|n| n as u32);
-        let own = |&v: &usize| self.neighbours[v].iter().filter_map(|&w| number(w)).collect();
-        minimum_degree(part.iter().map(own).collect()).0.into_iter().map(|i| part[i]).collect()
+        let own = part.iter().map(|&v| self.neighbours[v].iter().filter_map(|&w| number(w)).collect());
+        minimum_degree(own.collect()).0.into_iter().map(|i| part[i]).collect()
     }
 
     /// Unknowns of the part in the order of their distance from one, and these distances.

@@ -50,8 +50,8 @@ impl<'a, const D: usize> SolveState<'a, D> {
         self.system.force(at, &mut w.force);
         let nodes = self.system.pattern().nodes();
         // A NaN is kept, where `f64::max` would drop it.
-        let larger = |a, b: f64| if b > a || b.is_nan() { b } else { a };
-        let largest = nodes.iter().map(|&n| w.force[n].norm_squared()).fold(0.0, larger);
+        let squares = nodes.iter().map(|&n| w.force[n].norm_squared());
+        let largest = squares.fold(0.0, |a, b: f64| if b > a || b.is_nan() { b } else { a });
         self.done.max_residual_force = largest.sqrt();
     }
 

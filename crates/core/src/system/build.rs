@@ -124,8 +124,8 @@ impl<const D: usize> System<D> {
         if D == 2 {
             PLANE_NODES.check(rest.len() as f64)?;
         }
-        let is_same = |known: &Arc<Layout>| known.is_unknown == is_unknown && known.stencils == stencils;
-        let layout = additions.layout.filter(is_same).unwrap_or_else(|| {
+        let known = additions.layout.filter(|l| l.is_unknown == is_unknown && l.stencils == stencils);
+        let layout = known.unwrap_or_else(|| {
             let pattern = Pattern::new(rest.len(), &is_unknown, cliques(&stencils).map(<[usize]>::to_vec));
             Arc::new(Layout { is_unknown, stencils, pattern })
         });

@@ -54,7 +54,8 @@ impl SoundRecord {
                 area_cm2: 1e4 * s.area_m2,
             }
         });
-        let millimetres = |p: [f64; 2]| p.map(|x| 1e3 * x);
+        let across = sound.profile.across.iter();
+        let across_mm = across.map(|a| [a.outer, a.inner].map(|p| p.map(|x| 1e3 * x)));
         Self {
             formants_hz: sound.formants.iter().map(|f| f.frequency_hz).collect(),
             bandwidths_hz: sound.formants.iter().map(|f| f.bandwidth_hz).collect(),
@@ -64,7 +65,7 @@ impl SoundRecord {
             areas_from: None,
             tract_length_mm: 1e3 * sound.profile.length_m(),
             area_function: area_function.collect(),
-            across_mm: sound.profile.across.iter().map(|a| [a.outer, a.inner].map(millimetres)).collect(),
+            across_mm: across_mm.collect(),
             transfer_db: chain::curve(sections, acoustics, STEP_HZ, HIGHEST_HZ),
         }
     }

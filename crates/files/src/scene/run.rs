@@ -175,17 +175,18 @@ fn follow<const D: usize>(
     let tensions = tensions_over_time(scene, prepared);
     let found = follow_from(&prepared.system, tensions, start.as_deref(), tolerance, duration, SAMPLES)?;
     let posture = airway::posture(scene);
-    let moment = |(&time_s, positions): (&f64, &Vec<SVector<f64, D>>)| Moment {
+    let each = found.samples.times.iter().zip(&found.samples.positions);
+    let moments = each.map(|(&time_s, positions)| Moment {
         time_s,
         lengths_mm: muscles(prepared, positions, None).into_iter().map(|m| m.length_mm).collect(),
         formants_hz: airway::formants(prepared, &posture, positions),
-    };
+    });
     let way = SceneMotion {
         status: found.outcome.status,
         time_s: found.outcome.time_s,
         part_of_way_to_equilibrium: found.part_of_way,
         counts: found.outcome.counts,
-        moments: found.samples.times.iter().zip(&found.samples.positions).map(moment).collect(),
+        moments: moments.collect(),
     };
     Ok((way, found.end))
 }

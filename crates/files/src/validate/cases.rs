@@ -116,6 +116,6 @@ pub fn most_probable(posterior_model: &PosteriorModel, case: &Case) -> Vec<f64> 
     }
     let found = Density::new(posterior_model, seen).and_then(|mut density| MapEstimate::find(&mut density));
     let Ok(MapEstimate { place, .. }) = found else { return vec![1.0; case.target().muscles.len()] };
-    let stretch = |&n: &usize| place.lengths[n] / place.baseline_lengths[n];
-    case.matched.numbers[..case.target().muscles.len()].iter().map(stretch).collect()
+    let numbers = case.matched.numbers[..case.target().muscles.len()].iter();
+    numbers.map(|&n| place.lengths[n] / place.baseline_lengths[n]).collect()
 }

@@ -6,7 +6,7 @@ use crate::report::column::{markdown, table};
 use crate::report::{Files, Rows, Scatter, Svg, scatter};
 use tongue_core::statistics::distinct;
 
-use super::{PosteriorStudy, ScoredOpponent, ValidationStudy, columns};
+use super::{PosteriorStudy, ValidationStudy, columns};
 
 pub fn files(study: &ValidationStudy) -> Files<'_> {
     let mut files: Files<'_> = vec![
@@ -22,7 +22,8 @@ pub fn files(study: &ValidationStudy) -> Files<'_> {
 
 fn picture(study: &ValidationStudy) -> Svg {
     let muscles: Vec<String> = distinct(study.predictions.iter().map(|p| p.muscle.clone()));
-    let panel = |o: &ScoredOpponent| Scatter {
+    // Predictions of no change do not vary.
+    let panels = study.opponents.iter().skip(1).map(|o| Scatter {
         title: match o.name.as_str() {
             "constant" => "one constant".to_owned(),
             "thesis" => "the thesis’s model".to_owned(),
@@ -42,9 +43,8 @@ fn picture(study: &ValidationStudy) -> Svg {
                 Some((muscle, p.measured, *p.predicted.of(&o.name)?))
             })
             .collect(),
-    };
-    // Predictions of no change do not vary.
-    let shown: Vec<Scatter> = study.opponents.iter().skip(1).map(panel).collect();
+    });
+    let shown: Vec<Scatter> = panels.collect();
     scatter(&muscles, &shown, "Passive muscles: predicted from the other subjects, against measured")
 }
 

@@ -115,10 +115,10 @@ impl Judge {
             let mut density = Density::new(posterior_model, Measurements::together(&matched))?;
             let mode = MapEstimate::find(&mut density)?;
             let told = without_each(&density, &mode)?;
-            let of_case = |posture: usize| {
-                density.seen.of_posture(posture).into_iter().map(|i| told[i].clone()).collect::<Vec<_>>()
-            };
-            Ok((0..group.len()).map(|posture| (group[posture], of_case(posture))).collect::<Vec<_>>())
+            Ok(Vec::from_iter((0..group.len()).map(|posture| {
+                let told = density.seen.of_posture(posture).into_iter().map(|i| told[i].clone());
+                (group[posture], told.collect::<Vec<_>>())
+            })))
         });
         let found: Vec<Vec<_>> = found.into_iter().collect::<Result<_, PosteriorError>>()?;
         let mut out = vec![Vec::new(); all.len()];

@@ -322,9 +322,10 @@ fn outline(body: &Body<2>) -> Result<TongueSurface, RestError> {
 }
 
 fn middle_of(surface: &TongueSurface, body: &Body<2>) -> Point {
-    let at = |i: usize| SEEN_FROM_M + (surface.tip - SEEN_FROM_M) * i as f64 / (POINTS - 1) as f64;
-    let points = (0..POINTS)
-        .map(|i| surface.curve.weights(at(i)).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>());
+    let places =
+        (0..POINTS).map(|i| SEEN_FROM_M + (surface.tip - SEEN_FROM_M) * i as f64 / (POINTS - 1) as f64);
+    let points = places
+        .map(|at| surface.curve.weights(at).iter().map(|(n, w)| body.mesh.nodes[*n] * *w).sum::<Point>());
     points.sum::<Point>() / POINTS as f64
 }
 

@@ -185,8 +185,8 @@ impl AdaptationInput<'_> {
         // A contour that is the body's own changes nothing, not even by rounding of a curve through nodes.
         let own = by_landmarks.as_ref().is_some_and(|similarity| {
             let anatomy = self.anatomy.map(|a| a.outline());
-            let is_on = |p: &Point| anatomy.is_some_and(|o| o.nearest(similarity.back(*p)).1 < ON_OUTLINE_M);
-            landmarks.contour.iter().all(is_on)
+            let mut contour = landmarks.contour.iter();
+            contour.all(|p| anatomy.is_some_and(|o| o.nearest(similarity.back(*p)).1 < ON_OUTLINE_M))
         });
         let similarity = match (by_landmarks, landmarks.contour.len()) {
             (Some(similarity), 0..3) => similarity,
@@ -198,8 +198,8 @@ impl AdaptationInput<'_> {
             }
         };
         let mut rest = Rest::new(self.body, similarity)?;
-        let is_far = |n: &str| ![MANDIBLE, HYOID].contains(&n) && !self.body.bone(n).is_empty();
-        let far = landmarks.named.iter().filter(|(name, _)| is_far(name));
+        let far = landmarks.named.iter().filter(|(name, _)| !self.body.bone(name).is_empty());
+        let far = far.filter(|(name, _)| ![MANDIBLE, HYOID].contains(&name.as_str()));
         rest.far = far.map(|(name, at)| (name.clone(), *at)).collect();
         let bones =
             LANDMARK_SD_M.iter().filter_map(|(name, sd)| Some((*name, Mark { at: at(name)?, sd: *sd })));

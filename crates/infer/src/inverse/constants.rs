@@ -58,14 +58,14 @@ impl<'a, const D: usize> TissueUnknown<'a, D> {
             }
         };
         // All coefficients of the tissue are linear in λ and μ, so three systems give the exact derivative.
-        let other = |e: f64, nu: f64| {
+        let changed = [(1.5 * e, nu), (e, if nu > 0.37 { 0.3 } else { 0.45 })];
+        let [stiffer, otherwise] = changed.map(|(e, nu)| {
             let constants = Constants { young_modulus: e, poisson_ratio: nu, ..here };
             let lame = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
             self.with(constants).ok().map(|system| (system, (lame.0 - lambda, lame.1 - mu)))
-        };
+        });
         let base = self.with(here).ok()?;
-        let stiffer = other(1.5 * e, nu)?;
-        let otherwise = other(e, if nu > 0.37 { 0.3 } else { 0.45 })?;
+        let (stiffer, otherwise) = (stiffer?, otherwise?);
         let ((a1, a2), (b1, b2)) = (stiffer.1, otherwise.1);
         let determinant = a1 * b2 - a2 * b1;
         let weights =

@@ -393,7 +393,7 @@ impl<'a, const D: usize> Forward<'a, D> {
     /// Root mean square residual of the observations; infinite for a candidate without an equilibrium.
     pub(super) fn misfit(&self, residuals: Option<&DVector<f64>>) -> f64 {
         let n = self.inverse.observations.len();
-        let squares = |r: &DVector<f64>| r.iter().take(n).map(|r| r.powi(2)).sum::<f64>();
-        residuals.map_or(f64::INFINITY, |r| (squares(r) / n as f64).sqrt())
+        residuals
+            .map_or(f64::INFINITY, |r| (r.iter().take(n).map(|r| r.powi(2)).sum::<f64>() / n as f64).sqrt())
     }
 }

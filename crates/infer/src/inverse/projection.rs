@@ -32,8 +32,9 @@ pub(super) fn correct<const D: usize>(
         let inverse = free.clone().pseudo_inverse(1e-9).ok()?;
         let left = &residuals + &jacobian * (&*x - &start);
         let next = &*x - inverse * left;
-        let out = |i: usize| !(unknowns[i].lower..=unknowns[i].upper).contains(&next[i]);
-        let leaving: Vec<usize> = (0..next.len()).filter(|&i| out(i) && next[i] != x[i]).collect();
+        let moved = (0..next.len()).filter(|&i| next[i] != x[i]);
+        let leaving =
+            Vec::from_iter(moved.filter(|&i| !(unknowns[i].lower..=unknowns[i].upper).contains(&next[i])));
         if leaving.is_empty() {
             *x = next;
             break;

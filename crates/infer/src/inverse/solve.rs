@@ -10,7 +10,7 @@ use tongue_core::statistics::least_by;
 
 use super::forward::Forward;
 use super::identifiability::{self, Identifiability};
-use super::problem::{LeastSquaresProblem, Unknown};
+use super::problem::LeastSquaresProblem;
 use super::projection::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
 use super::solution_curve::SolutionCurve;
 use super::start::Start;
@@ -158,8 +158,8 @@ pub fn solve<const D: usize>(
 
 /// Moves values that the search left very near a lower bound onto it, unless that makes the fit worse.
 fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Start) -> Vec<f64> {
-    let near = |(x, u): (&f64, &Unknown)| if *x < u.lower + AT_BOUND { u.lower } else { *x };
-    let snapped: Vec<f64> = best.x.iter().zip(forward.unknowns()).map(near).collect();
+    let all = best.x.iter().zip(forward.unknowns());
+    let snapped: Vec<f64> = all.map(|(x, u)| if *x < u.lower + AT_BOUND { u.lower } else { *x }).collect();
     let residuals = forward.residuals(&snapped);
     if forward.cost(&snapped, residuals.as_ref()) <= best.cost + f64::EPSILON {
         snapped

@@ -65,7 +65,9 @@ impl Contrast {
         let density = &posterior.density;
         let scaled = Scaled::new(density, &posterior.draws);
         let (labels, muscles) = (&density.seen.labels, &density.posterior_model.muscles);
-        let one = |first: usize, second: usize, m: usize| {
+        let pairs = (0..labels.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
+        let each = pairs.flat_map(|(a, b)| (0..muscles.len()).map(move |m| (a, b, m)));
+        Vec::from_iter(each.map(|(first, second, m)| {
             let values: Vec<f64> =
                 posterior.draws.iter().map(|d| d.tension(first, m) - d.tension(second, m)).collect();
             let change = Change::new(&values, &scaled);
@@ -79,12 +81,7 @@ impl Contrast {
                     change.probability_rises,
                 )
             }
-        };
-        let pairs = (0..labels.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
-        pairs
-            .flat_map(|(a, b)| (0..muscles.len()).map(move |m| (a, b, m)))
-            .map(|(a, b, m)| one(a, b, m))
-            .collect()
+        }))
     }
 
     /// Median and ends of the interval of the difference, N per metre of thickness, with the sign that makes the median positive.

@@ -24,13 +24,14 @@ pub fn mixing(chains: &[Vec<f64>]) -> Mixing {
     let median = at(0.5);
     let folded: Vec<Vec<f64>> =
         split.iter().map(|c| c.iter().map(|x| (x - median).abs()).collect()).collect();
-    let below = |limit: f64| -> Vec<Vec<f64>> {
-        split.iter().map(|c| c.iter().map(|x| f64::from(u8::from(*x <= limit))).collect()).collect()
-    };
+    let tails = [at(0.05), at(0.95)].map(|limit| {
+        let below = split.iter().map(|c| c.iter().map(|x| f64::from(u8::from(*x <= limit))).collect());
+        effective(&below.collect::<Vec<Vec<f64>>>())
+    });
     Mixing {
         r_hat: r_hat(&ranked).max(r_hat(&rank_normalised(&folded))),
         bulk: effective(&ranked),
-        tail: effective(&below(at(0.05))).min(effective(&below(at(0.95)))),
+        tail: tails[0].min(tails[1]),
     }
 }
 
@@ -127,7 +128,7 @@ mod tests {
 
     fn autoregressive(chains: usize, n: usize, rho: f64, shift: f64) -> Vec<Vec<f64>> {
         let mut random = fastrand::Rng::with_seed(4);
-        let mut chain = |c: usize| {
+        Vec::from_iter((0..chains).map(|c| {
             let mut x = normal(&mut random);
             (0..n)
                 .map(|_| {
@@ -135,8 +136,7 @@ mod tests {
                     x + shift * c as f64
                 })
                 .collect()
-        };
-        (0..chains).map(&mut chain).collect()
+        }))
     }
 
     #[test]

@@ -7,7 +7,6 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::statics::lanes::{Adjoint, LaneEquilibrium, LaneGroup, length_gradient};
 
-use super::auxiliary::AuxiliaryData;
 use super::branch::on_branch;
 use super::density::{Density, is_found};
 use super::finite_differences::{self, Adjoints, FiniteDifferences, GeometrySensitivity};
@@ -65,22 +64,22 @@ impl<'a> Evaluator<'a> {
 
     /// The same with another likelihood of the residuals.
     pub fn with(density: &'a Density<'_>, errors: &'a dyn ResidualLikelihood) -> Self {
-        let groups = || (0..=density.postures()).map(|_| density.lanes().group()).collect();
-        Self { density, errors, shapes: groups(), from_rest: groups() }
+        let [shapes, from_rest] =
+            [(); 2].map(|()| (0..=density.postures()).map(|_| density.lanes().group()).collect());
+        Self { density, errors, shapes, from_rest }
     }
 
     fn solve(&mut self, points: &[(&DVector<f64>, &WarmStart)]) -> SolvedPoints {
         let density = self.density;
         let meanings: Vec<_> = points.iter().map(|(g, _)| density.meaning(g)).collect();
         for (shape, group) in self.shapes.iter_mut().enumerate() {
-            let load = |i: usize| {
+            let loads = Vec::from_iter((0..points.len()).map(|i| {
                 density.posterior_model.load(&meanings[i].0, shape, Some(points[i].1.shape(shape).0))
-            };
-            let loads: Vec<_> = (0..points.len()).map(load).collect();
+            }));
             group.solve(&loads, density.settings());
         }
         let system = &density.posterior_model.system;
-        let place = |point: usize| {
+        let places = Vec::from_iter((0..points.len()).map(|point| {
             let mut found: Vec<&LaneEquilibrium<2>> =
                 self.shapes.iter().map(|group| &group.answers()[point]).collect();
             if !found.iter().all(|shape| is_found(shape)) {
@@ -97,8 +96,7 @@ impl<'a> Evaluator<'a> {
             place.beside =
                 density.seen.beside.iter().flat_map(|b| b.values(&meanings[point].0, &place)).collect();
             place.beside.iter().all(|v| v.is_finite()).then_some(place)
-        };
-        let places = (0..points.len()).map(place).collect();
+        }));
         (meanings, places)
     }
 
@@ -143,7 +141,7 @@ impl<'a> Evaluator<'a> {
     /// For every other measurement that follows from a shape, the number of the shape and its adjoint at every point.
     fn sights(&mut self, places: &[Option<WarmStart>]) -> Vec<Sighted> {
         let nodes = self.density.posterior_model.system.rest().len();
-        let mut sight = |(beside, number): (&AuxiliaryData, usize)| {
+        Vec::from_iter(self.density.seen.numbers().map(|(beside, number)| {
             let posture = beside.posture(number)?;
             let shape = posture.unwrap_or(self.shapes.len() - 1);
             let gradients: Vec<_> = places
@@ -158,8 +156,7 @@ impl<'a> Evaluator<'a> {
                 })
                 .collect();
             Some((shape, self.shapes[shape].adjoint(&gradients)))
-        };
-        self.density.seen.numbers().map(&mut sight).collect()
+        }))
     }
 
     /// The linearisation at a solved point with known adjoints.
@@ -179,16 +176,15 @@ impl<'a> Evaluator<'a> {
             of_muscles + place.beside.len(),
             values.chain(place.beside.iter().copied()),
         );
-        let length = |shape: usize, m: usize, p: Parameter| -> f64 {
-            by_parameter(posterior_model, meaning, (shape, postures), &rates.lengths[shape][m], p)
-        };
         // d(L/L0) = dL/L0 - s dL0/L0.
         let mut jacobian = DMatrix::from_fn(values.len(), slopes.len(), |row, p| {
             if row >= of_muscles {
                 return 0.0;
             }
             let (posture, m, parameter) = (row / count, row % count, self.density.parameters[p]);
-            let (own, base) = (length(posture, m, parameter), length(postures, m, parameter));
+            let [own, base] = [posture, postures].map(|shape| {
+                by_parameter(posterior_model, meaning, (shape, postures), &rates.lengths[shape][m], parameter)
+            });
             slopes[p] * (own - values[row] * base) / over[m]
         });
         let numbers = self.density.seen.numbers().zip(&rates.sights);
@@ -219,16 +215,14 @@ impl<'a> Evaluator<'a> {
         (adjoints, weights): (&[&Adjoint<2>], &[f64]),
     ) -> DVector<f64> {
         let density = self.density;
-        let beside = |p: Parameter| -> f64 {
-            density.seen.weighed(weights).map(|(beside, w)| beside.slope(meaning, w, p)).sum()
-        };
-        let by = |p: Parameter| -> f64 {
+        DVector::from_fn(scores.len(), |i, _| {
+            let p = density.parameters[i];
             let each = adjoints.iter().enumerate().map(|(shape, adjoint)| {
                 by_parameter(density.posterior_model, meaning, (shape, density.postures()), adjoint, p)
             });
-            each.sum::<f64>() + beside(p)
-        };
-        DVector::from_fn(scores.len(), |p, _| slopes[p] * by(density.parameters[p]) - scores[p])
+            let beside = density.seen.weighed(weights).map(|(beside, w)| beside.slope(meaning, w, p));
+            slopes[i] * (each.sum::<f64>() + beside.sum::<f64>()) - scores[i]
+        })
     }
 }
 
@@ -240,15 +234,14 @@ fn by_parameter(
     adjoint: &Adjoint<2>,
     parameter: Parameter,
 ) -> f64 {
-    let of_posture = |posture: usize| posture == shape;
     let by_hyoid = |which: usize| match meaning.postures.get(shape) {
         Some(own) => posterior_model.hyoid_rates(adjoint, own.hyoid, meaning.tilt)[which],
         None => 0.0,
     };
     match parameter {
-        Parameter::Tension(posture, m) if of_posture(posture) => adjoint.by_tension[m],
+        Parameter::Tension(posture, m) if posture == shape => adjoint.by_tension[m],
         Parameter::Tone(m) if shape == postures => adjoint.by_tension[m],
-        Parameter::Hyoid(posture, axis) if of_posture(posture) => by_hyoid(axis),
+        Parameter::Hyoid(posture, axis) if posture == shape => by_hyoid(axis),
         Parameter::Tilt => by_hyoid(2),
         _ => 0.0,
     }
@@ -272,7 +265,7 @@ impl SampledDensity for Evaluator<'_> {
             })
             .collect();
         let adjoints = self.shapes.iter_mut().enumerate().map(|(shape, group)| {
-            let of = |(place, weighed): (&Option<WarmStart>, &Option<(f64, DVector<f64>)>)| {
+            group.adjoint(&Vec::from_iter(places.iter().zip(&weighed).map(|(place, weighed)| {
                 let mut gradient = vec![SVector::zeros(); nodes];
                 let Some((place, (_, weights))) = place.as_ref().zip(weighed.as_ref()) else {
                     return gradient;
@@ -291,8 +284,7 @@ impl SampledDensity for Evaluator<'_> {
                     beside.gradient(at, weights, &mut gradient);
                 }
                 gradient
-            };
-            group.adjoint(&places.iter().zip(&weighed).map(of).collect::<Vec<_>>())
+            })))
         });
         let adjoints: Vec<Vec<Option<Adjoint<2>>>> = adjoints.collect();
         let mut out = Vec::with_capacity(points.len());

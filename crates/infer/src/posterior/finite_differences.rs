@@ -114,11 +114,11 @@ pub(crate) fn beside_in_kappa(
         return Ok(None);
     }
     let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
-    let with = |times: f64| {
-        let constants = with_kappa(posterior_model, times);
+    let [low, high] = [-prior.sd_ln_kappa, prior.sd_ln_kappa].map(|ln| {
+        let constants = with_kappa(posterior_model, ln.exp());
         System::new(&posterior_model.body.mesh, &Model { constants }, &all)
-    };
-    Ok(Some([with((-prior.sd_ln_kappa).exp())?, with(prior.sd_ln_kappa.exp())?]))
+    });
+    Ok(Some([low?, high?]))
 }
 
 /// Constants with `times` the body's own kappa and the same second Lamé constant. For springs kappa is the difference of the two Lamé
@@ -210,7 +210,6 @@ pub fn answers(
     let (count, of_muscles, base) =
         (posterior_model.muscles.len(), place.lengths.len(), place.postures.len());
     let rows = of_muscles + place.beside.len();
-    let tensions = |shape: usize| meaning.postures.get(shape).map_or(&meaning.tones, |p| &p.tensions);
     // For every shape, by how much each length is larger in the second body than in the first, m.
     let stretches = |by_shape: &dyn Fn(usize) -> Option<DVector<f64>>| -> Option<DVector<f64>> {
         let slopes: Vec<DVector<f64>> = (0..=base).map(by_shape).collect::<Option<_>>()?;
@@ -236,7 +235,7 @@ pub fn answers(
         stretches(&|shape| {
             let at = SolvedShape {
                 positions: place.shape(shape).0,
-                tensions: tensions(shape),
+                tensions: meaning.postures.get(shape).map_or(&meaning.tones, |p| &p.tensions),
                 hyoid: hyoid(shape),
                 lengths: &rates.lengths[shape],
                 sights: rates.sights.iter().flatten().filter(|(s, _)| *s == shape).map(|(_, a)| a).collect(),
@@ -278,26 +277,24 @@ fn slopes_of(
     shape: &SolvedShape<'_>,
 ) -> Option<DVector<f64>> {
     let unknowns = posterior_model.system.pattern().nodes();
-    let same = |beside: &PerturbedBody| {
+    let same = [low, high].iter().all(|beside| {
         let pattern = beside.system.pattern();
         pattern.unknowns() == unknowns.len() && unknowns.iter().all(|&n| pattern.unknown(n).is_some())
-    };
-    if !(same(low) && same(high)) {
+    });
+    if !same {
         return None;
     }
-    let at = |side: &PerturbedBody| side.at(posterior_model, shape.positions, shape.tensions, shape.hyoid);
-    let ([force_low, x_low], [force_high, x_high]) = (at(low), at(high));
-    let values = |side: &PerturbedBody, x: &[SVector<f64, 2>]| -> Vec<f64> {
+    let [[force_low, x_low], [force_high, x_high]] =
+        [low, high].map(|side| side.at(posterior_model, shape.positions, shape.tensions, shape.hyoid));
+    let [of_low, of_high] = [(low, &x_low), (high, &x_high)].map(|(side, x)| -> Vec<f64> {
         side.system.lengths(x).into_iter().chain((shape.values)(x)).collect()
-    };
-    let (of_low, of_high) = (values(low, &x_low), values(high, &x_high));
+    });
     let adjoints = shape.lengths.iter().chain(shape.sights.iter().copied());
-    let slope = |(i, adjoint): (usize, &Adjoint<2>)| {
+    let slopes: Vec<f64> = Vec::from_iter(adjoints.enumerate().map(|(i, adjoint)| {
         let by_force: f64 =
             unknowns.iter().map(|&n| adjoint.by_node[n].dot(&(force_high[n] - force_low[n]))).sum();
         of_high[i] - of_low[i] + by_force
-    };
-    let slopes: Vec<f64> = adjoints.enumerate().map(slope).collect();
+    }));
     slopes.iter().all(|s| s.is_finite()).then(|| DVector::from_vec(slopes))
 }
 

@@ -188,13 +188,14 @@ impl<P: Clone> Warm<P> {
         target: T,
         whitened: &'a Whitened,
     ) -> ChainGroup<'a, T> {
-        let state = |s: &ChainState<P>| {
-            ChainState::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone())
-        };
+        let states = self
+            .states
+            .iter()
+            .map(|s| ChainState::new(whitened, whitened.scores_of(&s.x), s.x.clone(), s.point.clone()));
         ChainGroup {
             target,
             whitened,
-            states: self.states.iter().map(state).collect(),
+            states: states.collect(),
             random: self.random.clone(),
             common: self.common.clone(),
             evaluations: self.evaluations,

@@ -59,11 +59,10 @@ struct Mixture<'a>(Vec<(usize, Without<'a>)>);
 impl Mixture<'_> {
     /// Logarithms of the terms of the mixture at residuals, and minus their derivatives by the residuals.
     fn parts(&self, residuals: &DVector<f64>) -> Vec<(f64, DVector<f64>)> {
-        let part = |(position, without): &(usize, Without<'_>)| {
+        Vec::from_iter(self.0.iter().map(|(position, without)| {
             let (log, pulls) = without.density.log(&residuals.clone().remove_row(*position));
             (log + without.weight, pulls.insert_row(*position, 0.0))
-        };
-        self.0.iter().map(part).collect()
+        }))
     }
 }
 
@@ -92,10 +91,10 @@ pub fn without_each(density: &Density<'_>, mode: &MapEstimate) -> Result<Vec<Lef
     let all = parallel::map(&positions, |&position| Ok((position, Without::new(density, mode, position)?)));
     let mixture = Mixture(all.into_iter().collect::<Result<_, PosteriorError>>()?);
     let count = positions.len() as f64;
-    let modes = || mixture.0.iter().map(|(_, without)| &without.mode);
-    let centre = modes().map(|m| &m.scores).sum::<DVector<f64>>() / count;
+    let modes = mixture.0.iter().map(|(_, without)| &without.mode);
+    let centre = modes.clone().map(|m| &m.scores).sum::<DVector<f64>>() / count;
     let n = centre.len();
-    let precision = modes().fold(DMatrix::zeros(n, n), |sum, m| sum + &m.precision) / count;
+    let precision = modes.fold(DMatrix::zeros(n, n), |sum, m| sum + &m.precision) / count;
     let whitened = Whitened::new(centre, precision).ok_or(PosteriorError::Covariance)?;
     let postures = density.postures();
     let settings = Sampling { draws: DRAWS_EACH * positions.len() / postures, seed: SEED };
@@ -120,7 +119,7 @@ pub fn without_each(density: &Density<'_>, mode: &MapEstimate) -> Result<Vec<Lef
             )
         })
         .collect();
-    let alone = |(found, (position, without)): (LeftOut, (usize, Without<'_>))| {
+    let each = together.into_iter().zip(mixture.0).map(|(found, (position, without))| {
         if found.effective >= LEAST_EFFECTIVE {
             return Ok(found);
         }
@@ -130,8 +129,8 @@ pub fn without_each(density: &Density<'_>, mode: &MapEstimate) -> Result<Vec<Lef
         let found =
             predicted(density, position, &own.density, (&own.draws, &weights), PredictionMethod::Sampled);
         Ok(LeftOut { effective: own.mixing.bulk.min(own.mixing.tail), ..found })
-    };
-    together.into_iter().zip(mixture.0).map(alone).collect()
+    });
+    each.collect()
 }
 
 /// The prediction of a stretch from weighted draws; `other` leaves the stretch out, `whole` includes it.
@@ -144,11 +143,10 @@ fn predicted(
 ) -> LeftOut {
     let (row, measured) = (whole.rows()[position], whole.seen.stretches[position]);
     let (gain, sd) = conditional(whole, other, position);
-    let part = |(d, &weight): (&Draw, &f64)| {
+    let parts: Vec<MixtureComponent> = Vec::from_iter(draws.iter().zip(weights).map(|(d, &weight)| {
         let error = gain.dot(&other.residuals(&d.lengths, &d.baseline_lengths, &d.beside));
         MixtureComponent { mean: d.stretch(row) + error, weight }
-    };
-    let parts: Vec<MixtureComponent> = draws.iter().zip(weights).map(part).collect();
+    }));
     left_out(&parts, sd, measured, how, seed_of(SEED, position))
 }
 

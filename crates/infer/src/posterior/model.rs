@@ -118,8 +118,8 @@ impl PosteriorModel {
 /// Displacements of the hyoid's nodes, m, for a turn of one radian about its foremost node that moves the nodes behind it downwards.
 pub(super) fn turn(rest: &[SVector<f64, 2>], hyoid: &[usize]) -> Vec<SVector<f64, 2>> {
     let foremost = hyoid.iter().copied().min_by(|a, b| rest[*a].x.total_cmp(&rest[*b].x));
-    let arm = |node: usize| foremost.map_or(SVector::zeros(), |pivot| rest[node] - rest[pivot]);
-    hyoid.iter().map(|&node| SVector::from([arm(node).y, -arm(node).x])).collect()
+    let arms = hyoid.iter().map(|&node| foremost.map_or(SVector::zeros(), |pivot| rest[node] - rest[pivot]));
+    arms.map(|arm| SVector::from([arm.y, -arm.x])).collect()
 }
 
 /// The body as a continuum with these settings.

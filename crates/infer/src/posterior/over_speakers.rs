@@ -134,12 +134,11 @@ mod tests {
         for (speakers, between) in [(4, 0.0), (4, 3.0), (9, 1.0), (9, 6.0)] {
             const TRIALS: usize = 4000;
             let held = (0..TRIALS).filter(|_| {
-                let mut one = |_| {
+                let estimates: Vec<f64> = Vec::from_iter((0..speakers).map(|_| {
                     let sd = 1.0 + 4.0 * random.f64();
                     let own = 2.0 + between * statistics::normal(&mut random);
                     own + sd * statistics::normal(&mut random)
-                };
-                let estimates: Vec<f64> = (0..speakers).map(&mut one).collect();
+                }));
                 let [low, high] = population_mean(&estimates).1.unwrap();
                 (low..=high).contains(&2.0)
             });

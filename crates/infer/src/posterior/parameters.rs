@@ -113,9 +113,9 @@ impl ParameterValues {
     /// The same quantities with tensions and displacements multiplied by `part`.
     pub fn scaled(&self, part: f64) -> Self {
         let times = |all: &[f64]| all.iter().map(|t| t * part).collect();
-        let posture = |p: &Posture| Posture { tensions: times(&p.tensions), hyoid: p.hyoid * part };
-        let postures = self.postures.iter().map(posture).collect();
-        Self { postures, tones: times(&self.tones), ..*self }
+        let postures = self.postures.iter();
+        let postures = postures.map(|p| Posture { tensions: times(&p.tensions), hyoid: p.hyoid * part });
+        Self { postures: postures.collect(), tones: times(&self.tones), ..*self }
     }
 }
 

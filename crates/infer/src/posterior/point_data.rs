@@ -72,8 +72,8 @@ impl AuxiliaryData {
     pub fn points(body: &Body<2>, seen: &AlignedRecording, postures: &[Option<usize>]) -> Option<Self> {
         let surface = TongueSurface::of(body)?;
         let rest = &body.mesh.nodes;
-        let points = || seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
-        let centre = points().map(|m| m.at).sum::<Point>() / points().count().max(1) as f64;
+        let points = seen.frames.iter().flat_map(|f| f.contour.iter().chain(&f.sensors)).flatten();
+        let centre = points.clone().map(|m| m.at).sum::<Point>() / points.count().max(1) as f64;
         let marks = Marks { surface: &surface, rest, centre, seen };
         let frames = 0..seen.frames.len().min(postures.len());
         let numbers: Vec<Number> =
@@ -124,11 +124,10 @@ struct Marks<'a> {
 impl Marks<'_> {
     /// By how much a measured number at a point changes with its placement.
     fn by_placement(&self, at: Point, value: impl Fn(Point) -> f64) -> Vec<(SharedError, f64)> {
-        let rate = |source: &SharedError| {
-            let side = |sds: f64| value(source.displaced(at, self.centre, sds));
-            (side(STEP) - side(-STEP)) / (2.0 * STEP)
-        };
-        SharedError::PLACEMENT.iter().map(|source| (source.clone(), rate(source))).collect()
+        Vec::from_iter(SharedError::PLACEMENT.iter().map(|source| {
+            let [high, low] = [STEP, -STEP].map(|sds| value(source.displaced(at, self.centre, sds)));
+            (source.clone(), (high - low) / (2.0 * STEP))
+        }))
     }
 
     fn of_contour(&self, frame: usize) -> Vec<Number> {
@@ -145,18 +144,16 @@ impl Marks<'_> {
         let forwards = if feet.first() <= feet.last() { 1.0 } else { -1.0 };
         let offset: f64 = feet.iter().zip(&along).map(|(foot, a)| foot - forwards * a).sum();
         let offset = offset / feet.len().max(1) as f64;
-        let number = |(mark, along): (Mark, f64)| {
-            let distance = |at: Point| Contour::new(curve.clone(), at).value(rest);
+        Vec::from_iter(points.into_iter().zip(along).map(|(mark, along)| {
             Number {
                 frame,
                 observable: Arc::new(Contour::new(curve.clone(), mark.at)),
                 measured: 0.0,
                 along: Along { channel: 0, at_mm: 1e3 * (offset + forwards * along), sd_mm: 1e3 * mark.sd },
                 // The computed number is the distance, and the measured one is zero.
-                shared: self.by_placement(mark.at, |at| -distance(at)),
+                shared: self.by_placement(mark.at, |at| -Contour::new(curve.clone(), at).value(rest)),
             }
-        };
-        points.into_iter().zip(along).map(number).collect()
+        }))
     }
 
     fn of_coils(&self, frame: usize) -> Vec<Number> {

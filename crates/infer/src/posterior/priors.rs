@@ -295,8 +295,8 @@ impl Priors {
     /// The name of a muscle that these priors fix and that the body lacks, if there is one.
     pub(crate) fn unknown_muscle(&self, muscles: &[String]) -> Option<&str> {
         let named = self.tension.fixed_n_per_m.keys().chain(self.baseline.fixed_n_per_m.keys());
-        let known = |n: &&String| *n == EVERY || muscles.iter().any(|m| m.eq_ignore_ascii_case(n));
-        named.into_iter().find(|n| !known(n)).map(String::as_str)
+        let mut named = named.filter(|n| *n != EVERY).map(String::as_str);
+        named.find(|n| !muscles.iter().any(|m| m.eq_ignore_ascii_case(n)))
     }
 }
 

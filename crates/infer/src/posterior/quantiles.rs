@@ -13,7 +13,7 @@ pub struct Quantiles {
 
 /// Part of the values that are above zero; a zero counts as half.
 pub(super) fn part_above_zero(values: &[f64]) -> f64 {
-    let part = |v: f64| {
+    let parts = values.iter().map(|&v| {
         if v > 0.0 {
             1.0
         } else if v == 0.0 {
@@ -21,8 +21,8 @@ pub(super) fn part_above_zero(values: &[f64]) -> f64 {
         } else {
             0.0
         }
-    };
-    values.iter().map(|v| part(*v)).sum::<f64>() / values.len().max(1) as f64
+    });
+    parts.sum::<f64>() / values.len().max(1) as f64
 }
 
 impl Quantiles {

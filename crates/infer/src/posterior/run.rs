@@ -119,7 +119,6 @@ pub(crate) fn sample_at<'a>(
     } else {
         String::new()
     };
-    let mean = |of: fn(&hmc::Chain<Draw>) -> f64| chains.iter().map(of).sum::<f64>() / chains.len() as f64;
     Ok(Posterior {
         status: if why.is_empty() { Status::Mixed } else { Status::NotMixed },
         why,
@@ -128,7 +127,7 @@ pub(crate) fn sample_at<'a>(
         divergences,
         folds: chains.iter().map(|c| c.zero).sum(),
         off_branch: chains.iter().map(|c| c.refused).sum(),
-        acceptance: mean(|c| c.acceptance),
+        acceptance: chains.iter().map(|c| c.acceptance).sum::<f64>() / chains.len() as f64,
         equilibria: (density.postures() + 1) * chains.iter().map(|c| c.evaluations).sum::<usize>(),
         draws: numbered(chains),
         density,
@@ -175,10 +174,9 @@ pub(super) fn short_run(
 
 /// The draws of chains, each with the number of its chain and its number in the chain.
 pub(super) fn numbered(chains: Vec<hmc::Chain<Draw>>) -> Vec<Draw> {
-    let of_chain = |(chain, c): (usize, hmc::Chain<Draw>)| {
+    Vec::from_iter(chains.into_iter().enumerate().flat_map(|(chain, c)| {
         c.draws.into_iter().enumerate().map(move |(number, draw)| Draw { chain, number, ..draw })
-    };
-    chains.into_iter().enumerate().flat_map(of_chain).collect()
+    }))
 }
 
 /// Convergence diagnostics of every sampled or reported quantity, from the kept draws.

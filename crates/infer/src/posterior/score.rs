@@ -48,11 +48,11 @@ pub fn left_out(
     let draws: Vec<(f64, f64)> =
         parts.iter().map(|p| (p.mean + sd * normal(&mut random), p.weight)).collect();
     let total: f64 = parts.iter().map(|p| p.weight).sum();
-    let density = |p: &MixtureComponent| {
+    let densities = parts.iter().map(|p| {
         let z = (measured - p.mean) / sd;
         p.weight * (-0.5 * z * z).exp() / (sd * std::f64::consts::TAU.sqrt())
-    };
-    let density = parts.iter().map(density).sum::<f64>() / total;
+    });
+    let density = densities.sum::<f64>() / total;
     let weights: Vec<f64> = parts.iter().map(|p| p.weight).collect();
     LeftOut {
         crps: crps(&draws, measured),

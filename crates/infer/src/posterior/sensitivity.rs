@@ -56,10 +56,10 @@ impl Scaled {
             });
             -0.5 * each.sum::<f64>()
         };
-        let both = |logs: &[f64]| [(1.0 + STEP).recip(), 1.0 + STEP].map(|power| weights(logs, power - 1.0));
         let mut prior_log: Vec<f64> = draws.iter().map(prior).collect();
         let likelihood_log: Vec<f64> = draws.iter().map(|d| d.log_likelihood).collect();
-        let (prior, likelihood) = (both(&prior_log), both(&likelihood_log));
+        let [prior, likelihood] = [&prior_log, &likelihood_log]
+            .map(|logs| [(1.0 + STEP).recip(), 1.0 + STEP].map(|power| weights(logs, power - 1.0)));
         let (mean, _) = mean_and_variance(prior_log.iter().copied());
         prior_log.iter_mut().for_each(|l| *l -= mean);
         Self { prior_log, prior, likelihood }
@@ -103,8 +103,8 @@ fn distance(values: &[f64], weights: &[f64]) -> f64 {
             p += equal;
             q += weights[pair[0]];
             let width = (values[pair[1]] - values[pair[0]]).abs();
-            let part = |a: f64| if a > 0.0 { a * (2.0 * a / (p + q)).log2() } else { 0.0 };
-            sum += width * (part(p) + part(q));
+            let [a, b] = [p, q].map(|a| if a > 0.0 { a * (2.0 * a / (p + q)).log2() } else { 0.0 });
+            sum += width * (a + b);
             bound += width * (p + q);
         }
         if bound > 0.0 { (sum / bound).max(0.0) } else { 0.0 }

@@ -140,8 +140,8 @@ pub(super) fn of_springs(
             slope.iter().zip(&fields[f].displacement).map(|(s, d)| s.dot(d)).sum()
         };
         // For every shape, muscle and field the derivative of the length.
-        let of_shape = |all: &Vec<Vec<_>>| DMatrix::from_fn(count, fields.len(), |m, f| by(&all[m], f));
-        let lengths: Vec<DMatrix<f64>> = slopes.iter().map(of_shape).collect();
+        let lengths: Vec<DMatrix<f64>> =
+            slopes.iter().map(|all| DMatrix::from_fn(count, fields.len(), |m, f| by(&all[m], f))).collect();
         DMatrix::from_fn(rows, fields.len(), |row, f| {
             if row >= of_muscles {
                 return beside[row - of_muscles].as_ref().map_or(0.0, |slope| by(slope, f));

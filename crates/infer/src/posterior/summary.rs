@@ -186,7 +186,8 @@ impl Summary {
         let muscles = &posterior_model.muscles;
         let values = |of: &dyn Fn(&Draw) -> f64| draws.iter().map(of).collect::<Vec<f64>>();
         let spread = |of: &dyn Fn(&Draw) -> f64| Quantiles::of(draws.iter().map(of));
-        let change = |m: usize| Change::new(&values(&|d| d.change(posture, m)), &all.scaled);
+        let count = muscles.len();
+        let changes = (0..count).map(|m| Change::new(&values(&|d| d.change(posture, m)), &all.scaled));
         let (most_probable, _) = density.meaning(&posterior.mode.scores);
         let modulus = &posterior_model.priors.young_modulus;
         let mut random = fastrand::Rng::with_seed(seed_of(all.seed, 1 << 21));
@@ -194,7 +195,7 @@ impl Summary {
             .iter()
             .map(|_| if modulus.off { 1.0 } else { (modulus.sd_ln * normal(&mut random)).exp() })
             .collect();
-        let tension = |m: usize| {
+        let tensions = (0..count).map(|m| {
             let own = values(&|d| d.tension(posture, m));
             let spread = Quantiles::of(own.iter().copied());
             let sensitivity = all.scaled.of(&own);
@@ -207,7 +208,7 @@ impl Summary {
                 sensitivity,
                 depends_on_prior: is_of_prior(moved_by_prior, &sensitivity),
             }
-        };
+        });
         let own = density.seen.of_posture(posture);
         let names: Vec<String> = own.iter().map(|&i| density.seen.names[i].clone()).collect();
         let stretches = own.iter().map(|&i| StretchSummary {
@@ -215,10 +216,9 @@ impl Summary {
             fitted: all.fitted[i],
             left_out: all.left_out[i].clone(),
         });
-        let count = muscles.len();
         Self {
-            changes_n: ByMuscle::new(muscles, (0..count).map(change)),
-            tensions_n: ByMuscle::new(muscles, (0..count).map(tension)),
+            changes_n: ByMuscle::new(muscles, changes),
+            tensions_n: ByMuscle::new(muscles, tensions),
             baseline_tensions_n: ByMuscle::new(muscles, (0..count).map(|m| spread(&|d| d.meaning.tones[m]))),
             hyoid_mm: [0, 1].map(|axis| spread(&|d| 1e3 * d.meaning.postures[posture].hyoid[axis])),
             hyoid_tilt_rad_per_m: spread(&|d| d.meaning.tilt),

@@ -164,10 +164,11 @@ impl Verdict {
             let p_rises = part_above_zero(&changes);
             MuscleVerdict::new(muscle, p_rises, interval, is_of_prior(moved, &scaled.of(&tensions)))
         });
-        let shift = |axis: usize| {
-            Quantiles::of(draws.iter().map(|d| 1e3 * d.meaning.postures[0].hyoid[axis])).interval_95
-        };
-        let hyoid_mm = posterior_model.moves_hyoid().then(|| [shift(0), shift(1)]);
+        let hyoid_mm = posterior_model.moves_hyoid().then(|| {
+            [0, 1].map(|axis| {
+                Quantiles::of(draws.iter().map(|d| 1e3 * d.meaning.postures[0].hyoid[axis])).interval_95
+            })
+        });
         Ok(Self { from: VerdictFrom::ShortRun, hyoid_mm, muscles: said.collect() })
     }
 
@@ -212,15 +213,15 @@ impl Verdict {
 
     fn how_hard(&self) -> String {
         let harder: Vec<&MuscleVerdict> = self.muscles.iter().filter(|m| m.word.is_harder()).collect();
-        let ranges = |of_prior: bool| {
+        let [own, prior] = [false, true].map(|of_prior| {
             let told = harder.iter().filter(|m| m.mostly_prior == of_prior);
             let ranges: Vec<String> = told
                 .map(|m| format!("{} {:.0} to {:.0}", m.muscle, m.tension_n_per_m[0], m.tension_n_per_m[1]))
                 .collect();
             if ranges.is_empty() { None } else { Some(ranges.join(", ") + " N/m") }
-        };
-        let prior = ranges(true).map(|text| text + " (more from prior than data)");
-        let told: Vec<String> = [ranges(false), prior].into_iter().flatten().collect();
+        });
+        let prior = prior.map(|text| text + " (more from prior than data)");
+        let told: Vec<String> = [own, prior].into_iter().flatten().collect();
         if told.is_empty() {
             "No muscle is known to pull harder, so no tension is listed.".into()
         } else {

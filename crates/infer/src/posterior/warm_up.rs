@@ -46,13 +46,13 @@ impl Whitened {
             points.syger(1.0, &z, &z, 1.0);
             slopes.syger(1.0, &by_z, &by_z, 1.0);
         }
-        let whole = |mut m: DMatrix<f64>| {
+        let [points, slopes] = [points, slopes].map(|mut m| {
             m.fill_upper_triangle_with_lower_triangle();
             m / (count + n as f64)
-        };
+        });
         // With B = C C', M = C'^-1 (C' A C)^(1/2) C^-1.
-        let root = whole(slopes).cholesky()?.unpack();
-        let eigen = (root.transpose() * whole(points) * &root).symmetric_eigen();
+        let root = slopes.cholesky()?.unpack();
+        let eigen = (root.transpose() * points * &root).symmetric_eigen();
         let middle = DMatrix::from_diagonal(&eigen.eigenvalues.map(|v| v.max(0.0).sqrt()));
         let middle = &eigen.eigenvectors * middle * eigen.eigenvectors.transpose();
         let left = root.transpose().solve_upper_triangular(&middle)?;

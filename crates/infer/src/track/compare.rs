@@ -29,9 +29,9 @@ pub struct Compared {
 
 /// The labels that are compared, of tiers in which at least two and at most 60 labels repeat.
 pub fn compared(recordings: &[&AlignedRecording]) -> Vec<Compared> {
-    let times = |seen: &AlignedRecording| seen.frames.iter().map(|f| f.time_s).collect();
+    let times = recordings.iter().map(|seen| seen.frames.iter().map(|f| f.time_s).collect());
     let labelled: Vec<(Vec<f64>, &[Label])> =
-        recordings.iter().map(|seen| (times(seen), seen.labels.as_slice())).collect();
+        times.zip(recordings).map(|(times, seen)| (times, seen.labels.as_slice())).collect();
     let tiers = distinguishing(&labelled, 1).into_iter().filter(|(_, groups)| groups.len() <= MOST_LABELS);
     Vec::from_iter(tiers.flat_map(|(tier, groups)| {
         groups.into_iter().map(move |(label, _)| Compared { tier: tier.clone(), label })
@@ -162,9 +162,10 @@ pub fn compare<'a>(
 
 fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Softplus) -> Comparison {
     let muscles = 0..names.len();
-    let level = |label: &LabelDraws, m: usize| Interval::of(label.mean(m)).or_slack(link);
-    let levels: Vec<Vec<Interval>> =
-        tier.iter().map(|(_, label)| muscles.clone().map(|m| level(label, m)).collect()).collect();
+    let levels: Vec<Vec<Interval>> = Vec::from_iter(
+        tier.iter()
+            .map(|(_, label)| muscles.clone().map(|m| Interval::of(label.mean(m)).or_slack(link)).collect()),
+    );
     let means: Vec<Vec<f64>> = Vec::from_iter(muscles.clone().map(|m| {
         let mut sums: Vec<f64> = Vec::new();
         for (_, label) in tier {
@@ -173,11 +174,10 @@ fn comparison(tier: &[(&Compared, LabelDraws)], names: &[String], link: &Softplu
         }
         sums
     }));
-    let course = |label: &LabelDraws, m: usize| {
-        Interval::of(label.mean(m).zip(&means[m]).map(|(own, mean)| own - mean))
-    };
-    let courses: Vec<Vec<Interval>> =
-        tier.iter().map(|(_, label)| muscles.clone().map(|m| course(label, m)).collect()).collect();
+    let courses: Vec<Vec<Interval>> = Vec::from_iter(tier.iter().map(|(_, label)| {
+        let own = muscles.clone().map(|m| label.mean(m).zip(&means[m]).map(|(own, mean)| own - mean));
+        own.map(Interval::of).collect()
+    }));
     let each: Vec<_> = levels.iter().map(Vec::as_slice).zip(courses.iter().map(Vec::as_slice)).collect();
     let summarised = summaries(names, &each, link);
     let pairs = (0..tier.len()).flat_map(|a| (a + 1..tier.len()).map(move |b| [&tier[a], &tier[b]]));

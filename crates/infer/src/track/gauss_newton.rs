@@ -300,9 +300,9 @@ fn solved(
         let trials: Vec<Trial> = Vec::from_iter(chunk.iter().map(|&t| {
             Trial::new(mode, course, shared, (&step.states[t], step.expected[t]), (t, damping[t]))
         }));
-        let near = |trial: &Trial| if mode.keeps { trial.near(mode, course, shared) } else { None };
-        let mut tried: Vec<Option<Tried>> =
-            trials.iter().map(|trial| trial.unseen(course).or_else(|| near(trial))).collect();
+        let mut tried: Vec<Option<Tried>> = Vec::from_iter(trials.iter().map(|trial| {
+            trial.unseen(course).or_else(|| if mode.keeps { trial.near(mode, course, shared) } else { None })
+        }));
         for part in PARTS {
             let open: Vec<usize> = (0..trials.len()).filter(|&i| tried[i].is_none()).collect();
             let x: Vec<DVector<f64>> = open.iter().map(|&i| trials[i].unknowns(part)).collect();

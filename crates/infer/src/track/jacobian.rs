@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::inverse::{BONE_SD_M, MovableBone};
 use tongue_core::geometry::Point;
 use tongue_core::statics::SolveStatus;
-use tongue_core::statics::lanes::{LANES, LaneEquilibrium, Load, UnitChange};
+use tongue_core::statics::lanes::{LANES, Load, UnitChange};
 
 use super::frame::{Frame, FramePosture, FrameSolver};
 use super::ornstein_uhlenbeck::Softplus;
@@ -105,10 +105,8 @@ impl FrameSolver<'_> {
     ) -> Vec<Option<Rates>> {
         let in_lanes = postures.chunks(LANES).flat_map(|group| self.rates_of_group(columns, group));
         let found: Vec<Option<Rates>> = in_lanes.collect();
-        let alone = |(found, posture): (Option<Rates>, &FramePosture<'_>)| {
-            found.or_else(|| self.rates_alone(columns, *posture))
-        };
-        found.into_iter().zip(postures).map(alone).collect()
+        let found = found.into_iter().zip(postures);
+        found.map(|(found, posture)| found.or_else(|| self.rates_alone(columns, *posture))).collect()
     }
 
     /// As [`FrameSolver::rates`] for as many frames as there are lanes; `None` too where lanes do not serve.
@@ -122,12 +120,11 @@ impl FrameSolver<'_> {
         let (Some(group), Some(changes)) = (self.group(), columns.changes()) else {
             return postures.iter().map(|_| None).collect();
         };
-        let begin = |((frame, ..), shape): (&FramePosture<'_>, &LaneEquilibrium<2>)| {
+        let begin = postures.iter().zip(group.solve(&loads, &settings));
+        let mut all: Vec<Option<Rates>> = Vec::from_iter(begin.map(|((frame, ..), shape)| {
             let is_found = shape.solution.status == SolveStatus::Converged;
             is_found.then(|| Rates::new(frame, shape.positions.clone(), columns.count(), C::UNIT)).flatten()
-        };
-        let mut all: Vec<Option<Rates>> =
-            postures.iter().zip(group.solve(&loads, &settings)).map(begin).collect();
+        }));
         for (column, change) in changes.iter().enumerate() {
             for ((rates, motion), (_, x, _)) in all.iter_mut().zip(group.motions(*change)).zip(postures) {
                 match motion.zip(rates.as_mut()) {

@@ -213,12 +213,12 @@ mod tests {
         let split = Split { seen, hidden: line(&[18.0], &[0.7], &[0.2]) };
         let (error, variance) = process.errors(&split).unwrap()[0];
         let places = [0.0, 10.0, 31.0, 18.0];
-        let of = |i: usize, j: usize| {
+        let joint = DMatrix::from_fn(4, 4, |i, j| {
             let apart: f64 = places[i] - places[j];
             MEAN + (-apart * apart / 288.0).exp() + if i == j { 0.01 } else { 0.0 }
-        };
+        });
         // The last row of the inverse of the joint covariance has the conditional distribution of the last value.
-        let precision = DMatrix::from_fn(4, 4, of).try_inverse().unwrap();
+        let precision = joint.try_inverse().unwrap();
         let values = [0.8, 1.24, -0.48];
         let expected: f64 = -(0..3).map(|i| precision[(3, i)] * values[i]).sum::<f64>() / precision[(3, 3)];
         assert!((variance - 1.0 / precision[(3, 3)]).abs() < 1e-9, "{variance}");

@@ -218,14 +218,13 @@ mod tests {
         labels.extend((0..9).map(|i| label("all", "ultrasound", 0.3 * f64::from(i), 0.3 * f64::from(i + 1))));
         // One movement differs between the words, at a speed that depends on the word's length; one does not depend on words; one is
         // common to both words.
-        let of = |t: f64| {
+        let courses: Vec<Vec<f64>> = Vec::from_iter(times.iter().map(|&t| {
             let inside = labels.iter().find(|l| l.tier == "word" && l.holds(t));
             let part = inside.map_or(0.0, |l| (t - l.from_s) / (l.to_s - l.from_s));
             let sign = inside.map_or(0.0, |l| if l.name == "pa" { 1.0 } else { -1.0 });
             let noise = (11.0 * t * t).sin();
             vec![10.0 * sign * (6.3 * part).sin(), noise, 10.0 * (3.1 * part).sin() + noise]
-        };
-        let courses: Vec<Vec<f64>> = times.iter().map(|t| of(*t)).collect();
+        }));
         let recording = |labels| Repeatable { times: times.clone(), courses: courses.clone(), labels };
         let names = ["word", "noise", "both"].map(String::from);
         let found = repeated(&[recording(&labels)], &names).unwrap();

@@ -160,12 +160,12 @@ impl ShapePrior {
     /// The same prior expanded about these amounts: its second derivative and its gradient there.
     fn at(mut self, mesh: &Mesh<2>, amounts: &DVector<f64>) -> Self {
         let columns: Vec<DVector<f64>> = Vec::from_iter((0..amounts.len()).map(|k| {
-            let at = |by: f64| {
+            let [high, low] = [STEP, -STEP].map(|by| {
                 let mut amounts = amounts.clone();
                 amounts[k] += by;
                 self.area_logs(mesh, &amounts)
-            };
-            (at(STEP) - at(-STEP)) / (2.0 * STEP)
+            });
+            (high - low) / (2.0 * STEP)
         }));
         let growth = DMatrix::from_columns(&columns);
         let (precision, gradient) = &self.own;

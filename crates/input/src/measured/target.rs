@@ -130,7 +130,8 @@ impl Target {
         }
         let measured_mm: Vec<f64> = both.iter().map(|b| b.1).collect();
         let baseline_mm: Vec<f64> = both.iter().map(|b| b.2).collect();
-        let widths = |row: &Lengths| both.iter().map(|b| row.half_width_mm[b.0]).collect();
+        let [half_width_mm, baseline_half_width_mm] =
+            [measured, baseline].map(|row| both.iter().map(|b| row.half_width_mm[b.0]).collect());
         Ok(Self {
             subject: subject.clone(),
             vowel: vowel.clone(),
@@ -142,8 +143,8 @@ impl Target {
             values: kind.values(&measured_mm, &baseline_mm, reference),
             measured_mm,
             baseline_mm,
-            half_width_mm: widths(measured),
-            baseline_half_width_mm: widths(baseline),
+            half_width_mm,
+            baseline_half_width_mm,
             activation,
             not_measured: table.iter().filter(|m| !names.contains(m)).cloned().collect(),
             muscles: names,

@@ -92,7 +92,6 @@ fn count(rows: &[&HardCase], holds: impl Fn(&HardCase) -> bool) -> usize {
 
 fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
     type Of<'a> = Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>;
-    let longest = |rows: &[&HardCase]| rows.iter().map(|r| r.wall_s).fold(0.0, f64::max);
     vec![
         Of::of_page("case", |(case, _)| (**case).into()),
         Of::of_page("", |(case, _)| title(**case).into()),
@@ -106,7 +105,8 @@ fn summary<'a>() -> Vec<Column<'a, (&'a u8, &'a Vec<&'a HardCase>)>> {
                 followed => format!("{} of {followed}", count(rows, HardCase::is_on_branch)),
             }
         }),
-        Of::of_page("longest, s", move |(_, rows)| longest(rows).into()).decimals(3),
+        Of::of_page("longest, s", move |(_, rows)| rows.iter().map(|r| r.wall_s).fold(0.0, f64::max).into())
+            .decimals(3),
     ]
 }
 

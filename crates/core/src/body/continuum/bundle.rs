@@ -132,11 +132,11 @@ impl<const D: usize> MuscleCourse<D> {
     /// The part of the tension that acts at a distance along the line, m: ends in the tissue fade out over a
     /// width.
     fn ramp(&self, way: f64, length: f64, width: f64) -> f64 {
-        let fade = |distance: f64| {
+        let [start, end] = [way, length - way].map(|distance| {
             let t = if width > 0.0 { (distance / width).clamp(0.0, 1.0) } else { 1.0 };
             t * t * (3.0 - 2.0 * t)
-        };
-        (if self.fades[0] { fade(way) } else { 1.0 }) * (if self.fades[1] { fade(length - way) } else { 1.0 })
+        });
+        (if self.fades[0] { start } else { 1.0 }) * (if self.fades[1] { end } else { 1.0 })
     }
 
     /// Adds the points of a fibre; returns where it enters the tissue and where it leaves it.
@@ -261,8 +261,8 @@ fn across<const D: usize>(
     let mut unit = SVector::<f64, D>::zeros();
     unit[least] = 1.0;
     let start = before.map_or(unit, |b| b[0]);
-    let without = |v: SVector<f64, D>| v - along * along.dot(&v);
-    let first = without(start).try_normalize(1e-6).unwrap_or_else(|| without(unit).normalize());
+    let [start, unit] = [start, unit].map(|v| v - along * along.dot(&v));
+    let first = start.try_normalize(1e-6).unwrap_or_else(|| unit.normalize());
     let mut second = SVector::zeros();
     for d in 0..3 {
         second[d] = along[(d + 1) % 3] * first[(d + 2) % 3] - along[(d + 2) % 3] * first[(d + 1) % 3];

@@ -185,9 +185,9 @@ fn muscle_line(
     let outside = [0, 1].map(|i| !on_outline[i] && !plane::encloses(outline.polygon(), ends[i]));
     // An end on the outline may lie slightly on either side of it: a crossing there is that end, not another
     // one.
-    let margin = |end: usize| if on_outline[end] { 2.0 * ON_OUTLINE_M / length } else { 0.0 };
+    let margin = on_outline.map(|on| if on { 2.0 * ON_OUTLINE_M / length } else { 0.0 });
     let mut meets = outline.crossings(ends);
-    meets.retain(|t| (margin(0)..=1.0 - margin(1)).contains(t));
+    meets.retain(|t| (margin[0]..=1.0 - margin[1]).contains(t));
     let at = |t: f64| ends[0] + (ends[1] - ends[0]) * t;
     let line = |outside| MuscleLine { name: name.to_owned(), ends, outside };
     let leaves =

@@ -95,12 +95,11 @@ impl<const D: usize> LaneGroup<'_, D> {
         let muscles = self.system.muscle_count();
         let mut rates = vec![Some(Vec::with_capacity(muscles)); self.answers.len()];
         for muscle in 0..muscles {
-            let gradient = |shape: &LaneEquilibrium<D>| {
+            let gradients = Vec::from_iter(self.answers.iter().map(|shape| {
                 let mut gradient = vec![SVector::zeros(); shape.positions.len()];
                 length_gradient(self.system, &shape.positions, muscle, 1.0, &mut gradient);
                 gradient
-            };
-            let gradients: Vec<_> = self.answers.iter().map(gradient).collect();
+            }));
             for (all, adjoint) in rates.iter_mut().zip(self.adjoint(&gradients)) {
                 *all = all.take().zip(adjoint).map(|(mut all, one)| {
                     all.push(one);
@@ -187,7 +186,7 @@ impl<const D: usize> LaneGroup<'_, D> {
             }
             UnitChange::Rest(_) => return vec![None; self.answers.len()],
         };
-        let of_lane = |(lane, shape): (usize, &LaneEquilibrium<D>)| {
+        Vec::from_iter(self.answers.iter().enumerate().map(|(lane, shape)| {
             let mut motion = vec![SVector::zeros(); shape.positions.len()];
             for (u, &node) in wide.iter().zip(&elements.node) {
                 (0..2).for_each(|axis| motion[node][axis] = u[axis].0[lane]);
@@ -201,7 +200,6 @@ impl<const D: usize> LaneGroup<'_, D> {
                 }
             }
             stable[lane].then_some(motion)
-        };
-        self.answers.iter().enumerate().map(of_lane).collect()
+        }))
     }
 }

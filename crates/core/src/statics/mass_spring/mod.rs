@@ -242,15 +242,15 @@ impl<const L: usize> SimdNewton<L> {
     /// Moves the bones of a lane to their places, or a part of the way where cells are in it; whether they
     /// are there.
     fn carry(&mut self, elements: &Elements, lane: usize) -> bool {
-        let at = |x: &SimdPair<L>| of_lane(x, lane);
         let bones = &self.positions[elements.unknowns..];
-        let ways: Vec<_> = self.targets.iter().zip(bones).map(|(to, x)| at(to) - at(x)).collect();
+        let ways: Vec<_> =
+            self.targets.iter().zip(bones).map(|(to, x)| of_lane(to, lane) - of_lane(x, lane)).collect();
         if ways.iter().all(|w| w.amax() == 0.0) {
             return true;
         }
         let limit = step_limit(elements, |n| {
             let bone = n.checked_sub(elements.unknowns);
-            (at(&self.positions[n]), bone.map_or(SVector::zeros(), |b| ways[b]))
+            (of_lane(&self.positions[n], lane), bone.map_or(SVector::zeros(), |b| ways[b]))
         });
         if limit < LEAST_PART {
             self.lanes[lane].phase = Phase::GivenUp;

@@ -94,11 +94,11 @@ pub(in crate::statics) fn at_rest<'a, const D: usize>(
         work.set_load(elements, 0, &vec![0.0; system.muscle_count()], system.rest(), |n| system.rest()[n]);
         let is_stable = work.factorise_exactly(elements)[0];
         let energy = work.evaluate(elements).energy.0[0];
-        let response = |&muscle: &usize| {
+        let responses = system.contracting().iter().map(|&muscle| {
             let motion = work.motion_by_tension(elements, muscle);
             (muscle, motion.iter().map(|u| [u[0].0[0], u[1].0[0]]).collect())
-        };
-        is_stable.then(|| AtRest { energy, responses: system.contracting().iter().map(response).collect() })
+        });
+        is_stable.then(|| AtRest { energy, responses: responses.collect() })
     })
 }
 

@@ -137,14 +137,8 @@ impl Elements {
     }
 
     pub fn numbers<const L: usize>(&self) -> ElementNumbers<L> {
-        let zeros = |n| vec![Simd::ZERO; n];
-        let (edges, cells) = (self.edges.len(), self.cells.len() + 1);
-        ElementNumbers {
-            stiffness: zeros(edges),
-            rest: zeros(edges),
-            kappa: zeros(cells),
-            inverse_area: zeros(cells),
-        }
+        let [edges, cells] = [self.edges.len(), self.cells.len() + 1].map(|n| vec![Simd::ZERO; n]);
+        ElementNumbers { stiffness: edges.clone(), rest: edges, kappa: cells.clone(), inverse_area: cells }
     }
 
     /// Puts the numbers of a body into a lane. Returns false if its edges, triangles or unknowns are

@@ -72,12 +72,12 @@ pub fn panels(
 fn draw(svg: &mut Svg, view: &PlotView, mesh: &Mesh<2>, palate: &[SVector<f64, 2>], panel: &Panel) {
     let [low, high] = [view.bounds.low, view.bounds.high];
     let point = |x: f64, y: f64| view.place(&SVector::from([x, y]));
-    let steps = |i: usize| {
+    let [upright, level] = [0, 1].map(|i| {
         let first = (low[i] / GRID).ceil() as i32;
         (first..).map(|n| f64::from(n) * GRID).take_while(move |v| *v <= high[i])
-    };
-    let upright = steps(0).map(|x| [point(x, low[1]), point(x, high[1])]);
-    let level = steps(1).map(|y| [point(low[0], y), point(high[0], y)]);
+    });
+    let upright = upright.map(|x| [point(x, low[1]), point(x, high[1])]);
+    let level = level.map(|y| [point(low[0], y), point(high[0], y)]);
     // A body much larger than a tongue gets no grid, which would be black.
     if (high[0] - low[0]) < 20.0 * GRID {
         svg.stroke(&data(upright.chain(level)), RULE, 1.0);

@@ -79,14 +79,11 @@ impl Plot {
 
     /// The position of a pair of values, px, moved to the edge if it is outside.
     pub fn place(&self, x: f64, y: f64) -> Px {
-        let part = |v: f64, edges: [f64; 2]| {
+        let [x, y] = [(x, self.x), (y, self.y)].map(|(v, edges)| {
             let [from, to] = edges.map(|edge| self.scale.of(edge));
             ((self.scale.of(v) - from) / (to - from)).clamp(0.0, 1.0)
-        };
-        [
-            self.corner[0] + self.size[0] * part(x, self.x),
-            self.corner[1] + self.size[1] * (1.0 - part(y, self.y)),
-        ]
+        });
+        [self.corner[0] + self.size[0] * x, self.corner[1] + self.size[1] * (1.0 - y)]
     }
 
     pub fn path(&self, points: impl IntoIterator<Item = [f64; 2]>) -> String {

@@ -44,8 +44,8 @@ pub fn tensions(muscles: &[String], found: &[FitTensions<'_>], title: &str) -> S
 }
 
 fn described(muscles: &[String], (label, tensions): &FitTensions<'_>) -> String {
-    let of = |(name, tension): (&String, &Option<f64>)| Some(format!("{name} {:.1}", (*tension)?));
-    let all: Vec<String> = muscles.iter().zip(*tensions).filter_map(of).collect();
+    let all = muscles.iter().zip(*tensions);
+    let all: Vec<String> = all.filter_map(|(name, t)| Some(format!("{name} {:.1}", (*t)?))).collect();
     format!("{label}: {}.", all.join(", "))
 }
 

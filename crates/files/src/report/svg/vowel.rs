@@ -60,14 +60,14 @@ fn tract(svg: &mut Svg, shown: &VowelPicture<'_>, top: f64) -> f64 {
     let (outer, inner): (Vec<SVector<f64, 2>>, Vec<SVector<f64, 2>>) = across.unzip();
     let bounds = Bounds::of(outer.iter().chain(&inner).chain(shown.positions)).outwards(0.003, 0.01);
     let view = PlotView::new(bounds, [LEFT, top], 0.5 * WIDTH - LEFT - MARGIN);
-    let on = |points: &[SVector<f64, 2>]| data([points.iter().map(|p| view.place(p)).collect::<Vec<_>>()]);
     svg.fill(&ring(&view, shown.mesh, shown.positions), REST_TISSUE);
     for (o, i) in outer.iter().zip(&inner) {
         svg.line(view.place(o), view.place(i), RULE, 1.0);
     }
     svg.stroke(&ring(&view, shown.mesh, shown.positions), DEFORMED, 2.6);
-    svg.stroke(&on(&inner), HEARD, 2.0);
-    svg.stroke(&on(&outer), WALL, 3.0);
+    for (wall, colour, width) in [(inner, HEARD, 2.0), (outer, WALL, 3.0)] {
+        svg.stroke(&data([Vec::from_iter(wall.iter().map(|p| view.place(p)))]), colour, width);
+    }
     view.axes(svg, ["front \u{2190} x (mm) \u{2192} back", "y (mm)"]);
     view.end()[1] + BELOW
 }

@@ -57,7 +57,7 @@ pub(super) fn placement<S: Serializer>(found: &Option<Placement>, serializer: S)
 
 pub fn placed(placement: &Placement) -> String {
     let [back, up, turn, scale] = placement.intervals();
-    let half_mm = |[_, low, high]: [f64; 3]| 0.5 * (1e3 * high - 1e3 * low);
+    let [back, up] = [back, up].map(|[_, low, high]| 0.5 * (1e3 * high - 1e3 * low));
     let [turn, low, high] = turn.map(f64::to_degrees);
     let mut coils: Vec<_> =
         placement.coils.iter().map(|(name, m)| format!("{name} {:.0}", 1e3 * m)).collect();
@@ -68,7 +68,7 @@ pub fn placed(placement: &Placement) -> String {
         scale[0],
         scale[1],
         scale[2],
-        half_mm(back).max(half_mm(up)),
+        back.max(up),
         coils.join(", ")
     )
 }
@@ -145,8 +145,9 @@ impl FormantsRecord {
     }
 
     pub fn said(&self, of: usize) -> String {
-        let one = |(i, [hz, sd]): (usize, &[f64; 2])| format!("F{} {hz:.0} Hz (sd {sd:.0})", i + 1);
-        let all: Vec<String> = self.medians_hz.iter().enumerate().map(one).collect();
+        let all = self.medians_hz.iter().enumerate();
+        let all: Vec<String> =
+            all.map(|(i, [hz, sd])| format!("F{} {hz:.0} Hz (sd {sd:.0})", i + 1)).collect();
         let without: String = self.without.iter().map(|(why, count)| format!(" ({count}: {why})")).collect();
         format!(
             "formants of {} of {of} frames{without}, medians {}; sd is the spread of the draws, to which errors of the walls ({}) add {:.0} %",

@@ -49,12 +49,12 @@ impl RecordingResult {
             _ => {}
         };
         for (t, frame) in self.frames.iter().enumerate() {
-            let end = |other: Option<&f64>| match other {
+            let neighbours = [t.checked_sub(1).map(|t| &times[t]), times.get(t + 1)];
+            let [from, to] = neighbours.map(|other| match other {
                 Some(other) if (other - times[t]).abs() <= LONGEST_STEP * usual_s => 0.5 * (times[t] + other),
                 Some(other) => times[t] + 0.5 * usual_s * (other - times[t]).signum(),
                 None => times[t],
-            };
-            let [from, to] = [end(t.checked_sub(1).map(|t| &times[t])), end(times.get(t + 1))];
+            });
             let to = if times.len() == 1 { to + usual_s } else { to };
             add(word(frame), [from, to]);
             if let Some(next) = times.get(t + 1).filter(|next| *next - times[t] > LONGEST_STEP * usual_s) {

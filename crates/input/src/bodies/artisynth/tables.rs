@@ -151,11 +151,12 @@ pub(super) fn regions(text: &Text, elements: &Ids) -> ReadResult<Regions> {
                 return Err(line.expected("ELEM", line.row));
             }
             let from: u64 = line.parsed(words.get(3).copied(), "the id of an element")?;
-            let optional = |at: usize, or: u64| match words.get(at).filter(|w| !w.is_empty()) {
-                None => Ok(or),
-                Some(word) => line.parsed(Some(word), "the id of an element, or a step"),
-            };
-            let (to, step) = (optional(4, from)?, optional(5, 1)?);
+            let [to, step] =
+                [(4, from), (5, 1)].map(|(at, or)| match words.get(at).filter(|w| !w.is_empty()) {
+                    None => Ok(or),
+                    Some(word) => line.parsed(Some(word), "the id of an element, or a step"),
+                });
+            let (to, step) = (to?, step?);
             if step == 0 || to < from || (to - from) / step > elements.len() as u64 {
                 return Err(line.expected("from,to,step in ascending order", rest));
             }

@@ -124,9 +124,9 @@ impl<'a> GroupParts<'a> {
             by_key.entry((element.dimension, element.group)).or_default().push(element);
         }
         // Cells of another form are told before the names of groups, which differ between forms.
-        let is_tissue = |name: &str| split(name).0.eq_ignore_ascii_case("tissue");
-        let tissue = raw.names.iter().rev().filter(|(_, (name, _))| is_tissue(name)).map(|(key, _)| key);
-        let of_tissue = tissue.filter(|(d, _)| form == Form::Simplices || *d == 3);
+        let tissue = raw.names.iter().rev();
+        let tissue = tissue.filter(|(_, (name, _))| split(name).0.eq_ignore_ascii_case("tissue"));
+        let of_tissue = tissue.map(|(key, _)| key).filter(|(d, _)| form == Form::Simplices || *d == 3);
         for element in of_tissue.filter_map(|key| by_key.get(key)).flatten() {
             check_cell(element, form)?;
         }
@@ -162,10 +162,10 @@ impl<'a> GroupParts<'a> {
         })?;
         let (mut cells, mut seen): (Vec<&GmshElement>, BTreeSet<Vec<u64>>) = (Vec::new(), BTreeSet::new());
         // In the plane no muscle is on surfaces, and the surface of a tissue in space may be called tissue too.
-        let is_cell = |g: &&PhysicalGroup<'_>| {
+        let of_cells = groups.iter().filter(|g| {
             g.dimension == dimension && matches!(g.role, GroupRole::Tissue | GroupRole::Muscle(_))
-        };
-        for &element in groups.iter().filter(is_cell).flat_map(|g| &g.elements) {
+        });
+        for &element in of_cells.flat_map(|g| &g.elements) {
             check_cell(element, form)?;
             if seen.insert(sorted(&element.nodes)) {
                 cells.push(element);

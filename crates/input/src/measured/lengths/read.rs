@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::columns::{LengthColumn, LengthColumns, LengthField, is_known};
+use super::columns::{LengthColumns, LengthField, is_known};
 use super::number::{CellFault, DecimalMark, LengthNumbers, TableUnit, decimals_mm};
 use super::reading::{BrokenRow, HalfWidth, ReadColumn, Reading};
 use super::text::clip;
@@ -25,7 +25,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
     let mark = cells.decimal_mark(&columns.lengths.iter().map(|l| l.field).collect::<Vec<_>>());
     let name = |field: usize| clip(cells.header.cell(field));
     let by_digits = TableUnit::ALL.map(|unit| half_width_by_digits(&cells, &columns, mark, unit));
-    let column = |l: &LengthColumn| {
+    let read = columns.lengths.iter().map(|l| {
         let half_width = match (l.half_width.or(columns.half_width), &by_digits[l.unit as usize]) {
             (Some((field, _)), digits) => HalfWidth::Column { name: name(field), else_mm: digits.1 },
             (None, (true, mm)) => HalfWidth::Digits { mm: *mm },
@@ -33,7 +33,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
         };
         let (muscle, unit) = (l.muscle.clone(), l.unit);
         ReadColumn { muscle, name: name(l.field), column: l.field + 1, unit, half_width }
-    };
+    });
     let vowels = cells.rows.iter().filter_map(|row| Vowel::as_written(row.cell(columns.vowel)).ok());
     let has = |label: &str| vowels.clone().any(|v| v.label() == label);
     let mut data = Dataset {
@@ -48,7 +48,7 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
             header_line: cells.header.number,
             subject: name(columns.subject),
             vowel: name(columns.vowel),
-            columns: columns.lengths.iter().map(column).collect(),
+            columns: read.collect(),
             set_aside: columns.set_aside.clone(),
             rows_without_lengths: Vec::new(),
         },

@@ -71,8 +71,8 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let cell = |field: usize| record.get(field).unwrap_or_default();
         let time_s = seconds(cell(time), at.at_column(time + 1))?;
         let place = |p: &PointColumns| {
-            let value = |field: usize| value(cell(field), &p.name, at.at_column(field + 1));
-            Ok(value(p.x)?.zip(value(p.y)?).map(|(x, y)| [x, y, 0.0]))
+            let [x, y] = [p.x, p.y].map(|field| value(cell(field), &p.name, at.at_column(field + 1)));
+            Ok(x?.zip(y?).map(|(x, y)| [x, y, 0.0]))
         };
         let places = points.iter().map(place).collect::<Result<Vec<_>, Malformed>>()?;
         for (first, twin) in &twins {

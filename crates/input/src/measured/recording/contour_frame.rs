@@ -114,9 +114,9 @@ impl SampleFrame {
             group.iter().copied().filter(|flat| is_stated || !bones.clone().any(|c| slips(flat, c))),
         );
         let group = steady.as_slice();
-        let is_upright = |frame: &&Self| frame.middle(group, true).is_some_and(|m| m.y > 0.0);
         let looks_left = |frame: &Self| frame.typical(group, |axes| axes.x.x).is_some_and(|x| x < 0.0);
-        let upright = found.iter().filter(|frame| !frame.reflected || looks_left(frame)).filter(is_upright);
+        let upright = found.iter().filter(|frame| !frame.reflected || looks_left(frame));
+        let upright = upright.filter(|frame| frame.middle(group, true).is_some_and(|m| m.y > 0.0));
         let good = upright.filter(|frame| is_stated || frame.explains(group)).copied();
         Ok(least_by(good, |frame| frame.steadiness(group).map_or(0.0, |s| s.rough_m)))
     }

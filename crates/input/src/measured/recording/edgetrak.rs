@@ -32,15 +32,14 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
         budget.channel(width / 2, rows.len(), at)?;
     }
     // EdgeTrak writes zeros for a frame that was not traced.
-    let sample = |frame: usize| {
+    let names = (0..rows.len()).map(|n| format!("tongue_{n}"));
+    let samples = Vec::from_iter((0..rows.first().map_or(0, |r| r.len() / 2)).map(|frame| {
         let places = rows.iter().map(|row| {
             let (x, y) = row[2 * frame].zip(row[2 * frame + 1])?;
             ((x, y) != (0.0, 0.0)).then_some([x, y, 0.0])
         });
         Sample::new(frame as f64, places.collect())
-    };
-    let names = (0..rows.len()).map(|n| format!("tongue_{n}"));
-    let samples = (0..rows.first().map_or(0, |r| r.len() / 2)).map(sample).collect();
+    }));
     let found = Recording::of_file(origin, Format::Edgetrak, None, names, samples);
     Ok(Recording { times: Times::Frames, ..found })
 }

@@ -24,8 +24,8 @@ struct EstHeader {
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let start = SourcePlace { origin, line: 1, column: 1 };
-    let is_number = |b: &u8| b.is_ascii_digit() || b"-+.N".contains(b);
-    if bytes.iter().find(|b| !b.is_ascii_whitespace()).is_some_and(is_number) {
+    let first = bytes.iter().find(|b| !b.is_ascii_whitespace());
+    if first.is_some_and(|b| b.is_ascii_digit() || b"-+.N".contains(b)) {
         return mocha::read(bytes, origin);
     }
     let header = header(bytes, start)?;

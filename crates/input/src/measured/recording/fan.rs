@@ -46,11 +46,11 @@ pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Vec<Recording>, Malform
         let time_s = aaa::seconds(cells[time], at.at_column(time + 1))?;
         let places = (0..FAN_LINES)
             .map(|nth| {
-                let value = |field: usize| {
-                    aaa::value(cells[field], &format!("fan line {}", nth + 1), at.at_column(field + 1))
-                };
                 let x = before + 2 * nth;
-                Ok(value(x)?.zip(value(x + 1)?).map(|(x, y)| [x, y, 0.0]))
+                let [x, y] = [x, x + 1].map(|field| {
+                    aaa::value(cells[field], &format!("fan line {}", nth + 1), at.at_column(field + 1))
+                });
+                Ok(x?.zip(y?).map(|(x, y)| [x, y, 0.0]))
             })
             .collect::<Result<_, Malformed>>()?;
         let key = columns.of_recording.iter().map(|c| cells[*c].to_owned()).collect();
@@ -83,10 +83,10 @@ impl FanColumns {
                 .collect(),
         };
         let alike = |w: &[Vec<&str>]| words.iter().all(|c| w[0][*c] == w[1][*c]);
-        let grows = |c: &usize| {
+        let time = numbers.into_iter().find(|c| {
             let value = |r: &Vec<&str>| aaa::number(r[*c]).unwrap_or(f64::NAN);
             rows.windows(2).filter(|w| alike(w)).all(|w| value(&w[0]) < value(&w[1]))
-        };
-        Self { time: numbers.into_iter().find(grows), of_recording }
+        });
+        Self { time, of_recording }
     }
 }

@@ -163,8 +163,8 @@ impl Map {
     }
 
     pub(super) fn unknown<'a>(&'a self, channels: &'a [String]) -> Option<String> {
-        let leaves_out = |name: &str| [HYOID, MANDIBLE].contains(&name) && self.ignores(name);
-        let name = self.entries.keys().find(|name| !channels.contains(name) && !leaves_out(name))?;
+        let mut names = self.entries.keys().filter(|name| !channels.contains(name));
+        let name = names.find(|n| ![HYOID, MANDIBLE].contains(&n.as_str()) || !self.ignores(n))?;
         Some(format!(
             "the map {} names the point {name:?}; {}",
             self.origin,

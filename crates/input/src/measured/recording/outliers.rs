@@ -128,11 +128,11 @@ fn departure(
 /// around, m.
 fn spike_height(seen: &AlignedRecording, frame: usize, point: usize) -> Option<f64> {
     let neighbours = [point.checked_sub(1)?, point, point + 1];
-    let from_middle = |f: usize| {
+    let departure = departure(seen, frame, |f| {
         let [before, here, after] = neighbours.map(|p| seen.frames[f].contour.get(p).copied().flatten());
         Some(here?.at - (before?.at + after?.at) / 2.0)
-    };
-    Some(departure(seen, frame, from_middle)?.0)
+    });
+    Some(departure?.0)
 }
 
 /// Points that stand out of the contour of a frame but not of those of the frames around. If most points do,
@@ -140,9 +140,9 @@ fn spike_height(seen: &AlignedRecording, frame: usize, point: usize) -> Option<f
 fn spikes(seen: &AlignedRecording, frame: usize) -> Vec<usize> {
     let contour = &seen.frames[frame].contour;
     let heights: Vec<f64> = (0..contour.len()).map(|p| spike_height(seen, frame, p).unwrap_or(0.0)).collect();
-    let limit = |sd: f64| SPIKE_M + MOST_SD * 1.5_f64.sqrt() * sd;
-    let mut out: Vec<usize> =
-        (0..heights.len()).filter(|&p| contour[p].is_some_and(|mark| heights[p] > limit(mark.sd))).collect();
+    let mut out = Vec::from_iter((0..heights.len()).filter(|&p| {
+        contour[p].is_some_and(|mark| heights[p] > SPIKE_M + MOST_SD * 1.5_f64.sqrt() * mark.sd)
+    }));
     if 2 * out.len() > heights.len() {
         return Vec::new();
     }

@@ -15,12 +15,12 @@ const HELP: &str = "a .txy has 17 numbers in a line: the time in microseconds, t
 
 pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Recording, Malformed> {
     let table = NumberTable::read(bytes, origin, &[1 + 2 * PELLETS.len()], HELP)?;
-    let place = |pair: &[f64]| {
-        let seen = pair.iter().all(|v| *v != MISSING && is_coordinate(*v));
-        seen.then_some([pair[0], pair[1], 0.0])
-    };
     let samples = table.samples(origin, HELP, |_, row| {
-        Sample::new(row[0] * 1e-6, row[1..].chunks_exact(2).map(place).collect())
+        let places = row[1..].chunks_exact(2).map(|pair| {
+            let seen = pair.iter().all(|v| *v != MISSING && is_coordinate(*v));
+            seen.then_some([pair[0], pair[1], 0.0])
+        });
+        Sample::new(row[0] * 1e-6, places.collect())
     })?;
     let names = PELLETS.iter().map(|name| (*name).to_owned());
     Ok(Recording::of_file(origin, Format::Microbeam, Some(1e-6), names, samples))
