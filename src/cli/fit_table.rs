@@ -10,7 +10,7 @@ use tongue_fit::report::{self, Conclusion, FitRecord, fixed};
 
 use super::posterior::{ACTIVE_BASELINE, Sampled};
 use super::reference_solution::Published;
-use super::table::{counted, newtons, rows};
+use super::table::{counted, newtons, rows, wrapped};
 use super::word;
 
 pub struct ShownFit<'a> {
@@ -27,9 +27,6 @@ pub struct ShownFit<'a> {
     pub written: &'a [PathBuf],
 }
 
-const COLUMNS: usize = 100;
-/// What all lines of a sentence but the first begin with.
-const INDENT: &str = "  ";
 /// Smallest printed misfit: below it digits are rounding and differ between machines.
 const NO_MISFIT: f64 = 1e-9;
 
@@ -181,11 +178,6 @@ impl ShownFit<'_> {
         }
         text + &wrapped(&report::limit_of_plane())
     }
-}
-
-/// A sentence in lines of the terminal's width, broken between words.
-pub fn wrapped(sentence: &str) -> String {
-    report::wrapped(sentence, COLUMNS - INDENT.len()).join(&format!("\n{INDENT}")) + "\n"
 }
 
 /// The files that were written, by their folder.

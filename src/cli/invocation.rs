@@ -11,8 +11,6 @@ use std::time::Instant;
 
 use tongue_fit::report::Provenance;
 
-use super::output::Volume;
-
 /// What a call printed, and how it ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Called {
@@ -20,6 +18,17 @@ pub struct Called {
     pub status: u8,
     pub stdout: String,
     pub stderr: String,
+}
+
+/// How much a run tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Volume {
+    /// `-q`: errors, warnings, and results that are in no file.
+    Quiet,
+    /// Results and notes; progress if stderr is a terminal.
+    Normal,
+    /// `-v`: also each step, with the time since the start.
+    Verbose,
 }
 
 #[derive(Debug)]

@@ -112,11 +112,11 @@ struct Global {
 }
 
 impl Global {
-    fn volume(&self) -> output::Volume {
+    fn volume(&self) -> invocation::Volume {
         match (self.quiet, self.verbose) {
-            (true, _) => output::Volume::Quiet,
-            (_, true) => output::Volume::Verbose,
-            _ => output::Volume::Normal,
+            (true, _) => invocation::Volume::Quiet,
+            (_, true) => invocation::Volume::Verbose,
+            _ => invocation::Volume::Normal,
         }
     }
 }

@@ -6,21 +6,16 @@ use std::path::{Path, PathBuf};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use miette::{IntoDiagnostic, WrapErr};
+use nalgebra::SVector;
 use serde::Serialize;
-use tongue_fit::report::{Clean, Export, OutputDir, Provenance};
+use tongue_fit::body::Body;
+use tongue_fit::report::{
+    Clean, Export, Json, OutputDir, Provenance, ReportError, SimulationRecord, Svg, Vtu,
+};
+use tongue_fit::system::System;
 
-use super::invocation::{Stream, current, stop_if_asked};
-use super::{Global, table};
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Volume {
-    /// `-q`: errors, warnings, and results that are in no file.
-    Quiet,
-    /// Results and notes; progress if stderr is a terminal.
-    Normal,
-    /// `-v`: also each step, with the time since the start.
-    Verbose,
-}
+use super::invocation::{Stream, Volume, current, stop_if_asked};
+use super::{Global, Outcome, table};
 
 fn volume() -> Volume {
     current().map_or(Volume::Normal, |run| run.volume)
@@ -204,4 +199,23 @@ fn short_numbers(text: &str) -> String {
         rest = &from[digits.len()..];
     }
     out + rest
+}
+
+/// Writes and prints an equilibrium of any body: positions of all nodes, m.
+pub fn answer_equilibrium<const D: usize>(
+    body: &Body<D>,
+    system: &System<D>,
+    record: &SimulationRecord,
+    positions: &[SVector<f64, D>],
+    picture: Result<Svg, ReportError>,
+    (out, global): (Option<&OutputDir>, &Global),
+) -> miette::Result<Outcome> {
+    let (json, picture) = (Json(record), picture.into_diagnostic()?);
+    let pulls: Vec<f64> = record.pulls.values().0.iter().map(|(_, pull)| *pull).collect();
+    let vtu = Vtu::of(body, positions, &pulls).into_diagnostic()?.with_stresses(system.stresses(positions));
+    let files: [(&str, &dyn Export); 3] =
+        [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
+    let by = super::provenance().with_tissue(system.tissue());
+    write_and_answer(global, (out, &files), &json, &by, || table::simulation(record))?;
+    Ok(Outcome::of_equilibrium(&record.found))
 }

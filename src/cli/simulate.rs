@@ -3,17 +3,13 @@
 use std::time::Instant;
 
 use miette::IntoDiagnostic;
-use nalgebra::SVector;
-use tongue_fit::body::Body;
 
-use tongue_fit::report::{
-    self, Export, Json, OutputDir, ReportError, SectionPicture, SimulationRecord, Svg, Vtu,
-};
+use tongue_fit::report::{self, SectionPicture, SimulationRecord};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::Workspace;
 use tongue_fit::system::System;
 
-use super::{Global, Outcome, body, drive, output, space, table, trajectory};
+use super::{Global, Outcome, body, drive, output, space, trajectory};
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -71,24 +67,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let stretch = arguments.colour_stretch;
     let section = SectionPicture { stretch, ..SectionPicture::new(mesh, positions, &all, palate, title) };
     let record = SimulationRecord::new(&body, (&system, found), &all, positions, None, wall_s);
-    answer(&body, &system, &record, positions, report::tongue(&section), (out.as_ref(), global))
-}
-
-/// Writes and prints an equilibrium of any body: positions of all nodes, m.
-pub fn answer<const D: usize>(
-    body: &Body<D>,
-    system: &System<D>,
-    record: &SimulationRecord,
-    positions: &[SVector<f64, D>],
-    picture: Result<Svg, ReportError>,
-    (out, global): (Option<&OutputDir>, &Global),
-) -> miette::Result<Outcome> {
-    let (json, picture) = (Json(record), picture.into_diagnostic()?);
-    let pulls: Vec<f64> = record.pulls.values().0.iter().map(|(_, pull)| *pull).collect();
-    let vtu = Vtu::of(body, positions, &pulls).into_diagnostic()?.with_stresses(system.stresses(positions));
-    let files: [(&str, &dyn Export); 3] =
-        [("simulation.json", &json), ("tongue.svg", &picture), ("tongue.vtu", &vtu)];
-    let by = super::provenance().with_tissue(system.tissue());
-    output::write_and_answer(global, (out, &files), &json, &by, || table::simulation(record))?;
-    Ok(Outcome::of_equilibrium(&record.found))
+    output::answer_equilibrium(
+        &body,
+        &system,
+        &record,
+        positions,
+        report::tongue(&section),
+        (out.as_ref(), global),
+    )
 }

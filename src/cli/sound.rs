@@ -6,22 +6,21 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, bail, miette};
 use nalgebra::SVector;
-use serde::Serialize;
 use tongue_fit::acoustics::{
     Articulation, Formant, MeanVowel, Tract, VocalTract, mean_vowels, nearest_vowel,
 };
-use tongue_fit::body::{AnyBody, Mesh};
-use tongue_fit::measured::{ByMuscle, Dataset, Vowel};
-use tongue_fit::report::{self, Export, Json, Rows, SoundRecord, VowelPicture, Wav};
+use tongue_fit::body::AnyBody;
+use tongue_fit::measured::{Dataset, Vowel};
+use tongue_fit::report::{self, Export, Json, Rows, VowelPicture, Wav};
 use tongue_fit::run::SpaceSource;
 use tongue_fit::scene::prepare::prepare;
 use tongue_fit::scene::{
     Effects, FitTarget, Material, Scene, SceneBody, SceneTongue, SceneTract, Want, body, run,
 };
-use tongue_fit::system::TissueModel;
 use tongue_sound::voice::{self, Voice};
 
-use super::{Global, Outcome, drive, inputs, output, sound_space, table};
+use super::sound_space::{self, HeardRecord, HeardTongue};
+use super::{Global, Outcome, drive, inputs, output, table};
 
 const BASELINE: &str = "ɯ";
 
@@ -81,34 +80,6 @@ pub struct Arguments {
     seconds: f64,
     #[command(flatten)]
     space: sound_space::Arguments,
-}
-
-#[derive(Debug, Clone, Serialize)]
-pub struct HeardRecord {
-    pub subject: Option<String>,
-    pub vowel: Option<String>,
-    pub converged: bool,
-    /// Tensions, N per metre of thickness; of a body in the plane.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub tensions_n: Option<BTreeMap<String, f64>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub activations: Option<ByMuscle<f64>>,
-    #[serde(flatten)]
-    pub sound: SoundRecord,
-    /// Mean formants of the vowel, Hz.
-    pub published_hz: Option<[f64; 2]>,
-    /// The vowel whose published mean is nearest to the first two formants.
-    pub nearest_vowel: Option<String>,
-    pub wall_s: f64,
-}
-
-/// A tongue that was heard, and its midsagittal section at rest and as it was heard.
-pub struct HeardTongue {
-    pub title: String,
-    pub tissue: TissueModel,
-    pub mesh: Mesh<2>,
-    pub positions: Vec<SVector<f64, 2>>,
-    pub record: HeardRecord,
 }
 
 impl Arguments {

@@ -1,14 +1,19 @@
 //! `tongue-fit sound --body space`: the sound of a tongue in space.
 
+use std::collections::BTreeMap;
+
 use miette::{IntoDiagnostic, miette};
+use nalgebra::SVector;
+use serde::Serialize;
 use tongue_fit::acoustics::{Articulation, SpaceVocalTract, Tract, VocalTract};
+use tongue_fit::body::Mesh;
 use tongue_fit::measured::ByMuscle;
 use tongue_fit::report::SoundRecord;
 use tongue_fit::run::SpaceSource;
 use tongue_fit::statics::SolveStatus;
+use tongue_fit::system::TissueModel;
 
 use super::body::space_name;
-use super::sound::{HeardRecord, HeardTongue};
 use super::space;
 
 #[derive(Debug, Clone, clap::Args)]
@@ -72,4 +77,32 @@ pub fn drawn(source: &SpaceSource) -> miette::Result<Tract> {
             folder.display()
         )),
     }
+}
+
+#[derive(Debug, Clone, Serialize)]
+pub struct HeardRecord {
+    pub subject: Option<String>,
+    pub vowel: Option<String>,
+    pub converged: bool,
+    /// Tensions, N per metre of thickness; of a body in the plane.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tensions_n: Option<BTreeMap<String, f64>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub activations: Option<ByMuscle<f64>>,
+    #[serde(flatten)]
+    pub sound: SoundRecord,
+    /// Mean formants of the vowel, Hz.
+    pub published_hz: Option<[f64; 2]>,
+    /// The vowel whose published mean is nearest to the first two formants.
+    pub nearest_vowel: Option<String>,
+    pub wall_s: f64,
+}
+
+/// A tongue that was heard, and its midsagittal section at rest and as it was heard.
+pub struct HeardTongue {
+    pub title: String,
+    pub tissue: TissueModel,
+    pub mesh: Mesh<2>,
+    pub positions: Vec<SVector<f64, 2>>,
+    pub record: HeardRecord,
 }

@@ -14,7 +14,7 @@ use tongue_fit::surgery::{FillingKind, Surgery};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use super::choice::choice;
-use super::{Global, Outcome, drive, output, simulate};
+use super::{Global, Outcome, drive, output};
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -220,5 +220,5 @@ pub fn run(
     let title = format!("{}: {shapes}", title.join(", "));
     let picture = report::views(body, &positions, &activations, &title, operation.as_ref());
     let record = SimulationRecord::new(body, (&system, found), &activations, &positions, operation, wall_s);
-    simulate::answer(body, &system, &record, &positions, picture, (out.as_ref(), global))
+    output::answer_equilibrium(body, &system, &record, &positions, picture, (out.as_ref(), global))
 }

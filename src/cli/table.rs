@@ -357,7 +357,7 @@ fn fits(batch: &Batch<'_>) -> miette::Result<String> {
     left(&mut t, 1);
     for number in 0..batch.jobs.len() {
         if let Some((_, fit)) = batch.fit(number).into_diagnostic()? {
-            verdicts.extend(fit.verdict.iter().map(|verdict| super::fit_table::wrapped(verdict)));
+            verdicts.extend(fit.verdict.iter().map(|verdict| wrapped(verdict)));
             t.add_row(fit.line);
         }
     }
@@ -393,4 +393,14 @@ pub fn operation(o: &OperationRecord) -> String {
         );
     }
     text
+}
+
+/// Width of sentences on the terminal.
+const COLUMNS: usize = 100;
+/// What all lines of a sentence but the first begin with.
+const INDENT: &str = "  ";
+
+/// A sentence in lines of the terminal's width, broken between words.
+pub fn wrapped(sentence: &str) -> String {
+    tongue_fit::report::wrapped(sentence, COLUMNS - INDENT.len()).join(&format!("\n{INDENT}")) + "\n"
 }

@@ -16,7 +16,7 @@
 //! elements, one load or, in [`lanes`], several at once. Solves that need a safeguard, and all other bodies,
 //! go effect by effect.
 //!
-//! A direct solve costs one equilibrium, and a trace about three for each of its steps.
+//! A direct solve costs one equilibrium, and a trace two or three for each of its steps.
 //! The study of hard cases measures over all subsets of the muscles how often both agree
 //! (`results/stability`).
 

@@ -175,3 +175,8 @@ impl Solution {
         self
     }
 }
+
+/// Residual force below which the next part of the way begins, N.
+pub(super) const FOLLOWED: f64 = 1e-4;
+/// Largest number of parts. The reference tongue's jaw opens by 10 degrees in 12.
+pub(super) const MOST_PARTS: usize = 1000;

@@ -8,6 +8,7 @@ use nalgebra::SVector;
 
 use super::mass_spring::solve_single;
 use super::safeguards::{settle, step_load};
+use super::solution::{FOLLOWED, MOST_PARTS};
 use super::state::SolveState;
 use super::{Solution, SolveSettings, SolveStatus, Stability, Workspace};
 use crate::effect::Configuration;
@@ -96,11 +97,6 @@ fn solve_held<const D: usize>(
     }
     done
 }
-
-/// Residual force below which the next part of the way begins, N.
-pub(super) const FOLLOWED: f64 = 1e-4;
-/// Largest number of parts. The reference tongue's jaw opens by 10 degrees in 12.
-pub(super) const MOST_PARTS: usize = 1000;
 
 /// Shortest part of the remaining way that is still tried.
 const LEAST_PART: f64 = 1e-6;

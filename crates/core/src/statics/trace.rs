@@ -65,8 +65,9 @@ const STEPS: usize = 10;
 /// halved.
 const STEPS_OF_A_CONTINUUM: usize = 4;
 
-/// Shapes that differ by less than this part of the body's size are the same.
-const SAME: f64 = 1e-6;
+/// A body is back where a step began if its nodes differ by less than this part of its size; they are solved less closely there than
+/// shapes that are compared with [`SAME_SHAPE_M`].
+const BACK: f64 = 1e-6;
 /// Residual force below which it is clear which shape a body goes back to, N.
 const SHOWN: f64 = 1e-6;
 /// Newton iterations after which a step along the branch is too long.
@@ -397,7 +398,7 @@ impl<'a, const D: usize> Path<'a, D> {
 
     fn is_same(&self, shape: &[SVector<f64, D>]) -> bool {
         let size = geometry::extent(self.system.rest());
-        self.w.positions.iter().zip(shape).all(|(p, q)| (p - q).norm() < SAME * size)
+        self.w.positions.iter().zip(shape).all(|(p, q)| (p - q).norm() < BACK * size)
     }
 }
 

@@ -2,21 +2,11 @@
 
 use nalgebra::SVector;
 
-use tongue_core::body::Mesh;
 use tongue_core::effect::Configuration;
 use tongue_core::material::Constants;
 use tongue_core::system::{Model, System, SystemError};
 
-use super::problem::{Constant, Quantity, Unknown};
-
-/// Makes a system with other constants.
-#[derive(Debug, Clone)]
-pub struct TissueUnknown<'a, const D: usize> {
-    pub mesh: &'a Mesh<D>,
-    /// The model, whose constants are replaced.
-    pub model: Model,
-    pub contracting: &'a [usize],
-}
+use super::problem::{Constant, Quantity, TissueUnknown, Unknown};
 
 impl<'a, const D: usize> TissueUnknown<'a, D> {
     fn with(&self, constants: Constants) -> Result<System<D>, SystemError> {

@@ -35,12 +35,11 @@ use tongue_core::limits::{self, BeyondLimit};
 use tongue_core::statics;
 use tongue_core::system::SystemError;
 
-pub use constants::TissueUnknown;
 pub use fit::{Fit, fit, fit_in};
 pub use forward::{Forward, Linearised};
 pub use identifiability::Identifiability;
 pub use movable_bone::{BONE_SD_M, MovableBone};
-pub use problem::{Constant, LeastSquaresProblem, Prior, Quantity, Unknown};
+pub use problem::{Constant, LeastSquaresProblem, Prior, Quantity, TissueUnknown, Unknown};
 pub use solve::{Answer, Replay, solve};
 pub use start::{SearchCounts, Start};
 pub use target_on_body::TargetOnBody;
@@ -138,7 +137,7 @@ pub enum FitStatus {
     TargetNotMet,
     AtUpperBound,
     IterationLimit,
-    /// Solved again from rest, the answer has other lengths: it lies on another branch of equilibria.
+    /// The branch from rest leads to another shape than the answer's, which lies on another branch.
     ReplayDiffers,
     NoEquilibrium,
 }

@@ -3,10 +3,10 @@
 use nalgebra::SVector;
 
 use super::FitError;
-use super::constants::TissueUnknown;
 use super::movable_bone::MovableBone;
+use tongue_core::body::Mesh;
 use tongue_core::observe::Observation;
-use tongue_core::system::System;
+use tongue_core::system::{Model, System};
 
 /// A body, its observations and its unknowns: everything that a search does not change.
 #[derive(Debug, Clone)]
@@ -198,4 +198,13 @@ impl Unknown {
     pub fn is_tension(&self) -> bool {
         matches!(self.quantity, Quantity::Tension { .. })
     }
+}
+
+/// Makes a system with other constants.
+#[derive(Debug, Clone)]
+pub struct TissueUnknown<'a, const D: usize> {
+    pub mesh: &'a Mesh<D>,
+    /// The model, whose constants are replaced.
+    pub model: Model,
+    pub contracting: &'a [usize],
 }

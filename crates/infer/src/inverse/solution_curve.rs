@@ -6,9 +6,8 @@ use serde::Serialize;
 
 use super::FitSettings;
 use super::forward::Forward;
-use super::identifiability::decompose;
 use super::problem::Unknown;
-use super::projection::{ON_BOUND, correct, room};
+use super::projection::{ON_BOUND, correct, decompose, room};
 use super::start::SearchCounts;
 
 /// First and longest step, in units of the unknowns (N).

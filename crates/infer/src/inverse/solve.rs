@@ -100,8 +100,8 @@ pub fn solve<const D: usize>(
     let mut shape = forward.follow_from_rest(&x);
     factorised += shape.factorisations;
     if !shape.same {
-        // The tensions do not lead from rest to the search's shape, so the search goes on among shapes on the
-        // branch from rest.
+        // The branch from rest leads to another shape than a direct solve from rest, so the search goes on among
+        // shapes on the branch.
         let mut traced = Forward::new(inverse, settings).traced();
         if let Some(other) = search_on_branch(&mut traced, settings, &starts, &x) {
             let before = std::mem::replace(&mut forward, traced).counts();

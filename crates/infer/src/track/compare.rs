@@ -3,7 +3,7 @@
 //! Recordings of one sitting share the draws of levels and of the shape at rest, so the errors of these cancel from a difference. Each
 //! sitting has draws of its own, so these errors do not cancel between sittings.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 use tongue_core::statistics::seed_of;
 use tongue_input::measured::ByMuscle;
 use tongue_input::measured::recording::{AlignedRecording, Label};
@@ -11,7 +11,7 @@ use tongue_input::measured::recording::{AlignedRecording, Label};
 use super::draws::Means;
 use super::frame::Frame;
 use super::ornstein_uhlenbeck::Softplus;
-use super::results::Interval;
+use super::results::{Interval, LabelDraws};
 use super::segments::{CourseSummary, distinguishing, summaries};
 use crate::posterior::Contrast;
 
@@ -46,20 +46,6 @@ pub fn mark(frames: &mut [Frame], labels: &[Label], compared: &[Compared]) {
         let known = frame.labels.iter().filter_map(|&l| Some((l, numbers.get(l).copied().flatten()?)));
         frame.compared = known.collect();
     }
-}
-
-/// Mean tensions over the frames of a label that can be trusted. A body that is not quite the speaker's errs in every repetition of a
-/// posture alike, so repetitions do not make the mean more certain: each draw deviates from it as one of the repetitions does.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LabelDraws {
-    /// Its number among the labels that are compared.
-    pub compared: usize,
-    pub repetitions: usize,
-    pub frames: usize,
-    /// Mean over frames and draws of every contracting muscle, N per metre of thickness.
-    pub means: Vec<f64>,
-    /// For every muscle and draw, the deviation of the mean over one repetition from its mean over all draws, N per metre of thickness.
-    pub deviations: Vec<Vec<f32>>,
 }
 
 impl LabelDraws {

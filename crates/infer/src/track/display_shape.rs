@@ -16,10 +16,11 @@ use super::errors::{Errors, Knots};
 use super::frame::FrameSolver;
 use super::gauss_newton::{ShapeStep, StateStep, descend, follow, stepped};
 use super::ornstein_uhlenbeck::Softplus;
+use super::settings::Sizes;
 use super::settings::{TrackSettings, TrackingContext};
 use super::shape::RestShape;
 use super::shape_jacobian::{ShapeJacobian, by_shape};
-use super::smoother::{FrameState, Sizes, SmoothedRecording, Smoother};
+use super::smoother::{FrameState, SmoothedRecording, Smoother};
 
 /// Weight of the frames for the displayed shape, which is one body and has no intervals.
 const TRUST: f64 = 0.5;

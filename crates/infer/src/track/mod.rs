@@ -30,19 +30,19 @@ mod shape;
 mod shape_jacobian;
 mod smoother;
 
-pub use compare::{Compared, Comparison, LabelDraws, LabelTension, compare, compared, mark};
+pub use compare::{Compared, Comparison, LabelTension, compare, compared, mark};
 pub use errors::{Along, Errors};
 pub use formants::{TrackedFormant, listen};
 pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, TongueSurface, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
 pub use ornstein_uhlenbeck::Softplus;
 pub use repeats::{Repeated, Repeats, repeats};
-pub use results::{Displacement, FrameStatus, HeldOutPrediction, Interval, Tracked, TrackedRecording};
-pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
-pub use segments::{
-    CourseSummary, LabelCourse, LabelMean, LabelPoint, MOST_UNTRUSTED, NARROW, TWO_SIDED_95,
-    course_summaries, is_untrusted,
+pub use results::{
+    Displacement, FrameStatus, HeldOutPrediction, Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint,
+    Tracked, TrackedRecording,
 };
+pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
+pub use segments::{CourseSummary, MOST_UNTRUSTED, NARROW, TWO_SIDED_95, course_summaries, is_untrusted};
 pub use settings::{TrackSettings, TrackingContext};
 pub use shape::{RestShape, ShapePrior};
 pub use smoother::FEWEST;

@@ -4,14 +4,12 @@ use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
 
 use super::branch::{Reachability, Reached};
-use super::compare::LabelDraws;
 use super::draws::{Means, WindowDraws};
 use super::errors::Along;
 use super::formants::{self, TrackedFormant};
 use super::frame::{self, Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::ornstein_uhlenbeck::Softplus;
-use super::segments::{LabelCourse, LabelMean};
 use super::settings::TrackSettings;
 use crate::inverse::BONE_SD_M;
 use tongue_core::statistics::mean_and_variance;
@@ -199,7 +197,7 @@ pub(super) fn tracked(
     let is_seen = !frame.observations.is_empty();
     let rms_m = is_seen.then(|| rms(&residuals));
     let is_near = placed.is_none_or(|p| residuals.is_empty() || rms(&frame::residuals(frame, p)) < REACH_M);
-    let is_reached = in_sd(&residuals, &|a| settings.errors.sd(a)) <= MISSED_SD;
+    let is_met = in_sd(&residuals, &|a| settings.errors.sd(a)) <= MISSED_SD;
     let resolved = resolved(tensions, settings.link.prior_sd_n());
     let reached_rms_m = match found.way {
         Some(Reachability::Nearest(there)) => Some(rms(&frame::residuals(frame, there))),
@@ -214,7 +212,7 @@ pub(super) fn tracked(
         Some(Reachability::Nearest(there)) if as_well => in_sd(&frame::residuals(frame, there), &|a| a.sd_mm),
         _ => in_sd(&residuals, &|a| a.sd_mm),
     };
-    let status = if lost || !is_solved || !is_near || !is_reached {
+    let status = if lost || !is_solved || !is_near || !is_met {
         FrameStatus::OutOfReach
     } else if linear.is_none() {
         FrameStatus::Gap
@@ -337,4 +335,47 @@ impl Interval {
     pub fn holds(&self, value: f64) -> bool {
         self.low <= value && value <= self.high
     }
+}
+
+/// Mean tensions over the frames of a label that can be trusted. A body that is not quite the speaker's errs in every repetition of a
+/// posture alike, so repetitions do not make the mean more certain: each draw deviates from it as one of the repetitions does.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LabelDraws {
+    /// Its number among the labels that are compared.
+    pub compared: usize,
+    pub repetitions: usize,
+    pub frames: usize,
+    /// Mean over frames and draws of every contracting muscle, N per metre of thickness.
+    pub means: Vec<f64>,
+    /// For every muscle and draw, the deviation of the mean over one repetition from its mean over all draws, N per metre of thickness.
+    pub deviations: Vec<Vec<f32>>,
+}
+
+/// Means of all tensions over the frames of a label, less those over the recording.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LabelMean {
+    pub label: usize,
+    pub frames: usize,
+    /// Changes of the contracting muscles, N per metre of thickness.
+    pub changes: Vec<Interval>,
+}
+
+/// Draws of the tensions over one label, from its first frame to its last.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LabelCourse {
+    /// Its number among the labels of the recording.
+    pub label: usize,
+    /// At most eleven of its frames, evenly spread over all of them; without those that cannot be trusted.
+    pub points: Vec<LabelPoint>,
+}
+
+/// Draws of a frame of a label, N per metre of thickness, for each muscle in the order of the draws of the run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LabelPoint {
+    pub time_s: f64,
+    /// Where in the label it lies: 0 at its first frame, 1 at its last.
+    pub part: f64,
+    pub tensions: Vec<Vec<f32>>,
+    /// The tensions less their mean over the recording in the same draw.
+    pub courses: Vec<Vec<f32>>,
 }

@@ -5,46 +5,16 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use super::compare::LabelDraws;
 use super::draws::{BATCH, Means, WindowDraws};
 use super::frame::Frame;
 use super::ornstein_uhlenbeck::Softplus;
-use super::results::{Interval, Tracked, TrackedRecording};
+use super::results::{Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint, Tracked, TrackedRecording};
 use tongue_input::measured::recording::Label;
-
-/// Means of all tensions over the frames of a label, less those over the recording.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LabelMean {
-    pub label: usize,
-    pub frames: usize,
-    /// Changes of the contracting muscles, N per metre of thickness.
-    pub changes: Vec<Interval>,
-}
 
 /// Number of the frames of a label whose draws are kept, less one.
 const PARTS: usize = 10;
-
-/// Draws of the tensions over one label, from its first frame to its last.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LabelCourse {
-    /// Its number among the labels of the recording.
-    pub label: usize,
-    /// At most eleven of its frames, evenly spread over all of them; without those that cannot be trusted.
-    pub points: Vec<LabelPoint>,
-}
-
-/// Draws of a frame of a label, N per metre of thickness, for each muscle in the order of the draws of the run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct LabelPoint {
-    pub time_s: f64,
-    /// Where in the label it lies: 0 at its first frame, 1 at its last.
-    pub part: f64,
-    pub tensions: Vec<Vec<f32>>,
-    /// The tensions less their mean over the recording in the same draw.
-    pub courses: Vec<Vec<f32>>,
-}
 
 /// The labels of a recording while its frames are taken one after another.
 pub(super) struct Segments<'a> {

@@ -4,7 +4,6 @@ use super::errors::{Errors, Knots};
 use super::frame::Followed;
 use super::ornstein_uhlenbeck::Softplus;
 use super::shape::RestShape;
-use super::smoother::Sizes;
 use crate::inverse::MovableBone;
 use tongue_core::statistics::seed_of;
 use tongue_core::system::System;
@@ -89,5 +88,27 @@ impl TrackingContext<'_> {
     pub(super) fn sizes(&self, knots: &Knots) -> Sizes {
         let muscles = self.system.contracting().len();
         Sizes { muscles, bones: 2 * self.freed.len(), knots: knots.len() }
+    }
+}
+
+/// Numbers of the unknowns, in their order.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sizes {
+    pub muscles: usize,
+    /// Displacements of freed bones.
+    pub bones: usize,
+    /// Knots of the errors.
+    pub knots: usize,
+}
+
+impl Sizes {
+    /// Unknowns of a frame: courses, displacements, slow error.
+    pub fn state(&self) -> usize {
+        self.muscles + self.bones + self.knots
+    }
+
+    /// Number of unknowns that all frames share on a fixed body: levels, static error.
+    pub fn shared(&self) -> usize {
+        self.muscles + self.knots
     }
 }

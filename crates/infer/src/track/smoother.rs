@@ -14,35 +14,13 @@ use super::errors::{Along, FrameErrors, Knots};
 use super::frame::{Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::ornstein_uhlenbeck::OrnsteinUhlenbeck;
-use super::settings::TrackSettings;
+use super::settings::{Sizes, TrackSettings};
 
 /// Number of frames in a chunk: each is solved from the one before, and the first from rest. Chunks do not depend on threads, so the
 /// results do not either.
 pub(super) const CHUNK: usize = 32;
 /// A frame with fewer observations than this counts as one without observations.
 pub const FEWEST: usize = 3;
-
-/// Numbers of the unknowns, in their order.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Sizes {
-    pub muscles: usize,
-    /// Displacements of freed bones.
-    pub bones: usize,
-    /// Knots of the errors.
-    pub knots: usize,
-}
-
-impl Sizes {
-    /// Unknowns of a frame: courses, displacements, slow error.
-    pub fn state(&self) -> usize {
-        self.muscles + self.bones + self.knots
-    }
-
-    /// Number of unknowns that all frames share on a fixed body: levels, static error.
-    pub fn shared(&self) -> usize {
-        self.muscles + self.knots
-    }
-}
 
 /// State and linearisation of a frame.
 #[derive(Debug, Clone)]

@@ -4,7 +4,9 @@
 //! circumcentres around it, weighted by area, which minimises the error of linear interpolation (optimal Delaunay
 //! triangulation; Chen and Xu 2004, Chen 2004). Then the worst corners that are left are improved one node at a time.
 
-use super::build::triangulate;
+use spade::handles::FixedVertexHandle as Handle;
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+
 use super::frame::{Draft, Freedom, OutlineFrame};
 use crate::body::BodyError;
 use crate::geometry::plane::{self, Point};
@@ -196,4 +198,42 @@ fn holes(nodes: &[Draft], segments: &[[usize; 2]]) -> Result<Vec<(Point, f64)>, 
         (centre, (centre - corners[0]).norm())
     });
     Ok(circles.filter(|(centre, _)| centre.iter().all(|c| c.is_finite())).collect())
+}
+
+/// The triangles inside a closed outline, counter-clockwise; every node is used and every segment is an edge.
+///
+/// `segments` are the edges to keep, those of the outline among them.
+pub(crate) fn triangulate(nodes: &[Point], segments: &[[usize; 2]]) -> Result<Vec<[usize; 3]>, BodyError> {
+    let points = nodes.iter().map(|p| Point2::new(p.x, p.y)).collect();
+    // Conflicts are found below, together with segments that were split because a node lies on them.
+    let cdt: ConstrainedDelaunayTriangulation<Point2<f64>> =
+        ConstrainedDelaunayTriangulation::try_bulk_load_cdt(points, segments.to_vec(), |_| {})
+            .map_err(|_| BodyError("a node's position is not finite".to_owned()))?;
+    if cdt.num_vertices() != nodes.len() {
+        let said = "two nodes fall on the same place at this spacing; try a finer one";
+        return Err(BodyError(said.to_owned()));
+    }
+    let kept = |[a, b]: &[usize; 2]| cdt.exists_constraint(Handle::from_index(*a), Handle::from_index(*b));
+    if let Some([a, b]) = segments.iter().find(|segment| !kept(segment)) {
+        let [x, y]: [f64; 2] = ((nodes[*a] + nodes[*b]) / 2.0 * 1e3).into();
+        let said = "mm two lines of outline and muscles collide at this spacing; try a finer one";
+        return Err(BodyError(format!("near [{x:.1}, {y:.1}] {said}")));
+    }
+
+    // Triangles that can be reached from outside over edges that are not segments are outside the outline.
+    let mut outside = vec![false; cdt.num_all_faces()];
+    let mut front = Vec::from_iter(
+        cdt.convex_hull().filter(|e| !e.is_constraint_edge()).filter_map(|e| e.rev().face().as_inner()),
+    );
+    while let Some(face) = front.pop() {
+        let seen = &mut outside[face.fix().index()];
+        if *seen {
+            continue;
+        }
+        *seen = true;
+        let open = face.adjacent_edges().into_iter().filter(|e| !e.is_constraint_edge());
+        front.extend(open.filter_map(|e| e.rev().face().as_inner()));
+    }
+    let inside = cdt.inner_faces().filter(|f| !outside[f.fix().index()]);
+    Ok(inside.map(|f| f.vertices().map(|v| v.index())).collect())
 }

@@ -11,7 +11,7 @@ use nalgebra::SVector;
 use crate::geometry::simplex;
 use crate::sparse::flat::{FlatFactor, Lower, MatrixBlock};
 use crate::sparse::simd::{Simd, SimdPair};
-use crate::statics::solve::{FOLLOWED, MOST_PARTS};
+use crate::statics::solution::{FOLLOWED, MOST_PARTS};
 use crate::statics::{Solution, SolveSettings, SolveStatus};
 use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};

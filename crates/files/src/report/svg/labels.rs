@@ -1,5 +1,7 @@
 //! Placement of names beside lines with little overlap.
 
+use tongue_input::measured::muscles::Muscles;
+
 use super::{FontFace, Px, TEXT};
 
 const GAP: f64 = 7.0;
@@ -94,4 +96,10 @@ fn samples(line: &[Px]) -> Vec<Px> {
             .map(|t| [0, 1].map(|i| pair[0][i] + t * (pair[1][i] - pair[0][i])))
             .collect()
     }))
+}
+
+/// The colours of muscles of these names.
+pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
+    let known = Muscles::reference().map(|m| m.of(names)).unwrap_or_default();
+    known.iter().map(|m| m.colour.to_string().to_lowercase()).collect()
 }

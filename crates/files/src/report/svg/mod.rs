@@ -26,7 +26,7 @@ use super::export::{Export, Provenance};
 pub use animation::{AnimationFrame, animation};
 pub use changes::{Series, changes, parts, ridges};
 #[cfg(feature = "files")]
-pub(super) use muscle_lines::colours;
+pub(super) use labels::colours;
 pub use muscles::{Panel, panels};
 pub use plot::{Scatter, scatter};
 pub(super) use section::check;

@@ -3,11 +3,10 @@
 use nalgebra::{Matrix2, SVector};
 
 use super::axes::{PlotView, ticks};
-use super::labels::{self, MuscleLabel};
+use super::labels::{self, MuscleLabel, colours};
 use super::plot::{Plot, around};
 use super::{Anchor, FontFace, INK, MARGIN, Px, Svg, WIDTH, closed};
 use tongue_core::body::Mesh;
-use tongue_input::measured::muscles::Muscles;
 
 /// Line width of contracting and of passive muscles, px, each with the extra width of its edge.
 const CONTRACTING: [f64; 2] = [8.0, 2.5];
@@ -28,11 +27,6 @@ impl DrawnMuscle<'_> {
     pub fn face(&self) -> FontFace {
         if self.contracting { FontFace::Bold } else { FontFace::Plain }
     }
-}
-
-pub(in crate::report) fn colours(names: &[String]) -> Vec<String> {
-    let known = Muscles::reference().map(|m| m.of(names)).unwrap_or_default();
-    known.iter().map(|m| m.colour.to_string().to_lowercase()).collect()
 }
 
 /// The muscles of a shape; the name of a contracting one is followed by its tension.

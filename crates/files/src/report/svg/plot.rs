@@ -1,7 +1,7 @@
 //! The chart that every plot of values stands in, a rectangle with two axes, and predicted against measured values in panels.
 
 use super::axes::ticks;
-use super::muscle_lines::colours;
+use super::labels::colours;
 use super::{Anchor, FontFace, INK, LegendEntry, MARGIN, Px, RULE, Svg, TEXT, data};
 
 #[derive(Debug, Clone)]

@@ -1,6 +1,6 @@
 //! The tensions of many fits: a row for each fit, a column for each muscle, and a dot for each contracting muscle.
 
-use super::muscle_lines::colours;
+use super::labels::colours;
 use super::plot::{Axis, Plot, around};
 use super::{Anchor, FontFace, INK, MARGIN, RULE, Svg, TEXT};
 

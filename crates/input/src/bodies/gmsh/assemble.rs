@@ -6,8 +6,8 @@ use nalgebra::SVector;
 
 use super::chain::chain;
 use super::cursor::{Located, Parsed, wrong};
-use super::groups::{Form, GroupParts, GroupRole, PhysicalGroup, positions};
-use super::parse::Raw;
+use super::groups::{GroupParts, GroupRole, PhysicalGroup, positions};
+use super::parse::{Form, Raw};
 use super::review::review;
 use super::{AnyBody, Content, Unit};
 use crate::measured::muscles::Muscles;

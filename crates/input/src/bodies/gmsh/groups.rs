@@ -6,18 +6,10 @@ use nalgebra::SVector;
 
 use super::Unit;
 use super::cursor::{Located, Parsed, wrong};
-use super::parse::{GmshElement, Raw, check_cell};
+use super::parse::{Form, GmshElement, Raw, check_cell};
 use crate::measured::muscles::Muscles;
 use tongue_core::body::Bone;
 use tongue_core::choice;
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
-    /// Triangles or tetrahedra, with muscles on curves.
-    Simplices,
-    /// Hexahedra, with muscles on volumes and fibres on curves.
-    Hexahedra,
-}
 
 /// Meaning of a physical group, with the rest of its name.
 #[derive(Debug, Clone, PartialEq, Eq)]

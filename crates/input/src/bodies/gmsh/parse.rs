@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use super::cursor::{Cursor, Parsed, wrong};
 use super::fibres::{FibreView, view};
-use super::groups::Form;
 
 /// Content of a file. Tags are Gmsh's numbers.
 pub(super) struct Raw {
@@ -15,6 +14,15 @@ pub(super) struct Raw {
     /// Elements in the order of the file; an element in several physical groups is repeated for each.
     pub elements: Vec<GmshElement>,
     pub views: Vec<FibreView>,
+}
+
+/// Form of the cells of a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// Triangles or tetrahedra, with muscles on curves.
+    Simplices,
+    /// Hexahedra, with muscles on volumes and fibres on curves.
+    Hexahedra,
 }
 
 #[derive(Debug, Clone)]
