@@ -43,6 +43,7 @@ pub struct SceneGravity {
 /// Posture of the head of the midsagittal model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
+#[schemars(rename = "Posture")]
 pub enum HeadPosture {
     /// Standing or sitting: weight acts downwards, along -y.
     Upright,

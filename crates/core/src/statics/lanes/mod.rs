@@ -23,7 +23,7 @@
 //! ```
 //! use nalgebra::SVector;
 //! use tongue_core::body::Body;
-//! use tongue_core::statics::lanes::{Equilibrium, Lanes, Load, length_gradient};
+//! use tongue_core::statics::lanes::{LaneEquilibrium, Lanes, Load, length_gradient};
 //! use tongue_core::statics::{SolveSettings, SolveStatus};
 //! use tongue_core::system::{Model, System};
 //!
@@ -53,7 +53,7 @@
 //! // Derivatives of a misfit by all tensions in four chains side by side, one back-substitution each.
 //! let measured = 0.9 * system.length(system.rest(), 0);
 //! let shapes = group.solve(&[draw(10), draw(40), draw(60), draw(90)], &SolveSettings::default()).to_vec();
-//! let gradient = |shape: &Equilibrium<2>| {
+//! let gradient = |shape: &LaneEquilibrium<2>| {
 //!     let residual = system.length(&shape.positions, 0) - measured;
 //!     let mut by_node = vec![SVector::zeros(); shape.positions.len()];
 //!     length_gradient(&system, &shape.positions, 0, residual, &mut by_node); // of residual²/2
