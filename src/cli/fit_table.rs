@@ -129,8 +129,8 @@ impl ShownFit<'_> {
         }
         found.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", own(&p.tensions))));
         let shortens = target.active.iter().map(|&m| {
-            let measured = fixed(100.0 * (1.0 - target.measured_mm[m] / target.baseline_mm[m]), 0);
-            format!("{} ({measured})", fixed(100.0 * (1.0 - fit.lengths[m] / fit.rest_lengths[m]), 0))
+            let measured = fixed(shortening_percent(target.measured_mm[m], target.baseline_mm[m]), 0);
+            format!("{} ({measured})", fixed(shortening_percent(fit.lengths[m], fit.rest_lengths[m]), 0))
         });
         found.push(("shortens, % (measured)", shortens.collect()));
         let t = rows(&header, found, |(name, values)| std::iter::once(name.to_owned()).chain(values));
@@ -188,6 +188,11 @@ fn in_one_line(written: &[PathBuf]) -> String {
     format!("written to {}: {}\n", folder.display(), names.join(", "))
 }
 
+/// By how much a length is shorter than another, %.
+fn shortening_percent(length: f64, than: f64) -> f64 {
+    100.0 * (1.0 - length / than)
+}
+
 /// Every muscle of a fit beside its measurement.
 fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     let target = &fit.target;
@@ -204,8 +209,8 @@ fn muscles(fit: &Fit, published: Option<&Published>) -> String {
         let residual = fit.residuals[i];
         let mut row = vec![
             format!("{muscle}{mark}{doubt}"),
-            fixed(100.0 * (1.0 - target.measured_mm[i] / target.baseline_mm[i]), 1) + " %",
-            fixed(100.0 * (1.0 - fit.lengths[i] / fit.rest_lengths[i]), 1) + " %",
+            fixed(shortening_percent(target.measured_mm[i], target.baseline_mm[i]), 1) + " %",
+            fixed(shortening_percent(fit.lengths[i], fit.rest_lengths[i]), 1) + " %",
             format!("{:.3}", target.values[i]),
             format!("{:.3}", fit.simulated[i]),
             if residual.abs() < 5e-4 { "0.000".into() } else { format!("{residual:+.3}") },

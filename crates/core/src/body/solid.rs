@@ -32,10 +32,10 @@ pub fn block(size: [f64; 3], counts: [usize; 3]) -> Mesh<3> {
             for i in 0..counts[0] {
                 for (walk, mirrored) in walks {
                     let mut at = [i, j, k];
-                    let mut cell = [(at[2] * my + at[1]) * mx + at[0]; 4];
+                    let mut cell = [grid_node([mx, my], at); 4];
                     for (corner, axis) in cell.iter_mut().skip(1).zip(walk) {
                         at[axis] += 1;
-                        *corner = (at[2] * my + at[1]) * mx + at[0];
+                        *corner = grid_node([mx, my], at);
                     }
                     if mirrored {
                         cell.swap(2, 3);
@@ -89,8 +89,9 @@ fn disc(radius: f64, rings: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
     let mut points = Vec::new();
     for ring in 0..=rings {
         let r = radius * ring as f64 / rings as f64;
-        for i in 0..(6 * ring).max(1) {
-            let angle = std::f64::consts::TAU * i as f64 / (6 * ring).max(1) as f64;
+        let count = ring_points(ring);
+        for i in 0..count {
+            let angle = std::f64::consts::TAU * i as f64 / count as f64;
             points.push([r * angle.cos(), r * angle.sin()]);
         }
     }
@@ -118,10 +119,20 @@ fn disc(radius: f64, rings: usize) -> (Vec<[f64; 2]>, Vec<[usize; 3]>) {
     (points, triangles)
 }
 
-/// The number of a point of a ring of a disc: one in the middle, six more in each ring than in the one inside.
+/// The number of a node of a block with `[mx, my]` nodes along its first two axes.
+fn grid_node([mx, my]: [usize; 2], at: [usize; 3]) -> usize {
+    (at[2] * my + at[1]) * mx + at[0]
+}
+
+/// How many points a ring of a disc has: one in the middle, six more in each ring than in the one inside.
+fn ring_points(ring: usize) -> usize {
+    (6 * ring).max(1)
+}
+
+/// The number of a point of a ring of a disc.
 fn disc_point(ring: usize, i: usize) -> usize {
     let first = if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
-    first + i % (6 * ring).max(1)
+    first + i % ring_points(ring)
 }
 
 /// The cell with its corners in an order that makes its volume positive.

@@ -176,7 +176,7 @@ impl Solution {
     }
 }
 
-/// Residual force below which the next part of the way begins, N.
+/// Residual force below which bones are carried the next part of their way, N.
 pub(super) const FOLLOWED: f64 = 1e-4;
-/// Largest number of parts. The reference tongue's jaw opens by 10 degrees in 12.
+/// Largest number of parts of a bone's way. The reference tongue's jaw opens by 10 degrees in 12.
 pub(super) const MOST_PARTS: usize = 1000;

@@ -1,4 +1,4 @@
-//! The body of a scene, among them the tongue in space before and after surgery.
+//! The body of a scene; the tongue in space also before and after surgery.
 
 use std::path::Path;
 

@@ -20,7 +20,7 @@ const ON_THE_WAY_N: f64 = 1e-4;
 pub(crate) const SAME_M: f64 = 1e-7;
 
 /// Whether each of several shapes, given by its lengths (m), is the one to which its loads lead from rest; `shape` is as in
-/// [`Density::load`].
+/// [`super::PosteriorModel::load`].
 pub fn on_branch(
     density: &Density<'_>,
     group: &mut LaneGroup<'_, 2>,

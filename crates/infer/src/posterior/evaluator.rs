@@ -64,9 +64,8 @@ impl<'a> Evaluator<'a> {
 
     /// The same with another likelihood of the residuals.
     pub fn with(density: &'a Density<'_>, errors: &'a dyn ResidualLikelihood) -> Self {
-        let [shapes, from_rest] =
-            [(); 2].map(|()| (0..=density.postures()).map(|_| density.lanes().group()).collect());
-        Self { density, errors, shapes, from_rest }
+        let groups = || (0..=density.postures()).map(|_| density.lanes().group()).collect();
+        Self { density, errors, shapes: groups(), from_rest: groups() }
     }
 
     fn solve(&mut self, points: &[(&DVector<f64>, &WarmStart)]) -> SolvedPoints {

@@ -50,11 +50,11 @@ impl<const D: usize> MuscleCourse<D> {
         }
         let leaves =
             "leaves the tissue between its ends; only a part from a bone to the tissue may be outside";
-        let leaves = BodyError(format!("muscle {} {leaves}", chain.name));
-        let (Some(first), Some(last)) = (inside.first(), inside.last()) else { return Err(leaves) };
+        let leaves = || BodyError(format!("muscle {} {leaves}", chain.name));
+        let (Some(first), Some(last)) = (inside.first(), inside.last()) else { return Err(leaves()) };
         let apart = first == last;
         if last - first + 1 != inside.len() || (apart && outside[0] == outside[1]) {
-            return Err(leaves);
+            return Err(leaves());
         }
         Ok(Self { name: chain.name.clone(), points, bones, outside, fades, apart })
     }
@@ -132,11 +132,11 @@ impl<const D: usize> MuscleCourse<D> {
     /// The part of the tension that acts at a distance along the line, m: ends in the tissue fade out over a
     /// width.
     fn ramp(&self, way: f64, length: f64, width: f64) -> f64 {
-        let [start, end] = [way, length - way].map(|distance| {
+        let fade = |distance: f64| {
             let t = if width > 0.0 { (distance / width).clamp(0.0, 1.0) } else { 1.0 };
             t * t * (3.0 - 2.0 * t)
-        });
-        (if self.fades[0] { start } else { 1.0 }) * (if self.fades[1] { end } else { 1.0 })
+        };
+        (if self.fades[0] { fade(way) } else { 1.0 }) * (if self.fades[1] { fade(length - way) } else { 1.0 })
     }
 
     /// Adds the points of a fibre; returns where it enters the tissue and where it leaves it.
@@ -231,19 +231,24 @@ fn profile<const D: usize>(settings: &ContinuumSettings) -> Vec<([f64; 2], f64)>
     let count = if settings.bundle_width_m > 0.0 { settings.fibres } else { 1 };
     let mut fibres: Vec<([f64; 2], f64)> = Vec::new();
     if D == 2 || count == 1 {
-        fibres.extend(gauss_legendre(count).into_iter().map(|(t, w)| ([t, 0.0], w * (1.0 - t * t).powi(2))));
+        fibres.extend(gauss_legendre(count).into_iter().map(|(t, w)| ([t, 0.0], w * fibre_weight(t))));
     } else {
         for (ring, (x, w)) in gauss_legendre(count.div_ceil(AROUND)).into_iter().enumerate() {
             let r = 0.5 * (1.0 + x);
             for i in 0..AROUND {
                 let angle = std::f64::consts::TAU * (i as f64 + 0.5 * (ring % 2) as f64) / AROUND as f64;
-                fibres.push(([r * angle.cos(), r * angle.sin()], w * r * (1.0 - r * r).powi(2)));
+                fibres.push(([r * angle.cos(), r * angle.sin()], w * r * fibre_weight(r)));
             }
         }
     }
     let all: f64 = fibres.iter().map(|f| f.1).sum();
     fibres.iter_mut().for_each(|f| f.1 /= all);
     fibres
+}
+
+/// Weight of a fibre at this part of the way from the middle of a muscle to its edge.
+fn fibre_weight(t: f64) -> f64 {
+    (1.0 - t * t).powi(2)
 }
 
 /// Unit vectors across a direction: in the plane to its left, in space two, as near as can be to those

@@ -75,15 +75,16 @@ impl Body<3> {
         let nodes = &self.mesh.nodes;
         let size = self.mesh.extent();
         let image = images(nodes, SAME * size)?;
+        let is_on_plane = |n: usize| image[n] == n;
         let off = |n: usize| (nodes[image[n]] - Vector3::new(nodes[n].x, -nodes[n].y, nodes[n].z)).norm();
         let is_uneven = |s: &super::Segment| s.nodes.iter().any(|&n| off(n) > EVEN * size);
         let uneven = self.muscles.iter().map(|m| m.segments.iter().any(is_uneven)).collect();
         let mut number = vec![None; nodes.len()];
         let mut body = Body { what: format!("the left half of {}", self.what), ..Body::default() };
         let mut plane = Vec::new();
-        for (n, x) in nodes.iter().enumerate().filter(|(n, _)| (image[*n] == *n) || nodes[*n].y < 0.0) {
+        for (n, x) in nodes.iter().enumerate().filter(|(n, _)| is_on_plane(*n) || nodes[*n].y < 0.0) {
             number[n] = Some(body.mesh.nodes.len());
-            if image[n] == n {
+            if is_on_plane(n) {
                 plane.push(body.mesh.nodes.len());
             }
             body.mesh.nodes.push(*x);
@@ -169,7 +170,7 @@ impl Body<3> {
                     let [a, b] = [number[s.nodes[0]]?, number[s.nodes[1]]?];
                     // Of a fibre on the plane one half belongs to each side; of a pair of muscles each has
                     // its own.
-                    let shared = s.nodes.iter().all(|&n| image[n] == n) && muscle.side == Side::Middle;
+                    let shared = s.nodes.iter().all(|&n| is_on_plane(n)) && muscle.side == Side::Middle;
                     let force_n = if shared { 0.5 * s.force_n } else { s.force_n };
                     Some(super::Segment { nodes: [a, b], force_n, ..*s })
                 })

@@ -159,8 +159,10 @@ impl<const D: usize> Body<D> {
     pub fn volume_ratios(&self, positions: &[SVector<f64, D>]) -> [f64; 2] {
         let ratios = self.mesh.hexahedra.iter().flat_map(|corners| {
             hexahedron::points().map(|at| {
-                hexahedron::jacobian(&hexahedron::corners(positions, corners), at).determinant()
-                    / hexahedron::jacobian(&hexahedron::corners(&self.mesh.nodes, corners), at).determinant()
+                let [here, at_rest] = [positions, &self.mesh.nodes].map(|nodes| {
+                    hexahedron::jacobian(&hexahedron::corners(nodes, corners), at).determinant()
+                });
+                here / at_rest
             })
         });
         ratios.fold([f64::INFINITY, 0.0], |[least, most], ratio| [least.min(ratio), most.max(ratio)])
@@ -208,9 +210,9 @@ impl Body<3> {
     /// The body in the axes of scenes: x to the back, y upwards, z to the left of the speaker; without lines.
     pub fn in_scene(mut self) -> Self {
         self.lines.clear();
-        self.mesh.nodes.iter_mut().for_each(|p| *p = Vector3::new(p.x, p.z, -p.y));
         let directions = self.muscles.iter_mut().flat_map(|m| &mut m.directions).flatten().flatten();
-        directions.for_each(|d| *d = Vector3::new(d.x, d.z, -d.y));
+        let vectors = self.mesh.nodes.iter_mut().chain(directions);
+        vectors.for_each(|v| *v = Vector3::new(v.x, v.z, -v.y));
         let bones = self.bones_of_the_plane();
         Self { bones, ..self }
     }
