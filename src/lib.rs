@@ -250,11 +250,11 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
-        AnimationFrame, Clean, Conclusion, Draws, FormantsRecord, Markdown, OfBody, OperationRecord,
-        PageBody, PageTable, Panel, Pvd, REPEATED, RecordingResult, Rows, SectionPicture, Series,
-        SpaceFitRecord, SpaceTrackRecord, Ssff, StoTable, Table, TonguePage, TrackPage, TrackRecord,
-        TrackResults, TrajectoryRecord, ValleyRecord, VowelPicture, contrasts, discard_unfinished, draws_csv,
-        fixed, formants_csv, limit_of_plane, over_speakers, panels, placed, prior_interval_n, repeated,
+        AnimationFrame, Clean, Conclusion, Draws, FormantsRecord, Markdown, OfBody, PageBody, PageTable,
+        Panel, Pvd, REPEATED, RecordingResult, Rows, SectionPicture, Series, SpaceFitRecord,
+        SpaceTrackRecord, Ssff, StoTable, Table, TonguePage, TrackPage, TrackRecord, TrackResults,
+        TrajectoryRecord, ValleyRecord, VowelPicture, contrasts, discard_unfinished, draws_csv, fixed,
+        formants_csv, limit_of_plane, over_speakers, panels, placed, prior_interval_n, repeated,
         repeats_table, ridges, segments_csv, solid, status_name, timelines, track_csv, views, vowel, wrapped,
     };
     pub use tongue_files::report::{
@@ -302,10 +302,10 @@ pub mod scene {
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::scene::ScenePlan;
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::scene::airway::SceneTract;
-    #[cfg(feature = "cli")]
     pub(crate) use tongue_files::scene::effects::Effects;
     pub use tongue_files::scene::effects::{Hyoid, Jaw};
+    #[cfg(feature = "cli")]
+    pub(crate) use tongue_files::scene::file::SceneTract;
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::scene::file::{FitTarget, Material, SceneTongue};
     pub use tongue_files::scene::file::{SceneBody, Want};
@@ -368,7 +368,7 @@ pub(crate) mod suggest {
 #[cfg(feature = "cli")]
 pub(crate) mod surgery {
     //! Surgery of a tongue in space, in words.
-    pub(crate) use tongue_files::surgery::{FillingKind, Surgery};
+    pub(crate) use tongue_files::surgery::{FillingKind, OperationRecord, Surgery};
 }
 
 pub mod system {
@@ -388,12 +388,13 @@ pub mod validate {
 
 pub mod track {
     //! Tensions over time from recordings of a tongue.
+    pub use tongue_core::observe::TongueSurface;
     #[cfg(feature = "cli")]
     pub(crate) use tongue_infer::track::{
         Comparison, Displacement, FEWEST, Followed, Frame, FrameStatus, MOST_UNTRUSTED, NARROW, Watch,
         compare, compared, course_summaries, held_out, is_untrusted, listen, repeats,
     };
-    pub use tongue_infer::track::{TongueSurface, TrackSettings, Tracked, TrackedRecording};
+    pub use tongue_infer::track::{TrackSettings, Tracked, TrackedRecording};
 }
 
 /// A millimetre in metres: `5.5 * MM`.

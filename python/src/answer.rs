@@ -1,5 +1,6 @@
-//! Conversion to Python: arrays, words and records.
+//! Conversion to Python: arrays, words, records and hashes.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 
 use nalgebra::SVector;
@@ -65,4 +66,11 @@ pub fn record<'py>(
 /// None in practice: the text is an object.
 pub fn loads<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
     Ok(py.import("json")?.call_method1("loads", (text,))?.cast_into()?)
+}
+
+/// The hash of a value.
+pub fn hashed(value: &impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    value.hash(&mut hasher);
+    hasher.finish()
 }

@@ -1,7 +1,6 @@
-//! Bodies and models.
+//! Bodies.
 
 use std::ffi::CString;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -10,16 +9,13 @@ use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tongue_fit::body;
-use tongue_fit::material::Constants;
 use tongue_fit::report::{Export, Provenance};
 use tongue_fit::run::{BodySource, Kind, PlaneBody};
 use tongue_fit::simulation::Assemble;
 use tongue_fit::system;
 
-use super::answer::{Pickled, numbers, points, table};
-use super::assembly::Assembly;
+use super::answer::{Pickled, hashed, numbers, points, table};
 use super::errors::{chosen, refused, wrong};
-use super::given;
 use super::work::aside;
 
 /// A tongue in the midsagittal plane: nodes, triangles, named muscles and named bones. SI units.
@@ -215,72 +211,4 @@ impl Body {
         let mesh = &self.body.mesh;
         format!("<Body: {}, {} nodes, {} triangles>", self.body.what, mesh.nodes.len(), mesh.cells.len())
     }
-}
-
-/// The model of a body.
-///
-/// Parameters
-/// ----------
-/// young_modulus : float, default 6900.0
-///     Young's modulus of the tissue, Pa.
-/// poisson_ratio : float, default 0.49
-///     Poisson's ratio of the tissue, below 0.5.
-#[pyclass(frozen, eq, module = "tongue_fit", from_py_object)]
-#[derive(Clone, Copy, PartialEq)]
-pub struct Model(pub system::Model);
-
-#[pymethods]
-impl Model {
-    /// The model with these constants.
-    #[new]
-    #[pyo3(signature = (*, young_modulus = 6900.0, poisson_ratio = 0.49))]
-    fn new(young_modulus: f64, poisson_ratio: f64) -> PyResult<Self> {
-        let constants = Constants { young_modulus, poisson_ratio, ..Constants::TONGUE };
-        constants.check().map_err(refused)?;
-        Ok(Self(system::Model { constants }))
-    }
-
-    /// Makes `body` ready to be solved; the named muscles contract, and all others are passive tissue.
-    fn assemble(&self, py: Python<'_>, body: &Body, muscles: &Bound<'_, PyAny>) -> PyResult<Assembly> {
-        let muscles = given::names("muscles", muscles)?;
-        let (model, from, given) = (self.0, Arc::clone(&body.body), *self);
-        let made = aside(py, move || model.assemble(&from, muscles))?.map_err(refused)?;
-        Ok(Assembly(made, Arc::new((given, body.clone()))))
-    }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, (f64, f64)> {
-        let c = &slf.get().0.constants;
-        Ok((slf.py().get_type::<Self>().getattr("_restored")?, (c.young_modulus, c.poisson_ratio)))
-    }
-
-    /// The model of a pickle.
-    #[staticmethod]
-    fn _restored(young_modulus: f64, poisson_ratio: f64) -> PyResult<Self> {
-        Self::new(young_modulus, poisson_ratio)
-    }
-
-    fn __copy__(slf: Bound<'_, Self>) -> Bound<'_, Self> {
-        slf
-    }
-
-    fn __deepcopy__<'py>(slf: Bound<'py, Self>, _memo: &Bound<'py, PyAny>) -> Bound<'py, Self> {
-        slf
-    }
-
-    fn __hash__(&self) -> u64 {
-        let c = &self.0.constants;
-        hashed(&(c.young_modulus.to_bits(), c.poisson_ratio.to_bits()))
-    }
-
-    fn __repr__(&self) -> String {
-        let c = &self.0.constants;
-        format!("Model(young_modulus={:?}, poisson_ratio={:?})", c.young_modulus, c.poisson_ratio)
-    }
-}
-
-/// The hash of a value.
-pub fn hashed(value: &impl Hash) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    value.hash(&mut hasher);
-    hasher.finish()
 }

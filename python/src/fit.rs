@@ -18,7 +18,8 @@ use tongue_fit::system::TissueModel;
 use tongue_fit::{body, parallel};
 
 use super::answer::loads;
-use super::body::{Body, Model};
+use super::assembly::Model;
+use super::body::Body;
 use super::errors::{chosen, refused, wrong};
 use super::given;
 use super::measured::{Dataset, target};

@@ -20,9 +20,9 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _tongue_fit {
     #[pymodule_export]
-    use super::assembly::Assembly;
+    use super::assembly::{Assembly, Model};
     #[pymodule_export]
-    use super::body::{Body, Model};
+    use super::body::Body;
     #[pymodule_export]
     use super::errors::Error;
     #[pymodule_export]

@@ -8,8 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use tongue_fit::measured::{self, TargetKind, TargetOptions, Vowel};
 
-use super::answer::Pickled;
-use super::body::hashed;
+use super::answer::{Pickled, hashed};
 use super::errors::{refused, wrong};
 use super::given;
 use super::work::alone;

@@ -10,8 +10,45 @@ use tongue_fit::observe;
 use super::answer::{self, Pickled};
 use super::assembly::Assembly;
 use super::errors::{refused, wrong};
-use super::given::points;
+use super::given::{Given, points};
 use super::measured::Target;
+
+#[pymethods]
+impl Assembly {
+    /// The length of a muscle, m, as an observable.
+    fn length(&self, muscle: &str) -> PyResult<Observable> {
+        Observable::new(self, Seen::Length(muscle.to_owned()))
+    }
+
+    /// The length of a muscle over its length at rest, as an observable.
+    fn stretch(&self, muscle: &str) -> PyResult<Observable> {
+        Observable::new(self, Seen::Stretch(muscle.to_owned()))
+    }
+
+    /// The length of a muscle over another's, as an observable.
+    fn ratio(&self, muscle: &str, over: &str) -> PyResult<Observable> {
+        Observable::new(self, Seen::Ratio(muscle.to_owned(), over.to_owned()))
+    }
+
+    /// The signed distance of a measured point (x, y), m, from the outline of the tissue, as an observable:
+    /// positive outside.
+    fn contour(&self, point: &Bound<'_, PyAny>) -> PyResult<Observable> {
+        let point = Given::pair("point", point)?;
+        Observable::new(self, Seen::Contour(point.x, point.y))
+    }
+
+    /// The observations of this body in a measured target: one for every fitted muscle.
+    fn observations(&self, target: &Target) -> PyResult<Vec<Observation>> {
+        let seen = self.0.observations(&target.target).map_err(refused)?.fitted.into_iter().enumerate();
+        Ok(seen.map(|(number, seen)| Observation::of_target(seen, self, target, number)).collect())
+    }
+
+    /// One of the observations, for a pickle.
+    fn _observation(&self, target: &Target, number: usize) -> PyResult<Observation> {
+        let found = self.observations(target)?.into_iter().nth(number);
+        found.ok_or_else(|| wrong("a pickled observation is of another target"))
+    }
+}
 
 /// Kind of an observable.
 #[derive(Clone, PartialEq)]

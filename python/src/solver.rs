@@ -14,7 +14,7 @@ use super::answer::{points, record, word};
 use super::assembly::Assembly;
 use super::errors::{refused, wrong};
 use super::given::{self, Given};
-use super::work::alone;
+use super::work::{alone, aside};
 
 /// The tensions argument: by name, or an array in the order of the contracting muscles.
 pub struct Tensions(Given);
@@ -56,6 +56,43 @@ const QUICK_NODES: usize = 400;
 /// Largest tension for which that holds, N per metre of thickness, a hundred times that of muscles. Beyond it
 /// Newton's method can take thousands of steps.
 const QUICK_TENSION: f64 = 1e5;
+
+#[pymethods]
+impl Assembly {
+    /// A solver of this assembly; each thread needs its own.
+    fn solver(&self) -> Solver {
+        Solver::new(self)
+    }
+
+    /// The motion from rest while the tensions grow to their values and then stay.
+    ///
+    /// Parameters
+    /// ----------
+    /// tensions : mapping, array or list of float
+    ///     Tensions by muscle, or in the order of `contracting`, N per metre of thickness.
+    /// t_end_s : float
+    ///     End of the motion, s.
+    /// ramp_s : float, default 0.0
+    ///     Time in which the tensions grow, s.
+    /// samples : int, default 101
+    ///     Number of equidistant times.
+    #[pyo3(signature = (tensions, t_end_s, ramp_s = 0.0, samples = 101))]
+    fn trajectory(
+        &self,
+        py: Python<'_>,
+        tensions: Tensions,
+        t_end_s: f64,
+        ramp_s: f64,
+        samples: usize,
+    ) -> PyResult<Trajectory> {
+        let (assembly, given) = (self.0.clone(), tensions.of(&self.0)?);
+        let followed = aside(py, move || {
+            let given: Vec<(&str, f64)> = given.iter().map(|(name, n)| (name.as_str(), *n)).collect();
+            assembly.trajectory(&given, ramp_s, t_end_s, samples)
+        })?;
+        followed.map(Trajectory).map_err(refused)
+    }
+}
 
 /// Solves equilibria, one after another. Each thread needs its own, because a solve writes to it.
 #[pyclass(frozen, module = "tongue_fit")]

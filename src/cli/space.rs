@@ -7,10 +7,10 @@ use nalgebra::{Vector2, Vector3};
 
 use tongue_fit::body::{Body, Unit};
 use tongue_fit::inverse::alarms::{self, Alarm};
-use tongue_fit::report::{self, OperationRecord, SimulationRecord};
+use tongue_fit::report::{self, SimulationRecord};
 use tongue_fit::run::{Equilibrium, SpaceSource};
 use tongue_fit::statics::Workspace;
-use tongue_fit::surgery::{FillingKind, Surgery};
+use tongue_fit::surgery::{FillingKind, OperationRecord, Surgery};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
 use super::choice::choice;

@@ -11,9 +11,10 @@ use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::posterior::OverSpeakers;
 use tongue_fit::report::batch::contrasts::{SubjectContrast, over_subjects};
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
-use tongue_fit::report::{OfBody, OperationRecord, SimulationRecord, TrajectoryRecord};
+use tongue_fit::report::{OfBody, SimulationRecord, TrajectoryRecord};
 use tongue_fit::run::Equilibrium;
 use tongue_fit::statics::{self, Connection, CriticalKind};
+use tongue_fit::surgery::OperationRecord;
 use tongue_fit::validate::ValidationStudy;
 
 /// An empty table; all columns but the first are aligned to the right.

@@ -1,6 +1,5 @@
 //! `tongue-fit track`: tensions over time.
 
-use std::path::PathBuf;
 use std::time::Instant;
 
 use miette::{IntoDiagnostic, bail, ensure, miette};
@@ -8,7 +7,7 @@ use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::report::{
-    FormantsRecord, Json, OutputDir, Provenance, RecordingResult, TrackRecord, TrackResults, status_name,
+    FormantsRecord, Json, OutputDir, RecordingResult, TrackRecord, TrackResults, status_name,
 };
 use tongue_fit::run::TrackRun;
 use tongue_fit::statistics::{distinct, upper_median};
@@ -21,6 +20,7 @@ use super::body_file::BodyFile;
 use super::choice::choice_among;
 use super::outcome::counted;
 use super::recordings::{self, GivenRecordings, Loaded, PriorArguments, Screened};
+use super::track_files::Done;
 use super::track_sound::FORMANTS;
 use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,
@@ -92,7 +92,10 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 speakers.iter().map(String::as_str),
                 &format!("{option} is of one"),
             )),
-            None => track_speakers::run(arguments, global, read, &speakers),
+            None => {
+                let track = |read, out: &OutputDir, name: &str| one(arguments, read, out, Some(name));
+                track_speakers::run(global, read, &speakers, &track)
+            }
         };
     }
     let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
@@ -105,14 +108,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         track_table::track(&done.record)
     })?;
     Ok(done.outcome)
-}
-
-/// The run of one speaker, whose files are written.
-pub struct Done {
-    pub record: TrackRecord,
-    pub by: Provenance,
-    pub written: Vec<PathBuf>,
-    pub outcome: Outcome,
 }
 
 impl Arguments {
@@ -134,7 +129,7 @@ impl Arguments {
 }
 
 /// Tracks recordings of one speaker; `among` is the name if there are others.
-pub fn one(
+fn one(
     arguments: &Arguments,
     read: Vec<Loaded>,
     out: &OutputDir,

@@ -10,7 +10,16 @@ use tongue_fit::report::{
 };
 use tongue_fit::system::TissueModel;
 
+use super::Outcome;
 use super::body_file::BodyFile;
+
+/// The run of one speaker, whose files are written.
+pub struct Done {
+    pub record: TrackRecord,
+    pub by: Provenance,
+    pub written: Vec<PathBuf>,
+    pub outcome: Outcome,
+}
 
 /// Files for other programs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]

@@ -10,7 +10,7 @@ use tongue_fit::report::{Export, Json, OutputDir, over_speakers};
 use tongue_fit::track::Comparison;
 
 use super::recordings::Loaded;
-use super::track::{self, Arguments};
+use super::track_files::Done;
 use super::{Global, Outcome, output, table};
 
 /// One of the speakers.
@@ -31,11 +31,15 @@ struct SpeakersRecord {
     over_speakers: Vec<OverSpeakers>,
 }
 
+/// Tracks the recordings of a speaker: they, the folder of the results and the name.
+type TrackOne<'a> = &'a dyn Fn(Vec<Loaded>, &OutputDir, &str) -> miette::Result<Done>;
+
+/// Tracks each speaker of `names`.
 pub fn run(
-    arguments: &Arguments,
     global: &Global,
     mut read: Vec<Loaded>,
     names: &[String],
+    track: TrackOne<'_>,
 ) -> miette::Result<Outcome> {
     let out = global.folder("results/track")?;
     let unnamed = read.iter().filter(|one| one.recording.speaker.is_none()).count();
@@ -53,7 +57,7 @@ pub fn run(
         let folder = out.path().join(folder(number, name, &names[..number]));
         let made = OutputDir::prepare(&folder).into_diagnostic();
         let (mut frames, mut recordings) = (0, 0);
-        let problem = match made.and_then(|out| track::one(arguments, own, &out, Some(name))) {
+        let problem = match made.and_then(|out| track(own, &out, name)) {
             Ok(done) => {
                 (frames, recordings) = (done.record.results.frames().count(), done.record.recordings.len());
                 is_whole &= done.outcome != Outcome::SomeRowsRefused;

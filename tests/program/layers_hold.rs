@@ -116,3 +116,53 @@ fn names_of_types_have_one_meaning_in_all_crates_and_there_are_few_types_of_erro
     let errors: Vec<_> = types.keys().filter(|name| name.ends_with("Error")).collect();
     assert!(errors.len() <= 15, "{} types of errors: {errors:?}", errors.len());
 }
+
+/// The names of types and constants that a file takes from its own crate. Its tests, and what it only hands on, do not count.
+fn imports(source: &str) -> Vec<&str> {
+    let code = source.split("\nmod tests {").next().unwrap();
+    let uses = code.split("\nuse ").skip(1).filter_map(|rest| rest.split(';').next());
+    let own = uses.filter(|path| path.starts_with("super::") || path.starts_with("crate::"));
+    own.flat_map(|path| path.split(|c: char| !c.is_alphanumeric() && c != '_'))
+        .filter(|word| word.starts_with(char::is_uppercase))
+        .collect()
+}
+
+#[test]
+fn no_files_of_a_crate_take_types_and_constants_from_each_other_in_a_circle() {
+    // A mod.rs holds what its files share and hands on what they offer, so that arrows from and to it would always be circles.
+    let is_face = |path: &str| ["mod.rs", "lib.rs", "main.rs"].iter().any(|end| path.ends_with(end));
+    let all = ["src", "crates", "python/src"].into_iter().flat_map(super::run::sources);
+    // Of each file its crate, its path in it, and its source.
+    let files: Vec<(String, String, String)> = Vec::from_iter(all.filter_map(|(path, source)| {
+        let (of_crate, file) = path.strip_prefix(env!("CARGO_MANIFEST_DIR"))?.split_once("/src/")?;
+        (!is_face(file)).then(|| (of_crate.to_owned(), file.to_owned(), source))
+    }));
+    let mut defined: BTreeMap<(&str, &str), Vec<usize>> = BTreeMap::new();
+    for (number, (of_crate, _, source)) in files.iter().enumerate() {
+        for line in source.lines().filter_map(|line| line.strip_prefix("pub")) {
+            let mut words = line.split(|c: char| !c.is_alphanumeric() && c != '_').filter(|w| !w.is_empty());
+            let is_item = |word: &str| ["struct", "enum", "trait", "type", "const", "static"].contains(&word);
+            if words.by_ref().take(4).any(is_item)
+                && let Some(name) = words.next()
+            {
+                defined.entry((of_crate, name)).or_default().push(number);
+            }
+        }
+    }
+    let mut uses: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (number, (of_crate, _, source)) in files.iter().enumerate() {
+        let known = imports(source).into_iter().filter_map(|name| defined.get(&(of_crate.as_str(), name)));
+        let only = known.filter(|places| places.len() == 1 && places[0] != number).map(|places| places[0]);
+        uses.insert(number, only.collect());
+    }
+    assert!(uses.values().map(Vec::len).sum::<usize>() > 1000, "few imports were found");
+    // Files that use none of those left are taken away until only circles, and what uses them, are left.
+    while let Some(&free) = uses.keys().find(|n| !uses[*n].iter().any(|used| uses.contains_key(used))) {
+        uses.remove(&free);
+    }
+    let left: Vec<&str> = uses.keys().map(|number| files[*number].1.as_str()).collect();
+    assert!(
+        left.is_empty(),
+        "a circle, or files that use one: {left:?}; move what both use to the lower file"
+    );
+}

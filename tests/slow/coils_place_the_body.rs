@@ -1,6 +1,7 @@
 //! Three to five coils on tongues of other shapes, sizes and directions place the built-in one. The intervals of the placement hold
 //! where it is, and those of the tensions carry what it leaves open.
 
+use tongue_core::observe::TongueSurface;
 use tongue_fit::adapt::{AdaptationInput, RestShapeMethod};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
@@ -10,7 +11,7 @@ use tongue_fit::statistics::upper_median;
 use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::{Placement, RestError};
 use tongue_infer::track::{
-    RestShape, TongueSurface, TrackSettings, TrackedRecording, TrackingContext, Watch, frames, track,
+    RestShape, TrackSettings, TrackedRecording, TrackingContext, Watch, frames, track,
 };
 
 use crate::cases;

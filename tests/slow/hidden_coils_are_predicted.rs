@@ -1,13 +1,14 @@
 //! A coil that is held out of placement and fit is predicted better than by the straight line between the coils beside it, and about 95 % of
 //! the intervals hold it, on speakers with other bodies.
 
+use tongue_core::observe::TongueSurface;
 use tongue_fit::adapt::RestShapeMethod;
 use tongue_fit::body::Body;
 use tongue_fit::measured::recording::AlignedRecording;
 use tongue_fit::parallel;
 use tongue_fit::system::{Model, System};
 use tongue_infer::track::{
-    RestShape, TongueSurface, TrackSettings, Tracked, TrackingContext, Watch, frames, held_out, track,
+    RestShape, TrackSettings, Tracked, TrackingContext, Watch, frames, held_out, track,
 };
 
 use crate::cases;

@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 
 use nalgebra::DVector;
 use tongue_core::geometry::NaturalSpline;
+use tongue_core::observe::TongueSurface;
 use tongue_core::statistics::normal;
 use tongue_fit::adapt::{AdaptationInput, RestShapeMethod, followed};
 use tongue_fit::body::{Body, HYOID};
@@ -16,8 +17,8 @@ use tongue_fit::system::{Model, System};
 use tongue_infer::adapt::{RegistrationData, RestError};
 use tongue_infer::inverse::BONE_SD_M;
 use tongue_infer::track::{
-    Errors, RestShape, Softplus, TongueSurface, TrackSettings, TrackedRecording, TrackingContext, Watch,
-    compared, frames, mark, track,
+    Errors, RestShape, Softplus, TrackSettings, TrackedRecording, TrackingContext, Watch, compared, frames,
+    mark, track,
 };
 use tongue_input::measured::recording::{AlignedFrame, Mark};
 

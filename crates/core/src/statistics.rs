@@ -31,6 +31,9 @@ pub fn mean_and_variance(values: impl Iterator<Item = f64> + Clone) -> (f64, f64
     (mean, values.map(|v| (v - mean).powi(2)).sum::<f64>() / count)
 }
 
+/// Half width of the 95 % interval of a normal distribution in standard deviations.
+pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
+
 /// Each item once, in the order in which they come first.
 pub fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut all = Vec::new();

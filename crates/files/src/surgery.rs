@@ -2,14 +2,14 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::report::OperationRecord;
 use crate::simulation::SimulationError;
 use tongue_core::body::Body;
 use tongue_core::body::space::{Filling, Operated, Region, Side};
+use tongue_core::geometry::hexahedron;
 use tongue_core::system::System;
 use tongue_infer::inverse::FitSettings;
 use tongue_infer::inverse::in_space::SpaceSearch;
@@ -139,4 +139,75 @@ fn metres(text: &str) -> Result<Vec<f64>, String> {
         .split(',')
         .map(|t| t.trim().parse::<f64>().map(|mm| 1e-3 * mm).map_err(|_| format!("\"{t}\" is not a number")));
     numbers.collect()
+}
+
+/// What surgery changed.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct OperationRecord {
+    /// Where, as it was asked for.
+    pub regions: Vec<String>,
+    pub filling: FillingKind,
+    pub elements: usize,
+    /// Their volume at rest, cm³.
+    pub volume_cm3: f64,
+    /// Way of the tip before, mm: back, right, up.
+    pub tip_before_mm: [f64; 3],
+    pub tip_after_mm: [f64; 3],
+    /// How far the tip reaches less to the front than before, mm.
+    pub reach_lost_mm: f64,
+    /// How far the tip deviates to the right, mm; to the left below zero.
+    pub deviation_mm: f64,
+    /// Activations that bring the tip back to where it was before, where they were searched for.
+    pub made_up_by: Option<ByMuscle<f64>>,
+    /// Their 95 % intervals: a tip alone determines few of them.
+    pub made_up_interval_95: Option<ByMuscle<[f64; 2]>>,
+    /// How far its nodes stay from there, mm (RMS).
+    pub made_up_to_mm: Option<f64>,
+    #[serde(skip)]
+    pub before: BeforeSurgery,
+}
+
+/// What a picture after surgery shows of the body before it. Positions are those of all nodes in the axes of the body, m.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BeforeSurgery {
+    pub body: Body<3>,
+    pub positions: Vec<Vector3<f64>>,
+    /// Numbers of its operated elements.
+    pub elements: BTreeSet<usize>,
+    /// Positions after surgery where the tip was brought back; empty where that was not asked for.
+    pub made_up: Vec<Vector3<f64>>,
+}
+
+impl OperationRecord {
+    pub fn new(
+        surgery: &Surgery,
+        body: &Body<3>,
+        operated: &Operated,
+        [before, after]: [&[Vector3<f64>]; 2],
+    ) -> Self {
+        let [tip_before_mm, tip_after_mm] = [before, after].map(|x| foremost_moved_mm(body, x));
+        Self {
+            regions: surgery.operate.clone(),
+            filling: surgery.filling,
+            elements: operated.elements.len(),
+            volume_cm3: 1e6 * operated.volume_m3,
+            tip_before_mm,
+            tip_after_mm,
+            reach_lost_mm: tip_after_mm[0] - tip_before_mm[0],
+            deviation_mm: tip_after_mm[1],
+            made_up_by: None,
+            made_up_interval_95: None,
+            made_up_to_mm: None,
+            before: BeforeSurgery {
+                body: body.clone(),
+                positions: before.to_vec(),
+                elements: operated.elements.clone(),
+                made_up: Vec::new(),
+            },
+        }
+    }
+}
+
+pub(crate) fn foremost_moved_mm<const D: usize>(body: &Body<D>, positions: &[SVector<f64, D>]) -> [f64; 3] {
+    body.tip().map_or([0.0; 3], |n| hexahedron::in_space(&((positions[n] - body.mesh.nodes[n]) * 1e3)).into())
 }

@@ -7,45 +7,29 @@
 //! end points over that length (Maeda 1979), which is right also for lines that are not quite perpendicular
 //! to the airway. The area of the cross-section is `alpha d^beta` with the width d in cm (Heinz and Stevens
 //! 1965). The lips are a short elliptic tube.
+//!
+//! A cross-section of a tongue in space lies in the plane of a line across the airway and the direction to the side. It is bounded by the
+//! surface of the tongue and by the wall, whose cross-section is a parabola of the width and the arch that the tract gives. It reaches from
+//! the middle to both sides as far as the tongue is opposite to the wall, at most half of the width. Where a line meets no tongue (larynx,
+//! lower teeth) its area is `alpha d^beta`, as in the plane.
 
 mod tract;
 mod walls;
 
-pub use tract::{Articulation, Carrier, Grid, Larynx, Lips, Teeth, Tongue, Tract, Wall};
-pub use walls::ToTongue;
+pub use tract::{Articulation, Carrier, Grid, Larynx, Lips, ProfilePoint, Teeth, Tongue, Tract, Wall};
+use tract::{cross, minus};
+pub use walls::Across;
+use walls::{Walls, are_apart};
 
 use crate::formants::Rate;
 use crate::{Section, TractError};
 
-/// A point, m.
-pub type ProfilePoint = [f64; 2];
+/// Number of strips on each side of a cross-section.
+const STRIPS: usize = 50;
 
-/// A line across the airway.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Across {
-    /// Where it begins at the outer wall, m.
-    pub outer: ProfilePoint,
-    /// Where it meets the inner wall, m.
-    pub inner: ProfilePoint,
-    /// Direction from the outer wall, of length one.
-    direction: ProfilePoint,
-    /// Derivatives of its length by the two points of the inner wall between which it ends: number of the
-    /// point of the tongue, and derivative.
-    ends: [Option<(usize, ProfilePoint)>; 2],
-}
-
-impl Across {
-    /// Distance across, m.
-    fn length(&self) -> f64 {
-        let way = minus(self.inner, self.outer);
-        way[0].hypot(way[1])
-    }
-
-    /// Midpoint, m.
-    pub fn middle(&self) -> ProfilePoint {
-        [0.5 * (self.outer[0] + self.inner[0]), 0.5 * (self.outer[1] + self.inner[1])]
-    }
-}
+/// Distance from a place of the outer wall in the midsagittal plane to the surface of the tongue, m, along a direction in that plane and at a
+/// distance to the side, m; negative behind the wall, `None` where no tongue is opposite.
+pub type ToTongue<'a> = &'a dyn Fn(ProfilePoint, ProfilePoint, f64) -> Option<f64>;
 
 /// Derivatives of a section by the lengths of the two lines that bound it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -68,7 +52,7 @@ pub struct Profile {
 impl Profile {
     /// The areas of a tract with a tongue (`tongue`: surface points from root to tip, m) in a posture.
     pub fn new(tract: &Tract, tongue: &[ProfilePoint], posture: &Articulation) -> Result<Self, TractError> {
-        let walls = walls::Walls::new(tract, tongue, posture)?;
+        let walls = Walls::new(tract, tongue, posture)?;
         let across = walls.across()?;
         let mut sections = Vec::with_capacity(across.len() + 1);
         let mut slopes = Vec::with_capacity(across.len());
@@ -85,6 +69,50 @@ impl Profile {
         }
         sections.extend(tract.lip_sections(posture)?);
         Ok(Self { sections, across, slopes })
+    }
+
+    /// The areas of a tract with a tongue in space in a posture: `tongue` are the points of its surface in the midsagittal plane from root to
+    /// tip, m. Derivatives by the points are not computed.
+    ///
+    /// # Errors
+    /// [`TractError`]; [`TractError::Bad`] too for a tract without widths.
+    pub fn in_space(
+        tract: &Tract,
+        tongue: &[ProfilePoint],
+        posture: &Articulation,
+        to_tongue: ToTongue<'_>,
+    ) -> Result<Self, TractError> {
+        let walls = Walls::new(tract, tongue, posture)?;
+        let across = walls.across()?;
+        // Area of the cross-section over the distance in the middle, m.
+        let mut widths = Vec::with_capacity(across.len());
+        for (i, line) in across.iter().enumerate() {
+            let middle = line.length();
+            let area = if line.ends.iter().any(Option::is_some) {
+                let [half_width, arch] = walls.section(i)?;
+                let gap = |side: f64| {
+                    let wall = arch * (side / half_width).powi(2);
+                    to_tongue(line.outer, line.direction, side).map_or(0.0, |tongue| tongue - wall)
+                };
+                [-1.0, 1.0].iter().map(|sign| one_side(half_width, |side| gap(sign * side))).sum()
+            } else {
+                let [alpha, beta] = walls.area(i);
+                1e-4 * alpha * (middle * 1e2).powf(beta)
+            };
+            widths.push(area / middle);
+        }
+        let mut sections = Vec::with_capacity(across.len() + 1);
+        for (i, pair) in across.windows(2).enumerate() {
+            let width = 0.5 * (widths[i] + widths[i + 1]);
+            let crossed = || TractError::Crossed(walls.name(i).to_owned(), pair[0].middle());
+            let (section, _) = between(&pair[0], &pair[1], |d| [width * d, width]).ok_or_else(crossed)?;
+            if section.area_m2 <= 0.0 {
+                return Err(crossed());
+            }
+            sections.push(section);
+        }
+        sections.extend(tract.lip_sections(posture)?);
+        Ok(Self { sections, across, slopes: Vec::new() })
     }
 
     /// Distance from the glottis to the lips along the midline, m.
@@ -115,24 +143,6 @@ impl Profile {
     }
 }
 
-fn cross(a: ProfilePoint, b: ProfilePoint) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-fn minus(a: ProfilePoint, b: ProfilePoint) -> ProfilePoint {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-/// Whether both ends of each line are on the same side of the other, the side to which the airway runs.
-fn are_apart(first: &Across, second: &Across) -> bool {
-    let sign = cross(minus(second.inner, first.outer), minus(second.outer, first.inner)).signum();
-    let side = |line: &Across, p: ProfilePoint| sign * cross(line.direction, minus(p, line.outer));
-    side(first, second.inner) > 0.0
-        && side(first, second.outer) > 0.0
-        && side(second, first.inner) < 0.0
-        && side(second, first.outer) < 0.0
-}
-
 /// The section between two lines, with an area and its derivative from the distance across; `None` if the lines cross.
 fn between(first: &Across, second: &Across, area_of: impl Fn(f64) -> [f64; 2]) -> Option<(Section, Slopes)> {
     let way = minus(second.middle(), first.middle());
@@ -157,4 +167,11 @@ fn between(first: &Across, second: &Across, area_of: impl Fn(f64) -> [f64; 2]) -
         slopes.area[end] = by_distance * (area_slope - distance * slopes.length[end]) / length;
     }
     Some((Section { length_m: length, area_m2: value }, slopes))
+}
+
+/// Area from the middle to where the gap closes, at most to a half width, m2.
+fn one_side(half_width: f64, gap: impl Fn(f64) -> f64) -> f64 {
+    let strip = half_width / STRIPS as f64;
+    let gaps = (0..STRIPS).map(|i| gap((i as f64 + 0.5) * strip));
+    gaps.take_while(|gap| *gap > 0.0).sum::<f64>() * strip
 }

@@ -5,13 +5,14 @@ use serde::Serialize;
 
 use tongue_core::body::{Anatomy, Body, DEFAULT_SPACING_M, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
+use tongue_core::observe::TongueSurface;
 use tongue_core::parallel;
 use tongue_core::statistics::{normal, seed_of};
 use tongue_core::system::{Model, SpaceModel, System};
 use tongue_files::run::TrackRun;
 use tongue_infer::adapt::{AdaptationInput, RestShapeMethod, mark_of};
 use tongue_infer::posterior::Certainty;
-use tongue_infer::track::{TongueSurface, TrackSettings, compare, compared};
+use tongue_infer::track::{TrackSettings, compare, compared};
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Label, Mark};
 
 use crate::plane::shape;

@@ -9,7 +9,7 @@ use crate::system::SystemError;
 
 use super::tr_bdf2::TrBdf2;
 use super::velocity_verlet::VelocityVerlet;
-use super::{Integrator, Motion, SHORTEST_STEP, Spectrum, step_limit};
+use super::{Control, Integrator, Motion, SHORTEST_STEP, Spectrum, step_limit};
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -17,14 +17,6 @@ pub enum IntegrationMethod {
     TrBdf2,
     /// Velocity Verlet, the thesis's.
     Verlet,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Control {
-    /// Always this step, s.
-    Fixed(f64),
-    /// As long as keeps the estimated error of each step below this, m.
-    Adaptive(f64),
 }
 
 impl IntegrationMethod {

@@ -36,7 +36,7 @@ use std::fmt::Debug;
 use nalgebra::{DMatrix, SVector};
 use serde::Serialize;
 
-pub use method::{Control, IntegrationMethod};
+pub use method::IntegrationMethod;
 pub use motion::{Motion, StateRates};
 pub use run::{MotionOutcome, MotionStatus, Observer, run, sample_times};
 pub use step_limit::{Spectrum, cost_per_step, step_limit};
@@ -44,6 +44,15 @@ pub use tensions::Tensions;
 
 #[cfg(doc)]
 use crate::system::System;
+
+/// How the step is chosen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Control {
+    /// Always this step, s.
+    Fixed(f64),
+    /// As long as keeps the estimated error of each step below this, m.
+    Adaptive(f64),
+}
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct State<const D: usize> {

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use super::Observable;
+use crate::body::{Body, HYOID, MANDIBLE};
+use crate::geometry::Point;
 
 /// Number of places on every piece of a curve from which the nearest is chosen as a start.
 const TRIALS: usize = 4;
@@ -232,5 +234,55 @@ impl Observable<2> for Contour {
             }
         }
         (self.point - foot).dot(&normal)
+    }
+}
+
+/// The visible surface of a body, from the hyoid over root, dorsum and tip to the mental spine, and the place of the tip on it.
+#[derive(Debug, Clone)]
+pub struct TongueSurface {
+    /// The curve, tissue to its left.
+    pub curve: Curve,
+    /// Distance along the curve of the tip at rest, m.
+    pub tip: f64,
+}
+
+impl TongueSurface {
+    /// The surface of a body, whose tip is its foremost point; the whole outline if the bones are not on it. `None` for a body without an
+    /// outline.
+    pub fn of(body: &Body<2>) -> Option<Self> {
+        Self::with_tip(body, None)
+    }
+
+    /// The same with a node of the surface as the tip.
+    pub fn with_tip(body: &Body<2>, tip: Option<usize>) -> Option<Self> {
+        let mesh = &body.mesh;
+        let mut outline = mesh.outlines().into_iter().max_by_key(Vec::len)?;
+        let ends = [HYOID, MANDIBLE].map(|bone| {
+            let nodes = body.bone(bone);
+            outline.iter().position(|n| nodes.contains(n))
+        });
+        match ends {
+            [Some(hyoid), Some(spine)] if hyoid != spine => {
+                outline.rotate_left(hyoid);
+                let last = (spine + outline.len() - hyoid) % outline.len();
+                outline.truncate(last + 1);
+            }
+            _ => {
+                let seam = outline.iter().position(|n| mesh.fixed.binary_search(n).is_ok()).unwrap_or(0);
+                outline.rotate_left(seam);
+                outline.extend(outline.first().copied());
+            }
+        }
+        let named = tip.and_then(|tip| outline.iter().position(|n| *n == tip));
+        let end = named.or_else(|| {
+            (0..outline.len()).min_by(|&a, &b| mesh.nodes[outline[a]].x.total_cmp(&mesh.nodes[outline[b]].x))
+        })?;
+        let tip = outline[..=end].windows(2).map(|w| (mesh.nodes[w[1]] - mesh.nodes[w[0]]).norm()).sum();
+        Some(Self { curve: Curve::through(outline, &mesh.nodes)?, tip })
+    }
+
+    /// Signed distance of a point from the surface, m: positive outside.
+    pub fn distance(&self, point: Point, positions: &[Point]) -> f64 {
+        Contour::new(self.curve.clone(), point).value(positions)
     }
 }

@@ -24,7 +24,7 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
-pub use contour::{Contour, Curve};
+pub use contour::{Contour, Curve, TongueSurface};
 pub use length::{Length, Line, LineEnd, Ratio, Stretch};
 pub use point::{Midsagittal, NodePosition};
 pub use surface::Surface;

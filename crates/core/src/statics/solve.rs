@@ -6,7 +6,7 @@
 
 use nalgebra::SVector;
 
-use super::mass_spring::solve_single;
+use super::mass_spring::at_rest;
 use super::safeguards::{settle, step_load};
 use super::solution::{FOLLOWED, MOST_PARTS};
 use super::state::SolveState;
@@ -135,4 +135,47 @@ pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) ->
     // The step belongs to unknowns only; Newton's method relies on zeros elsewhere.
     w.step.fill(SVector::zeros());
     BoneProgress::APart
+}
+
+/// Solves a plain body in a lane, and leaves the result in the workspace. An error holds the work
+/// done before it was clear that the body is not plain or needs a safeguard; the workspace is then unchanged.
+fn solve_single<const D: usize>(
+    system: &System<D>,
+    w: &mut Workspace<D>,
+    tensions: &[f64],
+    settings: &SolveSettings,
+) -> Result<Solution, Solution> {
+    let Some(single) = &mut w.single else { return Err(Solution::NONE) };
+    let (elements, work) = (&*single.elements, &mut single.work);
+    if single.system != Some(system.number()) {
+        single.system = work.set_body(elements, 0, system).then(|| system.number());
+    }
+    let is_sound = tensions.len() == w.tensions.len() && tensions.iter().all(|t| t.is_finite());
+    if !is_sound || single.system.is_none() {
+        return Err(Solution::NONE);
+    }
+    work.set_load(elements, 0, tensions, &w.positions, |node| {
+        w.carried.iter().find(|(n, _)| *n == node).map_or(w.positions[node], |(_, to)| *to)
+    });
+    if w.carried.is_empty()
+        && w.positions == system.rest()
+        && let Some(at_rest) = at_rest(system, elements)
+    {
+        work.begin_linearly(0, at_rest, tensions);
+    }
+    work.solve(elements, settings);
+    let solution = work.solution(0).ok_or_else(|| work.spent(0))?;
+    let before = (!system.keeps_cells_upright()).then(|| w.positions.clone());
+    work.positions(elements, 0, &mut w.positions);
+    if let Some(before) = before.filter(|_| system.cell_ratios(&w.positions).0 <= 0.0) {
+        w.positions = before;
+        return Err(solution);
+    }
+    work.forces(elements, 0, &mut w.force);
+    system.place_path_nodes(&mut w.positions);
+    w.tensions.copy_from_slice(tensions);
+    // That of the solver for any body belongs to another shape.
+    w.factor_ready = false;
+    w.factor_is_exact = false;
+    Ok(solution)
 }

@@ -32,7 +32,7 @@ pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav};
 pub use file::{InterruptGuard, OutputDir, Writes, discard_unfinished, write};
 pub use record::{Conclusion, DecidedBy, FitRecord, TrajectoryRecord, ValleyPointRecord, ValleyRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
-pub use space::{HexahedraRecord, OfBody, OperationRecord, SimulationRecord};
+pub use space::{HexahedraRecord, OfBody, Pulls, SimulationRecord};
 pub use space_fit::{MISSED_BY_PLANE, SpaceFitRecord, SpaceTrackRecord, limit_of_plane};
 pub use ssff::{Ssff, StoTable};
 pub use svg::{

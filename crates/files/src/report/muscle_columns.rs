@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::column::{self, Column};
+use super::export::Export;
 use super::record::FitRecord;
 use tongue_input::measured::TargetKind::{Ratio, Stretch};
 use tongue_input::measured::{Target, TargetKind};
@@ -49,6 +50,20 @@ impl OfMuscle<'_> {
             Stretch => self.mm(&fit.rest_lengths)?,
         };
         Some(self.measured(target.kind)? * unit)
+    }
+}
+
+impl FitRecord {
+    /// `fit.csv`.
+    pub fn to_csv(&self) -> std::io::Result<String> {
+        const COLUMNS: &str = "subject,vowel,baseline,target_kind,status,muscle,active,uncertain,tension_n_per_m,\
+            rest_length_mm,simulated_length_mm,baseline_length_mm,measured_length_mm,simulated_ratio,\
+            target_ratio measured_ratio,residual_ratio ratio_residual,simulated_stretch,\
+            target_stretch measured_stretch,residual_stretch stretch_residual";
+        let rows: Vec<_> = (0..self.fit.muscles.len())
+            .map(|muscle| OfMuscle { record: self, substitute_baseline: false, muscle })
+            .collect();
+        column::table(&picked(COLUMNS), &rows).text(&self.made_by)
     }
 }
 

@@ -3,11 +3,8 @@
 use serde::{Serialize, Serializer};
 use serde_json::json;
 
-use super::export::{Export, Provenance};
-use super::muscle_columns::{self, OfMuscle};
-use super::{
-    ByMuscle, ReportError, SectionPicture, Series, Svg, Table, changes, column, status_name, tongue,
-};
+use super::export::Provenance;
+use super::{ByMuscle, ReportError, SectionPicture, Series, Svg, Table, changes, status_name, tongue};
 use tongue_core::body::Body;
 use tongue_core::dynamics::{IntegrationMethod, MotionOutcome};
 use tongue_infer::inverse::Fit;
@@ -147,17 +144,6 @@ impl FitRecord {
         ];
         series.extend(others);
         changes(&labels, &series, target.baseline.label(), title)
-    }
-
-    pub fn to_csv(&self) -> std::io::Result<String> {
-        const COLUMNS: &str = "subject,vowel,baseline,target_kind,status,muscle,active,uncertain,tension_n_per_m,\
-            rest_length_mm,simulated_length_mm,baseline_length_mm,measured_length_mm,simulated_ratio,\
-            target_ratio measured_ratio,residual_ratio ratio_residual,simulated_stretch,\
-            target_stretch measured_stretch,residual_stretch stretch_residual";
-        let rows: Vec<_> = (0..self.fit.muscles.len())
-            .map(|muscle| OfMuscle { record: self, substitute_baseline: false, muscle })
-            .collect();
-        column::table(&muscle_columns::picked(COLUMNS), &rows).text(&self.made_by)
     }
 }
 

@@ -3,18 +3,11 @@
 use std::any::Any;
 use std::io;
 
-use nalgebra::SVector;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
 use super::JOINT_MM;
 use super::effects::{Hyoid, Jaw};
-use super::file::{Scene, Want};
-use super::prepare::Prepared;
-use crate::report::{FormantsByTension, SoundRecord};
+use super::file::{Scene, SceneTract, Want};
 use crate::simulation::SimulationError;
 use tongue_core::body::Body;
-use tongue_core::statics::{Response, Workspace};
 use tongue_infer::acoustics::{Articulation, VocalTract, VocalTractError};
 use tongue_input::files;
 
@@ -58,31 +51,6 @@ pub(super) fn airway<const D: usize>(
     }
 }
 
-/// The tract around the tongue. `effects.jaw` and `effects.hyoid` move its jaw and larynx.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct SceneTract {
-    /// Its file, from the current folder; by default the tract of the reference tongue.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub file: Option<String>,
-    /// Height of the opening between the lips, mm.
-    #[serde(default = "default_opening")]
-    pub lip_opening_mm: f64,
-    /// Protrusion of the lips, mm.
-    #[serde(default)]
-    pub lip_protrusion_mm: f64,
-}
-
-impl Default for SceneTract {
-    fn default() -> Self {
-        Self { file: None, lip_opening_mm: default_opening(), lip_protrusion_mm: 0.0 }
-    }
-}
-
-fn default_opening() -> f64 {
-    Articulation::default().lip_opening_mm
-}
-
 impl Scene {
     /// The same scene with jaw, hyoid and lips of speech, whose sound is wanted.
     #[must_use]
@@ -98,43 +66,4 @@ impl Scene {
         });
         self
     }
-}
-
-/// The sound of the last equilibrium in a workspace.
-pub(super) fn hear<const D: usize>(
-    prepared: &Prepared<D>,
-    posture: Articulation,
-    workspace: &mut Workspace<D>,
-) -> Result<Option<SoundRecord>, SimulationError> {
-    let (prepared, workspace) = (prepared as &dyn Any, workspace as &mut dyn Any);
-    let plane = prepared.downcast_ref::<Prepared<2>>().zip(workspace.downcast_mut::<Workspace<2>>());
-    let Some((prepared, workspace)) = plane else { return Ok(None) };
-    let Some(airway) = &prepared.airway else { return Ok(None) };
-    let sound = airway.sound(workspace.positions(), &posture)?;
-    let mut record = SoundRecord::new(airway.tract(), &airway.acoustics, &sound, posture);
-    let rates = airway.rates(&sound);
-    // An equilibrium that is not stable has no derivatives.
-    if let Ok(mut response) = Response::new(&prepared.system, workspace) {
-        for &chain in prepared.system.contracting() {
-            let muscle = &prepared.body.mesh.muscles[chain].name;
-            let own = VocalTract::by_tension(&rates, &mut response, chain);
-            match record.by_tension.iter_mut().find(|b| b.muscle == *muscle) {
-                Some(same) => same.hz_per_n.iter_mut().zip(own).for_each(|(sum, x)| *sum += x),
-                None => record.by_tension.push(FormantsByTension { muscle: muscle.clone(), hz_per_n: own }),
-            }
-        }
-    }
-    Ok(Some(record))
-}
-
-/// Formants of a shape of a trajectory, Hz; `None` if walls meet.
-pub(super) fn formants<const D: usize>(
-    prepared: &Prepared<D>,
-    posture: &Articulation,
-    positions: &[SVector<f64, D>],
-) -> Option<Vec<f64>> {
-    let airway = prepared.airway.as_ref()?;
-    let flat: Vec<SVector<f64, 2>> = positions.iter().map(|p| SVector::from([p[0], p[1]])).collect();
-    let sound = airway.sound(&flat, posture).ok()?;
-    Some(sound.formants.iter().map(|f| f.frequency_hz).collect())
 }

@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::airway::SceneTract;
 use super::effects::Effects;
 use crate::run::Kind;
 use crate::simulation::SimulationError;
@@ -308,4 +307,29 @@ pub fn shipped(name: &str) -> Result<Scene, SimulationError> {
     let found = SHIPPED.iter().find(|(n, _)| *n == name);
     let (name, text) = found.ok_or_else(|| SimulationError::Refused(unknown()))?;
     Scene::from_toml(text, &format!("targets/scenes/{name}.toml (embedded)"))
+}
+
+/// The tract around the tongue. `effects.jaw` and `effects.hyoid` move its jaw and larynx.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneTract {
+    /// Its file, from the current folder; by default the tract of the reference tongue.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Height of the opening between the lips, mm.
+    #[serde(default = "default_opening")]
+    pub lip_opening_mm: f64,
+    /// Protrusion of the lips, mm.
+    #[serde(default)]
+    pub lip_protrusion_mm: f64,
+}
+
+impl Default for SceneTract {
+    fn default() -> Self {
+        Self { file: None, lip_opening_mm: default_opening(), lip_protrusion_mm: 0.0 }
+    }
+}
+
+fn default_opening() -> f64 {
+    tongue_infer::acoustics::Articulation::default().lip_opening_mm
 }

@@ -11,10 +11,9 @@ use super::plan::{self, Planned};
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::effect::{Contact, Gravity, lumped_masses};
+use tongue_core::observe::TongueSurface;
 use tongue_core::system::{Additions, Model, PrescribedDisplacement, System};
-use tongue_infer::track::{
-    self, Errors, Frame, FrameStatus, TongueSurface, TrackSettings, TrackingContext, Watch,
-};
+use tongue_infer::track::{self, Errors, Frame, FrameStatus, TrackSettings, TrackingContext, Watch};
 use tongue_input::measured::recording::{AlignedFrame, AlignedRecording, Mark};
 
 pub(super) fn gravity<const D: usize>(

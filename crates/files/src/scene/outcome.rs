@@ -1,13 +1,19 @@
-//! The result of a scene: lengths, forces, times and positions.
+//! The result of a scene: lengths, forces, times, positions and sound.
 
+use std::any::Any;
+
+use nalgebra::SVector;
 use serde::Serialize;
 
 use super::loads::PointsFit;
 use super::plan::ScenePlan;
-use crate::report::{OperationRecord, SoundRecord};
-use tongue_core::body::Body;
+use super::prepare::Prepared;
+use crate::report::{FormantsByTension, Pulls, SoundRecord};
+use crate::simulation::SimulationError;
+use crate::surgery::OperationRecord;
 use tongue_core::dynamics::{self, StepCounts};
-use tongue_core::statics::Solution;
+use tongue_core::statics::{Response, Solution, Workspace};
+use tongue_infer::acoustics::{Articulation, VocalTract};
 use tongue_infer::inverse::{self, alarms::Alarm};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -22,28 +28,6 @@ impl Pull {
     pub fn value(self) -> f64 {
         match self {
             Self::TensionN(value) | Self::Activation(value) => value,
-        }
-    }
-}
-
-/// How hard every muscle of the mesh pulls.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Pulls<T = Vec<f64>> {
-    /// Tensions, N (2D: per metre of thickness).
-    TensionsN(T),
-    /// Activations, 0 to 1, in a tongue in space.
-    Activations(T),
-}
-
-impl<T> Pulls<T> {
-    pub fn of<const D: usize>(body: &Body<D>, values: T) -> Self {
-        if body.is_activated() { Self::Activations(values) } else { Self::TensionsN(values) }
-    }
-
-    pub fn values(&self) -> &T {
-        match self {
-            Self::TensionsN(values) | Self::Activations(values) => values,
         }
     }
 }
@@ -140,4 +124,43 @@ pub struct SceneOutcome {
     /// Time by effect, for a trajectory or the last equilibrium; the rest is mostly linear algebra.
     pub time_by_effect: Vec<EffectTime>,
     pub positions_m: Vec<Vec<f64>>,
+}
+
+/// The sound of the last equilibrium in a workspace.
+pub(super) fn hear<const D: usize>(
+    prepared: &Prepared<D>,
+    posture: Articulation,
+    workspace: &mut Workspace<D>,
+) -> Result<Option<SoundRecord>, SimulationError> {
+    let (prepared, workspace) = (prepared as &dyn Any, workspace as &mut dyn Any);
+    let plane = prepared.downcast_ref::<Prepared<2>>().zip(workspace.downcast_mut::<Workspace<2>>());
+    let Some((prepared, workspace)) = plane else { return Ok(None) };
+    let Some(airway) = &prepared.airway else { return Ok(None) };
+    let sound = airway.sound(workspace.positions(), &posture)?;
+    let mut record = SoundRecord::new(airway.tract(), &airway.acoustics, &sound, posture);
+    let rates = airway.rates(&sound);
+    // An equilibrium that is not stable has no derivatives.
+    if let Ok(mut response) = Response::new(&prepared.system, workspace) {
+        for &chain in prepared.system.contracting() {
+            let muscle = &prepared.body.mesh.muscles[chain].name;
+            let own = VocalTract::by_tension(&rates, &mut response, chain);
+            match record.by_tension.iter_mut().find(|b| b.muscle == *muscle) {
+                Some(same) => same.hz_per_n.iter_mut().zip(own).for_each(|(sum, x)| *sum += x),
+                None => record.by_tension.push(FormantsByTension { muscle: muscle.clone(), hz_per_n: own }),
+            }
+        }
+    }
+    Ok(Some(record))
+}
+
+/// Formants of a shape of a trajectory, Hz; `None` if walls meet.
+pub(super) fn formants<const D: usize>(
+    prepared: &Prepared<D>,
+    posture: &Articulation,
+    positions: &[SVector<f64, D>],
+) -> Option<Vec<f64>> {
+    let airway = prepared.airway.as_ref()?;
+    let flat: Vec<SVector<f64, 2>> = positions.iter().map(|p| SVector::from([p[0], p[1]])).collect();
+    let sound = airway.sound(&flat, posture).ok()?;
+    Some(sound.formants.iter().map(|f| f.frequency_hz).collect())
 }

@@ -7,13 +7,13 @@ use super::airway;
 use super::body::{self, Operation, in_space};
 use super::file::{Scene, SceneBody, Want};
 use super::loads::PointsFit;
-pub use super::outcome::{
-    ContactForce, EffectTime, Moment, MuscleLength, Pull, Pulls, SceneMotion, SceneOutcome,
-};
+pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, SceneMotion, SceneOutcome};
+use super::outcome::{formants, hear};
 use super::prepare::{Prepared, prepare};
-use crate::report::OperationRecord;
+use crate::report::Pulls;
 use crate::run::equilibrium::follow as follow_from;
 use crate::simulation::SimulationError;
+use crate::surgery::OperationRecord;
 use nalgebra::{SVector, Vector3};
 use tongue_core::dynamics::{self, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
@@ -61,7 +61,7 @@ pub fn run<const D: usize>(
     let positions = if let Some(workspace) = &mut workspace {
         solution = Some(equilibrium(&prepared.system, workspace, &prepared.tensions));
         if scene.want == Want::Sound {
-            heard = airway::hear(prepared, airway::posture(scene), workspace)?;
+            heard = hear(prepared, airway::posture(scene), workspace)?;
         }
         workspace.positions().to_vec()
     } else {
@@ -179,7 +179,7 @@ fn follow<const D: usize>(
     let moments = each.map(|(&time_s, positions)| Moment {
         time_s,
         lengths_mm: muscles(prepared, positions, None).into_iter().map(|m| m.length_mm).collect(),
-        formants_hz: airway::formants(prepared, &posture, positions),
+        formants_hz: formants(prepared, &posture, positions),
     });
     let way = SceneMotion {
         status: found.outcome.status,

@@ -9,11 +9,9 @@ use tongue_core::choice;
 use tongue_core::observe::{Contour, Curve, Length, Ratio, Stretch, Surface};
 use tongue_core::statistics::distinct;
 use tongue_core::system::{Model, System};
-use tongue_infer::inverse::TargetOnBody;
-use tongue_input::measured::Target;
 
+use super::SimulationError;
 use super::error::check_tension;
-use super::{Observations, SimulationError, Solver};
 
 /// A body of which some muscles can contract, made into a [`System`]. A clone shares its data.
 #[derive(Debug, Clone)]
@@ -83,11 +81,6 @@ impl<const D: usize> Assembly<D> {
         distinct(self.system().contracting().iter().map(|&m| self.body().mesh.muscles[m].name.as_str()))
     }
 
-    /// A solver of it; each thread needs its own.
-    pub fn solver(&self) -> Solver<D> {
-        Solver::new(self)
-    }
-
     /// The length of a muscle, m.
     pub fn length(&self, muscle: &str) -> Result<Length, SimulationError> {
         Ok(Length::new(self.system().muscle_ends(self.line(muscle)?)))
@@ -100,15 +93,6 @@ impl<const D: usize> Assembly<D> {
 
     pub fn ratio(&self, muscle: &str, over: &str) -> Result<Ratio, SimulationError> {
         Ok(Ratio::new(self.length(muscle)?, self.length(over)?))
-    }
-
-    /// The observations of this body in a target: one for every fitted muscle, with its range of rounding,
-    /// and one for every other measured muscle.
-    pub fn observations(&self, target: &Target) -> Result<Observations<D>, SimulationError> {
-        let matched = TargetOnBody::new(&self.body().mesh, target)?;
-        let system = self.system();
-        let [fitted, others] = matched.observations(system, &system.lengths(system.rest()));
-        Ok(Observations { fitted, others })
     }
 
     pub(super) fn fibres(&self, muscle: &str) -> Result<Vec<usize>, SimulationError> {

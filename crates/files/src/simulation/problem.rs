@@ -2,8 +2,10 @@
 
 use tongue_core::observe::Observation;
 use tongue_infer::inverse::{
-    self, FitSettings, LeastSquaresProblem, MovableBone, Prior, Quantity, TissueUnknown, Unknown,
+    self, FitSettings, LeastSquaresProblem, MovableBone, Prior, Quantity, TargetOnBody, TissueUnknown,
+    Unknown,
 };
+use tongue_input::measured::Target;
 
 use super::error::checked;
 use super::{Assembly, Estimate, SimulationError};
@@ -19,6 +21,17 @@ pub struct Observations<const D: usize> {
 impl<const D: usize> From<Vec<Observation<D>>> for Observations<D> {
     fn from(fitted: Vec<Observation<D>>) -> Self {
         Self { fitted, others: Vec::new() }
+    }
+}
+
+impl<const D: usize> Assembly<D> {
+    /// The observations of this body in a target: one for every fitted muscle, with its range of rounding,
+    /// and one for every other measured muscle.
+    pub fn observations(&self, target: &Target) -> Result<Observations<D>, SimulationError> {
+        let matched = TargetOnBody::new(&self.body().mesh, target)?;
+        let system = self.system();
+        let [fitted, others] = matched.observations(system, &system.lengths(system.rest()));
+        Ok(Observations { fitted, others })
     }
 }
 

@@ -16,6 +16,13 @@ pub struct Solver<const D: usize> {
     workspace: Workspace<D>,
 }
 
+impl<const D: usize> Assembly<D> {
+    /// A solver of it; each thread needs its own.
+    pub fn solver(&self) -> Solver<D> {
+        Solver::new(self)
+    }
+}
+
 impl<const D: usize> Solver<D> {
     pub fn new(assembly: &Assembly<D>) -> Self {
         let workspace = Workspace::new(assembly.system());

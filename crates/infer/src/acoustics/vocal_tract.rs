@@ -9,8 +9,8 @@ use tongue_sound::formants::{self, Formant};
 use tongue_sound::profile::{Articulation, Profile, ProfilePoint, Tract};
 
 use crate::adapt::{by_bones, mark_of};
-use crate::track::TongueSurface;
 use tongue_core::body::{Body, DEFAULT_SPACING_M};
+use tongue_core::observe::TongueSurface;
 use tongue_core::statics::Response;
 use tongue_core::statistics::least_by;
 use tongue_core::toml_text::{self, Misread};

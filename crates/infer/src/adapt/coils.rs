@@ -12,10 +12,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::track::{TWO_SIDED_95, TongueSurface};
 use tongue_core::body::Body;
 use tongue_core::geometry::{NaturalSpline, Point, Similarity};
-use tongue_core::statistics::median;
+use tongue_core::observe::TongueSurface;
+use tongue_core::statistics::{TWO_SIDED_95, median};
 use tongue_input::measured::recording::{AlignedRecording, FIRST_COIL_M, LONGER_THAN_CHORD};
 
 use super::RestError;

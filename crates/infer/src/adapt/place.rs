@@ -9,9 +9,10 @@
 
 use nalgebra::DVector;
 
-use crate::track::TongueSurface;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
+use tongue_core::observe::TongueSurface;
+use tongue_core::statistics::median;
 use tongue_input::measured::recording::{AlignedRecording, WITHOUT_BONES};
 
 use super::coils::{self, Coil, FEWEST_COILS, Placement, TURNS, Vault, evenly};
@@ -193,8 +194,8 @@ impl RegistrationData {
             .collect();
         Self {
             contour,
-            spine: super::speaker::median(seen, MANDIBLE),
-            hyoid: super::speaker::median(seen, HYOID),
+            spine: median_place(seen, MANDIBLE),
+            hyoid: median_place(seen, HYOID),
             coils: coils::coils(seen, hide),
             palate: Vec::new(),
             frames,
@@ -332,4 +333,15 @@ fn middle_of(surface: &TongueSurface, body: &Body<2>) -> Point {
 fn mean(points: impl Iterator<Item = Point>) -> Option<Point> {
     let (sum, count) = points.fold((Point::zeros(), 0_usize), |(s, n), p| (s + p, n + 1));
     (count > 0).then(|| sum / count as f64)
+}
+
+/// The median place of a bone over all frames of recordings.
+pub(super) fn median_place(seen: &[&AlignedRecording], bone: &str) -> Option<Point> {
+    let all: Vec<Point> = seen
+        .iter()
+        .filter_map(|s| Some((s, s.bone(bone)?)))
+        .flat_map(|(s, b)| s.frames.iter().filter_map(move |f| f.bones[b]))
+        .collect();
+    let [x, y] = [0, 1].map(|axis| median(all.iter().map(|p| p[axis])));
+    Some(Point::new(x?, y?))
 }

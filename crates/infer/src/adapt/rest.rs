@@ -6,10 +6,9 @@ use super::mark_of;
 use crate::least_squares::minimise;
 use crate::standard_deviations as sd;
 use crate::standard_deviations::LN_AREA;
-use crate::track::TongueSurface;
 use tongue_core::body::{Body, HYOID, MANDIBLE, Mesh};
 use tongue_core::geometry::{Point, Similarity, ThinPlate, simplex};
-use tongue_core::observe::{Contour, Observable};
+use tongue_core::observe::{Contour, Observable, TongueSurface};
 use tongue_input::measured::recording::Mark;
 
 /// Control points of the built-in tongue, mm: around its outline, and one in its middle.

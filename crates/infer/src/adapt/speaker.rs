@@ -3,13 +3,14 @@
 use serde::{Deserialize, Serialize};
 
 use crate::standard_deviations as sd;
-use crate::track::{self, Followed, RestShape, TongueSurface, TrackSettings, TrackingContext};
+use crate::track::{self, Followed, RestShape, TrackSettings, TrackingContext};
 use tongue_core::body::{Anatomy, Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::statistics;
+use tongue_core::observe::TongueSurface;
 use tongue_core::system::Model;
 use tongue_input::measured::recording::{AlignedRecording, Mark};
 
+use super::place::median_place;
 use super::rest::{TRUSTED_AREA, TRUSTED_STRETCH, area_ratios};
 use super::{
     Adaptation, Landmarks, Placement, Registration, RegistrationData, Rest, RestError, by_bones, followed,
@@ -148,7 +149,7 @@ impl AdaptationInput<'_> {
         let mut followed = followed(&body, &bones);
         // A small error of a bone's placement must not count as a displacement of the bone from rest.
         for bone in &mut followed {
-            bone.mark = median(seen, &bone.name).unwrap_or(bone.mark);
+            bone.mark = median_place(seen, &bone.name).unwrap_or(bone.mark);
         }
         // A few coils carry no information about the shape at rest.
         if how != RestShapeMethod::Joint || by_coils.is_some() {
@@ -275,17 +276,6 @@ impl AdaptationInput<'_> {
 /// m.
 const CONTOUR_SD_M: f64 = 1e-3 * sd::DRAWN_CONTOUR_MM;
 const LANDMARK_SD_M: [(&str, f64); 2] = [(MANDIBLE, 1e-3 * sd::DRAWN_SPINE_MM), (HYOID, 1e-3 * sd::HYOID_MM)];
-
-/// The median place of a bone over all frames of recordings.
-pub(super) fn median(seen: &[&AlignedRecording], bone: &str) -> Option<Point> {
-    let all: Vec<Point> = seen
-        .iter()
-        .filter_map(|s| Some((s, s.bone(bone)?)))
-        .flat_map(|(s, b)| s.frames.iter().filter_map(move |f| f.bones[b]))
-        .collect();
-    let [x, y] = [0, 1].map(|axis| statistics::median(all.iter().map(|p| p[axis])));
-    Some(Point::new(x?, y?))
-}
 
 impl Speaker {
     /// Data about the adaptation for the file of the body.

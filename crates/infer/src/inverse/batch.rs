@@ -13,7 +13,7 @@ use tongue_input::measured::published_patterns::{PatternCheck, Patterns};
 use tongue_input::measured::{Dataset, Lengths, ReadError, Target, TargetKind, Vowel};
 
 use super::alarms::{self, Alarm};
-use super::start::{self, Optimum};
+use super::fit::{self, Optimum};
 use super::{Fit, FitError, FitSettings, Method};
 
 /// The baseline of a subject without /ɯ/: other published models use it as the rest posture.
@@ -176,7 +176,7 @@ pub fn assess(
 ) -> Result<Assessment, FitError> {
     let fit = super::fit(mesh, model, target, settings)?;
     Ok(Assessment {
-        optima: start::optima(&fit),
+        optima: fit::optima(&fit),
         pattern: known.patterns.check(&target.vowel, &fit.muscles, &fit.tensions, &known.muscles),
         rest: rest_distance(&fit),
         alarms: alarms::alarms(mesh, &fit, &known.muscles, settings),

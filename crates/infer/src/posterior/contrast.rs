@@ -8,9 +8,6 @@ use super::sensitivity::Scaled;
 use super::summary::Change;
 use super::verdict::Certainty;
 
-/// A sign is sure from this probability on.
-pub const DECIDED: f64 = 0.95;
-
 /// The difference of a muscle's tensions in two postures that were sampled together, or between the means over two labels of recordings.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Contrast {

@@ -6,40 +6,18 @@
 //! response to a force on every node. Both partial derivatives are central differences without a new equilibrium. Only kappa, which may
 //! be ten times larger or smaller, is really changed and the equilibria solved again. Bodies of springs have formulas of their own
 //! (`shape`), which give the same result.
-//! Bodies changed to either side, from which the answers to sources of error are differences.
 
 use nalgebra::{DMatrix, DVector, SVector};
 
-use super::PosteriorError;
 use super::auxiliary::AuxiliaryData;
-use super::model::{Field, PosteriorModel, laid_anew, turn};
+use super::model::{PerturbedBody, PerturbedPair, PosteriorModel};
 use super::parameters::{ParameterValues, WarmStart};
-use tongue_core::body::{Body, HYOID};
 use tongue_core::effect::Configuration;
-use tongue_core::material::Constants;
-use tongue_core::parallel;
 use tongue_core::statics::lanes::{Adjoint, Lanes};
 use tongue_core::statics::{SolveSettings, SolveStatus};
-use tongue_core::system::{Model, System};
-
-/// Changed bodies differ by this part of a standard deviation to either side.
-const STEP: f64 = 1e-3;
-/// The same for widths and patches. It is larger because their points pass from one element to another, and over the outline, one after
-/// the other.
-const WIDE_STEP: f64 = 0.5;
+use tongue_core::system::System;
 
 impl PerturbedBody {
-    fn new(posterior_model: &PosteriorModel, body: &Body<2>, model: &Model) -> Result<Self, PosteriorError> {
-        let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
-        let (system, hyoid) = (System::new(&body.mesh, model, &all)?, body.bone(HYOID).to_vec());
-        let turn = if hyoid == posterior_model.hyoid {
-            posterior_model.turn.clone()
-        } else {
-            turn(system.rest(), &hyoid)
-        };
-        Ok(Self { system, hyoid, turn })
-    }
-
     /// Forces on all nodes of the unknowns, N, and positions of all nodes, m, if these are displaced as the unknowns of `posterior_model` are at
     /// `positions`, and the hyoid by this displacement and angle.
     fn at(
@@ -59,80 +37,6 @@ impl PerturbedBody {
         system.force(Configuration { positions: &x, tensions }, &mut force);
         [force, x]
     }
-}
-
-impl PerturbedBodies {
-    pub fn new(posterior_model: &PosteriorModel) -> Result<Self, PosteriorError> {
-        type Make<'a> = &'a dyn Fn(f64) -> Result<PerturbedBody, PosteriorError>;
-        let (body, model, priors) = (&posterior_model.body, &posterior_model.model, &posterior_model.priors);
-        let pair = |sd: f64, step: f64, side: Make<'_>| -> Result<Option<PerturbedPair>, PosteriorError> {
-            Ok(if sd == 0.0 { None } else { Some(([side(-step * sd)?, side(step * sd)?], step)) })
-        };
-        let settings = body.mesh.continuum.as_ref().map(|c| c.settings);
-        let laid = |change: &dyn Fn(&mut tongue_core::body::ContinuumSettings)| {
-            let mut settings = settings.unwrap_or_default();
-            change(&mut settings);
-            PerturbedBody::new(posterior_model, &laid_anew(body, &settings)?, model)
-        };
-        let of_continuum = |sd: f64| if settings.is_some() { sd } else { 0.0 };
-        let fields = |fields: &[Field], ends: bool| -> Result<Vec<PerturbedPair>, PosteriorError> {
-            let numbers: Vec<usize> = (0..fields.len()).collect();
-            let side = |f: usize, by: f64| {
-                let mut along = vec![0.0; fields.len()];
-                along[f] = by;
-                let (of_ends, of_outline) = if ends { (&along[..], &[][..]) } else { (&[][..], &along[..]) };
-                PerturbedBody::new(
-                    posterior_model,
-                    &posterior_model.displaced(of_ends, of_outline).ok_or_else(|| {
-                        PosteriorError::Body("a cell of this body is nearly folded at rest".to_owned())
-                    })?,
-                    model,
-                )
-            };
-            let pairs = parallel::map(&numbers, |&f| Ok(([side(f, -STEP)?, side(f, STEP)?], STEP)));
-            pairs.into_iter().collect()
-        };
-        Ok(Self {
-            ends: fields(&posterior_model.ends, true)?,
-            outline: fields(&posterior_model.outline, false)?,
-            width: pair(of_continuum(priors.sd_ln_width()), WIDE_STEP, &|by| {
-                laid(&|s| s.bundle_width_m *= by.exp())
-            })?,
-            patch: pair(of_continuum(priors.sd_ln_patch()), WIDE_STEP, &|by| {
-                laid(&|s| s.patch_radius_m *= by.exp())
-            })?,
-        })
-    }
-}
-
-/// Bodies with kappa one standard deviation of its logarithm lower and higher; `None` where it is known.
-pub(crate) fn beside_in_kappa(
-    posterior_model: &PosteriorModel,
-) -> Result<Option<[System<2>; 2]>, PosteriorError> {
-    let prior = &posterior_model.priors.compressibility;
-    if prior.off {
-        return Ok(None);
-    }
-    let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
-    let [low, high] = [-prior.sd_ln_kappa, prior.sd_ln_kappa].map(|ln| {
-        let constants = with_kappa(posterior_model, ln.exp());
-        System::new(&posterior_model.body.mesh, &Model { constants }, &all)
-    });
-    Ok(Some([low?, high?]))
-}
-
-/// Constants with `times` the body's own kappa and the same second Lamé constant. For springs kappa is the difference of the two Lamé
-/// constants, for other tissue it is the first one.
-fn with_kappa(posterior_model: &PosteriorModel, times: f64) -> Constants {
-    let constants = posterior_model.model.constants;
-    let (lambda, mu) = constants.lame();
-    let lambda = if posterior_model.body.mesh.continuum.is_none() {
-        mu + (lambda - mu) * times
-    } else {
-        lambda * times
-    };
-    let poisson_ratio = lambda / (2.0 * (lambda + mu));
-    Constants { poisson_ratio, young_modulus: 2.0 * mu * (1.0 + poisson_ratio), ..constants }
 }
 
 /// Responses of the stretches of all muscles in all postures to one standard deviation of the logarithm of kappa: half of the difference
@@ -296,25 +200,4 @@ fn slopes_of(
         of_high[i] - of_low[i] + by_force
     }));
     slopes.iter().all(|s| s.is_finite()).then(|| DVector::from_vec(slopes))
-}
-
-/// A changed body with the same unknowns as the body of a posterior.
-#[derive(Debug)]
-pub struct PerturbedBody {
-    pub(super) system: System<2>,
-    pub(super) hyoid: Vec<usize>,
-    /// Displacements of the hyoid's nodes for one radian, m.
-    pub(super) turn: Vec<SVector<f64, 2>>,
-}
-
-/// Two bodies changed in opposite directions, and by how many standard deviations.
-pub type PerturbedPair = ([PerturbedBody; 2], f64);
-
-/// Changed bodies for every source of errors; none for a source that is known or has no effect in the body.
-#[derive(Debug)]
-pub struct PerturbedBodies {
-    pub(super) ends: Vec<PerturbedPair>,
-    pub(super) outline: Vec<PerturbedPair>,
-    pub(super) width: Option<PerturbedPair>,
-    pub(super) patch: Option<PerturbedPair>,
 }

@@ -45,7 +45,7 @@ mod verdict;
 mod warm_up;
 
 pub use auxiliary::{Active, AuxiliaryData, DataSource, Electrode, PostureView};
-pub use contrast::{Contrast, DECIDED};
+pub use contrast::Contrast;
 pub use density::Density;
 pub use evaluator::{Evaluator, LinearisationPoint, ResidualLikelihood};
 pub use finite_differences::FiniteDifferences;

@@ -1,17 +1,17 @@
-//! Data shared by all posteriors in one body: the body, its hyoid, and the random fields that displace it at rest.
-//! A body prepared for posteriors.
+//! A body prepared for posteriors, which all of them share: its system, its hyoid, the random fields that displace it at rest, and the
+//! bodies changed to either side for every other source of error.
 
 use std::sync::Arc;
 
 use nalgebra::SVector;
 
 use super::PosteriorError;
-use super::finite_differences::{PerturbedBodies, beside_in_kappa};
 use super::parameters::ParameterValues;
 use super::priors::Priors;
 use tongue_core::body::{Body, ContinuumSettings, HYOID};
 use tongue_core::geometry::Point;
 use tongue_core::material::Constants;
+use tongue_core::parallel;
 use tongue_core::statics::lanes::{Adjoint, Load};
 use tongue_core::system::{Model, System};
 
@@ -19,6 +19,12 @@ use tongue_core::system::{Model, System};
 const SAME_POINT_M: f64 = 1e-6;
 /// Distance between the points that carry the field of the outline, in units of its reach.
 const CARRIERS_APART: f64 = 1.0;
+
+/// Changed bodies differ by this part of a standard deviation to either side.
+const STEP: f64 = 1e-3;
+/// The same for widths and patches. It is larger because their points pass from one element to another, and over the outline, one after
+/// the other.
+const WIDE_STEP: f64 = 0.5;
 
 /// A direction in which the body at rest may differ: displacements of all nodes, m, for one standard deviation.
 #[derive(Debug, Clone)]
@@ -116,14 +122,14 @@ impl PosteriorModel {
 }
 
 /// Displacements of the hyoid's nodes, m, for a turn of one radian about its foremost node that moves the nodes behind it downwards.
-pub(super) fn turn(rest: &[SVector<f64, 2>], hyoid: &[usize]) -> Vec<SVector<f64, 2>> {
+fn turn(rest: &[SVector<f64, 2>], hyoid: &[usize]) -> Vec<SVector<f64, 2>> {
     let foremost = hyoid.iter().copied().min_by(|a, b| rest[*a].x.total_cmp(&rest[*b].x));
     let arms = hyoid.iter().map(|&node| foremost.map_or(SVector::zeros(), |pivot| rest[node] - rest[pivot]));
     arms.map(|arm| SVector::from([arm.y, -arm.x])).collect()
 }
 
 /// The body as a continuum with these settings.
-pub(super) fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, PosteriorError> {
+fn laid_anew(body: &Body<2>, settings: &ContinuumSettings) -> Result<Body<2>, PosteriorError> {
     if body.mesh.continuum.as_ref().is_some_and(|c| c.settings == *settings) {
         return Ok(body.clone());
     }
@@ -248,4 +254,110 @@ impl PosteriorModel {
         }
         Ok(posterior_model)
     }
+}
+
+/// A changed body with the same unknowns as the body of a posterior.
+#[derive(Debug)]
+pub struct PerturbedBody {
+    pub(super) system: System<2>,
+    pub(super) hyoid: Vec<usize>,
+    /// Displacements of the hyoid's nodes for one radian, m.
+    pub(super) turn: Vec<SVector<f64, 2>>,
+}
+
+/// Two bodies changed in opposite directions, and by how many standard deviations.
+pub type PerturbedPair = ([PerturbedBody; 2], f64);
+
+/// Changed bodies for every source of errors; none for a source that is known or has no effect in the body.
+#[derive(Debug)]
+pub struct PerturbedBodies {
+    pub(super) ends: Vec<PerturbedPair>,
+    pub(super) outline: Vec<PerturbedPair>,
+    pub(super) width: Option<PerturbedPair>,
+    pub(super) patch: Option<PerturbedPair>,
+}
+
+impl PerturbedBody {
+    fn new(posterior_model: &PosteriorModel, body: &Body<2>, model: &Model) -> Result<Self, PosteriorError> {
+        let all: Vec<usize> = (0..body.mesh.muscles.len()).collect();
+        let (system, hyoid) = (System::new(&body.mesh, model, &all)?, body.bone(HYOID).to_vec());
+        let turn = if hyoid == posterior_model.hyoid {
+            posterior_model.turn.clone()
+        } else {
+            turn(system.rest(), &hyoid)
+        };
+        Ok(Self { system, hyoid, turn })
+    }
+}
+
+impl PerturbedBodies {
+    pub fn new(posterior_model: &PosteriorModel) -> Result<Self, PosteriorError> {
+        type Make<'a> = &'a dyn Fn(f64) -> Result<PerturbedBody, PosteriorError>;
+        let (body, model, priors) = (&posterior_model.body, &posterior_model.model, &posterior_model.priors);
+        let pair = |sd: f64, step: f64, side: Make<'_>| -> Result<Option<PerturbedPair>, PosteriorError> {
+            Ok(if sd == 0.0 { None } else { Some(([side(-step * sd)?, side(step * sd)?], step)) })
+        };
+        let settings = body.mesh.continuum.as_ref().map(|c| c.settings);
+        let laid = |change: &dyn Fn(&mut ContinuumSettings)| {
+            let mut settings = settings.unwrap_or_default();
+            change(&mut settings);
+            PerturbedBody::new(posterior_model, &laid_anew(body, &settings)?, model)
+        };
+        let of_continuum = |sd: f64| if settings.is_some() { sd } else { 0.0 };
+        let fields = |fields: &[Field], ends: bool| -> Result<Vec<PerturbedPair>, PosteriorError> {
+            let numbers: Vec<usize> = (0..fields.len()).collect();
+            let side = |f: usize, by: f64| {
+                let mut along = vec![0.0; fields.len()];
+                along[f] = by;
+                let (of_ends, of_outline) = if ends { (&along[..], &[][..]) } else { (&[][..], &along[..]) };
+                PerturbedBody::new(
+                    posterior_model,
+                    &posterior_model.displaced(of_ends, of_outline).ok_or_else(|| {
+                        PosteriorError::Body("a cell of this body is nearly folded at rest".to_owned())
+                    })?,
+                    model,
+                )
+            };
+            let pairs = parallel::map(&numbers, |&f| Ok(([side(f, -STEP)?, side(f, STEP)?], STEP)));
+            pairs.into_iter().collect()
+        };
+        Ok(Self {
+            ends: fields(&posterior_model.ends, true)?,
+            outline: fields(&posterior_model.outline, false)?,
+            width: pair(of_continuum(priors.sd_ln_width()), WIDE_STEP, &|by| {
+                laid(&|s| s.bundle_width_m *= by.exp())
+            })?,
+            patch: pair(of_continuum(priors.sd_ln_patch()), WIDE_STEP, &|by| {
+                laid(&|s| s.patch_radius_m *= by.exp())
+            })?,
+        })
+    }
+}
+
+/// Bodies with kappa one standard deviation of its logarithm lower and higher; `None` where it is known.
+fn beside_in_kappa(posterior_model: &PosteriorModel) -> Result<Option<[System<2>; 2]>, PosteriorError> {
+    let prior = &posterior_model.priors.compressibility;
+    if prior.off {
+        return Ok(None);
+    }
+    let all: Vec<usize> = (0..posterior_model.muscles.len()).collect();
+    let [low, high] = [-prior.sd_ln_kappa, prior.sd_ln_kappa].map(|ln| {
+        let constants = with_kappa(posterior_model, ln.exp());
+        System::new(&posterior_model.body.mesh, &Model { constants }, &all)
+    });
+    Ok(Some([low?, high?]))
+}
+
+/// Constants with `times` the body's own kappa and the same second Lamé constant. For springs kappa is the difference of the two Lamé
+/// constants, for other tissue it is the first one.
+fn with_kappa(posterior_model: &PosteriorModel, times: f64) -> Constants {
+    let constants = posterior_model.model.constants;
+    let (lambda, mu) = constants.lame();
+    let lambda = if posterior_model.body.mesh.continuum.is_none() {
+        mu + (lambda - mu) * times
+    } else {
+        lambda * times
+    };
+    let poisson_ratio = lambda / (2.0 * (lambda + mu));
+    Constants { poisson_ratio, young_modulus: 2.0 * mu * (1.0 + poisson_ratio), ..constants }
 }

@@ -13,13 +13,13 @@ use nalgebra::{DMatrix, DVector};
 
 use tongue_core::body::Body;
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::observe::{Contour, NodePosition, Observable};
+use tongue_core::observe::{Contour, NodePosition, Observable, TongueSurface};
 
 use crate::standard_deviations::{
     COIL_GAP_MM, DRAWN_ALONE_MM, DRAWN_NEAR_MM, FIRST_COIL_MM, LEFT_SCALE, LEFT_SHIFT_MM, LEFT_TURN_DEG,
     MEASURED_COIL_MM,
 };
-use crate::track::{Along, Errors, TongueSurface};
+use crate::track::{Along, Errors};
 use tongue_input::measured::recording::{AlignedRecording, Mark};
 
 use super::auxiliary::{AuxiliaryData, DataSource, PostureView};

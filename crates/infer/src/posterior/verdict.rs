@@ -8,6 +8,7 @@ use tongue_core::choice::name_of;
 use tongue_core::system::Model;
 use tongue_input::measured::Target;
 
+use super::PosteriorError;
 use super::density::Density;
 use super::map::MapEstimate;
 use super::measurements::Measurements;
@@ -18,9 +19,10 @@ use super::quantiles::{Quantiles, part_above_zero};
 use super::run::short_run;
 use super::sensitivity::Scaled;
 use super::summary::{Report, is_of_prior, moved_by_prior};
-use super::{DECIDED, PosteriorError};
 
-/// Probability from which a muscle "probably" pulls harder, or not harder; from [`DECIDED`] on it does "surely".
+/// A sign is sure from this probability on.
+pub const DECIDED: f64 = 0.95;
+/// Probability from which a muscle "probably" pulls harder, or not harder; from `DECIDED` on it does "surely".
 pub const PROBABLE: f64 = 0.8;
 
 /// Degree of certainty that a muscle pulls harder than in the baseline, from its probability P.

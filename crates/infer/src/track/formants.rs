@@ -2,7 +2,7 @@
 //!
 //! A formant has its exact value at the most probable shape of a frame. How far it is known from what was seen is the spread of the draws,
 //! in which it is linear: the draws change the tensions, the displaced bones and the shape at rest, and what was seen ties these together.
-//! The errors of the walls themselves ([`TRACT_SD`](crate::heard::TRACT_SD)) are not part of that spread.
+//! The errors of the walls themselves ([`TRACT_SD`](crate::acoustics::TRACT_SD)) are not part of that spread.
 
 use std::sync::Arc;
 

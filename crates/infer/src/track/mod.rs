@@ -33,7 +33,7 @@ mod smoother;
 pub use compare::{Compared, Comparison, LabelTension, compare, compared, mark};
 pub use errors::{Along, Errors};
 pub use formants::{TrackedFormant, listen};
-pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, TongueSurface, frames};
+pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
 pub use ornstein_uhlenbeck::Softplus;
 pub use repeats::{Repeated, Repeats, repeats};
@@ -42,7 +42,7 @@ pub use results::{
     Tracked, TrackedRecording,
 };
 pub use run::{NotFinite, RestFound, Watch, rest_shape, track};
-pub use segments::{CourseSummary, MOST_UNTRUSTED, NARROW, TWO_SIDED_95, course_summaries, is_untrusted};
+pub use segments::{CourseSummary, MOST_UNTRUSTED, NARROW, course_summaries, is_untrusted};
 pub use settings::{TrackSettings, TrackingContext};
 pub use shape::{RestShape, ShapePrior};
 pub use smoother::FEWEST;

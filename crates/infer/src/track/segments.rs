@@ -11,6 +11,7 @@ use super::draws::{BATCH, Means, WindowDraws};
 use super::frame::Frame;
 use super::ornstein_uhlenbeck::Softplus;
 use super::results::{Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint, Tracked, TrackedRecording};
+use tongue_core::statistics::TWO_SIDED_95;
 use tongue_input::measured::recording::Label;
 
 /// Number of the frames of a label whose draws are kept, less one.
@@ -167,9 +168,6 @@ pub struct CourseSummary {
 const RELIABLE: f64 = 0.5;
 /// and whose intervals are narrower than this part of the prior's scale on average: 24 N/m at 20 N/m.
 pub const NARROW: f64 = 1.2;
-/// Half width of the 95 % interval of a normal distribution in standard deviations.
-pub const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
-
 /// What is known of every muscle over all frames.
 pub fn course_summaries(names: &[String], frames: &[&Tracked], link: &Softplus) -> Vec<CourseSummary> {
     let each: Vec<_> = frames.iter().map(|f| (f.levels.as_slice(), f.courses.as_slice())).collect();

@@ -16,7 +16,7 @@ use tongue_core::geometry::{Point, Similarity, ThinPlate};
 use tongue_core::statics::lanes::{Lanes, Reshaped};
 use tongue_core::system::{Additions, Layout, Model, System};
 
-use super::TongueSurface;
+use tongue_core::observe::TongueSurface;
 
 /// What placing leaves open: shift, m, and turn, rad.
 const SHIFT_SD_M: f64 = 1e-3 * sd::LEFT_SHIFT_MM;

@@ -5,9 +5,19 @@ use std::f64::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::{cross, minus};
 use crate::Section;
 use crate::TractError;
+
+/// A point, m.
+pub type ProfilePoint = [f64; 2];
+
+pub(super) fn cross(a: ProfilePoint, b: ProfilePoint) -> f64 {
+    a[0] * b[1] - a[1] * b[0]
+}
+
+pub(super) fn minus(a: ProfilePoint, b: ProfilePoint) -> ProfilePoint {
+    [a[0] - b[0], a[1] - b[1]]
+}
 
 /// Largest coordinate of a tract, mm: lines begin at every step of the outer wall, so a far point would need memory without end.
 const FARTHEST_MM: f64 = 1e3;

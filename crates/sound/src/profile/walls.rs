@@ -1,18 +1,49 @@
-//! The walls in one posture, the lines across the airway between them, and areas from cross-sections of a tongue in space.
-//!
-//! A cross-section lies in the plane of a line across the airway and the direction to the side. It is bounded by the surface of the
-//! tongue and by the wall, whose cross-section is a parabola of the width and the arch that the tract gives. It reaches from the middle
-//! to both sides as far as the tongue is opposite to the wall, at most half of the width. Where a line meets no tongue (larynx, lower
-//! teeth) its area is `alpha d^beta`, as in the plane.
+//! The walls in one posture, and the lines across the airway between them.
 
-use super::tract::Carrier;
-use super::{Across, Articulation, Profile, ProfilePoint, Tract, are_apart, between, cross, minus};
+use super::tract::{Articulation, Carrier, ProfilePoint, Tract, cross, minus};
 use crate::TractError;
 
 /// Largest distance at which a line finds the opposite wall, m.
 const REACH_M: f64 = 0.08;
 /// Distance behind the outer wall up to which a line finds an inner wall that has passed through it, m.
 const BEYOND_M: f64 = 0.01;
+
+/// A line across the airway.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Across {
+    /// Where it begins at the outer wall, m.
+    pub outer: ProfilePoint,
+    /// Where it meets the inner wall, m.
+    pub inner: ProfilePoint,
+    /// Direction from the outer wall, of length one.
+    pub(super) direction: ProfilePoint,
+    /// Derivatives of its length by the two points of the inner wall between which it ends: number of the
+    /// point of the tongue, and derivative.
+    pub(super) ends: [Option<(usize, ProfilePoint)>; 2],
+}
+
+impl Across {
+    /// Distance across, m.
+    pub(super) fn length(&self) -> f64 {
+        let way = minus(self.inner, self.outer);
+        way[0].hypot(way[1])
+    }
+
+    /// Midpoint, m.
+    pub fn middle(&self) -> ProfilePoint {
+        [0.5 * (self.outer[0] + self.inner[0]), 0.5 * (self.outer[1] + self.inner[1])]
+    }
+}
+
+/// Whether both ends of each line are on the same side of the other, the side to which the airway runs.
+pub(super) fn are_apart(first: &Across, second: &Across) -> bool {
+    let sign = cross(minus(second.inner, first.outer), minus(second.outer, first.inner)).signum();
+    let side = |line: &Across, p: ProfilePoint| sign * cross(line.direction, minus(p, line.outer));
+    side(first, second.inner) > 0.0
+        && side(first, second.outer) > 0.0
+        && side(second, first.inner) < 0.0
+        && side(second, first.outer) < 0.0
+}
 
 /// A place of the outer wall at which a line begins.
 struct WallStart {
@@ -201,64 +232,4 @@ fn starts(tract: &Tract, larynx: ProfilePoint) -> Vec<WallStart> {
         place(last, last, 0.0);
     }
     out
-}
-
-/// Number of strips on each side of a cross-section.
-const STRIPS: usize = 50;
-
-/// Distance from a place of the outer wall in the midsagittal plane to the surface of the tongue, m, along a direction in that plane and at a
-/// distance to the side, m; negative behind the wall, `None` where no tongue is opposite.
-pub type ToTongue<'a> = &'a dyn Fn(ProfilePoint, ProfilePoint, f64) -> Option<f64>;
-
-impl Profile {
-    /// The areas of a tract with a tongue in space in a posture: `tongue` are the points of its surface in the midsagittal plane from root to
-    /// tip, m. Derivatives by the points are not computed.
-    ///
-    /// # Errors
-    /// [`TractError`]; [`TractError::Bad`] too for a tract without widths.
-    pub fn in_space(
-        tract: &Tract,
-        tongue: &[ProfilePoint],
-        posture: &Articulation,
-        to_tongue: ToTongue<'_>,
-    ) -> Result<Self, TractError> {
-        let walls = Walls::new(tract, tongue, posture)?;
-        let across = walls.across()?;
-        // Area of the cross-section over the distance in the middle, m.
-        let mut widths = Vec::with_capacity(across.len());
-        for (i, line) in across.iter().enumerate() {
-            let middle = line.length();
-            let area = if line.ends.iter().any(Option::is_some) {
-                let [half_width, arch] = walls.section(i)?;
-                let gap = |side: f64| {
-                    let wall = arch * (side / half_width).powi(2);
-                    to_tongue(line.outer, line.direction, side).map_or(0.0, |tongue| tongue - wall)
-                };
-                [-1.0, 1.0].iter().map(|sign| one_side(half_width, |side| gap(sign * side))).sum()
-            } else {
-                let [alpha, beta] = walls.area(i);
-                1e-4 * alpha * (middle * 1e2).powf(beta)
-            };
-            widths.push(area / middle);
-        }
-        let mut sections = Vec::with_capacity(across.len() + 1);
-        for (i, pair) in across.windows(2).enumerate() {
-            let width = 0.5 * (widths[i] + widths[i + 1]);
-            let crossed = || TractError::Crossed(walls.name(i).to_owned(), pair[0].middle());
-            let (section, _) = between(&pair[0], &pair[1], |d| [width * d, width]).ok_or_else(crossed)?;
-            if section.area_m2 <= 0.0 {
-                return Err(crossed());
-            }
-            sections.push(section);
-        }
-        sections.extend(tract.lip_sections(posture)?);
-        Ok(Self { sections, across, slopes: Vec::new() })
-    }
-}
-
-/// Area from the middle to where the gap closes, at most to a half width, m2.
-fn one_side(half_width: f64, gap: impl Fn(f64) -> f64) -> f64 {
-    let strip = half_width / STRIPS as f64;
-    let gaps = (0..STRIPS).map(|i| gap((i as f64 + 0.5) * strip));
-    gaps.take_while(|gap| *gap > 0.0).sum::<f64>() * strip
 }

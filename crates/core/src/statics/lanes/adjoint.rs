@@ -6,29 +6,11 @@
 use nalgebra::SVector;
 
 use super::scalar_fallback::adjoint_alone;
-use super::{LANES, LaneEquilibrium, LaneGroup, Lanes};
+use super::{Adjoint, LANES, LaneEquilibrium, LaneGroup, Lanes};
 use crate::parallel;
 use crate::sparse::simd::{Simd, SimdPair};
 use crate::statics::mass_spring::Neighbour;
 use crate::system::System;
-
-/// Derivatives of a function of the shape. Its unit is called u here.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Adjoint<const D: usize> {
-    /// By the force on every node, u/N; for a node of a bone by its position, u/m. The derivative by
-    /// anything else (a rest length, a constant) is the dot product of the former with the force on every
-    /// node that a unit of it causes.
-    pub by_node: Vec<SVector<f64, D>>,
-    /// By the tension of every muscle of the mesh, u/N; zero for muscles that cannot contract.
-    pub by_tension: Vec<f64>,
-}
-
-impl<const D: usize> Adjoint<D> {
-    /// By the displacement of a bone with these nodes, u/m.
-    pub fn by_bone(&self, nodes: &[usize]) -> SVector<f64, D> {
-        nodes.iter().map(|&n| self.by_node[n]).sum()
-    }
-}
 
 /// Derivatives by the positions of all nodes of the length of muscle `muscle`, dimensionless; added,
 /// `weight` times.

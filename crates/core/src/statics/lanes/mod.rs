@@ -80,7 +80,7 @@ use crate::system::System;
 use crate::system::elements::Elements;
 
 pub use crate::sparse::simd::LANES;
-pub use adjoint::{Adjoint, Reshaped, UnitChange, length_gradient};
+pub use adjoint::{Reshaped, UnitChange, length_gradient};
 use scalar_fallback::{ScalarFallback, solve_alone};
 
 /// Loads that one thread solves one group after another, each group with starts beginning with the factor of
@@ -133,6 +133,24 @@ pub struct LaneEquilibrium<const D: usize> {
     pub positions: Vec<SVector<f64, D>>,
     /// Whether it was left to [`solve`](crate::statics::solve).
     pub alone: bool,
+}
+
+/// Derivatives of a function of the shape. Its unit is called u here.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Adjoint<const D: usize> {
+    /// By the force on every node, u/N; for a node of a bone by its position, u/m. The derivative by
+    /// anything else (a rest length, a constant) is the dot product of the former with the force on every
+    /// node that a unit of it causes.
+    pub by_node: Vec<SVector<f64, D>>,
+    /// By the tension of every muscle of the mesh, u/N; zero for muscles that cannot contract.
+    pub by_tension: Vec<f64>,
+}
+
+impl<const D: usize> Adjoint<D> {
+    /// By the displacement of a bone with these nodes, u/m.
+    pub fn by_bone(&self, nodes: &[usize]) -> SVector<f64, D> {
+        nodes.iter().map(|&n| self.by_node[n]).sum()
+    }
 }
 
 /// A body of which many equilibria are wanted; shared between threads.

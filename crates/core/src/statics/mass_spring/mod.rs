@@ -17,7 +17,7 @@ use crate::system::System;
 use crate::system::elements::{ElementNumbers, Elements};
 
 pub(super) use rates::Neighbour;
-pub(super) use single::{Single, at_rest, solve_single};
+pub(super) use single::{Single, at_rest};
 
 /// Shortest part of a bone's way that is still tried.
 const LEAST_PART: f64 = 1e-6;

@@ -8,8 +8,8 @@ use serde::Serialize;
 
 use crate::report::{FitRecord, Provenance};
 use tongue_infer::inverse::Fit;
+use tongue_infer::inverse::Optimum;
 use tongue_infer::inverse::batch::{Assessment, Job};
-use tongue_infer::inverse::start::Optimum;
 use tongue_infer::posterior::Verdict;
 use tongue_input::measured::TargetKind;
 use tongue_input::measured::lengths::rest_distance::RestDistance;

@@ -8,8 +8,8 @@ use super::axes::{Bounds, PlotView};
 use super::section::check;
 use super::{Anchor, FontFace, INK, LEGEND_ROW, LegendEntry, MARGIN, Px, Svg, TEXT, WIDTH, closed, data};
 use crate::report::ReportError;
-use crate::report::space::OperationRecord;
 use crate::report::vtu::most_active;
+use crate::surgery::OperationRecord;
 use tongue_core::body::{Body, Mesh};
 use tongue_core::geometry::Point;
 

@@ -8,10 +8,10 @@ use serde_json::json;
 
 use super::TrackResults;
 use crate::report::{Export, Provenance, Table, csv};
-use tongue_core::statistics::upper_median;
+use tongue_core::statistics::{TWO_SIDED_95, upper_median};
 use tongue_infer::acoustics::{Articulation, TRACT_SD, Tract};
 use tongue_infer::adapt::Placement;
-use tongue_infer::track::{FrameStatus, Repeated, Repeats, TWO_SIDED_95, TrackSettings, Tracked};
+use tongue_infer::track::{FrameStatus, Repeated, Repeats, TrackSettings, Tracked};
 
 /// Ends of the 95 % interval of a tension before anything is seen, N per metre of thickness.
 pub fn prior_interval_n(settings: &TrackSettings) -> [f64; 2] {

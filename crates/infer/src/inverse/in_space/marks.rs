@@ -8,12 +8,11 @@ use tongue_core::body::space::{Half, Side};
 use tongue_core::body::{Body, Mesh};
 use tongue_core::observe::{
     Contour, Curve, Line, LineEnd, Midsagittal, NodePosition, Observable, Observation, Ratio, Stretch,
-    Surface,
+    Surface, TongueSurface,
 };
 use tongue_input::measured::{LengthMeasure, Marked, SpaceMark};
 
 use crate::inverse::FitError;
-use crate::track::TongueSurface;
 
 /// The muscle over whose length ratios are if no other is named, and the line that lines are compared with (Kato 2014, 4.3.1).
 const OVER: &str = "GGA";

@@ -1,24 +1,14 @@
 //! A table of measured muscle lengths, looked up by subject and vowel.
 
 use std::collections::BTreeMap;
-use std::io::{self, Read};
-use std::path::Path;
 use std::sync::Arc;
 
 use super::number::LARGEST_HALF_WIDTH_MM;
-use super::read::read;
 use super::reading::HalfWidth;
 use super::text::fold;
 use super::{BrokenRow, Lengths, Malformed, Reading, Row, Vowel};
-use crate::files;
 use crate::measured::error::ReadError;
 use tongue_core::choice;
-
-/// Takano and Honda (2007), from thesis table 4.4.
-const REFERENCE: &str = include_str!("../../../../../targets/takano2007_lengths.csv");
-const REFERENCE_ORIGIN: &str = "targets/takano2007_lengths.csv (built in)";
-
-const LARGEST: u64 = 64 << 20;
 
 /// Largest number of subjects that a message lists by name.
 const NAMED_SUBJECTS: usize = 12;
@@ -37,49 +27,6 @@ pub struct Dataset {
 }
 
 impl Dataset {
-    /// The built-in lengths of Takano and Honda (2007), thesis table 4.4: eight muscles of the subjects S1 to
-    /// S4, 19 rows (S4 has no /ɯ/).
-    pub fn reference() -> Result<Self, ReadError> {
-        Ok(read(REFERENCE.as_bytes(), REFERENCE_ORIGIN)?)
-    }
-
-    /// Reads the table in the file at `path`, or on stdin if `path` is `-`; see [`Dataset::from_reader`] for
-    /// the format.
-    ///
-    /// # Errors
-    /// As [`Dataset::from_reader`], naming the file. Folders, pipes and devices are [`ReadError::Unreadable`].
-    pub fn from_path(path: impl AsRef<Path>) -> Result<Self, ReadError> {
-        let path = path.as_ref();
-        if path.as_os_str() == "-" {
-            return Self::from_reader(io::stdin().lock(), "stdin");
-        }
-        Self::from_input(files::read_up_to(LARGEST, path), &path.display().to_string())
-    }
-
-    /// Reads a table of lengths; `origin` names it in errors.
-    ///
-    /// The text is UTF-8, or UTF-16 with a byte order mark; fields are separated by commas, semicolons or
-    /// tabs, decimals are written with a point or a comma, and lines may end in any way. Lines at the
-    /// beginning that start with `#` are skipped. The header has, in any order, the column of subjects
-    /// (`subject`, `speaker`, `participant`), that of vowels (`vowel`, `phoneme`, `segment`) and one for each
-    /// muscle with its unit: `GGa_mm`, `GGa (mm)`, `GGa_cm`, `GGa_m`. A length is 10 to 200 mm (so that a
-    /// wrong unit is refused); an empty cell, `NA`, `-` or `*` means that it was not measured. Half widths of
-    /// rounding are read from `GGa_half_width_mm` or, for all muscles, from `half_width_mm` or `error_mm`;
-    /// without these columns they are half of the last digit of the lengths (0.5 mm for whole millimetres).
-    /// All other columns are ignored, and so is a title before the header. Names, numbers and units may be
-    /// written in full-width letters, the columns may be called `話者` and `母音`, and the vowels in kana.
-    ///
-    /// A cell that is no length counts as not measured and is listed in [`Dataset::bad_cells`]; a row without a
-    /// subject, a vowel or any length is left out and listed in [`Dataset::broken`].
-    pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, ReadError> {
-        Self::from_input(files::take_up_to(LARGEST, reader), origin)
-    }
-
-    fn from_input(bytes: io::Result<Vec<u8>>, origin: &str) -> Result<Self, ReadError> {
-        let bytes = bytes.map_err(|source| ReadError::Unreadable { origin: origin.to_owned(), source })?;
-        Ok(read(&bytes, origin)?)
-    }
-
     /// The same lengths with the half width `mm` for all of them, whatever the table has.
     ///
     /// # Errors

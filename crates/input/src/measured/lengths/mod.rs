@@ -22,11 +22,15 @@ pub use super::error::Malformed;
 pub use dataset::Dataset;
 pub use number::{DecimalMark, LONGEST_MM, SHORTEST_MM, TableUnit};
 pub use reading::{BrokenRow, HalfWidth, ReadColumn, Reading, Separator, SetAside};
-pub use rest_distance::Activation;
 pub use text::{Encoding, LineEnds};
 pub use vowel::Vowel;
 
 use std::sync::Arc;
+
+use serde::Serialize;
+
+/// Floating-point tolerance, mm, so that 43.1 - 42.1 still counts as a change of exactly 1 mm.
+const SLACK_MM: f64 = 1e-9;
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lengths {
@@ -53,6 +57,28 @@ impl Lengths {
     pub fn measured(&self) -> impl Iterator<Item = (&str, f64)> {
         self.muscles.iter().zip(&self.length_mm).filter_map(|(m, mm)| Some((m.as_str(), (*mm)?)))
     }
+
+    /// Compares these lengths with `baseline`'s (thesis 4.3.2), a value for each muscle of this row; `None`
+    /// if either was not measured. The two rows may come from tables with different muscles.
+    pub fn activation(&self, baseline: &Self) -> Vec<Option<Activation>> {
+        Vec::from_iter(self.muscles.iter().map(|name| {
+            let change_mm = self.length_mm_of(name)? - baseline.length_mm_of(name)?;
+            let rounding_mm = self.half_width_mm_of(name)? + baseline.half_width_mm_of(name)?;
+            let uncertain = change_mm.abs() <= rounding_mm + SLACK_MM;
+            Some(Activation { change_mm, contracting: change_mm < 0.0, uncertain })
+        }))
+    }
+}
+
+/// Whether a muscle contracts: the rule of thesis section 4.3.2 with its uncertainty.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Activation {
+    /// Measured minus baseline length, mm; negative if shorter.
+    pub change_mm: f64,
+    /// Whether the muscle is shorter than in the baseline, which is taken as contraction (thesis 4.3.2).
+    pub contracting: bool,
+    /// Whether rounding may have changed the sign: the change is at most the sum of both half widths.
+    pub uncertain: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]

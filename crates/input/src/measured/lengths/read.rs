@@ -1,6 +1,8 @@
 //! Reader of tables of lengths: cells, header, rows. A fault in a cell makes only that cell unusable.
 
 use std::collections::BTreeMap;
+use std::io::{self, Read};
+use std::path::Path;
 use std::sync::Arc;
 
 use super::columns::{LengthColumns, LengthField, is_known};
@@ -9,16 +11,68 @@ use super::reading::{BrokenRow, HalfWidth, ReadColumn, Reading};
 use super::text::clip;
 use super::vowel::Vowel;
 use super::{Dataset, Lengths, Row};
+use crate::files;
 use crate::measured::error::{Malformed, ReadError};
 use crate::measured::table::{TableLine, TableLines};
+
+/// Takano and Honda (2007), from thesis table 4.4.
+const REFERENCE: &str = include_str!("../../../../../targets/takano2007_lengths.csv");
+const REFERENCE_ORIGIN: &str = "targets/takano2007_lengths.csv (built in)";
+
+const LARGEST: u64 = 64 << 20;
 
 /// Default half width of a length, mm: that of lengths read off an MR image.
 const DEFAULT_HALF_WIDTH_MM: f64 = 0.5;
 /// Largest number of decimals of a millimetre that counts as measured; more decimals are a program's.
 const MOST_DECIMALS: i32 = 2;
 
+impl Dataset {
+    /// The built-in lengths of Takano and Honda (2007), thesis table 4.4: eight muscles of the subjects S1 to
+    /// S4, 19 rows (S4 has no /ɯ/).
+    pub fn reference() -> Result<Self, ReadError> {
+        Ok(read(REFERENCE.as_bytes(), REFERENCE_ORIGIN)?)
+    }
+
+    /// Reads the table in the file at `path`, or on stdin if `path` is `-`; see [`Dataset::from_reader`] for
+    /// the format.
+    ///
+    /// # Errors
+    /// As [`Dataset::from_reader`], naming the file. Folders, pipes and devices are [`ReadError::Unreadable`].
+    pub fn from_path(path: impl AsRef<Path>) -> Result<Self, ReadError> {
+        let path = path.as_ref();
+        if path.as_os_str() == "-" {
+            return Self::from_reader(io::stdin().lock(), "stdin");
+        }
+        Self::from_input(files::read_up_to(LARGEST, path), &path.display().to_string())
+    }
+
+    /// Reads a table of lengths; `origin` names it in errors.
+    ///
+    /// The text is UTF-8, or UTF-16 with a byte order mark; fields are separated by commas, semicolons or
+    /// tabs, decimals are written with a point or a comma, and lines may end in any way. Lines at the
+    /// beginning that start with `#` are skipped. The header has, in any order, the column of subjects
+    /// (`subject`, `speaker`, `participant`), that of vowels (`vowel`, `phoneme`, `segment`) and one for each
+    /// muscle with its unit: `GGa_mm`, `GGa (mm)`, `GGa_cm`, `GGa_m`. A length is 10 to 200 mm (so that a
+    /// wrong unit is refused); an empty cell, `NA`, `-` or `*` means that it was not measured. Half widths of
+    /// rounding are read from `GGa_half_width_mm` or, for all muscles, from `half_width_mm` or `error_mm`;
+    /// without these columns they are half of the last digit of the lengths (0.5 mm for whole millimetres).
+    /// All other columns are ignored, and so is a title before the header. Names, numbers and units may be
+    /// written in full-width letters, the columns may be called `話者` and `母音`, and the vowels in kana.
+    ///
+    /// A cell that is no length counts as not measured and is listed in [`Dataset::bad_cells`]; a row without a
+    /// subject, a vowel or any length is left out and listed in [`Dataset::broken`].
+    pub fn from_reader(reader: impl Read, origin: &str) -> Result<Self, ReadError> {
+        Self::from_input(files::take_up_to(LARGEST, reader), origin)
+    }
+
+    fn from_input(bytes: io::Result<Vec<u8>>, origin: &str) -> Result<Self, ReadError> {
+        let bytes = bytes.map_err(|source| ReadError::Unreadable { origin: origin.to_owned(), source })?;
+        Ok(read(&bytes, origin)?)
+    }
+}
+
 /// The table in `bytes`; `origin` names it in errors.
-pub(super) fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
+fn read(bytes: &[u8], origin: &str) -> Result<Dataset, Malformed> {
     let wanted = "subject,vowel,GGa_mm,GGm_mm, then a line for each subject and vowel";
     let cells = TableLines::read(bytes, origin, wanted, is_known)?;
     let columns = LengthColumns::of(&cells)?;

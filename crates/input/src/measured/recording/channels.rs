@@ -122,3 +122,10 @@ pub(super) fn carry_by_coils(frames: &mut [Vec<Option<Point>>], bones: &mut Vec<
         }
     }
 }
+
+/// The steepest line of the bones to the horizontal, degrees.
+pub(super) const STEEPEST_BONES_DEG: f64 = 60.0;
+
+pub(super) fn steep_deg(apart: Point) -> f64 {
+    apart.y.abs().atan2(apart.x.abs()).to_degrees()
+}

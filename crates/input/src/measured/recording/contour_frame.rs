@@ -12,11 +12,10 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::{least_by, upper_median};
 
-use super::channels::median_point;
+use super::channels::{STEEPEST_BONES_DEG, median_point, steep_deg};
 use super::dynamics::bone_slips;
 use super::flat::{Flat, Places};
 use super::map::ContourFrame;
-use super::measures::{STEEPEST_BONES_DEG, steep_deg};
 use super::{Map, Role};
 
 /// A factor k above which a contour is in the frame of each sample (0.8 to 1; a probe that shakes lowers it, and makes that of others

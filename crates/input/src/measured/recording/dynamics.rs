@@ -3,11 +3,19 @@
 use tongue_core::geometry::Point;
 use tongue_core::statistics::upper_median;
 
-use super::aligned::BONE_SD_M;
 use super::channels::median_point;
-use super::measures::{FEW, Measures, NamedValue, bare};
+use super::map::BONE_SD_M;
 use super::{AlignedRecording, Mark};
 
+/// What was measured, and the name of what has it.
+pub(super) type NamedValue = (f64, String);
+
+pub(super) fn bare(value: f64) -> NamedValue {
+    (value, String::new())
+}
+
+/// Fewer frames are not judged.
+pub(super) const FEW: usize = 20;
 /// The speed of a course is judged if it moves by this many standard deviations of its noise.
 const MOVES_SD: f64 = 2.5;
 /// A course that moves by this many is no held posture.
@@ -139,6 +147,7 @@ pub(super) fn bone_slips(seen: impl Iterator<Item = (f64, Point)>) -> bool {
 
 /// The courses of all points of the tongue, and of all bones, that enough frames show.
 pub(super) struct PointCourses<'a> {
+    recording: &'a AlignedRecording,
     courses: Vec<PointTrack<'a>>,
     bones: Vec<PointTrack<'a>>,
 }
@@ -152,7 +161,7 @@ impl<'a> PointCourses<'a> {
             let courses = all.into_iter().map(|(point, name)| PointTrack::new(name, recording.course(point)));
             courses.filter(|c| c.marks.len() >= FEW).collect()
         });
-        Self { courses, bones }
+        Self { recording, courses, bones }
     }
 
     /// Whether at least half of the points move by more than their noise.
@@ -182,19 +191,17 @@ impl<'a> PointCourses<'a> {
             moving.filter(|c| !continuous || c.apart_s < CONTINUOUS_S).filter_map(of).collect();
         upper_median(values.iter().copied()).filter(|_| 2 * values.len() >= self.courses.len())
     }
-}
 
-impl Measures<'_> {
     /// The number of frames, if all points have the same place in all of them.
     pub fn frozen(&self) -> Option<NamedValue> {
-        let courses = &self.motion.courses;
+        let courses = &self.courses;
         let still = !courses.is_empty() && courses.iter().all(|c| c.part_still() == 1.0);
         still.then(|| bare(self.recording.frames.len() as f64))
     }
 
     /// 1 if all points repeat their place in most frames, though some move.
     pub fn repeated(&self) -> Option<NamedValue> {
-        let courses = &self.motion.courses;
+        let courses = &self.courses;
         let moving = courses.iter().any(PointTrack::moves);
         (moving && courses.iter().all(|c| c.part_still() > 0.5)).then(|| bare(1.0))
     }
@@ -216,7 +223,7 @@ impl Measures<'_> {
 
     /// The part of the frames in which points stay while others move.
     pub fn stuck(&self) -> Option<NamedValue> {
-        let courses = &self.motion.courses;
+        let courses = &self.courses;
         let stuck: Vec<&PointTrack<'_>> = courses.iter().filter(|c| c.part_still() > 0.5).collect();
         let names: Vec<&str> = stuck.iter().map(|c| c.name).collect();
         let most = stuck.iter().map(|c| c.part_still()).fold(0.0, f64::max);
@@ -224,13 +231,13 @@ impl Measures<'_> {
     }
 
     pub fn quickest_part(&self) -> Option<NamedValue> {
-        let whole_s = self.motion.middle(false, |c| Some(c.quickest()?.1))?;
-        Some((self.motion.middle(false, |c| Some(c.quickest()?.0))?, format!("{whole_s:.2} s")))
+        let whole_s = self.middle(false, |c| Some(c.quickest()?.1))?;
+        Some((self.middle(false, |c| Some(c.quickest()?.0))?, format!("{whole_s:.2} s")))
     }
 
     /// Points and bones that jump and stay, while most points do not.
     pub fn slipped_points_mm(&self) -> Option<NamedValue> {
-        let PointCourses { courses, bones } = &self.motion;
+        let Self { courses, bones, .. } = self;
         let mut slips = slips_of(courses, ACCELERATION_M_S2);
         if 2 * slips.len() > courses.len() {
             return None;

@@ -7,7 +7,8 @@ use std::fmt::Write as _;
 
 use serde::Deserialize;
 
-use super::{Format, Recording, Stated, Times, names};
+use super::names::{self, Role};
+use super::{Format, Recording, Times};
 use crate::measured::error::ReadError;
 use crate::measured::lengths::text::clip;
 use tongue_core::body::{HYOID, MANDIBLE};
@@ -22,21 +23,16 @@ pub const CONTOUR_SD_M: f64 = 0.93e-3;
 /// Standard deviation of an electromagnetic sensor, m (AG500; newer ones are better).
 pub const SENSOR_SD_M: f64 = 0.5e-3;
 
+/// Standard deviation of a bone, m.
+pub(super) const BONE_SD_M: f64 = 1e-3;
 /// The line of a map with which the bones of a recording are not used.
 pub const WITHOUT_BONES: &str = "points = { hyoid = \"ignore\", mental_spine = \"ignore\" }";
 
-#[derive(Debug, Clone, PartialEq)]
-pub enum Role {
-    /// A point somewhere on the surface of the tongue.
-    Contour,
-    /// A material point of the surface at this distance behind the tip along it at rest, m.
-    Surface(f64),
-    /// A material point of the surface at an unknown distance behind the tip; its number counted from the
-    /// tip, if known.
-    Coil(Option<u32>),
-    Bone(String),
-    Reference,
-    Ignored,
+/// Whether a map states the unit, and the axis upwards.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Stated {
+    pub unit: bool,
+    pub axes: bool,
 }
 
 #[derive(Debug, Clone, Default, PartialEq)]

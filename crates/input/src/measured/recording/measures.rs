@@ -4,16 +4,9 @@ use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::statistics::{least_by, upper_median};
 
-use super::channels::median_point;
-use super::dynamics::PointCourses;
+use super::channels::{median_point, steep_deg};
+use super::dynamics::{FEW, NamedValue, PointCourses, bare};
 use super::{AlignedRecording, names};
-
-/// What was measured, and the name of what has it.
-pub(super) type NamedValue = (f64, String);
-
-pub(super) fn bare(value: f64) -> NamedValue {
-    (value, String::new())
-}
 
 /// A recording with the median positions of its channels, m, and their motion.
 pub(super) struct Measures<'a> {
@@ -27,7 +20,6 @@ pub(super) struct Measures<'a> {
 /// A coil on the tongue: its name, its place behind the tip, and its median position, m.
 type MeasuredCoil<'a> = (&'a str, f64, Point);
 
-pub(super) const FEW: usize = 20;
 const MM: f64 = 1e3;
 const ANY: f64 = f64::INFINITY;
 
@@ -41,13 +33,6 @@ pub(super) fn sag(line: &[Point]) -> Option<f64> {
 
 pub(super) fn length(points: &[Point]) -> f64 {
     points.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
-}
-
-/// The steepest line of the bones to the horizontal, degrees.
-pub(super) const STEEPEST_BONES_DEG: f64 = 60.0;
-
-pub(super) fn steep_deg(apart: Point) -> f64 {
-    apart.y.abs().atan2(apart.x.abs()).to_degrees()
 }
 
 impl<'a> Measures<'a> {

@@ -2,7 +2,19 @@
 
 use tongue_core::body::{HYOID, MANDIBLE};
 
-use super::Role;
+#[derive(Debug, Clone, PartialEq)]
+pub enum Role {
+    /// A point somewhere on the surface of the tongue.
+    Contour,
+    /// A material point of the surface at this distance behind the tip along it at rest, m.
+    Surface(f64),
+    /// A material point of the surface at an unknown distance behind the tip; its number counted from the
+    /// tip, if known.
+    Coil(Option<u32>),
+    Bone(String),
+    Reference,
+    Ignored,
+}
 
 /// Names of coils on the tongue in MOCHA, mngu0, the X-ray microbeam, the Haskins comparison and the usual
 /// protocols of NDI and Carstens.

@@ -2,8 +2,10 @@
 
 use tongue_core::geometry::Point;
 
+use super::channels::STEEPEST_BONES_DEG;
+use super::dynamics::{FEW, NamedValue};
 use super::map::WITHOUT_BONES;
-use super::measures::{FEW, Measures, NamedValue, STEEPEST_BONES_DEG, sag};
+use super::measures::{Measures, sag};
 use super::outliers::above;
 use super::{AlignedFrame, AlignedRecording};
 use Severity::{Note, Refused, Untrusted};
@@ -92,7 +94,7 @@ impl DoubtList {
     fn shape(&mut self, m: &Measures<'_>) {
         self.check("far", m.far_points_mm(), [0.0, 150.0], Note,
             "{name} lies {value} mm from the other points, which is too far; correct it, or write \"{name}\" = \"ignore\" into a map");
-        self.check("slip", m.slipped_points_mm(), [0.0, 8.0], Refused,
+        self.check("slip", m.motion.slipped_points_mm(), [0.0, 8.0], Refused,
             "{name}, while the other points do not: its tracking has slipped; correct it, or leave the point out with \"ignore\" in a map");
         self.check("axes", m.steep_bones().filter(|(_, upright)| *upright).map(|(deg, _)| deg), [0.0, STEEPEST_BONES_DEG], Refused,
             "the hyoid and the mental spine lie one above the other, while the tongue is the right way up: the tracking of one of them has \
@@ -138,14 +140,14 @@ impl DoubtList {
     /// fastest gestures; a gesture takes 0.1 to 0.3 s.
     #[rustfmt::skip]
     fn motion(&mut self, m: &Measures<'_>) {
-        self.check("still", m.frozen(), [0.0, 0.0], Refused,
+        self.check("still", m.motion.frozen(), [0.0, 0.0], Refused,
             "nothing moves: all {value} frames have exactly the same places, which no measurement has; export the recording anew, or give one \
              frame alone");
-        self.check("still", m.repeated(), [0.0, 0.0], Note,
+        self.check("still", m.motion.repeated(), [0.0, 0.0], Note,
             "most frames repeat the one before; export the recording at the rate of its video, or take the repeated frames out");
-        self.check("still", m.stuck(), [0.0, 0.5], Note,
+        self.check("still", m.motion.stuck(), [0.0, 0.5], Note,
             "{name} stays in the very same place in most frames while others move; write \"{name}\" = \"ignore\" into a map");
-        self.check("still", m.longest_freeze(), [0.0, 10.0], Note,
+        self.check("still", m.motion.longest_freeze(), [0.0, 10.0], Note,
             "all points stay in the very same place in {value} frames from {name} on, which no measurement has; take these frames out");
         self.check("rate", m.motion.disorder(), [0.0, 0.6], Refused,
             "its frames do not follow one another: points are as far from where they were in the frame before as from anywhere; sort them by time");
@@ -153,7 +155,7 @@ impl DoubtList {
             "a tenth of the time the tongue moves faster than {value} mm/s, where 80 to 200 are usual in speech; if that is wrong, correct \
              rate_hz in the map, or the times, which are in seconds");
         // Of slow careful speech it is 0.94 to 1, and 0.61 to 0.84 with twice, 0.30 to 0.47 with five times its time.
-        self.check("rate", m.quickest_part(), [0.5, ANY], Untrusted,
+        self.check("rate", m.motion.quickest_part(), [0.5, ANY], Untrusted,
             "the quickest motion takes {name}, where a tongue in speech needs 0.1 to 0.3 s: the times are too long, or nothing is spoken; if they \
              are wrong, correct rate_hz in the map, or the times, which are in seconds");
         self.check("rate", m.step_ms().filter(|_| m.recording.frames.len() >= FEW && m.motion.is_moving()), [0.0, 200.0], Untrusted,
@@ -162,7 +164,7 @@ impl DoubtList {
         self.check("rate", m.step_ms(), [1.99, 200.0], Note,
             "its frames are {value} ms apart, where 2 to 200 ms are usual; if that is wrong, correct rate_hz in the map, or the times, which \
              are in seconds");
-        self.check("slip", m.slip_mm(), [0.0, 0.0], Refused,
+        self.check("slip", m.motion.slip_mm(), [0.0, 0.0], Refused,
             "all points of the tongue are shifted by {value} mm at once {name}: the head or the probe has slipped; name points of the head as \
              \"reference\" in a map, or give the parts as recordings of their own");
     }
