@@ -26,8 +26,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         fit.undetermined(),
         fit.status
     );
-    let Some(valley) = fit.valley() else { return Err("nothing is open".into()) };
-    for point in valley.points.iter().step_by(8) {
+    let Some(curve) = fit.solution_curve() else { return Err("nothing is open".into()) };
+    for point in curve.points.iter().step_by(8) {
         let tensions: Vec<String> = point.tensions_n.0.iter().map(|(m, n)| format!("{m} {n:5.2}")).collect();
         let others = point.passive_rms.unwrap_or(f64::NAN);
         println!(
@@ -36,8 +36,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             point.misfit
         );
     }
-    println!("it ends: {}; {}", valley.ends[0], valley.ends[1]);
-    let (table, picture) = (valley.table(), report::valley(&valley, "GGa"));
+    println!("it ends: {}; {}", curve.ends[0], curve.ends[1]);
+    let (table, picture) = (curve.table(), report::solution_curve(&curve, "GGa"));
     report::write(&folder, "valley", &[("valley.csv", &table), ("valley.svg", &picture)])?;
     Ok(())
 }

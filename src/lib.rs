@@ -149,8 +149,8 @@ pub mod geometry {
 pub mod acoustics {
     //! What is heard of a tongue: formants, how they answer to its nodes, a voice.
     pub use tongue_infer::acoustics::{
-        Articulation, Formant, Heard, MeanVowel, Sound, SpaceVocalTract, Tract, VocalTract, mean_vowels,
-        nearest_vowel,
+        Articulation, Formant, FormantFrequency, MeanVowel, Sound, SpaceVocalTract, Tract, VocalTract,
+        mean_vowels, nearest_vowel,
     };
 }
 
@@ -214,8 +214,8 @@ pub mod measured {
     pub mod recording {
         //! Recordings of moving tongues.
         pub use tongue_input::measured::recording::{
-            AlignedRecording, FaultKind, Format, Map, Recording, Severity, doubts, other_size, palate_doubt,
-            screen,
+            AlignedRecording, FaultKind, Format, Map, Recording, Severity, check_plausibility, other_size,
+            palate_doubt, remove_outliers,
         };
         #[cfg(feature = "cli")]
         pub(crate) use tongue_input::measured::recording::{Fault, Mark, WITHOUT_BONES, Waveform, is_coil};
@@ -250,16 +250,16 @@ pub mod report {
     //! Outputs: records, tables, pictures and pages.
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::report::{
-        AnimationFrame, Clean, Conclusion, Draws, FormantsRecord, Markdown, OfBody, PageBody, PageTable,
-        Panel, Pvd, REPEATED, RecordingResult, Rows, SectionPicture, Series, SpaceFitRecord,
-        SpaceTrackRecord, Ssff, StoTable, Table, TonguePage, TrackPage, TrackRecord, TrackResults,
-        TrajectoryRecord, ValleyRecord, VowelPicture, contrasts, discard_unfinished, draws_csv, fixed,
+        AnimationFrame, Conclusion, Draws, EscapeControl, FormantsRecord, Markdown, OfBody, PageBody,
+        PageTable, Panel, Pvd, REPEATED, RecordingResult, Rows, SectionPicture, Series, SolutionCurveRecord,
+        SpaceFitRecord, SpaceTrackRecord, Ssff, StoTable, Table, TonguePage, TrackPage, TrackRecord,
+        TrackResults, TrajectoryRecord, VowelPicture, contrasts, discard_unfinished, draws_csv, fixed,
         formants_csv, limit_of_plane, over_speakers, panels, placed, prior_interval_n, repeated,
         repeats_table, ridges, segments_csv, solid, status_name, timelines, track_csv, views, vowel, wrapped,
     };
     pub use tongue_files::report::{
         Export, FitRecord, Json, Msh, Provenance, ReportError, SimulationRecord, SoundRecord, Svg, Vtu, Wav,
-        animation, tongue, valley,
+        animation, solution_curve, tongue,
     };
     #[cfg(feature = "files")]
     pub use tongue_files::report::{OutputDir, write};
@@ -392,7 +392,7 @@ pub mod track {
     #[cfg(feature = "cli")]
     pub(crate) use tongue_infer::track::{
         Comparison, Displacement, FEWEST, Followed, Frame, FrameStatus, MOST_UNTRUSTED, NARROW, Watch,
-        compare, compared, course_summaries, held_out, is_untrusted, listen, repeats,
+        add_formants, compare, compared, course_summaries, held_out, is_untrusted, repeatability,
     };
     pub use tongue_infer::track::{TrackSettings, Tracked, TrackedRecording};
 }

@@ -143,7 +143,7 @@ pub fn names(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
     if let Ok(one) = given.cast::<PyString>() {
         return Ok(vec![one.to_string()]);
     }
-    let refuse = || wrong(format!("{what} must be a name or a list of names, not {}", shown(given)));
+    let refuse = || wrong(format!("{what} must be a name or a list of names, not {}", shortened(given)));
     let unordered = given.py().import("collections.abc")?.getattr("Set")?;
     if given.is_instance_of::<PyBytes>() || given.is_instance(&unordered)? {
         return Err(refuse());
@@ -153,7 +153,7 @@ pub fn names(what: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
         .map(|item| {
             let item = item?;
             let name = item.cast::<PyString>().map_err(|_| {
-                wrong(format!("{what} must be a list of names; {} among them is none", shown(&item)))
+                wrong(format!("{what} must be a list of names; {} among them is none", shortened(&item)))
             })?;
             Ok(name.to_string())
         })
@@ -168,7 +168,7 @@ pub fn number(what: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
     if let Ok(float) = given.cast_exact::<PyFloat>() {
         return Ok(float.value());
     }
-    let refuse = || wrong(format!("{what} has {} where a number is needed", shown(given)));
+    let refuse = || wrong(format!("{what} has {} where a number is needed", shortened(given)));
     if given.is_instance_of::<PyString>() || given.is_instance_of::<PyBytes>() {
         return Err(refuse());
     }
@@ -176,7 +176,7 @@ pub fn number(what: &str, given: &Bound<'_, PyAny>) -> PyResult<f64> {
 }
 
 /// A value for messages, shortened if it is long.
-fn shown(given: &Bound<'_, PyAny>) -> String {
+fn shortened(given: &Bound<'_, PyAny>) -> String {
     let text = given.repr().map_or_else(|_| "something".to_owned(), |text| text.to_string());
     let mut letters = text.chars();
     let start: String = letters.by_ref().take(60).map(|c| if c.is_control() { ' ' } else { c }).collect();
@@ -190,7 +190,7 @@ fn named<'py>(
     let mut read: Vec<(String, f64)> = Vec::new();
     for (name, value) in items {
         let Ok(text) = name.cast::<PyString>() else {
-            return Err(wrong(format!("{what} has {} where a name is needed", shown(&name))));
+            return Err(wrong(format!("{what} has {} where a name is needed", shortened(&name))));
         };
         let text = text.to_string();
         if read.iter().any(|(known, _)| *known == text) {
@@ -250,7 +250,7 @@ fn in_pandas<'py>(what: &str, given: &Bound<'py, PyAny>, axes: usize) -> PyResul
 
 /// Shape and values of anything that numpy can convert to numbers.
 fn floats(what: &str, given: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)> {
-    let refuse = || wrong(format!("{what} must be numbers, not {}", shown(given)));
+    let refuse = || wrong(format!("{what} must be numbers, not {}", shortened(given)));
     if given.is_none() || given.is_instance_of::<PyString>() || given.is_instance_of::<PyBytes>() {
         return Err(refuse());
     }

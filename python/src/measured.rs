@@ -296,7 +296,7 @@ impl PartialEq for Target {
 
 impl Target {
     /// A description in words.
-    pub fn shown(&self) -> String {
+    pub fn description(&self) -> String {
         let t = &self.target;
         format!("{} /{}/ {}, active {}", t.subject, t.vowel, t.kind, t.active_names().join(", "))
     }
@@ -370,6 +370,6 @@ impl Target {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Target: {}>", self.shown())
+        format!("<Target: {}>", self.description())
     }
 }

@@ -17,24 +17,24 @@ use super::measured::Target;
 impl Assembly {
     /// The length of a muscle, m, as an observable.
     fn length(&self, muscle: &str) -> PyResult<Observable> {
-        Observable::new(self, Seen::Length(muscle.to_owned()))
+        Observable::new(self, ObservableKind::Length(muscle.to_owned()))
     }
 
     /// The length of a muscle over its length at rest, as an observable.
     fn stretch(&self, muscle: &str) -> PyResult<Observable> {
-        Observable::new(self, Seen::Stretch(muscle.to_owned()))
+        Observable::new(self, ObservableKind::Stretch(muscle.to_owned()))
     }
 
     /// The length of a muscle over another's, as an observable.
     fn ratio(&self, muscle: &str, over: &str) -> PyResult<Observable> {
-        Observable::new(self, Seen::Ratio(muscle.to_owned(), over.to_owned()))
+        Observable::new(self, ObservableKind::Ratio(muscle.to_owned(), over.to_owned()))
     }
 
     /// The signed distance of a measured point (x, y), m, from the outline of the tissue, as an observable:
     /// positive outside.
     fn contour(&self, point: &Bound<'_, PyAny>) -> PyResult<Observable> {
         let point = Given::pair("point", point)?;
-        Observable::new(self, Seen::Contour(point.x, point.y))
+        Observable::new(self, ObservableKind::Contour(point.x, point.y))
     }
 
     /// The observations of this body in a measured target: one for every fitted muscle.
@@ -52,7 +52,7 @@ impl Assembly {
 
 /// Kind of an observable.
 #[derive(Clone, PartialEq)]
-pub enum Seen {
+pub enum ObservableKind {
     /// The length of a muscle.
     Length(String),
     /// Its length over that at rest.
@@ -68,7 +68,7 @@ pub enum Seen {
 #[derive(Clone)]
 pub struct Observable {
     observable: Arc<dyn observe::Observable<2>>,
-    seen: Seen,
+    seen: ObservableKind,
     of: Assembly,
 }
 
@@ -83,13 +83,15 @@ impl Observable {
     ///
     /// # Errors
     /// A muscle that the body does not have; a point that is not finite.
-    pub fn new(of: &Assembly, seen: Seen) -> PyResult<Self> {
+    pub fn new(of: &Assembly, seen: ObservableKind) -> PyResult<Self> {
         let body = &of.0;
         let observable: Arc<dyn observe::Observable<2>> = match &seen {
-            Seen::Length(muscle) => Arc::new(body.length(muscle).map_err(refused)?),
-            Seen::Stretch(muscle) => Arc::new(body.stretch(muscle).map_err(refused)?),
-            Seen::Ratio(muscle, over) => Arc::new(body.ratio(muscle, over).map_err(refused)?),
-            Seen::Contour(x, y) => Arc::new(body.contour(SVector::from([*x, *y])).map_err(refused)?),
+            ObservableKind::Length(muscle) => Arc::new(body.length(muscle).map_err(refused)?),
+            ObservableKind::Stretch(muscle) => Arc::new(body.stretch(muscle).map_err(refused)?),
+            ObservableKind::Ratio(muscle, over) => Arc::new(body.ratio(muscle, over).map_err(refused)?),
+            ObservableKind::Contour(x, y) => {
+                Arc::new(body.contour(SVector::from([*x, *y])).map_err(refused)?)
+            }
         };
         Ok(Self { observable, seen, of: of.clone() })
     }
@@ -121,20 +123,24 @@ impl Observable {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Pickled<'py, Bound<'py, PyAny>> {
         let (py, this) = (slf.py(), slf.get());
         let (method, given) = match &this.seen {
-            Seen::Length(muscle) => ("length", (muscle,).into_pyobject(py)?.into_any()),
-            Seen::Stretch(muscle) => ("stretch", (muscle,).into_pyobject(py)?.into_any()),
-            Seen::Ratio(muscle, over) => ("ratio", (muscle, over).into_pyobject(py)?.into_any()),
-            Seen::Contour(x, y) => ("contour", ((*x, *y),).into_pyobject(py)?.into_any()),
+            ObservableKind::Length(muscle) => ("length", (muscle,).into_pyobject(py)?.into_any()),
+            ObservableKind::Stretch(muscle) => ("stretch", (muscle,).into_pyobject(py)?.into_any()),
+            ObservableKind::Ratio(muscle, over) => ("ratio", (muscle, over).into_pyobject(py)?.into_any()),
+            ObservableKind::Contour(x, y) => ("contour", ((*x, *y),).into_pyobject(py)?.into_any()),
         };
         Ok((this.of.clone().into_pyobject(py)?.getattr(method)?, given))
     }
 
     fn __repr__(&self) -> String {
         match &self.seen {
-            Seen::Length(muscle) => format!("<Observable: length of {muscle}, m>"),
-            Seen::Stretch(muscle) => format!("<Observable: length of {muscle} over that at rest>"),
-            Seen::Ratio(muscle, over) => format!("<Observable: length of {muscle} over that of {over}>"),
-            Seen::Contour(x, y) => format!("<Observable: distance of ({x}, {y}) from the outline, m>"),
+            ObservableKind::Length(muscle) => format!("<Observable: length of {muscle}, m>"),
+            ObservableKind::Stretch(muscle) => format!("<Observable: length of {muscle} over that at rest>"),
+            ObservableKind::Ratio(muscle, over) => {
+                format!("<Observable: length of {muscle} over that of {over}>")
+            }
+            ObservableKind::Contour(x, y) => {
+                format!("<Observable: distance of ({x}, {y}) from the outline, m>")
+            }
         }
     }
 }
@@ -232,7 +238,7 @@ impl Observation {
                 format!("<Observation: {what}: {}{sure}>", self.seen.measured)
             }
             Source::Target(_, target, number) => {
-                format!("<Observation: {} of {}: {}>", number + 1, target.shown(), self.seen.measured)
+                format!("<Observation: {} of {}: {}>", number + 1, target.description(), self.seen.measured)
             }
         }
     }

@@ -32,7 +32,7 @@ impl Tensions {
     ///
     /// # Errors
     /// A list whose length is not the number of contracting muscles.
-    pub fn of(self, assembly: &simulation::Assembly<2>) -> PyResult<Vec<(String, f64)>> {
+    pub fn by_name(self, assembly: &simulation::Assembly<2>) -> PyResult<Vec<(String, f64)>> {
         match self.0 {
             Given::Named(named) => Ok(named),
             Given::Listed(values) => {
@@ -85,7 +85,7 @@ impl Assembly {
         ramp_s: f64,
         samples: usize,
     ) -> PyResult<Trajectory> {
-        let (assembly, given) = (self.0.clone(), tensions.of(&self.0)?);
+        let (assembly, given) = (self.0.clone(), tensions.by_name(&self.0)?);
         let followed = aside(py, move || {
             let given: Vec<(&str, f64)> = given.iter().map(|(name, n)| (name.as_str(), *n)).collect();
             assembly.trajectory(&given, ramp_s, t_end_s, samples)
@@ -98,11 +98,11 @@ impl Assembly {
 #[pyclass(frozen, module = "tongue_fit")]
 pub struct Solver {
     assembly: Assembly,
-    work: Mutex<Work>,
+    work: Mutex<SolverMemory>,
 }
 
 /// The memory of a solve.
-struct Work {
+struct SolverMemory {
     /// None after a solve that Ctrl-C ended; the next solve makes a new one.
     solver: Option<simulation::Solver<2>>,
     /// Displacements of bones.
@@ -112,7 +112,7 @@ struct Work {
 impl Solver {
     /// The solver of an assembly.
     pub fn new(assembly: &Assembly) -> Self {
-        let work = Work { solver: Some(assembly.0.solver()), shifts: Vec::new() };
+        let work = SolverMemory { solver: Some(assembly.0.solver()), shifts: Vec::new() };
         Self { assembly: assembly.clone(), work: Mutex::new(work) }
     }
 
@@ -178,14 +178,14 @@ impl Solver {
     /// The equilibrium at these tensions (N per metre of thickness; by muscle, or in the order of
     /// Assembly.contracting), from rest. The result does not depend on earlier solves.
     fn equilibrium(&self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
-        let given = tensions.of(&self.assembly.0)?;
+        let given = tensions.by_name(&self.assembly.0)?;
         let solved = self.solve(py, is_long(&given), move |solver| solver.equilibrium(&borrowed(&given)))?;
         Ok(self.shape(solved))
     }
 
     /// As equilibrium, starting from the earlier shape `start`: for small changes of the tensions.
     fn equilibrium_from(&self, py: Python<'_>, start: &Shape, tensions: Tensions) -> PyResult<Shape> {
-        let (given, start) = (tensions.of(&self.assembly.0)?, Arc::clone(&start.shape));
+        let (given, start) = (tensions.by_name(&self.assembly.0)?, Arc::clone(&start.shape));
         let solved = self
             .solve(py, is_long(&given), move |solver| solver.equilibrium_from(&start, &borrowed(&given)))?;
         Ok(self.shape(solved))
@@ -194,7 +194,7 @@ impl Solver {
     /// As equilibrium, and follows the equilibria from rest as the tensions grow, to check that the shape
     /// lies on that branch (Shape.is_traced). Costs about forty solves.
     fn follow_from_rest(&self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
-        let given = tensions.of(&self.assembly.0)?;
+        let given = tensions.by_name(&self.assembly.0)?;
         let solved = self.solve(py, true, move |solver| solver.follow_from_rest(&borrowed(&given)))?;
         Ok(self.shape(solved))
     }

@@ -8,7 +8,7 @@ use tongue_fit::choice::name_of;
 use tongue_fit::inverse::{FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::posterior::Verdict;
-use tongue_fit::report::{self, Export, Series, ValleyRecord};
+use tongue_fit::report::{self, Export, Series, SolutionCurveRecord};
 use tongue_fit::run::FitRun;
 use tongue_fit::system::TissueModel;
 
@@ -76,7 +76,7 @@ impl Arguments {
     }
 
     /// What the posterior sees: with `--joint` all vowels of the subject that the table has, in its order, and where the fitted one stands.
-    fn seen(&self, data: &Dataset, target: &Target) -> miette::Result<(Vec<Target>, usize)> {
+    fn posterior_targets(&self, data: &Dataset, target: &Target) -> miette::Result<(Vec<Target>, usize)> {
         if !self.posterior.joint {
             return Ok((vec![target.clone()], 0));
         }
@@ -116,7 +116,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let out = global.folder("results")?;
     let model = arguments.body.model();
     let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;
-    let (seen, posture) = arguments.seen(&data, &target)?;
+    let (seen, posture) = arguments.posterior_targets(&data, &target)?;
     let beside = match &posterior_model {
         Some(posterior_model) => arguments.others.read(posterior_model, &seen, posture)?,
         None => Vec::new(),
@@ -189,9 +189,9 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut files: Vec<(&str, &dyn Export)> =
         vec![("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
     let of_fit = &record.fit.target;
-    let valley = ValleyRecord::of(&record.fit);
-    let valley = valley.map(|v| (v.table(), report::valley(&v, &of_fit.muscles[of_fit.reference])));
-    if let Some((table, drawing)) = &valley {
+    let curve = SolutionCurveRecord::of(&record.fit);
+    let curve = curve.map(|v| (v.table(), report::solution_curve(&v, &of_fit.muscles[of_fit.reference])));
+    if let Some((table, drawing)) = &curve {
         files.push(("valley.csv", table));
         files.push(("valley.svg", drawing));
     }

@@ -40,7 +40,7 @@ impl ShownFit<'_> {
         text += &self.tensions();
         text += &self.not_measured();
         if self.is_verbose {
-            text += &self.doubts();
+            text += &self.search_outcome();
             text += &muscles(&self.record.fit, self.published);
         }
         if self.conclusion.trusted {
@@ -104,13 +104,13 @@ impl ShownFit<'_> {
     }
 
     /// The curves of tensions that fit equally well.
-    fn valleys(&self) -> impl Iterator<Item = &SolutionCurve> {
+    fn solution_curves(&self) -> impl Iterator<Item = &SolutionCurve> {
         self.record
             .fit
             .identifiability
             .iter()
             .flat_map(|i| &i.null_directions)
-            .filter_map(|n| n.valley.as_ref())
+            .filter_map(|n| n.curve.as_ref())
     }
 
     fn tensions(&self) -> String {
@@ -120,8 +120,8 @@ impl ShownFit<'_> {
         let own = |tensions: &[f64]| target.active.iter().map(|&m| newtons(tensions[m])).collect::<Vec<_>>();
         let mut found = vec![("found", own(&fit.tensions))];
         found.extend(self.from_stretches.map(|f| ("found from stretches", own(&f.tensions))));
-        for valley in self.valleys() {
-            if let (Some(first), Some(last)) = (valley.points.first(), valley.points.last()) {
+        for curve in self.solution_curves() {
+            if let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) {
                 let ranges =
                     first.x.iter().zip(&last.x).map(|(a, b)| format!("{} to {}", fixed(*a, 1), fixed(*b, 1)));
                 found.push(("fits as well", ranges.collect()));
@@ -146,7 +146,7 @@ impl ShownFit<'_> {
     }
 
     /// How the search ended, with all reasons for doubt.
-    fn doubts(&self) -> String {
+    fn search_outcome(&self) -> String {
         let (fit, target) = (&self.record.fit, &self.record.fit.target);
         let misfit = if fit.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", fit.misfit) };
         let mut text = format!(
@@ -170,8 +170,8 @@ impl ShownFit<'_> {
             );
         }
         let names: Vec<String> = target.active_names().into_iter().map(str::to_owned).collect();
-        for valley in self.valleys() {
-            let [before, after] = valley.ends.map(|end| end.text(&names));
+        for curve in self.solution_curves() {
+            let [before, after] = curve.ends.map(|end| end.text(&names));
             text += &wrapped(&format!(
                 "the curve of tensions that fit as well ends where {before}, and where {after}"
             ));
@@ -216,7 +216,7 @@ fn muscles(fit: &Fit, published: Option<&Published>) -> String {
             if residual.abs() < 5e-4 { "0.000".into() } else { format!("{residual:+.3}") },
         ];
         if let Some(p) = published {
-            let (here, there) = p.of(target.kind);
+            let (here, there) = p.values(target.kind);
             row.push(format!("{:.3}", here[i]));
             row.push(format!("{:.2}", there[i]));
         }
@@ -236,7 +236,7 @@ fn muscles(fit: &Fit, published: Option<&Published>) -> String {
     }
     if let Some(p) = published {
         let squares: f64 =
-            target.fitted.iter().map(|&m| (p.of(target.kind).0[m] - target.values[m]).powi(2)).sum();
+            target.fitted.iter().map(|&m| (p.values(target.kind).0[m] - target.values[m]).powi(2)).sum();
         let _ = writeln!(
             text,
             "the published tensions miss the target by {:.3} here (RMS), and table 4.8 by {:.3} over {} ratios",

@@ -154,9 +154,10 @@ fn words() -> Vec<String> {
 pub fn line_of(words: Vec<String>) -> String {
     std::iter::once("tongue-fit".to_owned())
         .chain(words.into_iter().map(|word| {
-            match !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "_@%+=:,./-".contains(c)) {
-                true => word,
-                false => format!("'{}'", word.replace('\'', "'\\''")),
+            if !word.is_empty() && word.chars().all(|c| c.is_alphanumeric() || "_@%+=:,./-".contains(c)) {
+                word
+            } else {
+                format!("'{}'", word.replace('\'', "'\\''"))
             }
         }))
         .collect::<Vec<_>>()

@@ -114,7 +114,7 @@ fn text(title: &str, all: &[MuscleEffect], surface: &str) -> String {
         first.into_iter().chain(moved.map(|v| format!("{:+.1} mm", (10.0 * v).round() / 10.0 + 0.0)))
     });
     let doubtful = all.iter().filter(|a| !a.alarms.is_empty());
-    let doubts: String = doubtful.map(|a| format!("but of {}: {}\n", a.name, a.doubts())).collect();
+    let doubts: String = doubtful.map(|a| format!("but of {}: {}\n", a.name, a.alarm_texts())).collect();
     format!(
         "{title}\n\n{t}\n{doubts}\ntip, top and root: the foremost, highest and rearmost point of the {surface} at rest\n\n"
     )
@@ -203,7 +203,7 @@ impl MuscleEffect {
         Self { name, status, alarms, stretch, moved, wider_mm: None, positions, tensions: Vec::new() }
     }
 
-    fn doubts(&self) -> String {
+    fn alarm_texts(&self) -> String {
         self.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ")
     }
 
@@ -218,7 +218,7 @@ impl MuscleEffect {
         });
         let wider = self.wider_mm.map_or_else(|| json!({}), |mm| json!({ "wider_mm": mm }));
         let (name, status) = (json!({ "pulling": self.name }), json!({ "status": self.status }));
-        let parts = [name, pull, status, muscle, moved, wider, json!({ "alarms": self.doubts() })];
+        let parts = [name, pull, status, muscle, moved, wider, json!({ "alarms": self.alarm_texts() })];
         parts.iter().filter_map(Value::as_object).flatten().map(|(k, v)| (k.clone(), v.clone())).collect()
     }
 

@@ -10,7 +10,7 @@ use nalgebra::SVector;
 use serde::Serialize;
 use tongue_fit::body::Body;
 use tongue_fit::report::{
-    Clean, Export, Json, OutputDir, Provenance, ReportError, SimulationRecord, Svg, Vtu,
+    EscapeControl, Export, Json, OutputDir, Provenance, ReportError, SimulationRecord, Svg, Vtu,
 };
 use tongue_fit::system::System;
 
@@ -44,9 +44,10 @@ pub fn answer(
     written: &[PathBuf],
     text: impl FnOnce() -> String,
 ) -> miette::Result<()> {
-    match global.json {
-        true => stream(|out| record.write(out, by)),
-        false => summary(&(text() + &table::files(written)), written),
+    if global.json {
+        stream(|out| record.write(out, by))
+    } else {
+        summary(&(text() + &table::files(written)), written)
     }
 }
 
@@ -79,7 +80,7 @@ impl Global {
 
 /// As [`print`], for output that is too large for memory: `write` writes it.
 pub fn stream(write: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> miette::Result<()> {
-    let mut out = Clean::new(io::BufWriter::new(Stream::Stdout));
+    let mut out = EscapeControl::new(io::BufWriter::new(Stream::Stdout));
     match write(&mut out).and_then(|()| out.flush()) {
         Err(e) if e.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result.into_diagnostic().wrap_err("cannot write to stdout"),
@@ -176,7 +177,11 @@ pub fn with_bar<T>(
 
 /// An error of writing to stderr cannot be reported.
 fn line(what: impl Display) {
-    let _ = writeln!(Clean::new(io::LineWriter::new(Stream::Stderr)), "{}", short_numbers(&what.to_string()));
+    let _ = writeln!(
+        EscapeControl::new(io::LineWriter::new(Stream::Stderr)),
+        "{}",
+        short_numbers(&what.to_string())
+    );
 }
 
 /// Digits of the longest number that is printed in full.

@@ -105,9 +105,10 @@ pub fn out_of_reach(seen: &AlignedRecording, frames: &[Tracked], is_adapted: boo
     if 2 * out <= frames.len() && is_met {
         return None;
     }
-    let what = match is_met || 2 * out > frames.len() {
-        true => format!("{out} of {} frames cannot be reached by this body", frames.len()),
-        false => "its points are met badly by this body".to_owned(),
+    let what = if is_met || 2 * out > frames.len() {
+        format!("{out} of {} frames cannot be reached by this body", frames.len())
+    } else {
+        "its points are met badly by this body".to_owned()
     };
     let met = rms.map_or_else(String::new, |mm| format!(" (met to {mm:.1} mm)"));
     let which = if seen.sensors.is_empty() { "names of the bones" } else { "names and places of coils" };
@@ -190,11 +191,12 @@ fn notes_of(Screened { seen, faults, .. }: &Screened, body: &Body<2>, freed: &[S
         if seen.shows_bone(bone) || body.bone(bone).is_empty() {
             continue;
         }
-        let what = match freed.iter().any(|f| f.trim() == bone) {
-            true => "its displacement is an unknown".to_owned(),
-            false => format!(
+        let what = if freed.iter().any(|f| f.trim() == bone) {
+            "its displacement is an unknown".to_owned()
+        } else {
+            format!(
                 "it stays where it is at rest; track --free-bone {bone} makes its displacement an unknown"
-            ),
+            )
         };
         out.push(format!("the {} was never seen; {what}", bone.replace('_', " ")));
     }

@@ -8,8 +8,8 @@ use tongue_fit::adapt::{Adaptation, AdaptationInput};
 use tongue_fit::body::{Anatomy, Body};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
-    AlignedRecording, Fault, Format, Map, Recording, Severity, Waveform, doubts, other_size, palate_doubt,
-    screen,
+    AlignedRecording, Fault, Format, Map, Recording, Severity, Waveform, check_plausibility, other_size,
+    palate_doubt, remove_outliers,
 };
 use tongue_fit::track::TrackSettings;
 
@@ -178,7 +178,7 @@ impl Arguments {
         Ok(all)
     }
 
-    /// Recordings of one speaker, screened, and a sentence for each that is left out because nothing can be read from it.
+    /// Recordings of one speaker without outliers, and a sentence for each that is left out because nothing can be read from it.
     pub fn screened(
         &self,
         read: Vec<Loaded>,
@@ -194,7 +194,7 @@ impl Arguments {
                 let points = p.iter().map(|p| Point::new(side * p.x, p.y));
                 points.map(|p| map.placement().map_or(p, |to| to.place(p))).collect::<Vec<_>>()
             });
-            let mut told = doubts(&seen);
+            let mut told = check_plausibility(&seen);
             told.extend(own.as_deref().and_then(|p| palate_doubt(&seen, p)));
             if let Some(doubt) = told.iter().find(|d| d.is_refused()) {
                 left_out.push(format!("{file}, {}: {}", seen.name, doubt.said));
@@ -202,7 +202,7 @@ impl Arguments {
             }
             let is_trusted = told.iter().all(|d| d.severity < Severity::Untrusted);
             seen.notes.extend(told.into_iter().map(|d| d.said));
-            let faults = screen(&mut seen, own.as_deref().or(palate));
+            let faults = remove_outliers(&mut seen, own.as_deref().or(palate));
             // Names distinguish recordings in every output.
             let same = all.iter().filter(|s| s.seen.name == seen.name).count();
             if same > 0 {

@@ -21,7 +21,7 @@ pub struct Published {
 
 impl Published {
     /// The values simulated here and in the thesis, for a kind of target.
-    pub fn of(&self, kind: TargetKind) -> (&[f64], &[f64]) {
+    pub fn values(&self, kind: TargetKind) -> (&[f64], &[f64]) {
         match kind {
             TargetKind::Ratio => (&self.ratios, &self.thesis_ratios),
             TargetKind::Stretch => (&self.stretches, &self.thesis_stretches),

@@ -17,9 +17,10 @@ pub fn plan(plan: &ScenePlan) -> String {
     let mut text = format!("{}\n{}\n{}\n\n", plan.title, plan.body, plan.method);
     let mut t = table(&["effect", "", "elements", "µs", "why"]);
     for e in &plan.effects {
-        let (mark, elements, cost) = match e.simulated {
-            true => ("on", e.elements.to_string(), format!("{:.1}", e.estimated_us)),
-            false => ("-", String::new(), String::new()),
+        let (mark, elements, cost) = if e.simulated {
+            ("on", e.elements.to_string(), format!("{:.1}", e.estimated_us))
+        } else {
+            ("-", String::new(), String::new())
         };
         for (i, line) in report::wrapped(&e.why, REASON).into_iter().enumerate() {
             match i {

@@ -181,9 +181,10 @@ impl Arguments {
 }
 
 fn within(key: &str, x: f64, low: f64, high: f64, why: &str) -> miette::Result<()> {
-    match (low..=high).contains(&x) {
-        true => Ok(()),
-        false => Err(miette!("{key} is {x}; it must be between {low} and {high}{why}")),
+    if (low..=high).contains(&x) {
+        Ok(())
+    } else {
+        Err(miette!("{key} is {x}; it must be between {low} and {high}{why}"))
     }
 }
 
@@ -195,7 +196,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let tract = arguments.read_tract(source)?;
     let (out, heard) = match source {
         Some(source) => {
-            let heard = arguments.space.heard(source, &tract, &arguments.posture(&tract, None))?;
+            let heard = arguments.space.sound(source, &tract, &arguments.posture(&tract, None))?;
             (global.folder("results/sound")?, heard)
         }
         None => {

@@ -33,7 +33,7 @@ pub struct Arguments {
 }
 
 impl Arguments {
-    pub fn heard(
+    pub fn sound(
         &self,
         source: &SpaceSource,
         tract: &Tract,
@@ -59,9 +59,10 @@ impl Arguments {
             nearest_vowel: None,
             wall_s: solved.wall_s,
         };
-        let title = match self.activation.is_empty() {
-            true => format!("{}, at rest", body.what),
-            false => format!("{}, {}", body.what, self.activation.join(", ")),
+        let title = if self.activation.is_empty() {
+            format!("{}, at rest", body.what)
+        } else {
+            format!("{}, {}", body.what, self.activation.join(", "))
         };
         let (tissue, mesh, positions) =
             (solved.system.tissue(), body.midsagittal_mesh(), solved.midsagittal_positions());

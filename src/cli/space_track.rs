@@ -146,9 +146,12 @@ impl Arguments {
         let vtus = shapes.iter().map(|(positions, activations)| Vtu::of(body, positions, activations));
         let vtus = vtus.collect::<Result<Vec<_>, _>>().into_diagnostic()?;
         let is_one = vtus.len() == 1;
-        let moments = record.frames.iter().enumerate().take(vtus.len()).map(|(nth, frame)| match is_one {
-            true => (0.0, "tongue.vtu".to_owned()),
-            false => (frame.time_s.unwrap_or(nth as f64), format!("tongue_{nth:04}.vtu")),
+        let moments = record.frames.iter().enumerate().take(vtus.len()).map(|(nth, frame)| {
+            if is_one {
+                (0.0, "tongue.vtu".to_owned())
+            } else {
+                (frame.time_s.unwrap_or(nth as f64), format!("tongue_{nth:04}.vtu"))
+            }
         });
         let pvd = Pvd(moments.collect());
         let by = super::provenance().with_tissue(system.tissue());
@@ -212,7 +215,7 @@ fn text(record: &SpaceTrackRecord) -> String {
             let _ = writeln!(text, "{name}at {time} s");
         }
         let t = table::rows(&["muscle", "activation", "95 %"], &frame.activations.0, |(name, a)| {
-            let interval = frame.interval_95.of(name);
+            let interval = frame.interval_95.get(name);
             let interval = interval.map_or_else(String::new, |[low, high]| format!("{low:.3} to {high:.3}"));
             [name.clone(), format!("{a:.3}"), interval]
         });

@@ -382,7 +382,7 @@ pub fn operation(o: &OperationRecord) -> String {
     if let (Some(by), Some(to)) = (&o.made_up_by, o.made_up_to_mm) {
         let active = by.0.iter().filter(|(_, a)| *a >= 0.005);
         let interval = |name: &str| {
-            let all = o.made_up_interval_95.as_ref().and_then(|all| all.of(name));
+            let all = o.made_up_interval_95.as_ref().and_then(|all| all.get(name));
             all.map_or_else(String::new, |[low, high]| format!(" ({low:.2} to {high:.2})"))
         };
         let active: Vec<String> =

@@ -193,13 +193,15 @@ fn one(
     }
     let journal = track_run::journal(&run, &given, out, &seen, &format!("{sound:?}"))?;
     let sound = sound.map(|read| read.around(&speaker.body, wall)).transpose()?;
-    let listen = |frames: &mut [Frame]| {
+    let add_sound = |frames: &mut [Frame]| {
         let heard = sound.iter();
-        heard.for_each(|(airway, lips)| track::listen(frames, airway, &speaker.followed, lips, FORMANTS));
+        heard.for_each(|(airway, lips)| {
+            track::add_formants(frames, airway, &speaker.followed, lips, FORMANTS)
+        });
     };
     let unknown = (shape.as_ref(), contact.as_ref());
     let (journal, found) = track_run::resumed(journal, seen.len(), |watch| {
-        run.track(&speaker, unknown, &seen, &listen, watch).into_diagnostic()
+        run.track(&speaker, unknown, &seen, &add_sound, watch).into_diagnostic()
     })?;
     // Recordings that the body cannot reach are left out.
     let (mut results, mut met, mut unmet) = (Vec::new(), Vec::new(), Vec::new());
@@ -242,7 +244,7 @@ fn one(
         median_rms_mm: upper_median(frames.iter().filter_map(|f| f.rms_m)).map(|r| r * 1e3),
         comparisons,
         courses: course_summaries(&names, &frames, &run.basis.settings.link),
-        repeats: track::repeats(labelled, &names),
+        repeats: track::repeatability(labelled, &names),
         formants: None,
         held_out: held_out(&met, &of_recordings, &hide),
         notes,

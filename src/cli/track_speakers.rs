@@ -100,9 +100,10 @@ fn folder(number: usize, name: &str, before: &[String]) -> String {
     const LONGEST: usize = 60;
     let is_own = !before.iter().any(|other| other.eq_ignore_ascii_case(name));
     let is_short = (1..=LONGEST).contains(&name.len()) && !name.to_lowercase().starts_with("speaker_");
-    match is_own && is_short && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
-        true => name.to_owned(),
-        false => format!("speaker_{}", number + 1),
+    if is_own && is_short && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+        name.to_owned()
+    } else {
+        format!("speaker_{}", number + 1)
     }
 }
 

@@ -191,7 +191,7 @@ pub fn run(
         tolerance_mm,
         t_end_s: arguments.t_end,
         part_of_way_to_equilibrium: motion.part_of_way(system.rest(), &state),
-        guarded: system.guarded(at_the_end),
+        guarded: system.barrier_active(at_the_end),
         lengths_mm: ByMuscle::new(&names, system.lengths(&state.positions).into_iter().map(|l| l * 1e3)),
         min_area_ratio,
         max_area_ratio,
@@ -238,9 +238,10 @@ fn write(
         .filter(|m| frames.iter().any(|f| f.tensions[*m] > 0.0))
         .map(|m| mesh.muscles[m].name.as_str())
         .collect();
-    let title = match names.is_empty() {
-        true => "At rest; nothing pulls".to_owned(),
-        false => format!("Pulling: {} (grey: at rest)", names.join(", ")),
+    let title = if names.is_empty() {
+        "At rest; nothing pulls".to_owned()
+    } else {
+        format!("Pulling: {} (grey: at rest)", names.join(", "))
     };
     let svg = report::animation(mesh, palate, &frames, &[], false, &title).into_diagnostic()?;
     let shapes = frames.iter().map(|f| {

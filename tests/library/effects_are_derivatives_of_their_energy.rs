@@ -271,7 +271,7 @@ fn crushed_elements_where_the_barrier_acts() {
         let system = System::new(&mesh, &Model::default(), &[0]).unwrap();
         let guarded = |x: &[SVector<f64, D>]| -> usize {
             let at = Configuration { positions: x, tensions: &[7.5] };
-            system.effects().iter().filter(|e| e.name() == "barrier").map(|e| e.guarded(at)).sum()
+            system.effects().iter().filter(|e| e.name() == "barrier").map(|e| e.barrier_active(at)).sum()
         };
         let mut x = fixtures::shaken(&mesh, 0.002 * side);
         assert_eq!(guarded(&x), 0);

@@ -125,9 +125,9 @@ fn all_rows_with_a_baseline_end_in_a_true_status_by_both_methods() {
                 found(&simplex).into_iter().zip(found(&derivatives)).map(|(a, b)| (a - b).abs());
             let most = differences.fold(0.0, f64::max);
             assert!(most < 1e-3, "{subject} /{label}/ {kind}: {most} N apart");
-            if let Some(valley) = derivatives.valley() {
+            if let Some(curve) = derivatives.solution_curve() {
                 curves += 1;
-                every_point_meets_the_target(&mesh, &target, valley);
+                every_point_meets_the_target(&mesh, &target, curve);
             }
         }
     }
@@ -156,13 +156,18 @@ fn is_true(mesh: &Mesh<2>, target: &Target, fit: &Fit, what: &str) {
     if fit.status == FitStatus::Converged {
         assert!(target.fitted.iter().all(|&m| fit.residuals[m].abs() < 1e-3), "{what}: {:?}", fit.residuals);
     } else {
-        assert!(fit.misfit > 1e-3 && fit.valley().is_none(), "{what}: {:?} at {}", fit.status, fit.misfit);
+        assert!(
+            fit.misfit > 1e-3 && fit.solution_curve().is_none(),
+            "{what}: {:?} at {}",
+            fit.status,
+            fit.misfit
+        );
     }
 }
 
 /// Every stored point of a curve, solved independently from rest, meets the target; the ends are where they are reported.
-fn every_point_meets_the_target(mesh: &Mesh<2>, target: &Target, valley: &SolutionCurve) {
-    for point in &valley.points {
+fn every_point_meets_the_target(mesh: &Mesh<2>, target: &Target, curve: &SolutionCurve) {
+    for point in &curve.points {
         let names = target.active.iter().map(|&m| target.muscles[m].as_str());
         let tensions: Vec<(&str, f64)> = names.zip(point.x.iter().copied()).collect();
         let (rest, lengths) = simulated(mesh, &tensions);
@@ -171,7 +176,7 @@ fn every_point_meets_the_target(mesh: &Mesh<2>, target: &Target, valley: &Soluti
         let misfit = (squares / target.fitted.len() as f64).sqrt();
         assert!(misfit < 1e-5, "{misfit:e} at {tensions:?}");
     }
-    for (end, point) in valley.ends.iter().zip([valley.points.first(), valley.points.last()]) {
+    for (end, point) in curve.ends.iter().zip([curve.points.first(), curve.points.last()]) {
         let x = &point.unwrap().x;
         match end {
             Termination::Zero { unknown } => assert!(x[*unknown] < 1e-6),
@@ -198,10 +203,10 @@ fn a_curve_is_followed_to_where_the_shape_jumps() {
         let target = Target::new(&data, subject, &vowel(label), TargetKind::Ratio, &options).unwrap();
         let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
         let fit = inverse::fit(&mesh, &Model::default(), &target, &settings).unwrap();
-        let valley = fit.valley().unwrap();
-        let furthest = valley.points.iter().map(|p| p.x[0]).fold(0.0, f64::max);
+        let curve = fit.solution_curve().unwrap();
+        let furthest = curve.points.iter().map(|p| p.x[0]).fold(0.0, f64::max);
         assert!(furthest > 24.0, "{subject} /{label}/: GGa to {furthest}");
-        assert!(valley.ends.contains(&Termination::Jump), "{:?}", valley.ends);
+        assert!(curve.ends.contains(&Termination::Jump), "{:?}", curve.ends);
         // Other points beyond the jump may fit as well; the reported end does not deny it.
         if let Some(beyond) = beyond {
             let (rest, lengths) = simulated(&mesh, &beyond);
@@ -220,7 +225,7 @@ fn s2_a_has_three_contracting_muscles_nearest_to_the_other_lengths() {
     }
     // No other point of the curve is nearer.
     let rms = fit.passive_rms().unwrap();
-    assert!(fit.valley().unwrap().points.iter().all(|p| p.other_rms.unwrap() > rms - 1e-9));
+    assert!(fit.solution_curve().unwrap().points.iter().all(|p| p.other_rms.unwrap() > rms - 1e-9));
 }
 
 #[test]

@@ -94,7 +94,7 @@ fn points_anywhere_on_its_surface_give_its_activations_back() {
     let moved = Moved::to(&TRUTH);
     let fit = moved.search(&moved.surface(), 100.0, 1);
     assert_eq!(fit.answer.status, FitStatus::Converged);
-    for (name, found) in fit.names.iter().zip(fit.found()) {
+    for (name, found) in fit.names.iter().zip(fit.activations_found()) {
         assert!((found - truth(name)).abs() < 1e-3, "{name} {found}");
     }
 }
@@ -163,6 +163,6 @@ fn coils_are_fixed_to_the_surface_and_marks_that_make_no_sense_are_refused() {
     // At rest a coil at the tip is at the foremost node, and the answer is rest.
     let tip = moved.body.mesh.nodes[moved.body.tip().unwrap()].xz();
     let fit = moved.search(&[mark(Marked::Coil { behind_tip_m: 0.0, place: tip })], 0.5, 1);
-    assert!(fit.rms_m < 1e-6 && fit.found().iter().all(|a| *a < 1e-4));
+    assert!(fit.rms_m < 1e-6 && fit.activations_found().iter().all(|a| *a < 1e-4));
     assert!(fit.combinations.iter().any(|c| c.sd > 0.1), "one coil leaves much open");
 }

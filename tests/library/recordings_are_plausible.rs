@@ -2,7 +2,8 @@
 
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{
-    AlignedRecording, FaultKind, Format, Recording, Severity, doubts, other_size, palate_doubt, screen,
+    AlignedRecording, FaultKind, Format, Recording, Severity, check_plausibility, other_size, palate_doubt,
+    remove_outliers,
 };
 
 use tongue_input::measured::recording::Label;
@@ -82,7 +83,7 @@ fn contour() -> Frames {
 
 /// The doubts about a recording, and the worst that follows from them.
 fn said(frames: &Frames, map: &str) -> (String, Option<Severity>) {
-    let all = doubts(&seen_with(frames, map));
+    let all = check_plausibility(&seen_with(frames, map));
     let words: Vec<&str> = all.iter().map(|d| d.said.as_str()).collect();
     (words.join("; "), all.iter().map(|d| d.severity).max())
 }
@@ -106,7 +107,7 @@ fn a_good_recording_is_not_suspected() {
     not_suspected(&tongue(1), "");
     not_suspected(&scaled(tongue(90), 8.0), "unit_mm = 0.125");
     let built_in = read(include_bytes!("../../targets/recordings/synthetic.tsv"), "synthetic.tsv");
-    assert!(built_in.len() == 2 && built_in.iter().all(|one| doubts(&seen(one, "")).is_empty()));
+    assert!(built_in.len() == 2 && built_in.iter().all(|one| check_plausibility(&seen(one, "")).is_empty()));
 }
 
 #[test]
@@ -233,7 +234,7 @@ fn tongues_of_two_sizes_and_labels_of_another_time_are_reported() {
     let (number, doubt) = other_size(&[&one, &one, &other]).unwrap();
     assert!(number == 2 && doubt.said.contains("0.80 times") && doubt.severity == Note, "{doubt:?}");
     let label = |from_s: f64| Label { tier: "a".into(), name: "x".into(), from_s, to_s: from_s + 0.3 };
-    let with = |labels| doubts(&AlignedRecording { labels, ..one.clone() });
+    let with = |labels| check_plausibility(&AlignedRecording { labels, ..one.clone() });
     assert_eq!(with(vec![label(0.9), label(50.0)]), []);
     assert!(with(vec![label(50.0)])[0].said.contains("so none is used"));
 }
@@ -325,7 +326,7 @@ fn one_coil_and_a_coil_of_the_tongue_as_reference_are_refused() {
     let none = changed(|_, _, points| points.iter_mut().for_each(|(_, p)| p[0] = 1.0));
     let mut seen = seen_with(&none, "");
     seen.frames.iter_mut().for_each(|f| f.contour.iter_mut().for_each(|m| *m = None));
-    assert!(doubts(&seen).iter().any(|d| d.is_refused() && d.said.contains("no point")));
+    assert!(check_plausibility(&seen).iter().any(|d| d.is_refused() && d.said.contains("no point")));
 }
 
 #[test]
@@ -360,7 +361,7 @@ fn palates_are_compared_with_the_recording() {
     let mut coils = changed(|_, _, points| points.retain(|(n, _)| n != "tongue_0"));
     coils[13].1.iter_mut().filter(|(n, _)| n == "tongue_7").for_each(|(_, p)| p[1] += 11.0);
     let mut seen = seen_with(&coils, map);
-    let faults = screen(&mut seen, Some(&vault(43.0, 0.0, 1.0)));
+    let faults = remove_outliers(&mut seen, Some(&vault(43.0, 0.0, 1.0)));
     assert!(faults[13].iter().any(|f| f.points.contains(&"tongue_7".to_owned())), "{:?}", faults[13]);
 }
 
@@ -415,7 +416,7 @@ fn good_speakers_of_all_sizes_rates_and_manners_are_not_suspected_and_ten_times_
                 not_suspected(&frames, "");
                 good += 1;
                 let slow: Frames = frames.into_iter().map(|(t, points)| (10.0 * t, points)).collect();
-                let told = doubts(&seen_with(&slow, ""));
+                let told = check_plausibility(&seen_with(&slow, ""));
                 assert!(told.iter().any(|d| d.severity == Untrusted), "{scale} {rate_hz} {told:?}");
             }
         }
@@ -439,7 +440,8 @@ fn a_coil_whose_tracking_slips_is_named_and_no_axis_is_blamed() {
             coil.1 = [coil.1[0] + by[0], coil.1[1] + by[1]];
         };
         slipped.iter_mut().skip(from).for_each(slip);
-        let first = doubts(&seen_with(&slipped, "")).into_iter().find(|d| d.is_refused()).unwrap().said;
+        let first =
+            check_plausibility(&seen_with(&slipped, "")).into_iter().find(|d| d.is_refused()).unwrap().said;
         let is_named = first.contains("T3") && first.contains("slipped") && first.contains("\"ignore\"");
         assert!(is_named && !first.contains("exchanged"), "{first}");
     }
@@ -467,7 +469,7 @@ fn a_bone_whose_tracking_slips_is_named_and_makes_no_frame_of_each_sample() {
     }
     // A bone that one frame does not show is told there.
     let missing = changed(|f, _, points| points.truncate(if f == 7 { 11 } else { 13 }));
-    let mut faults = screen(&mut seen_with(&missing, ""), None);
+    let mut faults = remove_outliers(&mut seen_with(&missing, ""), None);
     let found = faults.remove(7);
     assert!(
         faults.concat().is_empty() && found.iter().all(|a| a.kind == FaultKind::BoneMissing),
@@ -480,7 +482,7 @@ fn a_bone_whose_tracking_slips_is_named_and_makes_no_frame_of_each_sample() {
         not_suspected(&jumped, "");
         let mut seen = seen_with(&jumped, "");
         assert!(!of_sample(&seen));
-        let faults = screen(&mut seen, None);
+        let faults = remove_outliers(&mut seen, None);
         for (f, (faults, frame)) in faults.iter().zip(&seen.frames).enumerate() {
             let named = faults.iter().filter(|fault| fault.points == ["hyoid"]).count();
             assert_eq!((named, frame.bones.iter().flatten().count()), if slips(f) { (1, 1) } else { (0, 2) });
@@ -519,5 +521,5 @@ fn the_axis_to_the_back_is_found_where_it_is_not_the_usual_one() {
     let seen = aligned(&turned, "").unwrap();
     assert_eq!(seen.frames, aligned(&read, "").unwrap().frames);
     assert!(seen.notes.iter().any(|n| n.contains("y is taken for the axis to the back")), "{:?}", seen.notes);
-    assert_eq!(doubts(&seen), []);
+    assert_eq!(check_plausibility(&seen), []);
 }

@@ -1,7 +1,7 @@
 //! Recordings of every format are read, and their faults are reported with their place.
 
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{AlignedRecording, FaultKind, Recording, screen};
+use tongue_fit::measured::recording::{AlignedRecording, FaultKind, Recording, remove_outliers};
 use tongue_input::measured::recording::text_grid;
 
 use crate::other_tables_are_read::TEXT_GRID;
@@ -112,7 +112,7 @@ fn changed_in(frames: &[i32], change: impl Fn(&mut [[f64; 2]; 7])) -> AlignedRec
 fn implausible_points_are_removed_and_reported() {
     let changed = |change: fn(&mut [[f64; 2]; 7])| changed_in(&[4], change);
     let told = |seen: &mut AlignedRecording, palate: Option<&[Point]>| {
-        let faults = screen(seen, palate);
+        let faults = remove_outliers(seen, palate);
         assert!(faults.iter().enumerate().all(|(t, f)| t == 4 || f.is_empty()), "{faults:?}");
         faults[4].clone()
     };
@@ -133,7 +133,7 @@ fn implausible_points_are_removed_and_reported() {
         assert!((0..7).all(|i| is_left(4, i) != points.contains(&format!("_{i}")) && is_left(3, i)));
     }
     // A point that stands out of the contour in every third frame by as much as tongues move.
-    let faults = screen(&mut changed_in(&[0, 3, 6], |p| p[3][1] += 12.0), None);
+    let faults = remove_outliers(&mut changed_in(&[0, 3, 6], |p| p[3][1] += 12.0), None);
     for (frame, fault) in faults.iter().enumerate() {
         let named: Vec<&str> = fault.iter().flat_map(|f| &f.points).map(String::as_str).collect();
         assert_eq!(named, if frame % 3 == 0 { vec!["tongue_3"] } else { vec![] }, "{frame}: {faults:?}");

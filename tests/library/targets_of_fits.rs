@@ -32,7 +32,7 @@ fn s2_a_is_the_target_of_the_thesis_and_all_twelve_rows_beside_a_baseline_have_o
     assert_eq!(names(&uncertain), ["SGp"]);
     let thesis = Thesis::reference().unwrap();
     for (name, ours) in t.muscles.iter().zip(&t.values) {
-        let theirs = thesis.of(name).unwrap().measured_ratio_a;
+        let theirs = thesis.row(name).unwrap().measured_ratio_a;
         assert!((ours - theirs).abs() <= 0.005, "{name}: {ours} against {theirs} in table 4.7");
     }
     let stretch = target("S2", "a", TargetKind::Stretch);
@@ -141,8 +141,8 @@ fn the_built_in_tables_are_those_of_the_thesis_whose_rest_is_nearest_to_u_of_s1(
     assert_eq!(column(|r| r.measured_ratio_a), [1.00, 1.51, 1.29, 1.44, 0.56, 1.07, 0.80, 0.85]);
     assert_eq!(column(|r| r.simulated_ratio_a), [1.00, 1.52, 1.31, 1.54, 0.56, 0.97, 0.80, 0.91]);
     assert_eq!(thesis.tensions_a(), PUBLISHED_A);
-    assert_eq!(thesis.of("sgm").unwrap().rest_length_mm, 23.0);
-    assert!(thesis.of("mylohyoid").is_none());
+    assert_eq!(thesis.row("sgm").unwrap().rest_length_mm, 23.0);
+    assert!(thesis.row("mylohyoid").is_none());
 
     let names: Vec<String> = thesis.rows().iter().map(|r| r.muscle.clone()).collect();
     let data = Dataset::reference().unwrap();
@@ -185,7 +185,7 @@ fn published_patterns_count_portions_for_their_muscle_and_say_nothing_of_other_v
         assert_eq!([told.found, told.missing, told.unexpected], [found, missing, unexpected].map(strings));
     }
     assert_eq!(check("ə", &all, &[(0, 1.0)]), None);
-    assert_eq!(patterns.of(&Vowel::unrounded_u()), ["GGa", "SG"]);
+    assert_eq!(patterns.muscles(&Vowel::unrounded_u()), ["GGa", "SG"]);
 }
 
 #[test]
@@ -214,7 +214,7 @@ fn muscles_have_the_capacities_of_their_whole_and_unknown_ones_names_and_colours
         assert_eq!(found, expected);
     }
     assert_eq!((muscles.published(" hGA "), muscles.published("mylohyoid")), (Some((6, "HGa")), None));
-    let infos = muscles.of(&asked);
+    let infos = muscles.info(&asked);
     assert_eq!(infos.iter().map(|i| &i.name).collect::<Vec<_>>(), asked.iter().collect::<Vec<_>>());
     let mut colours: Vec<String> = infos[..8].iter().map(|i| i.colour.to_string()).collect();
     colours.sort();

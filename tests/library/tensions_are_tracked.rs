@@ -8,14 +8,14 @@ use tongue_fit::adapt::{AdaptationInput, RestShapeMethod, followed};
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
 use tongue_fit::inverse::MovableBone;
-use tongue_fit::measured::recording::{AlignedRecording, FaultKind, screen};
+use tongue_fit::measured::recording::{AlignedRecording, FaultKind, remove_outliers};
 use tongue_fit::parallel;
 use tongue_fit::run::TrackRun;
 use tongue_fit::system::Model;
 use tongue_infer::posterior::Contrast;
 use tongue_infer::track::{
     Comparison, Errors, FrameStatus, Interval, LabelDraws, RestShape, TrackSettings, Tracked,
-    TrackingContext, Watch, compare, compared, frames, is_untrusted, listen, mark, track,
+    TrackingContext, Watch, add_formants, compare, compared, frames, is_untrusted, mark, track,
 };
 use tongue_input::measured::recording::Label;
 
@@ -167,7 +167,7 @@ fn formants_of_frames_are_as_far_from_the_true_ones_as_their_draws_spread() {
     let followed = &followed(&speaker.body, &seen.bones);
     let mut ready = frames(&seen, &speaker.surface, followed, &[]);
     let airway = Arc::new(VocalTract::round(&speaker.body, VocalTract::drawn().unwrap()).unwrap());
-    listen(&mut ready, &airway, followed, &Articulation::default(), 2);
+    add_formants(&mut ready, &airway, followed, &Articulation::default(), 2);
     let settings = independent();
     let stage = TrackingContext { system: &speaker.system, followed, freed: &[], shape: None };
     let found =
@@ -256,7 +256,7 @@ fn what_cannot_be_reached_is_told_and_not_fitted() {
     seen.frames[3].contour.iter_mut().flatten().for_each(|m| m.at += Point::new(0.0, 0.03));
     let point = seen.frames[6].contour[5].as_mut().unwrap();
     point.at += Point::new(0.0, 8e-3);
-    let faults = screen(&mut seen, None);
+    let faults = remove_outliers(&mut seen, None);
     assert_eq!(faults[3][0].kind, FaultKind::Jumped);
     assert_eq!(faults[3][0].points.len(), 11);
     let found = tracked(&speaker, &seen);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 use tongue_core::statics::Response;
-use tongue_fit::acoustics::{Articulation, Heard, SpaceVocalTract, Tract, VocalTract};
+use tongue_fit::acoustics::{Articulation, FormantFrequency, SpaceVocalTract, Tract, VocalTract};
 use tongue_fit::body::{AnyBody, Body};
 use tongue_fit::observe::Observable;
 use tongue_fit::scene::body::build;
@@ -34,7 +34,7 @@ fn a_formant_is_an_observable_whose_gradient_is_its_derivative() {
     let airway = Arc::new(VocalTract::round(&body, VocalTract::drawn().unwrap()).unwrap());
     let positions = solved(&system, &tensions).positions().to_vec();
     for number in 0..4 {
-        let formant = Heard::new(Arc::clone(&airway), POSTURE, number);
+        let formant = FormantFrequency::new(Arc::clone(&airway), POSTURE, number);
         let mut exact = vec![[0.0; 2]; positions.len()];
         formant.gradient(&positions, &mut |n, by| exact[n] = [by.x, by.y]);
         let largest = exact.iter().flatten().fold(0.0, |m: f64, x| m.max(x.abs()));

@@ -124,7 +124,7 @@ fn tracked(speaker: &Recorded) -> Vec<TrackedRecording> {
     let system = System::new(&made.body.mesh, &Model::default(), &contracting).unwrap();
     let shape = RestShape::of_coils(&made.body, &Model::default(), &contracting, &placement).unwrap();
     let surface = TongueSurface::of(&made.body).unwrap();
-    let seated = speaker.seen.iter().map(|s| placement.seated(s));
+    let seated = speaker.seen.iter().map(|s| placement.with_coil_positions(s));
     let ready = seated.map(|s| frames(&s, &surface, &made.followed, &[])).collect();
     let stage =
         TrackingContext { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };

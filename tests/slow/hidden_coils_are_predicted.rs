@@ -33,7 +33,10 @@ fn missed(speaker: &Recorded, coil: usize) -> Missed {
     let system = System::new(&made.body.mesh, &model, &all).unwrap();
     let shape = RestShape::of_coils(&made.body, &model, &all, &placement).unwrap();
     let surface = TongueSurface::of(&made.body).unwrap();
-    let ready = seen.iter().map(|s| frames(&placement.seated(s), &surface, &made.followed, &hide)).collect();
+    let ready = seen
+        .iter()
+        .map(|s| frames(&placement.with_coil_positions(s), &surface, &made.followed, &hide))
+        .collect();
     let stage =
         TrackingContext { system: &system, followed: &made.followed, freed: &[], shape: Some(&shape) };
     let settings = TrackSettings { branch: false, ..TrackSettings::new(20.0, 0.1) };

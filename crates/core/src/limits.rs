@@ -25,9 +25,10 @@ fn round(limit: f64) -> String {
 
 impl Limit {
     pub fn check(&'static self, value: f64) -> Result<(), BeyondLimit> {
-        match (self.least..=self.most).contains(&value) {
-            true => Ok(()),
-            false => Err(BeyondLimit { limit: self, value }),
+        if (self.least..=self.most).contains(&value) {
+            Ok(())
+        } else {
+            Err(BeyondLimit { limit: self, value })
         }
     }
 }

@@ -28,12 +28,12 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Exactly<T, N
 pub fn read<T: DeserializeOwned>(text: &str) -> Result<T, Misread> {
     toml::from_str(text).map_err(|error| {
         let (line, column) = line_and_column(text, error.span().map_or(0, |span| span.start));
-        Misread { line, column, problem: plain(error.message()) }
+        Misread { line, column, problem: reworded(error.message()) }
     })
 }
 
 /// A message of serde in the words of this program.
-pub fn plain(message: &str) -> String {
+pub fn reworded(message: &str) -> String {
     const WORDS: [(&str, &str); 16] = [
         ("invalid type: ", "there is a wrong kind of value, "),
         ("invalid value: ", "there is a wrong value, "),

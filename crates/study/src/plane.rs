@@ -171,7 +171,7 @@ impl<'a> Both<'a> {
             let seen: Vec<SpaceMark> =
                 section.contour.iter().map(|&node| SpaceMark::node(node, s[node], SD_M)).collect();
             let fit = SpaceSearch::default().fit(body, plane, &seen, None)?;
-            for (name, found_in_plane) in fit.names.iter().zip(fit.found()) {
+            for (name, found_in_plane) in fit.names.iter().zip(fit.activations_found()) {
                 let true_activation = given.iter().find(|(m, _)| m == name).map_or(0.0, |(_, a)| *a);
                 if true_activation > 0.0 || found_in_plane > 0.01 {
                     inverse.push(InverseRow {

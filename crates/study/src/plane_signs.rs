@@ -65,7 +65,7 @@ pub struct SignRow {
 }
 
 /// A tongue in space that is seen from the side.
-struct Seen<'a> {
+struct SideView<'a> {
     body: &'a Body<3>,
     section: Body<2>,
     surface: TongueSurface,
@@ -77,7 +77,7 @@ pub fn run(body: &Body<3>) -> Result<Vec<SignRow>, Error> {
     let section = body.section();
     let surface = TongueSurface::of(&section).ok_or("the body has no midsagittal contour")?;
     let system = System::in_space(body, &SpaceModel::default())?;
-    let seen = Seen { body, section, surface, system, names: body.groups() };
+    let seen = SideView { body, section, surface, system, names: body.groups() };
     let mut rows = Vec::new();
     for (pulling, others) in [("muscles of the plane", false), ("all muscles", true)] {
         tell(&format!("{PAIRS} pairs of postures: {pulling}"));
@@ -124,7 +124,7 @@ fn with_pair(mut row: SignRow, (true_difference, word): (f64, Option<Certainty>)
     row
 }
 
-impl Seen<'_> {
+impl SideView<'_> {
     /// Two postures with an equilibrium each, tracked as two words: for every muscle of the plane the true difference of its activations and
     /// the word for that of its tensions.
     fn pair(&self, seed: u64, others: bool) -> Result<[(f64, Option<Certainty>); 8], Error> {
@@ -248,7 +248,7 @@ mod tests {
         let section = body.section();
         let surface = TongueSurface::of(&section).unwrap();
         let system = System::in_space(&body, &SpaceModel::default()).unwrap();
-        let seen = Seen { body: &body, section, surface, system, names: body.groups() };
+        let seen = SideView { body: &body, section, surface, system, names: body.groups() };
         let postures = [0.12, 0.0].map(|a| {
             let all = body.activations(&[("GGA", a)]).unwrap();
             let positions = shape(&seen.system, &all).unwrap();

@@ -146,11 +146,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
                 shard.of,
                 out.path().display()
             );
-            match global.json {
-                true => output::print(&output::json(&serde_json::json!({
+            if global.json {
+                output::print(&output::json(&serde_json::json!({
                     "shard": shard.number, "of": shard.of, "fits": mine.len(), "all_fits": count, "journal": path
-                }))?)?,
-                false => output::summary(&text, &[path])?,
+                }))?)?
+            } else {
+                output::summary(&text, &[path])?
             }
             // `merge` reports the quality of the fits; an engine takes any other status for a failed task.
             Outcome::Good
@@ -180,7 +181,7 @@ fn fit_all(prepared: &PreparedBatch, mine: &[usize], journal: Journal) -> miette
     todo.par_iter()
         .map(|&number| -> Result<(), ReportError> {
             let entry = prepared.fit(number)?;
-            output::step(|| told(&jobs[number], &entry));
+            output::step(|| description(&jobs[number], &entry));
             journal.lock().unwrap_or_else(PoisonError::into_inner).append(&entry)?;
             bar.inc(1);
             Ok(())
@@ -191,7 +192,7 @@ fn fit_all(prepared: &PreparedBatch, mine: &[usize], journal: Journal) -> miette
     Ok(journal.into_inner().unwrap_or_else(PoisonError::into_inner))
 }
 
-fn told(job: &Job, entry: &JournalEntry<Fitted>) -> String {
+fn description(job: &Job, entry: &JournalEntry<Fitted>) -> String {
     let Target { subject, vowel, kind, .. } = &job.target;
     let came = match &entry.result {
         Ok(fit) => fit.digest.status.replace('_', " "),

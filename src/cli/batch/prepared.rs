@@ -92,9 +92,10 @@ impl PreparedBatch {
 
     pub fn fit(&self, number: usize) -> Result<JournalEntry<Fitted>, ReportError> {
         let clock = std::time::Instant::now();
-        let own = match self.has_posterior(number) && !self.posterior.0.joint {
-            true => self.posteriors(&[number]).pop().map(|(_, posterior)| posterior),
-            false => None,
+        let own = if self.has_posterior(number) && !self.posterior.0.joint {
+            self.posteriors(&[number]).pop().map(|(_, posterior)| posterior)
+        } else {
+            None
         };
         let posterior = own.as_ref().or(self.sampled.get(&number));
         let result = self.run.fit(number, number, posterior, &self.provenance)?;

@@ -147,7 +147,7 @@ impl Engine {
         let muscles: Vec<Value> = mesh
             .muscles
             .iter()
-            .zip(Muscles::built_in().of(&names))
+            .zip(Muscles::built_in().info(&names))
             .zip(self.system.lengths(self.system.rest()))
             .map(|((m, info), length)| {
                 json!({"name": m.name, "nodes": m.nodes, "full_name": info.full_name, "colour": info.colour, "rest_length_m": length})

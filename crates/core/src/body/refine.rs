@@ -56,7 +56,7 @@ impl Mesh<2> {
     pub fn on_outline(mut self, outline: &ClosedSpline) -> Self {
         for node in self.surface_nodes() {
             let (along, _) = outline.nearest(self.nodes[node]);
-            let at: SVector<f64, 2> = outline.at(along);
+            let at: SVector<f64, 2> = outline.point(along);
             self.nodes[node] = at;
         }
         self

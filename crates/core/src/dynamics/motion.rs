@@ -234,10 +234,11 @@ impl<'a, const D: usize> Motion<'a, D> {
 }
 
 fn positive(name: &str, value: f64) -> Result<(), SystemError> {
-    match value > 0.0 && value.is_finite() {
-        true => Ok(()),
-        false => Err(SystemError::Motion(format!(
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(SystemError::Motion(format!(
             "the {name} is {value}; for a trajectory it must be positive and finite"
-        ))),
+        )))
     }
 }

@@ -104,9 +104,10 @@ impl<const D: usize> StageSolver<D> {
             if last.is_finite() {
                 self.contraction = correction / last;
             }
-            let left = match self.contraction < 1.0 {
-                true => correction * self.contraction / (1.0 - self.contraction),
-                false => correction,
+            let left = if self.contraction < 1.0 {
+                correction * self.contraction / (1.0 - self.contraction)
+            } else {
+                correction
             };
             let stalled = last.is_finite()
                 && self.contraction > 0.5

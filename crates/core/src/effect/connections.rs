@@ -118,7 +118,7 @@ impl<const D: usize> Effect<D> for Connections {
         }
     }
 
-    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+    fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
         self.springs.iter().filter(|s| s.is_guarded(at.positions)).count()
     }
 

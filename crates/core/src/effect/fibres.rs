@@ -298,7 +298,7 @@ impl<const D: usize> Effect<D> for Fibres<D> {
         }
     }
 
-    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+    fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
         self.crushed(at.positions).count()
     }
 

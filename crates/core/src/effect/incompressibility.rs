@@ -161,7 +161,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
         true
     }
 
-    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+    fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
         let flat = self.cells.iter().filter(|c| {
             let x = c.corners(at.positions);
             simplex::measure(&x) < spring::THRESHOLD * c.rest

@@ -139,7 +139,7 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
 
     /// Number of elements that are compressed so far that the barrier ([`spring::barrier()`]) acts in them. Their law is no
     /// longer the published one.
-    fn guarded(&self, _at: Configuration<'_, D>) -> usize {
+    fn barrier_active(&self, _at: Configuration<'_, D>) -> usize {
         0
     }
 

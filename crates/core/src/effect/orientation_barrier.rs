@@ -165,7 +165,7 @@ impl<const D: usize> Effect<D> for OrientationBarrier<D> {
         true
     }
 
-    fn guarded(&self, at: Configuration<'_, D>) -> usize {
+    fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
         let guards = BarrierSimplices::<D>::new();
         let guarded = self.elements.iter().filter(|e| {
             let x = e.gather::<D>(at.positions);

@@ -70,7 +70,7 @@ impl ClosedSpline {
 
     /// The point `distance` (m) along the curve from its first point; the curve is closed, so any distance
     /// is on it.
-    pub fn at(&self, distance: f64) -> Point {
+    pub fn point(&self, distance: f64) -> Point {
         let distance = distance.rem_euclid(self.perimeter);
         let i = self.distances.partition_point(|d| *d <= distance).saturating_sub(1);
         let from = self.distances.get(i).copied().unwrap_or(0.0);
@@ -175,9 +175,11 @@ mod tests {
         for p in curve.points() {
             let (along, away) = curve.nearest(*p);
             assert!(away < 1e-12);
-            assert!((curve.at(along) - p).norm() < 1e-12);
+            assert!((curve.point(along) - p).norm() < 1e-12);
         }
-        assert!((curve.at(curve.perimeter() * 1.25) - curve.at(curve.perimeter() * 0.25)).norm() < 1e-12);
+        assert!(
+            (curve.point(curve.perimeter() * 1.25) - curve.point(curve.perimeter() * 0.25)).norm() < 1e-12
+        );
     }
 
     #[test]

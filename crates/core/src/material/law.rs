@@ -96,7 +96,7 @@ impl From<&Constants> for NeoHookean {
 impl NeoHookean {
     /// The law at the deformation gradient `gradient` (F), whose determinant is `ratio` (J).
     #[inline(always)]
-    pub fn at<const D: usize>(self, gradient: SMatrix<f64, D, D>, ratio: f64) -> Deformed<D> {
+    pub fn deformed<const D: usize>(self, gradient: SMatrix<f64, D, D>, ratio: f64) -> Deformed<D> {
         Deformed { law: self, gradient, ratio, log: ratio.ln() }
     }
 
@@ -352,7 +352,7 @@ mod tests {
     fn energies_of_displacements_are_those_of_deformations_and_keep_their_digits_when_small() {
         fn agree<const D: usize>(h: SMatrix<f64, D, D>) {
             let f = SMatrix::identity() + h;
-            let (direct, other) = (LAW.at(f, determinant(&f)), LAW.displaced(&h));
+            let (direct, other) = (LAW.deformed(f, determinant(&f)), LAW.displaced(&h));
             assert!((LAW.displaced_energy(&h) / direct.energy() - 1.0).abs() < 1e-11);
             assert!((other.log - direct.log).abs() < 1e-15 && (other.ratio - direct.ratio).abs() < 1e-15);
             // To second order the energy of a small strain is that of linear elasticity.
@@ -375,7 +375,7 @@ mod tests {
         let mut untwisted = 0;
         for [a, b, c, d] in h {
             let f = Matrix2::new(a, b, c, d);
-            let law = LAW.at(f, f.determinant());
+            let law = LAW.deformed(f, f.determinant());
             let (expected, turned) = (law.convex_moduli(), f.try_inverse().unwrap().transpose());
             let (ga, gb) = (SVector::from([0.3, -1.2]), SVector::from([0.7, 0.4]));
             let expected = contract(&expected, &ga, &gb);
@@ -396,10 +396,10 @@ mod tests {
         let small = 1e-6;
         let f = Matrix3::new(1.0, small, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0);
         let expected = 3f64.sqrt() * LAW.mu * small;
-        assert!((LAW.at(f, 1.0).state().von_mises_pa / expected - 1.0).abs() < 1e-5);
+        assert!((LAW.deformed(f, 1.0).state().von_mises_pa / expected - 1.0).abs() < 1e-5);
         let flat = Matrix2::new(1.0, small, 0.0, 1.0);
-        assert!((LAW.at(flat, 1.0).state().von_mises_pa / expected - 1.0).abs() < 1e-5);
+        assert!((LAW.deformed(flat, 1.0).state().von_mises_pa / expected - 1.0).abs() < 1e-5);
         let pressed = Matrix3::identity() * 0.9;
-        assert!(LAW.at(pressed, 0.9f64.powi(3)).state().von_mises_pa < 1e-9 * LAW.lambda);
+        assert!(LAW.deformed(pressed, 0.9f64.powi(3)).state().von_mises_pa < 1e-9 * LAW.lambda);
     }
 }

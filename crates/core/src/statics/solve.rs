@@ -88,7 +88,7 @@ fn solve_held<const D: usize>(
     if done.status == SolveStatus::Converged && (settings.certify || done.stability == Stability::Unchecked) {
         done = settle(system, workspace, settings, &done);
     }
-    done.guarded = system.guarded(workspace.configuration());
+    done.guarded = system.barrier_active(workspace.configuration());
     if done.status == SolveStatus::Converged
         && !system.keeps_cells_upright()
         && system.cell_ratios(workspace.positions()).0 <= 0.0

@@ -243,8 +243,8 @@ impl<const D: usize> System<D> {
     }
 
     /// Number of elements in which the barrier against inversion acts ([`crate::effect::spring`]).
-    pub fn guarded(&self, at: Configuration<'_, D>) -> usize {
-        self.effects.iter().map(|e| e.guarded(at)).sum()
+    pub fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
+        self.effects.iter().map(|e| e.barrier_active(at)).sum()
     }
 
     /// Whether an effect keeps every cell from turning over; springs alone do not.

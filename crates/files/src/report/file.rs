@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::{Builder, NamedTempFile, TempPath};
 
 use super::ReportError;
-use super::clean::Clean;
+use super::escape_control::EscapeControl;
 use super::export::{Export, Provenance};
 
 /// Endings of files of text, in which control characters are escaped.
@@ -79,9 +79,10 @@ impl OutputDir {
             }
             let mut file = BufWriter::new(Staged::begin(&self.path).map_err(fail)?);
             let ending = path.extension().and_then(|e| e.to_str());
-            match ending.is_some_and(|e| TEXT.contains(&e)) {
-                true => write(&mut Clean::new(&mut file)),
-                false => write(&mut file),
+            if ending.is_some_and(|e| TEXT.contains(&e)) {
+                write(&mut EscapeControl::new(&mut file))
+            } else {
+                write(&mut file)
             }
             .map_err(fail)?;
             let mut staged = file.into_inner().map_err(|e| fail(e.into_error()))?;

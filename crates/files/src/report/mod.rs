@@ -5,10 +5,10 @@
 
 #[cfg(feature = "files")]
 pub mod batch;
-#[cfg(feature = "files")]
-mod clean;
 pub mod column;
 mod csv;
+#[cfg(feature = "files")]
+mod escape_control;
 mod export;
 #[cfg(feature = "files")]
 mod file;
@@ -24,21 +24,23 @@ mod tongue_page;
 mod track;
 mod vtu;
 
-#[cfg(feature = "files")]
-pub use clean::Clean;
 pub use csv::{Draws, Rows, Table};
+#[cfg(feature = "files")]
+pub use escape_control::EscapeControl;
 pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav};
 #[cfg(feature = "files")]
 pub use file::{InterruptGuard, OutputDir, Writes, discard_unfinished, write};
-pub use record::{Conclusion, DecidedBy, FitRecord, TrajectoryRecord, ValleyPointRecord, ValleyRecord};
+pub use record::{
+    Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, SolutionPointRecord, TrajectoryRecord,
+};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{HexahedraRecord, OfBody, Pulls, SimulationRecord};
 pub use space_fit::{MISSED_BY_PLANE, SpaceFitRecord, SpaceTrackRecord, limit_of_plane};
 pub use ssff::{Ssff, StoTable};
 pub use svg::{
     AnimationFrame, Panel, PrecisionCurve, Scatter, SectionPicture, Series, Svg, VowelPicture, animation,
-    changes, panels, parts, ridges, scatter, solid, timelines, tongue, valley, views, vowel, work_precision,
-    wrapped,
+    changes, panels, parts, ridges, scatter, solid, solution_curve, timelines, tongue, views, vowel,
+    work_precision, wrapped,
 };
 pub use tongue_input::measured::ByMuscle;
 #[cfg(feature = "files")]

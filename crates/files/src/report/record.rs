@@ -17,7 +17,7 @@ pub(super) fn mm(names: &[String], lengths_m: &[f64]) -> ByMuscle<f64> {
     ByMuscle::new(names, lengths_m.iter().map(|l| l * 1e3))
 }
 
-pub(super) fn by(names: &[String], values: &[f64]) -> ByMuscle<f64> {
+pub(super) fn by_muscle(names: &[String], values: &[f64]) -> ByMuscle<f64> {
     ByMuscle::new(names, values.iter().copied())
 }
 
@@ -34,7 +34,7 @@ pub struct FitRecord {
     pub verdict: Option<Verdict>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conclusion: Option<Conclusion>,
-    #[serde(flatten, serialize_with = "told")]
+    #[serde(flatten, serialize_with = "serialize_fit")]
     pub fit: Fit,
     pub alarms: Vec<Alarm>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -51,13 +51,13 @@ pub struct FitRecord {
 /// d(fitted value)/d(tension), largest first; null directions are unit vectors over `active`, and `segments` the ends of the curves along
 /// them. `replay_difference_m` is the largest distance of a node between the search's answer and the shape to which its tensions lead
 /// from rest.
-fn told<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Error> {
+fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Error> {
     let (target, all, replay) = (&fit.target, &fit.muscles, &fit.replay);
     let (measured, active) = (&target.muscles, fit.active_names());
     let identifiability = fit.identifiability.as_ref().map(|i| {
-        let curves = i.null_directions.iter().filter_map(|n| n.valley.as_ref());
-        let ends =
-            curves.filter_map(|v| Some([v.points.first()?, v.points.last()?].map(|p| by(&active, &p.x))));
+        let curves = i.null_directions.iter().filter_map(|n| n.curve.as_ref());
+        let ends = curves
+            .filter_map(|v| Some([v.points.first()?, v.points.last()?].map(|p| by_muscle(&active, &p.x))));
         json!({
             "singular_values": i.singular_values,
             "undetermined": i.null_directions.len(),
@@ -76,21 +76,21 @@ fn told<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Error> {
         "uncertain": uncertain.map(|(name, _)| name).collect::<Vec<_>>(),
         "not_measured": fit.not_measured(),
         "status": fit.status,
-        "tensions_n": by(all, &fit.tensions),
+        "tensions_n": by_muscle(all, &fit.tensions),
         "lengths_mm": mm(all, &fit.lengths),
         "rest_lengths_mm": mm(all, &fit.rest_lengths),
-        "measured_lengths_mm": by(measured, &target.measured_mm),
-        "baseline_lengths_mm": by(measured, &target.baseline_mm),
-        "ratios": by(all, &fit.simulated_in(TargetKind::Ratio)),
-        "target_ratios": by(measured, &target.measured_in(TargetKind::Ratio)),
-        "stretches": by(all, &fit.simulated_in(TargetKind::Stretch)),
-        "target_stretches": by(measured, &target.measured_in(TargetKind::Stretch)),
-        "residuals": by(measured, &fit.residuals),
+        "measured_lengths_mm": by_muscle(measured, &target.measured_mm),
+        "baseline_lengths_mm": by_muscle(measured, &target.baseline_mm),
+        "ratios": by_muscle(all, &fit.simulated_in(TargetKind::Ratio)),
+        "target_ratios": by_muscle(measured, &target.measured_in(TargetKind::Ratio)),
+        "stretches": by_muscle(all, &fit.simulated_in(TargetKind::Stretch)),
+        "target_stretches": by_muscle(measured, &target.measured_in(TargetKind::Stretch)),
+        "residuals": by_muscle(measured, &fit.residuals),
         "misfit": fit.misfit,
         "passive_rms": fit.passive_rms(),
         "evaluations": fit.evaluations,
         "starts": fit.starts,
-        "valley": ValleyRecord::of(fit),
+        "valley": SolutionCurveRecord::of(fit),
         "guarded": replay.solution.guarded,
         "connection": replay.solution.connection,
         "identifiability": identifiability,
@@ -149,37 +149,39 @@ impl FitRecord {
 
 /// All tensions that meet an undetermined target as well as the answer: points on a curve from end to end.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ValleyRecord {
-    pub points: Vec<ValleyPointRecord>,
+pub struct SolutionCurveRecord {
+    pub points: Vec<SolutionPointRecord>,
     pub answer: usize,
     /// Why the curve ends before the first point and after the last.
     pub ends: [String; 2],
 }
 
-impl ValleyRecord {
+impl SolutionCurveRecord {
     /// The curve of a fit that leaves one direction undetermined.
     pub fn of(fit: &Fit) -> Option<Self> {
-        Some(Self::new(fit.valley()?, &fit.active_names(), &fit.muscles, |lengths| fit.of_body(lengths)))
+        Some(Self::new(fit.solution_curve()?, &fit.active_names(), &fit.muscles, |lengths| {
+            fit.of_body(lengths)
+        }))
     }
 
     /// The record of a curve over `unknowns` in a body with these muscles; `of_body` selects their lengths
     /// from those of all chains.
     pub fn new(
-        valley: &SolutionCurve,
+        curve: &SolutionCurve,
         unknowns: &[String],
         muscles: &[String],
         of_body: impl Fn(&[f64]) -> Vec<f64>,
     ) -> Self {
-        let points = valley.points.iter().map(|p| ValleyPointRecord {
-            tensions_n: by(unknowns, &p.x),
+        let points = curve.points.iter().map(|p| SolutionPointRecord {
+            tensions_n: by_muscle(unknowns, &p.x),
             lengths_mm: mm(muscles, &of_body(&p.lengths)),
             misfit: p.misfit,
             passive_rms: p.other_rms,
         });
         Self {
             points: points.collect(),
-            answer: valley.answer,
-            ends: valley.ends.map(|end| end.text(unknowns)),
+            answer: curve.answer,
+            ends: curve.ends.map(|end| end.text(unknowns)),
         }
     }
 
@@ -201,7 +203,7 @@ impl ValleyRecord {
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct ValleyPointRecord {
+pub struct SolutionPointRecord {
     pub tensions_n: ByMuscle<f64>,
     pub lengths_mm: ByMuscle<f64>,
     pub misfit: f64,
@@ -259,9 +261,12 @@ impl Conclusion {
         let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
         let cause = cause.map_or_else(|| status_name(&fit.status).replace('_', " "), Alarm::to_string);
         let tensions_trusted = fit.is_trustworthy();
-        let beside = |what: &str| match tensions_trusted {
-            true => format!("Trust the {what} more than these tensions"),
-            false => format!("Trust the {what}, not these tensions: {cause}"),
+        let beside = |what: &str| {
+            if tensions_trusted {
+                format!("Trust the {what} more than these tensions")
+            } else {
+                format!("Trust the {what}, not these tensions: {cause}")
+            }
         };
         let (decided_by, trusted, text) = match (verdict, posterior) {
             (Some(_), _) => (DecidedBy::Verdict, true, beside("verdict")),

@@ -6,7 +6,7 @@ use tongue_core::body::Body;
 use tongue_core::geometry::hexahedron;
 use tongue_core::system::System;
 
-use super::record::{by, mm};
+use super::record::{by_muscle, mm};
 use crate::run::Equilibrium;
 use crate::surgery::{OperationRecord, foremost_moved_mm};
 use tongue_infer::inverse::alarms;
@@ -112,7 +112,7 @@ impl SimulationRecord {
             OfBody::Pulled { ratios: of_kind(TargetKind::Ratio), min_area_ratio, max_area_ratio, energy_j }
         };
         Self {
-            pulls: Pulls::of(body, by(names, pulls)),
+            pulls: Pulls::of(body, by_muscle(names, pulls)),
             lengths_mm: mm(names, &lengths),
             stretches: of_kind(TargetKind::Stretch),
             positions_m: positions.iter().map(|p| p.iter().copied().collect()).collect(),

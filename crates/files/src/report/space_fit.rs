@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::record::by;
+use super::record::by_muscle;
 use tongue_core::body::Body;
 use tongue_infer::inverse::FitStatus;
 use tongue_infer::inverse::alarms::{self, Alarm};
@@ -67,7 +67,7 @@ impl SpaceFitRecord {
             status: fit.answer.status,
             rms_mm: 1e3 * fit.rms_m,
             distances_mm: fit.distances_m.iter().map(|d| 1e3 * d).collect(),
-            activations: by(&fit.names, &fit.found()),
+            activations: by_muscle(&fit.names, &fit.activations_found()),
             interval_95: ByMuscle::new(&fit.names, fit.intervals_95()),
             open: fit.combinations.iter().filter(|c| c.sd > open_above).cloned().collect(),
             starts: fit.starts.clone(),

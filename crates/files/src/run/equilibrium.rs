@@ -12,7 +12,7 @@ use tongue_infer::inverse::alarms::{self, Alarm};
 /// An equilibrium at given tensions (activations in space); its positions are in the workspace.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Equilibrium {
-    #[serde(flatten, serialize_with = "told")]
+    #[serde(flatten, serialize_with = "serialize_solution")]
     pub solution: Solution,
     pub branch: Option<statics::Trace>,
     pub alarms: Vec<Alarm>,
@@ -20,7 +20,7 @@ pub struct Equilibrium {
 
 /// What records tell of a solve: forces in N, in the plane per metre of thickness. If the barrier against inversion
 /// acts in elements (`guarded`), the published law does not hold there.
-fn told<S: Serializer>(solution: &Solution, serializer: S) -> Result<S::Ok, S::Error> {
+fn serialize_solution<S: Serializer>(solution: &Solution, serializer: S) -> Result<S::Ok, S::Error> {
     let record = json!({
         "status": solution.status,
         "max_residual_force_n": solution.max_residual_force,

@@ -66,10 +66,10 @@ impl TrackedBody {
     }
 
     /// A recording with its coils where the placement has them on the tongue.
-    fn seated(&self, seen: &AlignedRecording) -> AlignedRecording {
+    fn with_coil_positions(&self, seen: &AlignedRecording) -> AlignedRecording {
         match (&self.placement, &self.adaptation) {
-            (Some(placement), _) => placement.seated(seen),
-            (None, Some(adaptation)) => adaptation.seated(seen),
+            (Some(placement), _) => placement.with_coil_positions(seen),
+            (None, Some(adaptation)) => adaptation.with_coil_positions(seen),
             (None, None) => seen.clone(),
         }
     }
@@ -144,14 +144,14 @@ impl TrackRun<'_> {
         Ok(Some(wall))
     }
 
-    /// Tracks all recordings, sitting after sitting: those that show the same bones share levels and a shape. `listen` may add what is
+    /// Tracks all recordings, session after session: those that show the same bones share levels and a shape. `add_sound` may add what is
     /// heard to the frames of a recording.
     pub fn track(
         &self,
         speaker: &TrackedBody,
         (shape, wall): (Option<&RestShape>, Option<&Contact>),
         seen: &[&AlignedRecording],
-        listen: &dyn Fn(&mut [Frame]),
+        add_sound: &dyn Fn(&mut [Frame]),
         watch: &Watch<'_>,
     ) -> Result<(), SimulationError> {
         let (body, model) = (&speaker.body, &self.basis.model);
@@ -162,30 +162,30 @@ impl TrackRun<'_> {
             SimulationError::Refused(format!("{} has no outline of tissue to compare with", body.what))
         })?;
         let compared = track::compared(seen);
-        for (nth_sitting, sitting) in sittings(seen).into_iter().enumerate() {
-            if !sitting.iter().any(|&number| (watch.is_wanted)(number)) {
+        for (nth_session, session) in sessions(seen).into_iter().enumerate() {
+            if !session.iter().any(|&number| (watch.is_wanted)(number)) {
                 continue;
             }
-            // What is unknown of one sitting is independent of what is unknown of another.
+            // What is unknown of one session is independent of what is unknown of another.
             let mut settings = self.basis.settings.clone();
-            if nth_sitting > 0 {
-                settings.seed = seed_of(settings.seed, nth_sitting);
+            if nth_session > 0 {
+                settings.seed = seed_of(settings.seed, nth_session);
             }
-            let freed = sitting.first().map(|&nth| self.freed(seen[nth])).into_iter().flatten();
+            let freed = session.first().map(|&nth| self.freed(seen[nth])).into_iter().flatten();
             let freed = freed.map(|name| MovableBone::of(body, model, &self.basis.contracting, name));
             let freed = freed.collect::<Result<Vec<_>, _>>()?;
-            let mut frames = Vec::from_iter(sitting.iter().map(|&nth| {
-                track::frames(&speaker.seated(seen[nth]), &surface, &speaker.followed, self.hide)
+            let mut frames = Vec::from_iter(session.iter().map(|&nth| {
+                track::frames(&speaker.with_coil_positions(seen[nth]), &surface, &speaker.followed, self.hide)
             }));
-            for (frames, &nth) in frames.iter_mut().zip(&sitting) {
-                listen(frames);
+            for (frames, &nth) in frames.iter_mut().zip(&session) {
+                add_sound(frames);
                 track::mark(frames, &seen[nth].labels, &compared);
             }
             let stage =
                 TrackingContext { system: &system, followed: &speaker.followed, freed: &freed, shape };
             let watch = Watch {
-                is_wanted: &|number| (watch.is_wanted)(sitting[number]),
-                take: &|number, found| (watch.take)(sitting[number], found),
+                is_wanted: &|number| (watch.is_wanted)(session[number]),
+                take: &|number, found| (watch.take)(session[number], found),
                 ..*watch
             };
             track::track(&stage, frames, &settings, &watch)
@@ -233,12 +233,12 @@ impl TrackRun<'_> {
 }
 
 /// Numbers of the recordings that are tracked together: those that show the same bones.
-fn sittings(seen: &[&AlignedRecording]) -> Vec<Vec<usize>> {
+fn sessions(seen: &[&AlignedRecording]) -> Vec<Vec<usize>> {
     let bones = |nth: usize| [HYOID, MANDIBLE].map(|b| seen[nth].shows_bone(b));
     let mut out: Vec<Vec<usize>> = Vec::new();
     for nth in 0..seen.len() {
-        match out.iter_mut().find(|sitting| sitting.first().is_some_and(|&one| bones(one) == bones(nth))) {
-            Some(sitting) => sitting.push(nth),
+        match out.iter_mut().find(|session| session.first().is_some_and(|&one| bones(one) == bones(nth))) {
+            Some(session) => session.push(nth),
             None => out.push(vec![nth]),
         }
     }

@@ -111,13 +111,14 @@ impl Scene {
             limits::SURFACE_MM.check(sensor.surface_mm).map_err(of("points.sensors"))?;
         }
         let seen = points.contour_mm.len() + 2 * points.sensors.len();
-        match seen < track::FEWEST {
-            true => Err(SimulationError::value(
+        if seen < track::FEWEST {
+            Err(SimulationError::value(
                 "the number of points of points.contour_mm and, twice, points.sensors",
                 seen as f64,
                 "at least 3: fewer do not determine tensions",
-            )),
-            false => Ok(()),
+            ))
+        } else {
+            Ok(())
         }
     }
 

@@ -264,9 +264,10 @@ impl Scene {
     /// Reads a scene; `origin` is its name in messages, usually its path.
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, SimulationError> {
         toml_text::read(text).map_err(|Misread { line, column, problem }| {
-            let problem = match problem.starts_with("wanted exactly 1 element") {
-                true => "[body] takes exactly one of tongue, mesh, cylinder and block".to_owned(),
-                false => toml_text::with_nearest(&problem),
+            let problem = if problem.starts_with("wanted exactly 1 element") {
+                "[body] takes exactly one of tongue, mesh, cylinder and block".to_owned()
+            } else {
+                toml_text::with_nearest(&problem)
             };
             SimulationError::Refused(format!("{origin}:{line}:{column}: {problem}"))
         })

@@ -115,9 +115,10 @@ pub(super) fn carry_bones<const D: usize>(
 }
 
 fn asked_for(name: &'static str, asked: bool, nodes: &[usize]) -> Planned {
-    match asked {
-        true => Planned::yes(name, "asked for; brought there in parts, each an equilibrium").of(nodes.len()),
-        false => Planned::no(name, "not asked for"),
+    if asked {
+        Planned::yes(name, "asked for; brought there in parts, each an equilibrium").counting(nodes.len())
+    } else {
+        Planned::no(name, "not asked for")
     }
 }
 
@@ -141,10 +142,10 @@ pub(super) fn frame<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Opt
         let why = "points are seen in the midsagittal plane, on the outline of a body; take the reference tongue or a mesh in the plane";
         SimulationError::contradiction("[points]", scene.body_key(), why)
     })?;
-    Ok(track::frames(&seen(points), &surface, &[], &[]).pop())
+    Ok(track::frames(&as_recording(points), &surface, &[], &[]).pop())
 }
 
-fn seen(points: &Points) -> AlignedRecording {
+fn as_recording(points: &Points) -> AlignedRecording {
     let mark = |at: &[f64; 2]| Some(Mark { at: Vector2::from(*at) * 1e-3, sd: points.noise_mm * 1e-3 });
     let behind = points.sensors.iter().map(|s| s.surface_mm * 1e-3);
     AlignedRecording {

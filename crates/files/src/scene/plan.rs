@@ -66,7 +66,7 @@ impl Planned {
         Self { simulated: false, ..Self::yes(effect, why) }
     }
 
-    pub fn of(self, elements: usize) -> Self {
+    pub fn counting(self, elements: usize) -> Self {
         Self { elements, ..self }
     }
 
@@ -111,9 +111,10 @@ fn cost<const D: usize>(system: &System<D>, name: &str) -> (usize, f64) {
         });
         let count = effect.elements();
         elements += count;
-        ns += match count == stencils {
-            true => blocks as f64 * NS_PER_BLOCK[D - 2],
-            false => count as f64 * NS_PER_LIGHT_ELEMENT,
+        ns += if count == stencils {
+            blocks as f64 * NS_PER_BLOCK[D - 2]
+        } else {
+            count as f64 * NS_PER_LIGHT_ELEMENT
         };
     }
     (elements, ns * 1e-3)

@@ -70,22 +70,25 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     decisions.extend(carry_bones(scene, &body, &mut additions)?);
     decisions.push(match body.mesh.fixed.len() {
         0 => Planned::no("bone", "no node is fixed"),
-        n => Planned::yes("bone", format!("{n} nodes are fixed")).of(n),
+        n => Planned::yes("bone", format!("{n} nodes are fixed")).counting(n),
     });
     decisions.extend(plan::motion(scene, !contracting.is_empty()));
 
-    let start = match scene.want == Want::Trajectory && !additions.carried.is_empty() {
-        true => Some(System::with(&body.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?),
-        false => None,
+    let start = if scene.want == Want::Trajectory && !additions.carried.is_empty() {
+        Some(System::with(&body.mesh, &model, &[], unloaded(&additions, wall.as_ref()))?)
+    } else {
+        None
     };
-    let system = match body.is_activated() {
-        false => System::with(&body.mesh, &model, &contracting, additions)?,
-        true => of_hexahedra(&body, additions)?,
+    let system = if body.is_activated() {
+        of_hexahedra(&body, additions)?
+    } else {
+        System::with(&body.mesh, &model, &contracting, additions)?
     };
     let system = Arc::new(system);
-    let roles = match body.is_activated() {
-        false => roles(scene, &body, &contracting, target.as_ref()),
-        true => activated(&body.muscles, &tensions),
+    let roles = if body.is_activated() {
+        activated(&body.muscles, &tensions)
+    } else {
+        roles(scene, &body, &contracting, target.as_ref())
     };
     let method = method(scene);
     let plan = plan::count(scene, &body.what, method, decisions, roles, &system);
@@ -199,9 +202,10 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
             Planned::no("springs", why),
             Planned::yes("quadratic elements", format!("needed: {why}")),
             Planned::yes("barrier", "acts only where an element is pressed to a tenth"),
-            match continuum.ties.is_empty() {
-                true => Planned::no("attachment", "bones hold nodes"),
-                false => Planned::yes("attachment", "bones hold patches of the surface"),
+            if continuum.ties.is_empty() {
+                Planned::no("attachment", "bones hold nodes")
+            } else {
+                Planned::yes("attachment", "bones hold patches of the surface")
             },
             pulling("fibres", "muscle", ["contracts", "contract"], ""),
             Planned::no("incompressibility", why),
@@ -214,12 +218,13 @@ fn tissue_decisions<const D: usize>(scene: &Scene, body: &Body<D>, contracting: 
         Planned::yes("springs", "needed: the tissue is made of them"),
         pulling("muscle", "chain", ["contracts", "contract"], &how),
         Planned::asked("incompressibility", scene.effects.incompressibility == Some(true)),
-        match body.mesh.in_tissue().iter().all(|inside| *inside) {
-            true => Planned::no("straight paths", "no muscle runs outside the tissue"),
-            false => Planned::yes(
+        if body.mesh.in_tissue().iter().all(|inside| *inside) {
+            Planned::no("straight paths", "no muscle runs outside the tissue")
+        } else {
+            Planned::yes(
                 "straight paths",
                 "needed: a chain outside the tissue would have no lateral stiffness",
-            ),
+            )
         },
     ]
 }

@@ -114,12 +114,13 @@ impl<const D: usize> Assembly<D> {
     /// Numbers of the chains of a muscle that contracts.
     pub(super) fn pulling(&self, muscle: &str) -> Result<Vec<usize>, SimulationError> {
         let fibres = self.fibres(muscle)?;
-        match self.system().contracting().contains(&fibres[0]) {
-            true => Ok(fibres),
-            false => Err(SimulationError::Refused(format!(
+        if self.system().contracting().contains(&fibres[0]) {
+            Ok(fibres)
+        } else {
+            Err(SimulationError::Refused(format!(
                 "{muscle} does not contract in this model; name it when the model is assembled (contracting: {})",
                 self.contracting().join(", ")
-            ))),
+            )))
         }
     }
 
@@ -175,9 +176,10 @@ impl Assembly<3> {
     /// For a point that is not finite or a body without cells.
     pub fn surface(&self, point: SVector<f64, 3>) -> Result<Surface, SimulationError> {
         let faces = self.body().mesh.outward_faces();
-        match !faces.is_empty() && point.iter().all(|x| x.is_finite()) {
-            true => Ok(Surface::new(faces, point)),
-            false => Err(nowhere(point.as_slice())),
+        if !faces.is_empty() && point.iter().all(|x| x.is_finite()) {
+            Ok(Surface::new(faces, point))
+        } else {
+            Err(nowhere(point.as_slice()))
         }
     }
 }

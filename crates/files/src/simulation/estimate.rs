@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use serde_json::{Value, json};
 
-use crate::report::{ByMuscle, ValleyRecord};
+use crate::report::{ByMuscle, SolutionCurveRecord};
 use tongue_core::observe::Observation;
 use tongue_infer::inverse::{Answer, Constant, FitStatus, Quantity, Unknown};
 
@@ -98,7 +98,7 @@ impl<const D: usize> Estimate<D> {
     }
 
     /// The curve of all answers that fit as well, if exactly one direction is undetermined.
-    pub fn valley(&self) -> Option<ValleyRecord> {
+    pub fn solution_curve(&self) -> Option<SolutionCurveRecord> {
         let [open] = self.answer.identifiability.as_ref()?.null_directions.as_slice() else { return None };
         let muscles = &self.shape.assembly().body().mesh.muscles;
         let unknowns: Vec<String> = Vec::from_iter(self.unknowns.iter().map(|u| match u.quantity {
@@ -108,7 +108,7 @@ impl<const D: usize> Estimate<D> {
             Quantity::Constant(Constant::PoissonRatio) => "poisson_ratio_percent".to_owned(),
         }));
         let names = self.shape.assembly().body().mesh.muscle_names();
-        Some(ValleyRecord::new(open.valley.as_ref()?, &unknowns, &names, <[f64]>::to_vec))
+        Some(SolutionCurveRecord::new(open.curve.as_ref()?, &unknowns, &names, <[f64]>::to_vec))
     }
 
     /// For JSON: simulated and measured values are in the order and units of the observations, singular values those of d(residual)/d(unknown
@@ -129,7 +129,7 @@ impl<const D: usize> Estimate<D> {
             "evaluations": self.answer.evaluations,
             "singular_values": self.answer.identifiability.as_ref().map(|i| &i.singular_values),
             "undetermined": self.undetermined(),
-            "valley": self.valley(),
+            "valley": self.solution_curve(),
             "shape": self.shape.record(),
         })
     }

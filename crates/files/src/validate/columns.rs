@@ -61,7 +61,7 @@ pub fn predictions(study: &ValidationStudy) -> Vec<Column<'_, Prediction>> {
         Of::new("measured", "", "measured stretch", |p| brief(p.measured)),
     ];
     columns.extend(study.opponents.iter().map(|o| {
-        let predicted = move |p: &Prediction| p.predicted.of(&o.name).map_or(Value::Null, |v| brief(*v));
+        let predicted = move |p: &Prediction| p.predicted.get(&o.name).map_or(Value::Null, |v| brief(*v));
         Of::new(o.name.clone(), "", "its predicted stretch", predicted)
     }));
     columns
@@ -94,9 +94,8 @@ pub fn baseline_scores<'s>() -> Vec<Column<'s, BaselineScore<'s>>> {
     ];
     columns.extend(scores().into_iter().map(|column| column.within(|r: &BaselineScore<'s>| r.1)));
     // A baseline's warning belongs to the posterior of a speaker's rows with a hyoid that tilts.
-    let warning = move |r: &BaselineScore<'s>| match r.1.name == OPPONENTS[JOINT_TILT] {
-        true => r.0.warning.clone(),
-        false => String::new(),
+    let warning = move |r: &BaselineScore<'s>| {
+        if r.1.name == OPPONENTS[JOINT_TILT] { r.0.warning.clone() } else { String::new() }
     };
     columns.push(Of::of_page("", move |r| warning(r).into()).shown(warning));
     columns

@@ -40,7 +40,7 @@ fn picture(study: &ValidationStudy) -> Svg {
             .iter()
             .filter_map(|p| {
                 let muscle = muscles.iter().position(|m| *m == p.muscle)?;
-                Some((muscle, p.measured, *p.predicted.of(&o.name)?))
+                Some((muscle, p.measured, *p.predicted.get(&o.name)?))
             })
             .collect(),
     });

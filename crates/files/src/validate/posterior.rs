@@ -19,8 +19,8 @@ use tongue_input::measured::{Dataset, Vowel};
 
 use super::cases::{Case, cases, of_rows, orders, renamed, subjects};
 use super::scored::{
-    FIRST_POSTERIOR, OPPONENTS, Predicted, Scored, ScoredPrediction, all_scored, scored, told, verdict,
-    warning,
+    FIRST_POSTERIOR, OPPONENTS, Predicted, Scored, ScoredPrediction, all_scored, scored, scored_predictions,
+    verdict, warning,
 };
 use super::statistics::{best_shrunk, expected};
 
@@ -182,7 +182,7 @@ pub fn study(
     let predicted = judge.all(&all, &PosteriorKind::ALL)?;
     progress.add(all.len(), "posterior");
     let scores = all_scored(&all, &predicted, |_| true);
-    let mut predictions = told(baseline, &all, &predicted);
+    let mut predictions = scored_predictions(baseline, &all, &predicted);
     let log_score =
         |name: &str| scores.iter().find(|s| s.name == name).map_or(f64::NEG_INFINITY, |s| s.log_score);
     let best = (FIRST_POSTERIOR..OPPONENTS.len() - 1)
@@ -201,7 +201,7 @@ pub fn study(
             continue;
         }
         let predicted = judge.all(&all, &[PosteriorKind::Row, PosteriorKind::JointTilt])?;
-        predictions.extend(told(&vowel, &all, &predicted));
+        predictions.extend(scored_predictions(&vowel, &all, &predicted));
         progress.add(all.len(), "posterior with other baselines");
         for names in std::iter::once(subjects(&all)).chain(subjects(&all).into_iter().map(|s| vec![s])) {
             let scores = all_scored(&all, &predicted, |c| names.contains(&c.subject.as_str()));

@@ -80,7 +80,7 @@ pub fn all_scored(all: &[Case], predicted: &[Predicted], is_in: impl Fn(&Case) -
     each.filter(|s| s.predictions > 0).collect()
 }
 
-pub fn told(baseline: &Vowel, all: &[Case], predicted: &[Predicted]) -> Vec<ScoredPrediction> {
+pub fn scored_predictions(baseline: &Vowel, all: &[Case], predicted: &[Predicted]) -> Vec<ScoredPrediction> {
     let mut out = Vec::new();
     for (case, row) in all.iter().zip(predicted) {
         for (m, of_muscle) in row.iter().enumerate() {

@@ -50,9 +50,10 @@ pub fn expected(training: &[&Case], case: &Case, how: Shrunk) -> Option<Vec<(f64
     if rows.len() < 2 {
         return None;
     }
-    let mean = match how.about_no_change {
-        true => DVector::from_element(muscles.len(), 1.0),
-        false => rows.iter().sum::<DVector<f64>>() / rows.len() as f64,
+    let mean = if how.about_no_change {
+        DVector::from_element(muscles.len(), 1.0)
+    } else {
+        rows.iter().sum::<DVector<f64>>() / rows.len() as f64
     };
     let mut covariance = DMatrix::zeros(muscles.len(), muscles.len());
     for row in &rows {

@@ -19,20 +19,20 @@ pub const TRACT_SD: f64 = sd::FORMANT;
 /// The frequency of a formant, Hz. Without an airway (the tongue touches the palate) it is infinite, so that
 /// no fit goes there.
 #[derive(Debug, Clone)]
-pub struct Heard {
+pub struct FormantFrequency {
     airway: Arc<VocalTract>,
     posture: Articulation,
     number: usize,
 }
 
-impl Heard {
+impl FormantFrequency {
     /// Formant `number`, from 0, of a tract around a body in a posture.
     pub fn new(airway: Arc<VocalTract>, posture: Articulation, number: usize) -> Self {
         Self { airway, posture, number }
     }
 }
 
-impl Observable<2> for Heard {
+impl Observable<2> for FormantFrequency {
     fn value(&self, positions: &[SVector<f64, 2>]) -> f64 {
         let sound = self.airway.sound(positions, &self.posture).ok();
         sound.and_then(|s| Some(s.formants.get(self.number)?.frequency_hz)).unwrap_or(f64::INFINITY)

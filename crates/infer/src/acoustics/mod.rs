@@ -8,7 +8,7 @@ mod formant;
 mod in_space;
 mod vocal_tract;
 
-pub use formant::{Heard, MeanVowel, TRACT_SD, mean_vowels, nearest_vowel};
+pub use formant::{FormantFrequency, MeanVowel, TRACT_SD, mean_vowels, nearest_vowel};
 pub use in_space::SpaceVocalTract;
 pub use tongue_sound::Formant;
 pub use tongue_sound::profile::{Articulation, Tract};

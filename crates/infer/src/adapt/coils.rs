@@ -100,7 +100,7 @@ pub(super) fn coils(seen: &[&AlignedRecording], hide: &[String]) -> Vec<Coil> {
 }
 
 /// This number of points evenly along a polyline; `None` for fewer than two different points.
-pub(super) fn evenly(points: &[Point], count: usize) -> Option<Vec<Point>> {
+pub(super) fn resample(points: &[Point], count: usize) -> Option<Vec<Point>> {
     let steps: Vec<f64> = points.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
     let whole: f64 = steps.iter().sum();
     if points.len() < 2 || whole.is_nan() || whole <= 0.0 {
@@ -125,14 +125,14 @@ fn vault(palate: &[Point]) -> Vec<Point> {
     let ordered: Vec<Point> =
         if backwards { palate.iter().rev().copied().collect() } else { palate.to_vec() };
     // Long pieces, so that noise makes none steep. Slopes are relative to the rear half, because the axes of instruments may be turned.
-    let Some(pieces) = evenly(&ordered, 2 * PALATE_POINTS - 1) else { return Vec::new() };
+    let Some(pieces) = resample(&ordered, 2 * PALATE_POINTS - 1) else { return Vec::new() };
     let along = pieces[pieces.len() - 1] - pieces[PALATE_POINTS - 1];
     let steep = (1..PALATE_POINTS).rev().find(|&i| {
         let piece = pieces[i] - pieces[i - 1];
         let (forth, up) = (piece.dot(&along), along.perp(&piece));
         forth <= 0.0 || up.abs() > STEEPEST * forth
     });
-    evenly(pieces.get(steep.unwrap_or(0)..).unwrap_or_default(), PALATE_POINTS).unwrap_or_default()
+    resample(pieces.get(steep.unwrap_or(0)..).unwrap_or_default(), PALATE_POINTS).unwrap_or_default()
 }
 
 /// A directed line: distances from it are positive to its left.
@@ -303,7 +303,7 @@ fn with_shift(mut square: DMatrix<f64>) -> DMatrix<f64> {
 impl Placement {
     /// The recording with the places of its coils on the tongue from this placement.
     #[must_use]
-    pub fn seated(&self, seen: &AlignedRecording) -> AlignedRecording {
+    pub fn with_coil_positions(&self, seen: &AlignedRecording) -> AlignedRecording {
         seen.with_coils(|name, _| self.coils.iter().find(|(n, _)| n == name).map(|(_, behind)| *behind))
     }
 

@@ -141,7 +141,7 @@ impl Landmarks {
     fn from_markups(bytes: &[u8], origin: &str) -> Result<Self, ReadError> {
         let wrong = |problem: String| ReadError::Refused(format!("{origin}: {problem}"));
         let file: Markups = serde_json::from_slice(bytes).map_err(|e| {
-            let e = tongue_core::toml_text::plain(&e.to_string());
+            let e = tongue_core::toml_text::reworded(&e.to_string());
             wrong(format!("not as 3D Slicer writes markups: {e}; save the node as .mrk.json"))
         })?;
         let mut out = Self::default();

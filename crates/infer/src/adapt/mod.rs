@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 use crate::track::Followed;
 use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
-use tongue_core::toml_text::plain;
+use tongue_core::toml_text::reworded;
 use tongue_input::measured::recording::AlignedRecording;
 
 /// The point of a bone that recordings mark: the foremost of its nodes, m. For the hyoid the anterior hyoglossus begins there.
@@ -68,7 +68,8 @@ impl Adaptation {
             #[serde(default)]
             adaptation: Option<Adaptation>,
         }
-        let found = serde_json::from_str::<LandmarkFile>(text).map_err(|e| plain(&e.to_string()))?.adaptation;
+        let found =
+            serde_json::from_str::<LandmarkFile>(text).map_err(|e| reworded(&e.to_string()))?.adaptation;
         let Some(found) = found else { return Ok(None) };
         if !found.marks_m.values().flatten().chain(found.coils_m.values()).all(|m| m.is_finite()) {
             return Err(
@@ -81,7 +82,7 @@ impl Adaptation {
 
     /// A recording with its coils where the adaptation has them on the tongue; those whose places were measured stay.
     #[must_use]
-    pub fn seated(&self, seen: &AlignedRecording) -> AlignedRecording {
+    pub fn with_coil_positions(&self, seen: &AlignedRecording) -> AlignedRecording {
         seen.with_coils(|name, measured| self.coils_m.get(name).copied().filter(|_| !measured))
     }
 

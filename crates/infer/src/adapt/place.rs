@@ -15,7 +15,7 @@ use tongue_core::observe::TongueSurface;
 use tongue_core::statistics::median;
 use tongue_input::measured::recording::{AlignedRecording, WITHOUT_BONES};
 
-use super::coils::{self, Coil, FEWEST_COILS, Placement, TURNS, Vault, evenly};
+use super::coils::{self, Coil, FEWEST_COILS, Placement, TURNS, Vault, resample};
 use super::{RestError, mark_of};
 use crate::least_squares::minimise;
 use crate::standard_deviations as sd;
@@ -154,13 +154,14 @@ impl Registration {
             );
         }
         if let Some(what) = self.far_bone(FARTHEST_BONE_M) {
-            return Some(match (self.frames as f64) < FEW_FRAMES {
-                true => format!(
+            return Some(if (self.frames as f64) < FEW_FRAMES {
+                format!(
                     "{what} in whole recordings: with so few frames ({}) the body is placed less well; give the whole recording, or check that \
                      contour and bones are in one frame",
                     self.frames
-                ),
-                false => format!("{what}: {}", self.cause()),
+                )
+            } else {
+                format!("{what}: {}", self.cause())
             });
         }
         (self.cost > MOST_COST && !self.bones_m.is_empty()).then(|| {
@@ -186,7 +187,7 @@ impl RegistrationData {
                 .iter()
                 .filter_map(|&i| mean(one.frames.iter().filter_map(|f| f.contour.get(i)?.map(|m| m.at))))
                 .collect();
-            all.extend(evenly(&means, POINTS).map(|points| (points, one.frames.len())));
+            all.extend(resample(&means, POINTS).map(|points| (points, one.frames.len())));
         }
         let frames: usize = all.iter().map(|(_, n)| n).sum();
         let contour = (0..if all.is_empty() { 0 } else { POINTS })
@@ -210,7 +211,7 @@ impl RegistrationData {
 
     /// The observations of a drawn contour, resampled to the usual number of points.
     pub fn drawn(contour: &[Point], spine: Option<Point>, hyoid: Option<Point>) -> Self {
-        Self { contour: evenly(contour, POINTS).unwrap_or_default(), spine, hyoid, ..Self::default() }
+        Self { contour: resample(contour, POINTS).unwrap_or_default(), spine, hyoid, ..Self::default() }
     }
 
     /// Places a body at these observations.

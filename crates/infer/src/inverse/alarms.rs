@@ -193,9 +193,10 @@ pub fn of_shape<const D: usize>(
     system: &System<D>,
     positions: &[SVector<f64, D>],
 ) -> Vec<Alarm> {
-    let ratios = match body.is_activated() {
-        true => body.volume_ratios(positions),
-        false => system.tissue_ratios(positions).into(),
+    let ratios = if body.is_activated() {
+        body.volume_ratios(positions)
+    } else {
+        system.tissue_ratios(positions).into()
     };
     of_strain(&body.mesh, ratios, positions)
 }

@@ -93,9 +93,9 @@ impl<const D: usize> Fit<D> {
     }
 
     /// The curve of all tensions that fit as well, if exactly one direction is undetermined.
-    pub fn valley(&self) -> Option<&SolutionCurve> {
+    pub fn solution_curve(&self) -> Option<&SolutionCurve> {
         match self.identifiability.as_ref()?.null_directions.as_slice() {
-            [one] => one.valley.as_ref(),
+            [one] => one.curve.as_ref(),
             _ => None,
         }
     }

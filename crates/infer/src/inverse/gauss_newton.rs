@@ -4,7 +4,7 @@
 //! With `r` the residuals, `J` their derivative and `c` the effort, the cost `r·r + c sum F` has the gradient
 //! `2 Jᵀr + c` and the second derivative `2 (JᵀJ + S)`, `S = sum r_i d²r_i/dF²`. If the target is met, `S`
 //! vanishes and the method is that of Levenberg (1944) and Marquardt (1963). If ratios leave a direction
-//! undetermined, only `S` determines where along the valley the sum of the tensions is smallest; it is then
+//! undetermined, only `S` determines where along the curve the sum of the tensions is smallest; it is then
 //! approximated from the changes of `J` by the secant of Dennis, Gay and Welsch (1981, eqs. 2.8-2.10).
 //! Tensions that the gradient pushes against a bound stay on it (Bertsekas 1982).
 

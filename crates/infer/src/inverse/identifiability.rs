@@ -22,7 +22,7 @@ pub struct NullDirection {
     /// Unit vector over the active muscles, in their order; its largest entry is positive.
     pub direction: Vec<f64>,
     /// The curve along it through the answer; `None` if the answer itself does not meet the target.
-    pub valley: Option<SolutionCurve>,
+    pub curve: Option<SolutionCurve>,
 }
 
 /// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as
@@ -42,11 +42,11 @@ pub(super) fn analyse<const D: usize>(
     let mut followed = followed.filter(|_| open.len() == 1);
     let mut null_directions = Vec::new();
     for direction in open {
-        let valley = on_target.then(|| {
-            let again = followed.take().and_then(|valley| valley.through(problem, x, direction));
+        let curve = on_target.then(|| {
+            let again = followed.take().and_then(|curve| curve.through(problem, x, direction));
             again.unwrap_or_else(|| solution_curve::follow(problem, settings, x, direction))
         });
-        null_directions.push(NullDirection { direction: direction.iter().copied().collect(), valley });
+        null_directions.push(NullDirection { direction: direction.iter().copied().collect(), curve });
     }
     Some(Identifiability { singular_values, null_directions })
 }

@@ -87,7 +87,7 @@ pub fn solve<const D: usize>(
     let mut x = snap_to_lower_bound(&mut forward, best);
     let mut followed = None;
     if inverse.is_undetermined() && best.solved {
-        (x, followed) = settle(&mut forward, settings, &x);
+        (x, followed) = select_solution(&mut forward, settings, &x);
     }
     for (x, unknown) in x.iter_mut().zip(&inverse.unknowns) {
         // The tension of a slack muscle is set to zero; otherwise it would be a rounding error.
@@ -170,7 +170,7 @@ fn snap_to_lower_bound<const D: usize>(forward: &mut Forward<'_, D>, best: &Star
 
 /// Selects the answer among all that meet an undetermined target: `x` moved onto the target, and along it to
 /// the best fit of the other measurements. Returns the curve that was followed too, if there is exactly one.
-pub(super) fn settle<const D: usize>(
+pub(super) fn select_solution<const D: usize>(
     forward: &mut Forward<'_, D>,
     settings: &FitSettings,
     x: &[f64],
@@ -192,11 +192,11 @@ pub(super) fn settle<const D: usize>(
     }
     // The least squares begin at the best point of the curve, so that no local maximum lies between.
     let open = identifiability::analyse(forward, settings, &x, None).map(|i| i.null_directions);
-    let mut valleys: Vec<SolutionCurve> = open.into_iter().flatten().filter_map(|n| n.valley).collect();
-    let points = valleys.iter().flat_map(|v| &v.points);
+    let mut curves: Vec<SolutionCurve> = open.into_iter().flatten().filter_map(|n| n.curve).collect();
+    let points = curves.iter().flat_map(|v| &v.points);
     let begin = least_by(points, |p| p.other_rms.unwrap_or(f64::INFINITY));
     let x = nearest_to_others(forward, begin.map_or(&x, |p| &p.x));
-    (x, if valleys.len() == 1 { valleys.pop() } else { None })
+    (x, if curves.len() == 1 { curves.pop() } else { None })
 }
 
 /// The best answer on the branch from rest, searched from the ends of the starts and from `x`. `None` if none
@@ -217,5 +217,5 @@ fn search_on_branch<const D: usize>(
         }
     }
     let (_, found) = best?;
-    Some(if traced.inverse.is_undetermined() { settle(traced, settings, &found).0 } else { found })
+    Some(if traced.inverse.is_undetermined() { select_solution(traced, settings, &found).0 } else { found })
 }

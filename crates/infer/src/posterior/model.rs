@@ -148,7 +148,7 @@ fn bell(apart_m: f64, reach_m: f64) -> f64 {
 }
 
 /// Fields of every distinct end of a muscle along every axis: one end moves by one standard deviation, and all other ends stay.
-pub(super) fn ends(body: &Body<2>, priors: &Priors) -> Vec<Field> {
+fn attachment_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     if priors.muscle_ends.off {
         return Vec::new();
     }
@@ -168,7 +168,7 @@ pub(super) fn ends(body: &Body<2>, priors: &Priors) -> Vec<Field> {
 }
 
 /// Independent fields that add up to a smooth random displacement of the outline with the covariance of the priors.
-pub(super) fn outline(body: &Body<2>, priors: &Priors) -> Vec<Field> {
+fn outline_fields(body: &Body<2>, priors: &Priors) -> Vec<Field> {
     if priors.outline.off {
         return Vec::new();
     }
@@ -232,7 +232,7 @@ impl PosteriorModel {
         let all: Vec<usize> = (0..muscles.len()).collect();
         let system = Arc::new(System::new(&body.mesh, &model, &all)?);
         let hyoid = body.bone(HYOID).to_vec();
-        let (ends, outline) = (ends(&body, priors), outline(&body, priors));
+        let (ends, outline) = (attachment_fields(&body, priors), outline_fields(&body, priors));
         let priors = priors.clone();
         let turn = turn(system.rest(), &hyoid);
         let mut posterior_model = Self {

@@ -66,7 +66,7 @@ impl Scaled {
     }
 
     /// The sensitivity of a quantity with these values in all draws.
-    pub fn of(&self, values: &[f64]) -> Sensitivity {
+    pub fn evaluate(&self, values: &[f64]) -> Sensitivity {
         let octave = (1.0 + STEP).log2();
         let moved =
             |sides: &[Vec<f64>; 2]| sides.iter().map(|w| distance(values, w)).sum::<f64>() / (2.0 * octave);

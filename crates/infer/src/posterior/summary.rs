@@ -164,7 +164,7 @@ const LEAST_SIGN: f64 = 0.85;
 impl Change {
     /// The summary of a difference of tensions in all draws, N per metre of thickness.
     pub(super) fn new(values: &[f64], scaled: &Scaled) -> Self {
-        let sensitivity = scaled.of(values);
+        let sensitivity = scaled.evaluate(values);
         let rises = part_above_zero(values);
         let surer = rises.max(1.0 - rises);
         let [moved, uncertain] = sensitivity.probability_by_scale;
@@ -198,7 +198,7 @@ impl Summary {
         let tensions = (0..count).map(|m| {
             let own = values(&|d| d.tension(posture, m));
             let spread = Quantiles::of(own.iter().copied());
-            let sensitivity = all.scaled.of(&own);
+            let sensitivity = all.scaled.evaluate(&own);
             let moved_by_prior = moved_by_prior(posterior_model, m, &own, spread.interval_95[1]);
             Tension {
                 spread,

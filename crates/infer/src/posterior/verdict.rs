@@ -164,7 +164,7 @@ impl Verdict {
             let moved = moved_by_prior(posterior_model, m, &tensions, interval[1]);
             let changes: Vec<f64> = draws.iter().map(|d| d.change(0, m)).collect();
             let p_rises = part_above_zero(&changes);
-            MuscleVerdict::new(muscle, p_rises, interval, is_of_prior(moved, &scaled.of(&tensions)))
+            MuscleVerdict::new(muscle, p_rises, interval, is_of_prior(moved, &scaled.evaluate(&tensions)))
         });
         let hyoid_mm = posterior_model.moves_hyoid().then(|| {
             [0, 1].map(|axis| {

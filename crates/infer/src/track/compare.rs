@@ -1,7 +1,7 @@
 //! Mean tensions over all frames with a label, and differences between labels, from the same draws of levels and courses.
 //!
-//! Recordings of one sitting share the draws of levels and of the shape at rest, so the errors of these cancel from a difference. Each
-//! sitting has draws of its own, so these errors do not cancel between sittings.
+//! Recordings of one session share the draws of levels and of the shape at rest, so the errors of these cancel from a difference. Each
+//! session has draws of its own, so these errors do not cancel between sessions.
 
 use serde::Serialize;
 use tongue_core::statistics::seed_of;

@@ -14,11 +14,11 @@ use crate::standard_deviations::SHOWN_LEVEL;
 
 use super::errors::{Errors, Knots};
 use super::frame::FrameSolver;
-use super::gauss_newton::{ShapeStep, StateStep, descend, follow, stepped};
+use super::gauss_newton::{ShapeStep, StateStep, follow, minimise, stepped};
 use super::ornstein_uhlenbeck::Softplus;
 use super::settings::{Sizes, TrackSettings, TrackingContext};
 use super::shape::RestShape;
-use super::shape_jacobian::{ShapeJacobian, by_shape};
+use super::shape_jacobian::{ShapeJacobian, shape_jacobians};
 use super::smoother::{FrameState, SmoothedRecording, Smoother};
 
 /// Weight of the frames for the displayed shape, which is one body and has no intervals.
@@ -78,8 +78,8 @@ impl<'a> Display<'a> {
     }
 
     /// A recording without slow errors, at the states that it has on the placed body.
-    fn plain(at: &Smoother<'_, '_>, course: &SmoothedRecording) -> SmoothedRecording {
-        let mut out = at.course(Arc::clone(&course.frames));
+    fn without_slow_errors(at: &Smoother<'_, '_>, course: &SmoothedRecording) -> SmoothedRecording {
+        let mut out = at.start(Arc::clone(&course.frames));
         for (here, before) in out.here.iter_mut().zip(&course.here) {
             here.z.copy_from(&before.z.rows(0, at.sizes.state()));
             here.positions.clone_from(&before.positions);
@@ -88,7 +88,7 @@ impl<'a> Display<'a> {
     }
 
     /// A recording on the displayed body at its levels, from the states of the frames by which that body was found.
-    pub fn course(
+    pub fn recording(
         &self,
         shown: &DisplayShape,
         sizes: Sizes,
@@ -114,10 +114,10 @@ impl<'a> Display<'a> {
         let solver = || FrameSolver::new(system, stage.followed, settings.link).with_freed(stage.freed);
         let at = Smoother::new(Sizes { knots: 0, ..sizes }, settings, knots, &solver);
         let mut at = Smoother { shared: levels.clone(), holds, ..at };
-        courses.iter_mut().for_each(|course| *course = Self::plain(&at, course));
+        courses.iter_mut().for_each(|course| *course = Self::without_slow_errors(&at, course));
         carry(courses, stage.system.rest(), system.rest());
         courses.iter_mut().zip(samples).for_each(|(course, sample)| begin_beside(course, sample));
-        descend(&mut at, courses, settings.rounds, &|_| ());
+        minimise(&mut at, courses, settings.rounds, &|_| ());
         at.shared
     }
 
@@ -126,7 +126,7 @@ impl<'a> Display<'a> {
     /// again on each body, and a step that increases the total cost is tried again with more damping.
     ///
     /// Where the shape is kept ([`RestShape::as_found`], or a body placed by coils), the frames are found on the body itself.
-    pub fn shown(
+    pub fn fit_shape(
         &self,
         shape: &RestShape,
         mode: &Smoother<'_, '_>,
@@ -139,9 +139,10 @@ impl<'a> Display<'a> {
         at.shared.copy_from(&mode.shared.rows(0, sizes.muscles));
         // Two bodies can differ less in cost than a linearisation at a state nearby is wrong, so none is kept.
         at.keeps = false;
-        let plain: Vec<SmoothedRecording> = courses.iter().map(|course| Self::plain(&at, course)).collect();
+        let plain: Vec<SmoothedRecording> =
+            courses.iter().map(|course| Self::without_slow_errors(&at, course)).collect();
         let mut sample = sampled(&at, &plain);
-        let cost = descend(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST;
+        let cost = minimise(&mut at, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST;
         let (amounts, levels) = (DVector::zeros(shape.count()), at.shared.clone());
         let begin = Candidate { amounts, body: None, levels, sample, cost, rates: OnceLock::new() };
         let step = |from: &Candidate, damping: f64| {
@@ -151,7 +152,7 @@ impl<'a> Display<'a> {
             let mode = Smoother { solver: &solver, shared: from.levels.clone(), ..at.clone() };
             let damped: Vec<Vec<f64>> = from.sample.iter().map(|c| vec![damping; c.frames.len()]).collect();
             let rates = from.rates.get_or_init(|| {
-                from.sample.iter().map(|course| by_shape(&mode, course, Some(here))).collect()
+                from.sample.iter().map(|course| shape_jacobians(&mode, course, Some(here))).collect()
             });
             let of_shape = ShapeStep { shape: here, rates, weight: 1.0 / TRUST, damping };
             let by = stepped(&mode, &from.sample, &damped, Some(of_shape))?;
@@ -168,7 +169,7 @@ impl<'a> Display<'a> {
             carry(&mut sample, from.system(stage).rest(), body.system.rest());
             follow(&mode, &mut sample, &levels, steps);
             mode.shared = levels;
-            let cost = descend(&mut mode, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST + shape.price(&there);
+            let cost = minimise(&mut mode, &mut sample, SHAPE_ROUNDS, &|_| ()) * TRUST + shape.price(&there);
             let levels = mode.shared.clone();
             let body = Some(body.expanded(&there));
             Some(Candidate { amounts: there, body, levels, sample, cost, rates: OnceLock::new() })

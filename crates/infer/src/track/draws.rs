@@ -150,14 +150,14 @@ impl Sampler<'_, '_> {
             tensions: vec![vec![Vec::with_capacity(self.shared.ncols()); m]; window.len()],
             bones: vec![vec![Vec::new(); bones]; window.len()],
             hidden: course.frames[window.clone()].iter().map(|f| vec![Vec::new(); f.hidden.len()]).collect(),
-            heard: course.frames[window.clone()].iter().map(|f| vec![Vec::new(); f.heard.len()]).collect(),
+            heard: course.frames[window.clone()].iter().map(|f| vec![Vec::new(); f.formants.len()]).collect(),
         };
         let parts = parallel::map(&*batches, |batch| {
             let noise = self.coloured(window, batch.generators[nth].clone(), batch.after.get(nth));
             let mut random = batch.hidden.clone();
             let theta = self.shared.columns(batch.number * BATCH, BATCH).into_owned();
             let mut tensions = Vec::with_capacity(noise.len());
-            let (mut moved, mut foretold) =
+            let (mut moved, mut predicted) =
                 (Vec::with_capacity(noise.len()), Vec::with_capacity(noise.len()));
             let mut sounds = Vec::with_capacity(noise.len());
             for ((i, t), noise) in window.clone().enumerate().zip(noise) {
@@ -172,9 +172,9 @@ impl Sampler<'_, '_> {
                 moved.push(of_bones.collect());
                 sounds.push(sound(mode, self.heard[t].as_ref(), &by, &theta));
                 let by_shape = self.by_shape[t].as_ref();
-                foretold.push(hidden(mode, course, by_shape, t, &errors_at[i], (&by, &theta), &mut random));
+                predicted.push(hidden(mode, course, by_shape, t, &errors_at[i], (&by, &theta), &mut random));
             }
-            ([tensions, moved, foretold, sounds], random)
+            ([tensions, moved, predicted, sounds], random)
         });
         for ((part, random), batch) in parts.into_iter().zip(batches) {
             batch.hidden = random;

@@ -19,7 +19,7 @@ use super::errors::Along;
 use super::frame::{Followed, Frame, Hidden};
 use super::shape::RestShape;
 use super::smoother::{CHUNK, SmoothedRecording, Smoother};
-use crate::acoustics::{Articulation, Heard, VocalTract};
+use crate::acoustics::{Articulation, FormantFrequency, VocalTract};
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TrackedFormant {
@@ -31,7 +31,7 @@ pub struct TrackedFormant {
 
 /// Makes the lowest formants of a tract a part of the results of frames. Jaw and larynx of the tract follow the bones of each frame; the
 /// opening of the lips is that of `posture`.
-pub fn listen(
+pub fn add_formants(
     frames: &mut [Frame],
     airway: &Arc<VocalTract>,
     followed: &[Followed],
@@ -48,7 +48,8 @@ pub fn listen(
                 _ => {}
             }
         }
-        frame.heard = (0..count).map(|number| Heard::new(Arc::clone(airway), posture, number)).collect();
+        frame.formants =
+            (0..count).map(|number| FormantFrequency::new(Arc::clone(airway), posture, number)).collect();
     }
 }
 
@@ -65,7 +66,7 @@ pub(super) fn rates(
     course: &SmoothedRecording,
     shape: Option<&RestShape>,
 ) -> Vec<Option<DMatrix<f64>>> {
-    if course.frames.iter().all(|f| f.heard.is_empty()) {
+    if course.frames.iter().all(|f| f.formants.is_empty()) {
         return vec![None; course.frames.len()];
     }
     let numbers: Vec<usize> = (0..course.frames.len()).collect();
@@ -75,17 +76,17 @@ pub(super) fn rates(
         Vec::from_iter(chunk.iter().map(|&t| {
             let (frame, here) = (&course.frames[t], &course.here[t]);
             let positions = &here.linear.as_ref()?.positions;
-            if !frame.heard.iter().all(|h| h.value(positions).is_finite()) {
+            if !frame.formants.iter().all(|h| h.value(positions).is_finite()) {
                 return None;
             }
             // As hidden points, whose derivatives are in thousandths of a unit.
-            let hidden = frame.heard.iter().enumerate().map(|(i, heard)| Hidden {
+            let hidden = frame.formants.iter().enumerate().map(|(i, heard)| Hidden {
                 name: format!("F{}", i + 1),
                 observation: Observation::new(heard.clone(), 0.0),
                 along: Along { channel: 0, at_mm: 0.0, sd_mm: 1.0 },
             });
             let hidden = hidden.collect();
-            let frame = Frame { hidden, heard: Vec::new(), ..frame.clone() };
+            let frame = Frame { hidden, formants: Vec::new(), ..frame.clone() };
             let x = mode.unknowns(&here.z, &mode.shared);
             let linear = solver.linearise(&frame, &x, Some(positions))?;
             let mut all = linear.hidden_jacobian * 1e-3;
@@ -102,8 +103,12 @@ pub(super) fn rates(
 }
 
 /// The formants of a frame at a shape, with the spread of their draws; empty where there are none.
-pub(super) fn told(frame: &Frame, positions: &[Point], draws: &[Vec<f32>]) -> Vec<TrackedFormant> {
-    let formants = frame.heard.iter().zip(draws).map(|(heard, draws)| {
+pub(super) fn tracked_formants(
+    frame: &Frame,
+    positions: &[Point],
+    draws: &[Vec<f32>],
+) -> Vec<TrackedFormant> {
+    let formants = frame.formants.iter().zip(draws).map(|(heard, draws)| {
         let hz = heard.value(positions);
         let (_, variance) = mean_and_variance(draws.iter().map(|d| f64::from(*d)));
         (hz.is_finite() && !draws.is_empty()).then(|| TrackedFormant { hz, sd_hz: variance.sqrt() })

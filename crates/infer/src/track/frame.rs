@@ -2,7 +2,7 @@
 
 use nalgebra::{DVector, SVector};
 
-use crate::acoustics::Heard;
+use crate::acoustics::FormantFrequency;
 use crate::inverse::{BONE_SD_M, MovableBone};
 use tongue_core::geometry::Point;
 use tongue_core::observe::{Contour, NodePosition as Place, Observation, TongueSurface};
@@ -37,8 +37,8 @@ pub struct Frame {
     pub along: Vec<Along>,
     /// Held-out contour points and coordinates of coils; the fit predicts their distances from the simulated places.
     pub hidden: Vec<Hidden>,
-    /// Formants that are told with the results ([`listen()`](super::listen())).
-    pub heard: Vec<Heard>,
+    /// Formants that are part of the results ([`add_formants()`](super::add_formants())).
+    pub formants: Vec<FormantFrequency>,
     /// For every followed bone, its shift from rest, m.
     pub shifts: Vec<SVector<f64, 2>>,
     /// Numbers of the labels that apply at this time.

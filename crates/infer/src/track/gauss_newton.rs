@@ -53,7 +53,7 @@ pub(super) struct StateStep {
 
 /// Minimises the cost in at most this number of rounds and returns the cost at the end; `progress` is called with the number of every
 /// round.
-pub(super) fn descend(
+pub(super) fn minimise(
     mode: &mut Smoother<'_, '_>,
     courses: &mut [SmoothedRecording],
     rounds: usize,
@@ -152,9 +152,10 @@ pub(super) fn stepped(
         gradient += &eliminated.gradient;
         all.push(eliminated);
     }
-    let step = match mode.holds {
-        true => DVector::zeros(n + more),
-        false => -((&curvature + curvature.transpose()) * 0.5).cholesky()?.solve(&gradient),
+    let step = if mode.holds {
+        DVector::zeros(n + more)
+    } else {
+        -((&curvature + curvature.transpose()) * 0.5).cholesky()?.solve(&gradient)
     };
     let steps = all.iter().map(|e| {
         let (mut states, mut expected) =

@@ -21,7 +21,7 @@ mod hold_out;
 mod jacobian;
 mod ornstein_uhlenbeck;
 mod prediction;
-mod repeats;
+mod repeatability;
 mod results;
 mod run;
 mod segments;
@@ -32,11 +32,11 @@ mod smoother;
 
 pub use compare::{Compared, Comparison, LabelTension, compare, compared, mark};
 pub use errors::{Along, Errors};
-pub use formants::{TrackedFormant, listen};
+pub use formants::{TrackedFormant, add_formants};
 pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
 pub use ornstein_uhlenbeck::Softplus;
-pub use repeats::{Repeated, Repeats, repeats};
+pub use repeatability::{Repeatability, Repeated, repeatability};
 pub use results::{
     Displacement, FrameStatus, HeldOutPrediction, Interval, LabelCourse, LabelDraws, LabelMean, LabelPoint,
     Tracked, TrackedRecording,

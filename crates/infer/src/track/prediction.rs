@@ -17,7 +17,7 @@ use tongue_core::geometry::Point;
 use tongue_core::observe::Observation;
 
 use super::frame::{Frame, Hidden};
-use super::gauss_newton::descend;
+use super::gauss_newton::minimise;
 use super::results::HeldOutPrediction;
 use super::smoother::{SmoothedRecording, Smoother};
 
@@ -121,7 +121,7 @@ pub(super) fn judged(mode: &Smoother<'_, '_>, courses: &[SmoothedRecording]) -> 
             mode.take_errors(course);
         }
         let mut again = mode.clone();
-        descend(&mut again, &mut sample, mode.settings.rounds, &|_| ());
+        minimise(&mut again, &mut sample, mode.settings.rounds, &|_| ());
         for course in &sample {
             splits.extend((0..course.frames.len()).filter_map(|t| split(rest, course, t, 0)));
         }

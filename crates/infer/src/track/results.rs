@@ -105,7 +105,7 @@ pub struct Tracked {
     pub reached_rms_m: Option<f64>,
     /// Positions of all nodes, m; empty where they were not asked for ([`TrackSettings::shapes`]).
     pub positions: Vec<SVector<f64, 2>>,
-    /// Its lowest formants, if they are wanted ([`listen()`](super::listen())); empty where there is no airway or the frame has no data.
+    /// Its lowest formants, if they are wanted ([`add_formants()`](super::add_formants())); empty where there is no airway or the frame has no data.
     #[serde(default)]
     pub formants: Vec<TrackedFormant>,
     /// Faults that the fit found in the observations of the frame.
@@ -147,7 +147,7 @@ pub(super) struct FrameSolution<'a> {
     /// How its shape can be reached, if that is known.
     pub way: Option<&'a Reachability>,
     /// Predictions of its hidden points, where there are enough others for them.
-    pub foretold: &'a [Option<HeldOutPrediction>],
+    pub predicted: &'a [Option<HeldOutPrediction>],
     /// Whether its observations cannot be right.
     pub lost: bool,
     /// Means over the recording.
@@ -228,7 +228,7 @@ pub(super) fn tracked(
         FrameStatus::Converged
     };
     let hidden = frame.hidden.iter().enumerate().map(|(i, hidden)| {
-        if let Some(beside) = &found.foretold[i] {
+        if let Some(beside) = &found.predicted[i] {
             return beside.clone();
         }
         let expected = interval(&draws.hidden[number][i]);
@@ -251,7 +251,7 @@ pub(super) fn tracked(
         hidden: hidden.collect(),
         resolved,
         levels,
-        formants: formants::told(frame, &positions, &draws.heard[number]),
+        formants: formants::tracked_formants(frame, &positions, &draws.heard[number]),
         positions: if found.is_shown { positions } else { Vec::new() },
         faults: Vec::new(),
     }

@@ -16,13 +16,13 @@ use super::draws::Sampler;
 use super::eliminate::Eliminated;
 use super::errors::Knots;
 use super::frame::{Frame, FrameSolver};
-use super::gauss_newton::descend;
+use super::gauss_newton::minimise;
 use super::prediction::{judged, predict_hidden};
 use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, tracked};
 use super::segments::Segments;
 use super::settings::{TrackSettings, TrackingContext};
 use super::shape::RestShape;
-use super::shape_jacobian::{ShapeJacobian, by_shape};
+use super::shape_jacobian::{ShapeJacobian, shape_jacobians};
 use super::smoother::{CHUNK, FEWEST, SmoothedRecording, Smoother};
 use super::{draws, formants};
 
@@ -70,21 +70,22 @@ pub fn track(
     let solver = || FrameSolver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let mut mode = Smoother::new(stage.sizes(&knots), settings, &knots, &solver);
     let courses: Vec<SmoothedRecording> =
-        recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
+        recordings.into_iter().map(|frames| mode.start(Arc::new(frames))).collect();
     let frames: usize = courses.iter().map(SmoothedRecording::count).sum();
     let is_whole = frames <= settings.shared_frames;
-    let mut sample = match is_whole {
-        true => courses.clone(),
-        false => mode.thinned(&courses, frames.div_ceil(settings.shared_frames.max(1))),
+    let mut sample = if is_whole {
+        courses.clone()
+    } else {
+        mode.thinned(&courses, frames.div_ceil(settings.shared_frames.max(1)))
     };
     let (usual, outliers) = placed(&mut mode, &mut sample, None, &|round| progress(round, passes));
     progress(settings.rounds, passes);
     let process = judged(&mode, &sample);
     let display = Display::new(stage, settings);
-    let shown = stage.shape.map(|shape| display.shown(shape, &mode, &sample));
+    let shown = stage.shape.map(|shape| display.fit_shape(shape, &mode, &sample));
     progress(settings.rounds + 1, passes);
     let columns = stage.shape.map_or(0, RestShape::count);
-    let of_sample: Vec<_> = sample.iter().map(|course| by_shape(&mode, course, stage.shape)).collect();
+    let of_sample: Vec<_> = sample.iter().map(|course| shape_jacobians(&mode, course, stage.shape)).collect();
     let of_shape = Vec::from_iter(
         of_sample.iter().map(|all| |t: usize| all[t].as_ref().map(|b: &ShapeJacobian| b.seen.clone())),
     );
@@ -105,14 +106,17 @@ pub fn track(
             let (_, own) = placed(&mut mode, slice::from_mut(&mut course), Some(usual), &|_| ());
             (faults, lost) = own.into_iter().next().unwrap_or_default();
         }
-        let own = (!is_whole).then(|| by_shape(&mode, &course, stage.shape));
+        let own = (!is_whole).then(|| shape_jacobians(&mode, &course, stage.shape));
         let by_shape = own.as_ref().unwrap_or(&of_sample[number]);
         let seen = |t: usize| by_shape[t].as_ref().map(|b: &ShapeJacobian| b.seen.clone());
         let linear = Eliminated::new(&mode, &course, &[], &seen, columns).ok_or(NotFinite)?;
-        let foretold = predict_hidden(&mode, &course, process.as_ref());
-        let displayed = shown.as_ref().map(|shown| match is_whole {
-            true => shown.courses[number].clone(),
-            false => display.course(shown, mode.sizes, &course, &shown.courses[number]),
+        let predicted = predict_hidden(&mode, &course, process.as_ref());
+        let displayed = shown.as_ref().map(|shown| {
+            if is_whole {
+                shown.courses[number].clone()
+            } else {
+                display.recording(shown, mode.sizes, &course, &shown.courses[number])
+            }
         });
         let (system, levels) = match &shown {
             Some(DisplayShape { body, levels, .. }) => {
@@ -133,7 +137,7 @@ pub fn track(
             number,
         };
         let found = displayed.as_ref().unwrap_or(&course);
-        take(number, told(&again, found, &sampler, &foretold, (faults, &lost)));
+        take(number, summarise(&again, found, &sampler, &predicted, (faults, &lost)));
         progress(done.fetch_add(1, Ordering::Relaxed) + 1, passes);
         Ok(())
     })
@@ -163,10 +167,10 @@ pub fn rest_shape(
     let solver = || FrameSolver::new(stage.system, stage.followed, settings.link).with_freed(stage.freed);
     let mut mode = Smoother::new(stage.sizes(&knots), settings, &knots, &solver);
     let courses: Vec<SmoothedRecording> =
-        recordings.into_iter().map(|frames| mode.course(Arc::new(frames))).collect();
+        recordings.into_iter().map(|frames| mode.start(Arc::new(frames))).collect();
     let mut courses = sampled(&mode, &courses);
     placed(&mut mode, &mut courses, None, &|round| progress(round, settings.rounds));
-    let DisplayShape { body, courses, .. } = Display::new(stage, settings).shown(shape, &mode, &courses);
+    let DisplayShape { body, courses, .. } = Display::new(stage, settings).fit_shape(shape, &mode, &courses);
     let frames = courses.iter().flat_map(|course| course.frames.iter().zip(&course.here));
     let (mut squares, mut count) = (0.0, 0);
     for (frame, linear) in frames.filter_map(|(frame, here)| Some((frame, here.linear.as_ref()?))) {
@@ -200,14 +204,14 @@ fn placed(
     progress: &dyn Fn(usize),
 ) -> (f64, Vec<Outliers>) {
     let rounds = mode.settings.rounds;
-    descend(mode, courses, rounds, progress);
+    minimise(mode, courses, rounds, progress);
     let usual = usual.unwrap_or_else(|| {
         let far = courses.iter().flat_map(|c| (0..c.frames.len()).flat_map(|t| far(mode, c, t)));
         1.4826 * upper_median(far).unwrap_or(0.0)
     });
     let found: Vec<Outliers> = courses.iter_mut().map(|c| without_outliers(mode, c, usual)).collect();
     if found.iter().flat_map(|(faults, _)| faults).any(|f| !f.is_empty()) {
-        descend(mode, courses, rounds, progress);
+        minimise(mode, courses, rounds, progress);
     }
     (usual, found)
 }
@@ -252,11 +256,11 @@ fn without_outliers(mode: &Smoother<'_, '_>, course: &mut SmoothedRecording, usu
 }
 
 /// Results for every frame of a recording, on the body with the most probable shape; the draws are those of the placed body.
-fn told(
+fn summarise(
     mode: &Smoother<'_, '_>,
     course: &SmoothedRecording,
     draws: &Sampler<'_, '_>,
-    foretold: &[Vec<Option<HeldOutPrediction>>],
+    predicted: &[Vec<Option<HeldOutPrediction>>],
     (mut faults, lost): (Vec<Vec<Fault>>, &[bool]),
 ) -> TrackedRecording {
     let count = course.frames.len();
@@ -279,7 +283,7 @@ fn told(
                         linear: course.here[t].linear.as_deref(),
                         positions: course.here[t].positions.as_deref(),
                         placed: draws.course.here[t].positions.as_deref(),
-                        foretold: &foretold[t],
+                        predicted: &predicted[t],
                         lost: lost[t],
                         means,
                         number: t - window.start,

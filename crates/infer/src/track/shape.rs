@@ -71,7 +71,7 @@ impl ShapePrior {
         let kept = directions.len();
         directions.push(about(&|p| Point::new(p.x, -p.y) * (0.5 * sd::SHEAR)));
         directions.push(about(&|p| Point::new(p.y, p.x) * (0.5 * sd::SHEAR)));
-        directions.extend(ends(body));
+        directions.extend(attachment_modes(body));
 
         let all = directions.len();
         let mut precision = DMatrix::identity(all, all);
@@ -348,7 +348,7 @@ impl RestShape {
 const LEAST_SINE: f64 = 0.3;
 
 /// Motion of the nodes when an end of a muscle moves: its straight line turns with the end; ends on the outline slide along it.
-fn ends(body: &Body<2>) -> Vec<Vec<Point>> {
+fn attachment_modes(body: &Body<2>) -> Vec<Vec<Point>> {
     let mesh = &body.mesh;
     let outline = mesh.outlines().into_iter().max_by_key(Vec::len).unwrap_or_default();
     let inside = mesh.in_tissue();

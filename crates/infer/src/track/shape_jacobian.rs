@@ -18,7 +18,7 @@ pub(super) struct ShapeJacobian {
 }
 
 /// Derivatives of all frames by the shape.
-pub(super) fn by_shape(
+pub(super) fn shape_jacobians(
     mode: &Smoother<'_, '_>,
     course: &SmoothedRecording,
     shape: Option<&RestShape>,

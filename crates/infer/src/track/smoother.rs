@@ -108,7 +108,7 @@ impl<'a, 's> Smoother<'a, 's> {
     }
 
     /// A recording at the start of the search.
-    pub fn course(&self, frames: Arc<Vec<Frame>>) -> SmoothedRecording {
+    pub fn start(&self, frames: Arc<Vec<Frame>>) -> SmoothedRecording {
         let Sizes { muscles, bones, knots } = self.sizes;
         let n = self.sizes.state();
         let mut precision = DMatrix::identity(n, n);
@@ -132,7 +132,7 @@ impl<'a, 's> Smoother<'a, 's> {
                 seen.enumerate().filter(|(n, _)| (before + n) % every == every / 2).map(|(_, t)| t).collect();
             before += course.count();
             let frames = taken.iter().map(|&t| course.frames[t].clone()).collect();
-            let mut out = self.course(Arc::new(frames));
+            let mut out = self.start(Arc::new(frames));
             out.here = taken.iter().map(|&t| course.here[t].clone()).collect();
             out
         }))

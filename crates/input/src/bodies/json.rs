@@ -9,7 +9,7 @@ use crate::measured::ByMuscle;
 use crate::measured::muscles::Muscles;
 use tongue_core::body::{Body, BodyError, Bone, Cells, Mesh, MuscleChain, Quality};
 use tongue_core::system::{self, Model, SystemError};
-use tongue_core::toml_text::plain;
+use tongue_core::toml_text::reworded;
 
 #[derive(Serialize)]
 struct JsonConnection {
@@ -78,7 +78,7 @@ struct Ends {
 pub fn read(text: &str, file: &str) -> Result<Body<2>, BodyError> {
     let wrong = |problem: String| BodyError::file(file, problem);
     let text: MeshText = serde_json::from_str(text).map_err(|e| {
-        wrong(format!("is not as `tongue-fit mesh --json` prints it: {}", plain(&e.to_string())))
+        wrong(format!("is not as `tongue-fit mesh --json` prints it: {}", reworded(&e.to_string())))
     })?;
     if text.triangles.is_empty() {
         return Err(wrong(

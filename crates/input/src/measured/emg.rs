@@ -94,19 +94,20 @@ impl Activity {
             }
         }
         let (Some(of_muscle), false, false) = (of_muscle, columns.is_empty(), cells.rows.is_empty()) else {
-            let lists = match cells.header.cells.iter().any(|name| name == "vowel") {
-                true => "; a list of the active muscles of each vowel does not say how active they are",
-                false => "",
+            let lists = if cells.header.cells.iter().any(|name| name == "vowel") {
+                "; a list of the active muscles of each vowel does not say how active they are"
+            } else {
+                ""
             };
             let what = format!("it has no column muscle, no vowel or no row; {}", cells.header_quoted());
             let help = "write a header like muscle,i,a and a row for each muscle with its activity, 0 to 1";
-            return Err(cells.at(&cells.header, 0).error(what, format!("{help}{lists}")));
+            return Err(cells.place_of(&cells.header, 0).error(what, format!("{help}{lists}")));
         };
         let mark = cells.decimal_mark(&columns.iter().map(|(field, ..)| *field).collect::<Vec<_>>());
         let mut rows: Vec<ActivityRow> = Vec::new();
         for line in &cells.rows {
             cells.check_shape(line)?;
-            let (muscle, at) = (line.cell(of_muscle).to_owned(), cells.at(line, of_muscle));
+            let (muscle, at) = (line.cell(of_muscle).to_owned(), cells.place_of(line, of_muscle));
             if muscle.is_empty() || muscle.contains(char::is_control) {
                 let what = format!("the muscle is {:?}", clip(&muscle));
                 return Err(at.error(what, "give it a name, like GGa"));
@@ -180,7 +181,7 @@ impl Activity {
 
     /// Of every row the positions in `names` of its muscles.
     fn portions(&self, names: &[String], muscles: &Muscles) -> Result<Vec<Vec<usize>>, Malformed> {
-        let groups: Vec<String> = muscles.of(names).into_iter().map(|info| info.group).collect();
+        let groups: Vec<String> = muscles.info(names).into_iter().map(|info| info.group).collect();
         let mut out: Vec<Vec<usize>> = Vec::new();
         for row in &self.rows {
             let alike = |all: &[String]| -> Vec<usize> {
@@ -218,7 +219,7 @@ fn cell(
     if value.is_finite() && (0.0..=most).contains(&value) {
         return Ok(Some(value));
     }
-    let (what, at) = (format!("{} is {}", clip(name), clip(text)), cells.at(line, field));
+    let (what, at) = (format!("{} is {}", clip(name), clip(text)), cells.place_of(line, field));
     Err(if most.is_finite() {
         let help = "divide by the largest activity of the muscle, or end the column's name with (%)";
         at.error(format!("{what}, but an activity lies between 0 and 1"), help)

@@ -81,7 +81,7 @@ impl Muscles {
 
     /// The facts about `names`, in their order. An unknown muscle has its own name, is a group of its own,
     /// has no capacity, and gets a colour of [`PALETTE`] that no other muscle has, while there are any.
-    pub fn of(&self, names: &[String]) -> Vec<MuscleInfo> {
+    pub fn info(&self, names: &[String]) -> Vec<MuscleInfo> {
         let taken: Vec<Colour> = names.iter().filter_map(|n| self.get(n)).map(|m| m.colour).collect();
         let free = PALETTE.into_iter().filter(|c| !taken.contains(c));
         let mut colours = free.chain(PALETTE.into_iter().cycle());
@@ -153,7 +153,7 @@ impl<T> ByMuscle<T> {
         self.0.is_empty()
     }
 
-    pub fn of(&self, muscle: &str) -> Option<&T> {
+    pub fn get(&self, muscle: &str) -> Option<&T> {
         self.0.iter().find(|(name, _)| name == muscle).map(|(_, value)| value)
     }
 }

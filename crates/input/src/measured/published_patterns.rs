@@ -41,7 +41,7 @@ impl Patterns {
     }
 
     /// The muscles that are active in `vowel`; empty if nothing is published about it.
-    pub fn of(&self, vowel: &Vowel) -> Vec<&str> {
+    pub fn muscles(&self, vowel: &Vowel) -> Vec<&str> {
         self.0.iter().filter(|a| a.vowel == *vowel).map(|a| a.group.as_str()).collect()
     }
 
@@ -57,12 +57,12 @@ impl Patterns {
         tensions: &[f64],
         muscles: &Muscles,
     ) -> Option<PatternCheck> {
-        let expected = self.of(vowel);
+        let expected = self.muscles(vowel);
         if expected.is_empty() {
             return None;
         }
         let mut check = PatternCheck { found: Vec::new(), missing: Vec::new(), unexpected: Vec::new() };
-        let infos = muscles.of(names);
+        let infos = muscles.info(names);
         for group in self.0.iter().map(|a| a.group.as_str()).collect::<BTreeSet<_>>() {
             let mut portions = infos.iter().zip(tensions).filter(|(info, _)| info.group == group).peekable();
             if portions.peek().is_none() {

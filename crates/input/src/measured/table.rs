@@ -105,12 +105,12 @@ impl<'a> TableLines<'a> {
         if cells.header.cells.len() < 2 {
             let what = format!("the table has fewer than two columns; {}", cells.header_quoted());
             let help = format!("put commas, semicolons or tabs between the fields, as in {wanted}");
-            return Err(cells.at(&cells.header, 0).error(what, help));
+            return Err(cells.place_of(&cells.header, 0).error(what, help));
         }
         Ok(cells)
     }
 
-    pub fn at(&self, line: &TableLine, field: usize) -> SourcePlace<'a> {
+    pub fn place_of(&self, line: &TableLine, field: usize) -> SourcePlace<'a> {
         SourcePlace { origin: self.origin, line: line.number, column: field + 1 }
     }
 
@@ -128,11 +128,12 @@ impl<'a> TableLines<'a> {
     /// The error for two columns that say the same.
     pub fn twice(&self, first: usize, second: usize) -> Malformed {
         let [earlier, name] = [first, second].map(|field| clip(self.header.cell(field)));
-        let what = match earlier == name {
-            true => format!("column {name} appears twice, here and as column {}", first + 1),
-            false => format!("column {name} says the same as column {} ({earlier})", first + 1),
+        let what = if earlier == name {
+            format!("column {name} appears twice, here and as column {}", first + 1)
+        } else {
+            format!("column {name} says the same as column {} ({earlier})", first + 1)
         };
-        self.at(&self.header, second).error(what, "keep one of the two")
+        self.place_of(&self.header, second).error(what, "keep one of the two")
     }
 
     /// The mark with which most numbers of some columns are written.
@@ -154,13 +155,13 @@ impl<'a> TableLines<'a> {
         like: &str,
     ) -> Result<f64, Malformed> {
         let number = number::number(self.header.cell(field), line.cell(field), mark, like);
-        number.map_err(|(what, help)| self.at(line, field).error(what, help))
+        number.map_err(|(what, help)| self.place_of(line, field).error(what, help))
     }
 
     /// Refuses a row that has not the fields of the header.
     pub fn check_shape(&self, row: &TableLine) -> Result<(), Malformed> {
         let (header, width) = (&self.header.cells, row.cells.len());
-        let at = self.at(row, width.min(header.len()));
+        let at = self.place_of(row, width.min(header.len()));
         let (line, wanted) = (self.header.number, header.len());
         let told = format!("the line has {width} fields where the header, line {line}, has {wanted}");
         if row.cells.iter().skip(header.len()).any(|surplus| !surplus.is_empty()) {
@@ -176,7 +177,7 @@ impl<'a> TableLines<'a> {
         let (own, first) = (self.separator, row.cell(0).as_bytes());
         let other = Separator::ALL.into_iter().find(|s| *s != own && first.contains(&s.byte()));
         Err(match other.filter(|_| width == 1) {
-            Some(other) => self.at(row, 0).error(
+            Some(other) => self.place_of(row, 0).error(
                 format!("the fields are separated by {}", other.plural()),
                 format!("separate them by {}, as in the header", own.plural()),
             ),

@@ -38,7 +38,7 @@ impl Thesis {
         &self.0
     }
 
-    pub fn of(&self, muscle: &str) -> Option<&ThesisRow> {
+    pub fn row(&self, muscle: &str) -> Option<&ThesisRow> {
         self.0.iter().find(|row| row.muscle.eq_ignore_ascii_case(muscle))
     }
 
@@ -55,15 +55,15 @@ impl Thesis {
 
     /// The thesis's simulated ratios to GGa of muscles (table 4.8); `None` if it has no such muscle.
     pub fn ratios_a(&self, muscles: &[String]) -> Option<Vec<f64>> {
-        muscles.iter().map(|m| Some(self.of(m)?.simulated_ratio_a)).collect()
+        muscles.iter().map(|m| Some(self.row(m)?.simulated_ratio_a)).collect()
     }
 
     /// These ratios as stretches of its own rest lengths (table 4.5), with a given stretch of GGa.
     pub fn stretches_a(&self, muscles: &[String], stretch_of_gga: f64) -> Option<Vec<f64>> {
-        let gga_mm = stretch_of_gga * self.of("GGa")?.rest_length_mm;
+        let gga_mm = stretch_of_gga * self.row("GGa")?.rest_length_mm;
         muscles
             .iter()
-            .map(|m| self.of(m).map(|row| row.simulated_ratio_a * gga_mm / row.rest_length_mm))
+            .map(|m| self.row(m).map(|row| row.simulated_ratio_a * gga_mm / row.rest_length_mm))
             .collect()
     }
 }

@@ -145,9 +145,12 @@ impl Default for Articulation {
 impl Tract {
     /// Checks the numbers of the file.
     pub fn check(&self) -> Result<(), TractError> {
-        let positive = |key: &str, x: f64| match x.is_finite() && x > 0.0 {
-            true => Ok(()),
-            false => bad(format!("{key} is {x}; it must be a positive number")),
+        let positive = |key: &str, x: f64| {
+            if x.is_finite() && x > 0.0 {
+                Ok(())
+            } else {
+                bad(format!("{key} is {x}; it must be a positive number"))
+            }
         };
         if self.wall.is_empty() {
             return bad("wall: at least one piece of the outer wall is needed".to_owned());

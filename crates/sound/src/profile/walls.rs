@@ -139,12 +139,13 @@ impl<'a> Walls<'a> {
     /// [`TractError::Bad`] if the tract does not give them.
     pub(super) fn section(&self, i: usize) -> Result<[f64; 2], TractError> {
         let [.., half_width, arch] = self.starts[i].coefficients;
-        match half_width.is_finite() && arch.is_finite() {
-            true => Ok([half_width, arch]),
-            false => Err(TractError::Bad(format!(
+        if half_width.is_finite() && arch.is_finite() {
+            Ok([half_width, arch])
+        } else {
+            Err(TractError::Bad(format!(
                 "wall `{}` has no half_width_mm and arch_mm, which cross-sections of a tongue in space need; add both to the tract",
                 self.name(i)
-            ))),
+            )))
         }
     }
 

@@ -119,7 +119,7 @@ pub fn page(study: &AccuracyStudy, made: &str) -> Result<String, Error> {
 }
 
 /// A run in words: method, setting and cost.
-fn told(run: &Run) -> String {
+fn description(run: &Run) -> String {
     format!(
         "{} ({}): {}, {} steps, {} force evaluations, {} factorisations",
         run.method,
@@ -147,7 +147,7 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
     let _ = writeln!(p, "## In short\n");
     let of_ratio = |r: &Run| r.ratio_error;
     if let Some(r) = fastest(&study.equilibrium, of_ratio, ONE_PER_CENT) {
-        let _ = writeln!(p, "- **For 1 % of a ratio at equilibrium take {}.**", told(r));
+        let _ = writeln!(p, "- **For 1 % of a ratio at equilibrium take {}.**", description(r));
     }
     let newton = of(&study.equilibrium, &[NEWTON]);
     let seconds = [1e-2, 1e-9]
@@ -161,14 +161,18 @@ fn conclusions(p: &mut String, study: &AccuracyStudy) {
     }
     let _ = match fastest(of(&study.equilibrium, &integrators()), of_ratio, ONE_PER_CENT) {
         Some(r) => {
-            writeln!(p, "- For 1 % of a ratio at equilibrium by following the motion take {}.", told(r))
+            writeln!(
+                p,
+                "- For 1 % of a ratio at equilibrium by following the motion take {}.",
+                description(r)
+            )
         }
         None => {
             writeln!(p, "- No integrator came within 1 % of a ratio at equilibrium in the time it was given.")
         }
     };
     if let Some(r) = fastest(&study.trajectory, of_ratio, ONE_PER_CENT) {
-        let _ = writeln!(p, "- For 1 % of a ratio all along the motion to t = 3 s take {}.", told(r));
+        let _ = writeln!(p, "- For 1 % of a ratio all along the motion to t = 3 s take {}.", description(r));
     }
     if let Some(s) = study.early.iter().find(|s| s.t_end_s == 3.0) {
         let _ = writeln!(

@@ -38,9 +38,10 @@ fn subsets_of(case: u8, mesh: &Mesh<2>, followed_n: f64, extent: HowMany) -> Res
             let TestTensions { system, tensions, .. } = all_at(mesh, &active, load)?;
             let mut workspace = Workspace::new(&system);
             let row = equilibrium_row(case, variant, &system, &mut workspace, &tensions);
-            rows.push(match load <= followed_n {
-                true => beside_branch(row, &system, &mut workspace, &tensions),
-                false => row,
+            rows.push(if load <= followed_n {
+                beside_branch(row, &system, &mut workspace, &tensions)
+            } else {
+                row
             });
         }
     }

@@ -71,9 +71,10 @@ impl ContinuumSettings {
 }
 
 fn within(name: &str, value: f64, low: f64, high: f64) -> Result<(), BodyError> {
-    match (low..=high).contains(&value) {
-        true => Ok(()),
-        false => Err(BodyError(format!("the {name} is {value}; give {low} to {high}"))),
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(BodyError(format!("the {name} is {value}; give {low} to {high}")))
     }
 }
 

@@ -282,7 +282,7 @@ impl<'a> MidsagittalSection<'a> {
     /// A point of the outline, from corner `side` (0) to the next (1).
     fn on(&self, side: usize, part: f64) -> Point {
         let [from, to] = [self.ways[side], self.ways[side + 1]];
-        self.outline.at((from + part * (to - from)).rem_euclid(self.outline.perimeter()))
+        self.outline.point((from + part * (to - from)).rem_euclid(self.outline.perimeter()))
     }
 
     /// Between the four sides (Gordon and Hall 1973, transfinite interpolation).

@@ -46,7 +46,7 @@ impl Half {
     }
 
     /// The node of the half that a node of the whole is, or is the image of, and the place there that belongs to a place of the node, m.
-    pub fn seen(&self, node: usize, place: &Vector3<f64>) -> Option<(usize, Vector3<f64>)> {
+    pub fn place_on_half(&self, node: usize, place: &Vector3<f64>) -> Option<(usize, Vector3<f64>)> {
         let &(rest, of_half, is_image) = self.of_node.get(node)?;
         let by = place - rest;
         let by = if is_image { Vector3::new(by.x, -by.y, by.z) } else { by };

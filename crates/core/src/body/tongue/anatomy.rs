@@ -10,7 +10,7 @@ use toml::Spanned;
 use crate::body::BodyError;
 use crate::geometry::ClosedSpline;
 use crate::geometry::plane::{self, Point};
-use crate::toml_text::{Exactly, line_and_column, plain};
+use crate::toml_text::{Exactly, line_and_column, reworded};
 
 pub const REFERENCE: &str = include_str!("../../../../../targets/anatomy.toml");
 
@@ -78,7 +78,7 @@ impl Anatomy {
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, BodyError> {
         let parsed = toml::from_str::<AnatomyFile>(text).map_err(|e| {
             let hint = "an anatomy has `outline`, `[muscles]` with the two ends of a straight line each, and `[bones]`; points are [x, y]";
-            (e.span().unwrap_or(0..0), format!("{} ({hint})", plain(e.message())))
+            (e.span().unwrap_or(0..0), format!("{} ({hint})", reworded(e.message())))
         });
         parsed.and_then(|file| Self::checked(&file)).map_err(|(span, problem)| {
             let (line, column) = line_and_column(text, span.start);

@@ -104,7 +104,7 @@ impl OutlineFrame {
                         sites.insert(anchor, Site::Tissue(self.nodes.len()));
                         anchors.points[anchor]
                     }
-                    _ => curve.at(from + length * part as f64 / parts as f64),
+                    _ => curve.point(from + length * part as f64 / parts as f64),
                 };
                 let held = part == 0 && anchor.is_some();
                 self.nodes.push(Draft { at, freedom: if held { Freedom::None } else { Freedom::Plane } });

@@ -175,7 +175,7 @@ fn line(r: &AssessedRecord) -> [String; 5] {
     let summary = r.record.posterior.as_ref().and_then(|p| p.summary.as_ref());
     let tensions: Vec<String> = Vec::from_iter(r.fit().active_names().iter().map(|m| {
         let tension = r.fit().value(m, &r.fit().tensions).unwrap_or(f64::NAN);
-        match summary.and_then(|s| s.tensions_n.of(m)).map(|t| t.spread.interval_95) {
+        match summary.and_then(|s| s.tensions_n.get(m)).map(|t| t.spread.interval_95) {
             Some([low, high]) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
             None => format!("{m} {tension:.1}"),
         }

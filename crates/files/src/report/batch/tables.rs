@@ -32,13 +32,13 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
         r.record.posterior.as_ref()?.summary.as_ref()
     }
     fn change(r: &OfMuscle<'_>, value: fn(&Change) -> f64) -> Value {
-        json!(summary(r).and_then(|s| s.changes_n.of(r.name())).map(value))
+        json!(summary(r).and_then(|s| s.changes_n.get(r.name())).map(value))
     }
     fn tension(r: &OfMuscle<'_>, value: fn(&Tension) -> Value) -> Value {
-        json!(summary(r).and_then(|s| s.tensions_n.of(r.name())).map(value))
+        json!(summary(r).and_then(|s| s.tensions_n.get(r.name())).map(value))
     }
     fn left_out(r: &OfMuscle<'_>, value: fn(&LeftOut) -> f64) -> Value {
-        json!(summary(r).and_then(|s| s.stretches.of(r.name())?.left_out.as_ref()).map(value))
+        json!(summary(r).and_then(|s| s.stretches.get(r.name())?.left_out.as_ref()).map(value))
     }
     let mut columns = muscle_columns::picked("subject,vowel,baseline,muscle");
     columns.extend(column::columns::<OfMuscle<'a>, _>([
@@ -67,7 +67,7 @@ fn posterior_columns<'a>(by: &'a Provenance) -> Vec<Column<'a, OfMuscle<'a>>> {
             tension(r, |t| t.depends_on_prior.into())
         }),
         ("measured_stretch", "", "measured length over that in the baseline", |r| {
-            json!(summary(r).and_then(|s| s.stretches.of(r.name())).map(|s| s.measured))
+            json!(summary(r).and_then(|s| s.stretches.get(r.name())).map(|s| s.measured))
         }),
         ("left_out_mean", "", "mean of what is predicted without this measurement", |r| {
             left_out(r, |l| l.spread.mean)

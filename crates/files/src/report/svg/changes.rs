@@ -157,7 +157,7 @@ pub fn ridges(posterior: &Posterior<'_>, posture: usize, title: &str) -> Svg {
     plot.axes(&mut svg, [Axis::Named("change of tension from the baseline, N per metre"), Axis::Nothing]);
     svg.stroke(&plot.upright(0.0), INK, 1.0);
     svg.text([right + 0.5 * ODDS, head], Anchor::Middle, FontFace::Plain, "P(rises)");
-    for (m, info) in Muscles::built_in().of(names).iter().enumerate() {
+    for (m, info) in Muscles::built_in().info(names).iter().enumerate() {
         let base = height - RIDGE - FREE * m as f64;
         let heights = density(&all[m], low, high);
         let most = heights.iter().copied().fold(1e-12, f64::max);

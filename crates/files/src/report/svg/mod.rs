@@ -33,7 +33,7 @@ pub(super) use section::check;
 #[cfg(feature = "files")]
 pub(super) use section::frame;
 pub use section::{SectionPicture, tongue};
-pub use solution_curve::valley;
+pub use solution_curve::solution_curve;
 #[cfg(feature = "files")]
 pub use tensions::tensions;
 pub use timelines::timelines;

@@ -39,7 +39,7 @@ impl Scale {
         }
     }
 
-    fn marks(self, edges: [f64; 2]) -> Vec<(f64, String)> {
+    fn tick_marks(self, edges: [f64; 2]) -> Vec<(f64, String)> {
         let [low, high] = [self.of(edges[0].min(edges[1])), self.of(edges[0].max(edges[1]))];
         match self {
             Self::Linear => {
@@ -101,7 +101,7 @@ impl Plot {
     pub fn axes(&self, svg: &mut Svg, [x, y]: [Axis<'_>; 2]) {
         let [left, top] = self.corner;
         let [right, bottom] = [left + self.size[0], top + self.size[1]];
-        for (value, label) in every(self.scale.marks(self.x), 70.0 / self.size[0]) {
+        for (value, label) in every(self.scale.tick_marks(self.x), 70.0 / self.size[0]) {
             let [at, _] = self.place(value, self.y[0]);
             if x != Axis::Nothing {
                 svg.line([at, top], [at, bottom], RULE, 1.0);
@@ -110,7 +110,7 @@ impl Plot {
                 svg.text([at, bottom + 20.0], Anchor::Middle, FontFace::Plain, &label);
             }
         }
-        for (value, label) in every(self.scale.marks(self.y), 34.0 / self.size[1]) {
+        for (value, label) in every(self.scale.tick_marks(self.y), 34.0 / self.size[1]) {
             let [_, at] = self.place(self.x[0], value);
             if y != Axis::Nothing {
                 svg.line([left, at], [right, at], RULE, 1.0);

@@ -11,7 +11,7 @@ use crate::report::{Export, Provenance, Table, csv};
 use tongue_core::statistics::{TWO_SIDED_95, upper_median};
 use tongue_infer::acoustics::{Articulation, TRACT_SD, Tract};
 use tongue_infer::adapt::Placement;
-use tongue_infer::track::{FrameStatus, Repeated, Repeats, TrackSettings, Tracked};
+use tongue_infer::track::{FrameStatus, Repeatability, Repeated, TrackSettings, Tracked};
 
 /// Ends of the 95 % interval of a tension before anything is seen, N per metre of thickness.
 pub fn prior_interval_n(settings: &TrackSettings) -> [f64; 2] {
@@ -73,7 +73,7 @@ pub fn placed(placement: &Placement) -> String {
     )
 }
 
-pub fn repeated(repeats: &Repeats) -> String {
+pub fn repeated(repeats: &Repeatability) -> String {
     let labels: Vec<String> = repeats.labels.iter().map(|(name, n)| format!("{name} {n} times")).collect();
     format!("repetitions of {}: {}", repeats.tier, labels.join(", "))
 }
@@ -89,7 +89,7 @@ pub const REPEATED: [ShownNumber; 5] = [
     ("95 % by exchanges", |r| r.of_label_95),
 ];
 
-pub fn repeats_table(Repeats { tier, labels, muscles }: &Repeats) -> Table {
+pub fn repeats_table(Repeatability { tier, labels, muscles }: &Repeatability) -> Table {
     let columns =
         "muscle,icc,by_chance,chance_95,by_exchange,exchange_95,of_label,of_label_95,tier,labels,repetitions";
     let (count, repetitions) = (labels.len(), labels.values().sum::<usize>());

@@ -23,8 +23,8 @@ use tongue_core::body::Body;
 use tongue_core::geometry::Point;
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
-    Comparison, CourseSummary, HeldOut, Interval, LabelCourse, LabelDraws, LabelMean, Repeats, TrackSettings,
-    Tracked, TrackedRecording,
+    Comparison, CourseSummary, HeldOut, Interval, LabelCourse, LabelDraws, LabelMean, Repeatability,
+    TrackSettings, Tracked, TrackedRecording,
 };
 use tongue_input::measured::recording::{AlignedRecording, Fault, Label, Waveform};
 
@@ -245,7 +245,7 @@ pub struct TrackRecord {
     pub comparisons: Vec<Comparison>,
     pub courses: Vec<CourseSummary>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub repeats: Option<Repeats>,
+    pub repeats: Option<Repeatability>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub formants: Option<FormantsRecord>,
     #[serde(skip_serializing_if = "Option::is_none")]

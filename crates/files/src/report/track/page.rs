@@ -24,7 +24,7 @@ impl Export for TrackPage<'_> {
             main {
                 (top(record, by))
                 @for compared in record.comparisons.iter().take(1) { (contrasts(compared)) }
-                (courses(record))
+                (muscle_summaries(record))
                 section {
                     h2 { "Recordings" }
                     p { "Open a recording for its tensions over time, with labels above and the distance of the measured points below, and for its shapes." }
@@ -36,9 +36,9 @@ impl Export for TrackPage<'_> {
                         }
                     }
                 }
-                (repeats(record))
+                (repeatability(record))
                 (held_out(record))
-                (doubts(record))
+                (doubtful_frames(record))
             }
             script type="application/json" id="body" { (in_html(shared(record))) }
             script { (PreEscaped(SCRIPT)) }
@@ -47,7 +47,7 @@ impl Export for TrackPage<'_> {
     }
 }
 
-fn repeats(record: &TrackRecord) -> Markup {
+fn repeatability(record: &TrackRecord) -> Markup {
     html! {
         @if let Some(repeats) = &record.repeats {
             section {
@@ -131,7 +131,7 @@ fn with_interval([middle, low, high]: [f64; 3]) -> String {
     format!("{} ({} to {})", fixed(middle, 1), fixed(low, 1), fixed(high, 1))
 }
 
-fn courses(record: &TrackRecord) -> Markup {
+fn muscle_summaries(record: &TrackRecord) -> Markup {
     html! {
         section {
             h2 { "What is known of each muscle" }
@@ -166,7 +166,7 @@ fn held_out(record: &TrackRecord) -> Markup {
     }
 }
 
-fn doubts(record: &TrackRecord) -> Markup {
+fn doubtful_frames(record: &TrackRecord) -> Markup {
     const MOST: usize = 200;
     let doubtful = || {
         let frames = record.results.frames();

@@ -5,7 +5,7 @@
 //! activations that the data leave open; the answer lists these ([`Combination`]).
 
 mod intervals;
-mod marks;
+mod observations;
 mod recorded;
 
 use nalgebra::DVector;
@@ -15,7 +15,7 @@ use tongue_core::body::space::{Half, Side};
 use tongue_core::system::System;
 
 use self::intervals::LinearResponse;
-use self::marks::{Observed, on_half};
+use self::observations::{Observed, on_half};
 pub use self::recorded::Recorded;
 use super::forward::Forward;
 use super::problem::LeastSquaresProblem;
@@ -110,27 +110,27 @@ fn activations_of(hundredths: &[f64]) -> Vec<f64> {
 
 impl SpaceFit {
     /// The activations of the unknowns, in the order of [`Self::names`].
-    pub fn found(&self) -> Vec<f64> {
+    pub fn activations_found(&self) -> Vec<f64> {
         activations_of(&self.answer.x)
     }
 
     /// The 95 % interval of the activation of each unknown, with a common factor of stiffness left open; empty where there is no
     /// equilibrium at the answer.
     pub fn intervals_95(&self) -> Vec<[f64; 2]> {
-        let found = DVector::from_vec(self.found());
+        let found = DVector::from_vec(self.activations_found());
         self.response.as_ref().map_or_else(Vec::new, |response| response.intervals_95(&found))
     }
 
     /// Number of starts that converged to this answer: every activation differs by at most 0.05.
     pub fn ended_here(&self) -> usize {
-        let found = self.found();
+        let found = self.activations_found();
         self.starts.iter().filter(|e| e.converged && e.is_at(&found)).count()
     }
 
     /// Starts that ended at another answer (an activation differs by more than 0.05) with a misfit that is larger than the answer's by at
     /// most this part.
     pub fn others_as_good(&self, part: f64) -> impl Iterator<Item = &EndedSearch> {
-        let found = self.found();
+        let found = self.activations_found();
         let most = self.answer.misfit * (1.0 + part);
         self.starts.iter().filter(move |e| e.converged && e.misfit <= most && !e.is_at(&found))
     }
@@ -212,7 +212,8 @@ impl SpaceSearch {
     ) -> Result<SpaceFit, FitError> {
         let groups = searched(body, self.sides_apart);
         let mut observed = Observed::new(body);
-        let of_marks = seen.iter().map(|mark| observed.of(mark)).collect::<Result<Vec<_>, _>>()?;
+        let of_marks =
+            seen.iter().map(|mark| observed.observations_of(mark)).collect::<Result<Vec<_>, _>>()?;
         if !(self.prior_sd.is_finite() && self.prior_sd > 0.0) {
             let what = format!("the prior of activations has the standard deviation {}", self.prior_sd);
             return Err(FitError::Unknown { what });

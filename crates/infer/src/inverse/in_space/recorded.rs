@@ -88,9 +88,10 @@ impl Recorded {
         let mut frames = Vec::new();
         for one in seen {
             let by_coils = placed.as_ref().and_then(|p| p.by_coils.as_ref());
-            let seated = by_coils.map_or_else(|| (*one).clone(), |placement| placement.seated(one));
+            let seated =
+                by_coils.map_or_else(|| (*one).clone(), |placement| placement.with_coil_positions(one));
             frames.extend(one.frames.iter().map(|frame| {
-                let marks = marks(&seated, frame, &similarity);
+                let marks = space_marks(&seated, frame, &similarity);
                 (Some(one.name.clone()), SpaceFrame { time_s: Some(frame.time_s), marks })
             }));
         }
@@ -99,7 +100,7 @@ impl Recorded {
 }
 
 /// What was seen in a frame of a recording to which the body was brought by a similarity.
-fn marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Similarity) -> Vec<SpaceMark> {
+fn space_marks(seen: &AlignedRecording, frame: &AlignedFrame, similarity: &Similarity) -> Vec<SpaceMark> {
     let scale = similarity.scale();
     let contour: Vec<&Mark> = frame.contour.iter().flatten().collect();
     let crowded = crowding(&contour);

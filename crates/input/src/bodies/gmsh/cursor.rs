@@ -17,7 +17,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// The byte at which the next token begins.
-    pub fn at(&mut self) -> usize {
+    pub fn position(&mut self) -> usize {
         if !self.binary {
             self.skip_space();
         }

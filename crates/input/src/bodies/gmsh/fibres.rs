@@ -132,7 +132,7 @@ pub(super) fn view(cursor: &mut Cursor<'_>, section: &'static str, at: usize) ->
     }
     let mut vectors = BTreeMap::new();
     for _ in 0..entries {
-        let at = cursor.at();
+        let at = cursor.position();
         let tag = cursor.int("a node or element of a view")?;
         let mut vector = [0.0; 3];
         for c in &mut vector {

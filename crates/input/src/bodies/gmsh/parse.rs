@@ -149,7 +149,7 @@ fn once<T>(slot: &mut Option<T>, section: &'static str, at: usize, value: T) -> 
 
 /// Reads the header, and returns whether the format is 4.1 rather than 2.2.
 fn header(cursor: &mut Cursor<'_>) -> Parsed<bool> {
-    let at = cursor.at();
+    let at = cursor.position();
     let version = cursor.token("the version of the format")?;
     if !matches!(version, "4.1" | "2.2") {
         let found: String = version.chars().take(10).collect();
@@ -182,7 +182,7 @@ fn physical_names(
     names: &mut BTreeMap<(usize, i64), (String, usize)>,
 ) -> Parsed<()> {
     for _ in 0..cursor.count_in_text("the number of physical groups")? {
-        let at = cursor.at();
+        let at = cursor.position();
         let line = cursor.line("a physical group")?.trim();
         let parsed = || {
             let (dimension, rest) = line.split_once(char::is_whitespace)?;
@@ -205,7 +205,7 @@ fn physical_names(
 
 /// A tag or a count of format 2.2: a positive integer.
 fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Parsed<u64> {
-    let at = cursor.at();
+    let at = cursor.position();
     let number = cursor.int(what)?;
     match u64::try_from(number) {
         Ok(n) if n > 0 => Ok(n),
@@ -215,7 +215,7 @@ fn positive(cursor: &mut Cursor<'_>, what: &'static str) -> Parsed<u64> {
 
 /// Reads the position of a node whose tag begins at a byte.
 fn position(cursor: &mut Cursor<'_>, nodes: &mut GmshNodes, node: u64, tag_at: usize) -> Parsed<()> {
-    let at = cursor.at();
+    let at = cursor.position();
     let mut x = [0.0; 3];
     for c in &mut x {
         *c = cursor.real("a coordinate")?;
@@ -235,7 +235,7 @@ fn position(cursor: &mut Cursor<'_>, nodes: &mut GmshNodes, node: u64, tag_at: u
 fn nodes_2(cursor: &mut Cursor<'_>) -> Parsed<GmshNodes> {
     let mut nodes = BTreeMap::new();
     for _ in 0..cursor.count_in_text("the number of nodes")? {
-        let at = cursor.at();
+        let at = cursor.position();
         let node = positive(cursor, "node")?;
         position(cursor, &mut nodes, node, at)?;
     }
@@ -266,7 +266,7 @@ fn elements_2(cursor: &mut Cursor<'_>) -> Parsed<Vec<GmshElement>> {
         let follow = if first.is_none() { positive(cursor, "number of elements")? } else { 1 };
         let tags = cursor.int("the number of tags")?;
         for _ in 0..follow {
-            let at = cursor.at();
+            let at = cursor.position();
             let tag = first.map_or_else(|| positive(cursor, "element"), Ok)?;
             let mut group = 0;
             for nth in 0..tags {
@@ -320,7 +320,7 @@ fn nodes_4(cursor: &mut Cursor<'_>) -> Parsed<GmshNodes> {
         let parametric = cursor.int("0, or 1 for parametric coordinates")?;
         let mut tags = Vec::new();
         for _ in 0..cursor.size("the number of nodes of a block")? {
-            tags.push((cursor.at(), cursor.size("a node")?));
+            tags.push((cursor.position(), cursor.size("a node")?));
         }
         for (at, node) in tags {
             position(cursor, &mut nodes, node, at)?;
@@ -345,7 +345,7 @@ fn elements_4(cursor: &mut Cursor<'_>) -> Parsed<Vec<GmshElement>> {
         let entity = cursor.int("an entity")?;
         let kind = cursor.int("the type of the elements")?;
         for _ in 0..cursor.size("the number of elements of a block")? {
-            let at = cursor.at();
+            let at = cursor.position();
             let tag = cursor.size("an element")?;
             elements.push(element([kind, entity], tag, at, || cursor.size("a node"))?);
         }

@@ -186,9 +186,10 @@ impl<'a> SpaceAssembly<'a> {
             ));
         }
         let on_nodes = fibres.guides.is_empty() && !fibres.segments.is_empty();
-        let measure = match on_nodes {
-            true => longest_chain(&fibres.segments, mesh),
-            false => farthest(&region, &directions, mesh),
+        let measure = if on_nodes {
+            longest_chain(&fibres.segments, mesh)
+        } else {
+            farthest(&region, &directions, mesh)
         };
         let inside = mesh.in_tissue();
         let segment =

@@ -21,7 +21,7 @@ pub fn write<const D: usize>(mesh: &Mesh<D>, bones: &[Bone]) -> String {
     let bones: Vec<&Bone> = bones.iter().chain([&nameless]).filter(|b| !b.nodes.is_empty()).collect();
     let _ = writeln!(out, "$PhysicalNames\n{}", bones.len() + names.len() + 1);
     for (nth, bone) in bones.iter().enumerate() {
-        let of = if bone.name == "bone" { String::new() } else { format!(":{}", plain(&bone.name)) };
+        let of = if bone.name == "bone" { String::new() } else { format!(":{}", without_quotes(&bone.name)) };
         let _ = writeln!(out, "0 {} \"bone{of}\"", nth + 1);
     }
     for (nth, name) in names.iter().enumerate() {
@@ -111,12 +111,12 @@ fn bounds<'a, const D: usize>(nodes: impl Iterator<Item = &'a SVector<f64, D>>) 
 }
 
 /// A name without quotes and line ends.
-fn plain(name: &str) -> String {
+fn without_quotes(name: &str) -> String {
     name.chars().map(|c| if c == '"' || c.is_control() { '_' } else { c }).collect()
 }
 
 fn group_name(muscle: &str) -> String {
-    let name = plain(muscle);
+    let name = without_quotes(muscle);
     match Muscles::built_in().published(&name) {
         Some((_, spelling)) => spelling.to_owned(),
         None => format!("muscle:{name}"),

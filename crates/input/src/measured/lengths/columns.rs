@@ -79,12 +79,12 @@ impl LengthColumns {
         let mut lengths: Vec<LengthColumn> = fields.iter().filter_map(length).collect();
         lengths.sort_by_key(|length| length.field);
         let of_muscle =
-            cells.header.cells.iter().position(|name| MUSCLE.split(' ').any(|n| n == plain(name)));
+            cells.header.cells.iter().position(|name| MUSCLE.split(' ').any(|n| n == normalised(name)));
         if let Some(field) = of_muscle.filter(|_| lengths.len() < 2) {
             let (name, quoted) = (clip(cells.header.cell(field)), cells.header_quoted());
             let what = format!("column {name} names muscles, so that each has rows of its own; {quoted}");
             let help = "give each muscle a column and each subject and vowel one row, as in subject,vowel,GGa_mm,GGm_mm";
-            return Err(cells.at(&cells.header, field).error(what, help));
+            return Err(cells.place_of(&cells.header, field).error(what, help));
         }
         let (Some(subject), Some(vowel), false) = (subject, vowel, lengths.is_empty()) else {
             let missing = [
@@ -135,7 +135,7 @@ fn incomplete(missing: &[&str], cells: &TableLines<'_>) -> Malformed {
             what += &format!("; if column {:?} has lengths, its name must end with their unit", clip(name));
         }
     }
-    cells.at(&cells.header, cells.header.cells.len()).error(
+    cells.place_of(&cells.header, cells.header.cells.len()).error(
         format!("{what}; {}", cells.header_quoted()),
         "it must name, in any order, subject, vowel, and for each muscle its length with the unit, like \
          subject,vowel,GGa_mm,GGm_mm",
@@ -144,7 +144,7 @@ fn incomplete(missing: &[&str], cells: &TableLines<'_>) -> Malformed {
 
 /// What a column is of, with its unit (millimetres for those without).
 fn meaning(name: &str) -> Option<(ColumnMeaning, TableUnit)> {
-    let plain = plain(name);
+    let plain = normalised(name);
     let rank = |names: &str| names.split(' ').position(|n| n == plain);
     let id = rank(SUBJECT).map(ColumnMeaning::Subject).or_else(|| rank(VOWEL).map(ColumnMeaning::Vowel));
     if let Some(id) = id {
@@ -156,7 +156,7 @@ fn meaning(name: &str) -> Option<(ColumnMeaning, TableUnit)> {
 }
 
 /// The name in lower case with `_` between words, of the same number of bytes.
-fn plain(name: &str) -> String {
+fn normalised(name: &str) -> String {
     name.to_ascii_lowercase().replace([' ', '.', '-'], "_")
 }
 
@@ -176,7 +176,7 @@ fn quantity(name: &str) -> Option<(&str, TableUnit)> {
 
 /// The muscle of a column of half widths, given its name without the unit; empty for all muscles.
 fn half_width(quantity: &str) -> Option<&str> {
-    let plain = plain(quantity);
+    let plain = normalised(quantity);
     HALF_WIDTH.into_iter().find_map(|word| {
         let before = quantity.get(..plain.strip_suffix(word)?.len())?;
         let muscle = before.trim_end_matches(BETWEEN);

@@ -185,7 +185,7 @@ impl Reader<'_> {
                 let what = format!("{subject} /{vowel}/ is given twice, here and on line {first}");
                 let help = "keep one of the two lines, or tell repetitions apart, as in a1 and a2";
                 // The first of the two rows is used, so this one has no subject or vowel.
-                let fault = self.cells.at(line, 0).error(what, help);
+                let fault = self.cells.place_of(line, 0).error(what, help);
                 return data.broken.push(BrokenRow { subject: None, vowel: None, fault });
             }
             Err(fault) => fault,
@@ -208,7 +208,7 @@ impl Reader<'_> {
     ) -> Result<Lengths, Malformed> {
         let LengthColumns { subject, vowel, lengths, half_width, .. } = self.columns;
         self.cells.check_shape(line)?;
-        let at = |field: usize| self.cells.at(line, field);
+        let at = |field: usize| self.cells.place_of(line, field);
         let name = line.cell(*subject).to_owned();
         if name.is_empty() || name.contains(char::is_control) {
             let what = format!("the subject is {:?}", clip(&name));

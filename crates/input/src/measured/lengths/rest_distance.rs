@@ -66,7 +66,7 @@ pub fn shifted(data: &Dataset) -> Option<String> {
     let thesis = Thesis::reference().ok()?;
     let columns = Vec::from_iter(data.muscles().iter().enumerate().filter_map(|(n, name)| {
         let lengths = data.rows().iter().filter_map(|row| *row.lengths.length_mm.get(n)?);
-        Some((name, upper_median(lengths)?.ln(), thesis.of(name)?.rest_length_mm.ln()))
+        Some((name, upper_median(lengths)?.ln(), thesis.row(name)?.rest_length_mm.ln()))
     }));
     let count = columns.len();
     let spread = |by: usize| {

@@ -72,7 +72,7 @@ impl AlignedRecording {
     }
 
     /// The frames that show a point, by its number among the names, with their times.
-    pub(super) fn course(&self, point: usize) -> impl Iterator<Item = (f64, Mark)> {
+    pub(super) fn positions_over_time(&self, point: usize) -> impl Iterator<Item = (f64, Mark)> {
         self.frames.iter().filter_map(move |f| Some((f.time_s, f.all().nth(point)??)))
     }
 

@@ -113,7 +113,7 @@ fn parts_of(titles: &[csv::StringRecord], at: SourcePlace<'_>) -> Result<Vec<Bod
 
 /// Anatomical names of the keypoints of AAA's models; other parts keep their names.
 fn name_of(title: &str) -> String {
-    let plain = names::plain(title);
+    let plain = names::normalised(title);
     if let Some(n) = TONGUE.iter().position(|t| *t == plain) {
         return format!("tongue_{n}");
     }

@@ -158,7 +158,9 @@ impl<'a> PointCourses<'a> {
             (recording.contour.len() + recording.sensors.len(), recording.names().enumerate());
         let (tongue, bones): (Vec<_>, Vec<_>) = all.partition(|(point, _)| *point < points);
         let [courses, bones] = [tongue, bones].map(|all| {
-            let courses = all.into_iter().map(|(point, name)| PointTrack::new(name, recording.course(point)));
+            let courses = all
+                .into_iter()
+                .map(|(point, name)| PointTrack::new(name, recording.positions_over_time(point)));
             courses.filter(|c| c.marks.len() >= FEW).collect()
         });
         Self { recording, courses, bones }

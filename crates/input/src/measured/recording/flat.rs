@@ -52,9 +52,10 @@ impl<'a> Flat<'a> {
             }
             Some((Some(found), why)) if found != up.0 => {
                 let why = format!("{} leads upwards, but {why}", AXES[up.0]);
-                match map.stated().axes {
-                    true => Some(format!("{why}; if that is wrong, correct up in the map")),
-                    false => return Err(wrong(format!("{why}; {GIVE_UP}"))),
+                if map.stated().axes {
+                    Some(format!("{why}; if that is wrong, correct up in the map"))
+                } else {
+                    return Err(wrong(format!("{why}; {GIVE_UP}")));
                 }
             }
             _ => None,

@@ -14,7 +14,7 @@ use crate::measured::lengths::text::clip;
 use tongue_core::body::{HYOID, MANDIBLE};
 use tongue_core::geometry::{Point, Similarity};
 use tongue_core::statistics::{least_by, upper_median};
-use tongue_core::toml_text::{self, plain};
+use tongue_core::toml_text::{self, reworded};
 use tongue_core::{choice, limits};
 
 /// Standard deviation of a contour point, m: DeepLabCut keypoints on ultrasound (AAA's models: 0.93 mm from
@@ -281,7 +281,7 @@ fn entry(value: &toml::Value) -> Result<MapEntry, String> {
     let given: Result<TablePoint, toml::de::Error> = value.clone().try_into();
     let given = given.map_err(|e| {
         let key = e.to_string().replace(e.message(), "");
-        let told = format!("{} {}", toml_text::with_nearest(&plain(e.message())), key.trim());
+        let told = format!("{} {}", toml_text::with_nearest(&reworded(e.message())), key.trim());
         format!("{}; {ROLES}", told.trim_end())
     })?;
     let mut roles: Vec<Role> = Vec::new();
@@ -364,14 +364,14 @@ impl Map {
                 Role::Bone(bone) => format!("{{ bone = \"{bone}\" }}"),
                 _ => "\"ignore\"".to_owned(),
             };
-            let _ = writeln!(text, "{key} = {role}  # {}", course(recording, nth));
+            let _ = writeln!(text, "{key} = {role}  # {}", usual_place(recording, nth));
         }
         text
     }
 }
 
 /// Position of a channel in the middle of the recording, and how far it moves, in the unit of the file.
-fn course(recording: &Recording, channel: usize) -> String {
+fn usual_place(recording: &Recording, channel: usize) -> String {
     let places = recording.samples.iter().filter_map(|s| s.places[channel]);
     let middle: Option<Vec<f64>> = (0..3).map(|axis| upper_median(places.clone().map(|p| p[axis]))).collect();
     let Some(middle) = middle else { return "never seen".to_owned() };

@@ -38,7 +38,7 @@ pub(super) fn length(points: &[Point]) -> f64 {
 impl<'a> Measures<'a> {
     pub fn of(recording: &'a AlignedRecording) -> Self {
         let mut contour: Vec<_> = (0..recording.names().count())
-            .map(|p| median_point(recording.course(p).map(|(_, mark)| mark.at)))
+            .map(|p| median_point(recording.positions_over_time(p).map(|(_, mark)| mark.at)))
             .collect();
         let mut sensors = contour.split_off(recording.contour.len());
         let bones = sensors.split_off(recording.sensors.len());

@@ -35,7 +35,7 @@ const BESIDE_TONGUE: [&str; 7] =
     ["ui", "upperincisor", "upperincisors", "mandible", "v", "bn", "bridgeofnose"];
 
 /// A name in lower case without punctuation.
-pub(super) fn plain(channel: &str) -> String {
+pub(super) fn normalised(channel: &str) -> String {
     channel.chars().filter(|c| c.is_alphanumeric()).collect::<String>().to_lowercase()
 }
 
@@ -49,7 +49,7 @@ pub(super) fn role(channel: &str) -> Role {
     if number.is_some_and(|n| n.parse::<u32>().is_ok()) {
         return Role::Contour;
     }
-    match plain(channel).as_str() {
+    match normalised(channel).as_str() {
         name if COILS.contains(&name) => Role::Coil(None),
         name if INCISORS.contains(&name) || BESIDE_INCISORS.contains(&name) => {
             Role::Bone(MANDIBLE.to_owned())
@@ -60,7 +60,7 @@ pub(super) fn role(channel: &str) -> Role {
 
 /// The bone that a channel of this name shows.
 pub(super) fn bone(channel: &str) -> Option<&'static str> {
-    match plain(channel).as_str() {
+    match normalised(channel).as_str() {
         "hyoid" => Some(HYOID),
         "mentalspine" | "shorttendon" => Some(MANDIBLE),
         _ => None,
@@ -69,14 +69,14 @@ pub(super) fn bone(channel: &str) -> Option<&'static str> {
 
 /// Whether nothing is known of a channel of this name.
 pub(super) fn is_unknown(channel: &str) -> bool {
-    let name = plain(channel);
+    let name = normalised(channel);
     let is_beside = BESIDE_TONGUE.contains(&name.as_str()) || OF_HEAD.iter().any(|of| name.starts_with(of));
     role(channel) == Role::Ignored && lip(channel).is_none() && !is_beside
 }
 
 /// The place of a coil among those on a tongue, counted from the tip, by its usual name.
 pub(super) fn rank(channel: &str) -> Option<u32> {
-    let name = plain(channel);
+    let name = normalised(channel);
     match name.strip_prefix('t').and_then(|n| n.parse().ok()) {
         Some(number) => Some(number),
         None if is_tip(channel) => Some(1),
@@ -90,7 +90,7 @@ pub(super) fn rank(channel: &str) -> Option<u32> {
 }
 
 pub(super) fn lip(channel: &str) -> Option<bool> {
-    let name = plain(channel);
+    let name = normalised(channel);
     match name.as_str() {
         "ul" | "upperlip" | "ulip" | "lipupper" => Some(true),
         "ll" | "lowerlip" | "llip" | "liplower" => Some(false),
@@ -100,7 +100,7 @@ pub(super) fn lip(channel: &str) -> Option<bool> {
 
 /// Whether a channel of this name is in front of the tongue: a lip, an incisor or the jaw.
 pub(super) fn is_in_front(channel: &str) -> bool {
-    let plain = plain(channel);
+    let plain = normalised(channel);
     lip(channel).is_some() || INCISORS.iter().chain(&["ui", "upperincisor"]).any(|name| *name == plain)
 }
 
@@ -109,5 +109,5 @@ pub fn is_coil(channel: &str) -> bool {
 }
 
 pub(super) fn is_tip(channel: &str) -> bool {
-    TIPS.contains(&plain(channel).as_str())
+    TIPS.contains(&normalised(channel).as_str())
 }

@@ -99,7 +99,8 @@ impl AlignedRecording {
         }
         let by_contour = rise.filter(|_| of_bones.is_none());
         let by_contour = by_contour.map(|rise| if is_reversed { (0.0, rise.x) } else { (rise.x, 0.0) });
-        let apart = of_bones.or(by_contour).or_else(|| ends(&sensors, &roles, &recording.channels, &places));
+        let apart =
+            of_bones.or(by_contour).or_else(|| ends_of_coils(&sensors, &roles, &recording.channels, &places));
         if guessed && apart.is_none() && sensors.len() > 1 && contour.is_empty() {
             return Err(wrong(
                 "which axis leads to the back of the head is not known: no coil is called a tip and no bone was seen; give back = \
@@ -180,7 +181,7 @@ impl AlignedRecording {
 }
 
 /// The median x of the coil at the tip and of the coil farthest from it.
-fn ends(
+fn ends_of_coils(
     sensors: &[usize],
     roles: &[Role],
     channels: &[String],

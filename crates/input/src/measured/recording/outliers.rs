@@ -66,7 +66,7 @@ type Detector<'a> = &'a dyn Fn(&AlignedRecording, usize) -> Vec<FaultyPoints>;
 
 /// Removes implausible points from a recording and returns the faults. `palate`: a line of points from front
 /// to back, m.
-pub fn screen(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> RecordingFaults {
+pub fn remove_outliers(seen: &mut AlignedRecording, palate: Option<&[Point]>) -> RecordingFaults {
     let names: Vec<String> = seen.names().cloned().collect();
     let mut faults: RecordingFaults = vec![Vec::new(); seen.frames.len()];
     let exchanged =
@@ -160,9 +160,10 @@ fn has_jumped(seen: &AlignedRecording, frame: usize, point: usize) -> bool {
     else {
         return false;
     };
-    let (jump_m, fastest_m_s) = match point < seen.contour.len() + seen.sensors.len() {
-        true => (JUMP_M, FASTEST_M_S),
-        false => (BONE_JUMP_M, BONE_FASTEST_M_S),
+    let (jump_m, fastest_m_s) = if point < seen.contour.len() + seen.sensors.len() {
+        (JUMP_M, FASTEST_M_S)
+    } else {
+        (BONE_JUMP_M, BONE_FASTEST_M_S)
     };
     away > jump_m.max(fastest_m_s * nearest) + MOST_SD * here.sd
 }

@@ -54,7 +54,7 @@ impl DoubtList {
             return;
         }
         for (value, name) in found.into_iter().filter(|(value, _)| *value < least || *value > most) {
-            let said = words.replace("{value}", &shown(value)).replace("{name}", &name);
+            let said = words.replace("{value}", &three_digits(value)).replace("{name}", &name);
             self.doubts.push(Doubt { said: said.replace("{without_bones}", WITHOUT_BONES), severity });
             self.subjects.push(subject);
         }
@@ -173,7 +173,7 @@ impl DoubtList {
 const EXCHANGED: &str = "coils or bones that lie one behind the other are recorded one above the other: x and y seem to be exchanged; give back = \
      \"y\" and up = \"x\" in a map, with a minus before an axis that grows the other way";
 
-pub fn doubts(recording: &AlignedRecording) -> Vec<Doubt> {
+pub fn check_plausibility(recording: &AlignedRecording) -> Vec<Doubt> {
     let measures = Measures::of(recording);
     let mut told = DoubtList::default();
     for stage in [DoubtList::size, DoubtList::shape, DoubtList::motion] {
@@ -195,7 +195,7 @@ pub fn doubts(recording: &AlignedRecording) -> Vec<Doubt> {
 }
 
 /// A number with three digits that mean something.
-fn shown(value: f64) -> String {
+fn three_digits(value: f64) -> String {
     let decimals = (2 - value.abs().max(1e-9).log10().floor() as i32).clamp(0, 9) as usize;
     let text = format!("{value:.decimals$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }

@@ -140,7 +140,7 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
             (first_cells(id, r))
             td title=(r.verdict().unwrap_or_default()) { "/" (r.fit().target.baseline) "/" }
             @for m in muscles {
-                @match summary.and_then(|s| s.changes_n.of(m)) {
+                @match summary.and_then(|s| s.changes_n.get(m)) {
                     Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
                         (Certainty::of(change.probability_rises).text().replace(" harder", ""))
                         br;

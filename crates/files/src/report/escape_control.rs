@@ -5,19 +5,19 @@ use std::io::{self, Write};
 /// Writes UTF-8 with control characters escaped, such as `\u001b`. Line ends and tabs are kept. The escapes
 /// are those of JSON, so that JSON keeps its meaning.
 #[derive(Debug)]
-pub struct Clean<W: Write> {
+pub struct EscapeControl<W: Write> {
     out: W,
     /// The first bytes of an incomplete character.
     begun: Vec<u8>,
 }
 
-impl<W: Write> Clean<W> {
+impl<W: Write> EscapeControl<W> {
     pub fn new(out: W) -> Self {
         Self { out, begun: Vec::new() }
     }
 }
 
-impl<W: Write> Write for Clean<W> {
+impl<W: Write> Write for EscapeControl<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if self.begun.is_empty() && bytes.iter().all(|b| matches!(b, b' '..=b'~' | b'\n' | b'\t')) {
             self.out.write_all(bytes)?;
@@ -65,9 +65,9 @@ fn is_incomplete(bytes: &[u8]) -> bool {
 mod tests {
     use super::*;
 
-    fn clean(text: &str, cut: usize) -> String {
+    fn escaped(text: &str, cut: usize) -> String {
         let mut out = Vec::new();
-        let mut writer = Clean::new(&mut out);
+        let mut writer = EscapeControl::new(&mut out);
         text.as_bytes().chunks(cut).for_each(|part| writer.write_all(part).unwrap());
         String::from_utf8(out).unwrap()
     }
@@ -76,7 +76,7 @@ mod tests {
     fn commands_to_the_terminal_are_shown_and_not_obeyed() {
         let name = "\u{1b}]0;title\u{7}\u{9b}2J\r\u{202e}x\u{7f}";
         for cut in 1..=4 {
-            let text = clean(name, cut);
+            let text = escaped(name, cut);
             assert_eq!(text, r"\u001b]0;title\u0007\u009b2J\u000d\u202ex\u007f");
         }
     }
@@ -85,10 +85,10 @@ mod tests {
     fn everything_else_is_as_it_was_and_json_says_the_same() {
         let text = "| ɯ†  –\t|\n\u{1f445}";
         for cut in 1..=4 {
-            assert_eq!(clean(text, cut), text);
+            assert_eq!(escaped(text, cut), text);
         }
         let json = serde_json::to_string("\u{1b}[2J \u{9b} \u{7f}").unwrap();
-        let printed: String = serde_json::from_str(&clean(&json, 3)).unwrap();
+        let printed: String = serde_json::from_str(&escaped(&json, 3)).unwrap();
         assert_eq!(printed, "\u{1b}[2J \u{9b} \u{7f}");
     }
 }

@@ -52,7 +52,7 @@ pub struct Repeated {
 
 /// Repeatability of the courses in recordings.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Repeats {
+pub struct Repeatability {
     /// The tier whose labels repeat.
     pub tier: String,
     /// Labels that repeat, and how often each does.
@@ -61,10 +61,10 @@ pub struct Repeats {
 }
 
 /// Repeatability in recordings, each given by its frames and its labels, with courses of these muscles; `None` if no tier has two labels that repeat.
-pub fn repeats<'a>(
+pub fn repeatability<'a>(
     recordings: impl IntoIterator<Item = (&'a [Tracked], &'a [Label])>,
     muscles: &[String],
-) -> Option<Repeats> {
+) -> Option<Repeatability> {
     let measured = recordings.into_iter().map(|(frames, labels)| {
         let times = frames.iter().map(|f| f.time_s).collect();
         Repeatable {
@@ -76,7 +76,7 @@ pub fn repeats<'a>(
     repeated(&measured.collect::<Vec<_>>(), muscles)
 }
 
-fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Repeats> {
+fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Repeatability> {
     let labelled: Vec<_> = recordings.iter().map(|r| (r.times.clone(), r.labels)).collect();
     let (tier, groups) = distinguishing(&labelled, FEWEST_FRAMES).into_iter().next()?;
     let still = vec![0.0; recordings.len()];
@@ -109,7 +109,7 @@ fn repeated(recordings: &[Repeatable<'_>], muscles: &[String]) -> Option<Repeats
         }
     });
     let labels = groups.iter().map(|(name, all)| (name.clone(), all.len())).collect();
-    Some(Repeats { tier, labels, muscles: ByMuscle::new(muscles, measured) })
+    Some(Repeatability { tier, labels, muscles: ByMuscle::new(muscles, measured) })
 }
 
 /// The same repetitions with their labels exchanged at random.

@@ -46,11 +46,11 @@ impl<'a> Observed<'a> {
         Self { body, surface: None, midline: None }
     }
 
-    pub(super) fn of(&mut self, mark: &SpaceMark) -> Result<OfMark, FitError> {
+    pub(super) fn observations_of(&mut self, mark: &SpaceMark) -> Result<OfMark, FitError> {
         let SpaceMark { what, sd_m } = mark;
         let sd_m = *sd_m;
         if !(sd_m.is_finite() && sd_m > 0.0 && is_finite(what)) {
-            return wrong(format!("{} or its standard deviation is no number", told(what)));
+            return wrong(format!("{} or its standard deviation is no number", description(what)));
         }
         match what {
             Marked::Node { node, place } => {
@@ -60,11 +60,11 @@ impl<'a> Observed<'a> {
                 }
                 Ok(coordinates(|axis| NodePosition::node(*node, axis), &[0, 1, 2], place, sd_m))
             }
-            Marked::Surface(place) => Ok(vec![seen(Surface::new(self.surface(), *place), 0.0, sd_m)]),
+            Marked::Surface(place) => Ok(vec![observation(Surface::new(self.surface(), *place), 0.0, sd_m)]),
             Marked::Contour(place) => {
                 let midline = self.midline()?;
                 let contour = Contour::new(midline.curve.clone(), *place);
-                Ok(vec![seen(Midsagittal::new(midline.nodes.clone(), contour), 0.0, sd_m)])
+                Ok(vec![observation(Midsagittal::new(midline.nodes.clone(), contour), 0.0, sd_m)])
             }
             Marked::Coil { behind_tip_m, place } => {
                 let Midline { nodes, curve, tip } = self.midline()?;
@@ -93,13 +93,13 @@ impl<'a> Observed<'a> {
                     _ => Vec::new(),
                 };
                 let marks = sides.into_iter().enumerate().map(|(number, (length, rest))| match measure {
-                    LengthMeasure::Length(m) => Ok(seen(length, *m, sd_m)),
+                    LengthMeasure::Length(m) => Ok(observation(length, *m, sd_m)),
                     LengthMeasure::Stretch(stretch) => {
-                        Ok(seen(Stretch::new(length, rest), *stretch, sd_m / rest))
+                        Ok(observation(Stretch::new(length, rest), *stretch, sd_m / rest))
                     }
                     LengthMeasure::Ratio(ratio, _) => match over.get(number).or(over.first()) {
                         Some((other, rest)) => {
-                            Ok(seen(Ratio::new(length, other.clone()), *ratio, sd_m / rest))
+                            Ok(observation(Ratio::new(length, other.clone()), *ratio, sd_m / rest))
                         }
                         None => {
                             wrong(format!("nothing is known of the length that {muscle} is compared with"))
@@ -164,7 +164,7 @@ impl Midline {
     }
 }
 
-fn seen(observable: impl Observable<3> + 'static, measured: f64, sd: f64) -> Observation<3> {
+fn observation(observable: impl Observable<3> + 'static, measured: f64, sd: f64) -> Observation<3> {
     Observation::new(observable, measured).with_standard_deviation(sd)
 }
 
@@ -174,7 +174,7 @@ fn coordinates(
     place: &Vector3<f64>,
     sd_m: f64,
 ) -> OfMark {
-    axes.iter().map(|&axis| seen(point(Vector3::ith(axis, 1.0)), place[axis], sd_m)).collect()
+    axes.iter().map(|&axis| observation(point(Vector3::ith(axis, 1.0)), place[axis], sd_m)).collect()
 }
 
 fn is_finite(what: &Marked) -> bool {
@@ -192,7 +192,7 @@ fn is_finite(what: &Marked) -> bool {
     }
 }
 
-fn told(what: &Marked) -> String {
+fn description(what: &Marked) -> String {
     match what {
         Marked::Node { node, .. } => format!("the place of node {}", node + 1),
         Marked::Surface(_) => "a point of the surface".to_owned(),
@@ -210,7 +210,7 @@ pub(super) fn on_half(half: &Half, whole: &Body<3>, mark: &SpaceMark) -> Option<
     };
     let what = match &mark.what {
         Marked::Node { node, place } => {
-            let (node, place) = half.seen(*node, place)?;
+            let (node, place) = half.place_on_half(*node, place)?;
             Marked::Node { node, place }
         }
         Marked::Surface(place) => Marked::Surface(Vector3::new(place.x, -place.y.abs(), place.z)),
