@@ -3,7 +3,6 @@
 mod adapt;
 mod batch;
 mod body;
-mod body_file;
 mod choice;
 mod drive;
 mod fit;

@@ -16,11 +16,10 @@ use tongue_fit::track::{
     self, Frame, MOST_UNTRUSTED, TrackSettings, Tracked, course_summaries, held_out, is_untrusted,
 };
 
-use super::body_file::BodyFile;
 use super::choice::choice_among;
 use super::outcome::counted;
 use super::recordings::{self, GivenRecordings, Loaded, PriorArguments, Screened};
-use super::track_files::Done;
+use super::track_files::{BodyFile, Done};
 use super::track_sound::FORMANTS;
 use super::{
     Global, Outcome, body, output, recording_checks, space_track, track_files, track_run, track_sound,

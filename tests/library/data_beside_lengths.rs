@@ -1,8 +1,9 @@
 //! Muscle activity, contours and coils in one posterior with stretches: derivatives, what geometry does to them, and what they add.
 
 use nalgebra::{DMatrix, DVector, DVectorView};
+use tongue_core::random::normals;
 use tongue_core::statics::lanes::{Lanes, Load};
-use tongue_core::statistics::{mean_and_variance, normals};
+use tongue_core::statistics::mean_and_variance;
 use tongue_fit::body::{Body, ContinuumSettings, Mesh};
 use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{self, Format, Map, Recording};

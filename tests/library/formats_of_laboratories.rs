@@ -4,10 +4,9 @@ use tongue_fit::measured::recording::{AlignedRecording, Format, Map, Recording};
 use tongue_input::measured::recording::Times;
 
 use crate::recordings::{
-    AAA, AG501, CON, DLC, aligned, est, fan_row, files, headerless_pos, matlab, mocha, mview, near, pos,
-    read, refused, seen, txy, wave,
+    AAA, AG501, CON, DLC, est, fan_row, files, headerless_pos, matlab, mocha, mview, pos, txy, wave,
 };
-use crate::recordings_are_read::AAA as WITH_BONES;
+use crate::recordings_are_read::{AAA as WITH_BONES, aligned, near, read, refused, seen};
 
 /// Of each file its format, channels, times, s, and places by frame and channel.
 const EXPECTED: &str = "\

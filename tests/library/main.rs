@@ -53,5 +53,4 @@ mod fixtures;
 mod recordings;
 
 #[path = "../fixtures/synthetic.rs"]
-#[allow(dead_code, reason = "the calibrations take more of it")]
 mod synthetic;

@@ -81,6 +81,7 @@ fn a_spacing_out_of_range_is_refused_with_the_range() {
     for h in [0.0, -5.5e-3, f64::NAN, f64::INFINITY, 5.5, 1e-5] {
         fixtures::says(build(&anatomy, h), "the mesh spacing; 0.20 to 15.0 mm");
     }
+    fixtures::says(build(&anatomy, 2.1e-4), "the number of nodes of the body in the plane; to 60000");
 }
 
 /// A unit square of two triangles with one muscle along its diagonal.

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
-use tongue_core::statistics::normals;
+use tongue_core::random::normals;
 use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::{Dataset, Target};

@@ -6,8 +6,8 @@ use tongue_fit::geometry::Point;
 use tongue_fit::measured::recording::{AlignedRecording, Map, Recording};
 use tongue_input::measured::recording::WITHOUT_BONES;
 
-use crate::recordings::{aligned, read};
 use crate::recordings_are_plausible::{Frames, fastrand, recording, tongue};
+use crate::recordings_are_read::{aligned, read};
 
 const HYOID: usize = 11;
 

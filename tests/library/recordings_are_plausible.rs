@@ -8,7 +8,7 @@ use tongue_fit::measured::recording::{
 
 use tongue_input::measured::recording::Label;
 
-use crate::recordings::{aligned, read, seen};
+use crate::recordings_are_read::{aligned, read, seen};
 
 use Severity::{Note, Refused, Untrusted};
 use std::f64::consts::TAU;

@@ -1,15 +1,35 @@
 //! Recordings of every format are read, and their faults are reported with their place.
 
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{AlignedRecording, FaultKind, Recording, remove_outliers};
+use tongue_fit::measured::recording::{AlignedRecording, FaultKind, Map, Recording, remove_outliers};
 use tongue_input::measured::recording::text_grid;
 
 use crate::other_tables_are_read::TEXT_GRID;
-use crate::recordings::{near, read, refused, seen};
 
 pub const AAA: &str = "Client family name\tDate Time of recording\tTime of sample in recording\tPrompt\tX0 DLC_Tongue\tY0 DLC_Tongue\t\
     X1 DLC_Tongue\tY1 DLC_Tongue\tX0 DLC_HyoidMandible\tY0 DLC_HyoidMandible\tX1 DLC_HyoidMandible\tY1 DLC_HyoidMandible\t\
     X0 DLC_ShorttendonMandible\tY0 DLC_ShorttendonMandible\tX1 DLC_ShorttendonMandible\tY1 DLC_ShorttendonMandible\n";
+
+pub fn read(bytes: &[u8], origin: &str) -> Vec<Recording> {
+    Recording::from_bytes(bytes, origin, None).unwrap()
+}
+
+pub fn refused(bytes: &[u8], origin: &str) -> String {
+    Recording::from_bytes(bytes, origin, None).unwrap_err().to_string()
+}
+
+pub fn aligned(recording: &Recording, map: &str) -> Result<AlignedRecording, String> {
+    AlignedRecording::new(recording, &Map::from_toml(map, "m.toml").unwrap()).map_err(|e| e.to_string())
+}
+
+pub fn seen(recording: &Recording, map: &str) -> AlignedRecording {
+    aligned(recording, map).unwrap()
+}
+
+/// Whether a point is there, m.
+pub fn near(a: Option<Point>, b: [f64; 2]) -> bool {
+    a.is_some_and(|a| (a - Point::from(b)).norm() < 1e-9)
+}
 
 #[test]
 fn aaa_tables_part_into_recordings_and_need_no_map() {

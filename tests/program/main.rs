@@ -36,3 +36,6 @@ mod terminal_manners;
 mod track_command;
 mod track_speakers;
 mod validate_command;
+
+#[path = "../fixtures/program.rs"]
+mod program;

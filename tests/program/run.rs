@@ -1,25 +1,14 @@
-//! Starts the program as a user does.
+//! What runs of the program leave and say.
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+#[cfg(unix)]
+use std::process::Command;
 
+#[cfg(unix)]
 use assert_cmd::cargo::cargo_bin;
 use serde_json::Value;
 
-/// Status and output of a run.
-pub struct Done {
-    pub status: Option<i32>,
-    pub out: String,
-    pub err: String,
-}
-
-impl From<Output> for Done {
-    fn from(output: Output) -> Self {
-        let [out, err] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-        assert!(!err.contains("panicked"), "{err}");
-        Self { status: output.status.code(), out, err }
-    }
-}
+pub use crate::program::{Done, names, program, run};
 
 impl Done {
     /// The record that `--json` prints, whatever the status.
@@ -31,23 +20,6 @@ impl Done {
     pub fn message(&self) -> String {
         self.err.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
     }
-}
-
-/// The program with the words of a line; a word with spaces is put in apostrophes.
-pub fn program(folder: &Path, line: &str) -> Command {
-    let mut command = Command::new(cargo_bin("tongue-fit"));
-    for (number, part) in line.split('\'').enumerate() {
-        match number % 2 {
-            0 => command.args(part.split_whitespace()),
-            _ => command.arg(part),
-        };
-    }
-    command.current_dir(folder).stdin(Stdio::null());
-    command
-}
-
-pub fn run(folder: &Path, line: &str) -> Done {
-    program(folder, line).output().unwrap().into()
 }
 
 /// Runs a line of the shell in which `$TONGUE_FIT` is the program; all output together.
@@ -79,14 +51,6 @@ pub fn sources(folder: &str) -> Vec<(String, String)> {
         false => vec![(path.display().to_string(), std::fs::read_to_string(path).unwrap())],
     };
     paths.flat_map(of).collect()
-}
-
-/// Names of the files in a folder, in order; none if there is no folder.
-pub fn names(folder: &Path) -> Vec<String> {
-    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
-    let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
-    names.sort();
-    names
 }
 
 /// Number of files and folders in a folder and those in it.

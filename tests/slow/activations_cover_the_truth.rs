@@ -3,8 +3,8 @@
 use fastrand::Rng;
 use nalgebra::Vector3;
 use tongue_core::body::Body;
+use tongue_core::random::normal;
 use tongue_core::statics::{self, SolveSettings, SolveStatus, Workspace};
-use tongue_core::statistics::normal;
 use tongue_core::system::{SpaceModel, System};
 use tongue_infer::inverse::FitSettings;
 use tongue_infer::inverse::in_space::SpaceSearch;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use assert_cmd::cargo::CommandCargoExt;
 
-use crate::run::names;
+use crate::program::names;
 
 const FILES: [&str; 5] = ["batch.html", "batch.json", "fits.csv", "muscles.csv", "tensions.svg"];
 const REFERENCE: &str = include_str!("../../targets/takano2007_lengths.csv");

@@ -25,12 +25,10 @@ mod inputs;
 mod fixtures;
 
 #[path = "../fixtures/recordings.rs"]
-#[allow(dead_code, reason = "the tests of the library take more of it")]
 mod recordings;
 
-#[path = "../program/run.rs"]
-#[allow(dead_code, reason = "the tests of the program take more of it")]
-mod run;
+#[path = "../fixtures/program.rs"]
+mod program;
 
 #[path = "../fixtures/speakers.rs"]
 mod speakers;

@@ -2,7 +2,7 @@
 //! another one than the body of the fit: other ends of muscles, outline and compressibility, in a continuum other
 //! widths of muscles and patches of bones, and another mesh where a test says so.
 
-use tongue_core::statistics::{normal, normals, seed_of};
+use tongue_core::random::{normal, normals, seed_of};
 use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::system::{Model, System};
 use tongue_fit::{MM, parallel};

@@ -1,7 +1,7 @@
 //! A posterior is as sure as it says: simulation-based calibration of the sampler (Talts and others 2018), and the dependence of signs on
 //! the prior.
 
-use tongue_core::statistics::{normals, seed_of};
+use tongue_core::random::{normals, seed_of};
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::Dataset;
 use tongue_fit::parallel;

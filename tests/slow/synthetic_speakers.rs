@@ -1,8 +1,8 @@
 //! Speakers whose tensions are known, drawn from the priors of a posterior, and what is measured of them.
 
 use nalgebra::DMatrix;
+use tongue_core::random::normals;
 use tongue_core::statics::lanes::{Lanes, Load};
-use tongue_core::statistics::normals;
 use tongue_fit::MM;
 use tongue_fit::body::Body;
 use tongue_fit::statics::{self, SolveStatus};

@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 use nalgebra::DVector;
 use tongue_core::geometry::NaturalSpline;
 use tongue_core::observe::TongueSurface;
-use tongue_core::statistics::normal;
+use tongue_core::random::normal;
 use tongue_fit::adapt::{AdaptationInput, RestShapeMethod, followed};
 use tongue_fit::body::{Body, HYOID};
 use tongue_fit::geometry::Point;

@@ -12,6 +12,7 @@ pub mod limits;
 pub mod material;
 pub mod observe;
 pub mod parallel;
+pub mod random;
 pub mod sparse;
 pub mod statics;
 pub mod statistics;

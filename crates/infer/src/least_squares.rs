@@ -7,18 +7,21 @@ use nalgebra::{DMatrix, DVector};
 pub(crate) struct Rule {
     /// Largest number of steps, refused ones included.
     pub steps: usize,
-    /// The search ends before a step in which no unknown changes by more than this, or that promises to reduce the cost by less than that.
+    /// The search ends before a step that changes no unknown by more than this.
     pub arrived: f64,
+    /// It ends before a step that promises to reduce the cost by less than this ([`TrialStep::promised`]).
     pub promised: f64,
     /// It ends after a step that reduced the cost by less than this part of it.
     pub won: f64,
-    /// Damping of the first step, smallest after a refused step, and largest with which the search goes on.
+    /// Damping of the first step.
     pub first: f64,
+    /// Smallest damping after a refused step.
     pub least: f64,
+    /// The search gives up where the damping is larger than this.
     pub most: f64,
-    /// Factor of the damping after a step of which no decrease was promised.
+    /// Factor of the damping after a step that was taken and had promised nothing.
     pub less: f64,
-    /// The same after a refused step, and the factor of this factor until a step is taken.
+    /// Factor of the damping after a refused step, and the factor by which that factor grows with every further step that is refused.
     pub more: (f64, f64),
 }
 
@@ -42,8 +45,8 @@ pub(crate) struct TrialStep<S> {
     pub by: S,
     /// Largest change of an unknown.
     pub size: f64,
-    /// By how much a quadratic model of the cost decreases, if that is known: a step that wins less than a thousandth of it is refused, and
-    /// the damping follows the ratio of the two (Nielsen 1999).
+    /// By how much a quadratic model of the cost decreases with this step, if that is known. A step is then refused that reduces the cost by
+    /// less than a thousandth of it, and the damping follows the ratio of the two (Nielsen 1999).
     pub promised: Option<f64>,
     /// Whether the search ends if the step is taken.
     pub is_last: bool,
@@ -69,12 +72,13 @@ impl TrialStep<DVector<f64>> {
 pub(crate) struct Descended<P> {
     pub here: P,
     pub steps: usize,
-    /// Whether the steps became negligible without damping, rather than too many or too much damped.
+    /// Whether the search ended by itself, and not because there were too many steps or too much damping.
     pub converged: bool,
 }
 
-/// Descends from a point. `step` gives the step with a damping, `None` where the damped second derivative is not positive definite; `moved`
-/// gives the point after a step, `None` where it cannot be.
+/// Searches for the least `cost` from the point `here`. `step` gives the step from a point with a damping, `None` where the damped second
+/// derivative is not positive definite. `moved` gives the point after a step, `None` where there is none. A step is refused where either
+/// is `None` or the cost does not decrease.
 pub(crate) fn descend<P, S>(
     mut here: P,
     rule: &Rule,

@@ -11,12 +11,46 @@
 
 mod acoustics;
 pub mod chain;
-mod error;
 pub mod formants;
 pub mod profile;
 pub mod voice;
 
 pub use acoustics::{Acoustics, Air, WallImpedance};
 pub use chain::Section;
-pub use error::TractError;
 pub use formants::Formant;
+
+/// Why the areas or the formants of a tract cannot be computed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum TractError {
+    /// A number of the file or of the posture is out of range.
+    #[error("{0}")]
+    Bad(String),
+    /// The tongue passes through the outer wall: the wall's name, where (m), and by how much (m).
+    #[error(
+        "the inner wall (tongue, lower teeth or larynx) touches or passes through the {0} at {at}, by {by:.1} mm: there is no airway to \
+         compute a vowel of",
+        at = mm(.1),
+        by = .2 * 1e3
+    )]
+    Through(String, [f64; 2], f64),
+    /// The wall's name and where, m.
+    #[error("no inner wall is opposite to the {0} at {at}: the line across meets neither tongue nor floor", at = mm(.1))]
+    Open(String, [f64; 2]),
+    /// The wall's name and where, m.
+    #[error(
+        "walls cross: lines across the airway meet at {at} before they reach the wall opposite to the {0}",
+        at = mm(.1)
+    )]
+    Crossed(String, [f64; 2]),
+    #[error("the tract has no sections")]
+    Empty,
+    #[error("section {0} of the tract, counted from the glottis, has no positive length or area")]
+    Closed(usize),
+    /// A pole, counted from 1, was lost on the way.
+    #[error("formant {0} of the tract could not be found")]
+    NotFound(usize),
+}
+
+fn mm(p: &[f64; 2]) -> String {
+    format!("({:.1}, {:.1}) mm", p[0] * 1e3, p[1] * 1e3)
+}

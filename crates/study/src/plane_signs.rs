@@ -7,7 +7,7 @@ use tongue_core::body::{Anatomy, Body, DEFAULT_SPACING_M, HYOID, MANDIBLE};
 use tongue_core::geometry::Point;
 use tongue_core::observe::TongueSurface;
 use tongue_core::parallel;
-use tongue_core::statistics::{normal, seed_of};
+use tongue_core::random::{normal, seed_of};
 use tongue_core::system::{Model, SpaceModel, System};
 use tongue_files::run::TrackRun;
 use tongue_infer::adapt::{AdaptationInput, RestShapeMethod, mark_of};

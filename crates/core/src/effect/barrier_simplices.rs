@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex::{self, Corners, LARGEST_LOSS, MAX_CORNERS};
 
-use super::spring;
+use super::barrier::THRESHOLD;
 
 /// An edge of a guarded simplex: its nodes in the element, and how each counts.
 type SimplexEdge = [(usize, f64); 3];
@@ -99,7 +99,7 @@ const SURE: f64 = 1.0 + 1e-9;
 /// Whether an element of this measure at rest is a triangle in which no barrier acts, in spite of rounding.
 #[inline(always)]
 pub(super) fn is_free<const D: usize>(measure: f64, x: &SimplexNodes<D>) -> bool {
-    let least = 2.0 * measure * spring::THRESHOLD * SURE;
+    let least = 2.0 * measure * THRESHOLD * SURE;
     D == 2 && measures(&halves(x)).iter().all(|m| *m > least)
 }
 
@@ -132,7 +132,7 @@ impl<const D: usize> BarrierSimplex<'_, D> {
     pub fn ratio(&self) -> Option<f64> {
         let ratio = simplex::measure(&self.corners) / self.rest;
         // NaN counts as inverted.
-        (ratio < spring::THRESHOLD || ratio.is_nan()).then_some(ratio)
+        (ratio < THRESHOLD || ratio.is_nan()).then_some(ratio)
     }
 
     /// The coefficient of a node of the element in each of the edges.

@@ -7,7 +7,7 @@ use crate::body::Strand;
 use crate::geometry::quadratic::MAX_NODES;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-use super::spring::{THRESHOLD, barrier};
+use super::barrier::{THRESHOLD, barrier};
 use super::{Configuration, Effect, Internal, Tangent};
 
 /// Pairs of nodes of an element, each node with itself among them.

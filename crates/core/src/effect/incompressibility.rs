@@ -7,7 +7,7 @@ use crate::body::Cells;
 use crate::geometry::simplex::{self, Corners, MAX_CORNERS};
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
-use super::spring::{self, barrier};
+use super::barrier::{self, barrier};
 use super::{Configuration, Effect, PrimitiveElement, Tangent};
 
 /// `W = 1/2 kappa ((S - S0)/S0)²` for every cell, `S` its *signed* area (2D; eq. 3.28) or volume (3D; eq.
@@ -97,7 +97,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
                 let x = c.corners(at.positions);
                 let strain = (simplex::measure(&x) - c.rest) / c.rest;
                 let square = strain * strain;
-                if strain < spring::THRESHOLD - 1.0 {
+                if strain < barrier::THRESHOLD - 1.0 {
                     square + 2.0 * barrier(strain + 1.0).value
                 } else {
                     square
@@ -112,7 +112,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
             let x = c.corners(at.positions);
             let measure = simplex::measure(&x);
             let mut pressure = -self.kappa * (measure - c.rest) / (c.rest * c.rest);
-            if measure < spring::THRESHOLD * c.rest {
+            if measure < barrier::THRESHOLD * c.rest {
                 pressure -= self.kappa * barrier(measure / c.rest).slope / c.rest;
             }
             let gradient = simplex::gradient(&x);
@@ -130,7 +130,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
             let mut scale = self.kappa / (c.rest * c.rest);
             let measure = simplex::measure(&x);
             let mut bend = scale * (measure - c.rest);
-            if measure < spring::THRESHOLD * c.rest {
+            if measure < barrier::THRESHOLD * c.rest {
                 let b = barrier(measure / c.rest);
                 bend += scale * c.rest * b.slope;
                 scale += scale * b.curvature;
@@ -164,7 +164,7 @@ impl<const D: usize> Effect<D> for Incompressibility<D> {
     fn barrier_active(&self, at: Configuration<'_, D>) -> usize {
         let flat = self.cells.iter().filter(|c| {
             let x = c.corners(at.positions);
-            simplex::measure(&x) < spring::THRESHOLD * c.rest
+            simplex::measure(&x) < barrier::THRESHOLD * c.rest
         });
         flat.count()
     }

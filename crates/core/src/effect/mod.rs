@@ -18,6 +18,7 @@
 //! are constraints and belong to the [system](crate::system).
 
 mod attachment;
+pub mod barrier;
 mod barrier_simplices;
 mod connections;
 mod contact;
@@ -137,7 +138,7 @@ pub trait Effect<const D: usize>: Debug + Send + Sync {
         false
     }
 
-    /// Number of elements that are compressed so far that the barrier ([`spring::barrier()`]) acts in them. Their law is no
+    /// Number of elements that are compressed so far that the barrier ([`barrier::barrier()`]) acts in them. Their law is no
     /// longer the published one.
     fn barrier_active(&self, _at: Configuration<'_, D>) -> usize {
         0

@@ -6,8 +6,8 @@ use crate::geometry::quadratic::{self, MAX_NODES};
 use crate::geometry::simplex;
 use crate::sparse::{BlockMatrix, Pattern, Slot};
 
+use super::barrier::barrier;
 use super::barrier_simplices::{BarrierSimplex, BarrierSimplices, SimplexNodes, is_free, may_go};
-use super::spring::barrier;
 use super::{Configuration, Effect, Tangent};
 
 /// A [`barrier()`] at the corners of a quadratic element and in the linear parts into which its nodes divide

@@ -5,7 +5,7 @@ use tongue_core::body::{Body, HYOID, MANDIBLE};
 use tongue_core::effect::{Contact, Effect};
 use tongue_core::geometry::Similarity;
 use tongue_core::observe::TongueSurface;
-use tongue_core::statistics::seed_of;
+use tongue_core::random::seed_of;
 use tongue_core::system::{self, Additions, System};
 use tongue_infer::adapt::{self, Adaptation, AdaptationInput, Placement, RegistrationData, RestShapeMethod};
 use tongue_infer::inverse::MovableBone;

@@ -124,7 +124,7 @@ fn effective(chains: &[Vec<f64>]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tongue_core::statistics::normal;
+    use tongue_core::random::normal;
 
     fn autoregressive(chains: usize, n: usize, rho: f64, shift: f64) -> Vec<Vec<f64>> {
         let mut random = fastrand::Rng::with_seed(4);

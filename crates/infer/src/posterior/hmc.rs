@@ -11,8 +11,8 @@ use std::ops::Range;
 use nalgebra::DVector;
 
 use tongue_core::parallel;
+use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
-use tongue_core::statistics::{normals, seed_of};
 
 use super::warm_up::DualAveraging;
 pub use super::warm_up::Whitened;

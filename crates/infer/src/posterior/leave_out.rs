@@ -14,7 +14,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use tongue_core::parallel;
-use tongue_core::statistics::{normals, seed_of};
+use tongue_core::random::{normals, seed_of};
 
 use super::PosteriorError;
 use super::density::Density;

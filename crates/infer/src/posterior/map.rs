@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::least_squares::{Rule, TrialStep, descend};
 use tongue_core::parallel;
+use tongue_core::random::{normals, seed_of};
 use tongue_core::statics::lanes::LANES;
-use tongue_core::statistics::{normals, seed_of};
 
 use super::PosteriorError;
 use super::density::Density;

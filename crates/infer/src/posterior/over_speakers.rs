@@ -119,7 +119,7 @@ fn student_95(degrees: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tongue_core::statistics;
+    use tongue_core::random;
 
     #[test]
     fn the_quantiles_are_those_of_students_table() {
@@ -136,8 +136,8 @@ mod tests {
             let held = (0..TRIALS).filter(|_| {
                 let estimates: Vec<f64> = Vec::from_iter((0..speakers).map(|_| {
                     let sd = 1.0 + 4.0 * random.f64();
-                    let own = 2.0 + between * statistics::normal(&mut random);
-                    own + sd * statistics::normal(&mut random)
+                    let own = 2.0 + between * random::normal(&mut random);
+                    own + sd * random::normal(&mut random)
                 }));
                 let [low, high] = population_mean(&estimates).1.unwrap();
                 (low..=high).contains(&2.0)

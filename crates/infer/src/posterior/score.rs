@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 use serde::Serialize;
 
-use tongue_core::statistics::normal;
+use tongue_core::random::normal;
 
 use super::density::Density;
 use super::quantiles::{Quantiles, effective};

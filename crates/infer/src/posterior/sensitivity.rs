@@ -117,7 +117,7 @@ fn distance(values: &[f64], weights: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use tongue_core::statistics::normal;
+    use tongue_core::random::normal;
 
     /// Sensitivity of a normal quantity with prior N(0, 1) and one measurement of it; both are known exactly.
     fn of_measurement(measured: f64, sd: f64) -> [f64; 2] {

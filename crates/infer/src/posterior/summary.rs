@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use tongue_core::statistics::{normal, seed_of};
+use tongue_core::random::{normal, seed_of};
 use tongue_input::measured::ByMuscle;
 
 use super::PosteriorError;

@@ -4,7 +4,7 @@
 //! session has draws of its own, so these errors do not cancel between sessions.
 
 use serde::Serialize;
-use tongue_core::statistics::seed_of;
+use tongue_core::random::seed_of;
 use tongue_input::measured::ByMuscle;
 use tongue_input::measured::recording::{AlignedRecording, Label};
 

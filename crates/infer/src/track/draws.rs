@@ -22,7 +22,7 @@ use super::eliminate::{Eliminated, WINDOW, windows};
 use super::shape::RestShape;
 use super::shape_jacobian::ShapeJacobian;
 use super::smoother::{SmoothedRecording, Smoother};
-use tongue_core::{parallel, statistics};
+use tongue_core::{parallel, random};
 
 /// Draws of a window of frames.
 pub(super) struct WindowDraws {
@@ -100,8 +100,8 @@ impl Sampler<'_, '_> {
 
     /// The state of a batch of draws before the first window.
     fn batch(&self, number: usize, windows: &[Range<usize>]) -> DrawBatch {
-        let seed = statistics::seed_of(!self.mode.settings.seed, self.number);
-        let mut random = Rng::with_seed(statistics::seed_of(seed, number));
+        let seed = random::seed_of(!self.mode.settings.seed, self.number);
+        let mut random = Rng::with_seed(random::seed_of(seed, number));
         let mut generators = Vec::with_capacity(windows.len());
         for window in windows {
             generators.push(random.clone());
@@ -128,7 +128,7 @@ impl Sampler<'_, '_> {
     ) -> Vec<DMatrix<f64>> {
         let n = self.mode.sizes.state();
         let mut noise: Vec<DMatrix<f64>> = Vec::from_iter(window.clone().map(|_| {
-            let mut half = DMatrix::from_fn(n, BATCH / 2, |_, _| statistics::normal(&mut random));
+            let mut half = DMatrix::from_fn(n, BATCH / 2, |_, _| random::normal(&mut random));
             half = half.resize_horizontally(BATCH, 0.0);
             let mirrored = -half.columns(0, BATCH / 2).into_owned();
             half.columns_mut(BATCH / 2, BATCH / 2).copy_from(&mirrored);
@@ -240,7 +240,7 @@ fn hidden(
         let expected = basis.tr_mul(&errors_at);
         (0..x.ncols())
             .map(&mut |d| {
-                let error = expected[(0, d)] + sd_mm * statistics::normal(random);
+                let error = expected[(0, d)] + sd_mm * random::normal(random);
                 (error - there[(i, d)]) as f32
             })
             .collect()
@@ -325,11 +325,11 @@ impl SharedPosterior {
         let batches = mode.settings.draws.div_ceil(BATCH).max(1);
         let mut out = DMatrix::zeros(all, batches * BATCH);
         for batch in 0..batches {
-            let mut random = Rng::with_seed(statistics::seed_of(mode.settings.seed, batch));
+            let mut random = Rng::with_seed(random::seed_of(mode.settings.seed, batch));
             for draw in 0..BATCH / 2 {
-                let mut by = statistics::normals(all, &mut random);
+                let mut by = random::normals(all, &mut random);
                 factor.l_dirty().tr_solve_lower_triangular_mut(&mut by);
-                let mut by_error = statistics::normals(k, &mut random);
+                let mut by_error = random::normals(k, &mut random);
                 if let Some(error) = &error {
                     error.l_dirty().tr_solve_lower_triangular_mut(&mut by_error);
                 }

@@ -1,8 +1,12 @@
-//! Held-out points, predicted by the model and by other methods: a spline through the other points, principal components, and a Gaussian
-//! of the speaker's other recordings. Two of these methods know this speaker's points and nothing else. The purpose of the model is to
-//! find tensions, not to interpolate, but results in which it is worse are reported too.
+//! Held-out points, predicted by the model and by methods without mechanics. The purpose of the model is to find tensions, not to
+//! interpolate, but results in which it is worse are reported too.
 //!
-//! All methods are compared by the distance of the hidden point from the contour that they predict.
+//! - Points of a contour are predicted by a natural spline through the other points, and by principal components and a Gaussian of the
+//!   speaker's recordings. The error is the distance of the hidden point from the predicted contour.
+//! - Coils are predicted by their mean place, by the straight line between the coils beside them, and by a Gaussian of the speaker's
+//!   recordings. The error is the distance from the predicted place.
+//!
+//! What is learned of a speaker comes from his or her other recordings, or from the same one if there is no other.
 
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -16,16 +20,17 @@ use super::Tracked;
 const COMPONENTS: usize = 4;
 /// Length by which a contour is extended in a straight line beyond its last point, m: hidden tips lie there.
 const BEYOND_M: f64 = 30e-3;
-/// Part of the largest variance that is added to each variance, so that a Gaussian of few frames can be solved.
+/// This part of the largest variance is added to every variance, so that the covariance of few frames can be inverted.
 const RIDGE: f64 = 1e-3;
 
-/// Accuracy of one method for hidden points.
+/// Errors of one method.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct BaselinePredictor {
     pub name: String,
+    /// Number of hidden points in all frames.
     pub points: usize,
     pub median_mm: f64,
-    /// Root mean square distance, mm.
+    /// Root mean square error, mm.
     pub pooled_mm: f64,
 }
 
@@ -33,7 +38,7 @@ pub struct BaselinePredictor {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HeldOut {
     pub points: Vec<String>,
-    /// The recordings from which the other methods learned: `others` (leave one recording out), or `the same` if there is only one.
+    /// Where the other methods learned from: `other recordings`, or `the same recording` if there is only one.
     pub trained_on: &'static str,
     /// The methods, the model first.
     pub opponents: Vec<BaselinePredictor>,
@@ -102,7 +107,8 @@ fn opponents(seen: &[&AlignedRecording], tracked: &[&[Tracked]], hide: &[String]
     all.into_iter().flatten().collect()
 }
 
-/// Error of every hidden point, m. Both coordinates of a coil are hidden and follow each other.
+/// The model's error of every hidden point, m. A coil stands there twice, once for each coordinate; its error is the length of
+/// both.
 fn missed(frame: &Tracked) -> Vec<f64> {
     let mut out: Vec<(&str, f64)> = Vec::new();
     for hidden in &frame.hidden {
@@ -114,8 +120,8 @@ fn missed(frame: &Tracked) -> Vec<f64> {
     out.into_iter().map(|(_, far)| far).collect()
 }
 
-/// Errors, m, of three predictions of hidden coils: the speaker's mean place, the straight line between the coils beside it (divided as the
-/// means are), and a Gaussian of the speaker's coils given the others.
+/// Errors, m, of three predictions of hidden coils: their mean place, the straight line between the coils beside them, divided as it is
+/// between the mean places, and the mean of a Gaussian given the other coils.
 fn of_coils(seen: &[&AlignedRecording], hide: &[String]) -> [Vec<f64>; 3] {
     let (mut by_mean, mut by_line, mut by_gaussian) = (Vec::new(), Vec::new(), Vec::new());
     let first = seen.first().map(|s| coil_names(s)).unwrap_or_default();
@@ -165,7 +171,7 @@ fn coordinates(points: Vec<Point>) -> DVector<f64> {
     DVector::from_iterator(2 * points.len(), points.iter().flat_map(|p| [p.x, p.y]))
 }
 
-/// Mean and covariance of complete frames.
+/// Mean and covariance of the coordinates of complete frames.
 struct Learned {
     mean: DVector<f64>,
     covariance: DMatrix<f64>,
@@ -185,16 +191,18 @@ impl Learned {
         Some(Self { mean, covariance })
     }
 
+    /// The numbers of the coordinates of these points.
     fn rows(shown: &[usize]) -> Vec<usize> {
         shown.iter().flat_map(|i| [2 * i, 2 * i + 1]).collect()
     }
 
+    /// The coordinates of the visible points less their means.
     fn away(&self, rows: &[usize], visible: &[Point]) -> DVector<f64> {
         let seen = visible.iter().flat_map(|p| [p.x, p.y]);
         DVector::from_iterator(rows.len(), rows.iter().zip(seen).map(|(r, v)| v - self.mean[*r]))
     }
 
-    /// The whole contour from the components that fit the visible points best.
+    /// All points: the sum of components that fits the visible ones best.
     fn by_components(&self, shown: &[usize], visible: &[Point]) -> Vec<Point> {
         let eigen = self.covariance.clone().symmetric_eigen();
         let mut order: Vec<usize> = (0..eigen.eigenvalues.len()).collect();
@@ -206,7 +214,7 @@ impl Learned {
         points(&weights.map_or_else(|| self.mean.clone(), |w| &self.mean + basis * w))
     }
 
-    /// The expected whole contour given the visible points.
+    /// All points: their means given the visible ones.
     fn by_gaussian(&self, shown: &[usize], visible: &[Point]) -> Vec<Point> {
         let rows = Self::rows(shown);
         let mut seen = self.covariance.select_rows(&rows).select_columns(&rows);

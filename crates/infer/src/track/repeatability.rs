@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use tongue_core::statistics::seed_of;
+use tongue_core::random::seed_of;
 use tongue_input::measured::ByMuscle;
 use tongue_input::measured::recording::Label;
 
@@ -252,7 +252,7 @@ mod tests {
         for _ in 0..400 {
             let groups = (0..4 * POINTS).map(|i| {
                 let common = (i % POINTS) as f64;
-                (0..3 + i / POINTS).map(|_| common + tongue_core::statistics::normal(&mut random)).collect()
+                (0..3 + i / POINTS).map(|_| common + tongue_core::random::normal(&mut random)).collect()
             });
             sum += of_label(&groups.collect::<Vec<Vec<f64>>>());
         }

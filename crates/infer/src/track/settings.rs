@@ -5,7 +5,7 @@ use super::frame::Followed;
 use super::ornstein_uhlenbeck::Softplus;
 use super::shape::RestShape;
 use crate::inverse::MovableBone;
-use tongue_core::statistics::seed_of;
+use tongue_core::random::seed_of;
 use tongue_core::system::System;
 
 /// Settings for finding the tensions of recordings.

@@ -109,7 +109,8 @@ impl<'a> Walls<'a> {
             }));
             self.lines(&ways).ok().filter(|lines| lines.windows(2).all(|pair| are_apart(&pair[0], &pair[1])))
         });
-        Ok(averaged.next().unwrap_or_else(|| given.clone()))
+        let apart = averaged.next();
+        Ok(apart.unwrap_or(given))
     }
 
     /// The lines from the outer wall in these directions.

@@ -6,6 +6,7 @@ use super::smooth::{fill, smooth};
 use crate::body::{BodyError, Cells, Mesh, MuscleChain};
 use crate::geometry;
 use crate::geometry::plane::{self, Point};
+use crate::limits::PLANE_NODES;
 
 /// The spacing of the published mesh, m.
 pub const DEFAULT_SPACING_M: f64 = 5.5e-3;
@@ -48,6 +49,7 @@ pub fn build(anatomy: &Anatomy, h: f64) -> Result<Mesh<2>, BodyError> {
     // A triangulation of V nodes, B of them around it, has T = 2 V - 2 - B triangles.
     let triangles = plane::polygon_area(&outline) / equilateral;
     let wanted = ((triangles + 2.0 + frame.boundary as f64) / 2.0).round() as usize;
+    PLANE_NODES.check(wanted as f64).map_err(|e| BodyError(e.to_string()))?;
     let free = wanted.saturating_sub(frame.nodes.len());
     fill(&mut frame, free, h)?;
     let triangles = smooth(&mut frame.nodes, &frame.segments, h)?;

@@ -13,7 +13,7 @@
 
 use pulp::NullaryFnOnce;
 
-use crate::effect::spring::THRESHOLD;
+use crate::effect::barrier::THRESHOLD;
 
 use crate::sparse::flat::{Lower, MatrixBlock, largest_diagonal};
 use crate::sparse::simd::{Simd, SimdPair, way};

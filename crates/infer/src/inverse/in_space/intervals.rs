@@ -9,7 +9,7 @@
 
 use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
-use tongue_core::statistics::normal;
+use tongue_core::random::normal;
 
 /// Draws that are kept, and the sweeps over all directions between two of them.
 const DRAWS: usize = 2000;

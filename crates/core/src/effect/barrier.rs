@@ -1,0 +1,70 @@
+//! The barrier that keeps cells from turning over and connections from collapsing to a point.
+//!
+//! The thesis's law `1/2 kappa (s - 1)²` is finite where a cell is flat (`s = 0`), and a contractile tension
+//! `F` has the energy `F l`, finite at `l = 0` with a kink there. At loads far beyond muscle the minimum
+//! would lie beyond these points or in the kink. So below a tenth of its rest measure or length an element
+//! gets, besides its law, the barrier of incremental potential contact (Li et al. 2020, eq. 6), scaled by the
+//! element's own stiffness:
+//!
+//! ```text
+//! b(r) = -(1 - t)² ln t,   t = r / 0.1,   for r < 0.1;   exactly zero above
+//! ```
+//!
+//! It is twice continuously differentiable and infinite at zero: the energy has a minimum without inverted
+//! cells at every finite load, and states above the threshold keep every bit. Where it acts in a solution,
+//! the solution says so ([`crate::statics::Solution::guarded`]), because there the answer is no longer that
+//! of the thesis's law.
+
+/// Ratio of measure or length to that at rest below which the barrier acts.
+pub(crate) const THRESHOLD: f64 = 0.1;
+
+/// Value and first two derivatives of the barrier with respect to the ratio, dimensionless.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Barrier {
+    /// `b`; infinite at and below zero.
+    pub value: f64,
+    /// `db/dr`, negative: it pushes apart.
+    pub slope: f64,
+    /// `d²b/dr²`, positive.
+    pub curvature: f64,
+}
+
+/// The barrier at a ratio below `THRESHOLD`.
+#[cold]
+pub fn barrier(ratio: f64) -> Barrier {
+    let t = ratio / THRESHOLD;
+    if t.is_nan() || t <= 0.0 {
+        return Barrier { value: f64::INFINITY, slope: 0.0, curvature: 0.0 };
+    }
+    let (left, ln) = (1.0 - t, t.ln());
+    Barrier {
+        value: -left * left * ln,
+        slope: (2.0 * left * ln - left * left / t) / THRESHOLD,
+        curvature: (-2.0 * ln + 4.0 * left / t + left * left / (t * t)) / (THRESHOLD * THRESHOLD),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_barrier_and_its_two_derivatives_vanish_at_the_threshold_and_grow_without_bound() {
+        let b = barrier(THRESHOLD * (1.0 - 1e-9));
+        assert!(b.value < 1e-26 && b.slope.abs() < 1e-15 && b.curvature < 1e-5, "{b:?}");
+        assert!(barrier(1e-300).value > 600.0 && barrier(1e-300).slope < -1e290);
+        assert_eq!(barrier(0.0).value, f64::INFINITY);
+        assert_eq!(barrier(-0.5).value, f64::INFINITY);
+    }
+
+    #[test]
+    fn slope_and_curvature_are_derivatives_of_the_value() {
+        for i in 1..20 {
+            let (r, h) = (THRESHOLD * 0.05 * i as f64, 1e-7);
+            let (low, b, high) = (barrier(r - h), barrier(r), barrier(r + h));
+            assert!(((high.value - low.value) / (2.0 * h) - b.slope).abs() < 1e-6 * b.slope.abs() + 1e-7);
+            let curvature = (high.slope - low.slope) / (2.0 * h);
+            assert!((curvature - b.curvature).abs() < 1e-6 * b.curvature + 1e-4, "{r} {curvature} {b:?}");
+        }
+    }
+}
