@@ -1,4 +1,4 @@
-//! A measured contour point beside the surface curve of a body in the plane.
+//! The surface of a body in the plane as a curve, and a measured contour point beside it.
 
 use std::sync::Arc;
 

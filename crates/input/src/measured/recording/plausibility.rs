@@ -173,6 +173,8 @@ impl DoubtList {
 const EXCHANGED: &str = "coils or bones that lie one behind the other are recorded one above the other: x and y seem to be exchanged; give back = \
      \"y\" and up = \"x\" in a map, with a minus before an axis that grows the other way";
 
+/// What is implausible in a recording: in its size, then in its shape, then in its motion. After one that refuses the recording, the rest
+/// is not checked.
 pub fn check_plausibility(recording: &AlignedRecording) -> Vec<Doubt> {
     let measures = Measures::of(recording);
     let mut told = DoubtList::default();
