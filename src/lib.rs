@@ -267,12 +267,12 @@ pub mod report {
     #[cfg(feature = "files")]
     pub mod batch {
         //! The files of a batch.
+        pub use tongue_files::report::batch::Shard;
         #[cfg(feature = "cli")]
         pub(crate) use tongue_files::report::batch::{
-            Batch, BatchSummary, Digest, Fitted, RowPosterior, columns, digests, passive_groups, sha256,
-            write_files, write_json,
+            Batch, BatchSummary, Digest, Fitted, MOST_FITS_ON_PAGE, RowPosterior, columns, digests,
+            passive_groups, sha256, write_files, write_json,
         };
-        pub use tongue_files::report::batch::{MOST_FITS_ON_PAGE, Shard};
 
         #[cfg(feature = "cli")]
         pub(crate) mod contrasts {
@@ -292,7 +292,7 @@ pub mod run {
     //! Runs as plain structs, which the program, the Python module and the page fill in.
     #[cfg(feature = "files")]
     pub use tongue_files::run::BatchRun;
-    pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackRun};
+    pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackRun, VerdictSource};
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::run::{SpaceSource, TrackedBody};
 }

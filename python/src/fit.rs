@@ -10,10 +10,9 @@ use pyo3::types::PyDict;
 use tongue_fit::inverse::FitSettings;
 use tongue_fit::inverse::batch::{self, Selection};
 use tongue_fit::measured::{TargetKind, Vowel};
-use tongue_fit::posterior::Verdict;
-use tongue_fit::report::batch as outputs;
+use tongue_fit::report::batch::Shard;
 use tongue_fit::report::{Export, Provenance};
-use tongue_fit::run::{BatchRun, FitRun};
+use tongue_fit::run::{BatchRun, FitRun, VerdictSource};
 use tongue_fit::system::TissueModel;
 use tongue_fit::{body, parallel};
 
@@ -60,12 +59,12 @@ pub fn fit_row<'py>(
     let kind: TargetKind = target.parse().map_err(refused)?;
     let target = self::target(data, subject, vowel, kind, muscles, baseline)?.target;
     let (body, model) = body_and_model(body, model)?;
-    let asked = FitRun { target: Arc::unwrap_or_clone(target), settings, walls: false };
+    let verdict = if verdict { VerdictSource::ShortRun } else { VerdictSource::None };
     let (text, picture) = aside_on(py, &pool(py, threads)?, move || {
         let by = Provenance::new("python").with_tissue(TissueModel::of(&body.mesh));
+        let asked = FitRun { target: &target, settings, walls: false, verdict };
         let mut record = asked.run(&body, &model, &by).map_err(refused)?;
         record.wall_s = Some(clock.elapsed().as_secs_f64());
-        record.verdict = if verdict { Verdict::of_target(&body, &model, &asked.target).ok() } else { None };
         record.conclude();
         let text = record.to_json().map_err(refused)?;
         let picture = record.picture(&body).map_err(refused)?;
@@ -115,7 +114,7 @@ pub fn fit_rows<'py>(
         baseline_of: baseline_of.collect::<PyResult<_>>()?,
     };
     let settings = batch::settings(chosen("method", method)?);
-    let shard: outputs::Shard = shard.parse().map_err(wrong)?;
+    let shard: Shard = shard.parse().map_err(wrong)?;
     let threads = pool(py, threads)?;
     let (body, model) = body_and_model(body, model)?;
     let data = Arc::clone(&data.data);
@@ -145,8 +144,7 @@ pub fn fit_rows<'py>(
             if seen.load(Ordering::Relaxed) {
                 return;
             }
-            // A number above the limit, so that no pictures are drawn.
-            let made = run.fit(number, outputs::MOST_FITS_ON_PAGE, None, &provenance);
+            let made = run.fit(number, None, None, &provenance);
             // A closed receiver means that the call was interrupted.
             let _ = sender.send((number, made));
         };

@@ -7,9 +7,8 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::choice::name_of;
 use tongue_fit::inverse::{FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
-use tongue_fit::posterior::Verdict;
 use tongue_fit::report::{self, Export, Series, SolutionCurveRecord};
-use tongue_fit::run::FitRun;
+use tongue_fit::run::{FitRun, VerdictSource};
 use tongue_fit::system::TissueModel;
 
 use super::choice::choice;
@@ -132,11 +131,25 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             target.active_names().join(", ")
         )
     });
-    let asked = FitRun { target: target.clone(), settings, walls: false };
+    let sampled = match &posterior_model {
+        Some(posterior_model) => {
+            Some(arguments.posterior.sample(posterior_model, &seen.iter().collect::<Vec<_>>(), beside)?)
+        }
+        None => None,
+    };
+    let verdict = match &sampled {
+        Some(sampled) => VerdictSource::Posterior(Ok(&sampled.reports[posture])),
+        None => VerdictSource::ShortRun,
+    };
     let by = super::provenance().with_tissue(TissueModel::of(&tongue.mesh));
+    let asked = FitRun { target: &target, settings, walls: false, verdict };
     let mut record = asked.run(&tongue, &model, &by).into_diagnostic()?;
     let fit = &record.fit;
     output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
+    output::step(|| match &record.no_verdict {
+        None => "verdict made".to_owned(),
+        Some(why) => format!("no verdict: {why}"),
+    });
     let published = match arguments.lengths {
         None => reference_solution::answer(&tongue.mesh, &model, &fit.target)?,
         Some(_) => None,
@@ -146,31 +159,12 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let from_stretches = match kind {
         TargetKind::Ratio if output::is_verbose() => {
             let target = arguments.target(&data, TargetKind::Stretch).ok();
-            target.and_then(|target| FitRun::quick(target, false).run(&tongue, &model, &by).ok())
+            target.and_then(|target| FitRun::quick(&target).run(&tongue, &model, &by).ok())
         }
         _ => None,
     };
 
-    let sampled = match &posterior_model {
-        Some(posterior_model) => {
-            Some(arguments.posterior.sample(posterior_model, &seen.iter().collect::<Vec<_>>(), beside)?)
-        }
-        None => None,
-    };
-    let verdict = match sampled.as_ref().map(|s| &s.reports[posture]) {
-        Some(report) if report.priors.baseline.off => {
-            Err("these priors switch off the tensions of the baseline, so every tension is a rise".to_owned())
-        }
-        Some(report) => Verdict::of(report).ok_or_else(|| report.why.clone()),
-        None => Verdict::of_target(&tongue, &model, &target),
-    };
-    output::step(|| match &verdict {
-        Ok(_) => "verdict made".to_owned(),
-        Err(why) => format!("no verdict: {why}"),
-    });
     record.wall_s = Some(clock.elapsed().as_secs_f64());
-    record.verdict = verdict.as_ref().ok().cloned();
-    record.posterior = sampled.as_ref().map(|s| s.reports[posture].clone());
     record.contrasts = sampled.as_ref().map(|s| s.contrasts.clone()).unwrap_or_default();
     let conclusion = record.conclude().clone();
     let picture = record.picture(&tongue).into_diagnostic()?;
@@ -204,7 +198,6 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     } else {
         let shown = ShownFit {
             record: &record,
-            verdict: &verdict,
             conclusion: &conclusion,
             is_verbose: output::is_verbose(),
             from_stretches: from_stretches.as_ref().map(|found| &found.fit),

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 
 use tongue_fit::inverse::{Fit, SolutionCurve};
 use tongue_fit::measured::TargetKind;
-use tongue_fit::posterior::Verdict;
 use tongue_fit::report::{self, Conclusion, FitRecord, fixed};
 
 use super::posterior::{ACTIVE_BASELINE, Sampled};
@@ -15,8 +14,6 @@ use super::word;
 
 pub struct ShownFit<'a> {
     pub record: &'a FitRecord,
-    /// Which muscles pull harder than in the baseline, or why that is not said.
-    pub verdict: &'a Result<Verdict, String>,
     pub conclusion: &'a Conclusion,
     pub is_verbose: bool,
     /// For a fit of ratios, the fit of the same row by stretches.
@@ -63,8 +60,8 @@ impl ShownFit<'_> {
         let target = &self.record.fit.target;
         let note = if target.has_active_baseline() { ACTIVE_BASELINE } else { "" };
         let mut text = format!("{} /{}/ against /{}/{note}\n", target.subject, target.vowel, target.baseline);
-        match self.verdict {
-            Ok(verdict) => {
+        match &self.record.verdict {
+            Some(verdict) => {
                 for sentence in verdict.sentences(target.baseline.label()) {
                     text += &wrapped(&sentence);
                 }
@@ -74,7 +71,10 @@ impl ShownFit<'_> {
                     text += &wrapped(&format!("Hyoid, 95 %: back {back}, up {up}."));
                 }
             }
-            Err(why) => text += &wrapped(&format!("No verdict of which muscles pull harder: {why}.")),
+            None => {
+                let why = self.record.no_verdict.as_deref().unwrap_or("it was not asked for");
+                text += &wrapped(&format!("No verdict of which muscles pull harder: {why}."));
+            }
         }
         text
     }

@@ -64,8 +64,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         ));
     }
     let mut fits = Vec::new();
-    for found in parallel::map(jobs, |job| FitRun::quick(job.target.clone(), false).run(&tongue, &model, &by))
-    {
+    for found in parallel::map(jobs, |job| FitRun::quick(&job.target).run(&tongue, &model, &by)) {
         match found {
             Ok(found) => fits.push(found),
             Err(error) => not_fitted.push(error.to_string()),

@@ -274,7 +274,7 @@ fn an_anatomy_that_cannot_be_meshed_is_named() {
 fn a_fit_from_options_is_that_of_the_inverse_problem() {
     let target = target("S2", "a", TargetKind::Stretch);
     let (body, model) = (Body::tongue(5.5e-3).unwrap(), Model::default());
-    let found = FitRun::quick(target.clone(), false).run(&body, &model, &Provenance::new("")).unwrap();
+    let found = FitRun::quick(&target).run(&body, &model, &Provenance::new("")).unwrap();
     let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
     assert_eq!(found.fit, inverse::fit(&body.mesh, &model, &target, &settings).unwrap());
 }

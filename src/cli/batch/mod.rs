@@ -171,7 +171,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
 fn fit_all(prepared: &PreparedBatch, mine: &[usize], journal: Journal) -> miette::Result<Journal> {
     let jobs = &prepared.run.plan.jobs;
     let todo: Vec<usize> = mine.iter().copied().filter(|&n| !journal.has(n)).collect();
-    let (nodes, fits) = (prepared.run.mesh.nodes.len(), todo.len() as f64);
+    let (nodes, fits) = (prepared.run.body.mesh.nodes.len(), todo.len() as f64);
     let on_each = fits * body::fit_s(prepared.run.settings.method) / rayon::current_num_threads() as f64;
     body::tell_duration(&format!("{fits} fits"), nodes, on_each);
     let bar = output::bar(mine.len() as u64, "{wide_bar} {pos} of {len} fits, {eta} left")?;

@@ -58,9 +58,9 @@ impl PreparedBatch {
         // An error that concerns all fits is reported before anything is written.
         let mut run =
             BatchRun::new(plan, batch::settings(arguments.method), &tongue, &model).into_diagnostic()?;
-        run.muscles = outputs::columns(&data, &run.mesh);
+        run.muscles = outputs::columns(&data, &run.body.mesh);
         let posterior_model = arguments.posterior.posterior_model(&tongue, &model)?;
-        let (mesh, settings) = (&run.mesh, &run.settings);
+        let (mesh, settings) = (&run.body.mesh, &run.settings);
 
         let command = line_of(words.to_vec());
         let rows =
@@ -98,7 +98,7 @@ impl PreparedBatch {
             None
         };
         let posterior = own.as_ref().or(self.sampled.get(&number));
-        let result = self.run.fit(number, number, posterior, &self.provenance)?;
+        let result = self.run.fit(number, Some(number), posterior, &self.provenance)?;
         Ok(JournalEntry { job: number, wall_s: clock.elapsed().as_secs_f64(), result })
     }
 
@@ -171,7 +171,7 @@ impl PreparedBatch {
             refusals: &[plan.refusals.clone(), not_begun].concat(),
             unreadable: &self.unreadable,
             summary: &summary,
-            mesh: &self.run.mesh,
+            mesh: &self.run.body.mesh,
             muscles: &self.run.muscles,
             contrasts: &contrasts,
         };
@@ -192,8 +192,8 @@ impl PreparedBatch {
 
     fn summary(&self, digests: &[(usize, Digest)]) -> BatchSummary {
         let rest: Vec<f64> = Vec::from_iter(self.run.muscles.iter().map(|name| {
-            let chain = self.run.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
-            chain.map_or(f64::NAN, |chain| self.run.mesh.distance(chain.ends()))
+            let chain = self.run.body.mesh.muscles.iter().find(|m| m.name.eq_ignore_ascii_case(name));
+            chain.map_or(f64::NAN, |chain| self.run.body.mesh.distance(chain.ends()))
         }));
         let reference = &self.data.muscles()[reference_muscle(self.data.muscles())];
         let ratios =

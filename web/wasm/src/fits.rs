@@ -73,7 +73,9 @@ pub fn fit(
 ) -> Result<FitRecord, String> {
     let target = target(engine, subject, vowel, baseline, kind)?;
     let by = Provenance::new("tongue.html").with_tissue(TissueModel::of(&engine.body.mesh));
-    FitRun::quick(target, walls).run(&engine.body, &engine.model, &by).map_err(|e| e.to_string())
+    FitRun { walls, ..FitRun::quick(&target) }
+        .run(&engine.body, &engine.model, &by)
+        .map_err(|e| e.to_string())
 }
 
 /// The vowel as `tongue-fit sound` speaks it: jaw, hyoid and lips of the tract's file, and the tensions with which the tongue has its

@@ -32,6 +32,9 @@ pub struct FitRecord {
     /// `short_run`. Left out where there is none.
     #[serde(flatten)]
     pub verdict: Option<Verdict>,
+    /// Why a verdict that was asked for could not be made.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub no_verdict: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conclusion: Option<Conclusion>,
     #[serde(flatten, serialize_with = "serialize_fit")]
@@ -103,10 +106,19 @@ fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Er
 }
 
 impl FitRecord {
-    /// Of a fit without a posterior.
+    /// Of a fit without a verdict.
     pub fn new(fit: Fit, alarms: Vec<Alarm>, made_by: &Provenance) -> Self {
-        let (verdict, conclusion, posterior, made_by) = (None, None, None, made_by.clone());
-        Self { made_by, verdict, conclusion, fit, alarms, posterior, contrasts: Vec::new(), wall_s: None }
+        Self {
+            made_by: made_by.clone(),
+            verdict: None,
+            no_verdict: None,
+            conclusion: None,
+            fit,
+            alarms,
+            posterior: None,
+            contrasts: Vec::new(),
+            wall_s: None,
+        }
     }
 
     /// Adds what is concluded from it: its last words and the exit status.

@@ -13,5 +13,5 @@ mod track;
 pub use batch::BatchRun;
 pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
 pub use equilibrium::Equilibrium;
-pub use fit::FitRun;
+pub use fit::{FitRun, VerdictSource};
 pub use track::{TrackRun, TrackedBody};

@@ -1,20 +1,17 @@
-//! Batches: the fits of a table, and one fit with its assessment.
+//! Batches: the fits of a table, and the published facts with which their answers are compared.
 
 use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use tongue_core::body::Mesh;
 use tongue_core::statistics::distinct;
-use tongue_core::system::Model;
 use tongue_input::measured::lengths::rest_distance::{self, RestDistance};
 use tongue_input::measured::muscles::Muscles;
-use tongue_input::measured::published_patterns::{PatternCheck, Patterns};
+use tongue_input::measured::published_patterns::Patterns;
+use tongue_input::measured::thesis::Thesis;
 use tongue_input::measured::{Dataset, Lengths, ReadError, Target, TargetKind, Vowel};
 
-use super::alarms::{self, Alarm};
-use super::fit::{self, Optimum};
-use super::{Fit, FitError, FitSettings, Method};
+use super::{Fit, FitSettings, Method};
 
 /// The baseline of a subject without /ɯ/: other published models use it as the rest posture.
 pub const SUBSTITUTE_BASELINE: &str = "e";
@@ -156,50 +153,25 @@ pub fn settings(method: Method) -> FitSettings {
     FitSettings { method, starts: 8, ..FitSettings::default() }
 }
 
-#[derive(Debug, Clone, PartialEq)]
-pub struct Assessment {
-    pub fit: Fit,
-    pub optima: Vec<Optimum>,
-    pub pattern: Option<PatternCheck>,
-    /// Distance of the model at rest from the row's baseline; `None` if they have no common ratio.
-    pub rest: Option<RestDistance>,
-    pub alarms: Vec<Alarm>,
-}
-
-/// Fits a target and assesses the answer. The result has the same bits for any number of threads and does not depend on other fits.
-pub fn assess(
-    mesh: &Mesh<2>,
-    model: &Model,
-    target: &Target,
-    known: &PublishedFacts,
-    settings: &FitSettings,
-) -> Result<Assessment, FitError> {
-    let fit = super::fit(mesh, model, target, settings)?;
-    Ok(Assessment {
-        optima: fit::optima(&fit),
-        pattern: known.patterns.check(&target.vowel, &fit.muscles, &fit.tensions, &known.muscles),
-        rest: rest_distance(&fit),
-        alarms: alarms::alarms(mesh, &fit, &known.muscles, settings),
-        fit,
-    })
-}
-
 /// Known facts about muscles and vowels, for comparison with answers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PublishedFacts {
     pub muscles: Muscles,
     pub patterns: Patterns,
+    /// The simulation of the thesis.
+    pub thesis: Option<Thesis>,
 }
 
 impl PublishedFacts {
     /// The built-in tables; one that is damaged is empty, which a test checks for.
     pub fn built_in() -> Self {
         let patterns = Patterns::reference().unwrap_or_default();
-        Self { muscles: Muscles::built_in(), patterns }
+        Self { muscles: Muscles::built_in(), patterns, thesis: Thesis::reference().ok() }
     }
 }
 
-fn rest_distance(fit: &Fit) -> Option<RestDistance> {
+/// Distance of the model at rest from the row's baseline; `None` if they have no common ratio.
+pub fn rest_distance(fit: &Fit) -> Option<RestDistance> {
     let t = &fit.target;
     let baseline = Lengths {
         subject: t.subject.clone(),

@@ -35,7 +35,7 @@ use tongue_core::limits::{self, BeyondLimit};
 use tongue_core::statics;
 use tongue_core::system::SystemError;
 
-pub use fit::{Fit, Optimum, fit, fit_in};
+pub use fit::{Fit, Optimum, fit, fit_in, optima};
 pub use forward::{Forward, Linearised};
 pub use identifiability::Identifiability;
 pub use movable_bone::{BONE_SD_M, MovableBone};

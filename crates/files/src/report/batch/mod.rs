@@ -15,10 +15,8 @@ use serde_json::Value;
 
 use tongue_core::body::Mesh;
 use tongue_infer::inverse::alarms::Alarm;
-use tongue_infer::inverse::batch::{Assessment, BaselineRow, Job, Refusal};
-use tongue_infer::posterior::Verdict;
+use tongue_infer::inverse::batch::{BaselineRow, Job, Refusal};
 use tongue_input::measured::Dataset;
-use tongue_input::measured::thesis::Thesis;
 
 use self::journal::{Journal, JournalEntry};
 use self::record::AssessedRecord;
@@ -129,45 +127,34 @@ pub fn columns(data: &Dataset, mesh: &Mesh<2>) -> Vec<String> {
     names
 }
 
-/// Puts a finished fit into its record, with the thesis's simulation and the posterior of the row if there are any.
+/// Puts a finished fit into its parts of the outputs, with the posterior of its row if there is one and its number on the page if it may be
+/// shown there.
 pub fn fitted(
-    number: usize,
-    job: &Job,
-    assessment: Assessment,
+    on_page: Option<usize>,
+    record: &AssessedRecord,
     (mesh, muscles): (&Mesh<2>, &[String]),
-    (thesis, posterior): (Option<&Thesis>, Option<&Result<RowPosterior, String>>),
+    posterior: Option<&RowPosterior>,
     provenance: &Provenance,
 ) -> Result<Fitted, ReportError> {
-    let mut record = AssessedRecord::new(job, assessment, thesis, &provenance.command);
-    let untold = match posterior {
-        Some(Err(reason)) => Some(reason),
-        Some(Ok(posterior)) => Some(&posterior.report.why).filter(|_| posterior.report.summary.is_none()),
-        None => None,
-    };
-    record.record.alarms.extend(untold.map(|reason| Alarm::NoPosterior { reason: reason.clone() }));
-    let posterior = posterior.and_then(|p| p.as_ref().ok());
-    record.record.posterior = posterior.map(|p| p.report.clone());
-    let with_tones = record.record.posterior.as_ref().filter(|report| !report.priors.baseline.off);
-    record.record.verdict = with_tones.and_then(Verdict::of);
     let ridges = posterior.and_then(|p| p.ridges.as_deref());
     let moved = || page::displacements(&record.fit().positions, mesh);
-    let shown =
-        (number < page::MOST_FITS).then(|| page::PageFit::new(number, &record, (moved(), ridges), muscles));
+    let shown = on_page.filter(|number| *number < page::MOST_FITS);
+    let shown = shown.map(|number| page::PageFit::new(number, record, (moved(), ridges), muscles));
     Ok(Fitted {
         digest: Digest {
-            posterior_untold: untold.is_some(),
+            posterior_untold: record.record.alarms.iter().any(|a| matches!(a, Alarm::NoPosterior { .. })),
             contrasts: posterior.map(|p| p.contrasts.clone()).unwrap_or_default(),
-            ..Digest::new(&record)
+            ..Digest::new(record)
         },
         tables: [
-            tables::of_rows(muscles, &[tables::FitRow::Fit(&record)], provenance),
-            tables::of_muscles(&record, provenance),
-            tables::of_posterior(&record, provenance),
+            tables::of_rows(muscles, &[tables::FitRow::Fit(record)], provenance),
+            tables::of_muscles(record, provenance),
+            tables::of_posterior(record, provenance),
         ],
-        line: line(&record),
+        line: line(record),
         verdict: record.verdict().map(|said| format!("{}: {said}", record.row())),
         shown: shown.transpose()?,
-        record: serde_json::to_value(&record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
+        record: serde_json::to_value(record).map_err(|e| ReportError::Record { reason: e.to_string() })?,
     })
 }
 

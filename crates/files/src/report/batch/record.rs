@@ -6,10 +6,9 @@ use std::str::FromStr;
 
 use serde::Serialize;
 
-use crate::report::{FitRecord, Provenance};
-use tongue_infer::inverse::Fit;
-use tongue_infer::inverse::Optimum;
-use tongue_infer::inverse::batch::{Assessment, Job};
+use crate::report::FitRecord;
+use tongue_infer::inverse::batch::{Job, PublishedFacts, rest_distance};
+use tongue_infer::inverse::{Fit, Optimum, optima};
 use tongue_infer::posterior::Verdict;
 use tongue_input::measured::TargetKind;
 use tongue_input::measured::lengths::rest_distance::RestDistance;
@@ -47,20 +46,20 @@ pub struct Passive {
 }
 
 impl AssessedRecord {
-    /// The record of a finished job of the batch of `command`; `thesis` is for comparison.
-    pub fn new(job: &Job, a: Assessment, thesis: Option<&Thesis>, command: &str) -> Self {
-        let Assessment { fit, alarms, optima, pattern, rest } = a;
+    /// The record of a finished job, compared with what is published.
+    pub fn new(job: &Job, record: FitRecord, known: &PublishedFacts) -> Self {
+        let fit = &record.fit;
         let target = &fit.target;
         Self {
             line: job.line,
             substitute_baseline: job.substitute,
             fitted: target.fitted.iter().map(|&m| target.muscles[m].clone()).collect(),
             cost: fit.starts.iter().map(|s| s.cost).fold(f64::INFINITY, f64::min),
-            passive: passive(&fit, thesis),
-            rest_shape: rest,
-            other_optima: optima,
-            pattern,
-            record: FitRecord::new(fit, alarms, &Provenance::new(command)),
+            passive: passive(fit, known.thesis.as_ref()),
+            rest_shape: rest_distance(fit),
+            other_optima: optima(fit),
+            pattern: known.patterns.check(&target.vowel, &fit.muscles, &fit.tensions, &known.muscles),
+            record,
         }
     }
 
