@@ -56,7 +56,8 @@ pub struct Trace {
     pub stopped: Option<f64>,
 }
 
-/// Shapes whose nodes differ by less than this are the same, m.
+/// Shapes are the same whose nodes, or lengths of muscles, differ by less than this, m. In four posteriors equal lengths differed by at most
+/// 1.4e-12 m, and those of other equilibria at the same tensions by 0.2 to 2.7 mm.
 pub const SAME_SHAPE_M: f64 = 1e-8;
 
 /// Least number of steps along a branch.

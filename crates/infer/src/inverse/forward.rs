@@ -43,12 +43,13 @@ pub struct Linearised {
 /// The shape from which a candidate is solved.
 #[derive(Debug, Clone, PartialEq)]
 enum CandidateStart<const D: usize> {
-    /// That of its nearest solved neighbour; rest if there is none or it fails.
+    /// That of its nearest solved neighbour; the shape at rest if there is none or it fails.
     Neighbour,
+    /// The shape at rest, from which Newton's method goes to the candidate at once.
     Rest,
-    /// Rest, and the equilibria are followed as its tensions grow together.
+    /// The shape at rest, from which the branch of equilibria is followed as the tensions grow together.
     Branch,
-    /// This one on the branch from rest (positions of all nodes, m).
+    /// This one on that branch (positions of all nodes, m).
     OnBranch(Vec<SVector<f64, D>>),
 }
 
@@ -137,7 +138,7 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Solves a candidate from rest, independently of earlier solves, directly and as its tensions grow
     /// together; it is not counted. If the two differ, the latter is the shape.
-    pub fn follow_from_rest(&self, x: &[f64]) -> CandidateShape<D> {
+    pub fn follow_branch(&self, x: &[f64]) -> CandidateShape<D> {
         let mut own = Forward::new(self.inverse, self.settings);
         let mut shape = CandidateShape {
             solution: Solution::NONE,
@@ -202,7 +203,8 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.solve()
     }
 
-    fn solve_from_rest(&mut self) -> bool {
+    /// Solves from the shape at rest: by Newton's method, or along the branch where candidates follow it.
+    fn solve_without_neighbours(&mut self) -> bool {
         self.workspace.start_from_rest(self.inverse.system);
         if matches!(self.begin, CandidateStart::Neighbour | CandidateStart::Rest) {
             return self.solve();
@@ -303,15 +305,16 @@ impl<'a, const D: usize> Forward<'a, D> {
             return self.outcome(x, solved);
         }
         let warm = possible && self.begin == CandidateStart::Neighbour;
-        let solved = (warm && self.solve_from_nearest(x)) || (possible && self.solve_from_rest());
+        let solved = (warm && self.solve_from_nearest(x)) || (possible && self.solve_without_neighbours());
         let residuals = self.outcome(x, solved)?;
         let cost = self.cost(x, Some(&residuals));
         self.known.remember(x, cost, self.workspace.positions());
         Some(residuals)
     }
 
-    pub(super) fn residuals_from_rest(&mut self, x: &[f64]) -> Option<DVector<f64>> {
-        let solved = self.set(x).is_ok() && self.solve_from_rest();
+    /// Residuals of a candidate that is not solved from its solved neighbours.
+    pub(super) fn residuals_without_neighbours(&mut self, x: &[f64]) -> Option<DVector<f64>> {
+        let solved = self.set(x).is_ok() && self.solve_without_neighbours();
         self.outcome(x, solved)
     }
 

@@ -74,7 +74,7 @@ pub(super) fn run<const D: usize>(
         .or_else(|| EvaluatedPoint::new(problem, DVector::from_vec(rest)));
     if let Some(mut here) = point {
         start.converged = descend(problem, settings, &mut here, &mut start.iterations);
-        let (mut from_rest, mut cost) = from_rest(problem, &here);
+        let (mut is_solved, mut cost) = solved_alone(problem, &here);
         // As in Nelder-Mead: a branch of equilibria other than the one from rest does not count.
         if (cost - here.cost).abs() > SAME_COST * here.cost.abs().max(SAME_COST) {
             problem.forget_neighbours();
@@ -85,19 +85,19 @@ pub(super) fn run<const D: usize>(
                 }
                 None => false,
             };
-            (from_rest, cost) = self::from_rest(problem, &here);
+            (is_solved, cost) = solved_alone(problem, &here);
         }
         start.x = here.x.iter().copied().collect();
         start.cost = cost;
-        start.solved = from_rest;
+        start.solved = is_solved;
     }
     start.count(problem.counts());
     start
 }
 
-/// Whether the candidate has an equilibrium when solved from rest, and its cost.
-fn from_rest<const D: usize>(problem: &mut Forward<'_, D>, here: &EvaluatedPoint) -> (bool, f64) {
-    let residuals = problem.residuals_from_rest(here.x.as_slice());
+/// Whether the candidate has an equilibrium when it is not solved from its neighbours, and its cost.
+fn solved_alone<const D: usize>(problem: &mut Forward<'_, D>, here: &EvaluatedPoint) -> (bool, f64) {
+    let residuals = problem.residuals_without_neighbours(here.x.as_slice());
     (residuals.is_some(), problem.cost(here.x.as_slice(), residuals.as_ref()))
 }
 

@@ -111,9 +111,9 @@ pub(super) fn run<const D: usize>(
         start.iterations += iterations;
         // A candidate reached from a neighbour may lie on another branch of equilibria than the one to which
         // it leads from rest. The search then begins again with all candidates from rest.
-        let from_rest = shared.borrow_mut().residuals_from_rest(&found);
-        let from_rest_cost = shared.borrow().cost(&found, from_rest.as_ref());
-        if (from_rest_cost - cost).abs() > SAME_COST * cost.abs().max(SAME_COST) {
+        let alone = shared.borrow_mut().residuals_without_neighbours(&found);
+        let cost_alone = shared.borrow().cost(&found, alone.as_ref());
+        if (cost_alone - cost).abs() > SAME_COST * cost.abs().max(SAME_COST) {
             shared.borrow_mut().forget_neighbours();
             start.cost = f64::INFINITY;
             corner = found;
@@ -125,9 +125,9 @@ pub(super) fn run<const D: usize>(
         if cost < start.cost {
             start.x = found;
             start.cost = cost;
-            start.solved = from_rest.is_some();
+            start.solved = alone.is_some();
         }
-        start.converged = stopped && restarts > 0 && moved < CONFIRMED && from_rest.is_some();
+        start.converged = stopped && restarts > 0 && moved < CONFIRMED && alone.is_some();
         if start.converged {
             break;
         }

@@ -65,7 +65,7 @@ pub(super) fn onto_target<const D: usize>(problem: &mut Forward<'_, D>, answer: 
         let step = target - &here;
         let better = (0..6).find_map(|halvings| {
             let next = &here + &step * 0.5f64.powi(halvings);
-            let residuals = problem.residuals_from_rest(next.as_slice());
+            let residuals = problem.residuals_without_neighbours(next.as_slice());
             let misfit = problem.misfit(residuals.as_ref());
             (misfit < 0.95 * best.0).then_some((misfit, next))
         });

@@ -171,7 +171,7 @@ fn one_way<const D: usize>(
         // together from rest, so that the curve would end too early.
         let mut spent = SearchCounts::default();
         if let Some(mut branch) = problem.on_branch() {
-            if branch.residuals_from_rest(way.here.as_slice()).is_some() {
+            if branch.residuals_without_neighbours(way.here.as_slice()).is_some() {
                 way.moves_on = true;
                 branch.move_on();
                 end = way.go_on(&mut branch, SHORTEST_STRIDE);
@@ -247,8 +247,8 @@ impl CurveTracer {
         if found.misfit > self.tolerance || gained < 0.5 * length || moved > 2.0 * length {
             return Err(Termination::TargetLost);
         }
-        let from_rest = problem.residuals_from_rest(next.as_slice());
-        if problem.misfit(from_rest.as_ref()) > 2.0 * self.tolerance + 1e-9 {
+        let alone = problem.residuals_without_neighbours(next.as_slice());
+        if problem.misfit(alone.as_ref()) > 2.0 * self.tolerance + 1e-9 {
             return Err(Termination::Jump);
         }
         if self.moves_on {

@@ -97,7 +97,7 @@ pub fn solve<const D: usize>(
     }
     let mut spent = starts.iter().map(|s| s.evaluations).sum::<usize>();
     let mut factorised = starts.iter().map(|s| s.factorisations).sum::<usize>();
-    let mut shape = forward.follow_from_rest(&x);
+    let mut shape = forward.follow_branch(&x);
     factorised += shape.factorisations;
     if !shape.same {
         // The branch from rest leads to another shape than a direct solve from rest, so the search goes on among
@@ -109,7 +109,7 @@ pub fn solve<const D: usize>(
             factorised += before.factorisations;
             x = other;
             followed = None;
-            shape = forward.follow_from_rest(&x);
+            shape = forward.follow_branch(&x);
             factorised += shape.factorisations;
         }
     }

@@ -7,7 +7,7 @@
 use nalgebra::SVector;
 
 use tongue_core::statics::lanes::{LaneGroup, Load};
-use tongue_core::statics::{Connection, SolveSettings};
+use tongue_core::statics::{Connection, SAME_SHAPE_M, SolveSettings};
 
 use super::density::{Density, is_found};
 use super::parameters::ParameterValues;
@@ -16,8 +16,6 @@ use super::parameters::ParameterValues;
 const STEPS: [usize; 2] = [5, 25];
 /// Residual force to which the shapes on the way are solved, N: they only lead to the last one.
 const ON_THE_WAY_N: f64 = 1e-4;
-/// Lengths that differ by less than this belong to the same shape, m.
-pub(crate) const SAME_M: f64 = 1e-7;
 
 /// Whether each of several shapes, given by its lengths (m), is the one to which its loads lead from rest; `shape` is as in
 /// [`super::PosteriorModel::load`].
@@ -36,7 +34,7 @@ pub fn on_branch(
         let meanings: Vec<&ParameterValues> = left.iter().map(|&i| shapes[i].0).collect();
         for (&i, lengths) in left.iter().zip(follow(density, group, &meanings, shape, steps)) {
             found[i] =
-                lengths.is_some_and(|l| l.iter().zip(shapes[i].1).all(|(a, b)| (a - b).abs() < SAME_M));
+                lengths.is_some_and(|l| l.iter().zip(shapes[i].1).all(|(a, b)| (a - b).abs() < SAME_SHAPE_M));
         }
     }
     found

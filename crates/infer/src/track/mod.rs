@@ -8,7 +8,6 @@
 //! of the shape that changes all frames equally cancels. Masses and dampers are not used, because the time constants of the thesis (1 s)
 //! are too long for speech.
 
-mod branch;
 mod compare;
 mod display_shape;
 mod draws;
@@ -21,6 +20,7 @@ mod hold_out;
 mod jacobian;
 mod ornstein_uhlenbeck;
 mod prediction;
+mod reachability;
 mod repeatability;
 mod results;
 mod run;

@@ -3,13 +3,13 @@
 use nalgebra::{DMatrix, DVector, SVector};
 use serde::{Deserialize, Serialize};
 
-use super::branch::{Reachability, Reached};
 use super::draws::{Means, WindowDraws};
 use super::errors::Along;
 use super::formants::{self, TrackedFormant};
 use super::frame::{self, Frame, FrameSolver};
 use super::jacobian::Linearisation;
 use super::ornstein_uhlenbeck::Softplus;
+use super::reachability::{Reachability, Reached};
 use super::settings::TrackSettings;
 use crate::inverse::BONE_SD_M;
 use tongue_core::statistics::mean_and_variance;

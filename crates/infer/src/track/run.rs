@@ -10,7 +10,6 @@ use tongue_core::parallel;
 use tongue_core::statistics::upper_median;
 use tongue_input::measured::recording::{Fault, FaultKind};
 
-use super::branch::ways;
 use super::display_shape::{Display, DisplayShape, begin_beside, sampled};
 use super::draws::Sampler;
 use super::eliminate::Eliminated;
@@ -18,6 +17,7 @@ use super::errors::Knots;
 use super::frame::{Frame, FrameSolver};
 use super::gauss_newton::minimise;
 use super::prediction::{judged, predict_hidden};
+use super::reachability::ways;
 use super::results::{FrameSolution, HeldOutPrediction, Tracked, TrackedRecording, tracked};
 use super::segments::Segments;
 use super::settings::{TrackSettings, TrackingContext};
