@@ -3,6 +3,10 @@
 //! Responses of stretches to geometry depend on the tensions: the harder muscles pull, the more the places of their ends matter. The
 //! covariance due to geometry is therefore the mean over draws of the posterior's normal approximation at the mode. At the mode alone it
 //! would be too small, because tensions that the data do not resolve are small there.
+//!
+//! The mean of the precisions would weigh draws near a fold less, where a linear response is far too large. It brings P(SGm rises) of S1 /i/
+//! from .12 to .05, near to the .02 of a posterior that samples geometry, but its intervals are too narrow: those of changes held 92.6 ± .6 %
+//! of the truths of 200 speakers of three vowels, where those of the mean of the covariances hold 94.3 %.
 
 use nalgebra::{DMatrix, DVector};
 
