@@ -92,6 +92,9 @@ def test_a_fit_is_the_dict_of_the_program_with_a_picture() -> None:
     assert isinstance(found, dict) and found == pickle.loads(pickle.dumps(found)) == copy.deepcopy(found)
     assert pickle.loads(pickle.dumps(found))._repr_svg_() == found._repr_svg_()
     assert f"{found['tensions_n']['GGa']:.2f}" in found._repr_html_()
+    assert "surely harder: " in found._repr_html_()
+    of_continuum = tf.fit(DATA, "S2", "a", body=tf.Body.continuum(12e-3))
+    assert "minutes" in of_continuum["no_verdict"] and of_continuum["no_verdict"] in of_continuum._repr_html_()
     of_batch = tf.batch(DATA, subjects="S2", vowels="a", target=found["target_kind"], progress=False).fits[0]
     assert found.tensions_n_per_m == found["tensions_n"] and of_batch.tensions_n_per_m == pytest.approx(found["tensions_n"], abs=1e-3)
 

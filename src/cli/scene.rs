@@ -6,11 +6,11 @@ use miette::{IntoDiagnostic, miette};
 use nalgebra::{SVector, Vector3};
 use serde_json::json;
 use tongue_fit::body::{AnyBody, Body, Mesh};
+use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu};
 use tongue_fit::scene::prepare::{Prepared, prepare};
 use tongue_fit::scene::run::{self, SceneOutcome as Answer};
 use tongue_fit::scene::{self, Scene, SceneBody, Want, body};
-use tongue_fit::statics::Connection;
 
 use super::{Global, Outcome, inputs, output, scene_table};
 
@@ -195,7 +195,7 @@ fn is_one_equilibrium(scene: &Scene) -> bool {
 fn iterations(scene: &Scene) -> f64 {
     match () {
         () if scene.fit.is_some() => 20_000.0,
-        () if is_one_equilibrium(scene) => 30.0,
+        () if is_one_equilibrium(scene) => 250.0,
         () => 1000.0,
     }
 }
@@ -213,17 +213,7 @@ fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miet
 }
 
 fn outcome(result: &Answer) -> Outcome {
-    let solution = result.solution.as_ref();
-    let why = if !result.converged {
-        "it did not converge"
-    } else if solution.is_some_and(|s| s.guarded > 0) {
-        "the barrier acts instead of the published law"
-    } else if solution.is_some_and(|s| s.connection == Connection::Downhill) {
-        "its shape may not be the one to which the tensions lead"
-    } else if !result.alarms.is_empty() {
-        "its tissue is strained further than any tongue's"
-    } else {
-        return Outcome::Good;
-    };
-    Outcome::judged(false, || why.to_owned())
+    let ended = (!result.converged).then(|| "it did not converge".to_owned());
+    let why = ended.into_iter().chain(result.alarms.iter().map(Alarm::to_string)).collect::<Vec<_>>();
+    Outcome::judged(why.is_empty(), || why.join("; "))
 }

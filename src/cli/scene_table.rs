@@ -2,7 +2,6 @@
 
 use std::fmt::Write as _;
 
-use tongue_fit::inverse::alarms;
 use tongue_fit::report;
 use tongue_fit::scene::ScenePlan;
 use tongue_fit::scene::run::SceneOutcome;
@@ -103,7 +102,6 @@ pub fn outcome(o: &SceneOutcome) -> String {
         100.0 * o.measure_ratio
     );
     if let Some(s) = &o.solution {
-        text += &table::alarms(alarms::barrier(s.guarded).as_slice());
         text += table::way_from_rest(s.connection);
     }
     text += &table::alarms(&o.alarms);

@@ -54,8 +54,8 @@ def csv_text(frame: pd.DataFrame) -> str:
 
 
 class Fit(dict[str, Any]):
-    """The fit of one row: a dict with the names and bits of the JSON of `tongue-fit --vowel V --json`. A notebook shows it
-    as a table and the fitted shape (`picture`, SVG)."""
+    """The fit of one row: a dict with the names and bits of the JSON of `tongue-fit --vowel V --json`. A notebook shows its
+    verdict (`verdict`, or why there is none, `no_verdict`), its tensions, and the fitted shape (`picture`, SVG)."""
 
     picture: str = ""
 
@@ -73,8 +73,15 @@ class Fit(dict[str, Any]):
             if name in active
         ]
         what = f"{self.get('subject')} /{self.get('vowel')}/ over /{self.get('baseline')}/, {self.get('target_kind')}: {self.get('status')}"
+        words: dict[str, list[str]] = {}
+        for muscle in self.get("verdict", []):
+            words.setdefault(muscle["word"], []).append(muscle["muscle"])
+        verdict = "; ".join(f"{word}: {', '.join(names)}" for word, names in words.items())
+        if "no_verdict" in self:
+            verdict = f"no verdict: {self['no_verdict']}"
         alarms = "".join(f"<li>{html.escape(alarm['text'])}</li>" for alarm in self.get("alarms", []))
-        return f"<p>{html.escape(what)}</p>{_table(heads, rows)}" + (f"<ul>{alarms}</ul>" if alarms else "")
+        said = f"<p>{html.escape(verdict)}</p>" if verdict else ""
+        return f"<p>{html.escape(what)}</p>{said}{_table(heads, rows)}" + (f"<ul>{alarms}</ul>" if alarms else "")
 
     def _repr_svg_(self) -> str | None:
         """The fitted shape over that of the baseline, as in the program."""

@@ -117,11 +117,11 @@ pub struct SceneOutcome {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub operation: Option<OperationRecord>,
     pub trajectory: Option<SceneMotion>,
-    /// What is wrong with the shape of a tongue in space: strained too far.
+    /// What is wrong with the shape: not known to lie on the branch from rest, kept by the barrier, or strained too far.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alarms: Vec<Alarm>,
     pub wall_s: f64,
-    /// Time by effect, for a trajectory or the last equilibrium; the rest is mostly linear algebra.
+    /// Time by effect, for a trajectory or the last direct solve; the rest is mostly linear algebra, and following the branch from rest.
     pub time_by_effect: Vec<EffectTime>,
     pub positions_m: Vec<Vec<f64>>,
 }

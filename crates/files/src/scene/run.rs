@@ -11,14 +11,14 @@ pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, S
 use super::outcome::{formants, hear};
 use super::prepare::{Prepared, prepare};
 use crate::report::Pulls;
-use crate::run::equilibrium::follow as follow_from;
+use crate::run::equilibrium::{Equilibrium, follow as follow_from};
 use crate::simulation::SimulationError;
 use crate::surgery::OperationRecord;
 use nalgebra::{SVector, Vector3};
 use tongue_core::dynamics::{self, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
-use tongue_core::statics::{self, Connection, Solution, SolveSettings, Workspace};
+use tongue_core::statics::{self, SolveSettings, Workspace};
 use tongue_core::system::System;
 use tongue_infer::inverse;
 use tongue_infer::inverse::alarms;
@@ -57,9 +57,10 @@ pub fn run<const D: usize>(
         points = Some(told);
         prepared.tensions = tensions;
     }
-    let (mut solution, mut trajectory, mut heard) = (None, None, None);
+    let (mut solution, mut trajectory, mut heard, mut alarms) = (None, None, None, Vec::new());
     let positions = if let Some(workspace) = &mut workspace {
-        solution = Some(equilibrium(&prepared.system, workspace, &prepared.tensions));
+        let found = Equilibrium::of(&prepared.system, workspace, &prepared.tensions, false);
+        (solution, alarms) = (Some(found.solution), found.alarms);
         if scene.want == Want::Sound {
             heard = hear(prepared, airway::posture(scene), workspace)?;
         }
@@ -87,7 +88,7 @@ pub fn run<const D: usize>(
         && trajectory.as_ref().is_none_or(|t| t.status == dynamics::MotionStatus::Completed)
         && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
         && min_cell_ratio > 0.0;
-    let alarms = alarms::of_shape(&prepared.body, system, &positions);
+    alarms.extend(alarms::of_shape(&prepared.body, system, &positions));
     Ok(SceneOutcome {
         converged,
         pulls: Pulls::of(&prepared.body, prepared.tensions.clone()),
@@ -126,21 +127,6 @@ pub fn fit<const D: usize>(
     let fit = inverse::fit_in(&prepared.system, &matched, &settings)?;
     prepared.tensions = fit.body_tensions;
     Ok(Some(fit.status))
-}
-
-/// Solves for the equilibrium. Where Newton's method leaves an unstable equilibrium on its way, the tensions are raised in steps from
-/// rest instead, so that the answer is the shape to which they lead.
-fn equilibrium<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    tensions: &[f64],
-) -> Solution {
-    let settings = SolveSettings::default();
-    let direct = statics::solve(system, workspace, tensions, &settings);
-    if direct.connection != Connection::Downhill {
-        return direct;
-    }
-    statics::trace_beside(system, workspace, &direct, tensions, &settings).solution
 }
 
 fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {
