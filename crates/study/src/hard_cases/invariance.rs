@@ -17,7 +17,7 @@ use super::{HardCase, bodies, equilibrium_row};
 use crate::Error;
 
 /// Tolerance of the agreement of answers, m.
-pub(super) const SAME: f64 = 1e-9;
+const SAME: f64 = 1e-9;
 
 /// Solves the published load on the tongue renumbered, mirrored, turned and moved, and fits on 1, 2 and 4
 /// threads.

@@ -23,7 +23,7 @@ use serde::Serialize;
 
 use crate::{Error, tell};
 use tongue_core::statics::{
-    Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
+    SAME_SHAPE_M, Solution, SolveSettings, SolveStatus, Stability, Workspace, smallest_eigenvalue, solve,
 };
 use tongue_core::system::System;
 
@@ -90,14 +90,14 @@ impl HardCase {
         self
     }
 
-    /// Whether the branch from rest was followed, reaches the whole load, and leads to the answer, to 1e-9 m.
+    /// Whether the branch from rest was followed, reaches the whole load, and leads to the answer.
     pub fn is_on_branch(&self) -> bool {
         self.branch_ends_at == Some(1.0) && self.is_where_branch_leads()
     }
 
-    /// Whether the answer is the equilibrium found along the branch from rest, to 1e-9 m.
+    /// Whether the answer has the same shape ([`SAME_SHAPE_M`]) as the equilibrium found along the branch from rest.
     pub fn is_where_branch_leads(&self) -> bool {
-        self.apart_from_branch_m.is_some_and(|apart| apart <= invariance::SAME)
+        self.apart_from_branch_m.is_some_and(|apart| apart <= SAME_SHAPE_M)
     }
 }
 

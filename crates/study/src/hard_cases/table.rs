@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use serde_json::Value;
+use tongue_core::statics::SAME_SHAPE_M;
 use tongue_core::statistics::distinct;
 use tongue_files::report::column::{self, Column};
 use tongue_files::report::{ReportError, Series, Svg, parts};
@@ -29,9 +30,10 @@ pub fn markdown(rows: &[HardCase], made: &str) -> Result<String, serde_json::Err
         writeln!(out, "{made} A promise is kept when the run ended in a stable equilibrium or in a status");
     let _ =
         writeln!(out, "that says what happened, and contains neither NaN nor an unreported inverted cell.");
-    out.push_str(
+    let _ = writeln!(
+        out,
         "Answers are found directly; in cases 2 and 11 (there up to 100 N) the equilibria were also followed from rest, there and back, as the load grows, and \
-         an\nanswer counts as on that branch when it reaches the whole load and ends within 1e-9 m of the answer.\n\n",
+         an\nanswer counts as on that branch when it reaches the whole load and ends within {SAME_SHAPE_M:e} m of the answer.\n",
     );
     let mut cases: BTreeMap<u8, Vec<&HardCase>> = BTreeMap::new();
     rows.iter().for_each(|r| cases.entry(r.case).or_default().push(r));
