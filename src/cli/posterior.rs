@@ -185,7 +185,7 @@ impl Sampled<'_> {
         }
         let _ = writeln!(
             text,
-            "{} draws of shapes that their tensions reach from rest; of the trajectories {} led to other shapes, {} ended at folds, {} diverged; \
+            "{} draws of shapes that their tensions reach from rest; {} times a chain was sent back from another shape; of the trajectories {} ended at folds, {} diverged; \
              R-hat {:.3}, ESS {:.0}; {:.0} ms",
             report.draws,
             report.off_branch,
