@@ -18,7 +18,7 @@ use nalgebra::{SVector, Vector3};
 use tongue_core::dynamics::{self, Tensions};
 use tongue_core::effect::{Configuration, Tangent};
 use tongue_core::sparse::BlockMatrix;
-use tongue_core::statics::{self, SolveSettings, Workspace};
+use tongue_core::statics::{self, Connection, SolveSettings, Workspace};
 use tongue_core::system::System;
 use tongue_infer::inverse;
 use tongue_infer::inverse::alarms;
@@ -59,7 +59,7 @@ pub fn run<const D: usize>(
     }
     let (mut solution, mut trajectory, mut heard, mut alarms) = (None, None, None, Vec::new());
     let positions = if let Some(workspace) = &mut workspace {
-        let found = Equilibrium::of(&prepared.system, workspace, &prepared.tensions, false);
+        let found = equilibrium(prepared, workspace);
         (solution, alarms) = (Some(found.solution), found.alarms);
         if scene.want == Want::Sound {
             heard = hear(prepared, airway::posture(scene), workspace)?;
@@ -127,6 +127,19 @@ pub fn fit<const D: usize>(
     let fit = inverse::fit_in(&prepared.system, &matched, &settings)?;
     prepared.tensions = fit.body_tensions;
     Ok(Some(fit.status))
+}
+
+/// The equilibrium, followed from rest. At a wall a direct solve stands if it left no unstable equilibrium on its way: nodes alone feel the
+/// wall, so that on a longer path an edge may pass one of its corners.
+fn equilibrium<const D: usize>(prepared: &Prepared<D>, workspace: &mut Workspace<D>) -> Equilibrium {
+    let (system, pulls) = (&prepared.system, &prepared.tensions);
+    if prepared.wall.is_some() {
+        let direct = Equilibrium::of(system, workspace, pulls, true);
+        if direct.solution.connection != Connection::Downhill {
+            return direct;
+        }
+    }
+    Equilibrium::of(system, workspace, pulls, false)
 }
 
 fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {
