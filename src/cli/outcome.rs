@@ -26,12 +26,18 @@ impl Outcome {
     }
 
     pub fn of_equilibrium(found: &Equilibrium) -> Self {
-        let (status, alarms) = (found.solution.status, &found.alarms);
-        let is_found = status == SolveStatus::Converged;
-        Self::judged(is_found && alarms.is_empty(), || {
-            let ended = (!is_found).then(|| format!("no equilibrium was found ({})", word(&status)));
-            ended.into_iter().chain(alarms.iter().map(Alarm::to_string)).collect::<Vec<_>>().join("; ")
-        })
+        let status = found.solution.status;
+        let failed = status != SolveStatus::Converged;
+        Self::of_alarms(
+            failed.then(|| format!("no equilibrium was found ({})", word(&status))),
+            &found.alarms,
+        )
+    }
+
+    /// The outcome for a result that may have failed, with its alarms.
+    pub fn of_alarms(failed: Option<String>, alarms: &[Alarm]) -> Self {
+        let why: Vec<String> = failed.into_iter().chain(alarms.iter().map(Alarm::to_string)).collect();
+        Self::judged(why.is_empty(), || why.join("; "))
     }
 
     /// The outcome for muscles that pull alone: their names, the status of each solve, and its number of alarms.

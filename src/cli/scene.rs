@@ -6,7 +6,6 @@ use miette::{IntoDiagnostic, miette};
 use nalgebra::{SVector, Vector3};
 use serde_json::json;
 use tongue_fit::body::{AnyBody, Body, Mesh};
-use tongue_fit::inverse::alarms::Alarm;
 use tongue_fit::report::{self, Export, Json, OutputDir, Provenance, ReportError, SectionPicture, Svg, Vtu};
 use tongue_fit::scene::prepare::{Prepared, prepare};
 use tongue_fit::scene::run::{self, SceneOutcome as Answer};
@@ -213,7 +212,6 @@ fn refuse_to_overwrite(scene: &Scene, out: &OutputDir, names: &[String]) -> miet
 }
 
 fn outcome(result: &Answer) -> Outcome {
-    let ended = (!result.converged).then(|| "it did not converge".to_owned());
-    let why = ended.into_iter().chain(result.alarms.iter().map(Alarm::to_string)).collect::<Vec<_>>();
-    Outcome::judged(why.is_empty(), || why.join("; "))
+    let failed = !result.converged;
+    Outcome::of_alarms(failed.then(|| "it did not converge".to_owned()), &result.alarms)
 }

@@ -44,13 +44,21 @@ impl Equilibrium {
         pulls: &[f64],
         direct: bool,
     ) -> Self {
-        let settings = SolveSettings::default();
-        if direct {
-            let solution = statics::solve(system, workspace, pulls, &settings);
-            let alarms = alarms::barrier(solution.guarded).into_iter().collect();
-            return Self { solution, branch: None, alarms };
-        }
-        let found = statics::solve_and_trace(system, workspace, pulls, &settings);
+        let solution = statics::solve(system, workspace, pulls, &SolveSettings::default());
+        let alarms = alarms::barrier(solution.guarded).into_iter().collect();
+        let found = Self { solution, branch: None, alarms };
+        if direct { found } else { found.followed(system, workspace, pulls) }
+    }
+
+    /// The same after a direct solve, whose positions are in the workspace: the equilibria from rest are followed too.
+    pub(crate) fn followed<const D: usize>(
+        self,
+        system: &System<D>,
+        workspace: &mut Workspace<D>,
+        pulls: &[f64],
+    ) -> Self {
+        let found =
+            statics::trace_beside(system, workspace, &self.solution, pulls, &SolveSettings::default());
         let alarms = alarms::of_equilibrium(&found.solution, found.critical);
         Self { solution: found.solution, branch: Some(found), alarms }
     }

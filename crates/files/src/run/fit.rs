@@ -58,8 +58,9 @@ impl<'a> FitRun<'a> {
                 record.posterior = posterior.ok().cloned();
                 let verdict = posterior.map_err(str::to_owned).and_then(of_posterior);
                 // Where the chains have not mixed, the posterior has no summary.
-                if let (Err(why), None) =
-                    (&verdict, record.posterior.as_ref().and_then(|p| p.summary.as_ref()))
+                let has_mixed = posterior.is_ok_and(|report| report.summary.is_some());
+                if let Err(why) = &verdict
+                    && !has_mixed
                 {
                     record.alarms.push(Alarm::NoPosterior { reason: why.clone() });
                 }

@@ -121,7 +121,8 @@ pub struct SceneOutcome {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub alarms: Vec<Alarm>,
     pub wall_s: f64,
-    /// Time by effect, for a trajectory or the last direct solve; the rest is mostly linear algebra, and following the branch from rest.
+    /// Time that each effect took in a trajectory or in the last direct solve. The rest of the time is mostly linear algebra and, for an
+    /// equilibrium, following the branch from rest.
     pub time_by_effect: Vec<EffectTime>,
     pub positions_m: Vec<Vec<f64>>,
 }

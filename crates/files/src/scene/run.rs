@@ -133,13 +133,11 @@ pub fn fit<const D: usize>(
 /// wall, so that on a longer path an edge may pass one of its corners.
 fn equilibrium<const D: usize>(prepared: &Prepared<D>, workspace: &mut Workspace<D>) -> Equilibrium {
     let (system, pulls) = (&prepared.system, &prepared.tensions);
-    if prepared.wall.is_some() {
-        let direct = Equilibrium::of(system, workspace, pulls, true);
-        if direct.solution.connection != Connection::Downhill {
-            return direct;
-        }
+    let direct = Equilibrium::of(system, workspace, pulls, true);
+    if prepared.wall.is_some() && direct.solution.connection != Connection::Downhill {
+        return direct;
     }
-    Equilibrium::of(system, workspace, pulls, false)
+    direct.followed(system, workspace, pulls)
 }
 
 fn tensions_over_time<const D: usize>(scene: &Scene, prepared: &Prepared<D>) -> Tensions {
