@@ -2,9 +2,8 @@
 //!
 //! [`mod@file`] is the scene file, [`body`] its body, [`plan`] what is simulated and what is left out and
 //! why, [`prepare`] the system for it, [`loads`] what acts on it beside its muscles and tensions from
-//! measured points, [`run`] the result, [`airway`] the tract and its sound.
+//! measured points, [`run`] the result, [`vocal_tract`] the tract and its sound.
 
-pub mod airway;
 pub mod body;
 mod check;
 pub mod effects;
@@ -14,6 +13,7 @@ mod outcome;
 pub mod plan;
 pub mod prepare;
 pub mod run;
+pub mod vocal_tract;
 
 pub use file::{Scene, names, shipped};
 pub use plan::ScenePlan;

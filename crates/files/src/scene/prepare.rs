@@ -7,7 +7,7 @@ use super::body::{Operation, activations};
 use super::file::{Scene, Want};
 use super::loads::{carry_bones, contact, gravity};
 use super::plan::{self, EffectRole, Planned, ScenePlan};
-use super::{airway, loads};
+use super::{loads, vocal_tract};
 use crate::simulation::SimulationError;
 use tongue_core::body::{Body, Muscle};
 use tongue_core::effect::{Contact, Effect};
@@ -42,7 +42,7 @@ pub fn prepare<const D: usize>(scene: &Scene, body: Body<D>) -> Result<Prepared<
     let operation = Operation::of(scene)?;
     let tensions = tensions(scene, operation.as_ref(), &body)?;
     let seen = loads::frame(scene, &body)?;
-    let airway = airway::airway(scene, &body)?;
+    let airway = vocal_tract::vocal_tract(scene, &body)?;
     let all = 0..body.mesh.muscles.len();
     let contracting: Vec<usize> = match &target {
         _ if seen.is_some() => all.collect(),

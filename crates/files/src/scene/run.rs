@@ -3,13 +3,13 @@
 use std::any::Any;
 use std::time::Instant;
 
-use super::airway;
 use super::body::{self, Operation, in_space};
 use super::file::{Scene, SceneBody, Want};
 use super::loads::PointsFit;
 pub use super::outcome::{ContactForce, EffectTime, Moment, MuscleLength, Pull, SceneMotion, SceneOutcome};
 use super::outcome::{formants, hear};
 use super::prepare::{Prepared, prepare};
+use super::vocal_tract;
 use crate::report::Pulls;
 use crate::run::equilibrium::{Equilibrium, follow as follow_from};
 use crate::simulation::SimulationError;
@@ -62,7 +62,7 @@ pub fn run<const D: usize>(
         let found = equilibrium(prepared, workspace);
         (solution, alarms) = (Some(found.solution), found.alarms);
         if scene.want == Want::Sound {
-            heard = hear(prepared, airway::posture(scene), workspace)?;
+            heard = hear(prepared, vocal_tract::posture(scene), workspace)?;
         }
         workspace.positions().to_vec()
     } else {
@@ -171,7 +171,7 @@ fn follow<const D: usize>(
     };
     let tensions = tensions_over_time(scene, prepared);
     let found = follow_from(&prepared.system, tensions, start.as_deref(), tolerance, duration, SAMPLES)?;
-    let posture = airway::posture(scene);
+    let posture = vocal_tract::posture(scene);
     let each = found.samples.times.iter().zip(&found.samples.positions);
     let moments = each.map(|(&time_s, positions)| Moment {
         time_s,

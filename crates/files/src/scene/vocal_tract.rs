@@ -22,7 +22,7 @@ pub(super) fn posture(scene: &Scene) -> Articulation {
 }
 
 /// The tract around the body of a scene; `None` if no sound is wanted.
-pub(super) fn airway<const D: usize>(
+pub(super) fn vocal_tract<const D: usize>(
     scene: &Scene,
     body: &Body<D>,
 ) -> Result<Option<VocalTract>, SimulationError> {
