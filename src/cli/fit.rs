@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::choice::name_of;
-use tongue_fit::inverse::{FitSettings, Method};
+use tongue_fit::inverse::{Fit, FitSettings, Method};
 use tongue_fit::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 use tongue_fit::report::{self, Export, Series, SolutionCurveRecord};
 use tongue_fit::run::{FitRun, VerdictSource};
@@ -144,14 +144,16 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let by = super::provenance().with_tissue(TissueModel::of(&tongue.mesh));
     let asked = FitRun { target: &target, settings, walls: false, verdict };
     let mut record = asked.run(&tongue, &model, &by).into_diagnostic()?;
-    let fit = &record.fit;
-    output::step(|| format!("{:?}: misfit {:.1e}, {} equilibria", fit.status, fit.misfit, fit.evaluations));
+    let Fit { matched, answer, .. } = &record.fit;
+    output::step(|| {
+        format!("{:?}: misfit {:.1e}, {} equilibria", answer.status, answer.misfit, answer.evaluations)
+    });
     output::step(|| match &record.no_verdict {
         None => "verdict made".to_owned(),
         Some(why) => format!("no verdict: {why}"),
     });
     let published = match arguments.lengths {
-        None => reference_solution::answer(&tongue.mesh, &model, &fit.target)?,
+        None => reference_solution::answer(&tongue.mesh, &model, &matched.target)?,
         Some(_) => None,
     };
 
@@ -182,7 +184,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
         .into_diagnostic()?;
     let mut files: Vec<(&str, &dyn Export)> =
         vec![("fit.json", &json), ("fit.csv", &csv), ("tongue.svg", &picture), ("changes.svg", &chart)];
-    let of_fit = &record.fit.target;
+    let of_fit = &record.fit.matched.target;
     let curve = SolutionCurveRecord::of(&record.fit);
     let curve = curve.map(|v| (v.table(), report::solution_curve(&v, &of_fit.muscles[of_fit.reference])));
     if let Some((table, drawing)) = &curve {

@@ -57,7 +57,7 @@ impl ShownFit<'_> {
 
     /// The verdict, which stands before all else.
     fn told_first(&self) -> String {
-        let target = &self.record.fit.target;
+        let target = &self.record.fit.matched.target;
         let note = if target.has_active_baseline() { ACTIVE_BASELINE } else { "" };
         let mut text = format!("{} /{}/ against /{}/{note}\n", target.subject, target.vowel, target.baseline);
         match &self.record.verdict {
@@ -82,11 +82,11 @@ impl ShownFit<'_> {
     /// What the tensions below are, and what they miss.
     fn heading(&self) -> String {
         let fit = &self.record.fit;
-        let name = match fit.target.kind {
+        let name = match fit.matched.target.kind {
             TargetKind::Ratio => "The thesis's fit",
             TargetKind::Stretch => "The fit",
         };
-        let what = match (fit.misfit <= fit.misfit_tolerance, &fit.identifiability) {
+        let what = match (fit.answer.misfit <= fit.misfit_tolerance, &fit.answer.identifiability) {
             (false, _) => "it misses",
             (true, None) => "it meets",
             (true, Some(found)) if found.null_directions.is_empty() => "the only one nearby that meets",
@@ -97,7 +97,7 @@ impl ShownFit<'_> {
     }
 
     fn quantity(&self) -> &'static str {
-        match self.record.fit.target.kind {
+        match self.record.fit.matched.target.kind {
             TargetKind::Ratio => "ratios",
             TargetKind::Stretch => "stretches",
         }
@@ -107,6 +107,7 @@ impl ShownFit<'_> {
     fn solution_curves(&self) -> impl Iterator<Item = &SolutionCurve> {
         self.record
             .fit
+            .answer
             .identifiability
             .iter()
             .flat_map(|i| &i.null_directions)
@@ -114,12 +115,13 @@ impl ShownFit<'_> {
     }
 
     fn tensions(&self) -> String {
-        let (fit, target) = (&self.record.fit, &self.record.fit.target);
+        let fit = &self.record.fit;
+        let (target, lengths) = (&fit.matched.target, fit.lengths());
         let mut header = vec!["tension, N/m"];
         header.extend(target.active_names());
         let own = |tensions: &[f64]| target.active.iter().map(|&m| newtons(tensions[m])).collect::<Vec<_>>();
-        let mut found = vec![("found", own(&fit.tensions))];
-        found.extend(self.from_stretches.map(|f| ("found from stretches", own(&f.tensions))));
+        let mut found = vec![("found", own(&fit.tensions()))];
+        found.extend(self.from_stretches.map(|f| ("found from stretches", own(&f.tensions()))));
         for curve in self.solution_curves() {
             if let (Some(first), Some(last)) = (curve.points.first(), curve.points.last()) {
                 let ranges =
@@ -127,10 +129,13 @@ impl ShownFit<'_> {
                 found.push(("fits as well", ranges.collect()));
             }
         }
-        found.extend(self.published.map(|p| ("published (Kato 2014, 4.4.1)", own(&p.tensions))));
+        found.extend(self.published.map(|p| {
+            let tensions = p.thesis.tensions_a().into_iter();
+            ("published (Kato 2014, 4.4.1)", tensions.map(|(_, tension)| newtons(tension)).collect())
+        }));
         let shortens = target.active.iter().map(|&m| {
             let measured = fixed(shortening_percent(target.measured_mm[m], target.baseline_mm[m]), 0);
-            format!("{} ({measured})", fixed(shortening_percent(fit.lengths[m], fit.rest_lengths[m]), 0))
+            format!("{} ({measured})", fixed(shortening_percent(lengths[m], fit.rest_lengths[m]), 0))
         });
         found.push(("shortens, % (measured)", shortens.collect()));
         let t = rows(&header, found, |(name, values)| std::iter::once(name.to_owned()).chain(values));
@@ -147,29 +152,30 @@ impl ShownFit<'_> {
 
     /// How the search ended, with all reasons for doubt.
     fn search_outcome(&self) -> String {
-        let (fit, target) = (&self.record.fit, &self.record.fit.target);
-        let misfit = if fit.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", fit.misfit) };
+        let Fit { answer, matched, .. } = &self.record.fit;
+        let misfit =
+            if answer.misfit < NO_MISFIT { "below 1e-9".into() } else { format!("{:.1e}", answer.misfit) };
         let mut text = format!(
             "\n{}: the fitted {} are missed by {misfit} (RMS); {} equilibria in {:.0} ms\n",
-            word(&fit.status),
+            word(&answer.status),
             self.quantity(),
-            fit.evaluations,
+            answer.evaluations,
             1e3 * self.record.wall_s.unwrap_or_default()
         );
         for alarm in &self.record.alarms {
             text += &wrapped(&format!("but {alarm}"));
         }
-        let open = fit.identifiability.as_ref().map_or(0, |i| i.null_directions.len());
+        let open = answer.identifiability.as_ref().map_or(0, |i| i.null_directions.len());
         if open > 0 {
-            let [equations, directions] =
-                [(target.fitted.len(), "equation"), (open, "direction")].map(|(n, what)| counted(n, what));
+            let [equations, directions] = [(matched.target.fitted.len(), "equation"), (open, "direction")]
+                .map(|(n, what)| counted(n, what));
             let _ = writeln!(
                 text,
                 "NOT UNIQUE: {equations} for {} tensions leave {directions} undetermined",
-                target.active.len()
+                matched.target.active.len()
             );
         }
-        let names: Vec<String> = target.active_names().into_iter().map(str::to_owned).collect();
+        let names: Vec<String> = matched.target.active_names().into_iter().map(str::to_owned).collect();
         for curve in self.solution_curves() {
             let [before, after] = curve.ends.map(|end| end.text(&names));
             text += &wrapped(&format!(
@@ -195,24 +201,25 @@ fn shortening_percent(length: f64, than: f64) -> f64 {
 
 /// Every muscle of a fit beside its measurement.
 fn muscles(fit: &Fit, published: Option<&Published>) -> String {
-    let target = &fit.target;
+    let target = &fit.matched.target;
+    let (lengths, simulated, residuals) = (fit.lengths(), fit.simulated(), fit.residuals());
     let quantity = target.kind.name();
-    let [measured, simulated] = ["measured", "simulated"].map(|what| format!("{quantity},\n{what}"));
+    let [of_measured, of_simulated] = ["measured", "simulated"].map(|what| format!("{quantity},\n{what}"));
     let shortening = ["shortening,\nmeasured", "shortening,\nsimulated"];
-    let mut header = vec!["muscle", shortening[0], shortening[1], &measured, &simulated, "residual"];
+    let mut header = vec!["muscle", shortening[0], shortening[1], &of_measured, &of_simulated, "residual"];
     if published.is_some() {
         header.extend(["published", "table 4.8"]);
     }
     let t = rows(&header, target.muscles.iter().enumerate(), |(i, muscle)| {
         let mark = if fit.contracts(i) { "*" } else { "" };
         let doubt = if target.activation[i].uncertain { "?" } else { "" };
-        let residual = fit.residuals[i];
+        let residual = residuals[i];
         let mut row = vec![
             format!("{muscle}{mark}{doubt}"),
             fixed(shortening_percent(target.measured_mm[i], target.baseline_mm[i]), 1) + " %",
-            fixed(shortening_percent(fit.lengths[i], fit.rest_lengths[i]), 1) + " %",
+            fixed(shortening_percent(lengths[i], fit.rest_lengths[i]), 1) + " %",
             format!("{:.3}", target.values[i]),
-            format!("{:.3}", fit.simulated[i]),
+            format!("{:.3}", simulated[i]),
             if residual.abs() < 5e-4 { "0.000".into() } else { format!("{residual:+.3}") },
         ];
         if let Some(p) = published {

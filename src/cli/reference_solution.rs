@@ -9,7 +9,7 @@ use tongue_fit::system::{Model, System};
 
 #[derive(Debug, Clone)]
 pub struct Published {
-    pub tensions: Vec<f64>,
+    pub thesis: Thesis,
     pub ratios: Vec<f64>,
     pub stretches: Vec<f64>,
     /// Table 4.8: lengths over that of GGa in the thesis's own simulation.
@@ -51,8 +51,7 @@ pub fn answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<
     let measured = target.muscles.len();
     let mut lengths = matched.pick(&system.lengths(workspace.positions()));
     let mut rest = matched.pick(&system.lengths(system.rest()));
-    let mut tensions = matched.pick(&all);
-    [&mut lengths, &mut rest, &mut tensions].into_iter().for_each(|list| list.truncate(measured));
+    [&mut lengths, &mut rest].into_iter().for_each(|list| list.truncate(measured));
     let [ratios, stretches] =
         [TargetKind::Ratio, TargetKind::Stretch].map(|kind| kind.values(&lengths, &rest, target.reference));
     let thesis_stretches = thesis.stretches_a(&target.muscles, stretches[target.reference]);
@@ -63,5 +62,5 @@ pub fn answer(mesh: &Mesh<2>, model: &Model, target: &Target) -> miette::Result<
     let others: Vec<usize> = (0..measured).filter(|&m| m != target.reference).collect();
     let squares: f64 = others.iter().map(|&m| (ratios[m] - thesis_ratios[m]).powi(2)).sum();
     let rms = (squares / others.len() as f64).sqrt();
-    Ok(Some(Published { tensions, ratios, stretches, thesis_ratios, thesis_stretches, rms }))
+    Ok(Some(Published { thesis, ratios, stretches, thesis_ratios, thesis_stretches, rms }))
 }

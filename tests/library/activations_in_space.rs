@@ -27,7 +27,7 @@ fn activations_come_back_from_the_surface_that_they_made() {
     let target = seen(&body, &system, &truth, &free);
     let search = SpaceSearch { sides_apart: true, prior_sd: 100.0, ..SpaceSearch::default() };
     let fit = search.fit(&body, &system, &target, None).unwrap();
-    for (found, (name, truth)) in fit.activations.iter().zip(truth) {
+    for (found, (name, truth)) in fit.answer.tensions.iter().zip(truth) {
         assert!((found - truth).abs() < 1e-3, "{name} {found}");
     }
     assert_eq!(fit.answer.status, FitStatus::Converged);
@@ -39,8 +39,8 @@ fn activations_come_back_from_the_surface_that_they_made() {
     let search = SpaceSearch { sides_apart: false, ..search };
     let fit = search.fit(&body, &system, &target, None).unwrap();
     assert_eq!(fit.names, ["A", "M"]);
-    assert_eq!(fit.activations[0], fit.activations[1]);
-    assert!((fit.activations[0] - 0.1).abs() < 1e-3 && (fit.activations[2] - 0.05).abs() < 1e-3);
+    assert_eq!(fit.answer.tensions[0], fit.answer.tensions[1]);
+    assert!((fit.answer.tensions[0] - 0.1).abs() < 1e-3 && (fit.answer.tensions[2] - 0.05).abs() < 1e-3);
 
     // From the answer before it takes one start and fewer factorisations.
     let next = search.fit(&body, &system, &target, Some(&fit.answer)).unwrap();
@@ -87,7 +87,7 @@ fn artisynths_target_is_met_as_well_as_by_artisynth() {
     let left = System::of_half(&half, &SpaceModel::default()).unwrap();
     let alike = search.fit_alike((&body, &system), (&half, &left), &target, None).unwrap();
     assert!((alike.rms_m - fit.rms_m).abs() < 1e-5, "{} {}", alike.rms_m, fit.rms_m);
-    assert!(alike.activations.iter().zip(&fit.activations).all(|(a, b)| (a - b).abs() < 1e-2));
+    assert!(alike.answer.tensions.iter().zip(&fit.answer.tensions).all(|(a, b)| (a - b).abs() < 1e-2));
     // ArtiSynth itself leaves 3.38 mm.
     assert!(fit.rms_m < 3.38e-3, "{}", fit.rms_m);
     assert!(fit.starts.iter().all(|s| (s.misfit / fit.answer.misfit - 1.0).abs() < 0.05), "from every start");

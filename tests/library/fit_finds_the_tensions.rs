@@ -27,7 +27,7 @@ fn s2_a(kind: TargetKind) -> Target {
 }
 
 fn tension(fit: &Fit, muscle: &str) -> f64 {
-    fit.tensions[fit.muscles.iter().position(|m| m == muscle).unwrap()]
+    fit.tensions()[fit.matched.muscles.iter().position(|m| m == muscle).unwrap()]
 }
 
 fn fitted(mesh: &Mesh<2>, target: &Target) -> Fit {
@@ -40,12 +40,12 @@ fn tensions_that_were_simulated_are_found_again() {
     let four = [("GGa", 3.0), ("GGm", 9.0), ("SGa", 6.0), ("HGp", 15.0)];
     for truth in [&PUBLISHED_A[..], &[("GGp", 20.0)], &four] {
         let fit = fitted(&mesh, &synthetic(&mesh, truth, TargetKind::Stretch));
-        assert_eq!(fit.status, FitStatus::Converged);
+        assert_eq!(fit.answer.status, FitStatus::Converged);
         for (m, t) in truth {
             let found = tension(&fit, m);
             assert!((found - t).abs() < 1e-3, "{m}: {found} in place of {t} N");
         }
-        assert!(fit.identifiability.unwrap().null_directions.is_empty());
+        assert!(fit.answer.identifiability.unwrap().null_directions.is_empty());
     }
 }
 
@@ -54,8 +54,8 @@ fn ratios_of_three_muscles_leave_one_direction_open_and_the_other_lengths_close_
     let mesh = tongue();
     let truth = PUBLISHED_A;
     let fit = fitted(&mesh, &synthetic(&mesh, &truth, TargetKind::Ratio));
-    assert_eq!(fit.status, FitStatus::Converged);
-    let i = fit.identifiability.as_ref().unwrap();
+    assert_eq!(fit.answer.status, FitStatus::Converged);
+    let i = fit.answer.identifiability.as_ref().unwrap();
     assert_eq!(i.null_directions.len(), 1);
     assert!(i.singular_values[2] < 1e-9 && i.singular_values[1] > 1e-3, "{:?}", i.singular_values);
     // The other lengths of a synthetic row determine which point of the curve is the truth.
@@ -89,7 +89,7 @@ fn is_as_before(fit: &Fit, (subject, label, tensions, passive_rms, count): (&str
     for (found, before) in found.zip(tensions.iter().chain([&passive_rms])) {
         assert!((found / before - 1.0).abs() < 1e-9, "{subject} /{label}/: {found} {before}");
     }
-    assert_eq!((fit.active_tensions().len(), fit.evaluations), (tensions.len(), count));
+    assert_eq!((fit.active_tensions().len(), fit.answer.evaluations), (tensions.len(), count));
 }
 
 /// Every row of S1 to S3 with both kinds of target, by Nelder-Mead, which uses costs only, and by Gauss-Newton, which uses derivatives: both
@@ -111,13 +111,13 @@ fn all_rows_with_a_baseline_end_in_a_true_status_by_both_methods() {
             });
             let before = BEFORE.iter().find(|b| (b.0, b.1, kind) == (subject, label, TargetKind::Stretch));
             before.into_iter().for_each(|before| is_as_before(&simplex, *before));
-            assert_eq!(simplex.status, derivatives.status, "{subject} /{label}/ {kind}");
-            converged += usize::from(simplex.status == FitStatus::Converged);
-            let equilibria: usize = derivatives.starts.iter().map(|s| s.evaluations).sum();
+            assert_eq!(simplex.answer.status, derivatives.answer.status, "{subject} /{label}/ {kind}");
+            converged += usize::from(simplex.answer.status == FitStatus::Converged);
+            let equilibria: usize = derivatives.answer.starts.iter().map(|s| s.evaluations).sum();
             assert!(equilibria < 100, "{equilibria} equilibria");
             // Results of the searches, before a fit with an undetermined target selects another one.
             let found = |fit: &Fit| -> Vec<f64> {
-                let best = fit.starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
+                let best = fit.answer.starts.iter().min_by(|a, b| a.cost.total_cmp(&b.cost));
                 best.unwrap().x.clone()
             };
             let differences =
@@ -134,32 +134,36 @@ fn all_rows_with_a_baseline_end_in_a_true_status_by_both_methods() {
 }
 
 fn is_true(mesh: &Mesh<2>, target: &Target, fit: &Fit, what: &str) {
-    let pull = target.active.iter().map(|&m| (fit.muscles[m].as_str(), fit.tensions[m]));
+    let pull = target.active.iter().map(|&m| (fit.matched.muscles[m].as_str(), fit.tensions()[m]));
     let (active, all) = pulling(mesh, &pull.collect::<Vec<_>>());
     let system = System::new(mesh, &Model::default(), &active).unwrap();
     let mut w = Workspace::new(&system);
     let traced = statics::trace(&system, &mut w, &all, &statics::SolveSettings::default());
     assert_eq!(traced.solution.status, statics::SolveStatus::Converged);
-    let apart = tongue_core::body::largest_distance(w.positions(), &fit.positions);
+    let apart = tongue_core::body::largest_distance(w.positions(), &fit.answer.positions);
     assert!(apart < 1e-8, "{what}: {apart:e} m");
-    assert_eq!(fit.replay.solution.connection, statics::Connection::Traced, "{what}");
-    let replay = (fit.replay.largest_difference, fit.replay.solution.max_residual_force);
+    assert_eq!(fit.answer.replay.solution.connection, statics::Connection::Traced, "{what}");
+    let replay = (fit.answer.replay.largest_difference, fit.answer.replay.solution.max_residual_force);
     assert!(replay.0 < 1e-12 && replay.1 < 1e-9, "{what}: {replay:?}");
-    for (there, here) in system.lengths(w.positions()).iter().zip(&fit.lengths) {
+    for (there, here) in system.lengths(w.positions()).iter().zip(&fit.lengths()) {
         assert!((there - here).abs() < 1e-8, "{what}: {there} {here}");
     }
-    for (m, &tension) in fit.tensions.iter().enumerate() {
+    for (m, &tension) in fit.tensions().iter().enumerate() {
         assert!(tension == 0.0 || tension > 1e-9, "{what}: {tension:e} N");
         assert_eq!(fit.contracts(m), tension >= 1e-3);
     }
-    if fit.status == FitStatus::Converged {
-        assert!(target.fitted.iter().all(|&m| fit.residuals[m].abs() < 1e-3), "{what}: {:?}", fit.residuals);
+    if fit.answer.status == FitStatus::Converged {
+        assert!(
+            target.fitted.iter().all(|&m| fit.residuals()[m].abs() < 1e-3),
+            "{what}: {:?}",
+            fit.residuals()
+        );
     } else {
         assert!(
-            fit.misfit > 1e-3 && fit.solution_curve().is_none(),
+            fit.answer.misfit > 1e-3 && fit.solution_curve().is_none(),
             "{what}: {:?} at {}",
-            fit.status,
-            fit.misfit
+            fit.answer.status,
+            fit.answer.misfit
         );
     }
 }
@@ -218,7 +222,7 @@ fn a_curve_is_followed_to_where_the_shape_jumps() {
 #[test]
 fn s2_a_has_three_contracting_muscles_nearest_to_the_other_lengths() {
     let fit = fitted(&tongue(), &s2_a(TargetKind::Ratio));
-    assert_eq!(fit.status, FitStatus::Converged);
+    assert_eq!(fit.answer.status, FitStatus::Converged);
     for (muscle, newtons) in [("GGa", 10.5), ("SGm", 8.0), ("HGa", 3.0)] {
         assert!((tension(&fit, muscle) - newtons).abs() < 0.2, "{muscle}: {}", tension(&fit, muscle));
     }
@@ -233,7 +237,7 @@ fn eight_muscles_meet_seven_ratios_in_spite_of_the_effort_term() {
     let options = TargetOptions { muscles: Some(data.muscles().to_vec()), baseline: None };
     let target = Target::new(&data, "S2", &vowel("a"), TargetKind::Ratio, &options).unwrap();
     let fit = fitted(&tongue(), &target);
-    assert_eq!(fit.status, FitStatus::Converged, "{}", fit.misfit);
+    assert_eq!(fit.answer.status, FitStatus::Converged, "{}", fit.answer.misfit);
 }
 
 #[test]
@@ -264,17 +268,17 @@ fn failed_equilibria_make_a_bad_fit_not_a_panic() {
         ..FitSettings::default()
     };
     let fit = inverse::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Ratio), &settings).unwrap();
-    assert_eq!(fit.status, FitStatus::NoEquilibrium);
-    assert!(fit.starts.iter().all(|s| !s.converged));
-    assert!(fit.misfit.is_infinite() && fit.identifiability.is_none());
+    assert_eq!(fit.answer.status, FitStatus::NoEquilibrium);
+    assert!(fit.answer.starts.iter().all(|s| !s.converged));
+    assert!(fit.answer.misfit.is_infinite() && fit.answer.identifiability.is_none());
 }
 
 #[test]
 fn a_bound_that_is_too_low_is_reported_not_hidden() {
     let settings = FitSettings { upper_bound: 10.0, ..FitSettings::default() };
     let fit = inverse::fit(&tongue(), &Model::default(), &s2_a(TargetKind::Stretch), &settings).unwrap();
-    assert_eq!(fit.status, FitStatus::AtUpperBound);
-    assert!(fit.tensions.iter().all(|t| (0.0..=10.0).contains(t)));
+    assert_eq!(fit.answer.status, FitStatus::AtUpperBound);
+    assert!(fit.tensions().iter().all(|t| (0.0..=10.0).contains(t)));
 }
 
 #[test]
@@ -311,25 +315,25 @@ fn each_alarm_is_raised_by_its_cause() {
 
     // 25 times the tensions over 40 mm are as many newtons as the tensions per metre: 8 of GGa's 18, but 38 of
     // the styloglossus' 24.
-    let (tensions, unbounded) = (fit.tensions.clone(), FitSettings { upper_bound: 1e4, ..settings });
-    fit.tensions.iter_mut().for_each(|t| *t *= 25.0);
+    let (tensions, unbounded) = (fit.answer.tensions.clone(), FitSettings { upper_bound: 1e4, ..settings });
+    fit.answer.tensions.iter_mut().for_each(|t| *t *= 25.0);
     let per_metre = alarms(&mesh, fit, &known, &unbounded);
-    fit.tensions = tensions;
+    fit.answer.tensions = tensions;
     assert_eq!(per_metre.len(), 2);
     assert!(matches!(
         &per_metre[0],
         Alarm::BeyondCapacity { muscle, capacity_n: 24.0, .. } if muscle == "styloglossus"
     ));
 
-    let number = |name: &str| fit.muscles.iter().position(|m| m == name).unwrap();
+    let number = |name: &str| mesh.muscles.iter().position(|m| m.name == name).unwrap();
     let (gga, sgm) = (number("GGa"), number("SGm"));
-    fit.tensions[sgm] = settings.upper_bound;
-    fit.tensions[gga] = 0.0;
+    fit.answer.tensions[sgm] = settings.upper_bound;
+    fit.answer.tensions[gga] = 0.0;
     let ggm = mesh.muscles.iter().find(|m| m.name == "GGm").unwrap();
     let (before, folded) = (ggm.nodes[1], ggm.nodes[2]);
-    fit.positions[folded] =
-        fit.positions[before] + (fit.positions[ggm.nodes[0]] - fit.positions[before]) * 0.5;
-    fit.identifiability = None;
+    fit.answer.positions[folded] = fit.answer.positions[before]
+        + (fit.answer.positions[ggm.nodes[0]] - fit.answer.positions[before]) * 0.5;
+    fit.answer.identifiability = None;
     let all = alarms(&mesh, fit, &known, &settings);
     let has = |what: &dyn Fn(&Alarm) -> bool| all.iter().any(what);
     assert!(has(&|a| *a == Alarm::AtUpperBound { muscle: "SGm".into() }));

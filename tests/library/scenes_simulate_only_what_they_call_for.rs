@@ -167,7 +167,7 @@ fn a_fit_in_a_scene_is_the_fit_of_the_main_flow() {
     let mesh = prepared.body.mesh.clone();
     let there = run(&scene, &mut prepared).unwrap();
     let here = inverse::fit(&mesh, &Model::default(), &target, &inverse::FitSettings::default()).unwrap();
-    assert_eq!(there.pulls.values(), &here.tensions);
+    assert_eq!(there.pulls.values(), &here.tensions());
 }
 
 #[test]

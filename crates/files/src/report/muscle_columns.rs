@@ -19,11 +19,11 @@ pub(super) struct OfMuscle<'a> {
 
 impl OfMuscle<'_> {
     pub fn target(&self) -> &Target {
-        &self.record.fit.target
+        &self.record.fit.matched.target
     }
 
     pub fn name(&self) -> &str {
-        &self.record.fit.muscles[self.muscle]
+        &self.record.fit.matched.muscles[self.muscle]
     }
 
     fn own(&self, values: &[f64]) -> Option<f64> {
@@ -46,7 +46,7 @@ impl OfMuscle<'_> {
     fn target_mm(&self) -> Option<f64> {
         let (fit, target) = (&self.record.fit, self.target());
         let unit = match target.kind {
-            Ratio => fit.lengths[target.reference] * 1e3,
+            Ratio => fit.lengths()[target.reference] * 1e3,
             Stretch => self.mm(&fit.rest_lengths)?,
         };
         Some(self.measured(target.kind)? * unit)
@@ -60,7 +60,7 @@ impl FitRecord {
             rest_length_mm,simulated_length_mm,baseline_length_mm,measured_length_mm,simulated_ratio,\
             target_ratio measured_ratio,residual_ratio ratio_residual,simulated_stretch,\
             target_stretch measured_stretch,residual_stretch stretch_residual";
-        let rows: Vec<_> = (0..self.fit.muscles.len())
+        let rows: Vec<_> = (0..self.fit.matched.muscles.len())
             .map(|muscle| OfMuscle { record: self, substitute_baseline: false, muscle })
             .collect();
         column::table(&picked(COLUMNS), &rows).text(&self.made_by)
@@ -83,21 +83,21 @@ pub(super) fn columns<'a>() -> Vec<Column<'a, OfMuscle<'a>>> {
             r.substitute_baseline.into()
         }),
         ("target_kind", "", "quantity that was fitted: ratio or stretch", |r| json!(r.target().kind)),
-        ("status", "", "how the fit ended", |r| json!(r.record.fit.status)),
+        ("status", "", "how the fit ended", |r| json!(r.record.fit.answer.status)),
         ("muscle", "", "muscle", |r| r.name().into()),
         ("active", "", "whether it may contract", |r| r.target().active.contains(&r.muscle).into()),
         ("fitted", "", "whether the fit has to meet it", |r| r.target().fitted.contains(&r.muscle).into()),
         ("uncertain", "", "whether its change is within the rounding of the data", |r| {
             r.target().activation.get(r.muscle).is_some_and(|a| a.uncertain).into()
         }),
-        ("tension_n_per_m", "N/m", "tension that was found", |r| json!(r.own(&r.record.fit.tensions))),
+        ("tension_n_per_m", "N/m", "tension that was found", |r| json!(r.own(&r.record.fit.tensions()))),
         ("baseline_length_mm", "mm", "measured in the baseline", |r| json!(r.own(&r.target().baseline_mm))),
         ("measured_length_mm", "mm", "measured in the vowel", |r| json!(r.own(&r.target().measured_mm))),
         ("rest_length_mm", "mm", "length of the model at rest", |r| json!(r.mm(&r.record.fit.rest_lengths))),
         ("target_length_mm", "mm", "measured, in the size of the model", |r| json!(r.target_mm())),
-        ("simulated_length_mm", "mm", "length of the model", |r| json!(r.mm(&r.record.fit.lengths))),
+        ("simulated_length_mm", "mm", "length of the model", |r| json!(r.mm(&r.record.fit.lengths()))),
         ("residual_mm", "mm", "simulated less target length", |r| {
-            less(r.mm(&r.record.fit.lengths), r.target_mm())
+            less(r.mm(&r.record.fit.lengths()), r.target_mm())
         }),
         ("target_ratio", "", "measured length over that of the reference muscle", |r| {
             json!(r.measured(Ratio))

@@ -7,9 +7,9 @@ use super::export::Provenance;
 use super::{ByMuscle, ReportError, SectionPicture, Series, Svg, Table, changes, status_name, tongue};
 use tongue_core::body::Body;
 use tongue_core::dynamics::{IntegrationMethod, MotionOutcome};
-use tongue_infer::inverse::Fit;
 use tongue_infer::inverse::alarms::Alarm;
 use tongue_infer::inverse::solution_curve::SolutionCurve;
+use tongue_infer::inverse::{Fit, TargetOnBody};
 use tongue_infer::posterior::{Report, Verdict};
 use tongue_input::measured::TargetKind;
 
@@ -55,9 +55,9 @@ pub struct FitRecord {
 /// them. `replay_difference_m` is the largest distance of a node between the search's answer and the shape to which its tensions lead
 /// from rest.
 fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Error> {
-    let (target, all, replay) = (&fit.target, &fit.muscles, &fit.replay);
+    let (target, all, replay) = (&fit.matched.target, &fit.matched.muscles, &fit.answer.replay);
     let (measured, active) = (&target.muscles, fit.active_names());
-    let identifiability = fit.identifiability.as_ref().map(|i| {
+    let identifiability = fit.answer.identifiability.as_ref().map(|i| {
         let curves = i.null_directions.iter().filter_map(|n| n.curve.as_ref());
         let ends = curves
             .filter_map(|v| Some([v.points.first()?, v.points.last()?].map(|p| by_muscle(&active, &p.x))));
@@ -78,9 +78,9 @@ fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Er
         "active": active,
         "uncertain": uncertain.map(|(name, _)| name).collect::<Vec<_>>(),
         "not_measured": fit.not_measured(),
-        "status": fit.status,
-        "tensions_n": by_muscle(all, &fit.tensions),
-        "lengths_mm": mm(all, &fit.lengths),
+        "status": fit.answer.status,
+        "tensions_n": by_muscle(all, &fit.tensions()),
+        "lengths_mm": mm(all, &fit.lengths()),
         "rest_lengths_mm": mm(all, &fit.rest_lengths),
         "measured_lengths_mm": by_muscle(measured, &target.measured_mm),
         "baseline_lengths_mm": by_muscle(measured, &target.baseline_mm),
@@ -88,11 +88,11 @@ fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Er
         "target_ratios": by_muscle(measured, &target.measured_in(TargetKind::Ratio)),
         "stretches": by_muscle(all, &fit.simulated_in(TargetKind::Stretch)),
         "target_stretches": by_muscle(measured, &target.measured_in(TargetKind::Stretch)),
-        "residuals": by_muscle(measured, &fit.residuals),
-        "misfit": fit.misfit,
+        "residuals": by_muscle(measured, &fit.residuals()),
+        "misfit": fit.answer.misfit,
         "passive_rms": fit.passive_rms(),
-        "evaluations": fit.evaluations,
-        "starts": fit.starts,
+        "evaluations": fit.answer.evaluations,
+        "starts": fit.answer.starts,
         "valley": SolutionCurveRecord::of(fit),
         "guarded": replay.solution.guarded,
         "connection": replay.solution.connection,
@@ -129,12 +129,12 @@ impl FitRecord {
     }
 
     pub fn picture(&self, body: &Body<2>) -> Result<Svg, ReportError> {
-        let (fit, target) = (&self.fit, &self.fit.target);
+        let (fit, target) = (&self.fit, &self.fit.matched.target);
         let title =
             format!("{} /{}/: at rest (grey) and at the tensions found", target.subject, target.vowel);
         let palate = body.palate.as_deref().unwrap_or_default();
         let tensions = fit.shown_tensions();
-        tongue(&SectionPicture::new(&body.mesh, &fit.positions, &tensions, palate, &title))
+        tongue(&SectionPicture::new(&body.mesh, &fit.answer.positions, &tensions, palate, &title))
     }
 
     pub fn to_json(&self) -> serde_json::Result<String> {
@@ -143,7 +143,7 @@ impl FitRecord {
 
     /// Figure 4.9 of the thesis: the change of every measured muscle, with that of other tensions if there are any.
     pub fn changes(&self, title: &str, measured: &str, others: Option<Series>) -> Result<Svg, ReportError> {
-        let Fit { target, muscles, .. } = &self.fit;
+        let TargetOnBody { target, muscles, .. } = &self.fit.matched;
         let labels: Vec<String> = (0..target.muscles.len())
             .map(|m| format!("{}{}", muscles[m], if self.fit.contracts(m) { "*" } else { "" }))
             .collect();
@@ -171,8 +171,8 @@ pub struct SolutionCurveRecord {
 impl SolutionCurveRecord {
     /// The curve of a fit that leaves one direction undetermined.
     pub fn of(fit: &Fit) -> Option<Self> {
-        Some(Self::new(fit.solution_curve()?, &fit.active_names(), &fit.muscles, |lengths| {
-            fit.of_body(lengths)
+        Some(Self::new(fit.solution_curve()?, &fit.active_names(), &fit.matched.muscles, |lengths| {
+            fit.matched.pick(lengths)
         }))
     }
 
@@ -271,7 +271,7 @@ pub struct Conclusion {
 impl Conclusion {
     pub fn new(fit: &Fit, alarms: &[Alarm], posterior: Option<&Report>, verdict: Option<&Verdict>) -> Self {
         let cause = alarms.iter().find(|alarm| alarm.forbids_trust());
-        let cause = cause.map_or_else(|| status_name(&fit.status).replace('_', " "), Alarm::to_string);
+        let cause = cause.map_or_else(|| status_name(&fit.answer.status).replace('_', " "), Alarm::to_string);
         let tensions_trusted = fit.is_trustworthy();
         let beside = |what: &str| {
             if tensions_trusted {

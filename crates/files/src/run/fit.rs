@@ -45,7 +45,7 @@ impl<'a> FitRun<'a> {
             Some(palate) => {
                 let matched = TargetOnBody::new(&body.mesh, target)?;
                 let system = walled(body, model, palate, &matched.contracting())?;
-                inverse::fit_in(&system, &matched, settings)?
+                inverse::fit_in(&system, matched, settings)?
             }
         };
         let known = Muscles::built_in();

@@ -124,9 +124,9 @@ pub fn fit<const D: usize>(
         None => inverse::Method::default(),
     };
     let settings = inverse::FitSettings { method, ..inverse::FitSettings::default() };
-    let fit = inverse::fit_in(&prepared.system, &matched, &settings)?;
-    prepared.tensions = fit.body_tensions;
-    Ok(Some(fit.status))
+    let fit = inverse::fit_in(&prepared.system, matched, &settings)?;
+    prepared.tensions = fit.answer.tensions;
+    Ok(Some(fit.answer.status))
 }
 
 /// The equilibrium, followed from rest. At a wall a direct solve stands if it left no unstable equilibrium on its way: nodes alone feel the

@@ -10,7 +10,7 @@ use tongue_core::statics::{self, Connection, Critical, Solution};
 use tongue_core::system::System;
 use tongue_input::measured::muscles::Muscles;
 
-use super::{AT_BOUND, Fit, FitSettings, FitStatus};
+use super::{AT_BOUND, Fit, FitSettings, FitStatus, TargetOnBody};
 
 /// Thickness of the tongue over which a tension per metre acts, m, which makes published forces (left and
 /// right together) comparable. It is about the width of an adult tongue body; the value is chosen, not measured.
@@ -131,45 +131,47 @@ pub fn alarms<const D: usize>(
     settings: &FitSettings,
 ) -> Vec<Alarm> {
     let mut out = Vec::new();
-    let name = |m: usize| fit.muscles[m].clone();
-    if fit.misfit.is_finite() && fit.misfit > fit.misfit_tolerance {
-        out.push(Alarm::TargetNotMet { misfit: fit.misfit });
+    let TargetOnBody { target, muscles, .. } = &fit.matched;
+    let (answer, tensions, lengths) = (&fit.answer, fit.tensions(), fit.lengths());
+    let name = |m: usize| muscles[m].clone();
+    if answer.misfit.is_finite() && answer.misfit > fit.misfit_tolerance {
+        out.push(Alarm::TargetNotMet { misfit: answer.misfit });
     }
-    for &m in &fit.target.active {
-        if fit.tensions[m] < AT_BOUND {
+    for &m in &target.active {
+        if tensions[m] < AT_BOUND {
             out.push(Alarm::AtLowerBound { muscle: name(m) });
-        } else if fit.tensions[m] > settings.upper_bound - AT_BOUND {
+        } else if tensions[m] > settings.upper_bound - AT_BOUND {
             out.push(Alarm::AtUpperBound { muscle: name(m) });
         }
     }
-    for &m in &fit.target.active {
-        let simulated_percent = 100.0 * (1.0 - fit.lengths[m] / fit.rest_lengths[m]);
-        let measured_percent = 100.0 * (1.0 - fit.target.measured_mm[m] / fit.target.baseline_mm[m]);
+    for &m in &target.active {
+        let simulated_percent = 100.0 * (1.0 - lengths[m] / fit.rest_lengths[m]);
+        let measured_percent = 100.0 * (1.0 - target.measured_mm[m] / target.baseline_mm[m]);
         if (simulated_percent - measured_percent).abs() > MISSED_PERCENT {
             out.push(Alarm::ShorteningMissed { muscle: name(m), simulated_percent, measured_percent });
         }
     }
-    out.extend(of_equilibrium(&fit.replay.solution, fit.replay.critical));
-    for capacity in known.capacities(&fit.muscles) {
-        let force_n = THICKNESS_M * capacity.portions.iter().map(|&m| fit.tensions[m]).sum::<f64>();
+    out.extend(of_equilibrium(&answer.replay.solution, answer.replay.critical));
+    for capacity in known.capacities(muscles) {
+        let force_n = THICKNESS_M * capacity.portions.iter().map(|&m| tensions[m]).sum::<f64>();
         if force_n > capacity.capacity_n {
             let (muscle, capacity_n) = (capacity.muscle, capacity.capacity_n);
             out.push(Alarm::BeyondCapacity { muscle, force_n, capacity_n, thickness_m: THICKNESS_M });
         }
     }
-    let uncertain = (0..fit.target.muscles.len()).filter(|&m| fit.target.activation[m].uncertain);
+    let uncertain = (0..target.muscles.len()).filter(|&m| target.activation[m].uncertain);
     out.extend(uncertain.map(|m| Alarm::DecidedWithinRounding { muscle: name(m) }));
-    for muscle in &fit.muscles {
-        let turn = sharpest_turn(mesh, &fit.positions, muscle);
+    for muscle in muscles {
+        let turn = sharpest_turn(mesh, &answer.positions, muscle);
         if turn > FOLD {
             out.push(Alarm::FoldedChain { muscle: muscle.clone(), turn_degrees: turn.to_degrees() });
         }
     }
     let doubts = [
-        (fit.status == FitStatus::ReplayDiffers, "solving again from rest gives another shape"),
-        (fit.status == FitStatus::NoEquilibrium, "none was found"),
-        (fit.status == FitStatus::IterationLimit, "the search stopped at its iteration limit"),
-        (fit.identifiability.is_none(), "the stiffness there is singular or not positive definite"),
+        (answer.status == FitStatus::ReplayDiffers, "solving again from rest gives another shape"),
+        (answer.status == FitStatus::NoEquilibrium, "none was found"),
+        (answer.status == FitStatus::IterationLimit, "the search stopped at its iteration limit"),
+        (answer.identifiability.is_none(), "the stiffness there is singular or not positive definite"),
     ];
     out.extend(
         doubts.iter().filter(|(holds, _)| *holds).map(|(_, reason)| Alarm::EquilibriumNotCertain { reason }),

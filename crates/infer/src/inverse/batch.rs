@@ -172,7 +172,7 @@ impl PublishedFacts {
 
 /// Distance of the model at rest from the row's baseline; `None` if they have no common ratio.
 pub fn rest_distance(fit: &Fit) -> Option<RestDistance> {
-    let t = &fit.target;
+    let t = &fit.matched.target;
     let baseline = Lengths {
         subject: t.subject.clone(),
         vowel: t.baseline.clone(),

@@ -1,6 +1,5 @@
 //! The fit of measured muscle lengths with known contracting muscles and their target ratios or stretches.
 
-use nalgebra::SVector;
 use serde::Serialize;
 
 use tongue_core::body::Mesh;
@@ -9,73 +8,70 @@ use tongue_core::system::{Model, System};
 use tongue_input::measured::{ByMuscle, Target, TargetKind};
 
 use super::solution_curve::SolutionCurve;
-use super::solve::{Replay, solve};
-use super::start::Start;
+use super::solve::{Answer, solve};
 use super::target_on_body::TargetOnBody;
-use super::{AT_BOUND, FitError, FitSettings, FitStatus, Identifiability};
+use super::{AT_BOUND, FitError, FitSettings, FitStatus};
 
-/// A fit of a target.
+/// A fit of a target: lists over muscles are parallel to [`TargetOnBody::muscles`], those of the answer are in the body's order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit<const D: usize = 2> {
-    pub target: Target,
-    /// Names of the body's muscles: those of the target in its order, then the others. The lists of tensions
-    /// and lengths are parallel to it.
-    pub muscles: Vec<String>,
-    /// The number of each in the body.
-    pub numbers: Vec<usize>,
-    pub status: FitStatus,
-    /// Tensions, N per metre of thickness; zero for muscles that do not contract.
-    pub tensions: Vec<f64>,
-    /// Tensions of all chains of the body, in its order.
-    pub body_tensions: Vec<f64>,
-    /// Lengths at the answer, m.
-    pub lengths: Vec<f64>,
+    pub matched: TargetOnBody,
+    pub answer: Answer<D>,
     /// Lengths of the model at rest, m, from which changes are counted.
     pub rest_lengths: Vec<f64>,
-    /// Simulated ratio or stretch of every muscle of the target.
-    pub simulated: Vec<f64>,
-    /// Simulated less measured ratio or stretch of every muscle of the target.
-    pub residuals: Vec<f64>,
-    /// Root mean square of the residuals of the fitted muscles.
-    pub misfit: f64,
     pub misfit_tolerance: f64,
-    /// Number of equilibria solved during the search.
-    pub evaluations: usize,
-    pub starts: Vec<Start>,
-    pub identifiability: Option<Identifiability>,
-    pub replay: Replay,
-    pub positions: Vec<SVector<f64, D>>,
 }
 
 impl<const D: usize> Fit<D> {
+    /// Tensions, N per metre of thickness; zero for muscles that do not contract.
+    pub fn tensions(&self) -> Vec<f64> {
+        self.matched.pick(&self.answer.tensions)
+    }
+
+    /// Lengths at the answer, m.
+    pub fn lengths(&self) -> Vec<f64> {
+        self.matched.pick(&self.answer.lengths)
+    }
+
+    /// Simulated ratio or stretch of every muscle of the target.
+    pub fn simulated(&self) -> Vec<f64> {
+        let TargetOnBody { target, .. } = &self.matched;
+        let mut simulated = self.simulated_in(target.kind);
+        simulated.truncate(target.muscles.len());
+        simulated
+    }
+
+    /// Simulated less measured ratio or stretch of every muscle of the target.
+    pub fn residuals(&self) -> Vec<f64> {
+        self.simulated().iter().zip(&self.matched.target.values).map(|(s, m)| s - m).collect()
+    }
+
     /// Root mean square residual of the measured muscles that the fit does not see: those that do not
     /// contract (and, for ratios, are not the reference, whose ratio is 1 by definition). `None` if there are
     /// none.
     pub fn passive_rms(&self) -> Option<f64> {
-        let unseen: Vec<f64> = Vec::from_iter(
-            self.target.compared().filter(|m| !self.target.active.contains(m)).map(|m| self.residuals[m]),
-        );
+        let (target, residuals) = (&self.matched.target, self.residuals());
+        let unseen =
+            Vec::from_iter(target.compared().filter(|m| !target.active.contains(m)).map(|m| residuals[m]));
         let squares: f64 = unseen.iter().map(|r| r * r).sum();
         (!unseen.is_empty()).then(|| (squares / unseen.len() as f64).sqrt())
     }
 
-    /// Whether muscle `m` of [`Fit::muscles`] contracts.
+    /// Whether muscle `m` contracts.
     pub fn contracts(&self, m: usize) -> bool {
-        self.tensions[m] >= AT_BOUND
+        self.answer.tensions[self.matched.numbers[m]] >= AT_BOUND
     }
 
     /// The tensions of all chains of the body, in its order, for pictures: zero for muscles that do not contract.
     pub fn shown_tensions(&self) -> Vec<f64> {
-        let mut shown = vec![0.0; self.body_tensions.len()];
-        let contracting = (0..self.muscles.len()).filter(|m| self.contracts(*m)).map(|m| self.numbers[m]);
-        contracting.for_each(|number| shown[number] = self.body_tensions[number]);
-        shown
+        self.answer.tensions.iter().map(|t| if *t >= AT_BOUND { *t } else { 0.0 }).collect()
     }
 
     /// Muscles of the table or of the body that were not measured in both rows.
     pub fn not_measured(&self) -> Vec<String> {
-        let mut names = self.target.not_measured.clone();
-        for name in &self.muscles[self.target.muscles.len()..] {
+        let TargetOnBody { target, muscles, .. } = &self.matched;
+        let mut names = target.not_measured.clone();
+        for name in &muscles[target.muscles.len()..] {
             if !names.iter().any(|n| n.eq_ignore_ascii_case(name)) {
                 names.push(name.clone());
             }
@@ -86,42 +82,37 @@ impl<const D: usize> Fit<D> {
     /// Whether the answer meets its target and is the shape to which its tensions lead from rest, under the
     /// published law.
     pub fn is_trustworthy(&self) -> bool {
-        let solution = &self.replay.solution;
-        self.status == FitStatus::Converged
+        let solution = &self.answer.replay.solution;
+        self.answer.status == FitStatus::Converged
             && solution.guarded == 0
             && solution.connection == Connection::Traced
     }
 
     /// The curve of all tensions that fit as well, if exactly one direction is undetermined.
     pub fn solution_curve(&self) -> Option<&SolutionCurve> {
-        match self.identifiability.as_ref()?.null_directions.as_slice() {
+        match self.answer.identifiability.as_ref()?.null_directions.as_slice() {
             [one] => one.curve.as_ref(),
             _ => None,
         }
     }
 
-    /// The value of a muscle in a list that is parallel to [`Fit::muscles`] or to the target's.
+    /// The value of a muscle in a list over muscles.
     pub fn value(&self, muscle: &str, values: &[f64]) -> Option<f64> {
-        values.get(self.muscles.iter().position(|name| name == muscle)?).copied()
+        values.get(self.matched.muscles.iter().position(|name| name == muscle)?).copied()
     }
 
     /// The simulated ratios or stretches of all muscles.
     pub fn simulated_in(&self, kind: TargetKind) -> Vec<f64> {
-        kind.values(&self.lengths, &self.rest_lengths, self.target.reference)
+        kind.values(&self.lengths(), &self.rest_lengths, self.matched.target.reference)
     }
 
     pub fn active_names(&self) -> Vec<String> {
-        self.target.active_names().into_iter().map(str::to_owned).collect()
-    }
-
-    /// Selects the values of [`Fit::muscles`] from those of all chains of the body.
-    pub fn of_body(&self, values: &[f64]) -> Vec<f64> {
-        self.numbers.iter().map(|&n| values[n]).collect()
+        self.matched.target.active_names().into_iter().map(str::to_owned).collect()
     }
 
     /// Tensions of the active muscles, in their order, N per metre of thickness.
     pub fn active_tensions(&self) -> Vec<f64> {
-        self.target.active.iter().map(|&m| self.tensions[m]).collect()
+        self.matched.contracting().into_iter().map(|number| self.answer.tensions[number]).collect()
     }
 }
 
@@ -142,9 +133,9 @@ impl<const D: usize> Fit<D> {
 /// let target = Target::new(&data, "S2", &Vowel::new("a")?, TargetKind::Ratio, &TargetOptions::default())?;
 /// let settings = FitSettings { method: Method::GaussNewton, ..FitSettings::default() };
 /// let fit = inverse::fit(&mesh, &Model::default(), &target, &settings)?;
-/// assert_eq!(fit.status, FitStatus::Converged);
+/// assert_eq!(fit.answer.status, FitStatus::Converged);
 /// // Two ratios do not determine three tensions, and the fit says so.
-/// assert_eq!(fit.identifiability.map(|i| i.null_directions.len()), Some(1));
+/// assert_eq!(fit.answer.identifiability.map(|i| i.null_directions.len()), Some(1));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn fit<const D: usize>(
@@ -155,39 +146,20 @@ pub fn fit<const D: usize>(
 ) -> Result<Fit<D>, FitError> {
     let matched = TargetOnBody::new(mesh, target)?;
     let system = System::new(mesh, model, &matched.contracting())?;
-    fit_in(&system, &matched, settings)
+    fit_in(&system, matched, settings)
 }
 
 /// As [`fit`], in a prepared body in which all of the target's active muscles can contract.
 pub fn fit_in<const D: usize>(
     system: &System<D>,
-    matched: &TargetOnBody,
+    matched: TargetOnBody,
     settings: &FitSettings,
 ) -> Result<Fit<D>, FitError> {
-    let target = &matched.target;
-    let answer = solve(&matched.inverse(system, settings), settings)?;
-    let lengths = matched.pick(&answer.lengths);
-    let rest_lengths = matched.pick(&system.lengths(system.rest()));
-    let measured = target.muscles.len();
-    let simulated = target.simulated(&lengths[..measured], &rest_lengths[..measured]);
     Ok(Fit {
-        target: target.clone(),
-        muscles: matched.muscles.clone(),
-        numbers: matched.numbers.clone(),
-        status: answer.status,
-        tensions: matched.pick(&answer.tensions),
-        body_tensions: answer.tensions,
-        lengths,
-        rest_lengths,
-        residuals: simulated.iter().zip(&target.values).map(|(s, m)| s - m).collect(),
-        simulated,
-        misfit: answer.misfit,
+        answer: solve(&matched.inverse(system, settings), settings)?,
+        rest_lengths: matched.pick(&system.lengths(system.rest())),
         misfit_tolerance: settings.misfit_tolerance,
-        evaluations: answer.evaluations,
-        starts: answer.starts,
-        identifiability: answer.identifiability,
-        replay: answer.replay,
-        positions: answer.positions,
+        matched,
     })
 }
 
@@ -210,7 +182,7 @@ pub fn optima<const D: usize>(fit: &Fit<D>) -> Vec<Optimum> {
     let answer = fit.active_tensions();
     let same = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_ANSWER);
     let mut found: Vec<(&[f64], Optimum)> = Vec::new();
-    for start in fit.starts.iter().filter(|s| s.converged && !same(&s.x, &answer)) {
+    for start in fit.answer.starts.iter().filter(|s| s.converged && !same(&s.x, &answer)) {
         match found.iter_mut().find(|(x, _)| same(x, &start.x)) {
             Some((_, o)) => o.starts += 1,
             None => {

@@ -65,7 +65,6 @@ pub struct Forward<'a, const D: usize> {
     own: Option<System<D>>,
     /// Workspace with the equilibrium of the last candidate.
     workspace: Workspace<D>,
-    tensions: Vec<f64>,
     pub(super) effort: f64,
     pub(super) known: BestKnown<D>,
     begin: CandidateStart<D>,
@@ -83,7 +82,6 @@ impl<'a, const D: usize> Forward<'a, D> {
             settings,
             own: None,
             workspace: Workspace::new(inverse.system),
-            tensions: inverse.tensions.clone(),
             effort: if inverse.is_undetermined() { EFFORT } else { 0.0 },
             known: BestKnown::new(inverse.unknowns.len()),
             begin: if settings.warm_start { CandidateStart::Neighbour } else { CandidateStart::Rest },
@@ -123,12 +121,6 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.inverse.system.tissue().is_expensive()
     }
 
-    pub(crate) fn tensions_of(&self, x: &[f64]) -> Vec<f64> {
-        let mut all = self.inverse.tensions.clone();
-        self.inverse.put_tensions(x, &mut all);
-        all
-    }
-
     /// Makes every later candidate the equilibrium to which its tensions lead from rest, as they grow
     /// together.
     pub fn traced(mut self) -> Self {
@@ -153,7 +145,8 @@ impl<'a, const D: usize> Forward<'a, D> {
             let system = own.own.as_ref().unwrap_or(self.inverse.system);
             let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
             own.workspace.start_from_rest(system);
-            let found = statics::solve_and_trace(system, &mut own.workspace, &own.tensions, settings);
+            let found =
+                statics::solve_and_trace(system, &mut own.workspace, &self.inverse.tensions_of(x), settings);
             (shape.solution, shape.critical, shape.same) = (found.solution, found.critical, found.same);
             shape.factorisations = found.factorisations;
         }
@@ -166,7 +159,6 @@ impl<'a, const D: usize> Forward<'a, D> {
     fn set(&mut self, x: &[f64]) -> Result<(), SystemError> {
         let inverse = self.inverse;
         self.counts.evaluations += 1;
-        inverse.put_tensions(x, &mut self.tensions);
         if let Some(tissue) = inverse.tissue {
             self.own = Some(tissue.system(&inverse.unknowns, x)?);
         }
@@ -200,26 +192,26 @@ impl<'a, const D: usize> Forward<'a, D> {
         if !(self.is_expensive() && self.last.as_deref().is_some_and(is_nearer)) {
             self.workspace.start_from(&nearest.positions);
         }
-        self.solve()
+        self.solve(x)
     }
 
     /// Solves from the shape at rest: by Newton's method, or along the branch where candidates follow it.
-    fn solve_without_neighbours(&mut self) -> bool {
+    fn solve_without_neighbours(&mut self, x: &[f64]) -> bool {
         self.workspace.start_from_rest(self.inverse.system);
         if matches!(self.begin, CandidateStart::Neighbour | CandidateStart::Rest) {
-            return self.solve();
+            return self.solve(x);
         }
         let system = self.own.as_ref().unwrap_or(self.inverse.system);
         let settings = &self.settings.equilibrium;
-        let trace = statics::trace(system, &mut self.workspace, &self.tensions, settings);
+        let trace = statics::trace(system, &mut self.workspace, &self.inverse.tensions_of(x), settings);
         self.counts.factorisations += trace.solution.factorisations;
         trace.solution.status == SolveStatus::Converged
     }
 
-    fn solve(&mut self) -> bool {
+    fn solve(&mut self, x: &[f64]) -> bool {
         let system = self.own.as_ref().unwrap_or(self.inverse.system);
-        let solution =
-            statics::solve(system, &mut self.workspace, &self.tensions, &self.settings.equilibrium);
+        let settings = &self.settings.equilibrium;
+        let solution = statics::solve(system, &mut self.workspace, &self.inverse.tensions_of(x), settings);
         self.counts.factorisations += solution.factorisations;
         solution.status == SolveStatus::Converged
     }
@@ -301,11 +293,11 @@ impl<'a, const D: usize> Forward<'a, D> {
         let possible = self.set(x).is_ok();
         if let CandidateStart::OnBranch(positions) = &self.begin {
             self.workspace.start_from(positions);
-            let solved = possible && self.solve();
+            let solved = possible && self.solve(x);
             return self.outcome(x, solved);
         }
         let warm = possible && self.begin == CandidateStart::Neighbour;
-        let solved = (warm && self.solve_from_nearest(x)) || (possible && self.solve_without_neighbours());
+        let solved = (warm && self.solve_from_nearest(x)) || (possible && self.solve_without_neighbours(x));
         let residuals = self.outcome(x, solved)?;
         let cost = self.cost(x, Some(&residuals));
         self.known.remember(x, cost, self.workspace.positions());
@@ -314,7 +306,7 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Residuals of a candidate that is not solved from its solved neighbours.
     pub(super) fn residuals_without_neighbours(&mut self, x: &[f64]) -> Option<DVector<f64>> {
-        let solved = self.set(x).is_ok() && self.solve_without_neighbours();
+        let solved = self.set(x).is_ok() && self.solve_without_neighbours(x);
         self.outcome(x, solved)
     }
 

@@ -55,14 +55,16 @@ impl<'a, const D: usize> LeastSquaresProblem<'a, D> {
             < self.unknowns.len()
     }
 
-    /// Puts candidate values into the tensions of all muscles, N.
-    pub(super) fn put_tensions(&self, x: &[f64], all: &mut [f64]) {
+    /// Tensions of all muscles at candidate values, N.
+    pub(super) fn tensions_of(&self, x: &[f64]) -> Vec<f64> {
+        let mut all = self.tensions.clone();
         for (unknown, value) in self.unknowns.iter().zip(x) {
             if let Quantity::Tension { muscle } = unknown.quantity {
                 all[muscle] = value * unknown.unit;
             }
         }
         self.tied.iter().for_each(|&[of, muscle]| all[muscle] = all[of]);
+        all
     }
 
     /// Checks that unknowns, bones and observations are consistent.

@@ -156,22 +156,14 @@ fn one_way<const D: usize>(
 ) -> (Vec<CurvePoint>, Termination) {
     let Some(first) = point(problem, start) else { return (Vec::new(), Termination::Fold) };
     let tolerance = (PART_OF_TOLERANCE * settings.misfit_tolerance).max(first.misfit * 1.01);
-    let here = DVector::from_column_slice(start);
-    let mut way = CurveTracer {
-        here,
-        along: direction.clone(),
-        last: first,
-        points: Vec::new(),
-        tolerance,
-        moves_on: false,
-    };
+    let mut way = CurveTracer { along: direction.clone(), points: vec![first], tolerance, moves_on: false };
     let mut end = way.go_on(problem, STRIDE);
     if !matches!(end, Termination::Zero { .. } | Termination::UpperBound { .. } | Termination::StepLimit) {
         // Solved from the best neighbours or directly, tensions can lead to another shape than as they grow
         // together from rest, so that the curve would end too early.
         let mut spent = SearchCounts::default();
         if let Some(mut branch) = problem.on_branch() {
-            if branch.residuals_without_neighbours(way.here.as_slice()).is_some() {
+            if branch.residuals_without_neighbours(&way.last().x).is_some() {
                 way.moves_on = true;
                 branch.move_on();
                 end = way.go_on(&mut branch, SHORTEST_STRIDE);
@@ -180,15 +172,14 @@ fn one_way<const D: usize>(
         }
         problem.count(spent);
     }
-    (way.points, end)
+    (way.points.split_off(1), end)
 }
 
 /// One side of a curve during the search.
 struct CurveTracer {
-    here: DVector<f64>,
-    /// Unit vector along the curve.
+    /// Unit vector along the curve at the last point.
     along: DVector<f64>,
-    last: CurvePoint,
+    /// The start and the points that were found, at least one.
     points: Vec<CurvePoint>,
     tolerance: f64,
     /// Whether each step begins at the shape to which the last point leads from rest.
@@ -196,19 +187,24 @@ struct CurveTracer {
 }
 
 impl CurveTracer {
+    fn last(&self) -> &CurvePoint {
+        &self.points[self.points.len() - 1]
+    }
+
     /// Follows the curve until it ends or cannot be followed; the first step has the length `stride`.
     fn go_on<const D: usize>(&mut self, problem: &mut Forward<'_, D>, mut stride: f64) -> Termination {
         let unknowns = problem.unknowns().to_vec();
         let mut why = Termination::TargetLost;
-        while self.points.len() < MOST_STRIDES {
-            let left = room(&self.here, &self.along, &unknowns);
+        while self.points.len() <= MOST_STRIDES {
+            let here = unknowns_at(self.last());
+            let left = room(&here, &self.along, &unknowns);
             if left <= ON_BOUND {
-                return at_bound(&self.here, &self.along, &unknowns);
+                return at_bound(&here, &self.along, &unknowns);
             }
             if stride < SHORTEST_STRIDE {
                 return why;
             }
-            match self.step(problem, left.min(stride), &unknowns) {
+            match self.step(problem, &here, left.min(stride), &unknowns) {
                 Ok(()) => stride = (1.5 * stride).min(STRIDE),
                 Err(end) => {
                     why = end;
@@ -219,14 +215,15 @@ impl CurveTracer {
         Termination::StepLimit
     }
 
-    /// Takes a step along the curve, or returns why there is none.
+    /// Takes a step along the curve from the last point, or returns why there is none.
     fn step<const D: usize>(
         &mut self,
         problem: &mut Forward<'_, D>,
+        here: &DVector<f64>,
         length: f64,
         unknowns: &[Unknown],
     ) -> Result<(), Termination> {
-        let mut next = &self.here + &self.along * length;
+        let mut next = here + &self.along * length;
         let mut jacobian = None;
         for _ in 0..MOST_CORRECTIONS {
             jacobian = Some(correct(problem, &mut next, unknowns).ok_or(Termination::Fold)?);
@@ -243,7 +240,7 @@ impl CurveTracer {
         if self.has_jumped(&found.lengths, length) {
             return Err(Termination::Jump);
         }
-        let (gained, moved) = ((&next - &self.here).dot(&self.along), (&next - &self.here).norm());
+        let (gained, moved) = ((&next - here).dot(&self.along), (&next - here).norm());
         if found.misfit > self.tolerance || gained < 0.5 * length || moved > 2.0 * length {
             return Err(Termination::TargetLost);
         }
@@ -259,9 +256,7 @@ impl CurveTracer {
         let on = directions.iter().max_by(|a, b| alike(a).abs().total_cmp(&alike(b).abs()));
         let on = on.ok_or(Termination::Fold)?;
         self.along = on * alike(on).signum();
-        self.here = next;
-        self.points.push(found.clone());
-        self.last = found;
+        self.points.push(found);
         Ok(())
     }
 
@@ -270,7 +265,7 @@ impl CurveTracer {
     fn has_jumped(&self, lengths: &[f64], length: f64) -> bool {
         lengths
             .iter()
-            .zip(&self.last.lengths)
+            .zip(&self.last().lengths)
             .any(|(new, old)| (new - old).abs() > JUMP_PER_UNIT * length * old)
     }
 }

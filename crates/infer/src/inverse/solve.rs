@@ -143,7 +143,7 @@ pub fn solve<const D: usize>(
     let again = shape;
     Ok(Answer {
         status,
-        tensions: forward.tensions_of(&x),
+        tensions: inverse.tensions_of(&x),
         lengths: again.lengths,
         misfit,
         evaluations,

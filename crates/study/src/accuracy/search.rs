@@ -86,24 +86,24 @@ fn rungs() -> Vec<FitSettings> {
 }
 
 fn row(settings: &FitSettings, fit: &Fit, reference: &Fit, (seconds, repeats): (f64, usize)) -> TimedFit {
-    let off = fit.tensions.iter().zip(&reference.tensions).map(|(a, b)| (a - b).abs());
-    let ended = match fit.status {
+    let off = fit.tensions().into_iter().zip(reference.tensions()).map(|(a, b)| (a - b).abs());
+    let ended = match fit.answer.status {
         inverse::FitStatus::Converged => Ended::Done,
         other => Ended::Short(format!("{other:?}")),
     };
     TimedFit {
-        target: fit.target.kind,
+        target: fit.matched.target.kind,
         method: settings.method,
         starts: settings.starts,
         tolerance_n: settings.tension_tolerance,
         warm: settings.warm_start,
         error_n: off.fold(0.0, f64::max),
-        misfit: fit.misfit,
+        misfit: fit.answer.misfit,
         seconds,
         repeats,
-        equilibria: fit.starts.iter().map(|s| s.evaluations).sum(),
-        factorisations: fit.starts.iter().map(|s| s.factorisations).sum(),
-        iterations: fit.starts.iter().map(|s| s.iterations).sum(),
+        equilibria: fit.answer.starts.iter().map(|s| s.evaluations).sum(),
+        factorisations: fit.answer.starts.iter().map(|s| s.factorisations).sum(),
+        iterations: fit.answer.starts.iter().map(|s| s.iterations).sum(),
         ended,
     }
 }

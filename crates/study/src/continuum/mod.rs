@@ -184,7 +184,7 @@ impl BodyKind<'_> {
         let twice = if self.settings == Some(&CONTROL) { Vec::new() } else { ratios(&scene, 2.0).0 };
         let fitted = measure(&FITS, || fitted(&body, &Model::default(), self.target));
         let fit = fitted.result?;
-        let tensions = (fit.status == inverse::FitStatus::Converged).then(|| fit.active_tensions());
+        let tensions = (fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions());
         let row = Spacing {
             body: self.name,
             h_mm,
@@ -273,7 +273,7 @@ fn sensitive(
     for subject in ["S1", "S2", "S3"] {
         for vowel in ["i", "e", "a", "o"] {
             let fit = fitted(&body, &model, &target(subject, vowel)?)?;
-            found.push((fit.status == inverse::FitStatus::Converged).then(|| fit.active_tensions()));
+            found.push((fit.answer.status == inverse::FitStatus::Converged).then(|| fit.active_tensions()));
         }
     }
     if reference.is_empty() {

@@ -9,7 +9,7 @@ use tongue_core::body::{Mesh, largest_distance};
 use tongue_core::parallel;
 use tongue_core::statics::Workspace;
 use tongue_core::system::Model;
-use tongue_infer::inverse::{self, FitSettings};
+use tongue_infer::inverse::{self, Answer, FitSettings};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 use super::search::of_fit;
@@ -75,13 +75,9 @@ fn threads(mesh: &Mesh<2>) -> Result<Vec<HardCase>, Error> {
         let clock = Instant::now();
         let found =
             parallel::with_threads(count, || inverse::fit(mesh, &Model::default(), &target, &settings))??;
-        let bits: Vec<u64> = found
-            .tensions
-            .iter()
-            .chain(&found.lengths)
-            .chain(found.positions.iter().flatten())
-            .map(|v| v.to_bits())
-            .collect();
+        let Answer { tensions, lengths, positions, .. } = &found.answer;
+        let all = tensions.iter().chain(lengths).chain(positions.iter().flatten());
+        let bits: Vec<u64> = all.map(|v| v.to_bits()).collect();
         let same = *first.get_or_insert_with(|| bits.clone()) == bits;
         let variant = format!("fit of S2 /a/ on {count} threads");
         let note = if same { "same bits" } else { "other bits than with 1 thread" }.to_owned();

@@ -5,7 +5,7 @@ use std::time::Instant;
 use tongue_core::body::Mesh;
 use tongue_core::statics;
 use tongue_core::system::Model;
-use tongue_infer::inverse::{self, Fit, FitSettings, FitStatus};
+use tongue_infer::inverse::{self, Answer, Fit, FitSettings, FitStatus};
 use tongue_input::measured::{Dataset, Target, TargetKind, TargetOptions, Vowel};
 
 use super::{HardCase, name_of};
@@ -114,8 +114,8 @@ fn row(
     let clock = Instant::now();
     let found = inverse::fit(mesh, &Model::default(), target, settings)?;
     let wall_s = clock.elapsed().as_secs_f64();
-    let finite = found.tensions.iter().chain(&found.lengths).all(|v| v.is_finite());
-    let kept = finite && reachable.is_none_or(|r| r == (found.status == FitStatus::Converged));
+    let finite = found.answer.tensions.iter().chain(&found.answer.lengths).all(|v| v.is_finite());
+    let kept = finite && reachable.is_none_or(|r| r == (found.answer.status == FitStatus::Converged));
     Ok(of_fit(case, variant.to_owned(), &found, kept, wall_s, note(&found)))
 }
 
@@ -127,22 +127,25 @@ pub(super) fn of_fit(
     wall_s: f64,
     note: String,
 ) -> HardCase {
+    let Answer { status, evaluations, replay, .. } = &found.answer;
     HardCase {
-        converged: found.status == FitStatus::Converged,
+        converged: *status == FitStatus::Converged,
         kept,
-        iterations: found.evaluations,
-        load_reached: found.replay.solution.load_reached,
-        min_area_ratio: Some(found.replay.min_area_ratio),
-        guarded: found.replay.solution.guarded,
+        iterations: *evaluations,
+        load_reached: replay.solution.load_reached,
+        min_area_ratio: Some(replay.min_area_ratio),
+        guarded: replay.solution.guarded,
         wall_s,
         note,
-        ..HardCase::new(case, variant, "fit", name_of(&found.status))
+        ..HardCase::new(case, variant, "fit", name_of(status))
     }
 }
 
 fn note(found: &Fit) -> String {
-    let pulls = found.target.active.iter().map(|&m| format!("{} {:.2}", found.muscles[m], found.tensions[m]));
-    let mut note = format!("{} N; misfit {:.1e}", pulls.collect::<Vec<_>>().join(", "), found.misfit);
+    let pulls = found.active_names().into_iter().zip(found.active_tensions());
+    let pulls: Vec<String> = pulls.map(|(name, tension)| format!("{name} {tension:.2}")).collect();
+    let found = &found.answer;
+    let mut note = format!("{} N; misfit {:.1e}", pulls.join(", "), found.misfit);
     let failures: usize = found.starts.iter().map(|s| s.failures).sum();
     if failures > 0 {
         note += &format!("; {failures} candidates had no equilibrium");

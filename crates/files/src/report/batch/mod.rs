@@ -137,7 +137,7 @@ pub fn fitted(
     provenance: &Provenance,
 ) -> Result<Fitted, ReportError> {
     let ridges = posterior.and_then(|p| p.ridges.as_deref());
-    let moved = || page::displacements(&record.fit().positions, mesh);
+    let moved = || page::displacements(&record.fit().answer.positions, mesh);
     let shown = on_page.filter(|number| *number < page::MOST_FITS);
     let shown = shown.map(|number| page::PageFit::new(number, record, (moved(), ridges), muscles));
     Ok(Fitted {
@@ -161,7 +161,7 @@ pub fn fitted(
 fn line(r: &AssessedRecord) -> [String; 5] {
     let summary = r.record.posterior.as_ref().and_then(|p| p.summary.as_ref());
     let tensions: Vec<String> = Vec::from_iter(r.fit().active_names().iter().map(|m| {
-        let tension = r.fit().value(m, &r.fit().tensions).unwrap_or(f64::NAN);
+        let tension = r.fit().value(m, &r.fit().tensions()).unwrap_or(f64::NAN);
         match summary.and_then(|s| s.tensions_n.get(m)).map(|t| t.spread.interval_95) {
             Some([low, high]) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
             None => format!("{m} {tension:.1}"),
@@ -171,7 +171,7 @@ fn line(r: &AssessedRecord) -> [String; 5] {
         r.label(),
         // Two on each line, so that the table stays within 100 columns.
         tensions.chunks(2).map(|pair| pair.join(", ")).collect::<Vec<_>>().join("\n"),
-        format!("{:.0e}", r.fit().misfit),
+        format!("{:.0e}", r.fit().answer.misfit),
         r.passive.rms_stretch.map(|x| format!("{x:.3}")).unwrap_or_default(),
         r.record.alarms.len().to_string(),
     ]

@@ -49,16 +49,21 @@ impl AssessedRecord {
     /// The record of a finished job, compared with what is published.
     pub fn new(job: &Job, record: FitRecord, known: &PublishedFacts) -> Self {
         let fit = &record.fit;
-        let target = &fit.target;
+        let target = &fit.matched.target;
         Self {
             line: job.line,
             substitute_baseline: job.substitute,
             fitted: target.fitted.iter().map(|&m| target.muscles[m].clone()).collect(),
-            cost: fit.starts.iter().map(|s| s.cost).fold(f64::INFINITY, f64::min),
+            cost: fit.answer.starts.iter().map(|s| s.cost).fold(f64::INFINITY, f64::min),
             passive: passive(fit, known.thesis.as_ref()),
             rest_shape: rest_distance(fit),
             other_optima: optima(fit),
-            pattern: known.patterns.check(&target.vowel, &fit.muscles, &fit.tensions, &known.muscles),
+            pattern: known.patterns.check(
+                &target.vowel,
+                &fit.matched.muscles,
+                &fit.tensions(),
+                &known.muscles,
+            ),
             record,
         }
     }
@@ -69,19 +74,19 @@ impl AssessedRecord {
 
     /// `S2 /a/`, with a mark where the baseline replaces a missing /ɯ/.
     pub fn row(&self) -> String {
-        let target = &self.fit().target;
+        let target = &self.fit().matched.target;
         format!("{}{} /{}/", target.subject, self.mark(), target.vowel)
     }
 
     /// The same with the kind of target: `S2 /a/ ratio`.
     pub fn label(&self) -> String {
-        format!("{} {}", self.row(), self.fit().target.kind)
+        format!("{} {}", self.row(), self.fit().matched.target.kind)
     }
 
     /// What the program says first of a row with a posterior.
     pub fn verdict(&self) -> Option<String> {
         let verdict = Verdict { hyoid_mm: None, ..self.record.verdict.clone()? };
-        Some(verdict.sentences(self.fit().target.baseline.label()).join(" "))
+        Some(verdict.sentences(self.fit().matched.target.baseline.label()).join(" "))
     }
 
     pub fn mark(&self) -> &'static str {
@@ -91,7 +96,7 @@ impl AssessedRecord {
 
 /// Errors of the passive muscles and their references; `thesis` is used if it simulated this row.
 fn passive(fit: &Fit, thesis: Option<&Thesis>) -> Passive {
-    let target = &fit.target;
+    let target = &fit.matched.target;
     let (stretch, ratio) = (TargetKind::Stretch, TargetKind::Ratio);
     let (measured, reference) = (target.muscles.len(), target.reference);
     let rms = |kind: TargetKind, simulated: &[f64], wanted: &[f64]| {

@@ -37,15 +37,15 @@ pub struct Digest {
 
 impl Digest {
     pub fn new(r: &AssessedRecord) -> Self {
-        let (fit, target) = (r.fit(), &r.fit().target);
+        let (fit, target) = (r.fit(), &r.fit().matched.target);
         Self {
             target_kind: target.kind.to_string(),
             vowel: target.vowel.clone(),
             substitute_baseline: r.substitute_baseline,
-            status: status_name(&fit.status),
+            status: status_name(&fit.answer.status),
             passive: r.passive.rms_stretch.zip(r.passive.no_change_rms_stretch).map(|(a, b)| [a * a, b * b]),
-            passive_muscles: fit.residuals.len() - target.active.len(),
-            seen_in_part: fit.identifiability.as_ref().is_some_and(|i| !i.null_directions.is_empty()),
+            passive_muscles: fit.residuals().len() - target.active.len(),
+            seen_in_part: fit.answer.identifiability.as_ref().is_some_and(|i| !i.null_directions.is_empty()),
             has_posterior: r.record.posterior.is_some(),
             posterior_untold: false,
             contrasts: Vec::new(),

@@ -107,17 +107,17 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
     use FitRow::{Baseline, Fit, Refused};
     let before = column::columns::<FitRow<'a>, _>([
         ("subject", "", "subject", |r| match r {
-            Fit(f) => json!(f.fit().target.subject),
+            Fit(f) => json!(f.fit().matched.target.subject),
             Baseline(b) => json!(b.subject),
             Refused(r) => json!(r.subject),
         }),
         ("vowel", "", "vowel", |r| match r {
-            Fit(f) => json!(f.fit().target.vowel),
+            Fit(f) => json!(f.fit().matched.target.vowel),
             Baseline(b) => json!(b.vowel),
             Refused(r) => json!(r.vowel),
         }),
         ("baseline", "", "vowel with which this one is compared", |r| match r {
-            Fit(f) => json!(f.fit().target.baseline),
+            Fit(f) => json!(f.fit().matched.target.baseline),
             Baseline(b) => json!(b.vowel),
             Refused(_) => Value::Null,
         }),
@@ -127,12 +127,12 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
             Refused(_) => Value::Null,
         }),
         ("target_kind", "", "quantity that was fitted: ratio or stretch", |r| match r {
-            Fit(f) => json!(f.fit().target.kind),
+            Fit(f) => json!(f.fit().matched.target.kind),
             Baseline(_) => Value::Null,
             Refused(r) => json!(r.kind),
         }),
         ("status", "", "how the fit ended; baseline or not_fitted where there is none", |r| match r {
-            Fit(f) => json!(f.fit().status),
+            Fit(f) => json!(f.fit().answer.status),
             Baseline(_) => "baseline".into(),
             Refused(_) => "not_fitted".into(),
         }),
@@ -144,12 +144,12 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         ("active", "", "muscles that may contract", |r| r.of(|f| f.fit().active_names().join("+").into())),
         ("equations", "", "muscles that the fit has to meet", |r| r.of(|f| f.fitted.len().into())),
         ("undetermined", "", "directions that the data leave open", |r| {
-            r.of(|f| json!(f.fit().identifiability.as_ref().map(|i| i.null_directions.len())))
+            r.of(|f| json!(f.fit().answer.identifiability.as_ref().map(|i| i.null_directions.len())))
         }),
     ]);
     let after = column::columns::<FitRow<'a>, _>([
         ("cost", "", "smallest objective", |r| r.of(|f| f.cost.into())),
-        ("misfit", "", "RMS residual of the fitted muscles", |r| r.of(|f| f.fit().misfit.into())),
+        ("misfit", "", "RMS residual of the fitted muscles", |r| r.of(|f| f.fit().answer.misfit.into())),
         ("passive_rms_stretch", "", "RMS residual of the passive stretches", |r| {
             r.of(|f| json!(f.passive.rms_stretch))
         }),
@@ -172,7 +172,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
             r.of(|f| json!(f.rest_shape.map(|d| d.rms_ratio)))
         }),
         ("smallest_singular_value_per_n", "1/N", "how weakly the fitted values answer to tensions", |r| {
-            r.of(|f| json!(f.fit().identifiability.as_ref().and_then(|i| i.singular_values.last())))
+            r.of(|f| json!(f.fit().answer.identifiability.as_ref().and_then(|i| i.singular_values.last())))
         }),
         ("other_optima", "", "other local optima", |r| r.of(|f| f.other_optima.len().into())),
         ("pattern_found", "", "muscles of the published pattern that were found", |r| {
@@ -187,7 +187,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         ("alarms", "", "reasons for doubt", |r| {
             r.of(|f| f.record.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ").into())
         }),
-        ("evaluations", "", "equilibria that were solved", |r| r.of(|f| f.fit().evaluations.into())),
+        ("evaluations", "", "equilibria that were solved", |r| r.of(|f| f.fit().answer.evaluations.into())),
         ("line", "", "line of the row in its file", |r| match r {
             Fit(f) => f.line.into(),
             Baseline(b) => b.line.into(),
@@ -196,7 +196,7 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
     ]);
     let tensions = muscles.iter().map(|m| {
         Column::new(format!("tension_{m}_n_per_m"), "N/m", "tension that was found", move |r: &FitRow<'a>| {
-            r.of(|f| json!(f.fit().value(m, &f.fit().tensions)))
+            r.of(|f| json!(f.fit().value(m, &f.fit().tensions())))
         })
     });
     before.into_iter().chain(tensions).chain(after).chain(provenance(by)).collect()
@@ -218,7 +218,7 @@ pub fn of_rows(names: &[String], rows: &[FitRow<'_>], by: &Provenance) -> Table 
 }
 
 fn muscles(r: &AssessedRecord) -> Vec<OfMuscle<'_>> {
-    (0..r.fit().muscles.len())
+    (0..r.fit().matched.muscles.len())
         .map(|muscle| OfMuscle { record: &r.record, substitute_baseline: r.substitute_baseline, muscle })
         .collect()
 }

@@ -87,8 +87,6 @@ impl EndedSearch {
 pub struct SpaceFit {
     /// Names of the unknowns: muscles, or the common name of both sides of a muscle.
     pub names: Vec<String>,
-    /// Activations of all muscles of the body.
-    pub activations: Vec<f64>,
     /// Root of the mean squared distance from what was seen, m.
     pub rms_m: f64,
     /// For each mark the distance from its place, from the surface or contour, or from its length, m. Differences of stretches and ratios
@@ -100,7 +98,7 @@ pub struct SpaceFit {
     pub combinations: Vec<Combination>,
     pub starts: Vec<EndedSearch>,
     pub factorisations: usize,
-    /// The answer in the form of every inverse problem, with its unknowns in hundredths.
+    /// The answer in the form of every inverse problem: its unknowns in hundredths, and as its tensions the activations of all muscles.
     pub answer: Answer<3>,
 }
 
@@ -240,7 +238,7 @@ impl SpaceSearch {
                     return self.answered(body, system, seen, SearchStart::Before(found));
                 };
                 let answer = Answer {
-                    tensions: forward.tensions_of(&found.x),
+                    tensions: inverse.tensions_of(&found.x),
                     lengths: forward.lengths(),
                     misfit: forward.misfit(Some(&linear.residuals)),
                     positions: forward.positions().to_vec(),
@@ -287,7 +285,6 @@ impl SpaceSearch {
         let starts: Vec<EndedSearch> = starts.collect();
         Ok(SpaceFit {
             names,
-            activations: answer.tensions.clone(),
             rms_m: (squares / seen.len() as f64).sqrt(),
             distances_m,
             response,

@@ -47,7 +47,7 @@ impl PageFit {
         (moved, ridges): (Vec<[i64; 2]>, Option<&str>),
         muscles: &[String],
     ) -> Result<Self, ReportError> {
-        let tension = |m: &String| r.fit().value(m, &r.fit().tensions);
+        let tension = |m: &String| r.fit().value(m, &r.fit().tensions());
         let posterior = r.record.posterior.as_ref();
         Ok(Self {
             number,
@@ -69,8 +69,8 @@ impl PageFit {
 
 fn first_cells(id: usize, r: &AssessedRecord) -> Markup {
     html! {
-        td { (r.fit().target.subject) (r.mark()) }
-        td { a href={ "#fit-" (id) } { "/" (r.fit().target.vowel) "/" } }
+        td { (r.fit().matched.target.subject) (r.mark()) }
+        td { a href={ "#fit-" (id) } { "/" (r.fit().matched.target.vowel) "/" } }
     }
 }
 
@@ -78,9 +78,9 @@ fn heat_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     html! {
         tr {
             (first_cells(id, r))
-            td { (r.fit().target.kind) }
+            td { (r.fit().matched.target.kind) }
             @for m in muscles {
-                @match r.fit().value(m, &r.fit().residuals) {
+                @match r.fit().value(m, &r.fit().residuals()) {
                     Some(residual) => td data-v=(residual) style=(shade(residual / FULL_COLOUR)) {
                         @if r.fitted.contains(m) { "● " }
                         (format!("{:+.1}", (1000.0 * residual).round() / 10.0 + 0.0))
@@ -100,22 +100,22 @@ fn shade(part: f64) -> String {
 }
 
 fn status(r: &AssessedRecord) -> String {
-    status_name(&r.fit().status).replace('_', " ")
+    status_name(&r.fit().answer.status).replace('_', " ")
 }
 
 fn table_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     html! {
         tr {
             (first_cells(id, r))
-            td { "/" (r.fit().target.baseline) "/" }
-            td { (r.fit().target.kind) }
+            td { "/" (r.fit().matched.target.baseline) "/" }
+            td { (r.fit().matched.target.kind) }
             td { (status(r)) }
-            td data-v=(r.fit().misfit) { (format!("{:.1e}", r.fit().misfit)) }
+            td data-v=(r.fit().answer.misfit) { (format!("{:.1e}", r.fit().answer.misfit)) }
             (optional(r.passive.rms_stretch))
             (optional(r.passive.no_change_rms_stretch))
             (number(r.record.alarms.len() as f64, 0))
             @for m in muscles {
-                @let tension = r.fit().value(m, &r.fit().tensions).unwrap_or(0.0);
+                @let tension = r.fit().value(m, &r.fit().tensions()).unwrap_or(0.0);
                 td data-v=(tension) { @if r.fit().active_names().contains(m) { (format!("{tension:.1}")) } }
             }
         }
@@ -138,7 +138,7 @@ fn posterior_row(id: usize, r: &AssessedRecord, muscles: &[String]) -> Markup {
     html! {
         tr {
             (first_cells(id, r))
-            td title=(r.verdict().unwrap_or_default()) { "/" (r.fit().target.baseline) "/" }
+            td title=(r.verdict().unwrap_or_default()) { "/" (r.fit().matched.target.baseline) "/" }
             @for m in muscles {
                 @match summary.and_then(|s| s.changes_n.get(m)) {
                     Some(change) => td data-v=(change.probability_rises) style=(shade(2.0 * change.probability_rises - 1.0)) {
@@ -202,7 +202,7 @@ fn tensions(values: &ByMuscle<f64>) -> String {
 
 /// Figure 4.9 for this fit. The page has the title, so the figure has only the label.
 fn figure(r: &AssessedRecord) -> Result<String, ReportError> {
-    let target = &r.fit().target;
+    let target = &r.fit().matched.target;
     let title =
         format!("{} /{}/ against /{}/, {}", target.subject, target.vowel, target.baseline, target.kind);
     Ok(r.record.changes(&title, "measured", None)?.to_string())
