@@ -26,18 +26,20 @@ fn main() -> Result<(), Box<dyn Error>> {
         fit.undetermined(),
         fit.status
     );
-    let Some(curve) = fit.solution_curve() else { return Err("nothing is open".into()) };
-    for point in curve.points.iter().step_by(8) {
-        let tensions: Vec<String> = point.tensions_n.0.iter().map(|(m, n)| format!("{m} {n:5.2}")).collect();
-        let others = point.passive_rms.unwrap_or(f64::NAN);
+    let Some(found) = fit.solution_curve() else { return Err("nothing is open".into()) };
+    for point in found.curve.points.iter().step_by(8) {
+        let tensions = found.unknowns.iter().zip(&point.x).map(|(m, n)| format!("{m} {n:5.2}"));
+        let tensions: Vec<String> = tensions.collect();
+        let others = point.other_rms.unwrap_or(f64::NAN);
         println!(
             "{} N per metre: misfit {:.0e}, other ratios {others:.3}",
             tensions.join(", "),
             point.misfit
         );
     }
-    println!("it ends: {}; {}", curve.ends[0], curve.ends[1]);
-    let (table, picture) = (curve.table(), report::solution_curve(&curve, "GGa"));
+    let [before, after] = found.ends();
+    println!("it ends: {before}; {after}");
+    let (table, picture) = (found.table(), report::solution_curve(&found, "GGa"));
     report::write(&folder, "valley", &[("valley.csv", &table), ("valley.svg", &picture)])?;
     Ok(())
 }

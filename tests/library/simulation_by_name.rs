@@ -85,7 +85,7 @@ fn fits_have_the_same_bits() {
                 .zip(fit.active_tensions()))
         );
         assert_eq!(found.undetermined(), Some(usize::from(kind == TargetKind::Ratio)));
-        assert_eq!(found.solution_curve().map_or(0, |v| v.points.len()) > 5, kind == TargetKind::Ratio);
+        assert_eq!(found.solution_curve().map_or(0, |v| v.curve.points.len()) > 5, kind == TargetKind::Ratio);
         assert_eq!(found.shape.length("HGp").unwrap(), fit.lengths()[7]);
     }
 }

@@ -30,9 +30,7 @@ pub use escape_control::EscapeControl;
 pub use export::{Export, Files, Json, Markdown, Provenance, ReportError, Wav};
 #[cfg(feature = "files")]
 pub use file::{InterruptGuard, OutputDir, Writes, discard_unfinished, write};
-pub use record::{
-    Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, SolutionPointRecord, TrajectoryRecord,
-};
+pub use record::{Conclusion, DecidedBy, FitRecord, SolutionCurveRecord, TrajectoryRecord};
 pub use sound::{AreaRow, FormantsByTension, SoundRecord};
 pub use space::{HexahedraRecord, OfBody, Pulls, SimulationRecord};
 pub use space_fit::{MISSED_BY_PLANE, SpaceFitRecord, SpaceTrackRecord, limit_of_plane};

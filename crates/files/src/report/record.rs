@@ -8,7 +8,7 @@ use super::{ByMuscle, ReportError, SectionPicture, Series, Svg, Table, changes, 
 use tongue_core::body::Body;
 use tongue_core::dynamics::{IntegrationMethod, MotionOutcome};
 use tongue_infer::inverse::alarms::Alarm;
-use tongue_infer::inverse::solution_curve::SolutionCurve;
+use tongue_infer::inverse::solution_curve::{CurvePoint, SolutionCurve};
 use tongue_infer::inverse::{Fit, TargetOnBody};
 use tongue_infer::posterior::{Report, Verdict};
 use tongue_input::measured::TargetKind;
@@ -159,68 +159,63 @@ impl FitRecord {
     }
 }
 
-/// All tensions that meet an undetermined target as well as the answer: points on a curve from end to end.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SolutionCurveRecord {
-    pub points: Vec<SolutionPointRecord>,
-    pub answer: usize,
-    /// Why the curve ends before the first point and after the last.
-    pub ends: [String; 2],
+/// A curve of tensions that meet an undetermined target equally well, with the names of its unknowns and of muscles.
+#[derive(Debug, Clone)]
+pub struct SolutionCurveRecord<'a> {
+    pub curve: &'a SolutionCurve,
+    pub unknowns: Vec<String>,
+    /// Muscles, each with its number in the body.
+    pub muscles: Vec<(String, usize)>,
 }
 
-impl SolutionCurveRecord {
+impl<'a> SolutionCurveRecord<'a> {
     /// The curve of a fit that leaves one direction undetermined.
-    pub fn of(fit: &Fit) -> Option<Self> {
-        Some(Self::new(fit.solution_curve()?, &fit.active_names(), &fit.matched.muscles, |lengths| {
-            fit.matched.pick(lengths)
-        }))
+    pub fn of(fit: &'a Fit) -> Option<Self> {
+        let TargetOnBody { muscles, numbers, .. } = &fit.matched;
+        let muscles = muscles.iter().cloned().zip(numbers.iter().copied()).collect();
+        Some(Self { curve: fit.solution_curve()?, unknowns: fit.active_names(), muscles })
     }
 
-    /// The record of a curve over `unknowns` in a body with these muscles; `of_body` selects their lengths
-    /// from those of all chains.
-    pub fn new(
-        curve: &SolutionCurve,
-        unknowns: &[String],
-        muscles: &[String],
-        of_body: impl Fn(&[f64]) -> Vec<f64>,
-    ) -> Self {
-        let points = curve.points.iter().map(|p| SolutionPointRecord {
-            tensions_n: by_muscle(unknowns, &p.x),
-            lengths_mm: mm(muscles, &of_body(&p.lengths)),
-            misfit: p.misfit,
-            passive_rms: p.other_rms,
-        });
-        Self {
-            points: points.collect(),
-            answer: curve.answer,
-            ends: curve.ends.map(|end| end.text(unknowns)),
-        }
+    /// Why the curve ends before the first point and after the last.
+    pub fn ends(&self) -> [String; 2] {
+        self.curve.ends.map(|end| end.text(&self.unknowns))
+    }
+
+    fn lengths_mm(&self, point: &CurvePoint) -> Vec<f64> {
+        self.muscles.iter().map(|(_, number)| point.lengths[*number] * 1e3).collect()
     }
 
     /// A row for each point: its number, tension and length of every muscle, misfit and passive residual.
     pub fn table(&self) -> Table {
-        let Some(first) = self.points.first() else { return Table::default() };
-        let tensions = first.tensions_n.0.iter().map(|(m, _)| format!("tension_{m}_n_per_m"));
-        let lengths = first.lengths_mm.0.iter().map(|(m, _)| format!("{m}_mm"));
+        let tensions = self.unknowns.iter().map(|m| format!("tension_{m}_n_per_m"));
+        let lengths = self.muscles.iter().map(|(m, _)| format!("{m}_mm"));
         let columns = ["point", "is_answer"].map(str::to_owned).into_iter().chain(tensions).chain(lengths);
         let columns = columns.chain(["misfit", "passive_rms"].map(str::to_owned)).collect();
-        let rows = self.points.iter().enumerate().map(|(number, p)| {
-            let values = p.tensions_n.0.iter().chain(&p.lengths_mm.0).map(|(_, v)| v.to_string());
-            let first = [number.to_string(), (number == self.answer).to_string()];
-            let rms = p.passive_rms.map(|r| r.to_string()).unwrap_or_default();
+        let rows = self.curve.points.iter().enumerate().map(|(number, p)| {
+            let lengths_mm = self.lengths_mm(p);
+            let values = p.x.iter().chain(&lengths_mm).map(f64::to_string);
+            let first = [number.to_string(), (number == self.curve.answer).to_string()];
+            let rms = p.other_rms.map(|r| r.to_string()).unwrap_or_default();
             first.into_iter().chain(values).chain([p.misfit.to_string(), rms]).collect()
         });
         Table { columns, rows: rows.collect() }
     }
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct SolutionPointRecord {
-    pub tensions_n: ByMuscle<f64>,
-    pub lengths_mm: ByMuscle<f64>,
-    pub misfit: f64,
-    /// Root mean square residual of the other measured muscles, in the fitted quantity.
-    pub passive_rms: Option<f64>,
+impl Serialize for SolutionCurveRecord<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let names: Vec<String> = self.muscles.iter().map(|(name, _)| name.clone()).collect();
+        let point = |p: &CurvePoint| {
+            json!({
+                "tensions_n": by_muscle(&self.unknowns, &p.x),
+                "lengths_mm": by_muscle(&names, &self.lengths_mm(p)),
+                "misfit": p.misfit,
+                "passive_rms": p.other_rms,
+            })
+        };
+        let points: Vec<_> = self.curve.points.iter().map(point).collect();
+        json!({ "points": points, "answer": self.curve.answer, "ends": self.ends() }).serialize(serializer)
+    }
 }
 
 /// One trajectory: `tongue-fit simulate --trajectory --json`, and `trajectory.json`.

@@ -98,7 +98,7 @@ impl<const D: usize> Estimate<D> {
     }
 
     /// The curve of all answers that fit as well, if exactly one direction is undetermined.
-    pub fn solution_curve(&self) -> Option<SolutionCurveRecord> {
+    pub fn solution_curve(&self) -> Option<SolutionCurveRecord<'_>> {
         let [open] = self.answer.identifiability.as_ref()?.null_directions.as_slice() else { return None };
         let muscles = &self.shape.assembly().body().mesh.muscles;
         let unknowns: Vec<String> = Vec::from_iter(self.unknowns.iter().map(|u| match u.quantity {
@@ -107,8 +107,8 @@ impl<const D: usize> Estimate<D> {
             Quantity::Constant(Constant::YoungModulus) => "young_modulus_100_pa".to_owned(),
             Quantity::Constant(Constant::PoissonRatio) => "poisson_ratio_percent".to_owned(),
         }));
-        let names = self.shape.assembly().body().mesh.muscle_names();
-        Some(SolutionCurveRecord::new(open.curve.as_ref()?, &unknowns, &names, <[f64]>::to_vec))
+        let muscles = muscles.iter().enumerate().map(|(number, muscle)| (muscle.name.clone(), number));
+        Some(SolutionCurveRecord { curve: open.curve.as_ref()?, unknowns, muscles: muscles.collect() })
     }
 
     /// For JSON: simulated and measured values are in the order and units of the observations, singular values those of d(residual)/d(unknown

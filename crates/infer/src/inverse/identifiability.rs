@@ -1,14 +1,12 @@
 //! Identifiability: which tensions the data determine and which they do not, by the sensitivity along directions of the unknowns.
 
-use serde::Serialize;
-
 use super::FitSettings;
 use super::forward::{Forward, Linearised};
 use super::projection::{UNDETERMINED, decompose};
 use super::solution_curve::{self, SolutionCurve};
 
 /// Local analysis at the answer.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Identifiability {
     /// Singular values of d(fitted ratio or stretch)/d(tension), largest first, one for each active muscle
     /// (zero if there are fewer equations), 1/N.
@@ -17,7 +15,7 @@ pub struct Identifiability {
 }
 
 /// A direction in the space of tensions along which the fit remains as good.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct NullDirection {
     /// Unit vector over the active muscles, in their order; its largest entry is positive.
     pub direction: Vec<f64>,

@@ -2,7 +2,6 @@
 //! control.
 
 use nalgebra::DVector;
-use serde::Serialize;
 
 use super::FitSettings;
 use super::forward::Forward;
@@ -25,8 +24,7 @@ const PART_OF_TOLERANCE: f64 = 1e-3;
 const JUMP_PER_UNIT: f64 = 0.05;
 
 /// Why a curve ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Termination {
     /// An unknown is at its lower bound: a muscle is slack.
     Zero {
@@ -60,7 +58,7 @@ impl Termination {
     }
 }
 
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct CurvePoint {
     /// The unknowns: tensions of the active muscles, N.
     pub x: Vec<f64>,
@@ -72,7 +70,7 @@ pub struct CurvePoint {
 }
 
 /// A curve through the answer, from one end to the other.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SolutionCurve {
     /// Its points, in order; each meets the target.
     pub points: Vec<CurvePoint>,

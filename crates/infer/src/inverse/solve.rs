@@ -1,7 +1,6 @@
 //! A complete fit: searches from several starts, and the assessment of the best answer.
 
 use nalgebra::SVector;
-use serde::Serialize;
 
 use tongue_core::body::largest_distance;
 use tongue_core::parallel;
@@ -17,7 +16,7 @@ use super::start::Start;
 use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead};
 
 /// The answer followed again from rest, as all tensions grow together.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Replay {
     /// Result of the solver; its connection says whether the branch from rest leads there.
     pub solution: Solution,

@@ -16,10 +16,9 @@ const BETWEEN: f64 = 40.0;
 const NAMES: f64 = 70.0;
 const APART: f64 = 26.0;
 
-pub fn solution_curve(curve: &SolutionCurveRecord, reference: &str) -> Svg {
-    let names: Vec<String> =
-        curve.points.first().map_or(Vec::new(), |p| p.tensions_n.0.iter().map(|(m, _)| m.clone()).collect());
-    let tension = |p: usize, m: usize| curve.points[p].tensions_n.0[m].1;
+pub fn solution_curve(named: &SolutionCurveRecord<'_>, reference: &str) -> Svg {
+    let (curve, names, ends) = (named.curve, &named.unknowns, named.ends());
+    let tension = |p: usize, m: usize| curve.points[p].x[m];
     // Arc length along the curve, N.
     let mut way: Vec<f64> = vec![0.0];
     for p in 1..curve.points.len() {
@@ -27,26 +26,25 @@ pub fn solution_curve(curve: &SolutionCurveRecord, reference: &str) -> Svg {
         way.push(way[p - 1] + squares.sqrt());
     }
     let told = curve.points.get(curve.answer).map_or(String::new(), |p| {
-        let all = p.tensions_n.0.iter().map(|(m, t)| format!("{m} {t:.1}"));
+        let all = names.iter().zip(&p.x).map(|(m, t)| format!("{m} {t:.1}"));
         all.collect::<Vec<_>>().join(", ")
     });
     let description = format!(
         "Tensions along the curve on which the ratios to {reference} are met, {} points; the answer is {told} N. It ends: {}; {}.",
         curve.points.len(),
-        curve.ends[0],
-        curve.ends[1]
+        ends[0],
+        ends[1]
     );
     let (mut svg, top) = Svg::new("Tensions that meet the target equally well", &description, WIDTH);
     let end = way.last().copied().unwrap_or(0.0).max(1e-9);
     let plot = |most: f64, top: f64, height: f64| {
         Plot::linear([LEFT, top], [WIDTH - LEFT - NAMES - MARGIN, height], [0.0, end], [0.0, 1.05 * most])
     };
-    let all = curve.points.iter().flat_map(|p| p.tensions_n.0.iter().map(|(_, t)| *t));
-    let largest = all.fold(1.0, f64::max);
+    let largest = curve.points.iter().flat_map(|p| &p.x).copied().fold(1.0, f64::max);
     let upper = plot(largest, top + MARGIN, UPPER);
     upper.axes(&mut svg, [Axis::Lines, Axis::Named("tension, N per metre")]);
     let rms: Vec<[f64; 2]> =
-        way.iter().zip(&curve.points).filter_map(|(x, p)| Some([*x, p.passive_rms?])).collect();
+        way.iter().zip(&curve.points).filter_map(|(x, p)| Some([*x, p.other_rms?])).collect();
     let highest = rms.iter().map(|[_, r]| *r).fold(1e-3, f64::max);
     let lower = plot(highest, upper.corner[1] + UPPER + BETWEEN, LOWER);
     lower.axes(&mut svg, [Axis::Named("way along the curve, N per metre"), Axis::Named("passive RMS")]);
@@ -56,7 +54,7 @@ pub fn solution_curve(curve: &SolutionCurveRecord, reference: &str) -> Svg {
         svg.text([head[0] + 8.0, head[1] + 14.0], Anchor::Start, FontFace::Plain, "answer");
     }
     let mut labels: Vec<(f64, usize)> = Vec::new();
-    for (m, info) in Muscles::built_in().info(&names).iter().enumerate() {
+    for (m, info) in Muscles::built_in().info(names).iter().enumerate() {
         let mut points = way.iter().enumerate().map(|(p, x)| [*x, tension(p, m)]);
         svg.stroke(&upper.path(points.clone()), &info.colour.to_string(), 3.0);
         labels.extend(points.next_back().map(|[x, y]| (upper.place(x, y)[1], m)));
