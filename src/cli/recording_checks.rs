@@ -124,10 +124,13 @@ pub fn left_out(recordings: &[Screened], results: &[RecordingResult]) -> Vec<Str
     let mut out = Vec::new();
     for Screened { seen, .. } in recordings {
         let Some(result) = results.iter().find(|one| one.name == seen.name) else { continue };
-        let (all, points) = (result.frames.len(), seen.contour.len() + seen.sensors.len());
+        let (all, points) = (result.tracked.frames.len(), seen.contour.len() + seen.sensors.len());
         for name in seen.names().take(points) {
-            let faulty =
-                result.frames.iter().filter(|f| f.faults.iter().any(|fault| fault.points.contains(name)));
+            let faulty = result
+                .tracked
+                .frames
+                .iter()
+                .filter(|f| f.faults.iter().any(|fault| fault.points.contains(name)));
             let count = faulty.count();
             if all > 1 && 2 * count > all {
                 out.push(format!(

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use tongue_fit::dynamics::MotionOutcome;
 use tongue_fit::report;
 use tongue_fit::scene::ScenePlan;
 use tongue_fit::scene::run::SceneOutcome;
@@ -126,12 +127,13 @@ pub fn outcome(o: &SceneOutcome) -> String {
         let _ = writeln!(text, "force of the body on the bones: {} N", vector(force));
     }
     if let Some(t) = &o.trajectory {
+        let MotionOutcome { status, time_s, counts } = t.outcome;
         let _ = writeln!(
             text,
-            "{:?} at {} s: {} steps, {} rejected, {} factorisations",
-            t.status, t.time_s, t.counts.steps, t.counts.rejected, t.counts.factorisations
+            "{status:?} at {time_s} s: {} steps, {} rejected, {} factorisations",
+            counts.steps, counts.rejected, counts.factorisations
         );
-        text += &table::way_gone(t.time_s, t.part_of_way_to_equilibrium);
+        text += &table::way_gone(time_s, t.part_of_way_to_equilibrium);
     }
     if let Some(s) = &o.solution {
         let _ = writeln!(

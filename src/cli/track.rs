@@ -226,11 +226,11 @@ fn one(
     let untrusted = untrusted(&results, &mut notes);
     let untrusted = recording_checks::with_implausible(&recordings, untrusted);
     let outcome = Outcome::of_reason(untrusted.clone());
-    let frames: Vec<&Tracked> = results.iter().flat_map(|one| &one.frames).collect();
+    let frames: Vec<&Tracked> = results.iter().flat_map(|one| &one.tracked.frames).collect();
     let statuses = counted(frames.iter().map(|f| status_name(&f.status)));
-    let of_recordings: Vec<&[Tracked]> = results.iter().map(|one| one.frames.as_slice()).collect();
-    let labelled = results.iter().map(|one| (one.frames.as_slice(), one.labels.as_slice()));
-    let draws = results.iter().map(|one| one.compared.as_slice());
+    let of_recordings: Vec<&[Tracked]> = results.iter().map(|one| one.tracked.frames.as_slice()).collect();
+    let labelled = results.iter().map(|one| (one.tracked.frames.as_slice(), one.labels.as_slice()));
+    let draws = results.iter().map(|one| one.tracked.compared.as_slice());
     let comparisons = track::compare(&track::compared(&seen), &names, &run.basis.settings.link, draws);
     let mut record = TrackRecord {
         recordings: met.iter().map(|s| s.name.clone()).collect(),
@@ -262,7 +262,7 @@ fn one(
     record.notes.iter().for_each(|n| output::note(n));
     let recordings = &record.results.recordings;
     let mut body = speaker.body.clone();
-    recordings.first().iter().for_each(|one| body.mesh.nodes.clone_from(&one.rest));
+    recordings.first().iter().for_each(|one| body.mesh.nodes.clone_from(&one.tracked.rest));
     let body = BodyFile::new(&body, &run.basis.model, speaker.tracked(&body), recordings)?;
     let tissue = TissueModel::of(&speaker.body.mesh);
     let written = track_files::write(out, &record, &body, tissue, &arguments.files)?;
@@ -276,15 +276,15 @@ fn one(
 /// Why recordings cannot be trusted, if one has too many frames that cannot; of fewer frames there is a note.
 fn untrusted(results: &[RecordingResult], notes: &mut Vec<String>) -> Option<String> {
     let most = 100.0 * MOST_UNTRUSTED;
-    let bad: Vec<&RecordingResult> = results.iter().filter(|one| is_untrusted(&one.frames)).collect();
-    let all = untrusted_frames(&results.iter().flat_map(|one| &one.frames).collect::<Vec<_>>())?;
+    let bad: Vec<&RecordingResult> = results.iter().filter(|one| is_untrusted(&one.tracked.frames)).collect();
+    let all = untrusted_frames(&results.iter().flat_map(|one| &one.tracked.frames).collect::<Vec<_>>())?;
     let Some(first) = bad.first() else {
         notes.push(format!(
             "{all}, no more than {most:.0} % of any recording; track.csv has the status of each"
         ));
         return None;
     };
-    let own = untrusted_frames(&first.frames.iter().collect::<Vec<_>>())?;
+    let own = untrusted_frames(&first.tracked.frames.iter().collect::<Vec<_>>())?;
     Some(match (results.len(), bad.len()) {
         (1, _) => own,
         (_, 1) => format!("{}: {own}", first.name),

@@ -79,7 +79,7 @@ pub fn write(
         ("track.csv".to_owned(), Box::new(track_csv(record))),
         ("body.json".to_owned(), Box::new(Json(body))),
     ];
-    if results.recordings.iter().any(|one| !one.segments.is_empty()) {
+    if results.recordings.iter().any(|one| !one.tracked.segments.is_empty()) {
         files.push(("segments.csv".to_owned(), Box::new(segments_csv(results))));
     }
     if record.formants.is_some() {
@@ -98,7 +98,7 @@ pub fn write(
     }
     for (nth, one) in results.recordings.iter().enumerate() {
         let number = nth + 1;
-        let shown = one.frames.iter().filter(|f| !f.positions.is_empty());
+        let shown = one.tracked.frames.iter().filter(|f| !f.positions.is_empty());
         if wants(Also::Sto) {
             let made =
                 move |out: &mut dyn io::Write, by: &Provenance| one.sto(&results.muscles).write(out, by);
@@ -171,10 +171,10 @@ impl<'a> BodyFile<'a> {
         adaptation: Adaptation,
         recordings: &'a [RecordingResult],
     ) -> miette::Result<Self> {
-        let groups = recordings.chunk_by(|a, b| a.rest == b.rest).skip(1);
+        let groups = recordings.chunk_by(|a, b| a.tracked.rest == b.tracked.rest).skip(1);
         let other_rest_shapes = groups.map(|group| RestShapeFile {
             recordings: group.iter().map(|one| one.name.as_str()).collect(),
-            nodes_m: group[0].rest.iter().map(|p| [p.x, p.y]).collect(),
+            nodes_m: group[0].tracked.rest.iter().map(|p| [p.x, p.y]).collect(),
         });
         let mesh = MeshRecord::of(body, model).into_diagnostic()?;
         Ok(Self { mesh, adaptation, other_rest_shapes: other_rest_shapes.collect() })

@@ -155,7 +155,7 @@ fn freed(record: &TrackRecord) -> Vec<(String, String)> {
     Vec::from_iter(names.into_iter().map(|name| {
         let own = recordings.iter().filter_map(|r| Some((r, r.freed.iter().position(|n| n == name)?)));
         let all: Vec<&Displacement> =
-            own.flat_map(|(r, i)| r.frames.iter().filter_map(move |f| f.bones.get(i))).collect();
+            own.flat_map(|(r, i)| r.tracked.frames.iter().filter_map(move |f| f.bones.get(i))).collect();
         let axes = [0, 1].map(|a| {
             let of = |end: &dyn Fn(&Displacement) -> f64| fixed(1e3 * median(all.iter().map(|b| end(b))), 1);
             format!("{} ({} to {})", of(&|b| b.shift_m[a]), of(&|b| b.low_m[a]), of(&|b| b.high_m[a]))

@@ -82,7 +82,7 @@ fn compare_with_everything<const D: usize>(name: &str, scene: &Scene, body: &Bod
     let trajectory = Scene::from_toml(&long, "test").unwrap().trajectory;
     let moving = Scene { want: Want::Trajectory, trajectory, ..everything(scene, body) };
     let end = run(&moving, &mut prepared(&moving)).unwrap();
-    assert_eq!(end.trajectory.unwrap().status, MotionStatus::Completed, "{name}");
+    assert_eq!(end.trajectory.unwrap().outcome.status, MotionStatus::Completed, "{name}");
     for (p, q) in planned.positions().iter().zip(&end.positions_m) {
         assert!(p.iter().zip(q).all(|(a, b)| (a - b).abs() < 1e-9), "{name}");
     }

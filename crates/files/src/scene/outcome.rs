@@ -11,7 +11,7 @@ use super::prepare::Prepared;
 use crate::report::{FormantsByTension, Pulls, SoundRecord};
 use crate::simulation::SimulationError;
 use crate::surgery::OperationRecord;
-use tongue_core::dynamics::{self, StepCounts};
+use tongue_core::dynamics::MotionOutcome;
 use tongue_core::statics::{Response, Solution, Workspace};
 use tongue_infer::acoustics::{Articulation, VocalTract};
 use tongue_infer::inverse::{self, alarms::Alarm};
@@ -82,11 +82,10 @@ pub struct Moment {
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SceneMotion {
-    pub status: dynamics::MotionStatus,
-    pub time_s: f64,
+    #[serde(flatten)]
+    pub outcome: MotionOutcome,
     /// Part of the way to its equilibrium that the body has moved; null if there is no such way.
     pub part_of_way_to_equilibrium: Option<f64>,
-    pub counts: StepCounts,
     pub moments: Vec<Moment>,
 }
 

@@ -69,7 +69,7 @@ pub fn run<const D: usize>(
         let (way, positions) = follow(scene, prepared)?;
         // The tensions at the end; the ramp may not be complete.
         let tensions = tensions_over_time(scene, prepared);
-        tensions.at(way.time_s, &mut prepared.tensions);
+        tensions.at(way.outcome.time_s, &mut prepared.tensions);
         trajectory = Some(way);
         positions
     };
@@ -78,14 +78,16 @@ pub fn run<const D: usize>(
     let at = Configuration { positions: &positions, tensions: &prepared.tensions };
     let evaluations = solution
         .map(|s| [s.energy_evaluations as u64, s.iterations as u64 + 1, s.factorisations as u64])
-        .or(trajectory.as_ref().map(|t| [0, t.counts.force_evaluations, t.counts.factorisations]))
+        .or(trajectory
+            .as_ref()
+            .map(|t| [0, t.outcome.counts.force_evaluations, t.outcome.counts.factorisations]))
         .unwrap_or_default();
     let contact = contact(prepared, at);
     let (min_cell_ratio, max_cell_ratio) = system.cell_ratios(&positions);
     let converged = solution.is_none_or(|s| s.status == statics::SolveStatus::Converged)
         && fitted.is_none_or(|f| f == inverse::FitStatus::Converged)
         && points.as_ref().is_none_or(|p| p.status == FrameStatus::Converged)
-        && trajectory.as_ref().is_none_or(|t| t.status == dynamics::MotionStatus::Completed)
+        && trajectory.as_ref().is_none_or(|t| t.outcome.status == dynamics::MotionStatus::Completed)
         && contact.as_ref().is_none_or(|c| !c.edge_through_wall)
         && min_cell_ratio > 0.0;
     alarms.extend(alarms::of_shape(&prepared.body, system, &positions));
@@ -179,10 +181,8 @@ fn follow<const D: usize>(
         formants_hz: formants(prepared, &posture, positions),
     });
     let way = SceneMotion {
-        status: found.outcome.status,
-        time_s: found.outcome.time_s,
+        outcome: found.outcome,
         part_of_way_to_equilibrium: found.part_of_way,
-        counts: found.outcome.counts,
         moments: moments.collect(),
     };
     Ok((way, found.end))

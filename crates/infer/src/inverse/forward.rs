@@ -9,7 +9,7 @@ use tongue_core::system::{System, SystemError};
 
 use super::FitSettings;
 use super::problem::{LeastSquaresProblem, Quantity, Unknown};
-use super::start::{BestKnown, SearchCounts, WarmStarts, distance_squared, starting_point};
+use super::start::{SearchCounts, SolvedCandidate, WarmStarts, distance_squared, starting_point};
 
 /// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
 /// panics on errors in its first simplex and gives up on NaN.
@@ -66,7 +66,7 @@ pub struct Forward<'a, const D: usize> {
     /// Workspace with the equilibrium of the last candidate.
     workspace: Workspace<D>,
     pub(super) effort: f64,
-    pub(super) known: BestKnown<D>,
+    pub(super) known: WarmStarts<D>,
     begin: CandidateStart<D>,
     /// The candidate whose equilibrium is in the workspace.
     last: Option<Vec<f64>>,
@@ -83,7 +83,7 @@ impl<'a, const D: usize> Forward<'a, D> {
             own: None,
             workspace: Workspace::new(inverse.system),
             effort: if inverse.is_undetermined() { EFFORT } else { 0.0 },
-            known: BestKnown::new(inverse.unknowns.len()),
+            known: WarmStarts::new(inverse.unknowns.len()),
             begin: if settings.warm_start { CandidateStart::Neighbour } else { CandidateStart::Rest },
             last: None,
             counts: SearchCounts::default(),
@@ -106,7 +106,7 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Adds a solved shape (positions of all nodes, m) and its unknowns as a start for later candidates.
     pub fn begin_at(&mut self, x: &[f64], positions: &[SVector<f64, D>]) {
-        self.known = BestKnown::new(x.len());
+        self.known = WarmStarts::new(x.len());
         self.known.remember(x, f64::INFINITY, positions);
     }
 
@@ -327,7 +327,7 @@ impl<'a, const D: usize> Forward<'a, D> {
 
     /// Residuals of several candidates: solves each from rest in its own workspace and keeps it as a start.
     pub(super) fn residuals_of_each(&mut self, candidates: &[Vec<f64>]) -> Vec<Option<DVector<f64>>> {
-        let solved: Vec<(Option<DVector<f64>>, usize, Option<WarmStarts<D>>)> =
+        let solved: Vec<(Option<DVector<f64>>, usize, Option<SolvedCandidate<D>>)> =
             parallel::map(candidates, |x| {
                 let mut own = Forward::new(self.inverse, self.settings);
                 let residuals = own.residuals(x);

@@ -77,7 +77,7 @@ fn radical_inverse(mut n: usize, base: usize) -> f64 {
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct WarmStarts<const D: usize> {
+pub(super) struct SolvedCandidate<const D: usize> {
     pub x: Vec<f64>,
     pub cost: f64,
     pub positions: Vec<SVector<f64, D>>,
@@ -85,12 +85,12 @@ pub(super) struct WarmStarts<const D: usize> {
 
 /// The best candidates, as many as a simplex has corners.
 #[derive(Debug, Clone)]
-pub(super) struct BestKnown<const D: usize> {
+pub(super) struct WarmStarts<const D: usize> {
     most: usize,
-    list: Vec<WarmStarts<D>>,
+    list: Vec<SolvedCandidate<D>>,
 }
 
-impl<const D: usize> BestKnown<D> {
+impl<const D: usize> WarmStarts<D> {
     pub fn new(dimension: usize) -> Self {
         Self { most: dimension + 1, list: Vec::with_capacity(dimension + 1) }
     }
@@ -98,7 +98,7 @@ impl<const D: usize> BestKnown<D> {
     /// Keeps the candidate in place of the worst, if it is among the best.
     pub(crate) fn remember(&mut self, x: &[f64], cost: f64, positions: &[SVector<f64, D>]) {
         if self.list.len() < self.most {
-            self.list.push(WarmStarts { x: x.to_vec(), cost, positions: positions.to_vec() });
+            self.list.push(SolvedCandidate { x: x.to_vec(), cost, positions: positions.to_vec() });
         } else if let Some(worst) = self.list.iter_mut().max_by(|a, b| a.cost.total_cmp(&b.cost))
             && cost < worst.cost
         {
@@ -108,11 +108,11 @@ impl<const D: usize> BestKnown<D> {
         }
     }
 
-    pub fn best(&self) -> Option<&WarmStarts<D>> {
+    pub fn best(&self) -> Option<&SolvedCandidate<D>> {
         self.list.iter().min_by(|a, b| a.cost.total_cmp(&b.cost))
     }
 
-    pub fn nearest(&self, x: &[f64]) -> Option<&WarmStarts<D>> {
+    pub fn nearest(&self, x: &[f64]) -> Option<&SolvedCandidate<D>> {
         least_by(&self.list, |known| distance_squared(&known.x, x))
     }
 
@@ -132,7 +132,7 @@ impl<const D: usize> BestKnown<D> {
         self.list.clear();
     }
 
-    /// Removes all but the best, so that [`BestKnown::spread`] is that of a new simplex.
+    /// Removes all but the best, so that [`WarmStarts::spread`] is that of a new simplex.
     pub(crate) fn keep_best(&mut self) {
         let best = self.best().cloned();
         self.list.clear();

@@ -23,7 +23,7 @@ struct TimelinePanel<'a>(&'a str, &'static str, bool, Vec<[f64; 3]>);
 /// Draws the tensions of a recording, each on a scale of its own. Times of unreliable frames are shaded; below stands the distance of what
 /// was seen from what was simulated, mm, above the labels of every tier but the prompt, which is that of a whole recording.
 pub fn timelines(one: &RecordingResult, courses: &[CourseSummary]) -> Svg {
-    let frames = &one.frames;
+    let frames = &one.tracked.frames;
     let times: Vec<f64> = frames.iter().map(|f| f.time_s).collect();
     let known: Vec<&str> = courses.iter().filter(|c| c.known).map(|c| c.muscle.as_str()).collect();
     let told = format!(

@@ -83,8 +83,8 @@ pub(super) fn shared(record: &TrackRecord) -> Value {
 /// ends of the interval for every muscle; of the frames in `shown` there are times, tensions, nodes and measured points.
 pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
     let frames: Vec<&Tracked> =
-        one.frames.iter().step_by(one.frames.len().div_ceil(MOST_FRAMES).max(1)).collect();
-    let shown = || one.frames.iter().filter(|f| !f.positions.is_empty());
+        one.tracked.frames.iter().step_by(one.tracked.frames.len().div_ceil(MOST_FRAMES).max(1)).collect();
+    let shown = || one.tracked.frames.iter().filter(|f| !f.positions.is_empty());
     let of = |values: fn(&Tracked) -> &[Interval]| -> Vec<[Packed; 3]> {
         let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
         (0..results.muscles.len())
@@ -105,7 +105,7 @@ pub(super) fn figure(results: &TrackResults, one: &RecordingResult) -> Value {
         "shown": Packed::of(shown().map(|f| f.time_s)),
         "tensions": Packed::of(shown().flat_map(Tracked::tensions_n)),
         "nodes": Packed::of_points(nodes),
-        "rest": Packed::of_points(drawn.iter().map(|n| one.rest.get(*n).copied())),
+        "rest": Packed::of_points(drawn.iter().map(|n| one.tracked.rest.get(*n).copied())),
         "marks": Packed::of_points(one.marks.iter().flatten().copied()),
     })
 }
@@ -124,7 +124,7 @@ fn drawn_sound(sound: &Waveform, frames: &[&Tracked]) -> Option<(f64, f64, [Pack
 
 impl TrackResults {
     fn mesh(&self, one: &RecordingResult) -> Mesh<2> {
-        Mesh { nodes: one.rest.clone(), ..self.body.mesh.clone() }
+        Mesh { nodes: one.tracked.rest.clone(), ..self.body.mesh.clone() }
     }
 
     fn shape(&self, frame: &Tracked) -> AnimationFrame {
@@ -136,7 +136,7 @@ impl TrackResults {
     }
 
     pub fn animation(&self, one: &RecordingResult) -> Result<Svg, ReportError> {
-        let shown = one.frames.iter().filter(|f| !f.positions.is_empty());
+        let shown = one.tracked.frames.iter().filter(|f| !f.positions.is_empty());
         let shapes: Vec<AnimationFrame> = shown.map(|f| self.shape(f)).collect();
         let marks: Vec<Vec<Point>> =
             one.marks.iter().map(|points| points.iter().flatten().copied().collect()).collect();

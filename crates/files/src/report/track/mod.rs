@@ -23,8 +23,8 @@ use tongue_core::body::Body;
 use tongue_core::geometry::Point;
 use tongue_infer::adapt::Placement;
 use tongue_infer::track::{
-    Comparison, CourseSummary, HeldOut, Interval, LabelCourse, LabelDraws, LabelMean, Repeatability,
-    TrackSettings, Tracked, TrackedRecording,
+    Comparison, CourseSummary, HeldOut, Interval, LabelMean, Repeatability, TrackSettings, Tracked,
+    TrackedRecording,
 };
 use tongue_input::measured::recording::{AlignedRecording, Fault, Label, Waveform};
 
@@ -34,17 +34,12 @@ pub struct RecordingResult {
     pub speaker: Option<String>,
     pub labels: Vec<Label>,
     pub freed: Vec<String>,
-    pub rest: Vec<Point>,
     /// The measured points of the frames that are shown, m: contour, sensors and bones.
     pub marks: Vec<Vec<Option<Point>>>,
     /// Whether its face looks to the right in the file.
     pub mirrored: bool,
-    /// Its frames, with the faults that were found before the fit and in it.
-    pub frames: Vec<Tracked>,
-    pub segments: Vec<LabelMean>,
-    /// Draws of the means over labels that are compared.
-    pub compared: Vec<LabelDraws>,
-    pub label_courses: Vec<LabelCourse>,
+    /// Its frames have the faults that were found before the fit and in it.
+    pub tracked: TrackedRecording,
     /// The sound that was recorded with it, where there is a file.
     pub sound: Option<Waveform>,
 }
@@ -55,12 +50,12 @@ impl RecordingResult {
         seen: &AlignedRecording,
         faults: &[Vec<Fault>],
         freed: impl Iterator<Item = &'b str>,
-        TrackedRecording { rest, mut frames, segments, compared, label_courses }: TrackedRecording,
+        mut tracked: TrackedRecording,
     ) -> Self {
-        for (frame, faults) in frames.iter_mut().zip(faults) {
+        for (frame, faults) in tracked.frames.iter_mut().zip(faults) {
             frame.faults.splice(0..0, faults.iter().cloned());
         }
-        let shown = seen.frames.iter().zip(&frames).filter(|(_, f)| !f.positions.is_empty());
+        let shown = seen.frames.iter().zip(&tracked.frames).filter(|(_, f)| !f.positions.is_empty());
         let marks = shown.map(|(seen, _)| {
             let points = seen.contour.iter().chain(&seen.sensors).map(|m| m.map(|m| m.at));
             points.chain(seen.bones.iter().copied()).collect()
@@ -70,13 +65,9 @@ impl RecordingResult {
             speaker: seen.speaker.clone(),
             labels: seen.labels.clone(),
             freed: freed.map(str::to_owned).collect(),
-            rest,
             marks: marks.collect(),
             mirrored: seen.mirrored,
-            frames,
-            segments,
-            compared,
-            label_courses,
+            tracked,
             sound: None,
         }
     }
@@ -84,7 +75,8 @@ impl RecordingResult {
     /// The labels in figures: those of every tier but the prompt, which is that of a whole recording; none where they are too many.
     pub(super) fn shown_labels(&self) -> Vec<&Label> {
         const MOST: usize = 60;
-        let [first, last] = [self.frames.first(), self.frames.last()].map(|f| f.map_or(0.0, |f| f.time_s));
+        let [first, last] =
+            [self.tracked.frames.first(), self.tracked.frames.last()].map(|f| f.map_or(0.0, |f| f.time_s));
         let shown: Vec<&Label> = Vec::from_iter(
             self.labels.iter().filter(|l| l.tier != "prompt" && l.to_s >= first && l.from_s <= last),
         );
@@ -106,14 +98,14 @@ pub struct TrackResults {
 
 impl TrackResults {
     pub fn frames(&self) -> impl Iterator<Item = (&RecordingResult, &Tracked)> {
-        self.recordings.iter().flat_map(|r| r.frames.iter().map(move |frame| (r, frame)))
+        self.recordings.iter().flat_map(|r| r.tracked.frames.iter().map(move |frame| (r, frame)))
     }
 
     /// Means over labelled stretches of the recordings, less those over the whole recording.
     fn segments(&self) -> impl Iterator<Item = (&RecordingResult, &Label, &LabelMean)> {
-        self.recordings
-            .iter()
-            .flat_map(|one| one.segments.iter().filter_map(move |s| Some((one, one.labels.get(s.label)?, s))))
+        self.recordings.iter().flat_map(|one| {
+            one.tracked.segments.iter().filter_map(move |s| Some((one, one.labels.get(s.label)?, s)))
+        })
     }
 
     fn by_muscle(&self, of: &[Interval], end: fn(&Interval) -> f64) -> ByMuscle<f64> {
@@ -201,7 +193,7 @@ impl Serialize for TrackResults {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         use serde::ser::SerializeMap as _;
         let mut map = serializer.serialize_map(None)?;
-        if self.recordings.iter().any(|r| !r.segments.is_empty()) {
+        if self.recordings.iter().any(|r| !r.tracked.segments.is_empty()) {
             map.serialize_entry("segments", &Each(&|| Box::new(self.segments().map(|s| self.segment(s)))))?;
         }
         map.serialize_entry("frames", &Each(&|| Box::new(self.frames().map(|(r, f)| self.frame(r, f)))))?;

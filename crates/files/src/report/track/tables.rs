@@ -104,7 +104,8 @@ pub fn draws_csv(results: &TrackResults) -> impl Export {
         let columns =
             "speaker,recording,tier,label,repetition,part,time_s,muscle,draw,tension_n_per_m,course_n_per_m";
         let mut said: BTreeMap<(&str, &str), usize> = BTreeMap::new();
-        let rows = results.recordings.iter().flat_map(|one| one.label_courses.iter().map(move |c| (one, c)));
+        let rows =
+            results.recordings.iter().flat_map(|one| one.tracked.label_courses.iter().map(move |c| (one, c)));
         let rows = rows.flat_map(|(one, course)| {
             let label = &one.labels[course.label];
             let repetition = said.entry((&label.tier, &label.name)).or_default();
@@ -147,7 +148,7 @@ impl RecordingResult {
             axes.collect(),
             vec!["resolved".to_owned()],
         ];
-        let rows = self.frames.iter().map(|f| {
+        let rows = self.tracked.frames.iter().map(|f| {
             let values = [&f.levels, &f.courses].into_iter().flat_map(|of| {
                 let ends: [fn(&Interval) -> f64; 3] = [|r| r.median, |r| r.low, |r| r.high];
                 ends.into_iter().flat_map(move |end| of.iter().map(end))

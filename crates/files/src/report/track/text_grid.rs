@@ -40,7 +40,7 @@ impl RecordingResult {
 
     /// The whole recording in stretches in which the word for the frames is the same; holes have none.
     fn stretches(&self, word: impl Fn(&Tracked) -> &'static str) -> Vec<WordInterval> {
-        let times: Vec<f64> = self.frames.iter().map(|f| f.time_s).collect();
+        let times: Vec<f64> = self.tracked.frames.iter().map(|f| f.time_s).collect();
         let usual_s = upper_median(times.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.02);
         let mut out: Vec<WordInterval> = Vec::new();
         let mut add = |word, ends: [f64; 2]| match out.last_mut() {
@@ -48,7 +48,7 @@ impl RecordingResult {
             _ if ends[0] < ends[1] => out.push((word, ends)),
             _ => {}
         };
-        for (t, frame) in self.frames.iter().enumerate() {
+        for (t, frame) in self.tracked.frames.iter().enumerate() {
             let neighbours = [t.checked_sub(1).map(|t| &times[t]), times.get(t + 1)];
             let [from, to] = neighbours.map(|other| match other {
                 Some(other) if (other - times[t]).abs() <= LONGEST_STEP * usual_s => 0.5 * (times[t] + other),
@@ -69,6 +69,7 @@ impl RecordingResult {
 mod tests {
     use super::*;
     use serde_json::json;
+    use tongue_infer::track::TrackedRecording;
     use tongue_input::measured::recording::text_grid;
 
     #[test]
@@ -85,7 +86,11 @@ mod tests {
         }).collect();
         // A hole before the last frame.
         frames[6].time_s = 5.0;
-        let one = RecordingResult { frames, ..RecordingResult::default() };
+        let of_frames = |frames: &[Tracked]| RecordingResult {
+            tracked: TrackedRecording { frames: frames.to_vec(), ..TrackedRecording::default() },
+            ..RecordingResult::default()
+        };
+        let one = of_frames(&frames);
         let mut bytes = Vec::new();
         one.write_text_grid(&["my \"own\"".to_owned()], &mut bytes).unwrap();
         let labels = text_grid(&bytes, "a.TextGrid").unwrap();
@@ -102,7 +107,7 @@ mod tests {
                 "{read:?}"
             );
         }
-        let single = RecordingResult { frames: one.frames[1..2].to_vec(), ..RecordingResult::default() };
+        let single = of_frames(&frames[1..2]);
         let mut bytes = Vec::new();
         single.write_text_grid(&["GGa".to_owned()], &mut bytes).unwrap();
         let label = &text_grid(&bytes, "a.TextGrid").unwrap()[0];
