@@ -166,9 +166,7 @@ pub mod inverse {
         //! What to doubt in an answer.
         pub use tongue_infer::inverse::alarms::{Alarm, alarms};
         #[cfg(feature = "cli")]
-        pub(crate) use tongue_infer::inverse::alarms::{
-            THICKNESS_M, barrier, of_equilibrium, of_shape, of_strain,
-        };
+        pub(crate) use tongue_infer::inverse::alarms::{THICKNESS_M, barrier, of_strain};
     }
 
     pub mod batch {
@@ -294,20 +292,16 @@ pub mod run {
     pub use tongue_files::run::BatchRun;
     pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackRun, VerdictSource};
     #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::run::{SpaceSource, TrackedBody};
+    pub(crate) use tongue_files::run::{
+        HeardRecord, HeardTongue, MuscleEffect, Solved, SoundRun, SpaceSource, TrackedBody,
+    };
 }
 
 pub mod scene {
     //! Scenes: files that say what happens to a tongue and what is wanted.
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::scene::ScenePlan;
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::scene::effects::Effects;
     pub use tongue_files::scene::effects::{Hyoid, Jaw};
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::scene::file::SceneTract;
-    #[cfg(feature = "cli")]
-    pub(crate) use tongue_files::scene::file::{FitTarget, Material, SceneTongue};
     pub use tongue_files::scene::file::{SceneBody, Want};
     pub use tongue_files::scene::{JOINT_MM, Scene, names, shipped, simulate};
 

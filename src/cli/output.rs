@@ -149,6 +149,11 @@ pub fn step(what: impl FnOnce() -> String) {
     }
 }
 
+/// As [`step`], for runs that tell what they do.
+pub fn tell_step(what: &str) {
+    step(|| what.to_owned());
+}
+
 /// A progress bar on stderr: on a terminal, and neither with `-q` nor with `-v` nor in a call within a process.
 pub fn bar(length: u64, template: &str) -> miette::Result<ProgressBar> {
     // Indicatif draws to stderr only if it is a terminal.

@@ -1,13 +1,9 @@
 //! `tongue-fit simulate`: one equilibrium at given tensions, or the motion there.
 
-use std::time::Instant;
-
 use miette::IntoDiagnostic;
 
 use tongue_fit::report::{self, SectionPicture, SimulationRecord};
-use tongue_fit::run::Equilibrium;
-use tongue_fit::statics::Workspace;
-use tongue_fit::system::System;
+use tongue_fit::run::Solved;
 
 use super::{Global, Outcome, body, drive, output, space, trajectory};
 
@@ -53,25 +49,21 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let palate = body.palate.as_deref().unwrap_or_default();
     let out = global.given_folder()?;
     let active: Vec<usize> = given.iter().map(|(m, _)| *m).collect();
-    let system = System::new(mesh, &arguments.body.model(), &active).into_diagnostic()?;
-    let mut all = vec![0.0; system.muscle_count()];
+    let mut all = vec![0.0; mesh.muscles.len()];
     given.iter().for_each(|(m, tension)| all[*m] = *tension);
 
-    let mut workspace = Workspace::new(&system);
-    let clock = Instant::now();
-    let found = Equilibrium::of(&system, &mut workspace, &all, arguments.direct);
-    let wall_s = clock.elapsed().as_secs_f64();
+    let solved = Solved::in_plane(&body, &arguments.body.model(), (&active, &all), arguments.direct);
+    let Solved { found, positions, system, wall_s } = solved.into_diagnostic()?;
     output::step(|| format!("{:?} in {} iterations", found.solution.status, found.solution.iterations));
-    let positions = workspace.positions();
     let title = "Tongue at rest (grey) and deformed";
     let stretch = arguments.colour_stretch;
-    let section = SectionPicture { stretch, ..SectionPicture::new(mesh, positions, &all, palate, title) };
-    let record = SimulationRecord::new(&body, (&system, found), &all, positions, None, wall_s);
+    let section = SectionPicture { stretch, ..SectionPicture::new(mesh, &positions, &all, palate, title) };
+    let record = SimulationRecord::new(&body, (&system, found), &all, &positions, None, wall_s);
     output::answer_equilibrium(
         &body,
         &system,
         &record,
-        positions,
+        &positions,
         report::tongue(&section),
         (out.as_ref(), global),
     )

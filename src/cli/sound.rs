@@ -1,28 +1,16 @@
 //! `tongue-fit sound`: the sound of a vowel.
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use miette::{IntoDiagnostic, bail, miette};
-use nalgebra::SVector;
-use tongue_fit::acoustics::{
-    Articulation, Formant, MeanVowel, Tract, VocalTract, mean_vowels, nearest_vowel,
-};
-use tongue_fit::body::AnyBody;
-use tongue_fit::measured::{Dataset, Vowel};
+use miette::{IntoDiagnostic, miette};
+use tongue_fit::acoustics::{Articulation, Formant, MeanVowel, Tract, VocalTract, mean_vowels};
+use tongue_fit::measured::Vowel;
 use tongue_fit::report::{self, Export, Json, Rows, VowelPicture, Wav};
-use tongue_fit::run::SpaceSource;
-use tongue_fit::scene::prepare::prepare;
-use tongue_fit::scene::{
-    Effects, FitTarget, Material, Scene, SceneBody, SceneTongue, SceneTract, Want, body, run,
-};
+use tongue_fit::run::{HeardRecord, HeardTongue, SoundRun, SpaceSource};
 use tongue_sound::voice::{self, Voice};
 
-use super::sound_space::{self, HeardRecord, HeardTongue};
-use super::{Global, Outcome, drive, inputs, output, table};
-
-const BASELINE: &str = "ɯ";
+use super::{Global, Outcome, drive, inputs, output, sound_space, table};
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -112,71 +100,27 @@ impl Arguments {
         }
     }
 
-    fn scene(&self, tract: &Tract, vowel: Option<&Vowel>) -> miette::Result<Scene> {
-        let posture = self.posture(tract, vowel);
-        let tensions_n = drive::pairs("--tension", &self.tension, "GGp=20")?.into_iter().collect();
-        let fitted = vowel.filter(|v| v.label() != BASELINE);
-        let scene = Scene {
+    fn sound_run<'a>(
+        &'a self,
+        tract: &'a Tract,
+        vowel: Option<&'a Vowel>,
+        means: &'a [MeanVowel],
+    ) -> miette::Result<SoundRun<'a>> {
+        Ok(SoundRun {
             title: match vowel {
                 Some(v) => format!("{} /{v}/", self.subject),
                 None => self.tension.join(", "),
             },
-            note: String::new(),
-            want: Want::Sound,
-            body: SceneBody::Tongue(SceneTongue { h_mm: self.h, kind: Default::default() }),
-            material: Material::default(),
-            tensions_n,
-            fit: fitted.map(|v| FitTarget {
-                subject: self.subject.clone(),
-                vowel: v.label().to_owned(),
-                target: self.target.clone(),
-            }),
-            activations: BTreeMap::new(),
-            surgery: None,
-            points: None,
-            effects: Effects::default(),
-            trajectory: None,
-            tract: Some(SceneTract {
-                file: self.tract.as_ref().map(|p| p.display().to_string()),
-                ..Default::default()
-            }),
-        };
-        Ok(scene.spoken(&posture, tract.jaw.joint_mm))
-    }
-
-    fn in_plane(
-        &self,
-        tract: &Tract,
-        vowel: Option<&Vowel>,
-        means: &[MeanVowel],
-    ) -> miette::Result<HeardTongue> {
-        if let Some(vowel) = vowel.filter(|v| v.label() == BASELINE) {
-            Dataset::reference().into_diagnostic()?.baseline_vowel(&self.subject, vowel).into_diagnostic()?;
-        }
-        let scene = self.scene(tract, vowel)?;
-        scene.check().into_diagnostic()?;
-        let AnyBody::Flat(body) = body::build(&scene).into_diagnostic()? else {
-            bail!("only a body in the plane has a tract");
-        };
-        let mut prepared = prepare(&scene, body).into_diagnostic()?;
-        let answer = run::run(&scene, &mut prepared).into_diagnostic()?;
-        let Some(sound) = answer.sound else { return Err(miette!("this scene has no sound")) };
-        let record = HeardRecord {
-            subject: vowel.map(|_| self.subject.clone()),
-            vowel: vowel.map(|v| v.label().to_owned()),
-            converged: answer.converged,
-            tensions_n: Some(answer.muscles.iter().map(|m| (m.muscle.clone(), m.pull.value())).collect()),
-            activations: None,
-            sound,
-            published_hz: vowel
-                .and_then(|v| means.iter().find(|m| m.vowel == v.label()))
-                .map(|m| [m.f1_hz, m.f2_hz]),
-            nearest_vowel: None,
-            wall_s: answer.wall_s,
-        };
-        let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
-        let (tissue, mesh) = (prepared.system.tissue(), prepared.body.mesh);
-        Ok(HeardTongue { title: scene.title, tissue, mesh, positions, record })
+            subject: &self.subject,
+            vowel,
+            target: &self.target,
+            tensions_n: drive::pairs("--tension", &self.tension, "GGp=20")?.into_iter().collect(),
+            tract,
+            tract_file: self.tract.as_ref().map(|p| p.display().to_string()),
+            posture: self.posture(tract, vowel),
+            means,
+            h_mm: self.h,
+        })
     }
 }
 
@@ -196,18 +140,17 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let tract = arguments.read_tract(source)?;
     let (out, heard) = match source {
         Some(source) => {
-            let heard = arguments.space.sound(source, &tract, &arguments.posture(&tract, None))?;
+            let tract_and_means = (&tract, arguments.posture(&tract, None), means.as_slice());
+            let heard = arguments.space.sound(source, tract_and_means)?;
             (global.folder("results/sound")?, heard)
         }
         None => {
-            arguments.scene(&tract, vowel.as_ref())?.check().into_diagnostic()?;
-            (global.folder("results/sound")?, arguments.in_plane(&tract, vowel.as_ref(), &means)?)
+            let asked = arguments.sound_run(&tract, vowel.as_ref(), &means)?;
+            asked.scene().into_diagnostic()?;
+            (global.folder("results/sound")?, asked.run().into_diagnostic()?)
         }
     };
-    let HeardTongue { title, tissue, mesh, positions, mut record } = heard;
-    if let [f1, f2, ..] = record.sound.formants_hz[..] {
-        record.nearest_vowel = nearest_vowel(&means, f1, f2).map(|m| m.vowel.clone());
-    }
+    let HeardTongue { title, tissue, mesh, positions, record } = heard;
     let drawn = format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
     let picture = report::vowel(&VowelPicture {
         mesh: &mesh,

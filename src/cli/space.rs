@@ -1,15 +1,10 @@
 //! `tongue-fit simulate --body space` or a folder: one equilibrium of a body in space, or one before and one after surgery.
 
-use std::time::Instant;
-
 use miette::{IntoDiagnostic, bail, miette};
-use nalgebra::{Vector2, Vector3};
 
 use tongue_fit::body::{Body, Unit};
-use tongue_fit::inverse::alarms::{self, Alarm};
 use tongue_fit::report::{self, SimulationRecord};
-use tongue_fit::run::{Equilibrium, SpaceSource};
-use tongue_fit::statics::Workspace;
+use tongue_fit::run::{Solved, SpaceSource};
 use tongue_fit::surgery::{FillingKind, OperationRecord, Surgery};
 use tongue_fit::system::{MusclesAs, SpaceModel, System};
 
@@ -123,61 +118,6 @@ pub fn activations(words: &[String], body: &Body<3>) -> miette::Result<Vec<f64>>
     body.activations(&given).map_err(|error| miette!("--activation: {error}"))
 }
 
-pub struct Solved {
-    pub found: Equilibrium,
-    pub positions: Vec<Vector3<f64>>,
-    pub system: System<3>,
-    pub wall_s: f64,
-}
-
-impl Solved {
-    pub fn midsagittal_positions(&self) -> Vec<Vector2<f64>> {
-        self.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect()
-    }
-
-    /// What to doubt: the equilibrium, and tissue that is strained too much.
-    pub fn alarms(&self, body: &Body<3>) -> Vec<Alarm> {
-        let strain = alarms::of_shape(body, &self.system, &self.positions);
-        self.found.alarms.iter().cloned().chain(strain).collect()
-    }
-}
-
-/// Solves for the equilibrium; unless `direct`, the equilibria from rest are followed as the activations
-/// grow.
-pub fn solve(
-    body: &Body<3>,
-    model: &SpaceModel,
-    activations: &[f64],
-    direct: bool,
-) -> miette::Result<Solved> {
-    let half = body.half().and_then(|half| Some((half.activations(activations)?, half)));
-    let clock = Instant::now();
-    let system = match &half {
-        Some((_, half)) => System::of_half(half, model),
-        None => System::in_space(body, model),
-    };
-    let system = system.into_diagnostic()?;
-    output::step(|| {
-        let (unknowns, entries) = (3 * system.pattern().unknowns(), system.pattern().factor_entries::<3>());
-        let made = clock.elapsed().as_secs_f64();
-        let what = if half.is_some() { "only one half is solved: " } else { "" };
-        format!(
-            "{}: {what}{unknowns} unknowns, {entries} entries of the factor, set up in {made:.2} s",
-            body.what
-        )
-    });
-    let mut workspace = Workspace::new(&system);
-    let own = half.as_ref().map_or(activations, |(own, _)| own);
-    let clock = Instant::now();
-    let found = Equilibrium::of(&system, &mut workspace, own, direct);
-    let wall_s = clock.elapsed().as_secs_f64();
-    let positions = match &half {
-        Some((_, half)) => half.whole(workspace.positions()),
-        None => workspace.positions().to_vec(),
-    };
-    Ok(Solved { found, positions, system, wall_s })
-}
-
 pub fn run(
     source: &SpaceSource,
     arguments: &Arguments,
@@ -190,12 +130,13 @@ pub fn run(
     let surgery = arguments.surgery.surgery();
     let operated = surgery.as_ref().map(|s| s.operate(&whole)).transpose().into_diagnostic()?;
     let out = global.given_folder()?;
-    let mut solved = solve(&whole, &model, &all, direct)?;
+    let mut solved = Solved::in_space(&whole, &model, &all, direct, &output::tell_step).into_diagnostic()?;
     let (mut body, mut activations, mut operation) = (&whole, all.clone(), None);
     if let Some((surgery, operated)) = surgery.as_ref().zip(operated.as_ref()) {
         let before = solved.positions;
         (body, activations) = (&operated.body, operated.muscles.iter().map(|&m| all[m]).collect());
-        solved = solve(body, &model, &activations, direct)?;
+        solved =
+            Solved::in_space(body, &model, &activations, direct, &output::tell_step).into_diagnostic()?;
         let mut record = OperationRecord::new(surgery, &whole, operated, [&before, &solved.positions]);
         if surgery.make_up {
             // Both sides are searched, also where one half was enough for the equilibrium.

@@ -42,6 +42,26 @@ fn a_failed_motion_reports_it_and_keeps_its_frames() {
     assert!(json["status"] != "completed" && json["time_s"].as_f64().unwrap() < 0.1, "{json}");
 }
 
+/// SGp shortens to a fifth at 110 N/m, which is too much for the law.
+#[test]
+fn a_muscle_alone_has_the_shape_and_the_alarms_of_its_simulation() {
+    let folder = tempfile::tempdir().unwrap();
+    let each = run(folder.path(), "muscles --tension 110 --json --out out");
+    assert_eq!(each.status, Some(3), "{}", each.err);
+    let each = each.record();
+    for (name, is_doubtful) in [("SGp", true), ("GGm", false)] {
+        let alone = run(folder.path(), &format!("simulate --tension {name}=110 --json")).record();
+        let rows = each["muscles"].as_array().unwrap().iter().filter(|row| row["pulling"] == name);
+        for row in rows {
+            let muscle = row["muscle"].as_str().unwrap();
+            assert_eq!(row["stretch"], alone["stretches"][muscle], "{name}, {muscle}");
+            let alarms = row["alarms"].as_str().unwrap();
+            assert!(alarms.contains("times as long as at rest") == is_doubtful, "{name}: {alarms}");
+            assert_eq!(alone["alarms"].as_array().unwrap().is_empty(), !is_doubtful, "{name}: {alone}");
+        }
+    }
+}
+
 /// That pictures of one body have the same axes, `figures` in the library shows.
 #[test]
 fn every_muscle_shortens_where_it_pulls_and_is_drawn() {

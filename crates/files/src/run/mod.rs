@@ -1,4 +1,5 @@
-//! Runs as plain structs: a body from options ([`PlaneBody`]), an equilibrium ([`Equilibrium`]), one fit
+//! Runs as plain structs: a body from options ([`PlaneBody`]), an equilibrium ([`Equilibrium`],
+//! [`Solved`]), each muscle alone ([`MuscleEffect`]), a sound ([`SoundRun`]), one fit
 //! ([`FitRun`]), the fits of a table ([`BatchRun`]) and recordings of a tongue ([`TrackRun`]). The program, the
 //! Python module and the page fill them in; a scene is such a struct itself ([`crate::scene`]).
 
@@ -7,6 +8,9 @@ mod batch;
 mod body;
 pub(crate) mod equilibrium;
 mod fit;
+mod muscles;
+mod solved;
+mod sound;
 mod track;
 
 #[cfg(feature = "files")]
@@ -14,4 +18,7 @@ pub use batch::BatchRun;
 pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
 pub use equilibrium::Equilibrium;
 pub use fit::{FitRun, VerdictSource};
+pub use muscles::MuscleEffect;
+pub use solved::Solved;
+pub use sound::{HeardRecord, HeardTongue, SoundRun};
 pub use track::{TrackRun, TrackedBody};
