@@ -146,7 +146,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let mut record = asked.run(&tongue, &model, &by).into_diagnostic()?;
     let Fit { matched, answer, .. } = &record.fit;
     output::step(|| {
-        format!("{:?}: misfit {:.1e}, {} equilibria", answer.status, answer.misfit, answer.evaluations)
+        format!("{:?}: misfit {:.1e}, {} equilibria", answer.status, answer.misfit, answer.counts.evaluations)
     });
     output::step(|| match &record.no_verdict {
         None => "verdict made".to_owned(),

@@ -159,7 +159,7 @@ impl ShownFit<'_> {
             "\n{}: the fitted {} are missed by {misfit} (RMS); {} equilibria in {:.0} ms\n",
             word(&answer.status),
             self.quantity(),
-            answer.evaluations,
+            answer.counts.evaluations,
             1e3 * self.record.wall_s.unwrap_or_default()
         );
         for alarm in &self.record.alarms {

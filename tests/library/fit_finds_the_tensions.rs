@@ -89,7 +89,7 @@ fn is_as_before(fit: &Fit, (subject, label, tensions, passive_rms, count): (&str
     for (found, before) in found.zip(tensions.iter().chain([&passive_rms])) {
         assert!((found / before - 1.0).abs() < 1e-9, "{subject} /{label}/: {found} {before}");
     }
-    assert_eq!((fit.active_tensions().len(), fit.answer.evaluations), (tensions.len(), count));
+    assert_eq!((fit.active_tensions().len(), fit.answer.counts.evaluations), (tensions.len(), count));
 }
 
 /// Every row of S1 to S3 with both kinds of target, by Nelder-Mead, which uses costs only, and by Gauss-Newton, which uses derivatives: both
@@ -113,7 +113,7 @@ fn all_rows_with_a_baseline_end_in_a_true_status_by_both_methods() {
             before.into_iter().for_each(|before| is_as_before(&simplex, *before));
             assert_eq!(simplex.answer.status, derivatives.answer.status, "{subject} /{label}/ {kind}");
             converged += usize::from(simplex.answer.status == FitStatus::Converged);
-            let equilibria: usize = derivatives.answer.starts.iter().map(|s| s.evaluations).sum();
+            let equilibria: usize = derivatives.answer.starts.iter().map(|s| s.counts.evaluations).sum();
             assert!(equilibria < 100, "{equilibria} equilibria");
             // Results of the searches, before a fit with an undetermined target selects another one.
             let found = |fit: &Fit| -> Vec<f64> {

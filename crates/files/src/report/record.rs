@@ -91,7 +91,7 @@ fn serialize_fit<S: Serializer>(fit: &Fit, serializer: S) -> Result<S::Ok, S::Er
         "residuals": by_muscle(measured, &fit.residuals()),
         "misfit": fit.answer.misfit,
         "passive_rms": fit.passive_rms(),
-        "evaluations": fit.answer.evaluations,
+        "evaluations": fit.answer.counts.evaluations,
         "starts": fit.answer.starts,
         "valley": SolutionCurveRecord::of(fit),
         "guarded": replay.solution.guarded,

@@ -126,7 +126,7 @@ impl<const D: usize> Estimate<D> {
         }).collect()),
             "young_modulus_pa": self.young_modulus(),
             "poisson_ratio": self.poisson_ratio(),
-            "evaluations": self.answer.evaluations,
+            "evaluations": self.answer.counts.evaluations,
             "singular_values": self.answer.identifiability.as_ref().map(|i| &i.singular_values),
             "undetermined": self.undetermined(),
             "valley": self.solution_curve(),

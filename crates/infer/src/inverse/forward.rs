@@ -70,7 +70,7 @@ pub struct Forward<'a, const D: usize> {
     begin: CandidateStart<D>,
     /// The candidate whose equilibrium is in the workspace.
     last: Option<Vec<f64>>,
-    counts: SearchCounts,
+    pub(super) counts: SearchCounts,
     /// Motion of all nodes for each unknown, m.
     motions: Vec<Vec<SVector<f64, D>>>,
 }
@@ -358,23 +358,12 @@ impl<'a, const D: usize> Forward<'a, D> {
         self.begin = CandidateStart::OnBranch(self.workspace.positions().to_vec());
     }
 
-    /// Adds work that was done for this problem elsewhere.
-    pub(super) fn count(&mut self, more: SearchCounts) {
-        self.counts.evaluations += more.evaluations;
-        self.counts.failures += more.failures;
-        self.counts.factorisations += more.factorisations;
-    }
-
     /// Makes every later candidate start from rest.
     pub(super) fn forget_neighbours(&mut self) {
         if self.begin == CandidateStart::Neighbour {
             self.begin = CandidateStart::Rest;
         }
         self.known.clear();
-    }
-
-    pub(super) fn counts(&self) -> SearchCounts {
-        self.counts
     }
 
     /// The objective of a candidate with these residuals: their squares and the effort. It is always finite.

@@ -91,7 +91,7 @@ pub(super) fn run<const D: usize>(
         start.cost = cost;
         start.solved = is_solved;
     }
-    start.count(problem.counts());
+    start.counts = problem.counts;
     start
 }
 

@@ -135,7 +135,7 @@ pub(super) fn run<const D: usize>(
         side = FRESH_SIDE;
         shared.borrow_mut().known.keep_best();
     }
-    start.count(shared.borrow().counts());
+    start.counts = shared.borrow().counts;
     Ok(start)
 }
 

@@ -159,16 +159,16 @@ fn one_way<const D: usize>(
     if !matches!(end, Termination::Zero { .. } | Termination::UpperBound { .. } | Termination::StepLimit) {
         // Solved from the best neighbours or directly, tensions can lead to another shape than as they grow
         // together from rest, so that the curve would end too early.
-        let mut spent = SearchCounts::default();
+        let mut elsewhere = SearchCounts::default();
         if let Some(mut branch) = problem.on_branch() {
             if branch.residuals_without_neighbours(&way.last().x).is_some() {
                 way.moves_on = true;
                 branch.move_on();
                 end = way.go_on(&mut branch, SHORTEST_STRIDE);
             }
-            spent = branch.counts();
+            elsewhere = branch.counts;
         }
-        problem.count(spent);
+        problem.counts += elsewhere;
     }
     (way.points.split_off(1), end)
 }

@@ -12,7 +12,7 @@ use super::identifiability::{self, Identifiability};
 use super::problem::LeastSquaresProblem;
 use super::projection::{ON_BOUND, ON_TARGET, nearest_to_others, onto_target};
 use super::solution_curve::SolutionCurve;
-use super::start::Start;
+use super::start::{SearchCounts, Start};
 use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, nelder_mead};
 
 /// The answer followed again from rest, as all tensions grow together.
@@ -41,10 +41,8 @@ pub struct Answer<const D: usize> {
     pub lengths: Vec<f64>,
     /// Root mean square residual of the observations.
     pub misfit: f64,
-    /// Number of equilibria solved during the search.
-    pub evaluations: usize,
-    /// Number of factorisations of a stiffness, over all starts and the assessment of the answer.
-    pub factorisations: usize,
+    /// Over all starts and the assessment of the answer.
+    pub counts: SearchCounts,
     pub starts: Vec<Start>,
     pub identifiability: Option<Identifiability>,
     pub replay: Replay,
@@ -94,22 +92,20 @@ pub fn solve<const D: usize>(
             *x = unknown.lower;
         }
     }
-    let mut spent = starts.iter().map(|s| s.evaluations).sum::<usize>();
-    let mut factorised = starts.iter().map(|s| s.factorisations).sum::<usize>();
+    let mut counts = SearchCounts::default();
+    starts.iter().for_each(|s| counts += s.counts);
     let mut shape = forward.follow_branch(&x);
-    factorised += shape.factorisations;
+    counts.factorisations += shape.factorisations;
     if !shape.same {
         // The branch from rest leads to another shape than a direct solve from rest, so the search goes on among
         // shapes on the branch.
         let mut traced = Forward::new(inverse, settings).traced();
         if let Some(other) = search_on_branch(&mut traced, settings, &starts, &x) {
-            let before = std::mem::replace(&mut forward, traced).counts();
-            spent += before.evaluations;
-            factorised += before.factorisations;
+            counts += std::mem::replace(&mut forward, traced).counts;
             x = other;
             followed = None;
             shape = forward.follow_branch(&x);
-            factorised += shape.factorisations;
+            counts.factorisations += shape.factorisations;
         }
     }
     let residuals = forward.residuals(&x);
@@ -120,8 +116,7 @@ pub fn solve<const D: usize>(
     };
     let followed = followed.filter(|_| forward.is_expensive());
     let identifiability = identifiability::analyse(&mut forward, settings, &x, followed);
-    let evaluations = spent + forward.counts().evaluations;
-    let factorisations = factorised + forward.counts().factorisations;
+    counts += forward.counts;
 
     let (min_area_ratio, max_area_ratio) = shape.cell_ratios;
     let (solution, critical) = (shape.solution, shape.critical);
@@ -139,17 +134,15 @@ pub fn solve<const D: usize>(
     } else {
         FitStatus::Converged
     };
-    let again = shape;
     Ok(Answer {
         status,
         tensions: inverse.tensions_of(&x),
-        lengths: again.lengths,
+        lengths: shape.lengths,
         misfit,
-        evaluations,
-        factorisations,
+        counts,
         identifiability,
         replay,
-        positions: again.positions,
+        positions: shape.positions,
         starts,
         x,
     })

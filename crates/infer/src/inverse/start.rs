@@ -1,5 +1,7 @@
 //! Starting points of searches, and the best solved candidates as starts for their neighbours.
 
+use std::ops::AddAssign;
+
 use nalgebra::SVector;
 use serde::Serialize;
 
@@ -11,11 +13,21 @@ pub(super) const FIRST_SIDE: f64 = 5.0;
 /// Largest relative difference of the costs of one equilibrium.
 pub(super) const SAME_COST: f64 = 1e-6;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct SearchCounts {
+    /// Number of equilibria solved.
     pub evaluations: usize,
+    #[serde(skip)]
     pub failures: usize,
     pub factorisations: usize,
+}
+
+impl AddAssign for SearchCounts {
+    fn add_assign(&mut self, more: Self) {
+        self.evaluations += more.evaluations;
+        self.failures += more.failures;
+        self.factorisations += more.factorisations;
+    }
 }
 
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -24,10 +36,8 @@ pub struct Start {
     #[serde(rename = "tensions")]
     pub x: Vec<f64>,
     pub cost: f64,
-    pub evaluations: usize,
-    #[serde(skip)]
-    pub failures: usize,
-    pub factorisations: usize,
+    #[serde(flatten)]
+    pub counts: SearchCounts,
     /// Number of iterations, over all simplices.
     pub iterations: u64,
     pub restarts: usize,
@@ -42,12 +52,6 @@ pub struct Start {
 impl Start {
     pub(super) fn at(x: Vec<f64>, cost: f64) -> Self {
         Self { x, cost, ..Self::default() }
-    }
-
-    pub(super) fn count(&mut self, counts: SearchCounts) {
-        self.evaluations = counts.evaluations;
-        self.failures = counts.failures;
-        self.factorisations = counts.factorisations;
     }
 }
 

@@ -101,8 +101,8 @@ fn row(settings: &FitSettings, fit: &Fit, reference: &Fit, (seconds, repeats): (
         misfit: fit.answer.misfit,
         seconds,
         repeats,
-        equilibria: fit.answer.starts.iter().map(|s| s.evaluations).sum(),
-        factorisations: fit.answer.starts.iter().map(|s| s.factorisations).sum(),
+        equilibria: fit.answer.starts.iter().map(|s| s.counts.evaluations).sum(),
+        factorisations: fit.answer.starts.iter().map(|s| s.counts.factorisations).sum(),
         iterations: fit.answer.starts.iter().map(|s| s.iterations).sum(),
         ended,
     }

@@ -127,11 +127,11 @@ pub(super) fn of_fit(
     wall_s: f64,
     note: String,
 ) -> HardCase {
-    let Answer { status, evaluations, replay, .. } = &found.answer;
+    let Answer { status, counts, replay, .. } = &found.answer;
     HardCase {
         converged: *status == FitStatus::Converged,
         kept,
-        iterations: *evaluations,
+        iterations: counts.evaluations,
         load_reached: replay.solution.load_reached,
         min_area_ratio: Some(replay.min_area_ratio),
         guarded: replay.solution.guarded,
@@ -146,7 +146,7 @@ fn note(found: &Fit) -> String {
     let pulls: Vec<String> = pulls.map(|(name, tension)| format!("{name} {tension:.2}")).collect();
     let found = &found.answer;
     let mut note = format!("{} N; misfit {:.1e}", pulls.join(", "), found.misfit);
-    let failures: usize = found.starts.iter().map(|s| s.failures).sum();
+    let failures: usize = found.starts.iter().map(|s| s.counts.failures).sum();
     if failures > 0 {
         note += &format!("; {failures} candidates had no equilibrium");
     }

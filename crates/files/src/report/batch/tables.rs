@@ -187,7 +187,9 @@ fn fit_columns<'a>(muscles: &'a [String], by: &'a Provenance) -> Vec<Column<'a, 
         ("alarms", "", "reasons for doubt", |r| {
             r.of(|f| f.record.alarms.iter().map(Alarm::to_string).collect::<Vec<_>>().join("; ").into())
         }),
-        ("evaluations", "", "equilibria that were solved", |r| r.of(|f| f.fit().answer.evaluations.into())),
+        ("evaluations", "", "equilibria that were solved", |r| {
+            r.of(|f| f.fit().answer.counts.evaluations.into())
+        }),
         ("line", "", "line of the row in its file", |r| match r {
             Fit(f) => f.line.into(),
             Baseline(b) => b.line.into(),

@@ -250,7 +250,7 @@ impl SpaceSearch {
                 let answer = solve(&inverse, &settings)?;
                 forward.begin_at(&answer.x, &answer.positions);
                 let linear = forward.linearise(&answer.x);
-                let searched = answer.factorisations;
+                let searched = answer.counts.factorisations;
                 (answer, linear, searched)
             }
         };
@@ -279,7 +279,7 @@ impl SpaceSearch {
         let starts = answer.starts.iter().map(|s| EndedSearch {
             activations: ByMuscle::new(&names, activations_of(&s.x)),
             misfit: ((s.cost - prior(&s.x)).max(0.0) / rows as f64).sqrt(),
-            factorisations: s.factorisations,
+            factorisations: s.counts.factorisations,
             converged: s.converged && s.solved,
         });
         let starts: Vec<EndedSearch> = starts.collect();
@@ -289,7 +289,7 @@ impl SpaceSearch {
             distances_m,
             response,
             combinations,
-            factorisations: searched + forward.counts().factorisations,
+            factorisations: searched + forward.counts.factorisations,
             starts,
             answer,
         })
