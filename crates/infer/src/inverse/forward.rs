@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::observe::Observation;
 use tongue_core::parallel;
-use tongue_core::statics::{self, Critical, Solution, SolveSettings, SolveStatus, Workspace};
+use tongue_core::statics::{self, SolveSettings, SolveStatus, Trace, Workspace};
 use tongue_core::system::{System, SystemError};
 
 use super::FitSettings;
@@ -14,21 +14,6 @@ use super::start::{SearchCounts, SolvedCandidate, WarmStarts, distance_squared, 
 /// Cost of a candidate without residuals: worse than any real one, and finite, because argmin's Nelder-Mead
 /// panics on errors in its first simplex and gives up on NaN.
 pub(super) const FAILED: f64 = 1e6;
-
-#[derive(Debug, Clone, PartialEq)]
-pub struct CandidateShape<const D: usize> {
-    pub solution: Solution,
-    /// Number of factorisations that it took to solve it directly and to follow it from rest.
-    pub factorisations: usize,
-    /// End of the branch from rest, if it ends before the candidate.
-    pub critical: Option<Critical>,
-    /// Whether solving directly gives the same shape.
-    pub same: bool,
-    pub lengths: Vec<f64>,
-    /// Smallest and largest ratio of a cell's area or volume to that at rest.
-    pub cell_ratios: (f64, f64),
-    pub positions: Vec<SVector<f64, D>>,
-}
 
 #[derive(Debug, Clone, PartialEq)]
 pub struct Linearised {
@@ -129,31 +114,18 @@ impl<'a, const D: usize> Forward<'a, D> {
     }
 
     /// Solves a candidate from rest, independently of earlier solves, directly and as its tensions grow
-    /// together; it is not counted. If the two differ, the latter is the shape.
-    pub fn follow_branch(&self, x: &[f64]) -> CandidateShape<D> {
+    /// together; it is not counted. If the two differ, the latter is the shape. Returns the problem at that shape too; there is
+    /// no trace if the candidate has no system.
+    pub fn follow_branch(&self, x: &[f64]) -> (Option<Trace>, Self) {
         let mut own = Forward::new(self.inverse, self.settings);
-        let mut shape = CandidateShape {
-            solution: Solution::NONE,
-            factorisations: 0,
-            critical: None,
-            same: false,
-            lengths: Vec::new(),
-            cell_ratios: (f64::NAN, f64::NAN),
-            positions: Vec::new(),
-        };
-        if own.set(x).is_ok() {
-            let system = own.own.as_ref().unwrap_or(self.inverse.system);
-            let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
-            own.workspace.start_from_rest(system);
-            let found =
-                statics::solve_and_trace(system, &mut own.workspace, &self.inverse.tensions_of(x), settings);
-            (shape.solution, shape.critical, shape.same) = (found.solution, found.critical, found.same);
-            shape.factorisations = found.factorisations;
-        }
-        shape.lengths = own.lengths();
-        shape.cell_ratios = own.system().tissue_ratios(own.positions());
-        shape.positions = own.positions().to_vec();
-        shape
+        let possible = own.set(x).is_ok();
+        let system = own.own.as_ref().unwrap_or(self.inverse.system);
+        let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
+        own.workspace.start_from_rest(system);
+        let tensions = self.inverse.tensions_of(x);
+        let trace =
+            possible.then(|| statics::solve_and_trace(system, &mut own.workspace, &tensions, settings));
+        (trace, own)
     }
 
     fn set(&mut self, x: &[f64]) -> Result<(), SystemError> {

@@ -94,9 +94,9 @@ pub fn solve<const D: usize>(
     }
     let mut counts = SearchCounts::default();
     starts.iter().for_each(|s| counts += s.counts);
-    let mut shape = forward.follow_branch(&x);
-    counts.factorisations += shape.factorisations;
-    if !shape.same {
+    let (mut trace, mut again) = forward.follow_branch(&x);
+    counts.factorisations += trace.map_or(0, |t| t.factorisations);
+    if !trace.is_some_and(|t| t.same) {
         // The branch from rest leads to another shape than a direct solve from rest, so the search goes on among
         // shapes on the branch.
         let mut traced = Forward::new(inverse, settings).traced();
@@ -104,22 +104,22 @@ pub fn solve<const D: usize>(
             counts += std::mem::replace(&mut forward, traced).counts;
             x = other;
             followed = None;
-            shape = forward.follow_branch(&x);
-            counts.factorisations += shape.factorisations;
+            (trace, again) = forward.follow_branch(&x);
+            counts.factorisations += trace.map_or(0, |t| t.factorisations);
         }
     }
     let residuals = forward.residuals(&x);
     let misfit = forward.misfit(residuals.as_ref());
     let largest_difference = match residuals {
-        Some(_) => largest_distance(forward.positions(), &shape.positions),
+        Some(_) => largest_distance(forward.positions(), again.positions()),
         None => f64::INFINITY,
     };
     let followed = followed.filter(|_| forward.is_expensive());
     let identifiability = identifiability::analyse(&mut forward, settings, &x, followed);
     counts += forward.counts;
 
-    let (min_area_ratio, max_area_ratio) = shape.cell_ratios;
-    let (solution, critical) = (shape.solution, shape.critical);
+    let (min_area_ratio, max_area_ratio) = again.system().tissue_ratios(again.positions());
+    let (solution, critical) = trace.map_or((Solution::NONE, None), |t| (t.solution, t.critical));
     let replay = Replay { solution, critical, largest_difference, min_area_ratio, max_area_ratio };
     let status = if solution.status != statics::SolveStatus::Converged {
         FitStatus::NoEquilibrium
@@ -137,12 +137,12 @@ pub fn solve<const D: usize>(
     Ok(Answer {
         status,
         tensions: inverse.tensions_of(&x),
-        lengths: shape.lengths,
+        lengths: again.lengths(),
         misfit,
         counts,
         identifiability,
         replay,
-        positions: shape.positions,
+        positions: again.positions().to_vec(),
         starts,
         x,
     })
