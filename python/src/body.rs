@@ -1,11 +1,9 @@
 //! Bodies.
 
-use std::ffi::CString;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use numpy::{PyArray1, PyArray2};
-use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use tongue_fit::body;
@@ -15,7 +13,7 @@ use tongue_fit::simulation::Assemble;
 use tongue_fit::system;
 
 use super::answer::{Pickled, hashed, numbers, points, table};
-use super::errors::{chosen, refused, wrong};
+use super::errors::{chosen, refused, warn, wrong};
 use super::work::aside;
 
 /// A tongue in the midsagittal plane: nodes, triangles, named muscles and named bones. SI units.
@@ -104,8 +102,7 @@ impl Body {
             Self::of(PlaneBody { source, ..PlaneBody::default() })
         })??;
         for note in notes {
-            let text = CString::new(format!("{origin}: {note}").replace('\0', " ")).unwrap_or_default();
-            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+            warn(py, &format!("{origin}: {note}"))?;
         }
         Ok(body)
     }

@@ -1,7 +1,10 @@
 //! Errors as exceptions with the text of the program.
 
-use pyo3::exceptions::PyValueError;
-use pyo3::{PyErr, create_exception};
+use std::ffi::CString;
+
+use pyo3::create_exception;
+use pyo3::exceptions::{PyUserWarning, PyValueError};
+use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
 use tongue_fit::choice;
 
@@ -26,6 +29,12 @@ pub fn refused(error: impl std::error::Error) -> PyErr {
     }
     // The one option of the program that such a text names is `unit` of `Body.read`.
     Error::new_err(text.replace("--mesh-unit mm", "unit=\"mm\""))
+}
+
+/// Warns the caller.
+pub fn warn(py: Python<'_>, text: &str) -> PyResult<()> {
+    let text = CString::new(text.replace('\0', " ")).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
 /// The exception with this text.

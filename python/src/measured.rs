@@ -9,7 +9,7 @@ use pyo3::types::PyBytes;
 use tongue_fit::measured::{self, TargetKind, TargetOptions, Vowel};
 
 use super::answer::{Pickled, hashed};
-use super::errors::{refused, wrong};
+use super::errors::{refused, warn, wrong};
 use super::given;
 use super::work::alone;
 
@@ -38,6 +38,15 @@ impl Dataset {
         };
         Ok(Self { data: Arc::new(data), source: Arc::new((table, half_width_mm)) })
     }
+
+    /// The same after a warning of rows and cells that are left out.
+    fn warned(self, py: Python<'_>) -> PyResult<Self> {
+        let left_out = self.data.left_out();
+        if !left_out.is_empty() {
+            warn(py, &format!("{}: {}", self.data.origin(), left_out.join("; ")))?;
+        }
+        Ok(self)
+    }
 }
 
 #[pymethods]
@@ -61,6 +70,7 @@ impl Dataset {
             let table = tongue_fit::files::read(&path).map_err(refused)?;
             Ok(Self { data: Arc::new(data), source: Arc::new((table, None)) })
         })?
+        .and_then(|read: Self| read.warned(py))
     }
 
     /// The table in a text (CSV); `origin` is its name in messages.
@@ -68,7 +78,7 @@ impl Dataset {
     #[pyo3(signature = (text, origin = "text"))]
     fn from_text(py: Python<'_>, text: String, origin: &str) -> PyResult<Self> {
         let origin = origin.to_owned();
-        alone(py, move || Self::read(text.into_bytes(), &origin, None))?
+        alone(py, move || Self::read(text.into_bytes(), &origin, None))?.and_then(|read| read.warned(py))
     }
 
     /// The same lengths with the half width `mm` of rounding for all of them.

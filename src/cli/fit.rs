@@ -64,8 +64,11 @@ impl Arguments {
         Target::new(data, &self.subject, &vowel, kind, &options).into_diagnostic()
     }
 
-    /// Reports the cells of the two rows of a target that are no lengths.
-    fn tell_bad_cells(&self, data: &Dataset, target: &Target) -> miette::Result<()> {
+    /// Reports the subject's rows that are left out, and cells of the two rows of a target that are no lengths.
+    fn tell_left_out(&self, data: &Dataset, target: &Target) -> miette::Result<()> {
+        for row in data.broken().iter().filter(|row| row.subject.as_ref() == Some(&target.subject)) {
+            output::complain(&format!("{} (this row is left out)", row.fault));
+        }
         for vowel in [&target.vowel, &target.baseline] {
             let row = data.row(&self.subject, vowel).into_diagnostic()?;
             data.bad_cells_of(row)
@@ -105,7 +108,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let kind: TargetKind = arguments.target.parse().into_diagnostic()?;
     let data = inputs::lengths(arguments.lengths.as_ref(), arguments.error_mm)?;
     let target = arguments.target(&data, kind)?;
-    arguments.tell_bad_cells(&data, &target)?;
+    arguments.tell_left_out(&data, &target)?;
     if let Some(source) = arguments.body.space() {
         return space_track::fit(source, &target, global);
     }

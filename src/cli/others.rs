@@ -6,7 +6,7 @@ use miette::{IntoDiagnostic, WrapErr, bail, ensure, miette};
 use tongue_fit::adapt::Landmarks;
 use tongue_fit::body::Body;
 use tongue_fit::geometry::Point;
-use tongue_fit::measured::recording::{self, AlignedRecording, Map, Mark, Recording};
+use tongue_fit::measured::recording::{self, AlignedRecording, Map, Mark, Recording, Severity};
 use tongue_fit::measured::{Activity, Muscles, Target, Vowel};
 use tongue_fit::posterior::{AuxiliaryData, PosteriorModel};
 use tongue_fit::statistics::{distinct, upper_median};
@@ -142,6 +142,13 @@ impl SampledTargets<'_> {
                 own.into_iter().for_each(|own| seen.frames[own].sensors.clone_from(&frame.sensors));
             }
             seen = AlignedRecording { sensors: read.sensors, measured: read.measured, ..seen };
+        }
+        for doubt in recording::check_plausibility(&seen) {
+            if doubt.severity == Severity::Note {
+                output::note(&format!("--contour and --points: {}", doubt.said));
+            } else {
+                bail!("--contour and --points: {}", doubt.said);
+            }
         }
         for (posture, frame) in postures.iter().zip(&seen.frames) {
             let vowel = self.vowel(*posture);

@@ -55,7 +55,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let kinds = vec![TargetKind::Ratio, TargetKind::Stretch];
     let plan = batch::plan(&data, &Selection { kinds, ..Selection::default() }).into_diagnostic()?;
     let by = super::provenance().with_tissue(TissueModel::of(&tongue.mesh));
-    let mut not_fitted: Vec<String> = plan.refusals.iter().map(|r| r.message.clone()).collect();
+    let refused = plan.refusals.iter().map(|r| r.message.clone());
+    let mut not_fitted: Vec<String> = data.left_out().into_iter().chain(refused).collect();
     let jobs = if arguments.no_fits { &[][..] } else { &plan.jobs[..plan.jobs.len().min(MOST_FITS)] };
     if !arguments.no_fits && jobs.len() < plan.jobs.len() {
         output::note(&format!(

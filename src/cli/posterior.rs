@@ -158,7 +158,7 @@ impl Sampled<'_> {
         let others = seen.labels.iter().enumerate().filter(|(p, _)| *p != posture);
         let others: Vec<String> = others.map(|(_, label)| format!("/{label}/")).collect();
         let mut text = format!(
-            "\nPOSTERIOR of {} against /{}/{}{}: all {}, every muscle may pull\n",
+            "\nPOSTERIOR of {} against /{}/{}{}: all {}{}, every muscle may pull\n",
             self.what(posture),
             self.baseline,
             if seen.is_baseline_active { ACTIVE_BASELINE } else { "" },
@@ -166,6 +166,10 @@ impl Sampled<'_> {
             match seen.of_posture(posture).len() {
                 1 => "that was measured, one stretch".to_owned(),
                 n => format!("{n} measured stretches"),
+            },
+            match seen.beside.iter().map(|data| data.measured.len()).sum::<usize>() {
+                0 => String::new(),
+                n => format!(" and {n} numbers of contours, coils or EMG"),
             }
         );
         match &report.summary {

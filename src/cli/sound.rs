@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use miette::{IntoDiagnostic, miette};
 use tongue_fit::acoustics::{Articulation, Formant, MeanVowel, Tract, VocalTract, mean_vowels};
-use tongue_fit::measured::Vowel;
+use tongue_fit::measured::{Dataset, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, VowelPicture, Wav};
 use tongue_fit::run::{HeardRecord, HeardTongue, SoundRun, SpaceSource};
 use tongue_sound::voice::{self, Voice};
@@ -82,6 +82,13 @@ impl Arguments {
         }
     }
 
+    /// The vowel by the label of its row, with which the tract's file and the published means have it too.
+    fn vowel(&self) -> miette::Result<Option<Vowel>> {
+        let Some(label) = &self.vowel else { return Ok(None) };
+        let (vowel, data) = (label.parse().into_diagnostic()?, Dataset::reference().into_diagnostic()?);
+        Ok(Some(data.row(&self.subject, &vowel).map_or(vowel, |row| row.vowel.clone())))
+    }
+
     fn read_tract(&self, source: Option<&SpaceSource>) -> miette::Result<Tract> {
         let Some(path) = &self.tract else {
             return source.map_or_else(|| VocalTract::drawn().into_diagnostic(), sound_space::drawn);
@@ -134,7 +141,7 @@ fn within(key: &str, x: f64, low: f64, high: f64, why: &str) -> miette::Result<(
 
 pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     arguments.check()?;
-    let vowel = arguments.vowel.as_deref().map(str::parse::<Vowel>).transpose().into_diagnostic()?;
+    let vowel = arguments.vowel()?;
     let source = arguments.space.body.as_ref();
     let means = mean_vowels().into_diagnostic()?;
     let tract = arguments.read_tract(source)?;
@@ -172,7 +179,8 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let files: [(&str, &dyn Export); 4] =
         [(&names[0], &json), (&names[1], &wav), (&names[2], &picture), (&names[3], &areas)];
     output::write_and_answer(global, (Some(&out), &files), &json, &by, || text(&record, &title))?;
-    Ok(Outcome::judged(record.converged, || "the shape of the tongue did not converge".to_owned()))
+    let failed = (!record.converged).then(|| "the shape of the tongue did not converge".to_owned());
+    Ok(Outcome::of_alarms(failed, &record.alarms))
 }
 
 fn text(record: &HeardRecord, title: &str) -> String {
@@ -205,6 +213,7 @@ fn text(record: &HeardRecord, title: &str) -> String {
     if !record.converged {
         text += "NOT CONVERGED (do not trust the shape)\n";
     }
+    text += &table::alarms(&record.alarms);
     if let Some(nearest) = &record.nearest_vowel {
         let _ = writeln!(
             text,

@@ -82,6 +82,11 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
     let told = run(folder.path(), line).err;
     assert!(told.contains("mine.csv:5:5: HG_cm is \"x\"") && told.contains("is left out)"), "{told}");
     assert_eq!(told.matches("HG_cm").count(), 1, "{told}");
+    // So does a fit of a row that is given twice.
+    let twice = "subject,vowel,when,GGa_mm,SGm_mm\nP,a,pre,46,30\nP,a,post,45,29\nP,ɯ,pre,50,32\n";
+    std::fs::write(folder.path().join("twice.csv"), twice).unwrap();
+    let told = run(folder.path(), "--vowel a --subject P --lengths twice.csv").err;
+    assert!(told.contains("twice.csv:3:1: P /a/ is given twice") && told.contains("left out)"), "{told}");
 }
 
 #[test]

@@ -222,6 +222,10 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     );
     write("far.csv", "1,20,160\n2,30,162\n3,40,164\n");
     write("two.csv", "1,20,60\n2,30,62\n");
+    let in_metres = (2..=7).map(|i| format!("{i},0.0{i},0.06\n"));
+    write("metres.csv", &in_metres.collect::<String>());
+    let mixed = [20, 50, 30, 60, 25, 55].iter().enumerate().map(|(i, x)| format!("{i},{x},60\n"));
+    write("mixed.csv", &mixed.collect::<String>());
     let line = "--points ɯ=coils.csv --vowel i --h 10 --posterior 1000 --contour ɯ=rest.csv --emg emg.csv --json --out out";
     let output = run(folder.path(), line);
     assert!(output.err.contains("rim left out: not a usual name of a coil"), "{}", output.err);
@@ -236,6 +240,8 @@ fn data_beside_the_lengths_are_taken_or_refused_in_words() {
         ("--contour rest.csv --contour a=rest.csv", "there is another file of the same posture"),
         ("--points two.csv", "a contour is read with --contour"),
         ("--contour coils.csv", "TD is the name of a coil; coils are read with --points"),
+        ("--contour metres.csv", "mm, where 10 to 200 are possible"),
+        ("--contour mixed.csv", "not in their order along the tongue"),
         ("--contour far.csv", "mm from the surface of the body at rest"),
         ("--points missing=1.csv", "there is no file of this name, and /missing/ is not sampled"),
     ] {

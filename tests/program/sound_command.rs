@@ -6,7 +6,7 @@ use std::process::Command;
 
 use serde_json::Value;
 
-use super::run::json;
+use super::run::{json, run};
 
 fn heard(folder: &Path, options: &str) -> Value {
     json(folder, &format!("sound {options} --json"))
@@ -81,6 +81,20 @@ fn praat_finds_the_computed_formants() {
             assert!(found, "/{vowel}/: {ours:.0?}, Praat {theirs:.0?}");
         }
     }
+}
+
+#[test]
+fn a_vowel_in_upper_case_is_its_row_and_a_strained_tongue_is_not_trusted() {
+    let folder = tempfile::tempdir().unwrap();
+    let [mut lower, mut upper] = ["a", "A"].map(|v| heard(folder.path(), &format!("--vowel {v}")));
+    for record in [&mut lower, &mut upper] {
+        let keys = record.as_object_mut().unwrap();
+        keys.retain(|key, _| key != "wall_s" && key != "command");
+    }
+    assert_eq!(lower, upper);
+    let done = run(folder.path(), "sound --tension GGa=500 --json");
+    assert_eq!(done.status, Some(3), "{}", done.err);
+    assert!(done.record()["alarms"].to_string().contains("GGa"), "{}", done.err);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use tongue_core::body::{Body, Mesh};
 use tongue_core::statics::SolveStatus;
 use tongue_core::system::{SpaceModel, TissueModel};
 use tongue_infer::acoustics::{Articulation, MeanVowel, SpaceVocalTract, Tract, nearest_vowel};
+use tongue_infer::inverse::alarms::Alarm;
 use tongue_input::bodies::AnyBody;
 use tongue_input::measured::{ByMuscle, Dataset, Vowel};
 
@@ -26,6 +27,8 @@ pub struct HeardRecord {
     pub subject: Option<String>,
     pub vowel: Option<String>,
     pub converged: bool,
+    /// What to doubt in the shape.
+    pub alarms: Vec<Alarm>,
     /// Tensions, N per metre of thickness; of a body in the plane.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tensions_n: Option<BTreeMap<String, f64>>,
@@ -121,7 +124,7 @@ impl SoundRun<'_> {
             vowel: self.vowel.map(|v| v.label().to_owned()),
             tensions_n: Some(tensions),
             published_hz: own.map(|m| [m.f1_hz, m.f2_hz]),
-            ..HeardRecord::new(answer.converged, sound, answer.wall_s, self.means)
+            ..HeardRecord::new((answer.converged, answer.alarms), sound, answer.wall_s, self.means)
         };
         let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
         let (tissue, mesh) = (prepared.system.tissue(), prepared.body.mesh);
@@ -130,7 +133,12 @@ impl SoundRun<'_> {
 }
 
 impl HeardRecord {
-    fn new(converged: bool, sound: SoundRecord, wall_s: f64, means: &[MeanVowel]) -> Self {
+    fn new(
+        (converged, alarms): (bool, Vec<Alarm>),
+        sound: SoundRecord,
+        wall_s: f64,
+        means: &[MeanVowel],
+    ) -> Self {
         let nearest = match sound.formants_hz[..] {
             [f1, f2, ..] => nearest_vowel(means, f1, f2),
             _ => None,
@@ -139,6 +147,7 @@ impl HeardRecord {
             subject: None,
             vowel: None,
             converged,
+            alarms,
             tensions_n: None,
             activations: None,
             published_hz: None,
@@ -164,12 +173,11 @@ impl HeardTongue {
         let sound = airway.sound(&solved.positions, &posture)?;
         let mut sound = SoundRecord::new(airway.tract(), &airway.acoustics, &sound, posture);
         sound.areas_from = Some("cross-sections of the tongue between walls of the tract's width");
-        let converged =
-            solved.found.solution.status == SolveStatus::Converged && solved.alarms(body).is_empty();
+        let converged = solved.found.solution.status == SolveStatus::Converged;
         let names = body.muscles.iter().map(|m| m.name.clone());
         let record = HeardRecord {
             activations: Some(ByMuscle(names.zip(activations).collect())),
-            ..HeardRecord::new(converged, sound, solved.wall_s, means)
+            ..HeardRecord::new((converged, solved.alarms(body)), sound, solved.wall_s, means)
         };
         let (tissue, positions) = (solved.system.tissue(), solved.midsagittal_positions());
         Ok(Self { title, tissue, mesh: body.midsagittal_mesh(), positions, record })

@@ -184,9 +184,10 @@ impl Reader<'_> {
                 }
                 let what = format!("{subject} /{vowel}/ is given twice, here and on line {first}");
                 let help = "keep one of the two lines, or tell repetitions apart, as in a1 and a2";
-                // The first of the two rows is used, so this one has no subject or vowel.
+                // The first of the two rows is used, so this one has no vowel that could be asked for.
                 let fault = self.cells.place_of(line, 0).error(what, help);
-                return data.broken.push(BrokenRow { subject: None, vowel: None, fault });
+                let subject = Some(subject.clone());
+                return data.broken.push(BrokenRow { subject, vowel: None, fault });
             }
             Err(fault) => fault,
         };
