@@ -202,8 +202,8 @@ pub mod measured {
         pub use tongue_input::measured::lengths::{Malformed, Row};
 
         pub mod rest_distance {
-            //! How far the model in its baseline is from a measured row, and whether the names of columns are shifted.
-            pub use tongue_input::measured::lengths::rest_distance::shifted;
+            //! How far the model in its baseline is from a measured row, and whether its lengths have the proportions of a tongue.
+            pub use tongue_input::measured::lengths::rest_distance::doubt_of_proportions;
             #[cfg(feature = "cli")]
             pub(crate) use tongue_input::measured::lengths::rest_distance::{measure, nearest};
         }

@@ -35,7 +35,7 @@ pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Re
         return Err(miette!("a call has no standard input; give the table itself, or the name of its file"));
     }
     let data = file.map_or_else(Dataset::reference, Dataset::from_path).into_diagnostic()?;
-    if let Some(said) = file.and_then(|_| rest_distance::shifted(&data)) {
+    if let Some(said) = file.and_then(|_| rest_distance::doubt_of_proportions(&data)) {
         output::note(&format!("{}: {said}", data.origin()));
     }
     match half_width_mm {

@@ -92,7 +92,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     output::tell(global, &record, || text(&record, &data))?;
     let is_misspelt = record.unknown_muscles.iter().any(|said| said.contains(MEANT));
     let is_good = !is_misspelt
-        && rest_distance::shifted(&data).is_none()
+        && rest_distance::doubt_of_proportions(&data).is_none()
         && record.broken.is_empty()
         && record.bad_cells.is_empty()
         && record.not_fitted.is_empty();

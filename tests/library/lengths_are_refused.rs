@@ -214,7 +214,7 @@ fn names_that_are_shifted_against_their_columns_are_told() {
     let told = |by: usize, rows: &str| {
         let mut names = names.clone();
         names[2..10].rotate_left(by);
-        rest_distance::shifted(&dataset(format!("{}\n{rows}\n", names.join(","))))
+        rest_distance::doubt_of_proportions(&dataset(format!("{}\n{rows}\n", names.join(","))))
     };
     for rows in std::iter::once(rows).chain(rows.lines()) {
         assert_eq!(told(0, rows), None, "{rows}");
@@ -223,4 +223,6 @@ fn names_that_are_shifted_against_their_columns_are_told() {
         assert!(told(by, rows).is_some_and(|said| said.contains("seems to have the lengths of")), "{by}");
     }
     assert!(told(1, rows).unwrap().contains("shifted by one column: GGm seems to have the lengths of GGa"));
+    let parts = "S,a,95,98,91,100,97,93,99,92";
+    assert!(told(0, parts).unwrap().contains("not percentages"));
 }

@@ -56,10 +56,12 @@ pub fn nearest(muscles: &[String], rest: &[f64], data: &Dataset, reference: &str
     Some(NearestRow { subject: row.subject.clone(), vowel: row.vowel.clone(), distance })
 }
 
-/// The doubt about a table whose names of muscles are shifted against its columns: the proportions of the lengths (their medians) to those
-/// of the tongue at rest are much more alike with the names of other columns. They spread by 0.10 to 0.27 in published rows, and by 0.28
-/// to 0.65 where names are shifted.
-pub fn shifted(data: &Dataset) -> Option<String> {
+/// The doubt about a table whose numbers are no lengths, or whose names of muscles are shifted against its columns. Numbers that are nearly
+/// the same in all muscles, where the lengths of a tongue spread by 0.31, are parts of a length. Names are shifted where the proportions of
+/// the lengths (their medians) to those of the tongue at rest are much more alike with the names of other columns: they spread by 0.10 to
+/// 0.27 in published rows, and by 0.28 to 0.65 where names are shifted.
+pub fn doubt_of_proportions(data: &Dataset) -> Option<String> {
+    const ALIKE: f64 = 0.1;
     const SPREAD: f64 = 0.27;
     const PART: f64 = 0.6;
     const FEWEST: usize = 5;
@@ -69,11 +71,18 @@ pub fn shifted(data: &Dataset) -> Option<String> {
         Some((name, upper_median(lengths)?.ln(), thesis.row(name)?.rest_length_mm.ln()))
     }));
     let count = columns.len();
-    let spread = |by: usize| {
-        let ratio = |n: usize| columns[n].1 - columns[(n + by) % count].2;
-        let mean = (0..count).map(ratio).sum::<f64>() / count as f64;
-        ((0..count).map(|n| (ratio(n) - mean).powi(2)).sum::<f64>() / count as f64).sqrt()
+    let standard_deviation = |of: &dyn Fn(usize) -> f64| {
+        let mean = (0..count).map(of).sum::<f64>() / count as f64;
+        ((0..count).map(|n| (of(n) - mean).powi(2)).sum::<f64>() / count as f64).sqrt()
     };
+    if count >= FEWEST && standard_deviation(&|n| columns[n].1) < ALIKE {
+        return Some(
+            "all muscles have nearly the same length, where the longest of a tongue is more than twice the shortest: give lengths in millimetres, not \
+             percentages or other parts of a length"
+                .to_owned(),
+        );
+    }
+    let spread = |by: usize| standard_deviation(&|n| columns[n].1 - columns[(n + by) % count].2);
     let best = (1..count).min_by(|a, b| spread(*a).total_cmp(&spread(*b)))?;
     let is_doubtful = count >= FEWEST && spread(0) > SPREAD && spread(best) < PART * spread(0);
     is_doubtful.then(|| {
