@@ -334,7 +334,7 @@ pub mod statics {
     #[cfg(feature = "cli")]
     pub(crate) use tongue_core::statics::CriticalKind;
     pub use tongue_core::statics::{
-        Connection, Solution, SolveSettings, SolveStatus, Stability, Trace, Workspace, solve,
+        Connection, FromRest, Solution, SolveSettings, SolveStatus, Stability, Trace, Workspace, solve,
         solve_and_trace, trace,
     };
 }

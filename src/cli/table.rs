@@ -13,7 +13,7 @@ use tongue_fit::report::batch::contrasts::{SubjectContrast, over_subjects};
 use tongue_fit::report::batch::{Batch, MOST_FITS_ON_PAGE};
 use tongue_fit::report::{OfBody, SimulationRecord, TrajectoryRecord};
 use tongue_fit::run::Equilibrium;
-use tongue_fit::statics::{self, Connection, CriticalKind};
+use tongue_fit::statics::{self, Connection, CriticalKind, FromRest, Trace};
 use tongue_fit::surgery::OperationRecord;
 use tongue_fit::validate::ValidationStudy;
 
@@ -127,27 +127,30 @@ fn of_rest(what: &str, least: f64, most: f64) -> String {
 /// How an equilibrium is connected to rest, and what there is to doubt in it.
 fn way(found: &Equilibrium) -> String {
     let doubts = alarms(&found.alarms);
-    let Some(branch) = &found.branch else {
-        return way_from_rest(found.solution.connection).to_owned() + &doubts;
-    };
-    let text = match (branch.critical, branch.stopped) {
-        (None, None) => {
+    let followed = match (found.solution.connection, &found.branch) {
+        (Connection::Traced, _) => {
             "followed from rest: the answer lies on the branch of equilibria that begins there".to_owned()
         }
-        (None, Some(load)) => format!(
+        (_, Some(Trace { stopped: Some(load), .. })) => format!(
             "the branch of equilibria from rest was followed to {load:.2e} of the tensions, where the solves allowed for it were \
                  used up: whether the answer lies on it is not known"
         ),
-        (Some(c), _) => format!(
-            "the branch of equilibria from rest ends at {:.6} of the tensions ({}); the body falls from there to this answer",
+        (_, Some(Trace { critical: Some(c), from_rest, .. })) => format!(
+            "the branch of equilibria from rest ends at {:.6} of the tensions ({}); {}",
             c.load,
             match c.kind {
                 CriticalKind::LimitPoint => "limit point",
                 CriticalKind::Bifurcation => "bifurcation",
+            },
+            match from_rest {
+                FromRest::Fell { .. } => "the body falls from there to this answer",
+                _ => "where the body falls from there was not found",
             }
         ),
+        (connection, _) => return way_from_rest(connection).to_owned() + &doubts,
     };
-    text + if branch.another { "; there is another equilibrium\n" } else { "; no other was met\n" } + &doubts
+    let another = found.branch.is_some_and(|trace| trace.another);
+    followed + if another { "; there is another equilibrium\n" } else { "; no other was met\n" } + &doubts
 }
 
 /// The connection to rest of an equilibrium whose branch was not followed.

@@ -28,7 +28,7 @@ fn of_dimension<const D: usize>() -> [*const (); 26] {
         statics::trace::<D> as *const (),
         statics::solve_and_trace::<D> as *const (),
         statics::trace_beside::<D> as *const (),
-        statics::is_reached_from_rest::<D> as *const (),
+        statics::leads_from_rest::<D> as *const (),
         statics::position_rates::<D> as *const (),
         statics::smallest_eigenvalue::<D> as *const (),
         Response::<D>::new as *const (),

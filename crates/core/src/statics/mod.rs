@@ -12,7 +12,21 @@
 //! | all eigenvalues of the stiffness are positive | at the last factorisation, a step or two before the solution; at the solution if that one was not exact | at the solution | at every step |
 //! | the equilibrium is connected to rest by a branch of stable ones | no; see [`Solution::connection`] | no | by following the branch there and back |
 //!
-//! Plain bodies in the plane (springs, muscles, incompressible triangles) are solved on flat lists of their
+//! # From rest to a shape
+//! At the same loads a body can have several equilibria. Four questions are asked of one:
+//!
+//! | question | its answer | who asks |
+//! |---|---|---|
+//! | Does one branch of stable equilibria lead there from rest, without a jump? | [`FromRest::Branch`], from [`trace()`] or [`leads_from_rest`]; a solution is then [`Connection::Traced`] | `simulate`, scenes, fits |
+//! | Is it where the body goes as all loads grow together, jumps allowed? | [`FromRest::Branch`] or [`FromRest::Fell`] | draws of a posterior (`lead_from_rest`), frames of a recording (`leads_from_rest_to`), candidates of a search on the branch (`traced`) |
+//! | Is it what Newton's method gives from rest, at the whole loads at once? | [`Trace::same_by_newton`] | candidates of a search (`solved_by_newton`); a scene at a wall keeps the shape of Newton's method |
+//! | Is there another way there: from a neighbour's shape, or with one muscle before the others? | `leads_from_neighbour` and `pulled_in_turn` in `track` | frames of a recording |
+//!
+//! Posterior and track first solve at a few growing loads, which is faster than a trace; `tests/library/from_rest.rs` compares all of them
+//! with [`leads_from_rest`]. Shapes are the same if they differ by less than [`SAME_SHAPE_M`].
+//!
+//! # How it is solved
+//! Mass-spring bodies in the plane (springs, muscles, incompressible triangles) are solved on flat lists of their
 //! elements, one load or, in [`lanes`], several at once. Solves that need a safeguard, and all other bodies,
 //! go effect by effect.
 //!
@@ -20,6 +34,7 @@
 //! The study of hard cases measures over all subsets of the muscles how often both agree
 //! (`results/stability`).
 
+mod from_rest;
 pub mod lanes;
 mod mass_spring;
 mod newton;
@@ -32,11 +47,10 @@ mod state;
 mod trace;
 mod workspace;
 
+pub use from_rest::{SAME_SHAPE_M, leads_from_rest, solve_and_trace, trace_beside};
 pub use response::{Response, position_rates};
 pub use solution::{Connection, Solution, SolveSettings, SolveStatus, Stability};
 pub use solve::solve;
 pub use stability::smallest_eigenvalue;
-pub use trace::{
-    Critical, CriticalKind, SAME_SHAPE_M, Trace, is_reached_from_rest, solve_and_trace, trace, trace_beside,
-};
+pub use trace::{Critical, CriticalKind, FromRest, Trace, trace};
 pub use workspace::Workspace;

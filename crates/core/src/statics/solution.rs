@@ -89,7 +89,7 @@ pub enum Connection {
     /// than rest.
     Downhill,
     /// Followed from rest, there and back, in steps ([`super::trace()`]): it lies on the branch that begins
-    /// at rest.
+    /// at rest ([`super::FromRest::Branch`]).
     Traced,
 }
 
@@ -127,6 +127,12 @@ pub struct Solution {
     /// Elements in which the barrier against inversion acts: where there are any, the answer is not that of
     /// the published law (see [`crate::effect::spring`]).
     pub guarded: usize,
+}
+
+impl Default for Solution {
+    fn default() -> Self {
+        Self::NONE
+    }
 }
 
 impl Solution {

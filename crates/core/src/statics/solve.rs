@@ -16,8 +16,8 @@ use crate::system::System;
 
 /// Solves for the equilibrium at the given tensions (N, one for each muscle of the mesh; those of muscles
 /// that cannot contract in the system have no effect), starting from the positions in `workspace`, and leaves
-/// the result there. A plain body at rest starts half of the way to its linear response, if the energy is
-/// lower there.
+/// the result there. A mass-spring body in the plane that is at rest starts half of the way to its linear response,
+/// if the energy is lower there.
 ///
 /// Converged means a residual force below the tolerance, or below rounding if that is larger (very stiff
 /// bodies, bodies far from the origin).
@@ -137,8 +137,8 @@ pub(super) fn carry<const D: usize>(system: &System<D>, w: &mut Workspace<D>) ->
     BoneProgress::APart
 }
 
-/// Solves a plain body in a lane, and leaves the result in the workspace. An error holds the work
-/// done before it was clear that the body is not plain or needs a safeguard; the workspace is then unchanged.
+/// Solves a mass-spring body in the plane in a lane, and leaves the result in the workspace. An error holds the work
+/// done before it was clear that the body is another one or needs a safeguard; the workspace is then unchanged.
 fn solve_single<const D: usize>(
     system: &System<D>,
     w: &mut Workspace<D>,

@@ -4,7 +4,6 @@
 use nalgebra::SVector;
 use serde::Serialize;
 
-use crate::body::largest_distance;
 use crate::effect::Configuration;
 use crate::geometry;
 use crate::system::System;
@@ -31,23 +30,39 @@ pub struct Critical {
     pub kind: CriticalKind,
 }
 
+/// How loads that grow together lead from rest to a shape.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum FromRest {
+    /// Along one branch of stable equilibria, which was followed there and back.
+    Branch,
+    /// The branch ends at this part of the loads, and the body falls from there to the shape.
+    Fell { load: f64 },
+    /// They lead to another shape.
+    Elsewhere,
+    /// Not known: the solves that are allowed were used up, or no equilibrium was found at the whole loads.
+    #[default]
+    Unknown,
+}
+
 /// Result of following the equilibria from rest to the load.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Trace {
     /// The solve that ended at the whole load; its positions are in the workspace.
     #[serde(skip)]
     pub solution: Solution,
+    /// How the load leads from rest to the solution.
+    #[serde(skip)]
+    pub from_rest: FromRest,
     /// Where the branch from rest ends; `None` when it reaches the whole load, so that the solution lies on
     /// it.
     pub critical: Option<Critical>,
     /// Whether another equilibrium at this same load was met: the branch left behind or its mirror image, or
     /// the state in which the body stays when it is loaded twice as far and let back.
     pub another: bool,
-    /// Whether a direct solve and the branch from rest both converged, and in one shape; not asked by
-    /// [`trace`] alone.
+    /// Whether Newton's method from where the workspace was gives the same shape; not asked by [`trace`] alone.
     #[serde(skip)]
-    pub same: bool,
-    /// Number of factorisations of a stiffness that following the branch took; of [`solve_and_trace`] the direct solve's too.
+    pub same_by_newton: bool,
+    /// Number of factorisations of a stiffness that following the branch took; of [`super::solve_and_trace`] the direct solve's too.
     #[serde(skip)]
     pub factorisations: usize,
     /// Part of the tensions up to which the branch was followed when [`SolveSettings::most_solves`] were used up,
@@ -56,10 +71,6 @@ pub struct Trace {
     pub stopped: Option<f64>,
 }
 
-/// Shapes are the same whose nodes, or lengths of muscles, differ by less than this, m. In four posteriors equal lengths differed by at most
-/// 1.4e-12 m, and those of other equilibria at the same tensions by 0.2 to 2.7 mm.
-pub const SAME_SHAPE_M: f64 = 1e-8;
-
 /// Least number of steps along a branch.
 const STEPS: usize = 10;
 /// The same of a continuum. A solve costs twenty times as much as of springs, and a step that is too long is
@@ -67,7 +78,7 @@ const STEPS: usize = 10;
 const STEPS_OF_A_CONTINUUM: usize = 4;
 
 /// A body is back where a step began if its nodes differ by less than this part of its size; they are solved less closely there than
-/// shapes that are compared with [`SAME_SHAPE_M`].
+/// shapes that are compared with [`super::SAME_SHAPE_M`].
 const BACK: f64 = 1e-6;
 /// Residual force below which it is clear which shape a body goes back to, N.
 const SHOWN: f64 = 1e-6;
@@ -75,8 +86,8 @@ const SHOWN: f64 = 1e-6;
 const MOST_ITERATIONS: usize = 40;
 /// The critical load is found to this part of the load.
 const RESOLUTION: f64 = 1e-9;
-/// Shortest step, as part of the load, where it is only asked whether the branch reaches the whole load.
-const SHORTEST: f64 = 1e-4;
+/// The same where it is not asked how the branch ends.
+pub(super) const SHORTEST: f64 = 1e-4;
 /// A critical mode on which the load does less than this part of its greatest possible work is orthogonal to
 /// it.
 const ORTHOGONAL: f64 = 1e-4;
@@ -96,56 +107,37 @@ pub fn trace<const D: usize>(
 ) -> Trace {
     let settings = SolveSettings { certify: true, ..*settings };
     let mut path = Path::new(system, workspace, tensions, &settings);
-    let mut shape = path.begin();
-    if let Some((solution, another)) = path.there_and_back(&shape) {
-        let solution = Solution { connection: Connection::Traced, ..solution.with_cost(&path.spent) };
-        let factorisations = path.spent.factorisations;
-        return Trace { solution, critical: None, another, same: false, factorisations, stopped: None };
-    }
-    let (critical, stopped) = match path.follow(&mut shape, RESOLUTION) {
+    let (mut shape, end, there_and_back) = path.lead(RESOLUTION);
+    let (critical, stopped) = match end {
         PathEnd::Whole => (None, None),
         PathEnd::Stopped { reached } => (None, Some(reached)),
         PathEnd::Critical { reached, load } => {
             (Some(Critical { load, kind: path.end_of_branch(&shape, reached) }), None)
         }
     };
-    let solution = path.at(&shape, 1.0);
-    let end = path.w.positions.clone();
-    let another = match &critical {
-        // Branches meet at the critical load. Whether another one still exists at the whole load shows when
-        // the body is brought there from a larger load and stays in another shape.
-        Some(c) => c.kind == CriticalKind::Bifurcation || path.stays_elsewhere(&end, 0.0),
-        None => settings.beyond && stopped.is_none() && path.stays_elsewhere(&end, 2.0),
-    };
-    path.w.positions.copy_from_slice(&end);
+    let (solution, another) = there_and_back.unwrap_or_else(|| {
+        let solution = path.at(&shape, 1.0);
+        shape.clone_from(&path.w.positions);
+        let another = match &critical {
+            // Branches meet at the critical load. Whether another one still exists at the whole load shows when
+            // the body is brought there from a larger load and stays in another shape.
+            Some(c) => c.kind == CriticalKind::Bifurcation || path.stays_elsewhere(&shape, 0.0),
+            None => settings.beyond && stopped.is_none() && path.stays_elsewhere(&shape, 2.0),
+        };
+        (solution, another)
+    });
+    path.w.positions.copy_from_slice(&shape);
     path.w.forget_factor();
     path.w.tensions.copy_from_slice(tensions);
     let factorisations = path.spent.factorisations;
-    let connected = critical.is_none() && stopped.is_none() && solution.status == SolveStatus::Converged;
-    let connection = if connected { Connection::Traced } else { solution.connection };
+    let from_rest = match (critical, stopped) {
+        (None, None) if solution.status == SolveStatus::Converged => FromRest::Branch,
+        (Some(c), _) if solution.status == SolveStatus::Converged => FromRest::Fell { load: c.load },
+        _ => FromRest::Unknown,
+    };
+    let connection = if from_rest == FromRest::Branch { Connection::Traced } else { solution.connection };
     let solution = Solution { connection, ..solution.with_cost(&path.spent) };
-    Trace { solution, critical, another, same: false, factorisations, stopped }
-}
-
-/// Whether `positions` are the equilibrium to which `tensions` lead from rest as they grow together. Costs less than a [`trace`] where they
-/// are not, because the end of the branch is not found closely.
-#[inline(never)]
-pub fn is_reached_from_rest<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    tensions: &[f64],
-    settings: &SolveSettings,
-    positions: &[SVector<f64, D>],
-) -> bool {
-    let settings = SolveSettings { certify: true, beyond: false, ..*settings };
-    let mut path = Path::new(system, workspace, tensions, &settings);
-    let mut shape = path.begin();
-    if path.there_and_back(&shape).is_some() {
-        shape.clone_from(&path.w.positions);
-    } else if path.follow(&mut shape, SHORTEST) != PathEnd::Whole {
-        return false;
-    }
-    largest_distance(&shape, positions) <= SAME_SHAPE_M
+    Trace { solution, from_rest, critical, another, same_by_newton: false, factorisations, stopped }
 }
 
 /// Whether a force larger than `tolerance`, N, acts on the body at rest without tensions.
@@ -157,51 +149,9 @@ fn is_loaded<const D: usize>(system: &System<D>, tolerance: f64) -> bool {
     force.iter().any(|f| f.norm() > tolerance)
 }
 
-/// Solves directly as [`solve`] does and follows the equilibria from rest as [`trace`] does. Where the two
-/// end in different shapes the traced one is the answer, since it is where a body goes whose muscles pull
-/// harder and harder; so it is where the direct solve fails. Where the trace stopped early a direct answer
-/// stands, and [`Trace::stopped`] says that its branch is not known.
-#[inline(never)]
-pub fn solve_and_trace<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    tensions: &[f64],
-    settings: &SolveSettings,
-) -> Trace {
-    let direct = solve(system, workspace, tensions, settings);
-    trace_beside(system, workspace, &direct, tensions, settings)
-}
-
-/// The part of [`solve_and_trace`] that follows the direct solve: `direct` is its result, and its positions are in the workspace.
-#[inline(never)]
-pub fn trace_beside<const D: usize>(
-    system: &System<D>,
-    workspace: &mut Workspace<D>,
-    direct: &Solution,
-    tensions: &[f64],
-    settings: &SolveSettings,
-) -> Trace {
-    let mut other = workspace.another(system);
-    let found = trace(system, &mut other, tensions, settings);
-    let [direct_converged, converged] = [direct, &found.solution].map(|s| s.status == SolveStatus::Converged);
-    let apart = largest_distance(workspace.positions(), other.positions()) > SAME_SHAPE_M;
-    let both = direct_converged && converged;
-    let factorisations = direct.factorisations + found.factorisations;
-    let found =
-        Trace { another: found.another || (apart && both), same: both && !apart, factorisations, ..found };
-    let replaces = converged && if found.stopped.is_some() { !direct_converged } else { apart || !both };
-    if replaces {
-        std::mem::swap(workspace, &mut other);
-        return found;
-    }
-    let connection =
-        if both && found.stopped.is_none() { found.solution.connection } else { direct.connection };
-    Trace { solution: Solution { connection, ..*direct }, ..found }
-}
-
-struct Path<'a, const D: usize> {
+pub(super) struct Path<'a, const D: usize> {
     system: &'a System<D>,
-    w: &'a mut Workspace<D>,
+    pub w: &'a mut Workspace<D>,
     tensions: &'a [f64],
     settings: &'a SolveSettings,
     solves: usize,
@@ -209,7 +159,7 @@ struct Path<'a, const D: usize> {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum PathEnd {
+pub(super) enum PathEnd {
     /// At the whole load.
     Whole,
     /// Where it cannot be continued: the part of the load reached, and the next one that is not.
@@ -219,7 +169,7 @@ enum PathEnd {
 }
 
 impl<'a, const D: usize> Path<'a, D> {
-    fn new(
+    pub fn new(
         system: &'a System<D>,
         w: &'a mut Workspace<D>,
         tensions: &'a [f64],
@@ -236,6 +186,18 @@ impl<'a, const D: usize> Path<'a, D> {
         }
         self.at(&rest, 0.0);
         self.w.positions.clone()
+    }
+
+    /// Follows the branch from rest. Returns the last shape on it, where that is, and, where it was followed by [`Path::there_and_back`],
+    /// what that returned.
+    pub fn lead(&mut self, shortest: f64) -> (Vec<SVector<f64, D>>, PathEnd, Option<(Solution, bool)>) {
+        let mut shape = self.begin();
+        let found = self.there_and_back(&shape);
+        if found.is_some() {
+            return (self.w.positions.clone(), PathEnd::Whole, found);
+        }
+        let end = self.follow(&mut shape, shortest);
+        (shape, end, None)
     }
 
     fn steps(&self) -> usize {
@@ -266,7 +228,7 @@ impl<'a, const D: usize> Path<'a, D> {
     }
 
     /// Solves at a part of the load from given positions.
-    fn at(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
+    pub fn at(&mut self, from: &[SVector<f64, D>], load: f64) -> Solution {
         self.solve(from, load, self.settings)
     }
 

@@ -32,7 +32,7 @@ pub struct Workspace<const D: usize> {
     pub(super) curvature: Vec<SVector<f64, D>>,
     /// Bone nodes that are displaced from rest, and their new positions, m.
     pub(super) carried: Vec<(usize, SVector<f64, D>)>,
-    /// For plain bodies, the start of a solve.
+    /// For mass-spring bodies in the plane, the start of a solve.
     pub(super) single: Option<Single>,
 }
 

@@ -136,7 +136,7 @@ impl<const D: usize> System<D> {
         self.number
     }
 
-    /// The effects as flat lists, if this is a plain body of the plane; made at the first call.
+    /// The effects as flat lists, if this is a mass-spring body in the plane; made at the first call.
     pub(crate) fn elements(&self) -> Option<&Arc<Elements>> {
         let make = || {
             let is_small = !self.layout.pattern.is_for_supernodes::<D>();

@@ -58,7 +58,7 @@ impl SpaceFitRecord {
         open_above: f64,
     ) -> Self {
         let replay = &fit.answer.replay;
-        let mut alarms = alarms::of_equilibrium(&replay.solution, replay.critical);
+        let mut alarms = alarms::of_equilibrium(&replay.solution, replay.from_rest);
         let positions = &fit.answer.positions;
         alarms.extend(alarms::of_strain(&body.mesh, body.volume_ratios(positions), positions));
         Self {

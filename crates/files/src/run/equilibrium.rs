@@ -44,9 +44,7 @@ impl Equilibrium {
         pulls: &[f64],
         direct: bool,
     ) -> Self {
-        let solution = statics::solve(system, workspace, pulls, &SolveSettings::default());
-        let alarms = alarms::barrier(solution.guarded).into_iter().collect();
-        let found = Self { solution, branch: None, alarms };
+        let found = Self::new(statics::solve(system, workspace, pulls, &SolveSettings::default()), None);
         if direct { found } else { found.followed(system, workspace, pulls) }
     }
 
@@ -59,8 +57,16 @@ impl Equilibrium {
     ) -> Self {
         let found =
             statics::trace_beside(system, workspace, &self.solution, pulls, &SolveSettings::default());
-        let alarms = alarms::of_equilibrium(&found.solution, found.critical);
-        Self { solution: found.solution, branch: Some(found), alarms }
+        Self::new(found.solution, Some(found))
+    }
+
+    /// A solved equilibrium with its alarms, and its trace if it was followed from rest.
+    pub(crate) fn new(solution: Solution, branch: Option<statics::Trace>) -> Self {
+        let alarms = match &branch {
+            Some(trace) => alarms::of_equilibrium(&solution, trace.from_rest),
+            None => alarms::barrier(solution.guarded).into_iter().collect(),
+        };
+        Self { solution, branch, alarms }
     }
 }
 

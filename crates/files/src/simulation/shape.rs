@@ -9,7 +9,6 @@ use crate::run::Equilibrium;
 use crate::run::equilibrium::follow;
 use tongue_core::dynamics::{MotionOutcome, SHORTEST_S, Tensions};
 use tongue_core::statics::{Connection, Solution, SolveStatus, Trace};
-use tongue_infer::inverse::alarms;
 
 /// A shape of a body under tensions, independent of the solver.
 #[derive(Debug, Clone)]
@@ -92,11 +91,7 @@ impl<const D: usize> Shape<D> {
 
     /// A record for JSON ([`report::Json`]), as of `tongue-fit simulate --json`, without the duration.
     pub fn record(&self) -> SimulationRecord {
-        let alarms = match &self.trace {
-            Some(trace) => alarms::of_equilibrium(&self.solution, trace.critical),
-            None => alarms::barrier(self.solution.guarded).into_iter().collect(),
-        };
-        let found = Equilibrium { solution: self.solution, branch: self.trace, alarms };
+        let found = Equilibrium::new(self.solution, self.trace);
         let (body, system) = (self.assembly.body(), self.assembly.system());
         SimulationRecord::new(body, (system, found), &self.tensions, &self.positions, None, f64::NAN)
     }

@@ -6,7 +6,7 @@ use nalgebra::SVector;
 use serde::{Serialize, Serializer};
 
 use tongue_core::body::{Body, Mesh};
-use tongue_core::statics::{self, Connection, Critical, Solution};
+use tongue_core::statics::{self, FromRest, Solution};
 use tongue_core::system::System;
 use tongue_input::measured::muscles::Muscles;
 
@@ -151,7 +151,7 @@ pub fn alarms<const D: usize>(
             out.push(Alarm::ShorteningMissed { muscle: name(m), simulated_percent, measured_percent });
         }
     }
-    out.extend(of_equilibrium(&answer.replay.solution, answer.replay.critical));
+    out.extend(of_equilibrium(&answer.replay.solution, answer.replay.from_rest));
     for capacity in known.capacities(muscles) {
         let force_n = THICKNESS_M * capacity.portions.iter().map(|&m| tensions[m]).sum::<f64>();
         if force_n > capacity.capacity_n {
@@ -180,11 +180,15 @@ pub fn alarms<const D: usize>(
 }
 
 /// The alarm for an equilibrium that was followed from rest, if it is not that of the published law or not
-/// known to lie on the branch from rest. `critical` is the end of that branch.
-pub fn of_equilibrium(solution: &Solution, critical: Option<Critical>) -> Vec<Alarm> {
+/// known to lie on the branch from rest.
+pub fn of_equilibrium(solution: &Solution, from_rest: FromRest) -> Vec<Alarm> {
     let mut out: Vec<Alarm> = barrier(solution.guarded).into_iter().collect();
-    if solution.connection != Connection::Traced && solution.status == statics::SolveStatus::Converged {
-        out.push(Alarm::NotOnBranch { ends_at: critical.map(|c| c.load) });
+    let ends_at = match from_rest {
+        FromRest::Fell { load } => Some(load),
+        _ => None,
+    };
+    if from_rest != FromRest::Branch && solution.status == statics::SolveStatus::Converged {
+        out.push(Alarm::NotOnBranch { ends_at });
     }
     out
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use tongue_core::body::Mesh;
-use tongue_core::statics::Connection;
+use tongue_core::statics::FromRest;
 use tongue_core::system::{Model, System};
 use tongue_input::measured::{ByMuscle, Target, TargetKind};
 
@@ -82,10 +82,10 @@ impl<const D: usize> Fit<D> {
     /// Whether the answer meets its target and is the shape to which its tensions lead from rest, under the
     /// published law.
     pub fn is_trustworthy(&self) -> bool {
-        let solution = &self.answer.replay.solution;
+        let replay = &self.answer.replay;
         self.answer.status == FitStatus::Converged
-            && solution.guarded == 0
-            && solution.connection == Connection::Traced
+            && replay.solution.guarded == 0
+            && replay.from_rest == FromRest::Branch
     }
 
     /// The curve of all tensions that fit as well, if exactly one direction is undetermined.

@@ -32,9 +32,9 @@ enum CandidateStart<const D: usize> {
     Neighbour,
     /// The shape at rest, from which Newton's method goes to the candidate at once.
     Rest,
-    /// The shape at rest, from which the branch of equilibria is followed as the tensions grow together.
+    /// The shape at rest, from which the branch of equilibria is followed as the tensions grow together, jumps allowed.
     Branch,
-    /// This one on that branch (positions of all nodes, m).
+    /// This one, to which a candidate's tensions led from rest (positions of all nodes, m).
     OnBranch(Vec<SVector<f64, D>>),
 }
 
@@ -107,24 +107,25 @@ impl<'a, const D: usize> Forward<'a, D> {
     }
 
     /// Makes every later candidate the equilibrium to which its tensions lead from rest, as they grow
-    /// together.
+    /// together: also behind a jump.
     pub fn traced(mut self) -> Self {
         self.begin = CandidateStart::Branch;
         self
     }
 
     /// Solves a candidate from rest, independently of earlier solves, directly and as its tensions grow
-    /// together; it is not counted. If the two differ, the latter is the shape. Returns the problem at that shape too; there is
-    /// no trace if the candidate has no system.
-    pub fn follow_branch(&self, x: &[f64]) -> (Option<Trace>, Self) {
+    /// together; it is not counted. If the two differ, the latter is the shape. Returns the problem at that shape too; the
+    /// trace is empty if the candidate has no system.
+    pub fn follow_branch(&self, x: &[f64]) -> (Trace, Self) {
         let mut own = Forward::new(self.inverse, self.settings);
-        let possible = own.set(x).is_ok();
-        let system = own.own.as_ref().unwrap_or(self.inverse.system);
-        let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
-        own.workspace.start_from_rest(system);
-        let tensions = self.inverse.tensions_of(x);
-        let trace =
-            possible.then(|| statics::solve_and_trace(system, &mut own.workspace, &tensions, settings));
+        let mut trace = Trace::default();
+        if own.set(x).is_ok() {
+            let system = own.own.as_ref().unwrap_or(self.inverse.system);
+            let settings = &SolveSettings { beyond: false, ..self.settings.equilibrium };
+            own.workspace.start_from_rest(system);
+            let tensions = self.inverse.tensions_of(x);
+            trace = statics::solve_and_trace(system, &mut own.workspace, &tensions, settings);
+        }
         (trace, own)
     }
 
@@ -280,6 +281,12 @@ impl<'a, const D: usize> Forward<'a, D> {
     pub(super) fn residuals_without_neighbours(&mut self, x: &[f64]) -> Option<DVector<f64>> {
         let solved = self.set(x).is_ok() && self.solve_without_neighbours(x);
         self.outcome(x, solved)
+    }
+
+    /// Whether Newton's method from rest finds an equilibrium of a candidate, and the candidate's cost there.
+    pub(super) fn solved_by_newton(&mut self, x: &[f64]) -> (bool, f64) {
+        let residuals = self.residuals_without_neighbours(x);
+        (residuals.is_some(), self.cost(x, residuals.as_ref()))
     }
 
     /// Residuals and their derivative; `None` if there is no equilibrium or it is singular.

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use super::FitSettings;
 use super::forward::{FAILED, Forward, Linearised};
 use super::problem::Unknown;
-use super::start::{SAME_COST, Start};
+use super::start::{Start, same_by_newton};
 use crate::least_squares::{self, Rule, TrialStep};
 
 /// Damping of the first step, as a part of the largest diagonal entry of the second derivative.
@@ -74,9 +74,9 @@ pub(super) fn run<const D: usize>(
         .or_else(|| EvaluatedPoint::new(problem, DVector::from_vec(rest)));
     if let Some(mut here) = point {
         start.converged = descend(problem, settings, &mut here, &mut start.iterations);
-        let (mut is_solved, mut cost) = solved_alone(problem, &here);
-        // As in Nelder-Mead: a branch of equilibria other than the one from rest does not count.
-        if (cost - here.cost).abs() > SAME_COST * here.cost.abs().max(SAME_COST) {
+        let (mut is_solved, mut cost) = problem.solved_by_newton(here.x.as_slice());
+        // As in Nelder-Mead: a shape other than that of Newton's method from rest does not count.
+        if !same_by_newton(here.cost, cost) {
             problem.forget_neighbours();
             start.converged = match EvaluatedPoint::new(problem, here.x.clone()) {
                 Some(again) => {
@@ -85,7 +85,7 @@ pub(super) fn run<const D: usize>(
                 }
                 None => false,
             };
-            (is_solved, cost) = solved_alone(problem, &here);
+            (is_solved, cost) = problem.solved_by_newton(here.x.as_slice());
         }
         start.x = here.x.iter().copied().collect();
         start.cost = cost;
@@ -93,12 +93,6 @@ pub(super) fn run<const D: usize>(
     }
     start.counts = problem.counts;
     start
-}
-
-/// Whether the candidate has an equilibrium when it is not solved from its neighbours, and its cost.
-fn solved_alone<const D: usize>(problem: &mut Forward<'_, D>, here: &EvaluatedPoint) -> (bool, f64) {
-    let residuals = problem.residuals_without_neighbours(here.x.as_slice());
-    (residuals.is_some(), problem.cost(here.x.as_slice(), residuals.as_ref()))
 }
 
 /// Searches from values that are nearly right, within the bounds; afterwards the problem is at the answer,

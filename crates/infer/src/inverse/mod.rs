@@ -9,8 +9,9 @@
 //! it selects those with the smallest sum. It keeps the answer at a small distance from the target, so the answer is moved onto the
 //! target afterwards. [`identifiability`] gives the range of the other tensions.
 //!
-//! Candidates start from solved neighbours. The answer of a search is solved again from rest; if that gives
-//! another equilibrium, the search begins again with every candidate from rest.
+//! Candidates start from solved neighbours. The answer of every start is solved again by Newton's method from rest; if that gives another
+//! equilibrium, the search begins again with every candidate from rest. The best answer is followed from rest as its tensions grow
+//! ([`Replay`]); if they lead to another shape than the direct solve, the search goes on among the shapes to which tensions lead.
 
 pub mod alarms;
 pub mod batch;

@@ -11,7 +11,7 @@ use argmin::solver::neldermead::NelderMead;
 
 use super::forward::Forward;
 use super::problem::Unknown;
-use super::start::{FIRST_SIDE, SAME_COST, Start};
+use super::start::{FIRST_SIDE, Start, same_by_newton};
 use super::{FitError, FitSettings};
 
 /// Side of the new simplex around the answer for a restart, N.
@@ -109,11 +109,10 @@ pub(super) fn run<const D: usize>(
     for restarts in 0..=MOST_RESTARTS {
         let (found, cost, iterations, stopped) = one_simplex(&shared, settings, &unknowns, &corner, side)?;
         start.iterations += iterations;
-        // A candidate reached from a neighbour may lie on another branch of equilibria than the one to which
-        // it leads from rest. The search then begins again with all candidates from rest.
-        let alone = shared.borrow_mut().residuals_without_neighbours(&found);
-        let cost_alone = shared.borrow().cost(&found, alone.as_ref());
-        if (cost_alone - cost).abs() > SAME_COST * cost.abs().max(SAME_COST) {
+        // A candidate solved from a neighbour may have another shape than Newton's method finds from rest. The search then begins again with
+        // all candidates from rest.
+        let (is_solved, by_newton) = shared.borrow_mut().solved_by_newton(&found);
+        if !same_by_newton(cost, by_newton) {
             shared.borrow_mut().forget_neighbours();
             start.cost = f64::INFINITY;
             corner = found;
@@ -125,9 +124,9 @@ pub(super) fn run<const D: usize>(
         if cost < start.cost {
             start.x = found;
             start.cost = cost;
-            start.solved = alone.is_some();
+            start.solved = is_solved;
         }
-        start.converged = stopped && restarts > 0 && moved < CONFIRMED && alone.is_some();
+        start.converged = stopped && restarts > 0 && moved < CONFIRMED && is_solved;
         if start.converged {
             break;
         }

@@ -242,8 +242,9 @@ impl CurveTracer {
         if found.misfit > self.tolerance || gained < 0.5 * length || moved > 2.0 * length {
             return Err(Termination::TargetLost);
         }
-        let alone = problem.residuals_without_neighbours(next.as_slice());
-        if problem.misfit(alone.as_ref()) > 2.0 * self.tolerance + 1e-9 {
+        // Newton's method from rest (on the branch: growing tensions) must lead to a point as good.
+        let from_rest = problem.residuals_without_neighbours(next.as_slice());
+        if problem.misfit(from_rest.as_ref()) > 2.0 * self.tolerance + 1e-9 {
             return Err(Termination::Jump);
         }
         if self.moves_on {

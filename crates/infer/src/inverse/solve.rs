@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use tongue_core::body::largest_distance;
 use tongue_core::parallel;
-use tongue_core::statics::{self, Critical, Solution};
+use tongue_core::statics::{self, FromRest, Solution, Trace};
 use tongue_core::statistics::least_by;
 
 use super::forward::Forward;
@@ -18,10 +18,9 @@ use super::{AT_BOUND, FitError, FitSettings, FitStatus, Method, gauss_newton, ne
 /// The answer followed again from rest, as all tensions grow together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Replay {
-    /// Result of the solver; its connection says whether the branch from rest leads there.
     pub solution: Solution,
-    /// End of the branch from rest, if it ends before the answer.
-    pub critical: Option<Critical>,
+    /// How the tensions lead from rest to the solution.
+    pub from_rest: FromRest,
     /// Largest distance of a node from the search's shape, m.
     pub largest_difference: f64,
     /// Smallest ratio of a cell's area or volume to that at rest.
@@ -95,17 +94,16 @@ pub fn solve<const D: usize>(
     let mut counts = SearchCounts::default();
     starts.iter().for_each(|s| counts += s.counts);
     let (mut trace, mut again) = forward.follow_branch(&x);
-    counts.factorisations += trace.map_or(0, |t| t.factorisations);
-    if !trace.is_some_and(|t| t.same) {
-        // The branch from rest leads to another shape than a direct solve from rest, so the search goes on among
-        // shapes on the branch.
+    counts.factorisations += trace.factorisations;
+    if !trace.same_by_newton {
+        // Newton's method from rest gives another shape than growing tensions, so the search goes on among shapes to which these lead.
         let mut traced = Forward::new(inverse, settings).traced();
         if let Some(other) = search_on_branch(&mut traced, settings, &starts, &x) {
             counts += std::mem::replace(&mut forward, traced).counts;
             x = other;
             followed = None;
             (trace, again) = forward.follow_branch(&x);
-            counts.factorisations += trace.map_or(0, |t| t.factorisations);
+            counts.factorisations += trace.factorisations;
         }
     }
     let residuals = forward.residuals(&x);
@@ -119,8 +117,8 @@ pub fn solve<const D: usize>(
     counts += forward.counts;
 
     let (min_area_ratio, max_area_ratio) = again.system().tissue_ratios(again.positions());
-    let (solution, critical) = trace.map_or((Solution::NONE, None), |t| (t.solution, t.critical));
-    let replay = Replay { solution, critical, largest_difference, min_area_ratio, max_area_ratio };
+    let Trace { solution, from_rest, .. } = trace;
+    let replay = Replay { solution, from_rest, largest_difference, min_area_ratio, max_area_ratio };
     let status = if solution.status != statics::SolveStatus::Converged {
         FitStatus::NoEquilibrium
     } else if largest_difference > statics::SAME_SHAPE_M {

@@ -11,7 +11,13 @@ use tongue_core::statistics::least_by;
 /// Side of the first simplex, in units of the unknowns.
 pub(super) const FIRST_SIDE: f64 = 5.0;
 /// Largest relative difference of the costs of one equilibrium.
-pub(super) const SAME_COST: f64 = 1e-6;
+const SAME_COST: f64 = 1e-6;
+
+/// Whether a candidate whose cost is `cost` when solved from a neighbour has the same shape by Newton's method from rest, where its cost is
+/// `by_newton`.
+pub(super) fn same_by_newton(cost: f64, by_newton: f64) -> bool {
+    (by_newton - cost).abs() <= SAME_COST * cost.abs().max(SAME_COST)
+}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct SearchCounts {
@@ -44,7 +50,7 @@ pub struct Start {
     /// Whether the last simplex shrank to the tolerance and confirmed the previous one; for Gauss-Newton,
     /// whether its steps did.
     pub converged: bool,
-    /// Whether the answer has an equilibrium that is reached from rest.
+    /// Whether the answer has an equilibrium when solved without neighbours.
     #[serde(skip)]
     pub solved: bool,
 }

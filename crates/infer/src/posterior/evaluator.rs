@@ -7,9 +7,9 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::statics::lanes::{Adjoint, LaneEquilibrium, LaneGroup, length_gradient};
 
-use super::branch::on_branch;
 use super::density::{Density, is_found};
 use super::finite_differences::{self, Adjoints, FiniteDifferences, GeometrySensitivity};
+use super::from_rest::lead_from_rest;
 use super::hmc::{DensityPoint, SampledDensity};
 use super::parameters::{Draw, Parameter, ParameterValues, WarmStart};
 use super::shape;
@@ -314,7 +314,7 @@ impl SampledDensity for Evaluator<'_> {
         let found = self.from_rest.iter_mut().enumerate().map(|(shape, group)| {
             let with: Vec<(&ParameterValues, &[f64])> =
                 meanings.iter().zip(points).map(|(m, (_, p))| (m, p.place.shape(shape).1)).collect();
-            on_branch(density, group, &with, shape)
+            lead_from_rest(density, group, &with, shape)
         });
         let found: Vec<Vec<bool>> = found.collect();
         (0..points.len()).map(|i| found.iter().all(|shape| shape[i])).collect()

@@ -9,23 +9,23 @@
 //! the errors due to geometry and to rounding of the baseline's lengths. Any muscle may contract: each has a tension that is not
 //! negative. `C_geo` is the covariance of the stretches due to the ends of the muscles, the outline and kappa (and in a continuum due to
 //! the width of muscles and the patches of bones), averaged over the posterior (`map`). Muscle ends and outline are linearised with exact
-//! derivatives (`shape`; `differences` in bodies that are not made of springs); the effect of kappa is computed from equilibria one
+//! derivatives (`shape`; `finite_differences` in bodies that are not made of springs); the effect of kappa is computed from equilibria one
 //! standard deviation to either side. `R` is the covariance due to rounding. Young's modulus scales all tensions and is reported
 //! separately. All priors are in [`Priors`]; each can be fixed or left out.
 //!
 //! The sampler is Hamiltonian Monte Carlo in the scores ([`hmc`]), whitened by the Gauss-Newton matrix at the most probable point, with
 //! four chains side by side in the lanes of the processor (one after the other in bodies that are not made of springs). Only equilibria
-//! are allowed to which the tensions lead from rest as they grow (`branch`). [`Status`] says whether the chains have mixed. One run
-//! predicts every stretch without its own measurement (`leave_out`); [`Contrast`] compares postures, and [`Verdict`] states the main
-//! result in three sentences.
+//! are allowed to which the tensions lead from rest as they grow, with a jump on the way or without one (`from_rest`). [`Status`] says
+//! whether the chains have mixed. One run predicts every stretch without its own measurement (`leave_out`); [`Contrast`] compares postures,
+//! and [`Verdict`] states the main result in three sentences.
 
 mod auxiliary;
-mod branch;
 mod contrast;
 mod density;
 pub mod diagnostics;
 mod evaluator;
 mod finite_differences;
+mod from_rest;
 pub mod hmc;
 mod leave_out;
 mod map;
@@ -49,6 +49,7 @@ pub use contrast::Contrast;
 pub use density::Density;
 pub use evaluator::{Evaluator, LinearisationPoint, ResidualLikelihood};
 pub use finite_differences::FiniteDifferences;
+pub use from_rest::lead_from_rest;
 pub use leave_out::without_each;
 pub use map::MapEstimate;
 pub use measurements::Measurements;

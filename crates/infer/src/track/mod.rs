@@ -33,7 +33,7 @@ mod smoother;
 pub use compare::{Compared, Comparison, LabelTension, compare, compared, mark};
 pub use errors::{Along, Errors};
 pub use formants::{TrackedFormant, add_formants};
-pub use frame::{BONE_WINDOW, Followed, Frame, Hidden, frames};
+pub use frame::{BONE_WINDOW, Followed, Frame, FrameSolver, Hidden, frames};
 pub use hold_out::{BaselinePredictor, HeldOut, held_out};
 pub use ornstein_uhlenbeck::Softplus;
 pub use repeatability::{Repeatability, Repeated, repeatability};

@@ -1,4 +1,4 @@
-//! Equilibria of plain bodies of the plane, one or several in lanes: Newton's method on flat lists of
+//! Equilibria of mass-spring bodies in the plane, one or several in lanes: Newton's method on flat lists of
 //! elements, with a line search and a status in each lane. Loads that it cannot solve are left to the solver
 //! for any body.
 

@@ -1,4 +1,4 @@
-//! What a solve of a plain body needs, and its start from rest: half of the way to the linear answer of the body to its muscles.
+//! What a solve of a mass-spring body in the plane needs, and its start from rest: half of the way to the linear answer of the body to its muscles.
 //!
 //! From there Newton's method takes a fifth less work than from rest itself, and meets fewer shapes with an
 //! indefinite stiffness. If the energy is higher there than at rest, or a cell is inverted, the solve
@@ -11,7 +11,7 @@ use crate::sparse::simd::Simd;
 use crate::system::System;
 use crate::system::elements::{AtRest, Elements};
 
-/// The lane in which the equilibria of a plain body are solved one after another.
+/// The lane in which the equilibria of a mass-spring body in the plane are solved one after another.
 #[derive(Debug)]
 pub(in crate::statics) struct Single {
     pub elements: Arc<Elements>,
@@ -21,7 +21,7 @@ pub(in crate::statics) struct Single {
 }
 
 impl Single {
-    /// `None` where the system is not a plain one.
+    /// `None` where the system has other effects.
     pub fn new<const D: usize>(system: &System<D>) -> Option<Self> {
         let elements = system.elements()?;
         Some(Self { elements: elements.clone(), work: SimdNewton::new(elements), system: None })

@@ -1,4 +1,4 @@
-//! A plain body of the plane as flat lists: edges and triangles in the order of elimination. The lists are
+//! A mass-spring body in the plane as flat lists: edges and triangles in the order of elimination. The lists are
 //! made once, and every solve loops over them, for one load or for several in lanes.
 
 pub(crate) mod local;

@@ -1,8 +1,8 @@
-//! Checks that shapes are those to which their tensions lead from rest as all tensions grow together. Every shape is followed again from
-//! rest, several at once in lanes. A body may snap on the way, which only [`tongue_core::statics::trace()`] would detect.
+//! Whether loads lead from rest to shapes as they grow together, jumps on the way allowed, for several shapes at once in lanes.
 //!
 //! Tensions and displacements of bones grow in a few steps, each solved from the shape before; if these do not lead to the shape, in more
-//! steps. With a single step, 1 of 200 draws of S1 /i/ ended on another branch.
+//! steps. With a single step, 1 of 200 draws of S1 /i/ ended at another equilibrium. Steps are not taken back, so that it stays unknown
+//! whether the body jumped; a test compares the answers with those of [`tongue_core::statics::leads_from_rest`], which takes longer.
 
 use nalgebra::SVector;
 
@@ -17,9 +17,9 @@ const STEPS: [usize; 2] = [5, 25];
 /// Residual force to which the shapes on the way are solved, N: they only lead to the last one.
 const ON_THE_WAY_N: f64 = 1e-4;
 
-/// Whether each of several shapes, given by its lengths (m), is the one to which its loads lead from rest; `shape` is as in
+/// Whether the loads of each point lead from rest to its shape, given by its lengths (m); `shape` is as in
 /// [`super::PosteriorModel::load`].
-pub fn on_branch(
+pub fn lead_from_rest(
     density: &Density<'_>,
     group: &mut LaneGroup<'_, 2>,
     shapes: &[(&ParameterValues, &[f64])],
@@ -65,8 +65,8 @@ fn follow(
         let tolerance = if step < steps { ON_THE_WAY_N } else { last.tolerance };
         let answers = group.solve(&loads, &SolveSettings { tolerance, ..*last });
         for ((shape, good), answer) in shapes.iter_mut().zip(&mut good).zip(answers) {
-            // The solver for lanes does not descend from ridges. A shape that needs this may be on another branch and is followed in more
-            // steps.
+            // In a body of springs a descent from a ridge of the energy is allowed, as a jump is. In other bodies it counts as a failure, so
+            // that the loads grow again in more steps.
             let strayed = answer.solution.connection == Connection::Downhill;
             *good &= is_found(answer) && (density.posterior_model.is_of_springs() || !strayed);
             shape.clone_from(&answer.positions);
