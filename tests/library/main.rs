@@ -17,6 +17,7 @@ mod equilibrium_is_where_forces_cancel;
 mod figures;
 mod fit_finds_the_tensions;
 mod formats_of_laboratories;
+mod from_rest;
 mod gmsh_files;
 mod gmsh_hexahedra;
 mod lanes_agree_with_one_at_a_time;

@@ -1,0 +1,159 @@
+//! Whoever asks how loads lead from rest to a shape gets one answer.
+
+use nalgebra::{DVector, SVector, Vector2};
+use tongue_core::body::largest_distance;
+use tongue_core::observe::Length;
+use tongue_core::statics::{SAME_SHAPE_M, leads_from_rest};
+use tongue_fit::body::Body;
+use tongue_fit::observe::Observation;
+use tongue_fit::run::Equilibrium;
+use tongue_fit::scene::{Scene, simulate};
+use tongue_fit::simulation::Assemble;
+use tongue_fit::statics::{self, Connection, FromRest, SolveSettings, SolveStatus, Workspace};
+use tongue_fit::system::{Model, System};
+use tongue_infer::inverse::alarms::Alarm;
+use tongue_infer::inverse::{FitSettings, Forward, LeastSquaresProblem, Unknown};
+use tongue_infer::posterior::{Density, ParameterValues, PosteriorModel, Posture, Priors, lead_from_rest};
+use tongue_infer::track::{Frame, FrameSolver, Softplus};
+
+use crate::posterior::seen;
+
+/// Of 3000 loads of up to 90 N/m, 53 have two shapes. At these two, Newton's method from rest finds the shape to which the loads do not
+/// lead, and passes no unstable equilibrium on its way.
+const TWO_SHAPES: [[f64; 8]; 2] =
+    [[77.0, 47.6, 14.4, 89.0, 0.0, 4.7, 38.6, 70.2], [55.1, 88.9, 86.2, 80.1, 70.1, 24.9, 69.2, 40.2]];
+const ORDINARY: [[f64; 8]; 2] =
+    [[12.0, 0.0, 0.0, 0.0, 11.5, 0.0, 4.5, 0.0], [5.0, 10.0, 30.0, 8.0, 0.0, 3.0, 2.0, 12.0]];
+/// The branch from rest ends before this load.
+const FALL: [f64; 8] = [0.0, 0.0, 100.0, 0.0, 100.0, 100.0, 100.0, 100.0];
+
+type Positions = [SVector<f64, 2>];
+
+/// A tongue in which every muscle can contract, and what asks about it.
+struct Tongue<'a> {
+    body: &'a Body<2>,
+    system: &'a System<2>,
+    density: &'a Density<'a>,
+}
+
+fn are_same(a: &Positions, b: &Positions) -> bool {
+    largest_distance(a, b) <= SAME_SHAPE_M
+}
+
+impl Tongue<'_> {
+    fn core(&self, load: &[f64], positions: &Positions) -> FromRest {
+        let mut w = Workspace::new(self.system);
+        leads_from_rest(self.system, &mut w, load, &SolveSettings::default(), positions)
+    }
+
+    /// The posterior's question: with or without a jump.
+    fn posterior(&self, load: &[f64], positions: &Positions) -> bool {
+        let posture = Posture { tensions: load.to_vec(), hyoid: Vector2::zeros() };
+        let at = ParameterValues { postures: vec![posture], tones: vec![0.0; load.len()], tilt: 0.0 };
+        let lengths = self.system.lengths(positions);
+        lead_from_rest(self.density, &mut self.density.lanes().group(), &[(&at, &lengths)], 0)[0]
+    }
+
+    fn track(&self, load: &[f64], positions: &Positions) -> bool {
+        let link = Softplus::default();
+        let x = load.iter().map(|f| link.bend_n * (f / link.bend_n).exp_m1().ln());
+        let x = DVector::from_iterator(load.len(), x);
+        FrameSolver::new(self.system, &[], link).leads_from_rest_to(
+            &Frame::default(),
+            &x,
+            positions,
+            &mut None,
+        )
+    }
+
+    /// Asks all at a load, and returns the shape to which it leads from rest, how, and whether Newton's method from rest gives it too.
+    fn ask(&self, load: &[f64; 8]) -> (Vec<SVector<f64, 2>>, FromRest, bool) {
+        let settings = SolveSettings::default();
+        let mut w = Workspace::new(self.system);
+        let newton = statics::solve(self.system, &mut w, load, &settings);
+        assert_eq!((newton.status, newton.connection), (SolveStatus::Converged, Connection::Direct));
+        let by_newton = w.positions().to_vec();
+        w.start_from_rest(self.system);
+        let traced = statics::trace(self.system, &mut w, load, &settings);
+        let (there, how) = (w.positions().to_vec(), traced.from_rest);
+        let same = are_same(&there, &by_newton);
+        assert_eq!(traced.solution.connection == Connection::Traced, how == FromRest::Branch);
+
+        // The program, the library by names and a fit's replay follow the load themselves.
+        w.start_from_rest(self.system);
+        let program = Equilibrium::of(self.system, &mut w, load, false);
+        let program = program.branch.map(|b| (b.from_rest, b.same_by_newton));
+        assert!(program == Some((how, same)) && are_same(w.positions(), &there));
+        let named: Vec<(&str, f64)> =
+            self.body.mesh.muscles.iter().map(|m| m.name.as_str()).zip(*load).collect();
+        let assembly = Model::default().assemble(self.body, named.iter().map(|(name, _)| *name)).unwrap();
+        let shape = assembly.solver().follow_from_rest(&named).unwrap();
+        assert_eq!((shape.trace.unwrap().from_rest, shape.is_traced()), (how, how == FromRest::Branch));
+        assert!(are_same(shape.positions(), &there));
+        let unknowns = (0..load.len()).map(|m| Unknown::tension(m, 200.0)).collect();
+        let length = Observation::new(Length::new(self.system.muscle_ends(0)), 0.0);
+        let settings_of_fit = FitSettings::default();
+        let inverse = LeastSquaresProblem::new(self.system, vec![length], unknowns);
+        let forward = Forward::new(&inverse, &settings_of_fit);
+        let (replay, at_end) = forward.follow_branch(load);
+        assert_eq!((replay.from_rest, replay.same_by_newton), (how, same));
+        assert!(are_same(at_end.positions(), &there));
+
+        let tensions: String = named.iter().map(|(name, f)| format!("{name} = {f:?}\n")).collect();
+        let text = format!(
+            "title = \"t\"\nwant = \"shape\"\n[body.tongue]\nh_mm = 5.5\n[effects]\nincompressibility = true\n[tensions_n]\n{tensions}"
+        );
+        let scene = simulate(&Scene::from_toml(&text, "t").unwrap()).unwrap();
+        let positions: Vec<_> = scene.positions_m.iter().map(|p| Vector2::from_column_slice(p)).collect();
+        assert!(are_same(&positions, &there));
+        let alarm = match how {
+            FromRest::Branch => None,
+            FromRest::Fell { load } => Some(Alarm::NotOnBranch { ends_at: Some(load) }),
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(scene.alarms, Vec::from_iter(alarm));
+
+        // The others are asked about a shape: the one to which the load leads, and that of Newton's method.
+        assert_eq!((self.posterior(load, &there), self.track(load, &there)), (true, true), "{load:?}");
+        let newton_too = self.core(load, &by_newton) != FromRest::Elsewhere;
+        assert_eq!(newton_too, same);
+        assert_eq!(
+            (self.posterior(load, &by_newton), self.track(load, &by_newton)),
+            (same, same),
+            "{load:?}"
+        );
+        (there, how, same)
+    }
+}
+
+#[test]
+fn all_who_ask_how_loads_lead_from_rest_to_a_shape_get_one_answer() {
+    let body = Body::tongue(5.5e-3).unwrap();
+    let muscles: Vec<usize> = (0..body.mesh.muscles.len()).collect();
+    let system = System::new(&body.mesh, &Model::default(), &muscles).unwrap();
+    let mut priors = Priors::default();
+    priors.compressibility.off = true; // The same body everywhere.
+    let posterior_model = PosteriorModel::new(&body, &Model::default(), &priors).unwrap();
+    let density = Density::new(&posterior_model, seen("S2", "a")).unwrap();
+    let tongue = Tongue { body: &body, system: &system, density: &density };
+    for load in TWO_SHAPES {
+        let (there, how, same) = tongue.ask(&load);
+        assert_eq!((tongue.core(&load, &there), how, same), (FromRest::Branch, FromRest::Branch, false));
+    }
+    for load in ORDINARY {
+        let (there, how, same) = tongue.ask(&load);
+        assert_eq!((tongue.core(&load, &there), how, same), (FromRest::Branch, FromRest::Branch, true));
+    }
+    // Behind a fall all find one shape (the few steps of posterior and track do not notice it), and who follows the branch says where it ends.
+    let (there, how, _) = tongue.ask(&FALL);
+    let (FromRest::Fell { load: exact }, FromRest::Fell { load }) = (how, tongue.core(&FALL, &there)) else {
+        panic!("{how:?}");
+    };
+    assert!(exact < 1.0 && (load - exact).abs() < 1e-3, "{load} {exact}");
+    // Half of the load leads elsewhere, and with too few solves the answer is not known.
+    let half = FALL.map(|f| 0.5 * f);
+    assert_eq!(tongue.core(&half, &there), FromRest::Elsewhere);
+    let few = SolveSettings { most_solves: 2, ..SolveSettings::default() };
+    let found = leads_from_rest(&system, &mut Workspace::new(&system), &ORDINARY[0], &few, &there);
+    assert_eq!(found, FromRest::Unknown);
+}
