@@ -160,8 +160,9 @@ def test_ctrl_c_ends_a_command_and_its_threads() -> None:
 
 def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_path: Path) -> None:
     # On a coarse mesh, which takes a fifth of the time.
-    found = tf.posterior(tf.Dataset.reference(), "S2", "a", target="stretch", draws=400, h=10, priors={"tension": {"fixed_n_per_m": {"HGp": 3.0}}})
-    (tmp_path / "priors.toml").write_text("[tension.fixed_n_per_m]\nHGp = 3.0\n")
+    priors = {"tension": {"fixed_n_per_m": {"hgp": 3.0}}, "baseline": {"fixed_n_per_m": {"*": 8.0, "GGa": 2.0}}}
+    found = tf.posterior(tf.Dataset.reference(), "S2", "a", target="stretch", draws=400, h=10, priors=priors)
+    (tmp_path / "priors.toml").write_text('[tension.fixed_n_per_m]\nhgp = 3.0\n[baseline.fixed_n_per_m]\n"*" = 8.0\nGGa = 2.0\n')
     words = ["--vowel", "a", "--subject", "S2", "--target", "stretch", "--method", "gauss-newton", "--posterior", "400", "--h", "10", "--priors", str(tmp_path / "priors.toml")]
     record, files = run_program(program, tmp_path / "out", *words)
     assert timeless(found) == timeless(record)
@@ -179,6 +180,9 @@ def test_a_posterior_is_that_of_the_program_and_goes_to_arviz(program: str, tmp_
     assert abs(groups["prior"]["tension_n_per_m"][0, :, 0].mean() / (scale * np.sqrt(2 / np.pi)) - 1) < 0.15
     at = found.muscles.index("HGp")
     assert (groups["prior"]["tension_n_per_m"][..., at] == 3.0).all() and (draws["tension_n_per_m"][..., at] == 3.0).all()
+    baseline = [2.0 if muscle == "GGa" else 8.0 for muscle in found.muscles]
+    for group in ("prior", "posterior"):
+        assert (groups[group]["baseline_tension_n_per_m"] == baseline).all(), group
     assert groups["sample_stats"]["lp"].shape == (chains, 400 // chains)
     assert pickle.loads(pickle.dumps(found)) == found and found.status == "not_mixed"
     with pytest.warns(UserWarning, match="have not mixed"):

@@ -92,8 +92,9 @@ impl ShownFit<'_> {
             (true, Some(found)) if found.null_directions.is_empty() => "the only one nearby that meets",
             (true, Some(_)) => "one of many that meet",
         };
-        let others = fit.passive_rms().map(|rms| format!("; other muscles are off by {rms:.3} (RMS)"));
-        format!("\n{name}: {what} the fitted {}{}\n", self.quantity(), others.unwrap_or_default())
+        let quantity = self.quantity();
+        let others = fit.passive_rms().map(|rms| format!("; other {quantity} are off by {rms:.3} (RMS)"));
+        format!("\n{name}: {what} the fitted {quantity}{}\n", others.unwrap_or_default())
     }
 
     fn quantity(&self) -> &'static str {

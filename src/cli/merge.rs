@@ -13,7 +13,7 @@ use super::batch::{self, PreparedBatch};
 use super::table::listed;
 use super::{Cli, Command, Global, Outcome, line_of, output};
 
-const MOST_NAMED: usize = 20;
+const MOST_NAMED: usize = 5;
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]

@@ -356,15 +356,22 @@ fn contrast_name(s: &SubjectContrast) -> String {
 }
 
 fn fits(batch: &Batch<'_>) -> miette::Result<String> {
-    let (mut verdicts, mut t) =
-        (String::new(), table(&["fit", "tensions, N/m", "misfit", "passive", "alarms"]));
-    left(&mut t, 1);
+    let (mut verdicts, mut lines) = (String::new(), Vec::new());
     for number in 0..batch.jobs.len() {
         if let Some((_, fit)) = batch.fit(number).into_diagnostic()? {
             verdicts.extend(fit.verdict.iter().map(|verdict| wrapped(verdict)));
-            t.add_row(fit.line);
+            lines.push(fit.line);
         }
     }
+    let header =
+        ["fit", "tensions, N/m", "posterior,\nmedian (95 %)", "misfit", "passive\nstretches", "alarms"];
+    let has_posterior = lines.iter().any(|line| !line[2].is_empty());
+    let shown = |column: &usize| *column != 2 || has_posterior;
+    let columns: Vec<usize> = (0..header.len()).filter(shown).collect();
+    let mut t = rows(&columns.iter().map(|&c| header[c]).collect::<Vec<_>>(), &lines, |line| {
+        columns.iter().map(|&c| line[c].as_str())
+    });
+    (1..columns.len() - 3).for_each(|column| left(&mut t, column));
     let gap = if verdicts.is_empty() { "" } else { "\n" };
     Ok(format!("{verdicts}{gap}{t}\n\n"))
 }

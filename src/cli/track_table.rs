@@ -45,10 +45,10 @@ pub fn track(record: &TrackRecord) -> String {
         text,
         "\n{t}\nmedians over the frames, at a Young's modulus of 6.9 kPa; without data a level is {:.1} ({low:.1} to {high:.1}) N/m.\n\
          An interval from 0 cannot exclude a slack muscle. A course is a level less its mean over the recording; it is\n\
-         known_or_not if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}{}",
+         known if it varies by more than its uncertainty (reliability above 0.5) and single frames are narrower than {:.0} N/m.\n{}{}",
         link.prior_quantile(0.0),
         NARROW * link.scale_n(),
-        compared.map_or("", |_| "Labels are known_or_not if the same is true of the means over them.\n"),
+        compared.map_or("", |_| "Labels are known if the same is true of the means over them.\n"),
         tongue_fit::report::limit_of_plane()
     );
     let resolved = upper_median(frames().map(|f| f.resolved as f64)).unwrap_or(0.0);

@@ -68,7 +68,15 @@ fn fitting_a_vowel_prints_fourteen_lines_of_100_columns_and_writes_four_files() 
         text = done.out;
         let widest = text.lines().map(|line| line.chars().count()).max();
         assert!(text.lines().count() <= 14 && widest <= Some(100), "{text}");
-        for wanted in ["Harder than in /ɯ/", "Not known: ", "How hard: ", "The thesis's fit: ", fit, cell] {
+        for wanted in [
+            "Harder than in /ɯ/",
+            "Not known: ",
+            "How hard: ",
+            "The thesis's fit: ",
+            fit,
+            cell,
+            "; other ratios are off by ",
+        ] {
             assert!(text.contains(wanted), "{wanted} is missing in\n{text}");
         }
         let record = std::fs::read(folder.path().join("results/fit.json")).unwrap();

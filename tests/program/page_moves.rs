@@ -163,6 +163,24 @@ fn a_vowel_of_the_page_has_the_formants_of_the_command_sound() {
         let nearest = format!("Nearest to /{}/: ", said["nearest_vowel"].as_str().unwrap());
         assert!(words.as_str().unwrap().starts_with(&nearest), "{words}");
     }
+    // Against another baseline than /ɯ/ rest is another vowel than the one from which the tract's file counts jaw and hyoid.
+    browser.run(&page, "state.subject = 'S4'; makeVowels(); choose('a')");
+    browser.wait(&page, "settled() && fit?.subject === 'S4'");
+    assert_eq!(browser.run(&page, "[state.baseline, spoken, state.bones]"), json!(["e", null, [0, 0, 0]]));
+    let said = browser.run(&page, "byId('verdict').textContent");
+    assert!(
+        said.as_str().unwrap().contains("known from /ɯ/ only")
+            && !said.as_str().unwrap().contains("Shown as spoken")
+    );
+    // Labels in upper case are those vowels.
+    let lips = "[body.tract.posture.a.lip_opening_mm, body.tract.posture.a.lip_protrusion_mm]";
+    let rows = "subject,vowel,GGa_mm,GGm_mm,GGp_mm,SGp_mm,SGm_mm,SGa_mm,HGa_mm,HGp_mm\n\
+                X,U,46,56,46,56,25,40,36,31\nX,A,38,57,50,54,21,47,33,33\n";
+    browser.run(&page, &format!("readTable({{ text: {}, file: 'mine.csv' }})", json!(rows)));
+    browser.run(&page, "state.target = 'stretch'; choose('A')");
+    browser.wait(&page, "settled() && fit?.vowel === 'A'");
+    assert_eq!(browser.run(&page, "spoken?.posture"), browser.run(&page, "body.tract.posture.a"));
+    assert_eq!(browser.run(&page, "state.lips"), browser.run(&page, lips));
 }
 
 #[test]

@@ -9,7 +9,7 @@ use serde_json::Value;
 use tongue_infer::posterior::diagnostics::{Mixing, mixing};
 use tongue_infer::posterior::{Certainty, MuscleVerdict, Verdict, VerdictFrom};
 
-use super::run::{refused, run, sources};
+use super::run::{record, refused, run, sources};
 
 /// The README's command `tongue-fit --vowel a --posterior 1000`, run once for all tests that look at what it leaves.
 fn files_of_the_readme() -> &'static BTreeMap<String, String> {
@@ -81,15 +81,28 @@ fn a_posterior_is_told_in_json_and_its_draws_fill_an_array() {
 #[test]
 fn the_page_of_a_batch_has_the_ridges_of_every_row_and_what_they_say() {
     let folder = tempfile::tempdir().unwrap();
-    let output =
-        run(folder.path(), "batch --subjects S2 --vowels a --h 10 --posterior 1000 --out out --json");
-    let batch = output.record();
+    let output = run(folder.path(), "batch --subjects S2 --vowels a,u --h 10 --posterior 1000 --out out");
+    let batch = record(folder.path(), "out/batch.json");
     let fits = batch["fits"].as_array().unwrap();
     let page = std::fs::read_to_string(folder.path().join("out/batch.html")).unwrap();
     // Two fits, ratios and stretches, of one row: one posterior, with the second.
     let ridges = page.matches("change of every tension from the baseline</title>").count();
     assert_eq!((fits.len(), ridges), (2, 1));
     assert!(fits[0]["posterior"].is_null() && fits[0]["verdict"].is_null());
+    assert!(page.contains("), 1 baseline, 0 not fitted"));
+    // The terminal has the tensions of the fit, and apart from them medians with intervals of the posterior.
+    let row = output.out.split("| S2 /a/ stretch |").nth(1).unwrap().lines().next().unwrap();
+    let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+    let drawn = fits[1]["active"].as_array().unwrap()[..2].iter().map(|m| {
+        let of = &fits[1]["posterior"]["summary"]["tensions_n"][m.as_str().unwrap()];
+        let [median, low, high] = ["/median", "/interval_95/0", "/interval_95/1"]
+            .map(|part| of.pointer(part).unwrap().as_f64().unwrap());
+        format!("{median:.0} ({low:.0}–{high:.0})")
+    });
+    assert!(cells[0].starts_with("GGa ") && !cells[0].contains('('), "{row}");
+    assert_eq!(cells[1], drawn.collect::<Vec<_>>().join(", "));
+    let mut tables = output.out.lines().filter(|line| line.starts_with('|'));
+    assert!(tables.all(|line| line.chars().count() <= 100), "{}", output.out);
     // The sentences with which a fit of the row begins.
     let said: Vec<MuscleVerdict> = serde_json::from_value(fits[1]["verdict"].clone()).unwrap();
     let sentences = Verdict { from: VerdictFrom::Draws, hyoid_mm: None, muscles: said }.sentences("ɯ");
@@ -138,14 +151,22 @@ fn a_posterior_that_cannot_be_told_leaves_its_fit_in_a_batch_and_is_an_alarm_of_
     let folder = tempfile::tempdir().unwrap();
     let mesh = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gmsh/second_order.msh");
     std::fs::write(folder.path().join("gga.csv"), "subject,vowel,GGa_mm\nX,ɯ,20\nX,a,18\n").unwrap();
-    let rows = "batch --target stretch --out out --json --vowels a";
+    let rows = "batch --target stretch --out out --json";
     // The mesh names no hyoid.
     let of_mesh = format!("{rows} --lengths gga.csv --mesh {} --posterior 1000", mesh.display());
-    let rows = format!("{rows} --subjects S2");
-    let too_few = format!("{rows} --posterior 100");
-    for (line, reason) in [(of_mesh, "this body names no bone \"hyoid\""), (too_few, "ask for more")] {
+    let too_few = format!("{rows} --posterior 100 --subjects S2 --vowels a");
+    let missed_too = format!("{rows} --posterior 100 --subjects S3 --vowels e");
+    let untold = "error: 1 posterior cannot be reported; see";
+    let both =
+        "error: 1 of the 1 fits cannot be trusted (1 target not met); 1 posterior cannot be reported; see";
+    for (line, reason, last) in [
+        (of_mesh, "this body names no bone \"hyoid\"", untold),
+        (too_few, "ask for more", untold),
+        (missed_too, "ask for more", both),
+    ] {
         let output = run(folder.path(), &line);
         assert_eq!(output.status, Some(3), "{}", output.err);
+        assert!(output.message().contains(last), "{}", output.err);
         let batch = output.record();
         assert_eq!(batch["summary"]["posteriors_untold"], 1, "{}", batch["summary"]);
         let alarms = batch["fits"][0]["alarms"].as_array().unwrap();

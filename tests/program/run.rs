@@ -1,5 +1,6 @@
 //! What runs of the program leave and say.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 #[cfg(unix)]
 use std::process::Command;
@@ -13,7 +14,7 @@ pub use crate::program::{Done, names, program, run};
 impl Done {
     /// The record that `--json` prints, whatever the status.
     pub fn record(&self) -> Value {
-        serde_json::from_str(&self.out).unwrap_or_else(|e| panic!("{e}: {}{}", self.out, self.err))
+        parsed(&self.out).unwrap_or_else(|e| panic!("{e}: {}{}", self.out, self.err))
     }
 
     /// The message without the line breaks of the terminal.
@@ -39,7 +40,16 @@ pub fn json(folder: &Path, line: &str) -> Value {
 
 /// The record in a file of a run in its folder.
 pub fn record(folder: &Path, file: &str) -> Value {
-    serde_json::from_slice(&std::fs::read(folder.join(file)).unwrap()).unwrap()
+    parsed(&std::fs::read_to_string(folder.join(file)).unwrap()).unwrap()
+}
+
+/// A record whose own keys, indented by two spaces, are all different.
+fn parsed(text: &str) -> serde_json::Result<Value> {
+    let mut keys = BTreeSet::new();
+    for (key, _) in text.lines().filter_map(|l| l.strip_prefix("  \"")?.split_once("\":")) {
+        assert!(keys.insert(key), "{key} is there twice");
+    }
+    serde_json::from_str(text)
 }
 
 /// The sources of Rust in a folder of the repository and those in it, with their paths.

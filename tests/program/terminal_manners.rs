@@ -147,6 +147,13 @@ fn with_q_only_errors_are_printed_and_files_have_everything() {
         let (status, out, told) = run(folder.path(), arguments);
         assert_eq!((status, out.is_empty(), told.as_str()), (0, false, ""), "{arguments}");
     }
+    // Of many missing shards some are named.
+    run(folder.path(), "batch --vowels a --subjects S2 --shard 1/1000 --out shards");
+    let (status, _, told) = run(folder.path(), "merge shards");
+    assert!(
+        status == 1 && told.contains("2/1000 is missing; ") && told.contains("; and 994 more."),
+        "{told}"
+    );
     let (status, out, told) = run(folder.path(), "--vowel a --subject S3 --body continuum --h 10 -q");
     assert_eq!((status, out.as_str(), told.lines().count()), (3, "", 1), "{told}");
     assert!(told.starts_with("error: the fit cannot be trusted: the target is missed by"), "{told}");

@@ -262,6 +262,9 @@ fn labels_become_segments_what_repeats_is_that_of_the_results_and_what_is_harder
         }
     }
     assert!(decided >= 6, "{decided} decided");
+    for sentence in ["it is\nknown if it varies by more than", "\nLabels are known if the same is true"] {
+        assert!(done.out.contains(sentence), "{}", done.out);
+    }
     assert!(fs::read_to_string(at.join("out/track.html")).unwrap().contains("harder in /u/ than in /a/"));
 }
 

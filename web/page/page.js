@@ -346,7 +346,7 @@ async function choose(vowel, keep = false) {
   showControls();
   if (vowel === state.baseline) {
     forget(`/${vowel}/ is ${subject}’s baseline: every other vowel is compared with it, and the fit takes it for the shape at rest.`);
-    if (!keep) { speak(body.tract?.posture?.[vowel]); plain(body.muscles.map(() => 0), [0, 0, 0]); }
+    if (!keep) { speak(posture(vowel)); plain(body.muscles.map(() => 0), [0, 0, 0]); }
     return;
   }
   const mine = ++fitting;
@@ -370,11 +370,14 @@ async function choose(vowel, keep = false) {
   spoken = said?.posture ? said : null;
   const took = ready ? "as the file has it" : `${fit.evaluations} equilibria in ${round((performance.now() - clock) / 1000, 2)} s`;
   const count = fit.identifiability?.undetermined ?? 0;
-  verdict(`${subject} /${vowel}/ against /${fit.baseline}/${body.palate_m === null ? "" : walls ? ", stopped by palate and teeth" : ", palate and teeth left out"}: ${fit.status.replaceAll("_", " ")}, missed by ${fit.misfit.toExponential(1)}; ${took}.${count ? ` Not unique: ${count} direction${count > 1 ? "s are" : " is"} open.` : ""}${spoken ? ` Shown as spoken: jaw ${round(spoken.posture.jaw_deg)}° open, hyoid ${way(spoken.posture.hyoid_mm[0], ["forward", "back"])}, and the tensions that meet the lengths there.` : ""}`, fit.alarms.map((a) => a.text));
+  verdict(`${subject} /${vowel}/ against /${fit.baseline}/${body.palate_m === null ? "" : walls ? ", stopped by palate and teeth" : ", palate and teeth left out"}: ${fit.status.replaceAll("_", " ")}, missed by ${fit.misfit.toExponential(1)}; ${took}.${count ? ` Not unique: ${count} direction${count > 1 ? "s are" : " is"} open.` : ""}${spoken ? ` Shown as spoken: jaw ${round(spoken.posture.jaw_deg)}° open, hyoid ${way(spoken.posture.hyoid_mm[0], ["forward", "back"])}, and the tensions that meet the lengths there.` : state.spoken && target === "stretch" && posture(vowel) ? " Jaw and hyoid stay at rest: those of the vowels are known from /ɯ/ only." : ""}`, fit.alarms.map((a) => a.text));
   byId("valley").hidden = !fit.valley;
   if (fit.valley) drawPath();
-  if (keep) { showControls(); show(); } else { speak(spoken?.posture); back(); }
+  if (keep) { showControls(); show(); } else { speak(posture(vowel)); back(); }
 }
+// Jaw, hyoid and lips of a vowel, whose label is compared as the library does: without case, and u is ɯ.
+const plainLabel = (vowel) => vowel.toLowerCase().replace(/^u$/, "ɯ");
+const posture = (vowel) => Object.entries(body.tract?.posture ?? {}).find(([label]) => plainLabel(label) === plainLabel(vowel))?.[1];
 // Lips of a vowel.
 function speak(posture) {
   if (state.spoken && posture) state.lips = [posture.lip_opening_mm, posture.lip_protrusion_mm];

@@ -89,8 +89,12 @@ class Posterior(Run):
             prior = priors[key]
             scale = 0.0 if prior.get("off") else prior["scale_n_per_m"]
             tensions[name] = np.abs(random.normal(0.0, scale, (1, draws, len(muscles))))
-            for muscle, fixed in prior["fixed_n_per_m"].items():
-                tensions[name][:, :, muscles.index(muscle)] = fixed
+            known = {muscle.lower(): tension for muscle, tension in prior["fixed_n_per_m"].items()}
+            for at, muscle in enumerate(muscles):
+                # As in the program: a name in any case, and "*" for every muscle without one.
+                fixed = known.get(muscle.lower(), known.get("*"))
+                if fixed is not None:
+                    tensions[name][:, :, at] = fixed
         hyoid = priors["hyoid"]
         shift = random.normal(0.0, 0.0 if hyoid["off"] else hyoid["sd_mm"], (1, draws, 2))
         shift = shift if hyoid["fixed_mm"] is None else np.broadcast_to(np.array(hyoid["fixed_mm"], float), shift.shape)

@@ -186,8 +186,11 @@ impl PreparedBatch {
             return Ok(Outcome::SomeRowsRefused);
         }
         let untold = summary.posteriors_untold;
-        let untold = (untold > 0).then(|| format!("{untold} posteriors cannot be reported"));
-        Ok(Outcome::of_reason(outcome::untrusted(&summary.statuses, &["converged"], "fits").or(untold)))
+        let untold =
+            (untold > 0).then(|| format!("{} cannot be reported", table::counted(untold, "posterior")));
+        let fits = outcome::untrusted(&summary.statuses, &["converged"], "fits");
+        let why: Vec<String> = fits.into_iter().chain(untold).collect();
+        Ok(Outcome::judged(why.is_empty(), || why.join("; ")))
     }
 
     fn summary(&self, digests: &[(usize, Digest)]) -> BatchSummary {

@@ -9,8 +9,7 @@ use tongue_fit::acoustics::{Articulation, Formant, VocalTract, mean_vowels};
 use tongue_fit::body::{Body, HYOID, MANDIBLE, MeshContent};
 use tongue_fit::effect::Contact;
 use tongue_fit::geometry::topology;
-use tongue_fit::measured::Dataset;
-use tongue_fit::measured::Muscles;
+use tongue_fit::measured::{Dataset, Muscles, Vowel};
 use tongue_fit::report::SimulationRecord;
 use tongue_fit::run::{BodySource, Equilibrium, Kind, PlaneBody};
 use tongue_fit::scene::prepare::prepare;
@@ -130,9 +129,11 @@ impl Engine {
         Ok(self.space.insert(space))
     }
 
-    /// Jaw, hyoid and lips of a vowel, if the body has a tract whose file has it.
-    pub fn posture(&self, vowel: &str) -> Option<Articulation> {
-        self.airway.as_ref()?.tract().posture.get(vowel).copied()
+    /// Jaw, hyoid and lips of a vowel, if the body has a tract whose file has it, in upper or lower case.
+    pub fn posture(&self, vowel: &Vowel) -> Option<Articulation> {
+        let mut postures = self.airway.as_ref()?.tract().posture.iter();
+        let found = postures.find(|(name, _)| name.parse::<Vowel>().is_ok_and(|v| v.is_like(vowel)))?;
+        Some(*found.1)
     }
 
     /// The scene as it was opened.

@@ -79,7 +79,7 @@ pub fn fit(
 }
 
 /// The vowel as `tongue-fit sound` speaks it: jaw, hyoid and lips of the tract's file, and the tensions with which the tongue has its
-/// measured lengths there; null where the tract's file has no such vowel.
+/// measured lengths there; null where the tract's file has no such vowel, or the baseline is not /ɯ/, from which that file counts.
 ///
 /// # Errors
 /// As the program's.
@@ -90,9 +90,10 @@ pub fn spoken(
     baseline: Option<&str>,
     kind: TargetKind,
 ) -> Result<Value, String> {
-    let Some(posture) = engine.posture(vowel) else { return Ok(Value::Null) };
-    let mut spoken = engine.scene().clone().spoken(&posture, JOINT_MM);
     let target = target(engine, subject, vowel, baseline, kind)?;
+    let from_u = target.baseline.is_like(&Vowel::unrounded_u());
+    let Some(posture) = engine.posture(&target.vowel).filter(|_| from_u) else { return Ok(Value::Null) };
+    let mut spoken = engine.scene().clone().spoken(&posture, JOINT_MM);
     spoken.tensions_n = target.active_names().into_iter().map(|name| (name.to_owned(), 0.0)).collect();
     let mut prepared = prepare(&spoken, engine.body.clone()).map_err(|e| e.to_string())?;
     prepared.target = Some(target);

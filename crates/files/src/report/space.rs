@@ -68,6 +68,7 @@ pub enum OfBody {
 
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct HexahedraRecord {
+    #[serde(rename = "tongue")]
     pub body: String,
     pub nodes: usize,
     pub hexahedra: usize,

@@ -265,7 +265,7 @@ impl Scene {
     pub fn from_toml(text: &str, origin: &str) -> Result<Self, SimulationError> {
         toml_text::read(text).map_err(|Misread { line, column, problem }| {
             let problem = if problem.starts_with("wanted exactly 1 element") {
-                "[body] takes exactly one of tongue, mesh, cylinder and block".to_owned()
+                "[body] takes exactly one of tongue, tongue-in-space, mesh, cylinder and block".to_owned()
             } else {
                 toml_text::with_nearest(&problem)
             };

@@ -150,6 +150,14 @@ fn target<const D: usize>(scene: &Scene, body: &Body<D>) -> Result<Target, Simul
     let vowel: Vowel = wanted.vowel.parse()?;
     let kind: TargetKind = wanted.target.parse()?;
     let data = Dataset::reference()?;
+    data.row(&wanted.subject, &vowel)?;
+    if data.baseline(&wanted.subject).is_err() {
+        return Err(SimulationError::Refused(format!(
+            "a fit in a scene or of a sound compares with /ɯ/, which was not measured of {0}; take another subject, or the tensions that \
+             `tongue-fit --vowel {vowel} --subject {0} --baseline e` finds",
+            wanted.subject
+        )));
+    }
     let target = Target::new(&data, &wanted.subject, &vowel, kind, &TargetOptions::default())?;
     if let Err(missing) = TargetOnBody::new(&body.mesh, &target) {
         let why = format!("{missing}; fit a body that has it, or give tensions");

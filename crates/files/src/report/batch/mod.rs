@@ -60,8 +60,9 @@ pub struct Fitted {
     pub record: Value,
     /// Its rows in `fits.csv`, `muscles.csv` and `posterior.csv`.
     pub tables: [Table; 3],
-    /// Its row on the terminal: name, tensions, misfit, error of the passive stretches and number of alarms.
-    pub line: [String; 5],
+    /// Its row on the terminal: name, tensions, those of the posterior if there is one, misfit, error of the passive stretches and number of
+    /// alarms.
+    pub line: [String; 6],
     /// The verdict on its row, where there is one.
     pub verdict: Option<String>,
     /// What the page shows of it, for as many fits as the page shows.
@@ -158,19 +159,23 @@ pub fn fitted(
     })
 }
 
-fn line(r: &AssessedRecord) -> [String; 5] {
+fn line(r: &AssessedRecord) -> [String; 6] {
+    let names = r.fit().active_names();
     let summary = r.record.posterior.as_ref().and_then(|p| p.summary.as_ref());
-    let tensions: Vec<String> = Vec::from_iter(r.fit().active_names().iter().map(|m| {
+    let tensions = names.iter().map(|m| {
         let tension = r.fit().value(m, &r.fit().tensions()).unwrap_or(f64::NAN);
-        match summary.and_then(|s| s.tensions_n.get(m)).map(|t| t.spread.interval_95) {
-            Some([low, high]) => format!("{m} {tension:.1} (95 % {low:.0}–{high:.0})"),
-            None => format!("{m} {tension:.1}"),
-        }
-    }));
+        format!("{m} {tension:.1}")
+    });
+    let drawn = names.iter().filter_map(|m| summary?.tensions_n.get(m)).map(|t| {
+        let (median, [low, high]) = (t.spread.median, t.spread.interval_95);
+        format!("{median:.0} ({low:.0}–{high:.0})")
+    });
+    // Two on each line, so that the table stays within 100 columns.
+    let pairs = |all: Vec<String>| all.chunks(2).map(|pair| pair.join(", ")).collect::<Vec<_>>().join("\n");
     [
         r.label(),
-        // Two on each line, so that the table stays within 100 columns.
-        tensions.chunks(2).map(|pair| pair.join(", ")).collect::<Vec<_>>().join("\n"),
+        pairs(tensions.collect()),
+        pairs(drawn.collect()),
         format!("{:.0e}", r.fit().answer.misfit),
         r.passive.rms_stretch.map(|x| format!("{x:.3}")).unwrap_or_default(),
         r.record.alarms.len().to_string(),

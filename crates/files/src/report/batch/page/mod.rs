@@ -55,7 +55,7 @@ fn top(batch: &Batch<'_>, shown: usize) -> Markup {
             p {
                 (s.rows) " rows: " (s.fits) " fits ("
                 @for (i, (status, n)) in s.statuses.iter().enumerate() { @if i > 0 { ", " } (n) " " (status.replace('_', " ")) }
-                "), " (s.baselines) " baselines, " (s.not_fitted) " not fitted, " (s.unreadable_rows) " unreadable. "
+                "), " (s.baselines) @if s.baselines == 1 { " baseline, " } @else { " baselines, " } (s.not_fitted) " not fitted, " (s.unreadable_rows) " unreadable. "
                 @if shown < s.fits { strong { "This page shows the first " (shown) " fits; all of them are in the CSV and JSON files." } }
             }
             @if !s.substitute_baselines.is_empty() {
@@ -135,8 +135,17 @@ fn viewer(fits: &[PageFit]) -> Markup {
 }
 
 fn fit_table(fits: &[PageFit], muscles: &[String]) -> Markup {
-    let columns =
-        ["subject", "vowel", "baseline", "target", "status", "misfit", "passive", "no change", "alarms"];
+    let columns = [
+        "subject",
+        "vowel",
+        "baseline",
+        "target",
+        "status",
+        "misfit",
+        "passive stretches",
+        "no change",
+        "alarms",
+    ];
     html! {
         section {
             h2 { "Tensions" }
