@@ -50,7 +50,10 @@ impl ShownFit<'_> {
     fn more(&self) -> &'static str {
         match (self.is_verbose, self.posterior) {
             (true, _) => "",
-            (false, None) if self.conclusion.tensions_trusted => "; -v and --posterior 1000 say more",
+            // Why there is no verdict tells how many draws the body needs.
+            (false, None) if self.conclusion.tensions_trusted && self.record.verdict.is_some() => {
+                "; -v and --posterior 1000 say more"
+            }
             (false, _) => "; -v says more",
         }
     }

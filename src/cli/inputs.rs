@@ -38,6 +38,12 @@ pub fn lengths(file: Option<&PathBuf>, half_width_mm: Option<f64>) -> miette::Re
     if let Some(said) = file.and_then(|_| rest_distance::doubt_of_proportions(&data)) {
         output::note(&format!("{}: {said}", data.origin()));
     }
+    if data.rows().iter().any(|row| row.lengths.vowel.label() == "u") {
+        output::note(&format!(
+            "{}: u and ɯ are two vowels, since the table has both; write ɯ for both if they are one",
+            data.origin()
+        ));
+    }
     match half_width_mm {
         Some(mm) => data.with_half_width_mm(mm).into_diagnostic(),
         None => Ok(data),

@@ -184,11 +184,17 @@ fn emg(
     let bytes = inputs::bytes("--emg", path)?;
     let table = Activity::read(&bytes, &origin).into_diagnostic()?;
     let measured = table.relative(&posterior_model.muscles, &Muscles::built_in()).into_diagnostic()?;
-    for (_, fault) in table.bad_cells().filter(|(vowel, _)| sampled.of_vowel(vowel).is_some()) {
+    let postures = (0..sampled.targets.len()).map(Some).chain([None]);
+    let postures = Vec::from_iter(postures.filter_map(|p| Some((table.label_of(sampled.vowel(p))?, p))));
+    let posture_of = |label: &Vowel| {
+        let is_of = |(known, _): &&(&Vowel, Option<usize>)| *known == label;
+        sampled.of_vowel(label).or_else(|| postures.iter().find(is_of).map(|(_, posture)| *posture))
+    };
+    for (_, fault) in table.bad_cells().filter(|(vowel, _)| posture_of(vowel).is_some()) {
         output::complain(&format!("{fault} (this cell is left out)"));
     }
     let electrodes = Vec::from_iter(measured.into_iter().map(|row| {
-        let each = row.by_vowel.iter().filter_map(|(v, activity)| Some((sampled.of_vowel(v)?, *activity)));
+        let each = row.by_vowel.iter().filter_map(|(v, activity)| Some((posture_of(v)?, *activity)));
         // A tension that the priors fix says nothing of an electrode's gain.
         let fixed = |p: Option<usize>, m: &usize| {
             let (priors, name) = (&posterior_model.priors, &posterior_model.muscles[*m]);

@@ -150,7 +150,7 @@ impl Arguments {
         Ok(Some(path.clone()))
     }
 
-    /// All recordings with the names of their files.
+    /// All recordings with the names of their files. One that is given again is no repetition, and is left out with a note on the first.
     pub fn read(&self) -> miette::Result<Vec<Loaded>> {
         let mut all = Vec::new();
         let mut take = |file: String, recordings: Vec<Recording>| {
@@ -175,7 +175,17 @@ impl Arguments {
         for file in &self.files {
             take(file.display().to_string(), Recording::from_path(file, self.format).into_diagnostic()?);
         }
-        Ok(all)
+        let mut read: Vec<Loaded> = Vec::new();
+        for Loaded { file, sound, recording } in all {
+            match read.iter_mut().find(|first| first.recording.has_frames_of(&recording)) {
+                Some(first) => first.recording.notes.push(format!(
+                    "the recording {:?} of {file} has the same frames and is left out, since a copy is no repetition",
+                    recording.name
+                )),
+                None => read.push(Loaded { file, sound, recording }),
+            }
+        }
+        Ok(read)
     }
 
     /// Recordings of one speaker without outliers, and a sentence for each that is left out because nothing can be read from it.

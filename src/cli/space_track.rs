@@ -203,6 +203,9 @@ fn recorded(
             placed.similarity.angle().to_degrees()
         ));
     }
+    notes.extend(
+        screened.iter().flat_map(|r| r.seen.notes.iter().map(|note| format!("{}: {note}", r.seen.name))),
+    );
     notes.extend(left_out);
     Ok((found, notes, recording_checks::with_implausible(&screened, None)))
 }
@@ -232,8 +235,8 @@ fn text(record: &SpaceTrackRecord) -> String {
         for open in &frame.open {
             let shares = open.direction.0.iter().filter(|(_, s)| s.abs() >= SHARE);
             let shares: Vec<String> = shares.map(|(name, s)| format!("{s:+.2} {name}")).collect();
-            let sd =
-                if open.sd.is_finite() { format!("±{:.2}", open.sd) } else { "without limit".to_owned() };
+            // An activation is at most 1.
+            let sd = if open.sd < 1.0 { format!("±{:.2}", open.sd) } else { "without limit".to_owned() };
             let _ = writeln!(text, "open ({sd}; the prior decides): {}", shares.join(" "));
         }
         for other in &frame.others_as_good {

@@ -184,6 +184,23 @@ fn rows_of_several_labels_are_brought_into_the_order_of_time() {
     let found = &read(format!("{AAA}{text}").as_bytes(), "a.tsv");
     let times: Vec<f64> = found[0].samples.iter().map(|s| s.time_s).collect();
     assert_eq!((found.len(), times), (1, vec![0.02, 0.03, 0.04]));
+    // All rows given twice are one recording and one label.
+    let whole = [row(0.01, "a", 1.0), row(0.02, "a", 2.0)].concat();
+    let found = &read(format!("{AAA}{whole}{whole}").as_bytes(), "a.tsv");
+    assert_eq!(
+        (found.len(), found[0].samples.len(), found[0].labels.len()),
+        (1, 2, 2),
+        "{:?}",
+        found[0].labels
+    );
+    assert!(found[0].notes[0].contains("line 4 on are given twice"), "{:?}", found[0].notes);
+    // A copy under another name has the same frames; a recording of another speaker is none, and other times are not the same.
+    let [copy, other, later] = ["s\td2\t", "t\td\t", "s\td\t1"].map(|start| {
+        let rows = whole.replace("s\td\t", start);
+        read(format!("{AAA}{rows}").as_bytes(), "b.tsv").remove(0)
+    });
+    let is_copy = [&copy, &other, &later].map(|one| found[0].has_frames_of(one));
+    assert_eq!(is_copy, [true, false, false]);
     // The same time with other coordinates means two recordings in one.
     let odd = [row(0.03, "b", 3.0), row(0.03, "a", 5.0)].concat();
     let told = refused(format!("{AAA}{odd}").as_bytes(), "a.tsv");

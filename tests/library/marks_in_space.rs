@@ -100,6 +100,16 @@ fn points_anywhere_on_its_surface_give_its_activations_back() {
 }
 
 #[test]
+fn intervals_hold_what_was_found_where_one_length_is_all_that_was_seen() {
+    let measure = LengthMeasure::Stretch(0.8);
+    let seen = [mark(Marked::Muscle { muscle: "GGP".to_owned(), measure })];
+    let fit = Moved::to(&[]).search(&seen, SpaceSearch::default().prior_sd, 1);
+    for (a, [low, high]) in fit.activations_found().iter().zip(fit.intervals_95()) {
+        assert!((low..=high).contains(a), "{a}: {low} to {high}");
+    }
+}
+
+#[test]
 fn a_contour_with_lengths_leaves_less_open_than_either() {
     let moved = Moved::to(&TRUTH);
     let (contour, lengths) = (moved.contour(), moved.lengths());

@@ -4,7 +4,9 @@ use tongue_core::body::MeshFault;
 use tongue_fit::body::{
     Anatomy, Body, Cells, DEFAULT_SPACING_M, MANDIBLE, Mesh, MuscleChain, Quality, REFERENCE, build, json,
 };
+use tongue_fit::material::Constants;
 use tongue_fit::measured::Thesis;
+use tongue_fit::system::Model;
 
 use crate::fixtures;
 
@@ -184,7 +186,7 @@ fn a_further_point_of_the_outline_can_be_put_on_bone() {
 #[test]
 fn a_body_is_read_back_from_its_json_with_its_bones() {
     let body = Body::tongue(DEFAULT_SPACING_M).unwrap();
-    let record = json::MeshRecord::of(&body, &tongue_fit::system::Model::default()).unwrap();
+    let record = json::MeshRecord::of(&body, &Model::default()).unwrap();
     let text = serde_json::to_string(&record).unwrap();
     let back = json::read(&text, "my.json").unwrap();
     assert_eq!((&back.mesh, &back.bones), (&body.mesh, &body.bones));
@@ -192,4 +194,26 @@ fn a_body_is_read_back_from_its_json_with_its_bones() {
     let free = (0..).find(|n| !body.mesh.fixed.contains(n)).unwrap();
     let wrong = text.replacen("\"bones\":{\"hyoid\":[", &format!("\"bones\":{{\"hyoid\":[{free},"), 1);
     fixtures::says(json::read(&wrong, "my.json"), "my.json; bone \"hyoid\"");
+    // What the program computes is that of the body, of any Poisson's ratio, or is not in the file.
+    let soft = Model { constants: Constants { poisson_ratio: 0.3, ..Constants::TONGUE } };
+    let of_soft = serde_json::to_string(&json::MeshRecord::of(&body, &soft).unwrap()).unwrap();
+    assert_eq!(json::read(&of_soft, "my.json").unwrap().mesh, body.mesh);
+    let mut bare: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let computed = ["kappa_s_j", "node_mass_kg", "rest_lengths_mm", "quality"];
+    computed.iter().for_each(|key| drop(bare.as_object_mut().unwrap().remove(*key)));
+    for connection in bare["connections"].as_array_mut().unwrap() {
+        *connection = serde_json::json!({ "nodes": connection["nodes"] });
+    }
+    assert_eq!(json::read(&bare.to_string(), "my.json").unwrap().mesh, body.mesh);
+    for (key, to, told) in [
+        ("\"stiffness_n_per_m\":", "-", "my.json; stiffness_n_per_m of connection 0; program computes it"),
+        ("\"rest_length_m\":", "1", "my.json; rest_length_m of connection 0"),
+        ("\"kappa_s_j\":", "5", "my.json; kappa_s_j = 51.5"),
+        ("\"node_mass_kg\":", "1", "my.json; node_mass_kg"),
+        ("\"rest_lengths_mm\":{\"GGa\":", "1", "my.json; rest_lengths_mm of GGa"),
+    ] {
+        let edited = text.replacen(key, &format!("{key}{to}"), 1);
+        assert!(edited != text, "{key}");
+        fixtures::says(json::read(&edited, "my.json"), told);
+    }
 }

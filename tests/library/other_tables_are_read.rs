@@ -63,6 +63,10 @@ fn faults_are_named_with_line_and_column() {
         ("muscle,a\n", "1:1: it has no column muscle, no vowel or no row"),
         ("muscle,a,a\nGGa,1,1\n", "1:3: column a appears twice, here and as column 2"),
         ("muscle,a,full_n_per_m\nGGa,1,-3\n", "2:3: full_n_per_m is -3; write a finite tension"),
+        (
+            "muscle,a,full_n_per_m\nGGa,1,1e9\n",
+            "2:1: GGa: a tension is 1000000000 N; it must be from 0 to 10000 N",
+        ),
         (TABLE, "6:1: SGm has no tension at activity 1; fill its cell of full_n_per_m, or give --full"),
     ];
     let of_curves = [

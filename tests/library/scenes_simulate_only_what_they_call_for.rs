@@ -40,7 +40,7 @@ fn solved<const D: usize>(prepared: &Prepared<D>) -> Workspace<D> {
     fixtures::solved(&prepared.system, &prepared.tensions)
 }
 
-/// The scene with every muscle pulling, if only with 0 N, and with weight and wall, if only of zero strength.
+/// The scene with every muscle pulling, if only with 0 N, with weight of zero strength, and with a wall that nothing reaches.
 fn everything<const D: usize>(scene: &Scene, body: &Body<D>) -> Scene {
     let mut all = scene.clone();
     for muscle in &body.mesh.muscles {
@@ -48,7 +48,7 @@ fn everything<const D: usize>(scene: &Scene, body: &Body<D>) -> Scene {
     }
     let down = if D == 2 { "[0.0, -1.0]" } else { "[0.0, -1.0, 0.0]" };
     let idle = format!(
-        "{TONGUE}[effects]\ngravity = {{ direction = {down}, acceleration_m_per_s2 = 0.0 }}\ncontact = {{ stiffness_n_per_m = 0.0 }}\n"
+        "{TONGUE}[effects]\ngravity = {{ direction = {down}, acceleration_m_per_s2 = 0.0 }}\ncontact = {{ outline_mm = [[-200.0, 200.0], [200.0, 200.0]] }}\n"
     );
     let idle = Scene::from_toml(&idle, "test").unwrap().effects;
     all.effects.gravity = all.effects.gravity.or(idle.gravity);

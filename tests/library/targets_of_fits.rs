@@ -88,7 +88,7 @@ fn targets_that_cannot_be_fitted_are_refused_with_advice() {
         (chosen(Some(&["SGm", "GGa", "SGm"]), "a", "S2"), "muscle SGm is listed twice"),
         (chosen(Some(&["GGa"]), "a", "S2"), "only GGa contracts in /a/ of S2, and its ratio to itself is"),
         (chosen(Some(&["GGx"]), "a", "S2"), "unknown muscle \"GGx\"; did you mean"),
-        (other("subject,vowel,GGa_mm\nX,ɯ,46\nX,a,46\n", None), "no muscle of X is shorter in /a/ than in"),
+        (other("subject,vowel,GGa_mm\nX,ɯ,46\nX,a,46\n", None), "name the muscles that may with --muscles"),
         (other("subject,vowel,GGa_mm,C_mm\nX,ɯ,46,\nX,a,41,33\n", Some(&["C"])), "C of X was not measured"),
         (
             other("subject,vowel,GGa_mm,GGp_mm\nX,ɯ,46,45\nX,a,41,150\n", None),

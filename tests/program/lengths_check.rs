@@ -60,6 +60,8 @@ fn an_export_is_understood_except_its_bad_cell_and_the_fits_that_refuse_it() {
     ] {
         assert!(printed.contains(said), "{said} is not in\n{printed}");
     }
+    let both = fed("lengths check -", "subject,vowel,GGa_mm\nX,a,40\nX,u,42\nX,ɯ,43\n");
+    assert!(both.err.contains("u and ɯ are two vowels, since the table has both"), "{}", both.err);
     // What a fit of the row says, word for word.
     for (subject, vowel, reason) in [
         ("N", "a", "no row for the baseline vowel /ɯ/"),

@@ -54,10 +54,13 @@ fn numbers_that_would_need_too_much_memory_are_refused_at_once() {
     let tract = include_str!("../../targets/tract.toml");
     let tract = tract.replacen("root_mm = [47.02", "root_mm = [4294967296.0", 1);
     fs::write(folder.path().join("tract.toml"), tract).unwrap();
+    let wide = include_str!("../../targets/tract.toml").replacen("alpha = [2.52", "alpha = [4294967296.0", 1);
+    fs::write(folder.path().join("wide.toml"), wide).unwrap();
     fs::write(folder.path().join("coil.csv"), "surface_mm,x_mm,z_mm\n10,1000000,0\n").unwrap();
     for (line, said) in [
         ("simulate --h 0.4mm --body continuum", "the number of elements of the continuum is 35"),
         ("sound --vowel a --tract tract.toml", "a coordinate is 4294967296"),
+        ("sound --vowel a --tract wide.toml", "alpha of wall `larynx` is 4294967296; it is at most 20"),
         ("track coil.csv --body space", "x_mm: a coordinate is 1000000 mm"),
     ] {
         let done = shell(folder.path(), &format!("ulimit -v 1000000; $TONGUE_FIT {line} --threads 1"));

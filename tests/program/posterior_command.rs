@@ -219,11 +219,22 @@ fn no_standard_deviation_stands_outside_the_table_that_is_printed() {
     assert!(found.is_empty(), "{found:#?}");
 }
 
+#[test]
+fn a_fit_of_a_continuum_names_one_number_of_draws() {
+    let folder = tempfile::tempdir().unwrap();
+    let printed = run(folder.path(), "--vowel a --body continuum --h 14").out;
+    assert_eq!(
+        (printed.matches("--posterior 2000").count(), printed.matches("--posterior").count()),
+        (1, 1),
+        "{printed}"
+    );
+}
+
 /// The posterior was asked for and is told, so the fit beside it, which ends on its bound, makes no status of 3.
 #[test]
 fn data_beside_the_lengths_are_taken_or_refused_in_words() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("emg.csv"), "muscle,i,ɯ\nGGp,0.9,0.3\nHG,0.2,0.1\nSGm,1,\n").unwrap();
+    std::fs::write(folder.path().join("emg.csv"), "muscle,I,U\nGGp,0.9,0.3\nHG,0.2,0.1\nSGm,1,\n").unwrap();
     // The contour of the baseline is that of the body at rest, 2 mm away. The coil lies on it.
     let body = tongue_fit::body::Body::tongue(10e-3).unwrap();
     let surface = tongue_fit::track::TongueSurface::of(&body).unwrap();

@@ -278,8 +278,16 @@ fn a_run_writes_six_files_however_many_recordings_it_has_and_its_page_draws_what
         line[26..30].iter_mut().for_each(String::clear);
     }
     write(at, "many.tsv", &many);
-    let done = run(at, "track many.tsv --draws 100 --out out");
+    // A copy of the file is told, and adds nothing.
+    write(at, "copy.tsv", &many);
+    let done = run(at, "track many.tsv copy.tsv --draws 100 --out out");
     assert_eq!(done.status, Some(0), "{}", done.err);
+    assert_eq!(
+        done.err.matches("of copy.tsv has the same frames and is left out").count(),
+        6,
+        "{}",
+        done.err
+    );
     let expected = ["body.json", "contrasts.csv", "segments.csv", "track.csv", "track.html", "track.json"];
     assert_eq!(names(&at.join("out")), expected);
     // The page holds all shapes of all recordings in less than 800 bytes a frame.
@@ -303,7 +311,7 @@ fn a_run_that_was_killed_goes_on_after_the_recordings_that_were_done() {
     let folder = tempfile::tempdir().unwrap();
     let at = folder.path();
     // Many short recordings, one after the other, so that there is time to be killed in.
-    write(at, "many.tsv", &copies(6, |_| 9));
+    write(at, "many.tsv", &copies(6, |copy| 9 + copy));
     let line = "track many.tsv --rest similarity --frames 0 --threads 1 --draws 200";
     let mut child = program(at, line).stdout(std::process::Stdio::null()).spawn().unwrap();
     let journal = at.join("results/track/track.journal");

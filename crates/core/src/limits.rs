@@ -104,9 +104,15 @@ pub static REACH_MM: Limit = limit(
     "",
     "a wall that acts only nearer than that is too stiff for double precision",
 );
-pub static WALL_STIFFNESS: Limit =
-    limit("effects.contact.stiffness_n_per_m", [0.0, 1e12], "", "a stiffer wall makes forces overflow");
+pub static WALL_STIFFNESS: Limit = limit(
+    "effects.contact.stiffness_n_per_m",
+    [1e-6, 1e12],
+    "",
+    "a softer wall stops nothing, a stiffer one makes forces overflow",
+);
 pub static OPENING_DEG: Limit = limit("effects.jaw.opening_deg", [-60.0, 60.0], "", "no jaw opens further");
+pub static HYOID_MM: Limit =
+    limit("effects.hyoid.shift_mm", [-30.0, 30.0], " mm", "no hyoid moves further, even in swallowing");
 pub static DURATION_S: Limit =
     limit("trajectory.duration_s", [1e-9, 1e6], "", "nothing moves faster or longer");
 pub static RAMP_S: Limit = limit("trajectory.ramp_s", [0.0, 1e6], "", "it is within the duration");

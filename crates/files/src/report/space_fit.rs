@@ -61,6 +61,9 @@ impl SpaceFitRecord {
         let mut alarms = alarms::of_equilibrium(&replay.solution, replay.from_rest);
         let positions = &fit.answer.positions;
         alarms.extend(alarms::of_strain(&body.mesh, body.volume_ratios(positions), positions));
+        if !fit.combinations.is_empty() && fit.combinations.iter().all(|c| c.sd > open_above) {
+            alarms.push(Alarm::NothingResolved);
+        }
         Self {
             recording,
             time_s,

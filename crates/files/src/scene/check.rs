@@ -134,7 +134,7 @@ impl Scene {
         }
         if let Some(c) = &self.effects.contact {
             limits::REACH_MM.check(c.reach_mm)?;
-            limits::WALL_STIFFNESS.check(c.stiffness_n_per_m.unwrap_or_default())?;
+            c.stiffness_n_per_m.map_or(Ok(()), |stiffness| limits::WALL_STIFFNESS.check(stiffness))?;
             coordinates("effects.contact.outline_mm", c.outline_mm.iter().flatten().flatten())?;
             let points = c.outline_mm.as_deref().unwrap_or(&[[0.0, 0.0], [1.0, 0.0]]);
             if points.len() < 2 {
@@ -152,7 +152,7 @@ impl Scene {
             coordinates("effects.jaw.joint_mm", jaw.joint_mm.iter())?;
         }
         if let Some(hyoid) = &self.effects.hyoid {
-            coordinates("effects.hyoid.shift_mm", hyoid.shift_mm.iter())?;
+            hyoid.shift_mm.iter().try_for_each(|&mm| limits::HYOID_MM.check(mm))?;
         }
         if let Some(t) = &self.trajectory {
             limits::DURATION_S.check(t.duration_s)?;

@@ -77,6 +77,12 @@ pub enum Alarm {
     /// The largest angle is that beyond the angle at rest.
     #[error("the chain of {muscle} folds by {turn_degrees:.0} degrees")]
     FoldedChain { muscle: String, turn_degrees: f64 },
+    /// Observations of a body in space determine no combination of its activations.
+    #[error(
+        "nothing is resolved: what was seen leaves every combination of activations open, so these are the prior's; check its unit and \
+         its places"
+    )]
+    NothingResolved,
     #[error("no posterior: {reason}")]
     NoPosterior { reason: String },
     #[error("equilibrium not certain: {reason}")]
@@ -118,6 +124,7 @@ impl Alarm {
                 | Self::NotOnBranch { .. }
                 | Self::Overstrained { .. }
                 | Self::MuscleOverstrained { .. }
+                | Self::NothingResolved
                 | Self::EquilibriumNotCertain { .. }
         )
     }

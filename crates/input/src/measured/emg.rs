@@ -7,6 +7,7 @@ use super::lengths::text::clip;
 use super::lengths::{DecimalMark, Vowel};
 use super::muscles::Muscles;
 use super::table::{TableLine, TableLines};
+use tongue_core::limits::TENSION;
 
 /// Activity of muscles in vowels, relative to the largest of each muscle: 0 to 1, without a unit.
 #[derive(Debug, Clone, PartialEq)]
@@ -141,8 +142,7 @@ impl Activity {
         muscles: &Muscles,
     ) -> Result<Vec<(usize, f64)>, Malformed> {
         let portions = self.portions(names, muscles)?;
-        let position = |is: fn(&Vowel, &Vowel) -> bool| self.vowels.iter().position(|v| is(v, vowel));
-        let column = position(Vowel::eq).or_else(|| position(Vowel::is_like)).ok_or_else(|| {
+        let column = self.column(vowel).ok_or_else(|| {
             let known = Vowel::list(&self.vowels);
             self.at(self.header).error(format!("it has no column /{vowel}/"), format!("it has {known}"))
         })?;
@@ -153,9 +153,23 @@ impl Activity {
                 let what = format!("{} has no tension at activity 1", row.muscle);
                 self.at(row.line).error(what, "fill its cell of full_n_per_m, or give --full")
             })?;
+            TENSION.check(full).map_err(|beyond| {
+                let help = "give its tension at activity 1 in N per metre of thickness, like 30";
+                self.at(row.line).error(format!("{}: {beyond}", row.muscle), help)
+            })?;
             out.extend(portions.into_iter().map(|m| (m, activity * full)));
         }
         Ok(out)
+    }
+
+    fn column(&self, vowel: &Vowel) -> Option<usize> {
+        let position = |is: fn(&Vowel, &Vowel) -> bool| self.vowels.iter().position(|v| is(v, vowel));
+        position(Vowel::eq).or_else(|| position(Vowel::is_like))
+    }
+
+    /// The label of a vowel in the table, which may differ in upper and lower case.
+    pub fn label_of(&self, vowel: &Vowel) -> Option<&Vowel> {
+        Some(&self.vowels[self.column(vowel)?])
     }
 
     /// Activity by row and vowel, for each row the positions in `names` of the muscles that it is of: one, or all portions of a muscle

@@ -106,7 +106,8 @@ impl Target {
         };
         if active.is_empty() {
             return refused(format!(
-                "no muscle of {subject} is shorter in /{vowel}/ than in /{of}/, so none contracts; name the contracting muscles yourself"
+                "no muscle of {subject} is shorter in /{vowel}/ than in /{of}/, so none contracts; name the muscles that may with \
+                 --muscles (a posterior lets every muscle pull)"
             ));
         }
         let of_ratios = &table[reference_muscle(table)];

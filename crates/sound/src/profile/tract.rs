@@ -22,6 +22,10 @@ pub(super) fn minus(a: ProfilePoint, b: ProfilePoint) -> ProfilePoint {
 /// Largest coordinate of a tract, mm: lines begin at every step of the outer wall, so a far point would need memory without end.
 const FARTHEST_MM: f64 = 1e3;
 
+/// Largest coefficient and exponent of an area. Those of Heinz and Stevens (1964) are at most 4 and 1.5.
+const MOST_ALPHA: f64 = 20.0;
+const MOST_BETA: f64 = 3.0;
+
 /// The walls around a tongue. Lengths in mm, as in the file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -156,8 +160,19 @@ impl Tract {
             return bad("wall: at least one piece of the outer wall is needed".to_owned());
         }
         for wall in &self.wall {
-            wall.alpha.iter().try_for_each(|&x| positive(&format!("alpha of wall `{}`", wall.name), x))?;
-            wall.beta.iter().try_for_each(|&x| positive(&format!("beta of wall `{}`", wall.name), x))?;
+            for (key, [first, last], most) in
+                [("alpha", wall.alpha, MOST_ALPHA), ("beta", wall.beta, MOST_BETA)]
+            {
+                for x in [first, last] {
+                    positive(&format!("{key} of wall `{}`", wall.name), x)?;
+                    if x > most {
+                        return bad(format!(
+                            "{key} of wall `{}` is {x}; it is at most {most}, since areas are in cm^2 and distances in cm",
+                            wall.name
+                        ));
+                    }
+                }
+            }
             for width in wall.half_width_mm.iter().flatten() {
                 positive(&format!("half_width_mm of wall `{}`", wall.name), *width)?;
             }

@@ -67,14 +67,16 @@ impl LinearResponse {
             let factor = (stiffness_sd_ln * normal(&mut random)).exp();
             drawn.iter_mut().zip(here.iter()).for_each(|(all, a)| all.push((factor * a).clamp(0.0, 1.0)));
         }
-        drawn.into_iter().map(interval_95).collect()
+        drawn.into_iter().zip(answer.iter()).map(|(draws, &found)| interval_95(draws, found)).collect()
     }
 }
 
 /// The interval that holds 95 % of draws with as many below as above it, or from 0 on where that is shorter: it is for a muscle about which
-/// little is known, whose most probable activation is 0.
-fn interval_95(mut draws: Vec<f64>) -> [f64; 2] {
+/// little is known, whose most probable activation is 0. It holds the activation that was found.
+fn interval_95(mut draws: Vec<f64>, found: f64) -> [f64; 2] {
     draws.sort_by(f64::total_cmp);
     let [low, from_zero, high] = [0.025, 0.95, 0.975].map(|part| draws[(part * draws.len() as f64) as usize]);
-    if from_zero < high - low || low < NONE_BELOW { [0.0, from_zero] } else { [low, high] }
+    let begins_at_0 = from_zero < high - low || low < NONE_BELOW || found < low;
+    let [low, high] = if begins_at_0 { [0.0, from_zero] } else { [low, high] };
+    [low, high.max(found)]
 }

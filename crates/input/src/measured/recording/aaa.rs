@@ -306,7 +306,7 @@ fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
     let mut before: BTreeMap<i64, Sample> = BTreeMap::new();
     let mut parts: Vec<(RowRun, Vec<String>)> = Vec::new();
     let is_one = runs.len() == 1;
-    for run in runs {
+    for mut run in runs {
         let is_other = |(_, sample): &&(u64, Sample)| {
             let near = tick(sample.time_s - NEAR * step_s)..=tick(sample.time_s + NEAR * step_s);
             let mut near = before.range(near).peekable();
@@ -324,6 +324,10 @@ fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
             }
             _ => Vec::new(),
         };
+        let is_known = run.rows.iter().all(|(_, sample)| {
+            let near = tick(sample.time_s - SAME_S)..=tick(sample.time_s + SAME_S);
+            before.range(near).any(|(_, known)| is_same(known, sample))
+        });
         if is_new {
             before.clear();
         }
@@ -331,7 +335,11 @@ fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
             before.extend(run.rows.iter().map(|(_, sample)| (tick(sample.time_s), sample.clone())));
         }
         match parts.last_mut() {
-            Some((last, _)) if !is_new => {
+            Some((last, notes)) if !is_new => {
+                run.labels.retain(|label| !last.labels.iter().any(|known| holds(known, label)));
+                if let Some((line, _)) = run.rows.first().filter(|_| is_known && run.labels.is_empty()) {
+                    notes.push(format!("the rows from line {line} on are given twice, and are taken once"));
+                }
                 last.rows.extend(run.rows);
                 last.labels.extend(run.labels);
             }
@@ -339,6 +347,13 @@ fn parts(runs: Vec<RowRun>, restarts: bool) -> Vec<(RowRun, Vec<String>)> {
         }
     }
     parts
+}
+
+/// Whether a label is a part of another one of its tier and name.
+fn holds(known: &Label, label: &Label) -> bool {
+    (&known.tier, &known.name) == (&label.tier, &label.name)
+        && known.from_s <= label.from_s + SAME_S
+        && known.to_s >= label.to_s - SAME_S
 }
 
 fn tick(time_s: f64) -> i64 {

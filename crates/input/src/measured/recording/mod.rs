@@ -277,6 +277,19 @@ impl Recording {
         }
     }
 
+    /// Whether another recording, not of a speaker with another name, has the same frames: the times and coordinates of this one.
+    pub fn has_frames_of(&self, other: &Self) -> bool {
+        let are_of_two = self.speaker.as_ref().zip(other.speaker.as_ref()).is_some_and(|(a, b)| a != b);
+        !are_of_two
+            && !self.samples.is_empty()
+            && self.samples.len() == other.samples.len()
+            && self
+                .samples
+                .iter()
+                .zip(&other.samples)
+                .all(|(a, b)| (a.time_s, &a.places) == (b.time_s, &b.places))
+    }
+
     fn uninterpreted(&self, problem: String) -> ReadError {
         ReadError::Refused(format!("the recording {:?}: {problem}", self.name))
     }
