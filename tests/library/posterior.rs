@@ -4,6 +4,7 @@ use std::sync::OnceLock;
 
 use nalgebra::{DMatrix, DVector};
 use tongue_core::random::normals;
+use tongue_core::statics::SAME_SHAPE_M;
 use tongue_fit::body::{Body, ContinuumSettings};
 use tongue_fit::inverse::TargetOnBody;
 use tongue_fit::measured::{Dataset, Target};
@@ -113,7 +114,7 @@ fn chains_in_a_continuum_are_those_of_any_number_of_threads_and_go_where_tension
     assert_eq!(one, two);
     for draw in one.iter().filter_map(|chain| chain.draws.last()) {
         let (found, away) = from_rest(&posterior_model, draw);
-        assert!(found.solution.status == SolveStatus::Converged && away < 1e-7, "{away}");
+        assert!(found.solution.status == SolveStatus::Converged && away < SAME_SHAPE_M, "{away}");
     }
 }
 
@@ -279,9 +280,9 @@ fn every_draw_is_where_its_tensions_lead_from_rest() {
     for draw in posterior.draws.iter().step_by(10) {
         let (found, away) = from_rest(posterior.density.posterior_model, draw);
         // Behind a snap-through the shape depends on the steps in which the load grows.
-        snapped += usize::from(found.critical.is_some() && away >= 1e-7);
+        snapped += usize::from(found.critical.is_some() && away >= SAME_SHAPE_M);
         assert_eq!(found.solution.status, SolveStatus::Converged);
-        assert!(away < 1e-7 || found.critical.is_some(), "{away}");
+        assert!(away < SAME_SHAPE_M || found.critical.is_some(), "{away}");
     }
     assert!(snapped <= 2, "{snapped} of 100");
 }
