@@ -192,7 +192,7 @@ impl Solver {
     }
 
     /// As equilibrium, and follows the equilibria from rest as the tensions grow, to check that the shape
-    /// lies on that branch (Shape.is_traced). Costs about forty solves.
+    /// lies on that branch (Shape.is_traced). Costs about twenty solves, or some 120 more where that branch ends.
     fn follow_from_rest(&self, py: Python<'_>, tensions: Tensions) -> PyResult<Shape> {
         let given = tensions.by_name(&self.assembly.0)?;
         let solved = self.solve(py, true, move |solver| solver.follow_from_rest(&borrowed(&given)))?;

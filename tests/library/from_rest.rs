@@ -155,5 +155,5 @@ fn all_who_ask_how_loads_lead_from_rest_to_a_shape_get_one_answer() {
     assert_eq!(tongue.core(&half, &there), FromRest::Elsewhere);
     let few = SolveSettings { most_solves: 2, ..SolveSettings::default() };
     let found = leads_from_rest(&system, &mut Workspace::new(&system), &ORDINARY[0], &few, &there);
-    assert_eq!(found, FromRest::Unknown);
+    assert_eq!(found, FromRest::NotKnown);
 }

@@ -33,13 +33,13 @@ pub fn leads_from_rest<const D: usize>(
             if is_there(path.w.positions()) { FromRest::Fell { load } } else { FromRest::Elsewhere }
         }
         PathEnd::Whole => FromRest::Elsewhere,
-        PathEnd::Critical { .. } | PathEnd::Stopped { .. } => FromRest::Unknown,
+        PathEnd::Critical { .. } | PathEnd::Stopped { .. } => FromRest::NotKnown,
     }
 }
 
 /// Solves directly as [`solve`] does and follows the equilibria from rest as [`trace()`] does. Where the two
-/// end in different shapes the traced one is the answer, since it is where a body goes whose muscles pull
-/// harder and harder; so it is where the direct solve fails. Where the trace stopped early a direct answer
+/// end in different shapes the traced one is the answer, since it is where the body goes as the tensions grow; it is
+/// also the answer where the direct solve fails. Where the trace stopped early a direct answer
 /// stands, and [`Trace::stopped`] says that its branch is not known.
 #[inline(never)]
 pub fn solve_and_trace<const D: usize>(
@@ -76,6 +76,6 @@ pub fn trace_beside<const D: usize>(
     }
     let known = both && found.stopped.is_none();
     let connection = if known { found.solution.connection } else { direct.connection };
-    let from_rest = if known { found.from_rest } else { FromRest::Unknown };
+    let from_rest = if known { found.from_rest } else { FromRest::NotKnown };
     Trace { solution: Solution { connection, ..*direct }, from_rest, ..found }
 }

@@ -18,11 +18,12 @@
 //! | question | its answer | who asks |
 //! |---|---|---|
 //! | Does one branch of stable equilibria lead there from rest, without a jump? | [`FromRest::Branch`], from [`trace()`] or [`leads_from_rest`]; a solution is then [`Connection::Traced`] | `simulate`, scenes, fits |
-//! | Is it where the body goes as all loads grow together, jumps allowed? | [`FromRest::Branch`] or [`FromRest::Fell`] | draws of a posterior (`lead_from_rest`), frames of a recording (`leads_from_rest_to`), candidates of a search on the branch (`traced`) |
-//! | Is it what Newton's method gives from rest, at the whole loads at once? | [`Trace::same_by_newton`] | candidates of a search (`solved_by_newton`); a scene at a wall keeps the shape of Newton's method |
+//! | Is it where the body goes as all loads grow together, jumps allowed? | [`FromRest::Branch`] or [`FromRest::Fell`] | draws of a posterior (`lead_from_rest`), frames of a recording (`leads_from_rest_to`: three steps, else only the branch), candidates of a search on the branch (`traced`) |
+//! | Is it what Newton's method gives from rest, at the whole loads at once? | [`Trace::same_by_newton`]; a search compares costs (`same_cost_by_newton`) and misfits along a curve | fits; a scene at a wall keeps the shape of Newton's method |
 //! | Is there another way there: from a neighbour's shape, or with one muscle before the others? | `leads_from_neighbour` and `pulled_in_turn` in `track` | frames of a recording |
 //!
-//! Posterior and track first solve at a few growing loads, which is faster than a trace; `tests/library/from_rest.rs` compares all of them
+//! Posterior and track first solve at a few growing loads, which is faster than a trace (a posterior's bones grow with the loads; elsewhere they
+//! are moved first); `tests/library/from_rest.rs` compares all of them
 //! with [`leads_from_rest`]. Shapes are the same if they differ by less than [`SAME_SHAPE_M`].
 //!
 //! # How it is solved
@@ -30,7 +31,7 @@
 //! elements, one load or, in [`lanes`], several at once. Solves that need a safeguard, and all other bodies,
 //! go effect by effect.
 //!
-//! A direct solve costs one equilibrium, and a trace two or three for each of its steps.
+//! A direct solve costs one equilibrium, and a trace about two for each of its steps.
 //! The study of hard cases measures over all subsets of the muscles how often both agree
 //! (`results/stability`).
 

@@ -100,7 +100,8 @@ impl<'a, const D: usize> Response<'a, D> {
 
 /// `d position / d tension`, m/N, of every node, the inner ones of straight paths too, at an equilibrium
 /// (positions, m, and tensions of all muscles, N): one list for each of `muscles`, which are fibres that are
-/// pulled together. `None` where the equilibrium is not a stable one, or not one of this system.
+/// pulled together. `None` where the equilibrium is not a stable one, or the lists have other lengths than
+/// those of the system.
 #[inline(never)]
 pub fn position_rates<const D: usize>(
     system: &System<D>,

@@ -20,7 +20,7 @@ use crate::system::System;
 /// if the energy is lower there.
 ///
 /// Converged means a residual force below the tolerance, or below rounding if that is larger (very stiff
-/// bodies, bodies far from the origin).
+/// bodies, bodies far from the origin) and negligible beside the load.
 ///
 /// Never panics and never leaves a position that is not finite: failures are in [`Solution::status`]. No
 /// accepted step inverts a cell, because every step is cut so that all cells keep at least a tenth of their

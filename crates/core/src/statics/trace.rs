@@ -41,7 +41,7 @@ pub enum FromRest {
     Elsewhere,
     /// Not known: the solves that are allowed were used up, or no equilibrium was found at the whole loads.
     #[default]
-    Unknown,
+    NotKnown,
 }
 
 /// Result of following the equilibria from rest to the load.
@@ -96,7 +96,7 @@ const ORTHOGONAL: f64 = 1e-4;
 /// and goes on from there to the equilibrium that the body falls into. It takes ten steps, of a continuum four.
 ///
 /// A step continues the branch if it needed no way downhill from an unstable equilibrium and if letting the
-/// load back leads back to where it started; one that does not is halved, until it is too short to be one.
+/// load back leads back to where it started; one that does not is halved, until it is shorter than the resolution.
 /// Costs two solves a step.
 #[inline(never)]
 pub fn trace<const D: usize>(
@@ -133,7 +133,7 @@ pub fn trace<const D: usize>(
     let from_rest = match (critical, stopped) {
         (None, None) if solution.status == SolveStatus::Converged => FromRest::Branch,
         (Some(c), _) if solution.status == SolveStatus::Converged => FromRest::Fell { load: c.load },
-        _ => FromRest::Unknown,
+        _ => FromRest::NotKnown,
     };
     let connection = if from_rest == FromRest::Branch { Connection::Traced } else { solution.connection };
     let solution = Solution { connection, ..solution.with_cost(&path.spent) };

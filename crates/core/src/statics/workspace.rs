@@ -75,7 +75,7 @@ impl<const D: usize> Workspace<D> {
         }
     }
 
-    /// Takes over an equilibrium that was solved elsewhere; `None` if it is not an equilibrium of this
+    /// Takes over an equilibrium that was solved elsewhere; `None` if the lists have other lengths than those of this
     /// system.
     pub(super) fn set(&mut self, positions: &[SVector<f64, D>], tensions: &[f64]) -> Option<()> {
         if positions.len() != self.positions.len() || tensions.len() != self.tensions.len() {

@@ -56,7 +56,7 @@ impl<const D: usize> Solver<D> {
     }
 
     /// As [`Solver::equilibrium`], and follows the equilibria from rest as the tensions grow, to check that
-    /// the shape lies on that branch ([`Shape::is_traced`]). Costs about forty solves.
+    /// the shape lies on that branch ([`Shape::is_traced`]). Costs about twenty solves, or some 120 more where that branch ends.
     pub fn follow_from_rest(&mut self, tensions: &[(&str, f64)]) -> Result<Shape<D>, SimulationError> {
         let tensions = self.assembly.tensions(tensions)?;
         let (system, w) = (self.assembly.system(), &mut self.workspace);

@@ -54,7 +54,8 @@ pub enum Alarm {
         if *elements == 1 { "" } else { "s" }
     )]
     BarrierActs { elements: usize },
-    /// The branch from rest does not lead to the shape; it ends at this part of the tensions, if that is known.
+    /// The shape does not lie on the branch from rest, which ends at this part of the tensions; where the part is `None`, it is not known
+    /// whether it does.
     #[error("{}", branch(*ends_at))]
     NotOnBranch { ends_at: Option<f64> },
     /// The tissue changes its volume at points beyond what its law is meant for.

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SVector};
 
 use tongue_core::observe::Observation;
 use tongue_core::parallel;
-use tongue_core::statics::{self, SolveSettings, SolveStatus, Trace, Workspace};
+use tongue_core::statics::{self, FromRest, SolveSettings, SolveStatus, Trace, Workspace};
 use tongue_core::system::{System, SystemError};
 
 use super::FitSettings;
@@ -178,7 +178,7 @@ impl<'a, const D: usize> Forward<'a, D> {
         let settings = &self.settings.equilibrium;
         let trace = statics::trace(system, &mut self.workspace, &self.inverse.tensions_of(x), settings);
         self.counts.factorisations += trace.solution.factorisations;
-        trace.solution.status == SolveStatus::Converged
+        trace.from_rest != FromRest::NotKnown
     }
 
     fn solve(&mut self, x: &[f64]) -> bool {

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use super::FitSettings;
 use super::forward::{FAILED, Forward, Linearised};
 use super::problem::Unknown;
-use super::start::{Start, same_by_newton};
+use super::start::{Start, same_cost_by_newton};
 use crate::least_squares::{self, Rule, TrialStep};
 
 /// Damping of the first step, as a part of the largest diagonal entry of the second derivative.
@@ -76,7 +76,7 @@ pub(super) fn run<const D: usize>(
         start.converged = descend(problem, settings, &mut here, &mut start.iterations);
         let (mut is_solved, mut cost) = problem.solved_by_newton(here.x.as_slice());
         // As in Nelder-Mead: a shape other than that of Newton's method from rest does not count.
-        if !same_by_newton(here.cost, cost) {
+        if !same_cost_by_newton(here.cost, cost) {
             problem.forget_neighbours();
             start.converged = match EvaluatedPoint::new(problem, here.x.clone()) {
                 Some(again) => {

@@ -23,7 +23,7 @@ pub struct NullDirection {
     pub curve: Option<SolutionCurve>,
 }
 
-/// Singular values and undetermined directions at `tensions` (N, active muscles), each direction followed as
+/// Singular values and undetermined directions at `x` (tensions of the active muscles, N), each direction followed as
 /// long as the target is met ([`super::solution_curve`]); a curve `followed` before is used if `x` is on it. `None` if the
 /// equilibrium was not found or is singular.
 pub(super) fn analyse<const D: usize>(

@@ -138,7 +138,7 @@ pub enum FitStatus {
     TargetNotMet,
     AtUpperBound,
     IterationLimit,
-    /// The branch from rest leads to another shape than the answer's, which lies on another branch.
+    /// Followed from rest, the tensions give another shape than the search's.
     ReplayDiffers,
     NoEquilibrium,
 }

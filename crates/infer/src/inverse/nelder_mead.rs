@@ -11,7 +11,7 @@ use argmin::solver::neldermead::NelderMead;
 
 use super::forward::Forward;
 use super::problem::Unknown;
-use super::start::{FIRST_SIDE, Start, same_by_newton};
+use super::start::{FIRST_SIDE, Start, same_cost_by_newton};
 use super::{FitError, FitSettings};
 
 /// Side of the new simplex around the answer for a restart, N.
@@ -112,7 +112,7 @@ pub(super) fn run<const D: usize>(
         // A candidate solved from a neighbour may have another shape than Newton's method finds from rest. The search then begins again with
         // all candidates from rest.
         let (is_solved, by_newton) = shared.borrow_mut().solved_by_newton(&found);
-        if !same_by_newton(cost, by_newton) {
+        if !same_cost_by_newton(cost, by_newton) {
             shared.borrow_mut().forget_neighbours();
             start.cost = f64::INFINITY;
             corner = found;

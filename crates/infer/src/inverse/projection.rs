@@ -16,7 +16,7 @@ const STILL: f64 = 1e-7;
 /// A value nearer than this to a bound is on it, in units of the unknowns.
 pub(super) const ON_BOUND: f64 = 1e-9;
 
-/// Moves `tensions` by the smallest correction that meets the targets to first order within the bounds:
+/// Moves `x` by the smallest correction that meets the targets to first order within the bounds:
 /// tensions that would leave them are held there and the others corrected again. Returns the sensitivities
 /// used.
 pub(super) fn correct<const D: usize>(

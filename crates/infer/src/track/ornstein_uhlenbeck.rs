@@ -1,6 +1,6 @@
 //! The prior that couples the tensions of successive frames, and the block tridiagonal systems for all frames at once.
 //!
-//! CoursePrior: a stationary process of Ornstein and Uhlenbeck about zero with precision `P` and memory `tau`,
+//! The prior of a course: a stationary process of Ornstein and Uhlenbeck about zero with precision `P` and memory `tau`,
 //! `z_(t+1) = rho z_t + e`, `e ~ N(0, (1 - rho²) P^-1)`, `rho = exp(-dt / tau)`. Its precision `Q` couples neighbours only, so
 //! `Q + G` with a block `G` a frame is factorised frame by frame (Rauch, Tung and Striebel 1965 in the form of information).
 //! Tensions are a smooth function of unbounded numbers, `F = s ln(1 + exp(h / s))`, so that a slack muscle is not on a bound.

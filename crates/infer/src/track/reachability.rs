@@ -79,7 +79,8 @@ pub(super) fn ways(
                 if let Some(own) = reached[t] {
                     return Some(Reachability::Own(own));
                 }
-                let near = solver.beside(&course.frames[t], &unknowns[t], mode.settings.link.course_sd_n);
+                let near =
+                    solver.nearest_reached(&course.frames[t], &unknowns[t], mode.settings.link.course_sd_n);
                 Some(near.map_or(Reachability::Lost, Reachability::Nearest))
             })
             .collect()
@@ -163,11 +164,23 @@ impl FrameSolver<'_> {
         arrives && largest_distance(self.workspace.positions(), end) <= SAME_SHAPE_M
     }
 
-    /// The shape on the branch that is nearest to the observations of a frame, by the Gauss-Newton method for that frame alone, from the
-    /// shape to which growing the tensions `x` together leads. Tensions are held to `x` with the standard deviation of a course; other
-    /// unknowns with 1. The shape at `x` itself if the steps leave the branch; `None` without an equilibrium from rest.
-    fn beside(&mut self, frame: &Frame, x: &DVector<f64>, course_sd: f64) -> Option<Vec<SVector<f64, 2>>> {
-        let first = self.solve(frame, x, None)?.to_vec();
+    /// The shape reached from rest that is nearest to the observations of a frame, by the Gauss-Newton method for that frame alone, from the
+    /// shape to which the tensions `x` lead as they grow together. Tensions are held to `x` with the standard deviation of a course; other
+    /// unknowns with 1. That first shape itself if the steps end in one that is not reached; `None` without an equilibrium from rest.
+    fn nearest_reached(
+        &mut self,
+        frame: &Frame,
+        x: &DVector<f64>,
+        course_sd: f64,
+    ) -> Option<Vec<SVector<f64, 2>>> {
+        let tensions = self.tensions_of(x);
+        self.carry(frame, x);
+        self.workspace.start_from_rest(self.system);
+        let traced = statics::solve_and_trace(self.system, &mut self.workspace, &tensions, &self.settings);
+        if traced.solution.status != SolveStatus::Converged {
+            return None;
+        }
+        let first = self.workspace.positions().to_vec();
         let muscles = self.system.contracting().len();
         let held = DVector::from_fn(x.len(), |i, _| if i < muscles { course_sd.powi(-2) } else { 1.0 });
         let Some(begin) = self.linearise(frame, x, Some(&first)) else { return Some(first) };
@@ -247,6 +260,9 @@ mod tests {
         };
         assert_eq!(reached(&mut solver, together), Some(Reached::FromRest));
         assert_eq!(reached(&mut solver, &other), Some(Reached::OtherWay));
+        // Without observations the nearest shape that is reached is that of the tensions themselves, and not Newton's.
+        let nearest = solver.nearest_reached(&frame, &x, 12.0).unwrap();
+        assert!(largest_distance(&nearest, together) <= SAME_SHAPE_M);
         // Positions that are no equilibrium are not reached.
         let nowhere: Vec<_> = other.iter().map(|p| p * 1.1).collect();
         assert_eq!(reached(&mut solver, &nowhere), None);

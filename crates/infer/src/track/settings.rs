@@ -24,7 +24,7 @@ pub struct TrackSettings {
     pub upper_n: f64,
     /// Largest number of frames of a recording whose positions are part of the results; they are equally spaced.
     pub shapes: usize,
-    /// Whether every frame is checked to lie on the branch of equilibria that begins at rest.
+    /// Whether it is checked how the shape of every frame can be reached from rest.
     pub branch: bool,
     /// Largest number of frames by which what all recordings share is found. More are spread evenly over all recordings; levels, static
     /// error and shape are then held, with the covariance that those frames give them, while each recording is searched for its states.

@@ -1,7 +1,5 @@
 //! Derivatives of functions of the shape by tensions, bones and constants: one back-substitution for each
 //! function, however many of these there are.
-//! How equilibria move when their loads change a little: one back-substitution for each change, in all lanes
-//! at once.
 
 use nalgebra::SVector;
 

@@ -228,7 +228,7 @@ impl<'s, const D: usize> Lanes<'s, D> {
 pub struct LaneGroup<'a, const D: usize> {
     system: &'a System<D>,
     work: Option<(&'a Elements, SimdNewton<LANES>)>,
-    /// Of a body that is none for lanes, in place of each.
+    /// For a body that lanes cannot take: a workspace for each load.
     kept: Vec<ScalarFallback<D>>,
     answers: Vec<LaneEquilibrium<D>>,
     /// Tensions of every answer, N; `None` of one in another body.

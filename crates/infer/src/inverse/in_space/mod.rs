@@ -71,7 +71,7 @@ pub struct EndedSearch {
     /// Root of the mean squared residual, in standard deviations.
     pub misfit: f64,
     pub factorisations: usize,
-    /// Whether its steps converged to an equilibrium that is reached from rest.
+    /// Whether its steps converged to an equilibrium that Newton's method finds from rest.
     pub converged: bool,
 }
 
