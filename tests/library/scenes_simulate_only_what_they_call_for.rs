@@ -355,7 +355,10 @@ fn contradictions_are_named() {
         (TONGUE.replace("5.5", "-5.5"), "-5.5 mm; not usable"),
         (tongue(&fit.replace("S2", "S9")), "S9"),
         // What is no scene is told with its line and the nearest word.
-        (tongue("[body.block]\nsize_mm = [1.0, 1.0, 1.0]\nh_mm = 0.5"), "exactly one of tongue, mesh,"),
+        (
+            tongue("[body.block]\nsize_mm = [1.0, 1.0, 1.0]\nh_mm = 0.5"),
+            "exactly one of tongue, tongue-in-space, mesh,",
+        ),
         (effect("gravty = { posture = \"supine\" }"), "my.toml:6:1:; did you mean `gravity`?"),
         (TONGUE.replace("h_mm", "h"), "my.toml:4:1:; h_mm"),
         (TONGUE.replace("shape", "length"), "my.toml:2:8:; did you mean `lengths`?"),
