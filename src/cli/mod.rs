@@ -28,7 +28,6 @@ mod scene;
 mod scene_table;
 mod simulate;
 mod sound;
-mod sound_space;
 mod space;
 mod space_track;
 mod table;

@@ -1,4 +1,4 @@
-//! `tongue-fit sound`: the sound of a vowel.
+//! `tongue-fit sound`: the sound of a vowel, or of a tongue in space.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -10,7 +10,8 @@ use tongue_fit::report::{self, Export, Json, Rows, VowelPicture, Wav};
 use tongue_fit::run::{HeardRecord, HeardTongue, SoundRun, SpaceSource};
 use tongue_sound::voice::{self, Voice};
 
-use super::{Global, Outcome, drive, inputs, output, sound_space, table};
+use super::body::space_name;
+use super::{Global, Outcome, drive, inputs, output, space, table};
 
 #[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
@@ -67,7 +68,23 @@ pub struct Arguments {
     #[arg(long, value_name = "S", default_value_t = Voice::default().seconds, hide_short_help = true)]
     seconds: f64,
     #[command(flatten)]
-    space: sound_space::Arguments,
+    space: SpaceArguments,
+}
+
+#[derive(Debug, Clone, clap::Args)]
+#[group(skip)]
+#[command(next_help_heading = "Body in space")]
+struct SpaceArguments {
+    /// Tongue in space instead of a vowel: the built-in one, a folder with ArtiSynth's, or hexahedra from Gmsh [space, FOLDER,
+    /// FILE.msh]
+    #[arg(long, value_name = "BODY", value_parser = space_name, conflicts_with_all = ["vowel", "tension"])]
+    body: Option<SpaceSource>,
+    /// Activation of a muscle, from 0 to 1: of both sides (GGP=0.1) or of one (GGP_L=0.1); may be given
+    /// several times
+    #[arg(long, value_name = "MUSCLE=A", requires = "body")]
+    activation: Vec<String>,
+    #[command(flatten)]
+    model: space::ModelArguments,
 }
 
 impl Arguments {
@@ -91,7 +108,7 @@ impl Arguments {
 
     fn read_tract(&self, source: Option<&SpaceSource>) -> miette::Result<Tract> {
         let Some(path) = &self.tract else {
-            return source.map_or_else(|| VocalTract::drawn().into_diagnostic(), sound_space::drawn);
+            return source.map_or_else(|| VocalTract::drawn().into_diagnostic(), drawn_in_space);
         };
         inputs::tract(path)
     }
@@ -128,6 +145,37 @@ impl Arguments {
             means,
             h_mm: self.h,
         })
+    }
+}
+
+impl SpaceArguments {
+    fn sound(
+        &self,
+        source: &SpaceSource,
+        tract_and_means: (&Tract, Articulation, &[MeanVowel]),
+    ) -> miette::Result<HeardTongue> {
+        let body = self.model.body(source)?;
+        let activations = space::activations(&self.activation, &body)?;
+        let title = if self.activation.is_empty() {
+            format!("{}, at rest", body.what)
+        } else {
+            format!("{}, {}", body.what, self.activation.join(", "))
+        };
+        let model = self.model.model()?;
+        let heard =
+            HeardTongue::in_space(title, (&body, &model), activations, tract_and_means, &output::tell_step);
+        heard.into_diagnostic()
+    }
+}
+
+/// The tract that is drawn for a body in space.
+fn drawn_in_space(source: &SpaceSource) -> miette::Result<Tract> {
+    match source {
+        SpaceSource::BuiltIn => VocalTract::drawn().into_diagnostic(),
+        SpaceSource::Folder(folder) | SpaceSource::Mesh(folder) => Err(miette!(
+            "the built-in tract fits the built-in tongue only; give a tract in the frame of {} with --tract",
+            folder.display()
+        )),
     }
 }
 

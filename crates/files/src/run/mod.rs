@@ -9,16 +9,14 @@ mod body;
 pub(crate) mod equilibrium;
 mod fit;
 mod muscles;
-mod solved;
 mod sound;
 mod track;
 
 #[cfg(feature = "files")]
 pub use batch::BatchRun;
 pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
-pub use equilibrium::Equilibrium;
+pub use equilibrium::{Equilibrium, Solved};
 pub use fit::{FitRun, VerdictSource};
 pub use muscles::MuscleEffect;
-pub use solved::Solved;
 pub use sound::{HeardRecord, HeardTongue, SoundRun};
 pub use track::{TrackRun, TrackedBody};

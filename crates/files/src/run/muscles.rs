@@ -7,7 +7,7 @@ use tongue_core::statics::SolveStatus;
 use tongue_core::system::{Model, SpaceModel};
 use tongue_infer::inverse::alarms::Alarm;
 
-use super::solved::Solved;
+use super::equilibrium::Solved;
 use crate::simulation::SimulationError;
 
 /// A muscle that pulls alone, and what it does to the surface.

@@ -12,7 +12,7 @@ use tongue_infer::inverse::alarms::Alarm;
 use tongue_input::bodies::AnyBody;
 use tongue_input::measured::{ByMuscle, Dataset, Vowel};
 
-use super::solved::Solved;
+use super::equilibrium::Solved;
 use crate::report::SoundRecord;
 use crate::scene::effects::Effects;
 use crate::scene::file::{FitTarget, Material, Scene, SceneBody, SceneTongue, SceneTract, Want};
