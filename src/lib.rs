@@ -293,7 +293,7 @@ pub mod run {
     pub use tongue_files::run::{BodySource, Equilibrium, FitRun, Kind, PlaneBody, TrackRun, VerdictSource};
     #[cfg(feature = "cli")]
     pub(crate) use tongue_files::run::{
-        HeardRecord, HeardTongue, MuscleEffect, Solved, SoundRun, SpaceSource, TrackedBody,
+        MuscleEffect, Solved, SoundRun, SpaceSource, TongueSound, TongueSoundRecord, TrackedBody,
     };
 }
 

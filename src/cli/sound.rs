@@ -7,7 +7,7 @@ use miette::{IntoDiagnostic, miette};
 use tongue_fit::acoustics::{Articulation, Formant, MeanVowel, Tract, VocalTract, mean_vowels};
 use tongue_fit::measured::{Dataset, Vowel};
 use tongue_fit::report::{self, Export, Json, Rows, VowelPicture, Wav};
-use tongue_fit::run::{HeardRecord, HeardTongue, SoundRun, SpaceSource};
+use tongue_fit::run::{SoundRun, SpaceSource, TongueSound, TongueSoundRecord};
 use tongue_sound::voice::{self, Voice};
 
 use super::body::space_name;
@@ -153,7 +153,7 @@ impl SpaceArguments {
         &self,
         source: &SpaceSource,
         tract_and_means: (&Tract, Articulation, &[MeanVowel]),
-    ) -> miette::Result<HeardTongue> {
+    ) -> miette::Result<TongueSound> {
         let body = self.model.body(source)?;
         let activations = space::activations(&self.activation, &body)?;
         let title = if self.activation.is_empty() {
@@ -162,9 +162,9 @@ impl SpaceArguments {
             format!("{}, {}", body.what, self.activation.join(", "))
         };
         let model = self.model.model()?;
-        let heard =
-            HeardTongue::in_space(title, (&body, &model), activations, tract_and_means, &output::tell_step);
-        heard.into_diagnostic()
+        let sound =
+            TongueSound::in_space(title, (&body, &model), activations, tract_and_means, &output::tell_step);
+        sound.into_diagnostic()
     }
 }
 
@@ -193,11 +193,11 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     let source = arguments.space.body.as_ref();
     let means = mean_vowels().into_diagnostic()?;
     let tract = arguments.read_tract(source)?;
-    let (out, heard) = match source {
+    let (out, sound) = match source {
         Some(source) => {
             let tract_and_means = (&tract, arguments.posture(&tract, None), means.as_slice());
-            let heard = arguments.space.sound(source, tract_and_means)?;
-            (global.folder("results/sound")?, heard)
+            let sound = arguments.space.sound(source, tract_and_means)?;
+            (global.folder("results/sound")?, sound)
         }
         None => {
             let asked = arguments.sound_run(&tract, vowel.as_ref(), &means)?;
@@ -205,7 +205,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
             (global.folder("results/sound")?, asked.run().into_diagnostic()?)
         }
     };
-    let HeardTongue { title, tissue, mesh, positions, record } = heard;
+    let TongueSound { title, tissue, mesh, positions, record } = sound;
     let drawn = format!("{title}: {}", if source.is_some() { "its sound" } else { "the sound of the vowel" });
     let picture = report::vowel(&VowelPicture {
         mesh: &mesh,
@@ -231,7 +231,7 @@ pub fn run(arguments: &Arguments, global: &Global) -> miette::Result<Outcome> {
     Ok(Outcome::of_alarms(failed, &record.alarms))
 }
 
-fn text(record: &HeardRecord, title: &str) -> String {
+fn text(record: &TongueSoundRecord, title: &str) -> String {
     let sound = &record.sound;
     let mut text = format!("{title}: {}\n", sound.tract);
     let p = &sound.posture;

@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use nalgebra::{SVector, Vector2, Vector3};
+use nalgebra::{SVector, Vector2};
 use serde::{Serialize, Serializer};
 use serde_json::json;
 
@@ -143,7 +143,7 @@ impl Solved<3> {
 
     /// Positions in the midsagittal plane, m: forward is towards smaller x.
     pub fn midsagittal_positions(&self) -> Vec<Vector2<f64>> {
-        self.positions.iter().map(|p: &Vector3<f64>| Vector2::new(p.x, p.z)).collect()
+        self.positions.iter().map(|p| Vector2::new(p.x, p.z)).collect()
     }
 }
 

@@ -18,5 +18,5 @@ pub use body::{BodySource, Kind, PlaneBody, SpaceSource};
 pub use equilibrium::{Equilibrium, Solved};
 pub use fit::{FitRun, VerdictSource};
 pub use muscles::MuscleEffect;
-pub use sound::{HeardRecord, HeardTongue, SoundRun};
+pub use sound::{SoundRun, TongueSound, TongueSoundRecord};
 pub use track::{TrackRun, TrackedBody};

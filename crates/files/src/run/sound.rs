@@ -23,7 +23,7 @@ use crate::simulation::SimulationError;
 const BASELINE: &str = "ɯ";
 
 #[derive(Debug, Clone, Serialize)]
-pub struct HeardRecord {
+pub struct TongueSoundRecord {
     pub subject: Option<String>,
     pub vowel: Option<String>,
     pub converged: bool,
@@ -43,14 +43,14 @@ pub struct HeardRecord {
     pub wall_s: f64,
 }
 
-/// A tongue that was heard, and its midsagittal section at rest and as it was heard.
-pub struct HeardTongue {
+/// The sound of a tongue, with its midsagittal section at rest and in the shape that sounds.
+pub struct TongueSound {
     pub title: String,
     pub tissue: TissueModel,
     pub mesh: Mesh<2>,
     /// Positions of the nodes of the section, m.
     pub positions: Vec<SVector<f64, 2>>,
-    pub record: HeardRecord,
+    pub record: TongueSoundRecord,
 }
 
 /// The sound of the tongue in the plane, as a scene: of a vowel, whose lengths are fitted (the baseline is at rest), or of tensions.
@@ -104,7 +104,7 @@ impl SoundRun<'_> {
         Ok(scene)
     }
 
-    pub fn run(&self) -> Result<HeardTongue, SimulationError> {
+    pub fn run(&self) -> Result<TongueSound, SimulationError> {
         if let Some(vowel) = self.vowel.filter(|v| v.label() == BASELINE) {
             Dataset::reference()?.baseline_vowel(self.subject, vowel)?;
         }
@@ -119,20 +119,20 @@ impl SoundRun<'_> {
         };
         let tensions = answer.muscles.iter().map(|m| (m.muscle.clone(), m.pull.value())).collect();
         let own = self.vowel.and_then(|v| self.means.iter().find(|m| m.vowel == v.label()));
-        let record = HeardRecord {
+        let record = TongueSoundRecord {
             subject: self.vowel.map(|_| self.subject.to_owned()),
             vowel: self.vowel.map(|v| v.label().to_owned()),
             tensions_n: Some(tensions),
             published_hz: own.map(|m| [m.f1_hz, m.f2_hz]),
-            ..HeardRecord::new((answer.converged, answer.alarms), sound, answer.wall_s, self.means)
+            ..TongueSoundRecord::new((answer.converged, answer.alarms), sound, answer.wall_s, self.means)
         };
         let positions = answer.positions_m.iter().map(|p| SVector::from_column_slice(p)).collect();
         let (tissue, mesh) = (prepared.system.tissue(), prepared.body.mesh);
-        Ok(HeardTongue { title: scene.title, tissue, mesh, positions, record })
+        Ok(TongueSound { title: scene.title, tissue, mesh, positions, record })
     }
 }
 
-impl HeardRecord {
+impl TongueSoundRecord {
     fn new(
         (converged, alarms): (bool, Vec<Alarm>),
         sound: SoundRecord,
@@ -158,7 +158,7 @@ impl HeardRecord {
     }
 }
 
-impl HeardTongue {
+impl TongueSound {
     /// The sound of a tongue in space at these activations of all muscles, in a tract as wide as its walls are round; `tell` is as in
     /// [`Solved::in_space`].
     pub fn in_space(
@@ -175,9 +175,9 @@ impl HeardTongue {
         sound.areas_from = Some("cross-sections of the tongue between walls of the tract's width");
         let converged = solved.found.solution.status == SolveStatus::Converged;
         let names = body.muscles.iter().map(|m| m.name.clone());
-        let record = HeardRecord {
+        let record = TongueSoundRecord {
             activations: Some(ByMuscle(names.zip(activations).collect())),
-            ..HeardRecord::new((converged, solved.alarms(body)), sound, solved.wall_s, means)
+            ..TongueSoundRecord::new((converged, solved.alarms(body)), sound, solved.wall_s, means)
         };
         let (tissue, positions) = (solved.system.tissue(), solved.midsagittal_positions());
         Ok(Self { title, tissue, mesh: body.midsagittal_mesh(), positions, record })
